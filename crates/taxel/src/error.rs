@@ -1,0 +1,91 @@
+//! What can go wrong in the mathematics, with both numbers in every message.
+
+/// Everything this crate refuses to do, and why.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// Values do not fill the array.
+    #[error("{what}: {rows} rows x {columns} columns need {expected} values, found {found}")]
+    Shape {
+        /// What was to be filled.
+        what: &'static str,
+        /// rows × columns.
+        expected: usize,
+        /// How many there were.
+        found: usize,
+        /// Rows of the array.
+        rows: usize,
+        /// Columns of the array.
+        columns: usize,
+    },
+    /// sensor.toml is not TOML, or a value has the wrong type.
+    #[error("sensor file: {message}")]
+    Toml {
+        /// The parser's words, with line and column.
+        message: String,
+    },
+    /// sensor.toml has a key that nobody reads.
+    #[error("sensor file, line {line}: unknown key `{key}` in {table}\nhint: {hint}")]
+    UnknownKey {
+        /// The table it stands in.
+        table: String,
+        /// The key.
+        key: String,
+        /// Its line, from 1.
+        line: usize,
+        /// The nearest known key, or the list of them.
+        hint: String,
+    },
+    /// A key that this read-out needs is absent.
+    #[error("sensor file: `{key}` is missing\nhint: {hint}")]
+    MissingKey {
+        /// Table and key.
+        key: &'static str,
+        /// What to do.
+        hint: String,
+    },
+    /// A topology that is not one of the five.
+    #[error("sensor file: unknown topology `{found}`\nhint: {hint}")]
+    UnknownTopology {
+        /// What stands there.
+        found: String,
+        /// Nearest name and the list.
+        hint: String,
+    },
+    /// A number outside its physical range.
+    #[error("sensor file: `{key}` is {found}, but must be {expected}\nhint: {hint}")]
+    OutOfRange {
+        /// Table and key (with the line's index for a list).
+        key: String,
+        /// The value found.
+        found: f64,
+        /// The range allowed, in words.
+        expected: &'static str,
+        /// What to do.
+        hint: &'static str,
+    },
+    /// A per-line or per-taxel list whose length does not fit the array.
+    #[error(
+        "sensor file: `{key}` has {found} numbers, but the array has {expected} {unit}\nhint: give one number for all, or one per {unit_one}"
+    )]
+    ListLength {
+        /// Table and key.
+        key: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many are needed.
+        expected: usize,
+        /// `columns`, `rows`, `taxels`.
+        unit: &'static str,
+        /// The same in the singular.
+        unit_one: &'static str,
+    },
+    /// A preset name nobody ships.
+    #[error("no preset sensor is called `{name}`\nhint: {hint}")]
+    UnknownPreset {
+        /// The name asked for.
+        name: String,
+        /// Nearest name and the list.
+        hint: String,
+    },
+}

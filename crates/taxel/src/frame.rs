@@ -1,0 +1,240 @@
+//! One scan of the whole array, with its quantity in the type and a quality mark per taxel.
+
+use std::marker::PhantomData;
+
+use crate::Error;
+
+/// Converter output, in least significant bits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Counts;
+/// Read-out voltage V_out, in volts. Negative for the inverting (`tia-*`) read-outs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Volts;
+/// Taxel conductance, in siemens.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Siemens;
+/// Load on a taxel, in newtons.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Newtons;
+
+/// Standard gravity in m/s²: one gram-force is `STANDARD_GRAVITY` / 1000 newtons.
+pub const STANDARD_GRAVITY: f64 = 9.806_65;
+
+/// Newtons from a load in grams-force.
+pub fn newtons_from_grams(grams: f64) -> f64 {
+    grams * (STANDARD_GRAVITY / 1000.0)
+}
+
+/// Grams-force from a load in newtons.
+pub fn grams_from_newtons(newtons: f64) -> f64 {
+    newtons / (STANDARD_GRAVITY / 1000.0)
+}
+
+/// How far the value of one taxel can be trusted. Values are never NaN; this says what they are worth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, PartialOrd, Ord, Hash)]
+#[repr(u8)]
+pub enum Mark {
+    /// Nothing is known against it.
+    #[default]
+    Good = 0,
+    /// On a line that is dead: the frame says nothing about it.
+    Open = 1,
+    /// The reading is at the converter's ceiling: the value is a lower bound.
+    Saturated = 2,
+    /// The reading is stuck at an end of the converter.
+    Stuck = 3,
+    /// A spike against its neighbourhood or over time.
+    Spike = 4,
+    /// On a line that comes and goes.
+    Flickering = 5,
+    /// On lines that read alike because they are shorted together.
+    Shorted = 6,
+    /// Not measured: the median of its neighbours, because repair was asked for.
+    Interpolated = 7,
+    /// Measured, but the cross-talk cannot be undone: its standard error exceeds its value.
+    Unresolved = 8,
+}
+
+impl Mark {
+    /// Every mark, in the order of its code.
+    pub const ALL: [Mark; 9] = [
+        Mark::Good,
+        Mark::Open,
+        Mark::Saturated,
+        Mark::Stuck,
+        Mark::Spike,
+        Mark::Flickering,
+        Mark::Shorted,
+        Mark::Interpolated,
+        Mark::Unresolved,
+    ];
+
+    /// The word for it in reports.
+    pub fn word(self) -> &'static str {
+        match self {
+            Mark::Good => "good",
+            Mark::Open => "open",
+            Mark::Saturated => "saturated",
+            Mark::Stuck => "stuck",
+            Mark::Spike => "spike",
+            Mark::Flickering => "flickering",
+            Mark::Shorted => "shorted",
+            Mark::Interpolated => "interpolated",
+            Mark::Unresolved => "unresolved",
+        }
+    }
+
+    /// The code written to quality files: the discriminant, 0 to 8.
+    pub fn code(self) -> u8 {
+        self as u8
+    }
+}
+
+/// One value of quantity `Q` per taxel, row by row, with a quality mark each.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame<Q> {
+    rows: usize,
+    columns: usize,
+    values: Vec<f64>,
+    marks: Vec<Mark>,
+    /// Position in its recording, from 0.
+    pub sequence: u64,
+    /// Device time in seconds, where known.
+    pub time_secs: Option<f64>,
+    quantity: PhantomData<Q>,
+}
+
+impl<Q> Frame<Q> {
+    /// A frame from its values, `values[row * columns + column]`.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] when the number of values is not `rows` × `columns`.
+    pub fn new(rows: usize, columns: usize, values: Vec<f64>) -> Result<Self, Error> {
+        if values.len() != rows * columns || rows == 0 || columns == 0 {
+            return Err(Error::Shape {
+                what: "frame",
+                expected: rows * columns,
+                found: values.len(),
+                rows,
+                columns,
+            });
+        }
+        let marks = vec![Mark::Good; values.len()];
+        Ok(Self {
+            rows,
+            columns,
+            values,
+            marks,
+            sequence: 0,
+            time_secs: None,
+            quantity: PhantomData,
+        })
+    }
+
+    /// A frame of zeros.
+    pub fn zeros(rows: usize, columns: usize) -> Self {
+        Self::filled(rows, columns, 0.0)
+    }
+
+    /// A frame with the same value everywhere.
+    pub fn filled(rows: usize, columns: usize, value: f64) -> Self {
+        assert!(rows > 0 && columns > 0, "a frame has at least one taxel");
+        Self {
+            rows,
+            columns,
+            values: vec![value; rows * columns],
+            marks: vec![Mark::Good; rows * columns],
+            sequence: 0,
+            time_secs: None,
+            quantity: PhantomData,
+        }
+    }
+
+    /// Number of sensed lines.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Number of driven lines.
+    pub fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// All values, row by row.
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// All values, row by row, to be changed.
+    pub fn values_mut(&mut self) -> &mut [f64] {
+        &mut self.values
+    }
+
+    /// All marks, row by row.
+    pub fn marks(&self) -> &[Mark] {
+        &self.marks
+    }
+
+    /// All marks, row by row, to be changed.
+    pub fn marks_mut(&mut self) -> &mut [Mark] {
+        &mut self.marks
+    }
+
+    /// The value of one taxel. Panics outside the array, as indexing does.
+    pub fn at(&self, row: usize, column: usize) -> f64 {
+        assert!(column < self.columns);
+        self.values[row * self.columns + column]
+    }
+
+    /// The mark of one taxel. Panics outside the array, as indexing does.
+    pub fn mark_at(&self, row: usize, column: usize) -> Mark {
+        assert!(column < self.columns);
+        self.marks[row * self.columns + column]
+    }
+
+    /// The same taxels with values of another quantity, computed one by one; marks, sequence and time stay.
+    pub fn map<P>(&self, mut value: impl FnMut(usize, f64) -> f64) -> Frame<P> {
+        Frame {
+            rows: self.rows,
+            columns: self.columns,
+            values: self
+                .values
+                .iter()
+                .enumerate()
+                .map(|(i, &v)| value(i, v))
+                .collect(),
+            marks: self.marks.clone(),
+            sequence: self.sequence,
+            time_secs: self.time_secs,
+            quantity: PhantomData,
+        }
+    }
+
+    /// How many taxels carry `mark`.
+    pub fn count(&self, mark: Mark) -> usize {
+        self.marks.iter().filter(|&&m| m == mark).count()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frame_of_the_wrong_length_is_refused_with_both_numbers() {
+        let error = Frame::<Volts>::new(2, 3, vec![0.0; 5]).unwrap_err();
+        assert!(error.to_string().contains('6') && error.to_string().contains('5'));
+    }
+
+    #[test]
+    fn codes_are_the_positions_in_the_list() {
+        for (i, mark) in Mark::ALL.iter().enumerate() {
+            assert_eq!(mark.code() as usize, i);
+        }
+    }
+
+    #[test]
+    fn grams_and_newtons_round_trip() {
+        assert!((grams_from_newtons(newtons_from_grams(123.4)) - 123.4).abs() < 1e-12);
+    }
+}

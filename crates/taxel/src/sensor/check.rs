@@ -1,0 +1,438 @@
+//! Checks of a sensor file: every key known, every number possible.
+
+use super::{PerLine, PerTaxel, Sensor, Topology};
+use crate::Error;
+
+const TABLES: [(&str, &[&str]); 8] = [
+    (
+        "",
+        &[
+            "format",
+            "name",
+            "array",
+            "readout",
+            "converter",
+            "material",
+            "screen",
+            "provenance",
+        ],
+    ),
+    (
+        "array",
+        &["rows", "columns", "pitch_mm", "taxel_area_mm2", "labels"],
+    ),
+    (
+        "readout",
+        &[
+            "topology",
+            "v_test_volts",
+            "r_feedback_ohms",
+            "open_loop_gain",
+            "r_mux_column_ohms",
+            "r_mux_row_ohms",
+            "r_source_ohms",
+            "r_pull_down_ohms",
+        ],
+    ),
+    (
+        "converter",
+        &[
+            "bits",
+            "full_scale_volts",
+            "inverted",
+            "offset_volts",
+            "noise_counts",
+            "memory",
+            "scan_order",
+        ],
+    ),
+    (
+        "material",
+        &[
+            "g_zero_siemens",
+            "factor",
+            "exponent",
+            "gain",
+            "bend",
+            "spread",
+        ],
+    ),
+    ("material.bend", &["ln_load_g", "ln_siemens"]),
+    (
+        "screen",
+        &[
+            "dead_rows",
+            "dead_columns",
+            "flickering_rows",
+            "flickering_columns",
+            "low_counts",
+            "high_counts",
+            "repair",
+        ],
+    ),
+    (
+        "provenance",
+        &[
+            "program",
+            "date",
+            "data",
+            "presses",
+            "cross_validated_error_g",
+            "cross_validation",
+            "standard_errors",
+            "findings",
+        ],
+    ),
+];
+
+/// A hint that names the nearest of `known`, and all of them.
+pub(super) fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> String {
+    let all: Vec<&str> = known.collect();
+    let best = all
+        .iter()
+        .map(|name| (strsim::jaro_winkler(word, name), *name))
+        .max_by(|a, b| a.0.total_cmp(&b.0));
+    match best {
+        Some((score, name)) if score > 0.75 => {
+            format!("did you mean `{name}`? (known: {})", all.join(", "))
+        }
+        _ => format!("known: {}", all.join(", ")),
+    }
+}
+
+/// Refuses a key that nobody reads, and a topology that is not one of the five.
+pub(super) fn keys(text: &str) -> Result<(), Error> {
+    let root: toml::Table = text.parse().map_err(|error: toml::de::Error| Error::Toml {
+        message: error.to_string().trim_end().to_owned(),
+    })?;
+    table_keys(text, "", &root)?;
+    if let Some(found) = root
+        .get("readout")
+        .and_then(|readout| readout.get("topology"))
+        .and_then(|topology| topology.as_str())
+        && !Topology::ALL.iter().any(|known| known.name() == found)
+    {
+        return Err(Error::UnknownTopology {
+            found: found.to_owned(),
+            hint: nearest(found, Topology::ALL.iter().map(|known| known.name())),
+        });
+    }
+    Ok(())
+}
+
+fn table_keys(text: &str, name: &str, table: &toml::Table) -> Result<(), Error> {
+    let Some((_, known)) = TABLES.iter().find(|(known, _)| *known == name) else {
+        return Ok(());
+    };
+    for (key, value) in table {
+        if !known.contains(&key.as_str()) {
+            return Err(Error::UnknownKey {
+                table: match name {
+                    "" => "the top level".to_owned(),
+                    name => format!("[{name}]"),
+                },
+                key: key.clone(),
+                line: line_of(text, key),
+                hint: nearest(key, known.iter().copied()),
+            });
+        }
+        if let Some(inner) = value.as_table() {
+            let path = if name.is_empty() {
+                key.clone()
+            } else {
+                format!("{name}.{key}")
+            };
+            table_keys(text, &path, inner)?;
+        }
+    }
+    Ok(())
+}
+
+fn line_of(text: &str, key: &str) -> usize {
+    text.lines()
+        .position(|line| {
+            let line = line.trim_start().trim_start_matches('[');
+            line.strip_prefix(key)
+                .is_some_and(|rest| rest.trim_start().starts_with(['=', ']']))
+        })
+        .map_or(1, |i| i + 1)
+}
+
+/// Refuses numbers that no sensor can have.
+pub(super) fn values(sensor: &Sensor) -> Result<(), Error> {
+    let positive =
+        |key: &str, value: f64, hint: &'static str| match value.is_finite() && value > 0.0 {
+            true => Ok(()),
+            false => Err(range(key, value, "a finite number above 0", hint)),
+        };
+    let readout = &sensor.readout;
+    let array = &sensor.array;
+    let (rows, columns) = (array.rows, array.columns);
+    if sensor.format != 1 {
+        let found = f64::from(sensor.format);
+        return Err(range(
+            "format",
+            found,
+            "1",
+            "this program reads format 1; a newer file needs a newer program",
+        ));
+    }
+    for (key, lines) in [("array.rows", rows), ("array.columns", columns)] {
+        if lines == 0 || lines > 4096 {
+            return Err(range(key, lines as f64, "1 to 4096", "count the lines"));
+        }
+    }
+    positive(
+        "readout.v_test_volts",
+        readout.v_test_volts,
+        "the voltage that drives a column",
+    )?;
+    positive(
+        "array.taxel_area_mm2",
+        array.taxel_area_mm2,
+        "the area that a load acts on",
+    )?;
+    for pitch in array.pitch_mm {
+        positive("array.pitch_mm", pitch, "the distance between lines")?;
+    }
+    if readout.topology.is_tia() {
+        let r_k = readout.r_feedback_ohms.ok_or(Error::MissingKey {
+            key: "readout.r_feedback_ohms",
+            hint: format!(
+                "topology `{}` has an amplifier with a feedback resistor",
+                readout.topology.name()
+            ),
+        })?;
+        positive(
+            "readout.r_feedback_ohms",
+            r_k,
+            "the amplifier's feedback resistor",
+        )?;
+        positive(
+            "readout.open_loop_gain",
+            readout.open_loop_gain.unwrap_or(1e5),
+            "about gain-bandwidth product / scan rate",
+        )?;
+    } else {
+        let r_p = readout.r_pull_down_ohms.ok_or(Error::MissingKey {
+            key: "readout.r_pull_down_ohms",
+            hint: format!(
+                "topology `{}` reads the voltage over a pull-down resistor",
+                readout.topology.name()
+            ),
+        })?;
+        positive(
+            "readout.r_pull_down_ohms",
+            r_p,
+            "the resistor from the sensed row to ground",
+        )?;
+    }
+    if !readout.r_source_ohms.is_finite() || readout.r_source_ohms < 0.0 {
+        return Err(range(
+            "readout.r_source_ohms",
+            readout.r_source_ohms,
+            "0 or more",
+            "0 when there is no extra resistor",
+        ));
+    }
+    for (key, list, lines, unit, unit_one) in [
+        (
+            "readout.r_mux_column_ohms",
+            &readout.r_mux_column_ohms,
+            columns,
+            "columns",
+            "column",
+        ),
+        (
+            "readout.r_mux_row_ohms",
+            &readout.r_mux_row_ohms,
+            rows,
+            "rows",
+            "row",
+        ),
+    ] {
+        per_line(key, list.as_ref(), lines, unit, unit_one)?;
+    }
+    let converter = &sensor.converter;
+    if !(1..=32).contains(&converter.bits) {
+        return Err(range(
+            "converter.bits",
+            f64::from(converter.bits),
+            "1 to 32",
+            "the converter's resolution",
+        ));
+    }
+    positive(
+        "converter.full_scale_volts",
+        converter.full_scale_volts,
+        "volts at the largest count",
+    )?;
+    if !(0.0..0.5).contains(&converter.memory) {
+        return Err(range(
+            "converter.memory",
+            converter.memory,
+            "0 to below 0.5",
+            "the share of the previous reading that is kept",
+        ));
+    }
+    if let Some(noise) = converter.noise_counts
+        && (!noise.is_finite() || noise < 0.0)
+    {
+        return Err(range(
+            "converter.noise_counts",
+            noise,
+            "0 or more",
+            "the standard deviation of one reading",
+        ));
+    }
+    if !converter.offset_volts.is_finite() {
+        return Err(range(
+            "converter.offset_volts",
+            converter.offset_volts,
+            "finite",
+            "0 when unknown",
+        ));
+    }
+    material(sensor)?;
+    for (key, lines, count) in [
+        ("screen.dead_rows", &sensor.screen.dead_rows, rows),
+        (
+            "screen.flickering_rows",
+            &sensor.screen.flickering_rows,
+            rows,
+        ),
+        ("screen.dead_columns", &sensor.screen.dead_columns, columns),
+        (
+            "screen.flickering_columns",
+            &sensor.screen.flickering_columns,
+            columns,
+        ),
+    ] {
+        if let Some(&line) = lines.iter().find(|&&line| line >= count) {
+            return Err(range(
+                key,
+                line as f64,
+                "a line of the array, counted from 0",
+                "rows and columns count from 0",
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn range(key: &str, found: f64, expected: &'static str, hint: &'static str) -> Error {
+    Error::OutOfRange {
+        key: key.to_owned(),
+        found,
+        expected,
+        hint,
+    }
+}
+
+fn per_line(
+    key: &'static str,
+    list: Option<&PerLine>,
+    lines: usize,
+    unit: &'static str,
+    unit_one: &'static str,
+) -> Result<(), Error> {
+    let bad = |value: f64| !value.is_finite() || value <= 0.0;
+    let hint = "a switch's on-resistance; a CD74HC4067 has 70, an ADG732 has 4";
+    match list {
+        Some(PerLine::One(value)) if bad(*value) => {
+            Err(range(key, *value, "a finite number above 0", hint))
+        }
+        Some(PerLine::Each(values)) if values.len() != lines => Err(Error::ListLength {
+            key,
+            found: values.len(),
+            expected: lines,
+            unit,
+            unit_one,
+        }),
+        Some(PerLine::Each(values)) => match values.iter().position(|&value| bad(value)) {
+            Some(i) => Err(range(
+                &format!("{key}[{i}]"),
+                values[i],
+                "a finite number above 0",
+                hint,
+            )),
+            None => Ok(()),
+        },
+        _ => Ok(()),
+    }
+}
+
+fn material(sensor: &Sensor) -> Result<(), Error> {
+    let Some(material) = &sensor.material else {
+        return Ok(());
+    };
+    let taxels = sensor.array.rows * sensor.array.columns;
+    if !material.factor.is_finite() || material.factor <= 0.0 {
+        return Err(range(
+            "material.factor",
+            material.factor,
+            "a finite number above 0",
+            "siemens per gram^exponent",
+        ));
+    }
+    if !material.g_zero_siemens.is_finite() {
+        return Err(range(
+            "material.g_zero_siemens",
+            material.g_zero_siemens,
+            "finite",
+            "the conductance of an unloaded taxel",
+        ));
+    }
+    for (key, list) in [
+        ("material.exponent", Some(&material.exponent)),
+        ("material.gain", material.gain.as_ref()),
+    ] {
+        let values: Vec<f64> = match list {
+            Some(PerTaxel::One(value)) => vec![*value],
+            Some(PerTaxel::Each(rows)) => {
+                let values: Vec<f64> = rows.iter().flatten().copied().collect();
+                if values.len() != taxels || rows.len() != sensor.array.rows {
+                    return Err(Error::ListLength {
+                        key,
+                        found: values.len(),
+                        expected: taxels,
+                        unit: "taxels",
+                        unit_one: "taxel",
+                    });
+                }
+                values
+            }
+            _ => continue,
+        };
+        if let Some(&value) = values.iter().find(|v| !v.is_finite() || **v <= 0.0) {
+            return Err(range(
+                key,
+                value,
+                "a finite number above 0",
+                "a load must raise the conductance",
+            ));
+        }
+    }
+    if let Some(bend) = &material.bend
+        && (bend.ln_load_g.len() != bend.ln_siemens.len() || bend.ln_load_g.len() < 2)
+    {
+        return Err(Error::ListLength {
+            key: "material.bend.ln_siemens",
+            found: bend.ln_siemens.len(),
+            expected: bend.ln_load_g.len().max(2),
+            unit: "knots",
+            unit_one: "knot",
+        });
+    }
+    if let Some(spread) = material.spread
+        && !(0.0..0.8).contains(&spread)
+    {
+        return Err(range(
+            "material.spread",
+            spread,
+            "0 to below 0.8",
+            "the share of a load that its neighbours take",
+        ));
+    }
+    Ok(())
+}
