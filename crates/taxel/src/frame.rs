@@ -95,8 +95,8 @@ impl Mark {
 pub struct Frame<Q> {
     rows: usize,
     columns: usize,
-    values: Vec<f64>,
-    marks: Vec<Mark>,
+    pub(crate) values: Vec<f64>,
+    pub(crate) marks: Vec<Mark>,
     /// Position in its recording, from 0.
     pub sequence: u64,
     /// Device time in seconds, where known.

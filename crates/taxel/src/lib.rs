@@ -7,6 +7,8 @@
 //!
 //! This crate touches nothing: no files, sockets, threads or clock.
 
+pub mod circuit;
+mod dense;
 pub mod error;
 pub mod frame;
 pub mod sensor;

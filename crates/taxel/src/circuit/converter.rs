@@ -1,0 +1,133 @@
+//! From read-out volts to counts and back, and the noise in between.
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use crate::sensor::{ScanOrder, Sensor};
+use crate::{Counts, Frame, Mark, Volts};
+
+/// The analogue-to-digital converter: gain, offset, inversion, memory, clipping, quantisation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Converter {
+    /// Volts per count; negative when counts grow as V_out falls.
+    volts_per_count: f64,
+    offset_volts: f64,
+    max_count: f64,
+    memory: f64,
+    order: ScanOrder,
+}
+
+impl Converter {
+    /// The converter of a sensor.
+    pub fn from_sensor(sensor: &Sensor) -> Self {
+        let spec = &sensor.converter;
+        let lsb = spec.full_scale_volts / sensor.max_count();
+        Self {
+            volts_per_count: if spec.inverted { -lsb } else { lsb },
+            offset_volts: spec.offset_volts,
+            max_count: sensor.max_count(),
+            memory: spec.memory,
+            order: spec.scan_order,
+        }
+    }
+
+    /// Size of one count, volts.
+    pub fn lsb_volts(&self) -> f64 {
+        self.volts_per_count.abs()
+    }
+
+    /// The largest count.
+    pub fn max_count(&self) -> f64 {
+        self.max_count
+    }
+
+    /// Counts from volts: memory of the previous reading, offset, inversion, clipping, rounding.
+    pub fn counts_from_volts(&self, volts: &Frame<Volts>) -> Frame<Counts> {
+        let mut counts = volts.map(|_, v| v / self.volts_per_count + self.offset_counts());
+        if self.memory > 0.0 {
+            let mut last = None;
+            for at in scan(self.order, volts.rows(), volts.columns()) {
+                let now = counts.values()[at];
+                let kept = last.map_or(now, |last| (1.0 - self.memory) * now + self.memory * last);
+                counts.values_mut()[at] = kept;
+                last = Some(kept);
+            }
+        }
+        for value in counts.values_mut() {
+            *value = value.round().clamp(0.0, self.max_count);
+        }
+        counts
+    }
+
+    /// Volts from counts, into a frame that is already there; readings at the ceiling are marked
+    /// [`Mark::Saturated`], other marks are taken over.
+    pub fn volts_from_counts_into(&self, counts: &Frame<Counts>, volts: &mut Frame<Volts>) {
+        let offset = self.offset_counts();
+        volts.sequence = counts.sequence;
+        volts.time_secs = counts.time_secs;
+        for ((volt, count), (to, from)) in volts
+            .values
+            .iter_mut()
+            .zip(counts.values())
+            .zip(volts.marks.iter_mut().zip(counts.marks()))
+        {
+            *volt = (count - offset) * self.volts_per_count;
+            *to = match from {
+                Mark::Good if *count >= self.max_count => Mark::Saturated,
+                mark => *mark,
+            };
+        }
+        if self.memory > 0.0 {
+            // kept_k = (1−m)·v_k + m·kept_{k−1}, so v_k needs the two neighbouring readings alone.
+            let mut last = None;
+            for at in scan(self.order, counts.rows(), counts.columns()) {
+                let kept = volts.values[at];
+                if let Some(last) = last {
+                    volts.values[at] = (kept - self.memory * last) / (1.0 - self.memory);
+                }
+                last = Some(kept);
+            }
+        }
+    }
+
+    /// Volts from counts. Allocates; streams use [`Self::volts_from_counts_into`].
+    pub fn volts_from_counts(&self, counts: &Frame<Counts>) -> Frame<Volts> {
+        let mut volts = Frame::zeros(counts.rows(), counts.columns());
+        self.volts_from_counts_into(counts, &mut volts);
+        volts
+    }
+
+    fn offset_counts(&self) -> f64 {
+        self.offset_volts / self.lsb_volts()
+    }
+}
+
+/// The taxels of a frame, row-major indices in the order they are read.
+pub(crate) fn scan(order: ScanOrder, rows: usize, columns: usize) -> impl Iterator<Item = usize> {
+    (0..rows * columns).map(move |k| match order {
+        ScanOrder::RowByRow => k,
+        ScanOrder::ColumnByColumn => k % rows * columns + k / rows,
+    })
+}
+
+/// White noise of the read-out, volts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Noise {
+    /// Standard deviation, volts.
+    pub standard_deviation_volts: f64,
+}
+
+impl Noise {
+    /// Adds one draw to every taxel; the generator, seeded by the caller, decides it.
+    pub fn add(&self, volts: &mut Frame<Volts>, random: &mut ChaCha8Rng) {
+        for value in volts.values_mut() {
+            *value += self.standard_deviation_volts * normal(random);
+        }
+    }
+}
+
+/// A standard normal number (Box and Muller 1958).
+pub(crate) fn normal(random: &mut ChaCha8Rng) -> f64 {
+    let (u, v): (f64, f64) = (random.random(), random.random());
+    (-2.0 * (1.0 - u).ln()).sqrt() * (2.0 * std::f64::consts::PI * v).cos()
+}

@@ -1,0 +1,63 @@
+//! Forward: what a scan of given conductances reads. docs/theory.md has the derivation.
+//!
+//! A reading is `converter(noise(circuit(G)))`; the three are separate parts: [`LinearCircuit`] (every
+//! topology whose parts are linear), [`Noise`], [`Converter`].
+
+mod converter;
+mod derivative;
+mod ends;
+mod linear;
+
+pub use converter::{Converter, Noise};
+pub use ends::LineEnds;
+pub use linear::{LinearCircuit, LinearPoint};
+
+use crate::{Frame, Siemens, Volts};
+
+/// A circuit that a frame of conductances is scanned by.
+///
+/// Nothing here assumes a closed form: a circuit with resistance along its lines or a diode per taxel
+/// implements the same three operations at an operating point.
+pub trait Circuit: Send + Sync {
+    /// Sensed lines.
+    fn rows(&self) -> usize;
+    /// Driven lines.
+    fn columns(&self) -> usize;
+    /// Memory for solving this circuit, with no conductances set yet.
+    fn operating_point(&self) -> Box<dyn OperatingPoint>;
+
+    /// The scan of one frame: V_out of every taxel, volts. Allocates; streams use an [`OperatingPoint`].
+    ///
+    /// # Errors
+    /// [`NotPassive`] when the conductances are so negative that the network has no solution.
+    fn predict(&self, siemens: &Frame<Siemens>) -> Result<Frame<Volts>, NotPassive> {
+        let mut point = self.operating_point();
+        point.set(siemens.values())?;
+        let mut volts = siemens.map(|_, _| 0.0);
+        point.predict_into(volts.values_mut());
+        Ok(volts)
+    }
+}
+
+/// The conductances given make an active network: its equations are not positive definite.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "these conductances make the network active: no scan exists\nhint: conductances must not be negative"
+)]
+pub struct NotPassive;
+
+/// A circuit solved at one frame of conductances, and its exact derivative there.
+/// All slices hold one value per taxel, row by row.
+pub trait OperatingPoint: Send {
+    /// Solves the network for these conductances, siemens.
+    ///
+    /// # Errors
+    /// [`NotPassive`] when they are so negative that the network has no solution.
+    fn set(&mut self, siemens: &[f64]) -> Result<(), NotPassive>;
+    /// V_out of every taxel, volts.
+    fn predict_into(&self, volts: &mut [f64]);
+    /// J·v: change of V_out (volts) along a change of conductances (siemens).
+    fn derivative_into(&mut self, direction: &[f64], out: &mut [f64]);
+    /// Jᵀ·w: the gradient of Σ w·V_out by the conductances.
+    fn adjoint_into(&mut self, weights: &[f64], out: &mut [f64]);
+}

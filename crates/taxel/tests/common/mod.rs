@@ -1,0 +1,144 @@
+//! Sensors, frames and an independent solver that the integration tests share.
+#![allow(dead_code)]
+
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use taxel::circuit::LineEnds;
+use taxel::sensor::{
+    Array, ConverterSpec, PerLine, Readout, ScanOrder, ScreenSpec, Sensor, Topology,
+};
+use taxel::{Frame, Siemens};
+
+/// A sensor of any topology with equal switches.
+pub fn sensor(
+    topology: Topology,
+    rows: usize,
+    columns: usize,
+    r_mux: f64,
+    r_source: f64,
+) -> Sensor {
+    let tia = topology.is_tia();
+    Sensor {
+        format: 1,
+        name: "test".to_owned(),
+        array: Array {
+            rows,
+            columns,
+            pitch_mm: [2.0, 2.0],
+            taxel_area_mm2: 5.0,
+            labels: None,
+        },
+        readout: Readout {
+            topology,
+            v_test_volts: if tia { 0.4 } else { 3.3 },
+            r_feedback_ohms: tia.then_some(2000.0),
+            open_loop_gain: tia.then_some(1e5),
+            r_mux_column_ohms: Some(PerLine::One(r_mux)),
+            r_mux_row_ohms: Some(PerLine::One(r_mux)),
+            r_source_ohms: r_source,
+            r_pull_down_ohms: (!tia).then_some(1000.0),
+        },
+        converter: ConverterSpec {
+            bits: 16,
+            full_scale_volts: if tia { 2.2 } else { 3.3 },
+            inverted: tia,
+            offset_volts: 0.0,
+            noise_counts: None,
+            memory: 0.0,
+            scan_order: ScanOrder::RowByRow,
+        },
+        material: None,
+        screen: ScreenSpec::default(),
+        provenance: None,
+    }
+    .checked()
+    .expect("a valid test sensor")
+}
+
+/// A frame where `fraction` of the taxels is pressed to 500–3000 Ω, the rest at 1 µS.
+pub fn pressed(rows: usize, columns: usize, fraction: f64, seed: u64) -> Frame<Siemens> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let values = (0..rows * columns)
+        .map(|_| match random.random::<f64>() < fraction {
+            true => 1.0 / random.random_range(500.0..3000.0),
+            false => 1e-6,
+        })
+        .collect();
+    Frame::new(rows, columns, values).expect("shape")
+}
+
+/// V_out of one taxel by a dense solve of the whole nodal matrix, node by node: no Schur complement, no
+/// low-rank update, the follower as a source that is solved for. Also returns all node voltages.
+pub fn nodal_volts(
+    ends: &LineEnds,
+    g: &Frame<Siemens>,
+    row: usize,
+    column: usize,
+) -> (f64, Vec<f64>) {
+    let (rows, columns) = (g.rows(), g.columns());
+    // Among lines that float altogether the leak would be a resistor of its own; it stands for "open",
+    // and is needed only where a line has nothing else.
+    let row_total = |r: usize| (0..columns).map(|c| g.at(r, c)).sum::<f64>();
+    let column_total = |c: usize| (0..rows).map(|r| g.at(r, c)).sum::<f64>();
+    let isolated =
+        (0..rows).any(|r| row_total(r) == 0.0) || (0..columns).any(|c| column_total(c) == 0.0);
+    let leak = |end: f64| match ends.topology {
+        Topology::DividerFloating if !isolated => 0.0,
+        _ => end,
+    };
+    let mut matrix = Mat::<f64>::zeros(rows + columns, rows + columns);
+    let mut sources = Mat::<f64>::zeros(rows + columns, 2);
+    for r in 0..rows {
+        matrix[(r, r)] += match r == row {
+            true => ends.row_selected[r],
+            false => leak(ends.row_unselected[r]),
+        };
+        for c in 0..columns {
+            let (value, node) = (g.at(r, c), rows + c);
+            matrix[(r, r)] += value;
+            matrix[(node, node)] += value;
+            matrix[(r, node)] -= value;
+            matrix[(node, r)] -= value;
+        }
+    }
+    for c in 0..columns {
+        let node = rows + c;
+        if c == column {
+            matrix[(node, node)] += ends.column_selected[c];
+            sources[(node, 0)] = ends.column_selected[c] * ends.v_test_volts;
+        } else {
+            matrix[(node, node)] += leak(ends.column_unselected[c]);
+            if ends.topology == Topology::DividerVoltageFeedback {
+                sources[(node, 1)] = ends.column_unselected[c];
+            }
+        }
+    }
+    let solved = matrix
+        .llt(Side::Lower)
+        .expect("positive definite")
+        .solve(&sources);
+    // v = a + b · v_follower, v_follower = feedback · v_row.
+    let follower =
+        ends.feedback[row] * solved[(row, 0)] / (1.0 - ends.feedback[row] * solved[(row, 1)]);
+    let nodes: Vec<f64> = (0..rows + columns)
+        .map(|i| solved[(i, 0)] + follower * solved[(i, 1)])
+        .collect();
+    (
+        ends.volts_per_ampere * ends.row_selected[row] * nodes[row],
+        nodes,
+    )
+}
+
+/// Largest absolute value.
+pub fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most, v| most.max(v.abs()))
+}
+
+/// Largest absolute difference.
+pub fn farthest(a: &[f64], b: &[f64]) -> f64 {
+    a.iter()
+        .zip(b)
+        .fold(0.0, |most, (a, b)| most.max((a - b).abs()))
+}
