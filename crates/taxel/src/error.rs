@@ -88,4 +88,12 @@ pub enum Error {
         /// Nearest name and the list.
         hint: String,
     },
+    /// A method nobody ships, or one that does not fit the read-out.
+    #[error("no method `{name}` for this sensor\nhint: {hint}")]
+    UnknownMethod {
+        /// The name asked for.
+        name: String,
+        /// What there is.
+        hint: String,
+    },
 }

@@ -210,6 +210,13 @@ impl<Q> Frame<Q> {
         }
     }
 
+    /// Takes over marks, sequence and time of another frame of the same shape.
+    pub fn take_marks<P>(&mut self, other: &Frame<P>) {
+        self.marks.copy_from_slice(&other.marks);
+        self.sequence = other.sequence;
+        self.time_secs = other.time_secs;
+    }
+
     /// How many taxels carry `mark`.
     pub fn count(&self, mark: Mark) -> usize {
         self.marks.iter().filter(|&&m| m == mark).count()

@@ -12,6 +12,7 @@ mod dense;
 pub mod error;
 pub mod frame;
 pub mod sensor;
+pub mod solve;
 
 pub use error::Error;
 pub use frame::{Counts, Frame, Mark, Newtons, Siemens, Volts};

@@ -8,6 +8,7 @@ mod derivative;
 mod ends;
 mod linear;
 
+pub(crate) use converter::normal;
 pub use converter::{Converter, Noise};
 pub use ends::LineEnds;
 pub use linear::{LinearCircuit, LinearPoint};

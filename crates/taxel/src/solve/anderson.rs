@@ -1,0 +1,167 @@
+//! Anderson's mixing of a fixed-point iteration (Anderson 1965; Walker and Ni 2011): the next point is the
+//! combination of the last few that leaves the smallest residual.
+
+/// The last few points of an iteration, and how to combine them.
+pub(super) struct Anderson {
+    depth: usize,
+    length: usize,
+    /// Weights of the residual's entries.
+    weight: Vec<f64>,
+    last_image: Vec<f64>,
+    last_residual: Vec<f64>,
+    residual: Vec<f64>,
+    image_steps: Vec<Vec<f64>>,
+    residual_steps: Vec<Vec<f64>>,
+    /// Steps kept, and the slot that the next one takes.
+    kept: usize,
+    slot: usize,
+    /// Whether the last point belongs to the present iteration.
+    following: bool,
+}
+
+impl Anderson {
+    pub(super) fn new(depth: usize, length: usize) -> Self {
+        Self {
+            depth,
+            length,
+            weight: vec![1.0; length],
+            last_image: vec![0.0; length],
+            last_residual: vec![0.0; length],
+            residual: vec![0.0; length],
+            image_steps: vec![vec![0.0; length]; depth],
+            residual_steps: vec![vec![0.0; length]; depth],
+            kept: 0,
+            slot: 0,
+            following: false,
+        }
+    }
+
+    /// Forgets the points so far.
+    pub(super) fn restart(&mut self) {
+        self.kept = 0;
+        self.slot = 0;
+        self.following = false;
+    }
+
+    /// Starts another iteration whose map differs little: the steps seen so far still tell its slope.
+    pub(super) fn resume(&mut self) {
+        self.following = false;
+    }
+
+    /// The weights of the residual's entries, to be set before a run.
+    pub(super) fn weights_mut(&mut self) -> &mut [f64] {
+        &mut self.weight
+    }
+
+    /// From a point and its image to the next point, written over `point`.
+    pub(super) fn advance(&mut self, point: &mut [f64], image: &[f64]) {
+        for i in 0..self.length {
+            self.residual[i] = (image[i] - point[i]) * self.weight[i];
+        }
+        if self.following {
+            let slot = self.slot;
+            self.slot = (slot + 1) % self.depth;
+            self.kept = (self.kept + 1).min(self.depth);
+            for i in 0..self.length {
+                self.image_steps[slot][i] = image[i] - self.last_image[i];
+                self.residual_steps[slot][i] = self.residual[i] - self.last_residual[i];
+            }
+        }
+        self.last_image.copy_from_slice(image);
+        self.last_residual.copy_from_slice(&self.residual);
+        point.copy_from_slice(image);
+        self.following = true;
+        let kept = self.kept;
+        if kept == 0 {
+            return;
+        }
+        let mut system = [[0.0; MOST]; MOST];
+        let mut right = [0.0; MOST];
+        for a in 0..kept {
+            for b in 0..=a {
+                system[a][b] = dot(&self.residual_steps[a], &self.residual_steps[b]);
+                system[b][a] = system[a][b];
+            }
+            right[a] = dot(&self.residual_steps[a], &self.residual);
+        }
+        for a in 0..kept {
+            system[a][a] *= 1.0 + 1e-12;
+        }
+        if !solve_small(&mut system, &mut right, kept) {
+            return;
+        }
+        for a in 0..kept {
+            for (x, step) in point.iter_mut().zip(&self.image_steps[a]) {
+                *x -= right[a] * step;
+            }
+        }
+    }
+}
+
+const MOST: usize = 5;
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    // Four partial sums, so that the compiler may use vectors.
+    let mut sums = [0.0; 4];
+    let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));
+    let rest: f64 = a4
+        .remainder()
+        .iter()
+        .zip(b4.remainder())
+        .map(|(x, y)| x * y)
+        .sum();
+    for (x, y) in a4.zip(b4) {
+        for i in 0..4 {
+            sums[i] += x[i] * y[i];
+        }
+    }
+    rest + sums.iter().sum::<f64>()
+}
+
+/// Gaussian elimination without pivoting (the system is positive definite). False when it is singular.
+fn solve_small(system: &mut [[f64; MOST]; MOST], right: &mut [f64; MOST], n: usize) -> bool {
+    for i in 0..n {
+        if system[i][i] <= 0.0 || !system[i][i].is_finite() {
+            return false;
+        }
+        for j in i + 1..n {
+            let factor = system[j][i] / system[i][i];
+            for k in i..n {
+                system[j][k] -= factor * system[i][k];
+            }
+            right[j] -= factor * right[i];
+        }
+    }
+    for i in (0..n).rev() {
+        for k in i + 1..n {
+            right[i] -= system[i][k] * right[k];
+        }
+        right[i] /= system[i][i];
+    }
+    right[..n].iter().all(|x| x.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_linear_iteration_in_three_dimensions_ends_after_a_few_steps() {
+        let image = |x: &[f64]| {
+            vec![
+                0.9 * x[0] + 0.2 * x[1] + 1.0,
+                0.8 * x[1] - 0.3 * x[2],
+                0.1 * x[0] + 0.7 * x[2] + 2.0,
+            ]
+        };
+        let mut mixing = Anderson::new(3, 3);
+        let mut x = vec![0.0; 3];
+        for _ in 0..8 {
+            let y = image(&x);
+            mixing.advance(&mut x, &y);
+        }
+        for (x, y) in x.iter().zip(image(&x)) {
+            assert!((x - y).abs() < 1e-9, "{x} {y}");
+        }
+    }
+}

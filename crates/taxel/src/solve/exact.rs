@@ -1,0 +1,480 @@
+//! The e-Cone's inverse: the network is known exactly but for the off-diagonal of one small matrix.
+//!
+//! With W = v_r/(g_c V_t) and rows that float when nothing is selected: β_r = 1/(W g_c)_r,
+//! K = diag(β) W and P_rr = (β_r − 1)/g_in, exactly. What is left is S = P⁻¹, a fixed point of
+//!
+//! H = S K,  d_c = g_c/(1 − Σ_r H_rc),  S_ij ← −(H diag(d) Hᵀ)_ij,  S_ii such that (S⁻¹)_ii = P_rr.
+//!
+//! Mixed after Anderson, it takes five rounds at 10 Ω. Where it fails (50 Ω and more), the slower but
+//! sturdier iteration of `root.rs` takes over (docs/theory.md).
+
+use super::anderson::Anderson;
+use super::lines::LiveLines;
+use super::root::Root;
+use super::{Infeasible, Method, Outcome, Scratch, Stop};
+use crate::circuit::{LineEnds, LinearCircuit};
+use crate::dense::{Spd, multiply, multiply_lower, view, view_mut};
+use crate::sensor::Topology;
+use crate::{Frame, Siemens, Volts};
+
+/// The closed iteration for `tia-grounded-columns` without a source resistor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Exact {
+    ends: LineEnds,
+    tolerance: f64,
+}
+
+/// Rows whose readings sum to less than this share of V_t carry no current worth a place in the network.
+const WEAK_ROW: f64 = 1e-7;
+const FAST_ROUNDS: u32 = 40;
+const MIXING_DEPTH: usize = 3;
+
+impl Exact {
+    /// The method for a circuit; none when its read-out has no closed iteration.
+    pub fn new(circuit: &LinearCircuit) -> Option<Self> {
+        let ends = circuit.ends();
+        let closed = ends.topology == Topology::TiaGroundedColumns
+            && ends.column_selected == ends.column_unselected;
+        closed.then(|| Self {
+            ends: ends.clone(),
+            tolerance: 1e-9,
+        })
+    }
+
+    /// Stops when no conductance changes by more than `tolerance` times the largest (1e-9 otherwise).
+    pub fn with_tolerance(mut self, tolerance: f64) -> Self {
+        self.tolerance = tolerance;
+        self
+    }
+}
+
+/// Arrays over the rows that carry current (m) and the live columns (n), row-major.
+pub(super) struct Network {
+    pub(super) m: usize,
+    pub(super) n: usize,
+    /// K, ohms.
+    pub(super) k: Vec<f64>,
+    /// P_rr, ohms.
+    pub(super) p: Vec<f64>,
+    /// g_c, siemens.
+    pub(super) g_c: Vec<f64>,
+    pub(super) h: Vec<f64>,
+    pub(super) d: Vec<f64>,
+    pub(super) g: Vec<f64>,
+    /// S, full and symmetric.
+    pub(super) s: Vec<f64>,
+    pub(super) product: Vec<f64>,
+    pub(super) spd: Spd,
+}
+
+impl Network {
+    fn new(m: usize, n: usize) -> Self {
+        Self {
+            m,
+            n,
+            k: vec![0.0; m * n],
+            p: vec![0.0; m],
+            g_c: vec![0.0; n],
+            h: vec![0.0; m * n],
+            d: vec![0.0; n],
+            g: vec![0.0; m * n],
+            s: vec![0.0; m * m],
+            product: vec![0.0; m * m],
+            spd: Spd::new(m),
+        }
+    }
+
+    /// H ← S K, then d ← g_c/(1 − ΣH) with the denominator held above `floor`. Returns the least
+    /// denominator and its column.
+    pub(super) fn columns_from_s(&mut self, floor: f64) -> (f64, usize) {
+        let (m, n) = (self.m, self.n);
+        multiply(
+            view_mut(&mut self.h, m, n),
+            view(&self.s, m, m),
+            view(&self.k, m, n),
+        );
+        self.d.fill(1.0);
+        for line in self.h.chunks_exact(n) {
+            for (d, h) in self.d.iter_mut().zip(line) {
+                *d -= h;
+            }
+        }
+        let mut least = (f64::INFINITY, 0);
+        for (c, (d, g_c)) in self.d.iter_mut().zip(&self.g_c).enumerate() {
+            if *d < least.0 || !d.is_finite() {
+                least = (*d, c);
+            }
+            *d = g_c / d.max(floor);
+        }
+        least
+    }
+
+    /// G ← H diag(d). Returns the largest conductance and the largest change of one.
+    pub(super) fn conductances(&mut self) -> (f64, f64) {
+        let n = self.n;
+        let (mut largest, mut change) = (0f64, 0f64);
+        for (g, h) in self.g.chunks_exact_mut(n).zip(self.h.chunks_exact(n)) {
+            for ((g, h), d) in g.iter_mut().zip(h).zip(&self.d) {
+                let value = h * d;
+                largest = largest.max(value.abs());
+                change = change.max((value - *g).abs());
+                *g = value;
+            }
+        }
+        (largest, change)
+    }
+}
+
+struct Memory {
+    live: LiveLines,
+    /// Which of the live rows carry current.
+    strong: Vec<bool>,
+    strong_before: Vec<bool>,
+    warm: bool,
+    volts: Vec<f64>,
+    siemens: Vec<f64>,
+    share: Vec<f64>,
+    along_rows: Vec<f64>,
+    network: Network,
+    packed: Vec<f64>,
+    image: Vec<f64>,
+    triangle: Vec<f64>,
+    diagonal: Vec<f64>,
+    mixing: Anderson,
+    root: Option<Box<Root>>,
+}
+
+impl Memory {
+    fn new(rows: usize, columns: usize) -> Self {
+        Self {
+            live: LiveLines::default(),
+            strong: Vec::new(),
+            strong_before: Vec::new(),
+            warm: false,
+            volts: vec![0.0; rows * columns],
+            siemens: vec![0.0; rows * columns],
+            share: vec![0.0; rows],
+            along_rows: vec![0.0; rows],
+            network: Network::new(0, 0),
+            packed: Vec::new(),
+            image: Vec::new(),
+            triangle: Vec::new(),
+            diagonal: Vec::new(),
+            mixing: Anderson::new(MIXING_DEPTH, 0),
+            root: None,
+        }
+    }
+
+    fn reshape(&mut self, m: usize, n: usize) {
+        let packed = m * (m + 1) / 2;
+        self.network = Network::new(m, n);
+        self.packed = vec![0.0; packed];
+        self.image = vec![0.0; packed];
+        self.triangle = vec![0.0; m * m];
+        self.diagonal = vec![0.0; m];
+        self.mixing = Anderson::new(MIXING_DEPTH, packed);
+        self.root = None;
+        self.warm = false;
+    }
+}
+
+impl Method for Exact {
+    fn name(&self) -> &'static str {
+        "exact"
+    }
+
+    fn scratch(&self) -> Scratch {
+        Scratch::new(Memory::new(
+            self.ends.row_selected.len(),
+            self.ends.column_selected.len(),
+        ))
+    }
+
+    fn solve_into(
+        &self,
+        volts: &Frame<Volts>,
+        siemens: &mut Frame<Siemens>,
+        scratch: &mut Scratch,
+    ) -> Outcome {
+        let columns = self.ends.column_selected.len();
+        assert_eq!(
+            (volts.rows(), volts.columns()),
+            (self.ends.row_selected.len(), columns),
+            "the frame has the sensor's shape"
+        );
+        let cold = scratch.take_cold();
+        let memory: &mut Memory = scratch.get();
+        memory.warm &= !cold;
+        siemens.take_marks(volts);
+        if memory.live.update(volts) {
+            memory.warm = false;
+            memory.strong_before.clear();
+        }
+        let (live_rows, n) = (memory.live.rows.len(), memory.live.columns.len());
+        if live_rows == 0 || n == 0 {
+            siemens.values_mut().fill(0.0);
+            return Outcome {
+                stop: Stop::Direct,
+                rounds: 0,
+                residual: 0.0,
+            };
+        }
+        let taxels = live_rows * n;
+        memory
+            .live
+            .gather(volts.values(), columns, &mut memory.volts[..taxels]);
+        if let Err(infeasible) = self.prepare(memory, n) {
+            siemens.values_mut().fill(0.0);
+            memory.warm = false;
+            return Outcome {
+                stop: Stop::Infeasible(infeasible),
+                rounds: 0,
+                residual: f64::INFINITY,
+            };
+        }
+        let outcome = self.iterate(memory);
+        memory.warm = outcome.stop.is_good();
+        self.collect(memory, n);
+        memory
+            .live
+            .scatter(&memory.siemens[..taxels], columns, siemens.values_mut());
+        outcome
+    }
+}
+
+impl Exact {
+    /// From volts to K and P_rr of the rows that carry current.
+    fn prepare(&self, memory: &mut Memory, n: usize) -> Result<(), Infeasible> {
+        let ends = &self.ends;
+        memory.strong.clear();
+        for (i, &r) in memory.live.rows.iter().enumerate() {
+            // volts ← the share of V_t on the selected row's line.
+            let scale = 1.0 / (ends.volts_per_ampere * ends.row_selected[r] * ends.v_test_volts);
+            let line = &mut memory.volts[i * n..(i + 1) * n];
+            let mut sum = 0.0;
+            for value in line.iter_mut() {
+                *value *= scale;
+                sum += *value;
+            }
+            if sum >= 1.0 {
+                let ohms = 1.0 / ends.row_selected[r];
+                return Err(Infeasible {
+                    number: "r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain))",
+                    ohms,
+                    limit_ohms: ohms / sum,
+                    line: format!("row {r}"),
+                });
+            }
+            memory.share[i] = sum;
+            memory.strong.push(sum > WEAK_ROW);
+        }
+        let m = memory.strong.iter().filter(|&&strong| strong).count();
+        if memory.strong != memory.strong_before {
+            let strong = std::mem::take(&mut memory.strong);
+            memory.strong_before.clone_from(&strong);
+            memory.strong = strong;
+            memory.reshape(m, n);
+            for (g_c, &c) in memory.network.g_c.iter_mut().zip(&memory.live.columns) {
+                *g_c = ends.column_selected[c];
+            }
+        }
+        let network = &mut memory.network;
+        let mut at = 0;
+        for (i, &r) in memory.live.rows.iter().enumerate() {
+            if !memory.strong[i] {
+                continue;
+            }
+            let beta = 1.0 / memory.share[i];
+            network.p[at] = (beta - 1.0) / ends.row_selected[r];
+            let line = &memory.volts[i * n..(i + 1) * n];
+            for ((k, share), g_c) in network.k[at * n..(at + 1) * n]
+                .iter_mut()
+                .zip(line)
+                .zip(&network.g_c)
+            {
+                *k = beta * share / g_c;
+            }
+            at += 1;
+        }
+        Ok(())
+    }
+
+    fn iterate(&self, memory: &mut Memory) -> Outcome {
+        if memory.network.m == 0 {
+            return Outcome {
+                stop: Stop::Direct,
+                rounds: 0,
+                residual: 0.0,
+            };
+        }
+        let fast = self.fast(memory);
+        if fast.stop.is_good() {
+            return fast;
+        }
+        let network = &mut memory.network;
+        let root = memory
+            .root
+            .get_or_insert_with(|| Box::new(Root::new(network.m, network.n)));
+        let (mut outcome, worst_column) = root.iterate(network, self.tolerance);
+        outcome.rounds += fast.rounds;
+        if let Some((denominator, at)) = worst_column {
+            let column = memory.live.columns[at];
+            let ohms = 1.0 / self.ends.column_selected[column];
+            outcome.stop = Stop::Infeasible(Infeasible {
+                number: "r_mux_column_ohms",
+                ohms,
+                limit_ohms: ohms / (1.0 - denominator),
+                line: format!("column {column}"),
+            });
+        }
+        outcome
+    }
+
+    /// The fixed point in S; gives up (`Stalled`) as soon as it does not contract.
+    fn fast(&self, memory: &mut Memory) -> Outcome {
+        let Memory {
+            network,
+            packed,
+            image,
+            triangle,
+            diagonal,
+            mixing,
+            warm,
+            ..
+        } = memory;
+        let m = network.m;
+        start(network, packed, mixing, *warm);
+        let (mut before, mut last_change) = (f64::INFINITY, f64::INFINITY);
+        for round in 1..=FAST_ROUNDS {
+            let stalled = Outcome {
+                stop: Stop::Stalled,
+                rounds: round,
+                residual: last_change,
+            };
+            unpack(packed, &mut network.s, m);
+            if network.columns_from_s(f64::MIN_POSITIVE).0 <= 0.0 {
+                return stalled;
+            }
+            let (largest, change) = network.conductances();
+            let change = change / largest;
+            if !change.is_finite() || (round > 4 && change > 0.3) {
+                return stalled;
+            }
+            // The change is the error of the round before; the ratio of changes says what is left now.
+            let ratio = (change / before).min(1.0);
+            if round > 1 && change * (10.0 * ratio).min(1.0) <= self.tolerance {
+                return Outcome {
+                    stop: Stop::Converged,
+                    rounds: round,
+                    residual: change,
+                };
+            }
+            (before, last_change) = (change, change);
+            let (g, h) = (
+                view(&network.g, m, network.n),
+                view(&network.h, m, network.n),
+            );
+            multiply_lower(view_mut(&mut network.product, m, m), g, h.transpose());
+            for i in 0..m {
+                let (low, at) = (i * m, i * (i + 1) / 2);
+                for j in 0..i {
+                    image[at + j] = -network.product[low + j];
+                    network.product[low + j] = image[at + j];
+                }
+                image[at + i] = packed[at + i];
+                network.product[low + i] = packed[at + i];
+            }
+            if !network.spd.factorise(&network.product) {
+                return stalled;
+            }
+            network.spd.inverse_diagonal_into(diagonal, triangle);
+            for i in 0..m {
+                let found = diagonal[i];
+                image[i * (i + 1) / 2 + i] += (found - network.p[i]) / (found * found);
+            }
+            mixing.advance(packed, image);
+        }
+        Outcome {
+            stop: Stop::RoundLimit,
+            rounds: FAST_ROUNDS,
+            residual: last_change,
+        }
+    }
+
+    /// The rows that carry current to their places, and the rest to first order in their conductance:
+    /// H_r = g_in (w_r − (w_r Gᵀ) Λ⁻¹ H).
+    fn collect(&self, memory: &mut Memory, n: usize) {
+        let network = &memory.network;
+        let mut at = 0;
+        for (i, &r) in memory.live.rows.iter().enumerate() {
+            let out = &mut memory.siemens[i * n..(i + 1) * n];
+            if memory.strong[i] {
+                out.copy_from_slice(&network.g[at * n..(at + 1) * n]);
+                at += 1;
+                continue;
+            }
+            for ((out, share), g_c) in out.iter_mut().zip(&memory.volts[i * n..(i + 1) * n]).zip(
+                memory
+                    .live
+                    .columns
+                    .iter()
+                    .map(|&c| self.ends.column_selected[c]),
+            ) {
+                *out = share / g_c;
+            }
+            let lines = network.g.chunks_exact(n);
+            for (pull, g) in memory.along_rows.iter_mut().zip(lines) {
+                let total: f64 = g.iter().sum();
+                let along: f64 = g.iter().zip(out.iter()).map(|(g, w)| g * w).sum();
+                *pull = along / total;
+            }
+            for (pull, h) in memory.along_rows.iter().zip(network.h.chunks_exact(n)) {
+                for (out, h) in out.iter_mut().zip(h) {
+                    *out -= pull * h;
+                }
+            }
+            let g_in = self.ends.row_selected[r];
+            for (j, out) in out.iter_mut().enumerate() {
+                let d = match network.m {
+                    0 => self.ends.column_selected[memory.live.columns[j]],
+                    _ => network.d[j],
+                };
+                *out *= g_in * d;
+            }
+        }
+    }
+}
+
+/// The first S: the previous frame's, or diag(1/P_rr); and the weights that make its entries comparable.
+fn start(network: &mut Network, packed: &mut [f64], mixing: &mut Anderson, warm: bool) {
+    let m = network.m;
+    match warm {
+        true => mixing.resume(),
+        false => mixing.restart(),
+    }
+    let weights = mixing.weights_mut();
+    let mut at = 0;
+    for i in 0..m {
+        for j in 0..=i {
+            weights[at] = (network.p[i] * network.p[j]).sqrt();
+            if !warm {
+                packed[at] = if i == j { 1.0 / network.p[i] } else { 0.0 };
+            }
+            at += 1;
+        }
+    }
+    if !warm {
+        network.g.fill(0.0);
+    }
+}
+
+fn unpack(packed: &[f64], full: &mut [f64], m: usize) {
+    let mut at = 0;
+    for i in 0..m {
+        for j in 0..=i {
+            full[i * m + j] = packed[at];
+            full[j * m + i] = packed[at];
+            at += 1;
+        }
+    }
+}

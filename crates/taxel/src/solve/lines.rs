@@ -1,0 +1,95 @@
+//! Which lines take part: a line whose every taxel is marked open says nothing and is left out.
+
+use crate::circuit::LineEnds;
+use crate::{Frame, Mark};
+
+/// The rows and columns that take part in a frame.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct LiveLines {
+    pub(super) rows: Vec<usize>,
+    pub(super) columns: Vec<usize>,
+    row_open: Vec<bool>,
+    column_open: Vec<bool>,
+}
+
+impl LiveLines {
+    /// Reads the lines off a frame's marks; true when they are others than before.
+    pub(super) fn update<Q>(&mut self, frame: &Frame<Q>) -> bool {
+        let (rows, columns) = (frame.rows(), frame.columns());
+        if frame.marks().iter().all(|&mark| mark != Mark::Open)
+            && self.rows.len() == rows
+            && self.columns.len() == columns
+        {
+            return false;
+        }
+        self.row_open.clear();
+        self.row_open.resize(rows, true);
+        self.column_open.clear();
+        self.column_open.resize(columns, true);
+        for (r, line) in frame.marks().chunks_exact(columns).enumerate() {
+            for (c, &mark) in line.iter().enumerate() {
+                if mark != Mark::Open {
+                    self.row_open[r] = false;
+                    self.column_open[c] = false;
+                }
+            }
+        }
+        let same = |kept: &[usize], open: &[bool]| {
+            kept.iter()
+                .copied()
+                .eq((0..open.len()).filter(|&i| !open[i]))
+        };
+        if same(&self.rows, &self.row_open) && same(&self.columns, &self.column_open) {
+            return false;
+        }
+        self.rows = (0..rows).filter(|&r| !self.row_open[r]).collect();
+        self.columns = (0..columns).filter(|&c| !self.column_open[c]).collect();
+        true
+    }
+
+    /// The values of the taxels that take part, line by line.
+    pub(super) fn gather(&self, from: &[f64], columns: usize, to: &mut [f64]) {
+        if self.columns.len() == columns && self.rows.len() * columns == from.len() {
+            to.copy_from_slice(from);
+            return;
+        }
+        for (&r, line) in self
+            .rows
+            .iter()
+            .zip(to.chunks_exact_mut(self.columns.len()))
+        {
+            for (&c, value) in self.columns.iter().zip(line) {
+                *value = from[r * columns + c];
+            }
+        }
+    }
+
+    /// Values back to their taxels; those that took no part get 0.
+    pub(super) fn scatter(&self, from: &[f64], columns: usize, to: &mut [f64]) {
+        if self.columns.len() == columns && self.rows.len() * columns == to.len() {
+            to.copy_from_slice(from);
+            return;
+        }
+        to.fill(0.0);
+        for (&r, line) in self.rows.iter().zip(from.chunks_exact(self.columns.len())) {
+            for (&c, value) in self.columns.iter().zip(line) {
+                to[r * columns + c] = *value;
+            }
+        }
+    }
+
+    /// The ends of the lines that take part.
+    pub(super) fn ends(&self, all: &LineEnds) -> LineEnds {
+        let pick = |lines: &[usize], of: &[f64]| lines.iter().map(|&i| of[i]).collect();
+        LineEnds {
+            topology: all.topology,
+            v_test_volts: all.v_test_volts,
+            column_unselected: pick(&self.columns, &all.column_unselected),
+            column_selected: pick(&self.columns, &all.column_selected),
+            row_unselected: pick(&self.rows, &all.row_unselected),
+            row_selected: pick(&self.rows, &all.row_selected),
+            volts_per_ampere: all.volts_per_ampere,
+            feedback: pick(&self.rows, &all.feedback),
+        }
+    }
+}

@@ -1,0 +1,190 @@
+//! Inverse: the conductances behind a scan.
+//!
+//! Every method implements [`Method`]: [`Raw`] (no compensation), [`Exact`] (the e-Cone's circuit, in about a
+//! millisecond), [`Newton`] (every linear topology). [`default_method`] picks by topology.
+
+mod anderson;
+mod exact;
+mod gmres;
+mod lines;
+mod newton;
+mod raw;
+mod root;
+mod uncertainty;
+
+pub use exact::Exact;
+pub use newton::Newton;
+pub use raw::Raw;
+pub use uncertainty::{Uncertainty, standard_errors};
+
+use std::any::Any;
+
+use crate::circuit::LinearCircuit;
+use crate::sensor::{Sensor, Topology};
+use crate::{Error, Frame, Siemens, Volts};
+
+/// A way from read-out volts to conductances: physics, nothing, or a network.
+pub trait Method: Send + Sync {
+    /// The word for it: `exact`, `newton`, `raw`.
+    fn name(&self) -> &'static str;
+
+    /// Memory for one stream of frames. It also remembers the previous frame as a start for the next.
+    fn scratch(&self) -> Scratch;
+
+    /// Solves one frame without allocating. Rows and columns whose taxels are all marked
+    /// [`crate::Mark::Open`] are left out of the system; their taxels get 0 S and keep their mark.
+    /// A saturated reading is a lower bound: the least conductance that reaches it is the answer, and
+    /// keeps its mark. Not converging is an answer, in [`Outcome::stop`], not an error.
+    ///
+    /// # Panics
+    /// When a frame's shape is not the sensor's, or the scratch is another method's.
+    fn solve_into(
+        &self,
+        volts: &Frame<Volts>,
+        siemens: &mut Frame<Siemens>,
+        scratch: &mut Scratch,
+    ) -> Outcome;
+
+    /// Solves one frame from a cold start. Allocates.
+    fn solve(&self, volts: &Frame<Volts>) -> Solved {
+        let mut frame = volts.map(|_, _| 0.0);
+        let outcome = self.solve_into(volts, &mut frame, &mut self.scratch());
+        Solved { frame, outcome }
+    }
+}
+
+/// A method's memory; made by [`Method::scratch`].
+pub struct Scratch {
+    memory: Box<dyn Any + Send>,
+    cold: bool,
+}
+
+impl Scratch {
+    /// Wraps a method's own memory.
+    pub fn new<T: Any + Send>(memory: T) -> Self {
+        Self {
+            memory: Box::new(memory),
+            cold: true,
+        }
+    }
+
+    /// Makes the next solve start cold, as if no frame had been seen: where a recording jumps.
+    pub fn forget(&mut self) {
+        self.cold = true;
+    }
+
+    /// Whether the next solve must start cold; asking resets it.
+    pub fn take_cold(&mut self) -> bool {
+        std::mem::take(&mut self.cold)
+    }
+
+    /// The memory again.
+    ///
+    /// # Panics
+    /// When it was made by another method.
+    pub fn get<T: Any>(&mut self) -> &mut T {
+        self.memory
+            .downcast_mut()
+            .expect("scratch made by the same method")
+    }
+}
+
+/// Why a method stopped.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Stop {
+    /// A closed form: nothing to iterate.
+    Direct,
+    /// The answer no longer changes by more than the tolerance.
+    Converged,
+    /// The limit of rounds came first.
+    RoundLimit,
+    /// No step made the answer better.
+    Stalled,
+    /// No conductances explain the frame with this circuit.
+    Infeasible(Infeasible),
+}
+
+impl Stop {
+    /// Whether the answer is one.
+    pub fn is_good(&self) -> bool {
+        matches!(self, Stop::Direct | Stop::Converged)
+    }
+}
+
+/// Which number of the circuit is too large for the frame.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error(
+    "no conductances explain this frame: {number} is {ohms:.4} Ohm, but {line} allows less than {limit_ohms:.4} Ohm\nhint: {number} is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; run `taxel calibrate`"
+)]
+pub struct Infeasible {
+    /// The key in sensor.toml.
+    pub number: &'static str,
+    /// Its value (with what cannot be told apart from it), ohms.
+    pub ohms: f64,
+    /// What the frame allows, ohms.
+    pub limit_ohms: f64,
+    /// The line that says so, such as `row 12`.
+    pub line: String,
+}
+
+/// How a solve went.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// Why it stopped.
+    pub stop: Stop,
+    /// Rounds taken.
+    pub rounds: u32,
+    /// What is left, a pure number: for `exact` the last change of a conductance over the largest, for
+    /// `newton` the largest misfit of a taxel's apparent conductance over the largest.
+    pub residual: f64,
+}
+
+/// A solved frame and how it went.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Solved {
+    /// The conductances, siemens.
+    pub frame: Frame<Siemens>,
+    /// Why it stopped, rounds, residual.
+    pub outcome: Outcome,
+}
+
+/// The best method for a sensor's read-out: `exact` for the e-Cone's circuit without a source resistor,
+/// `newton` for every other.
+///
+/// # Errors
+/// [`Error::MissingKey`] when a switch resistance is not known yet.
+pub fn default_method(sensor: &Sensor) -> Result<Box<dyn Method>, Error> {
+    let circuit = LinearCircuit::from_sensor(sensor)?;
+    Ok(match Exact::new(&circuit) {
+        Some(exact) => Box::new(exact),
+        None => Box::new(Newton::new(circuit)),
+    })
+}
+
+/// The method called `name` for a sensor.
+///
+/// # Errors
+/// [`Error::UnknownMethod`] for another name, or `exact` where the read-out has no closed iteration;
+/// [`Error::MissingKey`] when a switch resistance is not known yet.
+pub fn method(name: &str, sensor: &Sensor) -> Result<Box<dyn Method>, Error> {
+    match name {
+        "auto" => default_method(sensor),
+        "raw" => Ok(Box::new(Raw::from_sensor(sensor))),
+        "newton" => Ok(Box::new(Newton::new(LinearCircuit::from_sensor(sensor)?))),
+        "exact" => match Exact::new(&LinearCircuit::from_sensor(sensor)?) {
+            Some(exact) => Ok(Box::new(exact)),
+            None => Err(Error::UnknownMethod {
+                name: name.to_owned(),
+                hint: format!(
+                    "`exact` needs topology `{}` with r_source_ohms = 0; `newton` does the rest",
+                    Topology::TiaGroundedColumns.name()
+                ),
+            }),
+        },
+        _ => Err(Error::UnknownMethod {
+            name: name.to_owned(),
+            hint: "known: auto, exact, newton, raw".to_owned(),
+        }),
+    }
+}

@@ -1,0 +1,331 @@
+//! Every linear topology: Newton's method, matrix-free, on the taxels' apparent conductances.
+//!
+//! The reading of a taxel is first freed of its own series path, y = I/(V_t − I·(R_c + R_v + R_end)): what
+//! the taxel would be if it were alone. Then y ≈ G with a diagonal derivative near one, and what GMRES has
+//! left to undo is the cross-talk.
+
+use super::gmres::{Gmres, norm};
+use super::lines::LiveLines;
+use super::{Infeasible, Method, Outcome, Scratch, Stop};
+use crate::circuit::{LineEnds, LinearCircuit, LinearPoint, OperatingPoint};
+use crate::{Frame, Siemens, Volts};
+
+/// Newton's method for any linear circuit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Newton {
+    circuit: LinearCircuit,
+    tolerance: f64,
+}
+
+const ROUNDS: u32 = 60;
+const DEPTH: usize = 60;
+const RESTARTS: usize = 6;
+
+impl Newton {
+    /// The method for a circuit.
+    pub fn new(circuit: LinearCircuit) -> Self {
+        Self {
+            circuit,
+            tolerance: 1e-9,
+        }
+    }
+
+    /// Stops when no apparent conductance misfits by more than `tolerance` times the largest (1e-9 otherwise).
+    pub fn with_tolerance(mut self, tolerance: f64) -> Self {
+        self.tolerance = tolerance;
+        self
+    }
+}
+
+/// The series path of each taxel that is its own: I = V_out/volts_per_ampere, y = I/(V_t − I·R).
+struct OwnPath {
+    per_ampere: f64,
+    v_test: f64,
+    column_ohms: Vec<f64>,
+    row_ohms: Vec<f64>,
+}
+
+impl OwnPath {
+    fn new(ends: &LineEnds) -> Self {
+        let ohms = |g: &[f64]| g.iter().map(|g| 1.0 / g).collect();
+        Self {
+            per_ampere: 1.0 / ends.volts_per_ampere,
+            v_test: ends.v_test_volts,
+            column_ohms: ohms(&ends.column_selected),
+            row_ohms: ohms(&ends.row_selected),
+        }
+    }
+
+    /// y and dy/dV of every taxel, in place of its volts.
+    fn apparent(&self, volts: &mut [f64], slope: &mut [f64]) {
+        let n = self.column_ohms.len();
+        for ((line, slopes), row) in volts
+            .chunks_exact_mut(n)
+            .zip(slope.chunks_exact_mut(n))
+            .zip(&self.row_ohms)
+        {
+            for ((value, slope), column) in line.iter_mut().zip(slopes).zip(&self.column_ohms) {
+                let current = *value * self.per_ampere;
+                let left = self.v_test - current * (row + column);
+                *value = current / left;
+                *slope = self.per_ampere * self.v_test / (left * left);
+            }
+        }
+    }
+
+    /// The taxel that draws more than its own path lets through, if there is one: the ohms it allows.
+    fn infeasible(&self, volts: &[f64], live: &LiveLines) -> Option<Infeasible> {
+        let n = self.column_ohms.len();
+        volts.iter().enumerate().find_map(|(i, v)| {
+            let ohms = self.row_ohms[i / n] + self.column_ohms[i % n];
+            let current = v * self.per_ampere;
+            (current * ohms >= self.v_test).then(|| Infeasible {
+                number: "r_mux_row_ohms + r_mux_column_ohms (with r_source_ohms and the row's end resistor)",
+                ohms,
+                limit_ohms: self.v_test / current,
+                line: format!("the taxel at row {}, column {}", live.rows[i / n], live.columns[i % n]),
+            })
+        })
+    }
+}
+
+struct Memory {
+    live: LiveLines,
+    warm: bool,
+    point: Option<LinearPoint>,
+    path: Option<OwnPath>,
+    measured: Vec<f64>,
+    slope: Vec<f64>,
+    found: Vec<f64>,
+    misfit: Vec<f64>,
+    g: Vec<f64>,
+    trial: Vec<f64>,
+    step: Vec<f64>,
+    gmres: Gmres,
+}
+
+impl Memory {
+    fn new() -> Self {
+        Self {
+            live: LiveLines::default(),
+            warm: false,
+            point: None,
+            path: None,
+            measured: Vec::new(),
+            slope: Vec::new(),
+            found: Vec::new(),
+            misfit: Vec::new(),
+            g: Vec::new(),
+            trial: Vec::new(),
+            step: Vec::new(),
+            gmres: Gmres::new(0, 0),
+        }
+    }
+
+    fn reshape(&mut self, all: &LineEnds) {
+        let ends = self.live.ends(all);
+        let taxels = self.live.rows.len() * self.live.columns.len();
+        for buffer in [
+            &mut self.measured,
+            &mut self.slope,
+            &mut self.found,
+            &mut self.misfit,
+            &mut self.g,
+            &mut self.trial,
+            &mut self.step,
+        ] {
+            buffer.clear();
+            buffer.resize(taxels, 0.0);
+        }
+        self.gmres = Gmres::new(taxels, DEPTH.min(taxels));
+        self.path = Some(OwnPath::new(&ends));
+        self.point = Some(LinearCircuit::new(ends).point());
+        self.warm = false;
+    }
+
+    /// Solves the network at `trial`; the misfit of the apparent conductances is left in `misfit`, their
+    /// values in `found`, dy/dV in `slope`. The norm of the misfit, if the network is passive.
+    fn evaluate(&mut self) -> Option<f64> {
+        let (point, path) = (self.point.as_mut()?, self.path.as_ref()?);
+        point.set(&self.trial).ok()?;
+        point.predict_into(&mut self.found);
+        path.apparent(&mut self.found, &mut self.slope);
+        for ((misfit, found), measured) in
+            self.misfit.iter_mut().zip(&self.found).zip(&self.measured)
+        {
+            *misfit = measured - found;
+        }
+        let size = norm(&self.misfit);
+        size.is_finite().then_some(size)
+    }
+
+    /// The measured apparent conductances, scaled so that their sum is right: the start of a cold solve.
+    fn guess(&mut self) -> Option<f64> {
+        let floor = 1e-9 * largest(&self.measured);
+        for (trial, measured) in self.trial.iter_mut().zip(&self.measured) {
+            *trial = measured.max(floor);
+        }
+        for _ in 0..3 {
+            self.evaluate()?;
+            let ratio = self.measured.iter().sum::<f64>() / self.found.iter().sum::<f64>();
+            if !(ratio.is_finite() && ratio > 0.0) {
+                break;
+            }
+            for trial in &mut self.trial {
+                *trial *= ratio;
+            }
+        }
+        self.evaluate()
+    }
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most, v| most.max(v.abs()))
+}
+
+impl Method for Newton {
+    fn name(&self) -> &'static str {
+        "newton"
+    }
+
+    fn scratch(&self) -> Scratch {
+        Scratch::new(Memory::new())
+    }
+
+    fn solve_into(
+        &self,
+        volts: &Frame<Volts>,
+        siemens: &mut Frame<Siemens>,
+        scratch: &mut Scratch,
+    ) -> Outcome {
+        let ends = self.circuit.ends();
+        let columns = ends.column_selected.len();
+        assert_eq!(
+            (volts.rows(), volts.columns()),
+            (ends.row_selected.len(), columns),
+            "the frame has the sensor's shape"
+        );
+        let cold = scratch.take_cold();
+        let memory: &mut Memory = scratch.get();
+        memory.warm &= !cold;
+        siemens.take_marks(volts);
+        if memory.live.update(volts) {
+            memory.reshape(ends);
+        }
+        if memory.g.is_empty() {
+            siemens.values_mut().fill(0.0);
+            return Outcome {
+                stop: Stop::Direct,
+                rounds: 0,
+                residual: 0.0,
+            };
+        }
+        memory
+            .live
+            .gather(volts.values(), columns, &mut memory.measured);
+        let outcome = self.iterate(memory);
+        memory.warm = outcome.stop.is_good();
+        memory
+            .live
+            .scatter(&memory.g, columns, siemens.values_mut());
+        outcome
+    }
+}
+
+impl Newton {
+    fn iterate(&self, memory: &mut Memory) -> Outcome {
+        if let Some(infeasible) = memory
+            .path
+            .as_ref()
+            .and_then(|path| path.infeasible(&memory.measured, &memory.live))
+        {
+            memory.g.fill(0.0);
+            return Outcome {
+                stop: Stop::Infeasible(infeasible),
+                rounds: 0,
+                residual: f64::INFINITY,
+            };
+        }
+        if let Some(path) = &memory.path {
+            path.apparent(&mut memory.measured, &mut memory.slope);
+        }
+        let scale = largest(&memory.measured);
+        if scale == 0.0 {
+            memory.g.fill(0.0);
+            return Outcome {
+                stop: Stop::Converged,
+                rounds: 0,
+                residual: 0.0,
+            };
+        }
+        let mut size = f64::INFINITY;
+        if memory.warm {
+            memory.trial.copy_from_slice(&memory.g);
+            size = memory.evaluate().unwrap_or(f64::INFINITY);
+        }
+        if !size.is_finite() {
+            size = memory.guess().unwrap_or(f64::INFINITY);
+        }
+        memory.g.copy_from_slice(&memory.trial);
+        for round in 1..=ROUNDS {
+            let residual = largest(&memory.misfit) / scale;
+            if residual <= self.tolerance {
+                return Outcome {
+                    stop: Stop::Converged,
+                    rounds: round - 1,
+                    residual,
+                };
+            }
+            let Some(smaller) = self.step(memory, size, scale) else {
+                // Put the network back to the best point, so that the misfit is that of the answer.
+                memory.trial.copy_from_slice(&memory.g);
+                memory.evaluate();
+                let residual = largest(&memory.misfit) / scale;
+                return Outcome {
+                    stop: Stop::Stalled,
+                    rounds: round,
+                    residual,
+                };
+            };
+            size = smaller;
+        }
+        let residual = largest(&memory.misfit) / scale;
+        Outcome {
+            stop: Stop::RoundLimit,
+            rounds: ROUNDS,
+            residual,
+        }
+    }
+
+    /// One damped step; the norm of the misfit after it, if it fell.
+    fn step(&self, memory: &mut Memory, size: f64, scale: f64) -> Option<f64> {
+        let relative = size / (scale * (memory.g.len() as f64).sqrt());
+        let tolerance = (0.1 * relative).clamp(1e-10, 1e-2);
+        {
+            let (point, slope) = (memory.point.as_mut()?, &memory.slope);
+            let apply = |v: &[f64], out: &mut [f64]| {
+                point.derivative_into(v, out);
+                for (out, slope) in out.iter_mut().zip(slope) {
+                    *out *= slope;
+                }
+            };
+            memory
+                .gmres
+                .solve(apply, &memory.misfit, &mut memory.step, tolerance, RESTARTS);
+        }
+        let mut length = 1.0;
+        for _ in 0..30 {
+            for ((trial, g), step) in memory.trial.iter_mut().zip(&memory.g).zip(&memory.step) {
+                *trial = g + length * step;
+            }
+            if let Some(now) = memory.evaluate()
+                && now < size * (1.0 - 1e-4 * length)
+            {
+                memory.g.copy_from_slice(&memory.trial);
+                return Some(now);
+            }
+            length *= 0.5;
+        }
+        None
+    }
+}

@@ -1,0 +1,76 @@
+//! No compensation: what most programs do, and what every other method is compared with.
+
+use super::{Method, Outcome, Scratch, Stop};
+use crate::sensor::Sensor;
+use crate::{Frame, Mark, Siemens, Volts};
+
+/// G = |V_out|/(V_t·R_k), or G = V/(R_p·(V_t − V)) for a divider: each taxel as if it were alone and the
+/// switches ideal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Raw {
+    v_test_volts: f64,
+    /// R_k (negative: the amplifier inverts) or R_p, ohms.
+    ohms: f64,
+    divider: bool,
+}
+
+impl Raw {
+    /// The raw reading of a sensor. Needs no switch resistances.
+    pub fn from_sensor(sensor: &Sensor) -> Self {
+        let readout = &sensor.readout;
+        let divider = !readout.topology.is_tia();
+        Self {
+            v_test_volts: readout.v_test_volts,
+            ohms: match divider {
+                true => readout.r_pull_down_ohms.unwrap_or_default(),
+                false => -readout.r_feedback_ohms.unwrap_or_default(),
+            },
+            divider,
+        }
+    }
+
+    /// The apparent conductance of one reading, siemens.
+    pub fn siemens_from_volts(&self, volts: f64) -> f64 {
+        if self.divider {
+            // At V_t the taxel would be a short; the last reading below it stands for that.
+            volts / (self.ohms * (self.v_test_volts - volts).max(1e-6 * self.v_test_volts))
+        } else {
+            volts / (self.v_test_volts * self.ohms)
+        }
+    }
+}
+
+impl Method for Raw {
+    fn name(&self) -> &'static str {
+        "raw"
+    }
+
+    fn scratch(&self) -> Scratch {
+        Scratch::new(())
+    }
+
+    fn solve_into(
+        &self,
+        volts: &Frame<Volts>,
+        siemens: &mut Frame<Siemens>,
+        _: &mut Scratch,
+    ) -> Outcome {
+        siemens.take_marks(volts);
+        for ((g, &v), mark) in siemens
+            .values
+            .iter_mut()
+            .zip(volts.values())
+            .zip(volts.marks())
+        {
+            *g = match mark {
+                Mark::Open => 0.0,
+                _ => self.siemens_from_volts(v),
+            };
+        }
+        Outcome {
+            stop: Stop::Direct,
+            rounds: 0,
+            residual: 0.0,
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! How far to trust each conductance: the converter's noise and rounding carried through the inverse.
+
+use faer::linalg::solvers::DenseSolveCore;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::gmres::Gmres;
+use crate::circuit::{NotPassive, OperatingPoint, normal};
+use crate::dense::view;
+
+/// How standard errors were computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Uncertainty {
+    /// The whole inverse derivative: exact to first order.
+    Dense,
+    /// The root mean square of this many solves of J x = σ z with random z: each standard error is itself
+    /// uncertain by 1/√(2·probes).
+    Probes(u32),
+}
+
+/// Up to this many taxels the whole derivative is inverted.
+const DENSE_TAXELS: usize = 1024;
+const PROBES: u32 = 32;
+
+/// Standard error of every conductance (siemens, row by row) when each reading has an independent
+/// standard deviation of `sigma_volts`: the square root of the diagonal of J⁻¹ σ² J⁻ᵀ at the
+/// conductances `siemens`, J the exact derivative of the scan.
+///
+/// # Errors
+/// [`NotPassive`] when the network has no solution at these conductances.
+pub fn standard_errors(
+    point: &mut dyn OperatingPoint,
+    siemens: &[f64],
+    sigma_volts: f64,
+) -> Result<(Vec<f64>, Uncertainty), NotPassive> {
+    point.set(siemens)?;
+    let taxels = siemens.len();
+    if taxels <= DENSE_TAXELS {
+        return Ok((dense(point, taxels, sigma_volts), Uncertainty::Dense));
+    }
+    let mut gmres = Gmres::new(taxels, 60);
+    let mut random = ChaCha8Rng::seed_from_u64(0x7a8e1);
+    let (mut sum, mut x, mut b) = (vec![0.0; taxels], vec![0.0; taxels], vec![0.0; taxels]);
+    for _ in 0..PROBES {
+        for value in &mut b {
+            *value = sigma_volts * normal(&mut random);
+        }
+        gmres.solve(|v, out| point.derivative_into(v, out), &b, &mut x, 1e-3, 10);
+        for (sum, x) in sum.iter_mut().zip(&x) {
+            *sum += x * x;
+        }
+    }
+    for value in &mut sum {
+        *value = (*value / f64::from(PROBES)).sqrt();
+    }
+    Ok((sum, Uncertainty::Probes(PROBES)))
+}
+
+fn dense(point: &mut dyn OperatingPoint, taxels: usize, sigma: f64) -> Vec<f64> {
+    let mut transposed = vec![0.0; taxels * taxels];
+    let mut unit = vec![0.0; taxels];
+    for (i, column) in transposed.chunks_exact_mut(taxels).enumerate() {
+        unit[i] = 1.0;
+        point.derivative_into(&unit, column);
+        unit[i] = 0.0;
+    }
+    let inverse = view(&transposed, taxels, taxels)
+        .transpose()
+        .partial_piv_lu()
+        .inverse();
+    (0..taxels)
+        .map(|i| {
+            sigma
+                * (0..taxels)
+                    .map(|j| inverse[(i, j)].powi(2))
+                    .sum::<f64>()
+                    .sqrt()
+        })
+        .collect()
+}
