@@ -7,6 +7,7 @@
 //!
 //! This crate touches nothing: no files, sockets, threads or clock.
 
+pub mod circuit;
 pub mod error;
 pub mod frame;
 pub mod sensor;

@@ -1,0 +1,3 @@
+//! The circuit around the array.
+
+pub mod simplified;
