@@ -1,3 +1,4 @@
 //! The circuit around the array.
 
+pub mod netlist;
 pub mod simplified;
