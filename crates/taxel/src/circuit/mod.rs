@@ -7,6 +7,8 @@ mod converter;
 mod derivative;
 mod ends;
 mod linear;
+pub mod netlist;
+pub mod simplified;
 
 pub(crate) use converter::normal;
 pub use converter::{Converter, Noise};

@@ -1,0 +1,69 @@
+//! Netlists run by ngspice, where it is installed, give the answers kept in `testdata/ngspice`.
+
+mod golden;
+
+use std::process::Command;
+
+use taxel::circuit::netlist::{Selection, netlist, readings};
+
+/// A small case of each topology, and the ones with something extra.
+const CASES: [&str; 9] = [
+    "tia-grounded-columns-8x8-ron70-gain1e4",
+    "tia-grounded-columns-8x8-rv1000",
+    "tia-zero-potential-8x8-ron10",
+    "divider-grounded-columns-8x8-ron70",
+    "divider-floating-8x8-ron70",
+    "divider-floating-6x10-per-line",
+    "divider-voltage-feedback-8x8-ron70",
+    "divider-voltage-feedback-12x5",
+    "tia-grounded-columns-1x1",
+];
+
+#[test]
+fn ngspice_gives_the_kept_answers() {
+    if Command::new("ngspice").arg("--version").output().is_err() {
+        println!("skipped: ngspice is not installed");
+        return;
+    }
+    let cases = golden::cases();
+    for name in CASES {
+        let case = cases.iter().find(|case| case.name == name);
+        compare(case.expect("the case is in testdata/ngspice"));
+    }
+}
+
+fn compare(case: &golden::Case) {
+    let taxels = case.v_out.iter().map(|&(row, column, _)| (row, column));
+    let selection = Selection::Taxels(taxels.collect());
+    let text = netlist(&case.sensor, &case.conductance, selection).unwrap();
+    let name = format!("taxel-{}-{}.cir", std::process::id(), case.name);
+    let path = std::env::temp_dir().join(name);
+    std::fs::write(&path, text).unwrap();
+    let output = Command::new("ngspice").arg("-b").arg(&path).output();
+    std::fs::remove_file(&path).unwrap();
+    let found = readings(&String::from_utf8_lossy(&output.unwrap().stdout));
+    assert_eq!(found.len(), case.v_out.len(), "{}", case.name);
+    for (found, kept) in found.iter().zip(&case.v_out) {
+        assert_eq!((found.0, found.1), (kept.0, kept.1));
+        let difference = (found.2 - kept.2).abs() / kept.2.abs();
+        assert!(difference < 1e-7, "{}: {found:?} {kept:?}", case.name);
+    }
+}
+
+#[test]
+fn every_case_is_complete() {
+    let cases = golden::cases();
+    assert!(!cases.is_empty());
+    for case in &cases {
+        let sign = if case.sensor.readout.topology.is_tia() {
+            -1.0
+        } else {
+            1.0
+        };
+        assert!(!case.v_out.is_empty(), "{}", case.name);
+        for &(row, column, v_out) in &case.v_out {
+            assert!(row < case.sensor.rows() && column < case.sensor.columns());
+            assert!(sign * v_out > 0.0, "{}: {v_out}", case.name);
+        }
+    }
+}
