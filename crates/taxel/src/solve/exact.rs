@@ -213,11 +213,7 @@ impl Method for Exact {
         let (live_rows, n) = (memory.live.rows.len(), memory.live.columns.len());
         if live_rows == 0 || n == 0 {
             siemens.values_mut().fill(0.0);
-            return Outcome {
-                stop: Stop::Direct,
-                rounds: 0,
-                residual: 0.0,
-            };
+            return Outcome::new(Stop::Direct, 0, 0.0);
         }
         let taxels = live_rows * n;
         memory
@@ -226,11 +222,7 @@ impl Method for Exact {
         if let Err(infeasible) = self.prepare(memory, n) {
             siemens.values_mut().fill(0.0);
             memory.warm = false;
-            return Outcome {
-                stop: Stop::Infeasible(infeasible),
-                rounds: 0,
-                residual: f64::INFINITY,
-            };
+            return Outcome::new(Stop::Infeasible(infeasible), 0, f64::INFINITY);
         }
         let outcome = self.iterate(memory);
         memory.warm = outcome.stop.is_good();
@@ -301,11 +293,7 @@ impl Exact {
 
     fn iterate(&self, memory: &mut Memory) -> Outcome {
         if memory.network.m == 0 {
-            return Outcome {
-                stop: Stop::Direct,
-                rounds: 0,
-                residual: 0.0,
-            };
+            return Outcome::new(Stop::Direct, 0, 0.0);
         }
         let fast = self.fast(memory);
         if fast.stop.is_good() {
@@ -346,11 +334,7 @@ impl Exact {
         start(network, packed, mixing, *warm);
         let (mut before, mut last_change) = (f64::INFINITY, f64::INFINITY);
         for round in 1..=FAST_ROUNDS {
-            let stalled = Outcome {
-                stop: Stop::Stalled,
-                rounds: round,
-                residual: last_change,
-            };
+            let stalled = Outcome::new(Stop::Stalled, round, last_change);
             unpack(packed, &mut network.s, m);
             if network.columns_from_s(f64::MIN_POSITIVE).0 <= 0.0 {
                 return stalled;
@@ -363,11 +347,7 @@ impl Exact {
             // The change is the error of the round before; the ratio of changes says what is left now.
             let ratio = (change / before).min(1.0);
             if round > 1 && change * (10.0 * ratio).min(1.0) <= self.tolerance {
-                return Outcome {
-                    stop: Stop::Converged,
-                    rounds: round,
-                    residual: change,
-                };
+                return Outcome::new(Stop::Converged, round, change);
             }
             (before, last_change) = (change, change);
             let (g, h) = (
@@ -394,11 +374,7 @@ impl Exact {
             }
             mixing.advance(packed, image);
         }
-        Outcome {
-            stop: Stop::RoundLimit,
-            rounds: FAST_ROUNDS,
-            residual: last_change,
-        }
+        Outcome::new(Stop::RoundLimit, FAST_ROUNDS, last_change)
     }
 
     /// The rows that carry current to their places, and the rest to first order in their conductance:

@@ -138,6 +138,22 @@ pub struct Outcome {
     /// What is left, a pure number: for `exact` the last change of a conductance over the largest, for
     /// `newton` the largest misfit of a taxel's apparent conductance over the largest.
     pub residual: f64,
+    /// Another set of conductances explains the frame as well (possible with a large source or row
+    /// resistance, where a reading falls again as everything is pressed harder). The answer given is the
+    /// one whose unpressed taxels look more alike.
+    pub ambiguous: bool,
+}
+
+impl Outcome {
+    /// An outcome without a second answer.
+    pub fn new(stop: Stop, rounds: u32, residual: f64) -> Self {
+        Self {
+            stop,
+            rounds,
+            residual,
+            ambiguous: false,
+        }
+    }
 }
 
 /// A solved frame and how it went.

@@ -99,6 +99,7 @@ struct Memory {
     found: Vec<f64>,
     misfit: Vec<f64>,
     g: Vec<f64>,
+    kept: Vec<f64>,
     trial: Vec<f64>,
     step: Vec<f64>,
     gmres: Gmres,
@@ -116,6 +117,7 @@ impl Memory {
             found: Vec::new(),
             misfit: Vec::new(),
             g: Vec::new(),
+            kept: Vec::new(),
             trial: Vec::new(),
             step: Vec::new(),
             gmres: Gmres::new(0, 0),
@@ -131,6 +133,7 @@ impl Memory {
             &mut self.found,
             &mut self.misfit,
             &mut self.g,
+            &mut self.kept,
             &mut self.trial,
             &mut self.step,
         ] {
@@ -159,23 +162,60 @@ impl Memory {
         size.is_finite().then_some(size)
     }
 
-    /// The measured apparent conductances, scaled so that their sum is right: the start of a cold solve.
-    fn guess(&mut self) -> Option<f64> {
+    /// Starts of a cold solve: the measured apparent conductances times the factors that make their sum
+    /// right. A source resistor or a large row resistance makes the sum fall again as conductances grow,
+    /// so there can be two such factors, and two answers.
+    fn starts(&mut self) -> [Option<f64>; 2] {
         let floor = 1e-9 * largest(&self.measured);
+        let wanted: f64 = self.measured.iter().sum();
+        let (mut starts, mut found) = ([None; 2], 0);
+        let mut nearest = (f64::INFINITY, 1.0);
+        let mut before: Option<(f64, f64)> = None;
+        for power in -2..=9 {
+            let factor = 4f64.powi(power);
+            self.start_at(factor, floor);
+            let Some(excess) = self
+                .evaluate()
+                .map(|_| (self.found.iter().sum::<f64>() / wanted).ln())
+            else {
+                continue;
+            };
+            if excess.abs() < nearest.0 {
+                nearest = (excess.abs(), factor);
+            }
+            if let Some((last, at)) = before
+                && last.signum() != excess.signum()
+                && found < 2
+            {
+                let part = last / (last - excess);
+                starts[found] = Some(at * 4f64.powf(part));
+                found += 1;
+            }
+            before = Some((excess, factor));
+        }
+        if found == 0 {
+            starts[0] = Some(nearest.1);
+        }
+        starts
+    }
+
+    fn start_at(&mut self, factor: f64, floor: f64) {
         for (trial, measured) in self.trial.iter_mut().zip(&self.measured) {
-            *trial = measured.max(floor);
+            *trial = factor * measured.max(floor);
         }
-        for _ in 0..3 {
-            self.evaluate()?;
-            let ratio = self.measured.iter().sum::<f64>() / self.found.iter().sum::<f64>();
-            if !(ratio.is_finite() && ratio > 0.0) {
-                break;
-            }
-            for trial in &mut self.trial {
-                *trial *= ratio;
-            }
+    }
+
+    /// Median distance of ln G from its median: how little the unpressed taxels look alike.
+    fn scatter(&mut self) -> f64 {
+        let middle = self.g.len() / 2;
+        for (out, g) in self.step.iter_mut().zip(&self.g) {
+            *out = g.max(1e-15).ln();
         }
-        self.evaluate()
+        let median = *self.step.select_nth_unstable_by(middle, f64::total_cmp).1;
+        for value in &mut self.step {
+            *value = (*value - median).abs();
+        }
+        *self.step.select_nth_unstable_by(middle, f64::total_cmp).1
     }
 }
 
@@ -214,11 +254,7 @@ impl Method for Newton {
         }
         if memory.g.is_empty() {
             siemens.values_mut().fill(0.0);
-            return Outcome {
-                stop: Stop::Direct,
-                rounds: 0,
-                residual: 0.0,
-            };
+            return Outcome::new(Stop::Direct, 0, 0.0);
         }
         memory
             .live
@@ -240,11 +276,7 @@ impl Newton {
             .and_then(|path| path.infeasible(&memory.measured, &memory.live))
         {
             memory.g.fill(0.0);
-            return Outcome {
-                stop: Stop::Infeasible(infeasible),
-                rounds: 0,
-                residual: f64::INFINITY,
-            };
+            return Outcome::new(Stop::Infeasible(infeasible), 0, f64::INFINITY);
         }
         if let Some(path) = &memory.path {
             path.apparent(&mut memory.measured, &mut memory.slope);
@@ -252,49 +284,75 @@ impl Newton {
         let scale = largest(&memory.measured);
         if scale == 0.0 {
             memory.g.fill(0.0);
-            return Outcome {
-                stop: Stop::Converged,
-                rounds: 0,
-                residual: 0.0,
-            };
+            return Outcome::new(Stop::Converged, 0, 0.0);
         }
-        let mut size = f64::INFINITY;
         if memory.warm {
             memory.trial.copy_from_slice(&memory.g);
-            size = memory.evaluate().unwrap_or(f64::INFINITY);
+            if let Some(size) = memory.evaluate() {
+                let outcome = self.descend(memory, size, scale);
+                if outcome.stop.is_good() {
+                    return outcome;
+                }
+            }
         }
-        if !size.is_finite() {
-            size = memory.guess().unwrap_or(f64::INFINITY);
+        let mut best: Option<(Outcome, f64)> = None;
+        for factor in memory.starts().into_iter().flatten() {
+            memory.start_at(factor, 1e-9 * scale);
+            let Some(size) = memory.evaluate() else {
+                continue;
+            };
+            memory.g.copy_from_slice(&memory.trial);
+            let outcome = self.descend(memory, size, scale);
+            let scatter = memory.scatter();
+            let Some((kept, kept_scatter)) = &mut best else {
+                memory.kept.copy_from_slice(&memory.g);
+                best = Some((outcome, scatter));
+                continue;
+            };
+            let both = kept.stop.is_good() && outcome.stop.is_good();
+            let apart = memory
+                .g
+                .iter()
+                .zip(&memory.kept)
+                .fold(0f64, |most, (a, b)| most.max((a - b).abs()));
+            kept.ambiguous = both && apart > 1e-3 * largest(&memory.g);
+            if (both && kept.ambiguous && scatter < *kept_scatter)
+                || (!kept.stop.is_good() && outcome.stop.is_good())
+            {
+                memory.kept.copy_from_slice(&memory.g);
+                let ambiguous = kept.ambiguous;
+                (*kept, *kept_scatter) = (
+                    Outcome {
+                        ambiguous,
+                        ..outcome
+                    },
+                    scatter,
+                );
+            }
         }
-        memory.g.copy_from_slice(&memory.trial);
+        memory.g.copy_from_slice(&memory.kept);
+        match best {
+            Some((outcome, _)) => outcome,
+            None => Outcome::new(Stop::Stalled, 0, f64::INFINITY),
+        }
+    }
+
+    /// Newton's iteration from `memory.g`, whose misfit is known.
+    fn descend(&self, memory: &mut Memory, mut size: f64, scale: f64) -> Outcome {
         for round in 1..=ROUNDS {
             let residual = largest(&memory.misfit) / scale;
             if residual <= self.tolerance {
-                return Outcome {
-                    stop: Stop::Converged,
-                    rounds: round - 1,
-                    residual,
-                };
+                return Outcome::new(Stop::Converged, round - 1, residual);
             }
             let Some(smaller) = self.step(memory, size, scale) else {
                 // Put the network back to the best point, so that the misfit is that of the answer.
                 memory.trial.copy_from_slice(&memory.g);
                 memory.evaluate();
-                let residual = largest(&memory.misfit) / scale;
-                return Outcome {
-                    stop: Stop::Stalled,
-                    rounds: round,
-                    residual,
-                };
+                return Outcome::new(Stop::Stalled, round, largest(&memory.misfit) / scale);
             };
             size = smaller;
         }
-        let residual = largest(&memory.misfit) / scale;
-        Outcome {
-            stop: Stop::RoundLimit,
-            rounds: ROUNDS,
-            residual,
-        }
+        Outcome::new(Stop::RoundLimit, ROUNDS, largest(&memory.misfit) / scale)
     }
 
     /// One damped step; the norm of the misfit after it, if it fell.

@@ -67,10 +67,6 @@ impl Method for Raw {
                 _ => self.siemens_from_volts(v),
             };
         }
-        Outcome {
-            stop: Stop::Direct,
-            rounds: 0,
-            residual: 0.0,
-        }
+        Outcome::new(Stop::Direct, 0, 0.0)
     }
 }

@@ -68,28 +68,14 @@ impl Root {
         for round in 1..=ROUNDS {
             if !self.step(network) {
                 let stop = Stop::Stalled;
-                return (
-                    Outcome {
-                        stop,
-                        rounds: round,
-                        residual: last,
-                    },
-                    infeasible(least),
-                );
+                return (Outcome::new(stop, round, last), infeasible(least));
             }
             least = network.columns_from_s(FLOOR);
             let (largest, change) = network.conductances();
             last = change / largest;
             if round > 1 && last <= tolerance && least.0 > FLOOR {
                 let stop = Stop::Converged;
-                return (
-                    Outcome {
-                        stop,
-                        rounds: round,
-                        residual: last,
-                    },
-                    None,
-                );
+                return (Outcome::new(stop, round, last), None);
             }
             for (x, d) in self.image[m..].iter_mut().zip(&network.d) {
                 *x = d.ln();
@@ -97,14 +83,7 @@ impl Root {
             self.mixing.advance(&mut self.point, &self.image);
         }
         let stop = Stop::RoundLimit;
-        (
-            Outcome {
-                stop,
-                rounds: ROUNDS,
-                residual: last,
-            },
-            infeasible(least),
-        )
+        (Outcome::new(stop, ROUNDS, last), infeasible(least))
     }
 
     /// One round: S from the diagonals, and Λ's image.
