@@ -9,6 +9,8 @@
 
 pub mod error;
 pub mod frame;
+pub mod metric;
+pub mod screen;
 pub mod sensor;
 
 pub use error::Error;
