@@ -33,10 +33,10 @@ impl Around {
         &self.values[..self.len]
     }
 
-    /// Whether all valid neighbours but one (at least five of them) exceed `threshold`.
+    /// Whether all valid neighbours but one (at least three of them) exceed `threshold`.
     fn surround_above(&self, threshold: f64) -> bool {
         let above = self.values().iter().filter(|&&v| v > threshold).count();
-        above >= 5 && above + 1 >= self.len
+        above >= 3 && above + 1 >= self.len
     }
 }
 
@@ -228,5 +228,114 @@ fn mark_line(frame: &mut Frame<Counts>, axis: Axis, line: usize, mark: Mark) {
     let marks = frame.marks_mut().iter_mut().skip(first).step_by(stride);
     for old in marks.take(length).filter(|old| **old == Mark::Good) {
         *old = mark;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    use super::super::line::tests::noise;
+    use super::*;
+
+    const FULL: f64 = 65_535.0;
+    const N: usize = 16;
+
+    fn quiet(random: &mut ChaCha8Rng) -> Frame<Counts> {
+        let reading = |_| (25.0 + 3.0 * noise(random)).round();
+        Frame::new(N, N, (0..N * N).map(reading).collect()).unwrap()
+    }
+
+    fn screen() -> FrameScreen {
+        FrameScreen::new(N, N, FULL, &ScreenOptions::default())
+    }
+
+    fn marked(frame: &Frame<Counts>) -> Vec<(usize, Mark)> {
+        let marks = frame.marks().iter().copied().enumerate();
+        marks.filter(|(_, m)| *m != Mark::Good).collect()
+    }
+
+    #[test]
+    fn isolated_presses_are_good_and_isolated_ends_are_stuck() {
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let mut frame = quiet(&mut random);
+        frame.values_mut()[100] = 35_000.0;
+        frame.values_mut()[40] = FULL;
+        frame.values_mut()[200] = 0.0;
+        frame.values_mut()[0] = FULL - 1.0;
+        let values = frame.values().to_vec();
+        screen().mark(&mut frame).unwrap();
+        let stuck = [(0, Mark::Stuck), (40, Mark::Stuck), (200, Mark::Stuck)];
+        assert_eq!(marked(&frame), stuck);
+        assert_eq!(frame.values(), values, "values are left as they are");
+    }
+
+    #[test]
+    fn a_press_that_reaches_the_ceiling_is_saturated() {
+        let mut random = ChaCha8Rng::seed_from_u64(2);
+        let mut frame = quiet(&mut random);
+        for (i, value) in [(100, FULL), (101, 50_000.0), (116, 44_000.0)] {
+            frame.values_mut()[i] = value;
+        }
+        screen().mark(&mut frame).unwrap();
+        assert_eq!(marked(&frame), [(100, Mark::Saturated)]);
+    }
+
+    #[test]
+    fn a_single_taxel_that_rose_to_the_ceiling_in_the_stream_is_saturated_while_it_stays() {
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let mut screen = screen();
+        let mut marks = Vec::new();
+        for value in [25.0, 40_000.0, FULL, FULL, 25.0, FULL, FULL] {
+            let mut frame = quiet(&mut random);
+            frame.values_mut()[77] = value;
+            screen.mark(&mut frame).unwrap();
+            marks.push(frame.marks()[77]);
+        }
+        use Mark::{Good, Saturated, Stuck};
+        assert_eq!(
+            marks,
+            [Good, Good, Saturated, Saturated, Good, Stuck, Stuck]
+        );
+    }
+
+    #[test]
+    fn zeros_are_normal_where_an_unloaded_taxel_reads_zero() {
+        let mut frame = Frame::<Counts>::zeros(N, N);
+        screen().mark(&mut frame).unwrap();
+        assert!(marked(&frame).is_empty());
+        // … but not in the midst of a load.
+        for i in [101, 102, 103, 117, 119, 133, 134, 135] {
+            frame.values_mut()[i] = 6000.0;
+        }
+        screen().mark(&mut frame).unwrap();
+        assert_eq!(marked(&frame), [(118, Mark::Stuck)]);
+    }
+
+    #[test]
+    fn marks_that_are_there_stay() {
+        let mut frame = Frame::<Counts>::filled(N, N, 25.0);
+        frame.values_mut()[5] = FULL;
+        frame.marks_mut()[5] = Mark::Open;
+        screen().mark(&mut frame).unwrap();
+        assert_eq!(marked(&frame), [(5, Mark::Open)]);
+    }
+
+    #[test]
+    fn spikes_in_space_are_marked_only_where_asked_for() {
+        let mut random = ChaCha8Rng::seed_from_u64(4);
+        let options = ScreenOptions {
+            space_spikes: Some(SpaceSpikes::default()),
+            ..ScreenOptions::default()
+        };
+        let mut frame = quiet(&mut random);
+        frame.values_mut()[100] = 3000.0;
+        let mut same = frame.clone();
+        screen().mark(&mut frame).unwrap();
+        assert!(marked(&frame).is_empty());
+        let mut screen = FrameScreen::new(N, N, FULL, &options);
+        screen.mark(&mut same).unwrap();
+        assert_eq!(marked(&same), [(100, Mark::Spike)]);
     }
 }

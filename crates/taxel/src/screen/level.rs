@@ -13,6 +13,8 @@ const QUANTISATION: f64 = 0.288_675_134_594_812_9;
 const MEDIAN_ABSOLUTE_NORMAL: f64 = 0.674_489_750_196_081_7;
 /// Differences of two readings are kept up to this many counts.
 const DIFFERENCE_BINS: usize = 2048;
+/// Once this many frames weigh in, all of them lose half of their weight: a baseline that drifts is followed.
+const HALVED_AFTER_FRAMES: u64 = 1024;
 /// The most bins the readings are sorted into.
 const MOST_BINS: f64 = 4096.0;
 
@@ -31,7 +33,8 @@ pub struct Level {
 /// 50:3500) of all readings near the floor. The noise is the smaller of two robust estimates, each
 /// blind to one nuisance: the median distance of the readings below the baseline from it (loads and cross-talk
 /// only raise readings; but the taxels' offsets differ), and the median absolute difference of
-/// successive readings of unloaded taxels over √2 (offsets cancel; but cross-talk changes).
+/// successive readings of unloaded taxels over √2 (offsets cancel; but cross-talk changes). Frames lose half of
+/// their weight every 512 frames, so that a slow drift is followed.
 #[derive(Debug, Clone)]
 pub struct LevelScreen {
     rows: usize,
@@ -39,6 +42,7 @@ pub struct LevelScreen {
     bins: Vec<u64>,
     width: f64,
     readings: u64,
+    frames: u64,
     differences: Vec<u64>,
     previous: Vec<f64>,
     has_previous: bool,
@@ -61,6 +65,7 @@ impl LevelScreen {
             bins: vec![0; (ceiling / width).ceil() as usize + 1],
             width,
             readings: 0,
+            frames: 0,
             differences: vec![0; DIFFERENCE_BINS],
             previous: vec![0.0; rows * columns],
             has_previous: false,
@@ -83,6 +88,10 @@ impl LevelScreen {
             }
         }
         self.readings += frame.values().len() as u64;
+        self.frames += 1;
+        if self.frames >= HALVED_AFTER_FRAMES {
+            self.forget_half();
+        }
         let rough = self.spread_level();
         if let Some(rough) = rough {
             self.take_differences(frame, rough);
@@ -103,6 +112,15 @@ impl LevelScreen {
             }),
             _ => self.level,
         }
+    }
+
+    /// Halves the weight of everything seen so far.
+    fn forget_half(&mut self) {
+        for count in self.bins.iter_mut().chain(&mut self.differences) {
+            *count /= 2;
+        }
+        self.readings /= 2;
+        self.frames /= 2;
     }
 
     /// Differences to the frame before, of taxels that are unloaded in both.
@@ -128,7 +146,7 @@ impl LevelScreen {
         if unloaded < FEWEST_READINGS || (unloaded as f64) < 0.05 * self.readings as f64 {
             return None;
         }
-        let mode = half_sample_mode(&self.bins);
+        let mode = settled_mode(&self.bins, half_sample_mode(&self.bins));
         // A mode at the upper end is the foot of a hill of loaded readings, not a baseline.
         if mode > 0.9 * (self.bins.len() - 1) as f64 {
             return None;
@@ -179,6 +197,24 @@ fn half_sample_mode(bins: &[u64]) -> f64 {
     moment / weight.max(1.0)
 }
 
+/// Moves a rough mode to the centroid of the readings within one standard deviation of it, three times:
+/// the half-sample mode alone wanders on a flat top.
+fn settled_mode(bins: &[u64], rough: f64) -> f64 {
+    let mut mode = rough;
+    for _ in 0..3 {
+        let reach = spread_below(bins, mode).max(1.0);
+        let first = (mode - reach).round().max(0.0) as usize;
+        let last = ((mode + reach).round() as usize).min(bins.len() - 1);
+        let held = |i: usize| bins[i] as f64;
+        let weight: f64 = (first..=last).map(held).sum();
+        if weight == 0.0 {
+            return rough;
+        }
+        mode = (first..=last).map(|i| i as f64 * held(i)).sum::<f64>() / weight;
+    }
+    mode
+}
+
 /// The shortest interval of bins in `first..=last` that holds at least `wanted`; of several, the fullest.
 fn shortest_half(bins: &[u64], first: usize, last: usize, wanted: u64) -> (usize, usize) {
     let mut best = (first, last, 0);
@@ -199,20 +235,42 @@ fn shortest_half(bins: &[u64], first: usize, last: usize, wanted: u64) -> (usize
     (best.0, best.1)
 }
 
-/// Standard deviation, in bins, from the median distance of the readings below `mode`.
+/// Standard deviation, in bins, from the median distance of the readings below `mode`. Only those within three
+/// and a half standard deviations count (not dead lines, nor readings stuck at 0); the reach grows from the
+/// nearest fifth of the readings until it agrees with itself.
 fn spread_below(bins: &[u64], mode: f64) -> f64 {
-    // The part of bin i that lies below the mode, bins reaching from i − ½ to i + ½.
-    let below = |i: usize| bins[i] as f64 * (mode - (i as f64 - 0.5)).clamp(0.0, 1.0);
+    let mut reach = (2.0 * distance_below(bins, mode, mode + 0.5, 0.2)).max(1.5);
+    let mut spread = 0.0;
+    for _ in 0..12 {
+        spread = distance_below(bins, mode, reach, 0.5) / MEDIAN_ABSOLUTE_NORMAL;
+        let next = (3.5 * spread).max(1.5);
+        if (next - reach).abs() < 0.01 * reach {
+            break;
+        }
+        reach = next;
+    }
+    spread
+}
+
+/// The distance below `mode` within which `fraction` of those readings lie that are no more than `reach` below it.
+fn distance_below(bins: &[u64], mode: f64, reach: f64, fraction: f64) -> f64 {
+    // Bin i reaches from i − ½ to i + ½; of it counts what lies between mode − reach and the mode.
+    let ends_of = |i: usize| {
+        let i = i as f64;
+        ((i - 0.5).max(mode - reach), (i + 0.5).min(mode))
+    };
+    let part_of = |i: usize| {
+        let (lower, upper) = ends_of(i);
+        bins[i] as f64 * (upper - lower).clamp(0.0, 1.0)
+    };
     let top = (mode.round() as usize).min(bins.len() - 1);
-    let half = (0..=top).map(below).sum::<f64>() / 2.0;
+    let wanted = (0..=top).map(part_of).sum::<f64>() * fraction;
     let mut held = 0.0;
     for i in (0..=top).rev() {
-        let part = below(i);
-        if part > 0.0 && held + part >= half {
-            let upper = (i as f64 + 0.5).min(mode);
-            let lower = i as f64 - 0.5;
-            let distance = mode - upper + (upper - lower) * (half - held) / part;
-            return distance / MEDIAN_ABSOLUTE_NORMAL;
+        let part = part_of(i);
+        if part > 0.0 && held + part >= wanted {
+            let (lower, upper) = ends_of(i);
+            return mode - upper + (upper - lower) * (wanted - held) / part;
         }
         held += part;
     }

@@ -362,14 +362,4 @@ fn tally(
 }
 
 #[cfg(test)]
-pub(super) mod tests {
-    use rand::{Rng, RngExt, SeedableRng};
-    use rand_chacha::ChaCha8Rng;
-
-    use super::*;
-
-    /// A standard normal number (sum of twelve uniform ones less six: bounded, and good enough here).
-    pub fn noise(random: &mut impl Rng) -> f64 {
-        (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0
-    }
-}
+pub(super) mod tests;

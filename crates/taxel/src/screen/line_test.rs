@@ -171,6 +171,10 @@ pub(super) fn judge(
         ceiling as f64 >= share * length && !beside_at_ceiling(lines, line, thresholds);
     verdict.out = verdict.fallen_share >= share || silent || at_ceiling;
     verdict.testable |= verdict.out;
+    if at_ceiling {
+        // Not silent, but no answer to the load beside it either.
+        (verdict.vouched, verdict.silent) = (0, 0);
+    }
     verdict
 }
 

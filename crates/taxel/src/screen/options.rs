@@ -125,7 +125,7 @@ impl Default for SpaceSpikes {
 pub struct TimeSpikes {
     /// Standard deviations of noise. 8.
     pub sigmas: f64,
-    /// Share of the reading's own height above the baseline. 0.2: loads change within a frame.
+    /// Share of the reading's own height above the baseline. 0.5: loads change within a frame.
     pub share: f64,
 }
 
@@ -133,7 +133,7 @@ impl Default for TimeSpikes {
     fn default() -> Self {
         Self {
             sigmas: 8.0,
-            share: 0.2,
+            share: 0.5,
         }
     }
 }
