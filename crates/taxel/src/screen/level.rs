@@ -11,6 +11,8 @@ const FEWEST_DIFFERENCES: u64 = 200;
 const QUANTISATION: f64 = 0.288_675_134_594_812_9;
 /// Median of |z| for a standard normal z.
 const MEDIAN_ABSOLUTE_NORMAL: f64 = 0.674_489_750_196_081_7;
+/// Median of |max(0, z) − max(0, z')| for two standard normal numbers (by simulation).
+const MEDIAN_DIFFERENCE_CUT_OFF: f64 = 0.395;
 /// Differences of two readings are kept up to this many counts.
 const DIFFERENCE_BINS: usize = 2048;
 /// Once this many frames weigh in, all of them lose half of their weight: a baseline that drifts is followed.
@@ -33,8 +35,10 @@ pub struct Level {
 /// 50:3500) of all readings near the floor. The noise is the smaller of two robust estimates, each
 /// blind to one nuisance: the median distance of the readings below the baseline from it (loads and cross-talk
 /// only raise readings; but the taxels' offsets differ), and the median absolute difference of
-/// successive readings of unloaded taxels over √2 (offsets cancel; but cross-talk changes). Frames lose half of
-/// their weight every 512 frames, so that a slow drift is followed.
+/// successive readings of unloaded taxels over √2 (offsets cancel; but cross-talk changes). Where the converter cuts
+/// the noise off at 0, the same from what is left above; within a third then.
+///
+/// Frames lose half of their weight every 512 frames, so that a slow drift is followed.
 #[derive(Debug, Clone)]
 pub struct LevelScreen {
     rows: usize,
@@ -93,12 +97,12 @@ impl LevelScreen {
             self.forget_half();
         }
         let rough = self.spread_level();
-        if let Some(rough) = rough {
+        if let Some((rough, _)) = rough {
             self.take_differences(frame, rough);
         }
         self.previous.copy_from_slice(frame.values());
         self.has_previous = true;
-        self.level = rough.map(|rough| self.refined(rough));
+        self.level = rough.map(|(rough, cut_off)| self.refined(rough, cut_off));
         Ok(())
     }
 
@@ -140,8 +144,8 @@ impl LevelScreen {
         }
     }
 
-    /// Baseline from the mode, noise from the spread below it.
-    fn spread_level(&self) -> Option<Level> {
+    /// Baseline from the mode, noise from the spread below it; and whether the noise is cut off at 0.
+    fn spread_level(&self) -> Option<(Level, bool)> {
         let unloaded: u64 = self.bins.iter().sum();
         if unloaded < FEWEST_READINGS || (unloaded as f64) < 0.05 * self.readings as f64 {
             return None;
@@ -151,24 +155,34 @@ impl LevelScreen {
         if mode > 0.9 * (self.bins.len() - 1) as f64 {
             return None;
         }
-        let baseline_counts = self.fixed_baseline.unwrap_or(mode * self.width);
-        let noise = self
-            .fixed_noise
-            .unwrap_or_else(|| spread_below(&self.bins, mode) * self.width);
-        Some(Level {
-            baseline_counts,
+        let cut_off = is_cut_off(&self.bins, mode);
+        let noise = self.fixed_noise.unwrap_or_else(|| {
+            let bins = if cut_off {
+                spread(&self.bins, 0.0, Side::AboveCut)
+            } else {
+                spread(&self.bins, mode, Side::Below)
+            };
+            bins * self.width
+        });
+        let level = Level {
+            baseline_counts: self.fixed_baseline.unwrap_or(mode * self.width),
             noise_counts: noise.max(QUANTISATION),
-        })
+        };
+        Some((level, cut_off))
     }
 
     /// The smaller of the two noise estimates.
-    fn refined(&self, rough: Level) -> Level {
+    fn refined(&self, rough: Level, cut_off: bool) -> Level {
         let pairs: u64 = self.differences.iter().sum();
         if self.fixed_noise.is_some() || pairs < FEWEST_DIFFERENCES {
             return rough;
         }
-        let from_differences = interpolated_median(&self.differences)
-            / (MEDIAN_ABSOLUTE_NORMAL * std::f64::consts::SQRT_2);
+        let median_of_one = if cut_off {
+            MEDIAN_DIFFERENCE_CUT_OFF
+        } else {
+            MEDIAN_ABSOLUTE_NORMAL * std::f64::consts::SQRT_2
+        };
+        let from_differences = interpolated_median(&self.differences) / median_of_one;
         Level {
             noise_counts: rough.noise_counts.min(from_differences).max(QUANTISATION),
             ..rough
@@ -202,7 +216,7 @@ fn half_sample_mode(bins: &[u64]) -> f64 {
 fn settled_mode(bins: &[u64], rough: f64) -> f64 {
     let mut mode = rough;
     for _ in 0..3 {
-        let reach = spread_below(bins, mode).max(1.0);
+        let reach = spread(bins, mode, Side::Below).max(1.0);
         let first = (mode - reach).round().max(0.0) as usize;
         let last = ((mode + reach).round() as usize).min(bins.len() - 1);
         let held = |i: usize| bins[i] as f64;
@@ -235,14 +249,23 @@ fn shortest_half(bins: &[u64], first: usize, last: usize, wanted: u64) -> (usize
     (best.0, best.1)
 }
 
-/// Standard deviation, in bins, from the median distance of the readings below `mode`. Only those within three
-/// and a half standard deviations count (not dead lines, nor readings stuck at 0); the reach grows from the
-/// nearest fifth of the readings until it agrees with itself.
-fn spread_below(bins: &[u64], mode: f64) -> f64 {
-    let mut reach = (2.0 * distance_below(bins, mode, mode + 0.5, 0.2)).max(1.5);
+/// One side of a mode.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Side {
+    Below,
+    /// Above, where bin 0 holds all that was cut off below: it is taken to be as full as bin 1.
+    AboveCut,
+}
+
+/// Standard deviation, in bins, from the median distance of the readings on one side of `mode`. Only those within
+/// three and a half standard deviations count (not dead lines, loads, or readings stuck at 0); the reach grows
+/// from the nearest fifth of the readings until it agrees with itself.
+fn spread(bins: &[u64], mode: f64, side: Side) -> f64 {
+    let all = bins.len() as f64 + 1.0;
+    let mut reach = (2.0 * distance(bins, mode, side, all, 0.2)).max(1.5);
     let mut spread = 0.0;
     for _ in 0..12 {
-        spread = distance_below(bins, mode, reach, 0.5) / MEDIAN_ABSOLUTE_NORMAL;
+        spread = distance(bins, mode, side, reach, 0.5) / MEDIAN_ABSOLUTE_NORMAL;
         let next = (3.5 * spread).max(1.5);
         if (next - reach).abs() < 0.01 * reach {
             break;
@@ -252,29 +275,43 @@ fn spread_below(bins: &[u64], mode: f64) -> f64 {
     spread
 }
 
-/// The distance below `mode` within which `fraction` of those readings lie that are no more than `reach` below it.
-fn distance_below(bins: &[u64], mode: f64, reach: f64, fraction: f64) -> f64 {
-    // Bin i reaches from i − ½ to i + ½; of it counts what lies between mode − reach and the mode.
+/// The distance from `mode` within which `fraction` of the readings on one side lie that are at most `reach` away.
+fn distance(bins: &[u64], mode: f64, side: Side, reach: f64, fraction: f64) -> f64 {
+    // Bin i reaches from i − ½ to i + ½; of it counts what is between 0 and `reach` away.
     let ends_of = |i: usize| {
-        let i = i as f64;
-        ((i - 0.5).max(mode - reach), (i + 0.5).min(mode))
+        let centre = match side {
+            Side::Below => mode - i as f64,
+            Side::AboveCut => i as f64 - mode,
+        };
+        ((centre - 0.5).max(0.0), (centre + 0.5).min(reach))
     };
     let part_of = |i: usize| {
-        let (lower, upper) = ends_of(i);
-        bins[i] as f64 * (upper - lower).clamp(0.0, 1.0)
+        let (near, far) = ends_of(i);
+        let cut = side == Side::AboveCut && i == 0 && bins.len() > 1;
+        bins[if cut { 1 } else { i }] as f64 * (far - near).clamp(0.0, 1.0)
     };
-    let top = (mode.round() as usize).min(bins.len() - 1);
-    let wanted = (0..=top).map(part_of).sum::<f64>() * fraction;
+    let wanted = (0..bins.len()).map(part_of).sum::<f64>() * fraction;
     let mut held = 0.0;
-    for i in (0..=top).rev() {
+    for step in 0..bins.len() {
+        let i = match side {
+            Side::Below => bins.len() - 1 - step,
+            Side::AboveCut => step,
+        };
         let part = part_of(i);
         if part > 0.0 && held + part >= wanted {
-            let (lower, upper) = ends_of(i);
-            return mode - upper + (upper - lower) * (wanted - held) / part;
+            let (near, far) = ends_of(i);
+            return near + (far - near) * (wanted - held) / part;
         }
         held += part;
     }
     0.0
+}
+
+/// Whether the converter cuts the noise of unloaded taxels off at 0: a baseline so near to 0 that more readings are at
+/// 0 than at the baseline, and that the two are one hill.
+fn is_cut_off(bins: &[u64], mode: f64) -> bool {
+    let at_mode = (mode.round() as usize).min(bins.len() - 1);
+    at_mode == 0 || (bins[0] > bins[at_mode] && mode < 2.0 * spread(bins, mode, Side::Below))
 }
 
 /// Median of magnitudes counted in bins of one (the first reaches from 0 to ½), interpolated within its bin.
@@ -327,6 +364,15 @@ mod tests {
                 "{level:?}"
             );
             assert!((level.noise_counts / sigma - 1.0).abs() < 0.1, "{level:?}");
+        }
+    }
+
+    #[test]
+    fn noise_that_is_cut_off_at_zero_is_found_within_a_fifth() {
+        for sigma in [2.0, 3.0, 10.0] {
+            let level = level_of(0.0, sigma, 10, |_| 0.0);
+            assert!(level.baseline_counts < 0.5 * sigma, "{level:?}");
+            assert!((level.noise_counts / sigma - 1.0).abs() < 0.2, "{level:?}");
         }
     }
 

@@ -8,6 +8,9 @@ use super::{Axis, Level, LevelScreen, ScreenOptions, median};
 use crate::sensor::ScreenSpec;
 use crate::{Counts, Error, Frame};
 
+/// Silent readings between loaded ones, over a recording, before silence counts for anything.
+const FEWEST_SILENT: u64 = 20;
+
 /// What is wrong with a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LineFaultKind {
@@ -174,6 +177,7 @@ struct LineTally {
     vouched: u64,
     silent: u64,
     fallen_share_when_in: f64,
+    fallen_frames: u64,
     median_sum: f64,
     beside_sum: f64,
 }
@@ -306,8 +310,13 @@ impl LineScreen {
             return None;
         }
         let options = &self.options;
-        let silent_if_loaded =
-            tally.vouched < 20 || tally.silent as f64 >= options.line_share * tally.vouched as f64;
+        // Silence alone may be a gap between two loads: it takes more of it.
+        let only_silent = tally.fallen_frames == 0 && tally.vouched > 0;
+        if only_silent && (tally.silent < FEWEST_SILENT || tally.out < options.flicker_frames) {
+            return None;
+        }
+        let silent_if_loaded = tally.vouched < FEWEST_SILENT
+            || tally.silent as f64 >= options.line_share * tally.vouched as f64;
         let kind = if tally.out as f64 >= options.dead_share * tally.tested as f64 {
             silent_if_loaded.then_some(LineFaultKind::Dead)?
         } else {
@@ -347,6 +356,7 @@ fn tally(
             continue;
         }
         tally.out += 1;
+        tally.fallen_frames += u64::from(verdict.fallen_share > 0.5);
         scratch.clear();
         scratch.extend(lines.of_line(line));
         tally.median_sum += median(scratch).unwrap_or(0.0);

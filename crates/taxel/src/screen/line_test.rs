@@ -162,7 +162,7 @@ pub(super) fn judge(
     let length = lines.length as f64;
     let share = options.line_share;
     verdict.fallen_share = fallen as f64 / length;
-    let enough_vouched = verdict.vouched as f64 >= (length / 10.0).max(4.0);
+    let enough_vouched = verdict.vouched as f64 >= (options.vouched_share * length).max(4.0);
     let silent = enough_vouched
         && verdict.silent as f64 >= share * verdict.vouched as f64
         && responding as f64 <= (1.0 - share) / 2.0 * length;

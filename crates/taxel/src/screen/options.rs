@@ -35,6 +35,9 @@ pub struct ScreenOptions {
     /// A taxel between two loaded lines is silent when it reads less than this share of their load (a scan that
     /// keeps a little of the reading before leaves some). 0.1.
     pub silent_share: f64,
+    /// A frame can tell whether a line is silent when the lines on both sides are loaded along at least this share of
+    /// it (and at least at 4 places). 0.2.
+    pub vouched_share: f64,
     /// A line is out in a frame when this share of its testable readings says so. 0.9.
     pub line_share: f64,
     /// A line is dead when it is out in this share of the frames that can tell. 0.95.
@@ -72,6 +75,7 @@ impl Default for ScreenOptions {
             loaded_sigmas: 8.0,
             loaded_share_of_range: 0.005,
             silent_share: 0.1,
+            vouched_share: 0.2,
             line_share: 0.9,
             dead_share: 0.95,
             flicker_frames: 2,
