@@ -290,12 +290,18 @@ fn distance(bins: &[u64], mode: f64, side: Side, reach: f64, fraction: f64) -> f
         let cut = side == Side::AboveCut && i == 0 && bins.len() > 1;
         bins[if cut { 1 } else { i }] as f64 * (far - near).clamp(0.0, 1.0)
     };
-    let wanted = (0..bins.len()).map(part_of).sum::<f64>() * fraction;
+    // Only bins that reach into that stretch are looked at.
+    let (first, last) = match side {
+        Side::Below => ((mode - reach).floor().max(0.0), mode.ceil()),
+        Side::AboveCut => (0.0, (mode + reach).ceil()),
+    };
+    let (first, last) = (first as usize, (last as usize).min(bins.len() - 1));
+    let wanted = (first..=last).map(part_of).sum::<f64>() * fraction;
     let mut held = 0.0;
-    for step in 0..bins.len() {
+    for step in 0..=last - first {
         let i = match side {
-            Side::Below => bins.len() - 1 - step,
-            Side::AboveCut => step,
+            Side::Below => last - step,
+            Side::AboveCut => first + step,
         };
         let part = part_of(i);
         if part > 0.0 && held + part >= wanted {
