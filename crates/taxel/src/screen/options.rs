@@ -3,9 +3,9 @@
 use crate::screen::CountsMask;
 use crate::sensor::ScreenSpec;
 
-/// Thresholds of the screen. The defaults separate the faults of simulated 64 × 128 and 16 × 16 arrays (16 bits,
-/// 3 counts of noise, baseline 25 or 50 counts, 1 reading in 500 stuck, a dead row, a flickering column) from
-/// their sound readings with a factor of two to spare, and report no line fault on a 28 × 56 Velostat mat (8 bits).
+/// Thresholds of the screen. The defaults were chosen on simulated 64 × 128 and 16 × 16 arrays (16 bits, 3 counts of
+/// noise, baseline 25 or 50 counts, 1 reading in 500 stuck, a dead row, a flickering column), the same with the
+/// baseline taken away or reduced to 10 bits, and a 28 × 56 Velostat mat (8 bits) without line faults.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScreenOptions {
     /// What an unloaded taxel reads, counts. `None`: estimated from the frames ([`super::LevelScreen`]).
@@ -55,9 +55,11 @@ pub struct ScreenOptions {
     /// Spikes against the neighbourhood. `None` (the default): not looked for, because pressing a single taxel is
     /// legitimate and common in calibration.
     pub space_spikes: Option<SpaceSpikes>,
-    /// Spikes over time, for streams at a steady rate. `None` (the default): not looked for.
+    /// Spikes over time, for streams at a steady rate: the rule of [`super::TimeSpikeScreen`], which runs beside
+    /// [`super::FrameScreen`] and one frame behind it. `None` (the default): the caller need not run it.
     pub time_spikes: Option<TimeSpikes>,
-    /// Readings to be counted as outliers by their value alone, as the paper does.
+    /// Readings to be counted as outliers by their value alone, as the paper does: for
+    /// [`super::ScreenReport::with_mask`].
     pub mask: CountsMask,
 }
 
