@@ -11,6 +11,8 @@ pub mod circuit;
 mod dense;
 pub mod error;
 pub mod frame;
+pub mod metric;
+pub mod screen;
 pub mod sensor;
 pub mod solve;
 
