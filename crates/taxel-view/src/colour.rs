@@ -66,8 +66,8 @@ impl ColourMap {
 
 /// Which of 256 equal intervals of 0..1 holds `position`.
 pub(crate) fn index_of(position: f64) -> u8 {
-    // `as` saturates: negative and NaN give 0.
-    (position * 256.0).min(255.0) as u8
+    // `as` saturates: negative numbers and NaN give 0, large ones 255.
+    (position * 256.0) as u8
 }
 
 /// `#rrggbb`.

@@ -66,8 +66,8 @@ impl ColourBar {
     ) -> ColourBar {
         let scale = Scale::new(unit, range);
         let scaled = (scale.apply(range.0), scale.apply(range.1));
-        let spacing = if horizontal { 55.0 } else { 28.0 };
-        let most = ((length / spacing) as usize).clamp(3, 8);
+        let spacing = if horizontal { 55.0 } else { 34.0 };
+        let most = ((length / spacing) as usize).clamp(3, 7);
         let ticks = nice_ticks(scaled.0, scaled.1, most);
         let labels = tick_labels(&ticks);
         let at = |tick: &f64| position(*tick, scaled).clamp(0.0, 1.0);

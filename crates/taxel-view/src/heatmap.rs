@@ -7,7 +7,7 @@ use crate::panel_layout::{PanelLayout, Room};
 use crate::picture::Picture;
 use crate::quantity::Quantity;
 use crate::raster::{Grid, Interpolation};
-use crate::scale::{drawable, finite_range};
+use crate::scale::{drawable, finite_range, from_zero};
 use crate::svg::Canvas;
 use crate::{Error, MARGIN};
 
@@ -134,7 +134,8 @@ impl<'a> Panel<'a> {
         Ok(self)
     }
 
-    /// The values at the dark and at the bright end of the colour map; without it the lowest and the highest.
+    /// The values at the dark and at the bright end of the colour map; without it the lowest and the highest, or 0
+    /// in place of an end that is next to it.
     /// Values beyond have the colour of the end, and the colour bar an arrow there.
     pub fn range(mut self, low: f64, high: f64) -> Self {
         self.range = Some((low, high));
@@ -179,7 +180,7 @@ impl<'a> Panel<'a> {
     pub(crate) fn wanted_range(&self) -> Option<(f64, f64)> {
         self.range
             .filter(|(low, high)| low.is_finite() && high.is_finite())
-            .or_else(|| finite_range(self.grid.values.iter().copied()))
+            .or_else(|| finite_range(self.grid.values.iter().copied()).map(from_zero))
     }
 
     pub(crate) fn drawn_range(&self) -> (f64, f64) {

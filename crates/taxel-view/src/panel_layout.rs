@@ -148,8 +148,11 @@ impl PanelLayout {
             ),
             false => (plot.right() + BAR_GAP, top),
         };
-        let note = panel.marks.and_then(outline::counted).unwrap_or_default();
-        let note = text::wrap(&note, NOTE_SIZE, total - left - 14.0);
+        let note = panel
+            .marks
+            .and_then(outline::counted)
+            .map(|counts| format!("outlined: {counts}"));
+        let note = text::wrap(&note.unwrap_or_default(), NOTE_SIZE, total - left - 14.0);
         let note_top = top + body + 6.0;
         let bottom = if note.is_empty() {
             top + body

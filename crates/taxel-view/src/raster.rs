@@ -187,7 +187,7 @@ fn encode_indexed(
     if pixels.contains(&BLANK) {
         encoder.set_trns(opacity);
     }
-    encoder.set_compression(png::Compression::Fast);
+    encoder.set_compression(png::Compression::Balanced);
     encoder.set_filter(png::Filter::NoFilter);
     write_image(encoder, pixels)?;
     Ok(bytes)

@@ -21,6 +21,18 @@ pub(crate) fn finite_range(values: impl IntoIterator<Item = f64>) -> Option<(f64
         })
 }
 
+/// The range made to begin or end at 0 where that widens it by little.
+pub(crate) fn from_zero((low, high): (f64, f64)) -> (f64, f64) {
+    const LITTLE: f64 = 0.05;
+    if low > 0.0 && low <= LITTLE * high {
+        (0.0, high)
+    } else if high < 0.0 && high >= LITTLE * low {
+        (low, 0.0)
+    } else {
+        (low, high)
+    }
+}
+
 /// The range that covers both.
 pub(crate) fn union(a: Option<(f64, f64)>, b: Option<(f64, f64)>) -> Option<(f64, f64)> {
     match (a, b) {
@@ -152,6 +164,14 @@ mod tests {
         assert_eq!(drawable(Some((2.0, 1.0))), (1.0, 2.0));
         let (low, high) = drawable(Some((f64::MIN, f64::MAX)));
         assert!((high - low).is_finite());
+    }
+
+    #[test]
+    fn a_range_that_ends_next_to_zero_ends_at_zero() {
+        assert_eq!(from_zero((0.02, 4.4)), (0.0, 4.4));
+        assert_eq!(from_zero((-4.4, -0.02)), (-4.4, 0.0));
+        assert_eq!(from_zero((0.5, 4.4)), (0.5, 4.4));
+        assert_eq!(from_zero((-0.02, 4.4)), (-0.02, 4.4));
     }
 
     #[test]

@@ -59,8 +59,8 @@ impl Axis {
         };
         let range = drawable(Some((low, high)));
         let mut axis = Axis::new(range, &scale, label, 8);
-        if series.x_label == "frame" {
-            axis.ticks.retain(|(_, label)| !label.contains('.'));
+        if series.x_label == "frame" && range.1 - range.0 < 4.0 {
+            axis.ticks = whole_ticks(range);
         }
         axis
     }
@@ -95,6 +95,14 @@ impl Axis {
     }
 }
 
+/// Every whole number within a short range: there is no half frame.
+fn whole_ticks(range: (f64, f64)) -> Vec<(f64, String)> {
+    let (first, last) = (range.0.ceil() as i64, range.1.floor() as i64);
+    (first..=last)
+        .map(|tick| (position(tick as f64, range), tick.to_string()))
+        .collect()
+}
+
 /// Composes the picture of `series`.
 pub(crate) fn draw(series: &Series) -> Result<Picture, Error> {
     let (along, upwards) = (Axis::along(series), Axis::upwards(series));
@@ -122,7 +130,7 @@ pub(crate) fn draw(series: &Series) -> Result<Picture, Error> {
     for (line, colour) in series.lines.iter().zip(&colours) {
         let (path, dots) = line_path(&series.x, line, plot, along.range, upwards.range);
         canvas.strokes(&path, colour, stroke);
-        canvas.strokes(&dots, colour, 2.0 * stroke);
+        canvas.strokes(&dots, colour, 3.0 * stroke);
     }
     let right = draw_key(&mut canvas, series, plot, &colours)?.max(plot.right() + 10.0);
     let bottom = plot.bottom() + TICK + GAP + 2.0 * LABEL_SIZE + 5.0;
