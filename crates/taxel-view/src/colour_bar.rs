@@ -46,8 +46,8 @@ impl Beyond {
 /// A measured colour bar.
 #[derive(Debug, Clone)]
 pub(crate) struct ColourBar {
-    horizontal: bool,
-    length: f64,
+    pub(crate) horizontal: bool,
+    pub(crate) length: f64,
     map: ColourMap,
     beyond: Beyond,
     /// Position along the bar, 0 to 1, and label.

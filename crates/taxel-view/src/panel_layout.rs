@@ -21,6 +21,9 @@ pub(crate) const NOTE_LEADING: f64 = 13.0;
 const GAP: f64 = 3.0;
 const BAR_GAP: f64 = 14.0;
 const SHORTEST_BAR: f64 = 110.0;
+const LONGEST_BAR_BELOW: f64 = 240.0;
+const NARROWEST_PANEL: f64 = 150.0;
+const NOTE_INDENT: f64 = 14.0;
 const LARGEST_TAXEL: f64 = 120.0;
 const THINNEST_PLOT: f64 = 12.0;
 
@@ -80,6 +83,33 @@ pub(crate) fn draw_heatmap(
     Ok(())
 }
 
+/// The colour bar of a plot of that size: below a plot too low for one beside it.
+fn bar_beside(panel: &Panel<'_>, range: (f64, f64), (width, height): (f64, f64)) -> ColourBar {
+    let horizontal = height < SHORTEST_BAR * 0.9 && width > height;
+    let length = if horizontal {
+        width.clamp(SHORTEST_BAR, LONGEST_BAR_BELOW)
+    } else {
+        height.max(SHORTEST_BAR)
+    };
+    let labels = (panel.quantity.as_str(), panel.unit.as_str());
+    let beyond = Beyond::of(panel.grid.values, range);
+    ColourBar::new(
+        range,
+        labels,
+        panel.colour_map,
+        beyond,
+        (length, horizontal),
+    )
+}
+
+/// What the outlined taxels are, in lines of `width`; none where every taxel is good.
+fn note_lines(panel: &Panel<'_>, width: f64) -> Vec<String> {
+    match panel.marks.and_then(outline::counted) {
+        Some(counts) => text::wrap(&format!("outlined: {counts}"), NOTE_SIZE, width),
+        None => Vec::new(),
+    }
+}
+
 /// A measured panel; its parts are placed relative to its top left corner.
 #[derive(Debug, Clone)]
 pub(crate) struct PanelLayout {
@@ -105,59 +135,32 @@ impl PanelLayout {
         let row_labels: Vec<String> = row_ticks.iter().map(usize::to_string).collect();
         let left = LABEL_SIZE + 5.0 + text::widest(&row_labels, LABEL_SIZE) + GAP + TICK;
 
-        let below = TICK + GAP + 2.0 * LABEL_SIZE + 5.0;
-        let horizontal = height < SHORTEST_BAR * 0.9 && width > height;
-        let beyond = Beyond::of(panel.grid.values, range);
-        let length = if horizontal {
-            width.clamp(SHORTEST_BAR, 240.0)
+        // Size of plot, axis and bar together, and where in it the bar begins.
+        let bar = bar_beside(panel, range, (width, height));
+        let axis_bottom = height + TICK + GAP + 2.0 * LABEL_SIZE + 5.0;
+        let (body, bar_place) = if bar.horizontal {
+            let place = ((width - bar.length).max(0.0) / 2.0, axis_bottom + BAR_GAP);
+            ((width.max(bar.extent()), place.1 + bar.breadth()), place)
         } else {
-            height.max(SHORTEST_BAR)
-        };
-        let labels = (panel.quantity.as_str(), panel.unit.as_str());
-        let bar = ColourBar::new(
-            range,
-            labels,
-            panel.colour_map,
-            beyond,
-            (length, horizontal),
-        );
-        let (bar_right, body) = match horizontal {
-            true => (
-                left + width.max(bar.extent()),
-                height + below + BAR_GAP + bar.breadth(),
-            ),
-            false => (
-                left + width + BAR_GAP + bar.breadth(),
-                (height + below).max(length + 6.0),
-            ),
+            let place = (width + BAR_GAP, 0.0);
+            let bottom = axis_bottom.max(bar.length + 6.0);
+            ((place.0 + bar.breadth(), bottom), place)
         };
 
-        let total = bar_right.max(left + 150.0).max(left + width + 8.0);
-        let title = text::wrap(&panel.title, TITLE_SIZE, total - left);
+        let right = body.0.max(NARROWEST_PANEL).max(width + 8.0);
+        let title = text::wrap(&panel.title, TITLE_SIZE, right);
         let top = title.len() as f64 * TITLE_LEADING + 6.0;
+        let note = note_lines(panel, right - NOTE_INDENT);
+        let note_top = top + body.1 + 6.0;
+        let bottom = match note.len() {
+            0 => top + body.1,
+            lines => note_top + lines as f64 * NOTE_LEADING,
+        };
         let plot = Rect {
             x: left,
             y: top,
             width,
             height,
-        };
-        let bar_place = match horizontal {
-            true => (
-                left + (width - length).max(0.0) / 2.0,
-                plot.bottom() + below + BAR_GAP,
-            ),
-            false => (plot.right() + BAR_GAP, top),
-        };
-        let note = panel
-            .marks
-            .and_then(outline::counted)
-            .map(|counts| format!("outlined: {counts}"));
-        let note = text::wrap(&note.unwrap_or_default(), NOTE_SIZE, total - left - 14.0);
-        let note_top = top + body + 6.0;
-        let bottom = if note.is_empty() {
-            top + body
-        } else {
-            note_top + note.len() as f64 * NOTE_LEADING
         };
         PanelLayout {
             range,
@@ -166,10 +169,10 @@ impl PanelLayout {
             row_ticks,
             column_ticks,
             bar,
-            bar_place,
+            bar_place: (left + bar_place.0, top + bar_place.1),
             note,
             note_top,
-            size: (total, bottom),
+            size: (left + right, bottom),
         }
     }
 
@@ -239,7 +242,7 @@ impl PanelLayout {
         canvas.strokes(&swatch, outline::OUTLINE, 1.2);
         for (i, line) in self.note.iter().enumerate() {
             canvas.text(
-                x + 14.0,
+                x + NOTE_INDENT,
                 first + i as f64 * NOTE_LEADING,
                 NOTE_SIZE,
                 Anchor::Start,
