@@ -55,6 +55,7 @@ pub use line_test::{Axis, lines_dropped};
 pub use mask::{CountsMask, MaskCount};
 pub use options::{ScreenOptions, SpaceSpikes, TimeSpikes};
 pub use repair::repair;
+pub(crate) use repair::{fill, stand_in};
 pub use report::ScreenReport;
 pub use spike::TimeSpikeScreen;
 

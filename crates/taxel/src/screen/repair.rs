@@ -19,11 +19,37 @@ fn is_lost(mark: Mark) -> bool {
 ///
 /// `scratch` is cleared and its capacity reused; 8 values suffice in most frames.
 pub fn repair<Q>(frame: &mut Frame<Q>, scratch: &mut Vec<f64>) -> usize {
+    replace(frame, scratch, is_lost, Some(Mark::Interpolated))
+}
+
+/// Gives single lost readings (stuck, spikes) the median of the valid ones around them, so that the rest of the
+/// network can be solved as if they had been read. They keep their mark: this is no repair of the reading.
+pub(crate) fn stand_in<Q>(frame: &mut Frame<Q>, scratch: &mut Vec<f64>) -> usize {
+    fill(frame, scratch, |mark| {
+        matches!(mark, Mark::Stuck | Mark::Spike)
+    })
+}
+
+/// Gives the taxels whose mark is `wanted` the median of the valid ones around them; they keep their mark.
+pub(crate) fn fill<Q>(
+    frame: &mut Frame<Q>,
+    scratch: &mut Vec<f64>,
+    wanted: impl Fn(Mark) -> bool,
+) -> usize {
+    replace(frame, scratch, wanted, None)
+}
+
+fn replace<Q>(
+    frame: &mut Frame<Q>,
+    scratch: &mut Vec<f64>,
+    wanted: impl Fn(Mark) -> bool,
+    mark: Option<Mark>,
+) -> usize {
     let (rows, columns) = (frame.rows(), frame.columns());
     let mut repaired = 0;
     for row in 0..rows {
         for column in 0..columns {
-            if !is_lost(frame.mark_at(row, column)) {
+            if !wanted(frame.mark_at(row, column)) {
                 continue;
             }
             let farthest = rows.max(columns);
@@ -34,7 +60,9 @@ pub fn repair<Q>(frame: &mut Frame<Q>, scratch: &mut Vec<f64>) -> usize {
             if let Some(value) = found {
                 let i = row * columns + column;
                 frame.values_mut()[i] = value;
-                frame.marks_mut()[i] = Mark::Interpolated;
+                if let Some(mark) = mark {
+                    frame.marks_mut()[i] = mark;
+                }
                 repaired += 1;
             }
         }
