@@ -16,7 +16,8 @@ use crate::text::TextOptions;
 pub(crate) enum Kind {
     Blank,
     Number,
-    Words,
+    /// Words, in that many fields.
+    Words(usize),
 }
 
 /// What is known about extra lines.
@@ -58,18 +59,20 @@ struct Progress {
 }
 
 impl Progress {
-    /// Counts a line of `fields` fields: joined lines count as several, the two halves of one as one.
-    fn count(&mut self, fields: usize, expected: usize) {
+    /// Whether a line of `fields` fields is the second half of the short one before it.
+    fn is_half(&self, fields: usize, expected: usize) -> bool {
         let joins = |before: usize| before + fields == expected || before + fields == expected + 1;
-        let half = fields < expected && self.short.is_some_and(joins);
-        self.short = None;
-        if half {
+        fields < expected && self.short.is_some_and(joins)
+    }
+
+    /// Counts a line: joined lines count as several, the two halves of one as one.
+    fn count(&mut self, fields: usize, expected: usize) {
+        if self.is_half(fields, expected) {
+            self.short = None;
             return;
         }
         self.lines += fields.div_ceil(expected).max(1);
-        if fields < expected {
-            self.short = Some(fields);
-        }
+        self.short = (fields < expected).then_some(fields);
     }
 }
 
@@ -209,8 +212,8 @@ impl<R: Read> Grid<R> {
         for k in 0..self.frame_lines {
             match self.line()? {
                 Line::End => return Err(self.cut_short(1, "stopped")),
-                Line::TooLong { bytes, commas } => {
-                    self.progress.count(commas as usize + 1, self.line_numbers);
+                Line::TooLong { bytes } => {
+                    self.progress.lines += 1;
                     let (at, limit) = (self.place(0), self.lines.limit());
                     return Err(Error::LineLength {
                         at,
@@ -259,13 +262,11 @@ impl<R: Read> Grid<R> {
             let every = matches!(self.extra, Extra::Every(_));
             let enough = self.progress.lines >= self.frame_lines;
             if enough && !every {
-                return Ok(());
+                return self.skip_half();
             }
             match self.line()? {
                 Line::End => return Ok(()),
-                Line::TooLong { commas, .. } => {
-                    self.progress.count(commas as usize + 1, self.line_numbers);
-                }
+                Line::TooLong { .. } => self.progress.lines += 1,
                 line => {
                     let text = self.lines.text(line);
                     let begins = match enough {
@@ -281,6 +282,22 @@ impl<R: Read> Grid<R> {
                 }
             }
         }
+    }
+
+    /// Goes past the second half of a frame's last line, where that was torn in two.
+    fn skip_half(&mut self) -> Result<(), Error> {
+        if self.progress.short.is_none() {
+            return Ok(());
+        }
+        let line = self.line()?;
+        if let Line::Text { .. } = line {
+            let fields = count_fields(self.lines.text(line));
+            if fields > 0 && self.progress.is_half(fields, self.line_numbers) {
+                return Ok(());
+            }
+        }
+        self.lines.unread();
+        Ok(())
     }
 
     /// Whether a line inside a frame is the extra line of the next one.
@@ -489,7 +506,8 @@ impl<R: Read> Grid<R> {
     }
 
     fn shape_hint(&self, found: usize) -> &'static str {
-        if found == self.frame_lines && found != self.line_numbers {
+        let begins = self.progress.lines == 0 && self.frame == 0;
+        if begins && found == self.frame_lines {
             return match self.options.transpose {
                 false => "rows and columns are swapped in this file; read it with `--transpose`",
                 true => {
@@ -497,7 +515,7 @@ impl<R: Read> Grid<R> {
                 }
             };
         }
-        if self.progress.lines == 0 && self.frame == 0 {
+        if begins {
             "the recording is of another sensor; check rows and columns in the sensor file"
         } else {
             "a line was torn or lost; `--keep-going` leaves its frame out"
@@ -542,7 +560,7 @@ pub(crate) fn kind_of(text: &[u8], line_numbers: usize, frame_lines: usize) -> O
     let fields = count_fields(text);
     let numbers = count_numbers(text);
     if numbers == 0 {
-        return Some(Kind::Words);
+        return Some(Kind::Words(fields));
     }
     let like_a_row = fields == line_numbers
         || (fields == frame_lines && frame_lines > 1)
@@ -553,7 +571,7 @@ pub(crate) fn kind_of(text: &[u8], line_numbers: usize, frame_lines: usize) -> O
     Some(if numbers == fields {
         Kind::Number
     } else {
-        Kind::Words
+        Kind::Words(fields)
     })
 }
 
