@@ -59,6 +59,8 @@ pub struct NpyReader<Q, R = Input> {
     bytes: u64,
     piece: Vec<u8>,
     skips: SkipLog,
+    /// The input ends with the array, and verifies it there.
+    archived: bool,
     done: bool,
     quantity: PhantomData<Q>,
 }
@@ -103,7 +105,9 @@ impl<Q> NpyReader<Q, Input> {
 
     fn open_within(path: &Path, options: NpyOptions, least: f64, most: f64) -> Result<Self, Error> {
         let (input, file) = open_array(path, options.array.as_deref())?;
-        Self::begin(input, file, options, least, most)
+        let mut reader = Self::begin(input, file, options, least, most)?;
+        reader.archived = extension(path) == "npz";
+        Ok(reader)
     }
 }
 
@@ -152,6 +156,7 @@ impl<Q, R: Read> NpyReader<Q, R> {
             bytes: 0,
             piece: vec![0; PIECE],
             skips: SkipLog::default(),
+            archived: false,
             done: false,
             quantity: PhantomData,
         })
@@ -182,7 +187,8 @@ impl<Q, R: Read> NpyReader<Q, R> {
         let mut i = 0;
         while left > 0 {
             let piece = &mut self.piece[..left.min(PIECE)];
-            let held = fill(&mut self.input, piece, &self.file)?;
+            let before = self.header.bytes + self.bytes;
+            let held = fill(&mut self.input, piece, &self.file, before)?;
             self.bytes += held as u64;
             if held < piece.len() {
                 return Err(self.cut_short());
@@ -220,6 +226,19 @@ impl<Q, R: Read> NpyReader<Q, R> {
             maximum: self.most,
             hint: "a reading that is missing or broken; `--keep-going` leaves its frame out",
         })
+    }
+
+    /// Behind the last frame: reads an archive's array to its end, where its checksum is verified.
+    fn finish(&mut self) -> Result<(), Error> {
+        if std::mem::replace(&mut self.done, true) || !self.archived {
+            return Ok(());
+        }
+        loop {
+            let before = self.header.bytes + self.bytes;
+            if fill(&mut self.input, &mut self.piece, &self.file, before)? == 0 {
+                return Ok(());
+            }
+        }
     }
 
     fn cut_short(&mut self) -> Error {
@@ -269,6 +288,7 @@ impl<Q, R: Read> FrameSource<Q> for NpyReader<Q, R> {
                 }
             }
         }
+        self.finish()?;
         Ok(false)
     }
 

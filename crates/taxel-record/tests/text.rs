@@ -13,8 +13,10 @@ fn options(rows: usize, columns: usize) -> TextOptions {
     }
 }
 
-/// All frames' values, and the error that ended them.
-fn read(text: &[u8], options: TextOptions) -> (Vec<Vec<f64>>, Option<Error>, Vec<(u64, String)>) {
+/// All frames' values, the error that ended them, and the frames left out with the reasons.
+type Outcome = (Vec<Vec<f64>>, Option<Error>, Vec<(u64, String)>);
+
+fn read(text: &[u8], options: TextOptions) -> Outcome {
     let mut reader = TextReader::new(text, "rec", options).unwrap();
     let mut frame = Frame::zeros(1, 1);
     let mut frames = Vec::new();

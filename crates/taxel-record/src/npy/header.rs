@@ -26,7 +26,7 @@ impl Header {
     /// Reads up to the first byte of data.
     pub(crate) fn read(input: &mut impl Read, file: &Path) -> Result<Self, Error> {
         let mut start = [0u8; 8];
-        let held = fill(input, &mut start, file)?;
+        let held = fill(input, &mut start, file, 0)?;
         let wrong = |byte, found: &[u8], expected| Error::NpyHeader {
             file: file.to_owned(),
             byte,
@@ -45,7 +45,7 @@ impl Header {
             }
         };
         let mut length = [0u8; 4];
-        if fill(input, &mut length[..width], file)? < width {
+        if fill(input, &mut length[..width], file, 8)? < width {
             return Err(wrong(8, b"", "the length of the header"));
         }
         let length = u32::from_le_bytes(length);
@@ -58,7 +58,7 @@ impl Header {
             ));
         }
         let mut text = vec![0u8; length as usize];
-        let held = fill(input, &mut text, file)?;
+        let held = fill(input, &mut text, file, 8 + width as u64)?;
         if held < text.len() {
             return Err(wrong(8 + width as u64, &text[..held], "the whole header"));
         }
@@ -93,8 +93,13 @@ impl Header {
     }
 }
 
-/// Reads until `out` is full or the input ends; how many bytes there were.
-pub(crate) fn fill(input: &mut impl Read, out: &mut [u8], file: &Path) -> Result<usize, Error> {
+/// Reads until `out` is full or the input ends; how many bytes there were. `before` it so many were read.
+pub(crate) fn fill(
+    input: &mut impl Read,
+    out: &mut [u8],
+    file: &Path,
+    before: u64,
+) -> Result<usize, Error> {
     let mut held = 0;
     while held < out.len() {
         match input.read(&mut out[held..]) {
@@ -104,7 +109,7 @@ pub(crate) fn fill(input: &mut impl Read, out: &mut [u8], file: &Path) -> Result
             Err(source) => {
                 return Err(Error::Read {
                     file: file.to_owned(),
-                    bytes: held as u64,
+                    bytes: before + held as u64,
                     source,
                 });
             }
