@@ -150,7 +150,9 @@ impl AtomicFile {
                 Ok(0) => return self.give_up(io::ErrorKind::WriteZero.into()),
                 Ok(n) => {
                     done += n;
-                    self.bytes += n as u64;
+                    if !matches!(self.sink, Sink::Failed) {
+                        self.bytes += n as u64;
+                    }
                 }
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                 Err(error) => return self.give_up(error),
@@ -177,7 +179,8 @@ impl AtomicFile {
             Sink::Standard(out) => out.write(bytes),
             Sink::Through(file) => file.write(bytes),
             Sink::Beside(file) => file.write(bytes),
-            Sink::Failed => Err(io::ErrorKind::BrokenPipe.into()),
+            // Told once already; `commit` tells again. What follows, as an archive's end, goes nowhere.
+            Sink::Failed => Ok(bytes.len()),
         }
     }
 

@@ -322,8 +322,8 @@ fn layout(header: &Header, file: &Path, options: &NpyOptions) -> Result<Layout, 
             return Err(wrong(expected, "reshape the array with numpy.reshape"));
         }
     };
-    let fortran =
-        header.fortran_order && rows > 1 && columns > 1 || header.fortran_order && frames > 1;
+    // With one line of one frame both orders are the same.
+    let fortran = header.fortran_order && (frames > 1 || (rows > 1 && columns > 1));
     if fortran && header.shape.len() == 3 {
         let expected = "3-D in C order".to_owned();
         return Err(wrong(
@@ -341,12 +341,7 @@ fn layout(header: &Header, file: &Path, options: &NpyOptions) -> Result<Layout, 
             wrong(format!("frames of {rows} rows x {columns} columns"), hint)
         })?;
     }
-    let taxels = rows
-        .checked_mul(columns)
-        .filter(|n| (1..=MAX_TAXELS as u64).contains(n));
-    let bytes = taxels.and_then(|n| n.checked_mul(header.element.bytes() as u64));
-    let data = bytes.and_then(|n| n.checked_mul(frames));
-    let Some(data) = data else {
+    let Some(data) = data_bytes(header.element, frames, rows, columns) else {
         return Err(Error::Size {
             file: file.to_owned(),
             rows: usize::try_from(rows).unwrap_or(usize::MAX),
@@ -369,6 +364,14 @@ fn layout(header: &Header, file: &Path, options: &NpyOptions) -> Result<Layout, 
         fortran,
         data,
     })
+}
+
+/// Bytes of all the data, where a frame is neither empty nor too large.
+fn data_bytes(element: Element, frames: u64, rows: u64, columns: u64) -> Option<u64> {
+    let taxels = rows.checked_mul(columns)?;
+    let bytes = taxels.checked_mul(element.bytes() as u64)?;
+    let sensible = (1..=MAX_TAXELS as u64).contains(&taxels);
+    bytes.checked_mul(frames).filter(|_| sensible)
 }
 
 /// The hint, where the shape is not the expected one.

@@ -159,8 +159,8 @@ impl NpzWriter {
     /// `None`.
     ///
     /// # Errors
-    /// [`Error::Write`]; [`Error::FrameCount`] when the array before has not the frames announced for it;
-    /// [`Error::Archive`] for a name that is taken.
+    /// [`Error::Write`], also for a name that is taken; [`Error::FrameCount`] when the array before has not
+    /// the frames announced for it.
     pub fn begin_array(
         &mut self,
         name: &str,
@@ -271,19 +271,65 @@ impl Array {
 }
 
 fn write_error(name: &Path, kept: &OnceLock<PathBuf>, bytes: u64, error: ZipError) -> Error {
-    let file = name.to_owned();
-    match error {
-        ZipError::Io(source) => Error::Write {
-            file,
-            bytes,
-            kept: kept.get().cloned(),
-            source,
+    Error::Write {
+        file: name.to_owned(),
+        bytes,
+        kept: kept.get().cloned(),
+        source: match error {
+            ZipError::Io(source) => source,
+            other => io::Error::other(other),
         },
-        source => Error::Write {
-            file,
-            bytes,
-            kept: kept.get().cloned(),
-            source: io::Error::other(source),
-        },
+    }
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+    use taxel::Counts;
+
+    #[test]
+    fn a_full_disk_is_told_by_every_writer() {
+        let frame = Frame::<Counts>::zeros(2, 2);
+        let mut writer = NpzWriter::create("/dev/full").unwrap();
+        writer.begin_array("a", None, 2, 2, Element::U2).unwrap();
+        writer.write(&frame).unwrap();
+        let error = writer.commit().unwrap_err().to_string();
+        assert!(
+            error.starts_with("cannot finish /dev/full after "),
+            "{error}"
+        );
+        assert!(error.contains("nothing is kept\nhint: "), "{error}");
+        let error = NpyWriter::<Counts>::create("/dev/null", 2, 2, Element::U2).err();
+        assert!(error.unwrap().to_string().contains("a pipe cannot go back"));
+    }
+
+    #[test]
+    fn an_array_has_as_many_frames_as_announced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.npz");
+        let frame = Frame::<Counts>::zeros(2, 2);
+        let mut writer = NpzWriter::create(&path).unwrap();
+        assert!(matches!(
+            writer.write(&frame),
+            Err(Error::FrameCount { .. })
+        ));
+        writer.begin_array("a", Some(2), 2, 2, Element::U2).unwrap();
+        writer.write(&frame).unwrap();
+        let error = writer
+            .begin_array("b", None, 2, 2, Element::U2)
+            .unwrap_err();
+        assert!(
+            matches!(
+                error,
+                Error::FrameCount {
+                    found: 1,
+                    expected: 2,
+                    ..
+                }
+            ),
+            "{error}"
+        );
+        drop(writer);
+        assert!(!path.exists());
     }
 }
