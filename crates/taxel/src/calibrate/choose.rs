@@ -1,12 +1,12 @@
 //! Which effects are in the data: each is fitted, and kept only where held-out presses are better for it.
 
 use super::evidence::Evidence;
-use super::fit::{Fitted, Score, coarse, look_around, refine};
+use super::fit::{Care, Fitted, Score, coarse, look_around, refine, refine_alone};
 use super::fit_law::LAWS;
 use super::lines::separate;
 use super::model::{Evaluator, LawModel, Model, Unknown, no_fit};
 use super::{Finding, LawChoice, Options};
-use crate::sensor::ScanOrder;
+use crate::sensor::{PerLine, ScanOrder};
 use crate::{Error, Sensor};
 
 /// An effect is kept when held-out presses gain this many standard errors by it,
@@ -18,6 +18,15 @@ const SPREAD: [Unknown; 3] = [
     Unknown::SpreadColumn,
     Unknown::SpreadDiagonal,
 ];
+/// Shares (of a load, of the previous reading) below this are taken for none.
+const LEAST_SHARE: f64 = 1e-3;
+/// Offsets below this many counts are taken for none.
+const LEAST_OFFSET_COUNTS: f64 = 1.0;
+/// Turns between mean and differences of the switches, at most, and the relative change that ends them.
+const MOST_TURNS: usize = 6;
+const SETTLED: f64 = 2e-3;
+/// Presses that a start is sought with.
+const START_PRESSES: usize = 75;
 /// Inner knots of the spline law.
 const INNER_KNOTS: usize = 3;
 
@@ -40,7 +49,8 @@ impl<'a> Search<'a> {
         evidence: &'a Evidence,
         options: &Options,
     ) -> Result<Self, Error> {
-        let mut evaluator = Evaluator::new(evidence);
+        let few = evidence.thinned(START_PRESSES);
+        let mut evaluator = Evaluator::new(&few);
         let blank = Model {
             sensor: sensor.clone(),
             spread: None,
@@ -61,6 +71,7 @@ impl<'a> Search<'a> {
         })?;
         let mut model = feasible(&mut evaluator, model)
             .ok_or_else(|| no_fit("no switch resistance leaves every frame with a solution"))?;
+        look_around(&mut evaluator, &model).ok_or_else(|| no_fit("a frame has no solution"))?;
         let mut unknowns = vec![Unknown::Columns, Unknown::Rows, Unknown::Factor];
         if evidence.levels.is_empty() {
             unknowns.push(Unknown::Exponent);
@@ -73,7 +84,7 @@ impl<'a> Search<'a> {
             model.sensor.readout.r_source_ohms = model.sensor.readout.r_source_ohms.max(1.0);
         }
         Ok(Self {
-            evaluator,
+            evaluator: Evaluator::new(evidence),
             model,
             unknowns,
             best: None,
@@ -92,40 +103,88 @@ impl<'a> Search<'a> {
 
     pub(super) fn run(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
         progress("circuit and load law", 0.0);
-        self.fit_base(8)?;
-        for _ in 0..2 {
-            self.look()?;
-            self.fit_base(6)?;
-        }
-        if self.can_separate() {
-            self.separate(progress)?;
-            self.look()?;
-            self.fit_base(4)?;
-        }
+        self.start(progress)?;
+        self.look()?;
+        self.fit_base(Care::Full)?;
         self.judge()?;
-        progress("offset", 0.3);
-        self.try_offset()?;
+        progress("load law", 0.3);
         self.try_exponents(progress)?;
+        self.try_laws()?;
         progress("spread", 0.5);
         self.try_spread()?;
         progress("memory of the scan", 0.6);
         self.try_memory()?;
-        progress("load law", 0.7);
-        self.try_laws()?;
+        progress("offset", 0.7);
+        self.try_offset()?;
         if self.can_separate() {
-            self.separate(progress)?;
-            self.look()?;
-            self.fit_base(5)?;
-            self.judge()?;
+            for care in [Care::Rough, Care::Rough, Care::Full] {
+                self.separate(progress)?;
+                self.look()?;
+                self.fit_base(care)?;
+            }
+        }
+        self.judge()
+    }
+
+    /// A first circuit and law, and every switch apart, from a part of the presses.
+    fn start(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
+        let few = self.evaluator.evidence.thinned(START_PRESSES);
+        let mut evaluator = Evaluator::new(&few);
+        let failed = || no_fit("the fit of circuit and load law did not converge");
+        let mut fit = |model: &Model, care| {
+            refine(&mut evaluator, model, &self.unknowns, care)
+                .map(|fitted| fitted.model)
+                .ok_or_else(failed)
+        };
+        self.model = fit(&self.model, Care::Full)?;
+        if !self.can_separate() {
+            return Ok(());
+        }
+        // Mean and differences of the switches depend on each other: in turn.
+        let mut before = self.mean_ohms();
+        for _ in 0..MOST_TURNS {
+            let mut evaluator = Evaluator::new(&few);
+            for _ in 0..2 {
+                if let Some(model) = separate(&mut evaluator, &self.model, &mut |share| {
+                    progress("every switch apart", share);
+                }) {
+                    self.model = model;
+                    self.separated = true;
+                }
+            }
+            self.model = refine(&mut evaluator, &self.model, &self.unknowns, Care::Full)
+                .map(|fitted| fitted.model)
+                .ok_or_else(failed)?;
+            let now = self.mean_ohms();
+            if std::env::var("V").is_ok() {
+                eprintln!("turn {now:?} {:?}", self.model.law.ln_factor);
+            }
+            let moved = (now.0 / before.0 - 1.0)
+                .abs()
+                .max((now.1 / before.1 - 1.0).abs());
+            before = now;
+            if moved < SETTLED {
+                break;
+            }
         }
         Ok(())
     }
 
+    /// Means of column and row resistances, ohms.
+    fn mean_ohms(&self) -> (f64, f64) {
+        let sensor = &self.model.sensor;
+        let mean = |list: &Option<PerLine>, lines| list.as_ref().map_or(0.0, |l| l.mean(lines));
+        (
+            mean(&sensor.readout.r_mux_column_ohms, sensor.columns()),
+            mean(&sensor.readout.r_mux_row_ohms, sensor.rows()),
+        )
+    }
+
     /// Fits the present unknowns from the present model.
-    fn fit_base(&mut self, rounds: usize) -> Result<(), Error> {
-        let fitted = refine(&mut self.evaluator, &self.model, &self.unknowns, rounds)
+    fn fit_base(&mut self, care: Care) -> Result<(), Error> {
+        let fitted = refine(&mut self.evaluator, &self.model, &self.unknowns, care)
             .ok_or_else(|| no_fit("the fit of circuit and load law did not converge"))?;
-        self.model = fitted.answer();
+        self.model = fitted.model.clone();
         self.best = Some((fitted, Score::default()));
         Ok(())
     }
@@ -160,14 +219,14 @@ impl<'a> Search<'a> {
     fn attempt(&mut self, model: &Model, more: &[Unknown]) -> Option<(Fitted, Score, f64, f64)> {
         let mut unknowns = self.unknowns.clone();
         unknowns.extend(more.iter().filter(|u| !self.unknowns.contains(u)));
-        let fitted = refine(&mut self.evaluator, model, &unknowns, 6)?;
+        let fitted = refine(&mut self.evaluator, model, &unknowns, Care::Rough)?;
         let score = fitted.cross_validate(&mut self.evaluator, self.options.folds)?;
         let (gain, errors) = self.best.as_ref()?.1.worse_than(&score);
         Some((fitted, score, gain, errors))
     }
 
     fn accept(&mut self, fitted: Fitted, score: Score) {
-        self.model = fitted.answer();
+        self.model = fitted.model.clone();
         self.unknowns = fitted.unknowns.clone();
         self.best = Some((fitted, score));
     }
@@ -193,13 +252,21 @@ impl<'a> Search<'a> {
             );
             return Ok(());
         }
-        let model = self.model.clone();
+        let alone = refine_alone(&mut self.evaluator, &self.model, &[Unknown::Offset]);
+        let Some((model, _, clear)) = alone else {
+            self.note("offset", false, "its fit did not converge".to_owned());
+            return Ok(());
+        };
+        let counts = model.get(Unknown::Offset);
+        if !clear || counts.abs() < LEAST_OFFSET_COUNTS {
+            self.note("offset", false, format!("{counts:.2} counts"));
+            return Ok(());
+        }
         let Some((fitted, score, gain, errors)) = self.attempt(&model, &[Unknown::Offset]) else {
             self.note("offset", false, "its fit did not converge".to_owned());
             return Ok(());
         };
-        let answer = fitted.answer();
-        let counts = answer.get(Unknown::Offset);
+        let counts = fitted.model.get(Unknown::Offset);
         let error = fitted.error_of(Unknown::Offset).unwrap_or(0.0);
         let used = is_better(gain, errors) && counts.abs() > 3.0 * error;
         self.note(
@@ -219,13 +286,7 @@ impl<'a> Search<'a> {
         }
         let mut model = self.model.clone();
         model.law.own_exponents = true;
-        // The switches were told apart under one exponent for all; they must be again under many.
-        let separated = separate(&mut self.evaluator, &model, &mut |share| {
-            progress("an exponent per taxel", share)
-        });
-        if let Some(separated) = separated {
-            model = separated;
-        }
+        progress("an exponent per taxel", 0.0);
         let deviation = self
             .evaluator
             .material(&model)
@@ -263,15 +324,28 @@ impl<'a> Search<'a> {
             );
             return Ok(());
         }
-        let model = self.model.clone();
+        let Some((model, _, clear)) = refine_alone(&mut self.evaluator, &self.model, &SPREAD)
+        else {
+            self.note("spread", false, "its fit did not converge".to_owned());
+            return Ok(());
+        };
+        let kept = model.spread.map_or(1.0, |s| s.kept());
+        if !clear || kept > 1.0 - LEAST_SHARE {
+            self.note(
+                "spread",
+                false,
+                format!(
+                    "neighbours take {:.2} % of a load, from {isolated} presses",
+                    100.0 * (1.0 - kept)
+                ),
+            );
+            return Ok(());
+        }
         let Some((fitted, score, gain, errors)) = self.attempt(&model, &SPREAD) else {
             self.note("spread", false, "its fit did not converge".to_owned());
             return Ok(());
         };
-        let spread = fitted
-            .answer()
-            .spread
-            .unwrap_or(super::Spread::new([0.0; 3]));
+        let spread = fitted.model.spread.unwrap_or(super::Spread::new([0.0; 3]));
         let away = 1.0 - spread.kept();
         let used = is_better(gain, errors) && away > 0.0;
         self.note(
@@ -293,22 +367,37 @@ impl<'a> Search<'a> {
     }
 
     fn try_memory(&mut self) -> Result<(), Error> {
-        let mut best: Option<(Fitted, Score, f64, f64, ScanOrder)> = None;
+        if !self.evaluator.isolated.contains(&true) {
+            return Ok(());
+        }
+        let mut best: Option<(Model, f64, bool)> = None;
         for order in [ScanOrder::RowByRow, ScanOrder::ColumnByColumn] {
             let mut model = self.model.clone();
             model.sensor.converter.scan_order = order;
-            let Some((fitted, score, gain, errors)) = self.attempt(&model, &[Unknown::Memory])
-            else {
+            let Some(found) = refine_alone(&mut self.evaluator, &model, &[Unknown::Memory]) else {
                 continue;
             };
-            if best.as_ref().is_none_or(|b| gain > b.2) {
-                best = Some((fitted, score, gain, errors, order));
+            if best.as_ref().is_none_or(|b| found.1 < b.1) {
+                best = Some(found);
             }
         }
-        let Some((fitted, score, gain, errors, order)) = best else {
+        let Some((model, _, clear)) = best else {
             return Ok(());
         };
-        let memory = fitted.answer().get(Unknown::Memory);
+        let order = model.sensor.converter.scan_order;
+        let memory = model.get(Unknown::Memory);
+        if !clear || memory < LEAST_SHARE {
+            self.note(
+                "memory of the scan",
+                false,
+                format!("a reading keeps {:.2} % of the one before", 100.0 * memory),
+            );
+            return Ok(());
+        }
+        let Some((fitted, score, gain, errors)) = self.attempt(&model, &[Unknown::Memory]) else {
+            return Ok(());
+        };
+        let memory = fitted.model.get(Unknown::Memory);
         let error = fitted.error_of(Unknown::Memory).unwrap_or(0.0);
         let used = is_better(gain, errors) && memory > 3.0 * error;
         let along = match order {
@@ -402,8 +491,15 @@ fn feasible(evaluator: &mut Evaluator, mut model: Model) -> Option<Model> {
         if evaluator.estimates(&model).is_some() {
             return Some(model);
         }
-        model.set(Unknown::Columns, -0.15)?;
-        model.set(Unknown::Rows, -0.15)?;
+        for (unknown, list) in [
+            (
+                Unknown::Columns,
+                model.sensor.readout.r_mux_column_ohms.clone(),
+            ),
+            (Unknown::Rows, model.sensor.readout.r_mux_row_ohms.clone()),
+        ] {
+            model.set(unknown, -0.15 * list?.at(0))?;
+        }
     }
     None
 }

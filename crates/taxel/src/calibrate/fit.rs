@@ -19,19 +19,75 @@ const GHOST_CAUTION: f64 = 3.0;
 
 /// A fitted model, and the linear map around it that cross-validation uses.
 pub(super) struct Fitted {
+    /// The answer.
     pub(super) model: Model,
     pub(super) unknowns: Vec<Unknown>,
-    pub(super) values: Vec<f64>,
-    pub(super) fit: Fit,
-    scatter: Scatter,
+    blocks: Vec<Block>,
 }
 
-/// Scatter of each class of residuals, grams.
-#[derive(Debug, Clone, Copy)]
-struct Scatter {
-    press: f64,
-    neighbour: f64,
-    ghost: f64,
+/// Unknowns that one kind of evidence tells.
+struct Block {
+    witness: Witness,
+    unknowns: Vec<Unknown>,
+    scatter: f64,
+    fit: Fit,
+}
+
+/// Which evidence tells of an unknown. Each has its own, so that no unknown is bent to make up for a fault in
+/// the model that another kind of evidence shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Witness {
+    /// What surrounds presses with nothing near them: spread and memory.
+    Surroundings,
+    /// Unloaded taxels: the converter's offset.
+    Unloaded,
+    /// The labelled loads: circuit and law.
+    Presses,
+}
+
+impl Witness {
+    const ALL: [Witness; 3] = [Witness::Surroundings, Witness::Unloaded, Witness::Presses];
+
+    fn of(unknown: Unknown) -> Self {
+        match unknown {
+            Unknown::SpreadRow
+            | Unknown::SpreadColumn
+            | Unknown::SpreadDiagonal
+            | Unknown::Memory => Witness::Surroundings,
+            Unknown::Offset => Witness::Unloaded,
+            _ => Witness::Presses,
+        }
+    }
+
+    /// What it says of each press, grams; nothing where a model is perfect.
+    fn residuals(self, evaluator: &Evaluator, estimates: &[PressEstimate]) -> Vec<f64> {
+        match self {
+            Witness::Surroundings => estimates
+                .iter()
+                .flat_map(|e| e.neighbours_g.clone())
+                .collect(),
+            Witness::Unloaded => estimates.iter().flat_map(|e| e.ghosts_g.clone()).collect(),
+            Witness::Presses => estimates
+                .iter()
+                .zip(&evaluator.evidence.presses)
+                .map(|(e, p)| e.load_g - p.load_g)
+                .collect(),
+        }
+    }
+
+    /// Which press each residual belongs to.
+    fn owners(self, estimates: &[PressEstimate]) -> Vec<usize> {
+        let count = |e: &PressEstimate| match self {
+            Witness::Surroundings => e.neighbours_g.len(),
+            Witness::Unloaded => e.ghosts_g.len(),
+            Witness::Presses => 1,
+        };
+        estimates
+            .iter()
+            .enumerate()
+            .flat_map(|(i, e)| vec![i; count(e)])
+            .collect()
+    }
 }
 
 /// Errors on presses that the fit had not seen.
@@ -76,12 +132,11 @@ const STARTS_OHMS: [f64; 12] = [
     0.5, 1.0, 2.0, 4.0, 7.0, 12.0, 20.0, 35.0, 60.0, 110.0, 200.0, 400.0,
 ];
 
-/// The best start for both switch resistances, by the scatter that a power law leaves on a part of the presses;
+/// The best start for both switch resistances, by the scatter that a power law leaves;
 /// the file's own numbers are a start among others.
 pub(super) fn coarse(evaluator: &mut Evaluator, model: &Model) -> Option<Model> {
-    let presses = evaluator.evidence.presses.len();
-    let mut part: Vec<usize> = (0..presses).step_by(presses.div_ceil(40)).collect();
-    part.extend(presses..presses + evaluator.evidence.levels.len());
+    let all = evaluator.evidence.presses.len() + evaluator.evidence.levels.len();
+    let part: Vec<usize> = (0..all).collect();
     let mut starts: Vec<(PerLine, PerLine)> = STARTS_OHMS
         .iter()
         .map(|&ohms| (PerLine::One(ohms), PerLine::One(ohms)))
@@ -183,45 +238,6 @@ pub(super) fn look_around(evaluator: &mut Evaluator, model: &Model) -> Option<()
     Some(())
 }
 
-fn residuals(evaluator: &Evaluator, estimates: &[PressEstimate], scatter: Scatter) -> Vec<f64> {
-    let mut all = Vec::new();
-    for (estimate, press) in estimates.iter().zip(&evaluator.evidence.presses) {
-        all.push((estimate.load_g - press.load_g) / scatter.press);
-        all.extend(estimate.neighbours_g.iter().map(|x| x / scatter.neighbour));
-        all.extend(estimate.ghosts_g.iter().map(|x| x / scatter.ghost));
-    }
-    all
-}
-
-/// Which press each residual belongs to.
-fn owners(estimates: &[PressEstimate]) -> Vec<usize> {
-    let count = |e: &PressEstimate| 1 + e.neighbours_g.len() + e.ghosts_g.len();
-    estimates
-        .iter()
-        .enumerate()
-        .flat_map(|(i, e)| vec![i; count(e)])
-        .collect()
-}
-
-fn scatter_of(evaluator: &Evaluator, estimates: &[PressEstimate]) -> Scatter {
-    let deviation = |values: Vec<f64>| robust_deviation(&values).max(LEAST_SCATTER_G);
-    let loads = estimates
-        .iter()
-        .zip(&evaluator.evidence.presses)
-        .map(|(e, p)| e.load_g - p.load_g);
-    Scatter {
-        press: deviation(loads.collect()),
-        neighbour: deviation(
-            estimates
-                .iter()
-                .flat_map(|e| e.neighbours_g.clone())
-                .collect(),
-        ),
-        ghost: GHOST_CAUTION
-            * deviation(estimates.iter().flat_map(|e| e.ghosts_g.clone()).collect()),
-    }
-}
-
 fn with_values(model: &Model, unknowns: &[Unknown], values: &[f64]) -> Option<Model> {
     let mut moved = model.clone();
     for (&unknown, &value) in unknowns.iter().zip(values) {
@@ -230,101 +246,182 @@ fn with_values(model: &Model, unknowns: &[Unknown], values: &[f64]) -> Option<Mo
     Some(moved)
 }
 
-/// Fits some unknowns of a model, twice: the second time with the scatter that the first leaves.
+/// How thoroughly to fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Care {
+    /// On the way.
+    Rough,
+    /// To the end.
+    Full,
+}
+
+/// Fits some unknowns of a model, those of each witness in turn.
 pub(super) fn refine(
     evaluator: &mut Evaluator,
     model: &Model,
     unknowns: &[Unknown],
-    rounds: usize,
+    care: Care,
 ) -> Option<Fitted> {
-    let mut base = model.clone();
-    let mut answer = None;
-    for pass in 0..2 {
-        let before = evaluator.estimates(&base)?;
-        let scatter = scatter_of(evaluator, &before);
-        if std::env::var("DBG").is_ok() { eprintln!("DBG refine {unknowns:?} {scatter:?} R {:?} {:?} {:?}", base.sensor.readout.r_mux_column_ohms.as_ref().map(|l| l.mean(1)), base.sensor.readout.r_mux_row_ohms.as_ref().map(|l| l.mean(1)), base.law.ln_factor); }
-        let start: Vec<f64> = unknowns.iter().map(|&u| base.get(u)).collect();
-        let steps: Vec<f64> = unknowns.iter().map(|u| u.step()).collect();
-        let settings = Settings {
-            rounds: if any_moves_frames(unknowns) {
-                rounds
-            } else {
-                20
-            },
-            precision: 1e-2,
-            ..Settings::default()
-        };
-        let found = fit(&start, &steps, settings, |values| {
-            let model = with_values(&base, unknowns, values)?;
-            let estimates = evaluator.estimates(&model)?;
-            Some(residuals(evaluator, &estimates, scatter))
-        })?;
-        let moved = with_values(&base, unknowns, &found.parameters)?;
-        let values = found.parameters.clone();
-        answer = Some(Fitted {
-            model: base.clone(),
-            unknowns: unknowns.to_vec(),
-            values,
-            fit: found,
-            scatter,
-        });
-        if pass == 0 {
-            base = moved;
+    let groups: Vec<(Witness, Vec<Unknown>)> = Witness::ALL
+        .into_iter()
+        .map(|w| {
+            (
+                w,
+                unknowns
+                    .iter()
+                    .copied()
+                    .filter(|&u| Witness::of(u) == w)
+                    .collect(),
+            )
+        })
+        .filter(|(_, group): &(_, Vec<Unknown>)| !group.is_empty())
+        .collect();
+    let (rounds, precision) = match care {
+        Care::Rough => (2, 1.0),
+        Care::Full => (4, 0.1),
+    };
+    // Witnesses disagree a little until the others are heard: twice when there are several.
+    let passes = if care == Care::Full && groups.len() > 1 {
+        2
+    } else {
+        1
+    };
+    let mut model = model.clone();
+    let mut blocks = Vec::new();
+    for _ in 0..passes {
+        blocks.clear();
+        for (witness, group) in &groups {
+            let block = fit_block(evaluator, &model, *witness, group, (rounds, precision))?;
+            model = with_values(&model, group, &block.fit.parameters)?;
+            blocks.push(block);
         }
     }
-    answer
+    Some(Fitted {
+        model,
+        unknowns: unknowns.to_vec(),
+        blocks,
+    })
+}
+
+/// Fits the unknowns of one witness alone: the model, the loss per residual, and whether any value is beyond
+/// three standard errors from nothing.
+pub(super) fn refine_alone(
+    evaluator: &mut Evaluator,
+    model: &Model,
+    unknowns: &[Unknown],
+) -> Option<(Model, f64, bool)> {
+    let witness = Witness::of(unknowns[0]);
+    let block = fit_block(evaluator, model, witness, unknowns, (3, 0.1))?;
+    let found = &block.fit;
+    let clear = (0..unknowns.len())
+        .any(|i| found.parameters[i].abs() > 3.0 * found.covariance[i][i].max(0.0).sqrt());
+    let loss =
+        block.scatter.powi(2) * mean(&found.residuals.iter().map(|r| r * r).collect::<Vec<_>>());
+    Some((
+        with_values(model, unknowns, &found.parameters)?,
+        loss,
+        clear,
+    ))
+}
+
+fn fit_block(
+    evaluator: &mut Evaluator,
+    model: &Model,
+    witness: Witness,
+    unknowns: &[Unknown],
+    (rounds, precision): (usize, f64),
+) -> Option<Block> {
+    let before = evaluator.estimates(model)?;
+    let scatter = robust_deviation(&witness.residuals(evaluator, &before)).max(LEAST_SCATTER_G);
+    let start: Vec<f64> = unknowns.iter().map(|&u| model.get(u)).collect();
+    let steps: Vec<f64> = unknowns.iter().map(|u| u.step()).collect();
+    let settings = Settings {
+        rounds: if any_moves_frames(unknowns) {
+            rounds
+        } else {
+            20
+        },
+        precision,
+        ..scaled()
+    };
+    let fit = fit(&start, &steps, settings, |values| {
+        let moved = with_values(model, unknowns, values)?;
+        let estimates = evaluator.estimates(&moved)?;
+        let mut residuals = witness.residuals(evaluator, &estimates);
+        residuals.iter_mut().for_each(|r| *r /= scatter);
+        Some(residuals)
+    })?;
+    Some(Block {
+        witness,
+        unknowns: unknowns.to_vec(),
+        scatter,
+        fit,
+    })
+}
+
+/// Residuals come in units of their witness's scatter.
+fn scaled() -> Settings {
+    Settings {
+        huber: 2.5,
+        scale: Some(1.0),
+        ..Settings::default()
+    }
 }
 
 impl Fitted {
-    /// The fitted model.
-    pub(super) fn answer(&self) -> Model {
-        with_values(&self.model, &self.unknowns, &self.values).expect("fitted values are possible")
+    fn block_of(&self, unknown: Unknown) -> Option<(&Block, usize)> {
+        self.blocks.iter().find_map(|block| {
+            let at = block.unknowns.iter().position(|&u| u == unknown)?;
+            Some((block, at))
+        })
     }
 
     /// Standard error of a fitted unknown.
     pub(super) fn error_of(&self, unknown: Unknown) -> Option<f64> {
-        let at = self.unknowns.iter().position(|&u| u == unknown)?;
-        Some(self.fit.covariance[at][at].max(0.0).sqrt())
+        let (block, at) = self.block_of(unknown)?;
+        Some(block.fit.covariance[at][at].max(0.0).sqrt())
     }
 
-    /// Correlation of two fitted unknowns.
+    /// Correlation of two fitted unknowns of one witness.
     pub(super) fn correlation(&self, a: Unknown, b: Unknown) -> Option<f64> {
-        let i = self.unknowns.iter().position(|&u| u == a)?;
-        let j = self.unknowns.iter().position(|&u| u == b)?;
-        let c = &self.fit.covariance;
+        let (block, i) = self.block_of(a)?;
+        let j = block.unknowns.iter().position(|&u| u == b)?;
+        let c = &block.fit.covariance;
         Some(c[i][j] / (c[i][i] * c[j][j]).sqrt())
     }
 
-    /// Errors on held-out presses: the unknowns are fitted anew without each fold (from the common answer, two
-    /// Gauss–Newton steps with the derivative there) and judged on it. Presses of one frame stay together.
+    /// Errors on held-out presses: the unknowns are fitted anew without each fold (a Gauss–Newton step from the
+    /// common answer, where the problem is all but linear) and judged on it. Presses of one frame stay together.
     pub(super) fn cross_validate(&self, evaluator: &mut Evaluator, folds: usize) -> Option<Score> {
         let presses = evaluator.evidence.presses.clone();
         let folds = folds.clamp(2, presses.len());
-        let base = evaluator.estimates(&self.answer())?;
-        let owner = owners(&base);
+        let base = evaluator.estimates(&self.model)?;
         let mut score = Score {
             errors_g: vec![0.0; presses.len()],
             totals_g: vec![0.0; presses.len()],
         };
         for fold in 0..folds {
             let held = |i: usize| presses[i].frame % folds == fold;
-            let mut values = self.values.clone();
-            for _ in 0..2 {
-                let model = with_values(&self.model, &self.unknowns, &values)?;
-                let estimates = evaluator.estimates(&model)?;
-                let now = residuals(evaluator, &estimates, self.scatter);
-                let huber = Settings::default().huber;
-                let Some(change) = step(&self.fit.jacobian, &now, huber, |k| !held(owner[k]))
-                else {
-                    break;
+            let mut model = self.model.clone();
+            for block in &self.blocks {
+                let owner = block.witness.owners(&base);
+                let mut residuals = block.witness.residuals(evaluator, &base);
+                residuals.iter_mut().for_each(|r| *r /= block.scatter);
+                let Some(change) = step(&block.fit.jacobian, &residuals, scaled(), |k| {
+                    !held(owner[k])
+                }) else {
+                    continue;
                 };
-                let moved: Vec<f64> = values.iter().zip(&change).map(|(v, s)| v + s).collect();
-                if with_values(&self.model, &self.unknowns, &moved).is_none() {
-                    break;
+                let values: Vec<f64> = block
+                    .unknowns
+                    .iter()
+                    .zip(&change)
+                    .map(|(&u, step)| self.model.get(u) + step)
+                    .collect();
+                if let Some(moved) = with_values(&model, &block.unknowns, &values) {
+                    model = moved;
                 }
-                values = moved;
             }
-            let model = with_values(&self.model, &self.unknowns, &values)?;
             for (i, estimate) in evaluator.estimates(&model)?.iter().enumerate() {
                 if held(i) {
                     let error = (estimate.load_g - presses[i].load_g).abs();

@@ -10,8 +10,6 @@ pub(super) struct Fit {
     pub(super) parameters: Vec<f64>,
     /// Covariance of the parameters, from the residuals' own scatter.
     pub(super) covariance: Vec<Vec<f64>>,
-    /// Weighted sum of squares per residual at the end (Huber's loss).
-    pub(super) loss: f64,
     /// Residuals at the answer.
     pub(super) residuals: Vec<f64>,
     /// Derivative of each residual by each parameter at the answer.
@@ -21,17 +19,26 @@ pub(super) struct Fit {
 /// How to fit.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Settings {
-    /// Residuals beyond this many robust standard deviations count linearly.
+    /// Residuals beyond this many standard deviations count linearly.
     pub(super) huber: f64,
+    /// The standard deviation, where residuals come scaled; else a robust one of theirs.
+    pub(super) scale: Option<f64>,
     pub(super) rounds: usize,
     /// Stops when no parameter moves by more than this many of its difference steps.
     pub(super) precision: f64,
+}
+
+impl Settings {
+    fn limit(&self, residuals: &[f64]) -> f64 {
+        self.huber * self.scale.unwrap_or_else(|| robust_deviation(residuals))
+    }
 }
 
 impl Default for Settings {
     fn default() -> Self {
         Self {
             huber: 2.0,
+            scale: None,
             rounds: 40,
             precision: 1e-4,
         }
@@ -81,12 +88,12 @@ fn weights(residuals: &[f64], limit: f64) -> (Vec<f64>, f64) {
 pub(super) fn step(
     jacobian: &[Vec<f64>],
     residuals: &[f64],
-    huber: f64,
+    settings: Settings,
     keep: impl Fn(usize) -> bool,
 ) -> Option<Vec<f64>> {
     let kept: Vec<usize> = (0..residuals.len()).filter(|&i| keep(i)).collect();
     let chosen: Vec<f64> = kept.iter().map(|&i| residuals[i]).collect();
-    let (weight, _) = weights(&chosen, huber * robust_deviation(&chosen));
+    let (weight, _) = weights(&chosen, settings.limit(&chosen));
     let rows: Vec<&[f64]> = kept.iter().map(|&i| jacobian[i].as_slice()).collect();
     let (normal, right) = normal_equations(&rows, &chosen, &weight);
     solve(&normal, &right, 0.0)
@@ -141,7 +148,7 @@ pub(super) fn fit(
         if round == settings.rounds {
             break;
         }
-        let limit = settings.huber * robust_deviation(&now);
+        let limit = settings.limit(&now);
         let (weight, loss) = weights(&now, limit);
         let rows: Vec<&[f64]> = jacobian.iter().map(Vec::as_slice).collect();
         let (normal, right) = normal_equations(&rows, &now, &weight);
@@ -197,7 +204,7 @@ fn differences(
 
 fn finish(at: Vec<f64>, residuals: Vec<f64>, jacobian: Vec<Vec<f64>>, settings: Settings) -> Fit {
     let n = at.len();
-    let (weight, loss) = weights(&residuals, settings.huber * robust_deviation(&residuals));
+    let (weight, loss) = weights(&residuals, settings.limit(&residuals));
     let rows: Vec<&[f64]> = jacobian.iter().map(Vec::as_slice).collect();
     let (normal, _) = normal_equations(&rows, &residuals, &weight);
     let freedom = residuals.len().saturating_sub(n).max(1) as f64;
@@ -214,7 +221,6 @@ fn finish(at: Vec<f64>, residuals: Vec<f64>, jacobian: Vec<Vec<f64>>, settings: 
     Fit {
         parameters: at,
         covariance,
-        loss: loss / residuals.len().max(1) as f64,
         residuals,
         jacobian,
     }

@@ -1,14 +1,13 @@
 //! Every switch resistance apart, from uniform loads.
 
-use super::model::{Evaluator, Model, level_data};
+use super::model::{Evaluator, LEAST_OHMS, Model};
 use crate::sensor::PerLine;
-use crate::{Frame, Siemens};
+use crate::{Frame, Mark, Siemens};
 
-/// How far lines are believed to differ from their mean (a standard deviation, relative).
+/// How far lines are believed to differ from their mean (a standard deviation, relative to it).
 const BELIEVED_MISMATCH: f64 = 0.15;
-/// Step of ln R for the derivative.
+/// Step of a resistance for the derivative, relative to the mean.
 const STEP: f64 = 0.02;
-const ROUNDS: usize = 4;
 
 /// Resistances of all lines, columns first.
 fn resistances(model: &Model) -> Vec<f64> {
@@ -30,71 +29,84 @@ fn with_resistances(model: &Model, all: &[f64]) -> Model {
     model
 }
 
-/// The model with one resistance per line, such that taxels agree across levels; the mean of ln R of columns
-/// and of rows stays where the presses put it.
+/// One step towards one resistance per line, such that taxels agree across levels; the mean of columns and the
+/// mean of rows stay where the presses put them.
 pub(super) fn separate(
     evaluator: &mut Evaluator,
     model: &Model,
     progress: &mut dyn FnMut(f64),
 ) -> Option<Model> {
-    let (rows, columns) = (model.sensor.rows(), model.sensor.columns());
+    // Taxels may differ in exponent here even where the law will have one for all: it costs little, and
+    // keeps differences of material from being read as differences of switches.
+    let mut model = model.clone();
+    let own_exponents = std::mem::replace(&mut model.law.own_exponents, true);
+    let columns = model.sensor.columns();
+    let mut ohms = resistances(&model);
+    let groups = [0..columns, columns..ohms.len()];
+    let mean = |ohms: &[f64], i: usize| {
+        let group = &groups[usize::from(i >= columns)];
+        ohms[group.clone()].iter().sum::<f64>() / group.len() as f64
+    };
+    let now = with_resistances(&model, &ohms);
+    let slopes = slopes(evaluator, &model, &ohms, progress)?;
+    let material = evaluator.material(&now)?;
+    let data = evaluator.levels(&now)?;
+    let prior: Vec<(f64, f64)> = (0..ohms.len())
+        .map(|i| {
+            let mean = mean(&ohms, i);
+            (mean - ohms[i], BELIEVED_MISMATCH * mean)
+        })
+        .collect();
+    let held = groups
+        .clone()
+        .map(|group| (group.clone(), 1e-4 * mean(&ohms, group.start)));
+    let step = data.view().line_step(&slopes, &material, &prior, &held)?;
+    let means: Vec<f64> = (0..ohms.len()).map(|i| mean(&ohms, i)).collect();
+    for ((ohms, step), mean) in ohms.iter_mut().zip(&step).zip(&means) {
+        *ohms = (*ohms + step.clamp(-0.5 * mean, 0.5 * mean)).max(LEAST_OHMS);
+    }
+    let mut answer = with_resistances(&model, &ohms);
+    answer.law.own_exponents = own_exponents;
+    Some(answer)
+}
+
+/// Derivative of ln(G − g_zero) of every taxel at every level by every resistance, per ohm.
+fn slopes(
+    evaluator: &mut Evaluator,
+    model: &Model,
+    ohms: &[f64],
+    progress: &mut dyn FnMut(f64),
+) -> Option<Vec<Vec<Vec<f64>>>> {
     let evidence = evaluator.evidence;
     let first = evidence.frames.len();
     let which: Vec<usize> = (first..first + evidence.levels.len()).collect();
-    let start: Vec<f64> = resistances(model).iter().map(|r| r.ln()).collect();
-    let centre = |range: std::ops::Range<usize>| {
-        let n = range.len() as f64;
-        start[range].iter().sum::<f64>() / n
-    };
-    let (column_mean, row_mean) = (centre(0..columns), centre(columns..columns + rows));
-    let mut ln_r = start.clone();
-    for round in 0..ROUNDS {
-        let now = with_resistances(model, &exp(&ln_r));
-        let material = evaluator.material(&now)?;
-        let data = evaluator.levels(&now)?;
-        let g_zero = evaluator.law(&now)?.g_zero;
-        let mut slopes = Vec::with_capacity(ln_r.len());
-        for i in 0..ln_r.len() {
-            progress((round as f64 + i as f64 / ln_r.len() as f64) / ROUNDS as f64);
-            let mut moved = ln_r.clone();
-            moved[i] += STEP;
-            let mut frames: Vec<Frame<Siemens>> = Vec::new();
-            let there = with_resistances(model, &exp(&moved));
-            evaluator.invert(&there.sensor, &which, |_, siemens| {
-                frames.push(siemens.clone())
-            })?;
-            let moved = level_data(evidence, &frames, g_zero, &there).ln_siemens;
-            slopes.push(
-                moved
-                    .iter()
-                    .zip(&data.ln_siemens)
-                    .map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b) / STEP).collect())
+    let now = with_resistances(model, ohms);
+    let g_zero = evaluator.law(&now)?.g_zero;
+    let mut base: Vec<Frame<Siemens>> = Vec::new();
+    evaluator.invert(&now.sensor, &which, |_, siemens| base.push(siemens.clone()))?;
+    let mut slopes = Vec::with_capacity(ohms.len());
+    for i in 0..ohms.len() {
+        progress(i as f64 / ohms.len() as f64);
+        let step = STEP * ohms[i].max(1.0);
+        let mut moved = ohms.to_vec();
+        moved[i] += step;
+        let there = with_resistances(model, &moved);
+        let mut slope = Vec::with_capacity(base.len());
+        evaluator.invert(&there.sensor, &which, |at, siemens| {
+            let base = base[at - first].values();
+            let marks = evidence.levels[at - first].counts.marks();
+            // d ln(G − g_zero) = dG/(G − g_zero).
+            let by_ohms = siemens.values().iter().zip(base).zip(marks);
+            slope.push(
+                by_ohms
+                    .map(|((there, here), mark)| match mark {
+                        Mark::Good => (there - here) / (step * (here - g_zero)),
+                        _ => f64::NAN,
+                    })
                     .collect(),
             );
-        }
-        let prior: Vec<(f64, f64)> = ln_r
-            .iter()
-            .enumerate()
-            .map(|(i, x)| {
-                let mean = if i < columns { column_mean } else { row_mean };
-                (mean - x, BELIEVED_MISMATCH)
-            })
-            .collect();
-        let groups = [(0..columns, 1e-3), (columns..columns + rows, 1e-3)];
-        let step = data.view().line_step(&slopes, &material, &prior, &groups)?;
-        let mut largest = 0f64;
-        for (x, step) in ln_r.iter_mut().zip(&step) {
-            let step = step.clamp(-0.5, 0.5);
-            largest = largest.max(step.abs());
-            *x += step;
-        }
-        if largest < 1e-3 {
-            break;
-        }
+        })?;
+        slopes.push(slope);
     }
-    Some(with_resistances(model, &exp(&ln_r)))
-}
-
-fn exp(values: &[f64]) -> Vec<f64> {
-    values.iter().map(|x| x.exp()).collect()
+    Some(slopes)
 }

@@ -5,24 +5,26 @@ use super::law::LoadLaw;
 use super::levels::{Levels, Material};
 use super::spline::Spline;
 use super::spread::Spread;
-use crate::circuit::Converter;
+use crate::circuit::{Converter, LineEnds, LinearCircuit};
 use crate::screen::stand_in;
 use crate::sensor::{PerLine, ScanOrder};
-use crate::solve::{Scratch, default_method};
+use crate::solve::{Exact, Method, Newton, Scratch};
 use crate::{Counts, Error, Frame, Sensor, Siemens};
 
 /// Taxels around a labelled one that its spread is undone with, to each side.
 const PATCH: usize = 4;
 const SIDE: usize = 2 * PATCH + 1;
+/// Accuracy of inversions while fitting, of the largest conductance: derivatives by differences need it.
+const TOLERANCE: f64 = 1e-7;
 /// Unloaded taxels looked at in each frame.
 pub(super) const GHOSTS: usize = 24;
 
 /// A number that can be fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Unknown {
-    /// ln of the factor on all column resistances.
+    /// What is added to all column resistances, ohms.
     Columns,
-    /// ln of the factor on all row resistances.
+    /// What is added to all row resistances, ohms.
     Rows,
     /// ln of the open-loop gain.
     OpenLoopGain,
@@ -50,7 +52,8 @@ impl Unknown {
     /// Difference step for its derivative.
     pub(super) fn step(self) -> f64 {
         match self {
-            Unknown::Columns | Unknown::Rows | Unknown::Source => 1e-3,
+            Unknown::Columns | Unknown::Rows => 1e-2,
+            Unknown::Source => 1e-3,
             Unknown::OpenLoopGain => 1e-2,
             Unknown::Offset => 0.5,
             Unknown::Memory => 5e-4,
@@ -142,13 +145,13 @@ impl Model {
         }
     }
 
-    /// The model with one unknown set; resistances are multiplied. Nothing when that is impossible.
+    /// The model with one unknown set; resistances are shifted. Nothing when that is impossible.
     pub(super) fn set(&mut self, unknown: Unknown, value: f64) -> Option<()> {
         let lsb = self.lsb();
         let readout = &mut self.sensor.readout;
         match unknown {
-            Unknown::Columns => scale(&mut readout.r_mux_column_ohms, value.exp()),
-            Unknown::Rows => scale(&mut readout.r_mux_row_ohms, value.exp()),
+            Unknown::Columns => shift(&mut readout.r_mux_column_ohms, value)?,
+            Unknown::Rows => shift(&mut readout.r_mux_row_ohms, value)?,
             Unknown::OpenLoopGain => readout.open_loop_gain = Some(value.exp()),
             Unknown::Source => readout.r_source_ohms = value.exp(),
             Unknown::Offset => self.sensor.converter.offset_volts = value * lsb,
@@ -194,12 +197,25 @@ impl Model {
     }
 }
 
-fn scale(list: &mut Option<PerLine>, factor: f64) {
-    match list {
-        Some(PerLine::One(value)) => *value *= factor,
-        Some(PerLine::Each(values)) => values.iter_mut().for_each(|v| *v *= factor),
-        None => {}
+/// Least resistance that a switch is believed to have, ohms.
+pub(super) const LEAST_OHMS: f64 = 0.02;
+
+/// Adds to every resistance; one of many lines stops at the least, nothing is answered when all would.
+fn shift(list: &mut Option<PerLine>, ohms: f64) -> Option<()> {
+    let values: &mut [f64] = match list {
+        Some(PerLine::One(value)) => std::slice::from_mut(value),
+        Some(PerLine::Each(values)) => values,
+        None => return None,
+    };
+    let mut stopped = 0;
+    for value in values.iter_mut() {
+        *value += ohms;
+        if *value < LEAST_OHMS {
+            *value = LEAST_OHMS;
+            stopped += 1;
+        }
     }
+    (stopped < values.len()).then_some(())
 }
 
 /// What a model says about one press.
@@ -218,7 +234,8 @@ struct Inverted {
     key: Vec<u64>,
     /// Conductances around each labelled taxel, SIDE×SIDE; not finite outside the array.
     patches: Vec<Vec<f64>>,
-    ghosts: Vec<Vec<f64>>,
+    /// Conductance of each unloaded taxel, and the share of its current that reaches the read-out.
+    ghosts: Vec<Vec<(f64, f64)>>,
     levels: Vec<Frame<Siemens>>,
     /// Median of the unloaded taxels; not a number where none are known.
     g_zero: f64,
@@ -269,7 +286,7 @@ impl<'a> Evaluator<'a> {
         which: &[usize],
         mut visit: impl FnMut(usize, &Frame<Siemens>),
     ) -> Option<()> {
-        let method = default_method(sensor).ok()?;
+        let method = method(sensor)?;
         let converter = Converter::from_sensor(sensor);
         let (rows, columns) = (sensor.rows(), sensor.columns());
         // Warm starts pay where a scratch is small and outlives a change of the circuit.
@@ -295,7 +312,6 @@ impl<'a> Evaluator<'a> {
             let outcome = method.solve_into(&volts, &mut siemens, scratch);
             self.inversions += 1;
             if !outcome.stop.is_good() {
-                if std::env::var("DBG").is_ok() { eprintln!("DBG frame {i} {:?} {:?} off {}", outcome, sensor.readout.r_mux_column_ohms.as_ref().map(|l| l.mean(1)), sensor.converter.offset_volts); }
                 return None;
             }
             visit(i, &siemens);
@@ -312,6 +328,7 @@ impl<'a> Evaluator<'a> {
         let all: Vec<usize> = (0..presses + self.evidence.levels.len()).collect();
         let evidence = self.evidence;
         let unloaded = self.unloaded.clone();
+        let ends = LineEnds::from_sensor(sensor).ok()?;
         let (mut patches, mut ghosts, mut levels) = (Vec::new(), Vec::new(), Vec::new());
         self.invert(sensor, &all, |i, siemens| {
             if i >= presses {
@@ -323,14 +340,19 @@ impl<'a> Evaluator<'a> {
                 evidence.presses[i].row,
                 evidence.presses[i].column,
             ));
+            let transfer = transfers(&ends, siemens);
             ghosts.push(
                 unloaded[i]
                     .iter()
-                    .map(|&t| siemens.values()[t])
-                    .collect::<Vec<f64>>(),
+                    .map(|&t| (siemens.values()[t], transfer(t)))
+                    .collect::<Vec<(f64, f64)>>(),
             );
         })?;
-        let quiet: Vec<f64> = ghosts.concat();
+        let quiet: Vec<f64> = ghosts
+            .iter()
+            .flatten()
+            .map(|ghost: &(f64, f64)| ghost.0)
+            .collect();
         let g_zero = match quiet.is_empty() {
             true => f64::NAN,
             false => super::least_squares::median(&quiet),
@@ -413,7 +435,7 @@ impl<'a> Evaluator<'a> {
                 },
                 ghosts_g: inverted.ghosts[i]
                     .iter()
-                    .map(|g| (g - law.g_zero) * self.ghost_grams_per_siemens)
+                    .map(|(g, share)| (g - law.g_zero) * share * self.ghost_grams_per_siemens)
                     .collect(),
             });
         }
@@ -531,6 +553,25 @@ fn law_from(
     Some((law, Some(material)))
 }
 
+/// The share of an unloaded taxel's current that reaches the read-out, in its frame: what its lines' other
+/// taxels leave of the drive and of the current. Noise in grams grows by its inverse, so ghosts are weighed
+/// with it; otherwise the fit would prefer the circuit that amplifies noise least.
+fn transfers(ends: &LineEnds, siemens: &Frame<Siemens>) -> impl Fn(usize) -> f64 {
+    let (rows, columns) = (siemens.rows(), siemens.columns());
+    let (mut row, mut column) = (vec![0.0; rows], vec![0.0; columns]);
+    for (t, g) in siemens.values().iter().enumerate() {
+        row[t / columns] += g;
+        column[t % columns] += g;
+    }
+    for (sum, end) in row.iter_mut().zip(&ends.row_selected) {
+        *sum = 1.0 / (1.0 + sum.max(0.0) / end);
+    }
+    for (sum, end) in column.iter_mut().zip(&ends.column_selected) {
+        *sum = 1.0 / (1.0 + sum.max(0.0) / end);
+    }
+    move |t| row[t / columns] * column[t % columns]
+}
+
 fn patch(siemens: &Frame<Siemens>, row: usize, column: usize) -> Vec<f64> {
     (0..SIDE * SIDE)
         .map(|k| {
@@ -543,6 +584,15 @@ fn patch(siemens: &Frame<Siemens>, row: usize, column: usize) -> Vec<f64> {
             }
         })
         .collect()
+}
+
+/// The sensor's best method, as accurately as a fit needs.
+fn method(sensor: &Sensor) -> Option<Box<dyn Method>> {
+    let circuit = LinearCircuit::from_sensor(sensor).ok()?;
+    Some(match Exact::new(&circuit) {
+        Some(exact) => Box::new(exact.with_tolerance(TOLERANCE)),
+        None => Box::new(Newton::new(circuit).with_tolerance(TOLERANCE)),
+    })
 }
 
 /// Everything that an inversion depends on.

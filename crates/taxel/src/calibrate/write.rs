@@ -118,15 +118,10 @@ impl Search<'_> {
         put(
             "readout.r_mux_column_ohms",
             column,
-            column * error(Unknown::Columns),
+            error(Unknown::Columns),
             "Ohm",
         );
-        put(
-            "readout.r_mux_row_ohms",
-            row,
-            row * error(Unknown::Rows),
-            "Ohm",
-        );
+        put("readout.r_mux_row_ohms", row, error(Unknown::Rows), "Ohm");
         if options.open_loop_gain {
             let gain = sensor.readout.open_loop_gain.unwrap_or(0.0);
             put(
