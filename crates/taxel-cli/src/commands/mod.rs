@@ -1,0 +1,6 @@
+//! One file a verb, each with `run(args) -> Result<Exit, Error>`.
+
+pub(crate) mod bench;
+pub(crate) mod calibrate;
+pub(crate) mod compensate;
+pub(crate) mod simulate;
