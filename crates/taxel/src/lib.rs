@@ -16,6 +16,7 @@ pub mod metric;
 pub mod pipeline;
 pub mod screen;
 pub mod sensor;
+pub mod simulate;
 pub mod solve;
 
 pub use error::Error;
