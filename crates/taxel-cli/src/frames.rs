@@ -79,9 +79,9 @@ pub(crate) fn open_values<Q: Send + 'static>(
     file: &Path,
     options: TextOptions,
 ) -> Result<Box<dyn FrameSource<Q>>, Error> {
-    Ok(match extension(file).as_str() {
-        "npy" | "npz" => Box::new(NpyReader::open_values(file, NpyOptions::from(options))?),
-        _ => Box::new(ValuesReader::open(file, options)?),
+    Ok(match is_array(file) {
+        true => Box::new(NpyReader::open_values(file, NpyOptions::from(options))?),
+        false => Box::new(ValuesReader::open(file, options)?),
     })
 }
 
@@ -202,6 +202,11 @@ impl<Q> FrameWriter<Q> {
         }
         Ok(())
     }
+}
+
+/// Whether a file of this name is an array of numpy.
+pub(crate) fn is_array(file: &Path) -> bool {
+    matches!(extension(file).as_str(), "npy" | "npz")
 }
 
 /// Whether a file of this name needs the number of frames before the first.

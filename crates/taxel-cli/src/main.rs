@@ -18,7 +18,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use commands::{bench, calibrate, compensate, simulate};
+use commands::{bench, calibrate, compensate, info, netlist, plot, simulate};
 
 /// From raw frames of a resistive pressure-sensor matrix to calibrated loads.
 ///
@@ -33,9 +33,12 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Info(info::Args),
     Calibrate(calibrate::Args),
     Compensate(compensate::Args),
+    Plot(plot::Args),
     Simulate(simulate::Args),
+    Netlist(netlist::Args),
     Bench(bench::Args),
 }
 
@@ -50,6 +53,9 @@ enum Exit {
 
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
+        Command::Info(args) => info::run(&args),
+        Command::Plot(args) => plot::run(&args),
+        Command::Netlist(args) => netlist::run(&args),
         Command::Calibrate(args) => calibrate::run(&args),
         Command::Compensate(args) => compensate::run(&args),
         Command::Simulate(args) => simulate::run(&args),

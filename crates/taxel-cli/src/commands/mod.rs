@@ -3,4 +3,8 @@
 pub(crate) mod bench;
 pub(crate) mod calibrate;
 pub(crate) mod compensate;
+pub(crate) mod info;
+pub(crate) mod netlist;
+pub(crate) mod plot;
 pub(crate) mod simulate;
+mod taxel_address;

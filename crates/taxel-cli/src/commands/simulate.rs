@@ -1,69 +1,102 @@
-//! `taxel simulate`: the scan of given conductances, exactly.
+//! `taxel simulate`: a virtual sensor, scanning given conductances exactly, or load patterns with all that a
+//! real sensor adds.
+
+mod pattern;
+mod writer;
 
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
-use taxel::circuit::{Circuit, Converter, LinearCircuit, OperatingPoint};
-use taxel::{Counts, Frame, Sensor, Siemens, Volts};
-use taxel_record::npy::Element;
-use taxel_record::{FrameSource, TextOptions, TextWriter};
+use clap::{ArgGroup, ValueEnum};
+use taxel::circuit::{Circuit, LinearCircuit, OperatingPoint};
+use taxel::{Frame, Sensor, Siemens, Volts};
+use taxel_record::{FrameSource, TextOptions};
 
 use crate::error::Error;
-use crate::frames::{FrameWriter, needs_frame_count, open_values, show};
+use crate::frames::{needs_frame_count, open_values, show};
 use crate::progress::Progress;
 use crate::{Exit, out, sensor_file};
+use writer::Writer;
 
-/// Scan given conductances with a virtual sensor
+/// Record with a virtual sensor
 ///
-/// Reads R lines of C conductances (siemens) a frame and writes what the read-out gives: exactly, without
-/// noise. Numbers are written so that they read back exactly.
+/// With --conductance: reads R lines of C conductances (siemens) a frame and writes what the read-out gives,
+/// exactly, without noise; numbers are written so that they read back exactly. With --pattern: loads go
+/// through material, circuit, noise and converter to a recording of counts, the same for the same seed.
 #[derive(Debug, clap::Args)]
+#[command(group = ArgGroup::new("source").required(true))]
 pub(crate) struct Args {
     /// Sensor file, or the name of a preset
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: PathBuf,
     /// Conductances to scan, siemens (.csv, .npy, .npz, - for standard input)
-    #[arg(long, value_name = "FILE")]
-    conductance: PathBuf,
-    /// What to write: V_out in volts, or the converter's counts
-    #[arg(long, value_enum, default_value_t)]
-    unit: OutputUnit,
-    /// Where to write it; without it, numbers go to standard output
+    #[arg(long, value_name = "FILE", group = "source")]
+    conductance: Option<PathBuf>,
+    /// What presses on the array
+    #[arg(long, value_enum, group = "source")]
+    pattern: Option<pattern::Name>,
+    /// What to write: V_out in volts (before any noise), or the converter's counts. Default: volts for
+    /// --conductance, counts for --pattern
+    #[arg(long, value_enum)]
+    unit: Option<OutputUnit>,
+    /// Where to write it (.txt, .csv, .npy, .npz); without it, numbers go to standard output
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// The file of conductances has rows and columns swapped
-    #[arg(long)]
+    #[arg(long, requires = "conductance")]
     transpose: bool,
+    #[command(flatten)]
+    drawn: pattern::Drawn,
 }
 
 /// What a simulated read-out gives.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum OutputUnit {
     /// V_out of the circuit
-    #[default]
     Volts,
     /// What the converter makes of it
     Counts,
 }
 
+impl Args {
+    fn output(&self) -> &Path {
+        self.output.as_deref().unwrap_or(Path::new("-"))
+    }
+}
+
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let sensor = sensor_file::load(&args.sensor)?;
-    let circuit = LinearCircuit::from_sensor(&sensor).map_err(|source| Error::InFile {
+    let (frames, what) = match (&args.conductance, args.pattern) {
+        (Some(file), _) => (scan_file(args, &sensor, file)?, "scanned"),
+        (None, Some(name)) => (pattern::record(args, &sensor, name)?, "simulated"),
+        (None, None) => unreachable!("clap asks for one of them"),
+    };
+    if !out::is_stdout(args.output()) {
+        out::note(&format!(
+            "{frames} frames {what}, in {}",
+            args.output().display()
+        ));
+    }
+    Ok(Exit::Good)
+}
+
+/// Scans every frame of a file of conductances; gives back how many there were.
+fn scan_file(args: &Args, sensor: &Sensor, file: &Path) -> Result<u64, Error> {
+    let circuit = LinearCircuit::from_sensor(sensor).map_err(|source| Error::InFile {
         file: args.sensor.clone(),
         source,
     })?;
     let options = TextOptions {
         transpose: args.transpose,
-        ..TextOptions::of(&sensor)
+        ..TextOptions::of(sensor)
     };
-    let file = &args.conductance;
-    let output = args.output.as_deref().unwrap_or(Path::new("-"));
+    let output = args.output();
     let frames = match needs_frame_count(output) {
         true => Some(count(file, options)?),
         false => None,
     };
-    let mut writer = Writer::create(output, &sensor, args.unit, frames)?;
+    let unit = args.unit.unwrap_or(OutputUnit::Volts);
+    let mut writer = Writer::create(output, sensor, unit, frames)?;
     let mut source = open_values::<Siemens>(file, options)?;
     let mut point = circuit.operating_point();
     let mut siemens = Frame::zeros(sensor.rows(), sensor.columns());
@@ -78,13 +111,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     }
     drop(progress);
     writer.commit()?;
-    if !out::is_stdout(output) {
-        out::note(&format!(
-            "{written} frames scanned, in {}",
-            output.display()
-        ));
-    }
-    Ok(Exit::Good)
+    Ok(written)
 }
 
 /// Scans one frame; `file` is where its conductances come from.
@@ -114,56 +141,4 @@ fn count(file: &Path, options: TextOptions) -> Result<u64, Error> {
         frames += 1;
     }
     Ok(frames)
-}
-
-/// Volts, or what a converter makes of them, as text or as an array.
-enum Writer {
-    Volts(FrameWriter<Volts>),
-    Text(TextWriter, Converter),
-    Array(FrameWriter<Counts>, Converter),
-}
-
-impl Writer {
-    fn create(
-        file: &Path,
-        sensor: &Sensor,
-        unit: OutputUnit,
-        frames: Option<u64>,
-    ) -> Result<Self, Error> {
-        let shape = (sensor.rows(), sensor.columns());
-        let is_array = file
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("npy") || e.eq_ignore_ascii_case("npz"));
-        let converter = Converter::from_sensor(sensor);
-        Ok(match (unit, is_array) {
-            (OutputUnit::Volts, _) => {
-                Self::Volts(FrameWriter::create(file, shape, Element::F8, frames)?)
-            }
-            (OutputUnit::Counts, false) => Self::Text(TextWriter::create(file)?, converter),
-            (OutputUnit::Counts, true) => {
-                let element = match sensor.converter.bits {
-                    0..=16 => Element::U2,
-                    _ => Element::U4,
-                };
-                let writer = FrameWriter::create(file, shape, element, frames)?;
-                Self::Array(writer, converter)
-            }
-        })
-    }
-
-    fn write(&mut self, volts: &Frame<Volts>) -> Result<(), Error> {
-        match self {
-            Self::Volts(writer) => writer.write(volts),
-            Self::Text(writer, converter) => Ok(writer.write(&converter.counts_from_volts(volts))?),
-            Self::Array(writer, converter) => writer.write(&converter.counts_from_volts(volts)),
-        }
-    }
-
-    fn commit(self) -> Result<(), Error> {
-        match self {
-            Self::Volts(writer) => writer.commit(),
-            Self::Text(writer, _) => Ok(writer.commit()?),
-            Self::Array(writer, _) => writer.commit(),
-        }
-    }
 }
