@@ -1,10 +1,20 @@
 //! From siemens to newtons: the load law, and the fit of everything a parts list does not say.
 
+mod choose;
+mod evidence;
+mod fit;
+mod fit_law;
 mod law;
+mod least_squares;
+mod levels;
+mod lines;
+mod model;
 mod report;
 mod spline;
 mod spread;
+mod write;
 
+pub use fit_law::{LawFit, fit_pairs};
 pub use law::LoadLaw;
 pub use report::{Finding, Parameter, Report};
 pub use spline::Spline;
@@ -104,6 +114,8 @@ pub fn calibrate(
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Calibration, Error> {
-    let _ = (sensor, data, options, progress);
-    todo!("written next")
+    let evidence = evidence::Evidence::new(sensor, data)?;
+    let mut search = choose::Search::new(sensor, &evidence, options)?;
+    search.run(progress)?;
+    search.finish(sensor, options)
 }

@@ -44,8 +44,8 @@ const THUMB: usize = 5;
 /// A right hand around a cylinder, unrolled: the fingers reach round one way, the thumb the other.
 pub(super) fn hand() -> Drawing {
     let mut pads = vec![
-        pad([62.0, 28.0], [26.0, 15.0], 0.26, 0), // ball of the thumb
-        pad([62.0, 75.0], [29.0, 12.0], 0.22, 0), // the palm's other side
+        pad([62.0, 28.0], [27.0, 16.0], 0.36, 0), // ball of the thumb
+        pad([62.0, 75.0], [30.0, 13.0], 0.32, 0), // the palm's other side
         pad([16.0, 32.0], [12.0, 9.0], 0.90, THUMB),
         pad([40.0, 25.0], [10.0, 7.5], 0.35, THUMB),
     ];
@@ -58,9 +58,9 @@ pub(super) fn hand() -> Drawing {
     ];
     for (i, (across, reach, strength)) in fingers.into_iter().enumerate() {
         let at = |along: f64| [100.0 + reach * (along - 100.0), across];
-        pads.push(pad([102.0, across], [10.0, 9.5], 0.34 * strength, 0)); // ridge of the palm
-        pads.push(pad(at(127.0), [10.0, 7.5], 0.36 * strength, i + 1));
-        pads.push(pad(at(152.0), [9.0, 7.0], 0.5 * strength, i + 1));
+        pads.push(pad([102.0, across], [11.0, 10.0], 0.45 * strength, 0)); // ridge of the palm
+        pads.push(pad(at(127.0), [10.5, 8.0], 0.42 * strength, i + 1));
+        pads.push(pad(at(152.0), [9.5, 7.5], 0.55 * strength, i + 1));
         pads.push(pad(at(176.0), [10.5, 7.5], strength, i + 1));
     }
     Drawing {

@@ -208,3 +208,77 @@ fn break_lines(
         list.sort_unstable();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensor::preset;
+
+    fn relative_sd(values: impl Iterator<Item = f64>) -> f64 {
+        let logs: Vec<f64> = values.map(f64::ln).collect();
+        let mean = logs.iter().sum::<f64>() / logs.len() as f64;
+        (logs.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / logs.len() as f64).sqrt()
+    }
+
+    #[test]
+    fn without_imperfections_the_truth_is_what_the_owner_knows() {
+        let nominal = preset("econe").unwrap();
+        assert_eq!(imperfect(&nominal, &Imperfections::default(), 1), nominal);
+    }
+
+    #[test]
+    fn what_is_drawn_has_the_spread_asked_for_and_passes_every_check() {
+        let nominal = preset("econe").unwrap();
+        for imperfections in [Imperfections::uneven(), Imperfections::beyond_the_circuit()] {
+            let truth = imperfect(&nominal, &imperfections, 2).checked().unwrap();
+            assert_eq!(truth, imperfect(&nominal, &imperfections, 2));
+            assert_ne!(truth, imperfect(&nominal, &imperfections, 3));
+            let Some(PerLine::Each(columns)) = truth.readout.r_mux_column_ohms else {
+                panic!("one resistance per column");
+            };
+            let sd = relative_sd(columns.into_iter());
+            assert!((sd / 0.1 - 1.0).abs() < 0.2, "{sd}");
+            let r_k = truth.readout.r_feedback_ohms.unwrap();
+            assert!((r_k - 2010.0).abs() < 1e-9);
+            let material = truth.material.unwrap();
+            let Some(PerTaxel::Each(gain)) = &material.gain else {
+                panic!("one gain per taxel");
+            };
+            // Exponents pivot about 100 g: ln 100 times their deviation is in the gain, too.
+            let wanted = 0.1f64.hypot(imperfections.exponent_sd * PIVOT_LOAD_G.ln());
+            let sd = relative_sd(gain.iter().flatten().copied());
+            assert!((sd / wanted - 1.0).abs() < 0.05, "{sd}");
+        }
+    }
+
+    #[test]
+    fn one_more_imperfection_leaves_the_others_as_they_were() {
+        let nominal = preset("econe").unwrap();
+        let truth = imperfect(&nominal, &Imperfections::uneven(), 2);
+        let spread = Imperfections {
+            spread: Some([0.05, 0.05, 0.01]),
+            dead_columns: 2,
+            ..Imperfections::uneven()
+        };
+        let also = imperfect(&nominal, &spread, 2);
+        assert_eq!(truth.readout, also.readout);
+        let gain = |sensor: &Sensor| sensor.material.as_ref().unwrap().gain.clone();
+        assert_eq!(gain(&truth), gain(&also));
+        assert_eq!(truth.screen.dead_rows, also.screen.dead_rows);
+        assert_eq!(also.screen.dead_columns.len(), 2);
+    }
+
+    #[test]
+    fn more_broken_lines_than_there_are_break_them_all_once() {
+        let nominal = preset("mat-16x16-cd4067").unwrap();
+        let all = Imperfections {
+            dead_rows: 10,
+            flickering_rows: 99,
+            ..Imperfections::default()
+        };
+        let screen = imperfect(&nominal, &all, 1).checked().unwrap().screen;
+        let mut rows = [screen.dead_rows, screen.flickering_rows].concat();
+        rows.sort_unstable();
+        assert_eq!(rows, (0..16).collect::<Vec<_>>());
+    }
+}

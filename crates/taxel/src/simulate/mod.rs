@@ -7,11 +7,12 @@
 //! Everything follows from a seed. Frame k depends on the seed and on k alone, so that any frame can be made on its
 //! own, in any order.
 //!
-//! A hand on an e-Cone, read with the load law alone and with the cross-talk undone:
+//! A hand on an e-Cone, read with the load law alone (2.8 g mean absolute error over loaded taxels) and with the
+//! cross-talk undone (0.02 g):
 //!
 //! ```
 //! use taxel::simulate::{Pattern, VirtualSensor, newtons};
-//! use taxel::{metric::deviations_of_frames, pipeline::Pipeline, sensor::preset, solve};
+//! use taxel::{frame::grams_from_newtons, metric::deviations_of_frames, pipeline::Pipeline, sensor::preset, solve};
 //! let sensor = preset("econe")?;
 //! let hand = Pattern::hand().loads(&sensor.array, 7, 80);
 //! let counts = VirtualSensor::new(&sensor, 7)?.read(&hand, 80).counts;
@@ -19,7 +20,7 @@
 //!     let mut pipeline = Pipeline::new(&sensor, method)?;
 //!     pipeline.siemens_from_counts(&counts);
 //!     let error = deviations_of_frames(pipeline.newtons()?, &newtons(&hand), |_, load| load > 0.0)?;
-//!     println!("{:.4} N", error.unwrap().mean_absolute);
+//!     println!("{:.3} g", grams_from_newtons(error.unwrap().mean_absolute));
 //! }
 //! # Ok::<(), taxel::Error>(())
 //! ```
@@ -32,7 +33,7 @@ mod sensor;
 
 pub use imperfect::{Imperfections, imperfect};
 pub use labelled::{calibration_data, labelled_presses, uniform_levels, validation_frames};
-pub use pattern::{Kind, LabelledPress, Pattern, labelled_press};
+pub use pattern::{DEFAULT_PEAK_G, Kind, LabelledPress, Pattern, labelled_press};
 pub use sensor::{Faults, Reading, VirtualSensor, default_noise_counts};
 
 use rand::{RngExt, SeedableRng};

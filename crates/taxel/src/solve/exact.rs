@@ -266,11 +266,12 @@ impl Exact {
             memory.strong_before.clone_from(&strong);
             memory.strong = strong;
             memory.reshape(m, n);
-            for (g_c, &c) in memory.network.g_c.iter_mut().zip(&memory.live.columns) {
-                *g_c = ends.column_selected[c];
-            }
         }
         let network = &mut memory.network;
+        // Each time, so that a scratch also serves the same sensor with other resistances.
+        for (g_c, &c) in network.g_c.iter_mut().zip(&memory.live.columns) {
+            *g_c = ends.column_selected[c];
+        }
         let mut at = 0;
         for (i, &r) in memory.live.rows.iter().enumerate() {
             if !memory.strong[i] {
@@ -305,6 +306,8 @@ impl Exact {
             .get_or_insert_with(|| Box::new(Root::new(network.m, network.n)));
         let (mut outcome, worst_column) = root.iterate(network, self.tolerance);
         outcome.rounds += fast.rounds;
+        pack(&network.s, &mut memory.packed, network.m);
+        memory.mixing.restart();
         if let Some((denominator, at)) = worst_column {
             let column = memory.live.columns[at];
             let ohms = 1.0 / self.ends.column_selected[column];
@@ -441,6 +444,14 @@ fn start(network: &mut Network, packed: &mut [f64], mixing: &mut Anderson, warm:
     }
     if !warm {
         network.g.fill(0.0);
+    }
+}
+
+fn pack(full: &[f64], packed: &mut [f64], m: usize) {
+    let mut at = 0;
+    for i in 0..m {
+        packed[at..=at + i].copy_from_slice(&full[i * m..=i * m + i]);
+        at += i + 1;
     }
 }
 
