@@ -147,11 +147,11 @@ pub(crate) fn show<Q>(source: &(impl FrameSource<Q> + ?Sized), progress: &Progre
 /// A file that frames are written to: text, `.npy`, `.npz` by its extension. It appears when committed.
 pub(crate) enum FrameWriter<Q> {
     /// Lines of numbers.
-    Text(ValuesWriter<Q>),
+    Text(Box<ValuesWriter<Q>>),
     /// An array.
-    Npy(NpyWriter<Q>),
+    Npy(Box<NpyWriter<Q>>),
     /// An archive with one array, `frames`.
-    Npz(NpzWriter),
+    Npz(Box<NpzWriter>),
 }
 
 impl<Q> FrameWriter<Q> {
@@ -164,7 +164,7 @@ impl<Q> FrameWriter<Q> {
     ) -> Result<Self, Error> {
         let (rows, columns) = shape;
         Ok(match extension(file).as_str() {
-            "npy" => Self::Npy(NpyWriter::create(file, rows, columns, element)?),
+            "npy" => Self::Npy(Box::new(NpyWriter::create(file, rows, columns, element)?)),
             "npz" => {
                 let Some(frames) = frames else {
                     return Err(Error::Arguments {
@@ -177,9 +177,9 @@ impl<Q> FrameWriter<Q> {
                 };
                 let mut writer = NpzWriter::create(file)?;
                 writer.begin_array("frames", Some(frames), rows, columns, element)?;
-                Self::Npz(writer)
+                Self::Npz(Box::new(writer))
             }
-            _ => Self::Text(ValuesWriter::create(file)?),
+            _ => Self::Text(Box::new(ValuesWriter::create(file)?)),
         })
     }
 

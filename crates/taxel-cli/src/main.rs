@@ -18,7 +18,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use commands::{bench, calibrate, compensate, info, netlist, plot, simulate};
+use commands::{bench, calibrate, compensate, demo, info, netlist, plot, simulate};
 
 /// From raw frames of a resistive pressure-sensor matrix to calibrated loads.
 ///
@@ -40,6 +40,7 @@ enum Command {
     Simulate(simulate::Args),
     Netlist(netlist::Args),
     Bench(bench::Args),
+    Demo(demo::Args),
 }
 
 /// How a command that did not fail ended.
@@ -53,6 +54,7 @@ enum Exit {
 
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
+        Command::Demo(args) => demo::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Plot(args) => plot::run(&args),
         Command::Netlist(args) => netlist::run(&args),

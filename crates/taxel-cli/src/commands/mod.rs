@@ -3,6 +3,7 @@
 pub(crate) mod bench;
 pub(crate) mod calibrate;
 pub(crate) mod compensate;
+pub(crate) mod demo;
 pub(crate) mod info;
 pub(crate) mod netlist;
 pub(crate) mod plot;
