@@ -11,6 +11,7 @@ use taxel::{Counts, Frame, Mark, Sensor, Siemens, Volts};
 
 use crate::error::Error;
 use crate::frames::{Reading, Shown};
+use crate::out;
 use crate::unit::{MethodName, Unit};
 
 /// Screen, converter, inverse, load law, as far as the unit needs them.
@@ -152,6 +153,30 @@ impl Chain {
             }
         }
         Ok(())
+    }
+}
+
+/// Why an inverse stopped, in a word; and in a sentence where it came to no answer.
+pub(crate) fn stop_words(outcome: &Outcome) -> (&'static str, Option<String>) {
+    let word = match &outcome.stop {
+        Stop::Direct => return ("direct", None),
+        Stop::Converged => return ("converged", None),
+        Stop::Infeasible(why) => return ("infeasible", Some(why.to_string())),
+        Stop::RoundLimit => "round-limit",
+        Stop::Stalled => "stalled",
+        _ => "other",
+    };
+    let why = format!(
+        "{} rounds, residual {:.1e}; its numbers are those of the last round",
+        outcome.rounds, outcome.residual
+    );
+    (word, Some(why))
+}
+
+/// Warns of a frame that came to no answer.
+pub(crate) fn warn_unsolved(frame: u64, outcome: &Outcome) {
+    if let (word, Some(why)) = stop_words(outcome) {
+        out::warn(&format!("frame {frame}: {word}: {why}"));
     }
 }
 

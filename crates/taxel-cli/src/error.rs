@@ -72,6 +72,22 @@ pub(crate) enum Error {
         /// Frames there are.
         found: u64,
     },
+    /// An option names a taxel that the array does not have.
+    #[error(
+        "{option}: row {row}, column {column} is outside of the array of {rows} rows x {columns} columns\nhint: rows and columns are counted from 0"
+    )]
+    TaxelOutside {
+        /// The option.
+        option: &'static str,
+        /// Row asked for.
+        row: usize,
+        /// Column asked for.
+        column: usize,
+        /// Rows of the array.
+        rows: usize,
+        /// Columns of the array.
+        columns: usize,
+    },
     /// A press on a line that the sensor file declares dead.
     #[error(
         "{}, line {line}: a press on row {row}, column {column}, but the sensor file declares {axis} {index} dead\nhint: take the press out, or the line out of [screen] in the sensor file", .table.display()
@@ -104,10 +120,11 @@ pub(crate) enum Error {
 }
 
 impl Error {
-    /// 2 for arguments that do not go together, as for those that cannot be parsed; else 1.
+    /// 2 for arguments that do not go together or do not fit the sensor, as for those that cannot be parsed;
+    /// else 1.
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
-            Error::Arguments { .. } => 2,
+            Error::Arguments { .. } | Error::TaxelOutside { .. } => 2,
             _ => 1,
         }
     }

@@ -7,7 +7,7 @@ use taxel::{Frame, Sensor, Siemens};
 use taxel_record::{AtomicFile, FrameSource, TextOptions};
 
 use super::taxel_address::TaxelAddress;
-use crate::chain::Chain;
+use crate::chain::{Chain, warn_unsolved};
 use crate::error::Error;
 use crate::frames::{Input, Shown, open_values};
 use crate::line_faults::Survey;
@@ -49,13 +49,21 @@ pub(crate) struct Args {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let sensor = sensor_file::load(&args.sensor)?;
+    let (rows, columns) = (sensor.rows(), sensor.columns());
+    let TaxelAddress { row, column } = args.taxel;
+    if row >= rows || column >= columns {
+        return Err(Error::TaxelOutside {
+            option: "--taxel",
+            row,
+            column,
+            rows,
+            columns,
+        });
+    }
     let siemens = conductances(args, &sensor)?;
     let selection = match args.scan {
         true => Selection::Scan,
-        false => Selection::Taxel {
-            row: args.taxel.row,
-            column: args.taxel.column,
-        },
+        false => Selection::Taxel { row, column },
     };
     let text = netlist(&sensor, &siemens, selection).map_err(|source| Error::InFile {
         file: args.sensor.clone(),
@@ -104,10 +112,8 @@ fn behind_counts(args: &Args, sensor: &Sensor, file: &Path) -> Result<Frame<Siem
     let mut read = 0;
     while reading.advance()? {
         if read == args.frame {
-            if let Some(outcome) = chain.take(&reading)?
-                && !outcome.stop.is_good()
-            {
-                out::warn(&format!("frame {read} has no answer: {:?}", outcome.stop));
+            if let Some(outcome) = chain.take(&reading)? {
+                warn_unsolved(read, &outcome);
             }
             let mut shown = Frame::<Shown>::zeros(sensor.rows(), sensor.columns());
             chain.show_into(&mut shown)?;

@@ -151,13 +151,17 @@ impl<'a> Job<'a> {
         };
         for &(row, column) in &taxels {
             if row >= rows || column >= columns {
-                return Err(taxel_view::Error::TaxelOutside {
+                return Err(Error::TaxelOutside {
+                    option: match (self.args.row, self.args.column) {
+                        (Some(_), _) => "--row",
+                        (_, Some(_)) => "--column",
+                        _ => "--taxel",
+                    },
                     row,
                     column,
                     rows,
                     columns,
-                }
-                .into());
+                });
             }
         }
         Ok(Some(taxels).filter(|taxels| !taxels.is_empty()))

@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::Serialize;
-use taxel::solve::{Outcome, Stop, method};
+use taxel::solve::{Outcome, method};
 use taxel::{Frame, Mark, Sensor};
 use taxel_record::Skipped;
 
 use super::Args;
 use super::output::marks_file;
+use crate::chain::{stop_words, warn_unsolved};
 use crate::frames::Shown;
 use crate::line_faults::{FaultyLine, Survey};
 use crate::{Exit, out};
@@ -95,19 +96,12 @@ impl Summary {
 
     /// Counts how the inverse of a frame went, and names it if it came to no answer.
     pub(super) fn add_outcome(&mut self, frame: u64, outcome: &Outcome) {
-        let (word, why) = match &outcome.stop {
-            Stop::Direct => ("direct", None),
-            Stop::Converged => ("converged", None),
-            Stop::RoundLimit => ("round-limit", Some(unfinished(outcome))),
-            Stop::Stalled => ("stalled", Some(unfinished(outcome))),
-            Stop::Infeasible(why) => ("infeasible", Some(why.to_string())),
-            _ => ("other", Some(unfinished(outcome))),
-        };
+        let (word, why) = stop_words(outcome);
         *self.stops.entry(word).or_default() += 1;
         self.ambiguous_frames += u64::from(outcome.ambiguous);
         let Some(why) = why else { return };
         if self.unsolved.len() < NAMED {
-            out::warn(&format!("frame {frame}: {word}: {why}"));
+            warn_unsolved(frame, outcome);
             self.unsolved.push(NamedFrame { frame, why });
         }
     }
@@ -155,13 +149,6 @@ impl Summary {
     }
 }
 
-fn unfinished(outcome: &Outcome) -> String {
-    format!(
-        "{} rounds, residual {:.1e}; its numbers are those of the last round",
-        outcome.rounds, outcome.residual
-    )
-}
-
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
@@ -174,7 +161,7 @@ impl fmt::Display for Summary {
         }
         writeln!(
             f,
-            ", {:.2} s, {:.0} frames/s",
+            ", {:.2} s, {:.1} frames/s",
             self.seconds, self.frames_per_second
         )?;
         if !self.stops.is_empty() {

@@ -4,11 +4,10 @@ use taxel::Frame;
 use taxel_record::FrameSource;
 
 use super::Job;
-use crate::chain::Chain;
+use crate::chain::{Chain, warn_unsolved};
 use crate::error::Error;
 use crate::frames::{Input, Shown, open_values, show};
 use crate::line_faults::Survey;
-use crate::out;
 use crate::progress::Progress;
 use crate::unit::{InputUnit, MethodName};
 
@@ -95,10 +94,8 @@ fn each_count(job: &Job<'_>, mut see: impl FnMut(u64, Stages<'_>)) -> Result<See
         if read >= range.first {
             for (chain, shown) in [&mut raw, &mut best].into_iter().zip(&mut shown) {
                 let Some(chain) = chain else { continue };
-                if let Some(outcome) = chain.take(&reading)?
-                    && !outcome.stop.is_good()
-                {
-                    out::warn(&format!("frame {read} has no answer: {:?}", outcome.stop));
+                if let Some(outcome) = chain.take(&reading)? {
+                    warn_unsolved(read, &outcome);
                 }
                 chain.show_into(shown)?;
             }

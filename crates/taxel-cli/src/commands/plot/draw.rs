@@ -34,7 +34,12 @@ pub(super) fn frames(job: &Job<'_>) -> Result<Picture, Error> {
         .collect::<Result<Vec<_>, Error>>()?;
     let caption = caption(job);
     if job.range().is_one() {
-        let sheet = Sheet::new(panels)?.shared_range(true);
+        let shared = are_comparable(&kept);
+        let caption = match shared {
+            true => caption,
+            false => format!("{caption}; each picture has its own range of colours"),
+        };
+        let sheet = Sheet::new(panels)?.shared_range(shared);
         return Ok(sheet.caption(caption).picture()?);
     }
     let mut sheet = ContactSheet::new(panels)?.caption(caption);
@@ -42,6 +47,16 @@ pub(super) fn frames(job: &Job<'_>) -> Result<Picture, Error> {
         sheet = sheet.columns(2 * (kept.len() / 8).clamp(1, 3));
     }
     Ok(sheet.picture()?)
+}
+
+/// Whether one range of colours shows something of every frame: no peak is over 10 times another.
+fn are_comparable(frames: &[(String, Frame<Shown>)]) -> bool {
+    let peak = |(_, frame): &(String, Frame<Shown>)| {
+        let sizes = frame.values().iter().map(|value| value.abs());
+        sizes.fold(0.0, f64::max)
+    };
+    let largest = frames.iter().map(peak).fold(0.0, f64::max);
+    frames.iter().all(|frame| largest <= 10.0 * peak(frame))
 }
 
 fn panel<'a>(job: &Job<'_>, title: &str, frame: &'a Frame<Shown>) -> Result<Panel<'a>, Error> {
