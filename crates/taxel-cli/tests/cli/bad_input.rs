@@ -132,7 +132,7 @@ fn with_sensor(from: &str, to: &str) -> Run {
 }
 
 #[test]
-fn a_sensor_file_that_is_wrong() {
+fn an_unknown_key_and_an_unknown_topology() {
     insta::assert_snapshot!(with_sensor("r_mux_row_ohms", "r_mux_rows_ohms"), @r"
     exit code: 1
     ----- stdout -----
@@ -149,6 +149,10 @@ fn a_sensor_file_that_is_wrong() {
     error: bad.toml: sensor file: unknown topology `tia-grounded-column`
     hint: did you mean `tia-grounded-columns`? (known: tia-grounded-columns, tia-zero-potential, divider-grounded-columns, divider-floating, divider-voltage-feedback)
     ");
+}
+
+#[test]
+fn resistances_that_cannot_be() {
     insta::assert_snapshot!(with_sensor("r_feedback_ohms = 2000.0", "r_feedback_ohms = -2000.0"), @r"
     exit code: 1
     ----- stdout -----
@@ -173,6 +177,10 @@ fn a_sensor_file_that_is_wrong() {
     error: bad.toml: sensor file: `readout.r_mux_row_ohms` has 2 numbers, but the array has 4 rows
     hint: give one number for all, or one per row
     ");
+}
+
+#[test]
+fn a_word_for_a_number_and_a_file_that_is_missing() {
     insta::assert_snapshot!(with_sensor("bits = 16", "bits = sixteen"), @r"
     exit code: 1
     ----- stdout -----

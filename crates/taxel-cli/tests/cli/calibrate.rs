@@ -105,11 +105,18 @@ fn presses_that_cannot_be_used_are_refused_with_their_place() {
     error: no press in bad.csv: 0 found, at least 1 expected
     hint: the file is empty or holds blank lines only; was the recording ever started?
     ");
+    assert!(!folder.exists("c.toml"));
+}
+
+#[test]
+fn a_label_outside_the_array_is_refused() {
+    let folder = pressed(6);
     folder.write(
         "labels.csv",
         "recording,frame,taxel,load_g\ncalibration.txt,0,G1,100\n",
     );
-    insta::assert_snapshot!(folder.taxel(&format!("{calibrate} labels.csv")), @r"
+    let run = folder.taxel("calibrate --sensor parts.toml --presses labels.csv -o c.toml");
+    insta::assert_snapshot!(run, @r"
     exit code: 1
     ----- stdout -----
 
@@ -117,7 +124,6 @@ fn presses_that_cannot_be_used_are_refused_with_their_place() {
     error: taxel outside the array at labels.csv, line 2, column 19: `G1` is row 1, column 6, but the array has 4 rows x 6 columns, counted from 0
     hint: check the label, `labels` under [array] in the sensor file, and which sensor this is
     ");
-    assert!(!folder.exists("c.toml"));
 }
 
 #[test]

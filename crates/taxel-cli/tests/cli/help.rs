@@ -48,7 +48,7 @@ fn an_unknown_verb_names_the_nearest() {
 }
 
 #[test]
-fn the_flags_that_scripts_rely_on() {
+fn flags_of_compensate() {
     insta::assert_snapshot!(Folder::new().taxel("compensate -h"), @r"
     exit code: 0
     ----- stdout -----
@@ -75,6 +75,10 @@ fn the_flags_that_scripts_rely_on() {
       -h, --help                     Print help (see more with '--help')
     ----- stderr -----
     ");
+}
+
+#[test]
+fn flags_of_calibrate() {
     insta::assert_snapshot!(Folder::new().taxel("calibrate -h"), @r"
     exit code: 0
     ----- stdout -----
@@ -98,6 +102,10 @@ fn the_flags_that_scripts_rely_on() {
       -h, --help                  Print help (see more with '--help')
     ----- stderr -----
     ");
+}
+
+#[test]
+fn flags_of_simulate() {
     insta::assert_snapshot!(Folder::new().taxel("simulate -h"), @r"
     exit code: 0
     ----- stdout -----
@@ -123,6 +131,10 @@ fn the_flags_that_scripts_rely_on() {
       -h, --help                   Print help (see more with '--help')
     ----- stderr -----
     ");
+}
+
+#[test]
+fn flags_of_info() {
     insta::assert_snapshot!(Folder::new().taxel("info -h"), @r"
     exit code: 0
     ----- stdout -----
@@ -143,6 +155,10 @@ fn the_flags_that_scripts_rely_on() {
       -h, --help                  Print help (see more with '--help')
     ----- stderr -----
     ");
+}
+
+#[test]
+fn flags_of_plot() {
     insta::assert_snapshot!(Folder::new().taxel("plot -h"), @r"
     exit code: 0
     ----- stdout -----
@@ -172,6 +188,10 @@ fn the_flags_that_scripts_rely_on() {
       -h, --help                           Print help (see more with '--help')
     ----- stderr -----
     ");
+}
+
+#[test]
+fn flags_of_netlist() {
     insta::assert_snapshot!(Folder::new().taxel("netlist -h"), @r"
     exit code: 0
     ----- stdout -----
@@ -192,6 +212,10 @@ fn the_flags_that_scripts_rely_on() {
       -h, --help                  Print help (see more with '--help')
     ----- stderr -----
     ");
+}
+
+#[test]
+fn flags_of_bench() {
     insta::assert_snapshot!(Folder::new().taxel("bench -h"), @r"
     exit code: 0
     ----- stdout -----
@@ -206,6 +230,10 @@ fn the_flags_that_scripts_rely_on() {
       -h, --help                  Print help (see more with '--help')
     ----- stderr -----
     ");
+}
+
+#[test]
+fn flags_of_demo() {
     insta::assert_snapshot!(Folder::new().taxel("demo -h"), @r"
     exit code: 0
     ----- stdout -----
