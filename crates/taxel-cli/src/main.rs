@@ -1,1 +1,76 @@
-fn main() {}
+//! The `taxel` command: from raw frames of a resistive pressure-sensor matrix to calibrated loads.
+//!
+//! This file parses, dispatches, and turns one outcome into one exit code. Every verb has its file in
+//! `commands/`; the mathematics is in crate `taxel`, reading and writing in `taxel-record`, pictures in
+//! `taxel-view`.
+
+mod chain;
+mod commands;
+mod error;
+mod frames;
+mod line_faults;
+mod out;
+mod progress;
+mod sensor_file;
+mod unit;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use commands::{bench, calibrate, compensate, demo, info, netlist, plot, simulate};
+
+/// From raw frames of a resistive pressure-sensor matrix to calibrated loads.
+///
+/// Results go to standard output, everything else to standard error. Exit codes: 0 good, 1 failed, 2 bad
+/// arguments, 3 finished but data was lost or left out.
+#[derive(Debug, Parser)]
+#[command(name = "taxel", version, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Info(info::Args),
+    Calibrate(calibrate::Args),
+    Compensate(compensate::Args),
+    Plot(plot::Args),
+    Simulate(simulate::Args),
+    Netlist(netlist::Args),
+    Bench(bench::Args),
+    Demo(demo::Args),
+}
+
+/// How a command that did not fail ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Exit {
+    /// All of it.
+    Good,
+    /// Finished, but data was lost or left out.
+    DataLost,
+}
+
+fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Demo(args) => demo::run(&args),
+        Command::Info(args) => info::run(&args),
+        Command::Plot(args) => plot::run(&args),
+        Command::Netlist(args) => netlist::run(&args),
+        Command::Calibrate(args) => calibrate::run(&args),
+        Command::Compensate(args) => compensate::run(&args),
+        Command::Simulate(args) => simulate::run(&args),
+        Command::Bench(args) => bench::run(&args),
+    };
+    match result {
+        Ok(Exit::Good) => ExitCode::SUCCESS,
+        Ok(Exit::DataLost) => ExitCode::from(3),
+        // Who reads our output has read enough.
+        Err(error) if error.is_broken_pipe() => ExitCode::SUCCESS,
+        Err(error) => {
+            out::note(&format!("error: {error}"));
+            ExitCode::from(error.exit_code())
+        }
+    }
+}

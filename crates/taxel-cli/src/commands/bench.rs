@@ -1,0 +1,223 @@
+//! `taxel bench`: how long scan and inverse take, on this machine, for one sensor.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+use taxel::circuit::{Circuit, LinearCircuit, OperatingPoint};
+use taxel::solve::{Method, Scratch, method};
+use taxel::{Frame, Sensor, Siemens, Volts};
+
+use crate::error::Error;
+use crate::progress::Progress;
+use crate::unit::MethodName;
+use crate::{Exit, out, sensor_file};
+
+/// Time scan and inverse of a sensor on this machine
+///
+/// The frames: 3 taxels in 10 pressed to between 500 and 3000 ohms, the others at 1 microsiemens. Warm: each
+/// frame starts from the one before it, whose pressed taxels differ by up to 4 %.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Sensor file, or the name of a preset
+    #[arg(long, value_name = "FILE|PRESET", default_value = "econe")]
+    sensor: PathBuf,
+    /// How conductances are found
+    #[arg(long, value_enum, default_value_t)]
+    method: MethodName,
+    /// Print JSON instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+/// Frames in a stream, one after the other and from the start again.
+const STREAM: usize = 8;
+/// How long each of the three is repeated.
+const BUDGET: Duration = Duration::from_millis(650);
+/// Fewest repeats, however long they take.
+const FEWEST: usize = 5;
+
+#[derive(Debug, Serialize)]
+struct Report {
+    sensor: String,
+    rows: usize,
+    columns: usize,
+    method: &'static str,
+    scan_us: Times,
+    inverse_cold_us: Times,
+    inverse_warm_us: Times,
+    /// Of a warm stream, one core, by the median.
+    frames_per_second: f64,
+}
+
+/// Microseconds a frame.
+#[derive(Debug, Clone, Copy, Serialize)]
+struct Times {
+    min: f64,
+    median: f64,
+    repeats: usize,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
+    let sensor = sensor_file::load(&args.sensor)?;
+    let in_file = |source| Error::InFile {
+        file: args.sensor.clone(),
+        source,
+    };
+    let circuit = LinearCircuit::from_sensor(&sensor).map_err(in_file)?;
+    let method = method(args.method.word(), &sensor).map_err(in_file)?;
+    let progress = Progress::new("timing");
+    let mut bench = Bench::new(&sensor, &circuit)?;
+    let scan_us = bench.scan();
+    progress.set(0.33);
+    let mut scratch = method.scratch();
+    let inverse_cold_us = bench.inverse(&*method, &mut scratch, true);
+    progress.set(0.66);
+    let inverse_warm_us = bench.inverse(&*method, &mut scratch, false);
+    drop(progress);
+    let report = Report {
+        sensor: match sensor.name.as_str() {
+            "" => args.sensor.display().to_string(),
+            name => name.to_owned(),
+        },
+        rows: sensor.rows(),
+        columns: sensor.columns(),
+        method: method.name(),
+        scan_us,
+        inverse_cold_us,
+        inverse_warm_us,
+        frames_per_second: 1e6 / inverse_warm_us.median,
+    };
+    match args.json {
+        true => out::json(&report)?,
+        false => out::result(&report.table())?,
+    }
+    if bench.unsolved > 0 {
+        out::warn(&format!(
+            "{} of {} solves did not converge: these times are not those of an answer",
+            bench.unsolved, bench.solved
+        ));
+    }
+    Ok(Exit::Good)
+}
+
+impl Report {
+    fn table(&self) -> String {
+        let line = |what, times: Times| {
+            format!(
+                "{what:<14}{:>12.1}{:>12.1}{:>10}\n",
+                times.min, times.median, times.repeats
+            )
+        };
+        format!(
+            "{}, {} rows x {} columns, method {}, one core\n\n{:<14}{:>12}{:>12}{:>10}\n{}{}{}\n{:.0} frames/s in a warm stream\n",
+            self.sensor,
+            self.rows,
+            self.columns,
+            self.method,
+            "us a frame",
+            "min",
+            "median",
+            "repeats",
+            line("scan", self.scan_us),
+            line("inverse, cold", self.inverse_cold_us),
+            line("inverse, warm", self.inverse_warm_us),
+            self.frames_per_second
+        )
+    }
+}
+
+/// A short stream of frames and its scan.
+struct Bench {
+    point: Box<dyn OperatingPoint>,
+    siemens: Vec<Frame<Siemens>>,
+    volts: Vec<Frame<Volts>>,
+    solved: usize,
+    unsolved: usize,
+}
+
+impl Bench {
+    fn new(sensor: &Sensor, circuit: &LinearCircuit) -> Result<Self, Error> {
+        let siemens: Vec<_> = (0..STREAM).map(|i| pressed(sensor, i)).collect();
+        let mut point = circuit.operating_point();
+        let mut volts = Vec::new();
+        for frame in &siemens {
+            point
+                .set(frame.values())
+                .map_err(|source| Error::NotPassive {
+                    file: "the bench's own frame".into(),
+                    frame: 0,
+                    source,
+                })?;
+            let mut scan = frame.map(|_, _| 0.0);
+            point.predict_into(scan.values_mut());
+            volts.push(scan);
+        }
+        Ok(Self {
+            point,
+            siemens,
+            volts,
+            solved: 0,
+            unsolved: 0,
+        })
+    }
+
+    fn scan(&mut self) -> Times {
+        let mut out = self.volts[0].clone();
+        repeat(|i| {
+            let frame = &self.siemens[i % STREAM];
+            if self.point.set(frame.values()).is_ok() {
+                self.point.predict_into(out.values_mut());
+            }
+        })
+    }
+
+    fn inverse(&mut self, method: &dyn Method, scratch: &mut Scratch, cold: bool) -> Times {
+        let mut out = self.siemens[0].clone();
+        repeat(|i| {
+            if cold {
+                scratch.forget();
+            }
+            let outcome = method.solve_into(&self.volts[i % STREAM], &mut out, scratch);
+            self.solved += 1;
+            self.unsolved += usize::from(!outcome.stop.is_good());
+        })
+    }
+}
+
+/// Repeats `work`, once without looking at the clock, then until the time is used up.
+fn repeat(mut work: impl FnMut(usize)) -> Times {
+    work(0);
+    let started = Instant::now();
+    let mut times = Vec::new();
+    while times.len() < FEWEST || started.elapsed() < BUDGET {
+        let begin = Instant::now();
+        work(times.len() + 1);
+        times.push(begin.elapsed().as_secs_f64() * 1e6);
+    }
+    times.sort_by(f64::total_cmp);
+    Times {
+        min: times[0],
+        median: times[times.len() / 2],
+        repeats: times.len(),
+    }
+}
+
+/// Frame `i` of the stream: the same taxels pressed, each swelling and fading by up to 5 %.
+fn pressed(sensor: &Sensor, i: usize) -> Frame<Siemens> {
+    let turn = std::f64::consts::TAU * i as f64 / STREAM as f64;
+    // A linear congruential generator: the same taxels on every machine.
+    let mut state = 1u32;
+    let mut random = || {
+        state = state.wrapping_mul(2_654_435_761).wrapping_add(12_345);
+        f64::from(state >> 8) / f64::from(1u32 << 24)
+    };
+    Frame::<Siemens>::zeros(sensor.rows(), sensor.columns()).map(|_, _| {
+        let (is_pressed, ohms, phase) = (random() < 0.3, random(), random());
+        match is_pressed {
+            true => (1.0 + 0.05 * (turn + 6.3 * phase).sin()) / (500.0 + 2500.0 * ohms),
+            false => 1e-6,
+        }
+    })
+}

@@ -1,0 +1,262 @@
+//! `taxel calibrate`: from labelled presses to a sensor file with everything a parts list does not say.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use clap::ValueEnum;
+use taxel::calibrate::{Data, LawChoice, Options, Press};
+use taxel::screen::Axis;
+use taxel::{Counts, Frame, Sensor};
+use taxel_record::{AtomicFile, FrameSource, TextOptions, open_counts};
+use taxel_record::{read_presses, read_uniform_loads};
+
+use crate::error::Error;
+use crate::frames::show;
+use crate::progress::Progress;
+use crate::{Exit, out, sensor_file};
+
+/// Fit switch resistances and load law to labelled presses
+///
+/// Reads the parts list (sensor.toml) and presses of known load, and writes the sensor file with the fitted
+/// numbers, their origin and their errors. The report goes to standard output. No frame is judged by a fit
+/// that saw it: the errors reported are of presses held out.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Sensor file (the parts list), or the name of a preset
+    #[arg(long, value_name = "FILE|PRESET")]
+    sensor: PathBuf,
+    /// Labelled presses: CSV with recording, frame, row, column (or taxel), load_g
+    #[arg(long, value_name = "FILE", required_unless_present = "pairs")]
+    presses: Option<PathBuf>,
+    /// Frames under the same load everywhere: CSV with recording, frame, load_g
+    #[arg(long, value_name = "FILE", conflicts_with = "pairs")]
+    equilibration: Option<PathBuf>,
+    /// Fit the load law alone, to pairs of conductance (or resistance) and load
+    #[arg(long, value_name = "FILE", conflicts_with = "presses")]
+    pairs: Option<PathBuf>,
+    /// Where to write the calibrated sensor
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// The load law; `auto` takes the one with the least error on held-out presses
+    #[arg(long, value_enum, default_value_t)]
+    law: Law,
+    /// Fit one switch resistance per line, even without equilibration frames
+    #[arg(long)]
+    per_line: bool,
+    /// Fit the amplifier's open-loop gain
+    #[arg(long)]
+    fit_gain: bool,
+    /// Fit the source resistor
+    #[arg(long)]
+    fit_source: bool,
+    /// Folds of the cross-validation by press
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(2..))]
+    folds: u16,
+    /// The recordings have rows and columns swapped
+    #[arg(long)]
+    transpose: bool,
+    /// Print the report as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// The words of `--law`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+enum Law {
+    /// The best of the others on held-out presses
+    #[default]
+    Auto,
+    /// Power law with offset
+    Power,
+    /// Power law of a load that saturates
+    Saturating,
+    /// Monotone spline
+    Spline,
+}
+
+impl From<Law> for LawChoice {
+    fn from(law: Law) -> Self {
+        match law {
+            Law::Auto => LawChoice::Auto,
+            Law::Power => LawChoice::Power,
+            Law::Saturating => LawChoice::Saturating,
+            Law::Spline => LawChoice::Spline,
+        }
+    }
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
+    let Some(presses) = &args.presses else {
+        return Err(Error::Arguments {
+            what: "--pairs is not there yet".to_owned(),
+            hint: "give labelled presses with --presses",
+        });
+    };
+    let sensor = sensor_file::load(&args.sensor)?;
+    let data = read(args, presses, &sensor)?;
+    let names = [Some(presses), args.equilibration.as_ref()];
+    let options = Options {
+        law: args.law.into(),
+        per_line: args.per_line,
+        open_loop_gain: args.fit_gain,
+        r_source: args.fit_source,
+        folds: args.folds.into(),
+        date: today(),
+        files: names
+            .iter()
+            .flatten()
+            .map(|f| f.display().to_string())
+            .collect(),
+    };
+    let progress = Progress::new("fitting");
+    let mut show = |stage: &str, share| progress.stage(stage, share);
+    let calibration =
+        taxel::calibrate::calibrate(&sensor, &data, &options, &mut show).map_err(|source| {
+            Error::InFile {
+                file: presses.clone(),
+                source,
+            }
+        })?;
+    drop(progress);
+    let mut file = AtomicFile::create(&args.output)?;
+    file.put(calibration.sensor.to_toml().as_bytes())?;
+    file.commit()?;
+    match args.json {
+        true => out::json(&calibration.report)?,
+        false => out::result(&calibration.report.to_string())?,
+    }
+    out::note(&format!("wrote {}", args.output.display()));
+    Ok(Exit::Good)
+}
+
+/// A frame that a line of a table asks for.
+struct Wanted {
+    recording: PathBuf,
+    frame: usize,
+    table: PathBuf,
+    line: u64,
+}
+
+fn read(args: &Args, table: &Path, sensor: &Sensor) -> Result<Data, Error> {
+    let (rows, columns) = (sensor.rows(), sensor.columns());
+    let presses = read_presses(table, rows, columns, sensor.array.labels.as_deref())?;
+    for press in &presses {
+        refuse_dead(sensor, table, press)?;
+    }
+    let uniform = match &args.equilibration {
+        Some(table) => read_uniform_loads(table)?,
+        None => Vec::new(),
+    };
+    let of_presses = presses.iter().map(|press| Wanted {
+        recording: press.recording.clone(),
+        frame: press.frame,
+        table: table.to_owned(),
+        line: press.line,
+    });
+    let of_uniform = uniform.iter().map(|load| Wanted {
+        recording: load.recording.clone(),
+        frame: load.frame,
+        table: args.equilibration.clone().unwrap_or_default(),
+        line: load.line,
+    });
+    let wanted: Vec<Wanted> = of_presses.chain(of_uniform).collect();
+    let options = TextOptions {
+        transpose: args.transpose,
+        ..TextOptions::of(sensor)
+    };
+    let mut found = read_frames(&wanted, options)?;
+    let mut data = Data::default();
+    let mut places = BTreeMap::new();
+    for press in presses {
+        let key = (press.recording, press.frame);
+        let frame = *places.entry(key.clone()).or_insert_with(|| {
+            data.frames.push(found[&key].clone());
+            data.frames.len() - 1
+        });
+        data.presses.push(Press {
+            frame,
+            row: press.row,
+            column: press.column,
+            load_g: press.load_g,
+        });
+    }
+    for load in uniform {
+        let key = (load.recording, load.frame);
+        let frame = found.remove(&key).expect("every frame asked for was read");
+        data.uniform.push((frame.clone(), load.load_g));
+        found.insert(key, frame);
+    }
+    Ok(data)
+}
+
+/// Refuses a press on a line that the sensor file declares dead.
+fn refuse_dead(sensor: &Sensor, table: &Path, press: &taxel_record::Press) -> Result<(), Error> {
+    let lines = [
+        (Axis::Row, press.row, &sensor.screen.dead_rows),
+        (Axis::Column, press.column, &sensor.screen.dead_columns),
+    ];
+    for (axis, index, dead) in lines {
+        if dead.contains(&index) {
+            return Err(Error::DeadTaxel {
+                table: table.to_owned(),
+                line: press.line,
+                row: press.row,
+                column: press.column,
+                axis,
+                index,
+            });
+        }
+    }
+    Ok(())
+}
+
+type FramesByPlace = BTreeMap<(PathBuf, usize), Frame<Counts>>;
+
+/// Reads every frame asked for, each recording once.
+fn read_frames(wanted: &[Wanted], options: TextOptions) -> Result<FramesByPlace, Error> {
+    let mut by_recording: BTreeMap<&Path, BTreeMap<usize, &Wanted>> = BTreeMap::new();
+    for one in wanted {
+        let frames = by_recording.entry(&one.recording).or_default();
+        frames.entry(one.frame).or_insert(one);
+    }
+    let mut found = FramesByPlace::new();
+    for (recording, mut frames) in by_recording {
+        let mut source = open_counts(recording, options)?;
+        let progress = Progress::new("reading presses");
+        let mut frame = Frame::zeros(options.rows, options.columns);
+        let mut position = 0;
+        while !frames.is_empty() && source.next_into(&mut frame)? {
+            if frames.remove(&position).is_some() {
+                found.insert((recording.to_owned(), position), frame.clone());
+            }
+            position += 1;
+            show(&source, &progress);
+        }
+        if let Some((_, missing)) = frames.pop_first() {
+            return Err(Error::NoFrame {
+                asked_by: format!("{}, line {}", missing.table.display(), missing.line),
+                file: recording.to_owned(),
+                wanted: missing.frame as u64,
+                found: position as u64,
+            });
+        }
+    }
+    Ok(found)
+}
+
+/// The date in UTC, ISO 8601 (days to year, month, day after H. Hinnant's `civil_from_days`).
+fn today() -> String {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH);
+    let days = now.map_or(0, |since| since.as_secs() / 86_400) + 719_468;
+    let (era, day_of_era) = (days / 146_097, days % 146_097);
+    let year_of_era =
+        (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let month = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * month + 2) / 5 + 1;
+    let month = if month < 10 { month + 3 } else { month - 9 };
+    let year = year_of_era + era * 400 + u64::from(month <= 2);
+    format!("{year:04}-{month:02}-{day:02}")
+}

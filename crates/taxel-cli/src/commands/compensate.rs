@@ -1,0 +1,188 @@
+//! `taxel compensate`: a recording of counts to loads, the cross-talk removed.
+
+mod output;
+mod standard_error;
+mod summary;
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use taxel::{Frame, Sensor};
+
+use crate::chain::Chain;
+use crate::error::Error;
+use crate::frames::{Input, Reading, needs_frame_count};
+use crate::line_faults::Survey;
+use crate::progress::Progress;
+use crate::unit::{InputUnit, MethodName, Unit};
+use crate::{Exit, out, sensor_file};
+use output::Outputs;
+use standard_error::StandardErrors;
+use summary::Summary;
+
+/// Remove the cross-talk from a recording
+///
+/// Reads frames of counts and writes R lines of C numbers a frame. Beside a file of numbers there is always
+/// one of marks, `<stem>.marks.csv`: how far each number can be trusted. Faulty lines are looked for in a
+/// first pass over the recording. Exit code 3: frames were left out, or did not come to an answer.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Recording (.txt, .csv, .npy, .npz, - for standard input)
+    recording: PathBuf,
+    /// Sensor file, or the name of a preset
+    #[arg(long, value_name = "FILE|PRESET")]
+    sensor: PathBuf,
+    /// Unit of what is written
+    #[arg(long, value_enum, default_value_t = Unit::Grams)]
+    unit: Unit,
+    /// Unit of what is read; volts and siemens are real numbers (.csv, .npy, .npz)
+    #[arg(long, value_enum, default_value_t = InputUnit::Counts)]
+    input_unit: InputUnit,
+    /// Where to write (.csv, .npy, .npz); without it, numbers go to standard output
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// How conductances are found
+    #[arg(long, value_enum, default_value_t)]
+    method: MethodName,
+    /// Where to write the marks, one code a taxel, in the shape of the numbers
+    #[arg(long, value_name = "FILE")]
+    marks: Option<PathBuf>,
+    /// Where to write the standard error of each number; marks what it exceeds as unresolved
+    #[arg(long, value_name = "FILE")]
+    standard_error: Option<PathBuf>,
+    /// Leave out frames that cannot be read, instead of stopping at the first
+    #[arg(long)]
+    keep_going: bool,
+    /// Replace what was not measured by the median of its neighbours, and mark it interpolated
+    #[arg(long, overrides_with = "no_repair")]
+    repair: bool,
+    /// Replace nothing, even if the sensor file asks for it
+    #[arg(long)]
+    no_repair: bool,
+    /// The recording has rows and columns swapped
+    #[arg(long)]
+    transpose: bool,
+    /// Print a summary as JSON
+    #[arg(long, requires = "output")]
+    json: bool,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
+    check(args)?;
+    let sensor = sensor_file::load(&args.sensor)?;
+    let mut input = Input::new(&args.recording, args.input_unit, &sensor);
+    input.options.transpose = args.transpose;
+    input.options.keep_going = args.keep_going;
+    let mut chain = Chain::new(&sensor, &args.sensor, args.method, args.unit)?;
+    if args.repair || args.no_repair {
+        chain.set_repair(args.repair);
+    }
+    let mut survey = match args.input_unit {
+        InputUnit::Counts => Survey::of(&input, &sensor)?,
+        _ => Survey::declared(&sensor),
+    };
+    chain.set_lines(&survey.faults);
+    if survey.frames.is_none() && needs_count(args) && input.can_be_read_twice() {
+        survey.frames = Some(input.count_frames()?);
+    }
+    let errors = match &args.standard_error {
+        Some(_) => Some(StandardErrors::new(
+            &sensor,
+            &args.sensor,
+            args.unit,
+            &survey,
+        )?),
+        None => None,
+    };
+    let outputs = Outputs::create(args, &sensor, survey.frames)?;
+    let mut summary = Summary::new(args, &sensor, &survey);
+    summary.noise_counts = errors.as_ref().map(|errors| errors.noise_counts);
+    let started = Instant::now();
+    let reading = input.open()?;
+    convert(reading, chain, errors, outputs, &sensor, &mut summary)?;
+    summary.finish(started.elapsed().as_secs_f64());
+    match args.json {
+        true => out::json(&summary)?,
+        false => out::note(&summary.to_string()),
+    }
+    Ok(summary.exit())
+}
+
+/// Frame by frame, in constant memory.
+fn convert(
+    mut reading: Reading,
+    mut chain: Chain,
+    mut errors: Option<StandardErrors>,
+    mut outputs: Outputs,
+    sensor: &Sensor,
+    summary: &mut Summary,
+) -> Result<(), Error> {
+    let progress = Progress::new("compensating");
+    let mut shown = Frame::zeros(sensor.rows(), sensor.columns());
+    while reading.advance()? {
+        let outcome = chain.take(&reading)?;
+        if let Some(outcome) = &outcome {
+            summary.add_outcome(reading.sequence(), outcome);
+        }
+        chain.show_into(&mut shown)?;
+        if let (Some(errors), Some(siemens)) = (&mut errors, chain.siemens()) {
+            outputs.write_errors(errors.of(siemens, &mut shown))?;
+        }
+        summary.add_marks(&shown);
+        outputs.write(&shown)?;
+        reading.show(&progress);
+    }
+    drop(progress);
+    summary.add_skips(reading.skips());
+    outputs.commit()
+}
+
+fn needs_count(args: &Args) -> bool {
+    let files = [&args.output, &args.marks, &args.standard_error];
+    files
+        .iter()
+        .copied()
+        .flatten()
+        .any(|file| needs_frame_count(file))
+}
+
+/// Refuses arguments that contradict each other.
+fn check(args: &Args) -> Result<(), Error> {
+    let refuse = |what: &str, hint| {
+        Err(Error::Arguments {
+            what: what.to_owned(),
+            hint,
+        })
+    };
+    let output = args.output.as_deref().unwrap_or(Path::new("-"));
+    if args.json && out::is_stdout(output) {
+        return refuse(
+            "--json and the numbers both want standard output",
+            "give a file with -o",
+        );
+    }
+    let converts = !matches!(
+        (args.input_unit, args.unit),
+        (InputUnit::Volts, Unit::Volts)
+            | (InputUnit::Siemens, Unit::Volts)
+            | (InputUnit::Siemens, Unit::Siemens)
+    );
+    if !converts {
+        return refuse(
+            &format!(
+                "--unit {} comes before or at the input's unit",
+                args.unit.word()
+            ),
+            "counts become volts, volts siemens, siemens loads; `taxel simulate --conductance` goes back",
+        );
+    }
+    let unsolved = args.unit == Unit::Volts || args.input_unit == InputUnit::Siemens;
+    if args.standard_error.is_some() && (unsolved || args.method == MethodName::Raw) {
+        return refuse(
+            "--standard-error needs an inverse to carry the converter's noise through",
+            "read counts or volts, write siemens or loads, with method auto, exact or newton",
+        );
+    }
+    Ok(())
+}

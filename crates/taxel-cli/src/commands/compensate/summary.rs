@@ -1,0 +1,211 @@
+//! What happened to a recording, for people and for scripts.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use serde::Serialize;
+use taxel::solve::{Outcome, method};
+use taxel::{Frame, Mark, Sensor};
+use taxel_record::Skipped;
+
+use super::Args;
+use super::output::marks_file;
+use crate::chain::{stop_words, warn_unsolved};
+use crate::frames::Shown;
+use crate::line_faults::{FaultyLine, Survey};
+use crate::{Exit, out};
+
+/// How many frames are named one by one.
+const NAMED: usize = 10;
+
+#[derive(Debug, Serialize)]
+pub(super) struct Summary {
+    recording: String,
+    sensor: String,
+    rows: usize,
+    columns: usize,
+    unit: &'static str,
+    method: Option<&'static str>,
+    frames: u64,
+    seconds: f64,
+    frames_per_second: f64,
+    /// Frames by why the inverse stopped.
+    stops: BTreeMap<&'static str, u64>,
+    /// Frames that another set of conductances explains as well.
+    ambiguous_frames: u64,
+    /// The first frames without an answer.
+    unsolved: Vec<NamedFrame>,
+    /// Frames left out because they could not be read.
+    skipped_frames: usize,
+    /// The first of them.
+    skipped: Vec<NamedFrame>,
+    /// Taxels by mark, over all frames.
+    marks: BTreeMap<&'static str, u64>,
+    /// What the codes in the file of marks mean.
+    mark_codes: BTreeMap<u8, &'static str>,
+    faulty_lines: Vec<FaultyLine>,
+    /// What standard errors were computed with, counts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) noise_counts: Option<f64>,
+    output: Option<String>,
+    marks_output: Option<String>,
+    standard_error_output: Option<String>,
+}
+
+/// A frame and what happened to it.
+#[derive(Debug, Serialize)]
+struct NamedFrame {
+    frame: u64,
+    why: String,
+}
+
+impl Summary {
+    pub(super) fn new(args: &Args, sensor: &Sensor, survey: &Survey) -> Self {
+        let solves = args.unit != crate::unit::Unit::Volts
+            && args.input_unit != crate::unit::InputUnit::Siemens;
+        let name = method(args.method.word(), sensor).map(|method| method.name());
+        let codes = Mark::ALL.map(|mark| (mark.code(), mark.word()));
+        let show = |file: &std::path::PathBuf| file.display().to_string();
+        for line in survey.lines() {
+            out::note(&format!("faulty line: {}", line.text));
+        }
+        Self {
+            recording: show(&args.recording),
+            sensor: show(&args.sensor),
+            rows: sensor.rows(),
+            columns: sensor.columns(),
+            unit: args.unit.word(),
+            method: name.ok().filter(|_| solves),
+            frames: 0,
+            seconds: 0.0,
+            frames_per_second: 0.0,
+            stops: BTreeMap::new(),
+            ambiguous_frames: 0,
+            unsolved: Vec::new(),
+            skipped_frames: 0,
+            skipped: Vec::new(),
+            marks: BTreeMap::new(),
+            mark_codes: codes.into(),
+            faulty_lines: survey.lines(),
+            noise_counts: None,
+            output: args.output.as_ref().map(show),
+            marks_output: marks_file(args).as_ref().map(show),
+            standard_error_output: args.standard_error.as_ref().map(show),
+        }
+    }
+
+    /// Counts how the inverse of a frame went, and names it if it came to no answer.
+    pub(super) fn add_outcome(&mut self, frame: u64, outcome: &Outcome) {
+        let (word, why) = stop_words(outcome);
+        *self.stops.entry(word).or_default() += 1;
+        self.ambiguous_frames += u64::from(outcome.ambiguous);
+        let Some(why) = why else { return };
+        if self.unsolved.len() < NAMED {
+            warn_unsolved(frame, outcome);
+            self.unsolved.push(NamedFrame { frame, why });
+        }
+    }
+
+    pub(super) fn add_marks(&mut self, frame: &Frame<Shown>) {
+        self.frames += 1;
+        for mark in Mark::ALL {
+            let count = frame.count(mark) as u64;
+            if count > 0 {
+                *self.marks.entry(mark.word()).or_default() += count;
+            }
+        }
+    }
+
+    /// Frames that could not be read; the first ones are named.
+    pub(super) fn add_skips(&mut self, (count, first): (usize, &[Skipped])) {
+        self.skipped_frames = count;
+        for skipped in first.iter().take(NAMED) {
+            let (frame, why) = (skipped.frame, skipped.error.to_string());
+            out::warn(&format!("frame {frame} left out: {why}"));
+            self.skipped.push(NamedFrame { frame, why });
+        }
+    }
+
+    pub(super) fn finish(&mut self, seconds: f64) {
+        self.seconds = seconds;
+        self.frames_per_second = self.frames as f64 / seconds.max(1e-9);
+    }
+
+    fn unsolved_frames(&self) -> u64 {
+        let good = ["direct", "converged"];
+        let stops = self.stops.iter();
+        stops
+            .filter(|(word, _)| !good.contains(word))
+            .map(|(_, n)| n)
+            .sum()
+    }
+
+    /// 3 when a frame was left out or has no answer.
+    pub(super) fn exit(&self) -> Exit {
+        match self.skipped_frames == 0 && self.unsolved_frames() == 0 {
+            true => Exit::Good,
+            false => Exit::DataLost,
+        }
+    }
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} frames of {} rows x {} columns",
+            self.frames, self.rows, self.columns
+        )?;
+        if let Some(method) = self.method {
+            write!(f, ", method {method}")?;
+        }
+        writeln!(
+            f,
+            ", {:.2} s, {:.1} frames/s",
+            self.seconds, self.frames_per_second
+        )?;
+        if !self.stops.is_empty() {
+            let stops = self.stops.iter().map(|(word, n)| format!("{n} {word}"));
+            writeln!(f, "stopped: {}", stops.collect::<Vec<_>>().join(", "))?;
+        }
+        if self.unsolved_frames() > 0 {
+            writeln!(f, "{} frames without an answer", self.unsolved_frames())?;
+        }
+        if self.ambiguous_frames > 0 {
+            writeln!(
+                f,
+                "{} frames ambiguous: other conductances explain them as well",
+                self.ambiguous_frames
+            )?;
+        }
+        if self.skipped_frames > 0 {
+            writeln!(f, "{} frames left out", self.skipped_frames)?;
+        }
+        let marks = Mark::ALL.iter().filter_map(|mark| {
+            let count = self.marks.get(mark.word())?;
+            Some(format!("{count} {} ({})", mark.word(), mark.code()))
+        });
+        writeln!(
+            f,
+            "taxels by mark (code): {}",
+            marks.collect::<Vec<_>>().join(", ")
+        )?;
+        if let Some(noise) = self.noise_counts {
+            writeln!(
+                f,
+                "standard errors from {noise:.2} counts of noise a reading"
+            )?;
+        }
+        let files = [
+            (&self.output, self.unit),
+            (&self.marks_output, "marks"),
+            (&self.standard_error_output, "standard errors"),
+        ];
+        for (file, what) in files {
+            if let Some(file) = file {
+                writeln!(f, "wrote {file} ({what})")?;
+            }
+        }
+        Ok(())
+    }
+}

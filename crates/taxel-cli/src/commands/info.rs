@@ -1,0 +1,171 @@
+//! `taxel info`: what is in a recording.
+
+mod report;
+
+use std::path::{Path, PathBuf};
+
+use taxel::screen::{FrameScreen, LineScreen, ScreenOptions, ScreenReport};
+use taxel::{Frame, Sensor};
+use taxel_record::{FrameSource, TextOptions, open_counts, shape_of};
+
+use crate::error::Error;
+use crate::frames::{Shown, open_values, show};
+use crate::progress::Progress;
+use crate::{Exit, out, sensor_file};
+use report::{Range, Report};
+
+/// Say what is in a recording
+///
+/// Shape, frames, range, baseline and noise, the share of outliers, faulty lines. Without a sensor the shape
+/// comes from the file: columns from its first line, rows from --rows, from its extra lines or its header.
+/// Exit code 3: frames were left out.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Recording (.txt, .csv, .npy, .npz; with a sensor also - for standard input)
+    recording: PathBuf,
+    /// Sensor file, or the name of a preset
+    #[arg(long, value_name = "FILE|PRESET")]
+    sensor: Option<PathBuf>,
+    /// Rows of a frame, where there is no sensor
+    #[arg(long, value_name = "N", conflicts_with = "sensor")]
+    rows: Option<usize>,
+    /// The numbers are no counts: volts, siemens, loads; nothing is screened
+    #[arg(long)]
+    values: bool,
+    /// Leave out frames that cannot be read, instead of stopping at the first
+    #[arg(long)]
+    keep_going: bool,
+    /// The recording has rows and columns swapped
+    #[arg(long)]
+    transpose: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
+    let sensor = args.sensor.as_deref().map(sensor_file::load).transpose()?;
+    let (options, rows_known) = options(args, sensor.as_ref())?;
+    let mut report = Report::new(&args.recording, options.rows, options.columns, rows_known);
+    report.sensor = args.sensor.as_ref().map(|s| s.display().to_string());
+    let file = &args.recording;
+    if args.values {
+        let mut source = open_values::<Shown>(file, options)?;
+        pass(&mut source, options, "reading", |frame| {
+            report.range.add(frame);
+            Ok(())
+        })?;
+        report.add_skips(source.skipped(), source.skips());
+    } else {
+        counts(file, options, sensor.as_ref(), &mut report)?;
+    }
+    report.finish();
+    for skipped in &report.skipped {
+        out::warn(skipped);
+    }
+    match args.json {
+        true => out::json(&report)?,
+        false => out::result(&report.to_string())?,
+    }
+    Ok(match report.skipped_frames {
+        0 => Exit::Good,
+        _ => Exit::DataLost,
+    })
+}
+
+/// How to read the file, and whether its rows are known.
+fn options(args: &Args, sensor: Option<&Sensor>) -> Result<(TextOptions, bool), Error> {
+    let (mut options, known) = match sensor {
+        Some(sensor) => (TextOptions::of(sensor), true),
+        None => {
+            let guess = shape_of(&args.recording)?;
+            let rows = args.rows.or(guess.rows);
+            let columns = guess.columns.unwrap_or(1);
+            let mut options = TextOptions::new(rows.unwrap_or(1), columns);
+            if args.transpose {
+                (options.rows, options.columns) = (options.columns, options.rows);
+            }
+            (options, rows.is_some())
+        }
+    };
+    options.keep_going = args.keep_going;
+    options.transpose = args.transpose;
+    Ok((options, known))
+}
+
+/// Two passes over a file, for faulty lines and then for single readings; one over a pipe. Without a sensor
+/// one more before them, for the converter's range.
+fn counts(
+    file: &Path,
+    mut options: TextOptions,
+    sensor: Option<&Sensor>,
+    report: &mut Report,
+) -> Result<(), Error> {
+    if options.max_count.is_none() {
+        let mut range = Range::default();
+        let mut source = open_counts(file, options)?;
+        pass(&mut source, options, "range", |frame| {
+            range.add(frame);
+            Ok(())
+        })?;
+        options.max_count = Some(report.assume_bits(range.most()));
+    }
+    let max_count = options.max_count.unwrap_or(f64::MAX);
+    let (rows, columns) = (options.rows, options.columns);
+    let spec = sensor.map(|sensor| sensor.screen.clone());
+    let screen_options = ScreenOptions::from_spec(&spec.unwrap_or_default());
+    let mut lines = LineScreen::new(rows, columns, max_count, &screen_options);
+    let mut single = FrameScreen::new(rows, columns, max_count, &screen_options);
+    let mask = screen_options.mask;
+    let mut screened = ScreenReport::default();
+    if mask.low_counts.is_some() || mask.high_counts.is_some() {
+        screened = screened.with_mask(mask);
+    }
+    let mut source = open_counts(file, options)?;
+    let once = source.bytes_total().is_none();
+    let known = report.rows_known;
+    pass(&mut source, options, "looking for line faults", |frame| {
+        report.range.add(frame);
+        if known {
+            lines.observe(frame)?;
+        }
+        if once && known {
+            single.mark(frame)?;
+            screened.add(frame);
+        }
+        Ok(())
+    })?;
+    report.add_skips(source.skipped(), source.skips());
+    if !known {
+        return Ok(());
+    }
+    screened.lines = lines.finish();
+    if !once {
+        single.set_lines(&screened.lines);
+        let mut source = open_counts(file, options)?;
+        pass(&mut source, options, "screening", |frame| {
+            single.mark(frame)?;
+            screened.add(frame);
+            Ok(())
+        })?;
+    }
+    report.screen(&screened);
+    Ok(())
+}
+
+/// Shows every frame of a source to `see`.
+fn pass<Q>(
+    source: &mut impl FrameSource<Q>,
+    options: TextOptions,
+    name: &str,
+    mut see: impl FnMut(&mut Frame<Q>) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let mut frame = Frame::<Q>::zeros(options.rows, options.columns);
+    let progress = Progress::new(name);
+    while source.next_into(&mut frame)? {
+        see(&mut frame)?;
+        show(source, &progress);
+    }
+    Ok(())
+}

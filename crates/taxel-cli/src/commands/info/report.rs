@@ -1,0 +1,210 @@
+//! What `info` found, for people and for scripts.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::fs;
+use std::path::Path;
+
+use serde::Serialize;
+use taxel::screen::ScreenReport;
+use taxel::{Frame, Mark};
+use taxel_record::Skipped;
+
+use crate::line_faults::FaultyLine;
+
+/// How many frames left out are named one by one.
+const NAMED: usize = 10;
+/// Resolutions of converters people use.
+const BITS: [u32; 9] = [8, 10, 12, 14, 16, 18, 20, 24, 32];
+
+#[derive(Debug, Serialize)]
+pub(super) struct Report {
+    file: String,
+    /// Bytes of the file.
+    bytes: Option<u64>,
+    pub(super) sensor: Option<String>,
+    /// `null` where nothing tells.
+    rows: Option<usize>,
+    columns: usize,
+    /// `null` where the rows are unknown.
+    frames: Option<u64>,
+    lines: u64,
+    least: Option<f64>,
+    most: Option<f64>,
+    mean: Option<f64>,
+    /// Where there is no sensor: the least resolution of a converter that gives these counts.
+    assumed_bits: Option<u32>,
+    duration_secs: Option<f64>,
+    frames_per_second: Option<f64>,
+    baseline_counts: Option<f64>,
+    noise_counts: Option<f64>,
+    /// Readings that are not good, as a share of all.
+    outlier_share: Option<f64>,
+    marks: BTreeMap<&'static str, u64>,
+    /// Share of the readings outside the mask of the sensor file, if it has one.
+    outside_mask_share: Option<f64>,
+    faulty_lines: Vec<FaultyLine>,
+    pub(super) skipped_frames: usize,
+    pub(super) skipped: Vec<String>,
+    #[serde(skip)]
+    pub(super) rows_known: bool,
+    #[serde(skip)]
+    pub(super) range: Range,
+    #[serde(skip)]
+    screened: Option<String>,
+}
+
+impl Report {
+    pub(super) fn new(file: &Path, rows: usize, columns: usize, rows_known: bool) -> Self {
+        let about = fs::metadata(file).ok().filter(fs::Metadata::is_file);
+        Self {
+            file: file.display().to_string(),
+            bytes: about.map(|about| about.len()),
+            sensor: None,
+            rows: rows_known.then_some(rows),
+            columns,
+            frames: None,
+            lines: 0,
+            least: None,
+            most: None,
+            mean: None,
+            assumed_bits: None,
+            duration_secs: None,
+            frames_per_second: None,
+            baseline_counts: None,
+            noise_counts: None,
+            outlier_share: None,
+            marks: BTreeMap::new(),
+            outside_mask_share: None,
+            faulty_lines: Vec::new(),
+            skipped_frames: 0,
+            skipped: Vec::new(),
+            rows_known,
+            range: Range::default(),
+            screened: None,
+        }
+    }
+
+    /// The largest count of the smallest usual converter that can have given `most`.
+    pub(super) fn assume_bits(&mut self, most: f64) -> f64 {
+        let largest = |bits: u32| 2f64.powi(bits as i32) - 1.0;
+        let bits = BITS.into_iter().find(|&bits| largest(bits) >= most);
+        self.assumed_bits = bits;
+        bits.map_or(most, largest)
+    }
+
+    pub(super) fn add_skips(&mut self, count: usize, first: &[Skipped]) {
+        self.skipped_frames = count;
+        let named = first.iter().take(NAMED);
+        self.skipped = named
+            .map(|skipped| format!("frame {} left out: {}", skipped.frame, skipped.error))
+            .collect();
+    }
+
+    pub(super) fn screen(&mut self, screened: &ScreenReport) {
+        self.baseline_counts = screened.lines.level.map(|level| level.baseline_counts);
+        self.noise_counts = screened.lines.level.map(|level| level.noise_counts);
+        self.outlier_share = Some(screened.outlier_share());
+        self.marks = Mark::ALL
+            .into_iter()
+            .filter(|&mark| screened.count(mark) > 0)
+            .map(|mark| (mark.word(), screened.count(mark)))
+            .collect();
+        self.outside_mask_share = screened.mask.map(|(_, count)| count.share());
+        let faults = screened.lines.faults.iter();
+        self.faulty_lines = faults.map(|fault| FaultyLine::new(fault, false)).collect();
+        // Its first line counts frames and readings, which are told already.
+        let text = screened.to_string();
+        self.screened = text.split_once('\n').map(|(_, rest)| rest.to_owned());
+    }
+
+    /// Fills in what is known once every frame was seen.
+    pub(super) fn finish(&mut self) {
+        let range = &self.range;
+        self.frames = self.rows_known.then_some(range.frames);
+        self.lines = range.frames * self.rows.unwrap_or(1) as u64;
+        if range.readings > 0 {
+            (self.least, self.most) = (Some(range.least), Some(range.most));
+            self.mean = Some(range.sum / range.readings as f64);
+        }
+        if let Some((first, last)) = range.times
+            && last > first
+        {
+            self.duration_secs = Some(last - first);
+            self.frames_per_second = Some((range.frames - 1) as f64 / (last - first));
+        }
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let size = match self.bytes {
+            Some(bytes) => format!("  {bytes} bytes"),
+            None => String::new(),
+        };
+        writeln!(f, "{}{size}", self.file)?;
+        match (self.rows, self.frames) {
+            (Some(rows), Some(frames)) => {
+                writeln!(
+                    f,
+                    "{frames} frames of {rows} rows x {} columns",
+                    self.columns
+                )?;
+            }
+            _ => writeln!(
+                f,
+                "{} lines of {} columns; how many make a frame is not in the file\nhint: give --rows or --sensor, to have it screened",
+                self.lines, self.columns
+            )?,
+        }
+        if let (Some(least), Some(most), Some(mean)) = (self.least, self.most, self.mean) {
+            writeln!(f, "values {least} to {most}, mean {mean:.6}")?;
+        }
+        if let (Some(bits), None) = (self.assumed_bits, &self.sensor) {
+            writeln!(
+                f,
+                "converter of {bits} bits assumed; a sensor file would say"
+            )?;
+        }
+        if let (Some(duration), Some(rate)) = (self.duration_secs, self.frames_per_second) {
+            writeln!(f, "{duration:.3} s, {rate:.2} frames/s")?;
+        }
+        if self.skipped_frames > 0 {
+            writeln!(f, "{} frames left out", self.skipped_frames)?;
+        }
+        f.write_str(self.screened.as_deref().unwrap_or_default())
+    }
+}
+
+/// Least, most and sum of all values, and the first and last time.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Range {
+    frames: u64,
+    readings: u64,
+    least: f64,
+    most: f64,
+    sum: f64,
+    times: Option<(f64, f64)>,
+}
+
+impl Range {
+    pub(super) fn add<Q>(&mut self, frame: &Frame<Q>) {
+        if self.readings == 0 {
+            (self.least, self.most) = (f64::INFINITY, f64::NEG_INFINITY);
+        }
+        self.frames += 1;
+        self.readings += frame.values().len() as u64;
+        for &value in frame.values() {
+            self.least = self.least.min(value);
+            self.most = self.most.max(value);
+            self.sum += value;
+        }
+        if let Some(now) = frame.time_secs {
+            self.times = Some((self.times.map_or(now, |(first, _)| first), now));
+        }
+    }
+
+    pub(super) fn most(&self) -> f64 {
+        self.most
+    }
+}

@@ -1,0 +1,11 @@
+//! One file a verb, each with `run(args) -> Result<Exit, Error>`.
+
+pub(crate) mod bench;
+pub(crate) mod calibrate;
+pub(crate) mod compensate;
+pub(crate) mod demo;
+pub(crate) mod info;
+pub(crate) mod netlist;
+pub(crate) mod plot;
+pub(crate) mod simulate;
+mod taxel_address;

@@ -1,0 +1,213 @@
+//! `taxel plot`: pictures of a recording, before and after.
+
+mod collect;
+mod draw;
+mod frame_range;
+
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use taxel::Sensor;
+use taxel_record::{AtomicFile, TextOptions, shape_of};
+use taxel_view::{Format, Interpolation};
+
+use super::taxel_address::TaxelAddress;
+use crate::error::Error;
+use crate::unit::{MethodName, Unit};
+use crate::{Exit, out, sensor_file};
+use frame_range::FrameRange;
+
+/// Draw frames, or values over frames
+///
+/// One frame: heatmaps before (the load law alone) and after (cross-talk removed). Several: a contact sheet.
+/// With --taxel, --row or --column: values over all frames, or those of --frames.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Recording of counts (.txt, .csv, .npy, .npz); with --values any numbers
+    file: PathBuf,
+    /// Sensor file, or the name of a preset
+    #[arg(long, value_name = "FILE|PRESET", required_unless_present = "values")]
+    sensor: Option<PathBuf>,
+    /// Which frame, from 0
+    #[arg(long, value_name = "N", conflicts_with = "frames")]
+    frame: Option<u64>,
+    /// Which frames: a..b without b, a..=b with it, a.. to the end
+    #[arg(long, value_name = "A..B")]
+    frames: Option<FrameRange>,
+    /// A taxel's values over frames; several are several lines
+    #[arg(long, value_name = "ROW,COLUMN", conflicts_with_all = ["row", "column", "frame"])]
+    taxel: Vec<TaxelAddress>,
+    /// A row's values over frames
+    #[arg(long, value_name = "N", conflicts_with_all = ["column", "frame"])]
+    row: Option<usize>,
+    /// A column's values over frames
+    #[arg(long, value_name = "N", conflicts_with = "frame")]
+    column: Option<usize>,
+    /// Without compensation
+    #[arg(long, conflicts_with_all = ["before_after", "values"])]
+    raw: bool,
+    /// Both without and with compensation
+    #[arg(long, conflicts_with = "values")]
+    before_after: bool,
+    /// The numbers are what they are (loads.csv): nothing is converted, --unit is for the label
+    #[arg(long)]
+    values: bool,
+    /// Unit; without it, g where the sensor has a load law, else siemens
+    #[arg(long, value_enum)]
+    unit: Option<Unit>,
+    /// How conductances are found
+    #[arg(long, value_enum, default_value_t, conflicts_with = "raw")]
+    method: MethodName,
+    /// How values between taxels are drawn
+    #[arg(long, value_enum, default_value_t)]
+    interpolation: InterpolationName,
+    /// Rows of a frame, where there is no sensor
+    #[arg(long, value_name = "N", conflicts_with = "sensor")]
+    rows: Option<usize>,
+    /// The file has rows and columns swapped
+    #[arg(long)]
+    transpose: bool,
+    /// Where to write the picture (.png, .svg)
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+}
+
+/// The words of `--interpolation`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+enum InterpolationName {
+    /// Smooth between the centres of taxels
+    #[default]
+    Bilinear,
+    /// Every taxel a square
+    Nearest,
+}
+
+impl From<InterpolationName> for Interpolation {
+    fn from(name: InterpolationName) -> Self {
+        match name {
+            InterpolationName::Bilinear => Interpolation::default(),
+            InterpolationName::Nearest => Interpolation::Nearest,
+        }
+    }
+}
+
+/// What of the file is drawn, its arguments understood.
+struct Job<'a> {
+    args: &'a Args,
+    sensor: Option<Sensor>,
+    options: TextOptions,
+    unit: Option<Unit>,
+    /// Distance between taxels, mm.
+    pitch_mm: [f64; 2],
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
+    // Before any work: a name that is no picture's.
+    let format = Format::from_extension(&args.output)?;
+    let job = Job::new(args)?;
+    let picture = match job.lines()? {
+        Some(taxels) => draw::series(&job, &taxels)?,
+        None => draw::frames(&job)?,
+    };
+    let mut file = AtomicFile::create(&args.output)?;
+    file.put(&picture.render(format)?)?;
+    file.commit()?;
+    out::note(&format!("wrote {}", args.output.display()));
+    Ok(Exit::Good)
+}
+
+impl<'a> Job<'a> {
+    fn new(args: &'a Args) -> Result<Self, Error> {
+        let sensor = args.sensor.as_deref().map(sensor_file::load).transpose()?;
+        let mut options = match &sensor {
+            Some(sensor) => TextOptions::of(sensor),
+            None => shape_without_sensor(&args.file, args.rows, args.transpose)?,
+        };
+        options.transpose = args.transpose;
+        let has_law = sensor.as_ref().is_some_and(|s| s.material.is_some());
+        let unit = match (args.values, args.unit) {
+            (_, Some(unit)) => Some(unit),
+            (true, None) => None,
+            (false, None) => Some(if has_law { Unit::Grams } else { Unit::Siemens }),
+        };
+        let pitch = sensor.as_ref().map(|sensor| sensor.array.pitch_mm);
+        Ok(Self {
+            args,
+            sensor,
+            options,
+            unit,
+            pitch_mm: pitch.unwrap_or([1.0, 1.0]),
+        })
+    }
+
+    /// The taxels whose values are drawn over frames, if that is asked for.
+    fn lines(&self) -> Result<Option<Vec<(usize, usize)>>, Error> {
+        let (rows, columns) = (self.options.rows, self.options.columns);
+        let taxels: Vec<_> = match (self.args.row, self.args.column) {
+            (Some(row), _) => (0..columns).map(|column| (row, column)).collect(),
+            (_, Some(column)) => (0..rows).map(|row| (row, column)).collect(),
+            _ => self.args.taxel.iter().map(|t| (t.row, t.column)).collect(),
+        };
+        for &(row, column) in &taxels {
+            if row >= rows || column >= columns {
+                return Err(Error::TaxelOutside {
+                    option: match (self.args.row, self.args.column) {
+                        (Some(_), _) => "--row",
+                        (_, Some(_)) => "--column",
+                        _ => "--taxel",
+                    },
+                    row,
+                    column,
+                    rows,
+                    columns,
+                });
+            }
+        }
+        Ok(Some(taxels).filter(|taxels| !taxels.is_empty()))
+    }
+
+    /// Whether frames are drawn without compensation, and whether they are drawn with it.
+    fn stages(&self) -> (bool, bool) {
+        let args = self.args;
+        let one = self.range().is_one() && args.taxel.is_empty();
+        let one = one && args.row.is_none() && args.column.is_none();
+        let volts = self.unit == Some(Unit::Volts);
+        match (args.values, args.raw || volts) {
+            (true, _) => (false, true),
+            (false, true) => (true, false),
+            (false, false) => (args.before_after || one, true),
+        }
+    }
+
+    /// The frames asked for.
+    fn range(&self) -> FrameRange {
+        let args = self.args;
+        let over = !args.taxel.is_empty() || args.row.is_some() || args.column.is_some();
+        match (args.frame, args.frames) {
+            (Some(frame), _) => FrameRange::one(frame),
+            (None, Some(range)) => range,
+            (None, None) if over => FrameRange::all(),
+            (None, None) => FrameRange::one(0),
+        }
+    }
+}
+
+fn shape_without_sensor(
+    file: &Path,
+    rows: Option<usize>,
+    transpose: bool,
+) -> Result<TextOptions, Error> {
+    let guess = shape_of(file)?;
+    let Some(rows) = rows.or(guess.rows) else {
+        return Err(Error::Arguments {
+            what: format!("{} does not say how many rows a frame has", file.display()),
+            hint: "give --sensor or --rows",
+        });
+    };
+    let columns = guess.columns.unwrap_or(1);
+    Ok(match transpose {
+        false => TextOptions::new(rows, columns),
+        true => TextOptions::new(columns, rows),
+    })
+}

@@ -1,0 +1,113 @@
+//! Frames in the unit to be drawn, without and with compensation.
+
+use taxel::Frame;
+use taxel_record::FrameSource;
+
+use super::Job;
+use crate::chain::{Chain, warn_unsolved};
+use crate::error::Error;
+use crate::frames::{Input, Shown, open_values, show};
+use crate::line_faults::Survey;
+use crate::progress::Progress;
+use crate::unit::{InputUnit, MethodName};
+
+/// One frame to be drawn: as it was read, and with the cross-talk removed, where each is asked for.
+pub(super) struct Stages<'a> {
+    pub(super) raw: Option<&'a Frame<Shown>>,
+    pub(super) compensated: Option<&'a Frame<Shown>>,
+}
+
+/// Shows every frame of the job's range to `see`; gives back how many there were.
+pub(super) fn each(job: &Job<'_>, see: impl FnMut(u64, Stages<'_>)) -> Result<u64, Error> {
+    let (seen, read) = match job.args.values {
+        true => each_value(job, see)?,
+        false => each_count(job, see)?,
+    };
+    let range = job.range();
+    if seen > 0 {
+        return Ok(seen);
+    }
+    Err(Error::NoFrame {
+        asked_by: if range.is_one() {
+            "--frame"
+        } else {
+            "--frames"
+        }
+        .to_owned(),
+        file: job.args.file.clone(),
+        wanted: range.first,
+        found: read,
+    })
+}
+
+/// How many frames were shown, and how many were read.
+type Seen = (u64, u64);
+
+fn each_value(job: &Job<'_>, mut see: impl FnMut(u64, Stages<'_>)) -> Result<Seen, Error> {
+    let mut source = open_values::<Shown>(&job.args.file, job.options)?;
+    let mut frame = Frame::zeros(job.options.rows, job.options.columns);
+    let range = job.range();
+    let (mut seen, mut read) = (0, 0);
+    let progress = Progress::new("reading");
+    while range.end.is_none_or(|end| read < end) && source.next_into(&mut frame)? {
+        if read >= range.first {
+            let stages = Stages {
+                raw: None,
+                compensated: Some(&frame),
+            };
+            see(read, stages);
+            seen += 1;
+        }
+        read += 1;
+        show(&source, &progress);
+    }
+    Ok((seen, read))
+}
+
+fn each_count(job: &Job<'_>, mut see: impl FnMut(u64, Stages<'_>)) -> Result<Seen, Error> {
+    let (Some(sensor), Some(unit), Some(name)) = (&job.sensor, job.unit, &job.args.sensor) else {
+        unreachable!("clap asks for a sensor");
+    };
+    let mut input = Input::new(&job.args.file, InputUnit::Counts, sensor);
+    input.options = job.options;
+    let survey = Survey::of(&input, sensor)?;
+    let chain = |method| -> Result<Chain, Error> {
+        let mut chain = Chain::new(sensor, name, method, unit)?;
+        chain.set_lines(&survey.faults);
+        Ok(chain)
+    };
+    let (wants_raw, wants_compensated) = job.stages();
+    let mut raw = wants_raw.then(|| chain(MethodName::Raw)).transpose()?;
+    let mut best = wants_compensated
+        .then(|| chain(job.args.method))
+        .transpose()?;
+    let shape = (sensor.rows(), sensor.columns());
+    let mut shown = [
+        Frame::zeros(shape.0, shape.1),
+        Frame::zeros(shape.0, shape.1),
+    ];
+    let range = job.range();
+    let (mut seen, mut read) = (0, 0);
+    let mut reading = input.open()?;
+    let progress = Progress::new("compensating");
+    while range.end.is_none_or(|end| read < end) && reading.advance()? {
+        if read >= range.first {
+            for (chain, shown) in [&mut raw, &mut best].into_iter().zip(&mut shown) {
+                let Some(chain) = chain else { continue };
+                if let Some(outcome) = chain.take(&reading)? {
+                    warn_unsolved(read, &outcome);
+                }
+                chain.show_into(shown)?;
+            }
+            let stages = Stages {
+                raw: wants_raw.then_some(&shown[0]),
+                compensated: wants_compensated.then_some(&shown[1]),
+            };
+            see(read, stages);
+            seen += 1;
+        }
+        read += 1;
+        reading.show(&progress);
+    }
+    Ok((seen, read))
+}

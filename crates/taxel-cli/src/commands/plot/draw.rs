@@ -1,0 +1,160 @@
+//! Frames and series as pictures.
+
+use taxel::{Frame, Mark};
+use taxel_view::{ContactSheet, Line, Panel, Picture, Series, Sheet};
+
+use super::Job;
+use super::collect::each;
+use crate::error::Error;
+use crate::frames::Shown;
+
+/// Words for what is drawn.
+const RAW: &str = "as read";
+const COMPENSATED: &str = "cross-talk removed";
+
+/// One frame in full, or several on a contact sheet.
+pub(super) fn frames(job: &Job<'_>) -> Result<Picture, Error> {
+    let mut kept: Vec<(String, Frame<Shown>)> = Vec::new();
+    let (wants_raw, wants_compensated) = job.stages();
+    let both = wants_raw && wants_compensated;
+    each(job, |number, stages| {
+        let raw = stages.raw.map(|frame| (RAW, frame));
+        let compensated = stages.compensated.map(|frame| (COMPENSATED, frame));
+        for (word, frame) in [raw, compensated].into_iter().flatten() {
+            let title = match (job.args.values, both) {
+                (false, true) => format!("frame {number}, {word}"),
+                _ => format!("frame {number}"),
+            };
+            kept.push((title, frame.clone()));
+        }
+    })?;
+    let panels = kept
+        .iter()
+        .map(|(title, frame)| panel(job, title, frame))
+        .collect::<Result<Vec<_>, Error>>()?;
+    let caption = caption(job);
+    if job.range().is_one() {
+        let shared = are_comparable(&kept);
+        let caption = match shared {
+            true => caption,
+            false => format!("{caption}; each picture has its own range of colours"),
+        };
+        let sheet = Sheet::new(panels)?.shared_range(shared);
+        return Ok(sheet.caption(caption).picture()?);
+    }
+    let mut sheet = ContactSheet::new(panels)?.caption(caption);
+    if both {
+        sheet = sheet.columns(2 * (kept.len() / 8).clamp(1, 3));
+    }
+    Ok(sheet.picture()?)
+}
+
+/// Whether one range of colours shows something of every frame: no peak is over 10 times another.
+fn are_comparable(frames: &[(String, Frame<Shown>)]) -> bool {
+    let peak = |(_, frame): &(String, Frame<Shown>)| {
+        let sizes = frame.values().iter().map(|value| value.abs());
+        sizes.fold(0.0, f64::max)
+    };
+    let largest = frames.iter().map(peak).fold(0.0, f64::max);
+    frames.iter().all(|frame| largest <= 10.0 * peak(frame))
+}
+
+fn panel<'a>(job: &Job<'_>, title: &str, frame: &'a Frame<Shown>) -> Result<Panel<'a>, Error> {
+    let panel = Panel::new(frame.rows(), frame.columns(), frame.values())?
+        .marks(frame.marks())?
+        .title(title)
+        .pitch_mm(job.pitch_mm)
+        .interpolation(job.args.interpolation.into());
+    Ok(match job.unit {
+        Some(unit) => panel.quantity(unit.quantity()).unit(unit.symbol()),
+        None => panel.quantity("value"),
+    })
+}
+
+fn caption(job: &Job<'_>) -> String {
+    let file = job
+        .args
+        .file
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy();
+    let sensor = job.sensor.as_ref().map_or("", |sensor| &sensor.name);
+    let how = match (job.args.values, job.stages()) {
+        (false, (false, true)) => ", cross-talk removed",
+        (false, (true, false)) => ", no compensation",
+        _ => "",
+    };
+    match sensor {
+        "" => format!("{file}{how}"),
+        sensor => format!("{file}, {sensor}{how}"),
+    }
+}
+
+/// Values of taxels over frames. Where a reading was lost the line is broken.
+pub(super) fn series(job: &Job<'_>, taxels: &[(usize, usize)]) -> Result<Picture, Error> {
+    let (wants_raw, wants_compensated) = job.stages();
+    let mut raw = vec![Vec::new(); taxels.len()];
+    let mut compensated = vec![Vec::new(); taxels.len()];
+    let (mut numbers, mut times) = (Vec::new(), Vec::new());
+    each(job, |number, stages| {
+        numbers.push(number as f64);
+        for (lines, frame) in [
+            (&mut raw, stages.raw),
+            (&mut compensated, stages.compensated),
+        ] {
+            let Some(frame) = frame else { continue };
+            for (line, &(row, column)) in lines.iter_mut().zip(taxels) {
+                line.push(value(frame, row, column));
+            }
+        }
+        let frame = stages.compensated.or(stages.raw);
+        times.extend(frame.and_then(|frame| frame.time_secs));
+    })?;
+    let both = wants_raw && wants_compensated;
+    let mut lines = Vec::new();
+    for (wanted, word, values) in [
+        (wants_raw, RAW, raw),
+        (wants_compensated, COMPENSATED, compensated),
+    ] {
+        if wanted {
+            let named = values.into_iter().zip(taxels);
+            lines.extend(named.map(|(values, (row, column))| {
+                let taxel = format!("row {row}, column {column}");
+                Line::new(
+                    if both {
+                        format!("{taxel}, {word}")
+                    } else {
+                        taxel
+                    },
+                    values,
+                )
+            }));
+        }
+    }
+    let (label, x) = match times.len() == numbers.len() {
+        true => ("time (s)", times),
+        false => ("frame", numbers),
+    };
+    let (title, order) = match (job.args.row, job.args.column) {
+        (Some(row), _) => (format!("row {row}"), "column"),
+        (_, Some(column)) => (format!("column {column}"), "row"),
+        _ => (String::new(), "taxel"),
+    };
+    let series = Series::new(label, x, lines)?
+        .title(title)
+        .order(order)
+        .caption(caption(job));
+    let series = match job.unit {
+        Some(unit) => series.quantity(unit.quantity()).unit(unit.symbol()),
+        None => series.quantity("value"),
+    };
+    Ok(series.picture()?)
+}
+
+fn value(frame: &Frame<Shown>, row: usize, column: usize) -> f64 {
+    let lost = [Mark::Open, Mark::Stuck, Mark::Spike, Mark::Flickering];
+    match lost.contains(&frame.mark_at(row, column)) {
+        true => f64::NAN,
+        false => frame.at(row, column),
+    }
+}

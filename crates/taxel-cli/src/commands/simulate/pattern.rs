@@ -1,0 +1,293 @@
+//! `--pattern`: loads by seed through material, circuit, noise and converter.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf, absolute};
+
+use clap::ValueEnum;
+use taxel::simulate::{Grams, Imperfections, Pattern, VirtualSensor, labelled_press};
+use taxel::{Frame, Sensor};
+use taxel_record::AtomicFile;
+use taxel_record::npy::Element;
+
+use super::writer::Writer;
+use super::{Args, OutputUnit};
+use crate::error::Error;
+use crate::frames::FrameWriter;
+use crate::out;
+use crate::progress::Progress;
+
+/// What presses on the array.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Name {
+    /// A hand that grips and lets go
+    Hand,
+    /// Five finger tips
+    Fingers,
+    /// Two feet, standing
+    Feet,
+    /// The same load everywhere
+    Uniform,
+    /// One taxel in twenty, others in each frame
+    Random,
+    /// 5 to 12 smooth contacts, others in each frame
+    Blobs,
+    /// One taxel alone among smooth contacts: what calibration needs
+    Press,
+}
+
+impl Name {
+    fn pattern(self) -> Pattern {
+        let name = match self {
+            Name::Hand => "hand",
+            Name::Fingers => "fingers",
+            Name::Feet => "feet",
+            Name::Uniform => "uniform",
+            Name::Random => "random",
+            Name::Blobs => "blobs",
+            Name::Press => "press",
+        };
+        Pattern::named(name).expect("a name of the library")
+    }
+}
+
+/// How the virtual sensor differs from its sensor file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Imperfect {
+    /// Every switch and taxel differs by a tenth, a dead row, a flickering column, stuck readings
+    Uneven,
+    /// Also spread, saturation, an offset, memory: what the circuit does not know
+    Beyond,
+}
+
+/// What goes with `--pattern` alone.
+#[derive(Debug, clap::Args)]
+pub(super) struct Drawn {
+    /// How many frames
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1,
+        conflicts_with = "conductance"
+    )]
+    frames: u64,
+    /// The seed of everything that is drawn
+    #[arg(
+        long,
+        value_name = "S",
+        default_value_t = 1,
+        conflicts_with = "conductance"
+    )]
+    seed: u64,
+    /// The highest load on a taxel, grams; several share the frames between them, in order
+    #[arg(
+        long,
+        value_name = "G",
+        value_delimiter = ',',
+        conflicts_with = "conductance"
+    )]
+    load_g: Vec<f64>,
+    /// Time from frame to frame, seconds; written into .csv
+    #[arg(long, value_name = "SECONDS", conflicts_with = "conductance")]
+    period: Option<f64>,
+    /// Draw a sensor that differs from the sensor file
+    #[arg(long, value_enum, conflicts_with = "conductance")]
+    imperfect: Option<Imperfect>,
+    /// Where to write all loads, grams
+    #[arg(long, value_name = "FILE", conflicts_with = "conductance")]
+    truth: Option<PathBuf>,
+    /// Where to write the sensor that was drawn
+    #[arg(long, value_name = "FILE", conflicts_with = "conductance")]
+    truth_sensor: Option<PathBuf>,
+    /// Where to write one labelled taxel a frame, for `calibrate --presses`; of a uniform load the load alone,
+    /// for `calibrate --equilibration`
+    #[arg(
+        long,
+        value_name = "FILE",
+        requires = "output",
+        conflicts_with = "conductance"
+    )]
+    presses: Option<PathBuf>,
+}
+
+/// Records a pattern; gives back how many frames there were.
+pub(super) fn record(args: &Args, sensor: &Sensor, name: Name) -> Result<u64, Error> {
+    let drawn = &args.drawn;
+    check(drawn)?;
+    let real = virtual_sensor(sensor, drawn).map_err(|source| Error::InFile {
+        file: args.sensor.clone(),
+        source,
+    })?;
+    let unit = args.unit.unwrap_or(OutputUnit::Counts);
+    let mut writer = Writer::create(args.output(), sensor, unit, Some(drawn.frames))?;
+    let shape = (sensor.rows(), sensor.columns());
+    let mut truth = match &drawn.truth {
+        Some(file) => Some(FrameWriter::create(
+            file,
+            shape,
+            Element::F8,
+            Some(drawn.frames),
+        )?),
+        None => None,
+    };
+    let mut labels = match &drawn.presses {
+        Some(file) => Some(Labels::new(file, args.output(), name)?),
+        None => None,
+    };
+    let progress = Progress::new("simulating");
+    for frame in 0..drawn.frames {
+        let pattern = height(name, drawn, frame);
+        let loads = pattern.loads(&sensor.array, drawn.seed, frame);
+        let reading = real.read(&loads, frame);
+        writer.write_reading(&reading.volts, &reading.counts)?;
+        if let Some(truth) = &mut truth {
+            truth.write(&loads)?;
+        }
+        if let Some(labels) = &mut labels {
+            labels.add(sensor, &pattern, drawn.seed, &loads);
+        }
+        progress.set(frame as f64 / drawn.frames as f64);
+    }
+    drop(progress);
+    if let Some(file) = &drawn.truth_sensor {
+        let mut file = AtomicFile::create(file)?;
+        file.put(real.sensor().to_toml().as_bytes())?;
+        file.commit()?;
+    }
+    if let Some(truth) = truth {
+        truth.commit()?;
+    }
+    writer.commit()?;
+    if let Some(labels) = labels {
+        labels.commit()?;
+    }
+    Ok(drawn.frames)
+}
+
+fn virtual_sensor(sensor: &Sensor, drawn: &Drawn) -> Result<VirtualSensor, taxel::Error> {
+    let real = match drawn.imperfect {
+        None => VirtualSensor::new(sensor, drawn.seed)?,
+        Some(kind) => {
+            let imperfections = match kind {
+                Imperfect::Uneven => Imperfections::uneven(),
+                Imperfect::Beyond => Imperfections::beyond_the_circuit(),
+            };
+            VirtualSensor::imperfect(sensor, &imperfections, drawn.seed)?
+        }
+    };
+    Ok(match drawn.period {
+        Some(period) => real.with_period_secs(period),
+        None => real,
+    })
+}
+
+/// The pattern of a frame: its share of the loads asked for.
+fn height(name: Name, drawn: &Drawn, frame: u64) -> Pattern {
+    let loads = &drawn.load_g;
+    let at = (u128::from(frame) * loads.len() as u128 / u128::from(drawn.frames.max(1))) as usize;
+    match loads.get(at) {
+        Some(&load) => name.pattern().with_peak_g(load),
+        None => name.pattern(),
+    }
+}
+
+fn check(drawn: &Drawn) -> Result<(), Error> {
+    let positive = |value: f64| value.is_finite() && value > 0.0;
+    let wrong = [
+        ("--frames", drawn.frames as f64),
+        ("--period", drawn.period.unwrap_or(1.0)),
+    ];
+    let loads = drawn.load_g.iter().map(|&load| ("--load-g", load));
+    for (option, value) in wrong.into_iter().chain(loads) {
+        if !positive(value) {
+            return Err(Error::Arguments {
+                what: format!("{option} is {value}, but must be above 0"),
+                hint: "give a positive number",
+            });
+        }
+    }
+    Ok(())
+}
+
+/// A table of labelled presses, or of uniform loads.
+struct Labels {
+    file: AtomicFile,
+    recording: String,
+    name: Name,
+    text: String,
+}
+
+impl Labels {
+    fn new(file: &Path, recording: &Path, name: Name) -> Result<Self, Error> {
+        if out::is_stdout(recording) {
+            return Err(Error::Arguments {
+                what: "--presses needs the name of the recording".to_owned(),
+                hint: "give a file with -o",
+            });
+        }
+        let header = match name {
+            Name::Uniform => "recording,frame,load_g\n",
+            _ => "recording,frame,row,column,load_g\n",
+        };
+        Ok(Self {
+            file: AtomicFile::create(file)?,
+            recording: quoted(&beside(file, recording)),
+            name,
+            text: header.to_owned(),
+        })
+    }
+
+    /// Adds a line: the press that stands alone; of other patterns the heaviest taxel, if there is one.
+    fn add(&mut self, sensor: &Sensor, pattern: &Pattern, seed: u64, loads: &Frame<Grams>) {
+        let (frame, recording) = (loads.sequence, &self.recording);
+        let columns = loads.columns();
+        let label = match self.name {
+            Name::Uniform => {
+                let load = loads.values()[0];
+                let _ = writeln!(self.text, "{recording},{frame},{load}");
+                return;
+            }
+            Name::Press => {
+                let peak = pattern.peak_of(&sensor.array);
+                let press = labelled_press(&sensor.array, peak, seed, frame);
+                Some((press.row * columns + press.column, press.load_g))
+            }
+            _ => loads
+                .values()
+                .iter()
+                .copied()
+                .enumerate()
+                .max_by(|a, b| a.1.total_cmp(&b.1)),
+        };
+        if let Some((taxel, load)) = label.filter(|(_, load)| *load > 0.0) {
+            let (row, column) = (taxel / columns, taxel % columns);
+            let _ = writeln!(self.text, "{recording},{frame},{row},{column},{load}");
+        }
+    }
+
+    fn commit(mut self) -> Result<(), Error> {
+        self.file.put(self.text.as_bytes())?;
+        Ok(self.file.commit()?)
+    }
+}
+
+/// The recording as seen from the table's folder.
+fn beside(table: &Path, recording: &Path) -> String {
+    let folder = |path: &Path| {
+        absolute(path)
+            .ok()
+            .and_then(|p| Some(p.parent()?.to_owned()))
+    };
+    let seen = match (folder(table) == folder(recording), recording.file_name()) {
+        (true, Some(name)) => PathBuf::from(name),
+        _ => absolute(recording).unwrap_or_else(|_| recording.to_owned()),
+    };
+    seen.display().to_string()
+}
+
+/// A cell of a table; quoted where a comma or a quote is in it.
+fn quoted(cell: &str) -> String {
+    match cell.contains([',', '"', '\n']) {
+        true => format!("\"{}\"", cell.replace('"', "\"\"")),
+        false => cell.to_owned(),
+    }
+}

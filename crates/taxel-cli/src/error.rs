@@ -1,0 +1,141 @@
+//! What can go wrong in a command: the crates' errors with the file they happened in, and a few of our own.
+
+use std::io;
+use std::path::PathBuf;
+
+use taxel::circuit::NotPassive;
+
+/// Everything that ends a command, and why.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub(crate) enum Error {
+    /// Reading or writing a recording or a table.
+    #[error(transparent)]
+    Record(#[from] taxel_record::Error),
+    /// The mathematics refuses, without a file to blame.
+    #[error(transparent)]
+    Taxel(#[from] taxel::Error),
+    /// The mathematics refuses what stands in a file.
+    #[error("{}: {source}", .file.display())]
+    InFile {
+        /// The file, or the preset's name.
+        file: PathBuf,
+        /// Why.
+        source: taxel::Error,
+    },
+    /// A picture cannot be drawn.
+    #[error(transparent)]
+    View(#[from] taxel_view::Error),
+    /// The sensor file cannot be read.
+    #[error("cannot open {}: {source}\nhint: --sensor takes a file, or one of the presets {presets}", .file.display())]
+    OpenSensor {
+        /// The file.
+        file: PathBuf,
+        /// The names of the presets.
+        presets: String,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// A file of per-taxel numbers holds more than one number per taxel.
+    #[error(
+        "{}: {found} lines or more, but the array has {expected} rows\nhint: a file of per-taxel numbers has one line per row", .file.display()
+    )]
+    PerTaxelLines {
+        /// The file.
+        file: PathBuf,
+        /// Lines found, at least.
+        found: usize,
+        /// Rows of the array.
+        expected: usize,
+    },
+    /// Conductances that make no passive network.
+    #[error("{}, frame {frame}: {source}", .file.display())]
+    NotPassive {
+        /// The file.
+        file: PathBuf,
+        /// The frame, from 0.
+        frame: u64,
+        /// Why.
+        source: NotPassive,
+    },
+    /// A press or a picture asks for a frame that a recording does not have.
+    #[error(
+        "{asked_by}: frame {wanted} of {}, but it has {found} frames\nhint: frames are counted from 0", .file.display()
+    )]
+    NoFrame {
+        /// The option, or the table and its line, that asks.
+        asked_by: String,
+        /// The recording.
+        file: PathBuf,
+        /// The frame.
+        wanted: u64,
+        /// Frames there are.
+        found: u64,
+    },
+    /// An option names a taxel that the array does not have.
+    #[error(
+        "{option}: row {row}, column {column} is outside of the array of {rows} rows x {columns} columns\nhint: rows and columns are counted from 0"
+    )]
+    TaxelOutside {
+        /// The option.
+        option: &'static str,
+        /// Row asked for.
+        row: usize,
+        /// Column asked for.
+        column: usize,
+        /// Rows of the array.
+        rows: usize,
+        /// Columns of the array.
+        columns: usize,
+    },
+    /// A press on a line that the sensor file declares dead.
+    #[error(
+        "{}, line {line}: a press on row {row}, column {column}, but the sensor file declares {axis} {index} dead\nhint: take the press out, or the line out of [screen] in the sensor file", .table.display()
+    )]
+    DeadTaxel {
+        /// The table of presses.
+        table: PathBuf,
+        /// Its line, from 1.
+        line: u64,
+        /// Row of the press.
+        row: usize,
+        /// Column of the press.
+        column: usize,
+        /// `row` or `column`.
+        axis: taxel::screen::Axis,
+        /// The dead line.
+        index: usize,
+    },
+    /// Arguments that do not go together.
+    #[error("{what}\nhint: {hint}")]
+    Arguments {
+        /// What contradicts what.
+        what: String,
+        /// What to do.
+        hint: &'static str,
+    },
+    /// Standard output cannot be written.
+    #[error("cannot write to standard output: {0}\nhint: check what reads the other end")]
+    Stdout(#[source] io::Error),
+}
+
+impl Error {
+    /// 2 for arguments that do not go together or do not fit the sensor, as for those that cannot be parsed;
+    /// else 1.
+    pub(crate) fn exit_code(&self) -> u8 {
+        match self {
+            Error::Arguments { .. } | Error::TaxelOutside { .. } => 2,
+            _ => 1,
+        }
+    }
+
+    /// Whether the reader of a pipe we write to has gone.
+    pub(crate) fn is_broken_pipe(&self) -> bool {
+        let source = match self {
+            Error::Stdout(source) => source,
+            Error::Record(taxel_record::Error::Write { source, .. }) => source,
+            _ => return false,
+        };
+        source.kind() == io::ErrorKind::BrokenPipe
+    }
+}

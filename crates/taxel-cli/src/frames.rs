@@ -1,0 +1,215 @@
+//! Frames in and out of files, whatever the quantity and the format.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use taxel::{Counts, Frame, Sensor, Siemens, Volts};
+use taxel_record::npy::Element;
+use taxel_record::{
+    FrameSource, NpyOptions, NpyReader, NpyWriter, NpzWriter, Skipped, TextOptions, ValuesReader,
+    ValuesWriter, open_counts,
+};
+
+use crate::error::Error;
+use crate::progress::Progress;
+use crate::unit::InputUnit;
+
+/// Numbers in the unit that the user asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Shown;
+
+/// A file of frames, and how to read it.
+#[derive(Debug, Clone)]
+pub(crate) struct Input {
+    /// The file; `-` is standard input.
+    pub(crate) file: PathBuf,
+    /// What its numbers are.
+    pub(crate) unit: InputUnit,
+    /// Shape, range, and what to do about a frame that cannot be read.
+    pub(crate) options: TextOptions,
+}
+
+impl Input {
+    /// Frames of a sensor.
+    pub(crate) fn new(file: &Path, unit: InputUnit, sensor: &Sensor) -> Self {
+        Self {
+            file: file.to_owned(),
+            unit,
+            options: TextOptions::of(sensor),
+        }
+    }
+
+    /// Opens it.
+    pub(crate) fn open(&self) -> Result<Reading, Error> {
+        let (file, options) = (&self.file, self.options);
+        let (rows, columns) = (options.rows, options.columns);
+        Ok(match self.unit {
+            InputUnit::Counts => {
+                Reading::Counts(open_counts(file, options)?, Frame::zeros(rows, columns))
+            }
+            InputUnit::Volts => {
+                Reading::Volts(open_values(file, options)?, Frame::zeros(rows, columns))
+            }
+            InputUnit::Siemens => {
+                Reading::Siemens(open_values(file, options)?, Frame::zeros(rows, columns))
+            }
+        })
+    }
+
+    /// Whether it can be read a second time: a file, no pipe.
+    pub(crate) fn can_be_read_twice(&self) -> bool {
+        self.file.as_os_str() != "-" && fs::metadata(&self.file).is_ok_and(|about| about.is_file())
+    }
+
+    /// Reads it through for the number of its frames.
+    pub(crate) fn count_frames(&self) -> Result<u64, Error> {
+        let mut reading = self.open()?;
+        let progress = Progress::new("counting frames");
+        let mut frames = 0;
+        while reading.advance()? {
+            frames += 1;
+            reading.show(&progress);
+        }
+        Ok(frames)
+    }
+}
+
+/// A source of numbers that are no counts, `.csv` or `.npy`.
+pub(crate) fn open_values<Q: Send + 'static>(
+    file: &Path,
+    options: TextOptions,
+) -> Result<Box<dyn FrameSource<Q>>, Error> {
+    Ok(match is_array(file) {
+        true => Box::new(NpyReader::open_values(file, NpyOptions::from(options))?),
+        false => Box::new(ValuesReader::open(file, options)?),
+    })
+}
+
+/// What follows the last dot, in small letters.
+fn extension(path: &Path) -> String {
+    let extension = path.extension().unwrap_or_default().to_string_lossy();
+    extension.to_ascii_lowercase()
+}
+
+/// An open file and the frame read last.
+pub(crate) enum Reading {
+    /// What the converter gave.
+    Counts(Box<dyn FrameSource + Send>, Frame<Counts>),
+    /// What the circuit gave.
+    Volts(Box<dyn FrameSource<Volts>>, Frame<Volts>),
+    /// What an inverse gave.
+    Siemens(Box<dyn FrameSource<Siemens>>, Frame<Siemens>),
+}
+
+impl Reading {
+    /// Reads the next frame; false at the end.
+    pub(crate) fn advance(&mut self) -> Result<bool, Error> {
+        Ok(match self {
+            Reading::Counts(source, frame) => source.next_into(frame)?,
+            Reading::Volts(source, frame) => source.next_into(frame)?,
+            Reading::Siemens(source, frame) => source.next_into(frame)?,
+        })
+    }
+
+    /// Position of the frame read last in its recording, from 0.
+    pub(crate) fn sequence(&self) -> u64 {
+        match self {
+            Reading::Counts(_, frame) => frame.sequence,
+            Reading::Volts(_, frame) => frame.sequence,
+            Reading::Siemens(_, frame) => frame.sequence,
+        }
+    }
+
+    /// How many frames were left out, and the first of them.
+    pub(crate) fn skips(&self) -> (usize, &[Skipped]) {
+        match self {
+            Reading::Counts(source, _) => (source.skipped(), source.skips()),
+            Reading::Volts(source, _) => (source.skipped(), source.skips()),
+            Reading::Siemens(source, _) => (source.skipped(), source.skips()),
+        }
+    }
+
+    /// Shows on a bar how much was read.
+    pub(crate) fn show(&self, progress: &Progress) {
+        match self {
+            Reading::Counts(source, _) => show(source, progress),
+            Reading::Volts(source, _) => show(source, progress),
+            Reading::Siemens(source, _) => show(source, progress),
+        }
+    }
+}
+
+/// Shows on a bar how much of a source was read.
+pub(crate) fn show<Q>(source: &(impl FrameSource<Q> + ?Sized), progress: &Progress) {
+    progress.set_bytes(source.bytes_read(), source.bytes_total());
+}
+
+/// A file that frames are written to: text, `.npy`, `.npz` by its extension. It appears when committed.
+pub(crate) enum FrameWriter<Q> {
+    /// Lines of numbers.
+    Text(Box<ValuesWriter<Q>>),
+    /// An array.
+    Npy(Box<NpyWriter<Q>>),
+    /// An archive with one array, `frames`.
+    Npz(Box<NpzWriter>),
+}
+
+impl<Q> FrameWriter<Q> {
+    /// Begins the file for frames of `shape`. An archive is begun with the number of its frames.
+    pub(crate) fn create(
+        file: &Path,
+        shape: (usize, usize),
+        element: Element,
+        frames: Option<u64>,
+    ) -> Result<Self, Error> {
+        let (rows, columns) = shape;
+        Ok(match extension(file).as_str() {
+            "npy" => Self::Npy(Box::new(NpyWriter::create(file, rows, columns, element)?)),
+            "npz" => {
+                let Some(frames) = frames else {
+                    return Err(Error::Arguments {
+                        what: format!(
+                            "{} needs the number of frames before the first, which a pipe does not tell",
+                            file.display()
+                        ),
+                        hint: "write .npy, or read from a file",
+                    });
+                };
+                let mut writer = NpzWriter::create(file)?;
+                writer.begin_array("frames", Some(frames), rows, columns, element)?;
+                Self::Npz(Box::new(writer))
+            }
+            _ => Self::Text(Box::new(ValuesWriter::create(file)?)),
+        })
+    }
+
+    /// Appends a frame.
+    pub(crate) fn write(&mut self, frame: &Frame<Q>) -> Result<(), Error> {
+        match self {
+            Self::Text(writer) => writer.write(frame)?,
+            Self::Npy(writer) => writer.write(frame)?,
+            Self::Npz(writer) => writer.write(frame)?,
+        }
+        Ok(())
+    }
+
+    /// Finishes the file and gives it its name.
+    pub(crate) fn commit(self) -> Result<(), Error> {
+        match self {
+            Self::Text(writer) => writer.commit()?,
+            Self::Npy(writer) => writer.commit()?,
+            Self::Npz(writer) => writer.commit()?,
+        }
+        Ok(())
+    }
+}
+
+/// Whether a file of this name is an array of numpy.
+pub(crate) fn is_array(file: &Path) -> bool {
+    matches!(extension(file).as_str(), "npy" | "npz")
+}
+
+/// Whether a file of this name needs the number of frames before the first.
+pub(crate) fn needs_frame_count(file: &Path) -> bool {
+    extension(file) == "npz"
+}

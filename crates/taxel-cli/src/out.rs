@@ -1,0 +1,37 @@
+//! Standard output for results, standard error for everything else; neither panics when nobody reads.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use serde::Serialize;
+
+use crate::error::Error;
+
+/// Writes a result to standard output, with a line end.
+pub(crate) fn result(text: &str) -> Result<(), Error> {
+    let mut out = io::stdout().lock();
+    out.write_all(text.trim_end().as_bytes())
+        .and_then(|()| out.write_all(b"\n"))
+        .and_then(|()| out.flush())
+        .map_err(Error::Stdout)
+}
+
+/// Writes a result to standard output as JSON.
+pub(crate) fn json(value: &impl Serialize) -> Result<(), Error> {
+    result(&serde_json::to_string_pretty(value).expect("plain data"))
+}
+
+/// Writes a line for the user to standard error.
+pub(crate) fn note(text: &str) {
+    let _ = writeln!(io::stderr(), "{}", text.trim_end());
+}
+
+/// Writes a warning to standard error.
+pub(crate) fn warn(text: &str) {
+    note(&format!("warning: {text}"));
+}
+
+/// Whether this name stands for standard output.
+pub(crate) fn is_stdout(path: &Path) -> bool {
+    path.as_os_str() == "-" || path == Path::new("/dev/stdout")
+}

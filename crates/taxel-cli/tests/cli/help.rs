@@ -1,0 +1,263 @@
+//! What the command says about itself.
+
+use crate::run::Folder;
+
+#[test]
+fn without_a_verb_the_help_is_shown_and_the_exit_code_is_2() {
+    insta::assert_snapshot!(Folder::new().taxel(""), @r"
+    exit code: 2
+    ----- stdout -----
+
+    ----- stderr -----
+    From raw frames of a resistive pressure-sensor matrix to calibrated loads
+
+    Usage: taxel <COMMAND>
+
+    Commands:
+      info        Say what is in a recording
+      calibrate   Fit switch resistances and load law to labelled presses
+      compensate  Remove the cross-talk from a recording
+      plot        Draw frames, or values over frames
+      simulate    Record with a virtual sensor
+      netlist     Write a sensor's circuit as a SPICE netlist
+      bench       Time scan and inverse of a sensor on this machine
+      demo        Watch the whole chain at work on a simulated hand
+      help        Print this message or the help of the given subcommand(s)
+
+    Options:
+      -h, --help     Print help (see more with '--help')
+      -V, --version  Print version
+    ");
+}
+
+#[test]
+fn an_unknown_verb_names_the_nearest() {
+    insta::assert_snapshot!(Folder::new().taxel("compenstae"), @r"
+    exit code: 2
+    ----- stdout -----
+
+    ----- stderr -----
+    error: unrecognized subcommand 'compenstae'
+
+      tip: a similar subcommand exists: 'compensate'
+
+    Usage: taxel <COMMAND>
+
+    For more information, try '--help'.
+    ");
+}
+
+#[test]
+fn flags_of_compensate() {
+    insta::assert_snapshot!(Folder::new().taxel("compensate -h"), @r"
+    exit code: 0
+    ----- stdout -----
+    Remove the cross-talk from a recording
+
+    Usage: taxel compensate [OPTIONS] --sensor <FILE|PRESET> <RECORDING>
+
+    Arguments:
+      <RECORDING>  Recording (.txt, .csv, .npy, .npz, - for standard input)
+
+    Options:
+          --sensor <FILE|PRESET>     Sensor file, or the name of a preset
+          --unit <UNIT>              Unit of what is written [default: g] [possible values: volts, siemens, g, N, kPa, MPa]
+          --input-unit <INPUT_UNIT>  Unit of what is read; volts and siemens are real numbers (.csv, .npy, .npz) [default: counts] [possible values: counts, volts, siemens]
+      -o, --output <FILE>            Where to write (.csv, .npy, .npz); without it, numbers go to standard output
+          --method <METHOD>          How conductances are found [default: auto] [possible values: auto, exact, newton, raw]
+          --marks <FILE>             Where to write the marks, one code a taxel, in the shape of the numbers
+          --standard-error <FILE>    Where to write the standard error of each number; marks what it exceeds as unresolved
+          --keep-going               Leave out frames that cannot be read, instead of stopping at the first
+          --repair                   Replace what was not measured by the median of its neighbours, and mark it interpolated
+          --no-repair                Replace nothing, even if the sensor file asks for it
+          --transpose                The recording has rows and columns swapped
+          --json                     Print a summary as JSON
+      -h, --help                     Print help (see more with '--help')
+    ----- stderr -----
+    ");
+}
+
+#[test]
+fn flags_of_calibrate() {
+    insta::assert_snapshot!(Folder::new().taxel("calibrate -h"), @r"
+    exit code: 0
+    ----- stdout -----
+    Fit switch resistances and load law to labelled presses
+
+    Usage: taxel calibrate [OPTIONS] --sensor <FILE|PRESET> --output <FILE>
+
+    Options:
+          --sensor <FILE|PRESET>  Sensor file (the parts list), or the name of a preset
+          --presses <FILE>        Labelled presses: CSV with recording, frame, row, column (or taxel), load_g
+          --equilibration <FILE>  Frames under the same load everywhere: CSV with recording, frame, load_g
+          --pairs <FILE>          Fit the load law alone, to pairs of conductance (or resistance) and load
+      -o, --output <FILE>         Where to write the calibrated sensor
+          --law <LAW>             The load law; `auto` takes the one with the least error on held-out presses [default: auto] [possible values: auto, power, saturating, spline]
+          --per-line              Fit one switch resistance per line, even without equilibration frames
+          --fit-gain              Fit the amplifier's open-loop gain
+          --fit-source            Fit the source resistor
+          --folds <N>             Folds of the cross-validation by press [default: 5]
+          --transpose             The recordings have rows and columns swapped
+          --json                  Print the report as JSON
+      -h, --help                  Print help (see more with '--help')
+    ----- stderr -----
+    ");
+}
+
+#[test]
+fn flags_of_simulate() {
+    insta::assert_snapshot!(Folder::new().taxel("simulate -h"), @r"
+    exit code: 0
+    ----- stdout -----
+    Record with a virtual sensor
+
+    Usage: taxel simulate [OPTIONS] --sensor <FILE|PRESET> <--conductance <FILE>|--pattern <PATTERN>>
+
+    Options:
+          --sensor <FILE|PRESET>   Sensor file, or the name of a preset
+          --conductance <FILE>     Conductances to scan, siemens (.csv, .npy, .npz, - for standard input)
+          --pattern <PATTERN>      What presses on the array [possible values: hand, fingers, feet, uniform, random, blobs, press]
+          --unit <UNIT>            What to write: V_out in volts (before any noise), or the converter's counts. Default: volts for --conductance, counts for --pattern [possible values: volts, counts]
+      -o, --output <FILE>          Where to write it (.txt, .csv, .npy, .npz); without it, numbers go to standard output
+          --transpose              The file of conductances has rows and columns swapped
+          --frames <N>             How many frames [default: 1]
+          --seed <S>               The seed of everything that is drawn [default: 1]
+          --load-g <G>             The highest load on a taxel, grams; several share the frames between them, in order
+          --period <SECONDS>       Time from frame to frame, seconds; written into .csv
+          --imperfect <IMPERFECT>  Draw a sensor that differs from the sensor file [possible values: uneven, beyond]
+          --truth <FILE>           Where to write all loads, grams
+          --truth-sensor <FILE>    Where to write the sensor that was drawn
+          --presses <FILE>         Where to write one labelled taxel a frame, for `calibrate --presses`; of a uniform load the load alone, for `calibrate --equilibration`
+      -h, --help                   Print help (see more with '--help')
+    ----- stderr -----
+    ");
+}
+
+#[test]
+fn flags_of_info() {
+    insta::assert_snapshot!(Folder::new().taxel("info -h"), @r"
+    exit code: 0
+    ----- stdout -----
+    Say what is in a recording
+
+    Usage: taxel info [OPTIONS] <RECORDING>
+
+    Arguments:
+      <RECORDING>  Recording (.txt, .csv, .npy, .npz; with a sensor also - for standard input)
+
+    Options:
+          --sensor <FILE|PRESET>  Sensor file, or the name of a preset
+          --rows <N>              Rows of a frame, where there is no sensor
+          --values                The numbers are no counts: volts, siemens, loads; nothing is screened
+          --keep-going            Leave out frames that cannot be read, instead of stopping at the first
+          --transpose             The recording has rows and columns swapped
+          --json                  Print JSON
+      -h, --help                  Print help (see more with '--help')
+    ----- stderr -----
+    ");
+}
+
+#[test]
+fn flags_of_plot() {
+    insta::assert_snapshot!(Folder::new().taxel("plot -h"), @r"
+    exit code: 0
+    ----- stdout -----
+    Draw frames, or values over frames
+
+    Usage: taxel plot [OPTIONS] --output <FILE> <FILE>
+
+    Arguments:
+      <FILE>  Recording of counts (.txt, .csv, .npy, .npz); with --values any numbers
+
+    Options:
+          --sensor <FILE|PRESET>           Sensor file, or the name of a preset
+          --frame <N>                      Which frame, from 0
+          --frames <A..B>                  Which frames: a..b without b, a..=b with it, a.. to the end
+          --taxel <ROW,COLUMN>             A taxel's values over frames; several are several lines
+          --row <N>                        A row's values over frames
+          --column <N>                     A column's values over frames
+          --raw                            Without compensation
+          --before-after                   Both without and with compensation
+          --values                         The numbers are what they are (loads.csv): nothing is converted, --unit is for the label
+          --unit <UNIT>                    Unit; without it, g where the sensor has a load law, else siemens [possible values: volts, siemens, g, N, kPa, MPa]
+          --method <METHOD>                How conductances are found [default: auto] [possible values: auto, exact, newton, raw]
+          --interpolation <INTERPOLATION>  How values between taxels are drawn [default: bilinear] [possible values: bilinear, nearest]
+          --rows <N>                       Rows of a frame, where there is no sensor
+          --transpose                      The file has rows and columns swapped
+      -o, --output <FILE>                  Where to write the picture (.png, .svg)
+      -h, --help                           Print help (see more with '--help')
+    ----- stderr -----
+    ");
+}
+
+#[test]
+fn flags_of_netlist() {
+    insta::assert_snapshot!(Folder::new().taxel("netlist -h"), @r"
+    exit code: 0
+    ----- stdout -----
+    Write a sensor's circuit as a SPICE netlist
+
+    Usage: taxel netlist [OPTIONS] --sensor <FILE|PRESET> [RECORDING]
+
+    Arguments:
+      [RECORDING]  Recording of counts whose conductances to take
+
+    Options:
+          --sensor <FILE|PRESET>  Sensor file, or the name of a preset
+          --conductance <FILE>    Conductances of the taxels, siemens: R lines of C numbers a frame
+          --frame <N>             Which frame of the file, from 0 [default: 0]
+          --taxel <ROW,COLUMN>    The taxel to read [default: 0,0]
+          --scan                  Read every taxel, one after the other (a script for ngspice)
+      -o, --output <FILE>         Where to write it; without it, standard output
+      -h, --help                  Print help (see more with '--help')
+    ----- stderr -----
+    ");
+}
+
+#[test]
+fn flags_of_bench() {
+    insta::assert_snapshot!(Folder::new().taxel("bench -h"), @r"
+    exit code: 0
+    ----- stdout -----
+    Time scan and inverse of a sensor on this machine
+
+    Usage: taxel bench [OPTIONS]
+
+    Options:
+          --sensor <FILE|PRESET>  Sensor file, or the name of a preset [default: econe]
+          --method <METHOD>       How conductances are found [default: auto] [possible values: auto, exact, newton, raw]
+          --json                  Print JSON instead of a table
+      -h, --help                  Print help (see more with '--help')
+    ----- stderr -----
+    ");
+}
+
+#[test]
+fn flags_of_demo() {
+    insta::assert_snapshot!(Folder::new().taxel("demo -h"), @r"
+    exit code: 0
+    ----- stdout -----
+    Watch the whole chain at work on a simulated hand
+
+    Usage: taxel demo
+
+    Options:
+      -h, --help  Print help (see more with '--help')
+    ----- stderr -----
+    ");
+}
+
+#[test]
+fn an_unknown_unit_is_a_bad_argument() {
+    let folder = Folder::new();
+    insta::assert_snapshot!(folder.taxel("compensate a.txt --sensor sensor.toml --unit lb"), @r"
+    exit code: 2
+    ----- stdout -----
+
+    ----- stderr -----
+    error: invalid value 'lb' for '--unit <UNIT>'
+      [possible values: volts, siemens, g, N, kPa, MPa]
+
+    For more information, try '--help'.
+    ");
+}

@@ -1,0 +1,9 @@
+//! The real `taxel` binary, as users and scripts see it: exit code, standard output, standard error.
+
+mod bad_input;
+mod calibrate;
+mod compensate;
+mod help;
+mod look;
+mod run;
+mod simulate;
