@@ -138,8 +138,9 @@ pub struct Outcome {
     /// What is left, a pure number: for `exact` the last change of a conductance over the largest, for
     /// `newton` the largest misfit of a taxel's apparent conductance over the largest.
     pub residual: f64,
-    /// Another set of conductances explains the frame as well (possible with a large source or row
-    /// resistance, where a reading falls again as everything is pressed harder). The answer given is the
+    /// Another set of conductances explains the frame as well, or may do so: the search for it led
+    /// elsewhere. Possible with a large source or row resistance, where a reading falls again as everything
+    /// is pressed harder. The answer given is one without negative conductances if there is one, then the
     /// one whose unpressed taxels look more alike.
     pub ambiguous: bool,
 }

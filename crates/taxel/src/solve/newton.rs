@@ -8,6 +8,7 @@ use super::gmres::{Gmres, norm};
 use super::lines::LiveLines;
 use super::{Infeasible, Method, Outcome, Scratch, Stop};
 use crate::circuit::{LineEnds, LinearCircuit, LinearPoint, OperatingPoint};
+use crate::sensor::Topology;
 use crate::{Frame, Siemens, Volts};
 
 /// Newton's method for any linear circuit.
@@ -20,6 +21,22 @@ pub struct Newton {
 const ROUNDS: u32 = 60;
 const DEPTH: usize = 60;
 const RESTARTS: usize = 6;
+/// Keeps the factor 1, at which an answer explains itself, away from the grid of factors tried.
+const GRID_OFFSET: f64 = 0.7;
+/// Factors of an answer nearer to 1 than this (in the logarithm) are the answer itself.
+const SAME_FACTOR: f64 = 0.02;
+
+/// What a cold solve starts from a multiple of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Shape {
+    /// The measured apparent conductances.
+    Measured,
+    /// The first answer, in `kept`.
+    Answer,
+}
+
+/// Factors at which the sum of the readings is the measured one.
+type Crossings = [Option<f64>; 2];
 
 impl Newton {
     /// The method for a circuit.
@@ -162,21 +179,25 @@ impl Memory {
         size.is_finite().then_some(size)
     }
 
-    /// Starts of a cold solve: the measured apparent conductances times the factors that make their sum
-    /// right. A source resistor or a large row resistance makes the sum fall again as conductances grow,
-    /// so there can be two such factors, and two answers.
-    fn starts(&mut self) -> [Option<f64>; 2] {
-        let floor = 1e-9 * largest(&self.measured);
+    /// Factors of `shape` whose readings sum to the measured sum, and the one that comes nearest. A source
+    /// resistor or a large row resistance makes the sum fall again as conductances grow, so there can be
+    /// two such factors, and two answers.
+    fn factors(&mut self, shape: Shape) -> (Crossings, f64) {
         let wanted: f64 = self.measured.iter().sum();
-        let (mut starts, mut found) = ([None; 2], 0);
+        let (mut crossings, mut found) = ([None; 2], 0);
         let mut nearest = (f64::INFINITY, 1.0);
         let mut before: Option<(f64, f64)> = None;
-        for power in -2..=9 {
-            let factor = 4f64.powi(power);
-            self.start_at(factor, floor);
+        let (base, powers) = match shape {
+            Shape::Measured => (4f64, -2..=6),
+            Shape::Answer => (2f64, -5..=9),
+        };
+        for power in powers {
+            let factor = base.powi(power) * GRID_OFFSET;
+            self.start_at(shape, factor);
             let Some(excess) = self
                 .evaluate()
                 .map(|_| (self.found.iter().sum::<f64>() / wanted).ln())
+                .filter(|excess| excess.is_finite())
             else {
                 continue;
             };
@@ -188,34 +209,40 @@ impl Memory {
                 && found < 2
             {
                 let part = last / (last - excess);
-                starts[found] = Some(at * 4f64.powf(part));
+                crossings[found] = Some(at * (factor / at).powf(part));
                 found += 1;
             }
             before = Some((excess, factor));
         }
-        if found == 0 {
-            starts[0] = Some(nearest.1);
-        }
-        starts
+        (crossings, nearest.1)
     }
 
-    fn start_at(&mut self, factor: f64, floor: f64) {
-        for (trial, measured) in self.trial.iter_mut().zip(&self.measured) {
-            *trial = factor * measured.max(floor);
+    /// Sets `trial` to a multiple of the measured apparent conductances or of the first answer.
+    fn start_at(&mut self, shape: Shape, factor: f64) {
+        let from = match shape {
+            Shape::Measured => &self.measured,
+            Shape::Answer => &self.kept,
+        };
+        let floor = 1e-9 * largest(from);
+        for (trial, value) in self.trial.iter_mut().zip(from) {
+            *trial = factor * value.max(floor);
         }
     }
 
-    /// Median distance of ln G from its median: how little the unpressed taxels look alike.
-    fn scatter(&mut self) -> f64 {
+    /// How unlikely the conductances in `g` are: whether some are clearly negative, then the median
+    /// distance of ln |G| from its median, which is small when the unpressed taxels look alike.
+    fn unlikeliness(&mut self) -> (bool, f64) {
+        let least = self.g.iter().fold(0f64, |least, g| least.min(*g));
         let middle = self.g.len() / 2;
         for (out, g) in self.step.iter_mut().zip(&self.g) {
-            *out = g.max(1e-15).ln();
+            *out = g.abs().max(1e-15).ln();
         }
         let median = *self.step.select_nth_unstable_by(middle, f64::total_cmp).1;
         for value in &mut self.step {
             *value = (*value - median).abs();
         }
-        *self.step.select_nth_unstable_by(middle, f64::total_cmp).1
+        let scatter = *self.step.select_nth_unstable_by(middle, f64::total_cmp).1;
+        (-least > 1e-3 * largest(&self.g), scatter)
     }
 }
 
@@ -295,46 +322,83 @@ impl Newton {
                 }
             }
         }
-        let mut best: Option<(Outcome, f64)> = None;
-        for factor in memory.starts().into_iter().flatten() {
-            memory.start_at(factor, 1e-9 * scale);
-            let Some(size) = memory.evaluate() else {
-                continue;
-            };
-            memory.g.copy_from_slice(&memory.trial);
-            let outcome = self.descend(memory, size, scale);
-            let scatter = memory.scatter();
-            let Some((kept, kept_scatter)) = &mut best else {
-                memory.kept.copy_from_slice(&memory.g);
-                best = Some((outcome, scatter));
-                continue;
-            };
-            let both = kept.stop.is_good() && outcome.stop.is_good();
-            let apart = memory
-                .g
-                .iter()
-                .zip(&memory.kept)
-                .fold(0f64, |most, (a, b)| most.max((a - b).abs()));
-            kept.ambiguous = both && apart > 1e-3 * largest(&memory.g);
-            if (both && kept.ambiguous && scatter < *kept_scatter)
-                || (!kept.stop.is_good() && outcome.stop.is_good())
-            {
-                memory.kept.copy_from_slice(&memory.g);
-                let ambiguous = kept.ambiguous;
-                (*kept, *kept_scatter) = (
-                    Outcome {
-                        ambiguous,
-                        ..outcome
-                    },
-                    scatter,
-                );
+        self.cold(memory, scale)
+    }
+
+    /// Solves without a previous frame, and looks for a second answer.
+    fn cold(&self, memory: &mut Memory, scale: f64) -> Outcome {
+        let (crossings, nearest) = memory.factors(Shape::Measured);
+        let first = crossings[0].unwrap_or(nearest);
+        let Some(mut best) = self.descend_from(memory, Shape::Measured, first, scale) else {
+            return Outcome::new(Stop::Stalled, 0, f64::INFINITY);
+        };
+        memory.kept.copy_from_slice(&memory.g);
+        if best.stop.is_good() {
+            if !self.unique() {
+                self.look_for_another(memory, &mut best, scale);
             }
+        } else if let Some(second) = crossings[1]
+            && let Some(outcome) = self.descend_from(memory, Shape::Measured, second, scale)
+            && outcome.stop.is_good()
+        {
+            memory.kept.copy_from_slice(&memory.g);
+            best = outcome;
         }
         memory.g.copy_from_slice(&memory.kept);
-        match best {
-            Some((outcome, _)) => outcome,
-            None => Outcome::new(Stop::Stalled, 0, f64::INFINITY),
+        best
+    }
+
+    /// Whether a frame has one answer at most: unselected rows open, and no source resistor between the
+    /// driven column and what the unselected ones hang on (docs/theory.md).
+    fn unique(&self) -> bool {
+        let ends = self.circuit.ends();
+        matches!(
+            ends.topology,
+            Topology::TiaGroundedColumns | Topology::DividerGroundedColumns
+        ) && ends.column_selected == ends.column_unselected
+    }
+
+    /// Tries other multiples of the answer in `kept` that explain the sum of the readings. The likelier
+    /// answer ends up in `kept`; with a second one, or a start that leads nowhere, the first is ambiguous.
+    fn look_for_another(&self, memory: &mut Memory, best: &mut Outcome, scale: f64) {
+        let mut likelihood = memory.unlikeliness();
+        for factor in memory.factors(Shape::Answer).0.into_iter().flatten() {
+            if factor.ln().abs() < SAME_FACTOR {
+                continue;
+            }
+            let Some(outcome) = self.descend_from(memory, Shape::Answer, factor, scale) else {
+                continue;
+            };
+            let apart = memory.g.iter().zip(&memory.kept);
+            let apart = apart.fold(0f64, |most, (a, b)| most.max((a - b).abs()));
+            if outcome.stop.is_good() && apart <= 1e-3 * largest(&memory.g) {
+                continue;
+            }
+            best.ambiguous = true;
+            let unlikely = memory.unlikeliness();
+            if outcome.stop.is_good() && unlikely < likelihood {
+                likelihood = unlikely;
+                memory.kept.copy_from_slice(&memory.g);
+                *best = Outcome {
+                    ambiguous: true,
+                    ..outcome
+                };
+            }
         }
+    }
+
+    /// Newton's iteration from a multiple of a shape; none when the network is not passive there.
+    fn descend_from(
+        &self,
+        memory: &mut Memory,
+        shape: Shape,
+        factor: f64,
+        scale: f64,
+    ) -> Option<Outcome> {
+        memory.start_at(shape, factor);
+        let size = memory.evaluate()?;
+        memory.g.copy_from_slice(&memory.trial);
+        Some(self.descend(memory, size, scale))
     }
 
     /// Newton's iteration from `memory.g`, whose misfit is known.
