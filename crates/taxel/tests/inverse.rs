@@ -137,7 +137,7 @@ fn a_grounded_divider_behind_a_source_resistor_is_right_or_says_that_it_is_ambig
     let mut right = 0;
     for lines in [16, 32] {
         let inversion = inversion("newton", topology, (lines, lines), 70.0, 1000.0);
-        for (seed, fraction) in (1..=10).flat_map(|s| [(s, 0.005), (s, 0.02), (s, 0.3)]) {
+        for (seed, fraction) in (1..=4).flat_map(|s| [(s, 0.005), (s, 0.02), (s, 0.3)]) {
             let truth = pressed(lines, lines, fraction, seed);
             let volts = inversion.circuit.predict(&truth).unwrap();
             let solved = inversion.method.solve(&volts);
@@ -153,7 +153,7 @@ fn a_grounded_divider_behind_a_source_resistor_is_right_or_says_that_it_is_ambig
             right += u32::from(error < 1e-6);
         }
     }
-    assert!(right >= 30, "only {right} of 60 are right");
+    assert!(right >= 12, "only {right} of 24 are right");
 }
 
 #[test]

@@ -73,6 +73,8 @@ pub struct LinearPoint {
     pub(super) k: Vec<f64>,
     pub(super) q: Vec<f64>,
     schur: Vec<f64>,
+    /// Conductance of each line of the smaller side, with its end.
+    totals: Vec<f64>,
     spd: Spd,
     pub(super) work: super::derivative::Work,
 }
@@ -100,6 +102,7 @@ impl LinearPoint {
             k: vec![0.0; small * large],
             q: vec![0.0; large],
             schur: vec![0.0; small * small],
+            totals: vec![0.0; small],
             spd: Spd::new(small),
             work: super::derivative::Work::new(small, large),
         }
@@ -186,7 +189,6 @@ impl OperatingPoint for LinearPoint {
         for value in &mut self.schur {
             *value = -*value;
         }
-        let mut trace = 0.0;
         for (i, line) in g.chunks_exact(n).enumerate() {
             let sum = line.iter().sum::<f64>();
             let total = match self.floating() && sum > LEAK_SIEMENS {
@@ -194,15 +196,17 @@ impl OperatingPoint for LinearPoint {
                 false => sum + self.small_end[i],
             };
             self.schur[i * m + i] += total;
-            trace += total;
+            self.totals[i] = total;
         }
         if self.floating() {
-            // Nothing is grounded, so S is singular along 1. A common conductance to a virtual node
-            // changes no resistance between lines, and makes it regular.
-            let grounding = trace / (m * m) as f64;
+            // Nothing is grounded, so S is singular along 1. Holding the mean potential, each line weighted by
+            // its conductance, changes no resistance between lines and makes it regular. (Without the
+            // weights, a line that hardly conducts would pull P up by orders of magnitude everywhere.)
+            let inverse_sum = 1.0 / self.totals.iter().sum::<f64>();
             for i in 0..m {
-                for value in &mut self.schur[i * m..=i * m + i] {
-                    *value += grounding;
+                let weight = self.totals[i] * inverse_sum;
+                for (value, total) in self.schur[i * m..=i * m + i].iter_mut().zip(&self.totals) {
+                    *value += weight * total;
                 }
             }
         }

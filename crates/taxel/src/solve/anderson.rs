@@ -36,6 +36,21 @@ impl Anderson {
         }
     }
 
+    /// Forgets everything and takes another length; allocates nothing when it is no larger than the first.
+    pub(super) fn resize(&mut self, length: usize) {
+        self.length = length;
+        let vectors = self.image_steps.iter_mut().chain(&mut self.residual_steps);
+        for vector in vectors.chain([
+            &mut self.weight,
+            &mut self.last_image,
+            &mut self.last_residual,
+            &mut self.residual,
+        ]) {
+            vector.resize(length, 1.0);
+        }
+        self.restart();
+    }
+
     /// Forgets the points so far.
     pub(super) fn restart(&mut self) {
         self.kept = 0;

@@ -10,10 +10,11 @@
 
 use super::anderson::Anderson;
 use super::lines::LiveLines;
+use super::network::Network;
 use super::root::Root;
 use super::{Infeasible, Method, Outcome, Scratch, Stop};
 use crate::circuit::{LineEnds, LinearCircuit};
-use crate::dense::{Spd, multiply, multiply_lower, view, view_mut};
+use crate::dense::{multiply_lower, view, view_mut};
 use crate::sensor::Topology;
 use crate::{Frame, Siemens, Volts};
 
@@ -48,86 +49,9 @@ impl Exact {
     }
 }
 
-/// Arrays over the rows that carry current (m) and the live columns (n), row-major.
-pub(super) struct Network {
-    pub(super) m: usize,
-    pub(super) n: usize,
-    /// K, ohms.
-    pub(super) k: Vec<f64>,
-    /// P_rr, ohms.
-    pub(super) p: Vec<f64>,
-    /// g_c, siemens.
-    pub(super) g_c: Vec<f64>,
-    pub(super) h: Vec<f64>,
-    pub(super) d: Vec<f64>,
-    pub(super) g: Vec<f64>,
-    /// S, full and symmetric.
-    pub(super) s: Vec<f64>,
-    pub(super) product: Vec<f64>,
-    pub(super) spd: Spd,
-}
-
-impl Network {
-    fn new(m: usize, n: usize) -> Self {
-        Self {
-            m,
-            n,
-            k: vec![0.0; m * n],
-            p: vec![0.0; m],
-            g_c: vec![0.0; n],
-            h: vec![0.0; m * n],
-            d: vec![0.0; n],
-            g: vec![0.0; m * n],
-            s: vec![0.0; m * m],
-            product: vec![0.0; m * m],
-            spd: Spd::new(m),
-        }
-    }
-
-    /// H ← S K, then d ← g_c/(1 − ΣH) with the denominator held above `floor`. Returns the least
-    /// denominator and its column.
-    pub(super) fn columns_from_s(&mut self, floor: f64) -> (f64, usize) {
-        let (m, n) = (self.m, self.n);
-        multiply(
-            view_mut(&mut self.h, m, n),
-            view(&self.s, m, m),
-            view(&self.k, m, n),
-        );
-        self.d.fill(1.0);
-        for line in self.h.chunks_exact(n) {
-            for (d, h) in self.d.iter_mut().zip(line) {
-                *d -= h;
-            }
-        }
-        let mut least = (f64::INFINITY, 0);
-        for (c, (d, g_c)) in self.d.iter_mut().zip(&self.g_c).enumerate() {
-            if *d < least.0 || !d.is_finite() {
-                least = (*d, c);
-            }
-            *d = g_c / d.max(floor);
-        }
-        least
-    }
-
-    /// G ← H diag(d). Returns the largest conductance and the largest change of one.
-    pub(super) fn conductances(&mut self) -> (f64, f64) {
-        let n = self.n;
-        let (mut largest, mut change) = (0f64, 0f64);
-        for (g, h) in self.g.chunks_exact_mut(n).zip(self.h.chunks_exact(n)) {
-            for ((g, h), d) in g.iter_mut().zip(h).zip(&self.d) {
-                let value = h * d;
-                largest = largest.max(value.abs());
-                change = change.max((value - *g).abs());
-                *g = value;
-            }
-        }
-        (largest, change)
-    }
-}
-
 struct Memory {
     live: LiveLines,
-    /// Which of the live rows carry current.
+    /// Which of the live rows carry current, in this frame and in the one before.
     strong: Vec<bool>,
     strong_before: Vec<bool>,
     warm: bool,
@@ -136,45 +60,80 @@ struct Memory {
     share: Vec<f64>,
     along_rows: Vec<f64>,
     network: Network,
+    /// The lower triangle of S, row by row.
     packed: Vec<f64>,
     image: Vec<f64>,
     triangle: Vec<f64>,
     diagonal: Vec<f64>,
     mixing: Anderson,
-    root: Option<Box<Root>>,
+    root: Root,
 }
 
 impl Memory {
     fn new(rows: usize, columns: usize) -> Self {
+        let packed = rows * (rows + 1) / 2;
         Self {
             live: LiveLines::default(),
-            strong: Vec::new(),
-            strong_before: Vec::new(),
+            strong: Vec::with_capacity(rows),
+            strong_before: Vec::with_capacity(rows),
             warm: false,
             volts: vec![0.0; rows * columns],
             siemens: vec![0.0; rows * columns],
             share: vec![0.0; rows],
             along_rows: vec![0.0; rows],
-            network: Network::new(0, 0),
-            packed: Vec::new(),
-            image: Vec::new(),
-            triangle: Vec::new(),
-            diagonal: Vec::new(),
-            mixing: Anderson::new(MIXING_DEPTH, 0),
-            root: None,
+            network: Network::new(rows, columns),
+            packed: vec![0.0; packed],
+            image: vec![0.0; packed],
+            triangle: vec![0.0; rows * rows],
+            diagonal: vec![0.0; rows],
+            mixing: Anderson::new(MIXING_DEPTH, packed),
+            root: Root::new(rows, columns),
         }
     }
 
-    fn reshape(&mut self, m: usize, n: usize) {
+    /// Makes room for the rows that carry current, keeping what is known of S. Allocates nothing.
+    fn reshape(&mut self, n: usize) {
+        let m = self.strong.iter().filter(|&&strong| strong).count();
         let packed = m * (m + 1) / 2;
-        self.network = Network::new(m, n);
-        self.packed = vec![0.0; packed];
-        self.image = vec![0.0; packed];
-        self.triangle = vec![0.0; m * m];
-        self.diagonal = vec![0.0; m];
-        self.mixing = Anderson::new(MIXING_DEPTH, packed);
-        self.root = None;
-        self.warm = false;
+        if self.warm && self.strong.len() == self.strong_before.len() {
+            self.carry_over(packed);
+        } else {
+            self.warm = false;
+            self.packed.resize(packed, 0.0);
+        }
+        self.strong_before.clone_from(&self.strong);
+        self.image.resize(packed, 0.0);
+        self.network.resize(m, n);
+        self.triangle.resize(m * m, 0.0);
+        self.diagonal.resize(m, 0.0);
+        self.mixing.resize(packed);
+        self.root.resize(m, n);
+    }
+
+    /// S of the rows that go on carrying current; 0 for the others.
+    fn carry_over(&mut self, packed: usize) {
+        self.image.resize(packed, 0.0);
+        let (mut i, mut i_before) = (0, 0);
+        for (strong, before) in self.strong.iter().zip(&self.strong_before) {
+            if *strong {
+                let (mut at, mut from) = (i * (i + 1) / 2, i_before * (i_before + 1) / 2);
+                let columns = self.strong.iter().zip(&self.strong_before);
+                for (strong, known) in columns {
+                    if at == (i + 1) * (i + 2) / 2 {
+                        break;
+                    }
+                    if *strong {
+                        let both = *before && *known;
+                        self.image[at] = if both { self.packed[from] } else { 0.0 };
+                        at += 1;
+                    }
+                    from += usize::from(*known);
+                }
+            }
+            i += usize::from(*strong);
+            i_before += usize::from(*before);
+        }
+        std::mem::swap(&mut self.image, &mut self.packed);
     }
 }
 
@@ -250,22 +209,13 @@ impl Exact {
             }
             if sum >= 1.0 {
                 let ohms = 1.0 / ends.row_selected[r];
-                return Err(Infeasible {
-                    number: "r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain))",
-                    ohms,
-                    limit_ohms: ohms / sum,
-                    line: format!("row {r}"),
-                });
+                return Err(Infeasible::row(r, ohms, sum));
             }
             memory.share[i] = sum;
             memory.strong.push(sum > WEAK_ROW);
         }
-        let m = memory.strong.iter().filter(|&&strong| strong).count();
         if memory.strong != memory.strong_before {
-            let strong = std::mem::take(&mut memory.strong);
-            memory.strong_before.clone_from(&strong);
-            memory.strong = strong;
-            memory.reshape(m, n);
+            memory.reshape(n);
             for (g_c, &c) in memory.network.g_c.iter_mut().zip(&memory.live.columns) {
                 *g_c = ends.column_selected[c];
             }
@@ -300,10 +250,7 @@ impl Exact {
             return fast;
         }
         let network = &mut memory.network;
-        let root = memory
-            .root
-            .get_or_insert_with(|| Box::new(Root::new(network.m, network.n)));
-        let (mut outcome, worst_column) = root.iterate(network, self.tolerance);
+        let (mut outcome, worst_column) = memory.root.iterate(network, self.tolerance);
         outcome.rounds += fast.rounds;
         if let Some((denominator, at)) = worst_column {
             let column = memory.live.columns[at];
@@ -433,7 +380,7 @@ fn start(network: &mut Network, packed: &mut [f64], mixing: &mut Anderson, warm:
     for i in 0..m {
         for j in 0..=i {
             weights[at] = (network.p[i] * network.p[j]).sqrt();
-            if !warm {
+            if !warm || (i == j && packed[at] == 0.0) {
                 packed[at] = if i == j { 1.0 / network.p[i] } else { 0.0 };
             }
             at += 1;

@@ -1,5 +1,8 @@
 //! Which lines take part: a line whose every taxel is marked open says nothing and is left out.
 
+use std::iter::StepBy;
+use std::ops::Range;
+
 use crate::circuit::LineEnds;
 use crate::{Frame, Mark};
 
@@ -76,6 +79,13 @@ impl LiveLines {
                 to[r * columns + c] = *value;
             }
         }
+    }
+
+    /// The places of every row's taxels among those that take part, then of every column's.
+    pub(super) fn lines(&self) -> impl Iterator<Item = StepBy<Range<usize>>> + use<> {
+        let (m, n) = (self.rows.len(), self.columns.len());
+        let rows = (0..m).map(move |r| (r * n..(r + 1) * n).step_by(1));
+        rows.chain((0..n).map(move |c| (c..m * n).step_by(n)))
     }
 
     /// The ends of the lines that take part.

@@ -7,9 +7,12 @@ mod anderson;
 mod exact;
 mod gmres;
 mod lines;
+mod network;
 mod newton;
+mod path;
 mod raw;
 mod root;
+mod square_root;
 mod uncertainty;
 
 pub use exact::Exact;
@@ -126,6 +129,18 @@ pub struct Infeasible {
     pub limit_ohms: f64,
     /// The line that says so, such as `row 12`.
     pub line: String,
+}
+
+impl Infeasible {
+    /// A row whose readings, as shares of V_t, sum to one or more.
+    fn row(row: usize, ohms: f64, sum: f64) -> Self {
+        Self {
+            number: "r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms)",
+            ohms,
+            limit_ohms: ohms / sum,
+            line: format!("row {row}"),
+        }
+    }
 }
 
 /// How a solve went.

@@ -6,7 +6,8 @@
 
 use super::gmres::{Gmres, norm};
 use super::lines::LiveLines;
-use super::{Infeasible, Method, Outcome, Scratch, Stop};
+use super::path::OwnPath;
+use super::{Method, Outcome, Scratch, Stop};
 use crate::circuit::{LineEnds, LinearCircuit, LinearPoint, OperatingPoint};
 use crate::sensor::Topology;
 use crate::{Frame, Siemens, Volts};
@@ -25,6 +26,9 @@ const RESTARTS: usize = 6;
 const GRID_OFFSET: f64 = 0.7;
 /// Factors of an answer nearer to 1 than this (in the logarithm) are the answer itself.
 const SAME_FACTOR: f64 = 0.02;
+
+/// A line whose apparent conductances sum to less than this share of their absolute sum is idle.
+const IDLE_LINE: f64 = 0.1;
 
 /// What a cold solve starts from a multiple of.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,58 +55,6 @@ impl Newton {
     pub fn with_tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
         self
-    }
-}
-
-/// The series path of each taxel that is its own: I = V_out/volts_per_ampere, y = I/(V_t − I·R).
-struct OwnPath {
-    per_ampere: f64,
-    v_test: f64,
-    column_ohms: Vec<f64>,
-    row_ohms: Vec<f64>,
-}
-
-impl OwnPath {
-    fn new(ends: &LineEnds) -> Self {
-        let ohms = |g: &[f64]| g.iter().map(|g| 1.0 / g).collect();
-        Self {
-            per_ampere: 1.0 / ends.volts_per_ampere,
-            v_test: ends.v_test_volts,
-            column_ohms: ohms(&ends.column_selected),
-            row_ohms: ohms(&ends.row_selected),
-        }
-    }
-
-    /// y and dy/dV of every taxel, in place of its volts.
-    fn apparent(&self, volts: &mut [f64], slope: &mut [f64]) {
-        let n = self.column_ohms.len();
-        for ((line, slopes), row) in volts
-            .chunks_exact_mut(n)
-            .zip(slope.chunks_exact_mut(n))
-            .zip(&self.row_ohms)
-        {
-            for ((value, slope), column) in line.iter_mut().zip(slopes).zip(&self.column_ohms) {
-                let current = *value * self.per_ampere;
-                let left = self.v_test - current * (row + column);
-                *value = current / left;
-                *slope = self.per_ampere * self.v_test / (left * left);
-            }
-        }
-    }
-
-    /// The taxel that draws more than its own path lets through, if there is one: the ohms it allows.
-    fn infeasible(&self, volts: &[f64], live: &LiveLines) -> Option<Infeasible> {
-        let n = self.column_ohms.len();
-        volts.iter().enumerate().find_map(|(i, v)| {
-            let ohms = self.row_ohms[i / n] + self.column_ohms[i % n];
-            let current = v * self.per_ampere;
-            (current * ohms >= self.v_test).then(|| Infeasible {
-                number: "r_mux_row_ohms + r_mux_column_ohms (with r_source_ohms and the row's end resistor)",
-                ohms,
-                limit_ohms: self.v_test / current,
-                line: format!("the taxel at row {}, column {}", live.rows[i / n], live.columns[i % n]),
-            })
-        })
     }
 }
 
@@ -161,6 +113,37 @@ impl Memory {
         self.path = Some(OwnPath::new(&ends));
         self.point = Some(LinearCircuit::new(ends).point());
         self.warm = false;
+    }
+
+    /// A line whose readings are noise about zero would be a negative conductance to the rest of the network,
+    /// which then has no solution: its negative readings count as zero.
+    fn clip_idle_lines(&mut self) {
+        for line in self.live.lines() {
+            let (sum, size) = line.clone().fold((0.0, 0.0), |(sum, size), at| {
+                let y = self.measured[at];
+                (sum + y, size + y.abs())
+            });
+            if sum < IDLE_LINE * size {
+                for at in line {
+                    self.measured[at] = self.measured[at].max(0.0);
+                }
+            }
+        }
+    }
+
+    /// Keeps the conductance of every line from g to `trial` above a tenth of what it was. A line that hardly
+    /// conducts gets steps which are all rounding beside the other lines' and would make the network active.
+    fn hold_lines(&mut self) {
+        for line in self.live.lines() {
+            let (before, after) = line.clone().fold((0.0, 0.0), |(before, after), at| {
+                (before + self.g[at], after + self.trial[at])
+            });
+            if after < 0.1 * before {
+                for at in line {
+                    self.trial[at] = 0.1 * self.g[at];
+                }
+            }
+        }
     }
 
     /// Solves the network at `trial`; the misfit of the apparent conductances is left in `misfit`, their
@@ -297,10 +280,8 @@ impl Method for Newton {
 
 impl Newton {
     fn iterate(&self, memory: &mut Memory) -> Outcome {
-        if let Some(infeasible) = memory
-            .path
-            .as_ref()
-            .and_then(|path| path.infeasible(&memory.measured, &memory.live))
+        if let Some(path) = &memory.path
+            && let Some(infeasible) = path.infeasible(&memory.measured, &memory.live, self.unique())
         {
             memory.g.fill(0.0);
             return Outcome::new(Stop::Infeasible(infeasible), 0, f64::INFINITY);
@@ -308,6 +289,7 @@ impl Newton {
         if let Some(path) = &memory.path {
             path.apparent(&mut memory.measured, &mut memory.slope);
         }
+        memory.clip_idle_lines();
         let scale = largest(&memory.measured);
         if scale == 0.0 {
             memory.g.fill(0.0);
@@ -440,6 +422,7 @@ impl Newton {
             for ((trial, g), step) in memory.trial.iter_mut().zip(&memory.g).zip(&memory.step) {
                 *trial = g + length * step;
             }
+            memory.hold_lines();
             if let Some(now) = memory.evaluate()
                 && now < size * (1.0 - 1e-4 * length)
             {
