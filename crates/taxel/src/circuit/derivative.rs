@@ -83,10 +83,10 @@ pub(super) fn forward(point: &mut LinearPoint, direction: &[f64], out: &mut [f64
     }
     // a = dH = (V − H dd)/d ; b = V − ½ H dd.
     for i in 0..m {
-        for j in 0..n {
+        for (j, inverse) in inverse_d.iter().enumerate() {
             let at = i * n + j;
             let moved = h[at] * w.along_large[j];
-            w.a[at] = (w.direction[at] - moved) * inverse_d[j];
+            w.a[at] = (w.direction[at] - moved) * inverse;
             w.b[at] = w.direction[at] - 0.5 * moved;
         }
     }
@@ -215,18 +215,18 @@ pub(super) fn adjoint(point: &mut LinearPoint, weights: &[f64], out: &mut [f64])
         view(h, m, n),
     );
     for i in 0..m {
-        for j in 0..n {
+        for (j, inverse) in inverse_d.iter().enumerate() {
             let at = i * n + j;
             w.b[at] += w.c[at];
-            w.along_large_too[j] += h[at] * (w.a[at] - w.b[at] * inverse_d[j]);
+            w.along_large_too[j] += h[at] * (w.a[at] - w.b[at] * inverse);
         }
     }
     for i in 0..m {
-        for j in 0..n {
+        for (j, inverse) in inverse_d.iter().enumerate() {
             let at = i * n + j;
             let taxel = if *transposed { j * m + i } else { at };
             out[taxel] =
-                w.square[i * m + i] - 2.0 * w.a[at] + w.b[at] * inverse_d[j] + w.along_large_too[j];
+                w.square[i * m + i] - 2.0 * w.a[at] + w.b[at] * inverse + w.along_large_too[j];
         }
     }
 }

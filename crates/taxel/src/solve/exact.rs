@@ -317,7 +317,8 @@ impl Exact {
             network.spd.inverse_diagonal_into(diagonal, triangle);
             for i in 0..m {
                 let found = diagonal[i];
-                image[i * (i + 1) / 2 + i] += (found - network.p[i]) / (found * found);
+                // 1/found is the Schur complement of S_ii, so this makes it 1/P_rr if no other entry moves.
+                image[i * (i + 1) / 2 + i] += 1.0 / network.p[i] - 1.0 / found;
             }
             mixing.advance(packed, image);
         }
