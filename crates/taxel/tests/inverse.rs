@@ -8,7 +8,7 @@ use common::{
 use proptest::prelude::*;
 use taxel::circuit::{Circuit, LinearCircuit};
 use taxel::sensor::Topology;
-use taxel::solve::{Stop, default_method};
+use taxel::solve::{Exact, Method, Stop, default_method};
 use taxel::{Frame, Siemens};
 
 /// Solves a scan of `truth` without noise; the error over the largest conductance.
@@ -182,4 +182,32 @@ fn unequal_switches_are_no_obstacle() {
     let solved = default_method(&sensor).unwrap().solve(&volts);
     assert_eq!(solved.outcome.stop, Stop::Converged);
     assert!(relative_error(&solved.frame, &truth) < 1e-8);
+}
+
+/// What `with_tolerance` promises, over streams of frames and at every strength of cross-talk.
+#[test]
+fn a_looser_tolerance_is_kept_warm_and_cold() {
+    for r_mux in [2.0, 10.0, 30.0, 70.0, 150.0] {
+        for (shape, fraction) in [((16, 16), 0.3), ((40, 60), 0.5), ((64, 128), 0.3)] {
+            let sensor = sensor(Topology::TiaGroundedColumns, shape.0, shape.1, r_mux, 0.0);
+            let circuit = LinearCircuit::from_sensor(&sensor).unwrap();
+            let (loose, tight) = (Exact::new(&circuit).unwrap(), Exact::new(&circuit).unwrap());
+            let loose = loose.with_tolerance(1e-6);
+            let (mut warm, mut cold) = (loose.scratch(), loose.scratch());
+            let mut out = Frame::zeros(shape.0, shape.1);
+            for volts in common::stream(&circuit, &pressed(shape.0, shape.1, fraction, 3), 6) {
+                let truth = tight.solve(&volts).frame;
+                for scratch in [&mut warm, &mut cold] {
+                    let outcome = loose.solve_into(&volts, &mut out, scratch);
+                    assert!(outcome.stop.is_good());
+                    let error = relative_error(&out, &truth);
+                    assert!(
+                        error < 1e-6,
+                        "{r_mux} Ohm, {shape:?}: {error:e}, {outcome:?}"
+                    );
+                }
+                cold.forget();
+            }
+        }
+    }
 }

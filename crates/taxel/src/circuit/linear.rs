@@ -229,9 +229,18 @@ impl OperatingPoint for LinearPoint {
     }
 
     fn predict_into(&self, volts: &mut [f64]) {
-        self.each(|at, taxel, row, column, p, q| {
-            volts[taxel] = self.ends.volts(row, column, p, q, self.k[at]);
-        });
+        if self.transposed {
+            self.each(|at, taxel, row, column, p, q| {
+                volts[taxel] = self.ends.volts(row, column, p, q, self.k[at]);
+            });
+            return;
+        }
+        let (m, n) = (self.small, self.large);
+        let lines = volts.chunks_exact_mut(n).zip(self.k.chunks_exact(n));
+        for (row, (out, k)) in lines.enumerate() {
+            let p = self.p[row * m + row];
+            self.ends.volts_of_row(row, p, &self.q, k, out);
+        }
     }
 
     fn derivative_into(&mut self, direction: &[f64], out: &mut [f64]) {

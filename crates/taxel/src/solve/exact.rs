@@ -29,6 +29,9 @@ pub struct Exact {
 const WEAK_ROW: f64 = 1e-7;
 const FAST_ROUNDS: u32 = 40;
 const MIXING_DEPTH: usize = 3;
+/// The rounds left would change a conductance by about change × ratio in all; how much more is allowed for,
+/// since mixed steps are irregular (3 is not enough: a tolerance of 1e-6 ends in 2e-6).
+const SAFETY: f64 = 10.0;
 
 impl Exact {
     /// The method for a circuit; none when its read-out has no closed iteration.
@@ -55,6 +58,8 @@ struct Memory {
     strong: Vec<bool>,
     strong_before: Vec<bool>,
     warm: bool,
+    /// The frame before was too much for the fast iteration.
+    slow: bool,
     volts: Vec<f64>,
     siemens: Vec<f64>,
     share: Vec<f64>,
@@ -77,6 +82,7 @@ impl Memory {
             strong: Vec::with_capacity(rows),
             strong_before: Vec::with_capacity(rows),
             warm: false,
+            slow: false,
             volts: vec![0.0; rows * columns],
             siemens: vec![0.0; rows * columns],
             share: vec![0.0; rows],
@@ -95,6 +101,7 @@ impl Memory {
     fn reshape(&mut self, n: usize) {
         let m = self.strong.iter().filter(|&&strong| strong).count();
         let packed = m * (m + 1) / 2;
+        self.warm &= !self.slow;
         if self.warm && self.strong.len() == self.strong_before.len() {
             self.carry_over(packed);
         } else {
@@ -245,13 +252,20 @@ impl Exact {
         if memory.network.m == 0 {
             return Outcome::new(Stop::Direct, 0, 0.0);
         }
-        let fast = self.fast(memory);
-        if fast.stop.is_good() {
-            return fast;
+        let mut fast_rounds = 0;
+        if !(memory.warm && memory.slow) {
+            let fast = self.fast(memory);
+            memory.slow = !fast.stop.is_good();
+            if !memory.slow {
+                return fast;
+            }
+            memory.warm = false;
+            fast_rounds = fast.rounds;
         }
-        let network = &mut memory.network;
-        let (mut outcome, worst_column) = memory.root.iterate(network, self.tolerance);
-        outcome.rounds += fast.rounds;
+        let root = &mut memory.root;
+        let (mut outcome, worst_column) =
+            root.iterate(&mut memory.network, self.tolerance, memory.warm);
+        outcome.rounds += fast_rounds;
         if let Some((denominator, at)) = worst_column {
             let column = memory.live.columns[at];
             let ohms = 1.0 / self.ends.column_selected[column];
@@ -293,7 +307,7 @@ impl Exact {
             }
             // The change is the error of the round before; the ratio of changes says what is left now.
             let ratio = (change / before).min(1.0);
-            if round > 1 && change * (10.0 * ratio).min(1.0) <= self.tolerance {
+            if round > 1 && change * (SAFETY * ratio).min(1.0) <= self.tolerance {
                 return Outcome::new(Stop::Converged, round, change);
             }
             (before, last_change) = (change, change);

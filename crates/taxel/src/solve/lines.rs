@@ -45,8 +45,12 @@ impl LiveLines {
         if same(&self.rows, &self.row_open) && same(&self.columns, &self.column_open) {
             return false;
         }
-        self.rows = (0..rows).filter(|&r| !self.row_open[r]).collect();
-        self.columns = (0..columns).filter(|&c| !self.column_open[c]).collect();
+        let live = |kept: &mut Vec<usize>, open: &[bool]| {
+            kept.clear();
+            kept.extend((0..open.len()).filter(|&i| !open[i]));
+        };
+        live(&mut self.rows, &self.row_open);
+        live(&mut self.columns, &self.column_open);
         true
     }
 

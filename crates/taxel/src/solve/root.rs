@@ -53,28 +53,20 @@ impl Root {
         self.spd.resize(m);
     }
 
-    /// Iterates to the tolerance; leaves G, H, d, S in the network. The second answer is the column whose
+    /// Iterates to the tolerance, from the frame before when it is `warm`; leaves G, H, d, S in the network. The second answer is the column whose
     /// denominator stayed at or below zero, if one did.
     pub(super) fn iterate(
         &mut self,
         network: &mut Network,
         tolerance: f64,
+        warm: bool,
     ) -> (Outcome, Option<(f64, usize)>) {
         let m = network.m;
-        for (x, p) in self.point.iter_mut().zip(&network.p) {
-            *x = -p.ln();
+        if warm {
+            self.mixing.resume();
+        } else {
+            self.start(network);
         }
-        // The raw reading of K as a start: H ≈ diag(1/p) K.
-        network.s.fill(0.0);
-        for i in 0..m {
-            network.s[i * m + i] = 1.0 / network.p[i];
-        }
-        network.columns_from_s(0.3);
-        for (x, d) in self.point[m..].iter_mut().zip(&network.d) {
-            *x = d.ln();
-        }
-        network.g.fill(0.0);
-        self.mixing.restart();
         let mut least = (f64::INFINITY, 0);
         let mut last = f64::INFINITY;
         for round in 1..=ROUNDS {
@@ -96,6 +88,24 @@ impl Root {
         }
         let stop = Stop::RoundLimit;
         (Outcome::new(stop, ROUNDS, last), infeasible(least))
+    }
+
+    /// The raw reading of K as a start: H ≈ diag(1/p) K.
+    fn start(&mut self, network: &mut Network) {
+        let m = network.m;
+        for (x, p) in self.point.iter_mut().zip(&network.p) {
+            *x = -p.ln();
+        }
+        network.s.fill(0.0);
+        for i in 0..m {
+            network.s[i * m + i] = 1.0 / network.p[i];
+        }
+        network.columns_from_s(0.3);
+        for (x, d) in self.point[m..].iter_mut().zip(&network.d) {
+            *x = d.ln();
+        }
+        network.g.fill(0.0);
+        self.mixing.restart();
     }
 
     /// One round: S from the diagonals, and Λ's image.

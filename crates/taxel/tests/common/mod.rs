@@ -5,12 +5,12 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use taxel::circuit::{LineEnds, LinearCircuit};
+use taxel::circuit::{Circuit, LineEnds, LinearCircuit};
 use taxel::sensor::{
     Array, ConverterSpec, PerLine, Readout, ScanOrder, ScreenSpec, Sensor, Topology,
 };
 use taxel::solve::{Method, method};
-use taxel::{Frame, Siemens};
+use taxel::{Frame, Siemens, Volts};
 
 /// A sensor of any topology with equal switches.
 pub fn sensor(
@@ -203,4 +203,19 @@ pub fn inversions(r_mux: f64) -> Vec<Inversion> {
 /// Largest error over the largest conductance.
 pub fn relative_error(found: &Frame<Siemens>, truth: &Frame<Siemens>) -> f64 {
     farthest(found.values(), truth.values()) / largest(truth.values())
+}
+
+/// Scans of a slowly changing press: from frame to frame every taxel changes by up to 1 %.
+pub fn stream(circuit: &LinearCircuit, first: &Frame<Siemens>, frames: usize) -> Vec<Frame<Volts>> {
+    let mut random = ChaCha8Rng::seed_from_u64(41);
+    let mut siemens = first.clone();
+    (0..frames)
+        .map(|_| {
+            let volts = circuit.predict(&siemens).expect("passive");
+            for g in siemens.values_mut() {
+                *g *= 1.0 + random.random_range(-0.01..0.01);
+            }
+            volts
+        })
+        .collect()
 }
