@@ -59,6 +59,36 @@ pub(crate) fn mirror(values: &mut [f64], n: usize) {
     }
 }
 
+/// Partial sums side by side, so that the compiler may use vectors.
+const LANES: usize = 8;
+
+/// Σ a b.
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; LANES];
+    let (a, b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    let rest = a.remainder().iter().zip(b.remainder());
+    let rest: f64 = rest.map(|(x, y)| x * y).sum();
+    for (x, y) in a.zip(b) {
+        for ((sum, x), y) in sums.iter_mut().zip(x).zip(y) {
+            *sum += x * y;
+        }
+    }
+    rest + sums.iter().sum::<f64>()
+}
+
+/// Σ a.
+pub(crate) fn sum(a: &[f64]) -> f64 {
+    let mut sums = [0.0; LANES];
+    let a = a.chunks_exact(LANES);
+    let rest: f64 = a.remainder().iter().sum();
+    for x in a {
+        for (sum, x) in sums.iter_mut().zip(x) {
+            *sum += x;
+        }
+    }
+    rest + sums.iter().sum::<f64>()
+}
+
 /// Factorises symmetric positive definite n×n matrices; owns the memory for it.
 pub(crate) struct Spd {
     n: usize,
@@ -135,7 +165,8 @@ impl Spd {
             Par::Seq,
         );
         for (j, value) in out.iter_mut().enumerate() {
-            *value = triangle[j * n + j..(j + 1) * n].iter().map(|x| x * x).sum();
+            let line = &triangle[j * n + j..(j + 1) * n];
+            *value = dot(line, line);
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::ends::LEAK_SIEMENS;
 use super::{Circuit, LineEnds, NotPassive, OperatingPoint};
 use crate::Error;
-use crate::dense::{Spd, mirror, multiply, multiply_lower, view, view_mut};
+use crate::dense::{Spd, mirror, multiply, multiply_lower, sum, view, view_mut};
 use crate::sensor::{Sensor, Topology};
 
 /// A sensor's circuit, ready to be solved for any conductances.
@@ -112,6 +112,62 @@ impl LinearPoint {
         self.ends.topology == Topology::DividerFloating
     }
 
+    /// 1/d from the conductances.
+    fn set_columns(&mut self) -> Result<(), NotPassive> {
+        let n = self.large;
+        let g = &self.conductance;
+        self.inverse_d.copy_from_slice(&self.large_end);
+        for line in g.chunks_exact(n) {
+            for (d, value) in self.inverse_d.iter_mut().zip(line) {
+                *d += value;
+            }
+        }
+        if self.floating() {
+            // The leak of an open line matters only where nothing else holds the line.
+            for d in &mut self.inverse_d {
+                *d = if *d > 2.0 * LEAK_SIEMENS {
+                    *d - LEAK_SIEMENS
+                } else {
+                    *d
+                };
+            }
+        }
+        if !self.inverse_d.iter().all(|&d| d > 0.0) {
+            return Err(NotPassive);
+        }
+        for d in &mut self.inverse_d {
+            *d = 1.0 / *d;
+        }
+        Ok(())
+    }
+
+    /// What the lines of the smaller side conduct in all, added to S's diagonal.
+    fn complete_schur(&mut self) {
+        let (m, n) = (self.small, self.large);
+        let g = &self.conductance;
+        for (i, line) in g.chunks_exact(n).enumerate() {
+            let sum = sum(line);
+            let total = match self.floating() && sum > LEAK_SIEMENS {
+                true => sum,
+                false => sum + self.small_end[i],
+            };
+            self.schur[i * m + i] += total;
+            self.totals[i] = total;
+        }
+        if self.floating() {
+            // Nothing is grounded, so S is singular along 1. Holding the mean potential, each line weighted by
+            // its conductance, changes no resistance between lines and makes it regular. (Without the
+            // weights, a line that hardly conducts would pull P up by orders of magnitude everywhere.)
+            let inverse_sum = 1.0 / self.totals.iter().sum::<f64>();
+            for i in 0..m {
+                let weight = self.totals[i] * inverse_sum;
+                for (value, total) in self.schur[i * m..=i * m + i].iter_mut().zip(&self.totals) {
+                    *value += weight * total;
+                }
+            }
+        }
+    }
+
     /// One value per taxel, row by row, to m×n.
     pub(super) fn gather(
         transposed: bool,
@@ -153,29 +209,8 @@ impl OperatingPoint for LinearPoint {
         assert_eq!(siemens.len(), m * n, "one conductance per taxel");
         Self::gather(self.transposed, m, n, siemens, &mut self.conductance);
         self.work.stale = true;
+        self.set_columns()?;
         let g = &self.conductance;
-        self.inverse_d.copy_from_slice(&self.large_end);
-        for line in g.chunks_exact(n) {
-            for (d, value) in self.inverse_d.iter_mut().zip(line) {
-                *d += value;
-            }
-        }
-        if self.floating() {
-            // The leak of an open line matters only where nothing else holds the line.
-            for d in &mut self.inverse_d {
-                *d = if *d > 2.0 * LEAK_SIEMENS {
-                    *d - LEAK_SIEMENS
-                } else {
-                    *d
-                };
-            }
-        }
-        if !self.inverse_d.iter().all(|&d| d > 0.0) {
-            return Err(NotPassive);
-        }
-        for d in &mut self.inverse_d {
-            *d = 1.0 / *d;
-        }
         for (h, line) in self.h.chunks_exact_mut(n).zip(g.chunks_exact(n)) {
             for ((h, value), inverse_d) in h.iter_mut().zip(line).zip(&self.inverse_d) {
                 *h = value * inverse_d;
@@ -189,27 +224,7 @@ impl OperatingPoint for LinearPoint {
         for value in &mut self.schur {
             *value = -*value;
         }
-        for (i, line) in g.chunks_exact(n).enumerate() {
-            let sum = line.iter().sum::<f64>();
-            let total = match self.floating() && sum > LEAK_SIEMENS {
-                true => sum,
-                false => sum + self.small_end[i],
-            };
-            self.schur[i * m + i] += total;
-            self.totals[i] = total;
-        }
-        if self.floating() {
-            // Nothing is grounded, so S is singular along 1. Holding the mean potential, each line weighted by
-            // its conductance, changes no resistance between lines and makes it regular. (Without the
-            // weights, a line that hardly conducts would pull P up by orders of magnitude everywhere.)
-            let inverse_sum = 1.0 / self.totals.iter().sum::<f64>();
-            for i in 0..m {
-                let weight = self.totals[i] * inverse_sum;
-                for (value, total) in self.schur[i * m..=i * m + i].iter_mut().zip(&self.totals) {
-                    *value += weight * total;
-                }
-            }
-        }
+        self.complete_schur();
         if !self.spd.factorise(&self.schur) {
             return Err(NotPassive);
         }

@@ -1,6 +1,8 @@
 //! Anderson's mixing of a fixed-point iteration (Anderson 1965; Walker and Ni 2011): the next point is the
 //! combination of the last few that leaves the smallest residual.
 
+use crate::dense::dot;
+
 /// The last few points of an iteration, and how to combine them.
 pub(super) struct Anderson {
     depth: usize,
@@ -124,24 +126,6 @@ fn difference(out: &mut [f64], a: &[f64], b: &[f64]) {
     for ((out, a), b) in out.iter_mut().zip(a).zip(b) {
         *out = a - b;
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    // Four partial sums, so that the compiler may use vectors.
-    let mut sums = [0.0; 4];
-    let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));
-    let rest: f64 = a4
-        .remainder()
-        .iter()
-        .zip(b4.remainder())
-        .map(|(x, y)| x * y)
-        .sum();
-    for (x, y) in a4.zip(b4) {
-        for i in 0..4 {
-            sums[i] += x[i] * y[i];
-        }
-    }
-    rest + sums.iter().sum::<f64>()
 }
 
 /// Gaussian elimination without pivoting (the system is positive definite). False when it is singular.

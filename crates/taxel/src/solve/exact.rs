@@ -65,6 +65,8 @@ struct Memory {
     share: Vec<f64>,
     along_rows: Vec<f64>,
     network: Network,
+    /// What makes the previous frame's S have this one's P_rr, on either side.
+    stretch: Vec<f64>,
     /// The lower triangle of S, row by row.
     packed: Vec<f64>,
     image: Vec<f64>,
@@ -88,6 +90,7 @@ impl Memory {
             share: vec![0.0; rows],
             along_rows: vec![0.0; rows],
             network: Network::new(rows, columns),
+            stretch: vec![1.0; rows],
             packed: vec![0.0; packed],
             image: vec![0.0; packed],
             triangle: vec![0.0; rows * rows],
@@ -221,7 +224,9 @@ impl Exact {
             memory.share[i] = sum;
             memory.strong.push(sum > WEAK_ROW);
         }
+        let mut known = memory.warm;
         if memory.strong != memory.strong_before {
+            known = false;
             memory.reshape(n);
             for (g_c, &c) in memory.network.g_c.iter_mut().zip(&memory.live.columns) {
                 *g_c = ends.column_selected[c];
@@ -234,7 +239,13 @@ impl Exact {
                 continue;
             }
             let beta = 1.0 / memory.share[i];
-            network.p[at] = (beta - 1.0) / ends.row_selected[r];
+            let p = (beta - 1.0) / ends.row_selected[r];
+            memory.stretch[at] = if known {
+                (network.p[at] / p).sqrt()
+            } else {
+                1.0
+            };
+            network.p[at] = p;
             let line = &memory.volts[i * n..(i + 1) * n];
             for ((k, share), g_c) in network.k[at * n..(at + 1) * n]
                 .iter_mut()
@@ -287,12 +298,16 @@ impl Exact {
             image,
             triangle,
             diagonal,
+            stretch,
             mixing,
             warm,
             ..
         } = memory;
         let m = network.m;
-        start(network, packed, mixing, *warm);
+        for (root, p) in diagonal.iter_mut().zip(&network.p) {
+            *root = p.sqrt();
+        }
+        start(network, packed, mixing, warm.then_some(stretch), diagonal);
         let (mut before, mut last_change) = (f64::INFINITY, f64::INFINITY);
         for round in 1..=FAST_ROUNDS {
             let stalled = Outcome::new(Stop::Stalled, round, last_change);
@@ -311,28 +326,8 @@ impl Exact {
                 return Outcome::new(Stop::Converged, round, change);
             }
             (before, last_change) = (change, change);
-            let (g, h) = (
-                view(&network.g, m, network.n),
-                view(&network.h, m, network.n),
-            );
-            multiply_lower(view_mut(&mut network.product, m, m), g, h.transpose());
-            for i in 0..m {
-                let (low, at) = (i * m, i * (i + 1) / 2);
-                for j in 0..i {
-                    image[at + j] = -network.product[low + j];
-                    network.product[low + j] = image[at + j];
-                }
-                image[at + i] = packed[at + i];
-                network.product[low + i] = packed[at + i];
-            }
-            if !network.spd.factorise(&network.product) {
+            if !image_of(network, packed, image, diagonal, triangle) {
                 return stalled;
-            }
-            network.spd.inverse_diagonal_into(diagonal, triangle);
-            for i in 0..m {
-                let found = diagonal[i];
-                // 1/found is the Schur complement of S_ii, so this makes it 1/P_rr if no other entry moves.
-                image[i * (i + 1) / 2 + i] += 1.0 / network.p[i] - 1.0 / found;
             }
             mixing.advance(packed, image);
         }
@@ -383,27 +378,73 @@ impl Exact {
     }
 }
 
-/// The first S: the previous frame's, or diag(1/P_rr); and the weights that make its entries comparable.
-fn start(network: &mut Network, packed: &mut [f64], mixing: &mut Anderson, warm: bool) {
+/// The first S: the previous frame's, scaled to this one's P_rr, or diag(1/P_rr); and the weights that make its entries comparable.
+fn start(
+    network: &mut Network,
+    packed: &mut [f64],
+    mixing: &mut Anderson,
+    stretch: Option<&mut Vec<f64>>,
+    root_p: &[f64],
+) {
     let m = network.m;
-    match warm {
-        true => mixing.resume(),
-        false => mixing.restart(),
+    match stretch {
+        Some(_) => mixing.resume(),
+        None => mixing.restart(),
     }
     let weights = mixing.weights_mut();
     let mut at = 0;
     for i in 0..m {
         for j in 0..=i {
-            weights[at] = (network.p[i] * network.p[j]).sqrt();
-            if !warm || (i == j && packed[at] == 0.0) {
-                packed[at] = if i == j { 1.0 / network.p[i] } else { 0.0 };
-            }
+            weights[at] = root_p[i] * root_p[j];
+            let kept = match &stretch {
+                Some(stretch) => packed[at] * stretch[i] * stretch[j],
+                None => 0.0,
+            };
+            packed[at] = match i == j && kept == 0.0 {
+                true => 1.0 / network.p[i],
+                false => kept,
+            };
             at += 1;
         }
     }
-    if !warm {
+    if stretch.is_none() {
         network.g.fill(0.0);
     }
+}
+
+/// The next S, packed, from the conductances of the present one. False when it is not positive definite.
+fn image_of(
+    network: &mut Network,
+    packed: &[f64],
+    image: &mut [f64],
+    diagonal: &mut [f64],
+    triangle: &mut [f64],
+) -> bool {
+    let m = network.m;
+    let (g, h) = (
+        view(&network.g, m, network.n),
+        view(&network.h, m, network.n),
+    );
+    multiply_lower(view_mut(&mut network.product, m, m), g, h.transpose());
+    for i in 0..m {
+        let (low, at) = (i * m, i * (i + 1) / 2);
+        for j in 0..i {
+            image[at + j] = -network.product[low + j];
+            network.product[low + j] = image[at + j];
+        }
+        image[at + i] = packed[at + i];
+        network.product[low + i] = packed[at + i];
+    }
+    if !network.spd.factorise(&network.product) {
+        return false;
+    }
+    network.spd.inverse_diagonal_into(diagonal, triangle);
+    for i in 0..m {
+        let found = diagonal[i];
+        // 1/found is the Schur complement of S_ii, so this makes it 1/P_rr if no other entry moves.
+        image[i * (i + 1) / 2 + i] += 1.0 / network.p[i] - 1.0 / found;
+    }
+    true
 }
 
 fn unpack(packed: &[f64], full: &mut [f64], m: usize) {
