@@ -200,5 +200,5 @@ fn node_currents_sum_to_nil() {
             .sum();
         assert!((current - end * nodes[r]).abs() < 1e-15);
     }
-    assert!(farthest(&nodes, &vec![0.0; 15]) < 0.4);
+    assert!(farthest(&nodes, &[0.0; 15]) < 0.4);
 }

@@ -59,15 +59,12 @@ fn partials(point: &mut LinearPoint) {
     point.work = work;
 }
 
-/// J·v.
-pub(super) fn forward(point: &mut LinearPoint, direction: &[f64], out: &mut [f64]) {
-    partials(point);
+/// From a direction to dd (`along_large`), dH (`a`) and dS (`square`).
+fn schur_change(point: &mut LinearPoint, direction: &[f64]) {
     let (m, n) = (point.small, point.large);
     let LinearPoint {
         inverse_d,
         h,
-        p,
-        k,
         work: w,
         transposed,
         ..
@@ -83,10 +80,10 @@ pub(super) fn forward(point: &mut LinearPoint, direction: &[f64], out: &mut [f64
     }
     // a = dH = (V − H dd)/d ; b = V − ½ H dd.
     for i in 0..m {
-        for j in 0..n {
+        for (j, inverse) in inverse_d.iter().enumerate() {
             let at = i * n + j;
             let moved = h[at] * w.along_large[j];
-            w.a[at] = (w.direction[at] - moved) * inverse_d[j];
+            w.a[at] = (w.direction[at] - moved) * inverse;
             w.b[at] = w.direction[at] - 0.5 * moved;
         }
     }
@@ -102,7 +99,23 @@ pub(super) fn forward(point: &mut LinearPoint, direction: &[f64], out: &mut [f64
         }
         w.square[i * m + i] += w.along_small[i];
     }
-    // a ← dH; c ← dK = P (dH − dS K).
+}
+
+/// J·v.
+pub(super) fn forward(point: &mut LinearPoint, direction: &[f64], out: &mut [f64]) {
+    partials(point);
+    schur_change(point, direction);
+    let (m, n) = (point.small, point.large);
+    let LinearPoint {
+        inverse_d,
+        h,
+        p,
+        k,
+        work: w,
+        transposed,
+        ..
+    } = point;
+    // c ← dK = P (dH − dS K).
     w.b.copy_from_slice(&w.a);
     multiply_add(
         view_mut(&mut w.b, m, n),
@@ -146,21 +159,19 @@ pub(super) fn forward(point: &mut LinearPoint, direction: &[f64], out: &mut [f64
     }
 }
 
-/// Jᵀ·w.
-pub(super) fn adjoint(point: &mut LinearPoint, weights: &[f64], out: &mut [f64]) {
-    partials(point);
+/// From weights to the gradients by P_rr (`along_small`), Q_cc (`along_large`), K (`a`), d
+/// (`along_large_too`) and, as far as Q hangs on it, H (`b`).
+fn gradients(point: &mut LinearPoint, weights: &[f64]) {
     let (m, n) = (point.small, point.large);
     let LinearPoint {
         inverse_d,
         h,
-        p,
         k,
         work: w,
         transposed,
         ..
     } = point;
     LinearPoint::gather(*transposed, m, n, weights, &mut w.direction);
-    // Gradients by P_rr (along_small), Q_cc (along_large) and, with Q's share, by K (a) and H (b).
     w.along_large.fill(0.0);
     for i in 0..m {
         let mut sum = 0.0;
@@ -186,6 +197,22 @@ pub(super) fn adjoint(point: &mut LinearPoint, weights: &[f64], out: &mut [f64])
     {
         *by_d = -by_q * inverse * inverse;
     }
+}
+
+/// Jᵀ·w.
+pub(super) fn adjoint(point: &mut LinearPoint, weights: &[f64], out: &mut [f64]) {
+    partials(point);
+    gradients(point, weights);
+    let (m, n) = (point.small, point.large);
+    let LinearPoint {
+        inverse_d,
+        h,
+        p,
+        k,
+        work: w,
+        transposed,
+        ..
+    } = point;
     // c = P · (gradient by K): joins the gradient by H; with −c Kᵀ − P diag(by P) P it is the one by S.
     multiply(view_mut(&mut w.c, m, n), view(p, m, m), view(&w.a, m, n));
     for i in 0..m {
@@ -215,18 +242,18 @@ pub(super) fn adjoint(point: &mut LinearPoint, weights: &[f64], out: &mut [f64])
         view(h, m, n),
     );
     for i in 0..m {
-        for j in 0..n {
+        for (j, inverse) in inverse_d.iter().enumerate() {
             let at = i * n + j;
             w.b[at] += w.c[at];
-            w.along_large_too[j] += h[at] * (w.a[at] - w.b[at] * inverse_d[j]);
+            w.along_large_too[j] += h[at] * (w.a[at] - w.b[at] * inverse);
         }
     }
     for i in 0..m {
-        for j in 0..n {
+        for (j, inverse) in inverse_d.iter().enumerate() {
             let at = i * n + j;
             let taxel = if *transposed { j * m + i } else { at };
             out[taxel] =
-                w.square[i * m + i] - 2.0 * w.a[at] + w.b[at] * inverse_d[j] + w.along_large_too[j];
+                w.square[i * m + i] - 2.0 * w.a[at] + w.b[at] * inverse + w.along_large_too[j];
         }
     }
 }

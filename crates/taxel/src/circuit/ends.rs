@@ -115,6 +115,31 @@ impl LineEnds {
         }
     }
 
+    /// [`Self::volts`] of a whole row: what all its taxels share is taken out of the loop.
+    pub(crate) fn volts_of_row(&self, row: usize, p: f64, q: &[f64], k: &[f64], out: &mut [f64]) {
+        let g_rs = self.row_selected[row];
+        let delta_r = g_rs - self.row_unselected[row];
+        let scale = self.volts_per_ampere * g_rs * self.v_test_volts;
+        let columns = self.column_selected.iter().zip(&self.column_unselected);
+        let taxels = out.iter_mut().zip(k).zip(q).zip(columns);
+        if self.topology == Topology::DividerFloating {
+            for (((out, k), q), (g_cs, g_cu)) in taxels {
+                let delta_c = g_cs - g_cu;
+                let both = delta_r * delta_c * (p + q - 2.0 * k);
+                *out = scale * g_cs / (delta_r + delta_c + both);
+            }
+            return;
+        }
+        let (rho, of_row) = (self.feedback[row], 1.0 + delta_r * p);
+        for (((out, k), q), (g_cs, g_cu)) in taxels {
+            let delta_c = g_cs - g_cu;
+            let of_column = 1.0 + delta_c * q;
+            let loop_gain = rho * (of_column - g_cs * k);
+            let delta = of_row * of_column - delta_r * delta_c * k * k;
+            *out = scale * g_cs * k / (delta - loop_gain);
+        }
+    }
+
     /// The derivative of [`Self::volts`] by p, q and k, volts per ohm.
     #[inline(always)]
     pub(crate) fn volts_partials(

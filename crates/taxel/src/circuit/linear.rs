@@ -3,7 +3,7 @@
 use super::ends::LEAK_SIEMENS;
 use super::{Circuit, LineEnds, NotPassive, OperatingPoint};
 use crate::Error;
-use crate::dense::{Spd, mirror, multiply, multiply_lower, view, view_mut};
+use crate::dense::{Spd, mirror, multiply, multiply_lower, sum, view, view_mut};
 use crate::sensor::{Sensor, Topology};
 
 /// A sensor's circuit, ready to be solved for any conductances.
@@ -73,6 +73,8 @@ pub struct LinearPoint {
     pub(super) k: Vec<f64>,
     pub(super) q: Vec<f64>,
     schur: Vec<f64>,
+    /// Conductance of each line of the smaller side, with its end.
+    totals: Vec<f64>,
     spd: Spd,
     pub(super) work: super::derivative::Work,
 }
@@ -100,6 +102,7 @@ impl LinearPoint {
             k: vec![0.0; small * large],
             q: vec![0.0; large],
             schur: vec![0.0; small * small],
+            totals: vec![0.0; small],
             spd: Spd::new(small),
             work: super::derivative::Work::new(small, large),
         }
@@ -107,6 +110,62 @@ impl LinearPoint {
 
     fn floating(&self) -> bool {
         self.ends.topology == Topology::DividerFloating
+    }
+
+    /// 1/d from the conductances.
+    fn set_columns(&mut self) -> Result<(), NotPassive> {
+        let n = self.large;
+        let g = &self.conductance;
+        self.inverse_d.copy_from_slice(&self.large_end);
+        for line in g.chunks_exact(n) {
+            for (d, value) in self.inverse_d.iter_mut().zip(line) {
+                *d += value;
+            }
+        }
+        if self.floating() {
+            // The leak of an open line matters only where nothing else holds the line.
+            for d in &mut self.inverse_d {
+                *d = if *d > 2.0 * LEAK_SIEMENS {
+                    *d - LEAK_SIEMENS
+                } else {
+                    *d
+                };
+            }
+        }
+        if !self.inverse_d.iter().all(|&d| d > 0.0) {
+            return Err(NotPassive);
+        }
+        for d in &mut self.inverse_d {
+            *d = 1.0 / *d;
+        }
+        Ok(())
+    }
+
+    /// What the lines of the smaller side conduct in all, added to S's diagonal.
+    fn complete_schur(&mut self) {
+        let (m, n) = (self.small, self.large);
+        let g = &self.conductance;
+        for (i, line) in g.chunks_exact(n).enumerate() {
+            let sum = sum(line);
+            let total = match self.floating() && sum > LEAK_SIEMENS {
+                true => sum,
+                false => sum + self.small_end[i],
+            };
+            self.schur[i * m + i] += total;
+            self.totals[i] = total;
+        }
+        if self.floating() {
+            // Nothing is grounded, so S is singular along 1. Holding the mean potential, each line weighted by
+            // its conductance, changes no resistance between lines and makes it regular. (Without the
+            // weights, a line that hardly conducts would pull P up by orders of magnitude everywhere.)
+            let inverse_sum = 1.0 / self.totals.iter().sum::<f64>();
+            for i in 0..m {
+                let weight = self.totals[i] * inverse_sum;
+                for (value, total) in self.schur[i * m..=i * m + i].iter_mut().zip(&self.totals) {
+                    *value += weight * total;
+                }
+            }
+        }
     }
 
     /// One value per taxel, row by row, to m×n.
@@ -150,29 +209,8 @@ impl OperatingPoint for LinearPoint {
         assert_eq!(siemens.len(), m * n, "one conductance per taxel");
         Self::gather(self.transposed, m, n, siemens, &mut self.conductance);
         self.work.stale = true;
+        self.set_columns()?;
         let g = &self.conductance;
-        self.inverse_d.copy_from_slice(&self.large_end);
-        for line in g.chunks_exact(n) {
-            for (d, value) in self.inverse_d.iter_mut().zip(line) {
-                *d += value;
-            }
-        }
-        if self.floating() {
-            // The leak of an open line matters only where nothing else holds the line.
-            for d in &mut self.inverse_d {
-                *d = if *d > 2.0 * LEAK_SIEMENS {
-                    *d - LEAK_SIEMENS
-                } else {
-                    *d
-                };
-            }
-        }
-        if !self.inverse_d.iter().all(|&d| d > 0.0) {
-            return Err(NotPassive);
-        }
-        for d in &mut self.inverse_d {
-            *d = 1.0 / *d;
-        }
         for (h, line) in self.h.chunks_exact_mut(n).zip(g.chunks_exact(n)) {
             for ((h, value), inverse_d) in h.iter_mut().zip(line).zip(&self.inverse_d) {
                 *h = value * inverse_d;
@@ -186,26 +224,7 @@ impl OperatingPoint for LinearPoint {
         for value in &mut self.schur {
             *value = -*value;
         }
-        let mut trace = 0.0;
-        for (i, line) in g.chunks_exact(n).enumerate() {
-            let sum = line.iter().sum::<f64>();
-            let total = match self.floating() && sum > LEAK_SIEMENS {
-                true => sum,
-                false => sum + self.small_end[i],
-            };
-            self.schur[i * m + i] += total;
-            trace += total;
-        }
-        if self.floating() {
-            // Nothing is grounded, so S is singular along 1. A common conductance to a virtual node
-            // changes no resistance between lines, and makes it regular.
-            let grounding = trace / (m * m) as f64;
-            for i in 0..m {
-                for value in &mut self.schur[i * m..=i * m + i] {
-                    *value += grounding;
-                }
-            }
-        }
+        self.complete_schur();
         if !self.spd.factorise(&self.schur) {
             return Err(NotPassive);
         }
@@ -225,9 +244,18 @@ impl OperatingPoint for LinearPoint {
     }
 
     fn predict_into(&self, volts: &mut [f64]) {
-        self.each(|at, taxel, row, column, p, q| {
-            volts[taxel] = self.ends.volts(row, column, p, q, self.k[at]);
-        });
+        if self.transposed {
+            self.each(|at, taxel, row, column, p, q| {
+                volts[taxel] = self.ends.volts(row, column, p, q, self.k[at]);
+            });
+            return;
+        }
+        let (m, n) = (self.small, self.large);
+        let lines = volts.chunks_exact_mut(n).zip(self.k.chunks_exact(n));
+        for (row, (out, k)) in lines.enumerate() {
+            let p = self.p[row * m + row];
+            self.ends.volts_of_row(row, p, &self.q, k, out);
+        }
     }
 
     fn derivative_into(&mut self, direction: &[f64], out: &mut [f64]) {

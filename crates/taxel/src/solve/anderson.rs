@@ -1,6 +1,8 @@
 //! Anderson's mixing of a fixed-point iteration (Anderson 1965; Walker and Ni 2011): the next point is the
 //! combination of the last few that leaves the smallest residual.
 
+use crate::dense::dot;
+
 /// The last few points of an iteration, and how to combine them.
 pub(super) struct Anderson {
     depth: usize,
@@ -36,6 +38,21 @@ impl Anderson {
         }
     }
 
+    /// Forgets everything and takes another length; allocates nothing when it is no larger than the first.
+    pub(super) fn resize(&mut self, length: usize) {
+        self.length = length;
+        let vectors = self.image_steps.iter_mut().chain(&mut self.residual_steps);
+        for vector in vectors.chain([
+            &mut self.weight,
+            &mut self.last_image,
+            &mut self.last_residual,
+            &mut self.residual,
+        ]) {
+            vector.resize(length, 1.0);
+        }
+        self.restart();
+    }
+
     /// Forgets the points so far.
     pub(super) fn restart(&mut self) {
         self.kept = 0;
@@ -55,17 +72,22 @@ impl Anderson {
 
     /// From a point and its image to the next point, written over `point`.
     pub(super) fn advance(&mut self, point: &mut [f64], image: &[f64]) {
-        for i in 0..self.length {
-            self.residual[i] = (image[i] - point[i]) * self.weight[i];
+        for (((residual, image), point), weight) in self
+            .residual
+            .iter_mut()
+            .zip(image)
+            .zip(point.iter())
+            .zip(&self.weight)
+        {
+            *residual = (image - point) * weight;
         }
         if self.following {
             let slot = self.slot;
             self.slot = (slot + 1) % self.depth;
             self.kept = (self.kept + 1).min(self.depth);
-            for i in 0..self.length {
-                self.image_steps[slot][i] = image[i] - self.last_image[i];
-                self.residual_steps[slot][i] = self.residual[i] - self.last_residual[i];
-            }
+            difference(&mut self.image_steps[slot], image, &self.last_image);
+            let steps = &mut self.residual_steps[slot];
+            difference(steps, &self.residual, &self.last_residual);
         }
         self.last_image.copy_from_slice(image);
         self.last_residual.copy_from_slice(&self.residual);
@@ -77,22 +99,22 @@ impl Anderson {
         }
         let mut system = [[0.0; MOST]; MOST];
         let mut right = [0.0; MOST];
-        for a in 0..kept {
-            for b in 0..=a {
-                system[a][b] = dot(&self.residual_steps[a], &self.residual_steps[b]);
-                system[b][a] = system[a][b];
+        let steps = &self.residual_steps[..kept];
+        for ((line, right), step) in system.iter_mut().zip(&mut right).zip(steps) {
+            for (value, other) in line.iter_mut().zip(steps) {
+                *value = dot(step, other);
             }
-            right[a] = dot(&self.residual_steps[a], &self.residual);
+            *right = dot(step, &self.residual);
         }
-        for a in 0..kept {
-            system[a][a] *= 1.0 + 1e-12;
+        for (a, line) in system.iter_mut().enumerate() {
+            line[a] *= 1.0 + 1e-12;
         }
         if !solve_small(&mut system, &mut right, kept) {
             return;
         }
-        for a in 0..kept {
-            for (x, step) in point.iter_mut().zip(&self.image_steps[a]) {
-                *x -= right[a] * step;
+        for (factor, steps) in right.iter().zip(&self.image_steps[..kept]) {
+            for (x, step) in point.iter_mut().zip(steps) {
+                *x -= factor * step;
             }
         }
     }
@@ -100,22 +122,10 @@ impl Anderson {
 
 const MOST: usize = 5;
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    // Four partial sums, so that the compiler may use vectors.
-    let mut sums = [0.0; 4];
-    let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));
-    let rest: f64 = a4
-        .remainder()
-        .iter()
-        .zip(b4.remainder())
-        .map(|(x, y)| x * y)
-        .sum();
-    for (x, y) in a4.zip(b4) {
-        for i in 0..4 {
-            sums[i] += x[i] * y[i];
-        }
+fn difference(out: &mut [f64], a: &[f64], b: &[f64]) {
+    for ((out, a), b) in out.iter_mut().zip(a).zip(b) {
+        *out = a - b;
     }
-    rest + sums.iter().sum::<f64>()
 }
 
 /// Gaussian elimination without pivoting (the system is positive definite). False when it is singular.
@@ -126,8 +136,9 @@ fn solve_small(system: &mut [[f64; MOST]; MOST], right: &mut [f64; MOST], n: usi
         }
         for j in i + 1..n {
             let factor = system[j][i] / system[i][i];
-            for k in i..n {
-                system[j][k] -= factor * system[i][k];
+            let (above, below) = system.split_at_mut(j);
+            for (value, pivot) in below[0][i..n].iter_mut().zip(&above[i][i..n]) {
+                *value -= factor * pivot;
             }
             right[j] -= factor * right[i];
         }

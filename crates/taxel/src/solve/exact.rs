@@ -10,10 +10,11 @@
 
 use super::anderson::Anderson;
 use super::lines::LiveLines;
+use super::network::Network;
 use super::root::Root;
 use super::{Infeasible, Method, Outcome, Scratch, Stop};
 use crate::circuit::{LineEnds, LinearCircuit};
-use crate::dense::{Spd, multiply, multiply_lower, view, view_mut};
+use crate::dense::{multiply_lower, view, view_mut};
 use crate::sensor::Topology;
 use crate::{Frame, Siemens, Volts};
 
@@ -28,6 +29,9 @@ pub struct Exact {
 const WEAK_ROW: f64 = 1e-7;
 const FAST_ROUNDS: u32 = 40;
 const MIXING_DEPTH: usize = 3;
+/// The rounds left would change a conductance by about change × ratio in all; how much more is allowed for,
+/// since mixed steps are irregular (3 is not enough: a tolerance of 1e-6 ends in 2e-6).
+const SAFETY: f64 = 10.0;
 
 impl Exact {
     /// The method for a circuit; none when its read-out has no closed iteration.
@@ -48,133 +52,98 @@ impl Exact {
     }
 }
 
-/// Arrays over the rows that carry current (m) and the live columns (n), row-major.
-pub(super) struct Network {
-    pub(super) m: usize,
-    pub(super) n: usize,
-    /// K, ohms.
-    pub(super) k: Vec<f64>,
-    /// P_rr, ohms.
-    pub(super) p: Vec<f64>,
-    /// g_c, siemens.
-    pub(super) g_c: Vec<f64>,
-    pub(super) h: Vec<f64>,
-    pub(super) d: Vec<f64>,
-    pub(super) g: Vec<f64>,
-    /// S, full and symmetric.
-    pub(super) s: Vec<f64>,
-    pub(super) product: Vec<f64>,
-    pub(super) spd: Spd,
-}
-
-impl Network {
-    fn new(m: usize, n: usize) -> Self {
-        Self {
-            m,
-            n,
-            k: vec![0.0; m * n],
-            p: vec![0.0; m],
-            g_c: vec![0.0; n],
-            h: vec![0.0; m * n],
-            d: vec![0.0; n],
-            g: vec![0.0; m * n],
-            s: vec![0.0; m * m],
-            product: vec![0.0; m * m],
-            spd: Spd::new(m),
-        }
-    }
-
-    /// H ← S K, then d ← g_c/(1 − ΣH) with the denominator held above `floor`. Returns the least
-    /// denominator and its column.
-    pub(super) fn columns_from_s(&mut self, floor: f64) -> (f64, usize) {
-        let (m, n) = (self.m, self.n);
-        multiply(
-            view_mut(&mut self.h, m, n),
-            view(&self.s, m, m),
-            view(&self.k, m, n),
-        );
-        self.d.fill(1.0);
-        for line in self.h.chunks_exact(n) {
-            for (d, h) in self.d.iter_mut().zip(line) {
-                *d -= h;
-            }
-        }
-        let mut least = (f64::INFINITY, 0);
-        for (c, (d, g_c)) in self.d.iter_mut().zip(&self.g_c).enumerate() {
-            if *d < least.0 || !d.is_finite() {
-                least = (*d, c);
-            }
-            *d = g_c / d.max(floor);
-        }
-        least
-    }
-
-    /// G ← H diag(d). Returns the largest conductance and the largest change of one.
-    pub(super) fn conductances(&mut self) -> (f64, f64) {
-        let n = self.n;
-        let (mut largest, mut change) = (0f64, 0f64);
-        for (g, h) in self.g.chunks_exact_mut(n).zip(self.h.chunks_exact(n)) {
-            for ((g, h), d) in g.iter_mut().zip(h).zip(&self.d) {
-                let value = h * d;
-                largest = largest.max(value.abs());
-                change = change.max((value - *g).abs());
-                *g = value;
-            }
-        }
-        (largest, change)
-    }
-}
-
 struct Memory {
     live: LiveLines,
-    /// Which of the live rows carry current.
+    /// Which of the live rows carry current, in this frame and in the one before.
     strong: Vec<bool>,
     strong_before: Vec<bool>,
     warm: bool,
+    /// The frame before was too much for the fast iteration.
+    slow: bool,
     volts: Vec<f64>,
     siemens: Vec<f64>,
     share: Vec<f64>,
     along_rows: Vec<f64>,
     network: Network,
+    /// What makes the previous frame's S have this one's P_rr, on either side.
+    stretch: Vec<f64>,
+    /// The lower triangle of S, row by row.
     packed: Vec<f64>,
     image: Vec<f64>,
     triangle: Vec<f64>,
     diagonal: Vec<f64>,
     mixing: Anderson,
-    root: Option<Box<Root>>,
+    root: Root,
 }
 
 impl Memory {
     fn new(rows: usize, columns: usize) -> Self {
+        let packed = rows * (rows + 1) / 2;
         Self {
             live: LiveLines::default(),
-            strong: Vec::new(),
-            strong_before: Vec::new(),
+            strong: Vec::with_capacity(rows),
+            strong_before: Vec::with_capacity(rows),
             warm: false,
+            slow: false,
             volts: vec![0.0; rows * columns],
             siemens: vec![0.0; rows * columns],
             share: vec![0.0; rows],
             along_rows: vec![0.0; rows],
-            network: Network::new(0, 0),
-            packed: Vec::new(),
-            image: Vec::new(),
-            triangle: Vec::new(),
-            diagonal: Vec::new(),
-            mixing: Anderson::new(MIXING_DEPTH, 0),
-            root: None,
+            network: Network::new(rows, columns),
+            stretch: vec![1.0; rows],
+            packed: vec![0.0; packed],
+            image: vec![0.0; packed],
+            triangle: vec![0.0; rows * rows],
+            diagonal: vec![0.0; rows],
+            mixing: Anderson::new(MIXING_DEPTH, packed),
+            root: Root::new(rows, columns),
         }
     }
 
-    fn reshape(&mut self, m: usize, n: usize) {
+    /// Makes room for the rows that carry current, keeping what is known of S. Allocates nothing.
+    fn reshape(&mut self, n: usize) {
+        let m = self.strong.iter().filter(|&&strong| strong).count();
         let packed = m * (m + 1) / 2;
-        self.network = Network::new(m, n);
-        self.packed = vec![0.0; packed];
-        self.image = vec![0.0; packed];
-        self.triangle = vec![0.0; m * m];
-        self.diagonal = vec![0.0; m];
-        self.mixing = Anderson::new(MIXING_DEPTH, packed);
-        self.root = None;
-        self.warm = false;
+        self.warm &= !self.slow;
+        if self.warm && self.strong.len() == self.strong_before.len() {
+            self.carry_over(packed);
+        } else {
+            self.warm = false;
+            self.packed.resize(packed, 0.0);
+        }
+        self.strong_before.clone_from(&self.strong);
+        self.image.resize(packed, 0.0);
+        self.network.resize(m, n);
+        self.triangle.resize(m * m, 0.0);
+        self.diagonal.resize(m, 0.0);
+        self.mixing.resize(packed);
+        self.root.resize(m, n);
+    }
+
+    /// S of the rows that go on carrying current; 0 for the others.
+    fn carry_over(&mut self, packed: usize) {
+        self.image.resize(packed, 0.0);
+        let (mut i, mut i_before) = (0, 0);
+        for (strong, before) in self.strong.iter().zip(&self.strong_before) {
+            if *strong {
+                let (mut at, mut from) = (i * (i + 1) / 2, i_before * (i_before + 1) / 2);
+                let columns = self.strong.iter().zip(&self.strong_before);
+                for (strong, known) in columns {
+                    if at == (i + 1) * (i + 2) / 2 {
+                        break;
+                    }
+                    if *strong {
+                        let both = *before && *known;
+                        self.image[at] = if both { self.packed[from] } else { 0.0 };
+                        at += 1;
+                    }
+                    from += usize::from(*known);
+                }
+            }
+            i += usize::from(*strong);
+            i_before += usize::from(*before);
+        }
+        std::mem::swap(&mut self.image, &mut self.packed);
     }
 }
 
@@ -250,22 +219,15 @@ impl Exact {
             }
             if sum >= 1.0 {
                 let ohms = 1.0 / ends.row_selected[r];
-                return Err(Infeasible {
-                    number: "r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain))",
-                    ohms,
-                    limit_ohms: ohms / sum,
-                    line: format!("row {r}"),
-                });
+                return Err(Infeasible::row(r, ohms, sum));
             }
             memory.share[i] = sum;
             memory.strong.push(sum > WEAK_ROW);
         }
-        let m = memory.strong.iter().filter(|&&strong| strong).count();
+        let mut known = memory.warm;
         if memory.strong != memory.strong_before {
-            let strong = std::mem::take(&mut memory.strong);
-            memory.strong_before.clone_from(&strong);
-            memory.strong = strong;
-            memory.reshape(m, n);
+            known = false;
+            memory.reshape(n);
         }
         let network = &mut memory.network;
         // Each time, so that a scratch also serves the same sensor with other resistances.
@@ -278,7 +240,13 @@ impl Exact {
                 continue;
             }
             let beta = 1.0 / memory.share[i];
-            network.p[at] = (beta - 1.0) / ends.row_selected[r];
+            let p = (beta - 1.0) / ends.row_selected[r];
+            memory.stretch[at] = if known {
+                (network.p[at] / p).sqrt()
+            } else {
+                1.0
+            };
+            network.p[at] = p;
             let line = &memory.volts[i * n..(i + 1) * n];
             for ((k, share), g_c) in network.k[at * n..(at + 1) * n]
                 .iter_mut()
@@ -296,18 +264,20 @@ impl Exact {
         if memory.network.m == 0 {
             return Outcome::new(Stop::Direct, 0, 0.0);
         }
-        let fast = self.fast(memory);
-        if fast.stop.is_good() {
-            return fast;
+        let mut fast_rounds = 0;
+        if !(memory.warm && memory.slow) {
+            let fast = self.fast(memory);
+            memory.slow = !fast.stop.is_good();
+            if !memory.slow {
+                return fast;
+            }
+            memory.warm = false;
+            fast_rounds = fast.rounds;
         }
-        let network = &mut memory.network;
-        let root = memory
-            .root
-            .get_or_insert_with(|| Box::new(Root::new(network.m, network.n)));
-        let (mut outcome, worst_column) = root.iterate(network, self.tolerance);
-        outcome.rounds += fast.rounds;
-        pack(&network.s, &mut memory.packed, network.m);
-        memory.mixing.restart();
+        let root = &mut memory.root;
+        let (mut outcome, worst_column) =
+            root.iterate(&mut memory.network, self.tolerance, memory.warm);
+        outcome.rounds += fast_rounds;
         if let Some((denominator, at)) = worst_column {
             let column = memory.live.columns[at];
             let ohms = 1.0 / self.ends.column_selected[column];
@@ -329,12 +299,16 @@ impl Exact {
             image,
             triangle,
             diagonal,
+            stretch,
             mixing,
             warm,
             ..
         } = memory;
         let m = network.m;
-        start(network, packed, mixing, *warm);
+        for (root, p) in diagonal.iter_mut().zip(&network.p) {
+            *root = p.sqrt();
+        }
+        start(network, packed, mixing, warm.then_some(stretch), diagonal);
         let (mut before, mut last_change) = (f64::INFINITY, f64::INFINITY);
         for round in 1..=FAST_ROUNDS {
             let stalled = Outcome::new(Stop::Stalled, round, last_change);
@@ -349,31 +323,12 @@ impl Exact {
             }
             // The change is the error of the round before; the ratio of changes says what is left now.
             let ratio = (change / before).min(1.0);
-            if round > 1 && change * (10.0 * ratio).min(1.0) <= self.tolerance {
+            if round > 1 && change * (SAFETY * ratio).min(1.0) <= self.tolerance {
                 return Outcome::new(Stop::Converged, round, change);
             }
             (before, last_change) = (change, change);
-            let (g, h) = (
-                view(&network.g, m, network.n),
-                view(&network.h, m, network.n),
-            );
-            multiply_lower(view_mut(&mut network.product, m, m), g, h.transpose());
-            for i in 0..m {
-                let (low, at) = (i * m, i * (i + 1) / 2);
-                for j in 0..i {
-                    image[at + j] = -network.product[low + j];
-                    network.product[low + j] = image[at + j];
-                }
-                image[at + i] = packed[at + i];
-                network.product[low + i] = packed[at + i];
-            }
-            if !network.spd.factorise(&network.product) {
+            if !image_of(network, packed, image, diagonal, triangle) {
                 return stalled;
-            }
-            network.spd.inverse_diagonal_into(diagonal, triangle);
-            for i in 0..m {
-                let found = diagonal[i];
-                image[i * (i + 1) / 2 + i] += (found - network.p[i]) / (found * found);
             }
             mixing.advance(packed, image);
         }
@@ -424,35 +379,73 @@ impl Exact {
     }
 }
 
-/// The first S: the previous frame's, or diag(1/P_rr); and the weights that make its entries comparable.
-fn start(network: &mut Network, packed: &mut [f64], mixing: &mut Anderson, warm: bool) {
+/// The first S: the previous frame's, scaled to this one's P_rr, or diag(1/P_rr); and the weights that make its entries comparable.
+fn start(
+    network: &mut Network,
+    packed: &mut [f64],
+    mixing: &mut Anderson,
+    stretch: Option<&mut Vec<f64>>,
+    root_p: &[f64],
+) {
     let m = network.m;
-    match warm {
-        true => mixing.resume(),
-        false => mixing.restart(),
+    match stretch {
+        Some(_) => mixing.resume(),
+        None => mixing.restart(),
     }
     let weights = mixing.weights_mut();
     let mut at = 0;
     for i in 0..m {
         for j in 0..=i {
-            weights[at] = (network.p[i] * network.p[j]).sqrt();
-            if !warm {
-                packed[at] = if i == j { 1.0 / network.p[i] } else { 0.0 };
-            }
+            weights[at] = root_p[i] * root_p[j];
+            let kept = match &stretch {
+                Some(stretch) => packed[at] * stretch[i] * stretch[j],
+                None => 0.0,
+            };
+            packed[at] = match i == j && kept == 0.0 {
+                true => 1.0 / network.p[i],
+                false => kept,
+            };
             at += 1;
         }
     }
-    if !warm {
+    if stretch.is_none() {
         network.g.fill(0.0);
     }
 }
 
-fn pack(full: &[f64], packed: &mut [f64], m: usize) {
-    let mut at = 0;
+/// The next S, packed, from the conductances of the present one. False when it is not positive definite.
+fn image_of(
+    network: &mut Network,
+    packed: &[f64],
+    image: &mut [f64],
+    diagonal: &mut [f64],
+    triangle: &mut [f64],
+) -> bool {
+    let m = network.m;
+    let (g, h) = (
+        view(&network.g, m, network.n),
+        view(&network.h, m, network.n),
+    );
+    multiply_lower(view_mut(&mut network.product, m, m), g, h.transpose());
     for i in 0..m {
-        packed[at..=at + i].copy_from_slice(&full[i * m..=i * m + i]);
-        at += i + 1;
+        let (low, at) = (i * m, i * (i + 1) / 2);
+        for j in 0..i {
+            image[at + j] = -network.product[low + j];
+            network.product[low + j] = image[at + j];
+        }
+        image[at + i] = packed[at + i];
+        network.product[low + i] = packed[at + i];
     }
+    if !network.spd.factorise(&network.product) {
+        return false;
+    }
+    network.spd.inverse_diagonal_into(diagonal, triangle);
+    for i in 0..m {
+        let found = diagonal[i];
+        // 1/found is the Schur complement of S_ii, so this makes it 1/P_rr if no other entry moves.
+        image[i * (i + 1) / 2 + i] += 1.0 / network.p[i] - 1.0 / found;
+    }
+    true
 }
 
 fn unpack(packed: &[f64], full: &mut [f64], m: usize) {

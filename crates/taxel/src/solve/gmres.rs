@@ -1,5 +1,7 @@
 //! Restarted GMRES (Saad and Schultz 1986) for the matrix-free Newton step.
 
+use crate::dense::dot;
+
 /// Memory for systems of one size.
 pub(super) struct Gmres {
     length: usize,
@@ -85,7 +87,7 @@ impl Gmres {
         let (known, new) = self.basis.split_at_mut(j + 1);
         let new = &mut new[0];
         for (i, old) in known.iter().enumerate() {
-            let along: f64 = new.iter().zip(old).map(|(a, b)| a * b).sum();
+            let along = dot(new, old);
             self.hessenberg[i * depth + j] = along;
             for (a, b) in new.iter_mut().zip(old) {
                 *a -= along * b;
@@ -141,7 +143,7 @@ impl Gmres {
 }
 
 pub(super) fn norm(values: &[f64]) -> f64 {
-    values.iter().map(|x| x * x).sum::<f64>().sqrt()
+    dot(values, values).sqrt()
 }
 
 fn scale(values: &mut [f64], factor: f64) {

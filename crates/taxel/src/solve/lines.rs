@@ -1,6 +1,9 @@
 //! Which lines take part: a line whose every taxel is marked open (or flickering: out in
 //! this frame) conducts nothing and is left out.
 
+use std::iter::StepBy;
+use std::ops::Range;
+
 use crate::circuit::LineEnds;
 use crate::{Frame, Mark};
 
@@ -48,8 +51,12 @@ impl LiveLines {
         if same(&self.rows, &self.row_open) && same(&self.columns, &self.column_open) {
             return false;
         }
-        self.rows = (0..rows).filter(|&r| !self.row_open[r]).collect();
-        self.columns = (0..columns).filter(|&c| !self.column_open[c]).collect();
+        let live = |kept: &mut Vec<usize>, open: &[bool]| {
+            kept.clear();
+            kept.extend((0..open.len()).filter(|&i| !open[i]));
+        };
+        live(&mut self.rows, &self.row_open);
+        live(&mut self.columns, &self.column_open);
         true
     }
 
@@ -82,6 +89,13 @@ impl LiveLines {
                 to[r * columns + c] = *value;
             }
         }
+    }
+
+    /// The places of every row's taxels among those that take part, then of every column's.
+    pub(super) fn lines(&self) -> impl Iterator<Item = StepBy<Range<usize>>> + use<> {
+        let (m, n) = (self.rows.len(), self.columns.len());
+        let rows = (0..m).map(move |r| (r * n..(r + 1) * n).step_by(1));
+        rows.chain((0..n).map(move |c| (c..m * n).step_by(n)))
     }
 
     /// The ends of the lines that take part.

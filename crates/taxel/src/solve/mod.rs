@@ -7,15 +7,18 @@ mod anderson;
 mod exact;
 mod gmres;
 mod lines;
+mod network;
 mod newton;
+mod path;
 mod raw;
 mod root;
+mod square_root;
 mod uncertainty;
 
 pub use exact::Exact;
 pub use newton::Newton;
 pub use raw::Raw;
-pub use uncertainty::{Uncertainty, standard_errors};
+pub use uncertainty::{Uncertainty, standard_errors, standard_errors_by};
 
 use std::any::Any;
 
@@ -128,6 +131,18 @@ pub struct Infeasible {
     pub line: String,
 }
 
+impl Infeasible {
+    /// A row whose readings, as shares of V_t, sum to one or more.
+    fn row(row: usize, ohms: f64, sum: f64) -> Self {
+        Self {
+            number: "r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms)",
+            ohms,
+            limit_ohms: ohms / sum,
+            line: format!("row {row}"),
+        }
+    }
+}
+
 /// How a solve went.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
@@ -138,8 +153,9 @@ pub struct Outcome {
     /// What is left, a pure number: for `exact` the last change of a conductance over the largest, for
     /// `newton` the largest misfit of a taxel's apparent conductance over the largest.
     pub residual: f64,
-    /// Another set of conductances explains the frame as well (possible with a large source or row
-    /// resistance, where a reading falls again as everything is pressed harder). The answer given is the
+    /// Another set of conductances explains the frame as well, or may do so: the search for it led
+    /// elsewhere. Possible with a large source or row resistance, where a reading falls again as everything
+    /// is pressed harder. The answer given is one without negative conductances if there is one, then the
     /// one whose unpressed taxels look more alike.
     pub ambiguous: bool,
 }

@@ -6,8 +6,10 @@
 
 use super::gmres::{Gmres, norm};
 use super::lines::LiveLines;
-use super::{Infeasible, Method, Outcome, Scratch, Stop};
+use super::path::OwnPath;
+use super::{Method, Outcome, Scratch, Stop};
 use crate::circuit::{LineEnds, LinearCircuit, LinearPoint, OperatingPoint};
+use crate::sensor::Topology;
 use crate::{Frame, Siemens, Volts};
 
 /// Newton's method for any linear circuit.
@@ -20,6 +22,25 @@ pub struct Newton {
 const ROUNDS: u32 = 60;
 const DEPTH: usize = 60;
 const RESTARTS: usize = 6;
+/// Keeps the factor 1, at which an answer explains itself, away from the grid of factors tried.
+const GRID_OFFSET: f64 = 0.7;
+/// Factors of an answer nearer to 1 than this (in the logarithm) are the answer itself.
+const SAME_FACTOR: f64 = 0.02;
+
+/// A line whose apparent conductances sum to less than this share of their absolute sum is idle.
+const IDLE_LINE: f64 = 0.1;
+
+/// What a cold solve starts from a multiple of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Shape {
+    /// The measured apparent conductances.
+    Measured,
+    /// The first answer, in `kept`.
+    Answer,
+}
+
+/// Factors at which the sum of the readings is the measured one.
+type Crossings = [Option<f64>; 2];
 
 impl Newton {
     /// The method for a circuit.
@@ -34,58 +55,6 @@ impl Newton {
     pub fn with_tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
         self
-    }
-}
-
-/// The series path of each taxel that is its own: I = V_out/volts_per_ampere, y = I/(V_t − I·R).
-struct OwnPath {
-    per_ampere: f64,
-    v_test: f64,
-    column_ohms: Vec<f64>,
-    row_ohms: Vec<f64>,
-}
-
-impl OwnPath {
-    fn new(ends: &LineEnds) -> Self {
-        let ohms = |g: &[f64]| g.iter().map(|g| 1.0 / g).collect();
-        Self {
-            per_ampere: 1.0 / ends.volts_per_ampere,
-            v_test: ends.v_test_volts,
-            column_ohms: ohms(&ends.column_selected),
-            row_ohms: ohms(&ends.row_selected),
-        }
-    }
-
-    /// y and dy/dV of every taxel, in place of its volts.
-    fn apparent(&self, volts: &mut [f64], slope: &mut [f64]) {
-        let n = self.column_ohms.len();
-        for ((line, slopes), row) in volts
-            .chunks_exact_mut(n)
-            .zip(slope.chunks_exact_mut(n))
-            .zip(&self.row_ohms)
-        {
-            for ((value, slope), column) in line.iter_mut().zip(slopes).zip(&self.column_ohms) {
-                let current = *value * self.per_ampere;
-                let left = self.v_test - current * (row + column);
-                *value = current / left;
-                *slope = self.per_ampere * self.v_test / (left * left);
-            }
-        }
-    }
-
-    /// The taxel that draws more than its own path lets through, if there is one: the ohms it allows.
-    fn infeasible(&self, volts: &[f64], live: &LiveLines) -> Option<Infeasible> {
-        let n = self.column_ohms.len();
-        volts.iter().enumerate().find_map(|(i, v)| {
-            let ohms = self.row_ohms[i / n] + self.column_ohms[i % n];
-            let current = v * self.per_ampere;
-            (current * ohms >= self.v_test).then(|| Infeasible {
-                number: "r_mux_row_ohms + r_mux_column_ohms (with r_source_ohms and the row's end resistor)",
-                ohms,
-                limit_ohms: self.v_test / current,
-                line: format!("the taxel at row {}, column {}", live.rows[i / n], live.columns[i % n]),
-            })
-        })
     }
 }
 
@@ -146,6 +115,37 @@ impl Memory {
         self.warm = false;
     }
 
+    /// A line whose readings are noise about zero would be a negative conductance to the rest of the network,
+    /// which then has no solution: its negative readings count as zero.
+    fn clip_idle_lines(&mut self) {
+        for line in self.live.lines() {
+            let (sum, size) = line.clone().fold((0.0, 0.0), |(sum, size), at| {
+                let y = self.measured[at];
+                (sum + y, size + y.abs())
+            });
+            if sum < IDLE_LINE * size {
+                for at in line {
+                    self.measured[at] = self.measured[at].max(0.0);
+                }
+            }
+        }
+    }
+
+    /// Keeps the conductance of every line from g to `trial` above a tenth of what it was. A line that hardly
+    /// conducts gets steps which are all rounding beside the other lines' and would make the network active.
+    fn hold_lines(&mut self) {
+        for line in self.live.lines() {
+            let (before, after) = line.clone().fold((0.0, 0.0), |(before, after), at| {
+                (before + self.g[at], after + self.trial[at])
+            });
+            if after < 0.1 * before {
+                for at in line {
+                    self.trial[at] = 0.1 * self.g[at];
+                }
+            }
+        }
+    }
+
     /// Solves the network at `trial`; the misfit of the apparent conductances is left in `misfit`, their
     /// values in `found`, dy/dV in `slope`. The norm of the misfit, if the network is passive.
     fn evaluate(&mut self) -> Option<f64> {
@@ -162,21 +162,25 @@ impl Memory {
         size.is_finite().then_some(size)
     }
 
-    /// Starts of a cold solve: the measured apparent conductances times the factors that make their sum
-    /// right. A source resistor or a large row resistance makes the sum fall again as conductances grow,
-    /// so there can be two such factors, and two answers.
-    fn starts(&mut self) -> [Option<f64>; 2] {
-        let floor = 1e-9 * largest(&self.measured);
+    /// Factors of `shape` whose readings sum to the measured sum, and the one that comes nearest. A source
+    /// resistor or a large row resistance makes the sum fall again as conductances grow, so there can be
+    /// two such factors, and two answers.
+    fn factors(&mut self, shape: Shape) -> (Crossings, f64) {
         let wanted: f64 = self.measured.iter().sum();
-        let (mut starts, mut found) = ([None; 2], 0);
+        let (mut crossings, mut found) = ([None; 2], 0);
         let mut nearest = (f64::INFINITY, 1.0);
         let mut before: Option<(f64, f64)> = None;
-        for power in -2..=9 {
-            let factor = 4f64.powi(power);
-            self.start_at(factor, floor);
+        let (base, powers) = match shape {
+            Shape::Measured => (4f64, -2..=6),
+            Shape::Answer => (2f64, -5..=9),
+        };
+        for power in powers {
+            let factor = base.powi(power) * GRID_OFFSET;
+            self.start_at(shape, factor);
             let Some(excess) = self
                 .evaluate()
                 .map(|_| (self.found.iter().sum::<f64>() / wanted).ln())
+                .filter(|excess| excess.is_finite())
             else {
                 continue;
             };
@@ -188,34 +192,40 @@ impl Memory {
                 && found < 2
             {
                 let part = last / (last - excess);
-                starts[found] = Some(at * 4f64.powf(part));
+                crossings[found] = Some(at * (factor / at).powf(part));
                 found += 1;
             }
             before = Some((excess, factor));
         }
-        if found == 0 {
-            starts[0] = Some(nearest.1);
-        }
-        starts
+        (crossings, nearest.1)
     }
 
-    fn start_at(&mut self, factor: f64, floor: f64) {
-        for (trial, measured) in self.trial.iter_mut().zip(&self.measured) {
-            *trial = factor * measured.max(floor);
+    /// Sets `trial` to a multiple of the measured apparent conductances or of the first answer.
+    fn start_at(&mut self, shape: Shape, factor: f64) {
+        let from = match shape {
+            Shape::Measured => &self.measured,
+            Shape::Answer => &self.kept,
+        };
+        let floor = 1e-9 * largest(from);
+        for (trial, value) in self.trial.iter_mut().zip(from) {
+            *trial = factor * value.max(floor);
         }
     }
 
-    /// Median distance of ln G from its median: how little the unpressed taxels look alike.
-    fn scatter(&mut self) -> f64 {
+    /// How unlikely the conductances in `g` are: whether some are clearly negative, then the median
+    /// distance of ln |G| from its median, which is small when the unpressed taxels look alike.
+    fn unlikeliness(&mut self) -> (bool, f64) {
+        let least = self.g.iter().fold(0f64, |least, g| least.min(*g));
         let middle = self.g.len() / 2;
         for (out, g) in self.step.iter_mut().zip(&self.g) {
-            *out = g.max(1e-15).ln();
+            *out = g.abs().max(1e-15).ln();
         }
         let median = *self.step.select_nth_unstable_by(middle, f64::total_cmp).1;
         for value in &mut self.step {
             *value = (*value - median).abs();
         }
-        *self.step.select_nth_unstable_by(middle, f64::total_cmp).1
+        let scatter = *self.step.select_nth_unstable_by(middle, f64::total_cmp).1;
+        (-least > 1e-3 * largest(&self.g), scatter)
     }
 }
 
@@ -270,10 +280,8 @@ impl Method for Newton {
 
 impl Newton {
     fn iterate(&self, memory: &mut Memory) -> Outcome {
-        if let Some(infeasible) = memory
-            .path
-            .as_ref()
-            .and_then(|path| path.infeasible(&memory.measured, &memory.live))
+        if let Some(path) = &memory.path
+            && let Some(infeasible) = path.infeasible(&memory.measured, &memory.live, self.unique())
         {
             memory.g.fill(0.0);
             return Outcome::new(Stop::Infeasible(infeasible), 0, f64::INFINITY);
@@ -281,6 +289,7 @@ impl Newton {
         if let Some(path) = &memory.path {
             path.apparent(&mut memory.measured, &mut memory.slope);
         }
+        memory.clip_idle_lines();
         let scale = largest(&memory.measured);
         if scale == 0.0 {
             memory.g.fill(0.0);
@@ -295,46 +304,83 @@ impl Newton {
                 }
             }
         }
-        let mut best: Option<(Outcome, f64)> = None;
-        for factor in memory.starts().into_iter().flatten() {
-            memory.start_at(factor, 1e-9 * scale);
-            let Some(size) = memory.evaluate() else {
-                continue;
-            };
-            memory.g.copy_from_slice(&memory.trial);
-            let outcome = self.descend(memory, size, scale);
-            let scatter = memory.scatter();
-            let Some((kept, kept_scatter)) = &mut best else {
-                memory.kept.copy_from_slice(&memory.g);
-                best = Some((outcome, scatter));
-                continue;
-            };
-            let both = kept.stop.is_good() && outcome.stop.is_good();
-            let apart = memory
-                .g
-                .iter()
-                .zip(&memory.kept)
-                .fold(0f64, |most, (a, b)| most.max((a - b).abs()));
-            kept.ambiguous = both && apart > 1e-3 * largest(&memory.g);
-            if (both && kept.ambiguous && scatter < *kept_scatter)
-                || (!kept.stop.is_good() && outcome.stop.is_good())
-            {
-                memory.kept.copy_from_slice(&memory.g);
-                let ambiguous = kept.ambiguous;
-                (*kept, *kept_scatter) = (
-                    Outcome {
-                        ambiguous,
-                        ..outcome
-                    },
-                    scatter,
-                );
+        self.cold(memory, scale)
+    }
+
+    /// Solves without a previous frame, and looks for a second answer.
+    fn cold(&self, memory: &mut Memory, scale: f64) -> Outcome {
+        let (crossings, nearest) = memory.factors(Shape::Measured);
+        let first = crossings[0].unwrap_or(nearest);
+        let Some(mut best) = self.descend_from(memory, Shape::Measured, first, scale) else {
+            return Outcome::new(Stop::Stalled, 0, f64::INFINITY);
+        };
+        memory.kept.copy_from_slice(&memory.g);
+        if best.stop.is_good() {
+            if !self.unique() {
+                self.look_for_another(memory, &mut best, scale);
             }
+        } else if let Some(second) = crossings[1]
+            && let Some(outcome) = self.descend_from(memory, Shape::Measured, second, scale)
+            && outcome.stop.is_good()
+        {
+            memory.kept.copy_from_slice(&memory.g);
+            best = outcome;
         }
         memory.g.copy_from_slice(&memory.kept);
-        match best {
-            Some((outcome, _)) => outcome,
-            None => Outcome::new(Stop::Stalled, 0, f64::INFINITY),
+        best
+    }
+
+    /// Whether a frame has one answer at most: unselected rows open, and no source resistor between the
+    /// driven column and what the unselected ones hang on (docs/theory.md).
+    fn unique(&self) -> bool {
+        let ends = self.circuit.ends();
+        matches!(
+            ends.topology,
+            Topology::TiaGroundedColumns | Topology::DividerGroundedColumns
+        ) && ends.column_selected == ends.column_unselected
+    }
+
+    /// Tries other multiples of the answer in `kept` that explain the sum of the readings. The likelier
+    /// answer ends up in `kept`; with a second one, or a start that leads nowhere, the first is ambiguous.
+    fn look_for_another(&self, memory: &mut Memory, best: &mut Outcome, scale: f64) {
+        let mut likelihood = memory.unlikeliness();
+        for factor in memory.factors(Shape::Answer).0.into_iter().flatten() {
+            if factor.ln().abs() < SAME_FACTOR {
+                continue;
+            }
+            let Some(outcome) = self.descend_from(memory, Shape::Answer, factor, scale) else {
+                continue;
+            };
+            let apart = memory.g.iter().zip(&memory.kept);
+            let apart = apart.fold(0f64, |most, (a, b)| most.max((a - b).abs()));
+            if outcome.stop.is_good() && apart <= 1e-3 * largest(&memory.g) {
+                continue;
+            }
+            best.ambiguous = true;
+            let unlikely = memory.unlikeliness();
+            if outcome.stop.is_good() && unlikely < likelihood {
+                likelihood = unlikely;
+                memory.kept.copy_from_slice(&memory.g);
+                *best = Outcome {
+                    ambiguous: true,
+                    ..outcome
+                };
+            }
         }
+    }
+
+    /// Newton's iteration from a multiple of a shape; none when the network is not passive there.
+    fn descend_from(
+        &self,
+        memory: &mut Memory,
+        shape: Shape,
+        factor: f64,
+        scale: f64,
+    ) -> Option<Outcome> {
+        memory.start_at(shape, factor);
+        let size = memory.evaluate()?;
+        memory.g.copy_from_slice(&memory.trial);
+        Some(self.descend(memory, size, scale))
     }
 
     /// Newton's iteration from `memory.g`, whose misfit is known.
@@ -376,6 +422,7 @@ impl Newton {
             for ((trial, g), step) in memory.trial.iter_mut().zip(&memory.g).zip(&memory.step) {
                 *trial = g + length * step;
             }
+            memory.hold_lines();
             if let Some(now) = memory.evaluate()
                 && now < size * (1.0 - 1e-4 * length)
             {

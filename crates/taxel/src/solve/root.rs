@@ -5,9 +5,10 @@
 //! the two diagonals are mixed after Anderson, which takes a third of the rounds.
 
 use super::anderson::Anderson;
-use super::exact::Network;
+use super::network::Network;
+use super::square_root::SquareRoot;
 use super::{Outcome, Stop};
-use crate::dense::{Eigen, mirror, multiply, multiply_lower, view, view_mut};
+use crate::dense::{Spd, mirror, multiply_lower, view, view_mut};
 
 const ROUNDS: u32 = 120;
 const DEPTH: usize = 4;
@@ -18,12 +19,12 @@ pub(super) struct Root {
     point: Vec<f64>,
     image: Vec<f64>,
     mixing: Anderson,
-    eigen: Eigen,
+    square_root: SquareRoot,
+    /// Λ^½ and D^½.
+    ends: Vec<f64>,
     scaled: Vec<f64>,
     matrix: Vec<f64>,
-    values: Vec<f64>,
-    vectors: Vec<f64>,
-    spread: Vec<f64>,
+    spd: Spd,
 }
 
 impl Root {
@@ -32,37 +33,40 @@ impl Root {
             point: vec![0.0; m + n],
             image: vec![0.0; m + n],
             mixing: Anderson::new(DEPTH, m + n),
-            eigen: Eigen::new(m),
+            square_root: SquareRoot::new(m),
+            ends: vec![0.0; m + n],
             scaled: vec![0.0; m * n],
             matrix: vec![0.0; m * m],
-            values: vec![0.0; m],
-            vectors: vec![0.0; m * m],
-            spread: vec![0.0; m * m],
+            spd: Spd::new(m),
         }
     }
 
-    /// Iterates to the tolerance; leaves G, H, d, S in the network. The second answer is the column whose
+    /// Takes another shape; allocates nothing when it is no larger than the first.
+    pub(super) fn resize(&mut self, m: usize, n: usize) {
+        for line in [&mut self.point, &mut self.image, &mut self.ends] {
+            line.resize(m + n, 0.0);
+        }
+        self.mixing.resize(m + n);
+        self.square_root.resize(m);
+        self.scaled.resize(m * n, 0.0);
+        self.matrix.resize(m * m, 0.0);
+        self.spd.resize(m);
+    }
+
+    /// Iterates to the tolerance, from the frame before when it is `warm`; leaves G, H, d, S in the network. The second answer is the column whose
     /// denominator stayed at or below zero, if one did.
     pub(super) fn iterate(
         &mut self,
         network: &mut Network,
         tolerance: f64,
+        warm: bool,
     ) -> (Outcome, Option<(f64, usize)>) {
         let m = network.m;
-        for (x, p) in self.point.iter_mut().zip(&network.p) {
-            *x = -p.ln();
+        if warm {
+            self.mixing.resume();
+        } else {
+            self.start(network);
         }
-        // The raw reading of K as a start: H ≈ diag(1/p) K.
-        network.s.fill(0.0);
-        for i in 0..m {
-            network.s[i * m + i] = 1.0 / network.p[i];
-        }
-        network.columns_from_s(0.3);
-        for (x, d) in self.point[m..].iter_mut().zip(&network.d) {
-            *x = d.ln();
-        }
-        network.g.fill(0.0);
-        self.mixing.restart();
         let mut least = (f64::INFINITY, 0);
         let mut last = f64::INFINITY;
         for round in 1..=ROUNDS {
@@ -86,45 +90,63 @@ impl Root {
         (Outcome::new(stop, ROUNDS, last), infeasible(least))
     }
 
+    /// The raw reading of K as a start: H ≈ diag(1/p) K.
+    fn start(&mut self, network: &mut Network) {
+        let m = network.m;
+        for (x, p) in self.point.iter_mut().zip(&network.p) {
+            *x = -p.ln();
+        }
+        network.s.fill(0.0);
+        for i in 0..m {
+            network.s[i * m + i] = 1.0 / network.p[i];
+        }
+        network.columns_from_s(0.3);
+        for (x, d) in self.point[m..].iter_mut().zip(&network.d) {
+            *x = d.ln();
+        }
+        network.g.fill(0.0);
+        self.mixing.restart();
+    }
+
     /// One round: S from the diagonals, and Λ's image.
     fn step(&mut self, network: &mut Network) -> bool {
         let (m, n) = (network.m, network.n);
-        let (lambda, d) = self.point.split_at(m);
-        for i in 0..m {
-            let row = (0.5 * lambda[i]).exp();
-            for j in 0..n {
-                self.scaled[i * n + j] = row * network.k[i * n + j] * (0.5 * d[j]).exp();
+        for (end, x) in self.ends.iter_mut().zip(&self.point) {
+            *end = (0.5 * x).exp();
+        }
+        let (rows, columns) = self.ends.split_at(m);
+        for ((scaled, k), row) in self
+            .scaled
+            .chunks_exact_mut(n)
+            .zip(network.k.chunks_exact(n))
+            .zip(rows)
+        {
+            for ((scaled, k), column) in scaled.iter_mut().zip(k).zip(columns) {
+                *scaled = 2.0 * row * k * column;
             }
         }
         let scaled = view(&self.scaled, m, n);
         multiply_lower(view_mut(&mut self.matrix, m, m), scaled, scaled.transpose());
         mirror(&mut self.matrix, m);
-        if !self.matrix.iter().all(|x| x.is_finite())
-            || !self
-                .eigen
-                .decompose(&self.matrix, &mut self.values, &mut self.vectors)
-        {
+        self.matrix
+            .iter_mut()
+            .step_by(m + 1)
+            .for_each(|x| *x += 1.0);
+        if !self.square_root.in_place(&mut self.matrix) {
             return false;
         }
-        // X and its inverse share eigenvectors: P_rr = X_rr/Λ_r, S = Λ^½ X⁻¹ Λ^½.
+        // 2X = I + the root: P_rr = X_rr/Λ_r, S = Λ^½ X⁻¹ Λ^½.
         for i in 0..m {
-            let mut x_rr = 0.0;
-            for k in 0..m {
-                let x = 0.5 * (1.0 + (1.0 + 4.0 * self.values[k].max(0.0)).sqrt());
-                let u = self.vectors[k * m + i];
-                x_rr += u * u * x;
-                self.spread[i * m + k] = u / x;
-            }
-            self.image[i] = (x_rr / network.p[i]).ln();
+            self.matrix[i * m + i] += 1.0;
+            self.image[i] = (0.5 * self.matrix[i * m + i] / network.p[i]).ln();
         }
-        multiply(
-            view_mut(&mut network.s, m, m),
-            view(&self.spread, m, m),
-            view(&self.vectors, m, m),
-        );
-        for i in 0..m {
-            for j in 0..m {
-                network.s[i * m + j] *= (0.5 * (lambda[i] + lambda[j])).exp();
+        if !self.spd.factorise(&self.matrix) {
+            return false;
+        }
+        self.spd.inverse_into(&mut network.s);
+        for (line, row) in network.s.chunks_exact_mut(m).zip(rows) {
+            for (s, column) in line.iter_mut().zip(rows) {
+                *s *= 2.0 * row * column;
             }
         }
         true

@@ -21,6 +21,8 @@ pub enum Uncertainty {
 /// Up to this many taxels the whole derivative is inverted.
 const DENSE_TAXELS: usize = 1024;
 const PROBES: u32 = 32;
+const DEPTH: usize = 60;
+const RESTARTS: usize = 10;
 
 /// Standard error of every conductance (siemens, row by row) when each reading has an independent
 /// standard deviation of `sigma_volts`: the square root of the diagonal of J⁻¹ σ² J⁻ᵀ at the
@@ -33,27 +35,53 @@ pub fn standard_errors(
     siemens: &[f64],
     sigma_volts: f64,
 ) -> Result<(Vec<f64>, Uncertainty), NotPassive> {
+    let how = match siemens.len() <= DENSE_TAXELS {
+        true => Uncertainty::Dense,
+        false => Uncertainty::Probes(PROBES),
+    };
+    Ok((standard_errors_by(how, point, siemens, sigma_volts)?, how))
+}
+
+/// [`standard_errors`] computed in a given way: `Dense` takes memory for the square of the number of taxels.
+///
+/// # Errors
+/// [`NotPassive`] when the network has no solution at these conductances.
+pub fn standard_errors_by(
+    how: Uncertainty,
+    point: &mut dyn OperatingPoint,
+    siemens: &[f64],
+    sigma_volts: f64,
+) -> Result<Vec<f64>, NotPassive> {
     point.set(siemens)?;
-    let taxels = siemens.len();
-    if taxels <= DENSE_TAXELS {
-        return Ok((dense(point, taxels, sigma_volts), Uncertainty::Dense));
-    }
-    let mut gmres = Gmres::new(taxels, 60);
+    Ok(match how {
+        Uncertainty::Dense => dense(point, siemens.len(), sigma_volts),
+        Uncertainty::Probes(count) => probes(point, siemens.len(), sigma_volts, count),
+    })
+}
+
+fn probes(point: &mut dyn OperatingPoint, taxels: usize, sigma: f64, count: u32) -> Vec<f64> {
+    let mut gmres = Gmres::new(taxels, DEPTH.min(taxels));
     let mut random = ChaCha8Rng::seed_from_u64(0x7a8e1);
     let (mut sum, mut x, mut b) = (vec![0.0; taxels], vec![0.0; taxels], vec![0.0; taxels]);
-    for _ in 0..PROBES {
+    for _ in 0..count {
         for value in &mut b {
-            *value = sigma_volts * normal(&mut random);
+            *value = sigma * normal(&mut random);
         }
-        gmres.solve(|v, out| point.derivative_into(v, out), &b, &mut x, 1e-3, 10);
+        gmres.solve(
+            |v, out| point.derivative_into(v, out),
+            &b,
+            &mut x,
+            1e-3,
+            RESTARTS,
+        );
         for (sum, x) in sum.iter_mut().zip(&x) {
             *sum += x * x;
         }
     }
     for value in &mut sum {
-        *value = (*value / f64::from(PROBES)).sqrt();
+        *value = (*value / f64::from(count)).sqrt();
     }
-    Ok((sum, Uncertainty::Probes(PROBES)))
+    sum
 }
 
 fn dense(point: &mut dyn OperatingPoint, taxels: usize, sigma: f64) -> Vec<f64> {

@@ -5,11 +5,12 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use taxel::circuit::LineEnds;
+use taxel::circuit::{Circuit, LineEnds, LinearCircuit};
 use taxel::sensor::{
     Array, ConverterSpec, PerLine, Readout, ScanOrder, ScreenSpec, Sensor, Topology,
 };
-use taxel::{Frame, Siemens};
+use taxel::solve::{Method, method};
+use taxel::{Frame, Siemens, Volts};
 
 /// A sensor of any topology with equal switches.
 pub fn sensor(
@@ -141,4 +142,80 @@ pub fn farthest(a: &[f64], b: &[f64]) -> f64 {
     a.iter()
         .zip(b)
         .fold(0.0, |most, (a, b)| most.max((a - b).abs()))
+}
+
+/// Shapes that every property of the inverse is tried on: one taxel, one line, either side longer, square.
+pub const SHAPES: [(usize, usize); 6] = [(1, 1), (1, 6), (6, 1), (12, 5), (5, 12), (8, 8)];
+
+/// The methods that invert a topology (without a source resistor), by name.
+pub fn methods(topology: Topology) -> &'static [&'static str] {
+    match topology {
+        Topology::TiaGroundedColumns => &["exact", "newton"],
+        _ => &["newton"],
+    }
+}
+
+/// A sensor and a method that inverts its scan.
+pub struct Inversion {
+    /// For messages.
+    pub label: String,
+    /// The sensor.
+    pub sensor: Sensor,
+    /// Its circuit.
+    pub circuit: LinearCircuit,
+    /// The method.
+    pub method: Box<dyn Method>,
+}
+
+/// The method called `name` for a sensor of equal switches.
+pub fn inversion(
+    name: &str,
+    topology: Topology,
+    (rows, columns): (usize, usize),
+    r_mux: f64,
+    r_source: f64,
+) -> Inversion {
+    let sensor = sensor(topology, rows, columns, r_mux, r_source);
+    Inversion {
+        label: format!(
+            "{name}, {} {rows}x{columns}, {r_mux} Ohm, source {r_source} Ohm",
+            topology.name()
+        ),
+        circuit: LinearCircuit::from_sensor(&sensor).expect("switches are known"),
+        method: method(name, &sensor).expect("the method fits"),
+        sensor,
+    }
+}
+
+/// The one list: every topology, shape and method.
+pub fn inversions(r_mux: f64) -> Vec<Inversion> {
+    let mut list = Vec::new();
+    for topology in Topology::ALL {
+        for shape in SHAPES {
+            for name in methods(topology) {
+                list.push(inversion(name, topology, shape, r_mux, 0.0));
+            }
+        }
+    }
+    list
+}
+
+/// Largest error over the largest conductance.
+pub fn relative_error(found: &Frame<Siemens>, truth: &Frame<Siemens>) -> f64 {
+    farthest(found.values(), truth.values()) / largest(truth.values())
+}
+
+/// Scans of a slowly changing press: from frame to frame every taxel changes by up to 1 %.
+pub fn stream(circuit: &LinearCircuit, first: &Frame<Siemens>, frames: usize) -> Vec<Frame<Volts>> {
+    let mut random = ChaCha8Rng::seed_from_u64(41);
+    let mut siemens = first.clone();
+    (0..frames)
+        .map(|_| {
+            let volts = circuit.predict(&siemens).expect("passive");
+            for g in siemens.values_mut() {
+                *g *= 1.0 + random.random_range(-0.01..0.01);
+            }
+            volts
+        })
+        .collect()
 }

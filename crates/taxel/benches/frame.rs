@@ -1,0 +1,136 @@
+//! One frame: scan, derivative, inverse. `cargo bench -p taxel --bench frame`.
+
+#[path = "../tests/common/mod.rs"]
+mod common;
+
+use std::hint::black_box;
+
+use common::{inversion, pressed, sensor, stream};
+use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
+use taxel::Frame;
+use taxel::circuit::{Circuit, LinearCircuit, OperatingPoint};
+use taxel::sensor::Topology;
+use taxel::solve::{Exact, Method};
+
+const SIZES: [(usize, usize); 6] = [
+    (16, 16),
+    (32, 32),
+    (64, 128),
+    (128, 64),
+    (128, 128),
+    (256, 256),
+];
+
+fn circuit((rows, columns): (usize, usize)) -> LinearCircuit {
+    let sensor = sensor(Topology::TiaGroundedColumns, rows, columns, 10.0, 0.0);
+    LinearCircuit::from_sensor(&sensor).expect("switches are known")
+}
+
+fn forward(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("forward");
+    for size in SIZES {
+        let name = format!("{}x{}", size.0, size.1);
+        let siemens = pressed(size.0, size.1, 0.3, 1);
+        let mut point = circuit(size).point();
+        let mut volts = vec![0.0; siemens.values().len()];
+        group.bench_function(BenchmarkId::new("scan", &name), |bencher| {
+            bencher.iter(|| {
+                point.set(black_box(siemens.values())).expect("passive");
+                point.predict_into(&mut volts);
+            });
+        });
+        let direction = siemens.values().to_vec();
+        group.bench_function(BenchmarkId::new("derivative", &name), |bencher| {
+            bencher.iter(|| point.derivative_into(black_box(&direction), &mut volts));
+        });
+        group.bench_function(BenchmarkId::new("adjoint", &name), |bencher| {
+            bencher.iter(|| point.adjoint_into(black_box(&direction), &mut volts));
+        });
+    }
+    group.finish();
+}
+
+fn exact(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("exact");
+    for size in SIZES {
+        let name = format!("{}x{}", size.0, size.1);
+        let circuit = circuit(size);
+        let method = Exact::new(&circuit)
+            .expect("the e-Cone's")
+            .with_tolerance(1e-6);
+        let frames = stream(&circuit, &pressed(size.0, size.1, 0.3, 1), 16);
+        let mut out = Frame::zeros(size.0, size.1);
+        let mut scratch = method.scratch();
+        group.bench_function(BenchmarkId::new("cold", &name), |bencher| {
+            bencher.iter(|| {
+                scratch.forget();
+                method.solve_into(black_box(&frames[0]), &mut out, &mut scratch)
+            });
+        });
+        let mut order = (0..16).chain((1..15).rev()).cycle();
+        group.bench_function(BenchmarkId::new("warm", &name), |bencher| {
+            bencher.iter_batched(
+                || order.next().expect("endless"),
+                |at| method.solve_into(black_box(&frames[at]), &mut out, &mut scratch),
+                BatchSize::PerIteration,
+            );
+        });
+    }
+    group.finish();
+}
+
+fn newton(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("newton");
+    group.sample_size(10);
+    let mut cases: Vec<_> = Topology::ALL
+        .into_iter()
+        .flat_map(|topology| [(topology, (16, 16)), (topology, (32, 32))])
+        .collect();
+    cases.push((Topology::DividerFloating, (64, 128)));
+    for (topology, size) in cases {
+        let inversion = inversion("newton", topology, size, 70.0, 0.0);
+        let volts = inversion
+            .circuit
+            .predict(&pressed(size.0, size.1, 0.3, 1))
+            .expect("passive");
+        let mut out = Frame::zeros(size.0, size.1);
+        let mut scratch = inversion.method.scratch();
+        let name = format!("{} {}x{}", topology.name(), size.0, size.1);
+        group.bench_function(BenchmarkId::new("cold", name), |bencher| {
+            bencher.iter(|| {
+                scratch.forget();
+                inversion
+                    .method
+                    .solve_into(black_box(&volts), &mut out, &mut scratch)
+            });
+        });
+    }
+    group.finish();
+}
+
+/// Where the fast iteration gives up and the square root takes over.
+fn strong_cross_talk(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("70 Ohm 64x128");
+    group.sample_size(20);
+    for name in ["exact", "newton"] {
+        let inversion = inversion(name, Topology::TiaGroundedColumns, (64, 128), 70.0, 0.0);
+        let volts = inversion
+            .circuit
+            .predict(&pressed(64, 128, 0.3, 1))
+            .expect("passive");
+        let mut out = Frame::zeros(64, 128);
+        let mut scratch = inversion.method.scratch();
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                scratch.forget();
+                inversion
+                    .method
+                    .solve_into(black_box(&volts), &mut out, &mut scratch)
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, forward, exact, newton, strong_cross_talk);
+criterion_main!(benches);

@@ -1,0 +1,188 @@
+//! How far to trust each conductance: standard errors against many noisy solves.
+
+mod common;
+
+use common::{inversion, pressed};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use taxel::circuit::{Circuit, LinearCircuit, Noise};
+use taxel::sensor::Topology;
+use taxel::solve::{Uncertainty, standard_errors, standard_errors_by};
+use taxel::{Frame, Mark, Siemens};
+
+/// Half a count of 16 bits over 2.2 V.
+const SIGMA_VOLTS: f64 = 1.7e-5;
+
+fn predicted(circuit: &LinearCircuit, siemens: &Frame<Siemens>) -> Vec<f64> {
+    let mut point = circuit.point();
+    standard_errors(&mut point, siemens.values(), SIGMA_VOLTS)
+        .unwrap()
+        .0
+}
+
+#[test]
+fn standard_errors_agree_with_the_scatter_of_noisy_solves() {
+    let solves = 400;
+    let inversion = inversion("exact", Topology::TiaGroundedColumns, (8, 8), 70.0, 0.0);
+    let truth = pressed(8, 8, 0.5, 3);
+    let volts = inversion.circuit.predict(&truth).unwrap();
+    let noise = Noise {
+        standard_deviation_volts: SIGMA_VOLTS,
+    };
+    let mut random = ChaCha8Rng::seed_from_u64(17);
+    let mut squares = vec![0.0; 64];
+    for _ in 0..solves {
+        let mut noisy = volts.clone();
+        noise.add(&mut noisy, &mut random);
+        let solved = inversion.method.solve(&noisy);
+        assert!(solved.outcome.stop.is_good());
+        for ((sum, found), true_g) in squares
+            .iter_mut()
+            .zip(solved.frame.values())
+            .zip(truth.values())
+        {
+            *sum += (found - true_g).powi(2);
+        }
+    }
+    for (taxel, (sum, expected)) in squares
+        .iter()
+        .zip(predicted(&inversion.circuit, &truth))
+        .enumerate()
+    {
+        let ratio = (sum / f64::from(solves)).sqrt() / expected;
+        assert!(
+            (ratio - 1.0).abs() < 0.15,
+            "taxel {taxel}: scatter is {ratio} of the standard error"
+        );
+    }
+}
+
+/// Each of 32 probes' root mean square is uncertain by an eighth; 64 taxels stay within four times that, and
+/// their mean is not biased.
+#[test]
+fn probes_agree_with_the_dense_derivative() {
+    for topology in Topology::ALL {
+        let inversion = inversion("newton", topology, (8, 8), 70.0, 0.0);
+        let truth = pressed(8, 8, 0.5, 3);
+        let mut point = inversion.circuit.point();
+        let mut by = |how| standard_errors_by(how, &mut point, truth.values(), 1e-4).unwrap();
+        let (dense, probes) = (by(Uncertainty::Dense), by(Uncertainty::Probes(32)));
+        let mut mean = 0.0;
+        for (dense, probes) in dense.iter().zip(&probes) {
+            let ratio = probes / dense;
+            assert!((ratio - 1.0).abs() < 0.5, "{}: {ratio}", inversion.label);
+            mean += ratio / 64.0;
+        }
+        assert!((mean - 1.0).abs() < 0.1, "{}: mean {mean}", inversion.label);
+    }
+}
+
+#[test]
+fn a_large_array_is_probed() {
+    let inversion = inversion("exact", Topology::TiaGroundedColumns, (40, 40), 10.0, 0.0);
+    let truth = pressed(40, 40, 0.3, 5);
+    let mut point = inversion.circuit.point();
+    let (errors, how) = standard_errors(&mut point, truth.values(), SIGMA_VOLTS).unwrap();
+    assert_eq!(how, Uncertainty::Probes(32));
+    assert!(errors.iter().all(|&error| error > 0.0));
+}
+
+/// With everything pressed, a floating mat carries a taxel's conductance in a small difference.
+#[test]
+fn a_fully_pressed_floating_mat_is_trusted_far_less() {
+    let inversion = inversion("newton", Topology::DividerFloating, (16, 16), 70.0, 0.0);
+    let taxel = 5 * 16 + 7;
+    let relative = |siemens: &Frame<Siemens>| {
+        predicted(&inversion.circuit, siemens)[taxel] / siemens.values()[taxel]
+    };
+    let everything = Frame::filled(16, 16, 1e-3);
+    let mut one = Frame::filled(16, 16, 1e-7);
+    one.values_mut()[taxel] = 1e-3;
+    let (all, alone) = (relative(&everything), relative(&one));
+    assert!(all > 20.0 * alone, "{all:e} against {alone:e}");
+}
+
+#[test]
+fn noisy_round_trips_stay_within_five_standard_errors() {
+    let (mut inside, mut taxels) = (0, 0);
+    for topology in Topology::ALL {
+        for &name in common::methods(topology) {
+            let inversion = inversion(name, topology, (12, 16), 30.0, 0.0);
+            let mut random = ChaCha8Rng::seed_from_u64(23);
+            for seed in 0..10 {
+                let truth = pressed(12, 16, 0.3, seed);
+                let errors = predicted(&inversion.circuit, &truth);
+                let mut volts = inversion.circuit.predict(&truth).unwrap();
+                let noise = Noise {
+                    standard_deviation_volts: SIGMA_VOLTS,
+                };
+                noise.add(&mut volts, &mut random);
+                let solved = inversion.method.solve(&volts);
+                assert!(
+                    solved.outcome.stop.is_good(),
+                    "{} seed {seed}: {:?}",
+                    inversion.label,
+                    solved.outcome
+                );
+                let within = solved
+                    .frame
+                    .values()
+                    .iter()
+                    .zip(truth.values())
+                    .zip(&errors)
+                    .filter(|((found, true_g), error)| (*found - *true_g).abs() <= 5.0 * *error)
+                    .count();
+                inside += within;
+                taxels += truth.values().len();
+            }
+        }
+    }
+    assert!(
+        inside as f64 >= 0.999 * taxels as f64,
+        "{inside} of {taxels} taxels"
+    );
+}
+
+/// Rows and columns that nobody presses read noise about zero, frame after frame.
+#[test]
+fn idle_lines_of_noise_do_not_spoil_a_stream() {
+    for topology in Topology::ALL {
+        for &name in common::methods(topology) {
+            let inversion = inversion(name, topology, (12, 16), 30.0, 0.0);
+            let mut truth = pressed(12, 16, 0.4, 4);
+            for r in [0, 7, 11] {
+                truth.values_mut()[r * 16..(r + 1) * 16].fill(0.0);
+            }
+            let volts = inversion.circuit.predict(&truth).unwrap();
+            let noise = Noise {
+                standard_deviation_volts: SIGMA_VOLTS,
+            };
+            let mut random = ChaCha8Rng::seed_from_u64(29);
+            let mut scratch = inversion.method.scratch();
+            let mut out = Frame::zeros(12, 16);
+            for frame in 0..20 {
+                let mut noisy = volts.clone();
+                noise.add(&mut noisy, &mut random);
+                let outcome = inversion.method.solve_into(&noisy, &mut out, &mut scratch);
+                // In a floating array a line without conductance reads alike at every taxel; its noise
+                // can't be explained, and the answer is the nearest.
+                assert!(
+                    outcome.stop.is_good() || topology == Topology::DividerFloating,
+                    "{} frame {frame}: {outcome:?}",
+                    inversion.label
+                );
+                assert!(out.marks().iter().all(|&mark| mark == Mark::Good));
+                let error = common::relative_error(&out, &truth);
+                let bound = match topology {
+                    Topology::DividerFloating => 0.05,
+                    _ => 2e-3,
+                };
+                assert!(
+                    error < bound,
+                    "{} frame {frame}: {error:e}",
+                    inversion.label
+                );
+            }
+        }
+    }
+}
