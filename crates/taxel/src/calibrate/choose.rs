@@ -1,7 +1,9 @@
 //! Which effects are in the data: each is fitted, and kept only where held-out presses are better for it.
 
 use super::evidence::Evidence;
-use super::fit::{Care, Fitted, Score, coarse, look_around, refine, refine_alone};
+use super::fit::{
+    Care, Fitted, Score, coarse, look_around, refine, refine_alone, switches_by_ghosts,
+};
 use super::fit_law::LAWS;
 use super::lines::separate;
 use super::model::{Evaluator, LawModel, Model, Unknown, no_fit};
@@ -136,7 +138,22 @@ impl<'a> Search<'a> {
                 .map(|fitted| fitted.model)
                 .ok_or_else(failed)
         };
-        self.model = fit(&self.model, Care::Full)?;
+        self.model = fit(&self.model, Care::Rough)?;
+        for _ in 0..3 {
+            let mut evaluator = Evaluator::new(&few);
+            look_around(&mut evaluator, &self.model).ok_or_else(failed)?;
+            match switches_by_ghosts(&mut evaluator, &self.model) {
+                Some(model) => self.model = model,
+                None => break,
+            }
+            if std::env::var("V").is_ok() {
+                eprintln!(
+                    "by ghosts {:?} off {}",
+                    self.mean_ohms(),
+                    self.model.get(Unknown::Offset)
+                );
+            }
+        }
         if !self.can_separate() {
             return Ok(());
         }
