@@ -1,1 +1,39 @@
-//! x
+//! Recordings of a resistive pressure-sensor matrix: frames to files and back, one file a format.
+//!
+//! Readers stream: a recording of any length takes the memory of one frame and one buffer. Writers go
+//! through [`AtomicFile`]: a file is whole, or its old content is untouched.
+//!
+//! | module | format |
+//! |---|---|
+//! | [`text`] | counts as lines of numbers, `.txt` and `.csv` |
+//! | [`values`] | loads, volts, siemens as lines of numbers, `.csv` |
+//! | [`npy`] | arrays, `.npy` and `.npz` |
+//! | [`experiments`] | labelled presses, `experiments.csv` and `equilibration.csv` |
+//! | [`pairs`] | conductance against load, `.csv` |
+//!
+//! [`open_counts`] chooses by the extension.
+
+pub mod atomic;
+pub mod error;
+pub mod experiments;
+mod grid;
+mod lines;
+pub mod npy;
+mod number;
+pub mod pairs;
+pub mod recording;
+mod rows;
+pub mod source;
+mod table;
+pub mod text;
+pub mod values;
+
+pub use atomic::AtomicFile;
+pub use error::{Error, Place};
+pub use experiments::{Press, Uniform, read_presses, read_uniform_loads};
+pub use npy::{NpyOptions, NpyReader, NpyWriter, NpzWriter};
+pub use pairs::read_pairs;
+pub use recording::{ShapeGuess, open_counts, shape_of};
+pub use source::{FrameSource, Frames, Skipped};
+pub use text::{TextOptions, TextReader, TextWriter};
+pub use values::{ValuesReader, ValuesWriter};

@@ -96,4 +96,68 @@ pub enum Error {
         /// What there is.
         hint: String,
     },
+    /// A labelled press that points outside the data.
+    #[error(
+        "a press is labelled row {row}, column {column} in frame {frame}, but the array has {rows} rows x {columns} columns and there are {frames} frames\nhint: rows, columns and frames count from 0; swapped labels mean a swapped recording (--transpose)"
+    )]
+    PressOutside {
+        /// Row of the label.
+        row: usize,
+        /// Column of the label.
+        column: usize,
+        /// Frame of the label.
+        frame: usize,
+        /// Rows of the array.
+        rows: usize,
+        /// Columns of the array.
+        columns: usize,
+        /// Frames there are.
+        frames: usize,
+    },
+    /// A labelled press on a line that says nothing.
+    #[error(
+        "the press at row {row}, column {column} (frame {frame}) lies on {line}, which is dead\nhint: remove its line from the experiments, or repair the sensor: a dead line's readings carry no load"
+    )]
+    PressOnDeadLine {
+        /// Row of the label.
+        row: usize,
+        /// Column of the label.
+        column: usize,
+        /// Frame of the label.
+        frame: usize,
+        /// The dead line, such as `row 11`.
+        line: String,
+    },
+    /// A label that is no load.
+    #[error(
+        "the press at row {row}, column {column} has a load of {load_g} g\nhint: loads are 0 or more, in grams"
+    )]
+    PressLoad {
+        /// The load given, grams.
+        load_g: f64,
+        /// Row of the label.
+        row: usize,
+        /// Column of the label.
+        column: usize,
+    },
+    /// Not enough to fit to.
+    #[error(
+        "{found} readable presses of {given} given, but a calibration needs at least {needed}\nhint: label more presses, spread over the array and the range of loads"
+    )]
+    TooFewPresses {
+        /// Readable presses.
+        found: usize,
+        /// Presses given.
+        given: usize,
+        /// Fewest that a fit is tried with.
+        needed: usize,
+    },
+    /// No circuit and law explain the presses.
+    #[error(
+        "no circuit explains the labelled presses: {reason}\nhint: check topology, v_test_volts, the feedback or pull-down resistor, full_scale_volts and `inverted`, and that rows and columns are not swapped"
+    )]
+    NoFit {
+        /// What failed.
+        reason: String,
+    },
 }

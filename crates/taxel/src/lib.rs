@@ -7,11 +7,16 @@
 //!
 //! This crate touches nothing: no files, sockets, threads or clock.
 
+pub mod calibrate;
 pub mod circuit;
 mod dense;
 pub mod error;
 pub mod frame;
+pub mod metric;
+pub mod pipeline;
+pub mod screen;
 pub mod sensor;
+pub mod simulate;
 pub mod solve;
 
 pub use error::Error;

@@ -198,16 +198,20 @@ pub struct Material {
     /// Relative gain of a taxel, a pure number (from equilibration).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gain: Option<PerTaxel>,
-    /// Bend of the law away from the power law: log-load knots (ln g) and ln-conductance corrections,
-    /// a natural cubic spline. Absent: the pure power law.
+    /// Load at which the material has lost half of its response, grams: a load L acts as L/(1 + L/this).
+    /// Absent: it does not saturate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub saturation_load_g: Option<f64>,
+    /// Bend of the law away from the power law. Absent: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bend: Option<Bend>,
-    /// Share of a taxel's load that its four neighbours take together (mechanical spread, 0 to 1).
+    /// Mechanical spread: the share of a taxel's load that each neighbour takes, `[along its column (one row
+    /// away), along its row (one column away), diagonal]`. The taxel keeps the rest. Absent: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub spread: Option<f64>,
+    pub spread: Option<[f64; 3]>,
 }
 
-/// A smooth correction added to the logarithm of the power law.
+/// A smooth correction added to the logarithm of the power law: a natural cubic spline, straight beyond its ends.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Bend {
     /// Knots, ln of the load in grams, ascending.

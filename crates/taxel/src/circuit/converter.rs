@@ -44,7 +44,7 @@ impl Converter {
     /// Counts from volts: memory of the previous reading, offset, inversion, clipping, rounding.
     pub fn counts_from_volts(&self, volts: &Frame<Volts>) -> Frame<Counts> {
         let mut counts = volts.map(|_, v| v / self.volts_per_count + self.offset_counts());
-        if self.memory > 0.0 {
+        if self.memory != 0.0 {
             let mut last = None;
             for at in scan(self.order, volts.rows(), volts.columns()) {
                 let now = counts.values()[at];
@@ -77,7 +77,7 @@ impl Converter {
                 mark => *mark,
             };
         }
-        if self.memory > 0.0 {
+        if self.memory != 0.0 {
             // kept_k = (1−m)·v_k + m·kept_{k−1}, so v_k needs the two neighbouring readings alone.
             let mut last = None;
             for at in scan(self.order, counts.rows(), counts.columns()) {

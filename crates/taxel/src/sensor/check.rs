@@ -53,6 +53,7 @@ const TABLES: [(&str, &[&str]); 8] = [
             "factor",
             "exponent",
             "gain",
+            "saturation_load_g",
             "bend",
             "spread",
         ],
@@ -424,15 +425,26 @@ fn material(sensor: &Sensor) -> Result<(), Error> {
             unit_one: "knot",
         });
     }
-    if let Some(spread) = material.spread
-        && !(0.0..0.8).contains(&spread)
+    if let Some(load) = material.saturation_load_g
+        && (!load.is_finite() || load <= 0.0)
     {
         return Err(range(
-            "material.spread",
-            spread,
-            "0 to below 0.8",
-            "the share of a load that its neighbours take",
+            "material.saturation_load_g",
+            load,
+            "a finite number above 0",
+            "leave it out when the material does not saturate",
         ));
+    }
+    if let Some([row, column, diagonal]) = material.spread {
+        let away = 2.0 * (row + column) + 4.0 * diagonal;
+        if row < 0.0 || column < 0.0 || diagonal < 0.0 || !(0.0..0.5).contains(&away) {
+            return Err(range(
+                "material.spread",
+                away,
+                "shares of 0 or more that add up to less than a half",
+                "the share of a load that each neighbour takes",
+            ));
+        }
     }
     Ok(())
 }

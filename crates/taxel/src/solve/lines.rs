@@ -1,10 +1,16 @@
-//! Which lines take part: a line whose every taxel is marked open says nothing and is left out.
+//! Which lines take part: a line whose every taxel is marked open (or flickering: out in
+//! this frame) conducts nothing and is left out.
 
 use std::iter::StepBy;
 use std::ops::Range;
 
 use crate::circuit::LineEnds;
 use crate::{Frame, Mark};
+
+/// On a line that does not conduct in this frame.
+fn is_out(mark: Mark) -> bool {
+    matches!(mark, Mark::Open | Mark::Flickering)
+}
 
 /// The rows and columns that take part in a frame.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -19,7 +25,7 @@ impl LiveLines {
     /// Reads the lines off a frame's marks; true when they are others than before.
     pub(super) fn update<Q>(&mut self, frame: &Frame<Q>) -> bool {
         let (rows, columns) = (frame.rows(), frame.columns());
-        if frame.marks().iter().all(|&mark| mark != Mark::Open)
+        if frame.marks().iter().all(|&mark| !is_out(mark))
             && self.rows.len() == rows
             && self.columns.len() == columns
         {
@@ -31,7 +37,7 @@ impl LiveLines {
         self.column_open.resize(columns, true);
         for (r, line) in frame.marks().chunks_exact(columns).enumerate() {
             for (c, &mark) in line.iter().enumerate() {
-                if mark != Mark::Open {
+                if !is_out(mark) {
                     self.row_open[r] = false;
                     self.column_open[c] = false;
                 }

@@ -35,7 +35,7 @@ pub trait Method: Send + Sync {
     fn scratch(&self) -> Scratch;
 
     /// Solves one frame without allocating. Rows and columns whose taxels are all marked
-    /// [`crate::Mark::Open`] are left out of the system; their taxels get 0 S and keep their mark.
+    /// [`crate::Mark::Open`] or [`crate::Mark::Flickering`] are left out of the system; their taxels get 0 S and keep their mark.
     /// A saturated reading is a lower bound: the least conductance that reaches it is the answer, and
     /// keeps its mark. Not converging is an answer, in [`Outcome::stop`], not an error.
     ///

@@ -1,0 +1,378 @@
+//! Output files that are either whole or not there.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
+
+use tempfile::NamedTempFile;
+
+use crate::error::Error;
+
+const BUFFER: usize = 256 * 1024;
+
+/// A file that appears under its name only when [`AtomicFile::commit`] has written all of it to the disk.
+///
+/// Until then it has a temporary name in the same folder; dropped without `commit`, it is gone and an older
+/// file of the name untouched. When the disk is full, what was written is kept as `<name>.partial`.
+/// `-`, `/dev/stdout`, pipes and devices are written straight through.
+#[derive(Debug)]
+pub struct AtomicFile {
+    name: PathBuf,
+    target: PathBuf,
+    sink: Sink,
+    buffer: Vec<u8>,
+    bytes: u64,
+    kept: Arc<OnceLock<PathBuf>>,
+    #[cfg(test)]
+    fails_after: Option<u64>,
+}
+
+#[derive(Debug)]
+enum Sink {
+    Standard(io::Stdout),
+    Through(File),
+    Beside(NamedTempFile),
+    Failed,
+}
+
+impl AtomicFile {
+    /// Begins the file `path`.
+    ///
+    /// # Errors
+    /// [`Error::Create`] when nothing can be written there.
+    pub fn create(path: impl AsRef<Path>) -> Result<Self, Error> {
+        let name = path.as_ref().to_owned();
+        let (target, sink) = open_sink(&name).map_err(|source| Error::Create {
+            file: name.clone(),
+            source,
+        })?;
+        Ok(Self {
+            name,
+            target,
+            sink,
+            buffer: Vec::with_capacity(BUFFER),
+            bytes: 0,
+            kept: Arc::default(),
+            #[cfg(test)]
+            fails_after: None,
+        })
+    }
+
+    /// The name it was created with.
+    pub fn path(&self) -> &Path {
+        &self.name
+    }
+
+    /// Whether the file is written beside its target, so that its start can be written again.
+    pub fn can_go_back(&self) -> bool {
+        matches!(self.sink, Sink::Beside(_))
+    }
+
+    /// Appends `bytes`.
+    ///
+    /// # Errors
+    /// [`Error::Write`], naming what is kept.
+    pub fn put(&mut self, bytes: &[u8]) -> Result<(), Error> {
+        self.write_all(bytes).map_err(|source| self.error(source))
+    }
+
+    /// Writes `bytes` over the first bytes of the file. Only where [`AtomicFile::can_go_back`].
+    ///
+    /// # Errors
+    /// [`Error::Write`], naming what is kept.
+    pub(crate) fn put_at_start(&mut self, bytes: &[u8]) -> Result<(), Error> {
+        let result = self.drain().and_then(|()| match &mut self.sink {
+            Sink::Beside(file) => {
+                file.seek(SeekFrom::Start(0))?;
+                file.write_all(bytes)?;
+                file.seek(SeekFrom::End(0)).map(|_| ())
+            }
+            _ => Err(io::ErrorKind::NotSeekable.into()),
+        });
+        result.map_err(|source| {
+            self.keep();
+            self.error(source)
+        })
+    }
+
+    /// Writes the rest, waits until the disk has it, and gives the file its name.
+    ///
+    /// # Errors
+    /// [`Error::Write`], naming what is kept; an older file of that name is untouched.
+    pub fn commit(mut self) -> Result<(), Error> {
+        let result = self.drain().and_then(|()| self.settle());
+        if let Err(source) = result {
+            self.keep();
+            return Err(self.error(source));
+        }
+        let Sink::Beside(file) = std::mem::replace(&mut self.sink, Sink::Failed) else {
+            return Ok(());
+        };
+        if let Err(failed) = file.persist(&self.target) {
+            self.sink = Sink::Beside(failed.file);
+            self.keep();
+            return Err(self.error(failed.error));
+        }
+        sync_folder(&self.target);
+        Ok(())
+    }
+
+    /// Where the part that was written is kept after a failure; to be asked when the file itself is owned by
+    /// an archive.
+    pub(crate) fn kept(&self) -> Arc<OnceLock<PathBuf>> {
+        self.kept.clone()
+    }
+
+    pub(crate) fn error(&self, source: io::Error) -> Error {
+        Error::Write {
+            file: self.name.clone(),
+            bytes: self.bytes,
+            kept: self.kept.get().cloned(),
+            source,
+        }
+    }
+
+    fn settle(&mut self) -> io::Result<()> {
+        match &mut self.sink {
+            Sink::Standard(out) => out.flush(),
+            Sink::Through(file) => file.flush(),
+            Sink::Beside(file) => file.as_file().sync_all(),
+            Sink::Failed => Err(io::ErrorKind::BrokenPipe.into()),
+        }
+    }
+
+    /// Writes what is held; on an error the part so far is kept under another name.
+    fn drain(&mut self) -> io::Result<()> {
+        let mut done = 0;
+        while done < self.buffer.len() {
+            match self.write_some(done) {
+                Ok(0) => return self.give_up(io::ErrorKind::WriteZero.into()),
+                Ok(n) => {
+                    done += n;
+                    if !matches!(self.sink, Sink::Failed) {
+                        self.bytes += n as u64;
+                    }
+                }
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) => return self.give_up(error),
+            }
+        }
+        self.buffer.clear();
+        Ok(())
+    }
+
+    fn write_some(&mut self, done: usize) -> io::Result<usize> {
+        let bytes = &self.buffer[done..];
+        #[cfg(test)]
+        if let Some(left) = self.fails_after {
+            let room = left.saturating_sub(self.bytes).min(bytes.len() as u64) as usize;
+            if room == 0 {
+                return Err(io::ErrorKind::StorageFull.into());
+            }
+            return match &mut self.sink {
+                Sink::Beside(file) => file.write(&bytes[..room]),
+                _ => Ok(room),
+            };
+        }
+        match &mut self.sink {
+            Sink::Standard(out) => out.write(bytes),
+            Sink::Through(file) => file.write(bytes),
+            Sink::Beside(file) => file.write(bytes),
+            // Told once already; `commit` tells again. What follows, as an archive's end, goes nowhere.
+            Sink::Failed => Ok(bytes.len()),
+        }
+    }
+
+    fn give_up(&mut self, error: io::Error) -> io::Result<()> {
+        self.buffer.clear();
+        self.keep();
+        Err(error)
+    }
+
+    /// Gives what was written so far the name `<name>.partial`.
+    fn keep(&mut self) {
+        if let Sink::Beside(file) = std::mem::replace(&mut self.sink, Sink::Failed) {
+            let mut name = self.target.clone().into_os_string();
+            name.push(".partial");
+            let partial = PathBuf::from(name);
+            if file.persist(&partial).is_ok() {
+                let _ = self.kept.set(partial);
+            }
+        }
+    }
+}
+
+impl Write for AtomicFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.buffer.len() + bytes.len() > BUFFER {
+            self.drain()?;
+        }
+        let taken = bytes.len().min(BUFFER);
+        self.buffer.extend_from_slice(&bytes[..taken]);
+        Ok(taken)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.drain()
+    }
+}
+
+/// The real target behind links, and what to write into.
+fn open_sink(path: &Path) -> io::Result<(PathBuf, Sink)> {
+    if path.as_os_str() == "-" || path == Path::new("/dev/stdout") {
+        return Ok((path.to_owned(), Sink::Standard(io::stdout())));
+    }
+    let about = match fs::metadata(path) {
+        Ok(about) => Some(about),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+        Err(error) => return Err(error),
+    };
+    if about.as_ref().is_some_and(fs::Metadata::is_dir) {
+        return Err(io::ErrorKind::IsADirectory.into());
+    }
+    let special = path.starts_with("/dev") || path.starts_with("/proc");
+    if special && about.is_some() || about.as_ref().is_some_and(|about| !about.is_file()) {
+        let file = OpenOptions::new().write(true).open(path)?;
+        return Ok((path.to_owned(), Sink::Through(file)));
+    }
+    let target = match about {
+        Some(_) => fs::canonicalize(path)?,
+        None => path.to_owned(),
+    };
+    let folder = match target.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let file = temporary_in(folder)?;
+    if let Some(about) = about {
+        file.as_file().set_permissions(about.permissions())?;
+    }
+    Ok((target, Sink::Beside(file)))
+}
+
+fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".taxel-").suffix(".tmp");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // As for any new file; the user's mask takes away from it.
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(folder)
+}
+
+/// Makes the new name itself last through a power cut, where the system can.
+fn sync_folder(target: &Path) {
+    let folder = target
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    if let Ok(folder) = File::open(folder.unwrap_or(Path::new("."))) {
+        let _ = folder.sync_all();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<String> = fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn the_old_file_stays_until_commit() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.csv");
+        fs::write(&path, "old").unwrap();
+        let mut file = AtomicFile::create(&path).unwrap();
+        file.put(b"new").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        file.commit().unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+        assert_eq!(names(folder.path()), ["a.csv"]);
+    }
+
+    #[test]
+    fn dropped_it_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut file = AtomicFile::create(folder.path().join("a.csv")).unwrap();
+        file.put(b"new").unwrap();
+        drop(file);
+        assert_eq!(names(folder.path()), [] as [&str; 0]);
+    }
+
+    #[test]
+    fn on_a_full_disk_the_part_is_kept_apart() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.csv");
+        fs::write(&path, "old").unwrap();
+        let mut file = AtomicFile::create(&path).unwrap();
+        file.fails_after = Some(300_000);
+        file.put(&[b'x'; 200_000]).unwrap();
+        file.put(&[b'y'; 100_000]).unwrap();
+        file.put(&[b'z'; 100_000]).unwrap();
+        let error = file.commit().unwrap_err();
+        let partial = fs::canonicalize(folder.path())
+            .unwrap()
+            .join("a.csv.partial");
+        assert!(
+            error.to_string().starts_with(&format!(
+                "cannot finish {} after 300000 bytes: ",
+                path.display()
+            )),
+            "{error}"
+        );
+        assert!(error.to_string().ends_with(&format!(
+            "what was written is kept as {}, an older file is untouched\nhint: make room, then run again",
+            partial.display()
+        )));
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(fs::metadata(&partial).unwrap().len(), 300_000);
+        assert_eq!(names(folder.path()), ["a.csv", "a.csv.partial"]);
+    }
+
+    #[test]
+    fn a_missing_folder_is_told_at_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = AtomicFile::create(folder.path().join("no/a.csv")).unwrap_err();
+        assert!(matches!(error, Error::Create { .. }), "{error}");
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_device_is_written_straight_through() {
+        let mut file = AtomicFile::create("/dev/full").unwrap();
+        assert!(!file.can_go_back());
+        file.put(b"x").unwrap();
+        let error = file.commit().unwrap_err();
+        assert!(error.to_string().contains("nothing is kept"), "{error}");
+        let mut file = AtomicFile::create("/dev/null").unwrap();
+        file.put(b"x").unwrap();
+        file.commit().unwrap();
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed_and_permissions_kept() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = tempfile::tempdir().unwrap();
+        let (real, link) = (folder.path().join("real"), folder.path().join("link"));
+        fs::write(&real, "old").unwrap();
+        fs::set_permissions(&real, fs::Permissions::from_mode(0o640)).unwrap();
+        symlink(&real, &link).unwrap();
+        let mut file = AtomicFile::create(&link).unwrap();
+        file.put(b"new").unwrap();
+        file.commit().unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::read(&real).unwrap(), b"new");
+        let mode = fs::metadata(&real).unwrap().permissions().mode();
+        assert_eq!(mode & 0o777, 0o640);
+    }
+}

@@ -1,0 +1,465 @@
+//! What can go wrong between a frame and its file: what, where, both numbers, and what to do.
+
+use std::fmt;
+use std::io;
+use std::path::PathBuf;
+
+/// A place in a text file, for messages and editors.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    /// The file, as it was named by the caller.
+    pub file: PathBuf,
+    /// Its line, from 1.
+    pub line: u64,
+    /// The byte in that line, from 1.
+    pub column: u64,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { file, line, column } = self;
+        write!(f, "{}, line {line}, column {column}", file.display())
+    }
+}
+
+/// Everything that reading and writing recordings can refuse to do, and why. Frames are counted from 0.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The file cannot be opened.
+    #[error("cannot open {}: {source}\nhint: check the name, and that you may read it", .file.display())]
+    Open {
+        /// The file.
+        file: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// Reading stopped in the middle.
+    #[error("cannot read on in {} after {bytes} bytes: {source}\nhint: the disk, the device or the archive is at fault; copy the file and compare", .file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// Bytes read until then.
+        bytes: u64,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// The output cannot be begun; nothing was changed.
+    #[error("cannot write {}: {source}\nhint: check that its folder exists and that you may write there", .file.display())]
+    Create {
+        /// The file.
+        file: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// Writing stopped in the middle (disk full): an older file of that name is untouched.
+    #[error("cannot finish {} after {bytes} bytes: {source}; {}", .file.display(), kept_words(.kept))]
+    Write {
+        /// The file that was to be written.
+        file: PathBuf,
+        /// Bytes handed over until then.
+        bytes: u64,
+        /// Where the part that was written is kept, if anywhere.
+        kept: Option<PathBuf>,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// A file whose first bytes must be written last, into something that cannot go back (a pipe).
+    #[error("cannot write the number of frames at the start of {} after its {frames} frames\nhint: a pipe cannot go back; write .npy to a file, or text to the pipe", .file.display())]
+    CannotGoBack {
+        /// The output.
+        file: PathBuf,
+        /// Frames written.
+        frames: u64,
+    },
+    /// A name that says nothing about the format.
+    #[error("cannot tell the format of {} from `{extension}`\nhint: recordings end in .txt, .csv, .npy or .npz", .file.display())]
+    UnknownFormat {
+        /// The file.
+        file: PathBuf,
+        /// What follows the last dot.
+        extension: String,
+    },
+    /// Nothing in it.
+    #[error("no {what} in {}: {found} found, at least 1 expected\nhint: the file is empty or holds blank lines only; was the recording ever started?", .file.display())]
+    Empty {
+        /// The file.
+        file: PathBuf,
+        /// What should have been there.
+        what: &'static str,
+        /// How many of them there are, 0.
+        found: u64,
+    },
+    /// An array that no sensor has.
+    #[error("cannot read {} as frames of {rows} rows x {columns} columns: a frame has 1 to {limit} taxels\nhint: check rows and columns in the sensor file", .file.display())]
+    Size {
+        /// The file.
+        file: PathBuf,
+        /// Rows asked for or found.
+        rows: usize,
+        /// Columns asked for or found.
+        columns: usize,
+        /// The most taxels a frame may have.
+        limit: usize,
+    },
+    /// A frame, mostly the last, that has too few lines.
+    #[error(
+        "frame {frame} is cut short at {at}: {found} whole lines found, {expected} expected\nhint: {hint}"
+    )]
+    CutShort {
+        /// Where the next line should be, or the line that is cut.
+        at: Place,
+        /// The frame.
+        frame: u64,
+        /// Whole lines of it.
+        found: usize,
+        /// Lines of a frame.
+        expected: usize,
+        /// What to do.
+        hint: &'static str,
+    },
+    /// A frame that goes on where its extra line should be.
+    #[error(
+        "frame {frame} has no extra line before it at {at}: line {found} of {expected} of the frame before it?\nhint: every frame so far began with an extra line; one is missing, or a line is doubled; `--keep-going` leaves the frame out"
+    )]
+    NoExtraLine {
+        /// The line that should be the extra one.
+        at: Place,
+        /// The frame.
+        frame: u64,
+        /// Which line of the frame before it this would be.
+        found: usize,
+        /// Lines of a frame.
+        expected: usize,
+    },
+    /// A line with too few or too many numbers.
+    #[error("wrong number of values at {at}: {found} found, {expected} expected\nhint: {hint}")]
+    LineShape {
+        /// The line.
+        at: Place,
+        /// Numbers on it.
+        found: usize,
+        /// Numbers it should have.
+        expected: usize,
+        /// What to do.
+        hint: &'static str,
+    },
+    /// A line that no frame could have.
+    #[error(
+        "line too long at {at}: {found} bytes, at most {limit} expected\nhint: this is not a text recording of that many columns; check the file and the sensor"
+    )]
+    LineLength {
+        /// The line.
+        at: Place,
+        /// Its bytes.
+        found: u64,
+        /// The most it may have.
+        limit: usize,
+    },
+    /// A word, or nothing, where a number should be.
+    #[error("not a number at {at}: value {number} of {expected} is `{found}`\nhint: {hint}")]
+    Word {
+        /// Where it begins.
+        at: Place,
+        /// Which value of its line, from 1.
+        number: usize,
+        /// Values on the line.
+        expected: usize,
+        /// What stands there, shortened.
+        found: String,
+        /// What to do.
+        hint: &'static str,
+    },
+    /// NaN, an infinity, or a number beyond ±1.8e308.
+    #[error(
+        "not a finite number at {at}: value {number} of {expected} is `{found}`\nhint: a reading that is missing or broken; `--keep-going` leaves its frame out"
+    )]
+    NotFinite {
+        /// Where it begins.
+        at: Place,
+        /// Which value of its line, from 1.
+        number: usize,
+        /// Values on the line.
+        expected: usize,
+        /// What stands there, shortened.
+        found: String,
+    },
+    /// A count or load below zero.
+    #[error("negative {what} at {at}: {found}, at least 0 expected\nhint: {hint}")]
+    Negative {
+        /// Where it begins.
+        at: Place,
+        /// `count`, `load_g`, …
+        what: &'static str,
+        /// The number.
+        found: f64,
+        /// What to do.
+        hint: &'static str,
+    },
+    /// A count that the converter cannot give.
+    #[error(
+        "count above the converter's range at {at}: {found}, at most {maximum} expected\nhint: check `bits` under [converter] in the sensor file, or the recording is broken there"
+    )]
+    TooLarge {
+        /// Where it begins.
+        at: Place,
+        /// The number.
+        found: f64,
+        /// The largest count.
+        maximum: f64,
+    },
+    /// A table that lacks a column.
+    #[error("no column `{missing}` at {at}: the header has `{found}`\nhint: {hint}")]
+    MissingColumn {
+        /// The header.
+        at: Place,
+        /// The column's name.
+        missing: &'static str,
+        /// The columns there are.
+        found: String,
+        /// The nearest name, or the names that are needed.
+        hint: String,
+    },
+    /// A table with a column that nobody reads.
+    #[error("unknown column `{found}` at {at}\nhint: {hint}")]
+    UnknownColumn {
+        /// The header.
+        at: Place,
+        /// The column's name.
+        found: String,
+        /// The nearest name, or all known ones.
+        hint: String,
+    },
+    /// A table's cell that is not what its column needs.
+    #[error("`{column}` is `{found}` at {at}, but must be {expected}\nhint: {hint}")]
+    Cell {
+        /// Where its line begins.
+        at: Place,
+        /// The table's column.
+        column: &'static str,
+        /// What stands there, shortened.
+        found: String,
+        /// What it must be.
+        expected: &'static str,
+        /// What to do.
+        hint: &'static str,
+    },
+    /// A taxel outside the array.
+    #[error(
+        "taxel outside the array at {at}: `{label}` is row {row}, column {column}, but the array has {rows} rows x {columns} columns, counted from 0\nhint: check the label, `labels` under [array] in the sensor file, and which sensor this is"
+    )]
+    OutsideArray {
+        /// Where its line begins.
+        at: Place,
+        /// What stands in the table.
+        label: String,
+        /// The row that means.
+        row: usize,
+        /// The column that means.
+        column: usize,
+        /// Rows of the array.
+        rows: usize,
+        /// Columns of the array.
+        columns: usize,
+    },
+    /// A table that is not CSV: a line with too many cells, a quote that never ends, bytes that are no text.
+    #[error(
+        "not a table at {at}: {found} cells found, {expected} expected\nhint: one line a press, cells separated by commas; quote a cell that holds a comma"
+    )]
+    TableShape {
+        /// The line.
+        at: Place,
+        /// Its cells.
+        found: u64,
+        /// The header's cells.
+        expected: u64,
+    },
+    /// A table's line that is not UTF-8.
+    #[error("not text at {at}: cell {cell} is not UTF-8\nhint: save the table as CSV UTF-8")]
+    NotText {
+        /// The line.
+        at: Place,
+        /// The cell, from 1.
+        cell: usize,
+    },
+    /// A table too large to be one.
+    #[error("{} has {found} bytes, at most {limit} expected of a table\nhint: is this a recording? presses go in a table of one line a press", .file.display())]
+    TableLength {
+        /// The file.
+        file: PathBuf,
+        /// Its bytes.
+        found: u64,
+        /// The most it may have.
+        limit: u64,
+    },
+    /// A .npy array that does not begin as one.
+    #[error("not a .npy array: {}, byte {byte}: found `{found}`, expected {expected}\nhint: write it with numpy.save, without pickled objects", .file.display())]
+    NpyHeader {
+        /// The file (with the array's name, for .npz).
+        file: PathBuf,
+        /// The byte, from 0.
+        byte: u64,
+        /// What stands there, shortened.
+        found: String,
+        /// What should.
+        expected: &'static str,
+    },
+    /// A .npy array of another shape than the sensor's.
+    #[error("wrong shape of {}: {found}, expected {expected}\nhint: {hint}", .file.display())]
+    NpyShape {
+        /// The file.
+        file: PathBuf,
+        /// The array's shape, e.g. `(10, 128, 64)`.
+        found: String,
+        /// The shape that is needed.
+        expected: String,
+        /// What to do.
+        hint: &'static str,
+    },
+    /// A .npy array that ends early.
+    #[error("{} is cut short in frame {frame}: {found} bytes of data found, {expected} expected\nhint: {hint}", .file.display())]
+    NpyCutShort {
+        /// The file.
+        file: PathBuf,
+        /// The frame that is not whole.
+        frame: u64,
+        /// Bytes of data there are.
+        found: u64,
+        /// Bytes of data the header promises.
+        expected: u64,
+        /// What to do.
+        hint: &'static str,
+    },
+    /// A value of a frame that is not allowed in its file.
+    #[error("{} in {}, frame {frame}, row {row}, column {column}: {found}, expected {minimum} to {maximum}\nhint: {hint}", value_words(*.found), .file.display())]
+    Value {
+        /// The file.
+        file: PathBuf,
+        /// The frame.
+        frame: u64,
+        /// The row in the file.
+        row: usize,
+        /// The column in the file.
+        column: usize,
+        /// The value.
+        found: f64,
+        /// The least allowed.
+        minimum: f64,
+        /// The most allowed.
+        maximum: f64,
+        /// What to do.
+        hint: &'static str,
+    },
+    /// A value that the type of a .npy array cannot hold.
+    #[error("{found} does not fit type {element} of {}: expected {minimum} to {maximum}, whole\nhint: write 8-byte floating point (`f8`) instead", .file.display())]
+    DoesNotFit {
+        /// The file.
+        file: PathBuf,
+        /// The value.
+        found: f64,
+        /// The type, as numpy writes it.
+        element: &'static str,
+        /// The least it holds.
+        minimum: f64,
+        /// The most it holds.
+        maximum: f64,
+    },
+    /// Frames of two shapes in one file.
+    #[error("frame {frame} has {} rows x {} columns, but {} holds frames of {} rows x {} columns\nhint: one file holds the frames of one sensor", .found.0, .found.1, .file.display(), .expected.0, .expected.1)]
+    FrameShape {
+        /// The file.
+        file: PathBuf,
+        /// The frame.
+        frame: u64,
+        /// Its rows and columns.
+        found: (usize, usize),
+        /// The rows and columns of the frames before it.
+        expected: (usize, usize),
+    },
+    /// An array finished before or after as many frames as were announced.
+    #[error("{} has {found} frames, {expected} announced\nhint: finish an array with as many frames as it was begun with", .file.display())]
+    FrameCount {
+        /// The file (with the array's name).
+        file: PathBuf,
+        /// Frames written.
+        found: u64,
+        /// Frames announced.
+        expected: u64,
+    },
+    /// A file that is not a .npz archive.
+    #[error("cannot read {} as an archive: {source}\nhint: write it with numpy.savez", .file.display())]
+    Archive {
+        /// The file.
+        file: PathBuf,
+        /// The archive reader's reason.
+        source: zip::result::ZipError,
+    },
+    /// A .npz archive without that array.
+    #[error("no array `{missing}` in {}: it has {}\nhint: name one of them", .file.display(), names_words(.found))]
+    NoArray {
+        /// The file.
+        file: PathBuf,
+        /// The name asked for.
+        missing: String,
+        /// The arrays there are.
+        found: Vec<String>,
+    },
+    /// A .npz array packed in a way numpy never uses.
+    #[error("cannot unpack `{array}` in {}: method {found}, expected 0 (stored) or 8 (deflated)\nhint: write it with numpy.savez or numpy.savez_compressed", .file.display())]
+    Packing {
+        /// The file.
+        file: PathBuf,
+        /// The array.
+        array: String,
+        /// The method.
+        found: String,
+    },
+}
+
+impl Error {
+    /// Whether `keep_going` may leave out the frame and read on (the data is at fault, not the file system).
+    pub fn is_one_frame(&self) -> bool {
+        matches!(
+            self,
+            Error::CutShort { .. }
+                | Error::NoExtraLine { .. }
+                | Error::LineShape { .. }
+                | Error::LineLength { .. }
+                | Error::Word { .. }
+                | Error::NotFinite { .. }
+                | Error::Negative { .. }
+                | Error::TooLarge { .. }
+                | Error::NpyCutShort { .. }
+                | Error::Value { .. }
+        )
+    }
+}
+
+fn kept_words(kept: &Option<PathBuf>) -> String {
+    match kept {
+        Some(kept) => format!(
+            "what was written is kept as {}, an older file is untouched\nhint: make room, then run again",
+            kept.display()
+        ),
+        None => {
+            "nothing is kept\nhint: make room, or check what reads the other end, then run again"
+                .to_owned()
+        }
+    }
+}
+
+fn value_words(value: f64) -> &'static str {
+    if value.is_finite() {
+        "value out of range"
+    } else {
+        "not a finite number"
+    }
+}
+
+fn names_words(names: &[String]) -> String {
+    if names.is_empty() {
+        return "no arrays".to_owned();
+    }
+    let shown: Vec<&str> = names.iter().take(20).map(String::as_str).collect();
+    shown.join(", ")
+}

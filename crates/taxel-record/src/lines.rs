@@ -1,0 +1,231 @@
+//! Lines of a byte stream through one bounded buffer.
+
+use std::io::{self, ErrorKind, Read};
+
+const FIRST_BUFFER: usize = 256 * 1024;
+
+/// What the stream gave.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Line {
+    /// A line without its line end: bytes `from..to` of the buffer. `closed` when a line feed followed.
+    Text {
+        from: usize,
+        to: usize,
+        closed: bool,
+    },
+    /// A line above the limit; it is gone.
+    TooLong { bytes: u64 },
+    /// Nothing more.
+    End,
+}
+
+/// A stream cut into lines; holds no more than one line and one read.
+pub(crate) struct Lines<R> {
+    reader: R,
+    buffer: Vec<u8>,
+    start: usize,
+    end: usize,
+    limit: usize,
+    number: u64,
+    bytes: u64,
+    ended: bool,
+    last: Line,
+    again: bool,
+}
+
+impl<R: Read> Lines<R> {
+    /// Lines of at most `limit` bytes.
+    pub(crate) fn new(reader: R, limit: usize) -> Self {
+        Self {
+            reader,
+            buffer: vec![0; FIRST_BUFFER],
+            start: 0,
+            end: 0,
+            limit,
+            number: 0,
+            bytes: 0,
+            ended: false,
+            last: Line::End,
+            again: false,
+        }
+    }
+
+    /// Number of the line given last, from 1; 0 before the first.
+    pub(crate) fn number(&self) -> u64 {
+        self.number
+    }
+
+    /// Bytes of the lines given so far.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// The longest line allowed, bytes.
+    pub(crate) fn limit(&self) -> usize {
+        self.limit
+    }
+
+    /// The bytes of the line given last.
+    pub(crate) fn text(&self, line: Line) -> &[u8] {
+        match line {
+            Line::Text { from, to, .. } => &self.buffer[from..to],
+            Line::TooLong { .. } | Line::End => &[],
+        }
+    }
+
+    /// Has the next call give the line given last once more.
+    pub(crate) fn unread(&mut self) {
+        if self.last != Line::End && !self.again {
+            self.again = true;
+            self.number -= 1;
+        }
+    }
+
+    /// The next line.
+    pub(crate) fn next(&mut self) -> io::Result<Line> {
+        if self.again {
+            self.again = false;
+            self.number += 1;
+            return Ok(self.last);
+        }
+        self.last = self.find()?;
+        if self.last != Line::End {
+            self.number += 1;
+        }
+        Ok(self.last)
+    }
+
+    fn find(&mut self) -> io::Result<Line> {
+        let mut searched = self.start;
+        loop {
+            if let Some(offset) = memchr::memchr(b'\n', &self.buffer[searched..self.end]) {
+                return Ok(self.take(searched + offset, true));
+            }
+            if self.end - self.start > self.limit {
+                return self.discard();
+            }
+            let held = self.end - self.start;
+            if self.ended {
+                return Ok(match held {
+                    0 => Line::End,
+                    _ => self.take(self.end, false),
+                });
+            }
+            self.fill()?;
+            searched = self.start + held;
+        }
+    }
+
+    /// The line from `start` to `to`, where its line feed is, or the end.
+    fn take(&mut self, to: usize, closed: bool) -> Line {
+        let mut from = self.start;
+        self.start = to + usize::from(closed);
+        self.bytes += (self.start - from) as u64;
+        let text = &self.buffer[from..to];
+        if text.len() > self.limit {
+            return Line::TooLong {
+                bytes: text.len() as u64,
+            };
+        }
+        let to = to - usize::from(text.ends_with(b"\r"));
+        if self.number == 0 && text.starts_with(b"\xEF\xBB\xBF") {
+            from += 3;
+        }
+        Line::Text { from, to, closed }
+    }
+
+    /// Drops the rest of a line that is too long.
+    fn discard(&mut self) -> io::Result<Line> {
+        let mut bytes = 0u64;
+        loop {
+            let held = &self.buffer[self.start..self.end];
+            let stop = memchr::memchr(b'\n', held);
+            let gone = &held[..stop.unwrap_or(held.len())];
+            bytes += gone.len() as u64;
+            let used = gone.len() + usize::from(stop.is_some());
+            self.bytes += used as u64;
+            self.start += used;
+            if stop.is_some() || (self.ended && self.start == self.end) {
+                return Ok(Line::TooLong { bytes });
+            }
+            self.fill()?;
+        }
+    }
+
+    /// Reads once more behind what is held.
+    fn fill(&mut self) -> io::Result<()> {
+        if self.start > 0 {
+            self.buffer.copy_within(self.start..self.end, 0);
+            self.end -= self.start;
+            self.start = 0;
+        }
+        if self.end == self.buffer.len() {
+            // Only reached with at most `limit` bytes held, so this is bounded.
+            let length = self.buffer.len() * 2;
+            self.buffer.resize(length, 0);
+        }
+        loop {
+            match self.reader.read(&mut self.buffer[self.end..]) {
+                Ok(0) => self.ended = true,
+                Ok(n) => self.end += n,
+                Err(error) if error.kind() == ErrorKind::Interrupted => continue,
+                Err(error) => return Err(error),
+            }
+            return Ok(());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Gives one byte a read, the worst case of a slow pipe.
+    struct Trickle<'a>(&'a [u8]);
+
+    impl Read for Trickle<'_> {
+        fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+            let n = self.0.len().min(1).min(out.len());
+            out[..n].copy_from_slice(&self.0[..n]);
+            self.0 = &self.0[n..];
+            Ok(n)
+        }
+    }
+
+    fn all(bytes: &[u8], limit: usize) -> Vec<String> {
+        let mut lines = Lines::new(Trickle(bytes), limit);
+        let mut out = Vec::new();
+        loop {
+            let line = lines.next().unwrap();
+            match line {
+                Line::End => return out,
+                Line::TooLong { bytes } => out.push(format!("<{bytes}>")),
+                Line::Text { .. } => out.push(String::from_utf8_lossy(lines.text(line)).into()),
+            }
+        }
+    }
+
+    #[test]
+    fn every_kind_of_line_end_and_a_byte_order_mark() {
+        assert_eq!(all(b"\xEF\xBB\xBF1,2\r\n\n3", 10), ["1,2", "", "3"]);
+        assert_eq!(all(b"", 10), [] as [&str; 0]);
+        assert_eq!(all(b"\n", 10), [""]);
+    }
+
+    #[test]
+    fn a_line_above_the_limit_is_dropped_whole() {
+        assert_eq!(all(b"1,2,3,4,5\n6\n", 4), ["<9>", "6"]);
+        assert_eq!(all(b"1,2,3,4,5", 4), ["<9>"]);
+    }
+
+    #[test]
+    fn an_unread_line_comes_again_with_its_number() {
+        let mut lines = Lines::new(&b"a\nb\n"[..], 10);
+        lines.next().unwrap();
+        lines.unread();
+        assert_eq!(lines.number(), 0);
+        let line = lines.next().unwrap();
+        assert_eq!((lines.text(line), lines.number()), (&b"a"[..], 1));
+        assert_eq!(lines.bytes(), 2);
+    }
+}

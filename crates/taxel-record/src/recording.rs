@@ -1,0 +1,137 @@
+//! Recordings of any format, by the extension of their name.
+
+use std::path::Path;
+
+use crate::error::Error;
+use crate::grid::{Kind, kind_of};
+use crate::lines::{Line, Lines};
+use crate::npy::{NpyOptions, NpyReader, layout_of};
+use crate::number::{count_fields, is_blank};
+use crate::source::{FrameSource, open_input};
+use crate::text::{TextOptions, TextReader, extension};
+
+/// Opens a recording of counts: `.txt`, `.csv`, `.npy`, `.npz` (its first array); `-` is text on standard
+/// input.
+///
+/// # Errors
+/// [`Error::Open`], [`Error::UnknownFormat`], and for arrays all that their header can be wrong in.
+pub fn open_counts(
+    path: impl AsRef<Path>,
+    options: TextOptions,
+) -> Result<Box<dyn FrameSource + Send>, Error> {
+    let path = path.as_ref();
+    Ok(match format_of(path)? {
+        Format::Text => Box::new(TextReader::open(path, options)?),
+        Format::Array => Box::new(NpyReader::open(path, NpyOptions::from(options))?),
+    })
+}
+
+enum Format {
+    Text,
+    Array,
+}
+
+fn format_of(path: &Path) -> Result<Format, Error> {
+    match extension(path).as_str() {
+        "txt" | "csv" => Ok(Format::Text),
+        "npy" | "npz" => Ok(Format::Array),
+        _ if path.as_os_str() == "-" || path == Path::new("/dev/stdin") => Ok(Format::Text),
+        other => Err(Error::UnknownFormat {
+            file: path.to_owned(),
+            extension: match other {
+                "" => String::new(),
+                other => format!(".{other}"),
+            },
+        }),
+    }
+}
+
+/// What a file says about its shape without a sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ShapeGuess {
+    /// Rows of a frame: exact for arrays; for text only where extra lines part the frames.
+    pub rows: Option<usize>,
+    /// Columns of a frame: exact for arrays; for text the numbers on the first line of numbers.
+    pub columns: Option<usize>,
+    /// Frames: exact for arrays, else unknown.
+    pub frames: Option<u64>,
+    /// Whether a text file has an extra line before its first frame.
+    pub extra_line: Option<bool>,
+}
+
+/// Looks at the beginning of a recording for its shape.
+///
+/// # Errors
+/// [`Error::Open`], [`Error::UnknownFormat`], [`Error::Empty`], and all that an array's header can be wrong in.
+pub fn shape_of(path: impl AsRef<Path>) -> Result<ShapeGuess, Error> {
+    let path = path.as_ref();
+    if let Format::Array = format_of(path)? {
+        let layout = layout_of(path)?;
+        return Ok(ShapeGuess {
+            rows: Some(layout.rows),
+            columns: Some(layout.columns),
+            frames: Some(layout.frames),
+            extra_line: None,
+        });
+    }
+    shape_of_text(path)
+}
+
+/// The longest line and the most lines looked at for a shape.
+const LINE_BYTES: usize = 1 << 20;
+const LINES: usize = 1 << 16;
+
+fn shape_of_text(path: &Path) -> Result<ShapeGuess, Error> {
+    let mut lines = Lines::new(open_input(path)?.0, LINE_BYTES);
+    let mut guess = ShapeGuess::default();
+    let mut rows = 0;
+    for number in 0..LINES {
+        let line = lines.next().map_err(|source| Error::Read {
+            file: path.to_owned(),
+            bytes: lines.bytes(),
+            source,
+        })?;
+        if line == Line::End {
+            break;
+        }
+        let text = lines.text(line);
+        let extra = match guess.columns {
+            None => is_blank(text) || kind_of(text, usize::MAX, 0).is_some_and(looks_extra),
+            Some(columns) => kind_of(text, columns, 0).is_some(),
+        };
+        if number == 0 {
+            guess.extra_line = Some(extra);
+        }
+        match (extra, guess.columns) {
+            (true, None) => {}
+            (true, Some(_)) => {
+                guess.rows = Some(rows).filter(|_| guess.extra_line == Some(true));
+                break;
+            }
+            (false, None) => {
+                guess.columns = Some(count_fields(text)).filter(|n| *n > 0);
+                rows += 1;
+            }
+            (false, Some(1)) if number == 1 && count_fields(text) > 1 => {
+                // The number alone on the first line was a time stamp.
+                guess.columns = Some(count_fields(text));
+                guess.extra_line = Some(true);
+            }
+            (false, Some(_)) => rows += 1,
+        }
+    }
+    if guess.columns.is_none() {
+        let file = path.to_owned();
+        return Err(Error::Empty {
+            file,
+            what: "line of numbers",
+            found: 0,
+        });
+    }
+    Ok(guess)
+}
+
+/// Before the number of columns is known, words are no line of a frame.
+fn looks_extra(kind: Kind) -> bool {
+    matches!(kind, Kind::Blank | Kind::Words(_))
+}

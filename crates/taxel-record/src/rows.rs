@@ -1,0 +1,125 @@
+//! Frames to lines of numbers: the one core behind the two text writers.
+
+use std::path::Path;
+
+use taxel::Frame;
+
+use crate::atomic::AtomicFile;
+use crate::error::Error;
+use crate::grid::TIME_PREFIX;
+use crate::number::push_number;
+
+/// Whether a line stands before each frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum ExtraLines {
+    Every,
+    Never,
+}
+
+/// Writes lines of numbers, one buffer kept between frames.
+pub(crate) struct RowWriter {
+    file: AtomicFile,
+    extra: ExtraLines,
+    closing_comma: bool,
+    minimum: f64,
+    frames: u64,
+    shape: Option<(usize, usize)>,
+    text: Vec<u8>,
+    number: zmij::Buffer,
+}
+
+impl RowWriter {
+    pub(crate) fn create(
+        path: &Path,
+        extra: ExtraLines,
+        closing_comma: bool,
+        minimum: f64,
+    ) -> Result<Self, Error> {
+        Ok(Self {
+            file: AtomicFile::create(path)?,
+            extra,
+            closing_comma,
+            minimum,
+            frames: 0,
+            shape: None,
+            text: Vec::new(),
+            number: zmij::Buffer::new(),
+        })
+    }
+
+    pub(crate) fn write<Q>(&mut self, frame: &Frame<Q>) -> Result<(), Error> {
+        check_frame(
+            frame,
+            self.file.path(),
+            self.frames,
+            self.shape,
+            self.minimum,
+        )?;
+        self.shape = Some((frame.rows(), frame.columns()));
+        if self.extra == ExtraLines::Every {
+            self.text.clear();
+            if let Some(time) = frame.time_secs.filter(|time| time.is_finite()) {
+                self.text.extend_from_slice(TIME_PREFIX.as_bytes());
+                push_number(&mut self.text, &mut self.number, time);
+            }
+            self.text.push(b'\n');
+            self.file.put(&self.text)?;
+        }
+        for row in frame.values().chunks_exact(frame.columns()) {
+            self.text.clear();
+            for value in row {
+                push_number(&mut self.text, &mut self.number, *value);
+                self.text.push(b',');
+            }
+            if !self.closing_comma {
+                self.text.pop();
+            }
+            self.text.push(b'\n');
+            self.file.put(&self.text)?;
+        }
+        self.frames += 1;
+        Ok(())
+    }
+
+    pub(crate) fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    pub(crate) fn commit(self) -> Result<(), Error> {
+        self.file.commit()
+    }
+}
+
+/// Refuses a frame of another shape, or with a value that could not be read back.
+pub(crate) fn check_frame<Q>(
+    frame: &Frame<Q>,
+    file: &Path,
+    number: u64,
+    expected: Option<(usize, usize)>,
+    minimum: f64,
+) -> Result<(), Error> {
+    let found = (frame.rows(), frame.columns());
+    if let Some(expected) = expected.filter(|expected| *expected != found) {
+        let file = file.to_owned();
+        return Err(Error::FrameShape {
+            file,
+            frame: number,
+            found,
+            expected,
+        });
+    }
+    let allowed = minimum..=f64::MAX;
+    match frame.values().iter().position(|v| !allowed.contains(v)) {
+        None => Ok(()),
+        Some(i) => Err(Error::Value {
+            file: file.to_owned(),
+            frame: number,
+            row: i / frame.columns(),
+            column: i % frame.columns(),
+            found: frame.values()[i],
+            minimum,
+            maximum: f64::MAX,
+            hint: "only numbers that can be read back are written; mark the taxel instead",
+        }),
+    }
+}

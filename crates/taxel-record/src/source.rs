@@ -1,0 +1,162 @@
+//! A source of frames: what every reader of recordings is.
+
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::marker::PhantomData;
+use std::path::Path;
+
+use taxel::{Counts, Frame};
+
+use crate::error::Error;
+
+/// The most taxels a frame may have: 2²⁴, 128 MiB of values.
+pub const MAX_TAXELS: usize = 1 << 24;
+
+/// How many skipped frames are remembered with their reasons; all are counted.
+pub const SKIPS_REMEMBERED: usize = 100;
+
+/// A stream of frames of quantity `Q`.
+pub trait FrameSource<Q = Counts> {
+    /// Rows and columns of every frame.
+    fn shape(&self) -> (usize, usize);
+
+    /// Reads the next frame into `frame`, without allocating (a `frame` of another shape is replaced).
+    /// False at the end; `frame` then still holds what it held.
+    ///
+    /// # Errors
+    /// What is wrong with the frame or its file; the values of `frame` are then undefined. Nothing follows
+    /// an error: further calls give false.
+    fn next_into(&mut self, frame: &mut Frame<Q>) -> Result<bool, Error>;
+
+    /// How many frames `keep_going` has left out so far.
+    fn skipped(&self) -> usize;
+
+    /// The first [`SKIPS_REMEMBERED`] frames left out, with their reasons.
+    fn skips(&self) -> &[Skipped];
+
+    /// Bytes of the file read so far, for progress bars.
+    fn bytes_read(&self) -> u64;
+
+    /// Bytes of the whole file; `None` for a pipe or a device.
+    fn bytes_total(&self) -> Option<u64>;
+
+    /// The frames one by one, each newly allocated.
+    fn frames(self) -> Frames<Self, Q>
+    where
+        Self: Sized,
+    {
+        Frames {
+            source: self,
+            quantity: PhantomData,
+        }
+    }
+}
+
+impl<Q, S: FrameSource<Q> + ?Sized> FrameSource<Q> for Box<S> {
+    fn shape(&self) -> (usize, usize) {
+        (**self).shape()
+    }
+    fn next_into(&mut self, frame: &mut Frame<Q>) -> Result<bool, Error> {
+        (**self).next_into(frame)
+    }
+    fn skipped(&self) -> usize {
+        (**self).skipped()
+    }
+    fn skips(&self) -> &[Skipped] {
+        (**self).skips()
+    }
+    fn bytes_read(&self) -> u64 {
+        (**self).bytes_read()
+    }
+    fn bytes_total(&self) -> Option<u64> {
+        (**self).bytes_total()
+    }
+}
+
+/// The frames of a source, as an iterator; ends after the first error.
+#[derive(Debug)]
+pub struct Frames<S, Q = Counts> {
+    source: S,
+    quantity: PhantomData<Q>,
+}
+
+impl<S, Q> Frames<S, Q> {
+    /// The source, to ask what it skipped.
+    pub fn source(&self) -> &S {
+        &self.source
+    }
+}
+
+impl<S: FrameSource<Q>, Q> Iterator for Frames<S, Q> {
+    type Item = Result<Frame<Q>, Error>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let (rows, columns) = self.source.shape();
+        let mut frame = Frame::zeros(rows, columns);
+        match self.source.next_into(&mut frame) {
+            Ok(true) => Some(Ok(frame)),
+            Ok(false) => None,
+            Err(error) => Some(Err(error)),
+        }
+    }
+}
+
+/// A frame that `keep_going` left out.
+#[derive(Debug)]
+pub struct Skipped {
+    /// Its position in the recording, from 0.
+    pub frame: u64,
+    /// The first line read for it in a text file, from 1.
+    pub first_line: Option<u64>,
+    /// Why.
+    pub error: Error,
+}
+
+/// The frames left out so far.
+#[derive(Debug, Default)]
+pub(crate) struct SkipLog {
+    pub(crate) count: usize,
+    pub(crate) first: Vec<Skipped>,
+}
+
+impl SkipLog {
+    pub(crate) fn add(&mut self, skipped: Skipped) {
+        self.count += 1;
+        if self.first.len() < SKIPS_REMEMBERED {
+            self.first.push(skipped);
+        }
+    }
+}
+
+/// Gives a frame the shape of its source.
+pub(crate) fn fit_shape<Q>(frame: &mut Frame<Q>, rows: usize, columns: usize) {
+    if (frame.rows(), frame.columns()) != (rows, columns) {
+        *frame = Frame::zeros(rows, columns);
+    }
+}
+
+/// Where the bytes of a file come from.
+pub type Input = Box<dyn Read + Send>;
+
+/// Opens a file to be read (`-`: standard input), with its size where it has one.
+pub(crate) fn open_input(path: &Path) -> Result<(Input, Option<u64>), Error> {
+    if path.as_os_str() == "-" {
+        return Ok((Box::new(io::stdin()), None));
+    }
+    let (file, total) = open_file(path)?;
+    Ok((Box::new(file), total))
+}
+
+/// Opens a file that must be able to seek, or not.
+pub(crate) fn open_file(path: &Path) -> Result<(File, Option<u64>), Error> {
+    let failed = |source| Error::Open {
+        file: path.to_owned(),
+        source,
+    };
+    let about = fs::metadata(path).map_err(failed)?;
+    if about.is_dir() {
+        return Err(failed(io::ErrorKind::IsADirectory.into()));
+    }
+    let file = File::open(path).map_err(failed)?;
+    Ok((file, about.is_file().then_some(about.len())))
+}

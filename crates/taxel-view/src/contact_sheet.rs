@@ -1,0 +1,199 @@
+//! Many frames at a glance: small heatmaps over one range.
+
+use crate::colour_bar::{Beyond, ColourBar};
+use crate::heatmap::Panel;
+use crate::panel_layout::{Room, draw_heatmap, plot_size};
+use crate::picture::Picture;
+use crate::scale::{drawable, union};
+use crate::sheet::draw_caption;
+use crate::svg::{Anchor, Canvas, Rect};
+use crate::{Error, MARGIN, text};
+
+const GAP: f64 = 12.0;
+const TITLE_SIZE: f64 = 9.0;
+const TITLE_ROOM: f64 = 13.0;
+/// Width over height that a sheet is brought near to.
+const SHAPE: f64 = 1.4;
+
+/// Small heatmaps on a grid, one colour bar for all; titles above them, no axes.
+///
+/// Quantity, unit and colour map are those of the first panel.
+#[derive(Debug, Clone)]
+pub struct ContactSheet<'a> {
+    panels: Vec<Panel<'a>>,
+    caption: String,
+    columns: Option<usize>,
+    range: Option<(f64, f64)>,
+}
+
+/// The measured grid.
+struct Cells {
+    across: usize,
+    down: usize,
+    /// Largest plot of all panels.
+    width: f64,
+    height: f64,
+    title: f64,
+    room: Room,
+}
+
+impl Cells {
+    fn size(&self) -> (f64, f64) {
+        (
+            self.across as f64 * (self.width + GAP) - GAP,
+            self.down as f64 * (self.title + self.height + GAP) - GAP,
+        )
+    }
+}
+
+impl<'a> ContactSheet<'a> {
+    /// A sheet of `panels`, row by row.
+    ///
+    /// # Errors
+    /// [`Error::Empty`] without panels.
+    pub fn new(panels: Vec<Panel<'a>>) -> Result<ContactSheet<'a>, Error> {
+        if panels.is_empty() {
+            return Err(Error::Empty {
+                what: "contact sheet",
+                of: "panel",
+            });
+        }
+        Ok(ContactSheet {
+            panels,
+            caption: String::new(),
+            columns: None,
+            range: None,
+        })
+    }
+
+    /// The sentence or two below it.
+    pub fn caption(mut self, caption: impl Into<String>) -> Self {
+        self.caption = caption.into();
+        self
+    }
+
+    /// How many panels stand side by side; without it as many as make a sheet of a usual shape.
+    pub fn columns(mut self, columns: usize) -> Self {
+        self.columns = Some(columns);
+        self
+    }
+
+    /// The values at the ends of the colour map; without it one range that covers those of all panels.
+    pub fn range(mut self, low: f64, high: f64) -> Self {
+        self.range = Some((low, high));
+        self
+    }
+
+    /// The sheet as a picture.
+    ///
+    /// # Errors
+    /// [`Error::Png`] should a heatmap not be encodable.
+    pub fn picture(&self) -> Result<Picture, Error> {
+        let all = self
+            .panels
+            .iter()
+            .map(Panel::wanted_range)
+            .fold(None, union);
+        let range = drawable(
+            self.range
+                .filter(|(a, b)| a.is_finite() && b.is_finite())
+                .or(all),
+        );
+        let cells = self.cells();
+        let (width, height) = cells.size();
+        let mut canvas = Canvas::default();
+        let top = MARGIN;
+        for (i, panel) in self.panels.iter().enumerate() {
+            let x = MARGIN + (i % cells.across) as f64 * (cells.width + GAP);
+            let y = top + (i / cells.across) as f64 * (cells.title + cells.height + GAP);
+            draw_cell(panel, &mut canvas, (x, y), &cells, range)?;
+        }
+        let (right, bottom) = self.draw_bar(&mut canvas, range, cells.title, width, height)?;
+        let bottom = draw_caption(&mut canvas, &self.caption, bottom, right);
+        Ok(Picture::new(canvas, right + 2.0 * MARGIN, bottom + MARGIN))
+    }
+
+    fn draw_bar(
+        &self,
+        canvas: &mut Canvas,
+        range: (f64, f64),
+        title: f64,
+        width: f64,
+        height: f64,
+    ) -> Result<(f64, f64), Error> {
+        let first = &self.panels[0];
+        let beyond = self
+            .panels
+            .iter()
+            .map(|panel| Beyond::of(panel.grid.values, range))
+            .fold(Beyond::default(), Beyond::or);
+        let length = (height - title).clamp(110.0, 300.0);
+        let labels = (first.quantity.as_str(), first.unit.as_str());
+        let bar = ColourBar::new(range, labels, first.colour_map, beyond, (length, false));
+        bar.draw(canvas, MARGIN + width + GAP + 4.0, MARGIN + title)?;
+        let right = width + GAP + 4.0 + bar.breadth();
+        Ok((right, MARGIN + height.max(title + length + 6.0)))
+    }
+
+    fn cells(&self) -> Cells {
+        let count = self.panels.len();
+        let side = match count {
+            0..=20 => 150.0,
+            21..=60 => 110.0,
+            _ => 80.0,
+        };
+        let room = Room {
+            width: side,
+            height: side,
+        };
+        let sizes = self.panels.iter().map(|panel| plot_size(panel, room));
+        let (width, height) =
+            sizes.fold((30.0_f64, 0.0_f64), |(w, h), (a, b)| (w.max(a), h.max(b)));
+        let titled = self.panels.iter().any(|panel| !panel.title.is_empty());
+        let title = if titled { TITLE_ROOM } else { 0.0 };
+        let grid = |across: usize| Cells {
+            across,
+            down: count.div_ceil(across),
+            width,
+            height,
+            title,
+            room,
+        };
+        let fitting = || {
+            (1..=count).min_by(|&a, &b| misfit(&grid(a), count).total_cmp(&misfit(&grid(b), count)))
+        };
+        grid(self.columns.or_else(fitting).unwrap_or(1).clamp(1, count))
+    }
+}
+
+/// How far a grid is from the usual shape, with a little for every place left empty in it.
+fn misfit(cells: &Cells, count: usize) -> f64 {
+    let (width, height) = cells.size();
+    let places = (cells.across * cells.down) as f64;
+    (width / height / SHAPE).ln().abs() + (places - count as f64) / count as f64
+}
+
+fn draw_cell(
+    panel: &Panel<'_>,
+    canvas: &mut Canvas,
+    (x, y): (f64, f64),
+    cells: &Cells,
+    range: (f64, f64),
+) -> Result<(), Error> {
+    let title = text::shorten(&panel.title, TITLE_SIZE, cells.width);
+    if !title.is_empty() {
+        canvas.text(x, y + TITLE_SIZE * 0.8, TITLE_SIZE, Anchor::Start, &title);
+    }
+    let (width, height) = plot_size(panel, cells.room);
+    draw_heatmap(
+        panel,
+        canvas,
+        Rect {
+            x,
+            y: y + cells.title,
+            width,
+            height,
+        },
+        range,
+    )
+}

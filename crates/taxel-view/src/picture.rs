@@ -1,0 +1,246 @@
+//! A finished picture, as SVG text or PNG bytes.
+
+use std::path::Path;
+use std::sync::{Arc, OnceLock};
+
+use resvg::tiny_skia::{Pixmap, Transform};
+use resvg::usvg::{Options, Tree, fontdb::Database};
+
+use crate::Error;
+use crate::svg::Canvas;
+
+/// Pixels per SVG point in a PNG.
+pub const PNG_SCALE: u32 = 2;
+/// Most pixels of a PNG.
+const MOST_PIXELS: u64 = 100_000_000;
+/// Inter Regular, reduced; its licence is in `fonts/OFL.txt`.
+const FONT: &[u8] = include_bytes!("../fonts/Inter-Regular-subset.ttf");
+
+/// What a picture is written as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// Pixels, two per point.
+    Png,
+    /// Text and lines as vectors, heatmaps as embedded pixels.
+    Svg,
+}
+
+impl Format {
+    /// The format that the extension of `path` names, in capitals or not.
+    ///
+    /// # Errors
+    /// [`Error::UnknownFormat`] with the extension, and those that would do.
+    pub fn from_extension(path: impl AsRef<Path>) -> Result<Format, Error> {
+        let extension = path
+            .as_ref()
+            .extension()
+            .unwrap_or_default()
+            .to_string_lossy();
+        match extension.to_ascii_lowercase().as_str() {
+            "png" => Ok(Format::Png),
+            "svg" => Ok(Format::Svg),
+            _ => Err(Error::UnknownFormat {
+                extension: extension.into_owned(),
+                known: "png, svg",
+            }),
+        }
+    }
+}
+
+/// A composed picture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture {
+    svg: String,
+    width: u32,
+    height: u32,
+}
+
+impl Picture {
+    pub(crate) fn new(canvas: Canvas, width: f64, height: f64) -> Picture {
+        let (width, height) = (width.ceil().max(1.0), height.ceil().max(1.0));
+        Picture {
+            svg: canvas.finish(width, height),
+            width: width as u32,
+            height: height as u32,
+        }
+    }
+
+    /// Width in points.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Height in points.
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// The picture as an SVG document.
+    pub fn svg(&self) -> &str {
+        &self.svg
+    }
+
+    /// The picture as PNG bytes, [`PNG_SCALE`] pixels per point.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] for more than 10⁸ pixels.
+    pub fn png(&self) -> Result<Vec<u8>, Error> {
+        let pixels = self.pixels()?;
+        encode_rgb(&pixels)
+    }
+
+    /// The bytes of a file of that format.
+    ///
+    /// # Errors
+    /// Those of [`Picture::png`].
+    pub fn render(&self, format: Format) -> Result<Vec<u8>, Error> {
+        match format {
+            Format::Png => self.png(),
+            Format::Svg => Ok(self.svg.clone().into_bytes()),
+        }
+    }
+
+    fn pixels(&self) -> Result<Pixmap, Error> {
+        let width = u64::from(self.width) * u64::from(PNG_SCALE);
+        let height = u64::from(self.height) * u64::from(PNG_SCALE);
+        let too_large = Error::TooLarge {
+            width,
+            height,
+            limit: MOST_PIXELS,
+        };
+        if width * height > MOST_PIXELS {
+            return Err(too_large);
+        }
+        let tree = parse(&self.svg)?;
+        let mut pixmap = Pixmap::new(width as u32, height as u32).ok_or(too_large)?;
+        let scale = PNG_SCALE as f32;
+        resvg::render(
+            &tree,
+            Transform::from_scale(scale, scale),
+            &mut pixmap.as_mut(),
+        );
+        Ok(pixmap)
+    }
+}
+
+/// The document as the rasteriser understands it.
+pub(crate) fn parse(svg: &str) -> Result<Tree, Error> {
+    static FONTS: OnceLock<Arc<Database>> = OnceLock::new();
+    let fontdb = FONTS.get_or_init(|| {
+        let mut fonts = Database::new();
+        fonts.load_font_data(FONT.to_vec());
+        Arc::new(fonts)
+    });
+    let options = Options {
+        fontdb: Arc::clone(fontdb),
+        font_family: "Inter".to_owned(),
+        ..Options::default()
+    };
+    Tree::from_str(svg, &options).map_err(|error| Error::Raster {
+        message: error.to_string(),
+    })
+}
+
+fn encode_rgb(pixels: &Pixmap) -> Result<Vec<u8>, Error> {
+    // The background is opaque, so premultiplied colours are the colours.
+    let rgb: Vec<u8> = pixels
+        .data()
+        .chunks_exact(4)
+        .flat_map(|p| [p[0], p[1], p[2]])
+        .collect();
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, pixels.width(), pixels.height());
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_compression(png::Compression::Fast);
+    write_image(encoder, &rgb)?;
+    Ok(bytes)
+}
+
+/// Writes all of `data` and ends the file.
+pub(crate) fn write_image(
+    encoder: png::Encoder<'_, &mut Vec<u8>>,
+    data: &[u8],
+) -> Result<(), Error> {
+    let write = || -> Result<(), png::EncodingError> {
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(data)?;
+        writer.finish()
+    };
+    write().map_err(|error| Error::Png {
+        message: error.to_string(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::svg::Anchor;
+
+    #[test]
+    fn formats_are_known_by_their_extension() {
+        assert_eq!(Format::from_extension("a/b.PNG"), Ok(Format::Png));
+        assert_eq!(Format::from_extension("a.b.svg"), Ok(Format::Svg));
+        let error = Format::from_extension("frame.jpg").unwrap_err().to_string();
+        assert!(error.contains("`jpg`") && error.contains("png, svg"));
+        assert!(Format::from_extension("frame").is_err());
+    }
+
+    #[test]
+    fn every_sign_of_physics_is_in_the_font() {
+        for sign in "AZaz09 µΩ²³×−±°⁻⁰¹⁴⁹…–≤≥".chars() {
+            let mut canvas = Canvas::default();
+            canvas.text(10.0, 30.0, 20.0, Anchor::Start, &sign.to_string());
+            let picture = Picture::new(canvas, 40.0, 40.0);
+            let drawn = picture
+                .pixels()
+                .unwrap()
+                .data()
+                .iter()
+                .any(|&byte| byte < 128);
+            assert!(drawn || sign == ' ', "{sign}");
+        }
+    }
+
+    #[test]
+    fn the_table_of_widths_is_that_of_the_font() {
+        for text in [
+            "0123456789",
+            "conductance",
+            "Frame 12, row 5: (N) + 4.5 %",
+            "{before} ~ [after] | W@M",
+        ] {
+            let mut canvas = Canvas::default();
+            canvas.text(0.0, 300.0, 100.0, Anchor::Start, text);
+            let tree = parse(&canvas.finish(5000.0, 400.0)).unwrap();
+            let drawn = tree
+                .root()
+                .children()
+                .last()
+                .unwrap()
+                .abs_bounding_box()
+                .width();
+            let expected = crate::text::width(text, 100.0);
+            // The box is that of the ink: less the white at both sides, and what kerning takes.
+            let missing = expected - f64::from(drawn);
+            assert!(
+                (-1.0..0.05 * expected).contains(&missing),
+                "{text}: {expected}, {drawn}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_picture_too_large_is_refused_with_its_size() {
+        let error = Picture::new(Canvas::default(), 20_000.0, 20_000.0)
+            .png()
+            .unwrap_err();
+        assert_eq!(
+            error,
+            Error::TooLarge {
+                width: 40_000,
+                height: 40_000,
+                limit: MOST_PIXELS
+            }
+        );
+    }
+}

@@ -1,0 +1,256 @@
+//! Values over frames: one taxel, several, or a whole row or column.
+
+use taxel::Frame;
+
+use crate::Error;
+use crate::picture::Picture;
+use crate::quantity::Quantity;
+use crate::series_plot;
+
+/// One value per frame.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Line {
+    /// Its name in the legend; may be empty.
+    pub name: String,
+    /// One value per position on the x axis; where one is not finite the line is broken.
+    pub values: Vec<f64>,
+}
+
+impl Line {
+    /// A named line.
+    pub fn new(name: impl Into<String>, values: Vec<f64>) -> Line {
+        Line {
+            name: name.into(),
+            values,
+        }
+    }
+}
+
+/// A line plot over frames. Up to ten lines have a colour each and a legend; more are coloured by their order.
+///
+/// ```
+/// use taxel_view::{Line, Series};
+/// let lines = vec![Line::new("row 2, column 5", vec![0.0, 0.4, 0.9])];
+/// let picture = Series::new("frame", vec![0.0, 1.0, 2.0], lines)?.unit("N").picture()?;
+/// assert!(picture.svg().contains("row 2, column 5"));
+/// # Ok::<(), taxel_view::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    pub(crate) title: String,
+    pub(crate) quantity: String,
+    pub(crate) unit: String,
+    pub(crate) caption: String,
+    pub(crate) order: String,
+    pub(crate) x_label: String,
+    pub(crate) x: Vec<f64>,
+    pub(crate) lines: Vec<Line>,
+}
+
+impl Series {
+    /// Lines over the positions `x`, whose axis is labelled `x_label`, such as `frame` or `time (s)`.
+    ///
+    /// # Errors
+    /// [`Error::Empty`] without lines, [`Error::LineLength`] when a line has not one value per position.
+    pub fn new(x_label: impl Into<String>, x: Vec<f64>, lines: Vec<Line>) -> Result<Series, Error> {
+        if lines.is_empty() {
+            return Err(Error::Empty {
+                what: "series",
+                of: "line",
+            });
+        }
+        if let Some(line) = lines.iter().find(|line| line.values.len() != x.len()) {
+            return Err(Error::LineLength {
+                name: line.name.clone(),
+                expected: x.len(),
+                found: line.values.len(),
+            });
+        }
+        Ok(Series {
+            title: String::new(),
+            quantity: String::new(),
+            unit: String::new(),
+            caption: String::new(),
+            order: "line".to_owned(),
+            x_label: x_label.into(),
+            x,
+            lines,
+        })
+    }
+
+    /// The values of single taxels, given as (row, column), over time where all frames have one, else over
+    /// sequence numbers.
+    ///
+    /// # Errors
+    /// [`Error::Empty`] without frames or taxels, [`Error::FrameShape`] when frames differ in size,
+    /// [`Error::TaxelOutside`] for a taxel that they do not have.
+    pub fn of_taxels<Q: Quantity>(
+        frames: &[Frame<Q>],
+        taxels: &[(usize, usize)],
+    ) -> Result<Series, Error> {
+        let (rows, columns) = common_shape(frames)?;
+        for &(row, column) in taxels {
+            if row >= rows || column >= columns {
+                return Err(Error::TaxelOutside {
+                    row,
+                    column,
+                    rows,
+                    columns,
+                });
+            }
+        }
+        let line = |&(row, column): &(usize, usize)| {
+            let values = frames.iter().map(|frame| frame.at(row, column)).collect();
+            Line::new(format!("row {row}, column {column}"), values)
+        };
+        let (x_label, x) = positions(frames);
+        let lines = taxels.iter().map(line).collect();
+        Ok(Series::new(x_label, x, lines)?
+            .quantity(Q::NAME)
+            .unit(Q::UNIT))
+    }
+
+    /// The values of all taxels of one row, a line for each column.
+    ///
+    /// # Errors
+    /// As [`Series::of_taxels`].
+    pub fn of_row<Q: Quantity>(frames: &[Frame<Q>], row: usize) -> Result<Series, Error> {
+        let (_, columns) = common_shape(frames)?;
+        let taxels: Vec<_> = (0..columns).map(|column| (row, column)).collect();
+        Ok(Series::of_taxels(frames, &taxels)?
+            .order("column")
+            .title(format!("row {row}")))
+    }
+
+    /// The values of all taxels of one column, a line for each row.
+    ///
+    /// # Errors
+    /// As [`Series::of_taxels`].
+    pub fn of_column<Q: Quantity>(frames: &[Frame<Q>], column: usize) -> Result<Series, Error> {
+        let (rows, _) = common_shape(frames)?;
+        let taxels: Vec<_> = (0..rows).map(|row| (row, column)).collect();
+        Ok(Series::of_taxels(frames, &taxels)?
+            .order("row")
+            .title(format!("column {column}")))
+    }
+
+    /// The line above it.
+    pub fn title(mut self, title: impl Into<String>) -> Self {
+        self.title = title.into();
+        self
+    }
+
+    /// What the values are, as it stands beside the y axis.
+    pub fn quantity(mut self, quantity: impl Into<String>) -> Self {
+        self.quantity = quantity.into();
+        self
+    }
+
+    /// The unit of the values, with SI prefixes as for [`Panel::unit`](crate::Panel::unit).
+    pub fn unit(mut self, unit: impl Into<String>) -> Self {
+        self.unit = unit.into();
+        self
+    }
+
+    /// The sentence or two below it.
+    pub fn caption(mut self, caption: impl Into<String>) -> Self {
+        self.caption = caption.into();
+        self
+    }
+
+    /// What the lines count, where there are too many for a legend: `line`, `column`, `row`.
+    pub fn order(mut self, order: impl Into<String>) -> Self {
+        self.order = order.into();
+        self
+    }
+
+    /// The plot as a picture.
+    ///
+    /// # Errors
+    /// [`Error::Png`] should the bar of line colours not be encodable.
+    pub fn picture(&self) -> Result<Picture, Error> {
+        series_plot::draw(self)
+    }
+}
+
+fn common_shape<Q>(frames: &[Frame<Q>]) -> Result<(usize, usize), Error> {
+    let first = frames.first().ok_or(Error::Empty {
+        what: "series",
+        of: "frame",
+    })?;
+    let shape = (first.rows(), first.columns());
+    match frames
+        .iter()
+        .position(|frame| (frame.rows(), frame.columns()) != shape)
+    {
+        None => Ok(shape),
+        Some(index) => Err(Error::FrameShape {
+            index,
+            rows: frames[index].rows(),
+            columns: frames[index].columns(),
+            first_rows: shape.0,
+            first_columns: shape.1,
+        }),
+    }
+}
+
+fn positions<Q>(frames: &[Frame<Q>]) -> (&'static str, Vec<f64>) {
+    let times: Option<Vec<f64>> = frames.iter().map(|frame| frame.time_secs).collect();
+    match times {
+        Some(times) => ("time (s)", times),
+        None => (
+            "frame",
+            frames.iter().map(|frame| frame.sequence as f64).collect(),
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use taxel::frame::Newtons;
+
+    fn frames(count: u64) -> Vec<Frame<Newtons>> {
+        (0..count)
+            .map(|i| {
+                let mut frame = Frame::filled(2, 3, i as f64);
+                frame.sequence = i + 5;
+                frame
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_row_has_a_line_for_each_column() {
+        let series = Series::of_row(&frames(4), 1).unwrap();
+        assert_eq!(series.lines.len(), 3);
+        assert_eq!(series.lines[2].name, "row 1, column 2");
+        assert_eq!(series.lines[0].values, [0.0, 1.0, 2.0, 3.0]);
+        assert_eq!(series.x, [5.0, 6.0, 7.0, 8.0]);
+        assert_eq!(Series::of_column(&frames(4), 2).unwrap().lines.len(), 2);
+    }
+
+    #[test]
+    fn time_is_the_axis_where_every_frame_has_one() {
+        let mut timed = frames(2);
+        timed[0].time_secs = Some(0.5);
+        assert_eq!(Series::of_row(&timed, 0).unwrap().x_label, "frame");
+        timed[1].time_secs = Some(0.75);
+        assert_eq!(Series::of_row(&timed, 0).unwrap().x, [0.5, 0.75]);
+    }
+
+    #[test]
+    fn what_cannot_be_drawn_is_refused_with_both_numbers() {
+        let text = |result: Result<Series, Error>| result.unwrap_err().to_string();
+        assert!(
+            text(Series::of_row(&frames(2), 2)).contains("row 2, column 0 is outside of 2 rows")
+        );
+        let mut mixed = frames(2);
+        mixed.push(Frame::zeros(4, 4));
+        assert!(text(Series::of_row(&mixed, 0)).contains("frame 2 has 4 rows x 4 columns"));
+        assert!(text(Series::of_taxels::<Newtons>(&[], &[])).contains("at least 1 frame"));
+        assert!(text(Series::of_taxels(&frames(1), &[])).contains("at least 1 line"));
+        let uneven = Series::new("frame", vec![0.0], vec![Line::new("a", vec![])]);
+        assert!(text(uneven).contains("1 positions need 1 values, found 0"));
+    }
+}

@@ -1,0 +1,233 @@
+//! Composing an SVG document, piece by piece.
+
+use std::fmt::Write;
+
+/// Colour of text, ticks and frames.
+pub(crate) const INK: &str = "#222222";
+/// Families asked for: the shipped font first, then what most machines have.
+const FAMILIES: &str = "Inter, Helvetica, Arial, sans-serif";
+
+/// A rectangle, x to the right and y down, in SVG points.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Rect {
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    pub(crate) width: f64,
+    pub(crate) height: f64,
+}
+
+impl Rect {
+    pub(crate) fn right(&self) -> f64 {
+        self.x + self.width
+    }
+
+    pub(crate) fn bottom(&self) -> f64 {
+        self.y + self.height
+    }
+
+    pub(crate) fn moved(&self, x: f64, y: f64) -> Rect {
+        Rect {
+            x: self.x + x,
+            y: self.y + y,
+            ..*self
+        }
+    }
+}
+
+/// Which point of a text stands at its position.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+impl Anchor {
+    fn word(self) -> &'static str {
+        match self {
+            Anchor::Start => "start",
+            Anchor::Middle => "middle",
+            Anchor::End => "end",
+        }
+    }
+}
+
+/// The growing document.
+#[derive(Debug, Default)]
+pub(crate) struct Canvas {
+    body: String,
+}
+
+impl Canvas {
+    /// Text whose baseline is at `y`.
+    pub(crate) fn text(&mut self, x: f64, y: f64, size: f64, anchor: Anchor, text: &str) {
+        let place = format!("x=\"{}\" y=\"{}\"", number(x), number(y));
+        self.push_text(&place, size, anchor, text);
+    }
+
+    /// Text that reads upwards, centred on `y`, its baseline at `x`.
+    pub(crate) fn text_upwards(&mut self, x: f64, y: f64, size: f64, text: &str) {
+        let place = format!(
+            "transform=\"translate({} {}) rotate(-90)\"",
+            number(x),
+            number(y)
+        );
+        self.push_text(&place, size, Anchor::Middle, text);
+    }
+
+    fn push_text(&mut self, place: &str, size: f64, anchor: Anchor, text: &str) {
+        let (size, anchor, text) = (number(size), anchor.word(), escaped(text));
+        self.push(format_args!(
+            "<text {place} font-size=\"{size}\" text-anchor=\"{anchor}\">{text}</text>"
+        ));
+    }
+
+    /// An outline without filling.
+    pub(crate) fn frame(&mut self, rect: Rect, width: f64) {
+        let place = placed(rect);
+        self.push(format_args!(
+            "<rect {place} fill=\"none\" stroke=\"{INK}\" stroke-width=\"{}\"/>",
+            number(width)
+        ));
+    }
+
+    /// Straight strokes along the path `data`, in absolute SVG path commands.
+    pub(crate) fn strokes(&mut self, data: &str, colour: &str, width: f64) {
+        if data.is_empty() {
+            return;
+        }
+        self.push(format_args!(
+            "<path d=\"{data}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{}\" \
+             stroke-linejoin=\"round\" stroke-linecap=\"round\"/>",
+            number(width)
+        ));
+    }
+
+    /// A filled shape along the path `data`.
+    pub(crate) fn filled(&mut self, data: &str, colour: &str) {
+        self.push(format_args!("<path d=\"{data}\" fill=\"{colour}\"/>"));
+    }
+
+    /// A PNG stretched over `rect`; `smooth` unless its pixels are to stay square.
+    pub(crate) fn image(&mut self, rect: Rect, png: &[u8], smooth: bool) {
+        let rendering = if smooth {
+            "optimizeQuality"
+        } else {
+            "pixelated"
+        };
+        let (place, data) = (placed(rect), base64(png));
+        self.push(format_args!(
+            "<image {place} preserveAspectRatio=\"none\" image-rendering=\"{rendering}\" \
+             href=\"data:image/png;base64,{data}\"/>"
+        ));
+    }
+
+    fn push(&mut self, element: std::fmt::Arguments<'_>) {
+        // Writing to a String does not fail.
+        let _ = writeln!(self.body, "{element}");
+    }
+
+    /// The document, on white.
+    pub(crate) fn finish(self, width: f64, height: f64) -> String {
+        let (width, height) = (number(width), number(height));
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+             viewBox=\"0 0 {width} {height}\" font-family=\"{FAMILIES}\" fill=\"{INK}\">\n\
+             <rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n{}</svg>\n",
+            self.body
+        )
+    }
+}
+
+/// A coordinate with at most two decimals.
+pub(crate) fn number(value: f64) -> String {
+    let text = format!("{value:.2}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" {
+        "0".to_owned()
+    } else {
+        text.to_owned()
+    }
+}
+
+fn placed(rect: Rect) -> String {
+    format!(
+        "x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"",
+        number(rect.x),
+        number(rect.y),
+        number(rect.width),
+        number(rect.height)
+    )
+}
+
+/// `text` as XML content; characters that XML does not allow become U+FFFD.
+fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\u{fffe}' | '\u{ffff}' => out.push('\u{fffd}'),
+            c if c.is_control() => out.push('\u{fffd}'),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+/// Base64 with padding, RFC 4648 section 4.
+fn base64(bytes: &[u8]) -> String {
+    const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for chunk in bytes.chunks(3) {
+        let byte = |i: usize| u32::from(chunk.get(i).copied().unwrap_or(0));
+        let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
+        for i in 0..4 {
+            let digit = ALPHABET[(bits >> (18 - 6 * i) & 63) as usize];
+            out.push(if i <= chunk.len() {
+                char::from(digit)
+            } else {
+                '='
+            });
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_gives_the_examples_of_the_standard() {
+        let examples = [
+            ("", ""),
+            ("f", "Zg=="),
+            ("fo", "Zm8="),
+            ("foo", "Zm9v"),
+            ("foob", "Zm9vYg=="),
+            ("fooba", "Zm9vYmE="),
+            ("foobar", "Zm9vYmFy"),
+        ];
+        for (plain, coded) in examples {
+            assert_eq!(base64(plain.as_bytes()), coded);
+        }
+    }
+
+    #[test]
+    fn text_cannot_break_out_of_its_element() {
+        assert_eq!(
+            escaped("a<b & \"c\"\u{1}"),
+            "a&lt;b &amp; &quot;c&quot;\u{fffd}"
+        );
+    }
+
+    #[test]
+    fn coordinates_are_short() {
+        assert_eq!(number(12.0), "12");
+        assert_eq!(number(0.126), "0.13");
+        assert_eq!(number(-0.001), "0");
+    }
+}

@@ -1,0 +1,340 @@
+//! Fits a model's unknowns to the presses, and judges it on presses that it has not seen.
+
+use super::LawChoice;
+use super::fit_law::fit_law;
+use super::least_squares::{Fit, Settings, fit, median, robust_deviation, step};
+use super::model::{
+    Evaluator, GHOSTS, Model, PressEstimate, Unknown, any_moves_frames, with_switches,
+};
+use crate::sensor::PerLine;
+
+/// Smallest scatter that residuals of a class are scaled by, grams.
+const LEAST_SCATTER_G: f64 = 1e-3;
+/// Loads below this count as none, grams, when unloaded taxels are looked for.
+const NEXT_TO_NOTHING_G: f64 = 2.0;
+/// Load at which an unloaded taxel's conductance is turned into grams, by the secant.
+const GHOST_LOAD_G: f64 = 20.0;
+/// Unloaded taxels of one frame share their faults: their scatter is taken as this many times larger.
+const GHOST_CAUTION: f64 = 3.0;
+
+/// A fitted model, and the linear map around it that cross-validation uses.
+pub(super) struct Fitted {
+    pub(super) model: Model,
+    pub(super) unknowns: Vec<Unknown>,
+    pub(super) values: Vec<f64>,
+    pub(super) fit: Fit,
+    scatter: Scatter,
+}
+
+/// Scatter of each class of residuals, grams.
+#[derive(Debug, Clone, Copy)]
+struct Scatter {
+    press: f64,
+    neighbour: f64,
+    ghost: f64,
+}
+
+/// Errors on presses that the fit had not seen.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Score {
+    /// Of each press: absolute error of its load, grams.
+    pub(super) errors_g: Vec<f64>,
+    /// Of each press: that, plus the mean size of what is wrongly seen around it and on unloaded taxels.
+    pub(super) totals_g: Vec<f64>,
+}
+
+impl Score {
+    pub(super) fn mean_error(&self) -> f64 {
+        mean(&self.errors_g)
+    }
+
+    /// Mean total, and by how many standard errors another score is better, press by press.
+    pub(super) fn worse_than(&self, other: &Score) -> (f64, f64) {
+        let differences: Vec<f64> = self
+            .totals_g
+            .iter()
+            .zip(&other.totals_g)
+            .map(|(a, b)| a - b)
+            .collect();
+        let gain = mean(&differences);
+        (gain, gain / standard_error(&differences).max(1e-12))
+    }
+}
+
+pub(super) fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+pub(super) fn standard_error(values: &[f64]) -> f64 {
+    let n = values.len().max(2) as f64;
+    let m = mean(values);
+    (values.iter().map(|v| (v - m).powi(2)).sum::<f64>() / (n * (n - 1.0))).sqrt()
+}
+
+/// Switch resistances tried as a start, ohms, ascending: too large a one makes frames infeasible.
+const STARTS_OHMS: [f64; 12] = [
+    0.5, 1.0, 2.0, 4.0, 7.0, 12.0, 20.0, 35.0, 60.0, 110.0, 200.0, 400.0,
+];
+
+/// The best start for both switch resistances, by the scatter that a power law leaves on a part of the presses;
+/// the file's own numbers are a start among others.
+pub(super) fn coarse(evaluator: &mut Evaluator, model: &Model) -> Option<Model> {
+    let presses = evaluator.evidence.presses.len();
+    let mut part: Vec<usize> = (0..presses).step_by(presses.div_ceil(40)).collect();
+    part.extend(presses..presses + evaluator.evidence.levels.len());
+    let mut starts: Vec<(PerLine, PerLine)> = STARTS_OHMS
+        .iter()
+        .map(|&ohms| (PerLine::One(ohms), PerLine::One(ohms)))
+        .collect();
+    let readout = &model.sensor.readout;
+    if let (Some(column), Some(row)) = (&readout.r_mux_column_ohms, &readout.r_mux_row_ohms) {
+        starts.push((column.clone(), row.clone()));
+    }
+    let mut best: Option<(f64, Model)> = None;
+    for (column, row) in starts {
+        let mut model = model.clone();
+        model.sensor = with_switches(&model.sensor, column, row);
+        let Some((scatter, model)) = with_power_law(evaluator, model, &part) else {
+            continue;
+        };
+        if best.as_ref().is_none_or(|(least, _)| scatter < *least) {
+            best = Some((scatter, model));
+        }
+    }
+    best.map(|(_, model)| model)
+}
+
+/// A model with the power law that suits its conductances, and the scatter left, grams.
+fn with_power_law(
+    evaluator: &mut Evaluator,
+    mut model: Model,
+    part: &[usize],
+) -> Option<(f64, Model)> {
+    let mut pairs = Vec::new();
+    let mut quiet = Vec::new();
+    let evidence = evaluator.evidence;
+    evaluator.invert(&model.sensor, part, |i, siemens| {
+        // Uniform frames are there because they are the first to become infeasible.
+        let Some(press) = evidence.presses.get(i) else {
+            return;
+        };
+        pairs.push((siemens.at(press.row, press.column), press.load_g));
+        let mut values = siemens.values().to_vec();
+        let fifth = values.len() / 5;
+        quiet.push(*values.select_nth_unstable_by(fifth, f64::total_cmp).1);
+    })?;
+    let (law, fitted) = fit_law(LawChoice::Power, &pairs, Some(median(&quiet)))?;
+    model.law.g_zero = law.g_zero;
+    model.law.ln_factor = law.ln_scale[0];
+    model.law.exponent = law.exponent[0];
+    Some((robust_deviation(&fitted.residuals), model))
+}
+
+/// Looks for presses with nothing near them, and for unloaded taxels in every frame: those with the largest
+/// raw readings, which are ghosts, and some others.
+pub(super) fn look_around(evaluator: &mut Evaluator, model: &Model) -> Option<()> {
+    let law = evaluator.law(model)?;
+    let (rows, columns) = (model.sensor.rows(), model.sensor.columns());
+    let presses = evaluator.evidence.presses.len();
+    let evidence = evaluator.evidence;
+    let (mut isolated, mut unloaded) = (vec![false; presses], vec![Vec::new(); presses]);
+    let all: Vec<usize> = (0..presses).collect();
+    let mut near = vec![0u8; rows * columns];
+    evaluator.invert(&model.sensor, &all, |i, siemens| {
+        let press = evidence.presses[i];
+        near.fill(0);
+        let mut alone = press.load_g > 10.0 * NEXT_TO_NOTHING_G;
+        for (taxel, &g) in siemens.values().iter().enumerate() {
+            if law.grams_from_siemens(taxel, g) < NEXT_TO_NOTHING_G {
+                continue;
+            }
+            let (r, c) = (taxel / columns, taxel % columns);
+            let away = r.abs_diff(press.row).max(c.abs_diff(press.column));
+            alone &= away < 2 || away > 4;
+            for r in r.saturating_sub(2)..(r + 3).min(rows) {
+                for c in c.saturating_sub(2)..(c + 3).min(columns) {
+                    near[r * columns + c] = 1;
+                }
+            }
+        }
+        isolated[i] = alone;
+        let counts = &evidence.frames[i];
+        let mut quiet: Vec<usize> = (0..rows * columns)
+            .filter(|&t| near[t] == 0 && counts.marks()[t] == crate::Mark::Good)
+            .collect();
+        quiet.sort_by(|&a, &b| counts.values()[b].total_cmp(&counts.values()[a]));
+        let ghosts = GHOSTS / 2;
+        let rest = quiet.len().saturating_sub(ghosts);
+        let stride = (rest / ghosts).max(1);
+        let others = quiet
+            .iter()
+            .skip(ghosts)
+            .step_by(stride)
+            .take(ghosts)
+            .copied();
+        unloaded[i] = quiet.iter().take(ghosts).copied().chain(others).collect();
+    })?;
+    let middle = (rows / 2) * columns + columns / 2;
+    let siemens = law.siemens_from_grams(middle, GHOST_LOAD_G) - law.g_zero;
+    evaluator.ghost_grams_per_siemens = GHOST_LOAD_G / siemens;
+    evaluator.isolated = isolated;
+    evaluator.unloaded = unloaded;
+    evaluator.clear();
+    Some(())
+}
+
+fn residuals(evaluator: &Evaluator, estimates: &[PressEstimate], scatter: Scatter) -> Vec<f64> {
+    let mut all = Vec::new();
+    for (estimate, press) in estimates.iter().zip(&evaluator.evidence.presses) {
+        all.push((estimate.load_g - press.load_g) / scatter.press);
+        all.extend(estimate.neighbours_g.iter().map(|x| x / scatter.neighbour));
+        all.extend(estimate.ghosts_g.iter().map(|x| x / scatter.ghost));
+    }
+    all
+}
+
+/// Which press each residual belongs to.
+fn owners(estimates: &[PressEstimate]) -> Vec<usize> {
+    let count = |e: &PressEstimate| 1 + e.neighbours_g.len() + e.ghosts_g.len();
+    estimates
+        .iter()
+        .enumerate()
+        .flat_map(|(i, e)| vec![i; count(e)])
+        .collect()
+}
+
+fn scatter_of(evaluator: &Evaluator, estimates: &[PressEstimate]) -> Scatter {
+    let deviation = |values: Vec<f64>| robust_deviation(&values).max(LEAST_SCATTER_G);
+    let loads = estimates
+        .iter()
+        .zip(&evaluator.evidence.presses)
+        .map(|(e, p)| e.load_g - p.load_g);
+    Scatter {
+        press: deviation(loads.collect()),
+        neighbour: deviation(
+            estimates
+                .iter()
+                .flat_map(|e| e.neighbours_g.clone())
+                .collect(),
+        ),
+        ghost: GHOST_CAUTION
+            * deviation(estimates.iter().flat_map(|e| e.ghosts_g.clone()).collect()),
+    }
+}
+
+fn with_values(model: &Model, unknowns: &[Unknown], values: &[f64]) -> Option<Model> {
+    let mut moved = model.clone();
+    for (&unknown, &value) in unknowns.iter().zip(values) {
+        moved.set(unknown, value)?;
+    }
+    Some(moved)
+}
+
+/// Fits some unknowns of a model, twice: the second time with the scatter that the first leaves.
+pub(super) fn refine(
+    evaluator: &mut Evaluator,
+    model: &Model,
+    unknowns: &[Unknown],
+    rounds: usize,
+) -> Option<Fitted> {
+    let mut base = model.clone();
+    let mut answer = None;
+    for pass in 0..2 {
+        let before = evaluator.estimates(&base)?;
+        let scatter = scatter_of(evaluator, &before);
+        if std::env::var("DBG").is_ok() { eprintln!("DBG refine {unknowns:?} {scatter:?} R {:?} {:?} {:?}", base.sensor.readout.r_mux_column_ohms.as_ref().map(|l| l.mean(1)), base.sensor.readout.r_mux_row_ohms.as_ref().map(|l| l.mean(1)), base.law.ln_factor); }
+        let start: Vec<f64> = unknowns.iter().map(|&u| base.get(u)).collect();
+        let steps: Vec<f64> = unknowns.iter().map(|u| u.step()).collect();
+        let settings = Settings {
+            rounds: if any_moves_frames(unknowns) {
+                rounds
+            } else {
+                20
+            },
+            precision: 1e-2,
+            ..Settings::default()
+        };
+        let found = fit(&start, &steps, settings, |values| {
+            let model = with_values(&base, unknowns, values)?;
+            let estimates = evaluator.estimates(&model)?;
+            Some(residuals(evaluator, &estimates, scatter))
+        })?;
+        let moved = with_values(&base, unknowns, &found.parameters)?;
+        let values = found.parameters.clone();
+        answer = Some(Fitted {
+            model: base.clone(),
+            unknowns: unknowns.to_vec(),
+            values,
+            fit: found,
+            scatter,
+        });
+        if pass == 0 {
+            base = moved;
+        }
+    }
+    answer
+}
+
+impl Fitted {
+    /// The fitted model.
+    pub(super) fn answer(&self) -> Model {
+        with_values(&self.model, &self.unknowns, &self.values).expect("fitted values are possible")
+    }
+
+    /// Standard error of a fitted unknown.
+    pub(super) fn error_of(&self, unknown: Unknown) -> Option<f64> {
+        let at = self.unknowns.iter().position(|&u| u == unknown)?;
+        Some(self.fit.covariance[at][at].max(0.0).sqrt())
+    }
+
+    /// Correlation of two fitted unknowns.
+    pub(super) fn correlation(&self, a: Unknown, b: Unknown) -> Option<f64> {
+        let i = self.unknowns.iter().position(|&u| u == a)?;
+        let j = self.unknowns.iter().position(|&u| u == b)?;
+        let c = &self.fit.covariance;
+        Some(c[i][j] / (c[i][i] * c[j][j]).sqrt())
+    }
+
+    /// Errors on held-out presses: the unknowns are fitted anew without each fold (from the common answer, two
+    /// Gauss–Newton steps with the derivative there) and judged on it. Presses of one frame stay together.
+    pub(super) fn cross_validate(&self, evaluator: &mut Evaluator, folds: usize) -> Option<Score> {
+        let presses = evaluator.evidence.presses.clone();
+        let folds = folds.clamp(2, presses.len());
+        let base = evaluator.estimates(&self.answer())?;
+        let owner = owners(&base);
+        let mut score = Score {
+            errors_g: vec![0.0; presses.len()],
+            totals_g: vec![0.0; presses.len()],
+        };
+        for fold in 0..folds {
+            let held = |i: usize| presses[i].frame % folds == fold;
+            let mut values = self.values.clone();
+            for _ in 0..2 {
+                let model = with_values(&self.model, &self.unknowns, &values)?;
+                let estimates = evaluator.estimates(&model)?;
+                let now = residuals(evaluator, &estimates, self.scatter);
+                let huber = Settings::default().huber;
+                let Some(change) = step(&self.fit.jacobian, &now, huber, |k| !held(owner[k]))
+                else {
+                    break;
+                };
+                let moved: Vec<f64> = values.iter().zip(&change).map(|(v, s)| v + s).collect();
+                if with_values(&self.model, &self.unknowns, &moved).is_none() {
+                    break;
+                }
+                values = moved;
+            }
+            let model = with_values(&self.model, &self.unknowns, &values)?;
+            for (i, estimate) in evaluator.estimates(&model)?.iter().enumerate() {
+                if held(i) {
+                    let error = (estimate.load_g - presses[i].load_g).abs();
+                    let size = |x: &[f64]| mean(&x.iter().map(|x| x.abs()).collect::<Vec<_>>());
+                    score.errors_g[i] = error;
+                    score.totals_g[i] =
+                        error + size(&estimate.neighbours_g) + size(&estimate.ghosts_g);
+                }
+            }
+        }
+        Some(score)
+    }
+}

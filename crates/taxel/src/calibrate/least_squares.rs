@@ -1,0 +1,249 @@
+//! Robust non-linear least squares for a handful of parameters: Levenberg (1944) and Marquardt (1963) with
+//! Huber's weights (1964) and differences for the derivative.
+
+use faer::Mat;
+use faer::linalg::solvers::{DenseSolveCore, Solve};
+
+/// The answer of [`fit`].
+#[derive(Debug, Clone)]
+pub(super) struct Fit {
+    pub(super) parameters: Vec<f64>,
+    /// Covariance of the parameters, from the residuals' own scatter.
+    pub(super) covariance: Vec<Vec<f64>>,
+    /// Weighted sum of squares per residual at the end (Huber's loss).
+    pub(super) loss: f64,
+    /// Residuals at the answer.
+    pub(super) residuals: Vec<f64>,
+    /// Derivative of each residual by each parameter at the answer.
+    pub(super) jacobian: Vec<Vec<f64>>,
+}
+
+/// How to fit.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Settings {
+    /// Residuals beyond this many robust standard deviations count linearly.
+    pub(super) huber: f64,
+    pub(super) rounds: usize,
+    /// Stops when no parameter moves by more than this many of its difference steps.
+    pub(super) precision: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            huber: 2.0,
+            rounds: 40,
+            precision: 1e-4,
+        }
+    }
+}
+
+/// Median of the absolute values times 1.4826: a standard deviation that outliers do not move.
+pub(super) fn robust_deviation(values: &[f64]) -> f64 {
+    let mut sizes: Vec<f64> = values.iter().map(|x| x.abs()).collect();
+    if sizes.is_empty() {
+        return 0.0;
+    }
+    let middle = sizes.len() / 2;
+    1.4826 * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// Median; 0 for nothing.
+pub(super) fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    if sorted.is_empty() {
+        return 0.0;
+    }
+    let middle = sorted.len() / 2;
+    *sorted.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// Huber's weights of residuals at a scale, and the loss.
+fn weights(residuals: &[f64], limit: f64) -> (Vec<f64>, f64) {
+    let mut loss = 0.0;
+    let weights = residuals
+        .iter()
+        .map(|r| {
+            let size = r.abs();
+            if size <= limit || limit == 0.0 {
+                loss += r * r;
+                1.0
+            } else {
+                loss += limit * (2.0 * size - limit);
+                limit / size
+            }
+        })
+        .collect();
+    (weights, loss)
+}
+
+/// One Gauss–Newton step over the residuals for which `keep` holds: −(JᵀWJ)⁻¹JᵀWr.
+pub(super) fn step(
+    jacobian: &[Vec<f64>],
+    residuals: &[f64],
+    huber: f64,
+    keep: impl Fn(usize) -> bool,
+) -> Option<Vec<f64>> {
+    let kept: Vec<usize> = (0..residuals.len()).filter(|&i| keep(i)).collect();
+    let chosen: Vec<f64> = kept.iter().map(|&i| residuals[i]).collect();
+    let (weight, _) = weights(&chosen, huber * robust_deviation(&chosen));
+    let rows: Vec<&[f64]> = kept.iter().map(|&i| jacobian[i].as_slice()).collect();
+    let (normal, right) = normal_equations(&rows, &chosen, &weight);
+    solve(&normal, &right, 0.0)
+}
+
+fn normal_equations(rows: &[&[f64]], residuals: &[f64], weight: &[f64]) -> (Mat<f64>, Mat<f64>) {
+    let n = rows.first().map_or(0, |row| row.len());
+    let mut normal = Mat::<f64>::zeros(n, n);
+    let mut right = Mat::<f64>::zeros(n, 1);
+    for ((row, r), w) in rows.iter().zip(residuals).zip(weight) {
+        for i in 0..n {
+            right[(i, 0)] -= w * row[i] * r;
+            for j in 0..=i {
+                normal[(i, j)] += w * row[i] * row[j];
+            }
+        }
+    }
+    for i in 0..n {
+        for j in 0..i {
+            normal[(j, i)] = normal[(i, j)];
+        }
+    }
+    (normal, right)
+}
+
+fn solve(normal: &Mat<f64>, right: &Mat<f64>, damping: f64) -> Option<Vec<f64>> {
+    let n = normal.nrows();
+    let mut damped = normal.clone();
+    for i in 0..n {
+        damped[(i, i)] += damping * normal[(i, i)] + 1e-300;
+    }
+    let solved = damped.llt(faer::Side::Lower).ok()?.solve(right);
+    let step: Vec<f64> = (0..n).map(|i| solved[(i, 0)]).collect();
+    step.iter().all(|x| x.is_finite()).then_some(step)
+}
+
+/// Fits from `start`; `steps` are the differences for the derivative, in each parameter's unit. The residual
+/// function answers nothing where the parameters are impossible.
+pub(super) fn fit(
+    start: &[f64],
+    steps: &[f64],
+    settings: Settings,
+    mut residuals: impl FnMut(&[f64]) -> Option<Vec<f64>>,
+) -> Option<Fit> {
+    let n = start.len();
+    let mut at = start.to_vec();
+    let mut now = residuals(&at)?;
+    let mut damping = 1e-4;
+    let mut jacobian = Vec::new();
+    for round in 0..=settings.rounds {
+        jacobian = differences(&at, steps, &now, &mut residuals)?;
+        if round == settings.rounds {
+            break;
+        }
+        let limit = settings.huber * robust_deviation(&now);
+        let (weight, loss) = weights(&now, limit);
+        let rows: Vec<&[f64]> = jacobian.iter().map(Vec::as_slice).collect();
+        let (normal, right) = normal_equations(&rows, &now, &weight);
+        let mut moved = None;
+        for _ in 0..12 {
+            let Some(step) = solve(&normal, &right, damping) else {
+                damping = damping.max(1e-8) * 10.0;
+                continue;
+            };
+            let trial: Vec<f64> = at.iter().zip(&step).map(|(x, s)| x + s).collect();
+            if let Some(there) = residuals(&trial)
+                && weights(&there, limit).1 <= loss
+            {
+                moved = Some((trial, there, step));
+                damping *= 0.1;
+                break;
+            }
+            damping = damping.max(1e-8) * 10.0;
+        }
+        let Some((trial, there, step)) = moved else {
+            break;
+        };
+        at = trial;
+        now = there;
+        if (0..n).all(|i| step[i].abs() <= settings.precision * steps[i]) {
+            jacobian = differences(&at, steps, &now, &mut residuals)?;
+            break;
+        }
+    }
+    Some(finish(at, now, jacobian, settings))
+}
+
+fn differences(
+    at: &[f64],
+    steps: &[f64],
+    now: &[f64],
+    residuals: &mut impl FnMut(&[f64]) -> Option<Vec<f64>>,
+) -> Option<Vec<Vec<f64>>> {
+    let mut jacobian = vec![vec![0.0; at.len()]; now.len()];
+    for i in 0..at.len() {
+        // The other side of the point, where this one is impossible.
+        let (moved, step) = [steps[i], -steps[i]].into_iter().find_map(|step| {
+            let mut there = at.to_vec();
+            there[i] += step;
+            residuals(&there).map(|moved| (moved, step))
+        })?;
+        for (row, (moved, now)) in jacobian.iter_mut().zip(moved.iter().zip(now)) {
+            row[i] = (moved - now) / step;
+        }
+    }
+    Some(jacobian)
+}
+
+fn finish(at: Vec<f64>, residuals: Vec<f64>, jacobian: Vec<Vec<f64>>, settings: Settings) -> Fit {
+    let n = at.len();
+    let (weight, loss) = weights(&residuals, settings.huber * robust_deviation(&residuals));
+    let rows: Vec<&[f64]> = jacobian.iter().map(Vec::as_slice).collect();
+    let (normal, _) = normal_equations(&rows, &residuals, &weight);
+    let freedom = residuals.len().saturating_sub(n).max(1) as f64;
+    let scatter = loss / freedom;
+    let covariance = match normal.llt(faer::Side::Lower) {
+        Ok(factor) => {
+            let inverse = factor.inverse();
+            (0..n)
+                .map(|i| (0..n).map(|j| scatter * inverse[(i, j)]).collect())
+                .collect()
+        }
+        Err(_) => vec![vec![f64::INFINITY; n]; n],
+    };
+    Fit {
+        parameters: at,
+        covariance,
+        loss: loss / residuals.len().max(1) as f64,
+        residuals,
+        jacobian,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_curve_with_an_outlier_is_found_with_its_errors() {
+        let x: Vec<f64> = (0..40).map(|i| f64::from(i) / 10.0).collect();
+        let mut y: Vec<f64> = x
+            .iter()
+            .map(|x| 2.0 * (-0.7 * x).exp() + 1e-3 * (37.0 * x).sin())
+            .collect();
+        y[7] += 5.0;
+        let fit = fit(&[1.0, -0.1], &[1e-5, 1e-5], Settings::default(), |p| {
+            Some(
+                x.iter()
+                    .zip(&y)
+                    .map(|(x, y)| p[0] * (p[1] * x).exp() - y)
+                    .collect(),
+            )
+        })
+        .unwrap();
+        for (found, truth) in fit.parameters.iter().zip([2.0, -0.7]) {
+            assert!((found - truth).abs() < 3e-3, "{found} against {truth}");
+        }
+        assert!(fit.covariance[0][0].sqrt() < 0.1);
+    }
+}

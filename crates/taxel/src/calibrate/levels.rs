@@ -1,0 +1,286 @@
+//! Uniform loads at a few levels: one law per taxel, and every switch resistance apart.
+//!
+//! ln(G_l − g_zero) of a taxel is a + b·s(L_l), the same form for every taxel. What then still varies along
+//! lines, from level to level, is the switches. Taxels differ at random in a (gain) and b (exponent), with
+//! variances that are estimated; the switches follow by generalised least squares.
+
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+
+use super::least_squares::{median, robust_deviation};
+
+/// ln(G − g_zero) of every taxel at every level; not finite where a taxel was not read.
+pub(super) struct Levels<'a> {
+    /// One list per level.
+    pub(super) ln_siemens: &'a [Vec<f64>],
+    /// s of every taxel at every level: ln of the load that acts on it.
+    pub(super) response: &'a [Vec<f64>],
+    /// Standard deviation of each ln_siemens, by level.
+    pub(super) noise: &'a [f64],
+}
+
+/// How taxels differ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Material {
+    /// Mean of a.
+    pub(super) intercept: f64,
+    /// Mean of b.
+    pub(super) exponent: f64,
+    /// Standard deviation of a at the mean response.
+    pub(super) gain_deviation: f64,
+    /// Standard deviation of b.
+    pub(super) exponent_deviation: f64,
+}
+
+/// Standard deviation of ln G that no noise explains: how well levels repeat.
+const REPEAT: f64 = 3e-4;
+
+impl Levels<'_> {
+    fn taxels(&self) -> usize {
+        self.ln_siemens[0].len()
+    }
+
+    fn variance(&self, level: usize) -> f64 {
+        self.noise[level].powi(2) + REPEAT * REPEAT
+    }
+
+    /// Own intercept (at the taxel's mean response) and slope of a taxel by weighted least squares, the mean
+    /// response, and the variances of the two. Nothing for a taxel that was not read at every level.
+    fn own_line(&self, taxel: usize) -> Option<[f64; 5]> {
+        let (mut w, mut wx, mut wy) = (0.0, 0.0, 0.0);
+        for l in 0..self.ln_siemens.len() {
+            let (x, y) = (self.response[l][taxel], self.ln_siemens[l][taxel]);
+            if !y.is_finite() || !x.is_finite() {
+                return None;
+            }
+            let weight = 1.0 / self.variance(l);
+            w += weight;
+            wx += weight * x;
+            wy += weight * y;
+        }
+        let (mx, my) = (wx / w, wy / w);
+        let (mut xx, mut xy) = (0.0, 0.0);
+        for l in 0..self.ln_siemens.len() {
+            let x = self.response[l][taxel] - mx;
+            xx += x * x / self.variance(l);
+            xy += x * (self.ln_siemens[l][taxel] - my) / self.variance(l);
+        }
+        match xx > 1e-9 {
+            true => Some([my, xy / xx, mx, 1.0 / w, 1.0 / xx]),
+            false => Some([my, 0.0, mx, 1.0 / w, f64::INFINITY]),
+        }
+    }
+
+    /// Means and spread of gain and exponent over all taxels, by robust moments. With `own_exponents` false
+    /// every taxel has the mean exponent.
+    pub(super) fn material(&self, own_exponents: bool) -> Option<Material> {
+        let lines: Vec<[f64; 5]> = (0..self.taxels())
+            .filter_map(|t| self.own_line(t))
+            .collect();
+        if lines.len() < 4 {
+            return None;
+        }
+        let slopes: Vec<f64> = lines
+            .iter()
+            .filter(|l| l[4].is_finite())
+            .map(|l| l[1])
+            .collect();
+        let exponent = if slopes.is_empty() {
+            1.0
+        } else {
+            median(&slopes)
+        };
+        let noise: Vec<f64> = lines
+            .iter()
+            .filter(|l| l[4].is_finite())
+            .map(|l| l[4])
+            .collect();
+        let slope_deviation =
+            robust_deviation(&slopes.iter().map(|s| s - exponent).collect::<Vec<_>>());
+        let from_noise = median(&noise);
+        let exponent_deviation = match own_exponents {
+            true => (slope_deviation.powi(2) - from_noise).max(0.0).sqrt(),
+            false => 0.0,
+        };
+        let intercepts: Vec<f64> = lines.iter().map(|l| l[0] - exponent * l[2]).collect();
+        let intercept = median(&intercepts);
+        let gain_deviation =
+            robust_deviation(&intercepts.iter().map(|a| a - intercept).collect::<Vec<_>>());
+        Some(Material {
+            intercept,
+            exponent,
+            gain_deviation: gain_deviation.max(1e-3),
+            exponent_deviation,
+        })
+    }
+
+    /// Best estimates of ln scale and exponent of every taxel: its own line, drawn towards the mean as far as
+    /// its noise demands (best linear unbiased prediction, Henderson 1975). Unread taxels get the means.
+    pub(super) fn per_taxel(&self, material: &Material) -> (Vec<f64>, Vec<f64>) {
+        let mut scale = vec![material.intercept; self.taxels()];
+        let mut exponent = vec![material.exponent; self.taxels()];
+        for taxel in 0..self.taxels() {
+            let Some([y, slope, x, y_variance, slope_variance]) = self.own_line(taxel) else {
+                continue;
+            };
+            let prior = material.exponent_deviation.powi(2);
+            let trust = if prior > 0.0 {
+                prior / (prior + slope_variance)
+            } else {
+                0.0
+            };
+            let own = match slope_variance.is_finite() {
+                true => material.exponent + trust * (slope - material.exponent),
+                false => material.exponent,
+            };
+            let mean = material.intercept + material.exponent * x;
+            let prior =
+                material.gain_deviation.powi(2) + material.exponent_deviation.powi(2) * x * x;
+            let at_mean = mean + prior / (prior + y_variance) * (y - mean);
+            exponent[taxel] = own;
+            scale[taxel] = at_mean - own * x;
+        }
+        (scale, exponent)
+    }
+
+    /// One step of generalised least squares for line parameters: `slopes[i][l][taxel]` is the derivative of
+    /// ln_siemens by parameter i; `prior` gives each parameter's wanted step and standard deviation; `groups`
+    /// say which parameters' mean is held to the mean wanted step, and how well.
+    pub(super) fn line_step(
+        &self,
+        slopes: &[Vec<Vec<f64>>],
+        material: &Material,
+        prior: &[(f64, f64)],
+        groups: &[(std::ops::Range<usize>, f64)],
+    ) -> Option<Vec<f64>> {
+        let (levels, lines) = (self.ln_siemens.len(), slopes.len());
+        // Free: every line, and the mean of every level (the material's law, and the loads' scale).
+        let size = lines + levels;
+        let mut normal = Mat::<f64>::zeros(size, size);
+        let mut right = Mat::<f64>::zeros(size, 1);
+        let centre: Vec<f64> = (0..levels)
+            .map(|l| {
+                let values: Vec<f64> = self
+                    .residuals(l, material)
+                    .filter(|r| r.is_finite())
+                    .collect();
+                median(&values)
+            })
+            .collect();
+        let mut design = Vec::new();
+        let mut wanted = Vec::new();
+        let limit = self.outlier_limit(material, &centre);
+        for taxel in 0..self.taxels() {
+            let residual: Vec<f64> = (0..levels)
+                .map(|l| self.residual(l, taxel, material) - centre[l])
+                .collect();
+            if residual.iter().any(|r| !r.is_finite() || r.abs() > limit) {
+                continue;
+            }
+            let whitening = self.whitening(taxel, material)?;
+            for row in 0..levels {
+                let mut y = 0.0;
+                let mut line = vec![0.0; size];
+                for l in 0..=row {
+                    let w = whitening[row][l];
+                    y += w * residual[l];
+                    for (i, slope) in slopes.iter().enumerate() {
+                        line[i] -= w * slope[l][taxel];
+                    }
+                    line[lines + l] += w;
+                }
+                design.extend(line);
+                wanted.push(y);
+            }
+        }
+        let rows = wanted.len();
+        if rows == 0 {
+            return None;
+        }
+        let design = crate::dense::view(&design, rows, size);
+        let wanted = crate::dense::view(&wanted, rows, 1);
+        crate::dense::multiply(normal.as_mut(), design.transpose(), design);
+        crate::dense::multiply(right.as_mut(), design.transpose(), wanted);
+        for (i, &(step, deviation)) in prior.iter().enumerate() {
+            let weight = 1.0 / (deviation * deviation);
+            normal[(i, i)] += weight;
+            right[(i, 0)] += weight * step;
+        }
+        for (group, deviation) in groups {
+            let n = group.len() as f64;
+            let weight = 1.0 / (deviation * deviation * n * n);
+            let mean: f64 = group.clone().map(|i| prior[i].0).sum();
+            for i in group.clone() {
+                right[(i, 0)] += weight * mean;
+                for j in group.clone() {
+                    normal[(i, j)] += weight;
+                }
+            }
+        }
+        for l in 0..levels {
+            normal[(lines + l, lines + l)] += 1e-6;
+        }
+        let solved = normal.llt(Side::Lower).ok()?.solve(&right);
+        Some((0..lines).map(|i| solved[(i, 0)]).collect())
+    }
+
+    fn residual(&self, level: usize, taxel: usize, material: &Material) -> f64 {
+        self.ln_siemens[level][taxel]
+            - material.intercept
+            - material.exponent * self.response[level][taxel]
+    }
+
+    fn residuals<'b>(
+        &'b self,
+        level: usize,
+        material: &'b Material,
+    ) -> impl Iterator<Item = f64> + 'b {
+        (0..self.taxels()).map(move |t| self.residual(level, t, material))
+    }
+
+    fn outlier_limit(&self, material: &Material, centre: &[f64]) -> f64 {
+        let all: Vec<f64> = centre
+            .iter()
+            .enumerate()
+            .flat_map(|(l, centre)| self.residuals(l, material).map(move |r| r - centre))
+            .filter(|r| r.is_finite())
+            .collect();
+        5.0 * robust_deviation(&all)
+    }
+
+    /// Inverse Cholesky factor of a taxel's covariance: noise, gain, exponent.
+    fn whitening(&self, taxel: usize, material: &Material) -> Option<Vec<Vec<f64>>> {
+        let levels = self.ln_siemens.len();
+        let mean = (0..levels).map(|l| self.response[l][taxel]).sum::<f64>() / levels as f64;
+        let mut lower = vec![vec![0.0; levels]; levels];
+        for i in 0..levels {
+            for j in 0..=i {
+                let (x, y) = (
+                    self.response[i][taxel] - mean,
+                    self.response[j][taxel] - mean,
+                );
+                let mut covariance =
+                    material.gain_deviation.powi(2) + material.exponent_deviation.powi(2) * x * y;
+                if i == j {
+                    covariance += self.variance(i);
+                }
+                let known: f64 = (0..j).map(|k| lower[i][k] * lower[j][k]).sum();
+                let left = covariance - known;
+                lower[i][j] = match i == j {
+                    true if left > 0.0 => left.sqrt(),
+                    true => return None,
+                    false => left / lower[j][j],
+                };
+            }
+        }
+        let mut inverse = vec![vec![0.0; levels]; levels];
+        for i in 0..levels {
+            inverse[i][i] = 1.0 / lower[i][i];
+            for j in 0..i {
+                let sum: f64 = (j..i).map(|k| lower[i][k] * inverse[k][j]).sum();
+                inverse[i][j] = -sum / lower[i][i];
+            }
+        }
+        Some(inverse)
+    }
+}

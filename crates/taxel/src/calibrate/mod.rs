@@ -1,0 +1,121 @@
+//! From siemens to newtons: the load law, and the fit of everything a parts list does not say.
+
+mod choose;
+mod evidence;
+mod fit;
+mod fit_law;
+mod law;
+mod least_squares;
+mod levels;
+mod lines;
+mod model;
+mod report;
+mod spline;
+mod spread;
+mod write;
+
+pub use fit_law::{LawFit, fit_pairs};
+pub use law::LoadLaw;
+pub use report::{Finding, Parameter, Report};
+pub use spline::Spline;
+pub use spread::Spread;
+
+use crate::{Counts, Error, Frame, Sensor};
+
+/// One labelled taxel: a known load on it in a frame of otherwise unknown loads.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Press {
+    /// Index into [`Data::frames`].
+    pub frame: usize,
+    /// Row of the taxel, from 0.
+    pub row: usize,
+    /// Column of the taxel, from 0.
+    pub column: usize,
+    /// Load, grams.
+    pub load_g: f64,
+}
+
+/// What there is to fit to.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Data {
+    /// The frames that presses point into.
+    pub frames: Vec<Frame<Counts>>,
+    /// Labelled presses.
+    pub presses: Vec<Press>,
+    /// Frames under a uniform load, and the load on every taxel in grams.
+    pub uniform: Vec<(Frame<Counts>, f64)>,
+}
+
+/// Which load law to fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum LawChoice {
+    /// The one with the least error on held-out presses.
+    #[default]
+    Auto,
+    /// Power law with offset.
+    Power,
+    /// Power law of a load that saturates.
+    Saturating,
+    /// Monotone spline.
+    Spline,
+}
+
+/// What to fit, and how.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// The load law.
+    pub law: LawChoice,
+    /// One switch resistance per line; otherwise only where uniform frames are there to tell them apart.
+    pub per_line: bool,
+    /// Fit the open-loop gain.
+    pub open_loop_gain: bool,
+    /// Fit the source resistor.
+    pub r_source: bool,
+    /// Folds of the cross-validation by press.
+    pub folds: usize,
+    /// Date for the provenance, ISO 8601.
+    pub date: String,
+    /// Names of the files, for the provenance.
+    pub files: Vec<String>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            law: LawChoice::Auto,
+            per_line: false,
+            open_loop_gain: false,
+            r_source: false,
+            folds: 5,
+            date: String::new(),
+            files: Vec::new(),
+        }
+    }
+}
+
+/// A fitted sensor and how good the fit is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Calibration {
+    /// The sensor with the fitted numbers and their provenance.
+    pub sensor: Sensor,
+    /// What was found.
+    pub report: Report,
+}
+
+/// Fits the circuit's unknowns and the load law to labelled presses, and what uniform frames can tell.
+/// `progress` is called with the stage's name and the share done, 0 to 1.
+///
+/// # Errors
+/// Too few presses, presses outside the array or on a dead line, frames of the wrong shape, no circuit that
+/// explains the frames.
+pub fn calibrate(
+    sensor: &Sensor,
+    data: &Data,
+    options: &Options,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<Calibration, Error> {
+    let evidence = evidence::Evidence::new(sensor, data)?;
+    let mut search = choose::Search::new(sensor, &evidence, options)?;
+    search.run(progress)?;
+    search.finish(sensor, options)
+}

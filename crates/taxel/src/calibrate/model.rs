@@ -1,0 +1,586 @@
+//! The model that is fitted: circuit, converter, material, and what they say about every press.
+
+use super::evidence::Evidence;
+use super::law::LoadLaw;
+use super::levels::{Levels, Material};
+use super::spline::Spline;
+use super::spread::Spread;
+use crate::circuit::Converter;
+use crate::screen::stand_in;
+use crate::sensor::{PerLine, ScanOrder};
+use crate::solve::{Scratch, default_method};
+use crate::{Counts, Error, Frame, Sensor, Siemens};
+
+/// Taxels around a labelled one that its spread is undone with, to each side.
+const PATCH: usize = 4;
+const SIDE: usize = 2 * PATCH + 1;
+/// Unloaded taxels looked at in each frame.
+pub(super) const GHOSTS: usize = 24;
+
+/// A number that can be fitted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Unknown {
+    /// ln of the factor on all column resistances.
+    Columns,
+    /// ln of the factor on all row resistances.
+    Rows,
+    /// ln of the open-loop gain.
+    OpenLoopGain,
+    /// ln of the source resistor.
+    Source,
+    /// Offset of the converter, counts.
+    Offset,
+    /// Share of the previous reading.
+    Memory,
+    /// The three shares of the spread.
+    SpreadRow,
+    SpreadColumn,
+    SpreadDiagonal,
+    /// ln factor of the law (of the loads' scale, where uniform levels give the law).
+    Factor,
+    /// Exponent (where no uniform levels give it).
+    Exponent,
+    /// 1/saturation, per kilogram.
+    Saturation,
+    /// Bend of the law at an inner knot.
+    Bend(usize),
+}
+
+impl Unknown {
+    /// Difference step for its derivative.
+    pub(super) fn step(self) -> f64 {
+        match self {
+            Unknown::Columns | Unknown::Rows | Unknown::Source => 1e-3,
+            Unknown::OpenLoopGain => 1e-2,
+            Unknown::Offset => 0.5,
+            Unknown::Memory => 5e-4,
+            Unknown::SpreadRow | Unknown::SpreadColumn | Unknown::SpreadDiagonal => 1e-4,
+            Unknown::Saturation => 1e-3,
+            Unknown::Factor | Unknown::Exponent | Unknown::Bend(_) => 1e-4,
+        }
+    }
+
+    /// Whether frames must be inverted anew when it moves.
+    fn moves_frames(self) -> bool {
+        matches!(
+            self,
+            Unknown::Columns
+                | Unknown::Rows
+                | Unknown::OpenLoopGain
+                | Unknown::Source
+                | Unknown::Offset
+                | Unknown::Memory
+        )
+    }
+}
+
+/// A sensor with its law and spread, as fitted so far.
+#[derive(Debug, Clone)]
+pub(super) struct Model {
+    pub(super) sensor: Sensor,
+    pub(super) spread: Option<Spread>,
+    pub(super) law: LawModel,
+}
+
+/// The material as fitted so far.
+#[derive(Debug, Clone)]
+pub(super) struct LawModel {
+    /// ln factor (without levels), or ln of what uniform loads must be multiplied by (with levels).
+    pub(super) ln_factor: f64,
+    /// Exponent (without levels).
+    pub(super) exponent: f64,
+    /// 1/saturation, per kilogram.
+    pub(super) saturation: f64,
+    /// Knots (ln grams) and bends at them; first and last are 0.
+    pub(super) knots: Vec<f64>,
+    pub(super) bends: Vec<f64>,
+    /// Conductance of an unloaded taxel where no unloaded ones are known, siemens.
+    pub(super) g_zero: f64,
+    /// Where uniform levels give the law: whether each taxel has its own exponent.
+    pub(super) own_exponents: bool,
+}
+
+impl LawModel {
+    fn bend(&self) -> Option<Spline> {
+        self.bends
+            .iter()
+            .any(|&b| b != 0.0)
+            .then(|| Spline::new(&self.knots, &self.bends))
+    }
+
+    fn saturation_load_g(&self) -> Option<f64> {
+        (self.saturation > 1e-6).then(|| 1000.0 / self.saturation)
+    }
+
+    /// ln of the load that acts where `grams` are felt, bend not included.
+    fn acting(&self, grams: f64) -> f64 {
+        let acting = match self.saturation_load_g() {
+            Some(half) => grams / (1.0 + grams / half),
+            None => grams,
+        };
+        acting.ln()
+    }
+}
+
+impl Model {
+    pub(super) fn get(&self, unknown: Unknown) -> f64 {
+        let readout = &self.sensor.readout;
+        let spread = self.spread.unwrap_or(Spread::new([0.0; 3]));
+        match unknown {
+            Unknown::Columns | Unknown::Rows => 0.0,
+            Unknown::OpenLoopGain => readout.open_loop_gain.unwrap_or(1e5).ln(),
+            Unknown::Source => readout.r_source_ohms.max(1e-3).ln(),
+            Unknown::Offset => self.sensor.converter.offset_volts / self.lsb(),
+            Unknown::Memory => self.sensor.converter.memory,
+            Unknown::SpreadRow => spread.row,
+            Unknown::SpreadColumn => spread.column,
+            Unknown::SpreadDiagonal => spread.diagonal,
+            Unknown::Factor => self.law.ln_factor,
+            Unknown::Exponent => self.law.exponent,
+            Unknown::Saturation => self.law.saturation,
+            Unknown::Bend(i) => self.law.bends[i],
+        }
+    }
+
+    /// The model with one unknown set; resistances are multiplied. Nothing when that is impossible.
+    pub(super) fn set(&mut self, unknown: Unknown, value: f64) -> Option<()> {
+        let lsb = self.lsb();
+        let readout = &mut self.sensor.readout;
+        match unknown {
+            Unknown::Columns => scale(&mut readout.r_mux_column_ohms, value.exp()),
+            Unknown::Rows => scale(&mut readout.r_mux_row_ohms, value.exp()),
+            Unknown::OpenLoopGain => readout.open_loop_gain = Some(value.exp()),
+            Unknown::Source => readout.r_source_ohms = value.exp(),
+            Unknown::Offset => self.sensor.converter.offset_volts = value * lsb,
+            Unknown::Memory => {
+                // A hair below nothing, so that the derivative at nothing exists.
+                if !(-0.01..0.4).contains(&value) {
+                    return None;
+                }
+                self.sensor.converter.memory = value;
+            }
+            Unknown::SpreadRow | Unknown::SpreadColumn | Unknown::SpreadDiagonal => {
+                let mut spread = self.spread.unwrap_or(Spread::new([0.0; 3]));
+                match unknown {
+                    Unknown::SpreadRow => spread.row = value,
+                    Unknown::SpreadColumn => spread.column = value,
+                    _ => spread.diagonal = value,
+                }
+                if spread.kept() < 0.4 || value < -0.05 {
+                    return None;
+                }
+                self.spread = Some(spread);
+            }
+            Unknown::Factor => self.law.ln_factor = value,
+            Unknown::Exponent => {
+                if !(0.1..10.0).contains(&value) {
+                    return None;
+                }
+                self.law.exponent = value;
+            }
+            Unknown::Saturation => {
+                if value < 0.0 {
+                    return None;
+                }
+                self.law.saturation = value;
+            }
+            Unknown::Bend(i) => self.law.bends[i] = value,
+        }
+        value.is_finite().then_some(())
+    }
+
+    fn lsb(&self) -> f64 {
+        self.sensor.converter.full_scale_volts / self.sensor.max_count()
+    }
+}
+
+fn scale(list: &mut Option<PerLine>, factor: f64) {
+    match list {
+        Some(PerLine::One(value)) => *value *= factor,
+        Some(PerLine::Each(values)) => values.iter_mut().for_each(|v| *v *= factor),
+        None => {}
+    }
+}
+
+/// What a model says about one press.
+#[derive(Debug, Clone)]
+pub(super) struct PressEstimate {
+    /// Load on the labelled taxel, grams.
+    pub(super) load_g: f64,
+    /// Loads on its 8 neighbours, grams, where nothing else is near.
+    pub(super) neighbours_g: Vec<f64>,
+    /// Loads on unloaded taxels of its frame, grams (by the secant).
+    pub(super) ghosts_g: Vec<f64>,
+}
+
+/// Frames inverted with one circuit and converter.
+struct Inverted {
+    key: Vec<u64>,
+    /// Conductances around each labelled taxel, SIDE×SIDE; not finite outside the array.
+    patches: Vec<Vec<f64>>,
+    ghosts: Vec<Vec<f64>>,
+    levels: Vec<Frame<Siemens>>,
+    /// Median of the unloaded taxels; not a number where none are known.
+    g_zero: f64,
+}
+
+impl Inverted {
+    fn g_zero(&self, model: &Model) -> f64 {
+        match self.g_zero.is_nan() {
+            true => model.law.g_zero,
+            false => self.g_zero,
+        }
+    }
+}
+
+/// Computes what models say, and remembers the last few inversions.
+pub(super) struct Evaluator<'a> {
+    pub(super) evidence: &'a Evidence,
+    /// Per press: whether nothing else is near.
+    pub(super) isolated: Vec<bool>,
+    /// Per press: unloaded taxels of its frame.
+    pub(super) unloaded: Vec<Vec<usize>>,
+    /// What an unloaded taxel's conductance over g_zero is worth.
+    pub(super) ghost_grams_per_siemens: f64,
+    /// Inversions remembered, newest last.
+    kept: Vec<Inverted>,
+    scratches: Vec<Option<Scratch>>,
+    pub(super) inversions: usize,
+}
+
+impl<'a> Evaluator<'a> {
+    pub(super) fn new(evidence: &'a Evidence) -> Self {
+        let frames = evidence.frames.len() + evidence.levels.len();
+        Self {
+            evidence,
+            isolated: vec![false; evidence.presses.len()],
+            unloaded: vec![Vec::new(); evidence.presses.len()],
+            ghost_grams_per_siemens: 0.0,
+            kept: Vec::new(),
+            scratches: (0..frames).map(|_| None).collect(),
+            inversions: 0,
+        }
+    }
+
+    /// Conductances of chosen frames (presses first, then levels); nothing when one is infeasible.
+    pub(super) fn invert(
+        &mut self,
+        sensor: &Sensor,
+        which: &[usize],
+        mut visit: impl FnMut(usize, &Frame<Siemens>),
+    ) -> Option<()> {
+        let method = default_method(sensor).ok()?;
+        let converter = Converter::from_sensor(sensor);
+        let (rows, columns) = (sensor.rows(), sensor.columns());
+        // Warm starts pay where a scratch is small and outlives a change of the circuit.
+        let remember = method.name() == "exact" && rows * columns <= 16_384;
+        let mut shared = method.scratch();
+        let (mut volts, mut siemens) = (Frame::zeros(rows, columns), Frame::zeros(rows, columns));
+        let mut around = Vec::new();
+        for &i in which {
+            let presses = self.evidence.frames.len();
+            let counts: &Frame<Counts> = match i.checked_sub(presses) {
+                None => &self.evidence.frames[i],
+                Some(level) => &self.evidence.levels[level].counts,
+            };
+            converter.volts_from_counts_into(counts, &mut volts);
+            stand_in(&mut volts, &mut around);
+            let scratch = match remember {
+                true => self.scratches[i].get_or_insert_with(|| method.scratch()),
+                false => {
+                    shared.forget();
+                    &mut shared
+                }
+            };
+            let outcome = method.solve_into(&volts, &mut siemens, scratch);
+            self.inversions += 1;
+            if !outcome.stop.is_good() {
+                if std::env::var("DBG").is_ok() { eprintln!("DBG frame {i} {:?} {:?} off {}", outcome, sensor.readout.r_mux_column_ohms.as_ref().map(|l| l.mean(1)), sensor.converter.offset_volts); }
+                return None;
+            }
+            visit(i, &siemens);
+        }
+        Some(())
+    }
+
+    fn inverted(&mut self, sensor: &Sensor) -> Option<usize> {
+        let key = key(sensor);
+        if let Some(found) = self.kept.iter().position(|kept| kept.key == key) {
+            return Some(found);
+        }
+        let presses = self.evidence.presses.len();
+        let all: Vec<usize> = (0..presses + self.evidence.levels.len()).collect();
+        let evidence = self.evidence;
+        let unloaded = self.unloaded.clone();
+        let (mut patches, mut ghosts, mut levels) = (Vec::new(), Vec::new(), Vec::new());
+        self.invert(sensor, &all, |i, siemens| {
+            if i >= presses {
+                levels.push(siemens.clone());
+                return;
+            }
+            patches.push(patch(
+                siemens,
+                evidence.presses[i].row,
+                evidence.presses[i].column,
+            ));
+            ghosts.push(
+                unloaded[i]
+                    .iter()
+                    .map(|&t| siemens.values()[t])
+                    .collect::<Vec<f64>>(),
+            );
+        })?;
+        let quiet: Vec<f64> = ghosts.concat();
+        let g_zero = match quiet.is_empty() {
+            true => f64::NAN,
+            false => super::least_squares::median(&quiet),
+        };
+        if self.kept.len() >= 3 {
+            self.kept.remove(0);
+        }
+        self.kept.push(Inverted {
+            key,
+            patches,
+            ghosts,
+            levels,
+            g_zero,
+        });
+        Some(self.kept.len() - 1)
+    }
+
+    /// The load law of a model: its own, or one per taxel from the uniform levels.
+    pub(super) fn law(&mut self, model: &Model) -> Option<LoadLaw> {
+        let at = self.inverted(&model.sensor)?;
+        let inverted = &self.kept[at];
+        law_from(self.evidence, inverted, model).map(|(law, _)| law)
+    }
+
+    /// How taxels differ, by the uniform levels.
+    pub(super) fn material(&mut self, model: &Model) -> Option<Material> {
+        let at = self.inverted(&model.sensor)?;
+        law_from(self.evidence, &self.kept[at], model)?.1
+    }
+
+    /// What a model says about every press; nothing when it is impossible.
+    pub(super) fn estimates(&mut self, model: &Model) -> Option<Vec<PressEstimate>> {
+        let at = self.inverted(&model.sensor)?;
+        let inverted = &self.kept[at];
+        let (law, _) = law_from(self.evidence, inverted, model)?;
+        let (rows, columns) = (model.sensor.rows(), model.sensor.columns());
+        let (mut felt, mut put, mut work) =
+            ([0.0; SIDE * SIDE], [0.0; SIDE * SIDE], [0.0; SIDE * SIDE]);
+        let mut estimates = Vec::with_capacity(self.evidence.presses.len());
+        for (i, press) in self.evidence.presses.iter().enumerate() {
+            let around = &inverted.patches[i];
+            let needs_all = model.spread.is_some() || self.isolated[i];
+            for (k, felt) in felt.iter_mut().enumerate() {
+                let (r, c) = (press.row + k / SIDE, press.column + k % SIDE);
+                let inside =
+                    (PATCH..rows + PATCH).contains(&r) && (PATCH..columns + PATCH).contains(&c);
+                *felt = match inside && (needs_all || k == SIDE * SIDE / 2) {
+                    true => law.grams_from_siemens((r - PATCH) * columns + c - PATCH, around[k]),
+                    false => 0.0,
+                };
+            }
+            let loads = match model.spread {
+                Some(spread) => {
+                    spread.undo(SIDE, &felt, &mut put, &mut work);
+                    &put
+                }
+                None => &felt,
+            };
+            let middle = SIDE * SIDE / 2;
+            let neighbours = [
+                middle - SIDE - 1,
+                middle - SIDE,
+                middle - SIDE + 1,
+                middle - 1,
+                middle + 1,
+                middle + SIDE - 1,
+                middle + SIDE,
+                middle + SIDE + 1,
+            ];
+            estimates.push(PressEstimate {
+                load_g: loads[middle],
+                // As shares of the press, and by a fixed number of grams per siemens: otherwise the fit could
+                // make ghosts small by making every load small.
+                neighbours_g: match self.isolated[i] {
+                    true => neighbours
+                        .iter()
+                        .map(|&k| press.load_g * loads[k] / loads[middle].max(1.0))
+                        .collect(),
+                    false => Vec::new(),
+                },
+                ghosts_g: inverted.ghosts[i]
+                    .iter()
+                    .map(|g| (g - law.g_zero) * self.ghost_grams_per_siemens)
+                    .collect(),
+            });
+        }
+        estimates
+            .iter()
+            .all(|e| e.load_g.is_finite())
+            .then_some(estimates)
+    }
+
+    /// ln(G − g_zero) and response of every taxel at every level, with their noise.
+    pub(super) fn levels(&mut self, model: &Model) -> Option<LevelData> {
+        let at = self.inverted(&model.sensor)?;
+        let inverted = &self.kept[at];
+        Some(level_data(
+            self.evidence,
+            &inverted.levels,
+            inverted.g_zero,
+            model,
+        ))
+    }
+
+    /// Forgets inversions, for a change of what is looked at.
+    pub(super) fn clear(&mut self) {
+        self.kept.clear();
+    }
+}
+
+/// What [`Levels`] needs, owned.
+pub(super) struct LevelData {
+    pub(super) ln_siemens: Vec<Vec<f64>>,
+    pub(super) response: Vec<Vec<f64>>,
+    pub(super) noise: Vec<f64>,
+}
+
+impl LevelData {
+    pub(super) fn view(&self) -> Levels<'_> {
+        Levels {
+            ln_siemens: &self.ln_siemens,
+            response: &self.response,
+            noise: &self.noise,
+        }
+    }
+}
+
+/// ln(G − g_zero) of every taxel of every level, given the levels' conductances.
+pub(super) fn level_data(
+    evidence: &Evidence,
+    siemens: &[Frame<Siemens>],
+    g_zero: f64,
+    model: &Model,
+) -> LevelData {
+    let columns = model.sensor.columns();
+    let taxels = model.sensor.rows() * columns;
+    let bend = model.law.bend();
+    let (mut ln_siemens, mut response, mut noise) = (Vec::new(), Vec::new(), Vec::new());
+    let mut felt = vec![0.0; taxels];
+    for (level, siemens) in evidence.levels.iter().zip(siemens) {
+        let load = level.load_g * model.law.ln_factor.exp();
+        match model.spread {
+            Some(spread) => spread.apply(columns, &vec![load; taxels], &mut felt),
+            None => felt.fill(load),
+        }
+        response.push(
+            felt.iter()
+                .map(|&g| model.law.acting(g))
+                .collect::<Vec<f64>>(),
+        );
+        ln_siemens.push(
+            siemens
+                .values()
+                .iter()
+                .zip(level.counts.marks())
+                .zip(&felt)
+                .map(|((&g, mark), &felt)| match mark {
+                    crate::Mark::Good => {
+                        (g - g_zero).ln()
+                            - bend
+                                .as_ref()
+                                .map_or(0.0, |b| b.at(model.law.acting(felt)).0)
+                    }
+                    _ => f64::NAN,
+                })
+                .collect::<Vec<f64>>(),
+        );
+        let typical = super::least_squares::median(level.counts.values()).max(1.0);
+        noise.push(evidence.noise_counts / (level.frames as f64).sqrt() / typical);
+    }
+    LevelData {
+        ln_siemens,
+        response,
+        noise,
+    }
+}
+
+fn law_from(
+    evidence: &Evidence,
+    inverted: &Inverted,
+    model: &Model,
+) -> Option<(LoadLaw, Option<Material>)> {
+    let g_zero = inverted.g_zero(model);
+    let mut law = LoadLaw {
+        g_zero,
+        ln_scale: vec![model.law.ln_factor],
+        exponent: vec![model.law.exponent],
+        saturation_load_g: model.law.saturation_load_g(),
+        bend: model.law.bend(),
+    };
+    if evidence.levels.is_empty() {
+        return Some((law, None));
+    }
+    let data = level_data(evidence, &inverted.levels, g_zero, model);
+    let levels = data.view();
+    let material = levels.material(model.law.own_exponents)?;
+    (law.ln_scale, law.exponent) = levels.per_taxel(&material);
+    Some((law, Some(material)))
+}
+
+fn patch(siemens: &Frame<Siemens>, row: usize, column: usize) -> Vec<f64> {
+    (0..SIDE * SIDE)
+        .map(|k| {
+            let (r, c) = (row + k / SIDE, column + k % SIDE);
+            match (r.checked_sub(PATCH), c.checked_sub(PATCH)) {
+                (Some(r), Some(c)) if r < siemens.rows() && c < siemens.columns() => {
+                    siemens.at(r, c)
+                }
+                _ => f64::NAN,
+            }
+        })
+        .collect()
+}
+
+/// Everything that an inversion depends on.
+fn key(sensor: &Sensor) -> Vec<u64> {
+    let readout = &sensor.readout;
+    let mut key: Vec<u64> = vec![
+        readout.open_loop_gain.unwrap_or(0.0).to_bits(),
+        readout.r_source_ohms.to_bits(),
+        sensor.converter.offset_volts.to_bits(),
+        sensor.converter.memory.to_bits(),
+        u64::from(sensor.converter.scan_order == ScanOrder::ColumnByColumn),
+    ];
+    for list in [&readout.r_mux_column_ohms, &readout.r_mux_row_ohms] {
+        match list {
+            Some(PerLine::One(value)) => key.push(value.to_bits()),
+            Some(PerLine::Each(values)) => key.extend(values.iter().map(|v| v.to_bits())),
+            None => {}
+        }
+    }
+    key
+}
+
+/// A sensor whose switch resistances are these.
+pub(super) fn with_switches(sensor: &Sensor, column: PerLine, row: PerLine) -> Sensor {
+    let mut sensor = sensor.clone();
+    sensor.readout.r_mux_column_ohms = Some(column);
+    sensor.readout.r_mux_row_ohms = Some(row);
+    sensor
+}
+
+/// Whether any of these unknowns needs frames inverted anew.
+pub(super) fn any_moves_frames(unknowns: &[Unknown]) -> bool {
+    unknowns.iter().any(|u| u.moves_frames())
+}
+
+/// The error for a model that nothing explains.
+pub(super) fn no_fit(reason: &str) -> Error {
+    Error::NoFit {
+        reason: reason.to_owned(),
+    }
+}

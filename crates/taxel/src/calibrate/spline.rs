@@ -1,0 +1,94 @@
+//! A natural cubic spline that goes on straight beyond its ends.
+
+/// Through the points (x, y), x ascending.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spline {
+    x: Vec<f64>,
+    y: Vec<f64>,
+    /// Second derivatives at the knots.
+    bend: Vec<f64>,
+}
+
+impl Spline {
+    /// Through at least two points.
+    ///
+    /// # Panics
+    /// When there are fewer, or x does not ascend.
+    pub fn new(x: &[f64], y: &[f64]) -> Self {
+        assert!(x.len() >= 2 && x.len() == y.len(), "two points or more");
+        assert!(x.windows(2).all(|pair| pair[0] < pair[1]), "x ascends");
+        let n = x.len();
+        let mut bend = vec![0.0; n];
+        let mut above = vec![0.0; n];
+        // The tridiagonal system of a natural spline, eliminated forwards.
+        for i in 1..n - 1 {
+            let (left, right) = (x[i] - x[i - 1], x[i + 1] - x[i]);
+            let wanted = 6.0 * ((y[i + 1] - y[i]) / right - (y[i] - y[i - 1]) / left);
+            let pivot = 2.0 * (left + right) - left * above[i - 1];
+            above[i] = right / pivot;
+            bend[i] = (wanted - left * bend[i - 1]) / pivot;
+        }
+        for i in (1..n - 1).rev() {
+            bend[i] -= above[i] * bend[i + 1];
+        }
+        Self {
+            x: x.to_vec(),
+            y: y.to_vec(),
+            bend,
+        }
+    }
+
+    /// Value and slope at `x`.
+    pub fn at(&self, x: f64) -> (f64, f64) {
+        let n = self.x.len();
+        let last = self.x.partition_point(|&knot| knot <= x).clamp(1, n - 1);
+        let i = last - 1;
+        let width = self.x[last] - self.x[i];
+        let inside = x.clamp(self.x[0], self.x[n - 1]);
+        let (a, b) = (
+            (self.x[last] - inside) / width,
+            (inside - self.x[i]) / width,
+        );
+        let sixth = width * width / 6.0;
+        let value = a * self.y[i]
+            + b * self.y[last]
+            + sixth * ((a * a * a - a) * self.bend[i] + (b * b * b - b) * self.bend[last]);
+        let slope = (self.y[last] - self.y[i]) / width
+            + width / 6.0
+                * ((3.0 * b * b - 1.0) * self.bend[last] - (3.0 * a * a - 1.0) * self.bend[i]);
+        (value + (x - inside) * slope, slope)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_goes_through_its_points_and_on_straight() {
+        let (x, y) = ([0.0, 1.0, 2.5, 4.0], [1.0, 3.0, 2.0, 5.0]);
+        let spline = Spline::new(&x, &y);
+        for (x, y) in x.iter().zip(y) {
+            assert!((spline.at(*x).0 - y).abs() < 1e-12);
+        }
+        let (end, slope) = spline.at(4.0);
+        assert!((spline.at(6.0).0 - (end + 2.0 * slope)).abs() < 1e-12);
+        let (start, slope) = spline.at(0.0);
+        assert!((spline.at(-1.0).0 - (start - slope)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn its_slope_is_the_derivative() {
+        let spline = Spline::new(&[0.0, 1.0, 2.5, 4.0], &[1.0, 3.0, 2.0, 5.0]);
+        for at in [0.2, 1.7, 3.9] {
+            let numeric = (spline.at(at + 1e-6).0 - spline.at(at - 1e-6).0) / 2e-6;
+            assert!((numeric - spline.at(at).1).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn a_straight_line_stays_straight() {
+        let spline = Spline::new(&[0.0, 1.0, 3.0], &[1.0, 2.0, 4.0]);
+        assert!((spline.at(2.0).0 - 3.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,211 @@
+//! Is this line out in this very frame?
+
+use std::fmt;
+
+use super::{Level, LineFaults, ScreenOptions};
+use crate::{Counts, Frame};
+
+/// Rows (sensed lines) or columns (driven lines).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Axis {
+    /// Sensed lines.
+    Row,
+    /// Driven lines.
+    Column,
+}
+
+impl Axis {
+    /// Both.
+    pub const BOTH: [Axis; 2] = [Axis::Row, Axis::Column];
+}
+
+impl fmt::Display for Axis {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Axis::Row => "row",
+            Axis::Column => "column",
+        })
+    }
+}
+
+/// The readings of one frame, seen as lines along one axis.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Lines<'a> {
+    values: &'a [f64],
+    /// How many lines.
+    pub count: usize,
+    /// Readings on each.
+    pub length: usize,
+    line_stride: usize,
+    stride: usize,
+}
+
+impl<'a> Lines<'a> {
+    pub fn of(frame: &'a Frame<Counts>, axis: Axis) -> Self {
+        let (rows, columns) = (frame.rows(), frame.columns());
+        let (count, length, line_stride, stride) = match axis {
+            Axis::Row => (rows, columns, columns, 1),
+            Axis::Column => (columns, rows, 1, columns),
+        };
+        Self {
+            values: frame.values(),
+            count,
+            length,
+            line_stride,
+            stride,
+        }
+    }
+
+    pub fn at(&self, line: usize, position: usize) -> f64 {
+        self.values[line * self.line_stride + position * self.stride]
+    }
+
+    pub fn of_line(self, line: usize) -> impl Iterator<Item = f64> + 'a {
+        (0..self.length).map(move |position| self.at(line, position))
+    }
+
+    /// The load that both sides of a line vouch for: the smaller of the two sides, each taken at its greater of
+    /// the two nearest lines (so that a second bad line beside this one does not hide it). A line at the edge
+    /// has one side only, and nobody vouches for it.
+    fn vouched(&self, line: usize, position: usize) -> Option<f64> {
+        if line == 0 || line + 1 >= self.count {
+            return None;
+        }
+        let mut before = self.at(line - 1, position);
+        if line >= 2 {
+            before = before.max(self.at(line - 2, position));
+        }
+        let mut after = self.at(line + 1, position);
+        if line + 2 < self.count {
+            after = after.max(self.at(line + 2, position));
+        }
+        Some(before.min(after))
+    }
+}
+
+/// The level with its thresholds, in counts.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Thresholds {
+    /// What an unloaded taxel reads, as far as is known (else 0).
+    pub baseline: f64,
+    /// Standard deviation of noise (0 where nothing is known).
+    pub noise: f64,
+    /// Below this a reading has fallen off; `None` where the baseline is too near 0 to fall from it.
+    pub floor: Option<f64>,
+    /// Above this a reading is loaded.
+    pub loaded: f64,
+    /// At or above this a reading is at the converter's ceiling.
+    pub ceiling: f64,
+}
+
+impl Thresholds {
+    pub fn new(level: Option<Level>, max_count: f64, options: &ScreenOptions) -> Self {
+        let (baseline, noise) = level.map_or((0.0, 0.0), |level| {
+            (level.baseline_counts, level.noise_counts)
+        });
+        let above = (options.loaded_sigmas * noise).max(options.loaded_share_of_range * max_count);
+        // What is out reads 0 and half a bell of noise above it: it must fit below the floor.
+        let far_enough = baseline >= (options.floor_sigmas + 2.0) * noise && baseline >= 2.0;
+        Self {
+            baseline,
+            noise,
+            floor: (level.is_some() && far_enough)
+                .then_some(baseline - options.floor_sigmas * noise),
+            loaded: baseline + above,
+            ceiling: max_count - options.end_counts,
+        }
+    }
+}
+
+/// What one frame says about one line.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Verdict {
+    /// Whether this frame can tell.
+    pub testable: bool,
+    /// Whether the line is out.
+    pub out: bool,
+    /// Readings that both sides vouch a load for.
+    pub vouched: u64,
+    /// Of these, silent ones.
+    pub silent: u64,
+    /// Share of the line's readings that have fallen below the baseline.
+    pub fallen_share: f64,
+}
+
+/// Judges one line: it is out when nearly all of its readings have fallen below the baseline (where there is
+/// a baseline to fall from), or when it is silent at nearly all places where the lines on both sides are loaded
+/// and responds nowhere else; or when nearly all of its readings are at the ceiling and those beside it are not.
+pub(super) fn judge(
+    lines: &Lines<'_>,
+    line: usize,
+    thresholds: &Thresholds,
+    options: &ScreenOptions,
+) -> Verdict {
+    let mut verdict = Verdict::default();
+    let (mut fallen, mut responding, mut ceiling) = (0u64, 0u64, 0u64);
+    for position in 0..lines.length {
+        let value = lines.at(line, position);
+        let height = value - thresholds.baseline;
+        fallen += u64::from(thresholds.floor.is_some_and(|floor| value < floor));
+        responding += u64::from(value > thresholds.loaded && value < thresholds.ceiling);
+        ceiling += u64::from(value >= thresholds.ceiling);
+        match lines.vouched(line, position) {
+            Some(vouched) if vouched > thresholds.loaded && vouched < thresholds.ceiling => {
+                let silence = (options.floor_sigmas * thresholds.noise)
+                    .max(options.silent_share * (vouched - thresholds.baseline));
+                verdict.vouched += 1;
+                verdict.silent += u64::from(height <= silence);
+            }
+            _ => {}
+        }
+    }
+    let length = lines.length as f64;
+    let share = options.line_share;
+    verdict.fallen_share = fallen as f64 / length;
+    let enough_vouched = verdict.vouched as f64 >= (options.vouched_share * length).max(4.0);
+    let silent = enough_vouched
+        && verdict.silent as f64 >= share * verdict.vouched as f64
+        && responding as f64 <= (1.0 - share) / 2.0 * length;
+    verdict.testable = thresholds.floor.is_some() || enough_vouched;
+    let at_ceiling =
+        ceiling as f64 >= share * length && !beside_at_ceiling(lines, line, thresholds);
+    verdict.out = verdict.fallen_share >= share || silent || at_ceiling;
+    verdict.testable |= verdict.out;
+    if at_ceiling {
+        // Not silent, but no answer to the load beside it either.
+        (verdict.vouched, verdict.silent) = (0, 0);
+    }
+    verdict
+}
+
+/// Whether a line beside this one is at the ceiling on more than half of its length as well.
+fn beside_at_ceiling(lines: &Lines<'_>, line: usize, thresholds: &Thresholds) -> bool {
+    let full = |other: usize| {
+        let at_end = lines.of_line(other).filter(|&v| v >= thresholds.ceiling);
+        2 * at_end.count() > lines.length
+    };
+    (line > 0 && full(line - 1)) || (line + 1 < lines.count && full(line + 1))
+}
+
+/// Which of the flickering lines in `faults` are out in this very frame, into `out` (cleared first; its capacity
+/// is reused). `level` as from [`super::LevelScreen`]; without it only lines between loaded ones can be told.
+pub fn lines_dropped(
+    frame: &Frame<Counts>,
+    faults: &LineFaults,
+    level: Option<Level>,
+    max_count: f64,
+    options: &ScreenOptions,
+    out: &mut Vec<(Axis, usize)>,
+) {
+    out.clear();
+    let thresholds = Thresholds::new(level, max_count, options);
+    for axis in Axis::BOTH {
+        let lines = Lines::of(frame, axis);
+        let indices = faults.flickering(axis).filter(|&line| line < lines.count);
+        for line in indices {
+            if judge(&lines, line, &thresholds, options).out {
+                out.push((axis, line));
+            }
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! Every threshold of the screen, with what it was chosen on.
+
+use crate::screen::CountsMask;
+use crate::sensor::ScreenSpec;
+
+/// Thresholds of the screen. The defaults were chosen on simulated 64 × 128 and 16 × 16 arrays (16 bits, 3 counts of
+/// noise, baseline 25 or 50 counts, 1 reading in 500 stuck, a dead row, a flickering column), the same with the
+/// baseline taken away or reduced to 10 bits, and a 28 × 56 Velostat mat (8 bits) without line faults.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScreenOptions {
+    /// What an unloaded taxel reads, counts. `None`: estimated from the frames ([`super::LevelScreen`]).
+    pub baseline_counts: Option<f64>,
+    /// Standard deviation of a reading's noise, counts. `None`: estimated from the frames.
+    pub noise_counts: Option<f64>,
+    /// Readings above this share of the converter's range are not taken for unloaded ones (but at least 32
+    /// counts are). 0.05.
+    pub unloaded_share_of_range: f64,
+    /// How near to an end of the range a reading is at the end, counts. 1.
+    pub end_counts: f64,
+    /// A reading at the ceiling is plausible (saturated, not stuck) when a neighbour, or the same taxel just
+    /// before, reads at least this share of the range. 0.5.
+    pub saturated_support_share: f64,
+    /// A reading at 0 is stuck when the baseline is this many standard deviations of noise above it. 6 (one sound
+    /// reading in 10^9).
+    pub stuck_sigmas: f64,
+    /// A reading at 0 is stuck, whatever the baseline, when all of its neighbours but one exceed the baseline by
+    /// this share of the range. 0.02.
+    pub stuck_surround_share: f64,
+    /// A reading has fallen off its line when it is this many standard deviations below the baseline. 4.
+    pub floor_sigmas: f64,
+    /// A reading is loaded when it exceeds the baseline by this many standard deviations … 8.
+    pub loaded_sigmas: f64,
+    /// … and by this share of the range. 0.005.
+    pub loaded_share_of_range: f64,
+    /// A taxel between two loaded lines is silent when it reads less than this share of their load (a scan that
+    /// keeps a little of the reading before leaves some). 0.1.
+    pub silent_share: f64,
+    /// A frame can tell whether a line is silent when the lines on both sides are loaded along at least this share of
+    /// it (and at least at 4 places). 0.2.
+    pub vouched_share: f64,
+    /// A line is out in a frame when this share of its testable readings says so. 0.9.
+    pub line_share: f64,
+    /// A line is dead when it is out in this share of the frames that can tell. 0.95.
+    pub dead_share: f64,
+    /// A line flickers when it is out in at least this many frames (and sound in others). 2.
+    pub flicker_frames: u64,
+    /// Readings of two adjacent lines are alike when they differ by less than this share of their height above the
+    /// baseline (plus four standard deviations of noise). 0.01.
+    pub short_tolerance_share: f64,
+    /// Two adjacent lines are shorted when this share of their loaded readings is alike … 0.95.
+    pub short_share: f64,
+    /// … on at least this many loaded readings, and no more than half as many are alike on the typical pair
+    /// of lines. 100.
+    pub short_readings: u64,
+    /// Spikes against the neighbourhood. `None` (the default): not looked for, because pressing a single taxel is
+    /// legitimate and common in calibration.
+    pub space_spikes: Option<SpaceSpikes>,
+    /// Spikes over time, for streams at a steady rate: the rule of [`super::TimeSpikeScreen`], which runs beside
+    /// [`super::FrameScreen`] and one frame behind it. `None` (the default): the caller need not run it.
+    pub time_spikes: Option<TimeSpikes>,
+    /// Readings to be counted as outliers by their value alone, as the paper does: for
+    /// [`super::ScreenReport::with_mask`].
+    pub mask: CountsMask,
+}
+
+impl Default for ScreenOptions {
+    fn default() -> Self {
+        Self {
+            baseline_counts: None,
+            noise_counts: None,
+            unloaded_share_of_range: 0.05,
+            end_counts: 1.0,
+            saturated_support_share: 0.5,
+            stuck_sigmas: 6.0,
+            stuck_surround_share: 0.02,
+            floor_sigmas: 4.0,
+            loaded_sigmas: 8.0,
+            loaded_share_of_range: 0.005,
+            silent_share: 0.1,
+            vouched_share: 0.2,
+            line_share: 0.9,
+            dead_share: 0.95,
+            flicker_frames: 2,
+            short_tolerance_share: 0.01,
+            short_share: 0.95,
+            short_readings: 100,
+            space_spikes: None,
+            time_spikes: None,
+            mask: CountsMask::default(),
+        }
+    }
+}
+
+impl ScreenOptions {
+    /// The defaults, with the mask of a sensor file.
+    pub fn from_spec(spec: &ScreenSpec) -> Self {
+        Self {
+            mask: CountsMask {
+                low_counts: spec.low_counts,
+                high_counts: spec.high_counts,
+            },
+            ..Self::default()
+        }
+    }
+}
+
+/// When a reading is a spike against its neighbourhood: |x − m| > `sigmas` · σ + `share` · (m − baseline) and
+/// |x − m| > `sigmas` · 1.4826 · MAD, with m the median and MAD the median absolute deviation of its valid
+/// 8-neighbours (Hampel's identifier).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpaceSpikes {
+    /// Standard deviations of noise, and of the neighbourhood's spread. 10.
+    pub sigmas: f64,
+    /// Share of the neighbourhood's own height. 3: only what stands out by a factor.
+    pub share: f64,
+}
+
+impl Default for SpaceSpikes {
+    fn default() -> Self {
+        Self {
+            sigmas: 10.0,
+            share: 3.0,
+        }
+    }
+}
+
+/// When a reading is a spike over time: with a, x, b three successive readings of one taxel, the nearer of the
+/// two neighbours in time is more than `sigmas` · σ + `share` · (their height above the baseline) away from x,
+/// on the same side, and a and b differ by less than a third of that distance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimeSpikes {
+    /// Standard deviations of noise. 8.
+    pub sigmas: f64,
+    /// Share of the reading's own height above the baseline. 0.5: loads change within a frame.
+    pub share: f64,
+}
+
+impl Default for TimeSpikes {
+    fn default() -> Self {
+        Self {
+            sigmas: 8.0,
+            share: 0.5,
+        }
+    }
+}
