@@ -42,6 +42,8 @@ pub(super) struct Search<'a> {
     pub(super) laws: Vec<(String, f64)>,
     pub(super) law: String,
     pub(super) separated: bool,
+    /// No taxel is ever unloaded, so that the presses must tell the switches.
+    by_presses: bool,
     options: Options,
 }
 
@@ -94,6 +96,7 @@ impl<'a> Search<'a> {
             laws: Vec::new(),
             law: "power".to_owned(),
             separated: false,
+            by_presses: false,
             options: options.clone(),
         })
     }
@@ -107,6 +110,12 @@ impl<'a> Search<'a> {
         progress("circuit and load law", 0.0);
         self.start(progress)?;
         self.look()?;
+        // Uniform loads tie the loads' scale to the mean of the switches, so that presses hardly tell the two
+        // apart; there the ghosts' word stands unless held-out presses gain by another.
+        if self.can_separate() && !self.by_presses {
+            self.unknowns
+                .retain(|u| !matches!(u, Unknown::Columns | Unknown::Rows));
+        }
         self.fit_base(Care::Full)?;
         self.judge()?;
         progress("load law", 0.3);
@@ -119,72 +128,124 @@ impl<'a> Search<'a> {
         progress("offset", 0.7);
         self.try_offset()?;
         if self.can_separate() {
-            for care in [Care::Rough, Care::Rough, Care::Full] {
-                self.separate(progress)?;
-                self.look()?;
-                self.fit_base(care)?;
+            self.settle(progress)?;
+        }
+        self.try_presses()?;
+        self.judge()
+    }
+
+    /// Everything once more, now that the model has all its parts.
+    fn settle(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
+        for care in [Care::Rough, Care::Full] {
+            let evidence = self.evaluator.evidence;
+            let mut evaluator = Evaluator::new(evidence);
+            std::mem::swap(&mut evaluator, &mut self.evaluator);
+            self.separate_with(&mut evaluator, progress);
+            std::mem::swap(&mut evaluator, &mut self.evaluator);
+            self.look()?;
+            if !self.by_presses {
+                let offset = self.model.sensor.converter.offset_volts;
+                if let Some((model, _)) = switches_by_ghosts(&mut self.evaluator, &self.model) {
+                    self.model = model;
+                }
+                if offset == 0.0 {
+                    self.model.sensor.converter.offset_volts = 0.0;
+                }
             }
+            self.fit_base(care)?;
         }
         self.judge()
     }
 
-    /// A first circuit and law, and every switch apart, from a part of the presses.
-    fn start(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
-        let few = self.evaluator.evidence.thinned(START_PRESSES);
-        let mut evaluator = Evaluator::new(&few);
-        let failed = || no_fit("the fit of circuit and load law did not converge");
-        let mut fit = |model: &Model, care| {
-            refine(&mut evaluator, model, &self.unknowns, care)
-                .map(|fitted| fitted.model)
-                .ok_or_else(failed)
-        };
-        self.model = fit(&self.model, Care::Rough)?;
-        for _ in 0..3 {
-            let mut evaluator = Evaluator::new(&few);
-            look_around(&mut evaluator, &self.model).ok_or_else(failed)?;
-            match switches_by_ghosts(&mut evaluator, &self.model) {
-                Some(model) => self.model = model,
-                None => break,
-            }
-            if std::env::var("V").is_ok() {
-                eprintln!(
-                    "by ghosts {:?} off {}",
-                    self.mean_ohms(),
-                    self.model.get(Unknown::Offset)
-                );
-            }
-        }
-        if !self.can_separate() {
+    /// Whether the presses give better switches than the ghosts do.
+    fn try_presses(&mut self) -> Result<(), Error> {
+        let switches = [Unknown::Columns, Unknown::Rows];
+        if switches.iter().all(|u| self.unknowns.contains(u)) {
             return Ok(());
         }
-        // Mean and differences of the switches depend on each other: in turn.
+        let model = self.model.clone();
+        let Some((fitted, score, gain, errors)) = self.attempt(&model, &switches) else {
+            return Ok(());
+        };
+        let used = is_better(gain, errors);
+        self.note("switches by presses", used, gained(gain, errors));
+        if used {
+            self.accept(fitted, score);
+        }
+        Ok(())
+    }
+
+    /// A first circuit and law, and every switch apart, from a part of the presses. Mean and differences of the
+    /// switches depend on each other, and both on what counts as unloaded: in turn.
+    fn start(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
+        let few = self.evaluator.evidence.thinned(START_PRESSES);
+        let failed = || no_fit("the fit of circuit and load law did not converge");
         let mut before = self.mean_ohms();
-        for _ in 0..MOST_TURNS {
+        let mut offset_error = f64::INFINITY;
+        for turn in 0..MOST_TURNS {
             let mut evaluator = Evaluator::new(&few);
-            for _ in 0..2 {
-                if let Some(model) = separate(&mut evaluator, &self.model, &mut |share| {
-                    progress("every switch apart", share);
-                }) {
-                    self.model = model;
-                    self.separated = true;
-                }
+            look_around(&mut evaluator, &self.model).ok_or_else(failed)?;
+            if !evaluator.has_unloaded() {
+                // Nothing is ever unloaded: the presses must do.
+                self.by_presses = true;
+                break;
             }
-            self.model = refine(&mut evaluator, &self.model, &self.unknowns, Care::Full)
-                .map(|fitted| fitted.model)
-                .ok_or_else(failed)?;
+            let (model, error) =
+                switches_by_ghosts(&mut evaluator, &self.model).ok_or_else(failed)?;
+            self.model = model;
+            offset_error = error;
+            let law: Vec<Unknown> = self
+                .unknowns
+                .iter()
+                .copied()
+                .filter(|u| !u.moves_frames())
+                .collect();
+            self.model = refine(&mut evaluator, &self.model, &law, Care::Rough)
+                .ok_or_else(failed)?
+                .model;
             let now = self.mean_ohms();
-            if std::env::var("V").is_ok() {
-                eprintln!("turn {now:?} {:?}", self.model.law.ln_factor);
-            }
             let moved = (now.0 / before.0 - 1.0)
                 .abs()
                 .max((now.1 / before.1 - 1.0).abs());
             before = now;
-            if moved < SETTLED {
+            if std::env::var("V").is_ok() {
+                eprintln!(
+                    "turn {now:?} {:?} off {}+-{error}",
+                    self.model.law.ln_factor,
+                    self.model.get(Unknown::Offset)
+                );
+            }
+            if turn > 1 && moved < SETTLED {
                 break;
+            }
+            if self.can_separate() {
+                self.separate_with(&mut evaluator, progress);
+            }
+        }
+        let offset = self.model.get(Unknown::Offset).abs();
+        if offset < LEAST_OFFSET_COUNTS || offset < 3.0 * offset_error {
+            self.model.set(Unknown::Offset, 0.0);
+        }
+        if self.by_presses && self.can_separate() {
+            for _ in 0..3 {
+                let mut evaluator = Evaluator::new(&few);
+                self.separate_with(&mut evaluator, progress);
+                self.model = refine(&mut evaluator, &self.model, &self.unknowns, Care::Full)
+                    .ok_or_else(failed)?
+                    .model;
             }
         }
         Ok(())
+    }
+
+    fn separate_with(&mut self, evaluator: &mut Evaluator, progress: &mut dyn FnMut(&str, f64)) {
+        let found = separate(evaluator, &self.model, &mut |share| {
+            progress("every switch apart", share);
+        });
+        if let Some(model) = found {
+            self.model = model;
+            self.separated = true;
+        }
     }
 
     /// Means of column and row resistances, ohms.
@@ -221,17 +282,6 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    fn separate(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
-        let found = separate(&mut self.evaluator, &self.model, &mut |share| {
-            progress("every switch apart", share)
-        });
-        if let Some(model) = found {
-            self.model = model;
-            self.separated = true;
-        }
-        Ok(())
-    }
-
     /// Fits a changed model with more unknowns. The gain on held-out presses (grams, standard errors).
     fn attempt(&mut self, model: &Model, more: &[Unknown]) -> Option<(Fitted, Score, f64, f64)> {
         let mut unknowns = self.unknowns.clone();
@@ -256,12 +306,8 @@ impl<'a> Search<'a> {
         });
     }
 
-    fn has_ghosts(&self) -> bool {
-        self.evaluator.unloaded.iter().any(|u| !u.is_empty())
-    }
-
     fn try_offset(&mut self) -> Result<(), Error> {
-        if !self.has_ghosts() {
+        if !self.evaluator.has_unloaded() {
             self.note(
                 "offset",
                 false,
@@ -275,6 +321,12 @@ impl<'a> Search<'a> {
             return Ok(());
         };
         let counts = model.get(Unknown::Offset);
+        let had_one = self.model.get(Unknown::Offset) != 0.0;
+        self.model.set(Unknown::Offset, 0.0);
+        if had_one {
+            self.fit_base(Care::Rough)?;
+            self.judge()?;
+        }
         if !clear || counts.abs() < LEAST_OFFSET_COUNTS {
             self.note("offset", false, format!("{counts:.2} counts"));
             return Ok(());

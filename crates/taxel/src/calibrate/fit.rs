@@ -325,21 +325,13 @@ pub(super) fn refine_alone(
 }
 
 /// Fits both mean switch resistances (and the offset, which looks alike) by unloaded taxels alone: what they read
-/// are ghosts, and ghosts are the switches'. Neither loads nor the material matter.
-pub(super) fn switches_by_ghosts(evaluator: &mut Evaluator, model: &Model) -> Option<Model> {
+/// are ghosts, and ghosts are the switches'. Neither loads nor the material matter. The second answer is the
+/// offset's standard error in counts.
+pub(super) fn switches_by_ghosts(evaluator: &mut Evaluator, model: &Model) -> Option<(Model, f64)> {
     let unknowns = [Unknown::Columns, Unknown::Rows, Unknown::Offset];
-    let block = fit_block(evaluator, model, Witness::Unloaded, &unknowns, (4, 0.3))?;
-    if std::env::var("V").is_ok() {
-        eprintln!(
-            "ghosts {:?} +- {:?} scatter {}",
-            block.fit.parameters,
-            (0..3)
-                .map(|i| block.fit.covariance[i][i].sqrt())
-                .collect::<Vec<_>>(),
-            block.scatter
-        );
-    }
-    with_values(model, &unknowns, &block.fit.parameters)
+    let block = fit_block(evaluator, model, Witness::Unloaded, &unknowns, (3, 0.3))?;
+    let error = block.fit.covariance[2][2].max(0.0).sqrt();
+    Some((with_values(model, &unknowns, &block.fit.parameters)?, error))
 }
 
 fn fit_block(

@@ -64,7 +64,7 @@ impl Unknown {
     }
 
     /// Whether frames must be inverted anew when it moves.
-    fn moves_frames(self) -> bool {
+    pub(super) fn moves_frames(self) -> bool {
         matches!(
             self,
             Unknown::Columns
@@ -455,6 +455,11 @@ impl<'a> Evaluator<'a> {
             inverted.g_zero,
             model,
         ))
+    }
+
+    /// Whether any taxel of any frame is known to be unloaded.
+    pub(super) fn has_unloaded(&self) -> bool {
+        self.unloaded.iter().any(|u| !u.is_empty())
     }
 
     /// Forgets inversions, for a change of what is looked at.
