@@ -1,37 +1,21 @@
-//! Which effects are in the data: each is fitted, and kept only where held-out presses are better for it.
+//! The order of a calibration: a start, every switch apart, the effects of `effects.rs`, and once more with all.
 
+use super::evaluate::Evaluator;
 use super::evidence::Evidence;
-use super::fit::{
-    Care, Fitted, Score, coarse, look_around, refine, refine_alone, switches_by_ghosts,
-};
-use super::fit_law::LAWS;
+use super::fit::{Care, Fitted, Score, coarse, look_around, refine, switches_by_ghosts};
 use super::lines::separate;
-use super::model::{Evaluator, LawModel, Model, Unknown, no_fit};
-use super::{Finding, LawChoice, Options};
-use crate::sensor::{PerLine, ScanOrder};
+use super::model::{LawModel, Model, Unknown, no_fit};
+use super::{Finding, Options};
+use crate::sensor::PerLine;
 use crate::{Error, Sensor};
 
-/// An effect is kept when held-out presses gain this many standard errors by it,
-const SIGNIFICANT: f64 = 2.0;
-/// and at least this many grams.
-const WORTHWHILE_G: f64 = 0.002;
-const SPREAD: [Unknown; 3] = [
-    Unknown::SpreadRow,
-    Unknown::SpreadColumn,
-    Unknown::SpreadDiagonal,
-];
-/// Shares (of a load, of the previous reading) below this are taken for none.
-const LEAST_SHARE: f64 = 1e-3;
 /// Offsets below this many counts are taken for none.
-const LEAST_OFFSET_COUNTS: f64 = 1.0;
+pub(super) const LEAST_OFFSET_COUNTS: f64 = 1.0;
 /// Turns between mean and differences of the switches, at most, and the relative change that ends them.
-const MOST_TURNS: usize = 6;
-const SETTLED: f64 = 2e-3;
+const MOST_TURNS: usize = 5;
+const SETTLED: f64 = 5e-3;
 /// Presses that a start is sought with.
-const START_PRESSES: usize = 75;
-/// Inner knots of the spline law.
-const INNER_KNOTS: usize = 3;
-
+const START_PRESSES: usize = 50;
 /// The search for the model, and the best so far.
 pub(super) struct Search<'a> {
     pub(super) evaluator: Evaluator<'a>,
@@ -44,7 +28,7 @@ pub(super) struct Search<'a> {
     pub(super) separated: bool,
     /// No taxel is ever unloaded, so that the presses must tell the switches.
     by_presses: bool,
-    options: Options,
+    pub(super) options: Options,
 }
 
 impl<'a> Search<'a> {
@@ -58,6 +42,10 @@ impl<'a> Search<'a> {
         let blank = Model {
             sensor: sensor.clone(),
             spread: None,
+            most_offset_counts: match evidence.faults.level {
+                Some(level) => 0.95 * level.baseline_counts,
+                None => 0.05 * sensor.max_count(),
+            },
             law: LawModel {
                 ln_factor: 0.0,
                 exponent: 1.0,
@@ -130,8 +118,7 @@ impl<'a> Search<'a> {
         if self.can_separate() {
             self.settle(progress)?;
         }
-        self.try_presses()?;
-        self.judge()
+        self.try_presses()
     }
 
     /// Everything once more, now that the model has all its parts.
@@ -167,8 +154,12 @@ impl<'a> Search<'a> {
         let Some((fitted, score, gain, errors)) = self.attempt(&model, &switches) else {
             return Ok(());
         };
-        let used = is_better(gain, errors);
-        self.note("switches by presses", used, gained(gain, errors));
+        let used = super::effects::is_better(gain, errors);
+        self.note(
+            "switches by presses",
+            used,
+            super::effects::gained(gain, errors),
+        );
         if used {
             self.accept(fitted, score);
         }
@@ -208,13 +199,6 @@ impl<'a> Search<'a> {
                 .abs()
                 .max((now.1 / before.1 - 1.0).abs());
             before = now;
-            if std::env::var("V").is_ok() {
-                eprintln!(
-                    "turn {now:?} {:?} off {}+-{error}",
-                    self.model.law.ln_factor,
-                    self.model.get(Unknown::Offset)
-                );
-            }
             if turn > 1 && moved < SETTLED {
                 break;
             }
@@ -259,7 +243,7 @@ impl<'a> Search<'a> {
     }
 
     /// Fits the present unknowns from the present model.
-    fn fit_base(&mut self, care: Care) -> Result<(), Error> {
+    pub(super) fn fit_base(&mut self, care: Care) -> Result<(), Error> {
         let fitted = refine(&mut self.evaluator, &self.model, &self.unknowns, care)
             .ok_or_else(|| no_fit("the fit of circuit and load law did not converge"))?;
         self.model = fitted.model.clone();
@@ -267,12 +251,12 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    fn look(&mut self) -> Result<(), Error> {
+    pub(super) fn look(&mut self) -> Result<(), Error> {
         look_around(&mut self.evaluator, &self.model)
             .ok_or_else(|| no_fit("a frame has no solution"))
     }
 
-    fn judge(&mut self) -> Result<(), Error> {
+    pub(super) fn judge(&mut self) -> Result<(), Error> {
         let folds = self.options.folds;
         if let Some((fitted, score)) = &mut self.best {
             *score = fitted
@@ -283,7 +267,11 @@ impl<'a> Search<'a> {
     }
 
     /// Fits a changed model with more unknowns. The gain on held-out presses (grams, standard errors).
-    fn attempt(&mut self, model: &Model, more: &[Unknown]) -> Option<(Fitted, Score, f64, f64)> {
+    pub(super) fn attempt(
+        &mut self,
+        model: &Model,
+        more: &[Unknown],
+    ) -> Option<(Fitted, Score, f64, f64)> {
         let mut unknowns = self.unknowns.clone();
         unknowns.extend(more.iter().filter(|u| !self.unknowns.contains(u)));
         let fitted = refine(&mut self.evaluator, model, &unknowns, Care::Rough)?;
@@ -292,260 +280,18 @@ impl<'a> Search<'a> {
         Some((fitted, score, gain, errors))
     }
 
-    fn accept(&mut self, fitted: Fitted, score: Score) {
+    pub(super) fn accept(&mut self, fitted: Fitted, score: Score) {
         self.model = fitted.model.clone();
         self.unknowns = fitted.unknowns.clone();
         self.best = Some((fitted, score));
     }
 
-    fn note(&mut self, name: &str, used: bool, text: String) {
+    pub(super) fn note(&mut self, name: &str, used: bool, text: String) {
         self.findings.push(Finding {
             name: name.to_owned(),
             used,
             text,
         });
-    }
-
-    fn try_offset(&mut self) -> Result<(), Error> {
-        if !self.evaluator.has_unloaded() {
-            self.note(
-                "offset",
-                false,
-                "no unloaded taxels to tell it from".to_owned(),
-            );
-            return Ok(());
-        }
-        let alone = refine_alone(&mut self.evaluator, &self.model, &[Unknown::Offset]);
-        let Some((model, _, clear)) = alone else {
-            self.note("offset", false, "its fit did not converge".to_owned());
-            return Ok(());
-        };
-        let counts = model.get(Unknown::Offset);
-        let had_one = self.model.get(Unknown::Offset) != 0.0;
-        self.model.set(Unknown::Offset, 0.0);
-        if had_one {
-            self.fit_base(Care::Rough)?;
-            self.judge()?;
-        }
-        if !clear || counts.abs() < LEAST_OFFSET_COUNTS {
-            self.note("offset", false, format!("{counts:.2} counts"));
-            return Ok(());
-        }
-        let Some((fitted, score, gain, errors)) = self.attempt(&model, &[Unknown::Offset]) else {
-            self.note("offset", false, "its fit did not converge".to_owned());
-            return Ok(());
-        };
-        let counts = fitted.model.get(Unknown::Offset);
-        let error = fitted.error_of(Unknown::Offset).unwrap_or(0.0);
-        let used = is_better(gain, errors) && counts.abs() > 3.0 * error;
-        self.note(
-            "offset",
-            used,
-            format!("{counts:.2} ± {error:.2} counts; {}", gained(gain, errors)),
-        );
-        if used {
-            self.accept(fitted, score);
-        }
-        Ok(())
-    }
-
-    fn try_exponents(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
-        if self.evaluator.evidence.levels.len() < 3 {
-            return Ok(());
-        }
-        let mut model = self.model.clone();
-        model.law.own_exponents = true;
-        progress("an exponent per taxel", 0.0);
-        let deviation = self
-            .evaluator
-            .material(&model)
-            .map_or(0.0, |m| m.exponent_deviation);
-        let Some((fitted, score, gain, errors)) = self.attempt(&model, &[]) else {
-            self.note(
-                "exponent per taxel",
-                false,
-                "its fit did not converge".to_owned(),
-            );
-            return Ok(());
-        };
-        let used = is_better(gain, errors);
-        self.note(
-            "exponent per taxel",
-            used,
-            format!(
-                "standard deviation {deviation:.4}; {}",
-                gained(gain, errors)
-            ),
-        );
-        if used {
-            self.accept(fitted, score);
-        }
-        Ok(())
-    }
-
-    fn try_spread(&mut self) -> Result<(), Error> {
-        let isolated = self.evaluator.isolated.iter().filter(|&&i| i).count();
-        if isolated < 5 {
-            self.note(
-                "spread",
-                false,
-                format!("only {isolated} presses with nothing near them"),
-            );
-            return Ok(());
-        }
-        let Some((model, _, clear)) = refine_alone(&mut self.evaluator, &self.model, &SPREAD)
-        else {
-            self.note("spread", false, "its fit did not converge".to_owned());
-            return Ok(());
-        };
-        let kept = model.spread.map_or(1.0, |s| s.kept());
-        if !clear || kept > 1.0 - LEAST_SHARE {
-            self.note(
-                "spread",
-                false,
-                format!(
-                    "neighbours take {:.2} % of a load, from {isolated} presses",
-                    100.0 * (1.0 - kept)
-                ),
-            );
-            return Ok(());
-        }
-        let Some((fitted, score, gain, errors)) = self.attempt(&model, &SPREAD) else {
-            self.note("spread", false, "its fit did not converge".to_owned());
-            return Ok(());
-        };
-        let spread = fitted.model.spread.unwrap_or(super::Spread::new([0.0; 3]));
-        let away = 1.0 - spread.kept();
-        let used = is_better(gain, errors) && away > 0.0;
-        self.note(
-            "spread",
-            used,
-            format!(
-                "neighbours take {:.1} % of a load (one row away {:.2} %, one column {:.2} %, diagonal {:.2} %), from {isolated} presses; {}",
-                100.0 * away,
-                100.0 * spread.row,
-                100.0 * spread.column,
-                100.0 * spread.diagonal,
-                gained(gain, errors)
-            ),
-        );
-        if used {
-            self.accept(fitted, score);
-        }
-        Ok(())
-    }
-
-    fn try_memory(&mut self) -> Result<(), Error> {
-        if !self.evaluator.isolated.contains(&true) {
-            return Ok(());
-        }
-        let mut best: Option<(Model, f64, bool)> = None;
-        for order in [ScanOrder::RowByRow, ScanOrder::ColumnByColumn] {
-            let mut model = self.model.clone();
-            model.sensor.converter.scan_order = order;
-            let Some(found) = refine_alone(&mut self.evaluator, &model, &[Unknown::Memory]) else {
-                continue;
-            };
-            if best.as_ref().is_none_or(|b| found.1 < b.1) {
-                best = Some(found);
-            }
-        }
-        let Some((model, _, clear)) = best else {
-            return Ok(());
-        };
-        let order = model.sensor.converter.scan_order;
-        let memory = model.get(Unknown::Memory);
-        if !clear || memory < LEAST_SHARE {
-            self.note(
-                "memory of the scan",
-                false,
-                format!("a reading keeps {:.2} % of the one before", 100.0 * memory),
-            );
-            return Ok(());
-        }
-        let Some((fitted, score, gain, errors)) = self.attempt(&model, &[Unknown::Memory]) else {
-            return Ok(());
-        };
-        let memory = fitted.model.get(Unknown::Memory);
-        let error = fitted.error_of(Unknown::Memory).unwrap_or(0.0);
-        let used = is_better(gain, errors) && memory > 3.0 * error;
-        let along = match order {
-            ScanOrder::RowByRow => "row by row",
-            ScanOrder::ColumnByColumn => "column by column",
-        };
-        self.note(
-            "memory of the scan",
-            used,
-            format!(
-                "a reading keeps {:.2} ± {:.2} % of the one before, scanned {along}; {}",
-                100.0 * memory,
-                100.0 * error,
-                gained(gain, errors)
-            ),
-        );
-        if used {
-            self.accept(fitted, score);
-        }
-        Ok(())
-    }
-
-    fn try_laws(&mut self) -> Result<(), Error> {
-        let power = self.best.as_ref().map_or(0.0, |b| b.1.mean_error());
-        self.laws.push(("power".to_owned(), power));
-        for (choice, name) in LAWS {
-            let wanted = self.options.law == choice;
-            if choice == LawChoice::Power || !(wanted || self.options.law == LawChoice::Auto) {
-                continue;
-            }
-            let mut model = self.model.clone();
-            let more = match choice {
-                LawChoice::Saturating => {
-                    model.law.saturation = 0.1;
-                    vec![Unknown::Saturation]
-                }
-                _ => {
-                    model.law.saturation = 0.0;
-                    self.knots(&mut model);
-                    (1..=INNER_KNOTS).map(Unknown::Bend).collect()
-                }
-            };
-            let kept: Vec<Unknown> = self.unknowns.clone();
-            self.unknowns.retain(|u| *u != Unknown::Saturation);
-            let attempt = self.attempt(&model, &more);
-            self.unknowns = kept;
-            let Some((fitted, score, gain, errors)) = attempt else {
-                continue;
-            };
-            self.laws.push((name.to_owned(), score.mean_error()));
-            if wanted || is_better(gain, errors) {
-                self.law = name.to_owned();
-                self.accept(fitted, score);
-            }
-        }
-        Ok(())
-    }
-
-    /// Knots of the spline law over the loads that were labelled.
-    fn knots(&self, model: &mut Model) {
-        let loads: Vec<f64> = self
-            .evaluator
-            .evidence
-            .presses
-            .iter()
-            .map(|p| p.load_g)
-            .filter(|&l| l > 1.0)
-            .collect();
-        let least = loads
-            .iter()
-            .fold(f64::INFINITY, |a, &b| a.min(b))
-            .max(5.0)
-            .ln();
-        let most = loads.iter().fold(0f64, |a, &b| a.max(b)).max(10.0).ln();
-        let parts = INNER_KNOTS + 1;
-        model.law.knots = (0..=parts)
-            .map(|i| least + (most - least) * i as f64 / parts as f64)
-            .collect();
-        model.law.bends = vec![0.0; parts + 1];
     }
 }
 
@@ -571,15 +317,4 @@ fn feasible(evaluator: &mut Evaluator, mut model: Model) -> Option<Model> {
         }
     }
     None
-}
-
-fn is_better(gain: f64, errors: f64) -> bool {
-    gain > WORTHWHILE_G && errors > SIGNIFICANT
-}
-
-fn gained(gain: f64, errors: f64) -> String {
-    match gain > 0.0 {
-        true => format!("held-out presses gain {gain:.3} g by it ({errors:.1} standard errors)"),
-        false => format!("held-out presses lose {:.3} g by it", -gain),
-    }
 }
