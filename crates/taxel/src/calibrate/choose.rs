@@ -2,7 +2,8 @@
 
 use super::evaluate::Evaluator;
 use super::evidence::Evidence;
-use super::fit::{Care, Fitted, Score, coarse, look_around, refine, switches_by_ghosts};
+use super::fit::{Care, Fitted, Score, coarse, look_around, mean, refine, switches_by_ghosts};
+use super::least_squares::median;
 use super::lines::separate;
 use super::model::{LawModel, Model, Unknown, no_fit};
 use super::{Finding, Options};
@@ -106,41 +107,79 @@ impl<'a> Search<'a> {
         }
         self.fit_base(Care::Full)?;
         self.judge()?;
-        progress("load law", 0.3);
-        self.try_exponents(progress)?;
-        self.try_laws()?;
-        progress("spread", 0.5);
+        self.look_beyond(progress)?;
+        if self.findings.iter().any(|f| f.used) || self.law != "power" {
+            // What one effect hid, another may now show.
+            self.settle(progress, Care::Rough)?;
+            self.look_beyond(progress)?;
+        }
+        if self.can_separate() {
+            self.settle(progress, Care::Full)?;
+        }
+        self.try_presses()?;
+        self.explains()
+    }
+
+    /// Tries every effect that is not in the model yet.
+    fn look_beyond(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
+        progress("spread", 0.3);
         self.try_spread()?;
+        progress("exponents", 0.4);
+        self.try_exponents()?;
+        progress("load law", 0.5);
+        self.try_laws()?;
         progress("memory of the scan", 0.6);
         self.try_memory()?;
         progress("offset", 0.7);
-        self.try_offset()?;
-        if self.can_separate() {
-            self.settle(progress)?;
+        self.try_offset()
+    }
+
+    /// Whether an effect is in the model.
+    pub(super) fn uses(&self, name: &str) -> bool {
+        self.findings.iter().any(|f| f.used && f.name == name)
+    }
+
+    /// Refuses a fit that says no more about held-out presses than their median would.
+    fn explains(&self) -> Result<(), Error> {
+        let loads: Vec<f64> = self
+            .evaluator
+            .evidence
+            .presses
+            .iter()
+            .map(|p| p.load_g)
+            .collect();
+        let middle = median(&loads);
+        let blind = mean(&loads.iter().map(|l| (l - middle).abs()).collect::<Vec<_>>());
+        let found = self
+            .best
+            .as_ref()
+            .map_or(f64::INFINITY, |b| b.1.mean_error());
+        match found < 0.8 * blind {
+            true => Ok(()),
+            false => Err(no_fit(&format!(
+                "held-out presses are {found:.1} g off on average, and guessing their median would be {blind:.1} g off"
+            ))),
         }
-        self.try_presses()
     }
 
     /// Everything once more, now that the model has all its parts.
-    fn settle(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
-        for care in [Care::Rough, Care::Full] {
-            let evidence = self.evaluator.evidence;
-            let mut evaluator = Evaluator::new(evidence);
+    fn settle(&mut self, progress: &mut dyn FnMut(&str, f64), care: Care) -> Result<(), Error> {
+        if self.can_separate() {
+            let mut evaluator = Evaluator::new(self.evaluator.evidence);
             std::mem::swap(&mut evaluator, &mut self.evaluator);
             self.separate_with(&mut evaluator, progress);
             std::mem::swap(&mut evaluator, &mut self.evaluator);
-            self.look()?;
-            if !self.by_presses {
-                let offset = self.model.sensor.converter.offset_volts;
-                if let Some((model, _)) = switches_by_ghosts(&mut self.evaluator, &self.model) {
-                    self.model = model;
-                }
-                if offset == 0.0 {
-                    self.model.sensor.converter.offset_volts = 0.0;
-                }
-            }
-            self.fit_base(care)?;
         }
+        self.look()?;
+        if self.can_separate() && !self.by_presses {
+            let with_offset = self.model.sensor.converter.offset_volts != 0.0;
+            if let Some((model, _)) =
+                switches_by_ghosts(&mut self.evaluator, &self.model, with_offset)
+            {
+                self.model = model;
+            }
+        }
+        self.fit_base(care)?;
         self.judge()
     }
 
@@ -182,7 +221,7 @@ impl<'a> Search<'a> {
                 break;
             }
             let (model, error) =
-                switches_by_ghosts(&mut evaluator, &self.model).ok_or_else(failed)?;
+                switches_by_ghosts(&mut evaluator, &self.model, turn > 1).ok_or_else(failed)?;
             self.model = model;
             offset_error = error;
             let law: Vec<Unknown> = self
@@ -199,7 +238,7 @@ impl<'a> Search<'a> {
                 .abs()
                 .max((now.1 / before.1 - 1.0).abs());
             before = now;
-            if turn > 1 && moved < SETTLED {
+            if turn > 2 && moved < SETTLED {
                 break;
             }
             if self.can_separate() {
@@ -287,6 +326,7 @@ impl<'a> Search<'a> {
     }
 
     pub(super) fn note(&mut self, name: &str, used: bool, text: String) {
+        self.findings.retain(|f| f.name != name);
         self.findings.push(Finding {
             name: name.to_owned(),
             used,

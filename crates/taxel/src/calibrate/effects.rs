@@ -25,6 +25,9 @@ const INNER_KNOTS: usize = 3;
 
 impl Search<'_> {
     pub(super) fn try_offset(&mut self) -> Result<(), Error> {
+        if self.uses("offset") {
+            return Ok(());
+        }
         if !self.evaluator.has_unloaded() {
             self.note(
                 "offset",
@@ -67,16 +70,12 @@ impl Search<'_> {
         Ok(())
     }
 
-    pub(super) fn try_exponents(
-        &mut self,
-        progress: &mut dyn FnMut(&str, f64),
-    ) -> Result<(), Error> {
-        if self.evaluator.evidence.levels.len() < 3 {
+    pub(super) fn try_exponents(&mut self) -> Result<(), Error> {
+        if self.evaluator.evidence.levels.len() < 3 || self.uses("exponent per taxel") {
             return Ok(());
         }
         let mut model = self.model.clone();
         model.law.own_exponents = true;
-        progress("an exponent per taxel", 0.0);
         let deviation = self
             .evaluator
             .material(&model)
@@ -105,6 +104,9 @@ impl Search<'_> {
     }
 
     pub(super) fn try_spread(&mut self) -> Result<(), Error> {
+        if self.uses("spread") {
+            return Ok(());
+        }
         let isolated = self.evaluator.isolated.iter().filter(|&&i| i).count();
         if isolated < 5 {
             self.note(
@@ -157,7 +159,7 @@ impl Search<'_> {
     }
 
     pub(super) fn try_memory(&mut self) -> Result<(), Error> {
-        if !self.evaluator.isolated.contains(&true) {
+        if !self.evaluator.isolated.contains(&true) || self.uses("memory of the scan") {
             return Ok(());
         }
         let mut best: Option<(Model, f64, bool)> = None;
@@ -212,6 +214,10 @@ impl Search<'_> {
 
     pub(super) fn try_laws(&mut self) -> Result<(), Error> {
         let power = self.best.as_ref().map_or(0.0, |b| b.1.mean_error());
+        if self.law != "power" {
+            return Ok(());
+        }
+        self.laws.clear();
         self.laws.push(("power".to_owned(), power));
         for (choice, name) in LAWS {
             let wanted = self.options.law == choice;

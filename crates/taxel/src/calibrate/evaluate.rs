@@ -14,7 +14,7 @@ use crate::{Counts, Frame, Sensor, Siemens};
 const PATCH: usize = 4;
 const SIDE: usize = 2 * PATCH + 1;
 /// Accuracy of inversions while fitting, of the largest conductance: derivatives by differences need it.
-const TOLERANCE: f64 = 1e-7;
+const TOLERANCE: f64 = 1e-6;
 /// Unloaded taxels looked at in each frame.
 pub(super) const GHOSTS: usize = 24;
 

@@ -321,13 +321,23 @@ pub(super) fn refine_alone(
     ))
 }
 
-/// Fits both mean switch resistances (and the offset, which looks alike) by unloaded taxels alone: what they read
-/// are ghosts, and ghosts are the switches'. Neither loads nor the material matter. The second answer is the
+/// Fits both mean switch resistances, and the offset where that is asked for, by unloaded taxels alone: what they
+/// read are ghosts, and ghosts are the switches'. Neither loads nor the material matter. The second answer is the
 /// offset's standard error in counts.
-pub(super) fn switches_by_ghosts(evaluator: &mut Evaluator, model: &Model) -> Option<(Model, f64)> {
-    let unknowns = [Unknown::Columns, Unknown::Rows, Unknown::Offset];
+pub(super) fn switches_by_ghosts(
+    evaluator: &mut Evaluator,
+    model: &Model,
+    with_offset: bool,
+) -> Option<(Model, f64)> {
+    let mut unknowns = vec![Unknown::Columns, Unknown::Rows];
+    if with_offset {
+        unknowns.push(Unknown::Offset);
+    }
     let block = fit_block(evaluator, model, Witness::Unloaded, &unknowns, (3, 0.3))?;
-    let error = block.fit.covariance[2][2].max(0.0).sqrt();
+    let error = match with_offset {
+        true => block.fit.covariance[2][2].max(0.0).sqrt(),
+        false => f64::INFINITY,
+    };
     Some((with_values(model, &unknowns, &block.fit.parameters)?, error))
 }
 
