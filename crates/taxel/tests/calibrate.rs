@@ -129,7 +129,10 @@ fn spread_memory_and_exponents_are_found_and_undone() {
         memory: 0.01,
         ..Imperfections::default()
     };
-    let truth = VirtualSensor::imperfect(&nominal(), &imperfections, 23).unwrap();
+    // Large enough that most presses have nothing near them.
+    let mut large = nominal();
+    (large.array.rows, large.array.columns) = (40, 60);
+    let truth = VirtualSensor::imperfect(&large, &imperfections, 23).unwrap();
     let data = calibration_data(&truth, 120, &[50.0, 150.0, 300.0], 4);
     let found = fit(&parts_list(truth.sensor()), &data).unwrap();
     let used = |name: &str| {

@@ -91,7 +91,7 @@ impl<'a> Search<'a> {
     }
 
     /// Levels tell lines apart only where at least two differ.
-    fn can_separate(&self) -> bool {
+    pub(super) fn can_separate(&self) -> bool {
         self.evaluator.evidence.levels.len() >= 2
     }
 
@@ -122,6 +122,8 @@ impl<'a> Search<'a> {
 
     /// Tries every effect that is not in the model yet.
     fn look_beyond(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
+        progress("offset", 0.2);
+        self.try_offset()?;
         progress("spread", 0.3);
         self.try_spread()?;
         progress("exponents", 0.4);
@@ -129,9 +131,7 @@ impl<'a> Search<'a> {
         progress("load law", 0.5);
         self.try_laws()?;
         progress("memory of the scan", 0.6);
-        self.try_memory()?;
-        progress("offset", 0.7);
-        self.try_offset()
+        self.try_memory()
     }
 
     /// Whether an effect is in the model.

@@ -3,7 +3,7 @@
 
 use super::LawChoice;
 use super::choose::{LEAST_OFFSET_COUNTS, Search};
-use super::fit::{Care, refine_alone};
+use super::fit::{Care, refine_alone, switches_by_ghosts};
 use super::fit_law::LAWS;
 use super::model::{Model, Unknown};
 use crate::Error;
@@ -36,15 +36,32 @@ impl Search<'_> {
             );
             return Ok(());
         }
-        let alone = refine_alone(&mut self.evaluator, &self.model, &[Unknown::Offset]);
-        let Some((model, _, clear)) = alone else {
+        // The switches that ghosts tell go with the offset assumed: without and with one, each with its own.
+        let by_ghosts = self.can_separate();
+        let mut without = self.model.clone();
+        without.set(Unknown::Offset, 0.0);
+        if by_ghosts
+            && let Some((model, _)) = switches_by_ghosts(&mut self.evaluator, &without, false)
+        {
+            without = model;
+        }
+        let with = match by_ghosts {
+            true => {
+                switches_by_ghosts(&mut self.evaluator, &without, true).map(|(model, error)| {
+                    let clear = model.get(Unknown::Offset).abs() > 3.0 * error;
+                    (model, clear)
+                })
+            }
+            false => refine_alone(&mut self.evaluator, &without, &[Unknown::Offset])
+                .map(|(model, _, clear)| (model, clear)),
+        };
+        let Some((with, clear)) = with else {
             self.note("offset", false, "its fit did not converge".to_owned());
             return Ok(());
         };
-        let counts = model.get(Unknown::Offset);
-        let had_one = self.model.get(Unknown::Offset) != 0.0;
-        self.model.set(Unknown::Offset, 0.0);
-        if had_one {
+        let counts = with.get(Unknown::Offset);
+        if self.model.get(Unknown::Offset) != 0.0 {
+            self.model = without;
             self.fit_base(Care::Rough)?;
             self.judge()?;
         }
@@ -52,13 +69,13 @@ impl Search<'_> {
             self.note("offset", false, format!("{counts:.2} counts"));
             return Ok(());
         }
-        let Some((fitted, score, gain, errors)) = self.attempt(&model, &[Unknown::Offset]) else {
+        let Some((fitted, score, gain, errors)) = self.attempt(&with, &[Unknown::Offset]) else {
             self.note("offset", false, "its fit did not converge".to_owned());
             return Ok(());
         };
         let counts = fitted.model.get(Unknown::Offset);
         let error = fitted.error_of(Unknown::Offset).unwrap_or(0.0);
-        let used = is_better(gain, errors) && counts.abs() > 3.0 * error;
+        let used = is_better(gain, errors);
         self.note(
             "offset",
             used,
