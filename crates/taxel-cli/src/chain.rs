@@ -5,6 +5,7 @@ use std::path::Path;
 use taxel::calibrate::LoadLaw;
 use taxel::circuit::Converter;
 use taxel::pipeline::Pipeline;
+use taxel::pipeline::Repair;
 use taxel::screen::{FrameScreen, LineFaults, ScreenOptions, repair};
 use taxel::solve::{Outcome, Stop, method};
 use taxel::{Counts, Frame, Mark, Sensor, Siemens, Volts};
@@ -79,7 +80,10 @@ impl Chain {
     pub(crate) fn set_repair(&mut self, repair: bool) {
         match &mut self.steps {
             Steps::Convert(convert) => convert.repair = repair,
-            Steps::Solve(pipeline) => pipeline.set_repair(repair),
+            Steps::Solve(pipeline) => pipeline.set_repair(match repair {
+                true => Repair::Everything,
+                false => Repair::Nothing,
+            }),
         }
     }
 

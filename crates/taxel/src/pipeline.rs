@@ -3,9 +3,31 @@
 use crate::calibrate::{LoadLaw, Spread};
 use crate::circuit::Converter;
 use crate::frame::newtons_from_grams;
-use crate::screen::{FrameScreen, LineFaults, ScreenOptions, repair, stand_in};
+use crate::screen::{FrameScreen, LineFaults, ScreenOptions, repair, repair_readings, stand_in};
 use crate::solve::{Method, Outcome, Scratch};
 use crate::{Counts, Error, Frame, Mark, Newtons, Sensor, Siemens, Volts};
+
+/// What is replaced by the median of its neighbours, and marked [`Mark::Interpolated`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Repair {
+    /// Nothing.
+    #[default]
+    Nothing,
+    /// Single readings: stuck, spikes. What `screen.repair` in the sensor file asks for.
+    Readings,
+    /// Dead and flickering lines as well.
+    Everything,
+}
+
+impl Repair {
+    fn run<Q>(self, frame: &mut Frame<Q>, scratch: &mut Vec<f64>) {
+        match self {
+            Repair::Nothing => 0,
+            Repair::Readings => repair_readings(frame, scratch),
+            Repair::Everything => repair(frame, scratch),
+        };
+    }
+}
 
 /// Everything that a stream of frames of one sensor needs, and its memory; no allocation a frame.
 ///
@@ -27,7 +49,7 @@ pub struct Pipeline {
     scratch: Scratch,
     law: Option<LoadLaw>,
     spread: Option<Spread>,
-    repair: bool,
+    repair: Repair,
     counts: Frame<Counts>,
     volts: Frame<Volts>,
     siemens: Frame<Siemens>,
@@ -63,7 +85,10 @@ impl Pipeline {
                 .as_ref()
                 .and_then(|material| material.spread)
                 .map(Spread::new),
-            repair: sensor.screen.repair,
+            repair: match sensor.screen.repair {
+                true => Repair::Readings,
+                false => Repair::Nothing,
+            },
             counts: Frame::zeros(rows, columns),
             volts: Frame::zeros(rows, columns),
             siemens: Frame::zeros(rows, columns),
@@ -76,7 +101,7 @@ impl Pipeline {
     }
 
     /// Replaces what was not measured by the median of its neighbours, or not; the sensor file says otherwise.
-    pub fn set_repair(&mut self, repair: bool) {
+    pub fn set_repair(&mut self, repair: Repair) {
         self.repair = repair;
     }
 
@@ -136,7 +161,7 @@ impl Pipeline {
             .solve_into(&self.volts, &mut self.siemens, &mut self.scratch);
         // The stand-in served the rest of the network; for the taxel itself it is no measurement.
         for (value, mark) in self.siemens.values.iter_mut().zip(&self.siemens.marks) {
-            if matches!(mark, Mark::Stuck | Mark::Spike) && !self.repair {
+            if matches!(mark, Mark::Stuck | Mark::Spike) && self.repair == Repair::Nothing {
                 *value = 0.0;
             }
         }
@@ -150,9 +175,7 @@ impl Pipeline {
 
     /// The conductances of the last frame, with the cross-talk removed; repaired where that was asked for.
     pub fn siemens(&mut self) -> &Frame<Siemens> {
-        if self.repair {
-            repair(&mut self.siemens, &mut self.around);
-        }
+        self.repair.run(&mut self.siemens, &mut self.around);
         &self.siemens
     }
 
@@ -199,9 +222,7 @@ impl Pipeline {
                 false => newtons_from_grams(grams.max(0.0)),
             };
         }
-        if self.repair {
-            repair(&mut self.loads, &mut self.around);
-        }
+        self.repair.run(&mut self.loads, &mut self.around);
         Ok(&self.loads)
     }
 }

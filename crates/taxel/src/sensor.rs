@@ -241,7 +241,7 @@ pub struct ScreenSpec {
     /// The paper's mask: readings above this many counts are outliers.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub high_counts: Option<f64>,
-    /// Replace what was not measured by the median of its neighbours (and mark it `interpolated`).
+    /// Replace single lost readings (stuck, spikes) by the median of their neighbours, and mark them `interpolated`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub repair: bool,
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use clap::ValueEnum;
-use taxel::calibrate::{Data, LawChoice, Options, Press};
+use taxel::calibrate::{Data, LawChoice, Options, Press, fit_pairs};
 use taxel::screen::Axis;
 use taxel::{Counts, Frame, Sensor};
 use taxel_record::{AtomicFile, FrameSource, TextOptions, open_counts};
@@ -88,13 +88,10 @@ impl From<Law> for LawChoice {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
-    let Some(presses) = &args.presses else {
-        return Err(Error::Arguments {
-            what: "--pairs is not there yet".to_owned(),
-            hint: "give labelled presses with --presses",
-        });
-    };
     let sensor = sensor_file::load(&args.sensor)?;
+    let Some(presses) = &args.presses else {
+        return run_pairs(args, sensor);
+    };
     let data = read(args, presses, &sensor)?;
     let names = [Some(presses), args.equilibration.as_ref()];
     let options = Options {
@@ -120,12 +117,80 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             }
         })?;
     drop(progress);
-    let mut file = AtomicFile::create(&args.output)?;
-    file.put(calibration.sensor.to_toml().as_bytes())?;
-    file.commit()?;
+    write(&args.output, &calibration.sensor)?;
     match args.json {
         true => out::json(&calibration.report)?,
         false => out::result(&calibration.report.to_string())?,
+    }
+    out::note(&format!("wrote {}", args.output.display()));
+    Ok(Exit::Good)
+}
+
+fn write(output: &Path, sensor: &Sensor) -> Result<(), Error> {
+    let mut file = AtomicFile::create(output)?;
+    file.put(sensor.to_toml().as_bytes())?;
+    file.commit()?;
+    Ok(())
+}
+
+/// One load law in the report of `--pairs`.
+#[derive(Debug, serde::Serialize)]
+struct LawLine {
+    law: &'static str,
+    held_out_mean_absolute_g: f64,
+    held_out_root_mean_square_g: f64,
+    chosen: bool,
+}
+
+/// The load law alone, from plain pairs; the circuit stays as the sensor file has it.
+fn run_pairs(args: &Args, mut sensor: Sensor) -> Result<Exit, Error> {
+    let table = args.pairs.as_deref().unwrap_or(Path::new(""));
+    let pairs = taxel_record::read_pairs(table)?;
+    let fits = fit_pairs(&pairs);
+    let wanted = match args.law {
+        Law::Auto => None,
+        Law::Power => Some("power"),
+        Law::Saturating => Some("saturating"),
+        Law::Spline => Some("spline"),
+    };
+    let chosen = fits
+        .iter()
+        .find(|fit| wanted.is_none_or(|name| name == fit.name))
+        .ok_or_else(|| Error::InFile {
+            file: table.to_owned(),
+            source: taxel::Error::NoFit {
+                reason: format!("{} pairs do not settle a load law", pairs.len()),
+            },
+        })?;
+    sensor.material = Some(chosen.law.to_material());
+    write(&args.output, &sensor)?;
+    let lines: Vec<LawLine> = fits
+        .iter()
+        .map(|fit| LawLine {
+            law: fit.name,
+            held_out_mean_absolute_g: fit.held_out_mean_absolute_g,
+            held_out_root_mean_square_g: fit.held_out_root_mean_square_g,
+            chosen: fit.name == chosen.name,
+        })
+        .collect();
+    if args.json {
+        out::json(&lines)?;
+    } else {
+        let mut text = format!(
+            "{} pairs; errors of loads left out one at a time, g\n{:<12} {:>14} {:>16}\n",
+            pairs.len(),
+            "law",
+            "mean absolute",
+            "root mean square"
+        );
+        for line in &lines {
+            let mark = if line.chosen { "  <- chosen" } else { "" };
+            text.push_str(&format!(
+                "{:<12} {:>14.3} {:>16.3}{mark}\n",
+                line.law, line.held_out_mean_absolute_g, line.held_out_root_mean_square_g
+            ));
+        }
+        out::result(&text)?;
     }
     out::note(&format!("wrote {}", args.output.display()));
     Ok(Exit::Good)

@@ -2,7 +2,7 @@
 
 use super::spline::Spline;
 use crate::Error;
-use crate::sensor::{Material, PerTaxel, Sensor};
+use crate::sensor::{Bend, Material, PerTaxel, Sensor};
 
 /// G = g_zero + gain · factor · S(load)^exponent · e^bend(ln load), with S(L) = L/(1 + L/saturation).
 ///
@@ -78,6 +78,25 @@ impl LoadLaw {
                 .as_ref()
                 .map(|bend| Spline::new(&bend.ln_load_g, &bend.ln_siemens)),
         })
+    }
+
+    /// The material of a law that is the same for every taxel (the first taxel's, where it is not).
+    pub fn to_material(&self) -> Material {
+        Material {
+            g_zero_siemens: self.g_zero,
+            factor: self.ln_scale[0].exp(),
+            exponent: PerTaxel::One(self.exponent[0]),
+            gain: None,
+            saturation_load_g: self.saturation_load_g,
+            bend: self.bend.as_ref().map(|bend| {
+                let (ln_load_g, ln_siemens) = bend.knots();
+                Bend {
+                    ln_load_g: ln_load_g.to_vec(),
+                    ln_siemens: ln_siemens.to_vec(),
+                }
+            }),
+            spread: None,
+        }
     }
 
     fn of(values: &[f64], taxel: usize) -> f64 {

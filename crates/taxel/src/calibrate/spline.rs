@@ -38,6 +38,11 @@ impl Spline {
         }
     }
 
+    /// The points it goes through: x, y.
+    pub fn knots(&self) -> (&[f64], &[f64]) {
+        (&self.x, &self.y)
+    }
+
     /// Value and slope at `x`.
     pub fn at(&self, x: f64) -> (f64, f64) {
         let n = self.x.len();

@@ -7,6 +7,9 @@ use super::{
 };
 use crate::{Counts, Error, Frame, Mark};
 
+/// A taxel that read at least this share of the range may be saturated in the next frame.
+const OWN_SUPPORT_SHARE: f64 = 0.5;
+
 /// The valid readings around one taxel.
 #[derive(Debug, Clone, Copy, Default)]
 struct Around {
@@ -105,7 +108,8 @@ impl FrameScreen {
         if let Some(spikes) = self.options.space_spikes {
             self.mark_space_spikes(frame, &thresholds, &spikes);
         }
-        let support = self.options.saturated_support_share * self.max_count;
+        // The taxel's own past is better evidence than a neighbour: half of the range will do.
+        let support = OWN_SUPPORT_SHARE * self.max_count;
         for (i, high) in self.was_high.iter_mut().enumerate() {
             let value = frame.values()[i];
             *high = match frame.marks()[i] {

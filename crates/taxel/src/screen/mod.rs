@@ -54,8 +54,8 @@ pub use line::{LineFault, LineFaultKind, LineFaults, LineScreen};
 pub use line_test::{Axis, lines_dropped};
 pub use mask::{CountsMask, MaskCount};
 pub use options::{ScreenOptions, SpaceSpikes, TimeSpikes};
-pub use repair::repair;
 pub(crate) use repair::{fill, stand_in};
+pub use repair::{repair, repair_readings};
 pub use report::ScreenReport;
 pub use spike::TimeSpikeScreen;
 

@@ -17,8 +17,8 @@ pub struct ScreenOptions {
     pub unloaded_share_of_range: f64,
     /// How near to an end of the range a reading is at the end, counts. 1.
     pub end_counts: f64,
-    /// A reading at the ceiling is plausible (saturated, not stuck) when a neighbour, or the same taxel just
-    /// before, reads at least this share of the range. 0.75.
+    /// A reading at the ceiling is plausible (saturated, not stuck) when a neighbour reads at least this
+    /// share of the range, or the same taxel half of it just before. 0.75.
     pub saturated_support_share: f64,
     /// A reading at 0 is stuck when the baseline is this many standard deviations of noise above it. 6 (one sound
     /// reading in 10^9).
