@@ -1,35 +1,22 @@
-//! Which effects are in the data: each is fitted, and kept only where held-out presses are better for it.
+//! The order of a calibration: a start, every switch apart, the effects of `effects.rs`, and once more with all.
 
+use super::evaluate::Evaluator;
 use super::evidence::Evidence;
-use super::fit::{Care, Fitted, Score, coarse, look_around, refine, refine_alone};
-use super::fit_law::LAWS;
+use super::fit::{Care, Fitted, Score, coarse, look_around, mean, refine, switches_by_ghosts};
+use super::least_squares::median;
 use super::lines::separate;
-use super::model::{Evaluator, LawModel, Model, Unknown, no_fit};
-use super::{Finding, LawChoice, Options};
-use crate::sensor::{PerLine, ScanOrder};
+use super::model::{LawModel, Model, Unknown, no_fit};
+use super::{Finding, Options};
+use crate::sensor::PerLine;
 use crate::{Error, Sensor};
 
-/// An effect is kept when held-out presses gain this many standard errors by it,
-const SIGNIFICANT: f64 = 2.0;
-/// and at least this many grams.
-const WORTHWHILE_G: f64 = 0.002;
-const SPREAD: [Unknown; 3] = [
-    Unknown::SpreadRow,
-    Unknown::SpreadColumn,
-    Unknown::SpreadDiagonal,
-];
-/// Shares (of a load, of the previous reading) below this are taken for none.
-const LEAST_SHARE: f64 = 1e-3;
 /// Offsets below this many counts are taken for none.
-const LEAST_OFFSET_COUNTS: f64 = 1.0;
+pub(super) const LEAST_OFFSET_COUNTS: f64 = 1.0;
 /// Turns between mean and differences of the switches, at most, and the relative change that ends them.
-const MOST_TURNS: usize = 6;
-const SETTLED: f64 = 2e-3;
+const MOST_TURNS: usize = 5;
+const SETTLED: f64 = 5e-3;
 /// Presses that a start is sought with.
-const START_PRESSES: usize = 75;
-/// Inner knots of the spline law.
-const INNER_KNOTS: usize = 3;
-
+const START_PRESSES: usize = 50;
 /// The search for the model, and the best so far.
 pub(super) struct Search<'a> {
     pub(super) evaluator: Evaluator<'a>,
@@ -40,7 +27,9 @@ pub(super) struct Search<'a> {
     pub(super) laws: Vec<(String, f64)>,
     pub(super) law: String,
     pub(super) separated: bool,
-    options: Options,
+    /// No taxel is ever unloaded, so that the presses must tell the switches.
+    by_presses: bool,
+    pub(super) options: Options,
 }
 
 impl<'a> Search<'a> {
@@ -54,6 +43,10 @@ impl<'a> Search<'a> {
         let blank = Model {
             sensor: sensor.clone(),
             spread: None,
+            most_offset_counts: match evidence.faults.level {
+                Some(level) => 0.95 * level.baseline_counts,
+                None => 0.05 * sensor.max_count(),
+            },
             law: LawModel {
                 ln_factor: 0.0,
                 exponent: 1.0,
@@ -92,12 +85,13 @@ impl<'a> Search<'a> {
             laws: Vec::new(),
             law: "power".to_owned(),
             separated: false,
+            by_presses: false,
             options: options.clone(),
         })
     }
 
     /// Levels tell lines apart only where at least two differ.
-    fn can_separate(&self) -> bool {
+    pub(super) fn can_separate(&self) -> bool {
         self.evaluator.evidence.levels.len() >= 2
     }
 
@@ -105,69 +99,176 @@ impl<'a> Search<'a> {
         progress("circuit and load law", 0.0);
         self.start(progress)?;
         self.look()?;
+        // Uniform loads tie the loads' scale to the mean of the switches, so that presses hardly tell the two
+        // apart; there the ghosts' word stands unless held-out presses gain by another.
+        if self.can_separate() && !self.by_presses {
+            self.unknowns
+                .retain(|u| !matches!(u, Unknown::Columns | Unknown::Rows));
+        }
         self.fit_base(Care::Full)?;
         self.judge()?;
-        progress("load law", 0.3);
-        self.try_exponents(progress)?;
-        self.try_laws()?;
-        progress("spread", 0.5);
-        self.try_spread()?;
-        progress("memory of the scan", 0.6);
-        self.try_memory()?;
-        progress("offset", 0.7);
-        self.try_offset()?;
+        self.look_beyond(progress)?;
+        if self.findings.iter().any(|f| f.used) || self.law != "power" {
+            // What one effect hid, another may now show.
+            self.settle(progress, Care::Rough)?;
+            self.look_beyond(progress)?;
+        }
         if self.can_separate() {
-            for care in [Care::Rough, Care::Rough, Care::Full] {
-                self.separate(progress)?;
-                self.look()?;
-                self.fit_base(care)?;
+            self.settle(progress, Care::Full)?;
+        }
+        self.try_presses()?;
+        self.explains()
+    }
+
+    /// Tries every effect that is not in the model yet.
+    fn look_beyond(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
+        progress("offset", 0.2);
+        self.try_offset()?;
+        progress("spread", 0.3);
+        self.try_spread()?;
+        progress("exponents", 0.4);
+        self.try_exponents()?;
+        progress("load law", 0.5);
+        self.try_laws()?;
+        progress("memory of the scan", 0.6);
+        self.try_memory()
+    }
+
+    /// Whether an effect is in the model.
+    pub(super) fn uses(&self, name: &str) -> bool {
+        self.findings.iter().any(|f| f.used && f.name == name)
+    }
+
+    /// Refuses a fit that says no more about held-out presses than their median would.
+    fn explains(&self) -> Result<(), Error> {
+        let loads: Vec<f64> = self
+            .evaluator
+            .evidence
+            .presses
+            .iter()
+            .map(|p| p.load_g)
+            .collect();
+        let middle = median(&loads);
+        let blind = mean(&loads.iter().map(|l| (l - middle).abs()).collect::<Vec<_>>());
+        let found = self
+            .best
+            .as_ref()
+            .map_or(f64::INFINITY, |b| b.1.mean_error());
+        match found < 0.8 * blind {
+            true => Ok(()),
+            false => Err(no_fit(&format!(
+                "held-out presses are {found:.1} g off on average, and guessing their median would be {blind:.1} g off"
+            ))),
+        }
+    }
+
+    /// Everything once more, now that the model has all its parts.
+    fn settle(&mut self, progress: &mut dyn FnMut(&str, f64), care: Care) -> Result<(), Error> {
+        if self.can_separate() {
+            let mut evaluator = Evaluator::new(self.evaluator.evidence);
+            std::mem::swap(&mut evaluator, &mut self.evaluator);
+            self.separate_with(&mut evaluator, progress);
+            std::mem::swap(&mut evaluator, &mut self.evaluator);
+        }
+        self.look()?;
+        if self.can_separate() && !self.by_presses {
+            let with_offset = self.model.sensor.converter.offset_volts != 0.0;
+            if let Some((model, _)) =
+                switches_by_ghosts(&mut self.evaluator, &self.model, with_offset)
+            {
+                self.model = model;
             }
         }
+        self.fit_base(care)?;
         self.judge()
     }
 
-    /// A first circuit and law, and every switch apart, from a part of the presses.
-    fn start(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
-        let few = self.evaluator.evidence.thinned(START_PRESSES);
-        let mut evaluator = Evaluator::new(&few);
-        let failed = || no_fit("the fit of circuit and load law did not converge");
-        let mut fit = |model: &Model, care| {
-            refine(&mut evaluator, model, &self.unknowns, care)
-                .map(|fitted| fitted.model)
-                .ok_or_else(failed)
-        };
-        self.model = fit(&self.model, Care::Full)?;
-        if !self.can_separate() {
+    /// Whether the presses give better switches than the ghosts do.
+    fn try_presses(&mut self) -> Result<(), Error> {
+        let switches = [Unknown::Columns, Unknown::Rows];
+        if switches.iter().all(|u| self.unknowns.contains(u)) {
             return Ok(());
         }
-        // Mean and differences of the switches depend on each other: in turn.
+        let model = self.model.clone();
+        let Some((fitted, score, gain, errors)) = self.attempt(&model, &switches) else {
+            return Ok(());
+        };
+        let used = super::effects::is_better(gain, errors);
+        self.note(
+            "switches by presses",
+            used,
+            super::effects::gained(gain, errors),
+        );
+        if used {
+            self.accept(fitted, score);
+        }
+        Ok(())
+    }
+
+    /// A first circuit and law, and every switch apart, from a part of the presses. Mean and differences of the
+    /// switches depend on each other, and both on what counts as unloaded: in turn.
+    fn start(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
+        let few = self.evaluator.evidence.thinned(START_PRESSES);
+        let failed = || no_fit("the fit of circuit and load law did not converge");
         let mut before = self.mean_ohms();
-        for _ in 0..MOST_TURNS {
+        let mut offset_error = f64::INFINITY;
+        for turn in 0..MOST_TURNS {
             let mut evaluator = Evaluator::new(&few);
-            for _ in 0..2 {
-                if let Some(model) = separate(&mut evaluator, &self.model, &mut |share| {
-                    progress("every switch apart", share);
-                }) {
-                    self.model = model;
-                    self.separated = true;
-                }
+            look_around(&mut evaluator, &self.model).ok_or_else(failed)?;
+            if !evaluator.has_unloaded() {
+                // Nothing is ever unloaded: the presses must do.
+                self.by_presses = true;
+                break;
             }
-            self.model = refine(&mut evaluator, &self.model, &self.unknowns, Care::Full)
-                .map(|fitted| fitted.model)
-                .ok_or_else(failed)?;
+            let (model, error) =
+                switches_by_ghosts(&mut evaluator, &self.model, turn > 1).ok_or_else(failed)?;
+            self.model = model;
+            offset_error = error;
+            let law: Vec<Unknown> = self
+                .unknowns
+                .iter()
+                .copied()
+                .filter(|u| !u.moves_frames())
+                .collect();
+            self.model = refine(&mut evaluator, &self.model, &law, Care::Rough)
+                .ok_or_else(failed)?
+                .model;
             let now = self.mean_ohms();
-            if std::env::var("V").is_ok() {
-                eprintln!("turn {now:?} {:?}", self.model.law.ln_factor);
-            }
             let moved = (now.0 / before.0 - 1.0)
                 .abs()
                 .max((now.1 / before.1 - 1.0).abs());
             before = now;
-            if moved < SETTLED {
+            if turn > 2 && moved < SETTLED {
                 break;
+            }
+            if self.can_separate() {
+                self.separate_with(&mut evaluator, progress);
+            }
+        }
+        let offset = self.model.get(Unknown::Offset).abs();
+        if offset < LEAST_OFFSET_COUNTS || offset < 3.0 * offset_error {
+            self.model.set(Unknown::Offset, 0.0);
+        }
+        if self.by_presses && self.can_separate() {
+            for _ in 0..3 {
+                let mut evaluator = Evaluator::new(&few);
+                self.separate_with(&mut evaluator, progress);
+                self.model = refine(&mut evaluator, &self.model, &self.unknowns, Care::Full)
+                    .ok_or_else(failed)?
+                    .model;
             }
         }
         Ok(())
+    }
+
+    fn separate_with(&mut self, evaluator: &mut Evaluator, progress: &mut dyn FnMut(&str, f64)) {
+        let found = separate(evaluator, &self.model, &mut |share| {
+            progress("every switch apart", share);
+        });
+        if let Some(model) = found {
+            self.model = model;
+            self.separated = true;
+        }
     }
 
     /// Means of column and row resistances, ohms.
@@ -181,7 +282,7 @@ impl<'a> Search<'a> {
     }
 
     /// Fits the present unknowns from the present model.
-    fn fit_base(&mut self, care: Care) -> Result<(), Error> {
+    pub(super) fn fit_base(&mut self, care: Care) -> Result<(), Error> {
         let fitted = refine(&mut self.evaluator, &self.model, &self.unknowns, care)
             .ok_or_else(|| no_fit("the fit of circuit and load law did not converge"))?;
         self.model = fitted.model.clone();
@@ -189,12 +290,12 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    fn look(&mut self) -> Result<(), Error> {
+    pub(super) fn look(&mut self) -> Result<(), Error> {
         look_around(&mut self.evaluator, &self.model)
             .ok_or_else(|| no_fit("a frame has no solution"))
     }
 
-    fn judge(&mut self) -> Result<(), Error> {
+    pub(super) fn judge(&mut self) -> Result<(), Error> {
         let folds = self.options.folds;
         if let Some((fitted, score)) = &mut self.best {
             *score = fitted
@@ -204,19 +305,12 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    fn separate(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
-        let found = separate(&mut self.evaluator, &self.model, &mut |share| {
-            progress("every switch apart", share)
-        });
-        if let Some(model) = found {
-            self.model = model;
-            self.separated = true;
-        }
-        Ok(())
-    }
-
     /// Fits a changed model with more unknowns. The gain on held-out presses (grams, standard errors).
-    fn attempt(&mut self, model: &Model, more: &[Unknown]) -> Option<(Fitted, Score, f64, f64)> {
+    pub(super) fn attempt(
+        &mut self,
+        model: &Model,
+        more: &[Unknown],
+    ) -> Option<(Fitted, Score, f64, f64)> {
         let mut unknowns = self.unknowns.clone();
         unknowns.extend(more.iter().filter(|u| !self.unknowns.contains(u)));
         let fitted = refine(&mut self.evaluator, model, &unknowns, Care::Rough)?;
@@ -225,258 +319,19 @@ impl<'a> Search<'a> {
         Some((fitted, score, gain, errors))
     }
 
-    fn accept(&mut self, fitted: Fitted, score: Score) {
+    pub(super) fn accept(&mut self, fitted: Fitted, score: Score) {
         self.model = fitted.model.clone();
         self.unknowns = fitted.unknowns.clone();
         self.best = Some((fitted, score));
     }
 
-    fn note(&mut self, name: &str, used: bool, text: String) {
+    pub(super) fn note(&mut self, name: &str, used: bool, text: String) {
+        self.findings.retain(|f| f.name != name);
         self.findings.push(Finding {
             name: name.to_owned(),
             used,
             text,
         });
-    }
-
-    fn has_ghosts(&self) -> bool {
-        self.evaluator.unloaded.iter().any(|u| !u.is_empty())
-    }
-
-    fn try_offset(&mut self) -> Result<(), Error> {
-        if !self.has_ghosts() {
-            self.note(
-                "offset",
-                false,
-                "no unloaded taxels to tell it from".to_owned(),
-            );
-            return Ok(());
-        }
-        let alone = refine_alone(&mut self.evaluator, &self.model, &[Unknown::Offset]);
-        let Some((model, _, clear)) = alone else {
-            self.note("offset", false, "its fit did not converge".to_owned());
-            return Ok(());
-        };
-        let counts = model.get(Unknown::Offset);
-        if !clear || counts.abs() < LEAST_OFFSET_COUNTS {
-            self.note("offset", false, format!("{counts:.2} counts"));
-            return Ok(());
-        }
-        let Some((fitted, score, gain, errors)) = self.attempt(&model, &[Unknown::Offset]) else {
-            self.note("offset", false, "its fit did not converge".to_owned());
-            return Ok(());
-        };
-        let counts = fitted.model.get(Unknown::Offset);
-        let error = fitted.error_of(Unknown::Offset).unwrap_or(0.0);
-        let used = is_better(gain, errors) && counts.abs() > 3.0 * error;
-        self.note(
-            "offset",
-            used,
-            format!("{counts:.2} ± {error:.2} counts; {}", gained(gain, errors)),
-        );
-        if used {
-            self.accept(fitted, score);
-        }
-        Ok(())
-    }
-
-    fn try_exponents(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
-        if self.evaluator.evidence.levels.len() < 3 {
-            return Ok(());
-        }
-        let mut model = self.model.clone();
-        model.law.own_exponents = true;
-        progress("an exponent per taxel", 0.0);
-        let deviation = self
-            .evaluator
-            .material(&model)
-            .map_or(0.0, |m| m.exponent_deviation);
-        let Some((fitted, score, gain, errors)) = self.attempt(&model, &[]) else {
-            self.note(
-                "exponent per taxel",
-                false,
-                "its fit did not converge".to_owned(),
-            );
-            return Ok(());
-        };
-        let used = is_better(gain, errors);
-        self.note(
-            "exponent per taxel",
-            used,
-            format!(
-                "standard deviation {deviation:.4}; {}",
-                gained(gain, errors)
-            ),
-        );
-        if used {
-            self.accept(fitted, score);
-        }
-        Ok(())
-    }
-
-    fn try_spread(&mut self) -> Result<(), Error> {
-        let isolated = self.evaluator.isolated.iter().filter(|&&i| i).count();
-        if isolated < 5 {
-            self.note(
-                "spread",
-                false,
-                format!("only {isolated} presses with nothing near them"),
-            );
-            return Ok(());
-        }
-        let Some((model, _, clear)) = refine_alone(&mut self.evaluator, &self.model, &SPREAD)
-        else {
-            self.note("spread", false, "its fit did not converge".to_owned());
-            return Ok(());
-        };
-        let kept = model.spread.map_or(1.0, |s| s.kept());
-        if !clear || kept > 1.0 - LEAST_SHARE {
-            self.note(
-                "spread",
-                false,
-                format!(
-                    "neighbours take {:.2} % of a load, from {isolated} presses",
-                    100.0 * (1.0 - kept)
-                ),
-            );
-            return Ok(());
-        }
-        let Some((fitted, score, gain, errors)) = self.attempt(&model, &SPREAD) else {
-            self.note("spread", false, "its fit did not converge".to_owned());
-            return Ok(());
-        };
-        let spread = fitted.model.spread.unwrap_or(super::Spread::new([0.0; 3]));
-        let away = 1.0 - spread.kept();
-        let used = is_better(gain, errors) && away > 0.0;
-        self.note(
-            "spread",
-            used,
-            format!(
-                "neighbours take {:.1} % of a load (one row away {:.2} %, one column {:.2} %, diagonal {:.2} %), from {isolated} presses; {}",
-                100.0 * away,
-                100.0 * spread.row,
-                100.0 * spread.column,
-                100.0 * spread.diagonal,
-                gained(gain, errors)
-            ),
-        );
-        if used {
-            self.accept(fitted, score);
-        }
-        Ok(())
-    }
-
-    fn try_memory(&mut self) -> Result<(), Error> {
-        if !self.evaluator.isolated.contains(&true) {
-            return Ok(());
-        }
-        let mut best: Option<(Model, f64, bool)> = None;
-        for order in [ScanOrder::RowByRow, ScanOrder::ColumnByColumn] {
-            let mut model = self.model.clone();
-            model.sensor.converter.scan_order = order;
-            let Some(found) = refine_alone(&mut self.evaluator, &model, &[Unknown::Memory]) else {
-                continue;
-            };
-            if best.as_ref().is_none_or(|b| found.1 < b.1) {
-                best = Some(found);
-            }
-        }
-        let Some((model, _, clear)) = best else {
-            return Ok(());
-        };
-        let order = model.sensor.converter.scan_order;
-        let memory = model.get(Unknown::Memory);
-        if !clear || memory < LEAST_SHARE {
-            self.note(
-                "memory of the scan",
-                false,
-                format!("a reading keeps {:.2} % of the one before", 100.0 * memory),
-            );
-            return Ok(());
-        }
-        let Some((fitted, score, gain, errors)) = self.attempt(&model, &[Unknown::Memory]) else {
-            return Ok(());
-        };
-        let memory = fitted.model.get(Unknown::Memory);
-        let error = fitted.error_of(Unknown::Memory).unwrap_or(0.0);
-        let used = is_better(gain, errors) && memory > 3.0 * error;
-        let along = match order {
-            ScanOrder::RowByRow => "row by row",
-            ScanOrder::ColumnByColumn => "column by column",
-        };
-        self.note(
-            "memory of the scan",
-            used,
-            format!(
-                "a reading keeps {:.2} ± {:.2} % of the one before, scanned {along}; {}",
-                100.0 * memory,
-                100.0 * error,
-                gained(gain, errors)
-            ),
-        );
-        if used {
-            self.accept(fitted, score);
-        }
-        Ok(())
-    }
-
-    fn try_laws(&mut self) -> Result<(), Error> {
-        let power = self.best.as_ref().map_or(0.0, |b| b.1.mean_error());
-        self.laws.push(("power".to_owned(), power));
-        for (choice, name) in LAWS {
-            let wanted = self.options.law == choice;
-            if choice == LawChoice::Power || !(wanted || self.options.law == LawChoice::Auto) {
-                continue;
-            }
-            let mut model = self.model.clone();
-            let more = match choice {
-                LawChoice::Saturating => {
-                    model.law.saturation = 0.1;
-                    vec![Unknown::Saturation]
-                }
-                _ => {
-                    model.law.saturation = 0.0;
-                    self.knots(&mut model);
-                    (1..=INNER_KNOTS).map(Unknown::Bend).collect()
-                }
-            };
-            let kept: Vec<Unknown> = self.unknowns.clone();
-            self.unknowns.retain(|u| *u != Unknown::Saturation);
-            let attempt = self.attempt(&model, &more);
-            self.unknowns = kept;
-            let Some((fitted, score, gain, errors)) = attempt else {
-                continue;
-            };
-            self.laws.push((name.to_owned(), score.mean_error()));
-            if wanted || is_better(gain, errors) {
-                self.law = name.to_owned();
-                self.accept(fitted, score);
-            }
-        }
-        Ok(())
-    }
-
-    /// Knots of the spline law over the loads that were labelled.
-    fn knots(&self, model: &mut Model) {
-        let loads: Vec<f64> = self
-            .evaluator
-            .evidence
-            .presses
-            .iter()
-            .map(|p| p.load_g)
-            .filter(|&l| l > 1.0)
-            .collect();
-        let least = loads
-            .iter()
-            .fold(f64::INFINITY, |a, &b| a.min(b))
-            .max(5.0)
-            .ln();
-        let most = loads.iter().fold(0f64, |a, &b| a.max(b)).max(10.0).ln();
-        let parts = INNER_KNOTS + 1;
-        model.law.knots = (0..=parts)
-            .map(|i| least + (most - least) * i as f64 / parts as f64)
-            .collect();
-        model.law.bends = vec![0.0; parts + 1];
     }
 }
 
@@ -502,15 +357,4 @@ fn feasible(evaluator: &mut Evaluator, mut model: Model) -> Option<Model> {
         }
     }
     None
-}
-
-fn is_better(gain: f64, errors: f64) -> bool {
-    gain > WORTHWHILE_G && errors > SIGNIFICANT
-}
-
-fn gained(gain: f64, errors: f64) -> String {
-    match gain > 0.0 {
-        true => format!("held-out presses gain {gain:.3} g by it ({errors:.1} standard errors)"),
-        false => format!("held-out presses lose {:.3} g by it", -gain),
-    }
 }

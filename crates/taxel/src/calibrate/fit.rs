@@ -1,11 +1,10 @@
 //! Fits a model's unknowns to the presses, and judges it on presses that it has not seen.
 
 use super::LawChoice;
+use super::evaluate::{Evaluator, GHOSTS, PressEstimate};
 use super::fit_law::fit_law;
 use super::least_squares::{Fit, Settings, fit, median, robust_deviation, step};
-use super::model::{
-    Evaluator, GHOSTS, Model, PressEstimate, Unknown, any_moves_frames, with_switches,
-};
+use super::model::{Model, Unknown, any_moves_frames, with_switches};
 use crate::sensor::PerLine;
 
 /// Smallest scatter that residuals of a class are scaled by, grams.
@@ -14,8 +13,6 @@ const LEAST_SCATTER_G: f64 = 1e-3;
 const NEXT_TO_NOTHING_G: f64 = 2.0;
 /// Load at which an unloaded taxel's conductance is turned into grams, by the secant.
 const GHOST_LOAD_G: f64 = 20.0;
-/// Unloaded taxels of one frame share their faults: their scatter is taken as this many times larger.
-const GHOST_CAUTION: f64 = 3.0;
 
 /// A fitted model, and the linear map around it that cross-validation uses.
 pub(super) struct Fitted {
@@ -205,7 +202,7 @@ pub(super) fn look_around(evaluator: &mut Evaluator, model: &Model) -> Option<()
             }
             let (r, c) = (taxel / columns, taxel % columns);
             let away = r.abs_diff(press.row).max(c.abs_diff(press.column));
-            alone &= away < 2 || away > 4;
+            alone &= !(2..=4).contains(&away);
             for r in r.saturating_sub(2)..(r + 3).min(rows) {
                 for c in c.saturating_sub(2)..(c + 3).min(columns) {
                     near[r * columns + c] = 1;
@@ -322,6 +319,26 @@ pub(super) fn refine_alone(
         loss,
         clear,
     ))
+}
+
+/// Fits both mean switch resistances, and the offset where that is asked for, by unloaded taxels alone: what they
+/// read are ghosts, and ghosts are the switches'. Neither loads nor the material matter. The second answer is the
+/// offset's standard error in counts.
+pub(super) fn switches_by_ghosts(
+    evaluator: &mut Evaluator,
+    model: &Model,
+    with_offset: bool,
+) -> Option<(Model, f64)> {
+    let mut unknowns = vec![Unknown::Columns, Unknown::Rows];
+    if with_offset {
+        unknowns.push(Unknown::Offset);
+    }
+    let block = fit_block(evaluator, model, Witness::Unloaded, &unknowns, (3, 0.3))?;
+    let error = match with_offset {
+        true => block.fit.covariance[2][2].max(0.0).sqrt(),
+        false => f64::INFINITY,
+    };
+    Some((with_values(model, &unknowns, &block.fit.parameters)?, error))
 }
 
 fn fit_block(

@@ -178,11 +178,11 @@ impl Levels<'_> {
                 continue;
             }
             let whitening = self.whitening(taxel, material)?;
-            for row in 0..levels {
+            for (row, weights) in whitening.iter().enumerate() {
                 let mut y = 0.0;
                 let mut line = vec![0.0; size];
                 for l in 0..=row {
-                    let w = whitening[row][l];
+                    let w = weights[l];
                     y += w * residual[l];
                     for (i, slope) in slopes.iter().enumerate() {
                         line[i] -= w * slope[l][taxel];
@@ -275,10 +275,12 @@ impl Levels<'_> {
         }
         let mut inverse = vec![vec![0.0; levels]; levels];
         for i in 0..levels {
-            inverse[i][i] = 1.0 / lower[i][i];
-            for j in 0..i {
-                let sum: f64 = (j..i).map(|k| lower[i][k] * inverse[k][j]).sum();
-                inverse[i][j] = -sum / lower[i][i];
+            let (known, rest) = inverse.split_at_mut(i);
+            rest[0][i] = 1.0 / lower[i][i];
+            for (k, row) in known.iter().enumerate() {
+                for (value, factor) in rest[0].iter_mut().zip(&row[..=k]) {
+                    *value -= lower[i][k] * factor / lower[i][i];
+                }
             }
         }
         Some(inverse)

@@ -1,6 +1,7 @@
 //! Every switch resistance apart, from uniform loads.
 
-use super::model::{Evaluator, LEAST_OHMS, Model};
+use super::evaluate::Evaluator;
+use super::model::{LEAST_OHMS, Model};
 use crate::sensor::PerLine;
 use crate::{Frame, Mark, Siemens};
 

@@ -1,6 +1,8 @@
 //! From siemens to newtons: the load law, and the fit of everything a parts list does not say.
 
 mod choose;
+mod effects;
+mod evaluate;
 mod evidence;
 mod fit;
 mod fit_law;

@@ -212,6 +212,11 @@ impl Search<'_> {
                 }
             }
         }
+        if self.options.per_line && !self.separated {
+            report.warnings.push(
+                "one resistance per line was asked for, but only uniform frames at two levels or more (--equilibration) can tell lines apart".to_owned(),
+            );
+        }
         if known.readout.topology.is_tia() {
             report.warnings.push(
                 "r_mux_row_ohms stands for itself plus what r_feedback_ohms/(1 + open_loop_gain) differs from the file: the two are one sum".to_owned(),

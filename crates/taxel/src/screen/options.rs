@@ -18,7 +18,7 @@ pub struct ScreenOptions {
     /// How near to an end of the range a reading is at the end, counts. 1.
     pub end_counts: f64,
     /// A reading at the ceiling is plausible (saturated, not stuck) when a neighbour, or the same taxel just
-    /// before, reads at least this share of the range. 0.5.
+    /// before, reads at least this share of the range. 0.75.
     pub saturated_support_share: f64,
     /// A reading at 0 is stuck when the baseline is this many standard deviations of noise above it. 6 (one sound
     /// reading in 10^9).
@@ -70,7 +70,7 @@ impl Default for ScreenOptions {
             noise_counts: None,
             unloaded_share_of_range: 0.05,
             end_counts: 1.0,
-            saturated_support_share: 0.5,
+            saturated_support_share: 0.75,
             stuck_sigmas: 6.0,
             stuck_surround_share: 0.02,
             floor_sigmas: 4.0,

@@ -44,6 +44,14 @@ impl AlikePairs {
             }
             let tolerance = 4.0 * thresholds.noise
                 + options.short_tolerance_share * (higher - thresholds.baseline);
+            // A load centred between the two lines makes them alike, and the lines beyond them as well: it
+            // says nothing.
+            if line > 0 && line + 2 < lines.count {
+                let beyond = (lines.at(line - 1, position), lines.at(line + 2, position));
+                if (beyond.0 - beyond.1).abs() <= 4.0 * tolerance {
+                    continue;
+                }
+            }
             self.loaded[line] += 1;
             self.alike[line] += u64::from((a - b).abs() <= tolerance);
         }

@@ -1,0 +1,305 @@
+//! Effects beyond the circuit: offset, exponents, spread, memory, the law's shape. Each is fitted, and kept only
+//! where held-out presses are better for it.
+
+use super::LawChoice;
+use super::choose::{LEAST_OFFSET_COUNTS, Search};
+use super::fit::{Care, refine_alone, switches_by_ghosts};
+use super::fit_law::LAWS;
+use super::model::{Model, Unknown};
+use crate::Error;
+use crate::sensor::ScanOrder;
+
+/// An effect is kept when held-out presses gain this many standard errors by it,
+const SIGNIFICANT: f64 = 2.0;
+/// and at least this many grams.
+const WORTHWHILE_G: f64 = 0.002;
+const SPREAD: [Unknown; 3] = [
+    Unknown::SpreadRow,
+    Unknown::SpreadColumn,
+    Unknown::SpreadDiagonal,
+];
+/// Shares (of a load, of the previous reading) below this are taken for none.
+const LEAST_SHARE: f64 = 1e-3;
+/// Inner knots of the spline law.
+const INNER_KNOTS: usize = 3;
+
+impl Search<'_> {
+    pub(super) fn try_offset(&mut self) -> Result<(), Error> {
+        if self.uses("offset") {
+            return Ok(());
+        }
+        if !self.evaluator.has_unloaded() {
+            self.note(
+                "offset",
+                false,
+                "no unloaded taxels to tell it from".to_owned(),
+            );
+            return Ok(());
+        }
+        // The switches that ghosts tell go with the offset assumed: without and with one, each with its own.
+        let by_ghosts = self.can_separate();
+        let mut without = self.model.clone();
+        without.set(Unknown::Offset, 0.0);
+        if by_ghosts
+            && let Some((model, _)) = switches_by_ghosts(&mut self.evaluator, &without, false)
+        {
+            without = model;
+        }
+        let with = match by_ghosts {
+            true => {
+                switches_by_ghosts(&mut self.evaluator, &without, true).map(|(model, error)| {
+                    let clear = model.get(Unknown::Offset).abs() > 3.0 * error;
+                    (model, clear)
+                })
+            }
+            false => refine_alone(&mut self.evaluator, &without, &[Unknown::Offset])
+                .map(|(model, _, clear)| (model, clear)),
+        };
+        let Some((with, clear)) = with else {
+            self.note("offset", false, "its fit did not converge".to_owned());
+            return Ok(());
+        };
+        let counts = with.get(Unknown::Offset);
+        if self.model.get(Unknown::Offset) != 0.0 {
+            self.model = without;
+            self.fit_base(Care::Rough)?;
+            self.judge()?;
+        }
+        if !clear || counts.abs() < LEAST_OFFSET_COUNTS {
+            self.note("offset", false, format!("{counts:.2} counts"));
+            return Ok(());
+        }
+        let Some((fitted, score, gain, errors)) = self.attempt(&with, &[Unknown::Offset]) else {
+            self.note("offset", false, "its fit did not converge".to_owned());
+            return Ok(());
+        };
+        let counts = fitted.model.get(Unknown::Offset);
+        let error = fitted.error_of(Unknown::Offset).unwrap_or(0.0);
+        let used = is_better(gain, errors);
+        self.note(
+            "offset",
+            used,
+            format!("{counts:.2} ± {error:.2} counts; {}", gained(gain, errors)),
+        );
+        if used {
+            self.accept(fitted, score);
+        }
+        Ok(())
+    }
+
+    pub(super) fn try_exponents(&mut self) -> Result<(), Error> {
+        if self.evaluator.evidence.levels.len() < 3 || self.uses("exponent per taxel") {
+            return Ok(());
+        }
+        let mut model = self.model.clone();
+        model.law.own_exponents = true;
+        let deviation = self
+            .evaluator
+            .material(&model)
+            .map_or(0.0, |m| m.exponent_deviation);
+        let Some((fitted, score, gain, errors)) = self.attempt(&model, &[]) else {
+            self.note(
+                "exponent per taxel",
+                false,
+                "its fit did not converge".to_owned(),
+            );
+            return Ok(());
+        };
+        let used = is_better(gain, errors);
+        self.note(
+            "exponent per taxel",
+            used,
+            format!(
+                "standard deviation {deviation:.4}; {}",
+                gained(gain, errors)
+            ),
+        );
+        if used {
+            self.accept(fitted, score);
+        }
+        Ok(())
+    }
+
+    pub(super) fn try_spread(&mut self) -> Result<(), Error> {
+        if self.uses("spread") {
+            return Ok(());
+        }
+        let isolated = self.evaluator.isolated.iter().filter(|&&i| i).count();
+        if isolated < 5 {
+            self.note(
+                "spread",
+                false,
+                format!("only {isolated} presses with nothing near them"),
+            );
+            return Ok(());
+        }
+        let Some((model, _, clear)) = refine_alone(&mut self.evaluator, &self.model, &SPREAD)
+        else {
+            self.note("spread", false, "its fit did not converge".to_owned());
+            return Ok(());
+        };
+        let kept = model.spread.map_or(1.0, |s| s.kept());
+        if !clear || kept > 1.0 - LEAST_SHARE {
+            self.note(
+                "spread",
+                false,
+                format!(
+                    "neighbours take {:.2} % of a load, from {isolated} presses",
+                    100.0 * (1.0 - kept)
+                ),
+            );
+            return Ok(());
+        }
+        let Some((fitted, score, gain, errors)) = self.attempt(&model, &SPREAD) else {
+            self.note("spread", false, "its fit did not converge".to_owned());
+            return Ok(());
+        };
+        let spread = fitted.model.spread.unwrap_or(super::Spread::new([0.0; 3]));
+        let away = 1.0 - spread.kept();
+        let used = is_better(gain, errors) && away > 0.0;
+        self.note(
+            "spread",
+            used,
+            format!(
+                "neighbours take {:.1} % of a load (one row away {:.2} %, one column {:.2} %, diagonal {:.2} %), from {isolated} presses; {}",
+                100.0 * away,
+                100.0 * spread.row,
+                100.0 * spread.column,
+                100.0 * spread.diagonal,
+                gained(gain, errors)
+            ),
+        );
+        if used {
+            self.accept(fitted, score);
+        }
+        Ok(())
+    }
+
+    pub(super) fn try_memory(&mut self) -> Result<(), Error> {
+        if !self.evaluator.isolated.contains(&true) || self.uses("memory of the scan") {
+            return Ok(());
+        }
+        let mut best: Option<(Model, f64, bool)> = None;
+        for order in [ScanOrder::RowByRow, ScanOrder::ColumnByColumn] {
+            let mut model = self.model.clone();
+            model.sensor.converter.scan_order = order;
+            let Some(found) = refine_alone(&mut self.evaluator, &model, &[Unknown::Memory]) else {
+                continue;
+            };
+            if best.as_ref().is_none_or(|b| found.1 < b.1) {
+                best = Some(found);
+            }
+        }
+        let Some((model, _, clear)) = best else {
+            return Ok(());
+        };
+        let order = model.sensor.converter.scan_order;
+        let memory = model.get(Unknown::Memory);
+        if !clear || memory < LEAST_SHARE {
+            self.note(
+                "memory of the scan",
+                false,
+                format!("a reading keeps {:.2} % of the one before", 100.0 * memory),
+            );
+            return Ok(());
+        }
+        let Some((fitted, score, gain, errors)) = self.attempt(&model, &[Unknown::Memory]) else {
+            return Ok(());
+        };
+        let memory = fitted.model.get(Unknown::Memory);
+        let error = fitted.error_of(Unknown::Memory).unwrap_or(0.0);
+        let used = is_better(gain, errors) && memory > 3.0 * error;
+        let along = match order {
+            ScanOrder::RowByRow => "row by row",
+            ScanOrder::ColumnByColumn => "column by column",
+        };
+        self.note(
+            "memory of the scan",
+            used,
+            format!(
+                "a reading keeps {:.2} ± {:.2} % of the one before, scanned {along}; {}",
+                100.0 * memory,
+                100.0 * error,
+                gained(gain, errors)
+            ),
+        );
+        if used {
+            self.accept(fitted, score);
+        }
+        Ok(())
+    }
+
+    pub(super) fn try_laws(&mut self) -> Result<(), Error> {
+        let power = self.best.as_ref().map_or(0.0, |b| b.1.mean_error());
+        if self.law != "power" {
+            return Ok(());
+        }
+        self.laws.clear();
+        self.laws.push(("power".to_owned(), power));
+        for (choice, name) in LAWS {
+            let wanted = self.options.law == choice;
+            if choice == LawChoice::Power || !(wanted || self.options.law == LawChoice::Auto) {
+                continue;
+            }
+            let mut model = self.model.clone();
+            let more = match choice {
+                LawChoice::Saturating => {
+                    model.law.saturation = 0.1;
+                    vec![Unknown::Saturation]
+                }
+                _ => {
+                    model.law.saturation = 0.0;
+                    self.knots(&mut model);
+                    (1..=INNER_KNOTS).map(Unknown::Bend).collect()
+                }
+            };
+            let kept: Vec<Unknown> = self.unknowns.clone();
+            self.unknowns.retain(|u| *u != Unknown::Saturation);
+            let attempt = self.attempt(&model, &more);
+            self.unknowns = kept;
+            let Some((fitted, score, gain, errors)) = attempt else {
+                continue;
+            };
+            self.laws.push((name.to_owned(), score.mean_error()));
+            if wanted || is_better(gain, errors) {
+                self.law = name.to_owned();
+                self.accept(fitted, score);
+            }
+        }
+        Ok(())
+    }
+
+    /// Knots of the spline law over the loads that were labelled.
+    fn knots(&self, model: &mut Model) {
+        let loads: Vec<f64> = self
+            .evaluator
+            .evidence
+            .presses
+            .iter()
+            .map(|p| p.load_g)
+            .filter(|&l| l > 1.0)
+            .collect();
+        let least = loads
+            .iter()
+            .fold(f64::INFINITY, |a, &b| a.min(b))
+            .max(5.0)
+            .ln();
+        let most = loads.iter().fold(0f64, |a, &b| a.max(b)).max(10.0).ln();
+        let parts = INNER_KNOTS + 1;
+        model.law.knots = (0..=parts)
+            .map(|i| least + (most - least) * i as f64 / parts as f64)
+            .collect();
+        model.law.bends = vec![0.0; parts + 1];
+    }
+}
+
+pub(super) fn is_better(gain: f64, errors: f64) -> bool {
+    gain > WORTHWHILE_G && errors > SIGNIFICANT
+}
+
+pub(super) fn gained(gain: f64, errors: f64) -> String {
+    match gain > 0.0 {
+        true => format!("held-out presses gain {gain:.3} g by it ({errors:.1} standard errors)"),
+        false => format!("held-out presses lose {:.3} g by it", -gain),
+    }
+}

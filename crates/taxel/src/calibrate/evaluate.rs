@@ -1,0 +1,421 @@
+//! What a model says about every press: frames inverted, loads read off, and the last few inversions kept.
+
+use super::evidence::Evidence;
+use super::law::LoadLaw;
+use super::levels::{Levels, Material};
+use super::model::Model;
+use crate::circuit::{Converter, LineEnds, LinearCircuit};
+use crate::screen::stand_in;
+use crate::sensor::{PerLine, ScanOrder};
+use crate::solve::{Exact, Method, Newton, Scratch};
+use crate::{Counts, Frame, Sensor, Siemens};
+
+/// Taxels around a labelled one that its spread is undone with, to each side.
+const PATCH: usize = 4;
+const SIDE: usize = 2 * PATCH + 1;
+/// Accuracy of inversions while fitting, of the largest conductance: derivatives by differences need it.
+const TOLERANCE: f64 = 1e-6;
+/// Unloaded taxels looked at in each frame.
+pub(super) const GHOSTS: usize = 24;
+
+/// What a model says about one press.
+#[derive(Debug, Clone)]
+pub(super) struct PressEstimate {
+    /// Load on the labelled taxel, grams.
+    pub(super) load_g: f64,
+    /// Loads on its 8 neighbours, grams, where nothing else is near.
+    pub(super) neighbours_g: Vec<f64>,
+    /// Loads on unloaded taxels of its frame, grams (by the secant).
+    pub(super) ghosts_g: Vec<f64>,
+}
+
+/// Frames inverted with one circuit and converter.
+struct Inverted {
+    key: Vec<u64>,
+    /// Conductances around each labelled taxel, SIDE×SIDE; not finite outside the array.
+    patches: Vec<Vec<f64>>,
+    /// Conductance of each unloaded taxel, and the share of its current that reaches the read-out.
+    ghosts: Vec<Vec<(f64, f64)>>,
+    levels: Vec<Frame<Siemens>>,
+    /// Median of the unloaded taxels; not a number where none are known.
+    g_zero: f64,
+}
+
+impl Inverted {
+    fn g_zero(&self, model: &Model) -> f64 {
+        match self.g_zero.is_nan() {
+            true => model.law.g_zero,
+            false => self.g_zero,
+        }
+    }
+}
+
+/// Computes what models say, and remembers the last few inversions.
+pub(super) struct Evaluator<'a> {
+    pub(super) evidence: &'a Evidence,
+    /// Per press: whether nothing else is near.
+    pub(super) isolated: Vec<bool>,
+    /// Per press: unloaded taxels of its frame.
+    pub(super) unloaded: Vec<Vec<usize>>,
+    /// What an unloaded taxel's conductance over g_zero is worth.
+    pub(super) ghost_grams_per_siemens: f64,
+    /// Inversions remembered, newest last.
+    kept: Vec<Inverted>,
+    scratches: Vec<Option<Scratch>>,
+    pub(super) inversions: usize,
+}
+
+impl<'a> Evaluator<'a> {
+    pub(super) fn new(evidence: &'a Evidence) -> Self {
+        let frames = evidence.frames.len() + evidence.levels.len();
+        Self {
+            evidence,
+            isolated: vec![false; evidence.presses.len()],
+            unloaded: vec![Vec::new(); evidence.presses.len()],
+            ghost_grams_per_siemens: 0.0,
+            kept: Vec::new(),
+            scratches: (0..frames).map(|_| None).collect(),
+            inversions: 0,
+        }
+    }
+
+    /// Conductances of chosen frames (presses first, then levels); nothing when one is infeasible.
+    pub(super) fn invert(
+        &mut self,
+        sensor: &Sensor,
+        which: &[usize],
+        mut visit: impl FnMut(usize, &Frame<Siemens>),
+    ) -> Option<()> {
+        let method = method(sensor)?;
+        let converter = Converter::from_sensor(sensor);
+        let (rows, columns) = (sensor.rows(), sensor.columns());
+        // Warm starts pay where a scratch is small and outlives a change of the circuit.
+        let remember = method.name() == "exact" && rows * columns <= 16_384;
+        let mut shared = method.scratch();
+        let (mut volts, mut siemens) = (Frame::zeros(rows, columns), Frame::zeros(rows, columns));
+        let mut around = Vec::new();
+        for &i in which {
+            let presses = self.evidence.frames.len();
+            let counts: &Frame<Counts> = match i.checked_sub(presses) {
+                None => &self.evidence.frames[i],
+                Some(level) => &self.evidence.levels[level].counts,
+            };
+            converter.volts_from_counts_into(counts, &mut volts);
+            stand_in(&mut volts, &mut around);
+            let scratch = match remember {
+                true => self.scratches[i].get_or_insert_with(|| method.scratch()),
+                false => {
+                    shared.forget();
+                    &mut shared
+                }
+            };
+            let outcome = method.solve_into(&volts, &mut siemens, scratch);
+            self.inversions += 1;
+            if !outcome.stop.is_good() {
+                return None;
+            }
+            visit(i, &siemens);
+        }
+        Some(())
+    }
+
+    fn inverted(&mut self, sensor: &Sensor) -> Option<usize> {
+        let key = key(sensor);
+        if let Some(found) = self.kept.iter().position(|kept| kept.key == key) {
+            return Some(found);
+        }
+        let presses = self.evidence.presses.len();
+        let all: Vec<usize> = (0..presses + self.evidence.levels.len()).collect();
+        let evidence = self.evidence;
+        let unloaded = self.unloaded.clone();
+        let ends = LineEnds::from_sensor(sensor).ok()?;
+        let (mut patches, mut ghosts, mut levels) = (Vec::new(), Vec::new(), Vec::new());
+        self.invert(sensor, &all, |i, siemens| {
+            if i >= presses {
+                levels.push(siemens.clone());
+                return;
+            }
+            patches.push(patch(
+                siemens,
+                evidence.presses[i].row,
+                evidence.presses[i].column,
+            ));
+            let transfer = transfers(&ends, siemens);
+            ghosts.push(
+                unloaded[i]
+                    .iter()
+                    .map(|&t| (siemens.values()[t], transfer(t)))
+                    .collect::<Vec<(f64, f64)>>(),
+            );
+        })?;
+        let quiet: Vec<f64> = ghosts
+            .iter()
+            .flatten()
+            .map(|ghost: &(f64, f64)| ghost.0)
+            .collect();
+        let g_zero = match quiet.is_empty() {
+            true => f64::NAN,
+            false => super::least_squares::median(&quiet),
+        };
+        if self.kept.len() >= 3 {
+            self.kept.remove(0);
+        }
+        self.kept.push(Inverted {
+            key,
+            patches,
+            ghosts,
+            levels,
+            g_zero,
+        });
+        Some(self.kept.len() - 1)
+    }
+
+    /// The load law of a model: its own, or one per taxel from the uniform levels.
+    pub(super) fn law(&mut self, model: &Model) -> Option<LoadLaw> {
+        let at = self.inverted(&model.sensor)?;
+        let inverted = &self.kept[at];
+        law_from(self.evidence, inverted, model).map(|(law, _)| law)
+    }
+
+    /// How taxels differ, by the uniform levels.
+    pub(super) fn material(&mut self, model: &Model) -> Option<Material> {
+        let at = self.inverted(&model.sensor)?;
+        law_from(self.evidence, &self.kept[at], model)?.1
+    }
+
+    /// What a model says about every press; nothing when it is impossible.
+    pub(super) fn estimates(&mut self, model: &Model) -> Option<Vec<PressEstimate>> {
+        let at = self.inverted(&model.sensor)?;
+        let inverted = &self.kept[at];
+        let (law, _) = law_from(self.evidence, inverted, model)?;
+        let (rows, columns) = (model.sensor.rows(), model.sensor.columns());
+        let (mut felt, mut put, mut work) =
+            ([0.0; SIDE * SIDE], [0.0; SIDE * SIDE], [0.0; SIDE * SIDE]);
+        let mut estimates = Vec::with_capacity(self.evidence.presses.len());
+        for (i, press) in self.evidence.presses.iter().enumerate() {
+            let around = &inverted.patches[i];
+            let needs_all = model.spread.is_some() || self.isolated[i];
+            for (k, felt) in felt.iter_mut().enumerate() {
+                let (r, c) = (press.row + k / SIDE, press.column + k % SIDE);
+                let inside =
+                    (PATCH..rows + PATCH).contains(&r) && (PATCH..columns + PATCH).contains(&c);
+                *felt = match inside && (needs_all || k == SIDE * SIDE / 2) {
+                    true => law.grams_from_siemens((r - PATCH) * columns + c - PATCH, around[k]),
+                    false => 0.0,
+                };
+            }
+            let loads = match model.spread {
+                Some(spread) => {
+                    spread.undo(SIDE, &felt, &mut put, &mut work);
+                    &put
+                }
+                None => &felt,
+            };
+            let middle = SIDE * SIDE / 2;
+            let neighbours = [
+                middle - SIDE - 1,
+                middle - SIDE,
+                middle - SIDE + 1,
+                middle - 1,
+                middle + 1,
+                middle + SIDE - 1,
+                middle + SIDE,
+                middle + SIDE + 1,
+            ];
+            estimates.push(PressEstimate {
+                load_g: loads[middle],
+                // As shares of the press, and by a fixed number of grams per siemens: otherwise the fit could
+                // make ghosts small by making every load small.
+                neighbours_g: match self.isolated[i] {
+                    true => neighbours
+                        .iter()
+                        .map(|&k| press.load_g * loads[k] / loads[middle].max(1.0))
+                        .collect(),
+                    false => Vec::new(),
+                },
+                ghosts_g: inverted.ghosts[i]
+                    .iter()
+                    .map(|(g, share)| (g - law.g_zero) * share * self.ghost_grams_per_siemens)
+                    .collect(),
+            });
+        }
+        estimates
+            .iter()
+            .all(|e| e.load_g.is_finite())
+            .then_some(estimates)
+    }
+
+    /// ln(G − g_zero) and response of every taxel at every level, with their noise.
+    pub(super) fn levels(&mut self, model: &Model) -> Option<LevelData> {
+        let at = self.inverted(&model.sensor)?;
+        let inverted = &self.kept[at];
+        Some(level_data(
+            self.evidence,
+            &inverted.levels,
+            inverted.g_zero,
+            model,
+        ))
+    }
+
+    /// Whether any taxel of any frame is known to be unloaded.
+    pub(super) fn has_unloaded(&self) -> bool {
+        self.unloaded.iter().any(|u| !u.is_empty())
+    }
+
+    /// Forgets inversions, for a change of what is looked at.
+    pub(super) fn clear(&mut self) {
+        self.kept.clear();
+    }
+}
+
+/// What [`Levels`] needs, owned.
+pub(super) struct LevelData {
+    pub(super) ln_siemens: Vec<Vec<f64>>,
+    pub(super) response: Vec<Vec<f64>>,
+    pub(super) noise: Vec<f64>,
+}
+
+impl LevelData {
+    pub(super) fn view(&self) -> Levels<'_> {
+        Levels {
+            ln_siemens: &self.ln_siemens,
+            response: &self.response,
+            noise: &self.noise,
+        }
+    }
+}
+
+/// ln(G − g_zero) of every taxel of every level, given the levels' conductances.
+pub(super) fn level_data(
+    evidence: &Evidence,
+    siemens: &[Frame<Siemens>],
+    g_zero: f64,
+    model: &Model,
+) -> LevelData {
+    let columns = model.sensor.columns();
+    let taxels = model.sensor.rows() * columns;
+    let bend = model.law.bend();
+    let (mut ln_siemens, mut response, mut noise) = (Vec::new(), Vec::new(), Vec::new());
+    let mut felt = vec![0.0; taxels];
+    for (level, siemens) in evidence.levels.iter().zip(siemens) {
+        let load = level.load_g * model.law.ln_factor.exp();
+        match model.spread {
+            Some(spread) => spread.apply(columns, &vec![load; taxels], &mut felt),
+            None => felt.fill(load),
+        }
+        response.push(
+            felt.iter()
+                .map(|&g| model.law.acting(g))
+                .collect::<Vec<f64>>(),
+        );
+        ln_siemens.push(
+            siemens
+                .values()
+                .iter()
+                .zip(level.counts.marks())
+                .zip(&felt)
+                .map(|((&g, mark), &felt)| match mark {
+                    crate::Mark::Good => {
+                        (g - g_zero).ln()
+                            - bend
+                                .as_ref()
+                                .map_or(0.0, |b| b.at(model.law.acting(felt)).0)
+                    }
+                    _ => f64::NAN,
+                })
+                .collect::<Vec<f64>>(),
+        );
+        let typical = super::least_squares::median(level.counts.values()).max(1.0);
+        noise.push(evidence.noise_counts / (level.frames as f64).sqrt() / typical);
+    }
+    LevelData {
+        ln_siemens,
+        response,
+        noise,
+    }
+}
+
+fn law_from(
+    evidence: &Evidence,
+    inverted: &Inverted,
+    model: &Model,
+) -> Option<(LoadLaw, Option<Material>)> {
+    let g_zero = inverted.g_zero(model);
+    let mut law = LoadLaw {
+        g_zero,
+        ln_scale: vec![model.law.ln_factor],
+        exponent: vec![model.law.exponent],
+        saturation_load_g: model.law.saturation_load_g(),
+        bend: model.law.bend(),
+    };
+    if evidence.levels.is_empty() {
+        return Some((law, None));
+    }
+    let data = level_data(evidence, &inverted.levels, g_zero, model);
+    let levels = data.view();
+    let material = levels.material(model.law.own_exponents)?;
+    (law.ln_scale, law.exponent) = levels.per_taxel(&material);
+    Some((law, Some(material)))
+}
+
+/// The share of an unloaded taxel's current that reaches the read-out, in its frame: what its lines' other
+/// taxels leave of the drive and of the current. Noise in grams grows by its inverse, so ghosts are weighed
+/// with it; otherwise the fit would prefer the circuit that amplifies noise least.
+fn transfers(ends: &LineEnds, siemens: &Frame<Siemens>) -> impl Fn(usize) -> f64 {
+    let (rows, columns) = (siemens.rows(), siemens.columns());
+    let (mut row, mut column) = (vec![0.0; rows], vec![0.0; columns]);
+    for (t, g) in siemens.values().iter().enumerate() {
+        row[t / columns] += g;
+        column[t % columns] += g;
+    }
+    for (sum, end) in row.iter_mut().zip(&ends.row_selected) {
+        *sum = 1.0 / (1.0 + sum.max(0.0) / end);
+    }
+    for (sum, end) in column.iter_mut().zip(&ends.column_selected) {
+        *sum = 1.0 / (1.0 + sum.max(0.0) / end);
+    }
+    move |t| row[t / columns] * column[t % columns]
+}
+
+fn patch(siemens: &Frame<Siemens>, row: usize, column: usize) -> Vec<f64> {
+    (0..SIDE * SIDE)
+        .map(|k| {
+            let (r, c) = (row + k / SIDE, column + k % SIDE);
+            match (r.checked_sub(PATCH), c.checked_sub(PATCH)) {
+                (Some(r), Some(c)) if r < siemens.rows() && c < siemens.columns() => {
+                    siemens.at(r, c)
+                }
+                _ => f64::NAN,
+            }
+        })
+        .collect()
+}
+
+/// The sensor's best method, as accurately as a fit needs.
+fn method(sensor: &Sensor) -> Option<Box<dyn Method>> {
+    let circuit = LinearCircuit::from_sensor(sensor).ok()?;
+    Some(match Exact::new(&circuit) {
+        Some(exact) => Box::new(exact.with_tolerance(TOLERANCE)),
+        None => Box::new(Newton::new(circuit).with_tolerance(TOLERANCE)),
+    })
+}
+
+/// Everything that an inversion depends on.
+fn key(sensor: &Sensor) -> Vec<u64> {
+    let readout = &sensor.readout;
+    let mut key: Vec<u64> = vec![
+        readout.open_loop_gain.unwrap_or(0.0).to_bits(),
+        readout.r_source_ohms.to_bits(),
+        sensor.converter.offset_volts.to_bits(),
+        sensor.converter.memory.to_bits(),
+        u64::from(sensor.converter.scan_order == ScanOrder::ColumnByColumn),
+    ];
+    for list in [&readout.r_mux_column_ohms, &readout.r_mux_row_ohms] {
+        match list {
+            Some(PerLine::One(value)) => key.push(value.to_bits()),
+            Some(PerLine::Each(values)) => key.extend(values.iter().map(|v| v.to_bits())),
+            None => {}
+        }
+    }
+    key
+}

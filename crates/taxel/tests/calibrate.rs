@@ -1,0 +1,228 @@
+//! Calibration of simulated sensors: what was drawn is found, what was not drawn is not, and bad data is named.
+
+use taxel::calibrate::{Data, Options, Press, calibrate};
+use taxel::frame::grams_from_newtons;
+use taxel::pipeline::Pipeline;
+use taxel::sensor::{PerLine, Sensor, preset};
+use taxel::simulate::{
+    Imperfections, VirtualSensor, calibration_data, labelled_presses, validation_frames,
+};
+use taxel::solve::default_method;
+use taxel::{Error, Frame};
+
+/// A 16×24 array with the e-Cone's circuit.
+fn nominal() -> Sensor {
+    let mut sensor = preset("econe").unwrap();
+    sensor.array.rows = 16;
+    sensor.array.columns = 24;
+    sensor.readout.r_mux_column_ohms = Some(PerLine::One(12.0));
+    sensor.readout.r_mux_row_ohms = Some(PerLine::One(9.0));
+    sensor.checked().unwrap()
+}
+
+/// What its owner knows: neither switches nor material.
+fn parts_list(truth: &Sensor) -> Sensor {
+    Sensor {
+        readout: taxel::sensor::Readout {
+            r_mux_column_ohms: None,
+            r_mux_row_ohms: None,
+            ..nominal().readout
+        },
+        converter: nominal().converter,
+        material: None,
+        screen: Default::default(),
+        ..truth.clone()
+    }
+}
+
+/// Mean absolute error over loaded taxels of frames that were not fitted to, grams.
+fn judged(calibrated: &Sensor, truth: &VirtualSensor) -> f64 {
+    let mut pipeline = Pipeline::new(calibrated, default_method(calibrated).unwrap()).unwrap();
+    let (mut sum, mut count) = (0.0, 0);
+    for (counts, loads) in validation_frames(truth, 6) {
+        assert!(pipeline.siemens_from_counts(&counts).stop.is_good());
+        let found = pipeline.newtons().unwrap();
+        for (newtons, &load) in found.values().iter().zip(loads.values()) {
+            if load > 0.0 {
+                sum += (grams_from_newtons(*newtons) - load).abs();
+                count += 1;
+            }
+        }
+    }
+    assert!(count > 100, "only {count} loaded taxels");
+    sum / f64::from(count)
+}
+
+fn fit(sensor: &Sensor, data: &Data) -> Result<taxel::calibrate::Calibration, Error> {
+    calibrate(sensor, data, &Options::default(), &mut |_, _| {})
+}
+
+#[test]
+fn switches_and_law_come_out_of_presses_from_any_start() {
+    let truth = VirtualSensor::new(&nominal(), 5).unwrap();
+    let data = labelled_presses(&truth, 90);
+    let mut answers = Vec::new();
+    for start in [None, Some(1.0), Some(100.0)] {
+        let mut sensor = parts_list(truth.sensor());
+        sensor.readout.r_mux_column_ohms = start.map(PerLine::One);
+        sensor.readout.r_mux_row_ohms = start.map(PerLine::One);
+        let found = fit(&sensor, &data).unwrap();
+        let readout = &found.sensor.readout;
+        answers.push([
+            readout.r_mux_column_ohms.as_ref().unwrap().at(0),
+            readout.r_mux_row_ohms.as_ref().unwrap().at(0),
+        ]);
+        let error = judged(&found.sensor, &truth);
+        assert!(error < 0.2, "{error} g from {start:?}");
+        assert!(
+            found.report.findings.iter().all(|f| !f.used),
+            "{}",
+            found.report
+        );
+        // What a fit says of itself is about what frames it never saw say of it.
+        assert!(
+            found.report.held_out_mean_absolute_g < 0.3,
+            "{}",
+            found.report
+        );
+    }
+    for [column, row] in answers {
+        assert!(
+            (column - 12.0).abs() < 0.3 && (row - 9.0).abs() < 0.3,
+            "{column} {row}"
+        );
+    }
+}
+
+#[test]
+fn uneven_switches_and_material_come_out_of_uniform_loads() {
+    let imperfections = Imperfections {
+        mux_sd: 0.1,
+        gain_sd: 0.1,
+        ..Imperfections::default()
+    };
+    let truth = VirtualSensor::imperfect(&nominal(), &imperfections, 11).unwrap();
+    let data = calibration_data(&truth, 90, &[50.0, 150.0, 300.0], 4);
+    let found = fit(&parts_list(truth.sensor()), &data).unwrap();
+    let error = judged(&found.sensor, &truth);
+    assert!(error < 0.5, "{error} g\n{}", found.report);
+    let list = |sensor: &Sensor| match &sensor.readout.r_mux_column_ohms {
+        Some(PerLine::Each(values)) => values.clone(),
+        other => panic!("one per column, not {other:?}"),
+    };
+    let (found, drawn) = (list(&found.sensor), list(truth.sensor()));
+    for (found, drawn) in found.iter().zip(&drawn) {
+        assert!(
+            (found / drawn - 1.0).abs() < 0.06,
+            "{found} against {drawn}"
+        );
+    }
+}
+
+#[test]
+fn spread_memory_and_exponents_are_found_and_undone() {
+    let imperfections = Imperfections {
+        mux_sd: 0.05,
+        gain_sd: 0.1,
+        exponent_sd: 0.04,
+        spread: Some([0.06, 0.05, 0.003]),
+        memory: 0.01,
+        ..Imperfections::default()
+    };
+    // Large enough that most presses have nothing near them.
+    let mut large = nominal();
+    (large.array.rows, large.array.columns) = (40, 60);
+    let truth = VirtualSensor::imperfect(&large, &imperfections, 23).unwrap();
+    let data = calibration_data(&truth, 120, &[50.0, 150.0, 300.0], 4);
+    let found = fit(&parts_list(truth.sensor()), &data).unwrap();
+    let used = |name: &str| {
+        found
+            .report
+            .findings
+            .iter()
+            .any(|f| f.name == name && f.used)
+    };
+    assert!(
+        used("spread") && used("exponent per taxel"),
+        "{}",
+        found.report
+    );
+    let material = found.sensor.material.as_ref().unwrap();
+    let [row, column, _] = material.spread.unwrap();
+    assert!(
+        (row - 0.06).abs() < 0.006 && (column - 0.05).abs() < 0.006,
+        "{row} {column}"
+    );
+    let error = judged(&found.sensor, &truth);
+    assert!(error < 1.5, "{error} g\n{}", found.report);
+}
+
+#[test]
+fn the_fitted_sensor_survives_its_file() {
+    let truth = VirtualSensor::new(&nominal(), 6).unwrap();
+    let found = fit(&parts_list(truth.sensor()), &labelled_presses(&truth, 60)).unwrap();
+    let again = Sensor::from_toml(&found.sensor.to_toml()).unwrap();
+    assert_eq!(again, found.sensor);
+    assert_eq!(again.provenance.unwrap().presses, 60);
+}
+
+#[test]
+fn bad_data_is_named() {
+    let truth = VirtualSensor::new(&nominal(), 7).unwrap();
+    let data = labelled_presses(&truth, 30);
+    let sensor = parts_list(truth.sensor());
+    let outside = Press {
+        row: 16,
+        ..data.presses[0]
+    };
+    let error = fit(
+        &sensor,
+        &Data {
+            presses: vec![outside],
+            ..data.clone()
+        },
+    )
+    .unwrap_err();
+    assert!(
+        matches!(
+            error,
+            Error::PressOutside {
+                row: 16,
+                rows: 16,
+                ..
+            }
+        ),
+        "{error}"
+    );
+    let few = Data {
+        presses: data.presses[..4].to_vec(),
+        ..data.clone()
+    };
+    let error = fit(&sensor, &few).unwrap_err();
+    assert!(
+        matches!(error, Error::TooFewPresses { found: 4, .. }),
+        "{error}"
+    );
+    let mut dead = sensor.clone();
+    dead.screen.dead_rows = vec![data.presses[0].row];
+    let error = fit(&dead, &data).unwrap_err();
+    assert!(matches!(error, Error::PressOnDeadLine { .. }), "{error}");
+    let mut small = data.clone();
+    small.frames[0] = Frame::zeros(4, 4);
+    assert!(matches!(
+        fit(&sensor, &small).unwrap_err(),
+        Error::Shape { .. }
+    ));
+    let mut negative = data.clone();
+    negative.presses[0].load_g = -1.0;
+    assert!(matches!(
+        fit(&sensor, &negative).unwrap_err(),
+        Error::PressLoad { .. }
+    ));
+    let silent = Data {
+        frames: data.frames.iter().map(|f| f.map(|_, _| 24.0)).collect(),
+        ..data
+    };
+    let error = fit(&sensor, &silent).unwrap_err();
+    assert!(error.to_string().contains("hint:"), "{error}");
+}
