@@ -263,18 +263,18 @@ fn a_frame_that_no_circuit_explains_is_written_as_0_and_exits_3() {
     ----- stdout -----
 
     ----- stderr -----
-    warning: frame 0: infeasible: no conductances explain this frame: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain)) is 4000.0200 Ohm, but row 0 allows less than 559.8522 Ohm
-    hint: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain)) is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; run `taxel calibrate`
-    warning: frame 1: infeasible: no conductances explain this frame: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain)) is 4000.0200 Ohm, but row 0 allows less than 713.7282 Ohm
-    hint: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain)) is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; run `taxel calibrate`
-    warning: frame 2: infeasible: no conductances explain this frame: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain)) is 4000.0200 Ohm, but row 0 allows less than 384.1116 Ohm
-    hint: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain)) is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; run `taxel calibrate`
-    warning: frame 3: infeasible: no conductances explain this frame: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain)) is 4000.0200 Ohm, but row 0 allows less than 574.3576 Ohm
-    hint: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain)) is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; run `taxel calibrate`
-    warning: frame 4: infeasible: no conductances explain this frame: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain)) is 4000.0200 Ohm, but row 0 allows less than 349.8851 Ohm
-    hint: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain)) is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; run `taxel calibrate`
-    warning: frame 5: infeasible: no conductances explain this frame: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain)) is 4000.0200 Ohm, but row 0 allows less than 450.0429 Ohm
-    hint: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain)) is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; run `taxel calibrate`
+    warning: frame 0: infeasible: no conductances explain this frame: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is 4000.0200 Ohm, but row 0 allows less than 559.8522 Ohm
+    hint: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; run `taxel calibrate`
+    warning: frame 1: infeasible: no conductances explain this frame: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is 4000.0200 Ohm, but row 0 allows less than 713.7282 Ohm
+    hint: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; run `taxel calibrate`
+    warning: frame 2: infeasible: no conductances explain this frame: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is 4000.0200 Ohm, but row 0 allows less than 384.1116 Ohm
+    hint: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; run `taxel calibrate`
+    warning: frame 3: infeasible: no conductances explain this frame: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is 4000.0200 Ohm, but row 0 allows less than 574.3576 Ohm
+    hint: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; run `taxel calibrate`
+    warning: frame 4: infeasible: no conductances explain this frame: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is 4000.0200 Ohm, but row 0 allows less than 349.8851 Ohm
+    hint: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; run `taxel calibrate`
+    warning: frame 5: infeasible: no conductances explain this frame: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is 4000.0200 Ohm, but row 0 allows less than 450.0429 Ohm
+    hint: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; run `taxel calibrate`
     6 frames of 4 rows x 6 columns, method exact, [time] s, [time] frames/s
     stopped: 6 infeasible
     6 frames without an answer
