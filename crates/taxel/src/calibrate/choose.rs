@@ -116,7 +116,9 @@ impl<'a> Search<'a> {
         if self.can_separate() {
             self.settle(progress, Care::Full)?;
         }
+        self.doubt_offset()?;
         self.try_presses()?;
+        self.try_laws(true)?;
         self.explains()
     }
 
@@ -129,7 +131,7 @@ impl<'a> Search<'a> {
         progress("exponents", 0.4);
         self.try_exponents()?;
         progress("load law", 0.5);
-        self.try_laws()?;
+        self.try_laws(false)?;
         progress("memory of the scan", 0.6);
         self.try_memory()
     }
@@ -262,10 +264,8 @@ impl<'a> Search<'a> {
     }
 
     fn separate_with(&mut self, evaluator: &mut Evaluator, progress: &mut dyn FnMut(&str, f64)) {
-        let found = separate(evaluator, &self.model, &mut |share| {
-            progress("every switch apart", share);
-        });
-        if let Some(model) = found {
+        progress("every switch apart", 0.1);
+        if let Some(model) = separate(evaluator, &self.model) {
             self.model = model;
             self.separated = true;
         }

@@ -1,9 +1,9 @@
 //! Effects beyond the circuit: offset, exponents, spread, memory, the law's shape. Each is fitted, and kept only
-//! where held-out presses are better for it.
+//! where held-out presses are better for it (the offset: unless they are better without).
 
 use super::LawChoice;
 use super::choose::{LEAST_OFFSET_COUNTS, Search};
-use super::fit::{Care, refine_alone, switches_by_ghosts};
+use super::fit::{Care, Fitted, refine_alone, switches_by_ghosts};
 use super::fit_law::LAWS;
 use super::model::{Model, Unknown};
 use crate::Error;
@@ -69,20 +69,49 @@ impl Search<'_> {
             self.note("offset", false, format!("{counts:.2} counts"));
             return Ok(());
         }
-        let Some((fitted, score, gain, errors)) = self.attempt(&with, &[Unknown::Offset]) else {
+        let Some((fitted, score, ..)) = self.attempt(&with, &[Unknown::Offset]) else {
             self.note("offset", false, "its fit did not converge".to_owned());
             return Ok(());
         };
-        let counts = fitted.model.get(Unknown::Offset);
-        let error = fitted.error_of(Unknown::Offset).unwrap_or(0.0);
-        let used = is_better(gain, errors);
+        // The ghosts' word is enough to begin with: an offset and a law that bends can hide each other, so that
+        // presses gain by neither alone. They judge once both are there.
+        self.note("offset", true, told(&fitted));
+        self.accept(fitted, score);
+        Ok(())
+    }
+
+    /// Whether held-out presses are better without the offset that ghosts told, now that all else is known.
+    pub(super) fn doubt_offset(&mut self) -> Result<(), Error> {
+        let Some(text) = self
+            .best
+            .as_ref()
+            .filter(|_| self.uses("offset"))
+            .map(|(fitted, _)| told(fitted))
+        else {
+            return Ok(());
+        };
+        let mut without = self.model.clone();
+        without.set(Unknown::Offset, 0.0);
+        if self.can_separate()
+            && let Some((model, _)) = switches_by_ghosts(&mut self.evaluator, &without, false)
+        {
+            without = model;
+        }
+        let all = self.unknowns.clone();
+        self.unknowns.retain(|&u| u != Unknown::Offset);
+        let Some((fitted, score, gain, errors)) = self.attempt(&without, &[]) else {
+            self.unknowns = all;
+            return Ok(());
+        };
+        let doubtful = is_better(gain, errors);
         self.note(
             "offset",
-            used,
-            format!("{counts:.2} ± {error:.2} counts; {}", gained(gain, errors)),
+            !doubtful,
+            format!("{text}; {}", gained(-gain, -errors)),
         );
-        if used {
-            self.accept(fitted, score);
+        match doubtful {
+            true => self.accept(fitted, score),
+            false => self.unknowns = all,
         }
         Ok(())
     }
@@ -229,37 +258,44 @@ impl Search<'_> {
         Ok(())
     }
 
-    pub(super) fn try_laws(&mut self) -> Result<(), Error> {
-        let power = self.best.as_ref().map_or(0.0, |b| b.1.mean_error());
-        if self.law != "power" {
-            return Ok(());
-        }
-        self.laws.clear();
-        self.laws.push(("power".to_owned(), power));
+    /// Tries other shapes of the law. The spline waits for the others (`with_spline`): before every effect is in,
+    /// its freedom makes up for those that are missing.
+    pub(super) fn try_laws(&mut self, with_spline: bool) -> Result<(), Error> {
+        let now = self.best.as_ref().map_or(0.0, |b| b.1.mean_error());
+        self.laws.retain(|(name, _)| *name != self.law);
+        self.laws.push((self.law.clone(), now));
         for (choice, name) in LAWS {
             let wanted = self.options.law == choice;
-            if choice == LawChoice::Power || !(wanted || self.options.law == LawChoice::Auto) {
+            let asked = wanted || self.options.law == LawChoice::Auto;
+            if choice == LawChoice::Power
+                || !asked
+                || self.law == name
+                || (choice == LawChoice::Spline && !with_spline)
+            {
                 continue;
             }
             let mut model = self.model.clone();
+            (model.law.saturation, model.law.knots, model.law.bends) =
+                (0.0, Vec::new(), Vec::new());
             let more = match choice {
                 LawChoice::Saturating => {
                     model.law.saturation = 0.1;
                     vec![Unknown::Saturation]
                 }
                 _ => {
-                    model.law.saturation = 0.0;
                     self.knots(&mut model);
                     (1..=INNER_KNOTS).map(Unknown::Bend).collect()
                 }
             };
             let kept: Vec<Unknown> = self.unknowns.clone();
-            self.unknowns.retain(|u| *u != Unknown::Saturation);
+            self.unknowns
+                .retain(|u| !matches!(u, Unknown::Saturation | Unknown::Bend(_)));
             let attempt = self.attempt(&model, &more);
             self.unknowns = kept;
             let Some((fitted, score, gain, errors)) = attempt else {
                 continue;
             };
+            self.laws.retain(|(known, _)| known != name);
             self.laws.push((name.to_owned(), score.mean_error()));
             if wanted || is_better(gain, errors) {
                 self.law = name.to_owned();
@@ -291,6 +327,15 @@ impl Search<'_> {
             .collect();
         model.law.bends = vec![0.0; parts + 1];
     }
+}
+
+/// What ghosts say of the offset.
+fn told(fitted: &Fitted) -> String {
+    format!(
+        "{:.2} ± {:.2} counts",
+        fitted.model.get(Unknown::Offset),
+        fitted.error_of(Unknown::Offset).unwrap_or(0.0)
+    )
 }
 
 pub(super) fn is_better(gain: f64, errors: f64) -> bool {

@@ -4,17 +4,17 @@ use super::evidence::Evidence;
 use super::law::LoadLaw;
 use super::levels::{Levels, Material};
 use super::model::Model;
-use crate::circuit::{Converter, LineEnds, LinearCircuit};
-use crate::screen::stand_in;
+use super::inverter::{Inverter, Job, on_all_cores};
+use crate::circuit::LineEnds;
 use crate::sensor::{PerLine, ScanOrder};
-use crate::solve::{Exact, Method, Newton, Scratch};
-use crate::{Counts, Frame, Sensor, Siemens};
+use crate::solve::Scratch;
+use crate::{Frame, Sensor, Siemens};
 
 /// Taxels around a labelled one that its spread is undone with, to each side.
 const PATCH: usize = 4;
 const SIDE: usize = 2 * PATCH + 1;
-/// Accuracy of inversions while fitting, of the largest conductance: derivatives by differences need it.
-const TOLERANCE: f64 = 1e-6;
+/// Frames that a core inverts at a time.
+const BATCH: usize = 8;
 /// Unloaded taxels looked at in each frame.
 pub(super) const GHOSTS: usize = 24;
 
@@ -27,6 +27,12 @@ pub(super) struct PressEstimate {
     pub(super) neighbours_g: Vec<f64>,
     /// Loads on unloaded taxels of its frame, grams (by the secant).
     pub(super) ghosts_g: Vec<f64>,
+}
+
+/// What is kept of an inverted frame: of a press its patch and its ghosts.
+enum Seen {
+    Press(Vec<f64>, Vec<(f64, f64)>),
+    Level(Frame<Siemens>),
 }
 
 /// Frames inverted with one circuit and converter.
@@ -62,7 +68,6 @@ pub(super) struct Evaluator<'a> {
     /// Inversions remembered, newest last.
     kept: Vec<Inverted>,
     scratches: Vec<Option<Scratch>>,
-    pub(super) inversions: usize,
 }
 
 impl<'a> Evaluator<'a> {
@@ -75,48 +80,40 @@ impl<'a> Evaluator<'a> {
             ghost_grams_per_siemens: 0.0,
             kept: Vec::new(),
             scratches: (0..frames).map(|_| None).collect(),
-            inversions: 0,
         }
     }
 
-    /// Conductances of chosen frames (presses first, then levels); nothing when one is infeasible.
-    pub(super) fn invert(
+    /// What is seen in the conductances of chosen frames (presses first, then levels), in their order; nothing
+    /// when one is infeasible.
+    pub(super) fn invert<T: Send>(
         &mut self,
         sensor: &Sensor,
         which: &[usize],
-        mut visit: impl FnMut(usize, &Frame<Siemens>),
-    ) -> Option<()> {
-        let method = method(sensor)?;
-        let converter = Converter::from_sensor(sensor);
-        let (rows, columns) = (sensor.rows(), sensor.columns());
-        // Warm starts pay where a scratch is small and outlives a change of the circuit.
-        let remember = method.name() == "exact" && rows * columns <= 16_384;
-        let mut shared = method.scratch();
-        let (mut volts, mut siemens) = (Frame::zeros(rows, columns), Frame::zeros(rows, columns));
-        let mut around = Vec::new();
-        for &i in which {
-            let presses = self.evidence.frames.len();
-            let counts: &Frame<Counts> = match i.checked_sub(presses) {
-                None => &self.evidence.frames[i],
-                Some(level) => &self.evidence.levels[level].counts,
-            };
-            converter.volts_from_counts_into(counts, &mut volts);
-            stand_in(&mut volts, &mut around);
-            let scratch = match remember {
-                true => self.scratches[i].get_or_insert_with(|| method.scratch()),
-                false => {
-                    shared.forget();
-                    &mut shared
-                }
-            };
-            let outcome = method.solve_into(&volts, &mut siemens, scratch);
-            self.inversions += 1;
-            if !outcome.stop.is_good() {
-                return None;
+        look: impl Fn(usize, &Frame<Siemens>) -> T + Sync,
+    ) -> Option<Vec<T>> {
+        let inverter = Inverter::new(self.evidence, sensor)?;
+        let batches: Vec<Vec<Job>> = which
+            .chunks(BATCH)
+            .map(|batch| {
+                batch
+                    .iter()
+                    .map(|&i| (i, self.scratches[i].take()))
+                    .collect()
+            })
+            .collect();
+        let done = on_all_cores(batches, |mut batch| {
+            let mut seen = Vec::with_capacity(batch.len());
+            inverter.invert(&mut batch, |i, siemens| seen.push(look(i, siemens)))?;
+            Some((seen, batch))
+        })?;
+        let mut all = Vec::with_capacity(which.len());
+        for (seen, batch) in done {
+            all.extend(seen);
+            for (i, scratch) in batch {
+                self.scratches[i] = scratch;
             }
-            visit(i, &siemens);
         }
-        Some(())
+        Some(all)
     }
 
     fn inverted(&mut self, sensor: &Sensor) -> Option<usize> {
@@ -129,25 +126,29 @@ impl<'a> Evaluator<'a> {
         let evidence = self.evidence;
         let unloaded = self.unloaded.clone();
         let ends = LineEnds::from_sensor(sensor).ok()?;
-        let (mut patches, mut ghosts, mut levels) = (Vec::new(), Vec::new(), Vec::new());
-        self.invert(sensor, &all, |i, siemens| {
-            if i >= presses {
-                levels.push(siemens.clone());
-                return;
-            }
-            patches.push(patch(
-                siemens,
-                evidence.presses[i].row,
-                evidence.presses[i].column,
-            ));
+        let seen = self.invert(sensor, &all, |i, siemens| {
+            let Some(press) = evidence.presses.get(i) else {
+                return Seen::Level(siemens.clone());
+            };
             let transfer = transfers(&ends, siemens);
-            ghosts.push(
+            Seen::Press(
+                patch(siemens, press.row, press.column),
                 unloaded[i]
                     .iter()
                     .map(|&t| (siemens.values()[t], transfer(t)))
-                    .collect::<Vec<(f64, f64)>>(),
-            );
+                    .collect(),
+            )
         })?;
+        let (mut patches, mut ghosts, mut levels) = (Vec::new(), Vec::new(), Vec::new());
+        for seen in seen {
+            match seen {
+                Seen::Press(patch, ghost) => {
+                    patches.push(patch);
+                    ghosts.push(ghost);
+                }
+                Seen::Level(level) => levels.push(level),
+            }
+        }
         let quiet: Vec<f64> = ghosts
             .iter()
             .flatten()
@@ -389,15 +390,6 @@ fn patch(siemens: &Frame<Siemens>, row: usize, column: usize) -> Vec<f64> {
             }
         })
         .collect()
-}
-
-/// The sensor's best method, as accurately as a fit needs.
-fn method(sensor: &Sensor) -> Option<Box<dyn Method>> {
-    let circuit = LinearCircuit::from_sensor(sensor).ok()?;
-    Some(match Exact::new(&circuit) {
-        Some(exact) => Box::new(exact.with_tolerance(TOLERANCE)),
-        None => Box::new(Newton::new(circuit).with_tolerance(TOLERANCE)),
-    })
 }
 
 /// Everything that an inversion depends on.

@@ -162,19 +162,16 @@ fn with_power_law(
     mut model: Model,
     part: &[usize],
 ) -> Option<(f64, Model)> {
-    let mut pairs = Vec::new();
-    let mut quiet = Vec::new();
     let evidence = evaluator.evidence;
-    evaluator.invert(&model.sensor, part, |i, siemens| {
+    let seen = evaluator.invert(&model.sensor, part, |i, siemens| {
         // Uniform frames are there because they are the first to become infeasible.
-        let Some(press) = evidence.presses.get(i) else {
-            return;
-        };
-        pairs.push((siemens.at(press.row, press.column), press.load_g));
+        let press = evidence.presses.get(i)?;
         let mut values = siemens.values().to_vec();
         let fifth = values.len() / 5;
-        quiet.push(*values.select_nth_unstable_by(fifth, f64::total_cmp).1);
+        let quiet = *values.select_nth_unstable_by(fifth, f64::total_cmp).1;
+        Some(((siemens.at(press.row, press.column), press.load_g), quiet))
     })?;
+    let (pairs, quiet): (Vec<(f64, f64)>, Vec<f64>) = seen.into_iter().flatten().unzip();
     let (law, fitted) = fit_law(LawChoice::Power, &pairs, Some(median(&quiet)))?;
     model.law.g_zero = law.g_zero;
     model.law.ln_factor = law.ln_scale[0];
@@ -189,12 +186,10 @@ pub(super) fn look_around(evaluator: &mut Evaluator, model: &Model) -> Option<()
     let (rows, columns) = (model.sensor.rows(), model.sensor.columns());
     let presses = evaluator.evidence.presses.len();
     let evidence = evaluator.evidence;
-    let (mut isolated, mut unloaded) = (vec![false; presses], vec![Vec::new(); presses]);
     let all: Vec<usize> = (0..presses).collect();
-    let mut near = vec![0u8; rows * columns];
-    evaluator.invert(&model.sensor, &all, |i, siemens| {
+    let seen = evaluator.invert(&model.sensor, &all, |i, siemens| {
         let press = evidence.presses[i];
-        near.fill(0);
+        let mut near = vec![0u8; rows * columns];
         let mut alone = press.load_g > 10.0 * NEXT_TO_NOTHING_G;
         for (taxel, &g) in siemens.values().iter().enumerate() {
             if law.grams_from_siemens(taxel, g) < NEXT_TO_NOTHING_G {
@@ -209,7 +204,6 @@ pub(super) fn look_around(evaluator: &mut Evaluator, model: &Model) -> Option<()
                 }
             }
         }
-        isolated[i] = alone;
         let counts = &evidence.frames[i];
         let mut quiet: Vec<usize> = (0..rows * columns)
             .filter(|&t| near[t] == 0 && counts.marks()[t] == crate::Mark::Good)
@@ -224,13 +218,13 @@ pub(super) fn look_around(evaluator: &mut Evaluator, model: &Model) -> Option<()
             .step_by(stride)
             .take(ghosts)
             .copied();
-        unloaded[i] = quiet.iter().take(ghosts).copied().chain(others).collect();
+        let quiet: Vec<usize> = quiet.iter().take(ghosts).copied().chain(others).collect();
+        (alone, quiet)
     })?;
     let middle = (rows / 2) * columns + columns / 2;
     let siemens = law.siemens_from_grams(middle, GHOST_LOAD_G) - law.g_zero;
     evaluator.ghost_grams_per_siemens = GHOST_LOAD_G / siemens;
-    evaluator.isolated = isolated;
-    evaluator.unloaded = unloaded;
+    (evaluator.isolated, evaluator.unloaded) = seen.into_iter().unzip();
     evaluator.clear();
     Some(())
 }

@@ -1,14 +1,17 @@
 //! Every switch resistance apart, from uniform loads.
 
 use super::evaluate::Evaluator;
+use super::inverter::{Inverter, Job, on_all_cores};
 use super::model::{LEAST_OHMS, Model};
 use crate::sensor::PerLine;
-use crate::{Frame, Mark, Siemens};
+use crate::Mark;
 
 /// How far lines are believed to differ from their mean (a standard deviation, relative to it).
 const BELIEVED_MISMATCH: f64 = 0.15;
 /// Step of a resistance for the derivative, relative to the mean.
 const STEP: f64 = 0.02;
+/// Lines that a core looks at in one go.
+const BATCH: usize = 16;
 
 /// Resistances of all lines, columns first.
 fn resistances(model: &Model) -> Vec<f64> {
@@ -32,11 +35,7 @@ fn with_resistances(model: &Model, all: &[f64]) -> Model {
 
 /// One step towards one resistance per line, such that taxels agree across levels; the mean of columns and the
 /// mean of rows stay where the presses put them.
-pub(super) fn separate(
-    evaluator: &mut Evaluator,
-    model: &Model,
-    progress: &mut dyn FnMut(f64),
-) -> Option<Model> {
+pub(super) fn separate(evaluator: &mut Evaluator, model: &Model) -> Option<Model> {
     // Taxels may differ in exponent here even where the law will have one for all: it costs little, and
     // keeps differences of material from being read as differences of switches.
     let mut model = model.clone();
@@ -49,7 +48,7 @@ pub(super) fn separate(
         ohms[group.clone()].iter().sum::<f64>() / group.len() as f64
     };
     let now = with_resistances(&model, &ohms);
-    let slopes = slopes(evaluator, &model, &ohms, progress)?;
+    let slopes = slopes(evaluator, &model, &ohms)?;
     let material = evaluator.material(&now)?;
     let data = evaluator.levels(&now)?;
     let prior: Vec<(f64, f64)> = (0..ohms.len())
@@ -76,38 +75,47 @@ fn slopes(
     evaluator: &mut Evaluator,
     model: &Model,
     ohms: &[f64],
-    progress: &mut dyn FnMut(f64),
 ) -> Option<Vec<Vec<Vec<f64>>>> {
     let evidence = evaluator.evidence;
     let first = evidence.frames.len();
     let which: Vec<usize> = (first..first + evidence.levels.len()).collect();
     let now = with_resistances(model, ohms);
     let g_zero = evaluator.law(&now)?.g_zero;
-    let mut base: Vec<Frame<Siemens>> = Vec::new();
-    evaluator.invert(&now.sensor, &which, |_, siemens| base.push(siemens.clone()))?;
-    let mut slopes = Vec::with_capacity(ohms.len());
-    for i in 0..ohms.len() {
-        progress(i as f64 / ohms.len() as f64);
-        let step = STEP * ohms[i].max(1.0);
-        let mut moved = ohms.to_vec();
-        moved[i] += step;
-        let there = with_resistances(model, &moved);
-        let mut slope = Vec::with_capacity(base.len());
-        evaluator.invert(&there.sensor, &which, |at, siemens| {
-            let base = base[at - first].values();
-            let marks = evidence.levels[at - first].counts.marks();
-            // d ln(G − g_zero) = dG/(G − g_zero).
-            let by_ohms = siemens.values().iter().zip(base).zip(marks);
-            slope.push(
-                by_ohms
-                    .map(|((there, here), mark)| match mark {
-                        Mark::Good => (there - here) / (step * (here - g_zero)),
-                        _ => f64::NAN,
-                    })
-                    .collect(),
-            );
-        })?;
-        slopes.push(slope);
-    }
-    Some(slopes)
+    let base = evaluator.invert(&now.sensor, &which, |_, siemens| siemens.clone())?;
+    // Each batch of lines starts cold, so that the answer cannot depend on the number of cores.
+    let batches: Vec<Vec<usize>> = (0..ohms.len())
+        .collect::<Vec<usize>>()
+        .chunks(BATCH)
+        .map(<[usize]>::to_vec)
+        .collect();
+    let work = |lines: Vec<usize>| {
+        let mut jobs: Vec<Job> = which.iter().map(|&i| (i, None)).collect();
+        lines
+            .into_iter()
+            .map(|line| {
+                let step = STEP * ohms[line].max(1.0);
+                let mut moved = ohms.to_vec();
+                moved[line] += step;
+                let there = with_resistances(model, &moved);
+                let mut slope = Vec::with_capacity(base.len());
+                Inverter::new(evidence, &there.sensor)?.invert(&mut jobs, |at, siemens| {
+                    let base = base[at - first].values();
+                    let marks = evidence.levels[at - first].counts.marks();
+                    // d ln(G − g_zero) = dG/(G − g_zero).
+                    let by_ohms = siemens.values().iter().zip(base).zip(marks);
+                    slope.push(
+                        by_ohms
+                            .map(|((there, here), mark)| match mark {
+                                Mark::Good => (there - here) / (step * (here - g_zero)),
+                                _ => f64::NAN,
+                            })
+                            .collect(),
+                    );
+                })?;
+                Some(slope)
+            })
+            .collect::<Option<Vec<Vec<Vec<f64>>>>>()
+    };
+    let slopes = on_all_cores(batches, work)?;
+    Some(slopes.into_iter().flatten().collect())
 }

@@ -6,6 +6,7 @@ mod evaluate;
 mod evidence;
 mod fit;
 mod fit_law;
+mod inverter;
 mod law;
 mod least_squares;
 mod levels;

@@ -1,0 +1,143 @@
+//! Many frames inverted at once, on every core: what a fit spends its time on.
+
+use std::num::NonZero;
+use std::sync::{Mutex, PoisonError};
+
+use super::evidence::Evidence;
+use crate::circuit::{Converter, LinearCircuit};
+use crate::screen::stand_in;
+use crate::solve::{Exact, Method, Newton, Scratch};
+use crate::{Counts, Frame, Sensor, Siemens};
+
+/// Accuracy of inversions while fitting, of the largest conductance: derivatives by differences need it.
+const TOLERANCE: f64 = 1e-6;
+/// Warm starts pay where a scratch is small and outlives a change of the circuit.
+const MOST_REMEMBERED_TAXELS: usize = 16_384;
+
+/// A frame's number (presses first, then levels) and what its last inversion left.
+pub(super) type Job = (usize, Option<Scratch>);
+
+/// Inverts frames with one circuit and converter.
+pub(super) struct Inverter<'a> {
+    evidence: &'a Evidence,
+    method: Box<dyn Method>,
+    converter: Converter,
+    shape: (usize, usize),
+    remember: bool,
+}
+
+impl<'a> Inverter<'a> {
+    pub(super) fn new(evidence: &'a Evidence, sensor: &Sensor) -> Option<Self> {
+        let method = method(sensor)?;
+        let shape = (sensor.rows(), sensor.columns());
+        Some(Self {
+            evidence,
+            remember: method.name() == "exact" && shape.0 * shape.1 <= MOST_REMEMBERED_TAXELS,
+            method,
+            converter: Converter::from_sensor(sensor),
+            shape,
+        })
+    }
+
+    /// Conductances of chosen frames; nothing when one is infeasible.
+    pub(super) fn invert(
+        &self,
+        jobs: &mut [Job],
+        mut look: impl FnMut(usize, &Frame<Siemens>),
+    ) -> Option<()> {
+        let (rows, columns) = self.shape;
+        let mut shared = None;
+        let (mut volts, mut siemens) = (Frame::zeros(rows, columns), Frame::zeros(rows, columns));
+        let mut around = Vec::new();
+        for (i, scratch) in jobs {
+            let presses = self.evidence.frames.len();
+            let counts: &Frame<Counts> = match i.checked_sub(presses) {
+                None => &self.evidence.frames[*i],
+                Some(level) => &self.evidence.levels[level].counts,
+            };
+            self.converter.volts_from_counts_into(counts, &mut volts);
+            stand_in(&mut volts, &mut around);
+            let slot = if self.remember { scratch } else { &mut shared };
+            let scratch = slot.get_or_insert_with(|| self.method.scratch());
+            if !self.remember {
+                scratch.forget();
+            }
+            let outcome = self.method.solve_into(&volts, &mut siemens, scratch);
+            if !outcome.stop.is_good() {
+                return None;
+            }
+            look(*i, &siemens);
+        }
+        Some(())
+    }
+}
+
+/// The sensor's best method, as accurately as a fit needs.
+fn method(sensor: &Sensor) -> Option<Box<dyn Method>> {
+    let circuit = LinearCircuit::from_sensor(sensor).ok()?;
+    Some(match Exact::new(&circuit) {
+        Some(exact) => Box::new(exact.with_tolerance(TOLERANCE)),
+        None => Box::new(Newton::new(circuit).with_tolerance(TOLERANCE)),
+    })
+}
+
+/// Does something to every item, on every core; answers keep the order of the items. Nothing as soon as one item
+/// has no answer. What each item gives must not depend on the others, so that the number of cores cannot matter.
+pub(super) fn on_all_cores<I: Send, T: Send>(
+    items: Vec<I>,
+    work: impl Fn(I) -> Option<T> + Sync,
+) -> Option<Vec<T>> {
+    let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
+    if cores == 1 || items.len() < 2 {
+        return items.into_iter().map(work).collect();
+    }
+    let workers = cores.min(items.len());
+    let answers: Mutex<Vec<Option<T>>> = Mutex::new(items.iter().map(|_| None).collect());
+    let queue = Mutex::new(Some(items.into_iter().enumerate()));
+    let next = || {
+        let mut queue = queue.lock().unwrap_or_else(PoisonError::into_inner);
+        queue.as_mut()?.next()
+    };
+    let run = || {
+        while let Some((i, item)) = next() {
+            match work(item) {
+                Some(answer) => {
+                    answers.lock().unwrap_or_else(PoisonError::into_inner)[i] = Some(answer);
+                }
+                None => *queue.lock().unwrap_or_else(PoisonError::into_inner) = None,
+            }
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 1..workers {
+            scope.spawn(run);
+        }
+        run();
+    });
+    answers
+        .into_inner()
+        .unwrap_or_else(PoisonError::into_inner)
+        .into_iter()
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::on_all_cores;
+
+    #[test]
+    fn answers_keep_the_order_of_the_items() {
+        let items: Vec<usize> = (0..100).collect();
+        let squares = on_all_cores(items, |i| {
+            std::thread::sleep(std::time::Duration::from_micros((i as u64 * 37) % 50));
+            Some(i * i)
+        });
+        assert_eq!(squares, Some((0..100).map(|i| i * i).collect()));
+    }
+
+    #[test]
+    fn one_item_without_an_answer_leaves_none() {
+        let items: Vec<usize> = (0..100).collect();
+        assert_eq!(on_all_cores(items, |i| (i != 57).then_some(i)), None);
+    }
+}
