@@ -103,7 +103,7 @@ impl Search<'_> {
             self.unknowns = all;
             return Ok(());
         };
-        let doubtful = is_better(gain, errors);
+        let doubtful = gain >= 0.0;
         self.note(
             "offset",
             !doubtful,

@@ -1,10 +1,10 @@
 //! What a model says about every press: frames inverted, loads read off, and the last few inversions kept.
 
 use super::evidence::Evidence;
+use super::inverter::{Inverter, Job, on_all_cores};
 use super::law::LoadLaw;
 use super::levels::{Levels, Material};
 use super::model::Model;
-use super::inverter::{Inverter, Job, on_all_cores};
 use crate::circuit::LineEnds;
 use crate::sensor::{PerLine, ScanOrder};
 use crate::solve::Scratch;
@@ -16,7 +16,7 @@ const SIDE: usize = 2 * PATCH + 1;
 /// Frames that a core inverts at a time.
 const BATCH: usize = 8;
 /// Unloaded taxels looked at in each frame.
-pub(super) const GHOSTS: usize = 24;
+pub(super) const GHOSTS: usize = 120;
 
 /// What a model says about one press.
 #[derive(Debug, Clone)]
@@ -65,6 +65,8 @@ pub(super) struct Evaluator<'a> {
     pub(super) unloaded: Vec<Vec<usize>>,
     /// What an unloaded taxel's conductance over g_zero is worth.
     pub(super) ghost_grams_per_siemens: f64,
+    /// What is added to the median of the unloaded taxels to give g_zero, siemens.
+    g_zero_shift: f64,
     /// Inversions remembered, newest last.
     kept: Vec<Inverted>,
     scratches: Vec<Option<Scratch>>,
@@ -78,9 +80,33 @@ impl<'a> Evaluator<'a> {
             isolated: vec![false; evidence.presses.len()],
             unloaded: vec![Vec::new(); evidence.presses.len()],
             ghost_grams_per_siemens: 0.0,
+            g_zero_shift: 0.0,
             kept: Vec::new(),
             scratches: (0..frames).map(|_| None).collect(),
         }
+    }
+
+    /// One for some of the presses alone, given as `evidence`, that agrees with this one about `model`.
+    pub(super) fn part<'b>(
+        &mut self,
+        evidence: &'b Evidence,
+        which: &[usize],
+        model: &Model,
+    ) -> Option<Evaluator<'b>> {
+        let at = self.inverted(&model.sensor)?;
+        let all = &self.kept[at];
+        let quiet: Vec<f64> = which
+            .iter()
+            .flat_map(|&i| all.ghosts[i].iter().map(|ghost| ghost.0))
+            .collect();
+        let mut part = Evaluator::new(evidence);
+        part.isolated = which.iter().map(|&i| self.isolated[i]).collect();
+        part.unloaded = which.iter().map(|&i| self.unloaded[i].clone()).collect();
+        part.ghost_grams_per_siemens = self.ghost_grams_per_siemens;
+        if !quiet.is_empty() {
+            part.g_zero_shift = all.g_zero - super::least_squares::median(&quiet);
+        }
+        Some(part)
     }
 
     /// What is seen in the conductances of chosen frames (presses first, then levels), in their order; nothing
@@ -156,7 +182,7 @@ impl<'a> Evaluator<'a> {
             .collect();
         let g_zero = match quiet.is_empty() {
             true => f64::NAN,
-            false => super::least_squares::median(&quiet),
+            false => super::least_squares::median(&quiet) + self.g_zero_shift,
         };
         if self.kept.len() >= 3 {
             self.kept.remove(0);

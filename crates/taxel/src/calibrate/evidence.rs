@@ -86,10 +86,21 @@ impl Evidence {
     /// The same with at most this many presses, evenly chosen: enough for a start, and faster.
     pub(super) fn thinned(&self, most: usize) -> Self {
         let stride = self.presses.len().div_ceil(most).max(1);
-        let mut thin = self.clone();
-        thin.presses = self.presses.iter().copied().step_by(stride).collect();
-        thin.frames = self.frames.iter().step_by(stride).cloned().collect();
-        thin
+        let which: Vec<usize> = (0..self.presses.len()).step_by(stride).collect();
+        self.part(&which)
+    }
+
+    /// The same with some of the presses.
+    pub(super) fn part(&self, which: &[usize]) -> Self {
+        Self {
+            frames: which.iter().map(|&i| self.frames[i].clone()).collect(),
+            presses: which.iter().map(|&i| self.presses[i]).collect(),
+            levels: self.levels.clone(),
+            faults: self.faults.clone(),
+            noise_counts: self.noise_counts,
+            left_out: self.left_out.clone(),
+            stuck_share: self.stuck_share,
+        }
     }
 }
 

@@ -433,14 +433,15 @@ impl Fitted {
                     model = moved;
                 }
             }
-            for (i, estimate) in evaluator.estimates(&model)?.iter().enumerate() {
-                if held(i) {
-                    let error = (estimate.load_g - presses[i].load_g).abs();
-                    let size = |x: &[f64]| mean(&x.iter().map(|x| x.abs()).collect::<Vec<_>>());
-                    score.errors_g[i] = error;
-                    score.totals_g[i] =
-                        error + size(&estimate.neighbours_g) + size(&estimate.ghosts_g);
-                }
+            // Only the held-out frames need another inversion.
+            let which: Vec<usize> = (0..presses.len()).filter(|&i| held(i)).collect();
+            let part = evaluator.evidence.part(&which);
+            let mut judge = evaluator.part(&part, &which, &self.model)?;
+            for (&i, estimate) in which.iter().zip(judge.estimates(&model)?) {
+                let error = (estimate.load_g - presses[i].load_g).abs();
+                let size = |x: &[f64]| mean(&x.iter().map(|x| x.abs()).collect::<Vec<_>>());
+                score.errors_g[i] = error;
+                score.totals_g[i] = error + size(&estimate.neighbours_g) + size(&estimate.ghosts_g);
             }
         }
         Some(score)

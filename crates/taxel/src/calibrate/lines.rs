@@ -3,8 +3,8 @@
 use super::evaluate::Evaluator;
 use super::inverter::{Inverter, Job, on_all_cores};
 use super::model::{LEAST_OHMS, Model};
-use crate::sensor::PerLine;
 use crate::Mark;
+use crate::sensor::PerLine;
 
 /// How far lines are believed to differ from their mean (a standard deviation, relative to it).
 const BELIEVED_MISMATCH: f64 = 0.15;
@@ -71,11 +71,7 @@ pub(super) fn separate(evaluator: &mut Evaluator, model: &Model) -> Option<Model
 }
 
 /// Derivative of ln(G − g_zero) of every taxel at every level by every resistance, per ohm.
-fn slopes(
-    evaluator: &mut Evaluator,
-    model: &Model,
-    ohms: &[f64],
-) -> Option<Vec<Vec<Vec<f64>>>> {
+fn slopes(evaluator: &mut Evaluator, model: &Model, ohms: &[f64]) -> Option<Vec<Vec<Vec<f64>>>> {
     let evidence = evaluator.evidence;
     let first = evidence.frames.len();
     let which: Vec<usize> = (first..first + evidence.levels.len()).collect();
