@@ -127,9 +127,9 @@ mod tests {
 
     #[test]
     fn answers_keep_the_order_of_the_items() {
-        let items: Vec<usize> = (0..100).collect();
+        let items: Vec<u64> = (0..100).collect();
         let squares = on_all_cores(items, |i| {
-            std::thread::sleep(std::time::Duration::from_micros((i as u64 * 37) % 50));
+            std::thread::sleep(std::time::Duration::from_micros((37 * i) % 50));
             Some(i * i)
         });
         assert_eq!(squares, Some((0..100).map(|i| i * i).collect()));
