@@ -6,6 +6,7 @@
 
 mod chain;
 mod commands;
+mod crew;
 mod error;
 mod frames;
 mod line_faults;

@@ -9,6 +9,7 @@
 
 pub mod calibrate;
 pub mod circuit;
+pub mod crew;
 mod dense;
 pub mod error;
 pub mod frame;
@@ -19,6 +20,7 @@ pub mod sensor;
 pub mod simulate;
 pub mod solve;
 
+pub use crew::Crew;
 pub use error::Error;
 pub use frame::{Counts, Frame, Mark, Newtons, Siemens, Volts};
 pub use sensor::Sensor;

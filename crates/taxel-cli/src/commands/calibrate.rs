@@ -11,6 +11,7 @@ use taxel::{Counts, Frame, Sensor};
 use taxel_record::{AtomicFile, FrameSource, TextOptions, open_counts};
 use taxel_record::{read_presses, read_uniform_loads};
 
+use crate::crew::Threads;
 use crate::error::Error;
 use crate::frames::show;
 use crate::progress::Progress;
@@ -109,13 +110,13 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     };
     let progress = Progress::new("fitting");
     let mut show = |stage: &str, share| progress.stage(stage, share);
-    let calibration =
-        taxel::calibrate::calibrate(&sensor, &data, &options, &mut show).map_err(|source| {
-            Error::InFile {
-                file: presses.clone(),
-                source,
-            }
-        })?;
+    let calibration = taxel::calibrate::calibrate_with(
+        &sensor, &data, &options, &Threads, &mut show,
+    )
+    .map_err(|source| Error::InFile {
+        file: presses.clone(),
+        source,
+    })?;
     drop(progress);
     write(&args.output, &calibration.sensor)?;
     match args.json {

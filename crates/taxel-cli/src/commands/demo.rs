@@ -3,7 +3,7 @@
 use std::path::{Path, absolute};
 use std::time::Instant;
 
-use taxel::calibrate::{Calibration, Data, LawChoice, LoadLaw, Options, calibrate, fit_pairs};
+use taxel::calibrate::{Calibration, Data, LawChoice, LoadLaw, Options, calibrate_with, fit_pairs};
 use taxel::frame::{grams_from_newtons, newtons_from_grams};
 use taxel::metric::{deviations_of_frames, ghost_level};
 use taxel::pipeline::Pipeline;
@@ -15,6 +15,7 @@ use taxel::{Counts, Frame, Newtons, Sensor};
 use taxel_record::AtomicFile;
 use taxel_view::{Panel, Sheet};
 
+use crate::crew::Threads;
 use crate::error::Error;
 use crate::progress::Progress;
 use crate::{Exit, out};
@@ -124,7 +125,9 @@ fn fit(nominal: &Sensor, presses: &Data) -> Result<Calibration, Error> {
     };
     let progress = Progress::new("fitting");
     let mut show = |stage: &str, share| progress.stage(stage, share);
-    Ok(calibrate(&parts, presses, &options, &mut show)?)
+    Ok(calibrate_with(
+        &parts, presses, &options, &Threads, &mut show,
+    )?)
 }
 
 /// One way to the loads, and how far it is from the truth.

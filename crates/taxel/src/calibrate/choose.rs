@@ -8,7 +8,7 @@ use super::lines::separate;
 use super::model::{LawModel, Model, Unknown, no_fit};
 use super::{Finding, Options};
 use crate::sensor::PerLine;
-use crate::{Error, Sensor};
+use crate::{Crew, Error, Sensor};
 
 /// Offsets below this many counts are taken for none.
 pub(super) const LEAST_OFFSET_COUNTS: f64 = 1.0;
@@ -37,9 +37,10 @@ impl<'a> Search<'a> {
         sensor: &Sensor,
         evidence: &'a Evidence,
         options: &Options,
+        crew: &'a dyn Crew,
     ) -> Result<Self, Error> {
         let few = evidence.thinned(START_PRESSES);
-        let mut evaluator = Evaluator::new(&few);
+        let mut evaluator = Evaluator::new(&few, crew);
         let blank = Model {
             sensor: sensor.clone(),
             spread: None,
@@ -77,7 +78,7 @@ impl<'a> Search<'a> {
             model.sensor.readout.r_source_ohms = model.sensor.readout.r_source_ohms.max(1.0);
         }
         Ok(Self {
-            evaluator: Evaluator::new(evidence),
+            evaluator: Evaluator::new(evidence, crew),
             model,
             unknowns,
             best: None,
@@ -167,7 +168,7 @@ impl<'a> Search<'a> {
     /// Everything once more, now that the model has all its parts.
     fn settle(&mut self, progress: &mut dyn FnMut(&str, f64), care: Care) -> Result<(), Error> {
         if self.can_separate() {
-            let mut evaluator = Evaluator::new(self.evaluator.evidence);
+            let mut evaluator = Evaluator::new(self.evaluator.evidence, self.evaluator.crew);
             std::mem::swap(&mut evaluator, &mut self.evaluator);
             self.separate_with(&mut evaluator, progress);
             std::mem::swap(&mut evaluator, &mut self.evaluator);
@@ -215,7 +216,7 @@ impl<'a> Search<'a> {
         let mut before = self.mean_ohms();
         let mut offset_error = f64::INFINITY;
         for turn in 0..MOST_TURNS {
-            let mut evaluator = Evaluator::new(&few);
+            let mut evaluator = Evaluator::new(&few, self.evaluator.crew);
             look_around(&mut evaluator, &self.model).ok_or_else(failed)?;
             if !evaluator.has_unloaded() {
                 // Nothing is ever unloaded: the presses must do.
@@ -253,7 +254,7 @@ impl<'a> Search<'a> {
         }
         if self.by_presses && self.can_separate() {
             for _ in 0..3 {
-                let mut evaluator = Evaluator::new(&few);
+                let mut evaluator = Evaluator::new(&few, self.evaluator.crew);
                 self.separate_with(&mut evaluator, progress);
                 self.model = refine(&mut evaluator, &self.model, &self.unknowns, Care::Full)
                     .ok_or_else(failed)?

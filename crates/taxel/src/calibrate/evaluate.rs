@@ -1,11 +1,12 @@
 //! What a model says about every press: frames inverted, loads read off, and the last few inversions kept.
 
 use super::evidence::Evidence;
-use super::inverter::{Inverter, Job, on_all_cores};
+use super::inverter::{Inverter, Job};
 use super::law::LoadLaw;
 use super::levels::{Levels, Material};
 use super::model::Model;
 use crate::circuit::LineEnds;
+use crate::crew::{Crew, shared_out};
 use crate::sensor::{PerLine, ScanOrder};
 use crate::solve::Scratch;
 use crate::{Frame, Sensor, Siemens};
@@ -13,7 +14,7 @@ use crate::{Frame, Sensor, Siemens};
 /// Taxels around a labelled one that its spread is undone with, to each side.
 const PATCH: usize = 4;
 const SIDE: usize = 2 * PATCH + 1;
-/// Frames that a core inverts at a time.
+/// Frames that are inverted in one go.
 const BATCH: usize = 8;
 /// Unloaded taxels looked at in each frame.
 pub(super) const GHOSTS: usize = 120;
@@ -59,6 +60,7 @@ impl Inverted {
 /// Computes what models say, and remembers the last few inversions.
 pub(super) struct Evaluator<'a> {
     pub(super) evidence: &'a Evidence,
+    pub(super) crew: &'a dyn Crew,
     /// Per press: whether nothing else is near.
     pub(super) isolated: Vec<bool>,
     /// Per press: unloaded taxels of its frame.
@@ -73,10 +75,11 @@ pub(super) struct Evaluator<'a> {
 }
 
 impl<'a> Evaluator<'a> {
-    pub(super) fn new(evidence: &'a Evidence) -> Self {
+    pub(super) fn new(evidence: &'a Evidence, crew: &'a dyn Crew) -> Self {
         let frames = evidence.frames.len() + evidence.levels.len();
         Self {
             evidence,
+            crew,
             isolated: vec![false; evidence.presses.len()],
             unloaded: vec![Vec::new(); evidence.presses.len()],
             ghost_grams_per_siemens: 0.0,
@@ -92,14 +95,17 @@ impl<'a> Evaluator<'a> {
         evidence: &'b Evidence,
         which: &[usize],
         model: &Model,
-    ) -> Option<Evaluator<'b>> {
+    ) -> Option<Evaluator<'b>>
+    where
+        'a: 'b,
+    {
         let at = self.inverted(&model.sensor)?;
         let all = &self.kept[at];
         let quiet: Vec<f64> = which
             .iter()
             .flat_map(|&i| all.ghosts[i].iter().map(|ghost| ghost.0))
             .collect();
-        let mut part = Evaluator::new(evidence);
+        let mut part = Evaluator::new(evidence, self.crew);
         part.isolated = which.iter().map(|&i| self.isolated[i]).collect();
         part.unloaded = which.iter().map(|&i| self.unloaded[i].clone()).collect();
         part.ghost_grams_per_siemens = self.ghost_grams_per_siemens;
@@ -127,7 +133,7 @@ impl<'a> Evaluator<'a> {
                     .collect()
             })
             .collect();
-        let done = on_all_cores(batches, |mut batch| {
+        let done = shared_out(self.crew, batches, |mut batch| {
             let mut seen = Vec::with_capacity(batch.len());
             inverter.invert(&mut batch, |i, siemens| seen.push(look(i, siemens)))?;
             Some((seen, batch))
@@ -330,30 +336,33 @@ pub(super) fn level_data(
             Some(spread) => spread.apply(columns, &vec![load; taxels], &mut felt),
             None => felt.fill(load),
         }
-        response.push(
-            felt.iter()
-                .map(|&g| model.law.acting(g))
-                .collect::<Vec<f64>>(),
-        );
+        // All but the edges of the array feel the same.
+        let mut last = (f64::NAN, f64::NAN);
+        let acting: Vec<f64> = felt
+            .iter()
+            .map(|&grams| {
+                if grams != last.0 {
+                    last = (grams, model.law.acting(grams));
+                }
+                last.1
+            })
+            .collect();
         ln_siemens.push(
             siemens
                 .values()
                 .iter()
                 .zip(level.counts.marks())
-                .zip(&felt)
-                .map(|((&g, mark), &felt)| match mark {
+                .zip(&acting)
+                .map(|((&g, mark), &acting)| match mark {
                     crate::Mark::Good => {
-                        (g - g_zero).ln()
-                            - bend
-                                .as_ref()
-                                .map_or(0.0, |b| b.at(model.law.acting(felt)).0)
+                        (g - g_zero).ln() - bend.as_ref().map_or(0.0, |b| b.at(acting).0)
                     }
                     _ => f64::NAN,
                 })
                 .collect::<Vec<f64>>(),
         );
-        let typical = super::least_squares::median(level.counts.values()).max(1.0);
-        noise.push(evidence.noise_counts / (level.frames as f64).sqrt() / typical);
+        response.push(acting);
+        noise.push(evidence.noise_counts / (level.frames as f64).sqrt() / level.typical_counts);
     }
     LevelData {
         ln_siemens,

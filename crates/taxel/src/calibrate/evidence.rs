@@ -14,6 +14,8 @@ pub(super) struct LevelFrame {
     pub(super) load_g: f64,
     /// Frames that went into the mean.
     pub(super) frames: usize,
+    /// Median reading, counts.
+    pub(super) typical_counts: f64,
 }
 
 /// Data that passed every check.
@@ -216,6 +218,7 @@ fn levels(uniform: &[(Frame<Counts>, f64)]) -> Vec<LevelFrame> {
                 }
             }
             LevelFrame {
+                typical_counts: super::least_squares::median(counts.values()).max(1.0),
                 counts,
                 load_g,
                 frames: chosen.len(),

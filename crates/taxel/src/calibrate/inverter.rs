@@ -1,7 +1,4 @@
-//! Many frames inverted at once, on every core: what a fit spends its time on.
-
-use std::num::NonZero;
-use std::sync::{Mutex, PoisonError};
+//! Many frames inverted with one circuit: what a fit spends its time on.
 
 use super::evidence::Evidence;
 use crate::circuit::{Converter, LinearCircuit};
@@ -79,65 +76,4 @@ fn method(sensor: &Sensor) -> Option<Box<dyn Method>> {
         Some(exact) => Box::new(exact.with_tolerance(TOLERANCE)),
         None => Box::new(Newton::new(circuit).with_tolerance(TOLERANCE)),
     })
-}
-
-/// Does something to every item, on every core; answers keep the order of the items. Nothing as soon as one item
-/// has no answer. What each item gives must not depend on the others, so that the number of cores cannot matter.
-pub(super) fn on_all_cores<I: Send, T: Send>(
-    items: Vec<I>,
-    work: impl Fn(I) -> Option<T> + Sync,
-) -> Option<Vec<T>> {
-    let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
-    if cores == 1 || items.len() < 2 {
-        return items.into_iter().map(work).collect();
-    }
-    let workers = cores.min(items.len());
-    let answers: Mutex<Vec<Option<T>>> = Mutex::new(items.iter().map(|_| None).collect());
-    let queue = Mutex::new(Some(items.into_iter().enumerate()));
-    let next = || {
-        let mut queue = queue.lock().unwrap_or_else(PoisonError::into_inner);
-        queue.as_mut()?.next()
-    };
-    let run = || {
-        while let Some((i, item)) = next() {
-            match work(item) {
-                Some(answer) => {
-                    answers.lock().unwrap_or_else(PoisonError::into_inner)[i] = Some(answer);
-                }
-                None => *queue.lock().unwrap_or_else(PoisonError::into_inner) = None,
-            }
-        }
-    };
-    std::thread::scope(|scope| {
-        for _ in 1..workers {
-            scope.spawn(run);
-        }
-        run();
-    });
-    answers
-        .into_inner()
-        .unwrap_or_else(PoisonError::into_inner)
-        .into_iter()
-        .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::on_all_cores;
-
-    #[test]
-    fn answers_keep_the_order_of_the_items() {
-        let items: Vec<u64> = (0..100).collect();
-        let squares = on_all_cores(items, |i| {
-            std::thread::sleep(std::time::Duration::from_micros((37 * i) % 50));
-            Some(i * i)
-        });
-        assert_eq!(squares, Some((0..100).map(|i| i * i).collect()));
-    }
-
-    #[test]
-    fn one_item_without_an_answer_leaves_none() {
-        let items: Vec<usize> = (0..100).collect();
-        assert_eq!(on_all_cores(items, |i| (i != 57).then_some(i)), None);
-    }
 }

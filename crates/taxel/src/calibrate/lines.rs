@@ -1,16 +1,17 @@
 //! Every switch resistance apart, from uniform loads.
 
 use super::evaluate::Evaluator;
-use super::inverter::{Inverter, Job, on_all_cores};
+use super::inverter::{Inverter, Job};
 use super::model::{LEAST_OHMS, Model};
 use crate::Mark;
+use crate::crew::shared_out;
 use crate::sensor::PerLine;
 
 /// How far lines are believed to differ from their mean (a standard deviation, relative to it).
 const BELIEVED_MISMATCH: f64 = 0.15;
 /// Step of a resistance for the derivative, relative to the mean.
 const STEP: f64 = 0.02;
-/// Lines that a core looks at in one go.
+/// Lines that are looked at in one go.
 const BATCH: usize = 16;
 
 /// Resistances of all lines, columns first.
@@ -78,7 +79,7 @@ fn slopes(evaluator: &mut Evaluator, model: &Model, ohms: &[f64]) -> Option<Vec<
     let now = with_resistances(model, ohms);
     let g_zero = evaluator.law(&now)?.g_zero;
     let base = evaluator.invert(&now.sensor, &which, |_, siemens| siemens.clone())?;
-    // Each batch of lines starts cold, so that the answer cannot depend on the number of cores.
+    // Each batch of lines starts cold, so that the answer cannot depend on who does which.
     let batches: Vec<Vec<usize>> = (0..ohms.len())
         .collect::<Vec<usize>>()
         .chunks(BATCH)
@@ -112,6 +113,6 @@ fn slopes(evaluator: &mut Evaluator, model: &Model, ohms: &[f64]) -> Option<Vec<
             })
             .collect::<Option<Vec<Vec<Vec<f64>>>>>()
     };
-    let slopes = on_all_cores(batches, work)?;
+    let slopes = shared_out(evaluator.crew, batches, work)?;
     Some(slopes.into_iter().flatten().collect())
 }

@@ -23,6 +23,7 @@ pub use report::{Finding, Parameter, Report};
 pub use spline::Spline;
 pub use spread::Spread;
 
+use crate::crew::{Crew, OneByOne};
 use crate::{Counts, Error, Frame, Sensor};
 
 /// One labelled taxel: a known load on it in a frame of otherwise unknown loads.
@@ -117,8 +118,22 @@ pub fn calibrate(
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Calibration, Error> {
+    calibrate_with(sensor, data, options, &OneByOne, progress)
+}
+
+/// [`calibrate`] with a crew that frames are shared out to; the answer does not depend on its size.
+///
+/// # Errors
+/// As [`calibrate`].
+pub fn calibrate_with(
+    sensor: &Sensor,
+    data: &Data,
+    options: &Options,
+    crew: &dyn Crew,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<Calibration, Error> {
     let evidence = evidence::Evidence::new(sensor, data)?;
-    let mut search = choose::Search::new(sensor, &evidence, options)?;
+    let mut search = choose::Search::new(sensor, &evidence, options, crew)?;
     search.run(progress)?;
     search.finish(sensor, options)
 }
