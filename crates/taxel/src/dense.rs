@@ -10,6 +10,8 @@ use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::triangular_inverse::invert_lower_triangular;
 use faer::{Accum, MatMut, MatRef, Par};
 
+use crate::vectors;
+
 /// A row-major slice seen as a matrix.
 pub(crate) fn view(values: &[f64], rows: usize, columns: usize) -> MatRef<'_, f64> {
     MatRef::from_row_major_slice(values, rows, columns)
@@ -23,6 +25,7 @@ pub(crate) fn view_mut(values: &mut [f64], rows: usize, columns: usize) -> MatMu
 /// out ← a b.
 pub(crate) fn multiply(out: MatMut<'_, f64>, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
     matmul(out, Accum::Replace, a, b, 1.0, Par::Seq);
+    vectors::leave();
 }
 
 /// out ← out + factor · a b.
@@ -33,6 +36,7 @@ pub(crate) fn multiply_add(
     factor: f64,
 ) {
     matmul(out, Accum::Add, a, b, factor, Par::Seq);
+    vectors::leave();
 }
 
 /// Lower triangle of out ← a b, for a product known to be symmetric. The upper triangle is untouched.
@@ -48,6 +52,7 @@ pub(crate) fn multiply_lower(out: MatMut<'_, f64>, a: MatRef<'_, f64>, b: MatRef
         1.0,
         Par::Seq,
     );
+    vectors::leave();
 }
 
 /// Copies the lower triangle of a row-major n×n matrix to the upper one.
@@ -128,14 +133,16 @@ impl Spd {
                 self.factor[j * n + i] = matrix[i * n + j];
             }
         }
-        cholesky_in_place(
+        let done = cholesky_in_place(
             MatMut::from_column_major_slice_mut(&mut self.factor, n, n),
             LltRegularization::default(),
             Par::Seq,
             MemStack::new(&mut self.memory),
             Default::default(),
         )
-        .is_ok()
+        .is_ok();
+        vectors::leave();
+        done
     }
 
     /// The whole inverse of what was factorised, row-major.
@@ -147,6 +154,7 @@ impl Spd {
             Par::Seq,
             MemStack::new(&mut self.memory),
         );
+        vectors::leave();
         // faer writes the lower triangle of a column-major matrix: the upper of ours.
         for i in 1..n {
             for j in 0..i {
@@ -164,6 +172,7 @@ impl Spd {
             MatRef::from_column_major_slice(&self.factor, n, n),
             Par::Seq,
         );
+        vectors::leave();
         for (j, value) in out.iter_mut().enumerate() {
             let line = &triangle[j * n + j..(j + 1) * n];
             *value = dot(line, line);

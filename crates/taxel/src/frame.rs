@@ -53,11 +53,13 @@ pub enum Mark {
     Interpolated = 7,
     /// Measured, but the cross-talk cannot be undone: its standard error exceeds its value.
     Unresolved = 8,
+    /// A network's estimate from an input unlike those it was trained with.
+    Unfamiliar = 9,
 }
 
 impl Mark {
     /// Every mark, in the order of its code.
-    pub const ALL: [Mark; 9] = [
+    pub const ALL: [Mark; 10] = [
         Mark::Good,
         Mark::Open,
         Mark::Saturated,
@@ -67,6 +69,7 @@ impl Mark {
         Mark::Shorted,
         Mark::Interpolated,
         Mark::Unresolved,
+        Mark::Unfamiliar,
     ];
 
     /// The word for it in reports.
@@ -81,6 +84,7 @@ impl Mark {
             Mark::Shorted => "shorted",
             Mark::Interpolated => "interpolated",
             Mark::Unresolved => "unresolved",
+            Mark::Unfamiliar => "unfamiliar",
         }
     }
 

@@ -19,6 +19,7 @@ pub mod screen;
 pub mod sensor;
 pub mod simulate;
 pub mod solve;
+pub mod vectors;
 
 pub use crew::Crew;
 pub use error::Error;

@@ -71,6 +71,7 @@ impl Pipeline {
         let mut screen = FrameScreen::new(rows, columns, sensor.max_count(), &options);
         screen.set_lines(&LineFaults::from_spec(&sensor.screen));
         let taxels = rows * columns;
+        let gives_loads = method.gives_loads();
         Ok(Self {
             converter: Converter::from_sensor(sensor),
             screen,
@@ -84,6 +85,7 @@ impl Pipeline {
                 .material
                 .as_ref()
                 .and_then(|material| material.spread)
+                .filter(|_| !gives_loads)
                 .map(Spread::new),
             repair: match sensor.screen.repair {
                 true => Repair::Readings,

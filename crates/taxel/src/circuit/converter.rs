@@ -41,6 +41,11 @@ impl Converter {
         self.max_count
     }
 
+    /// The count that a voltage is, neither rounded nor clipped, without the memory of the previous reading.
+    pub fn count_from_volt(&self, volts: f64) -> f64 {
+        volts / self.volts_per_count + self.offset_counts()
+    }
+
     /// Counts from volts: memory of the previous reading, offset, inversion, clipping, rounding.
     pub fn counts_from_volts(&self, volts: &Frame<Volts>) -> Frame<Counts> {
         let mut counts = volts.map(|_, v| v / self.volts_per_count + self.offset_counts());

@@ -48,6 +48,12 @@ pub trait Method: Send + Sync {
         scratch: &mut Scratch,
     ) -> Outcome;
 
+    /// Whether what it gives are loads, carried as the conductances that the load law gives them, with the spread
+    /// undone: a network's answer, not a circuit's.
+    fn gives_loads(&self) -> bool {
+        false
+    }
+
     /// Solves one frame from a cold start. Allocates.
     fn solve(&self, volts: &Frame<Volts>) -> Solved {
         let mut frame = volts.map(|_, _| 0.0);

@@ -1,0 +1,98 @@
+//! What can be wrong with training data and model files.
+
+use std::path::PathBuf;
+
+/// Everything that ends a training or the reading of a model, and why.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// Too little to learn from.
+    #[error(
+        "{found} labelled presses, but a training needs at least {needed}\nhint: press more taxels, with loads over the whole range"
+    )]
+    TooFewPresses {
+        /// Presses there are.
+        found: usize,
+        /// Presses needed.
+        needed: usize,
+    },
+    /// A number that is none.
+    #[error("press {press}: {what} is {value}\nhint: leave the press out, or repair the file")]
+    NotFinite {
+        /// Index of the press, from 0.
+        press: usize,
+        /// Which number.
+        what: &'static str,
+        /// The number.
+        value: f64,
+    },
+    /// Every labelled taxel reads the same, or every load is the same.
+    #[error(
+        "{what} is {value} in every press\nhint: there is nothing to learn from a constant; check the columns of the table"
+    )]
+    Constant {
+        /// What does not vary.
+        what: String,
+        /// Its value.
+        value: f64,
+    },
+    /// A load beyond what the caller said to be possible.
+    #[error(
+        "press {press}: a load of {load_g} g, beyond the {limit_g} g that are possible\nhint: loads are grams-force on one taxel; raise --most-load if this one is right"
+    )]
+    LoadOutOfRange {
+        /// Index of the press, from 0.
+        press: usize,
+        /// Its load, grams.
+        load_g: f64,
+        /// The largest believed, grams.
+        limit_g: f64,
+    },
+    /// The table is for another array.
+    #[error("{what}: {found} values a row, but the sensor has {expected} columns")]
+    Width {
+        /// Which data.
+        what: String,
+        /// Columns found.
+        found: usize,
+        /// Columns of the sensor.
+        expected: usize,
+    },
+    /// A line of a table that is not one.
+    #[error("{}, line {line}: {reason}", .file.display())]
+    Line {
+        /// The file.
+        file: PathBuf,
+        /// Its line, from 1.
+        line: usize,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A file that is no model of ours.
+    #[error("{}: {reason}\nhint: models are written by `taxel train`", .file.display())]
+    NotAModel {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A file that cannot be read or written.
+    #[error("{}: {source}", .file.display())]
+    File {
+        /// The file.
+        file: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// A model for another array.
+    #[error("the model is for {} rows x {} columns, but the sensor has {} x {}", .model.0, .model.1, .sensor.0, .sensor.1)]
+    Shape {
+        /// Rows and columns of the model.
+        model: (usize, usize),
+        /// Rows and columns of the sensor.
+        sensor: (usize, usize),
+    },
+    /// The physics that a model stands on refuses.
+    #[error(transparent)]
+    Taxel(#[from] taxel::Error),
+}

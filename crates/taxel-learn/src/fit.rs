@@ -1,0 +1,267 @@
+//! From labelled presses to a model with its card.
+
+use taxel::calibrate::{LoadLaw, Press};
+use taxel::crew::{Crew, shared_out};
+use taxel::pipeline::Pipeline;
+use taxel::solve::default_method;
+use taxel::{Counts, Frame, Sensor};
+
+use crate::model::{Card, Held, Kind, Model, NOT_FOR, Source};
+use crate::models::hybrid::{Example, Hybrid, LEAST_G, Physics, Scene};
+use crate::models::paper_mlp::PaperTraining;
+use crate::models::row_set::{RowSet, RowSetTraining};
+use crate::network::AdamSettings;
+use crate::rows::{Rows, Split};
+use crate::train::{Checkpoint, Epoch, Go, Settings, train};
+use crate::trust::{Familiar, Interval};
+use crate::{Error, with_law};
+
+/// Share of presses that an interval is to cover.
+pub const LEVEL: f64 = 0.9;
+/// Row sets whose mean is taken.
+pub const MEMBERS: usize = 3;
+/// Parts that a hybrid is cross-validated in.
+const FOLDS: usize = 5;
+/// Epochs of a hybrid's networks.
+const HYBRID_EPOCHS: usize = 300;
+
+/// What a model is trained with.
+pub struct Lesson<'a> {
+    /// The sensor, as far as it is known.
+    pub sensor: &'a Sensor,
+    /// Presses, as rows of readings.
+    pub rows: &'a Rows,
+    /// Which are for what.
+    pub split: &'a Split,
+    /// Where they come from.
+    pub sources: Vec<Source>,
+}
+
+/// Told of every epoch: which network, of how many, and how it went; may say stop. Called from any thread.
+pub type Watch<'a> = &'a (dyn Fn(usize, usize, &Epoch) -> Go + Sync);
+
+/// How row sets are trained: longer than it seems to pay, with a falling rate.
+pub fn row_set_settings() -> Settings {
+    Settings {
+        epochs: 400,
+        batch: 64,
+        l2: 1e-5,
+        patience: 400,
+        tolerance: 0.0,
+        stop_by_loss: false,
+        anneal: true,
+        seed: 1,
+        adam: AdamSettings {
+            rate: 2e-3,
+            ..AdamSettings::default()
+        },
+    }
+}
+
+/// Trains the paper's network.
+///
+/// # Errors
+/// Never for rows that passed [`Rows::check`].
+pub fn paper_mlp(
+    lesson: &Lesson,
+    settings: &Settings,
+    hidden: &[usize],
+    copies: usize,
+    from: Option<&Checkpoint>,
+    watch: &mut dyn FnMut(&Epoch, &dyn Fn() -> Checkpoint) -> Go,
+) -> Result<Model, Error> {
+    let (train_on, check) = lesson.parts();
+    let mut training = PaperTraining::new(&train_on, &check, hidden, copies, settings.seed);
+    let history = train(&mut training, settings, from, watch);
+    let model = training.finish();
+    let estimate = |rows: &Rows| model.estimate(rows);
+    let card = lesson.card(settings, copies, history.last().copied(), &estimate);
+    Ok(finish(card, Kind::PaperMlp(model)))
+}
+
+/// Trains `members` row sets, shared out to the crew.
+///
+/// # Errors
+/// Never for rows that passed [`Rows::check`].
+pub fn row_set(
+    lesson: &Lesson,
+    settings: &Settings,
+    members: usize,
+    crew: &dyn Crew,
+    watch: Watch,
+) -> Result<Model, Error> {
+    let (train_on, check) = lesson.parts();
+    let trained = shared_out(crew, (0..members).collect(), |member| {
+        let own = Settings {
+            seed: settings.seed.wrapping_add(1000 * member as u64),
+            ..settings.clone()
+        };
+        let mut training = RowSetTraining::new(&train_on, &check, own.seed);
+        let history = train(&mut training, &own, None, &mut |epoch, _| {
+            watch(member, members, epoch)
+        });
+        Some((training.finish(), history.last().copied()))
+    })
+    .unwrap_or_default();
+    let (models, last): (Vec<RowSet>, Vec<Option<Epoch>>) = trained.into_iter().unzip();
+    let estimate = |rows: &Rows| mean_estimate(&models, rows);
+    let mut card = lesson.card(settings, 1, None, &estimate);
+    card.epochs = last.into_iter().flatten().collect();
+    Ok(finish(card, Kind::RowSet(models)))
+}
+
+fn mean_estimate(models: &[RowSet], rows: &Rows) -> Vec<f64> {
+    let mut mean = vec![0.0; rows.len()];
+    for model in models {
+        for (sum, load) in mean.iter_mut().zip(model.estimate(rows)) {
+            *sum += load / models.len() as f64;
+        }
+    }
+    mean
+}
+
+/// Trains the hybrid on presses with their whole frames. The sensor must be calibrated, on these presses or others.
+/// Split parts `check` and `train` are both cross-validated over; `test` judges.
+///
+/// # Errors
+/// A sensor that is not calibrated.
+pub fn hybrid(
+    lesson: &Lesson,
+    frames: &[Frame<Counts>],
+    presses: &[Press],
+    seed: u64,
+    progress: &mut dyn FnMut(f64) -> Go,
+) -> Result<Model, Error> {
+    let sensor = with_law(lesson.sensor.clone());
+    let examples = examples(&sensor, frames, presses)?;
+    let mut known: Vec<usize> = [&lesson.split.train[..], &lesson.split.check].concat();
+    known.sort_unstable();
+    let usable = |which: &[usize]| -> Vec<Example> {
+        which
+            .iter()
+            .map(|&i| examples[i])
+            .filter(|e| e.physics_g >= LEAST_G)
+            .collect()
+    };
+    let (model, verdict) = Hybrid::train(&usable(&known), FOLDS, HYBRID_EPOCHS, seed, progress);
+    let estimate = |which: &[usize]| -> Vec<f64> {
+        let features: Vec<_> = which.iter().map(|&i| examples[i].features).collect();
+        let mut loads: Vec<f32> = which.iter().map(|&i| examples[i].physics_g).collect();
+        model.correct(&features, &mut loads, &mut Default::default());
+        loads.into_iter().map(f64::from).collect()
+    };
+    let loads = |which: &[usize]| -> Vec<f64> {
+        which
+            .iter()
+            .map(|&i| f64::from(examples[i].load_g))
+            .collect()
+    };
+    let settings = Settings {
+        epochs: HYBRID_EPOCHS,
+        seed,
+        ..Settings::default()
+    };
+    let none = |rows: &Rows| vec![0.0; rows.len()];
+    let mut card = lesson.card(&settings, 1, None, &none);
+    card.interval = Interval::fit(LEVEL, &estimate(&known), &loads(&known));
+    card.held_out = Held::new(
+        &estimate(&lesson.split.test),
+        &loads(&lesson.split.test),
+        &card.interval,
+    );
+    card.threshold_counts = 0.0;
+    card.verdict = Some(verdict);
+    Ok(finish(card, Kind::Hybrid(model)))
+}
+
+/// What the hybrid sees of every press.
+fn examples(
+    sensor: &Sensor,
+    frames: &[Frame<Counts>],
+    presses: &[Press],
+) -> Result<Vec<Example>, Error> {
+    let law = LoadLaw::from_sensor(sensor)?;
+    let physics = Physics::of(sensor, &law);
+    let mut pipeline = Pipeline::new(sensor, default_method(sensor)?)?;
+    let mut scene = Scene::default();
+    let mut examples = Vec::with_capacity(presses.len());
+    for press in presses {
+        pipeline.forget();
+        pipeline.siemens_from_counts(&frames[press.frame]);
+        let siemens = pipeline.siemens().clone();
+        scene.look(&siemens, pipeline.newtons()?);
+        examples.push(Example {
+            features: scene.features(press.row, press.column, &physics),
+            physics_g: scene.loads_g[press.row * sensor.columns() + press.column],
+            load_g: press.load_g as f32,
+        });
+    }
+    Ok(examples)
+}
+
+fn finish(card: Card, kind: Kind) -> Model {
+    let mut model = Model { card, kind };
+    model.describe();
+    model
+}
+
+impl Lesson<'_> {
+    fn parts(&self) -> (Rows, Rows) {
+        (
+            self.rows.part(&self.split.train),
+            self.rows.part(&self.split.check),
+        )
+    }
+
+    fn card(
+        &self,
+        settings: &Settings,
+        copies: usize,
+        last: Option<Epoch>,
+        estimate: &dyn Fn(&Rows) -> Vec<f64>,
+    ) -> Card {
+        let doubles = |values: &[f32]| -> Vec<f64> { values.iter().map(|&v| v.into()).collect() };
+        let check = self.rows.part(&self.split.check);
+        let test = self.rows.part(&self.split.test);
+        let interval = Interval::fit(LEVEL, &estimate(&check), &doubles(&check.load_g));
+        let familiar = Familiar::fit(self.rows);
+        Card {
+            format: 1,
+            kind: String::new(),
+            program_version: env!("CARGO_PKG_VERSION").to_owned(),
+            networks: Vec::new(),
+            scalers: Vec::new(),
+            eyes: Vec::new(),
+            sensor: self.sensor.to_toml(),
+            threshold_counts: threshold(self.rows, f64::from(familiar.dark_counts)),
+            sources: self.sources.clone(),
+            split: self.split.clone(),
+            settings: settings.clone(),
+            copies,
+            epochs: last.into_iter().collect(),
+            held_out: Held::new(&estimate(&test), &doubles(&test.load_g), &interval),
+            interval,
+            familiar,
+            typical: None,
+            verdict: None,
+            not_for: NOT_FOR.iter().map(|&text| text.to_owned()).collect(),
+        }
+    }
+}
+
+/// A quarter of the way from an unpressed taxel's reading to that of the least loads labelled (their first
+/// percentile), counts: below it a reading is none.
+fn threshold(rows: &Rows, dark: f64) -> f64 {
+    let mut pressed: Vec<f64> = rows
+        .taxel
+        .iter()
+        .zip(&rows.load_g)
+        .filter(|(_, load)| **load > 1.0)
+        .map(|(&taxel, _)| f64::from(taxel))
+        .collect();
+    pressed.sort_by(f64::total_cmp);
+    match pressed.get(pressed.len() / 100) {
+        Some(least) => dark + 0.25 * (least - dark).max(0.0),
+        None => dark,
+    }
+}

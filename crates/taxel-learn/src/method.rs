@@ -1,0 +1,246 @@
+//! A trained model where a physical inverse would stand: the same trait.
+
+use taxel::calibrate::LoadLaw;
+use taxel::circuit::Converter;
+use taxel::pipeline::Pipeline;
+use taxel::solve::{Method, Outcome, Scratch, Stop, default_method};
+use taxel::{Frame, Mark, Sensor, Siemens, Volts};
+
+use crate::Error;
+use crate::model::{Kind, Model, with_law};
+use crate::models::hybrid::{FEATURES, HybridMemory, LEAST_G, Physics, Scene};
+use crate::models::paper_mlp::PaperMemory;
+use crate::models::row_set::RowSetMemory;
+
+/// A model as a [`Method`]: loads, carried as the conductances that the sensor's load law gives them.
+pub struct Learned {
+    model: Model,
+    sensor: Sensor,
+    converter: Converter,
+    law: LoadLaw,
+    physics: Option<Physics>,
+}
+
+struct Memory {
+    counts: Vec<f32>,
+    taxels: Vec<(usize, usize)>,
+    loads: Vec<f32>,
+    member: Vec<f32>,
+    paper: PaperMemory,
+    row_set: RowSetMemory,
+    hybrid: HybridMemory,
+    features: Vec<[f32; FEATURES]>,
+    scene: Scene,
+    pipeline: Option<Pipeline>,
+}
+
+impl Learned {
+    /// For frames of `sensor`, which must have the shape of the model's own.
+    ///
+    /// # Errors
+    /// Another shape; for a hybrid a sensor that is not calibrated.
+    pub fn new(model: Model, sensor: &Sensor) -> Result<Self, Error> {
+        let own = model.sensor()?;
+        if (own.rows(), own.columns()) != (sensor.rows(), sensor.columns()) {
+            return Err(Error::Shape {
+                model: (own.rows(), own.columns()),
+                sensor: (sensor.rows(), sensor.columns()),
+            });
+        }
+        let sensor = with_law(sensor.clone());
+        let law = LoadLaw::from_sensor(&sensor)?;
+        let physics = match model.kind {
+            Kind::Hybrid(_) => {
+                // Tells of a missing circuit now, not at the first frame.
+                default_method(&sensor)?;
+                Some(Physics::of(&sensor, &law))
+            }
+            _ => None,
+        };
+        Ok(Self {
+            converter: Converter::from_sensor(&sensor),
+            model,
+            law,
+            physics,
+            sensor,
+        })
+    }
+
+    /// The model.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    fn pipeline(&self) -> Option<Pipeline> {
+        self.physics.as_ref()?;
+        let method = default_method(&self.sensor).ok()?;
+        Pipeline::new(&self.sensor, method).ok()
+    }
+
+    /// Loads of the listed taxels by a network over rows, grams; `counts` are the frame's.
+    fn by_rows(&self, memory: &mut Memory) {
+        let columns = self.sensor.columns();
+        memory.loads.clear();
+        memory.loads.resize(memory.taxels.len(), 0.0);
+        match &self.model.kind {
+            Kind::PaperMlp(model) => {
+                let loads = model.estimate_frame(&memory.counts, &memory.taxels, &mut memory.paper);
+                memory.loads.copy_from_slice(loads);
+            }
+            Kind::RowSet(members) => {
+                for member in members {
+                    let loads = member.estimate_frame(
+                        &memory.counts,
+                        columns,
+                        &memory.taxels,
+                        &mut memory.row_set,
+                    );
+                    for (sum, load) in memory.loads.iter_mut().zip(loads) {
+                        *sum += load / members.len() as f32;
+                    }
+                }
+            }
+            Kind::Hybrid(_) => {}
+        }
+    }
+
+    /// Loads of the listed taxels by the physics and the network on what is left, grams.
+    fn by_physics(&self, volts: &Frame<Volts>, memory: &mut Memory) -> Outcome {
+        let (Kind::Hybrid(hybrid), Some(physics)) = (&self.model.kind, &self.physics) else {
+            return Outcome::new(Stop::Direct, 0, 0.0);
+        };
+        let Memory {
+            pipeline: Some(pipeline),
+            ..
+        } = memory
+        else {
+            return Outcome::new(Stop::Stalled, 0, 0.0);
+        };
+        let outcome = pipeline.siemens_from_volts(volts);
+        let siemens = pipeline.siemens().clone();
+        let Ok(loads) = pipeline.newtons() else {
+            return Outcome::new(Stop::Stalled, 0, 0.0);
+        };
+        memory.scene.look(&siemens, loads);
+        memory.taxels.clear();
+        memory.features.clear();
+        let columns = self.sensor.columns();
+        for (at, &load) in memory.scene.loads_g.iter().enumerate() {
+            if load >= LEAST_G {
+                memory.taxels.push((at / columns, at % columns));
+            }
+        }
+        memory.member.clear();
+        for &(row, column) in &memory.taxels {
+            memory
+                .features
+                .push(memory.scene.features(row, column, physics));
+            memory
+                .member
+                .push(memory.scene.loads_g[row * columns + column]);
+        }
+        hybrid.correct(&memory.features, &mut memory.member, &mut memory.hybrid);
+        memory.loads.clone_from(&memory.scene.loads_g);
+        for (&(row, column), &load) in memory.taxels.iter().zip(&memory.member) {
+            memory.loads[row * columns + column] = load;
+        }
+        outcome
+    }
+}
+
+impl Method for Learned {
+    fn name(&self) -> &'static str {
+        self.model.kind.name()
+    }
+
+    fn gives_loads(&self) -> bool {
+        true
+    }
+
+    fn scratch(&self) -> Scratch {
+        Scratch::new(Memory {
+            counts: Vec::new(),
+            taxels: Vec::new(),
+            loads: Vec::new(),
+            member: Vec::new(),
+            paper: PaperMemory::default(),
+            row_set: RowSetMemory::default(),
+            hybrid: HybridMemory::default(),
+            features: Vec::new(),
+            scene: Scene::default(),
+            pipeline: self.pipeline(),
+        })
+    }
+
+    fn solve_into(
+        &self,
+        volts: &Frame<Volts>,
+        siemens: &mut Frame<Siemens>,
+        scratch: &mut Scratch,
+    ) -> Outcome {
+        let cold = scratch.take_cold();
+        let memory: &mut Memory = scratch.get();
+        if let (true, Some(pipeline)) = (cold, &mut memory.pipeline) {
+            pipeline.forget();
+        }
+        siemens.take_marks(volts);
+        let columns = self.sensor.columns();
+        memory.counts.clear();
+        let counts = |volts: f64| self.converter.count_from_volt(volts) as f32;
+        memory
+            .counts
+            .extend(volts.values().iter().map(|&v| counts(v)));
+        let outcome = match &self.model.kind {
+            Kind::Hybrid(_) => {
+                let outcome = self.by_physics(volts, memory);
+                for (taxel, (g, &load)) in siemens
+                    .values_mut()
+                    .iter_mut()
+                    .zip(&memory.loads)
+                    .enumerate()
+                {
+                    *g = self.law.siemens_from_grams(taxel, f64::from(load));
+                }
+                outcome
+            }
+            _ => {
+                let threshold = self.model.card.threshold_counts as f32;
+                memory.taxels.clear();
+                for (at, &count) in memory.counts.iter().enumerate() {
+                    if count >= threshold {
+                        memory.taxels.push((at / columns, at % columns));
+                    }
+                }
+                self.by_rows(memory);
+                siemens.values_mut().fill(self.law.g_zero);
+                for (&(row, column), &load) in memory.taxels.iter().zip(&memory.loads) {
+                    let at = row * columns + column;
+                    let load = f64::from(load.max(0.0));
+                    siemens.values_mut()[at] = self.law.siemens_from_grams(at, load);
+                }
+                Outcome::new(Stop::Direct, 0, 0.0)
+            }
+        };
+        self.mark_unfamiliar(memory, siemens);
+        outcome
+    }
+}
+
+impl Learned {
+    /// Marks estimates from inputs unlike those of the training.
+    fn mark_unfamiliar(&self, memory: &Memory, siemens: &mut Frame<Siemens>) {
+        if matches!(&self.model.kind, Kind::Hybrid(hybrid) if hybrid.networks.is_empty()) {
+            return;
+        }
+        let columns = self.sensor.columns();
+        for &(row, column) in &memory.taxels {
+            let at = row * columns + column;
+            let values = &memory.counts[row * columns..(row + 1) * columns];
+            let known = self.model.card.familiar.knows(memory.counts[at], values);
+            let mark = &mut siemens.marks_mut()[at];
+            if !known && *mark == Mark::Good {
+                *mark = Mark::Unfamiliar;
+            }
+        }
+    }
+}

@@ -1,0 +1,373 @@
+//! A trained model: what it computes, and the card that says what it is.
+
+use std::path::Path;
+
+use taxel::Sensor;
+use taxel::calibrate::LoadLaw;
+
+use crate::Error;
+use crate::models::hybrid::{Hybrid, Typical, Verdict};
+use crate::models::paper_mlp::PaperMlp;
+use crate::models::row_set::{Eye, RowSet};
+use crate::network::Mlp;
+use crate::rows::Split;
+use crate::scaler::Scaler;
+use crate::train::{Epoch, Settings};
+use crate::trust::{Familiar, Interval};
+
+/// What a model computes with.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Kind {
+    /// The paper's network.
+    PaperMlp(PaperMlp),
+    /// The mean of a few row sets.
+    RowSet(Vec<RowSet>),
+    /// The exact inverse, then a network on what is left.
+    Hybrid(Hybrid),
+}
+
+impl Kind {
+    /// The word for it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Kind::PaperMlp(_) => "paper-mlp",
+            Kind::RowSet(_) => "row-set",
+            Kind::Hybrid(_) => "hybrid",
+        }
+    }
+}
+
+/// Errors on presses that no choice was made with.
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Held {
+    /// Presses.
+    pub presses: usize,
+    /// Mean absolute error, grams.
+    pub mean_absolute_g: f64,
+    /// Its standard error over presses, grams.
+    pub standard_error_g: f64,
+    /// Root mean square error, grams.
+    pub root_mean_square_g: f64,
+    /// Error that 95 % of the presses stay below, grams.
+    pub p95_g: f64,
+    /// Share of presses inside the interval.
+    pub coverage: f64,
+}
+
+impl Held {
+    /// Of estimates (clipped at zero) and true loads, grams.
+    pub fn new(estimates: &[f64], loads: &[f64], interval: &Interval) -> Self {
+        let mut errors: Vec<f64> = estimates
+            .iter()
+            .zip(loads)
+            .map(|(e, l)| (e.max(0.0) - l).abs())
+            .collect();
+        if errors.is_empty() {
+            return Self::default();
+        }
+        let n = errors.len() as f64;
+        let mean = errors.iter().sum::<f64>() / n;
+        let square = errors.iter().map(|e| e * e).sum::<f64>() / n;
+        errors.sort_by(f64::total_cmp);
+        Self {
+            presses: errors.len(),
+            mean_absolute_g: mean,
+            standard_error_g: ((square - mean * mean).max(0.0) / n).sqrt(),
+            root_mean_square_g: square.sqrt(),
+            p95_g: errors[(errors.len() * 95 / 100).min(errors.len() - 1)],
+            coverage: interval.coverage(estimates, loads),
+        }
+    }
+}
+
+/// A file that a model learnt from.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Source {
+    /// Its name.
+    pub name: String,
+    /// FNV-1a of its content, 64 bits, hexadecimal.
+    pub fingerprint: String,
+    /// Presses from it.
+    pub presses: usize,
+}
+
+impl Source {
+    /// The fingerprint of some bytes.
+    pub fn fingerprint(bytes: &[u8]) -> String {
+        let hash = bytes.iter().fold(0xcbf2_9ce4_8422_2325u64, |hash, &byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+        });
+        format!("{hash:016x}")
+    }
+}
+
+/// What a model is, what it was trained with, how good it is, and what it must not be used for.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Card {
+    /// 1.
+    pub format: u32,
+    /// `paper-mlp`, `row-set` or `hybrid`.
+    pub kind: String,
+    /// Of the program that wrote it.
+    pub program_version: String,
+    /// Widths of every network, and whether its last layer has a ReLU.
+    pub networks: Vec<(Vec<usize>, bool)>,
+    /// Standardisation of inputs, one for each network (the hybrid: one for all).
+    pub scalers: Vec<Scaler>,
+    /// How row sets see readings.
+    pub eyes: Vec<Eye>,
+    /// The sensor file, whole.
+    pub sensor: String,
+    /// Readings below this are no load, counts.
+    pub threshold_counts: f64,
+    /// What it learnt from.
+    pub sources: Vec<Source>,
+    /// Which presses were for what, in the order of the sources.
+    pub split: Split,
+    /// How it was trained.
+    pub settings: Settings,
+    /// Shuffled copies of each press.
+    pub copies: usize,
+    /// The last epoch of each network.
+    pub epochs: Vec<Epoch>,
+    /// How far to trust a load.
+    pub interval: Interval,
+    /// What inputs it knows.
+    pub familiar: Familiar,
+    /// Errors on presses that no choice was made with.
+    pub held_out: Held,
+    /// The error that a hybrid's physics typically has.
+    pub typical: Option<Typical>,
+    /// What the cross-validation said of a hybrid.
+    pub verdict: Option<Verdict>,
+    /// What it must not be used for.
+    pub not_for: Vec<String>,
+}
+
+/// A model with its card.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    /// What it is.
+    pub card: Card,
+    /// What it computes with.
+    pub kind: Kind,
+}
+
+/// What every card says.
+pub const NOT_FOR: [&str; 3] = [
+    "another sensor than the one it was trained on, or the same after a change of parts or material",
+    "loads beyond those of its training presses: such estimates are marked unfamiliar",
+    "diagnosis or any decision about a person",
+];
+
+impl Model {
+    /// The sensor it was trained for, with a linear law of 1 µS a gram where none is known.
+    ///
+    /// # Errors
+    /// A card whose sensor file is broken.
+    pub fn sensor(&self) -> Result<Sensor, Error> {
+        Ok(with_law(Sensor::from_toml(&self.card.sensor)?))
+    }
+
+    /// The networks, in the order of the file.
+    fn networks(&self) -> Vec<&Mlp> {
+        match &self.kind {
+            Kind::PaperMlp(model) => vec![&model.network],
+            Kind::RowSet(members) => members.iter().flat_map(|m| [&m.phi, &m.rho]).collect(),
+            Kind::Hybrid(model) => model.networks.iter().collect(),
+        }
+    }
+
+    /// Brings the card's description of the networks up to date.
+    pub fn describe(&mut self) {
+        self.card.kind = self.kind.name().to_owned();
+        self.card.networks = self
+            .networks()
+            .iter()
+            .map(|n| (n.widths().to_vec(), n.relu_last()))
+            .collect();
+        self.card.typical = match &self.kind {
+            Kind::Hybrid(model) => Some(model.typical),
+            _ => None,
+        };
+        (self.card.scalers, self.card.eyes) = match &self.kind {
+            Kind::PaperMlp(model) => (vec![model.scaler.clone()], Vec::new()),
+            Kind::RowSet(members) => members.iter().map(|m| (m.scaler.clone(), m.eye)).unzip(),
+            Kind::Hybrid(model) => (vec![model.scaler.clone()], Vec::new()),
+        };
+    }
+
+    /// The file: safetensors, with the card as JSON under `card`.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let networks = self.networks();
+        let bytes: Vec<(String, Vec<usize>, Vec<u8>)> = networks
+            .iter()
+            .enumerate()
+            .flat_map(|(i, network)| {
+                (0..network.layers()).flat_map(move |layer| {
+                    let (weights, biases) = network.layer(layer);
+                    let widths = &network.widths()[layer..layer + 2];
+                    let bytes = |values: &[f32]| -> Vec<u8> {
+                        values.iter().flat_map(|v| v.to_le_bytes()).collect()
+                    };
+                    [
+                        (
+                            format!("network.{i}.layer.{layer}.weight"),
+                            widths.to_vec(),
+                            bytes(weights),
+                        ),
+                        (
+                            format!("network.{i}.layer.{layer}.bias"),
+                            vec![widths[1]],
+                            bytes(biases),
+                        ),
+                    ]
+                })
+            })
+            .collect();
+        let tensors = bytes.iter().map(|(name, shape, bytes)| {
+            let view =
+                safetensors::tensor::TensorView::new(safetensors::Dtype::F32, shape.clone(), bytes)
+                    .expect("as many bytes as the shape says");
+            (name.as_str(), view)
+        });
+        let card = serde_json::to_string(&self.card).expect("a card is plain data");
+        let metadata = [("card".to_owned(), card)].into_iter().collect();
+        safetensors::serialize(tensors, Some(metadata)).expect("tensors of one type")
+    }
+
+    /// Reads a model file.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is no safetensors file, has no card, or whose tensors do not fit the card.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let bytes = std::fs::read(path).map_err(|source| Error::File {
+            file: path.to_owned(),
+            source,
+        })?;
+        Self::from_bytes(&bytes).map_err(|reason| Error::NotAModel {
+            file: path.to_owned(),
+            reason,
+        })
+    }
+
+    /// A model from the bytes of its file; what is wrong with it otherwise.
+    ///
+    /// # Errors
+    /// The reason, in words.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
+        let tensors = safetensors::SafeTensors::deserialize(bytes)
+            .map_err(|e| format!("not a safetensors file ({e})"))?;
+        let (_, header) = safetensors::SafeTensors::read_metadata(bytes)
+            .map_err(|e| format!("not a safetensors file ({e})"))?;
+        let card = header
+            .metadata()
+            .as_ref()
+            .and_then(|metadata| metadata.get("card"))
+            .ok_or("a safetensors file without a card")?;
+        let card: Card =
+            serde_json::from_str(card).map_err(|e| format!("its card cannot be read ({e})"))?;
+        if card.format != 1 {
+            return Err(format!("format {}, but this program reads 1", card.format));
+        }
+        let mut networks = Vec::new();
+        for (i, (widths, relu_last)) in card.networks.iter().enumerate() {
+            if widths.len() < 2 || widths.iter().any(|&w| w == 0 || w > 1 << 20) {
+                return Err(format!("network {i} has widths {widths:?}"));
+            }
+            let mut network = Mlp::zeros(widths, *relu_last);
+            for layer in 0..network.layers() {
+                let (weights, biases) = network.layer_mut(layer);
+                fill(
+                    &tensors,
+                    &format!("network.{i}.layer.{layer}.weight"),
+                    weights,
+                )?;
+                fill(&tensors, &format!("network.{i}.layer.{layer}.bias"), biases)?;
+            }
+            networks.push(network);
+        }
+        let kind = assemble(&card, networks)?;
+        Ok(Self { card, kind })
+    }
+}
+
+/// A sensor with a linear law of 1 µS a gram where none is known: a network's loads need one to be carried as
+/// conductances.
+pub fn with_law(mut sensor: Sensor) -> Sensor {
+    if sensor.material.is_none() {
+        sensor.material = Some(LoadLaw::power(0.0, 1e-6, 1.0).to_material());
+    }
+    sensor
+}
+
+fn fill(tensors: &safetensors::SafeTensors, name: &str, values: &mut [f32]) -> Result<(), String> {
+    let view = tensors
+        .tensor(name)
+        .map_err(|_| format!("no tensor `{name}`"))?;
+    if view.dtype() != safetensors::Dtype::F32 || view.data().len() != 4 * values.len() {
+        return Err(format!(
+            "tensor `{name}` has {} bytes, but the card says {} numbers of 4 bytes",
+            view.data().len(),
+            values.len()
+        ));
+    }
+    for (value, bytes) in values.iter_mut().zip(view.data().chunks_exact(4)) {
+        *value = f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+        if !value.is_finite() {
+            return Err(format!("tensor `{name}` holds {value}"));
+        }
+    }
+    Ok(())
+}
+
+fn assemble(card: &Card, networks: Vec<Mlp>) -> Result<Kind, String> {
+    let scaler = |at: usize, width: usize| match card.scalers.get(at) {
+        Some(s) if s.mean.len() == width && s.deviation.len() == width => Ok(s.clone()),
+        _ => Err(format!("no scaler of {width} numbers for network {at}")),
+    };
+    let widths = |network: &Mlp| (network.widths()[0], *network.widths().last().unwrap_or(&0));
+    match card.kind.as_str() {
+        "paper-mlp" => {
+            let [network] = <[Mlp; 1]>::try_from(networks)
+                .map_err(|n| format!("a paper-mlp has 1 network, not {}", n.len()))?;
+            if network.widths()[0] < 2 || widths(&network).1 != 1 {
+                return Err(format!("a paper-mlp of widths {:?}", network.widths()));
+            }
+            let scaler = scaler(0, network.widths()[0])?;
+            Ok(Kind::PaperMlp(PaperMlp { network, scaler }))
+        }
+        "row-set" => {
+            let mut members = Vec::new();
+            let mut networks = networks.into_iter();
+            while let (Some(phi), Some(rho)) = (networks.next(), networks.next()) {
+                let at = members.len();
+                let member = RowSet {
+                    eye: *card.eyes.get(at).ok_or("a row-set without its eye")?,
+                    scaler: scaler(at, rho.widths()[0])?,
+                    phi,
+                    rho,
+                };
+                member.check()?;
+                members.push(member);
+            }
+            match members.is_empty() {
+                true => Err("a row-set without networks".to_owned()),
+                false => Ok(Kind::RowSet(members)),
+            }
+        }
+        "hybrid" => {
+            let features = crate::models::hybrid::FEATURES;
+            if let Some(odd) = networks.iter().find(|n| widths(n) != (features, 1)) {
+                return Err(format!("a hybrid of widths {:?}", odd.widths()));
+            }
+            let scaler = scaler(0, features)?;
+            Ok(Kind::Hybrid(Hybrid {
+                scaler,
+                typical: card.typical.ok_or("a hybrid without its typical error")?,
+                networks,
+            }))
+        }
+        other => Err(format!("an unknown kind of model, `{other}`")),
+    }
+}

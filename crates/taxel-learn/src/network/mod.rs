@@ -1,0 +1,11 @@
+//! Small dense networks: layers, exact gradients, Adam. Matrix products are faer's, on one thread.
+//!
+//! A batch of n inputs of d numbers is a row-major n × d slice. Whoever calls owns all memory.
+
+mod adam;
+mod dense;
+mod real;
+
+pub use adam::{Adam, AdamSettings};
+pub use dense::{Mlp, Trace};
+pub use real::Real;

@@ -1,0 +1,264 @@
+//! One loop that trains every model: batches in a seeded order, Adam, stop, keep the best.
+
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
+
+use crate::network::{Adam, AdamSettings, Mlp};
+
+/// What the loop needs of a model in training. Loads are in the model's own scale.
+pub trait Trainable {
+    /// The networks whose parameters are trained.
+    fn networks(&mut self) -> Vec<&mut Mlp>;
+
+    /// Examples an epoch has.
+    fn examples(&self) -> usize;
+
+    /// Told before each epoch, so that augmentation can be drawn anew, from a seed of its own.
+    fn begin_epoch(&mut self, _seed: u64) {}
+
+    /// ½ mean squared error of some examples; adds its gradient, one list for each network.
+    fn batch(&mut self, which: &[usize], gradients: &mut [Vec<f32>]) -> f64;
+
+    /// Mean absolute error on presses kept aside for it, grams.
+    fn check(&mut self) -> f64;
+}
+
+/// How to train.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Settings {
+    /// Most epochs.
+    pub epochs: usize,
+    /// Examples a batch.
+    pub batch: usize,
+    /// L2 on the weights, per batch, as scikit-learn's alpha.
+    pub l2: f64,
+    /// Epochs without progress that end the training.
+    pub patience: usize,
+    /// What counts as progress: of the loss (scikit-learn's tol), or of the check's error in grams.
+    pub tolerance: f64,
+    /// Stop by the training loss, as scikit-learn does, or by the presses kept aside.
+    pub stop_by_loss: bool,
+    /// Let the learning rate fall to nothing along half a cosine.
+    pub anneal: bool,
+    /// Seed of the order of examples.
+    pub seed: u64,
+    /// The optimiser.
+    pub adam: AdamSettings,
+}
+
+impl Default for Settings {
+    /// scikit-learn's MLPRegressor.
+    fn default() -> Self {
+        Self {
+            epochs: 2000,
+            batch: 200,
+            l2: 1e-4,
+            patience: 10,
+            tolerance: 1e-4,
+            stop_by_loss: true,
+            anneal: false,
+            seed: 1,
+            adam: AdamSettings::default(),
+        }
+    }
+}
+
+/// One epoch, as it ends.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Epoch {
+    /// Number, from 1.
+    pub epoch: usize,
+    /// ½ mean squared error plus the penalty, in the model's own scale, mean over the epoch.
+    pub loss: f64,
+    /// Mean absolute error on the presses kept aside, grams.
+    pub check_g: f64,
+    /// Whether it is the best so far on them.
+    pub best: bool,
+}
+
+/// What a training that was interrupted goes on from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Checkpoint {
+    /// Epochs done.
+    pub epochs: Vec<Epoch>,
+    /// Per network: parameters, Adam's means and squares, and the best parameters so far.
+    pub networks: Vec<[Vec<f32>; 4]>,
+    /// Steps of Adam.
+    pub steps: u64,
+}
+
+/// Whether to go on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Go {
+    /// Another epoch.
+    On,
+    /// Stop here and keep the best so far.
+    Stop,
+}
+
+/// Trains a model; it ends with its best parameters on the presses kept aside (with `stop_by_loss`: its last).
+/// `watch` is told of every epoch, with what is needed to go on from it.
+pub fn train(
+    model: &mut impl Trainable,
+    settings: &Settings,
+    from: Option<&Checkpoint>,
+    watch: &mut dyn FnMut(&Epoch, &dyn Fn() -> Checkpoint) -> Go,
+) -> Vec<Epoch> {
+    let counts: Vec<usize> = model
+        .networks()
+        .iter()
+        .map(|n| n.parameters().len())
+        .collect();
+    let mut optimisers: Vec<Adam> = counts
+        .iter()
+        .map(|&n| Adam::new(settings.adam, n))
+        .collect();
+    let mut gradients: Vec<Vec<f32>> = counts.iter().map(|&n| vec![0.0; n]).collect();
+    let mut kept = parameters_of(model);
+    let mut history: Vec<Epoch> = Vec::new();
+    if let Some(from) = from {
+        history.clone_from(&from.epochs);
+        for ((network, optimiser), memory) in model
+            .networks()
+            .into_iter()
+            .zip(&mut optimisers)
+            .zip(&from.networks)
+        {
+            network.parameters_mut().copy_from_slice(&memory[0]);
+            optimiser.restore(&memory[1], &memory[2], from.steps);
+        }
+        kept = from.networks.iter().map(|m| m[3].clone()).collect();
+    }
+    let mut order: Vec<usize> = (0..model.examples()).collect();
+    while history.len() < settings.epochs && !has_stalled(&history, settings) {
+        let number = history.len();
+        // The seed of an epoch depends on nothing before it, so that a resumed training is the same.
+        let seed = settings
+            .seed
+            .wrapping_mul(0x9e37_79b9_7f4a_7c15)
+            .wrapping_add(number as u64);
+        model.begin_epoch(seed);
+        order.clear();
+        order.extend(0..model.examples());
+        order.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
+        if settings.anneal {
+            let share = number as f64 / settings.epochs as f64;
+            let rate = settings.adam.rate * 0.5 * (1.0 + (std::f64::consts::PI * share).cos());
+            optimisers
+                .iter_mut()
+                .for_each(|o| o.set_rate(rate.max(settings.adam.rate * 1e-2)));
+        }
+        let mut sum = 0.0;
+        for which in order.chunks(settings.batch) {
+            sum += step(model, which, settings.l2, &mut gradients, &mut optimisers)
+                * which.len() as f64;
+        }
+        let check_g = model.check();
+        let least = history
+            .iter()
+            .map(|e| e.check_g)
+            .fold(f64::INFINITY, f64::min);
+        let epoch = Epoch {
+            epoch: number + 1,
+            loss: sum / order.len().max(1) as f64,
+            check_g,
+            best: check_g < least,
+        };
+        history.push(epoch);
+        let now = parameters_of(model);
+        if epoch.best || settings.stop_by_loss {
+            kept.clone_from(&now);
+        }
+        let checkpoint = || Checkpoint {
+            epochs: history.clone(),
+            networks: now
+                .iter()
+                .zip(&optimisers)
+                .zip(&kept)
+                .map(|((now, optimiser), kept)| {
+                    let (mean, square, _) = optimiser.memory();
+                    [now.clone(), mean.to_vec(), square.to_vec(), kept.clone()]
+                })
+                .collect(),
+            steps: optimisers.first().map_or(0, |o| o.memory().2),
+        };
+        if watch(&epoch, &checkpoint) == Go::Stop || !epoch.loss.is_finite() {
+            break;
+        }
+    }
+    for (network, kept) in model.networks().into_iter().zip(&kept) {
+        network.parameters_mut().copy_from_slice(kept);
+    }
+    history
+}
+
+fn parameters_of(model: &mut impl Trainable) -> Vec<Vec<f32>> {
+    model
+        .networks()
+        .iter()
+        .map(|n| n.parameters().to_vec())
+        .collect()
+}
+
+/// One batch: loss with its penalty, gradient, step.
+fn step(
+    model: &mut impl Trainable,
+    which: &[usize],
+    l2: f64,
+    gradients: &mut [Vec<f32>],
+    optimisers: &mut [Adam],
+) -> f64 {
+    gradients.iter_mut().for_each(|g| g.fill(0.0));
+    let mut loss = model.batch(which, gradients);
+    let share = (l2 / which.len() as f64) as f32;
+    for ((network, gradient), optimiser) in
+        model.networks().into_iter().zip(gradients).zip(optimisers)
+    {
+        if share > 0.0 {
+            for range in network.weight_ranges() {
+                let weights = &network.parameters()[range.clone()];
+                for (g, w) in gradient[range].iter_mut().zip(weights) {
+                    *g += share * w;
+                }
+                loss += 0.5 * f64::from(share) * squares(weights);
+            }
+        }
+        optimiser.step(network.parameters_mut(), gradient);
+    }
+    loss
+}
+
+/// Σ x², in lanes so that the compiler may use vectors.
+fn squares(values: &[f32]) -> f64 {
+    let mut lanes = [0f32; 16];
+    let mut sum = 0.0;
+    for block in values.chunks(4096) {
+        lanes.fill(0.0);
+        for chunk in block.chunks(16) {
+            for (lane, value) in lanes.iter_mut().zip(chunk) {
+                *lane += value * value;
+            }
+        }
+        sum += lanes.iter().map(|&lane| f64::from(lane)).sum::<f64>();
+    }
+    sum
+}
+
+/// Whether the last `patience` epochs brought no progress.
+fn has_stalled(history: &[Epoch], settings: &Settings) -> bool {
+    let value = |e: &Epoch| match settings.stop_by_loss {
+        true => e.loss,
+        false => e.check_g,
+    };
+    let mut best = f64::INFINITY;
+    let mut without = 0;
+    for epoch in history {
+        match value(epoch) > best - settings.tolerance {
+            true => without += 1,
+            false => without = 0,
+        }
+        best = best.min(value(epoch));
+    }
+    without > settings.patience
+}

@@ -1,0 +1,160 @@
+//! How far an estimate can be trusted: an interval from presses kept aside, and whether the input is like any
+//! that was trained with.
+
+/// Half-width of an interval around an estimate: quantile · (floor + share · load), by split conformal prediction
+/// (Lei et al., Distribution-free predictive inference for regression, 2018) on presses kept aside.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Interval {
+    /// Share of presses that it is to cover.
+    pub level: f64,
+    /// What a load of zero is uncertain by, before the quantile, grams.
+    pub floor_g: f64,
+    /// The score that `level` of the presses kept aside stayed below.
+    pub quantile: f64,
+    /// Presses it was set by.
+    pub presses: usize,
+}
+
+/// What half-widths grow by with the load.
+const SHARE: f64 = 0.1;
+
+impl Interval {
+    /// From estimates and true loads of presses that the model was not trained with, grams.
+    pub fn fit(level: f64, estimates: &[f64], loads: &[f64]) -> Self {
+        let mut sorted: Vec<f64> = loads.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        let typical = sorted
+            .get(sorted.len() / 2)
+            .copied()
+            .unwrap_or(1.0)
+            .max(1.0);
+        let mut interval = Self {
+            level,
+            floor_g: SHARE * typical * 0.25,
+            quantile: 0.0,
+            presses: loads.len(),
+        };
+        let mut scores: Vec<f64> = estimates
+            .iter()
+            .zip(loads)
+            .map(|(e, l)| (e.max(0.0) - l).abs() / interval.scale(*e))
+            .collect();
+        scores.sort_by(f64::total_cmp);
+        let rank = ((scores.len() + 1) as f64 * level).ceil() as usize;
+        interval.quantile = match scores.get(rank.saturating_sub(1)) {
+            Some(score) => *score,
+            // Too few presses for the level: the worst, and half of it again.
+            None => 1.5 * scores.last().copied().unwrap_or(f64::INFINITY),
+        };
+        interval
+    }
+
+    fn scale(&self, estimate_g: f64) -> f64 {
+        self.floor_g + SHARE * estimate_g.max(0.0)
+    }
+
+    /// Half-width around an estimate, grams.
+    pub fn half_width_g(&self, estimate_g: f64) -> f64 {
+        self.quantile * self.scale(estimate_g)
+    }
+
+    /// Share of presses whose load is inside.
+    pub fn coverage(&self, estimates: &[f64], loads: &[f64]) -> f64 {
+        let inside = estimates
+            .iter()
+            .zip(loads)
+            .filter(|(e, l)| (e.max(0.0) - **l).abs() <= self.half_width_g(**e))
+            .count();
+        inside as f64 / loads.len().max(1) as f64
+    }
+}
+
+/// Numbers that an input is judged by: the taxel's reading, its row's sum, largest value and number of values above
+/// a tenth of that, counts.
+pub const SUMMARY: usize = 4;
+
+/// A row of readings in four numbers.
+pub fn summary(taxel: f32, row: &[f32], dark: f32) -> [f32; SUMMARY] {
+    let (mut sum, mut most) = (0.0, 0f32);
+    for value in row {
+        sum += value - dark;
+        most = most.max(value - dark);
+    }
+    let pressed = row.iter().filter(|&v| v - dark > 0.1 * most).count();
+    [taxel - dark, sum, most, pressed as f32]
+}
+
+/// The range of the training inputs.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Familiar {
+    /// Reading of an unpressed taxel, counts.
+    pub dark_counts: f32,
+    /// Least of each number of the summary.
+    pub least: [f32; SUMMARY],
+    /// Largest.
+    pub most: [f32; SUMMARY],
+}
+
+/// How far beyond the range is still familiar, in widths of the range.
+const MARGIN: f32 = 0.1;
+
+impl Familiar {
+    /// The range of some presses.
+    pub fn fit(rows: &crate::Rows) -> Self {
+        let mut sorted = rows.row.clone();
+        let middle = sorted.len() / 2;
+        let dark_counts = *sorted.select_nth_unstable_by(middle, f32::total_cmp).1;
+        let mut range = Self {
+            dark_counts,
+            least: [f32::INFINITY; SUMMARY],
+            most: [f32::NEG_INFINITY; SUMMARY],
+        };
+        for i in 0..rows.len() {
+            let seen = summary(rows.taxel[i], rows.row_of(i), dark_counts);
+            for ((least, most), x) in range.least.iter_mut().zip(&mut range.most).zip(seen) {
+                *least = least.min(x);
+                *most = most.max(x);
+            }
+        }
+        range
+    }
+
+    /// Whether an input is like those of the training.
+    pub fn knows(&self, taxel: f32, row: &[f32]) -> bool {
+        let seen = summary(taxel, row, self.dark_counts);
+        seen.iter()
+            .zip(&self.least)
+            .zip(&self.most)
+            .all(|((x, least), most)| {
+                let margin = MARGIN * (most - least);
+                (least - margin..=most + margin).contains(x)
+            })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn an_interval_covers_what_it_says_on_other_presses() {
+        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(4);
+        let mut draw = |n: usize| -> (Vec<f64>, Vec<f64>) {
+            (0..n)
+                .map(|_| {
+                    let load = 600.0 * random.random::<f64>();
+                    let noise = (random.random::<f64>() + random.random::<f64>() - 1.0)
+                        * (3.0 + 0.1 * load);
+                    (load + noise, load)
+                })
+                .unzip()
+        };
+        let (estimates, loads) = draw(400);
+        let interval = Interval::fit(0.9, &estimates, &loads);
+        let (estimates, loads) = draw(4000);
+        let coverage = interval.coverage(&estimates, &loads);
+        // Three standard deviations of a quantile from 400 presses: 0.045.
+        assert!((coverage - 0.9).abs() < 0.045, "{coverage}");
+    }
+}
