@@ -7,7 +7,7 @@ use taxel::circuit::Converter;
 use taxel::pipeline::Pipeline;
 use taxel::pipeline::Repair;
 use taxel::screen::{FrameScreen, LineFaults, ScreenOptions, repair};
-use taxel::solve::{Outcome, Stop, method};
+use taxel::solve::{Outcome, Stop};
 use taxel::{Counts, Frame, Mark, Sensor, Siemens, Volts};
 
 use crate::error::Error;
@@ -44,7 +44,7 @@ impl Chain {
     pub(crate) fn new(
         sensor: &Sensor,
         file: &Path,
-        name: MethodName,
+        name: &MethodName,
         unit: Unit,
     ) -> Result<Self, Error> {
         let in_file = |source| Error::InFile {
@@ -54,11 +54,12 @@ impl Chain {
         let steps = if unit == Unit::Volts {
             Steps::Convert(Box::new(Convert::new(sensor)))
         } else {
+            let sensor = name.sensor(sensor);
             if unit.is_load() {
-                LoadLaw::from_sensor(sensor).map_err(in_file)?;
+                LoadLaw::from_sensor(&sensor).map_err(in_file)?;
             }
-            let method = method(name.word(), sensor).map_err(in_file)?;
-            Steps::Solve(Box::new(Pipeline::new(sensor, method).map_err(in_file)?))
+            let method = name.open(&sensor, file)?;
+            Steps::Solve(Box::new(Pipeline::new(&sensor, method).map_err(in_file)?))
         };
         Ok(Self {
             steps,

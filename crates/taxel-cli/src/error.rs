@@ -15,6 +15,17 @@ pub(crate) enum Error {
     /// The mathematics refuses, without a file to blame.
     #[error(transparent)]
     Taxel(#[from] taxel::Error),
+    /// A model cannot be trained or read.
+    #[error(transparent)]
+    Learn(#[from] taxel_learn::Error),
+    /// What stands in a file cannot be learnt from.
+    #[error("{}: {source}", .file.display())]
+    Lesson {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: taxel_learn::Error,
+    },
     /// The mathematics refuses what stands in a file.
     #[error("{}: {source}", .file.display())]
     InFile {

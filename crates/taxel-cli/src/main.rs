@@ -9,8 +9,11 @@ mod commands;
 mod crew;
 mod error;
 mod frames;
+mod interrupt;
+mod lesson;
 mod line_faults;
 mod out;
+mod presses;
 mod progress;
 mod sensor_file;
 mod unit;
@@ -19,7 +22,9 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use commands::{bench, calibrate, compensate, demo, info, netlist, plot, simulate};
+use commands::{
+    bench, calibrate, compare, compensate, dataset, demo, info, netlist, plot, simulate, train,
+};
 
 /// From raw frames of a resistive pressure-sensor matrix to calibrated loads.
 ///
@@ -37,6 +42,9 @@ enum Command {
     Info(info::Args),
     Calibrate(calibrate::Args),
     Compensate(compensate::Args),
+    Dataset(dataset::Args),
+    Train(train::Args),
+    Compare(compare::Args),
     Plot(plot::Args),
     Simulate(simulate::Args),
     Netlist(netlist::Args),
@@ -63,6 +71,9 @@ fn main() -> ExitCode {
         Command::Compensate(args) => compensate::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Bench(args) => bench::run(&args),
+        Command::Dataset(args) => dataset::run(&args),
+        Command::Train(args) => train::run(&args),
+        Command::Compare(args) => compare::run(&args),
     };
     match result {
         Ok(Exit::Good) => ExitCode::SUCCESS,

@@ -39,6 +39,11 @@ impl Progress {
         bar.set_position((share.clamp(0.0, 1.0) * STEPS as f64) as u64);
     }
 
+    /// Whether there is a terminal to draw on.
+    pub(crate) fn is_shown(&self) -> bool {
+        self.bar.is_some()
+    }
+
     /// The share done by bytes read; nothing where the whole is unknown.
     pub(crate) fn set_bytes(&self, read: u64, total: Option<u64>) {
         if let Some(total) = total.filter(|&total| total > 0) {

@@ -1,8 +1,17 @@
 //! The words of `--unit`, `--input-unit` and `--method`.
 
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
 use clap::ValueEnum;
+use taxel::Sensor;
 use taxel::frame::grams_from_newtons;
 use taxel::metric::kilopascals_from_newtons;
+use taxel::solve::{Method, method};
+use taxel_learn::{Learned, Model, with_law};
+
+use crate::error::Error;
 
 /// Quantity and unit of what is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -86,8 +95,8 @@ impl Unit {
     }
 }
 
-/// How conductances are found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+/// How loads are found.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) enum MethodName {
     /// What suits the read-out
     #[default]
@@ -98,16 +107,60 @@ pub(crate) enum MethodName {
     Newton,
     /// No compensation
     Raw,
+    /// A model that `taxel train` wrote
+    Model(PathBuf),
+}
+
+impl FromStr for MethodName {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        Ok(match text {
+            "auto" => Self::Auto,
+            "exact" => Self::Exact,
+            "newton" => Self::Newton,
+            "raw" => Self::Raw,
+            file if Path::new(file).extension().is_some() || file.contains('/') => {
+                Self::Model(PathBuf::from(file))
+            }
+            other => {
+                return Err(format!(
+                    "no method `{other}`; known: auto, exact, newton, raw, or the file of a model that `taxel train` wrote"
+                ));
+            }
+        })
+    }
+}
+
+impl fmt::Display for MethodName {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            MethodName::Auto => f.write_str("auto"),
+            MethodName::Exact => f.write_str("exact"),
+            MethodName::Newton => f.write_str("newton"),
+            MethodName::Raw => f.write_str("raw"),
+            MethodName::Model(file) => write!(f, "{}", file.display()),
+        }
+    }
 }
 
 impl MethodName {
-    /// Its word on the command line.
-    pub(crate) fn word(self) -> &'static str {
+    /// The method for a sensor that comes from `file`.
+    pub(crate) fn open(&self, sensor: &Sensor, file: &Path) -> Result<Box<dyn Method>, Error> {
         match self {
-            MethodName::Auto => "auto",
-            MethodName::Exact => "exact",
-            MethodName::Newton => "newton",
-            MethodName::Raw => "raw",
+            MethodName::Model(model) => Ok(Box::new(Learned::new(Model::read(model)?, sensor)?)),
+            name => method(&name.to_string(), sensor).map_err(|source| Error::InFile {
+                file: file.to_owned(),
+                source,
+            }),
+        }
+    }
+
+    /// The sensor as the method needs it: a network's loads need a law, any law, to be carried.
+    pub(crate) fn sensor(&self, sensor: &Sensor) -> Sensor {
+        match self {
+            MethodName::Model(_) => with_law(sensor.clone()),
+            _ => sensor.clone(),
         }
     }
 }

@@ -110,7 +110,8 @@ pub fn row_set(
     Ok(finish(card, Kind::RowSet(models)))
 }
 
-fn mean_estimate(models: &[RowSet], rows: &Rows) -> Vec<f64> {
+/// The mean of what some row sets say of presses, grams, not clipped.
+pub fn mean_estimate(models: &[RowSet], rows: &Rows) -> Vec<f64> {
     let mut mean = vec![0.0; rows.len()];
     for model in models {
         for (sum, load) in mean.iter_mut().zip(model.estimate(rows)) {

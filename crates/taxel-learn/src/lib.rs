@@ -2,6 +2,7 @@
 //! contest with physics.
 
 mod checkpoint;
+pub mod contest;
 mod error;
 pub mod fit;
 mod method;

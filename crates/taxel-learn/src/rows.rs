@@ -70,6 +70,22 @@ impl Rows {
         part
     }
 
+    /// Copies of every press with its row in another order each time, one after the other.
+    pub fn shuffled_copies(&self, copies: usize, seed: u64) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut all = Self::new(self.columns);
+        let mut row = vec![0.0; self.columns];
+        for press in 0..self.len() {
+            for _ in 0..copies {
+                shuffled(self.row_of(press), &mut row, &mut random);
+                all.taxel.push(self.taxel[press]);
+                all.row.extend_from_slice(&row);
+                all.load_g.push(self.load_g[press]);
+            }
+        }
+        all
+    }
+
     /// Reads the paper's CSV: taxel, one value per column, load; no header.
     ///
     /// # Errors

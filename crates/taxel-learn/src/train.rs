@@ -14,9 +14,6 @@ pub trait Trainable {
     /// Examples an epoch has.
     fn examples(&self) -> usize;
 
-    /// Told before each epoch, so that augmentation can be drawn anew, from a seed of its own.
-    fn begin_epoch(&mut self, _seed: u64) {}
-
     /// ½ mean squared error of some examples; adds its gradient, one list for each network.
     fn batch(&mut self, which: &[usize], gradients: &mut [Vec<f32>]) -> f64;
 
@@ -130,18 +127,9 @@ pub fn train(
         }
         kept = from.networks.iter().map(|m| m[3].clone()).collect();
     }
-    let mut order: Vec<usize> = (0..model.examples()).collect();
     while history.len() < settings.epochs && !has_stalled(&history, settings) {
         let number = history.len();
-        // The seed of an epoch depends on nothing before it, so that a resumed training is the same.
-        let seed = settings
-            .seed
-            .wrapping_mul(0x9e37_79b9_7f4a_7c15)
-            .wrapping_add(number as u64);
-        model.begin_epoch(seed);
-        order.clear();
-        order.extend(0..model.examples());
-        order.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
+        let order = epoch_order(settings, number, model.examples());
         if settings.anneal {
             let share = number as f64 / settings.epochs as f64;
             let rate = settings.adam.rate * 0.5 * (1.0 + (std::f64::consts::PI * share).cos());
@@ -191,6 +179,18 @@ pub fn train(
         network.parameters_mut().copy_from_slice(kept);
     }
     history
+}
+
+/// The order of the examples in an epoch (from 0). It depends on nothing before it, so that a resumed training is the
+/// same.
+pub fn epoch_order(settings: &Settings, epoch: usize, examples: usize) -> Vec<usize> {
+    let seed = settings
+        .seed
+        .wrapping_mul(0x9e37_79b9_7f4a_7c15)
+        .wrapping_add(epoch as u64);
+    let mut order: Vec<usize> = (0..examples).collect();
+    order.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
+    order
 }
 
 fn parameters_of(model: &mut impl Trainable) -> Vec<Vec<f32>> {

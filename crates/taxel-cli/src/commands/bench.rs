@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 use taxel::circuit::{Circuit, LinearCircuit, OperatingPoint};
-use taxel::solve::{Method, Scratch, method};
+use taxel::solve::{Method, Scratch};
 use taxel::{Frame, Sensor, Siemens, Volts};
 
 use crate::error::Error;
@@ -22,8 +22,8 @@ pub(crate) struct Args {
     /// Sensor file, or the name of a preset
     #[arg(long, value_name = "FILE|PRESET", default_value = "econe")]
     sensor: PathBuf,
-    /// How conductances are found
-    #[arg(long, value_enum, default_value_t)]
+    /// How loads are found: auto, exact, newton, raw, or the file of a model that `taxel train` wrote
+    #[arg(long, value_name = "NAME|MODEL", default_value_t)]
     method: MethodName,
     /// Print JSON instead of a table
     #[arg(long)]
@@ -66,7 +66,8 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         source,
     };
     let circuit = LinearCircuit::from_sensor(&sensor).map_err(in_file)?;
-    let method = method(args.method.word(), &sensor).map_err(in_file)?;
+    let sensor = args.method.sensor(&sensor);
+    let method = args.method.open(&sensor, &args.sensor)?;
     let progress = Progress::new("timing");
     let mut bench = Bench::new(&sensor, &circuit)?;
     let scan_us = bench.scan();

@@ -1,21 +1,17 @@
 //! `taxel calibrate`: from labelled presses to a sensor file with everything a parts list does not say.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use clap::ValueEnum;
-use taxel::calibrate::{Data, LawChoice, Options, Press, fit_pairs};
-use taxel::screen::Axis;
-use taxel::{Counts, Frame, Sensor};
-use taxel_record::{AtomicFile, FrameSource, TextOptions, open_counts};
-use taxel_record::{read_presses, read_uniform_loads};
+use taxel::Sensor;
+use taxel::calibrate::{LawChoice, Options, fit_pairs};
+use taxel_record::AtomicFile;
 
 use crate::crew::Threads;
 use crate::error::Error;
-use crate::frames::show;
 use crate::progress::Progress;
-use crate::{Exit, out, sensor_file};
+use crate::{Exit, out, presses, sensor_file};
 
 /// Fit switch resistances and load law to labelled presses
 ///
@@ -90,11 +86,16 @@ impl From<Law> for LawChoice {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let sensor = sensor_file::load(&args.sensor)?;
-    let Some(presses) = &args.presses else {
+    let Some(table) = &args.presses else {
         return run_pairs(args, sensor);
     };
-    let data = read(args, presses, &sensor)?;
-    let names = [Some(presses), args.equilibration.as_ref()];
+    let data = presses::read(
+        table,
+        args.equilibration.as_deref(),
+        args.transpose,
+        &sensor,
+    )?;
+    let names = [Some(table), args.equilibration.as_ref()];
     let options = Options {
         law: args.law.into(),
         per_line: args.per_line,
@@ -114,7 +115,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         &sensor, &data, &options, &Threads, &mut show,
     )
     .map_err(|source| Error::InFile {
-        file: presses.clone(),
+        file: table.clone(),
         source,
     })?;
     drop(progress);
@@ -195,121 +196,6 @@ fn run_pairs(args: &Args, mut sensor: Sensor) -> Result<Exit, Error> {
     }
     out::note(&format!("wrote {}", args.output.display()));
     Ok(Exit::Good)
-}
-
-/// A frame that a line of a table asks for.
-struct Wanted {
-    recording: PathBuf,
-    frame: usize,
-    table: PathBuf,
-    line: u64,
-}
-
-fn read(args: &Args, table: &Path, sensor: &Sensor) -> Result<Data, Error> {
-    let (rows, columns) = (sensor.rows(), sensor.columns());
-    let presses = read_presses(table, rows, columns, sensor.array.labels.as_deref())?;
-    for press in &presses {
-        refuse_dead(sensor, table, press)?;
-    }
-    let uniform = match &args.equilibration {
-        Some(table) => read_uniform_loads(table)?,
-        None => Vec::new(),
-    };
-    let of_presses = presses.iter().map(|press| Wanted {
-        recording: press.recording.clone(),
-        frame: press.frame,
-        table: table.to_owned(),
-        line: press.line,
-    });
-    let of_uniform = uniform.iter().map(|load| Wanted {
-        recording: load.recording.clone(),
-        frame: load.frame,
-        table: args.equilibration.clone().unwrap_or_default(),
-        line: load.line,
-    });
-    let wanted: Vec<Wanted> = of_presses.chain(of_uniform).collect();
-    let options = TextOptions {
-        transpose: args.transpose,
-        ..TextOptions::of(sensor)
-    };
-    let mut found = read_frames(&wanted, options)?;
-    let mut data = Data::default();
-    let mut places = BTreeMap::new();
-    for press in presses {
-        let key = (press.recording, press.frame);
-        let frame = *places.entry(key.clone()).or_insert_with(|| {
-            data.frames.push(found[&key].clone());
-            data.frames.len() - 1
-        });
-        data.presses.push(Press {
-            frame,
-            row: press.row,
-            column: press.column,
-            load_g: press.load_g,
-        });
-    }
-    for load in uniform {
-        let key = (load.recording, load.frame);
-        let frame = found.remove(&key).expect("every frame asked for was read");
-        data.uniform.push((frame.clone(), load.load_g));
-        found.insert(key, frame);
-    }
-    Ok(data)
-}
-
-/// Refuses a press on a line that the sensor file declares dead.
-fn refuse_dead(sensor: &Sensor, table: &Path, press: &taxel_record::Press) -> Result<(), Error> {
-    let lines = [
-        (Axis::Row, press.row, &sensor.screen.dead_rows),
-        (Axis::Column, press.column, &sensor.screen.dead_columns),
-    ];
-    for (axis, index, dead) in lines {
-        if dead.contains(&index) {
-            return Err(Error::DeadTaxel {
-                table: table.to_owned(),
-                line: press.line,
-                row: press.row,
-                column: press.column,
-                axis,
-                index,
-            });
-        }
-    }
-    Ok(())
-}
-
-type FramesByPlace = BTreeMap<(PathBuf, usize), Frame<Counts>>;
-
-/// Reads every frame asked for, each recording once.
-fn read_frames(wanted: &[Wanted], options: TextOptions) -> Result<FramesByPlace, Error> {
-    let mut by_recording: BTreeMap<&Path, BTreeMap<usize, &Wanted>> = BTreeMap::new();
-    for one in wanted {
-        let frames = by_recording.entry(&one.recording).or_default();
-        frames.entry(one.frame).or_insert(one);
-    }
-    let mut found = FramesByPlace::new();
-    for (recording, mut frames) in by_recording {
-        let mut source = open_counts(recording, options)?;
-        let progress = Progress::new("reading presses");
-        let mut frame = Frame::zeros(options.rows, options.columns);
-        let mut position = 0;
-        while !frames.is_empty() && source.next_into(&mut frame)? {
-            if frames.remove(&position).is_some() {
-                found.insert((recording.to_owned(), position), frame.clone());
-            }
-            position += 1;
-            show(&source, &progress);
-        }
-        if let Some((_, missing)) = frames.pop_first() {
-            return Err(Error::NoFrame {
-                asked_by: format!("{}, line {}", missing.table.display(), missing.line),
-                file: recording.to_owned(),
-                wanted: missing.frame as u64,
-                found: position as u64,
-            });
-        }
-    }
-    Ok(found)
 }
 
 /// The date in UTC, ISO 8601 (days to year, month, day after H. Hinnant's `civil_from_days`).

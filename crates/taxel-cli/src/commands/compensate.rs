@@ -41,8 +41,9 @@ pub(crate) struct Args {
     /// Where to write (.csv, .npy, .npz); without it, numbers go to standard output
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// How conductances are found
-    #[arg(long, value_enum, default_value_t)]
+    /// How loads are found: auto (what suits the read-out), exact, newton, raw (no compensation), or the file of
+    /// a model that `taxel train` wrote
+    #[arg(long, value_name = "NAME|MODEL", default_value_t)]
     method: MethodName,
     /// Where to write the marks, one code a taxel, in the shape of the numbers
     #[arg(long, value_name = "FILE")]
@@ -74,7 +75,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let mut input = Input::new(&args.recording, args.input_unit, &sensor);
     input.options.transpose = args.transpose;
     input.options.keep_going = args.keep_going;
-    let mut chain = Chain::new(&sensor, &args.sensor, args.method, args.unit)?;
+    let mut chain = Chain::new(&sensor, &args.sensor, &args.method, args.unit)?;
     if args.repair || args.no_repair {
         chain.set_repair(args.repair);
     }
@@ -178,7 +179,9 @@ fn check(args: &Args) -> Result<(), Error> {
         );
     }
     let unsolved = args.unit == Unit::Volts || args.input_unit == InputUnit::Siemens;
-    if args.standard_error.is_some() && (unsolved || args.method == MethodName::Raw) {
+    if args.standard_error.is_some()
+        && (unsolved || matches!(args.method, MethodName::Raw | MethodName::Model(_)))
+    {
         return refuse(
             "--standard-error needs an inverse to carry the converter's noise through",
             "read counts or volts, write siemens or loads, with method auto, exact or newton",

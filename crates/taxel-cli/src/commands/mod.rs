@@ -2,10 +2,13 @@
 
 pub(crate) mod bench;
 pub(crate) mod calibrate;
+pub(crate) mod compare;
 pub(crate) mod compensate;
+pub(crate) mod dataset;
 pub(crate) mod demo;
 pub(crate) mod info;
 pub(crate) mod netlist;
 pub(crate) mod plot;
 pub(crate) mod simulate;
 mod taxel_address;
+pub(crate) mod train;

@@ -106,7 +106,7 @@ fn conductances(args: &Args, sensor: &Sensor) -> Result<Frame<Siemens>, Error> {
 /// The conductances behind a frame of a recording; what noise makes negative is 0.
 fn behind_counts(args: &Args, sensor: &Sensor, file: &Path) -> Result<Frame<Siemens>, Error> {
     let input = Input::new(file, InputUnit::Counts, sensor);
-    let mut chain = Chain::new(sensor, &args.sensor, MethodName::Auto, Unit::Siemens)?;
+    let mut chain = Chain::new(sensor, &args.sensor, &MethodName::Auto, Unit::Siemens)?;
     chain.set_lines(&Survey::of(&input, sensor)?.faults);
     let mut reading = input.open()?;
     let mut read = 0;

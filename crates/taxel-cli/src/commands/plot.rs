@@ -55,8 +55,13 @@ pub(crate) struct Args {
     /// Unit; without it, g where the sensor has a load law, else siemens
     #[arg(long, value_enum)]
     unit: Option<Unit>,
-    /// How conductances are found
-    #[arg(long, value_enum, default_value_t, conflicts_with = "raw")]
+    /// How loads are found: auto, exact, newton, raw, or the file of a model that `taxel train` wrote
+    #[arg(
+        long,
+        value_name = "NAME|MODEL",
+        default_value_t,
+        conflicts_with = "raw"
+    )]
     method: MethodName,
     /// How values between taxels are drawn
     #[arg(long, value_enum, default_value_t)]

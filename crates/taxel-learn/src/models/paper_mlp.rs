@@ -10,6 +10,8 @@ use crate::train::Trainable;
 
 /// Hidden widths of the paper.
 pub const HIDDEN: [usize; 3] = [160, 480, 240];
+/// Taxels that go through the layers together: what they leave between layers stays in the processor's cache.
+const CHUNK: usize = 192;
 /// Shuffled copies of every press, of the paper.
 pub const COPIES: usize = 100;
 
@@ -29,6 +31,7 @@ pub struct PaperMemory {
     scaled: Vec<f32>,
     shared: Vec<f32>,
     sums: Vec<f32>,
+    loads: Vec<f32>,
 }
 
 impl PaperMlp {
@@ -63,28 +66,32 @@ impl PaperMlp {
         let width = self.network.widths()[1];
         let (weights, biases) = self.network.layer(0);
         let (own, of_row) = weights.split_at(width);
-        memory.sums.clear();
+        memory.loads.clear();
         let mut row_done = usize::MAX;
-        for &(row, column) in taxels {
-            let values = &counts[row * columns..(row + 1) * columns];
-            if row != row_done {
-                row_done = row;
-                memory.scaled.clear();
-                memory.scaled.push(0.0);
-                memory.scaled.extend_from_slice(values);
-                self.scaler.scale(&mut memory.scaled);
-                memory.shared.clear();
-                memory.shared.extend_from_slice(biases);
-                add_products(&memory.scaled[1..], of_row, &mut memory.shared);
+        for taxels in taxels.chunks(CHUNK) {
+            memory.sums.clear();
+            for &(row, column) in taxels {
+                let values = &counts[row * columns..(row + 1) * columns];
+                if row != row_done {
+                    row_done = row;
+                    memory.scaled.clear();
+                    memory.scaled.push(0.0);
+                    memory.scaled.extend_from_slice(values);
+                    self.scaler.scale(&mut memory.scaled);
+                    memory.shared.clear();
+                    memory.shared.extend_from_slice(biases);
+                    add_products(&memory.scaled[1..], of_row, &mut memory.shared);
+                }
+                let taxel = (values[column] - self.scaler.mean[0]) / self.scaler.deviation[0];
+                memory
+                    .sums
+                    .extend(memory.shared.iter().zip(own).map(|(s, w)| s + taxel * w));
             }
-            let taxel = (values[column] - self.scaler.mean[0]) / self.scaler.deviation[0];
-            memory
-                .sums
-                .extend(memory.shared.iter().zip(own).map(|(s, w)| s + taxel * w));
+            self.network
+                .forward_from_first_sums(&memory.sums, &mut memory.trace);
+            memory.loads.extend_from_slice(memory.trace.output());
         }
-        self.network
-            .forward_from_first_sums(&memory.sums, &mut memory.trace);
-        memory.trace.output()
+        &memory.loads
     }
 }
 
@@ -149,6 +156,18 @@ impl<'a> PaperTraining<'a> {
             by_output: Vec::new(),
             trace: Trace::default(),
         }
+    }
+
+    /// Every example, standardised: the taxel, then its row in some order.
+    pub fn inputs(&self) -> &[f32] {
+        &self.inputs
+    }
+
+    /// The load of every example, grams.
+    pub fn loads(&self) -> Vec<f32> {
+        (0..self.examples())
+            .map(|i| self.train.load_g[i % self.train.len()])
+            .collect()
     }
 
     /// The model as it is now.

@@ -29,8 +29,7 @@ pub struct Trace<T: Real = f32> {
 impl<T: Real> Trace<T> {
     /// Outputs of the last layer, batch × last width.
     pub fn output(&self) -> &[T] {
-        let last = self.outputs.last().expect("a network has layers");
-        last
+        self.outputs.last().expect("a network has layers")
     }
 
     /// Gradient of the loss by the inputs of the last backward pass, batch × first width.
@@ -283,7 +282,7 @@ mod tests {
             network.backward(&inputs, &by_output, &mut trace, &mut gradient, true);
             let by_input = trace.input_gradient().to_vec();
             let step = 1e-6;
-            for i in 0..gradient.len() {
+            for (i, found) in gradient.iter().enumerate() {
                 let kept = network.parameters()[i];
                 network.parameters_mut()[i] = kept + step;
                 let above = loss(&network, &inputs, &mut trace);
@@ -291,9 +290,9 @@ mod tests {
                 let below = loss(&network, &inputs, &mut trace);
                 network.parameters_mut()[i] = kept;
                 let difference = (above - below) / (2.0 * step);
-                assert!((difference - gradient[i]).abs() < 1e-7, "parameter {i}");
+                assert!((difference - found).abs() < 1e-7, "parameter {i}");
             }
-            for i in 0..inputs.len() {
+            for (i, found) in by_input.iter().enumerate() {
                 let kept = inputs[i];
                 inputs[i] = kept + step;
                 let above = loss(&network, &inputs, &mut trace);
@@ -301,7 +300,7 @@ mod tests {
                 let below = loss(&network, &inputs, &mut trace);
                 inputs[i] = kept;
                 let difference = (above - below) / (2.0 * step);
-                assert!((difference - by_input[i]).abs() < 1e-7, "input {i}");
+                assert!((difference - found).abs() < 1e-7, "input {i}");
             }
         }
     }

@@ -42,7 +42,7 @@ impl Evidence {
         for frame in data.frames.iter().chain(data.uniform.iter().map(|u| &u.0)) {
             lines.observe(frame)?;
         }
-        let faults = with_known(lines.finish(), sensor);
+        let faults = lines.finish().with_declared(&sensor.screen);
         let mut screen = FrameScreen::new(rows, columns, sensor.max_count(), &options);
         screen.set_lines(&faults);
         let mut stuck = 0;
@@ -142,19 +142,6 @@ fn check(sensor: &Sensor, data: &Data) -> Result<(), Error> {
 }
 
 /// The faults found, and those that the sensor file names.
-fn with_known(mut found: LineFaults, sensor: &Sensor) -> LineFaults {
-    for fault in LineFaults::from_spec(&sensor.screen).faults {
-        if !found
-            .faults
-            .iter()
-            .any(|f| (f.axis, f.index) == (fault.axis, fault.index))
-        {
-            found.faults.push(fault);
-        }
-    }
-    found
-}
-
 fn readable(
     faults: &LineFaults,
     data: &Data,

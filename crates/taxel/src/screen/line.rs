@@ -84,6 +84,17 @@ pub struct LineFaults {
 }
 
 impl LineFaults {
+    /// These, and what a sensor file declares beside them.
+    pub fn with_declared(mut self, spec: &ScreenSpec) -> Self {
+        for fault in Self::from_spec(spec).faults {
+            let known = |f: &LineFault| (f.axis, f.index) == (fault.axis, fault.index);
+            if !self.faults.iter().any(known) {
+                self.faults.push(fault);
+            }
+        }
+        self
+    }
+
     /// The faults that a sensor file declares, without evidence.
     pub fn from_spec(spec: &ScreenSpec) -> Self {
         let lists = [

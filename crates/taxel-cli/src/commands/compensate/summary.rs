@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::Serialize;
-use taxel::solve::{Outcome, method};
+use taxel::solve::Outcome;
 use taxel::{Frame, Mark, Sensor};
 use taxel_record::Skipped;
 
@@ -63,7 +63,10 @@ impl Summary {
     pub(super) fn new(args: &Args, sensor: &Sensor, survey: &Survey) -> Self {
         let solves = args.unit != crate::unit::Unit::Volts
             && args.input_unit != crate::unit::InputUnit::Siemens;
-        let name = method(args.method.word(), sensor).map(|method| method.name());
+        let name = args
+            .method
+            .open(&args.method.sensor(sensor), &args.sensor)
+            .map(|method| method.name());
         let codes = Mark::ALL.map(|mark| (mark.code(), mark.word()));
         let show = |file: &std::path::PathBuf| file.display().to_string();
         for line in survey.lines() {

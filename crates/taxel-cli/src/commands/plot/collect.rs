@@ -71,15 +71,15 @@ fn each_count(job: &Job<'_>, mut see: impl FnMut(u64, Stages<'_>)) -> Result<See
     let mut input = Input::new(&job.args.file, InputUnit::Counts, sensor);
     input.options = job.options;
     let survey = Survey::of(&input, sensor)?;
-    let chain = |method| -> Result<Chain, Error> {
+    let chain = |method: &MethodName| -> Result<Chain, Error> {
         let mut chain = Chain::new(sensor, name, method, unit)?;
         chain.set_lines(&survey.faults);
         Ok(chain)
     };
     let (wants_raw, wants_compensated) = job.stages();
-    let mut raw = wants_raw.then(|| chain(MethodName::Raw)).transpose()?;
+    let mut raw = wants_raw.then(|| chain(&MethodName::Raw)).transpose()?;
     let mut best = wants_compensated
-        .then(|| chain(job.args.method))
+        .then(|| chain(&job.args.method))
         .transpose()?;
     let shape = (sensor.rows(), sensor.columns());
     let mut shown = [

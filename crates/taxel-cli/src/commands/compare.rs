@@ -1,0 +1,200 @@
+//! `taxel compare`: physics, networks, one curve and nothing, on the same held-out presses and frames.
+
+mod contestants;
+mod table;
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use taxel::frame::{grams_from_newtons, newtons_from_grams};
+use taxel::{Counts, Frame, Newtons, Sensor};
+use taxel_learn::Split;
+use taxel_learn::contest::Scores;
+use taxel_record::{FrameSource, TextOptions, open_counts};
+
+use crate::error::Error;
+use crate::frames::open_values;
+use crate::lesson::{Lessons, Sources};
+use crate::progress::Progress;
+use crate::{Exit, interrupt, out, sensor_file};
+use contestants::{Contestant, Known};
+use table::Table;
+
+/// Compare ways from counts to loads on your own data
+///
+/// Labelled presses are split by press; every way learns from the same part and is judged on the rest, and on whole
+/// frames whose loads are known (--truth). None: a straight line through reading and load. One curve: the best load
+/// law on readings as they are. Exact: the circuit fitted and undone. Hybrid: that and a network on what is left.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Recordings whose loads --truth gives
+    recordings: Vec<PathBuf>,
+    /// Loads of every taxel of the recordings, grams (.csv, .npy, .npz), one file a recording
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    truth: Vec<PathBuf>,
+    /// Sensor file (the parts list), or the name of a preset
+    #[arg(long, value_name = "FILE|PRESET")]
+    sensor: PathBuf,
+    #[command(flatten)]
+    from: Sources,
+    /// Frames under the same load everywhere, for the calibration
+    #[arg(long, value_name = "FILE", requires = "presses")]
+    equilibration: Option<PathBuf>,
+    /// Share of the presses to judge by
+    #[arg(long, value_name = "SHARE", default_value_t = 0.2)]
+    test_share: f64,
+    /// Learn from this many presses alone
+    #[arg(long, value_name = "N")]
+    most_presses: Option<usize>,
+    /// Epochs of paper-mlp (its own rule would take up to 2000)
+    #[arg(long, value_name = "N", default_value_t = 60)]
+    epochs: usize,
+    /// Shuffled copies of each press for paper-mlp
+    #[arg(long, value_name = "N", default_value_t = 100)]
+    copies: usize,
+    /// Also paper-mlp with the paper's leaky split: copies of one press on both sides
+    #[arg(long)]
+    leaky: bool,
+    /// Ways to leave out
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    without: Vec<String>,
+    /// Seed of split and networks
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Where to write the table (.csv)
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Where to draw error against load (.png, .svg)
+    #[arg(long, value_name = "FILE")]
+    figure: Option<PathBuf>,
+    /// Print the table as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
+    if args.recordings.len() != args.truth.len() {
+        return Err(Error::Arguments {
+            what: format!(
+                "{} recordings, but {} files of --truth",
+                args.recordings.len(),
+                args.truth.len()
+            ),
+            hint: "one file of loads for each recording, in the same order",
+        });
+    }
+    if !(0.0..=0.9).contains(&args.test_share) {
+        return Err(Error::Arguments {
+            what: format!("--test-share {}", args.test_share),
+            hint: "a share of the presses, 0 to 0.9",
+        });
+    }
+    let sensor = sensor_file::load(&args.sensor)?;
+    let lessons = Lessons::read(&args.from, args.equilibration.as_deref(), &sensor)?;
+    let mut split = Split::new(lessons.rows.len(), 0.15, args.test_share, args.seed);
+    if let Some(most) = args.most_presses {
+        thin(&mut split, most);
+    }
+    let mut known = Vec::new();
+    for (recording, truth) in args.recordings.iter().zip(&args.truth) {
+        read_known(recording, truth, &sensor, &mut known)?;
+    }
+    interrupt::listen();
+    let progress = Progress::new("learning");
+    let mut show = |name: &str, share: f64| progress.stage(name, share);
+    let contestants = contestants::all(args, &sensor, &lessons, &split, &mut show)?;
+    drop(progress);
+    let mut table = Table::new(args, &lessons, &split, known.len());
+    for mut contestant in contestants {
+        let scores = judge(&mut contestant, &known)?;
+        table.add(&contestant, &scores);
+    }
+    if let Some(file) = &args.output {
+        table.write_csv(file)?;
+    }
+    if let Some(file) = &args.figure {
+        table.draw(file)?;
+    }
+    match args.json {
+        true => out::json(&table)?,
+        false => out::result(&table.to_string())?,
+    }
+    for file in [&args.output, &args.figure].into_iter().flatten() {
+        out::note(&format!("wrote {}", file.display()));
+    }
+    Ok(Exit::Good)
+}
+
+/// Leaves the given number of presses to learn from; the same share of them as before to stop by.
+fn thin(split: &mut Split, most: usize) {
+    let all = split.train.len() + split.check.len();
+    if most >= all {
+        return;
+    }
+    let check = (most * split.check.len()).div_ceil(all.max(1));
+    split.check.truncate(check);
+    split.train.truncate(most - check);
+}
+
+/// Judges on whole frames; presses were judged when it learnt.
+fn judge(contestant: &mut Contestant, known: &[Known]) -> Result<Scores, Error> {
+    let mut scores = std::mem::take(&mut contestant.scores);
+    let Some(pipeline) = &mut contestant.pipeline else {
+        return Ok(scores);
+    };
+    // The first frame pays for what is drawn up once.
+    if let Some(first) = known.first() {
+        pipeline.siemens_from_counts(&first.counts);
+        pipeline.forget();
+    }
+    for one in known {
+        let begun = Instant::now();
+        pipeline.siemens_from_counts(&one.counts);
+        let loads: &Frame<Newtons> = pipeline.newtons()?;
+        let seconds = begun.elapsed().as_secs_f64();
+        scores.add_frame(loads, &one.truth, seconds)?;
+    }
+    Ok(scores)
+}
+
+fn read_known(
+    recording: &Path,
+    truth: &Path,
+    sensor: &Sensor,
+    known: &mut Vec<Known>,
+) -> Result<(), Error> {
+    let options = TextOptions::of(sensor);
+    let mut counts_of = open_counts(recording, options)?;
+    let mut loads_of = open_values::<Newtons>(truth, options)?;
+    let mut counts = Frame::<Counts>::zeros(sensor.rows(), sensor.columns());
+    let mut loads = Frame::<Newtons>::zeros(sensor.rows(), sensor.columns());
+    let mut at = 0u64;
+    loop {
+        match (
+            counts_of.next_into(&mut counts)?,
+            loads_of.next_into(&mut loads)?,
+        ) {
+            (true, true) => known.push(Known {
+                counts: counts.clone(),
+                truth: loads.map(|_, grams| newtons_from_grams(grams)),
+            }),
+            (false, false) => break,
+            (more_counts, _) => {
+                return Err(Error::NoFrame {
+                    asked_by: "--truth".to_owned(),
+                    file: if more_counts { truth } else { recording }.to_owned(),
+                    wanted: at,
+                    found: at,
+                });
+            }
+        }
+        at += 1;
+    }
+    Ok(())
+}
+
+/// A load in grams, never below zero.
+fn grams(newtons: f64) -> f64 {
+    grams_from_newtons(newtons).max(0.0)
+}

@@ -1,0 +1,312 @@
+//! Who takes part, each having learnt from the same presses.
+
+use taxel::calibrate::{Data, LoadLaw, Options, Press, calibrate_with, fit_pairs};
+use taxel::pipeline::Pipeline;
+use taxel::solve::{Method, Raw, default_method};
+use taxel::{Counts, Frame, Newtons, Sensor};
+use taxel_learn::contest::Scores;
+use taxel_learn::fit::{self, Lesson};
+use taxel_learn::models::paper_mlp::HIDDEN;
+use taxel_learn::train::{Go, Settings};
+use taxel_learn::{Kind, Learned, Model, Rows, Split, with_law};
+
+use super::{Args, grams};
+use crate::crew::Threads;
+use crate::error::Error;
+use crate::interrupt;
+use crate::lesson::Lessons;
+
+/// A frame and the loads that were on it.
+pub(super) struct Known {
+    pub(super) counts: Frame<Counts>,
+    pub(super) truth: Frame<Newtons>,
+}
+
+/// A way from counts to loads.
+pub(super) struct Contestant {
+    pub(super) name: String,
+    /// Presses it learnt from.
+    pub(super) learnt_from: usize,
+    /// For whole frames, where it can.
+    pub(super) pipeline: Option<Pipeline>,
+    /// With its held-out presses.
+    pub(super) scores: Scores,
+    /// What there is to say of it.
+    pub(super) note: String,
+}
+
+/// What every contestant is given.
+struct Ring<'a> {
+    args: &'a Args,
+    sensor: Sensor,
+    lessons: &'a Lessons,
+    split: &'a Split,
+    /// Presses to learn from that have frames, and those to judge by.
+    known: Vec<usize>,
+    judged: Vec<usize>,
+}
+
+/// All that were not left out.
+pub(super) fn all(
+    args: &Args,
+    sensor: &Sensor,
+    lessons: &Lessons,
+    split: &Split,
+    show: &mut dyn FnMut(&str, f64),
+) -> Result<Vec<Contestant>, Error> {
+    let frames = lessons.data.presses.len();
+    let wanted = |name: &str| !args.without.iter().any(|w| w == name);
+    let with_frames =
+        |which: &[usize]| -> Vec<usize> { which.iter().copied().filter(|&i| i < frames).collect() };
+    let mut known = with_frames(&[&split.train[..], &split.check].concat());
+    known.sort_unstable();
+    let physics = frames > 0 && (wanted("exact") || wanted("hybrid"));
+    let mut ring = Ring {
+        args,
+        sensor: sensor.clone(),
+        lessons,
+        split,
+        known,
+        judged: with_frames(&split.test),
+    };
+    let mut calibrated = None;
+    if physics {
+        show("exact", 0.0);
+        let found = ring.calibrate(show)?;
+        // Faulty lines are nobody's to estimate.
+        ring.sensor.screen = found.screen.clone();
+        calibrated = Some(found);
+    }
+    let mut all = Vec::new();
+    if frames > 0 {
+        for name in ["none", "one curve"] {
+            if wanted(name) {
+                all.push(ring.curve(name)?);
+            }
+        }
+    }
+    for name in ["paper-mlp", "row-set"] {
+        if wanted(name) {
+            show(name, 0.4);
+            all.push(ring.network(name, false)?);
+        }
+    }
+    if args.leaky {
+        show("paper-mlp, leaky", 0.6);
+        all.push(ring.network("paper-mlp", true)?);
+    }
+    if let Some(calibrated) = calibrated {
+        if wanted("exact") {
+            let method = default_method(&calibrated)?;
+            all.push(ring.with_frames("exact", &calibrated, method, String::new())?);
+        }
+        if wanted("hybrid") {
+            show("hybrid", 0.9);
+            all.push(ring.hybrid(&calibrated)?);
+        }
+    }
+    Ok(all)
+}
+
+impl Ring<'_> {
+    fn presses(&self, which: &[usize]) -> Vec<Press> {
+        which
+            .iter()
+            .map(|&i| self.lessons.data.presses[i])
+            .collect()
+    }
+
+    /// Judges on held-out presses that have frames, and keeps the pipeline for whole frames.
+    fn with_frames(
+        &self,
+        name: &str,
+        sensor: &Sensor,
+        method: Box<dyn Method>,
+        note: String,
+    ) -> Result<Contestant, Error> {
+        let mut pipeline = Pipeline::new(sensor, method)?;
+        let mut scores = Scores::default();
+        for press in self.presses(&self.judged) {
+            pipeline.forget();
+            pipeline.siemens_from_counts(&self.lessons.data.frames[press.frame]);
+            let at = press.row * sensor.columns() + press.column;
+            scores.add_press(grams(pipeline.newtons()?.values()[at]), press.load_g);
+        }
+        pipeline.forget();
+        Ok(Contestant {
+            name: name.to_owned(),
+            learnt_from: self.known.len(),
+            pipeline: Some(pipeline),
+            scores,
+            note,
+        })
+    }
+
+    /// A load law on readings as they are: a straight line, or the best that held-out presses find.
+    fn curve(&self, name: &str) -> Result<Contestant, Error> {
+        let raw = Raw::from_sensor(&self.sensor);
+        let mut pipeline = Pipeline::new(&self.sensor, Box::new(raw.clone()))?;
+        let mut pairs = Vec::new();
+        for press in self.presses(&self.known) {
+            pipeline.siemens_from_counts(&self.lessons.data.frames[press.frame]);
+            pairs.push((pipeline.siemens().at(press.row, press.column), press.load_g));
+        }
+        let law = match name {
+            "none" => straight(&pairs),
+            _ => fit_pairs(&pairs)
+                .into_iter()
+                .next()
+                .map_or_else(|| straight(&pairs), |fit| fit.law),
+        };
+        let mut sensor = self.sensor.clone();
+        sensor.material = Some(law.to_material());
+        self.with_frames(name, &sensor, Box::new(raw), String::new())
+    }
+
+    fn calibrate(&self, show: &mut dyn FnMut(&str, f64)) -> Result<Sensor, Error> {
+        let data = Data {
+            frames: self.lessons.data.frames.clone(),
+            presses: self.presses(&self.known),
+            uniform: self.lessons.data.uniform.clone(),
+        };
+        let options = Options::default();
+        let found = calibrate_with(&self.sensor, &data, &options, &Threads, &mut |_, share| {
+            show("exact", 0.3 * share);
+        });
+        Ok(found
+            .map_err(|source| Error::InFile {
+                file: self.args.from.presses.clone().unwrap_or_default(),
+                source,
+            })?
+            .sensor)
+    }
+
+    fn network(&self, name: &str, leaky: bool) -> Result<Contestant, Error> {
+        let (rows, split) = match leaky {
+            true => leaky_rows(&self.lessons.rows, self.split, self.args.copies),
+            false => (self.lessons.rows.clone(), self.split.clone()),
+        };
+        let lesson = Lesson {
+            sensor: &self.sensor,
+            rows: &rows,
+            split: &split,
+            sources: Vec::new(),
+        };
+        let model = match name {
+            "paper-mlp" => {
+                let settings = Settings {
+                    epochs: self.args.epochs,
+                    seed: self.args.seed,
+                    ..Settings::default()
+                };
+                let copies = if leaky { 1 } else { self.args.copies };
+                fit::paper_mlp(&lesson, &settings, &HIDDEN, copies, None, &mut |_, _| go())?
+            }
+            _ => {
+                let mut settings = fit::row_set_settings();
+                settings.seed = self.args.seed;
+                fit::row_set(&lesson, &settings, fit::MEMBERS, &Threads, &|_, _, _| go())?
+            }
+        };
+        let judged = rows.part(&split.test);
+        let estimates = match &model.kind {
+            Kind::PaperMlp(model) => model.estimate(&judged),
+            Kind::RowSet(members) => fit::mean_estimate(members, &judged),
+            Kind::Hybrid(_) => Vec::new(),
+        };
+        let mut scores = Scores::default();
+        for (estimate, load) in estimates.into_iter().zip(&judged.load_g) {
+            scores.add_press(estimate, f64::from(*load));
+        }
+        let learnt_from = self.split.train.len() + self.split.check.len();
+        let note = format!(
+            "interval of {:.0} % covers {:.0} % of the held-out presses",
+            100.0 * model.card.interval.level,
+            100.0 * model.card.held_out.coverage
+        );
+        Ok(Contestant {
+            name: match leaky {
+                true => format!("{name}, leaky split"),
+                false => name.to_owned(),
+            },
+            learnt_from,
+            // What the leaky split says is wrong; what the network does with frames is the same.
+            pipeline: match leaky {
+                true => None,
+                false => Some(self.pipeline(model)?),
+            },
+            scores,
+            note,
+        })
+    }
+
+    fn pipeline(&self, model: Model) -> Result<Pipeline, Error> {
+        let mut sensor = self.sensor.clone();
+        // Loads are the network's own; the file's law would only bend them there and back.
+        sensor.material = None;
+        let sensor = with_law(sensor);
+        Ok(Pipeline::new(
+            &sensor,
+            Box::new(Learned::new(model, &sensor)?),
+        )?)
+    }
+
+    fn hybrid(&self, calibrated: &Sensor) -> Result<Contestant, Error> {
+        let presses = self.presses(&self.known);
+        let rows = self.lessons.rows.part(&self.known);
+        let split = Split {
+            train: (0..presses.len()).collect(),
+            ..Split::default()
+        };
+        let lesson = Lesson {
+            sensor: calibrated,
+            rows: &rows,
+            split: &split,
+            sources: Vec::new(),
+        };
+        let frames = &self.lessons.data.frames;
+        let model = fit::hybrid(&lesson, frames, &presses, self.args.seed, &mut |_| go())?;
+        let note = model
+            .card
+            .verdict
+            .as_ref()
+            .map_or(String::new(), |verdict| {
+                let used = if verdict.used { "used" } else { "not used" };
+                format!(
+                    "network {used}: cross-validation {:.3} g to {:.3} g ({:.1} standard errors)",
+                    verdict.physics_g, verdict.hybrid_g, verdict.standard_errors
+                )
+            });
+        let method = Box::new(Learned::new(model, calibrated)?);
+        self.with_frames("hybrid", calibrated, method, note)
+    }
+}
+
+fn go() -> Go {
+    match interrupt::asked() {
+        true => Go::Stop,
+        false => Go::On,
+    }
+}
+
+/// A straight line through no load and the presses: the median of load over conductance.
+fn straight(pairs: &[(f64, f64)]) -> LoadLaw {
+    let mut slopes: Vec<f64> = pairs
+        .iter()
+        .filter(|(g, load)| *g > 0.0 && *load > 0.0)
+        .map(|(g, load)| g / load)
+        .collect();
+    slopes.sort_by(f64::total_cmp);
+    let slope = slopes.get(slopes.len() / 2).copied().unwrap_or(1e-6);
+    LoadLaw::power(0.0, slope, 1.0)
+}
+
+/// The paper's split: copies of every press are made first, then split as if they were presses of their own.
+fn leaky_rows(rows: &Rows, split: &Split, copies: usize) -> (Rows, Split) {
+    let which: Vec<usize> = [&split.train[..], &split.check, &split.test].concat();
+    let copied = rows.part(&which).shuffled_copies(copies, 1);
+    let count = copied.len();
+    let share = |part: &[usize]| part.len() as f64 / which.len().max(1) as f64;
+    let split = Split::new(count, share(&split.check), share(&split.test), 1);
+    (copied, split)
+}

@@ -1,0 +1,208 @@
+//! The contest as a table, a file, and a figure.
+
+use std::fmt;
+use std::path::Path;
+
+use serde::Serialize;
+use taxel_learn::Split;
+use taxel_learn::contest::{Bin, Errors, Scores};
+use taxel_record::AtomicFile;
+use taxel_view::{Format, Line, Series};
+
+use super::Args;
+use super::contestants::Contestant;
+use crate::error::Error;
+use crate::lesson::Lessons;
+
+/// One way from counts to loads.
+#[derive(Debug, Serialize)]
+struct Entry {
+    name: String,
+    learnt_from: usize,
+    presses: Option<Errors>,
+    taxels: Option<Errors>,
+    largest_ghost_g: Option<f64>,
+    mean_ghost_g: Option<f64>,
+    milliseconds_a_frame: Option<f64>,
+    by_load: Vec<Bin>,
+    by_rest_of_row: Vec<Bin>,
+    note: String,
+}
+
+/// All of them.
+#[derive(Debug, Serialize)]
+pub(super) struct Table {
+    sources: Vec<String>,
+    learnt_from: usize,
+    judged_presses: usize,
+    judged_frames: usize,
+    entries: Vec<Entry>,
+}
+
+impl Table {
+    pub(super) fn new(args: &Args, lessons: &Lessons, split: &Split, frames: usize) -> Self {
+        let names = lessons.sources.iter().map(|source| source.name.clone());
+        let recordings = args.recordings.iter().map(|r| r.display().to_string());
+        Self {
+            sources: names.chain(recordings).collect(),
+            learnt_from: split.train.len() + split.check.len(),
+            judged_presses: split.test.len(),
+            judged_frames: frames,
+            entries: Vec::new(),
+        }
+    }
+
+    pub(super) fn add(&mut self, contestant: &Contestant, scores: &Scores) {
+        let ghosts = scores.ghosts_g();
+        self.entries.push(Entry {
+            name: contestant.name.clone(),
+            learnt_from: contestant.learnt_from,
+            presses: scores.of_presses(),
+            taxels: scores.of_taxels(),
+            largest_ghost_g: ghosts.map(|g| g.0),
+            mean_ghost_g: ghosts.map(|g| g.1),
+            milliseconds_a_frame: scores.milliseconds(),
+            by_load: scores.by_load(),
+            by_rest_of_row: scores.by_rest(),
+            note: contestant.note.clone(),
+        });
+    }
+
+    /// One line a contestant, everything in it.
+    pub(super) fn write_csv(&self, file: &Path) -> Result<(), Error> {
+        let mut text = String::from(
+            "method,learnt_from,press_count,press_mae_g,press_mae_standard_error_g,press_rmse_g,press_p95_g,\
+             taxel_count,taxel_mae_g,taxel_rmse_g,taxel_p95_g,largest_ghost_g,mean_ghost_g,ms_a_frame",
+        );
+        if let Some(first) = self.entries.first() {
+            for bin in &first.by_load {
+                text += &format!(",mae_load_{}_to_{}_g", bin.from_g, bin.to_g);
+            }
+            for bin in &first.by_rest_of_row {
+                text += &format!(",mae_rest_of_row_{}_to_{}_g", bin.from_g, bin.to_g);
+            }
+        }
+        text.push('\n');
+        for entry in &self.entries {
+            let name = entry.name.replace(',', ";");
+            let mut cells = vec![name, entry.learnt_from.to_string()];
+            let number = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:.6}"));
+            let p = entry.presses.as_ref();
+            cells.push(p.map_or(String::new(), |e| e.count.to_string()));
+            cells.push(number(p.map(|e| e.mean_absolute_g)));
+            cells.push(number(p.and_then(|e| e.standard_error_g)));
+            cells.push(number(p.map(|e| e.root_mean_square_g)));
+            cells.push(number(p.map(|e| e.p95_g)));
+            let t = entry.taxels.as_ref();
+            cells.push(t.map_or(String::new(), |e| e.count.to_string()));
+            cells.push(number(t.map(|e| e.mean_absolute_g)));
+            cells.push(number(t.map(|e| e.root_mean_square_g)));
+            cells.push(number(t.map(|e| e.p95_g)));
+            cells.push(number(entry.largest_ghost_g));
+            cells.push(number(entry.mean_ghost_g));
+            cells.push(number(entry.milliseconds_a_frame));
+            let bins = entry.by_load.iter().chain(&entry.by_rest_of_row);
+            cells.extend(bins.map(|bin| number(bin.mean_absolute_g)));
+            text += &cells.join(",");
+            text.push('\n');
+        }
+        let mut out = AtomicFile::create(file)?;
+        out.put(text.as_bytes())?;
+        Ok(out.commit()?)
+    }
+
+    /// Error against load, one line a contestant; logarithms, since they differ by orders of magnitude.
+    pub(super) fn draw(&self, file: &Path) -> Result<(), Error> {
+        let format = Format::from_extension(file)?;
+        // The middle of every bin; the last has no end.
+        let middle = |bin: &Bin| match bin.to_g.is_finite() {
+            true => 0.5 * (bin.from_g + bin.to_g),
+            false => 1.25 * bin.from_g,
+        };
+        let Some(first) = self.entries.first() else {
+            return Ok(());
+        };
+        let x: Vec<f64> = first.by_load.iter().map(middle).collect();
+        let lines = self
+            .entries
+            .iter()
+            .map(|entry| {
+                let values = entry.by_load.iter().map(|bin| {
+                    bin.mean_absolute_g
+                        .map_or(f64::NAN, |error| error.max(1e-3).log10())
+                });
+                Line::new(&entry.name, values.collect())
+            })
+            .collect();
+        let picture = Series::new("load (g)", x, lines)?
+            .title("Error against load")
+            .quantity("mean absolute error")
+            .unit("log10 g")
+            .caption(match self.judged_frames {
+                0 => format!("On {} held-out presses.", self.judged_presses),
+                n => format!(
+                    "On loaded taxels of {n} frames; learnt from {} presses.",
+                    self.learnt_from
+                ),
+            })
+            .picture()?;
+        let mut out = AtomicFile::create(file)?;
+        out.put(&picture.render(format)?)?;
+        Ok(out.commit()?)
+    }
+}
+
+impl fmt::Display for Table {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        writeln!(
+            f,
+            "learnt from {} presses; judged on {} held-out presses and {} frames; errors in grams",
+            self.learnt_from, self.judged_presses, self.judged_frames
+        )?;
+        writeln!(
+            f,
+            "{:<24}{:>20}{:>9}{:>9} |{:>9}{:>9}{:>9} |{:>9}{:>9}{:>9}",
+            "",
+            "presses: mean abs.",
+            "rms",
+            "95 %",
+            "taxels:",
+            "rms",
+            "95 %",
+            "ghost",
+            "mean",
+            "ms"
+        )?;
+        let number = |value: Option<f64>| value.map_or("–".to_owned(), |v| format!("{v:.3}"));
+        for entry in &self.entries {
+            let p = entry.presses.as_ref();
+            let t = entry.taxels.as_ref();
+            let mean = match p {
+                Some(e) => format!(
+                    "{:.3} ± {:.3}",
+                    e.mean_absolute_g,
+                    e.standard_error_g.unwrap_or(0.0)
+                ),
+                None => "–".to_owned(),
+            };
+            writeln!(
+                f,
+                "{:<24}{:>20}{:>9}{:>9} |{:>9}{:>9}{:>9} |{:>9}{:>9}{:>9}",
+                entry.name,
+                mean,
+                number(p.map(|e| e.root_mean_square_g)),
+                number(p.map(|e| e.p95_g)),
+                number(t.map(|e| e.mean_absolute_g)),
+                number(t.map(|e| e.root_mean_square_g)),
+                number(t.map(|e| e.p95_g)),
+                number(entry.largest_ghost_g),
+                number(entry.mean_ghost_g),
+                number(entry.milliseconds_a_frame),
+            )?;
+        }
+        for entry in self.entries.iter().filter(|e| !e.note.is_empty()) {
+            writeln!(f, "{}: {}", entry.name, entry.note)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,172 @@
+//! `taxel dataset`: labelled presses as the paper's table, or simulated frames with their loads in shards.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use taxel::crew::shared_out;
+use taxel::simulate::{Pattern, VirtualSensor};
+use taxel_record::npy::Element;
+use taxel_record::{AtomicFile, NpzWriter};
+
+use crate::crew::Threads;
+use crate::error::Error;
+use crate::lesson::{Lessons, Sources};
+use crate::progress::Progress;
+use crate::{Exit, out, sensor_file};
+
+/// Make a training set
+///
+/// From labelled presses: screens their frames, then writes the paper's table, one press a line: the taxel, the values
+/// of its row, the load in grams. With --simulate: frames of a virtual sensor and the load of every taxel, in shards
+/// (shard-00000.npz with `counts` and `load_g`), the same for the same seed whatever the machine.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Sensor file, or the name of a preset; --simulate needs one with switches and material
+    #[arg(long, value_name = "FILE|PRESET")]
+    sensor: PathBuf,
+    #[command(flatten)]
+    from: MaybeSources,
+    /// Simulate this many frames instead
+    #[arg(long, value_name = "N", conflicts_with_all = ["presses", "rows"])]
+    simulate: Option<u64>,
+    /// What presses on the simulated array: blobs, hand, fingers, feet, random, press, uniform
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "blobs",
+        requires = "simulate"
+    )]
+    pattern: String,
+    /// Frames a shard
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..))]
+    shard: u64,
+    /// Seed of everything that is drawn
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Where to write: a table (.csv), or with --simulate a folder
+    #[arg(short, long, value_name = "FILE|FOLDER")]
+    output: PathBuf,
+}
+
+/// [`Sources`], none of which is needed for a simulation.
+#[derive(Debug, clap::Args)]
+struct MaybeSources {
+    /// Labelled presses: CSV with recording, frame, row, column (or taxel), load_g
+    #[arg(long, value_name = "FILE")]
+    presses: Option<PathBuf>,
+    /// Labelled rows, the paper's table, to be added
+    #[arg(long, value_name = "FILE")]
+    rows: Option<PathBuf>,
+    /// The recordings have rows and columns swapped
+    #[arg(long)]
+    transpose: bool,
+    /// Largest load believed, grams; beyond it a label is an error
+    #[arg(long, value_name = "GRAMS", default_value_t = 10_000.0)]
+    most_load: f64,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
+    let sensor = sensor_file::load(&args.sensor)?;
+    if let Some(frames) = args.simulate {
+        return simulate(args, &sensor, frames);
+    }
+    if args.from.presses.is_none() && args.from.rows.is_none() {
+        return Err(Error::Arguments {
+            what: "nothing to make a set from".to_owned(),
+            hint: "give --presses, --rows, or --simulate",
+        });
+    }
+    let from = Sources {
+        presses: args.from.presses.clone(),
+        rows: args.from.rows.clone(),
+        transpose: args.from.transpose,
+        most_load: args.from.most_load,
+    };
+    let lessons = Lessons::read(&from, None, &sensor)?;
+    let mut file = AtomicFile::create(&args.output)?;
+    file.put(lessons.rows.to_csv().as_bytes())?;
+    file.commit()?;
+    out::note(&format!(
+        "{} presses, {} columns, in {}",
+        lessons.rows.len(),
+        sensor.columns() + 2,
+        args.output.display()
+    ));
+    Ok(Exit::Good)
+}
+
+fn simulate(args: &Args, sensor: &taxel::Sensor, frames: u64) -> Result<Exit, Error> {
+    let Some(pattern) = Pattern::named(&args.pattern) else {
+        return Err(Error::Arguments {
+            what: format!("no pattern `{}`", args.pattern),
+            hint: "known: blobs, hand, fingers, feet, random, press, uniform",
+        });
+    };
+    let in_file = |source| Error::InFile {
+        file: args.sensor.clone(),
+        source,
+    };
+    let instrument = VirtualSensor::new(sensor, args.seed).map_err(in_file)?;
+    fs::create_dir_all(&args.output).map_err(|source| taxel_learn::Error::File {
+        file: args.output.clone(),
+        source,
+    })?;
+    let shards: Vec<u64> = (0..frames.div_ceil(args.shard)).collect();
+    let count = shards.len();
+    let progress = Mutex::new(Progress::new("simulating"));
+    let (done, failure) = (AtomicU64::new(0), Mutex::new(None));
+    shared_out(&Threads, shards, |shard| {
+        let range = shard * args.shard..((shard + 1) * args.shard).min(frames);
+        let length = range.end - range.start;
+        let file = args.output.join(format!("shard-{shard:05}.npz"));
+        let written = write_shard(&file, &instrument, &pattern, range, sensor);
+        let so_far = done.fetch_add(length, Ordering::Relaxed) + length;
+        if let Ok(progress) = progress.lock() {
+            progress.set(so_far as f64 / frames as f64);
+        }
+        match written {
+            Ok(()) => Some(()),
+            Err(error) => {
+                if let Ok(mut failure) = failure.lock() {
+                    *failure = Some(error);
+                }
+                None
+            }
+        }
+    });
+    drop(progress);
+    if let Ok(Some(error)) = failure.into_inner() {
+        return Err(error);
+    }
+    out::note(&format!(
+        "{frames} frames in {count} shards, in {}",
+        args.output.display()
+    ));
+    Ok(Exit::Good)
+}
+
+fn write_shard(
+    file: &Path,
+    instrument: &VirtualSensor,
+    pattern: &Pattern,
+    frames: std::ops::Range<u64>,
+    sensor: &taxel::Sensor,
+) -> Result<(), Error> {
+    let (rows, columns) = (sensor.rows(), sensor.columns());
+    let count = Some(frames.end - frames.start);
+    let mut shard = NpzWriter::create(file)?;
+    let mut loads = Vec::new();
+    shard.begin_array("counts", count, rows, columns, Element::U2)?;
+    for (load, reading) in instrument.recording(pattern, frames) {
+        shard.write(&reading.counts)?;
+        loads.push(load);
+    }
+    shard.begin_array("load_g", count, rows, columns, Element::F4)?;
+    for load in &loads {
+        shard.write(load)?;
+    }
+    Ok(shard.commit()?)
+}

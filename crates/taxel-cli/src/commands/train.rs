@@ -1,0 +1,320 @@
+//! `taxel train`: from labelled presses to a model that compensates.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use clap::ValueEnum;
+use taxel_learn::fit::{self, Lesson};
+use taxel_learn::models::paper_mlp::{COPIES, HIDDEN};
+use taxel_learn::train::{Checkpoint, Epoch, Go, Settings};
+use taxel_learn::{Model, Split};
+use taxel_record::AtomicFile;
+
+use crate::crew::Threads;
+use crate::error::Error;
+use crate::lesson::{Lessons, Sources};
+use crate::progress::Progress;
+use crate::{Exit, interrupt, out, sensor_file};
+
+/// Train a network on labelled presses
+///
+/// Presses are split by press: most to train with, some to stop by and to set the uncertainty by, some to judge by;
+/// copies are made inside the training part alone. Ctrl-C stops after the present epoch and keeps the best so far.
+/// `taxel compensate --method MODEL` uses what is written; `taxel compare` says whether it is worth it.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// What to train
+    #[arg(value_enum)]
+    kind: Kind,
+    /// Sensor file, or the name of a preset; `hybrid` needs a calibrated one
+    #[arg(long, value_name = "FILE|PRESET")]
+    sensor: PathBuf,
+    #[command(flatten)]
+    from: Sources,
+    /// Where to write the model (safetensors)
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Most epochs; default 2000 for paper-mlp, 400 for row-set
+    #[arg(long, value_name = "N")]
+    epochs: Option<usize>,
+    /// Shuffled copies of each press (paper-mlp)
+    #[arg(long, value_name = "N", default_value_t = COPIES, value_parser = at_least_one)]
+    copies: usize,
+    /// Networks whose mean is taken (row-set)
+    #[arg(long, value_name = "N", default_value_t = fit::MEMBERS, value_parser = at_least_one)]
+    members: usize,
+    /// Seed of everything that is drawn
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Share of the presses to stop by
+    #[arg(long, value_name = "SHARE", default_value_t = 0.15)]
+    check_share: f64,
+    /// Share of the presses to judge by
+    #[arg(long, value_name = "SHARE", default_value_t = 0.15)]
+    test_share: f64,
+    /// Go on from the checkpoint beside the output (paper-mlp)
+    #[arg(long)]
+    resume: bool,
+    /// Print the model's card as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+fn at_least_one(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(0) => Err("at least 1".to_owned()),
+        Ok(n) => Ok(n),
+        Err(e) => Err(format!("{e}")),
+    }
+}
+
+/// The models that can be trained.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Kind {
+    /// The paper's: a taxel and its row in, four layers, rows shuffled
+    PaperMlp,
+    /// Sums over the row, so that its order cannot matter
+    RowSet,
+    /// The exact inverse, then a small network on what is left
+    Hybrid,
+}
+
+/// How often a checkpoint is written.
+const CHECKPOINT_EVERY: Duration = Duration::from_secs(20);
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
+    let shares = [args.check_share, args.test_share];
+    if shares.iter().any(|s| !(0.0..=0.5).contains(s)) || args.check_share == 0.0 {
+        return Err(Error::Arguments {
+            what: format!(
+                "--check-share {} and --test-share {}",
+                args.check_share, args.test_share
+            ),
+            hint: "each is a share of the presses, up to 0.5, and the first more than 0",
+        });
+    }
+    let sensor = sensor_file::load(&args.sensor)?;
+    let lessons = Lessons::read(&args.from, None, &sensor)?;
+    let count = match args.kind {
+        // Rows of the paper's table have no frame to invert.
+        Kind::Hybrid => lessons.data.presses.len(),
+        _ => lessons.rows.len(),
+    };
+    if args.kind == Kind::Hybrid && count == 0 {
+        return Err(Error::Arguments {
+            what: "hybrid needs whole frames, which --rows does not have".to_owned(),
+            hint: "give --presses",
+        });
+    }
+    let split = Split::new(count, args.check_share, args.test_share, args.seed);
+    let lesson = Lesson {
+        sensor: &sensor,
+        rows: &lessons.rows,
+        split: &split,
+        sources: lessons.sources.clone(),
+    };
+    interrupt::listen();
+    let model = match args.kind {
+        Kind::PaperMlp => paper_mlp(args, &lesson)?,
+        Kind::RowSet => row_set(args, &lesson)?,
+        Kind::Hybrid => {
+            let progress = Progress::new("training");
+            fit::hybrid(
+                &lesson,
+                &lessons.data.frames,
+                &lessons.data.presses,
+                args.seed,
+                &mut |share| {
+                    progress.set(share);
+                    go()
+                },
+            )?
+        }
+    };
+    write(&args.output, &model.to_bytes())?;
+    match args.json {
+        true => out::json(&model.card)?,
+        false => out::result(&report(&model))?,
+    }
+    out::note(&format!("wrote {}", args.output.display()));
+    if interrupt::asked() {
+        out::warn("stopped by Ctrl-C; the model is the best so far");
+    }
+    Ok(Exit::Good)
+}
+
+fn go() -> Go {
+    match interrupt::asked() {
+        true => Go::Stop,
+        false => Go::On,
+    }
+}
+
+fn paper_mlp(args: &Args, lesson: &Lesson) -> Result<Model, Error> {
+    let mut settings = Settings {
+        seed: args.seed,
+        ..Settings::default()
+    };
+    settings.epochs = args.epochs.unwrap_or(settings.epochs);
+    let beside = PathBuf::from(format!("{}.checkpoint", args.output.display()));
+    // Epochs may be added to a training; nothing else may change.
+    let fingerprints: Vec<&str> = lesson
+        .sources
+        .iter()
+        .map(|s| s.fingerprint.as_str())
+        .collect();
+    let training = format!(
+        "paper-mlp, {} copies, seed {}, shares {} and {}, data {}",
+        args.copies,
+        args.seed,
+        args.check_share,
+        args.test_share,
+        fingerprints.join("+")
+    );
+    let from = match args.resume {
+        true => Some(Checkpoint::read(&beside, &training)?),
+        false => None,
+    };
+    let mut teller = Teller::new(settings.epochs);
+    let mut written = Instant::now();
+    let mut failure = None;
+    let model = fit::paper_mlp(
+        lesson,
+        &settings,
+        &HIDDEN,
+        args.copies,
+        from.as_ref(),
+        &mut |epoch, checkpoint| {
+            teller.tell(epoch);
+            if written.elapsed() > CHECKPOINT_EVERY || interrupt::asked() {
+                written = Instant::now();
+                if let Err(error) = write(&beside, &checkpoint().to_bytes(&training)) {
+                    failure = Some(error);
+                    return Go::Stop;
+                }
+            }
+            go()
+        },
+    )?;
+    match failure {
+        Some(error) => Err(error),
+        None => {
+            if !interrupt::asked() && beside.exists() {
+                // It has served; a stale one would only be mistaken for a newer training's.
+                let _ = std::fs::remove_file(&beside);
+            }
+            Ok(model)
+        }
+    }
+}
+
+fn row_set(args: &Args, lesson: &Lesson) -> Result<Model, Error> {
+    let mut settings = fit::row_set_settings();
+    settings.seed = args.seed;
+    settings.epochs = args.epochs.unwrap_or(settings.epochs);
+    let teller = Mutex::new(Teller::new(settings.epochs));
+    Ok(fit::row_set(
+        lesson,
+        &settings,
+        args.members,
+        &Threads,
+        &|member, _, epoch| {
+            if member == 0
+                && let Ok(mut teller) = teller.lock()
+            {
+                teller.tell(epoch);
+            }
+            go()
+        },
+    )?)
+}
+
+/// Tells of epochs: a bar on a terminal, a line every tenth of the way elsewhere.
+struct Teller {
+    progress: Progress,
+    epochs: usize,
+    started: Instant,
+    first: Option<usize>,
+}
+
+impl Teller {
+    fn new(epochs: usize) -> Self {
+        Self {
+            progress: Progress::new("training"),
+            epochs,
+            started: Instant::now(),
+            first: None,
+        }
+    }
+
+    fn tell(&mut self, epoch: &Epoch) {
+        let first = *self.first.get_or_insert(epoch.epoch);
+        let done = epoch.epoch - first + 1;
+        let left = self.started.elapsed().as_secs_f64() / done as f64
+            * (self.epochs.saturating_sub(epoch.epoch)) as f64;
+        let text = format!(
+            "epoch {}, loss {:.4}, {:.2} g",
+            epoch.epoch, epoch.loss, epoch.check_g
+        );
+        self.progress
+            .stage(&text, epoch.epoch as f64 / self.epochs as f64);
+        if !self.progress.is_shown() && epoch.epoch.is_multiple_of((self.epochs / 10).max(1)) {
+            out::note(&format!(
+                "epoch {} of {}: loss {:.4}, {:.3} g on presses kept aside, about {left:.0} s left",
+                epoch.epoch, self.epochs, epoch.loss, epoch.check_g
+            ));
+        }
+    }
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    let mut file = AtomicFile::create(path)?;
+    file.put(bytes)?;
+    Ok(file.commit()?)
+}
+
+fn report(model: &Model) -> String {
+    let card = &model.card;
+    let held = &card.held_out;
+    let mut text = format!(
+        "{}, {} epochs\n",
+        card.kind,
+        card.epochs.first().map_or(0, |e| e.epoch)
+    );
+    if held.presses > 0 {
+        text += &format!(
+            "held-out presses ({}): {:.3} ± {:.3} g mean absolute error, {:.3} g root mean square, {:.3} g at the 95th percentile\n",
+            held.presses,
+            held.mean_absolute_g,
+            held.standard_error_g,
+            held.root_mean_square_g,
+            held.p95_g
+        );
+        text += &format!(
+            "interval of {:.0} % (split conformal, set by {} presses): ±{:.2} g at 50 g, ±{:.2} g at 300 g; covers {:.0} % of the held-out presses\n",
+            100.0 * card.interval.level,
+            card.interval.presses,
+            card.interval.half_width_g(50.0),
+            card.interval.half_width_g(300.0),
+            100.0 * held.coverage
+        );
+    }
+    if let Some(verdict) = &card.verdict {
+        text += &format!(
+            "cross-validation: physics {:.3} g, with the network {:.3} g ({:.1} standard errors): {}\n",
+            verdict.physics_g,
+            verdict.hybrid_g,
+            verdict.standard_errors,
+            match verdict.used {
+                true => "the network is used",
+                false => "the network is not used, this model is the physics alone",
+            }
+        );
+    }
+    for not_for in &card.not_for {
+        text += &format!("not for: {not_for}\n");
+    }
+    text
+}

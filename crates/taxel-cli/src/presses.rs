@@ -1,0 +1,134 @@
+//! Labelled presses and uniform loads with the frames that they point to.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use taxel::calibrate::{Data, Press};
+use taxel::screen::Axis;
+use taxel::{Counts, Frame, Sensor};
+use taxel_record::{FrameSource, TextOptions, open_counts, read_presses, read_uniform_loads};
+
+use crate::error::Error;
+use crate::frames::show;
+use crate::progress::Progress;
+
+/// A frame that a line of a table asks for.
+struct Wanted {
+    recording: PathBuf,
+    frame: usize,
+    table: PathBuf,
+    line: u64,
+}
+
+/// Reads the frames that a table of presses, and perhaps one of uniform loads, points to.
+pub(crate) fn read(
+    table: &Path,
+    equilibration: Option<&Path>,
+    transpose: bool,
+    sensor: &Sensor,
+) -> Result<Data, Error> {
+    let (rows, columns) = (sensor.rows(), sensor.columns());
+    let presses = read_presses(table, rows, columns, sensor.array.labels.as_deref())?;
+    for press in &presses {
+        refuse_dead(sensor, table, press)?;
+    }
+    let uniform = match equilibration {
+        Some(table) => read_uniform_loads(table)?,
+        None => Vec::new(),
+    };
+    let of_presses = presses.iter().map(|press| Wanted {
+        recording: press.recording.clone(),
+        frame: press.frame,
+        table: table.to_owned(),
+        line: press.line,
+    });
+    let of_uniform = uniform.iter().map(|load| Wanted {
+        recording: load.recording.clone(),
+        frame: load.frame,
+        table: equilibration.unwrap_or(Path::new("")).to_owned(),
+        line: load.line,
+    });
+    let wanted: Vec<Wanted> = of_presses.chain(of_uniform).collect();
+    let options = TextOptions {
+        transpose,
+        ..TextOptions::of(sensor)
+    };
+    let mut found = read_frames(&wanted, options)?;
+    let mut data = Data::default();
+    let mut places = BTreeMap::new();
+    for press in presses {
+        let key = (press.recording, press.frame);
+        let frame = *places.entry(key.clone()).or_insert_with(|| {
+            data.frames.push(found[&key].clone());
+            data.frames.len() - 1
+        });
+        data.presses.push(Press {
+            frame,
+            row: press.row,
+            column: press.column,
+            load_g: press.load_g,
+        });
+    }
+    for load in uniform {
+        let key = (load.recording, load.frame);
+        let frame = found.remove(&key).expect("every frame asked for was read");
+        data.uniform.push((frame.clone(), load.load_g));
+        found.insert(key, frame);
+    }
+    Ok(data)
+}
+
+/// Refuses a press on a line that the sensor file declares dead.
+fn refuse_dead(sensor: &Sensor, table: &Path, press: &taxel_record::Press) -> Result<(), Error> {
+    let lines = [
+        (Axis::Row, press.row, &sensor.screen.dead_rows),
+        (Axis::Column, press.column, &sensor.screen.dead_columns),
+    ];
+    for (axis, index, dead) in lines {
+        if dead.contains(&index) {
+            return Err(Error::DeadTaxel {
+                table: table.to_owned(),
+                line: press.line,
+                row: press.row,
+                column: press.column,
+                axis,
+                index,
+            });
+        }
+    }
+    Ok(())
+}
+
+type FramesByPlace = BTreeMap<(PathBuf, usize), Frame<Counts>>;
+
+/// Reads every frame asked for, each recording once.
+fn read_frames(wanted: &[Wanted], options: TextOptions) -> Result<FramesByPlace, Error> {
+    let mut by_recording: BTreeMap<&Path, BTreeMap<usize, &Wanted>> = BTreeMap::new();
+    for one in wanted {
+        let frames = by_recording.entry(&one.recording).or_default();
+        frames.entry(one.frame).or_insert(one);
+    }
+    let mut found = FramesByPlace::new();
+    for (recording, mut frames) in by_recording {
+        let mut source = open_counts(recording, options)?;
+        let progress = Progress::new("reading presses");
+        let mut frame = Frame::zeros(options.rows, options.columns);
+        let mut position = 0;
+        while !frames.is_empty() && source.next_into(&mut frame)? {
+            if frames.remove(&position).is_some() {
+                found.insert((recording.to_owned(), position), frame.clone());
+            }
+            position += 1;
+            show(&source, &progress);
+        }
+        if let Some((_, missing)) = frames.pop_first() {
+            return Err(Error::NoFrame {
+                asked_by: format!("{}, line {}", missing.table.display(), missing.line),
+                file: recording.to_owned(),
+                wanted: missing.frame as u64,
+                found: position as u64,
+            });
+        }
+    }
+    Ok(found)
+}
