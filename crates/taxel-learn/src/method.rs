@@ -88,11 +88,14 @@ impl Learned {
                 memory.loads.copy_from_slice(loads);
             }
             Kind::RowSet(members) => {
-                for member in members {
+                for (i, member) in members.iter().enumerate() {
+                    // Members that learnt from the same presses see readings alike.
+                    let seen_already = i > 0 && member.eye == members[i - 1].eye;
                     let loads = member.estimate_frame(
                         &memory.counts,
                         columns,
                         &memory.taxels,
+                        seen_already,
                         &mut memory.row_set,
                     );
                     for (sum, load) in memory.loads.iter_mut().zip(loads) {
@@ -233,10 +236,15 @@ impl Learned {
             return;
         }
         let columns = self.sensor.columns();
+        let familiar = &self.model.card.familiar;
+        let mut row_seen = (usize::MAX, true);
         for &(row, column) in &memory.taxels {
             let at = row * columns + column;
-            let values = &memory.counts[row * columns..(row + 1) * columns];
-            let known = self.model.card.familiar.knows(memory.counts[at], values);
+            if row_seen.0 != row {
+                let values = &memory.counts[row * columns..(row + 1) * columns];
+                row_seen = (row, familiar.knows_row(values));
+            }
+            let known = row_seen.1 && familiar.knows_taxel(memory.counts[at]);
             let mark = &mut siemens.marks_mut()[at];
             if !known && *mark == Mark::Good {
                 *mark = Mark::Unfamiliar;

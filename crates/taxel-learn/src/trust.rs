@@ -73,15 +73,15 @@ impl Interval {
 /// a tenth of that, counts.
 pub const SUMMARY: usize = 4;
 
-/// A row of readings in four numbers.
-pub fn summary(taxel: f32, row: &[f32], dark: f32) -> [f32; SUMMARY] {
+/// A row of readings in three numbers: sum, largest, number above a tenth of that.
+fn summary(row: &[f32], dark: f32) -> [f32; SUMMARY - 1] {
     let (mut sum, mut most) = (0.0, 0f32);
     for value in row {
         sum += value - dark;
         most = most.max(value - dark);
     }
     let pressed = row.iter().filter(|&v| v - dark > 0.1 * most).count();
-    [taxel - dark, sum, most, pressed as f32]
+    [sum, most, pressed as f32]
 }
 
 /// The range of the training inputs.
@@ -110,7 +110,8 @@ impl Familiar {
             most: [f32::NEG_INFINITY; SUMMARY],
         };
         for i in 0..rows.len() {
-            let seen = summary(rows.taxel[i], rows.row_of(i), dark_counts);
+            let [sum, most, pressed] = summary(rows.row_of(i), dark_counts);
+            let seen = [rows.taxel[i] - dark_counts, sum, most, pressed];
             for ((least, most), x) in range.least.iter_mut().zip(&mut range.most).zip(seen) {
                 *least = least.min(x);
                 *most = most.max(x);
@@ -119,16 +120,23 @@ impl Familiar {
         range
     }
 
-    /// Whether an input is like those of the training.
-    pub fn knows(&self, taxel: f32, row: &[f32]) -> bool {
-        let seen = summary(taxel, row, self.dark_counts);
-        seen.iter()
-            .zip(&self.least)
-            .zip(&self.most)
-            .all(|((x, least), most)| {
-                let margin = MARGIN * (most - least);
-                (least - margin..=most + margin).contains(x)
-            })
+    /// Whether a row is like those of the training.
+    pub fn knows_row(&self, row: &[f32]) -> bool {
+        let seen = summary(row, self.dark_counts);
+        seen.into_iter()
+            .enumerate()
+            .all(|(i, x)| self.is_inside(i + 1, x))
+    }
+
+    /// Whether a taxel's reading is.
+    pub fn knows_taxel(&self, counts: f32) -> bool {
+        self.is_inside(0, counts - self.dark_counts)
+    }
+
+    fn is_inside(&self, i: usize, x: f32) -> bool {
+        let (least, most) = (self.least[i], self.most[i]);
+        let margin = MARGIN * (most - least);
+        (least - margin..=most + margin).contains(&x)
     }
 }
 

@@ -141,10 +141,12 @@ impl RowSet {
     }
 
     /// φ over whole rows of readings, summed.
-    fn pool(&self, rows: &[f32], columns: usize, memory: &mut RowSetMemory) {
-        memory.seen.clear();
-        for &value in rows {
-            memory.seen.extend_from_slice(&self.eye.see(value));
+    fn pool(&self, rows: &[f32], columns: usize, seen_already: bool, memory: &mut RowSetMemory) {
+        if !seen_already {
+            memory.seen.clear();
+            for &value in rows {
+                memory.seen.extend_from_slice(&self.eye.see(value));
+            }
         }
         self.phi.forward(&memory.seen, &mut memory.phi);
         let width = self.pooled_width();
@@ -172,8 +174,9 @@ impl RowSet {
             memory
                 .inputs
                 .extend_from_slice(&memory.pooled[row * width..(row + 1) * width]);
-            let at = memory.inputs.len() - FEATURES - width;
-            self.scaler.scale(&mut memory.inputs[at..]);
+        }
+        for input in memory.inputs.chunks_exact_mut(FEATURES + width) {
+            self.scaler.scale(input);
         }
         self.rho.forward(&memory.inputs, &mut memory.rho);
     }
@@ -181,7 +184,7 @@ impl RowSet {
     /// Loads of some presses, grams, not clipped.
     pub fn estimate(&self, rows: &Rows) -> Vec<f64> {
         let mut memory = RowSetMemory::default();
-        self.pool(&rows.row, rows.columns, &mut memory);
+        self.pool(&rows.row, rows.columns, false, &mut memory);
         self.run(rows.taxel.iter().copied().zip(0..rows.len()), &mut memory);
         memory
             .rho
@@ -193,15 +196,17 @@ impl RowSet {
     }
 
     /// Loads (grams) of the taxels listed (row, column), in that order, given
-    /// a whole frame's counts (rows × columns).
+    /// a whole frame's counts (rows × columns). `seen_already`: the memory is that of another model with the same eye,
+    /// after the same frame.
     pub fn estimate_frame<'a>(
         &self,
         counts: &[f32],
         columns: usize,
         taxels: &[(usize, usize)],
+        seen_already: bool,
         memory: &'a mut RowSetMemory,
     ) -> &'a [f32] {
-        self.pool(counts, columns, memory);
+        self.pool(counts, columns, seen_already, memory);
         let reading = |&(row, column): &(usize, usize)| (counts[row * columns + column], row);
         self.run(taxels.iter().map(reading), memory);
         memory.loads.clear();
@@ -252,7 +257,7 @@ impl<'a> RowSetTraining<'a> {
             rho: starting_at_nothing(draw(&[FEATURES + POOLED, 64, 64, 1], false)),
         };
         let mut memory = RowSetMemory::default();
-        model.pool(&train.row, train.columns, &mut memory);
+        model.pool(&train.row, train.columns, false, &mut memory);
         model.run(train.taxel.iter().copied().zip(0..), &mut memory);
         model.scaler = Scaler::fit(&memory.inputs, FEATURES + POOLED);
         Self {
@@ -289,7 +294,7 @@ impl Trainable for RowSetTraining<'_> {
             self.rows.extend_from_slice(self.train.row_of(i));
         }
         let (model, memory) = (&self.model, &mut self.memory);
-        model.pool(&self.rows, columns, memory);
+        model.pool(&self.rows, columns, false, memory);
         model.run(
             which
                 .iter()

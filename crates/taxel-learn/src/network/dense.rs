@@ -162,20 +162,18 @@ impl<T: Real> Mlp<T> {
     fn advance(&self, layer: usize, input: &[T], output: &mut [T], batch: usize) {
         let (fan_in, fan_out) = (self.widths[layer], self.widths[layer + 1]);
         let (weights, biases) = self.layer(layer);
-        for row in output.chunks_exact_mut(fan_out) {
-            row.copy_from_slice(biases);
-        }
         matmul(
             MatMut::from_row_major_slice_mut(output, batch, fan_out),
-            Accum::Add,
+            Accum::Replace,
             MatRef::from_row_major_slice(input, batch, fan_in),
             MatRef::from_row_major_slice(weights, fan_in, fan_out),
             T::of(1.0),
             Par::Seq,
         );
         taxel::vectors::leave();
-        if self.has_relu(layer) {
-            relu(output);
+        match self.has_relu(layer) {
+            true => add_and_relu(output, biases),
+            false => add(output, biases),
         }
     }
 
@@ -233,6 +231,30 @@ impl<T: Real> Mlp<T> {
                     std::mem::swap(&mut trace.upstream, &mut trace.downstream);
                 }
             }
+        }
+    }
+}
+
+/// Adds the biases to every row, and keeps what is above zero.
+fn add_and_relu<T: Real>(rows: &mut [T], biases: &[T]) {
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for row in rows.chunks_exact_mut(biases.len()) {
+                for (value, bias) in row.iter_mut().zip(biases) {
+                    let sum = *value + *bias;
+                    *value = if sum > T::default() { sum } else { T::default() };
+                }
+            }
+        },
+    );
+}
+
+/// Adds the biases to every row.
+fn add<T: Real>(rows: &mut [T], biases: &[T]) {
+    for row in rows.chunks_exact_mut(biases.len()) {
+        for (value, bias) in row.iter_mut().zip(biases) {
+            *value += *bias;
         }
     }
 }
