@@ -23,7 +23,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use commands::{
-    bench, calibrate, compare, compensate, dataset, demo, info, netlist, plot, simulate, train,
+    bench, calibrate, compare, compensate, dataset, demo, info, model, netlist, plot, simulate,
+    train,
 };
 
 /// From raw frames of a resistive pressure-sensor matrix to calibrated loads.
@@ -45,6 +46,7 @@ enum Command {
     Dataset(dataset::Args),
     Train(train::Args),
     Compare(compare::Args),
+    Model(model::Args),
     Plot(plot::Args),
     Simulate(simulate::Args),
     Netlist(netlist::Args),
@@ -74,6 +76,7 @@ fn main() -> ExitCode {
         Command::Dataset(args) => dataset::run(&args),
         Command::Train(args) => train::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::Model(args) => model::run(&args),
     };
     match result {
         Ok(Exit::Good) => ExitCode::SUCCESS,

@@ -76,6 +76,14 @@ pub enum Error {
         /// What is wrong.
         reason: String,
     },
+    /// A file that is no ONNX network of the kind that is read.
+    #[error("{}: {reason}\nhint: only fully connected networks with ReLU are read", .file.display())]
+    NotOnnx {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
     /// A file that cannot be read or written.
     #[error("{}: {source}", .file.display())]
     File {

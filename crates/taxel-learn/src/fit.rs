@@ -8,7 +8,7 @@ use taxel::{Counts, Frame, Sensor};
 
 use crate::model::{Card, Held, Kind, Model, NOT_FOR, Source};
 use crate::models::hybrid::{Example, Hybrid, LEAST_G, Physics, Scene};
-use crate::models::paper_mlp::PaperTraining;
+use crate::models::paper_mlp::{PaperMlp, PaperTraining};
 use crate::models::row_set::{RowSet, RowSetTraining};
 use crate::network::AdamSettings;
 use crate::rows::{Rows, Split};
@@ -76,6 +76,24 @@ pub fn paper_mlp(
     let model = training.finish();
     let estimate = |rows: &Rows| model.estimate(rows);
     let card = lesson.card(settings, copies, history.last().copied(), &estimate);
+    Ok(finish(card, Kind::PaperMlp(model)))
+}
+
+/// A network that was trained elsewhere, with a card: presses that it was not trained with set its threshold and its
+/// interval, and judge it.
+///
+/// # Errors
+/// A network for another number of columns.
+pub fn adopt(lesson: &Lesson, model: PaperMlp) -> Result<Model, Error> {
+    if model.columns() != lesson.rows.columns {
+        return Err(Error::Width {
+            what: "the network".to_owned(),
+            found: model.columns(),
+            expected: lesson.rows.columns,
+        });
+    }
+    let estimate = |rows: &Rows| model.estimate(rows);
+    let card = lesson.card(&Settings::default(), 0, None, &estimate);
     Ok(finish(card, Kind::PaperMlp(model)))
 }
 

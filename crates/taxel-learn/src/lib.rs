@@ -9,6 +9,7 @@ mod method;
 mod model;
 pub mod models;
 pub mod network;
+pub mod onnx;
 pub mod rows;
 pub mod scaler;
 pub mod train;

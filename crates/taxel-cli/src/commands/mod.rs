@@ -7,6 +7,7 @@ pub(crate) mod compensate;
 pub(crate) mod dataset;
 pub(crate) mod demo;
 pub(crate) mod info;
+pub(crate) mod model;
 pub(crate) mod netlist;
 pub(crate) mod plot;
 pub(crate) mod simulate;

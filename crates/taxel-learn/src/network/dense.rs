@@ -243,7 +243,11 @@ fn add_and_relu<T: Real>(rows: &mut [T], biases: &[T]) {
             for row in rows.chunks_exact_mut(biases.len()) {
                 for (value, bias) in row.iter_mut().zip(biases) {
                     let sum = *value + *bias;
-                    *value = if sum > T::default() { sum } else { T::default() };
+                    *value = if sum > T::default() {
+                        sum
+                    } else {
+                        T::default()
+                    };
                 }
             }
         },

@@ -1,0 +1,109 @@
+//! `taxel model`: what a model is, and the way in and out by ONNX.
+
+use std::path::{Path, PathBuf};
+
+use clap::Subcommand;
+use taxel_learn::fit::{self, Lesson};
+use taxel_learn::{Kind, Model, Split, onnx};
+use taxel_record::AtomicFile;
+
+use crate::error::Error;
+use crate::lesson::{Lessons, Sources};
+use crate::{Exit, out, sensor_file};
+
+/// Show a model's card, or exchange it through ONNX
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Print a model's card as JSON: what it is, what it learnt from, how good it is, what it is not for
+    Show {
+        /// The model
+        model: PathBuf,
+    },
+    /// Write a paper-mlp as ONNX: readings in counts in (taxel, then its row), load in grams out
+    Export {
+        /// The model
+        model: PathBuf,
+        /// Where to write (.onnx)
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
+    /// Take in a fully connected network from scikit-learn or PyTorch
+    ///
+    /// Its inputs must be a taxel and its row in counts, standardised inside or not at all; its output grams. The
+    /// presses, which it must not have been trained with, set its threshold and interval, and judge it.
+    Import(Import),
+}
+
+#[derive(Debug, clap::Args)]
+struct Import {
+    /// The network (.onnx)
+    network: PathBuf,
+    /// Sensor file, or the name of a preset
+    #[arg(long, value_name = "FILE|PRESET")]
+    sensor: PathBuf,
+    #[command(flatten)]
+    from: Sources,
+    /// Where to write the model (safetensors)
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
+    match &args.verb {
+        Verb::Show { model } => out::json(&Model::read(model)?.card)?,
+        Verb::Export { model, output } => {
+            let read = Model::read(model)?;
+            let Kind::PaperMlp(network) = &read.kind else {
+                return Err(Error::Arguments {
+                    what: format!("{} is a {}", model.display(), read.kind.name()),
+                    hint: "only a paper-mlp is one chain of layers, as ONNX has it here",
+                });
+            };
+            write(output, &onnx::export(network))?;
+        }
+        Verb::Import(import) => adopt(import)?,
+    }
+    Ok(Exit::Good)
+}
+
+fn adopt(args: &Import) -> Result<(), Error> {
+    let sensor = sensor_file::load(&args.sensor)?;
+    let lessons = Lessons::read(&args.from, None, &sensor)?;
+    let bytes = std::fs::read(&args.network).map_err(|source| taxel_learn::Error::File {
+        file: args.network.clone(),
+        source,
+    })?;
+    let network = onnx::import(&bytes).map_err(|reason| taxel_learn::Error::NotOnnx {
+        file: args.network.clone(),
+        reason,
+    })?;
+    let split = Split::new(lessons.rows.len(), 0.5, 0.5, 1);
+    let lesson = Lesson {
+        sensor: &sensor,
+        rows: &lessons.rows,
+        split: &split,
+        sources: lessons.sources.clone(),
+    };
+    let model = fit::adopt(&lesson, network)?;
+    let held = &model.card.held_out;
+    write(&args.output, &model.to_bytes())?;
+    out::result(&format!(
+        "held-out presses ({}): {:.3} ± {:.3} g mean absolute error",
+        held.presses, held.mean_absolute_g, held.standard_error_g
+    ))
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    let mut file = AtomicFile::create(path)?;
+    file.put(bytes)?;
+    file.commit()?;
+    out::note(&format!("wrote {}", path.display()));
+    Ok(())
+}
