@@ -43,9 +43,9 @@ pub(crate) struct Args {
     /// Share of the presses to judge by
     #[arg(long, value_name = "SHARE", default_value_t = 0.2)]
     test_share: f64,
-    /// Learn from this many presses alone
-    #[arg(long, value_name = "N")]
-    most_presses: Option<usize>,
+    /// Learn from this many presses alone; several numbers give a learning curve
+    #[arg(long, value_name = "N", value_delimiter = ',')]
+    most_presses: Vec<usize>,
     /// Epochs of paper-mlp (its own rule would take up to 2000)
     #[arg(long, value_name = "N", default_value_t = 60)]
     epochs: usize,
@@ -92,23 +92,32 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     }
     let sensor = sensor_file::load(&args.sensor)?;
     let lessons = Lessons::read(&args.from, args.equilibration.as_deref(), &sensor)?;
-    let mut split = Split::new(lessons.rows.len(), 0.15, args.test_share, args.seed);
-    if let Some(most) = args.most_presses {
-        thin(&mut split, most);
-    }
+    let whole = Split::new(lessons.rows.len(), 0.15, args.test_share, args.seed);
     let mut known = Vec::new();
     for (recording, truth) in args.recordings.iter().zip(&args.truth) {
         read_known(recording, truth, &sensor, &mut known)?;
     }
     interrupt::listen();
-    let progress = Progress::new("learning");
-    let mut show = |name: &str, share: f64| progress.stage(name, share);
-    let contestants = contestants::all(args, &sensor, &lessons, &split, &mut show)?;
-    drop(progress);
-    let mut table = Table::new(args, &lessons, &split, known.len());
-    for mut contestant in contestants {
-        let scores = judge(&mut contestant, &known)?;
-        table.add(&contestant, &scores);
+    let mut table = Table::new(args, &lessons, &whole, known.len());
+    let all = whole.train.len() + whole.check.len();
+    let sizes = match args.most_presses.is_empty() {
+        true => vec![all],
+        false => args.most_presses.clone(),
+    };
+    for size in sizes {
+        let mut split = whole.clone();
+        thin(&mut split, size);
+        let progress = Progress::new("learning");
+        let mut show = |name: &str, share: f64| progress.stage(name, share);
+        let contestants = contestants::all(args, &sensor, &lessons, &split, &mut show)?;
+        drop(progress);
+        for mut contestant in contestants {
+            // Who had no more to learn from than before is the same as before.
+            if !table.has(&contestant) {
+                let scores = judge(&mut contestant, &known)?;
+                table.add(&contestant, &scores);
+            }
+        }
     }
     if let Some(file) = &args.output {
         table.write_csv(file)?;

@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use taxel::calibrate::{Data, Press};
 use taxel::crew::shared_out;
 use taxel::simulate::{Pattern, VirtualSensor};
+use taxel::{Counts, Frame};
 use taxel_record::npy::Element;
 use taxel_record::{AtomicFile, NpzWriter};
 
@@ -19,7 +21,8 @@ use crate::{Exit, out, sensor_file};
 /// Make a training set
 ///
 /// From labelled presses: screens their frames, then writes the paper's table, one press a line: the taxel, the values
-/// of its row, the load in grams. With --simulate: frames of a virtual sensor and the load of every taxel, in shards
+/// of its row, the load in grams; or, for an output ending in .npz, whole frames (`counts`, `row`, `column`, `load_g`,
+/// one a press). With --simulate: frames of a virtual sensor and the load of every taxel, in shards
 /// (shard-00000.npz with `counts` and `load_g`), the same for the same seed whatever the machine.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
@@ -45,7 +48,7 @@ pub(crate) struct Args {
     /// Seed of everything that is drawn
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Where to write: a table (.csv), or with --simulate a folder
+    /// Where to write: a table (.csv), whole frames (.npz), or with --simulate a folder
     #[arg(short, long, value_name = "FILE|FOLDER")]
     output: PathBuf,
 }
@@ -86,6 +89,15 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         most_load: args.from.most_load,
     };
     let lessons = Lessons::read(&from, None, &sensor)?;
+    if args.output.extension().is_some_and(|e| e == "npz") {
+        write_frames(&args.output, &lessons.data, &sensor)?;
+        out::note(&format!(
+            "{} presses with their frames, in {}",
+            lessons.data.presses.len(),
+            args.output.display()
+        ));
+        return Ok(Exit::Good);
+    }
     let mut file = AtomicFile::create(&args.output)?;
     file.put(lessons.rows.to_csv().as_bytes())?;
     file.commit()?;
@@ -96,6 +108,40 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         args.output.display()
     ));
     Ok(Exit::Good)
+}
+
+/// One frame a press, and where and what the press was.
+fn write_frames(file: &Path, data: &Data, sensor: &taxel::Sensor) -> Result<(), Error> {
+    let presses = &data.presses;
+    if presses.is_empty() {
+        return Err(Error::Arguments {
+            what: "rows of the paper's table have no frames".to_owned(),
+            hint: "give --presses, or write a table (.csv)",
+        });
+    }
+    let mut set = NpzWriter::create(file)?;
+    let count = Some(presses.len() as u64);
+    set.begin_array(
+        "counts",
+        count,
+        sensor.rows(),
+        sensor.columns(),
+        Element::U2,
+    )?;
+    for press in presses {
+        set.write(&data.frames[press.frame])?;
+    }
+    let numbers: [(&str, Element, fn(&Press) -> f64); 3] = [
+        ("row", Element::U2, |press| press.row as f64),
+        ("column", Element::U2, |press| press.column as f64),
+        ("load_g", Element::F8, |press| press.load_g),
+    ];
+    for (name, element, number) in numbers {
+        set.begin_array(name, None, 1, presses.len(), element)?;
+        let values = presses.iter().map(number).collect();
+        set.write(&Frame::<Counts>::new(1, presses.len(), values)?)?;
+    }
+    Ok(set.commit()?)
 }
 
 fn simulate(args: &Args, sensor: &taxel::Sensor, frames: u64) -> Result<Exit, Error> {

@@ -3,7 +3,7 @@
 use crate::run::{Folder, SENSOR};
 
 /// The sensor as its owner knows it, and labelled presses on one whose numbers are those of `SENSOR`.
-fn pressed(presses: usize) -> Folder {
+pub(crate) fn pressed(presses: usize) -> Folder {
     let folder = Folder::new();
     folder.good(&format!(
         "simulate --sensor sensor.toml --pattern press --frames {presses} --seed 8 \

@@ -4,6 +4,7 @@ mod bad_input;
 mod calibrate;
 mod compensate;
 mod help;
+mod learn;
 mod look;
 mod run;
 mod simulate;

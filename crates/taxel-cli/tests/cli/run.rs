@@ -104,6 +104,14 @@ impl Folder {
         Run::from(child.wait_with_output().unwrap())
     }
 
+    /// Runs a command that must fail, saying why.
+    pub fn fails(&self, words: &str) -> Run {
+        let run = self.taxel(words);
+        assert!(matches!(run.code, Some(1 | 2)), "{run}");
+        assert!(run.err.contains("error: "), "{run}");
+        run
+    }
+
     /// Runs what must succeed.
     pub fn good(&self, words: &str) -> Run {
         let run = self.taxel(words);

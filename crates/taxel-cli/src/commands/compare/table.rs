@@ -33,7 +33,7 @@ struct Entry {
 #[derive(Debug, Serialize)]
 pub(super) struct Table {
     sources: Vec<String>,
-    learnt_from: usize,
+    known_presses: usize,
     judged_presses: usize,
     judged_frames: usize,
     entries: Vec<Entry>,
@@ -45,11 +45,18 @@ impl Table {
         let recordings = args.recordings.iter().map(|r| r.display().to_string());
         Self {
             sources: names.chain(recordings).collect(),
-            learnt_from: split.train.len() + split.check.len(),
+            known_presses: split.train.len() + split.check.len(),
             judged_presses: split.test.len(),
             judged_frames: frames,
             entries: Vec::new(),
         }
+    }
+
+    /// Whether a contestant of that name learnt from as many presses already.
+    pub(super) fn has(&self, contestant: &Contestant) -> bool {
+        let same =
+            |e: &Entry| (&e.name, e.learnt_from) == (&contestant.name, contestant.learnt_from);
+        self.entries.iter().any(same)
     }
 
     pub(super) fn add(&mut self, contestant: &Contestant, scores: &Scores) {
@@ -111,53 +118,102 @@ impl Table {
         Ok(out.commit()?)
     }
 
-    /// Error against load, one line a contestant; logarithms, since they differ by orders of magnitude.
+    /// Error against load, one line a contestant; against the number of presses, where there are several. Logarithms,
+    /// since contestants differ by orders of magnitude.
     pub(super) fn draw(&self, file: &Path) -> Result<(), Error> {
         let format = Format::from_extension(file)?;
-        // The middle of every bin; the last has no end.
-        let middle = |bin: &Bin| match bin.to_g.is_finite() {
-            true => 0.5 * (bin.from_g + bin.to_g),
-            false => 1.25 * bin.from_g,
+        let mut sizes: Vec<usize> = self.entries.iter().map(|e| e.learnt_from).collect();
+        sizes.sort_unstable();
+        sizes.dedup();
+        let mut names: Vec<&String> = Vec::new();
+        for entry in &self.entries {
+            if !names.contains(&&entry.name) {
+                names.push(&entry.name);
+            }
+        }
+        let series = match names.len() < self.entries.len() {
+            true => self.learning_curve(&sizes, &names)?,
+            false => self.by_load()?,
         };
-        let Some(first) = self.entries.first() else {
+        let Some(series) = series else {
             return Ok(());
         };
-        let x: Vec<f64> = first.by_load.iter().map(middle).collect();
-        let lines = self
-            .entries
-            .iter()
-            .map(|entry| {
-                let values = entry.by_load.iter().map(|bin| {
-                    bin.mean_absolute_g
-                        .map_or(f64::NAN, |error| error.max(1e-3).log10())
-                });
-                Line::new(&entry.name, values.collect())
-            })
-            .collect();
-        let picture = Series::new("load (g)", x, lines)?
-            .title("Error against load")
+        let picture = series
             .quantity("mean absolute error")
             .unit("log10 g")
             .caption(match self.judged_frames {
                 0 => format!("On {} held-out presses.", self.judged_presses),
-                n => format!(
-                    "On loaded taxels of {n} frames; learnt from {} presses.",
-                    self.learnt_from
-                ),
+                n => format!("On loaded taxels of {n} frames."),
             })
             .picture()?;
         let mut out = AtomicFile::create(file)?;
         out.put(&picture.render(format)?)?;
         Ok(out.commit()?)
     }
+
+    fn by_load(&self) -> Result<Option<Series>, Error> {
+        // The middle of every bin; the last has no end.
+        let middle = |bin: &Bin| match bin.to_g.is_finite() {
+            true => 0.5 * (bin.from_g + bin.to_g),
+            false => 1.25 * bin.from_g,
+        };
+        let Some(first) = self.entries.first() else {
+            return Ok(None);
+        };
+        let x: Vec<f64> = first.by_load.iter().map(middle).collect();
+        let lines = self
+            .entries
+            .iter()
+            .map(|entry| {
+                let values = entry
+                    .by_load
+                    .iter()
+                    .map(|bin| logarithm(bin.mean_absolute_g));
+                Line::new(&entry.name, values.collect())
+            })
+            .collect();
+        Ok(Some(
+            Series::new("load (g)", x, lines)?.title("Error against load"),
+        ))
+    }
+
+    fn learning_curve(&self, sizes: &[usize], names: &[&String]) -> Result<Option<Series>, Error> {
+        let error = |entry: &Entry| {
+            let found = entry.taxels.as_ref().or(entry.presses.as_ref());
+            logarithm(found.map(|e| e.mean_absolute_g))
+        };
+        let lines = names
+            .iter()
+            .map(|name| {
+                let at = |&size: &usize| {
+                    // Who could not learn from more stays as good.
+                    self.entries
+                        .iter()
+                        .filter(|e| &&e.name == name && e.learnt_from <= size)
+                        .max_by_key(|e| e.learnt_from)
+                        .map_or(f64::NAN, error)
+                };
+                Line::new(name.as_str(), sizes.iter().map(at).collect())
+            })
+            .collect();
+        let x = sizes.iter().map(|&n| (n as f64).log10()).collect();
+        Ok(Some(
+            Series::new("presses learnt from (log10)", x, lines)?.title("Learning curve"),
+        ))
+    }
+}
+
+/// log10 of an error, grams; not below a milligram.
+fn logarithm(error_g: Option<f64>) -> f64 {
+    error_g.map_or(f64::NAN, |error| error.max(1e-3).log10())
 }
 
 impl fmt::Display for Table {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         writeln!(
             f,
-            "learnt from {} presses; judged on {} held-out presses and {} frames; errors in grams",
-            self.learnt_from, self.judged_presses, self.judged_frames
+            "up to {} presses to learn from; judged on {} held-out presses (those with frames: every way) and {} frames; errors in grams",
+            self.known_presses, self.judged_presses, self.judged_frames
         )?;
         writeln!(
             f,
@@ -187,8 +243,9 @@ impl fmt::Display for Table {
             };
             writeln!(
                 f,
-                "{:<24}{:>20}{:>9}{:>9} |{:>9}{:>9}{:>9} |{:>9}{:>9}{:>9}",
+                "{:<22}{:>6}{:>20}{:>9}{:>9} |{:>9}{:>9}{:>9} |{:>9}{:>9}{:>9}",
                 entry.name,
+                entry.learnt_from,
                 mean,
                 number(p.map(|e| e.root_mean_square_g)),
                 number(p.map(|e| e.p95_g)),
