@@ -131,16 +131,15 @@ fn write_frames(file: &Path, data: &Data, sensor: &taxel::Sensor) -> Result<(), 
     for press in presses {
         set.write(&data.frames[press.frame])?;
     }
-    let numbers: [(&str, Element, fn(&Press) -> f64); 3] = [
-        ("row", Element::U2, |press| press.row as f64),
-        ("column", Element::U2, |press| press.column as f64),
-        ("load_g", Element::F8, |press| press.load_g),
-    ];
-    for (name, element, number) in numbers {
-        set.begin_array(name, None, 1, presses.len(), element)?;
-        let values = presses.iter().map(number).collect();
-        set.write(&Frame::<Counts>::new(1, presses.len(), values)?)?;
-    }
+    let mut list = |name, element, values: Vec<f64>| -> Result<(), Error> {
+        set.begin_array(name, None, 1, values.len(), element)?;
+        let values = Frame::<Counts>::new(1, values.len(), values)?;
+        Ok(set.write(&values)?)
+    };
+    let of = |number: fn(&Press) -> f64| presses.iter().map(number).collect();
+    list("row", Element::U2, of(|press| press.row as f64))?;
+    list("column", Element::U2, of(|press| press.column as f64))?;
+    list("load_g", Element::F8, of(|press| press.load_g))?;
     Ok(set.commit()?)
 }
 

@@ -13,8 +13,8 @@ use taxel_learn::{Kind, Learned, Model, Rows, Split, with_law};
 use super::{Args, grams};
 use crate::crew::Threads;
 use crate::error::Error;
-use crate::interrupt;
 use crate::lesson::Lessons;
+use crate::{interrupt, out};
 
 /// A frame and the loads that were on it.
 pub(super) struct Known {
@@ -34,6 +34,9 @@ pub(super) struct Contestant {
     /// What there is to say of it.
     pub(super) note: String,
 }
+
+/// Presses with frames that a calibration needs at least.
+const FEWEST_FOR_PHYSICS: usize = 8;
 
 /// What every contestant is given.
 struct Ring<'a> {
@@ -70,7 +73,12 @@ pub(super) fn all(
         judged: with_frames(&split.test),
     };
     let mut calibrated = None;
-    if physics {
+    if physics && ring.known.len() < FEWEST_FOR_PHYSICS {
+        out::warn(&format!(
+            "exact and hybrid left out: {} of the presses to learn from have whole frames, and a calibration needs {FEWEST_FOR_PHYSICS}",
+            ring.known.len()
+        ));
+    } else if physics {
         show("exact", 0.0);
         let found = ring.calibrate(show)?;
         // Faulty lines are nobody's to estimate.
