@@ -125,7 +125,8 @@ fn a_summary_for_scripts() {
         "5": "flickering",
         "6": "shorted",
         "7": "interpolated",
-        "8": "unresolved"
+        "8": "unresolved",
+        "9": "unfamiliar"
       },
       "faulty_lines": [],
       "output": "loads.csv",

@@ -4,7 +4,7 @@ use crate::run::Folder;
 
 #[test]
 fn without_a_verb_the_help_is_shown_and_the_exit_code_is_2() {
-    insta::assert_snapshot!(Folder::new().taxel(""), @r"
+    insta::assert_snapshot!(Folder::new().taxel(""), @"
     exit code: 2
     ----- stdout -----
 
@@ -17,6 +17,10 @@ fn without_a_verb_the_help_is_shown_and_the_exit_code_is_2() {
       info        Say what is in a recording
       calibrate   Fit switch resistances and load law to labelled presses
       compensate  Remove the cross-talk from a recording
+      dataset     Make a training set
+      train       Train a network on labelled presses
+      compare     Compare ways from counts to loads on your own data
+      model       Show a model's card, or exchange it through ONNX
       plot        Draw frames, or values over frames
       simulate    Record with a virtual sensor
       netlist     Write a sensor's circuit as a SPICE netlist
@@ -32,14 +36,14 @@ fn without_a_verb_the_help_is_shown_and_the_exit_code_is_2() {
 
 #[test]
 fn an_unknown_verb_names_the_nearest() {
-    insta::assert_snapshot!(Folder::new().taxel("compenstae"), @r"
+    insta::assert_snapshot!(Folder::new().taxel("compenstae"), @"
     exit code: 2
     ----- stdout -----
 
     ----- stderr -----
     error: unrecognized subcommand 'compenstae'
 
-      tip: a similar subcommand exists: 'compensate'
+      tip: some similar subcommands exist: 'compare', 'compensate'
 
     Usage: taxel <COMMAND>
 
@@ -49,7 +53,7 @@ fn an_unknown_verb_names_the_nearest() {
 
 #[test]
 fn flags_of_compensate() {
-    insta::assert_snapshot!(Folder::new().taxel("compensate -h"), @r"
+    insta::assert_snapshot!(Folder::new().taxel("compensate -h"), @"
     exit code: 0
     ----- stdout -----
     Remove the cross-talk from a recording
@@ -64,7 +68,7 @@ fn flags_of_compensate() {
           --unit <UNIT>              Unit of what is written [default: g] [possible values: volts, siemens, g, N, kPa, MPa]
           --input-unit <INPUT_UNIT>  Unit of what is read; volts and siemens are real numbers (.csv, .npy, .npz) [default: counts] [possible values: counts, volts, siemens]
       -o, --output <FILE>            Where to write (.csv, .npy, .npz); without it, numbers go to standard output
-          --method <METHOD>          How conductances are found [default: auto] [possible values: auto, exact, newton, raw]
+          --method <NAME|MODEL>      How loads are found: auto (what suits the read-out), exact, newton, raw (no compensation), or the file of a model that `taxel train` wrote [default: auto]
           --marks <FILE>             Where to write the marks, one code a taxel, in the shape of the numbers
           --standard-error <FILE>    Where to write the standard error of each number; marks what it exceeds as unresolved
           --keep-going               Leave out frames that cannot be read, instead of stopping at the first
@@ -159,7 +163,7 @@ fn flags_of_info() {
 
 #[test]
 fn flags_of_plot() {
-    insta::assert_snapshot!(Folder::new().taxel("plot -h"), @r"
+    insta::assert_snapshot!(Folder::new().taxel("plot -h"), @"
     exit code: 0
     ----- stdout -----
     Draw frames, or values over frames
@@ -180,7 +184,7 @@ fn flags_of_plot() {
           --before-after                   Both without and with compensation
           --values                         The numbers are what they are (loads.csv): nothing is converted, --unit is for the label
           --unit <UNIT>                    Unit; without it, g where the sensor has a load law, else siemens [possible values: volts, siemens, g, N, kPa, MPa]
-          --method <METHOD>                How conductances are found [default: auto] [possible values: auto, exact, newton, raw]
+          --method <NAME|MODEL>            How loads are found: auto, exact, newton, raw, or the file of a model that `taxel train` wrote [default: auto]
           --interpolation <INTERPOLATION>  How values between taxels are drawn [default: bilinear] [possible values: bilinear, nearest]
           --rows <N>                       Rows of a frame, where there is no sensor
           --transpose                      The file has rows and columns swapped
@@ -216,7 +220,7 @@ fn flags_of_netlist() {
 
 #[test]
 fn flags_of_bench() {
-    insta::assert_snapshot!(Folder::new().taxel("bench -h"), @r"
+    insta::assert_snapshot!(Folder::new().taxel("bench -h"), @"
     exit code: 0
     ----- stdout -----
     Time scan and inverse of a sensor on this machine
@@ -225,7 +229,7 @@ fn flags_of_bench() {
 
     Options:
           --sensor <FILE|PRESET>  Sensor file, or the name of a preset [default: econe]
-          --method <METHOD>       How conductances are found [default: auto] [possible values: auto, exact, newton, raw]
+          --method <NAME|MODEL>   How loads are found: auto, exact, newton, raw, or the file of a model that `taxel train` wrote [default: auto]
           --json                  Print JSON instead of a table
       -h, --help                  Print help (see more with '--help')
     ----- stderr -----
