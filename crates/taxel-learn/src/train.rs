@@ -262,3 +262,53 @@ fn has_stalled(history: &[Epoch], settings: &Settings) -> bool {
     }
     without > settings.patience
 }
+
+/// For the tests of every model: the gradient of a batch against central differences, along random directions.
+#[cfg(test)]
+pub(crate) fn assert_gradient(model: &mut impl Trainable, which: &[usize], tolerance: f64) {
+    use rand::RngExt;
+    let mut random = ChaCha8Rng::seed_from_u64(17);
+    let sizes: Vec<usize> = model
+        .networks()
+        .iter()
+        .map(|n| n.parameters().len())
+        .collect();
+    let zeros = || -> Vec<Vec<f32>> { sizes.iter().map(|&n| vec![0.0; n]).collect() };
+    // Away from the start, where outputs are zero and hide what is in front of them.
+    for network in model.networks() {
+        for p in network.parameters_mut() {
+            *p += 0.05 * (random.random::<f32>() - 0.5);
+        }
+    }
+    let mut gradients = zeros();
+    model.batch(which, &mut gradients);
+    for part in 0..sizes.len() {
+        let direction: Vec<f32> = (0..sizes[part])
+            .map(|_| random.random::<f32>() - 0.5)
+            .collect();
+        let along: f64 = gradients[part]
+            .iter()
+            .zip(&direction)
+            .map(|(g, d)| f64::from(g * d))
+            .sum();
+        let step = 1e-3f32;
+        let mut loss_at = |by: f32| -> f64 {
+            for (p, d) in model.networks()[part]
+                .parameters_mut()
+                .iter_mut()
+                .zip(&direction)
+            {
+                *p += by * d;
+            }
+            model.batch(which, &mut zeros())
+        };
+        let above = loss_at(step);
+        let below = loss_at(-2.0 * step);
+        loss_at(step);
+        let difference = (above - below) / (2.0 * f64::from(step));
+        assert!(
+            (difference - along).abs() < tolerance * along.abs().max(1e-3),
+            "network {part}: {difference} by differences, {along} by the gradient"
+        );
+    }
+}

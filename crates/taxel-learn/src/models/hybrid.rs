@@ -442,3 +442,49 @@ impl Trainable for Training<'_> {
         errors.sum::<f64>() / self.examples.len() as f64
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::train::assert_gradient;
+    use rand::RngExt;
+
+    /// Presses whose physics is off by `bias` of the load, and by noise.
+    fn examples(bias: f32) -> Vec<Example> {
+        let mut random = ChaCha8Rng::seed_from_u64(8);
+        (0..120)
+            .map(|_| {
+                let load_g = 20.0 + 400.0 * random.random::<f32>();
+                let physics_g = load_g * (1.0 + bias) + random.random::<f32>() - 0.5;
+                let mut features = [0.0; FEATURES];
+                features.fill_with(|| random.random::<f32>());
+                features[0] = physics_g / 100.0;
+                Example {
+                    features,
+                    physics_g,
+                    load_g,
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn gradients_agree_with_finite_differences() {
+        let examples = examples(0.02);
+        let flat: Vec<f32> = examples.iter().flat_map(|e| e.features).collect();
+        let scaler = Scaler::fit(&flat, FEATURES);
+        let mut training = Training::new(&scaler, Typical::fit(&examples), &examples, 2);
+        let which: Vec<usize> = (0..40).collect();
+        assert_gradient(&mut training, &which, 0.02);
+    }
+
+    #[test]
+    fn physics_that_is_right_is_left_alone_and_a_bias_is_learnt() {
+        let (_, verdict) = Hybrid::train(&examples(0.0), 5, 60, 1, &mut |_| Go::On);
+        assert!(!verdict.used, "{verdict:?}");
+        let (model, verdict) = Hybrid::train(&examples(0.03), 5, 200, 1, &mut |_| Go::On);
+        assert!(verdict.used, "{verdict:?}");
+        assert!(verdict.hybrid_g < 0.5 * verdict.physics_g, "{verdict:?}");
+        assert_eq!(model.networks.len(), 5);
+    }
+}

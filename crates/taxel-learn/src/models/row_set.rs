@@ -353,3 +353,50 @@ impl Trainable for RowSetTraining<'_> {
         mean_absolute(&self.model.estimate(self.check), &self.check.load_g)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::train::assert_gradient;
+    use rand::RngExt;
+
+    fn rows(seed: u64) -> Rows {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut rows = Rows::new(6);
+        for _ in 0..30 {
+            let row: Vec<f64> = (0..6)
+                .map(|_| 30.0 + 4000.0 * random.random::<f64>())
+                .collect();
+            rows.push(row[2], row.clone(), 100.0 + 300.0 * random.random::<f64>());
+        }
+        rows
+    }
+
+    #[test]
+    fn gradients_agree_with_finite_differences() {
+        let rows = rows(1);
+        let mut training = RowSetTraining::new(&rows, &rows, 3);
+        let which: Vec<usize> = (0..12).collect();
+        assert_gradient(&mut training, &which, 0.02);
+    }
+
+    #[test]
+    fn the_order_of_a_row_means_nothing() {
+        let rows = rows(2);
+        let mut training = RowSetTraining::new(&rows, &rows, 3);
+        // Untrained ρ answers nothing; give it something to say.
+        for network in training.networks() {
+            for (i, p) in network.parameters_mut().iter_mut().enumerate() {
+                *p += 0.01 * ((i % 7) as f32 - 3.0);
+            }
+        }
+        let model = training.finish();
+        let copies = rows.shuffled_copies(1, 9);
+        assert_ne!(rows.row, copies.row);
+        let (a, b) = (model.estimate(&rows), model.estimate(&copies));
+        assert!(a.iter().any(|&load| (load - a[0]).abs() > 1.0));
+        for (a, b) in a.iter().zip(&b) {
+            assert!((a - b).abs() < 1e-4 * a.abs().max(1.0), "{a} {b}");
+        }
+    }
+}
