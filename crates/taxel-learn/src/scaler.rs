@@ -46,6 +46,7 @@ impl Scaler {
     }
 
     /// Scales one row of inputs in place.
+    #[inline(always)]
     pub fn scale(&self, row: &mut [f32]) {
         for ((x, m), d) in row.iter_mut().zip(&self.mean).zip(&self.deviation) {
             *x = (*x - m) / d;

@@ -153,17 +153,22 @@ impl RowSet {
         memory.pooled.clear();
         memory.pooled.resize(rows.len() / columns * width, 0.0);
         let share = 8.0 / columns as f32;
-        for (sum, row) in memory
-            .pooled
-            .chunks_exact_mut(width)
-            .zip(memory.phi.output().chunks_exact(columns * width))
-        {
-            for one in row.chunks_exact(width) {
-                for (sum, value) in sum.iter_mut().zip(one) {
-                    *sum += share * value;
+        let (pooled, outputs) = (&mut memory.pooled, memory.phi.output());
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for (sum, row) in pooled
+                    .chunks_exact_mut(width)
+                    .zip(outputs.chunks_exact(columns * width))
+                {
+                    for one in row.chunks_exact(width) {
+                        for (sum, value) in sum.iter_mut().zip(one) {
+                            *sum += share * value;
+                        }
+                    }
                 }
-            }
-        }
+            },
+        );
     }
 
     fn run(&self, taxels: impl Iterator<Item = (f32, usize)>, memory: &mut RowSetMemory) {
@@ -175,9 +180,15 @@ impl RowSet {
                 .inputs
                 .extend_from_slice(&memory.pooled[row * width..(row + 1) * width]);
         }
-        for input in memory.inputs.chunks_exact_mut(FEATURES + width) {
-            self.scaler.scale(input);
-        }
+        let inputs = &mut memory.inputs;
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for input in inputs.chunks_exact_mut(FEATURES + width) {
+                    self.scaler.scale(input);
+                }
+            },
+        );
         self.rho.forward(&memory.inputs, &mut memory.rho);
     }
 
