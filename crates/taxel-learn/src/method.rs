@@ -47,6 +47,15 @@ impl Learned {
                 sensor: (sensor.rows(), sensor.columns()),
             });
         }
+        if let Kind::PaperMlp(network) = &model.kind
+            && network.columns() != sensor.columns()
+        {
+            return Err(Error::Width {
+                what: "the network".to_owned(),
+                found: network.columns(),
+                expected: sensor.columns(),
+            });
+        }
         let sensor = with_law(sensor.clone());
         let law = LoadLaw::from_sensor(&sensor)?;
         let physics = match model.kind {

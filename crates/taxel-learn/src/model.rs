@@ -272,7 +272,11 @@ impl Model {
         }
         let mut networks = Vec::new();
         for (i, (widths, relu_last)) in card.networks.iter().enumerate() {
-            if widths.len() < 2 || widths.iter().any(|&w| w == 0 || w > 1 << 20) {
+            // Before memory is taken for it: a network is no larger than its file.
+            let size = widths.windows(2).try_fold(0usize, |sum, w| {
+                sum.checked_add(w[0].checked_add(1)?.checked_mul(w[1])?)
+            });
+            if widths.len() < 2 || widths.contains(&0) || size.is_none_or(|n| n > bytes.len() / 4) {
                 return Err(format!("network {i} has widths {widths:?}"));
             }
             let mut network = Mlp::zeros(widths, *relu_last);
@@ -369,5 +373,54 @@ fn assemble(card: &Card, networks: Vec<Mlp>) -> Result<Kind, String> {
             }))
         }
         other => Err(format!("an unknown kind of model, `{other}`")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file with this card and no tensors.
+    fn file(card: &str) -> Vec<u8> {
+        let metadata = [("card".to_owned(), card.to_owned())].into_iter().collect();
+        let none: [(&str, safetensors::tensor::TensorView); 0] = [];
+        safetensors::serialize(none, Some(metadata)).unwrap()
+    }
+
+    #[test]
+    fn a_network_larger_than_its_file_is_refused_before_memory_is_taken() {
+        let rows = {
+            let mut rows = crate::Rows::new(4);
+            (0..20).for_each(|i| rows.push(f64::from(i), [1.0, 2.0, 3.0, f64::from(i)], 5.0));
+            rows
+        };
+        let split = Split::new(20, 0.2, 0.2, 1);
+        let sensor = taxel::sensor::preset("mat-16x16-cd4067").unwrap();
+        let lesson = crate::fit::Lesson {
+            sensor: &sensor,
+            rows: &rows,
+            split: &split,
+            sources: Vec::new(),
+        };
+        let network = PaperMlp {
+            network: Mlp::zeros(&[5, 3, 1], false),
+            scaler: Scaler::none(5),
+        };
+        let model = crate::fit::adopt(&lesson, network).unwrap();
+        assert_eq!(Model::from_bytes(&model.to_bytes()).unwrap(), model);
+        let mut card = model.card.clone();
+        for widths in [
+            vec![5, 1 << 40, 1],
+            vec![usize::MAX, usize::MAX],
+            vec![5],
+            vec![],
+        ] {
+            card.networks = vec![(widths, false)];
+            let error = Model::from_bytes(&file(&serde_json::to_string(&card).unwrap()));
+            assert!(error.unwrap_err().contains("network 0 has widths"));
+        }
+        // A network for 4 columns on a sensor of 16.
+        let error = crate::Learned::new(model, &sensor).err().unwrap();
+        assert!(error.to_string().contains("4 values a row"), "{error}");
     }
 }
