@@ -5,6 +5,8 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use taxel_record::AtomicFile;
+
 use crate::error::Error;
 
 /// Writes a result to standard output, with a line end.
@@ -34,4 +36,11 @@ pub(crate) fn warn(text: &str) {
 /// Whether this name stands for standard output.
 pub(crate) fn is_stdout(path: &Path) -> bool {
     path.as_os_str() == "-" || path == Path::new("/dev/stdout")
+}
+
+/// Writes a whole file, or leaves what was there.
+pub(crate) fn file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    let mut file = AtomicFile::create(path)?;
+    file.put(bytes)?;
+    Ok(file.commit()?)
 }

@@ -74,8 +74,9 @@ pub fn paper_mlp(
     let mut training = PaperTraining::new(&train_on, &check, hidden, copies, settings.seed);
     let history = train(&mut training, settings, from, watch);
     let model = training.finish();
-    let estimate = |rows: &Rows| model.estimate(rows);
-    let card = lesson.card(settings, copies, history.last().copied(), &estimate);
+    let judged = lesson.judge(|rows| model.estimate(rows));
+    let mut card = lesson.card(settings, copies, judged);
+    card.epochs = history.last().copied().into_iter().collect();
     Ok(finish(card, Kind::PaperMlp(model)))
 }
 
@@ -92,8 +93,8 @@ pub fn adopt(lesson: &Lesson, model: PaperMlp) -> Result<Model, Error> {
             expected: lesson.rows.columns,
         });
     }
-    let estimate = |rows: &Rows| model.estimate(rows);
-    let card = lesson.card(&Settings::default(), 0, None, &estimate);
+    let judged = lesson.judge(|rows| model.estimate(rows));
+    let card = lesson.card(&Settings::default(), 0, judged);
     Ok(finish(card, Kind::PaperMlp(model)))
 }
 
@@ -122,8 +123,8 @@ pub fn row_set(
     })
     .unwrap_or_default();
     let (models, last): (Vec<RowSet>, Vec<Option<Epoch>>) = trained.into_iter().unzip();
-    let estimate = |rows: &Rows| mean_estimate(&models, rows);
-    let mut card = lesson.card(settings, 1, None, &estimate);
+    let judged = lesson.judge(|rows| mean_estimate(&models, rows));
+    let mut card = lesson.card(settings, 1, judged);
     card.epochs = last.into_iter().flatten().collect();
     Ok(finish(card, Kind::RowSet(models)))
 }
@@ -180,14 +181,10 @@ pub fn hybrid(
         seed,
         ..Settings::default()
     };
-    let none = |rows: &Rows| vec![0.0; rows.len()];
-    let mut card = lesson.card(&settings, 1, None, &none);
-    card.interval = Interval::fit(LEVEL, &estimate(&known), &loads(&known));
-    card.held_out = Held::new(
-        &estimate(&lesson.split.test),
-        &loads(&lesson.split.test),
-        &card.interval,
-    );
+    let interval = Interval::fit(LEVEL, &estimate(&known), &loads(&known));
+    let test = &lesson.split.test;
+    let held_out = Held::new(&estimate(test), &loads(test), &interval);
+    let mut card = lesson.card(&settings, 1, (interval, held_out));
     card.threshold_counts = 0.0;
     card.verdict = Some(verdict);
     Ok(finish(card, Kind::Hybrid(model)))
@@ -207,8 +204,7 @@ fn examples(
     for press in presses {
         pipeline.forget();
         pipeline.siemens_from_counts(&frames[press.frame]);
-        let siemens = pipeline.siemens().clone();
-        scene.look(&siemens, pipeline.newtons()?);
+        scene.look(&mut pipeline)?;
         examples.push(Example {
             features: scene.features(press.row, press.column, &physics),
             physics_g: scene.loads_g[press.row * sensor.columns() + press.column],
@@ -232,17 +228,22 @@ impl Lesson<'_> {
         )
     }
 
-    fn card(
-        &self,
-        settings: &Settings,
-        copies: usize,
-        last: Option<Epoch>,
-        estimate: &dyn Fn(&Rows) -> Vec<f64>,
-    ) -> Card {
+    /// The interval that the presses to stop by set, and the errors on those to judge by.
+    fn judge(&self, estimate: impl Fn(&Rows) -> Vec<f64>) -> (Interval, Held) {
         let doubles = |values: &[f32]| -> Vec<f64> { values.iter().map(|&v| v.into()).collect() };
         let check = self.rows.part(&self.split.check);
         let test = self.rows.part(&self.split.test);
         let interval = Interval::fit(LEVEL, &estimate(&check), &doubles(&check.load_g));
+        let held_out = Held::new(&estimate(&test), &doubles(&test.load_g), &interval);
+        (interval, held_out)
+    }
+
+    fn card(
+        &self,
+        settings: &Settings,
+        copies: usize,
+        (interval, held_out): (Interval, Held),
+    ) -> Card {
         let familiar = Familiar::fit(self.rows);
         Card {
             format: 1,
@@ -257,8 +258,8 @@ impl Lesson<'_> {
             split: self.split.clone(),
             settings: settings.clone(),
             copies,
-            epochs: last.into_iter().collect(),
-            held_out: Held::new(&estimate(&test), &doubles(&test.load_g), &interval),
+            epochs: Vec::new(),
+            held_out,
             interval,
             familiar,
             typical: None,

@@ -129,11 +129,9 @@ impl Learned {
             return Outcome::new(Stop::Stalled, 0, 0.0);
         };
         let outcome = pipeline.siemens_from_volts(volts);
-        let siemens = pipeline.siemens().clone();
-        let Ok(loads) = pipeline.newtons() else {
+        if memory.scene.look(pipeline).is_err() {
             return Outcome::new(Stop::Stalled, 0, 0.0);
-        };
-        memory.scene.look(&siemens, loads);
+        }
         memory.taxels.clear();
         memory.features.clear();
         let columns = self.sensor.columns();

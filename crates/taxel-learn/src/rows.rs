@@ -59,6 +59,13 @@ impl Rows {
         &self.row[press * self.columns..(press + 1) * self.columns]
     }
 
+    /// Reading of an unpressed taxel: the median of all rows, counts.
+    pub fn dark_counts(&self) -> f32 {
+        let mut sorted = self.row.clone();
+        let middle = sorted.len() / 2;
+        *sorted.select_nth_unstable_by(middle, f32::total_cmp).1
+    }
+
     /// Some of the presses.
     pub fn part(&self, which: &[usize]) -> Self {
         let mut part = Self::new(self.columns);

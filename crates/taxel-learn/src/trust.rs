@@ -101,9 +101,7 @@ const MARGIN: f32 = 0.1;
 impl Familiar {
     /// The range of some presses.
     pub fn fit(rows: &crate::Rows) -> Self {
-        let mut sorted = rows.row.clone();
-        let middle = sorted.len() / 2;
-        let dark_counts = *sorted.select_nth_unstable_by(middle, f32::total_cmp).1;
+        let dark_counts = rows.dark_counts();
         let mut range = Self {
             dark_counts,
             least: [f32::INFINITY; SUMMARY],

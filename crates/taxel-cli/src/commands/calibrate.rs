@@ -6,7 +6,6 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use clap::ValueEnum;
 use taxel::Sensor;
 use taxel::calibrate::{LawChoice, Options, fit_pairs};
-use taxel_record::AtomicFile;
 
 use crate::crew::Threads;
 use crate::error::Error;
@@ -119,20 +118,13 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         source,
     })?;
     drop(progress);
-    write(&args.output, &calibration.sensor)?;
+    out::file(&args.output, calibration.sensor.to_toml().as_bytes())?;
     match args.json {
         true => out::json(&calibration.report)?,
         false => out::result(&calibration.report.to_string())?,
     }
     out::note(&format!("wrote {}", args.output.display()));
     Ok(Exit::Good)
-}
-
-fn write(output: &Path, sensor: &Sensor) -> Result<(), Error> {
-    let mut file = AtomicFile::create(output)?;
-    file.put(sensor.to_toml().as_bytes())?;
-    file.commit()?;
-    Ok(())
 }
 
 /// One load law in the report of `--pairs`.
@@ -165,7 +157,7 @@ fn run_pairs(args: &Args, mut sensor: Sensor) -> Result<Exit, Error> {
             },
         })?;
     sensor.material = Some(chosen.law.to_material());
-    write(&args.output, &sensor)?;
+    out::file(&args.output, sensor.to_toml().as_bytes())?;
     let lines: Vec<LawLine> = fits
         .iter()
         .map(|fit| LawLine {

@@ -9,8 +9,8 @@ use taxel::calibrate::{Data, Press};
 use taxel::crew::shared_out;
 use taxel::simulate::{Pattern, VirtualSensor};
 use taxel::{Counts, Frame};
+use taxel_record::NpzWriter;
 use taxel_record::npy::Element;
-use taxel_record::{AtomicFile, NpzWriter};
 
 use crate::crew::Threads;
 use crate::error::Error;
@@ -98,9 +98,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         ));
         return Ok(Exit::Good);
     }
-    let mut file = AtomicFile::create(&args.output)?;
-    file.put(lessons.rows.to_csv().as_bytes())?;
-    file.commit()?;
+    out::file(&args.output, lessons.rows.to_csv().as_bytes())?;
     out::note(&format!(
         "{} presses, {} columns, in {}",
         lessons.rows.len(),

@@ -12,7 +12,6 @@ use taxel::sensor::preset;
 use taxel::simulate::{Faults, Imperfections, Pattern, VirtualSensor, labelled_presses, newtons};
 use taxel::solve::{Method, Raw, default_method};
 use taxel::{Counts, Frame, Newtons, Sensor};
-use taxel_record::AtomicFile;
 use taxel_view::{Panel, Sheet};
 
 use crate::crew::Threads;
@@ -218,9 +217,7 @@ impl Compared {
                 self.raw.error_g, self.exact.error_g
             ))
             .picture()?;
-        let mut file = AtomicFile::create(Path::new(PICTURE))?;
-        file.put(&picture.png()?)?;
-        Ok(file.commit()?)
+        out::file(Path::new(PICTURE), &picture.png()?)
     }
 }
 

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use clap::Subcommand;
 use taxel_learn::fit::{self, Lesson};
 use taxel_learn::{Kind, Model, Split, onnx};
-use taxel_record::AtomicFile;
 
 use crate::error::Error;
 use crate::lesson::{Lessons, Sources};
@@ -101,9 +100,7 @@ fn adopt(args: &Import) -> Result<(), Error> {
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    let mut file = AtomicFile::create(path)?;
-    file.put(bytes)?;
-    file.commit()?;
+    out::file(path, bytes)?;
     out::note(&format!("wrote {}", path.display()));
     Ok(())
 }

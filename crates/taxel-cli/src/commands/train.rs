@@ -1,6 +1,6 @@
 //! `taxel train`: from labelled presses to a model that compensates.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
@@ -9,7 +9,6 @@ use taxel_learn::fit::{self, Lesson};
 use taxel_learn::models::paper_mlp::{COPIES, HIDDEN};
 use taxel_learn::train::{Checkpoint, Epoch, Go, Settings};
 use taxel_learn::{Model, Split};
-use taxel_record::AtomicFile;
 
 use crate::crew::Threads;
 use crate::error::Error;
@@ -133,7 +132,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             )?
         }
     };
-    write(&args.output, &model.to_bytes())?;
+    out::file(&args.output, &model.to_bytes())?;
     match args.json {
         true => out::json(&model.card)?,
         false => out::result(&report(&model))?,
@@ -190,7 +189,7 @@ fn paper_mlp(args: &Args, lesson: &Lesson) -> Result<Model, Error> {
             teller.tell(epoch);
             if written.elapsed() > CHECKPOINT_EVERY || interrupt::asked() {
                 written = Instant::now();
-                if let Err(error) = write(&beside, &checkpoint().to_bytes(&training)) {
+                if let Err(error) = out::file(&beside, &checkpoint().to_bytes(&training)) {
                     failure = Some(error);
                     return Go::Stop;
                 }
@@ -267,12 +266,6 @@ impl Teller {
             ));
         }
     }
-}
-
-fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    let mut file = AtomicFile::create(path)?;
-    file.put(bytes)?;
-    Ok(file.commit()?)
 }
 
 fn report(model: &Model) -> String {

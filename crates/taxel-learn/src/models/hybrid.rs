@@ -6,8 +6,8 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use taxel::calibrate::LoadLaw;
+use taxel::pipeline::Pipeline;
 use taxel::solve::Raw;
-use taxel::{Frame, Newtons, Siemens};
 
 use crate::network::{AdamSettings, Mlp, Trace};
 use crate::scaler::Scaler;
@@ -39,9 +39,16 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Looks at a solved frame: conductances and loads of every taxel.
-    pub fn look(&mut self, siemens: &Frame<Siemens>, loads: &Frame<Newtons>) {
+    /// Looks at a solved frame: conductances, then loads, of every taxel.
+    ///
+    /// # Errors
+    /// A sensor without a load law.
+    pub fn look(&mut self, pipeline: &mut Pipeline) -> Result<(), taxel::Error> {
+        let siemens = pipeline.siemens();
         (self.rows, self.columns) = (siemens.rows(), siemens.columns());
+        self.siemens.clear();
+        self.siemens.extend_from_slice(siemens.values());
+        let loads = pipeline.newtons()?;
         self.loads_g.clear();
         self.loads_g.extend(
             loads
@@ -52,16 +59,25 @@ impl Scene {
         self.marked.clear();
         self.marked
             .extend(loads.marks().iter().map(|&m| m != taxel::Mark::Good));
-        self.siemens.clear();
-        self.siemens.extend_from_slice(siemens.values());
-        self.row_g.clear();
-        self.row_g.resize(self.rows, 0.0);
-        self.column_g.clear();
-        self.column_g.resize(self.columns, 0.0);
-        self.row_siemens.clear();
-        self.row_siemens.resize(self.rows, 0.0);
-        self.column_siemens.clear();
-        self.column_siemens.resize(self.columns, 0.0);
+        self.sum_lines();
+        Ok(())
+    }
+
+    fn sum_lines(&mut self) {
+        for (sums, lines) in [
+            (&mut self.row_g, self.rows),
+            (&mut self.column_g, self.columns),
+        ] {
+            sums.clear();
+            sums.resize(lines, 0.0);
+        }
+        for (sums, lines) in [
+            (&mut self.row_siemens, self.rows),
+            (&mut self.column_siemens, self.columns),
+        ] {
+            sums.clear();
+            sums.resize(lines, 0.0);
+        }
         for row in 0..self.rows {
             for column in 0..self.columns {
                 let at = row * self.columns + column;

@@ -37,9 +37,7 @@ pub struct Eye {
 impl Eye {
     fn of(rows: &Rows) -> Self {
         let mean = |v: &[f32]| v.iter().map(|&x| f64::from(x)).sum::<f64>() / v.len() as f64;
-        let mut sorted = rows.row.clone();
-        let middle = sorted.len() / 2;
-        let dark = *sorted.select_nth_unstable_by(middle, f32::total_cmp).1;
+        let dark = rows.dark_counts();
         let bright = (mean(&rows.taxel) as f32 - dark).max(1.0);
         let logs: Vec<(f64, f64)> = rows
             .taxel

@@ -6,13 +6,13 @@ use std::path::Path;
 use serde::Serialize;
 use taxel_learn::Split;
 use taxel_learn::contest::{Bin, Errors, Scores};
-use taxel_record::AtomicFile;
 use taxel_view::{Format, Line, Series};
 
 use super::Args;
 use super::contestants::Contestant;
 use crate::error::Error;
 use crate::lesson::Lessons;
+use crate::out;
 
 /// One way from counts to loads.
 #[derive(Debug, Serialize)]
@@ -113,9 +113,7 @@ impl Table {
             text += &cells.join(",");
             text.push('\n');
         }
-        let mut out = AtomicFile::create(file)?;
-        out.put(text.as_bytes())?;
-        Ok(out.commit()?)
+        out::file(file, text.as_bytes())
     }
 
     /// Error against load, one line a contestant; against the number of presses, where there are several. Logarithms,
@@ -146,9 +144,7 @@ impl Table {
                 n => format!("On loaded taxels of {n} frames."),
             })
             .picture()?;
-        let mut out = AtomicFile::create(file)?;
-        out.put(&picture.render(format)?)?;
-        Ok(out.commit()?)
+        out::file(file, &picture.render(format)?)
     }
 
     fn by_load(&self) -> Result<Option<Series>, Error> {
