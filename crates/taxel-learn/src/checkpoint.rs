@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::Error;
+use crate::tensors::{self, Tensor};
 use crate::train::{Checkpoint, Epoch};
 
 const PARTS: [&str; 4] = ["parameters", "means", "squares", "best"];
@@ -24,26 +25,14 @@ impl Checkpoint {
             epochs: self.epochs.clone(),
             steps: self.steps,
         };
-        let bytes: Vec<(String, usize, Vec<u8>)> = self
-            .networks
-            .iter()
-            .enumerate()
-            .flat_map(|(i, parts)| {
-                PARTS.iter().zip(parts).map(move |(name, values)| {
-                    let bytes = values.iter().flat_map(|v| v.to_le_bytes()).collect();
-                    (format!("network.{i}.{name}"), values.len(), bytes)
-                })
-            })
-            .collect();
-        let tensors = bytes.iter().map(|(name, count, bytes)| {
-            let view =
-                safetensors::tensor::TensorView::new(safetensors::Dtype::F32, vec![*count], bytes)
-                    .expect("as many bytes as the shape says");
-            (name.as_str(), view)
-        });
+        let mut all: Vec<Tensor> = Vec::new();
+        for (i, parts) in self.networks.iter().enumerate() {
+            for (name, values) in PARTS.iter().zip(parts) {
+                all.push((format!("network.{i}.{name}"), vec![values.len()], values));
+            }
+        }
         let json = serde_json::to_string(&header).expect("plain data");
-        let metadata = [("checkpoint".to_owned(), json)].into_iter().collect();
-        safetensors::serialize(tensors, Some(metadata)).expect("tensors of one type")
+        tensors::to_bytes(&all, "checkpoint", json)
     }
 
     /// Reads a checkpoint of the same training.
@@ -59,15 +48,9 @@ impl Checkpoint {
             file: path.to_owned(),
             reason,
         };
-        let tensors = safetensors::SafeTensors::deserialize(&bytes)
-            .map_err(|e| wrong(format!("not a checkpoint ({e})")))?;
-        let (_, header) = safetensors::SafeTensors::read_metadata(&bytes)
-            .map_err(|e| wrong(format!("not a checkpoint ({e})")))?;
+        let (tensors, header) = tensors::from_bytes(&bytes, "checkpoint").map_err(wrong)?;
         let header: Header = header
-            .metadata()
-            .as_ref()
-            .and_then(|m| m.get("checkpoint"))
-            .and_then(|json| serde_json::from_str(json).ok())
+            .and_then(|json| serde_json::from_str(&json).ok())
             .ok_or_else(|| wrong("not a checkpoint".to_owned()))?;
         if header.training != training {
             return Err(wrong(format!(

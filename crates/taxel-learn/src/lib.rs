@@ -12,6 +12,7 @@ pub mod network;
 pub mod onnx;
 pub mod rows;
 pub mod scaler;
+mod tensors;
 pub mod train;
 pub mod trust;
 

@@ -12,6 +12,7 @@ use crate::models::row_set::{Eye, RowSet};
 use crate::network::Mlp;
 use crate::rows::Split;
 use crate::scaler::Scaler;
+use crate::tensors::{self, Tensor};
 use crate::train::{Epoch, Settings};
 use crate::trust::{Familiar, Interval};
 
@@ -199,41 +200,18 @@ impl Model {
 
     /// The file: safetensors, with the card as JSON under `card`.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let networks = self.networks();
-        let bytes: Vec<(String, Vec<usize>, Vec<u8>)> = networks
-            .iter()
-            .enumerate()
-            .flat_map(|(i, network)| {
-                (0..network.layers()).flat_map(move |layer| {
-                    let (weights, biases) = network.layer(layer);
-                    let widths = &network.widths()[layer..layer + 2];
-                    let bytes = |values: &[f32]| -> Vec<u8> {
-                        values.iter().flat_map(|v| v.to_le_bytes()).collect()
-                    };
-                    [
-                        (
-                            format!("network.{i}.layer.{layer}.weight"),
-                            widths.to_vec(),
-                            bytes(weights),
-                        ),
-                        (
-                            format!("network.{i}.layer.{layer}.bias"),
-                            vec![widths[1]],
-                            bytes(biases),
-                        ),
-                    ]
-                })
-            })
-            .collect();
-        let tensors = bytes.iter().map(|(name, shape, bytes)| {
-            let view =
-                safetensors::tensor::TensorView::new(safetensors::Dtype::F32, shape.clone(), bytes)
-                    .expect("as many bytes as the shape says");
-            (name.as_str(), view)
-        });
+        let mut all: Vec<Tensor> = Vec::new();
+        for (i, network) in self.networks().into_iter().enumerate() {
+            for layer in 0..network.layers() {
+                let (weights, biases) = network.layer(layer);
+                let widths = &network.widths()[layer..layer + 2];
+                let name = format!("network.{i}.layer.{layer}");
+                all.push((format!("{name}.weight"), widths.to_vec(), weights));
+                all.push((format!("{name}.bias"), vec![widths[1]], biases));
+            }
+        }
         let card = serde_json::to_string(&self.card).expect("a card is plain data");
-        let metadata = [("card".to_owned(), card)].into_iter().collect();
-        safetensors::serialize(tensors, Some(metadata)).expect("tensors of one type")
+        tensors::to_bytes(&all, "card", card)
     }
 
     /// Reads a model file.
@@ -256,17 +234,10 @@ impl Model {
     /// # Errors
     /// The reason, in words.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
-        let tensors = safetensors::SafeTensors::deserialize(bytes)
-            .map_err(|e| format!("not a safetensors file ({e})"))?;
-        let (_, header) = safetensors::SafeTensors::read_metadata(bytes)
-            .map_err(|e| format!("not a safetensors file ({e})"))?;
-        let card = header
-            .metadata()
-            .as_ref()
-            .and_then(|metadata| metadata.get("card"))
-            .ok_or("a safetensors file without a card")?;
+        let (tensors, card) = tensors::from_bytes(bytes, "card")?;
+        let card = card.ok_or("a safetensors file without a card")?;
         let card: Card =
-            serde_json::from_str(card).map_err(|e| format!("its card cannot be read ({e})"))?;
+            serde_json::from_str(&card).map_err(|e| format!("its card cannot be read ({e})"))?;
         if card.format != 1 {
             return Err(format!("format {}, but this program reads 1", card.format));
         }
@@ -382,9 +353,7 @@ mod tests {
 
     /// A file with this card and no tensors.
     fn file(card: &str) -> Vec<u8> {
-        let metadata = [("card".to_owned(), card.to_owned())].into_iter().collect();
-        let none: [(&str, safetensors::tensor::TensorView); 0] = [];
-        safetensors::serialize(none, Some(metadata)).unwrap()
+        tensors::to_bytes(&[], "card", card.to_owned())
     }
 
     #[test]
