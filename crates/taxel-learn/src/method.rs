@@ -27,7 +27,7 @@ struct Memory {
     loads: Vec<f32>,
     member: Vec<f32>,
     paper: PaperMemory,
-    row_set: RowSetMemory,
+    row_sets: Vec<RowSetMemory>,
     hybrid: HybridMemory,
     features: Vec<[f32; FEATURES]>,
     scene: Scene,
@@ -97,16 +97,9 @@ impl Learned {
                 memory.loads.copy_from_slice(loads);
             }
             Kind::RowSet(members) => {
-                for (i, member) in members.iter().enumerate() {
-                    // Members that learnt from the same presses see readings alike.
-                    let seen_already = i > 0 && member.eye == members[i - 1].eye;
-                    let loads = member.estimate_frame(
-                        &memory.counts,
-                        columns,
-                        &memory.taxels,
-                        seen_already,
-                        &mut memory.row_set,
-                    );
+                memory.row_sets.resize_with(members.len(), Default::default);
+                for (member, own) in members.iter().zip(&mut memory.row_sets) {
+                    let loads = member.estimate_frame(&memory.counts, columns, &memory.taxels, own);
                     for (sum, load) in memory.loads.iter_mut().zip(loads) {
                         *sum += load / members.len() as f32;
                     }
@@ -174,7 +167,7 @@ impl Method for Learned {
             loads: Vec::new(),
             member: Vec::new(),
             paper: PaperMemory::default(),
-            row_set: RowSetMemory::default(),
+            row_sets: Vec::new(),
             hybrid: HybridMemory::default(),
             features: Vec::new(),
             scene: Scene::default(),

@@ -3,14 +3,15 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::network::{Mlp, Trace};
+use crate::network::{LineMemory, Mlp, Trace};
 use crate::rows::{Rows, shuffled};
 use crate::scaler::Scaler;
 use crate::train::Trainable;
 
 /// Hidden widths of the paper.
 pub const HIDDEN: [usize; 3] = [160, 480, 240];
-/// Taxels that go through the layers together: what they leave between layers stays in the processor's cache.
+/// Whole rows go through the layers together, until they have this many taxels: what they leave between layers stays
+/// in the processor's cache.
 const CHUNK: usize = 192;
 /// Shuffled copies of every press, of the paper.
 pub const COPIES: usize = 100;
@@ -27,10 +28,13 @@ pub struct PaperMlp {
 /// Memory of [`PaperMlp`] for one stream of frames.
 #[derive(Debug, Clone, Default)]
 pub struct PaperMemory {
-    trace: Trace,
+    along: LineMemory,
     scaled: Vec<f32>,
-    shared: Vec<f32>,
-    sums: Vec<f32>,
+    /// Per row: the first layer's sums with a taxel of nothing.
+    starts: Vec<f32>,
+    /// Row among those, the taxel's standardised count, and its place in the list.
+    order: Vec<(usize, f32, usize)>,
+    points: Vec<(usize, f32)>,
     loads: Vec<f32>,
 }
 
@@ -54,8 +58,9 @@ impl PaperMlp {
         trace.output().iter().map(|&y| f64::from(y)).collect()
     }
 
-    /// Loads (grams, not clipped) of the taxels listed (row, column), in that order, given a whole frame's counts
-    /// (rows × columns). What the first layer makes of a row is computed once a row.
+    /// Loads (grams, not clipped) of the taxels listed (row, column), row by row, in that order, given a whole
+    /// frame's counts (rows × columns). The taxels of a row differ in one input: what the first layer makes of the row
+    /// is computed once, and the layers after it once for all taxels that light the same units.
     pub fn estimate_frame<'a>(
         &self,
         counts: &[f32],
@@ -67,29 +72,43 @@ impl PaperMlp {
         let (weights, biases) = self.network.layer(0);
         let (own, of_row) = weights.split_at(width);
         memory.loads.clear();
-        let mut row_done = usize::MAX;
-        for taxels in taxels.chunks(CHUNK) {
-            memory.sums.clear();
-            for &(row, column) in taxels {
+        memory.loads.resize(taxels.len(), 0.0);
+        let mut done = 0;
+        while done < taxels.len() {
+            memory.starts.clear();
+            memory.order.clear();
+            while memory.order.len() < CHUNK && done < taxels.len() {
+                let row = taxels[done].0;
+                let line = memory.starts.len() / width;
                 let values = &counts[row * columns..(row + 1) * columns];
-                if row != row_done {
-                    row_done = row;
-                    memory.scaled.clear();
-                    memory.scaled.push(0.0);
-                    memory.scaled.extend_from_slice(values);
-                    self.scaler.scale(&mut memory.scaled);
-                    memory.shared.clear();
-                    memory.shared.extend_from_slice(biases);
-                    add_products(&memory.scaled[1..], of_row, &mut memory.shared);
+                memory.scaled.clear();
+                memory.scaled.push(0.0);
+                memory.scaled.extend_from_slice(values);
+                self.scaler.scale(&mut memory.scaled);
+                memory.starts.extend_from_slice(biases);
+                let start = &mut memory.starts[line * width..];
+                add_products(&memory.scaled[1..], of_row, start);
+                let of_row = taxels[done..].iter().take_while(|taxel| taxel.0 == row);
+                for &(_, column) in of_row {
+                    let x = (values[column] - self.scaler.mean[0]) / self.scaler.deviation[0];
+                    memory.order.push((line, x, done));
+                    done += 1;
                 }
-                let taxel = (values[column] - self.scaler.mean[0]) / self.scaler.deviation[0];
-                memory
-                    .sums
-                    .extend(memory.shared.iter().zip(own).map(|(s, w)| s + taxel * w));
             }
-            self.network
-                .forward_from_first_sums(&memory.sums, &mut memory.trace);
-            memory.loads.extend_from_slice(memory.trace.output());
+            memory
+                .order
+                .sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+            memory.points.clear();
+            memory
+                .points
+                .extend(memory.order.iter().map(|&(line, x, _)| (line, x)));
+            let (starts, points) = (&memory.starts, &memory.points);
+            let loads = self
+                .network
+                .forward_along(starts, own, points, &mut memory.along);
+            for (&(_, _, at), load) in memory.order.iter().zip(loads) {
+                memory.loads[at] = *load;
+            }
         }
         &memory.loads
     }

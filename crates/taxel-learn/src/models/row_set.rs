@@ -103,7 +103,7 @@ pub struct RowSet {
     pub rho: Mlp,
 }
 
-/// Memory of [`RowSet`] for one stream of frames.
+/// Memory of one [`RowSet`] for one stream of frames.
 #[derive(Debug, Clone, Default)]
 pub struct RowSetMemory {
     seen: Vec<f32>,
@@ -112,7 +112,22 @@ pub struct RowSetMemory {
     pooled: Vec<f32>,
     loads: Vec<f32>,
     inputs: Vec<f32>,
+    known: Embeddings,
 }
+
+/// φ of the whole counts met so far: a converter gives few, so that a stream soon needs φ no more.
+#[derive(Debug, Clone, Default)]
+struct Embeddings {
+    /// By count: one more than where its φ is in `values`, or 0.
+    place: Vec<u32>,
+    /// φ one after the other.
+    values: Vec<f32>,
+    /// Per reading of the frame: where its φ is in `values`.
+    which: Vec<u32>,
+}
+
+/// Whole counts below this are remembered.
+const REMEMBERED: f32 = 65536.0;
 
 impl RowSet {
     fn pooled_width(&self) -> usize {
@@ -138,13 +153,56 @@ impl RowSet {
         }
     }
 
-    /// φ over whole rows of readings, summed.
-    fn pool(&self, rows: &[f32], columns: usize, seen_already: bool, memory: &mut RowSetMemory) {
-        if !seen_already {
-            memory.seen.clear();
-            for &value in rows {
-                memory.seen.extend_from_slice(&self.eye.see(value));
+    /// φ over whole rows of a frame's readings, summed.
+    fn pool_frame(&self, counts: &[f32], columns: usize, memory: &mut RowSetMemory) {
+        let width = self.pooled_width();
+        let Embeddings {
+            place,
+            values,
+            which,
+        } = &mut memory.known;
+        let kept = values.len() / width;
+        which.clear();
+        memory.seen.clear();
+        let see = |count: f32, seen: &mut Vec<f32>| {
+            seen.extend_from_slice(&self.eye.see(count));
+            (seen.len() / FEATURES + kept) as u32
+        };
+        let whole = |count: f32| (0.0..REMEMBERED).contains(&count) && count.fract() == 0.0;
+        for &count in counts {
+            let mut found = 0;
+            if whole(count) {
+                let at = count as usize;
+                if place.len() <= at {
+                    place.resize(at + 1, 0);
+                }
+                if place[at] == 0 {
+                    place[at] = see(count, &mut memory.seen);
+                }
+                found = place[at];
             }
+            which.push(found);
+        }
+        let keep = memory.seen.len() / FEATURES + kept;
+        for (found, &count) in which.iter_mut().zip(counts) {
+            if *found == 0 {
+                *found = see(count, &mut memory.seen);
+            }
+        }
+        self.phi.forward(&memory.seen, &mut memory.phi);
+        values.extend_from_slice(memory.phi.output());
+        memory.pooled.clear();
+        memory.pooled.resize(counts.len() / columns * width, 0.0);
+        let share = 8.0 / columns as f32;
+        add_embeddings(&mut memory.pooled, which, values, width, share, columns);
+        values.truncate(keep * width);
+    }
+
+    /// φ over whole rows of readings, summed.
+    fn pool(&self, rows: &[f32], columns: usize, memory: &mut RowSetMemory) {
+        memory.seen.clear();
+        for &value in rows {
+            memory.seen.extend_from_slice(&self.eye.see(value));
         }
         self.phi.forward(&memory.seen, &mut memory.phi);
         let width = self.pooled_width();
@@ -193,7 +251,7 @@ impl RowSet {
     /// Loads of some presses, grams, not clipped.
     pub fn estimate(&self, rows: &Rows) -> Vec<f64> {
         let mut memory = RowSetMemory::default();
-        self.pool(&rows.row, rows.columns, false, &mut memory);
+        self.pool(&rows.row, rows.columns, &mut memory);
         self.run(rows.taxel.iter().copied().zip(0..rows.len()), &mut memory);
         memory
             .rho
@@ -205,17 +263,15 @@ impl RowSet {
     }
 
     /// Loads (grams) of the taxels listed (row, column), in that order, given
-    /// a whole frame's counts (rows × columns). `seen_already`: the memory is that of another model with the same eye,
-    /// after the same frame.
+    /// a whole frame's counts (rows × columns). The memory must be this model's own.
     pub fn estimate_frame<'a>(
         &self,
         counts: &[f32],
         columns: usize,
         taxels: &[(usize, usize)],
-        seen_already: bool,
         memory: &'a mut RowSetMemory,
     ) -> &'a [f32] {
-        self.pool(counts, columns, seen_already, memory);
+        self.pool_frame(counts, columns, memory);
         let reading = |&(row, column): &(usize, usize)| (counts[row * columns + column], row);
         self.run(taxels.iter().map(reading), memory);
         memory.loads.clear();
@@ -229,6 +285,36 @@ impl RowSet {
         );
         &memory.loads
     }
+}
+
+/// Adds to each row's sum the embeddings of its readings, `share` of each.
+fn add_embeddings(
+    pooled: &mut [f32],
+    which: &[u32],
+    values: &[f32],
+    width: usize,
+    share: f32,
+    columns: usize,
+) {
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        move || {
+            // Moved out, so that the closure can be called once only and its body is inlined where the vectors are wide.
+            let pooled: &mut [f32] = { pooled };
+            for (sum, row) in pooled
+                .chunks_exact_mut(width)
+                .zip(which.chunks_exact(columns))
+            {
+                for &found in row {
+                    let at = (found as usize - 1) * width;
+                    let embedding = &values[at..at + width];
+                    for i in 0..width {
+                        sum[i] += share * embedding[i];
+                    }
+                }
+            }
+        },
+    );
 }
 
 /// A network whose answer is nothing until it has learnt something.
@@ -263,10 +349,10 @@ impl<'a> RowSetTraining<'a> {
             eye: Eye::of(train),
             phi: draw(&[FEATURES, POOLED, POOLED], true),
             scaler: Scaler::none(FEATURES + POOLED),
-            rho: starting_at_nothing(draw(&[FEATURES + POOLED, 64, 64, 1], false)),
+            rho: starting_at_nothing(draw(&[FEATURES + POOLED, 48, 32, 1], false)),
         };
         let mut memory = RowSetMemory::default();
-        model.pool(&train.row, train.columns, false, &mut memory);
+        model.pool(&train.row, train.columns, &mut memory);
         model.run(train.taxel.iter().copied().zip(0..), &mut memory);
         model.scaler = Scaler::fit(&memory.inputs, FEATURES + POOLED);
         Self {
@@ -303,7 +389,7 @@ impl Trainable for RowSetTraining<'_> {
             self.rows.extend_from_slice(self.train.row_of(i));
         }
         let (model, memory) = (&self.model, &mut self.memory);
-        model.pool(&self.rows, columns, false, memory);
+        model.pool(&self.rows, columns, memory);
         model.run(
             which
                 .iter()
@@ -387,6 +473,41 @@ mod tests {
         let mut training = RowSetTraining::new(&rows, &rows, 3);
         let which: Vec<usize> = (0..12).collect();
         assert_gradient(&mut training, &which, 0.02);
+    }
+
+    #[test]
+    fn a_frame_gives_what_its_rows_give_whatever_came_before() {
+        let rows = rows(4);
+        let mut training = RowSetTraining::new(&rows, &rows, 3);
+        for network in training.networks() {
+            for (i, p) in network.parameters_mut().iter_mut().enumerate() {
+                *p += 0.01 * ((i % 5) as f32 - 2.0);
+            }
+        }
+        let model = training.finish();
+        let mut memory = RowSetMemory::default();
+        // Whole counts, counts between them, and one below nothing, in a stream of three frames.
+        for frame in 0..3 {
+            let counts: Vec<f32> = (0..12)
+                .map(|i| match (i + frame) % 4 {
+                    0 => (700 * i) as f32,
+                    1 => 40.0,
+                    2 => (300 * i) as f32 + 0.25,
+                    _ => -3.0,
+                })
+                .collect();
+            let taxels = [(0, 1), (0, 4), (1, 2)];
+            let mut by_row = Rows::new(6);
+            for &(row, column) in &taxels {
+                let values = counts[row * 6..(row + 1) * 6].iter().map(|&v| f64::from(v));
+                by_row.push(f64::from(counts[row * 6 + column]), values, 1.0);
+            }
+            let found = model.estimate_frame(&counts, 6, &taxels, &mut memory);
+            for (found, expected) in found.iter().zip(model.estimate(&by_row)) {
+                assert!((f64::from(*found) - expected).abs() < 1e-4 * expected.abs().max(1.0));
+            }
+        }
+        assert!(memory.known.values.len() < 20 * model.pooled_width());
     }
 
     #[test]

@@ -123,7 +123,7 @@ impl<T: Real> Mlp<T> {
         start..start + size(layer)
     }
 
-    fn has_relu(&self, layer: usize) -> bool {
+    pub(super) fn has_relu(&self, layer: usize) -> bool {
         layer + 1 < self.layers() || self.relu_last
     }
 
@@ -133,21 +133,7 @@ impl<T: Real> Mlp<T> {
         for layer in 0..self.layers() {
             let (done, rest) = trace.outputs.split_at_mut(layer);
             let input = done.last().map_or(inputs, Vec::as_slice);
-            self.advance(layer, input, &mut rest[0], trace.batch);
-        }
-    }
-
-    /// The same from the sums of the first layer (n × second width), bias included: where a part of the first
-    /// layer is common to many inputs.
-    pub fn forward_from_first_sums(&self, sums: &[T], trace: &mut Trace<T>) {
-        self.start(sums.len() / self.widths[1], trace);
-        trace.outputs[0].copy_from_slice(sums);
-        if self.has_relu(0) {
-            relu(&mut trace.outputs[0]);
-        }
-        for layer in 1..self.layers() {
-            let (done, rest) = trace.outputs.split_at_mut(layer);
-            self.advance(layer, &done[layer - 1], &mut rest[0], trace.batch);
+            self.advance(layer, input, &mut rest[0]);
         }
     }
 
@@ -159,18 +145,24 @@ impl<T: Real> Mlp<T> {
         }
     }
 
-    fn advance(&self, layer: usize, input: &[T], output: &mut [T], batch: usize) {
+    /// output = input · weights of a layer, without its biases.
+    pub(super) fn products(&self, layer: usize, input: &[T], output: &mut [T]) {
         let (fan_in, fan_out) = (self.widths[layer], self.widths[layer + 1]);
-        let (weights, biases) = self.layer(layer);
+        let batch = input.len() / fan_in;
         matmul(
             MatMut::from_row_major_slice_mut(output, batch, fan_out),
             Accum::Replace,
             MatRef::from_row_major_slice(input, batch, fan_in),
-            MatRef::from_row_major_slice(weights, fan_in, fan_out),
+            MatRef::from_row_major_slice(self.layer(layer).0, fan_in, fan_out),
             T::of(1.0),
             Par::Seq,
         );
         taxel::vectors::leave();
+    }
+
+    fn advance(&self, layer: usize, input: &[T], output: &mut [T]) {
+        self.products(layer, input, output);
+        let biases = self.layer(layer).1;
         match self.has_relu(layer) {
             true => add_and_relu(output, biases),
             false => add(output, biases),
@@ -260,16 +252,6 @@ fn add<T: Real>(rows: &mut [T], biases: &[T]) {
         for (value, bias) in row.iter_mut().zip(biases) {
             *value += *bias;
         }
-    }
-}
-
-fn relu<T: Real>(values: &mut [T]) {
-    for value in values {
-        *value = if *value > T::default() {
-            *value
-        } else {
-            T::default()
-        };
     }
 }
 

@@ -4,8 +4,10 @@
 
 mod adam;
 mod dense;
+mod line;
 mod real;
 
 pub use adam::{Adam, AdamSettings};
 pub use dense::{Mlp, Trace};
+pub use line::LineMemory;
 pub use real::Real;
