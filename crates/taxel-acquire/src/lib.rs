@@ -1,0 +1,28 @@
+//! From hardware to frames of counts.
+//!
+//! | module | from → to |
+//! |---|---|
+//! | [`scan`] | pins and converter → counts, on the device itself (`no_std`, embedded-hal) |
+//! | [`protocol`] | bytes → frames, without input or output |
+//! | [`transport`] | serial port, UDP, TCP, standard input → bytes; broken links are opened again |
+//! | [`address`] | `serial:/dev/ttyACM0?baud=2000000`, `udp:0.0.0.0:9000`, `sim:econe?hand` … |
+//! | [`simulated`] | a virtual sensor that scans in real time, with knobs |
+#![cfg_attr(not(feature = "std"), no_std)]
+
+#[cfg(feature = "std")]
+pub mod address;
+#[cfg(feature = "std")]
+mod error;
+#[cfg(feature = "std")]
+pub mod protocol;
+pub mod scan;
+#[cfg(feature = "std")]
+pub mod simulated;
+#[cfg(feature = "std")]
+pub mod transport;
+
+#[cfg(feature = "std")]
+#[cfg(feature = "std")]
+pub use address::Address;
+#[cfg(feature = "std")]
+pub use error::Error;

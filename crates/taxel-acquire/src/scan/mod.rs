@@ -1,0 +1,1 @@
+//! Scanning on the device: comes with the firmware.

@@ -1,0 +1,93 @@
+//! One open link.
+
+use std::io::{self, Read};
+use std::net::{TcpStream, ToSocketAddrs, UdpSocket};
+use std::time::Duration;
+
+use serial2::SerialPort;
+
+use crate::Address;
+
+/// How long a device may take to accept a connection.
+const CONNECT: Duration = Duration::from_secs(3);
+
+/// Bytes from a device.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum Link {
+    /// A serial port.
+    Serial(SerialPort),
+    /// A socket that listens for datagrams.
+    Udp(UdpSocket),
+    /// A connection.
+    Tcp(TcpStream),
+    /// Standard input.
+    Stdin(io::Stdin),
+}
+
+impl Link {
+    /// Opens it; reads wait no longer than `patience` (standard input waits as long as it takes).
+    ///
+    /// # Errors
+    /// What the system says; [`io::ErrorKind::Unsupported`] for sources that are no link (files, `sim:`).
+    pub fn open(address: &Address, patience: Duration) -> io::Result<Self> {
+        match address {
+            Address::Serial { port, baud, .. } => {
+                let mut port = SerialPort::open(port, *baud)?;
+                port.set_read_timeout(patience)?;
+                // Boards with a USB converter wait for this before they send.
+                let _ = port.set_dtr(true);
+                Ok(Self::Serial(port))
+            }
+            Address::Udp { bind, .. } => {
+                let socket = UdpSocket::bind(bind)?;
+                socket.set_read_timeout(Some(patience))?;
+                Ok(Self::Udp(socket))
+            }
+            Address::Tcp { host, .. } => {
+                let mut last = io::Error::new(io::ErrorKind::NotFound, "no such host");
+                for address in host.to_socket_addrs()? {
+                    match TcpStream::connect_timeout(&address, CONNECT) {
+                        Ok(stream) => {
+                            stream.set_read_timeout(Some(patience))?;
+                            stream.set_nodelay(true)?;
+                            return Ok(Self::Tcp(stream));
+                        }
+                        Err(error) => last = error,
+                    }
+                }
+                Err(last)
+            }
+            Address::Stdin { .. } => Ok(Self::Stdin(io::stdin())),
+            Address::File { .. } | Address::Sim { .. } => {
+                Err(io::Error::from(io::ErrorKind::Unsupported))
+            }
+        }
+    }
+
+    /// Reads some bytes; 0: there will be no more.
+    ///
+    /// # Errors
+    /// What the system says; a time-out when nothing came.
+    pub fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        match self {
+            // A port that says nothing at all, though it was readable, has been unplugged.
+            Self::Serial(port) => match port.read(bytes)? {
+                0 => Err(io::Error::new(io::ErrorKind::BrokenPipe, "unplugged")),
+                count => Ok(count),
+            },
+            Self::Udp(socket) => match socket.recv(bytes)? {
+                0 => Err(io::Error::from(io::ErrorKind::WouldBlock)),
+                count => Ok(count),
+            },
+            Self::Tcp(stream) => match stream.read(bytes)? {
+                0 => Err(io::Error::new(
+                    io::ErrorKind::ConnectionReset,
+                    "the device closed the connection",
+                )),
+                count => Ok(count),
+            },
+            Self::Stdin(input) => input.read(bytes),
+        }
+    }
+}
