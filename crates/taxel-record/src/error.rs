@@ -73,7 +73,7 @@ pub enum Error {
         frames: u64,
     },
     /// A name that says nothing about the format.
-    #[error("cannot tell the format of {} from `{extension}`\nhint: recordings end in .txt, .csv, .npy or .npz", .file.display())]
+    #[error("cannot tell the format of {} from `{extension}`\nhint: recordings end in .txt, .csv, .npy, .npz or .mcap", .file.display())]
     UnknownFormat {
         /// The file.
         file: PathBuf,
@@ -404,6 +404,34 @@ pub enum Error {
         /// The arrays there are.
         found: Vec<String>,
     },
+    /// A recording that cannot be written on or read on.
+    #[error("cannot go on in recording {} after {frames} frames: {source}\nhint: what is before that is whole; on a full disk make room, for a damaged file try `taxel recover`", .file.display())]
+    Recording {
+        /// The file.
+        file: PathBuf,
+        /// Frames until then.
+        frames: u64,
+        /// The reason.
+        source: io::Error,
+    },
+    /// A recording whose writer was killed.
+    #[error("recording {} has no end: it was cut off after {frames} frames, at byte {bytes}\nhint: `taxel recover` makes a whole file of what is there; `--keep-going` reads as far as it goes", .file.display())]
+    RecordingCut {
+        /// The file.
+        file: PathBuf,
+        /// Whole frames in it.
+        frames: u64,
+        /// Bytes of the file.
+        bytes: u64,
+    },
+    /// A recording of something else.
+    #[error("no frames of counts in {}: it has {}\nhint: counts are `foxglove.Grid` messages, in recordings of this program on /taxel/counts", .file.display(), names_words(.found))]
+    NoCounts {
+        /// The file.
+        file: PathBuf,
+        /// The topics or fields there are.
+        found: Vec<String>,
+    },
     /// A .npz array packed in a way numpy never uses.
     #[error("cannot unpack `{array}` in {}: method {found}, expected 0 (stored) or 8 (deflated)\nhint: write it with numpy.savez or numpy.savez_compressed", .file.display())]
     Packing {
@@ -431,6 +459,7 @@ impl Error {
                 | Error::TooLarge { .. }
                 | Error::NpyCutShort { .. }
                 | Error::Value { .. }
+                | Error::RecordingCut { .. }
         )
     }
 }
@@ -458,7 +487,7 @@ fn value_words(value: f64) -> &'static str {
 
 fn names_words(names: &[String]) -> String {
     if names.is_empty() {
-        return "no arrays".to_owned();
+        return "none".to_owned();
     }
     let shown: Vec<&str> = names.iter().take(20).map(String::as_str).collect();
     shown.join(", ")

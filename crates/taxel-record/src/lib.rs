@@ -8,6 +8,7 @@
 //! | [`text`] | counts as lines of numbers, `.txt` and `.csv` |
 //! | [`values`] | loads, volts, siemens as lines of numbers, `.csv` |
 //! | [`npy`] | arrays, `.npy` and `.npz` |
+//! | [`mcap`] | recordings with times, events and the sensor file, `.mcap` |
 //! | [`experiments`] | labelled presses, `experiments.csv` and `equilibration.csv` |
 //! | [`pairs`] | conductance against load, `.csv` |
 //!
@@ -18,6 +19,7 @@ pub mod error;
 pub mod experiments;
 mod grid;
 mod lines;
+pub mod mcap;
 pub mod npy;
 mod number;
 pub mod pairs;
@@ -31,6 +33,7 @@ pub mod values;
 pub use atomic::AtomicFile;
 pub use error::{Error, Place};
 pub use experiments::{Press, Uniform, read_presses, read_uniform_loads};
+pub use mcap::{McapReader, McapWriter};
 pub use npy::{NpyOptions, NpyReader, NpyWriter, NpzWriter};
 pub use pairs::read_pairs;
 pub use recording::{ShapeGuess, open_counts, shape_of};

@@ -5,12 +5,13 @@ use std::path::Path;
 use crate::error::Error;
 use crate::grid::{Kind, kind_of};
 use crate::lines::{Line, Lines};
+use crate::mcap::McapReader;
 use crate::npy::{NpyOptions, NpyReader, layout_of};
 use crate::number::{count_fields, is_blank};
 use crate::source::{FrameSource, open_input};
 use crate::text::{TextOptions, TextReader, extension};
 
-/// Opens a recording of counts: `.txt`, `.csv`, `.npy`, `.npz` (its first array); `-` is text on standard
+/// Opens a recording of counts: `.txt`, `.csv`, `.npy`, `.npz` (its first array), `.mcap`; `-` is text on standard
 /// input.
 ///
 /// # Errors
@@ -23,18 +24,21 @@ pub fn open_counts(
     Ok(match format_of(path)? {
         Format::Text => Box::new(TextReader::open(path, options)?),
         Format::Array => Box::new(NpyReader::open(path, NpyOptions::from(options))?),
+        Format::Mcap => Box::new(McapReader::open(path, options)?),
     })
 }
 
 enum Format {
     Text,
     Array,
+    Mcap,
 }
 
 fn format_of(path: &Path) -> Result<Format, Error> {
     match extension(path).as_str() {
         "txt" | "csv" => Ok(Format::Text),
         "npy" | "npz" => Ok(Format::Array),
+        "mcap" => Ok(Format::Mcap),
         _ if path.as_os_str() == "-" || path == Path::new("/dev/stdin") => Ok(Format::Text),
         other => Err(Error::UnknownFormat {
             file: path.to_owned(),
@@ -49,9 +53,9 @@ fn format_of(path: &Path) -> Result<Format, Error> {
 /// What a file says about its shape without a sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ShapeGuess {
-    /// Rows of a frame: exact for arrays; for text only where extra lines part the frames.
+    /// Rows of a frame: exact for arrays and .mcap; for text only where extra lines part the frames.
     pub rows: Option<usize>,
-    /// Columns of a frame: exact for arrays; for text the numbers on the first line of numbers.
+    /// Columns of a frame: exact for arrays and .mcap; for text the numbers on the first line of numbers.
     pub columns: Option<usize>,
     /// Frames: exact for arrays, else unknown.
     pub frames: Option<u64>,
@@ -65,16 +69,26 @@ pub struct ShapeGuess {
 /// [`Error::Open`], [`Error::UnknownFormat`], [`Error::Empty`], and all that an array's header can be wrong in.
 pub fn shape_of(path: impl AsRef<Path>) -> Result<ShapeGuess, Error> {
     let path = path.as_ref();
-    if let Format::Array = format_of(path)? {
-        let layout = layout_of(path)?;
-        return Ok(ShapeGuess {
-            rows: Some(layout.rows),
-            columns: Some(layout.columns),
-            frames: Some(layout.frames),
-            extra_line: None,
-        });
+    match format_of(path)? {
+        Format::Array => {
+            let layout = layout_of(path)?;
+            Ok(ShapeGuess {
+                rows: Some(layout.rows),
+                columns: Some(layout.columns),
+                frames: Some(layout.frames),
+                extra_line: None,
+            })
+        }
+        Format::Mcap => {
+            let (rows, columns) = McapReader::open_any(path)?.shape();
+            Ok(ShapeGuess {
+                rows: Some(rows),
+                columns: Some(columns),
+                ..ShapeGuess::default()
+            })
+        }
+        Format::Text => shape_of_text(path),
     }
-    shape_of_text(path)
 }
 
 /// The longest line and the most lines looked at for a shape.

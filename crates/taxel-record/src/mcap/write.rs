@@ -1,0 +1,644 @@
+//! Writing, so that whatever happens the file can be read.
+
+use std::collections::BTreeMap;
+use std::fs::{File, OpenOptions};
+use std::io::{self, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant, SystemTime};
+
+use mcap::records::{MessageHeader, Metadata};
+use mcap::{Compression, WriteOptions, Writer};
+use prost::Message;
+use taxel::metric::Figures;
+use taxel::{Counts, Frame, Newtons, Sensor};
+
+use super::grid::{DESCRIPTOR, Grid, Numeric, SCHEMA};
+use super::{COUNTS, EVENTS, FIGURES, LOADS, METADATA, PLAIN_END};
+use crate::error::Error;
+
+/// A chunk is closed when it is this old: no more than this, and the time to write it, is lost with the program.
+const FLUSH_EVERY: Duration = Duration::from_millis(500);
+/// Or when it is this large.
+const CHUNK_BYTES: u64 = 1 << 20;
+
+/// What a recording says about itself.
+#[derive(Debug, Clone)]
+pub struct About {
+    /// The sensor; written as sensor.toml.
+    pub sensor: Sensor,
+    /// Name and version of the program.
+    pub program: String,
+    /// Where the frames come from.
+    pub source: String,
+}
+
+/// A file that counts its bytes and knows up to where it is whole.
+struct Tail {
+    file: File,
+    at: u64,
+    room: u64,
+}
+
+impl Write for Tail {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.at + bytes.len() as u64 > self.room {
+            return Err(io::ErrorKind::StorageFull.into());
+        }
+        let count = self.file.write(bytes)?;
+        self.at += count as u64;
+        Ok(count)
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Seek for Tail {
+    /// Tells where it is; the writer, told not to seek, asks for nothing else.
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        match to {
+            SeekFrom::Current(0) => Ok(self.at),
+            _ => Err(io::ErrorKind::NotSeekable.into()),
+        }
+    }
+}
+
+/// A recording being written. Chunks go to the file whole, every half second; a program that is killed loses what
+/// came since, and [`super::recover`] makes the rest a whole file again.
+pub struct McapWriter {
+    path: PathBuf,
+    writer: Option<Writer<Tail>>,
+    counts: Grid,
+    loads: Grid,
+    topics: BTreeMap<&'static str, u16>,
+    message: Vec<u8>,
+    flushed: Instant,
+    /// Up to where the file is whole, and where its last chunk began.
+    whole: [u64; 2],
+    /// Device time zero on the host's clock, ns.
+    anchor: Option<(i128, f64)>,
+    frames: u64,
+}
+
+impl McapWriter {
+    /// Begins a recording. An existing file is never overwritten.
+    ///
+    /// # Errors
+    /// [`Error::Create`], [`Error::Write`].
+    pub fn create(path: impl AsRef<Path>, about: &About) -> Result<Self, Error> {
+        Self::begin(path.as_ref().to_owned(), about, u64::MAX)
+    }
+
+    /// `room`: bytes after which the disk is taken to be full.
+    fn begin(path: PathBuf, about: &About, room: u64) -> Result<Self, Error> {
+        let file = OpenOptions::new().write(true).create_new(true).open(&path);
+        let file = file.map_err(|source| Error::Create {
+            file: path.clone(),
+            source,
+        })?;
+        let tail = Tail { file, at: 0, room };
+        let array = &about.sensor.array;
+        let mut recording = Self {
+            writer: None,
+            counts: Grid::new(
+                array.columns,
+                array.pitch_mm,
+                &[("counts", Numeric::Uint16)],
+            ),
+            loads: Grid::new(
+                array.columns,
+                array.pitch_mm,
+                &[("newtons", Numeric::Float32), ("mark", Numeric::Uint8)],
+            ),
+            path,
+            topics: BTreeMap::new(),
+            message: Vec::new(),
+            flushed: Instant::now(),
+            whole: [0; 2],
+            anchor: None,
+            frames: 0,
+        };
+        let options = WriteOptions::new()
+            .profile("taxel")
+            .library(&about.program)
+            .compression(Some(Compression::Zstd))
+            .compression_level(1)
+            .compression_threads(0)
+            .chunk_size(Some(CHUNK_BYTES))
+            .disable_seeking(true);
+        let begun = options.create(tail).and_then(|mut writer| {
+            let metadata = [
+                ("sensor_toml", about.sensor.to_toml()),
+                ("program", about.program.clone()),
+                ("source", about.source.clone()),
+            ];
+            writer.write_metadata(&Metadata {
+                name: METADATA.to_owned(),
+                metadata: metadata
+                    .into_iter()
+                    .map(|(key, value)| (key.to_owned(), value))
+                    .collect(),
+            })?;
+            Ok(writer)
+        });
+        match begun {
+            Ok(writer) => recording.writer = Some(writer),
+            Err(error) => return Err(recording.error(error)),
+        }
+        recording.flush()?;
+        Ok(recording)
+    }
+
+    /// Appends a frame of counts that was complete at `at`.
+    ///
+    /// # Errors
+    /// [`Error::Write`]: the file is then whole up to the chunk before, and nothing more can be written.
+    pub fn write_counts(&mut self, frame: &Frame<Counts>, at: SystemTime) -> Result<(), Error> {
+        let log_time = nanos(at);
+        let publish_time = self.device_nanos(frame.time_secs, log_time);
+        self.counts.data.clear();
+        for (taxel, &count) in frame.values().iter().enumerate() {
+            if !(0.0..=65535.0).contains(&count) || count.fract() != 0.0 {
+                return Err(Error::Value {
+                    file: self.path.clone(),
+                    frame: frame.sequence,
+                    row: taxel / frame.columns(),
+                    column: taxel % frame.columns(),
+                    found: count,
+                    minimum: 0.0,
+                    maximum: 65535.0,
+                    hint: "MCAP recordings hold raw counts, whole numbers of up to 16 bits; averaged recordings keep their fractions in .npy",
+                });
+            }
+            self.counts.data.extend((count as u16).to_le_bytes());
+        }
+        self.counts.set_time(log_time);
+        self.message.clear();
+        self.counts.encode_raw(&mut self.message);
+        self.put(COUNTS, frame.sequence, log_time, publish_time)?;
+        self.frames += 1;
+        self.flush_if_due()
+    }
+
+    /// Appends the loads of a frame.
+    ///
+    /// # Errors
+    /// As [`Self::write_counts`].
+    pub fn write_loads(&mut self, frame: &Frame<Newtons>, at: SystemTime) -> Result<(), Error> {
+        let log_time = nanos(at);
+        let publish_time = self.device_nanos(frame.time_secs, log_time);
+        self.loads.data.clear();
+        for (&load, mark) in frame.values().iter().zip(frame.marks()) {
+            self.loads.data.extend((load as f32).to_le_bytes());
+            self.loads.data.push(mark.code());
+        }
+        self.loads.set_time(log_time);
+        self.message.clear();
+        self.loads.encode_raw(&mut self.message);
+        self.put(LOADS, frame.sequence, log_time, publish_time)
+    }
+
+    /// Appends the figures of a frame.
+    ///
+    /// # Errors
+    /// As [`Self::write_counts`].
+    pub fn write_figures(
+        &mut self,
+        figures: &Figures,
+        sequence: u64,
+        at: SystemTime,
+    ) -> Result<(), Error> {
+        let [down, across] = match figures.centre_mm {
+            Some(centre) => centre.map(|mm| format!("{mm:.4}")),
+            None => ["null".to_owned(), "null".to_owned()],
+        };
+        let json = format!(
+            "{{\"total_force_newtons\":{:.5},\"peak_kilopascals\":{:.4},\"contact_area_mm2\":{:.2},\
+             \"centre_row_mm\":{down},\"centre_column_mm\":{across},\"outlier_share\":{:.6}}}",
+            figures.total_force_newtons,
+            figures.peak_kilopascals,
+            figures.contact_area_mm2,
+            figures.outlier_share
+        );
+        self.message.clear();
+        self.message.extend(json.as_bytes());
+        let log_time = nanos(at);
+        self.put(FIGURES, sequence, log_time, log_time)
+    }
+
+    /// Appends something that happened: `kind` in one word (`tare`, `mark`, `device`), and what in words.
+    ///
+    /// # Errors
+    /// As [`Self::write_counts`].
+    pub fn write_event(&mut self, kind: &str, text: &str, at: SystemTime) -> Result<(), Error> {
+        let json = serde_json::json!({ "kind": kind, "text": text });
+        self.message.clear();
+        self.message.extend(json.to_string().as_bytes());
+        let log_time = nanos(at);
+        self.put(EVENTS, 0, log_time, log_time)?;
+        self.flush_if_due()
+    }
+
+    /// Closes the chunk if it is old enough: to be called now and then while nothing comes.
+    ///
+    /// # Errors
+    /// As [`Self::write_counts`].
+    pub fn flush_if_due(&mut self) -> Result<(), Error> {
+        match self.flushed.elapsed() > FLUSH_EVERY {
+            true => self.flush(),
+            false => Ok(()),
+        }
+    }
+
+    /// Frames of counts so far.
+    pub fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// Bytes of the file so far.
+    pub fn bytes(&self) -> u64 {
+        self.whole[0]
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Writes the index and closes the file.
+    ///
+    /// # Errors
+    /// As [`Self::write_counts`].
+    pub fn finish(mut self) -> Result<(), Error> {
+        self.flush()?;
+        if let Some(mut writer) = self.writer.take() {
+            let result = writer.finish().map(|_| ());
+            self.settle(writer, result)?;
+        }
+        Ok(())
+    }
+
+    fn flush(&mut self) -> Result<(), Error> {
+        self.flushed = Instant::now();
+        if let Some(mut writer) = self.writer.take() {
+            let result = writer.flush();
+            self.settle(writer, result)?;
+            let at = self.writer.as_ref().map_or(0, |_| self.position());
+            if at > self.whole[0] {
+                self.whole = [at, self.whole[0]];
+            }
+        }
+        Ok(())
+    }
+
+    fn position(&self) -> u64 {
+        std::fs::metadata(&self.path).map_or(self.whole[0], |about| about.len())
+    }
+
+    fn put(
+        &mut self,
+        topic: &'static str,
+        sequence: u64,
+        log_time: u64,
+        publish_time: u64,
+    ) -> Result<(), Error> {
+        let Some(mut writer) = self.writer.take() else {
+            return Err(self.error(io::Error::from(io::ErrorKind::BrokenPipe).into()));
+        };
+        let result = self.channel(&mut writer, topic).and_then(|channel_id| {
+            let header = MessageHeader {
+                channel_id,
+                sequence: sequence as u32,
+                log_time,
+                publish_time,
+            };
+            writer.write_to_known_channel(&header, &self.message)
+        });
+        self.settle(writer, result)
+    }
+
+    /// The topic's channel, begun when it is first needed.
+    fn channel(&mut self, writer: &mut Writer<Tail>, topic: &'static str) -> mcap::McapResult<u16> {
+        if let Some(channel) = self.topics.get(topic) {
+            return Ok(*channel);
+        }
+        let (name, encoding, schema, message) = match topic {
+            COUNTS | LOADS => (SCHEMA, "protobuf", DESCRIPTOR, "protobuf"),
+            FIGURES => (
+                "taxel.Figures",
+                "jsonschema",
+                FIGURES_SCHEMA.as_bytes(),
+                "json",
+            ),
+            _ => ("taxel.Event", "jsonschema", EVENT_SCHEMA.as_bytes(), "json"),
+        };
+        let schema = writer.add_schema(name, encoding, schema)?;
+        let channel = writer.add_channel(schema, topic, message, &BTreeMap::new())?;
+        self.topics.insert(topic, channel);
+        Ok(channel)
+    }
+
+    /// Keeps the writer if all went well; else makes the file whole without it.
+    fn settle(&mut self, writer: Writer<Tail>, result: mcap::McapResult<()>) -> Result<(), Error> {
+        match result {
+            Ok(()) => {
+                self.writer = Some(writer);
+                Ok(())
+            }
+            Err(error) => {
+                // Not just dropped: that would try to write the index once more.
+                drop(writer.into_inner());
+                self.make_whole();
+                Err(self.error(error))
+            }
+        }
+    }
+
+    /// Cuts off what was half written and ends the file after the last chunk; on a full disk after the one before,
+    /// whose room the end then takes.
+    fn make_whole(&self) {
+        for whole in self.whole {
+            let ended = OpenOptions::new()
+                .write(true)
+                .open(&self.path)
+                .and_then(|mut file| {
+                    file.set_len(whole)?;
+                    file.seek(SeekFrom::End(0))?;
+                    file.write_all(PLAIN_END)?;
+                    file.sync_all()
+                });
+            if ended.is_ok() {
+                return;
+            }
+        }
+    }
+
+    /// The device's clock on the host's: set at the first frame, and again when the device's clock falls back.
+    fn device_nanos(&mut self, time_secs: Option<f64>, log_time: u64) -> u64 {
+        let Some(secs) = time_secs else {
+            return log_time;
+        };
+        let device = (secs * 1e9).round() as i128;
+        let anchor = match self.anchor {
+            Some((anchor, last)) if secs >= last => anchor,
+            _ => i128::from(log_time) - device,
+        };
+        self.anchor = Some((anchor, secs));
+        (anchor + device).clamp(0, i128::from(u64::MAX)) as u64
+    }
+
+    fn error(&self, error: mcap::McapError) -> Error {
+        let source = match error {
+            mcap::McapError::Io(source) => source,
+            other => io::Error::other(other),
+        };
+        Error::Recording {
+            file: self.path.clone(),
+            frames: self.frames,
+            source,
+        }
+    }
+}
+
+impl Drop for McapWriter {
+    /// A recording that is let go is finished: its frames are worth more than the reason.
+    fn drop(&mut self) {
+        if let Some(mut writer) = self.writer.take()
+            && writer.finish().is_err()
+        {
+            drop(writer.into_inner());
+            self.make_whole();
+        }
+    }
+}
+
+fn nanos(at: SystemTime) -> u64 {
+    at.duration_since(SystemTime::UNIX_EPOCH)
+        .map_or(0, |since| since.as_nanos() as u64)
+}
+
+const FIGURES_SCHEMA: &str = r#"{"title":"taxel.Figures","type":"object","properties":{"total_force_newtons":{"type":"number"},"peak_kilopascals":{"type":"number"},"contact_area_mm2":{"type":"number"},"centre_row_mm":{"type":["number","null"]},"centre_column_mm":{"type":["number","null"]},"outlier_share":{"type":"number"}}}"#;
+const EVENT_SCHEMA: &str = r#"{"title":"taxel.Event","type":"object","properties":{"kind":{"type":"string"},"text":{"type":"string"}}}"#;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mcap::{McapReader, Recovered, recover};
+    use crate::source::FrameSource;
+    use crate::text::TextOptions;
+    use taxel::Mark;
+    use taxel::sensor::preset;
+
+    fn about() -> About {
+        About {
+            sensor: preset("mat-16x16-cd4067").unwrap(),
+            program: "taxel test".to_owned(),
+            source: "sim:mat-16x16-cd4067".to_owned(),
+        }
+    }
+
+    fn frame(number: u64) -> Frame<Counts> {
+        let values = (0..256u64).map(|i| ((i * 37 + number * 101) % 1024) as f64);
+        let mut frame = Frame::new(16, 16, values.collect()).unwrap();
+        frame.sequence = number;
+        frame.time_secs = Some(5.0 + 0.01 * number as f64);
+        frame
+    }
+
+    fn at(number: u64) -> SystemTime {
+        SystemTime::UNIX_EPOCH + Duration::from_millis(1_795_000_000_000 + 10 * number)
+    }
+
+    fn read(path: &Path) -> (Vec<Frame<Counts>>, Option<Error>) {
+        let mut reader = McapReader::open(path, TextOptions::new(16, 16)).unwrap();
+        let mut frames = Vec::new();
+        let mut next = Frame::zeros(16, 16);
+        loop {
+            match reader.next_into(&mut next) {
+                Ok(true) => frames.push(next.clone()),
+                Ok(false) => return (frames, None),
+                Err(error) => return (frames, Some(error)),
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_recorded_comes_back_with_times_events_and_sensor() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        let mut writer = McapWriter::create(&path, &about()).unwrap();
+        let mut loads = Frame::<Newtons>::zeros(16, 16);
+        loads.marks_mut()[3] = Mark::Stuck;
+        for number in 0..40 {
+            writer.write_counts(&frame(number), at(number)).unwrap();
+            writer.write_loads(&loads, at(number)).unwrap();
+            let figures = Figures::of(&loads, &about().sensor.array);
+            writer.write_figures(&figures, number, at(number)).unwrap();
+            if number == 7 {
+                writer
+                    .write_event("mark", "he said \"now\"", at(7))
+                    .unwrap();
+            }
+        }
+        assert_eq!(writer.frames(), 40);
+        writer.finish().unwrap();
+        let mut reader = McapReader::open(&path, TextOptions::new(16, 16)).unwrap();
+        assert_eq!(reader.sensor_toml().unwrap(), about().sensor.to_toml());
+        assert_eq!(reader.program(), Some("taxel test"));
+        let mut found = Frame::zeros(1, 1);
+        for number in 0..40 {
+            assert!(reader.next_into(&mut found).unwrap());
+            assert_eq!(found.values(), frame(number).values());
+            assert_eq!(reader.host_time(), at(number));
+            let secs = found.time_secs.unwrap();
+            assert!((secs - 0.01 * number as f64).abs() < 1e-6);
+        }
+        assert!(!reader.next_into(&mut found).unwrap());
+        let events = reader.take_events();
+        assert_eq!(events.len(), 1);
+        assert_eq!(events[0].text, "he said \"now\"");
+        assert_eq!(events[0].at, at(7));
+        // Never over an existing file.
+        assert!(matches!(
+            McapWriter::create(&path, &about()),
+            Err(Error::Create { .. })
+        ));
+    }
+
+    /// Cut anywhere: what was flushed comes back, and nothing panics.
+    #[test]
+    fn a_recording_cut_anywhere_is_recovered_to_its_last_whole_chunk() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        let mut writer = McapWriter::create(&path, &about()).unwrap();
+        // How many frames are safe once the file is that long.
+        let mut safe = vec![(0, 0)];
+        for number in 0..30 {
+            writer.write_counts(&frame(number), at(number)).unwrap();
+            if number % 5 == 4 {
+                writer.flush().unwrap();
+                safe.push((writer.bytes(), number + 1));
+            }
+        }
+        writer.finish().unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        let (cut, saved) = (
+            folder.path().join("cut.mcap"),
+            folder.path().join("saved.mcap"),
+        );
+        for length in (8..whole.len()).step_by(97).chain([whole.len()]) {
+            std::fs::write(&cut, &whole[..length]).unwrap();
+            let _ = std::fs::remove_file(&saved);
+            let recovered = recover(&cut, &saved).unwrap();
+            let least = safe.iter().rev().find(|(bytes, _)| *bytes <= length as u64);
+            let expected = recovered.frames;
+            // A chunk may be whole where its index is not.
+            assert!(
+                [0, 5].contains(&(expected - least.unwrap().1)),
+                "cut at {length}: {expected}"
+            );
+            if expected > 0 {
+                let (frames, error) = read(&saved);
+                assert!(error.is_none());
+                assert_eq!(frames.len() as u64, expected);
+                for (number, found) in frames.iter().enumerate() {
+                    assert_eq!(found.values(), frame(number as u64).values());
+                }
+                // Unrecovered, it gives as much, and says that it was cut.
+                let (frames, error) = read(&cut);
+                assert_eq!(frames.len() as u64, expected);
+                let has_end = recovered.was_whole;
+                assert_eq!(error.is_none(), has_end, "cut at {length}");
+            }
+        }
+        let _ = std::fs::remove_file(&saved);
+        let untouched = recover(&path, &saved).unwrap();
+        assert_eq!(
+            untouched,
+            Recovered {
+                messages: 30,
+                frames: 30,
+                was_whole: true,
+                ..Recovered::default()
+            }
+        );
+    }
+
+    #[test]
+    fn a_damaged_chunk_costs_its_own_frames() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        let mut writer = McapWriter::create(&path, &about()).unwrap();
+        let mut ends = Vec::new();
+        for number in 0..30 {
+            writer.write_counts(&frame(number), at(number)).unwrap();
+            if number % 10 == 9 {
+                writer.flush().unwrap();
+                ends.push(writer.bytes() as usize);
+            }
+        }
+        writer.finish().unwrap();
+        let mut bytes = std::fs::read(&path).unwrap();
+        for byte in &mut bytes[ends[0] + 200..ends[0] + 260] {
+            *byte ^= 0x5a;
+        }
+        std::fs::write(&path, bytes).unwrap();
+        let saved = folder.path().join("saved.mcap");
+        let recovered = recover(&path, &saved).unwrap();
+        assert_eq!((recovered.frames, recovered.chunks_lost), (20, 1));
+        assert_eq!(read(&saved).0.len(), 20);
+    }
+
+    #[test]
+    fn a_full_disk_leaves_a_whole_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        let mut writer = McapWriter::begin(path.clone(), &about(), 12_000).unwrap();
+        let mut safe = 0;
+        let error = (0..1000)
+            .find_map(|number| {
+                let done = writer.write_counts(&frame(number), at(number));
+                let done = done.and_then(|()| match number % 4 {
+                    3 => writer.flush().map(|()| safe = number + 1),
+                    _ => Ok(()),
+                });
+                done.err()
+            })
+            .expect("the disk was full");
+        assert!(matches!(error, Error::Recording { .. }), "{error}");
+        assert!(writer.write_counts(&frame(0), at(0)).is_err());
+        drop(writer);
+        assert!(safe > 0);
+        let (frames, error) = read(&path);
+        assert!(error.is_none(), "{error:?}");
+        assert_eq!(frames.len() as u64, safe);
+    }
+
+    #[test]
+    fn other_files_and_other_sensors_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        std::fs::write(&path, b"not a recording at all").unwrap();
+        let error = McapReader::open_any(&path).err().unwrap();
+        assert!(matches!(error, Error::Recording { .. }), "{error}");
+        assert!(recover(&path, folder.path().join("x.mcap")).is_err());
+        assert!(!folder.path().join("x.mcap").exists());
+        std::fs::remove_file(&path).unwrap();
+        let mut writer = McapWriter::create(&path, &about()).unwrap();
+        let mut half = frame(0);
+        half.values_mut()[9] = 0.5;
+        assert!(matches!(
+            writer.write_counts(&half, at(0)),
+            Err(Error::Value { column: 9, .. })
+        ));
+        writer.write_counts(&frame(0), at(0)).unwrap();
+        writer.finish().unwrap();
+        let error = McapReader::open(&path, TextOptions::new(8, 16))
+            .err()
+            .unwrap();
+        assert!(
+            error.to_string().contains("16 rows x 16 columns"),
+            "{error}"
+        );
+    }
+}

@@ -1,0 +1,62 @@
+//! The figures of one frame that a live view and a recording show.
+
+use super::{
+    centre_of_pressure_mm, contact_area_mm2, outlier_share, peak_pressure, total_force_newtons,
+};
+use crate::sensor::Array;
+use crate::{Frame, Newtons};
+
+/// Load above which a taxel counts as touched, newtons: about 5 g.
+pub const CONTACT_NEWTONS: f64 = 0.05;
+
+/// What a frame of loads amounts to.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Figures {
+    /// Sum of all loads, newtons.
+    pub total_force_newtons: f64,
+    /// Highest pressure, kPa.
+    pub peak_kilopascals: f64,
+    /// Area of the cells (pitch × pitch) that carry more than [`CONTACT_NEWTONS`], mm².
+    pub contact_area_mm2: f64,
+    /// Centre of pressure over those taxels, mm from the centre of the taxel at row 0, column 0, across the rows and
+    /// across the columns; `None` when nothing touches.
+    pub centre_mm: Option<[f64; 2]>,
+    /// Share of the taxels that do not count, 0 to 1.
+    pub outlier_share: f64,
+}
+
+impl Figures {
+    /// Of one frame.
+    pub fn of(loads: &Frame<Newtons>, array: &Array) -> Self {
+        let cell_mm2 = array.pitch_mm[0] * array.pitch_mm[1];
+        Self {
+            total_force_newtons: total_force_newtons(loads),
+            peak_kilopascals: peak_pressure(loads, array.taxel_area_mm2)
+                .map_or(0.0, |peak| peak.kilopascals),
+            contact_area_mm2: contact_area_mm2(loads, CONTACT_NEWTONS, cell_mm2),
+            centre_mm: centre_of_pressure_mm(loads, array.pitch_mm, CONTACT_NEWTONS),
+            outlier_share: outlier_share(loads),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensor::preset;
+
+    #[test]
+    fn two_loads_on_the_e_cone() {
+        let array = preset("econe").unwrap().array;
+        let mut loads = Frame::zeros(64, 128);
+        loads.values_mut()[128] = 1.0;
+        loads.values_mut()[128 + 4] = 3.0;
+        let figures = Figures::of(&loads, &array);
+        assert_eq!(figures.total_force_newtons, 4.0);
+        // 3 N on 5 mm² = 600 kPa; two cells of 2 mm x 2 mm
+        assert_eq!(figures.peak_kilopascals, 600.0);
+        assert_eq!(figures.contact_area_mm2, 8.0);
+        assert_eq!(figures.centre_mm, Some([2.0, 6.0]));
+        assert_eq!(Figures::of(&Frame::zeros(64, 128), &array).centre_mm, None);
+    }
+}
