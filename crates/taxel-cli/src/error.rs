@@ -125,6 +125,32 @@ pub(crate) enum Error {
         /// What to do.
         hint: &'static str,
     },
+    /// An address that leads nowhere, or ports that cannot be listed.
+    #[error(transparent)]
+    Acquire(#[from] taxel_acquire::Error),
+    /// The viewer's server cannot listen.
+    #[error(
+        "cannot listen on {address}: {source}\nhint: another program may have the port; --listen 127.0.0.1:0 takes any that is free"
+    )]
+    Listen {
+        /// Where.
+        address: String,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// The system gives no more threads.
+    #[error("cannot start a thread: {0}\nhint: the system is out of memory or of threads")]
+    Thread(#[source] io::Error),
+    /// A recording ended before it should.
+    #[error("recording {name} ended after {frames} frames: {why}")]
+    RecordingEnded {
+        /// The file.
+        name: String,
+        /// Frames that are in it.
+        frames: u64,
+        /// Why.
+        why: String,
+    },
     /// Standard output cannot be written.
     #[error("cannot write to standard output: {0}\nhint: check what reads the other end")]
     Stdout(#[source] io::Error),

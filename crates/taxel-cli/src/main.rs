@@ -12,10 +12,13 @@ mod frames;
 mod interrupt;
 mod lesson;
 mod line_faults;
+mod live;
+mod live_sensor;
 mod out;
 mod presses;
 mod progress;
 mod sensor_file;
+mod standard_error;
 mod unit;
 
 use std::process::ExitCode;
@@ -23,8 +26,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use commands::{
-    bench, calibrate, compare, compensate, dataset, demo, info, model, netlist, plot, simulate,
-    train,
+    bench, calibrate, compare, compensate, dataset, demo, devices, info, model, netlist, plot,
+    record, recover, simulate, train,
 };
 
 /// From raw frames of a resistive pressure-sensor matrix to calibrated loads.
@@ -40,6 +43,11 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Live(commands::live::Args),
+    View(commands::live::ViewArgs),
+    Record(record::Args),
+    Recover(recover::Args),
+    Devices(devices::Args),
     Info(info::Args),
     Calibrate(calibrate::Args),
     Compensate(compensate::Args),
@@ -65,6 +73,11 @@ enum Exit {
 
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
+        Command::Live(args) => commands::live::run(&args),
+        Command::View(args) => commands::live::run_view(&args),
+        Command::Record(args) => record::run(&args),
+        Command::Recover(args) => recover::run(&args),
+        Command::Devices(args) => devices::run(&args),
         Command::Demo(args) => demo::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Plot(args) => plot::run(&args),

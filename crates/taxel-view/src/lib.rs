@@ -24,6 +24,7 @@ mod colour_bar;
 mod contact_sheet;
 mod error;
 mod heatmap;
+pub mod live;
 mod outline;
 mod panel_layout;
 mod picture;

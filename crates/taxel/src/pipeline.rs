@@ -112,6 +112,11 @@ impl Pipeline {
         self.spread = spread;
     }
 
+    /// The name of the method.
+    pub fn method_name(&self) -> &'static str {
+        self.method.name()
+    }
+
     /// Tells the screen which lines are faulty in this recording, beside those of the sensor file.
     pub fn set_lines(&mut self, faults: &LineFaults) {
         self.screen.set_lines(faults);

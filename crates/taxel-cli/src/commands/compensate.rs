@@ -1,7 +1,6 @@
 //! `taxel compensate`: a recording of counts to loads, the cross-talk removed.
 
 mod output;
-mod standard_error;
 mod summary;
 
 use std::path::{Path, PathBuf};
@@ -14,10 +13,10 @@ use crate::error::Error;
 use crate::frames::{Input, Reading, needs_frame_count};
 use crate::line_faults::Survey;
 use crate::progress::Progress;
+use crate::standard_error::StandardErrors;
 use crate::unit::{InputUnit, MethodName, Unit};
 use crate::{Exit, out, sensor_file};
 use output::Outputs;
-use standard_error::StandardErrors;
 use summary::Summary;
 
 /// Remove the cross-talk from a recording
@@ -92,7 +91,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             &sensor,
             &args.sensor,
             args.unit,
-            &survey,
+            survey.faults.level,
         )?),
         None => None,
     };

@@ -2,13 +2,14 @@
 
 use std::collections::{HashMap, VecDeque};
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 use mcap::parse_record;
 use mcap::records::Record;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::sans_io::summary_reader::{SummaryReadEvent, SummaryReader};
 use prost::Message;
 use taxel::{Counts, Frame};
 
@@ -40,6 +41,7 @@ pub struct McapReader {
     total: Option<u64>,
     bytes: u64,
     reader: LinearReader,
+    index: Option<Index>,
     schemas: HashMap<u16, String>,
     topics: HashMap<u16, (String, u16)>,
     about: HashMap<String, String>,
@@ -64,6 +66,58 @@ struct Ahead {
     grid: Grid,
     log_time: u64,
     publish_time: u64,
+}
+
+/// Where chunks are, from the end of a whole file.
+struct Index {
+    start: u64,
+    end: u64,
+    frames: u64,
+    chunks: Vec<Chunk>,
+}
+
+struct Chunk {
+    end: u64,
+    offset: u64,
+}
+
+impl Index {
+    /// Of a file that has one.
+    fn read(file: &mut File, counts: u16) -> Option<Self> {
+        let mut reader = SummaryReader::new();
+        while let Some(event) = reader.next_event() {
+            match event.ok()? {
+                SummaryReadEvent::ReadRequest(wanted) => {
+                    let count = file.read(reader.insert(wanted)).ok()?;
+                    reader.notify_read(count);
+                }
+                SummaryReadEvent::SeekRequest(to) => reader.notify_seeked(file.seek(to).ok()?),
+            }
+        }
+        let summary = reader.finish()?;
+        let stats = summary.stats?;
+        let chunks = summary.chunk_indexes.iter().map(|chunk| Chunk {
+            end: chunk.message_end_time,
+            offset: chunk.chunk_start_offset,
+        });
+        Some(Self {
+            start: stats.message_start_time,
+            end: stats.message_end_time,
+            frames: stats.channel_message_counts.get(&counts).copied()?,
+            chunks: chunks.collect(),
+        })
+    }
+
+    fn secs(&self, at: u64) -> f64 {
+        at.saturating_sub(self.start) as f64 * 1e-9
+    }
+}
+
+fn options() -> LinearReaderOptions {
+    LinearReaderOptions::default()
+        .with_skip_end_magic(true)
+        .with_prevalidate_chunk_crcs(true)
+        .with_record_length_limit(LONGEST_RECORD)
 }
 
 /// Device time from publish times: seconds since the first frame.
@@ -107,16 +161,13 @@ impl McapReader {
     pub fn open_any(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref().to_owned();
         let (file, total) = open_file(&path)?;
-        let options = LinearReaderOptions::default()
-            .with_skip_end_magic(true)
-            .with_prevalidate_chunk_crcs(true)
-            .with_record_length_limit(LONGEST_RECORD);
         let mut reader = Self {
             path,
             file,
             total,
             bytes: 0,
-            reader: LinearReader::new_with_options(options),
+            reader: LinearReader::new_with_options(options()),
+            index: None,
             schemas: HashMap::new(),
             topics: HashMap::new(),
             about: HashMap::new(),
@@ -156,6 +207,16 @@ impl McapReader {
             });
         }
         reader.shape = (rows, columns);
+        if let (Some(counts), true) = (reader.counts, reader.total.is_some()) {
+            let at = reader.file.stream_position();
+            reader.index = Index::read(&mut reader.file, counts);
+            at.and_then(|at| reader.file.seek(SeekFrom::Start(at)))
+                .map_err(|source| Error::Read {
+                    file: reader.path.clone(),
+                    bytes: reader.bytes,
+                    source,
+                })?;
+        }
         Ok(reader)
     }
 
@@ -167,6 +228,46 @@ impl McapReader {
     /// The program that wrote it, and its version.
     pub fn program(&self) -> Option<&str> {
         self.about.get("program").map(String::as_str)
+    }
+
+    /// How long the recording is, seconds, and its frames; `None` where it has no index (it was cut off).
+    pub fn extent(&self) -> Option<(f64, u64)> {
+        let index = self.index.as_ref()?;
+        Some((index.secs(index.end), index.frames))
+    }
+
+    /// Goes to the first frame `secs` after the beginning; false where the recording has no index.
+    ///
+    /// # Errors
+    /// [`Error::Read`].
+    pub fn seek(&mut self, secs: f64) -> Result<bool, Error> {
+        let Some(index) = &self.index else {
+            return Ok(false);
+        };
+        let wanted = index.start + (secs.max(0.0) * 1e9) as u64;
+        let chunk = index.chunks.iter().find(|chunk| chunk.end >= wanted);
+        let Some(offset) = chunk.or(index.chunks.last()).map(|chunk| chunk.offset) else {
+            return Ok(false);
+        };
+        let share = index.secs(wanted) / index.secs(index.end).max(1e-9);
+        self.frames = (share.min(1.0) * index.frames as f64) as u64;
+        self.file
+            .seek(SeekFrom::Start(offset))
+            .map_err(|source| Error::Read {
+                file: self.path.clone(),
+                bytes: offset,
+                source,
+            })?;
+        self.bytes = offset;
+        self.reader = LinearReader::new_with_options(options().with_skip_start_magic(true));
+        (self.whole, self.done) = (false, false);
+        loop {
+            self.ahead = self.read_grid()?;
+            match &self.ahead {
+                Some(ahead) if ahead.log_time < wanted => {}
+                _ => return Ok(true),
+            }
+        }
     }
 
     /// When the host had the frame read last.

@@ -494,8 +494,14 @@ mod tests {
             assert!((secs - 0.01 * number as f64).abs() < 1e-6);
         }
         assert!(!reader.next_into(&mut found).unwrap());
+        // There and back by the index.
+        assert_eq!(reader.extent(), Some((0.39, 40)));
+        for number in [25, 0, 39, 7] {
+            assert!(reader.seek(0.01 * number as f64).unwrap());
+            assert!(reader.next_into(&mut found).unwrap());
+            assert_eq!(found.values(), frame(number).values());
+        }
         let events = reader.take_events();
-        assert_eq!(events.len(), 1);
         assert_eq!(events[0].text, "he said \"now\"");
         assert_eq!(events[0].at, at(7));
         // Never over an existing file.

@@ -5,42 +5,42 @@ use std::path::Path;
 use taxel::calibrate::LoadLaw;
 use taxel::circuit::{Circuit, Converter, LinearCircuit, OperatingPoint};
 use taxel::frame::newtons_from_grams;
+use taxel::screen::Level;
 use taxel::solve::standard_errors;
 use taxel::{Frame, Mark, Sensor, Siemens};
 
 use crate::error::Error;
 use crate::frames::Shown;
-use crate::line_faults::Survey;
 use crate::unit::Unit;
 
 /// Standard deviation of rounding to whole counts, 1/√12.
 const ROUNDING_COUNTS: f64 = 0.288_675_134_594_812_9;
 
 /// The circuit, and what one reading is uncertain by.
-pub(super) struct StandardErrors {
+pub(crate) struct StandardErrors {
     point: Box<dyn OperatingPoint>,
     law: Option<LoadLaw>,
     unit: Unit,
     area_mm2: f64,
     sigma_volts: f64,
     /// Standard deviation of a reading, counts: of the sensor file, else of the recording, else of rounding.
-    pub(super) noise_counts: f64,
+    pub(crate) noise_counts: f64,
     errors: Frame<Shown>,
 }
 
 impl StandardErrors {
-    pub(super) fn new(
+    pub(crate) fn new(
         sensor: &Sensor,
         file: &Path,
         unit: Unit,
-        survey: &Survey,
+        level: Option<Level>,
     ) -> Result<Self, Error> {
         let in_file = |source| Error::InFile {
             file: file.to_owned(),
             source,
         };
         let declared = sensor.converter.noise_counts;
-        let noise_counts = match (declared, survey.faults.level) {
+        let noise_counts = match (declared, level) {
             (Some(noise), _) => noise.hypot(ROUNDING_COUNTS),
             (None, Some(level)) => level.noise_counts,
             (None, None) => ROUNDING_COUNTS,
@@ -62,7 +62,7 @@ impl StandardErrors {
 
     /// The standard errors of a frame's numbers, in their unit; a good taxel whose conductance is uncertain by
     /// more than itself is marked unresolved in `shown`. An error without bound is the largest number there is.
-    pub(super) fn of(
+    pub(crate) fn of(
         &mut self,
         siemens: &Frame<Siemens>,
         shown: &mut Frame<Shown>,

@@ -1,0 +1,116 @@
+//! `taxel live` and `taxel view`: what happens on the sensor, in the browser.
+
+use std::path::{Path, PathBuf};
+
+use taxel_acquire::Address;
+use taxel_view::live::{Options as ServerOptions, random_token};
+
+use crate::error::Error;
+use crate::live::{Options, Session, Wanted};
+use crate::unit::MethodName;
+use crate::{Exit, interrupt, live_sensor, out};
+
+const SIMULATED: &str = "sim:econe?hand";
+
+/// Show a sensor live in the browser, compensated; record it
+///
+/// Without an address: a simulated e-Cone gripped by a moving hand. Frames are screened, compensated and shown as they
+/// come; recordings go to --folder. Ctrl-C ends it, a recording in progress whole.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Where frames come from: serial:/dev/ttyACM0?baud=2000000, udp:0.0.0.0:9000, tcp:host:port, file:run.mcap,
+    /// stdin:, sim:econe?hand
+    #[arg(default_value = SIMULATED)]
+    address: Address,
+    #[command(flatten)]
+    shown: Shown,
+    /// Begin a recording at once, to this file
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
+}
+
+/// Play a recording in the browser
+#[derive(Debug, clap::Args)]
+pub(crate) struct ViewArgs {
+    /// Recording (.mcap, .txt, .csv, .npy, .npz)
+    recording: PathBuf,
+    #[command(flatten)]
+    shown: Shown,
+}
+
+#[derive(Debug, clap::Args)]
+struct Shown {
+    /// Sensor file, or the name of a preset; simulated sensors and MCAP recordings bring their own
+    #[arg(long, value_name = "FILE|PRESET")]
+    sensor: Option<PathBuf>,
+    /// How loads are found: auto, exact, newton, raw, or the file of a model that `taxel train` wrote
+    #[arg(long, value_name = "NAME|MODEL", default_value_t)]
+    method: MethodName,
+    /// Where the page is; beyond this machine it needs a token
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8432")]
+    listen: String,
+    /// What viewers must know; beyond this machine one is made up if none is given
+    #[arg(long)]
+    token: Option<String>,
+    /// Where recordings go
+    #[arg(long, value_name = "FOLDER", default_value = "recordings")]
+    folder: PathBuf,
+    /// Record the compensated loads and the figures beside the counts
+    #[arg(long)]
+    loads: bool,
+}
+
+/// Runs `taxel live`.
+pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
+    show(&args.address, &args.shown, args.record.as_deref())
+}
+
+/// Runs `taxel view`.
+pub(crate) fn run_view(args: &ViewArgs) -> Result<Exit, Error> {
+    let address = Address::File {
+        path: args.recording.clone(),
+        speed: Some(1.0),
+    };
+    show(&address, &args.shown, None)
+}
+
+fn show(address: &Address, shown: &Shown, record: Option<&Path>) -> Result<Exit, Error> {
+    let (sensor, sensor_file) = live_sensor::of(address, shown.sensor.as_deref())?;
+    let mut session = Session::start(Options {
+        address: address.clone(),
+        sensor,
+        sensor_file,
+        method: shown.method.clone(),
+        folder: shown.folder.clone(),
+        wanted: Wanted {
+            loads: shown.loads,
+            figures: shown.loads,
+        },
+        server: Some(ServerOptions {
+            token: shown.token.clone().or_else(|| needs_token(&shown.listen)),
+            address: shown.listen.clone(),
+        }),
+        record: record.map(Path::to_owned),
+    })?;
+    interrupt::listen();
+    out::result(&session.url().unwrap_or_default())?;
+    out::note(&format!("{address}; Ctrl-C ends it"));
+    let mut told = String::new();
+    while !interrupt::asked() {
+        let (_, text) = session.state();
+        if text != told {
+            out::note(&text);
+            told = text;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(100));
+    }
+    session.end();
+    super::record::conclude(&session)
+}
+
+/// A token, where the address is not this machine's own.
+fn needs_token(listen: &str) -> Option<String> {
+    let host = listen.rsplit_once(':').map_or(listen, |(host, _)| host);
+    let own = ["127.0.0.1", "localhost", "[::1]"].contains(&host);
+    (!own).then(random_token)
+}

@@ -1,0 +1,87 @@
+//! A queue that never makes its writer wait: when it is full, the oldest goes.
+
+use std::collections::VecDeque;
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+
+struct Held<T> {
+    items: VecDeque<T>,
+    closed: bool,
+}
+
+/// The newest few of a stream.
+pub(super) struct Newest<T> {
+    held: Mutex<Held<T>>,
+    changed: Condvar,
+    most: usize,
+}
+
+impl<T> Newest<T> {
+    pub(super) fn new(most: usize) -> Self {
+        Self {
+            held: Mutex::new(Held {
+                items: VecDeque::with_capacity(most),
+                closed: false,
+            }),
+            changed: Condvar::new(),
+            most,
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Held<T>> {
+        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Adds an item; whether the oldest had to go for it.
+    pub(super) fn push(&self, item: T) -> bool {
+        let mut held = self.lock();
+        let full = held.items.len() == self.most;
+        if full {
+            held.items.pop_front();
+        }
+        held.items.push_back(item);
+        drop(held);
+        self.changed.notify_one();
+        full
+    }
+
+    /// The oldest there is, waiting for one; `None` when it is closed and empty.
+    pub(super) fn pop(&self) -> Option<T> {
+        let mut held = self.lock();
+        loop {
+            if let Some(item) = held.items.pop_front() {
+                return Some(item);
+            }
+            if held.closed {
+                return None;
+            }
+            held = self
+                .changed
+                .wait(held)
+                .unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    /// No more will come.
+    pub(super) fn close(&self) {
+        self.lock().closed = true;
+        self.changed.notify_all();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_newest_stay_and_nobody_waits() {
+        let queue = Newest::new(2);
+        assert!(!queue.push(1));
+        assert!(!queue.push(2));
+        assert!(queue.push(3));
+        queue.close();
+        assert_eq!(
+            [queue.pop(), queue.pop(), queue.pop()],
+            [Some(2), Some(3), None]
+        );
+    }
+}

@@ -1,0 +1,213 @@
+//! A recording played as if it happened now: held, moved, faster or slower.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant, SystemTime};
+
+use taxel::{Counts, Frame, Sensor};
+use taxel_acquire::protocol::Tally;
+use taxel_acquire::transport::{Receiver, State};
+use taxel_record::{FrameSource, McapReader, TextOptions, open_counts, shape_of};
+
+use super::desk;
+use super::source::Intake;
+use crate::error::Error;
+
+/// Frames a second of recordings that know no time.
+const USUAL_RATE: f64 = 100.0;
+const LOOK: Duration = Duration::from_millis(20);
+
+/// What the player is to do.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Play {
+    pub(super) playing: bool,
+    /// `None`: as fast as can be.
+    pub(super) speed: Option<f64>,
+    pub(super) seek: Option<f64>,
+}
+
+/// A recording with times, or with none.
+enum Reel {
+    Timed(Box<McapReader>),
+    Plain {
+        frames: Box<dyn FrameSource + Send>,
+        at: u64,
+    },
+}
+
+/// A recording to be played.
+pub(super) struct Player {
+    path: PathBuf,
+    options: TextOptions,
+    reel: Reel,
+    /// Seconds and frames, where they are known.
+    extent: Option<(f64, u64)>,
+    play: Arc<Mutex<Play>>,
+}
+
+fn open(path: &Path, options: TextOptions) -> Result<Reel, Error> {
+    let timed = path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("mcap"));
+    Ok(match timed {
+        true => Reel::Timed(Box::new(McapReader::open(path, options)?)),
+        false => Reel::Plain {
+            frames: open_counts(path, options)?,
+            at: 0,
+        },
+    })
+}
+
+impl Player {
+    pub(super) fn open(path: &Path, sensor: &Sensor, speed: Option<f64>) -> Result<Self, Error> {
+        let mut options = TextOptions::of(sensor);
+        options.keep_going = true;
+        let reel = open(path, options)?;
+        let extent = match &reel {
+            Reel::Timed(reader) => reader.extent(),
+            Reel::Plain { .. } => shape_of(path)?
+                .frames
+                .map(|frames| (frames as f64 / USUAL_RATE, frames)),
+        };
+        Ok(Self {
+            path: path.to_owned(),
+            options,
+            reel,
+            extent,
+            play: Arc::new(Mutex::new(Play {
+                playing: true,
+                speed,
+                seek: None,
+            })),
+        })
+    }
+
+    pub(super) fn play(&self) -> Arc<Mutex<Play>> {
+        self.play.clone()
+    }
+
+    fn wishes(&self) -> Play {
+        let mut play = self.play.lock().unwrap_or_else(PoisonError::into_inner);
+        let wishes = *play;
+        play.seek = None;
+        wishes
+    }
+
+    /// Plays until it is stopped; without viewers until the recording ends.
+    pub(super) fn run(mut self, intake: &mut Intake) {
+        let holds = intake.server.is_some();
+        let name = self.path.display().to_string();
+        intake.state(State::Live, &format!("playing {name}"));
+        let mut frame = Frame::zeros(self.options.rows, self.options.columns);
+        let mut secs = 0.0;
+        let mut tally = Tally::default();
+        // Recorded seconds, and when they were played: reset whenever pace or place change.
+        let mut clock: Option<(f64, Instant)> = None;
+        let mut before = self.wishes();
+        let mut ended = false;
+        let mut shown_one = false;
+        while !intake.stopped() {
+            let wishes = self.wishes();
+            if let Some(to) = wishes.seek {
+                if let Err(error) = self.seek(to) {
+                    intake.state(State::Ended, &error.to_string());
+                }
+                (clock, ended, shown_one) = (None, false, false);
+            }
+            if (wishes.playing, wishes.speed) != (before.playing, before.speed) {
+                clock = None;
+                let word = if wishes.playing { "live" } else { "paused" };
+                intake
+                    .desk
+                    .set_device_word(State::Live, word, &format!("playing {name}"));
+            }
+            before = wishes;
+            self.tell(intake, &wishes, secs, frame.sequence);
+            // Held, it still shows the place that it was moved to.
+            if ended || (!wishes.playing && shown_one) {
+                std::thread::sleep(LOOK);
+                continue;
+            }
+            match self.next(&mut frame) {
+                Ok(Some(at)) => secs = at,
+                Ok(None) => {
+                    ended = true;
+                    intake.state(State::Ended, &format!("{name} has ended"));
+                    if holds {
+                        continue;
+                    }
+                    return;
+                }
+                Err(error) => {
+                    ended = true;
+                    intake.state(State::Ended, &error.to_string());
+                    if holds {
+                        continue;
+                    }
+                    return;
+                }
+            }
+            let (begun, since) = *clock.get_or_insert((secs, Instant::now()));
+            if let Some(speed) = wishes.speed {
+                let due = since + Duration::from_secs_f64(((secs - begun) / speed).max(0.0));
+                while Instant::now() < due && !intake.stopped() && self.is_as(&wishes) {
+                    std::thread::sleep(LOOK.min(due.saturating_duration_since(Instant::now())));
+                }
+            }
+            tally.frames += 1;
+            intake.frame(&frame, SystemTime::now());
+            intake.tally(tally);
+            shown_one = true;
+        }
+    }
+
+    /// Whether nobody has asked for anything else meanwhile.
+    fn is_as(&self, wishes: &Play) -> bool {
+        let now = self.play.lock().unwrap_or_else(PoisonError::into_inner);
+        now.seek.is_none() && now.playing == wishes.playing && now.speed == wishes.speed
+    }
+
+    fn tell(&self, intake: &Intake, wishes: &Play, secs: f64, frame: u64) {
+        let (duration_secs, frames) = self.extent.unwrap_or((secs, frame + 1));
+        intake.desk.set_player(desk::Player {
+            playing: wishes.playing,
+            speed: wishes.speed.unwrap_or(0.0),
+            position_secs: secs,
+            duration_secs,
+            frame,
+            frames,
+        });
+    }
+
+    /// The next frame, and its second.
+    fn next(&mut self, frame: &mut Frame<Counts>) -> Result<Option<f64>, Error> {
+        Ok(match &mut self.reel {
+            Reel::Timed(reader) => reader
+                .next_into(frame)?
+                .then(|| frame.time_secs.unwrap_or_default()),
+            Reel::Plain { frames, at } => frames.next_into(frame)?.then(|| {
+                *at += 1;
+                let secs = (*at - 1) as f64 / USUAL_RATE;
+                frame.time_secs = Some(secs);
+                secs
+            }),
+        })
+    }
+
+    /// By the index where there is one; else from the beginning on, frame by frame.
+    fn seek(&mut self, to: f64) -> Result<(), Error> {
+        if let Reel::Timed(reader) = &mut self.reel
+            && reader.seek(to)?
+        {
+            return Ok(());
+        }
+        self.reel = open(&self.path, self.options)?;
+        let mut frame = Frame::zeros(self.options.rows, self.options.columns);
+        for _ in 0..(to * USUAL_RATE) as u64 {
+            if self.next(&mut frame)?.is_none() {
+                break;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,119 @@
+//! Where frames come from: a device, a file, a virtual sensor.
+
+use std::sync::{Arc, Mutex};
+use std::time::SystemTime;
+
+use taxel::simulate::Pattern;
+use taxel::{Counts, Frame};
+use taxel_acquire::Address;
+use taxel_acquire::protocol::{Expected, Protocol, Tally};
+use taxel_acquire::simulated::{Knobs, Simulated};
+use taxel_acquire::transport::{Receiver, State, receive};
+use taxel_view::live::Server;
+
+use super::desk::Desk;
+use super::newest::Newest;
+use super::player::{Play, Player};
+use super::recorder::Recorder;
+use super::{Arrived, Options};
+use crate::error::Error;
+
+/// What can be done with the source while it runs.
+#[derive(Clone)]
+pub(super) enum Controls {
+    /// Nothing: a device.
+    Device,
+    /// Knobs of a virtual sensor.
+    Knobs(Arc<Mutex<Knobs>>),
+    /// A file's player.
+    Player(Arc<Mutex<Play>>),
+}
+
+type Run = Box<dyn FnOnce(&mut Intake) + Send>;
+
+/// Makes the source ready; what comes back runs until it is stopped.
+pub(super) fn prepare(options: &Options) -> Result<(Controls, Run), Error> {
+    Ok(match &options.address {
+        Address::Sim {
+            pattern,
+            frames_per_second,
+            seed,
+            ..
+        } => {
+            let pattern = Pattern::named(pattern).expect("the address was checked");
+            let source = Simulated::new(&options.sensor, pattern, *seed, *frames_per_second)?;
+            let knobs = source.knobs();
+            let run: Run = Box::new(move |intake| source.run(intake));
+            (Controls::Knobs(knobs), run)
+        }
+        Address::File { path, speed } => {
+            let player = Player::open(path, &options.sensor, *speed)?;
+            let play = player.play();
+            let run: Run = Box::new(move |intake| player.run(intake));
+            (Controls::Player(play), run)
+        }
+        address => {
+            let protocol = match address {
+                Address::Serial { protocol, .. }
+                | Address::Udp { protocol, .. }
+                | Address::Tcp { protocol, .. }
+                | Address::Stdin { protocol } => *protocol,
+                _ => Protocol::Auto,
+            };
+            let expected = Expected::of(&options.sensor);
+            let address = address.clone();
+            let run: Run = Box::new(move |intake| {
+                let mut decoder = protocol.decoder(expected);
+                receive(&address, &mut *decoder, intake);
+            });
+            (Controls::Device, run)
+        }
+    })
+}
+
+/// Takes frames in: to the recorder, then to the engine; waits for neither.
+pub(super) struct Intake {
+    pub(super) desk: Arc<Desk>,
+    pub(super) recorder: Arc<Recorder>,
+    pub(super) incoming: Arc<Newest<Arrived>>,
+    pub(super) server: Option<Arc<Server>>,
+}
+
+impl Intake {
+    pub(super) fn tell(&self) {
+        if let Some(server) = &self.server {
+            server.tell_state();
+        }
+    }
+}
+
+impl Receiver for Intake {
+    fn frame(&mut self, frame: &Frame<Counts>, at: SystemTime) {
+        let arrived = Arrived {
+            frame: Arc::new(frame.clone()),
+            at,
+        };
+        self.recorder.counts(&arrived);
+        self.desk.arrived();
+        if self.incoming.push(arrived) {
+            self.desk.skip();
+        }
+    }
+
+    fn state(&mut self, state: State, text: &str) {
+        let (before, _) = self.desk.device();
+        self.desk.set_device(state, text);
+        if before != state {
+            self.recorder.event("device", text);
+            self.tell();
+        }
+    }
+
+    fn tally(&mut self, tally: Tally) {
+        self.desk.set_tally(tally);
+    }
+
+    fn stopped(&self) -> bool {
+        self.desk.is_stopped()
+    }
+}

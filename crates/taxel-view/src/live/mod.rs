@@ -1,0 +1,176 @@
+//! The live viewer's server: one page, and a WebSocket that carries frames out and commands in.
+//!
+//! It knows nothing of sensors: a [`Host`] says what is to be seen and does what viewers ask. Every viewer gets the
+//! newest frame when it is ready for one; a viewer that stalls holds up nobody. docs/formats.md describes the messages.
+
+mod assets;
+mod client;
+mod command;
+mod frame;
+mod guard;
+mod serve;
+
+use std::io;
+use std::net::{SocketAddr, ToSocketAddrs};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use tokio::sync::{Semaphore, broadcast, oneshot, watch};
+
+pub use command::Command;
+pub use frame::FrameMessage;
+pub use guard::random_token;
+
+/// What the server shows, and who does what viewers ask for.
+pub trait Host: Send + Sync + 'static {
+    /// What a viewer must know first: the message `hello`, as JSON.
+    fn hello(&self) -> String;
+    /// How things stand: the message `state`, as JSON; `viewers` look at the moment.
+    fn state(&self, viewers: usize) -> String;
+    /// Messages for all viewers since this was asked last: events.
+    fn news(&self) -> Vec<String>;
+    /// Details of the taxels that a viewer watches (row, column): the message `details`, as JSON.
+    fn details(&self, taxels: &[(usize, usize)]) -> String;
+    /// Does what a viewer asks; a sentence for it, good or bad. Must not take long.
+    ///
+    /// # Errors
+    /// Why not, in words.
+    fn command(&self, command: Command) -> Result<String, String>;
+}
+
+/// Where to listen, and who may look.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// `127.0.0.1:8432`; port 0 for any.
+    pub address: String,
+    /// What a viewer must know; `None` only on loopback.
+    pub token: Option<String>,
+}
+
+/// The most viewers at once.
+pub const MOST_VIEWERS: usize = 32;
+/// The most connections at once, pages and their files included.
+const MOST_CONNECTIONS: usize = 96;
+/// Messages that wait for a slow viewer before it loses some.
+const TEXTS: usize = 64;
+
+/// What all connections share.
+struct Shared {
+    host: Arc<dyn Host>,
+    token: Option<String>,
+    address: SocketAddr,
+    frames: watch::Sender<Option<Arc<FrameMessage>>>,
+    texts: broadcast::Sender<Arc<str>>,
+    viewers: Arc<Semaphore>,
+    /// Viewers that are ready for a frame.
+    waiting: AtomicUsize,
+}
+
+impl Shared {
+    fn state(&self) -> String {
+        self.host
+            .state(MOST_VIEWERS - self.viewers.available_permits())
+    }
+
+    /// News and how things stand, to all viewers.
+    fn tell_all(&self) {
+        for text in self.host.news() {
+            let _ = self.texts.send(text.into());
+        }
+        if self.texts.receiver_count() > 0 {
+            let _ = self.texts.send(self.state().into());
+        }
+    }
+}
+
+/// A server at work. Dropped, it closes all connections.
+pub struct Server {
+    shared: Arc<Shared>,
+    stop: Option<oneshot::Sender<()>>,
+    thread: Option<std::thread::JoinHandle<()>>,
+}
+
+impl Server {
+    /// Begins to listen.
+    ///
+    /// # Errors
+    /// What the system says; [`io::ErrorKind::PermissionDenied`] for an address beyond loopback without a token.
+    pub fn start(options: &Options, host: Arc<dyn Host>) -> io::Result<Self> {
+        let address = options.address.to_socket_addrs()?.next();
+        let address = address
+            .ok_or_else(|| io::Error::new(io::ErrorKind::NotFound, "the address leads nowhere"))?;
+        if !address.ip().is_loopback() && options.token.is_none() {
+            return Err(io::Error::new(
+                io::ErrorKind::PermissionDenied,
+                "beyond this machine only with a token",
+            ));
+        }
+        let listener = std::net::TcpListener::bind(address)?;
+        listener.set_nonblocking(true)?;
+        let shared = Arc::new(Shared {
+            host,
+            token: options.token.clone(),
+            address: listener.local_addr()?,
+            frames: watch::Sender::new(None),
+            texts: broadcast::Sender::new(TEXTS),
+            viewers: Arc::new(Semaphore::new(MOST_VIEWERS)),
+            waiting: AtomicUsize::new(0),
+        });
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_io()
+            .enable_time()
+            .build()?;
+        let (stop, stopped) = oneshot::channel();
+        let with = shared.clone();
+        let thread = std::thread::Builder::new()
+            .name("viewer".to_owned())
+            .spawn(move || runtime.block_on(serve::serve(listener, with, stopped)))?;
+        Ok(Self {
+            shared,
+            stop: Some(stop),
+            thread: Some(thread),
+        })
+    }
+
+    /// Where it listens.
+    pub fn address(&self) -> SocketAddr {
+        self.shared.address
+    }
+
+    /// The address of the page, with the token.
+    pub fn url(&self) -> String {
+        match &self.shared.token {
+            None => format!("http://{}/", self.shared.address),
+            Some(token) => format!("http://{}/?token={token}", self.shared.address),
+        }
+    }
+
+    /// Whether a viewer is ready for a frame.
+    pub fn is_awaited(&self) -> bool {
+        self.shared.waiting.load(Ordering::Relaxed) > 0
+    }
+
+    /// Hands the newest frame to those who are ready for one.
+    pub fn publish(&self, frame: FrameMessage) {
+        self.shared.frames.send_replace(Some(Arc::new(frame)));
+    }
+
+    /// Tells all viewers how things stand now, beside the twice a second that they hear it anyway.
+    pub fn tell_state(&self) {
+        self.shared.tell_all();
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        if let Some(stop) = self.stop.take() {
+            let _ = stop.send(());
+        }
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,146 @@
+// The WebSocket: connects, reconnects for ever, numbers the commands and matches their answers.
+
+const FIRST_WAIT_MS = 500;
+const LONGEST_WAIT_MS = 5000;
+// The server says something twice a second: silence means that the line is dead, though nobody closed it.
+const SILENCE_MS = 6000;
+const CLOSED_TOKEN = 4401;
+const TOKEN_KEY = "taxel.token";
+
+// A token in the address would stay in the history and in shared links: it moves to the tab's storage.
+export function takeToken() {
+  const address = new URL(location.href);
+  const given = address.searchParams.get("token");
+  if (given !== null) {
+    address.searchParams.delete("token");
+    history.replaceState(null, "", address.pathname + address.search + address.hash);
+    storeToken(given);
+    return given;
+  }
+  try {
+    return sessionStorage.getItem(TOKEN_KEY) || "";
+  } catch (_) {
+    return "";
+  }
+}
+
+function storeToken(token) {
+  try {
+    sessionStorage.setItem(TOKEN_KEY, token);
+  } catch (_) {
+    // Without storage the token lives as long as the page.
+  }
+}
+
+export class Connection {
+  // handlers: onText(object), onFrame(ArrayBuffer), onStatus()
+  constructor(handlers) {
+    this.handlers = handlers;
+    this.token = takeToken();
+    this.status = "connecting"; // connecting, open, waiting, refused
+    this.everOpen = false;
+    this.nextTryAt = 0;
+    this.wait = FIRST_WAIT_MS;
+    this.lastId = 0;
+    this.pending = new Map();
+    this.socket = null;
+    this.timer = 0;
+    this.heardAt = 0;
+  }
+
+  get open() {
+    return this.status === "open";
+  }
+
+  connect() {
+    clearTimeout(this.timer);
+    this.setStatus("connecting");
+    const scheme = location.protocol === "https:" ? "wss:" : "ws:";
+    const query = this.token ? `?token=${encodeURIComponent(this.token)}` : "";
+    const socket = new WebSocket(`${scheme}//${location.host}/live${query}`);
+    socket.binaryType = "arraybuffer";
+    this.socket = socket;
+    socket.onopen = () => {
+      this.heardAt = performance.now();
+      this.everOpen = true;
+      this.setStatus("open");
+    };
+    socket.onmessage = (message) => {
+      if (socket !== this.socket) return;
+      this.heardAt = performance.now();
+      if (typeof message.data === "string") this.takeText(message.data);
+      else this.handlers.onFrame(message.data);
+    };
+    socket.onclose = (closing) => {
+      if (socket === this.socket) this.lose(closing.code);
+    };
+  }
+
+  // Called now and then.
+  check() {
+    if (!this.open || performance.now() - this.heardAt < SILENCE_MS) return;
+    const { socket } = this;
+    this.lose(0);
+    socket.close();
+  }
+
+  connectWith(token) {
+    this.token = token;
+    storeToken(token);
+    this.wait = FIRST_WAIT_MS;
+    this.connect();
+  }
+
+  lose(code) {
+    this.socket = null;
+    for (const command of this.pending.values()) command.answer(false, "the connection was lost");
+    this.pending.clear();
+    if (code === CLOSED_TOKEN) {
+      this.setStatus("refused");
+      return;
+    }
+    this.nextTryAt = performance.now() + this.wait;
+    this.timer = setTimeout(() => this.connect(), this.wait);
+    this.wait = Math.min(this.wait * 1.6, LONGEST_WAIT_MS);
+    this.setStatus("waiting");
+  }
+
+  takeText(text) {
+    let object;
+    try {
+      object = JSON.parse(text);
+    } catch (_) {
+      console.warn("a text message is not JSON");
+      return;
+    }
+    // The back-off starts over only when the server speaks: one that accepts and closes at once is not up.
+    if (object.kind === "hello") this.wait = FIRST_WAIT_MS;
+    if (object.kind === "answer") {
+      const command = this.pending.get(object.to);
+      this.pending.delete(object.to);
+      if (command) command.answer(object.ok, object.text || "");
+      return;
+    }
+    this.handlers.onText(object);
+  }
+
+  // Returns false if there is no connection. `answer(ok, text)` is called once.
+  send(command, answer) {
+    if (!this.socket || this.socket.readyState !== WebSocket.OPEN) return false;
+    const id = ++this.lastId;
+    this.socket.send(JSON.stringify({ id, ...command }));
+    if (answer) this.pending.set(id, { answer });
+    return true;
+  }
+
+  got(sequence) {
+    if (this.socket && this.socket.readyState === WebSocket.OPEN) {
+      this.socket.send(`{"do":"got","sequence":${sequence}}`);
+    }
+  }
+
+  setStatus(status) {
+    this.status = status;
+    this.handlers.onStatus();
+  }
+}

@@ -1,0 +1,136 @@
+// Saving what is seen: the view as a picture, the selection over time or the shown frame as a table.
+
+import { MARGIN } from "./furniture.js";
+import { measure, slotThreshold } from "./selection.js";
+import { slotValue } from "./buffer.js";
+import { loadFactor, forceUnit, pressureUnit, fixed, decimalsFor, clockText } from "./units.js";
+import { theme } from "./theme.js";
+import { isTared } from "./wire.js";
+
+const FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif";
+
+function fileName(app, what, ending) {
+  const stamp = new Date(app.shown.host * 1000);
+  const time = Number.isNaN(stamp.getTime()) ? "" : `_${stamp.toISOString().slice(0, 23).replace(/[:.]/g, "-")}`;
+  return `taxel_${app.sensor.name.replace(/[^\w.-]+/g, "-")}${time}_${what}.${ending}`;
+}
+
+function save(blob, name) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+  return name;
+}
+
+// The maps as they lie on the stage, with the colour bar, and a heading that says what it is.
+export function savePicture(app) {
+  const { stage, shown, sensor } = app;
+  app.drawNow();
+  const ratio = stage.ratio;
+  const tiles = stage.shownTiles;
+  const origin = document.getElementById("tiles").getBoundingClientRect();
+  const pad = 20, head = 62, caption = 24;
+  const boxes = tiles.map((tile) => tile.canvas.getBoundingClientRect());
+  const wide = Math.max(...boxes.map((box) => box.right)) - origin.left;
+  const high = Math.max(...boxes.map((box) => box.bottom)) - origin.top;
+  const barCanvas = stage.bar.canvas;
+  const barWide = barCanvas.width / ratio;
+  const width = Math.max(520, Math.ceil(wide + barWide + 3 * pad));
+  const height = Math.ceil(high + head + 2 * pad);
+  const canvas = document.createElement("canvas");
+  canvas.width = width * ratio;
+  canvas.height = height * ratio;
+  const g = canvas.getContext("2d");
+  g.scale(ratio, ratio);
+  g.fillStyle = theme.panel;
+  g.fillRect(0, 0, width, height);
+  g.textBaseline = "alphabetic";
+  g.fillStyle = theme.ink;
+  g.font = `600 17px ${FONT}`;
+  g.fillText(sensor.name, pad, pad + 15);
+  const when = new Date(shown.host * 1000);
+  const facts = [
+    `${when.toLocaleDateString("sv")} ${clockText(shown.host)}`, `frame ${shown.sequence}`,
+    `method ${app.method}`, isTared(shown) ? "tared" : "not tared", app.unit.text,
+  ];
+  const force = forceUnit(app.unit);
+  if (app.newtons) facts.push(`total ${fixed(shown.total * force.factor, decimalsFor(shown.total * force.factor))} ${force.text}`);
+  g.fillStyle = theme.ink2;
+  g.font = `13px ${FONT}`;
+  g.fillText(facts.join("  ·  "), pad, pad + 37, width - 2 * pad);
+  tiles.forEach((tile, i) => {
+    const x = pad + boxes[i].left - origin.left;
+    const y = pad + head - caption + boxes[i].top - origin.top;
+    g.fillStyle = theme.ink;
+    g.font = `600 13px ${FONT}`;
+    g.fillText(tile.figure.querySelector("b").textContent, x + MARGIN.left, y - 4);
+    for (const layer of [tile.inSurface ? tile.surfaceCanvas : null, tile.canvas]) {
+      if (layer) g.drawImage(layer, x, y, boxes[i].width, boxes[i].height);
+    }
+  });
+  g.drawImage(barCanvas, pad * 2 + wide, pad + head - caption, barWide, barCanvas.height / ratio);
+  const name = fileName(app, "view", "png");
+  return new Promise((resolve) => canvas.toBlob((blob) => resolve(save(blob, name)), "image/png"));
+}
+
+// Pins and regions over the buffered time; without any, the shown frame as a matrix.
+export function saveTable(app) {
+  const table = app.selection.empty ? frameTable(app) : selectionTable(app);
+  return save(new Blob([table.text], { type: "text/csv" }), fileName(app, table.what, "csv"));
+}
+
+function frameTable(app) {
+  const { sensor, shown, unit } = app;
+  const values = app.settings.values.layout === "raw" ? shown.raw : shown.compensated;
+  const factor = loadFactor(unit, sensor.taxel_area_mm2);
+  const lines = [[`row\\column (${unit.key})`, ...Array.from({ length: sensor.columns }, (_, column) => column)].join(",")];
+  for (let row = 0; row < sensor.rows; row += 1) {
+    const cells = [row];
+    for (let column = 0; column < sensor.columns; column += 1) cells.push(cell(values[row * sensor.columns + column] * factor));
+    lines.push(cells.join(","));
+  }
+  const what = `frame-${shown.sequence}-${app.settings.values.layout === "raw" ? "raw" : app.method}-${unit.key.replace("/", "per")}`;
+  return { what, text: `${lines.join("\n")}\n` };
+}
+
+function selectionTable(app) {
+  const { buffer, selection, sensor, newtons, unit } = app;
+  const force = newtons ? forceUnit(unit) : unit;
+  const pressure = newtons ? pressureUnit(unit) : unit;
+  const perTaxel = loadFactor(pressure, sensor.taxel_area_mm2);
+  const head = ["host_time_s", "device_time_s", "sequence"];
+  for (const item of selection.items) {
+    if (item.letter === "P") {
+      const name = `${item.label} row ${item.row} column ${item.column}`;
+      head.push(`${name} load (${force.key})`, `${name} raw load (${force.key})`, `${name} counts`);
+    } else {
+      const name = `${item.label} ${item.shape} ${item.taxels.length} taxels`;
+      head.push(`${name} force (${force.key})`, `${name} peak (${pressure.key})`, `${name} mean (${pressure.key})`, `${name} area (mm2)`);
+    }
+  }
+  const lines = [head.join(",")];
+  const values = new Float32Array(buffer.taxels);
+  const numbers = {};
+  for (let i = 0; i < buffer.length; i += 1) {
+    const slot = buffer.at(i);
+    const cells = [slot.host.toFixed(6), Number.isFinite(slot.device) ? slot.device.toFixed(6) : "", slot.sequence];
+    if (selection.regions.length > 0 && !(slot.threshold >= 0)) slot.threshold = slotThreshold(slot, sensor);
+    for (const item of selection.items) {
+      for (const taxel of item.taxels) values[taxel] = slotValue(slot.compensated[taxel], slot.compensatedRange);
+      const at = item.taxels[0];
+      if (item.letter === "P") {
+        cells.push(cell(values[at] * force.factor), cell(slotValue(slot.raw[at], slot.rawRange) * force.factor), slot.counts[at]);
+      } else {
+        measure(item.taxels, values, slot.threshold, sensor, numbers);
+        cells.push(cell(numbers.force * force.factor), cell(numbers.peak * perTaxel), cell(numbers.mean * perTaxel), cell(numbers.area));
+      }
+    }
+    lines.push(cells.join(","));
+  }
+  return { what: "selection", text: `${lines.join("\n")}\n` };
+}
+
+// Six digits are more than the sensor has, and keep the file small.
+const cell = (value) => (Number.isFinite(value) ? String(Number(value.toPrecision(6))) : "");

@@ -1,0 +1,273 @@
+// The 3D surface: heights in a float texture, read by the vertex shader; one draw call a frame.
+
+import { TABLE_SIZE } from "./colour.js";
+import { theme } from "./theme.js";
+
+const VERTEX = `#version 300 es
+precision highp float;
+precision highp sampler2D;
+uniform sampler2D heights;
+uniform ivec2 size;          // columns, rows
+uniform mat4 projection;
+uniform vec4 turn;           // how the array lies on the table
+uniform vec2 shift;
+uniform vec2 extent;
+uniform float gain;
+uniform float lift;
+out float share;
+out vec3 normal;
+
+float at(ivec2 taxel) {
+  return max(0.0, texelFetch(heights, clamp(taxel, ivec2(0), size - 1), 0).r * gain);
+}
+
+vec2 place(vec2 taxel) {
+  vec2 s = (taxel + 0.5) / vec2(size);
+  return (vec2(turn.x * s.x + turn.z * s.y, turn.y * s.x + turn.w * s.y) + shift - 0.5) * extent;
+}
+
+void main() {
+  ivec2 taxel = ivec2(gl_VertexID % size.x, gl_VertexID / size.x);
+  share = at(taxel);
+  vec2 here = place(vec2(taxel));
+  vec2 across = place(vec2(taxel) + vec2(1, 0)) - place(vec2(taxel) - vec2(1, 0));
+  vec2 along = place(vec2(taxel) + vec2(0, 1)) - place(vec2(taxel) - vec2(0, 1));
+  vec3 a = vec3(across.x, (min(1.2, at(taxel + ivec2(1, 0))) - min(1.2, at(taxel - ivec2(1, 0)))) * lift, across.y);
+  vec3 b = vec3(along.x, (min(1.2, at(taxel + ivec2(0, 1))) - min(1.2, at(taxel - ivec2(0, 1)))) * lift, along.y);
+  normal = cross(b, a);
+  if (normal.y < 0.0) normal = -normal;
+  gl_Position = projection * vec4(here.x, min(share, 1.2) * lift, here.y, 1.0);
+}`;
+
+const FRAGMENT = `#version 300 es
+precision highp float;
+uniform sampler2D colours;
+in float share;
+in vec3 normal;
+out vec4 colour;
+void main() {
+  vec3 base = texture(colours, vec2(clamp(share, 0.001, 0.999), 0.5)).rgb;
+  float light = 0.62 + 0.46 * max(0.0, dot(normalize(normal), normalize(vec3(-0.45, 0.8, 0.4))));
+  colour = vec4(base * light + 0.035, 1.0);
+}`;
+
+const PLAIN_VERTEX = `#version 300 es
+uniform mat4 projection;
+in vec3 position;
+void main() { gl_Position = projection * vec4(position, 1.0); }`;
+
+const PLAIN_FRAGMENT = `#version 300 es
+precision mediump float;
+uniform vec4 ink;
+out vec4 colour;
+void main() { colour = ink; }`;
+
+const LIFT = 0.42;
+const FIELD_OF_VIEW = 0.6;
+
+export class Camera {
+  constructor() {
+    this.reset();
+  }
+
+  reset() {
+    this.yaw = -0.5;
+    this.pitch = 0.72;
+    this.distance = 2.25;
+  }
+
+  drag(dx, dy) {
+    this.yaw += dx * 0.008;
+    this.pitch = Math.min(1.55, Math.max(0.05, this.pitch + dy * 0.008));
+  }
+
+  zoom(factor) {
+    this.distance = Math.min(6, Math.max(1.2, this.distance * factor));
+  }
+
+  // Column-major, as WebGL takes it.
+  matrix(aspect) {
+    const focal = 1 / Math.tan(FIELD_OF_VIEW / 2);
+    // A tall canvas would cut off the sides: there the width decides.
+    const fx = aspect > 1.45 ? focal / aspect : focal / 1.45;
+    const fy = aspect > 1.45 ? focal : (focal * aspect) / 1.45;
+    const near = 0.1, far = 20;
+    const cy = Math.cos(this.yaw), sy = Math.sin(this.yaw), cp = Math.cos(this.pitch), sp = Math.sin(this.pitch);
+    // Rows of the view: turn about the upright axis, then tip towards the eye, then step back.
+    const view = [[cy, 0, -sy, 0], [-sp * sy, cp, -sp * cy, 0.02], [cp * sy, sp, cp * cy, -this.distance]];
+    const zz = (far + near) / (near - far);
+    const zw = (2 * far * near) / (near - far);
+    const m = new Float32Array(16);
+    for (let column = 0; column < 4; column += 1) {
+      m[4 * column] = fx * view[0][column];
+      m[4 * column + 1] = fy * view[1][column];
+      m[4 * column + 2] = zz * view[2][column] + (column === 3 ? zw : 0);
+      m[4 * column + 3] = -view[2][column];
+    }
+    return m;
+  }
+}
+
+export class Surface {
+  static create(canvas, camera) {
+    const gl = canvas.getContext("webgl2", { antialias: true, alpha: true });
+    return gl ? new Surface(gl, camera) : null;
+  }
+
+  constructor(gl, camera) {
+    this.gl = gl;
+    this.camera = camera;
+    this.lost = false;
+    gl.canvas.addEventListener("webglcontextlost", (event) => {
+      event.preventDefault();
+      this.lost = true;
+    });
+    gl.canvas.addEventListener("webglcontextrestored", () => {
+      this.lost = false;
+      this.prepare();
+      this.setSize(this.rows, this.columns);
+    });
+    this.prepare();
+  }
+
+  prepare() {
+    const { gl } = this;
+    this.program = link(gl, VERTEX, FRAGMENT);
+    this.plain = link(gl, PLAIN_VERTEX, PLAIN_FRAGMENT);
+    this.at = {};
+    for (const name of ["heights", "colours", "size", "projection", "turn", "shift", "extent", "gain", "lift"]) {
+      this.at[name] = gl.getUniformLocation(this.program, name);
+    }
+    this.plainAt = { projection: gl.getUniformLocation(this.plain, "projection"), ink: gl.getUniformLocation(this.plain, "ink") };
+    this.heightTexture = texture(gl, gl.NEAREST);
+    this.colourTexture = texture(gl, gl.LINEAR);
+    this.table = null;
+    this.indexBuffer = gl.createBuffer();
+    this.outline = gl.createBuffer();
+    this.surfaceArray = gl.createVertexArray();
+    this.outlineArray = gl.createVertexArray();
+  }
+
+  setSize(rows, columns) {
+    const { gl } = this;
+    this.rows = rows;
+    this.columns = columns;
+    gl.bindTexture(gl.TEXTURE_2D, this.heightTexture);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.R32F, columns, rows, 0, gl.RED, gl.FLOAT, null);
+    const indices = new Uint16Array((rows - 1) * (columns - 1) * 6);
+    let n = 0;
+    for (let row = 0; row + 1 < rows; row += 1) {
+      for (let column = 0; column + 1 < columns; column += 1) {
+        const i = row * columns + column;
+        indices.set([i, i + columns, i + 1, i + 1, i + columns, i + columns + 1], n);
+        n += 6;
+      }
+    }
+    this.indexCount = n;
+    gl.bindVertexArray(this.surfaceArray);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.indexBuffer);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, indices, gl.STATIC_DRAW);
+    gl.bindVertexArray(null);
+  }
+
+  draw(values, table, gain, orientation, pitch) {
+    if (this.lost) return;
+    const { gl, at } = this;
+    const tall = this.rows * pitch[0];
+    const wide = this.columns * pitch[1];
+    const [width, depth] = orientation.turned ? [tall, wide] : [wide, tall];
+    const diagonal = Math.hypot(width, depth);
+    this.extent = [(1.8 * width) / diagonal, (1.8 * depth) / diagonal];
+    this.turn = orientation.matrix();
+    this.projection = this.camera.matrix(gl.canvas.width / gl.canvas.height);
+    gl.viewport(0, 0, gl.canvas.width, gl.canvas.height);
+    gl.clearColor(0, 0, 0, 0);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    gl.enable(gl.DEPTH_TEST);
+
+    gl.useProgram(this.program);
+    gl.activeTexture(gl.TEXTURE0);
+    gl.bindTexture(gl.TEXTURE_2D, this.heightTexture);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, this.columns, this.rows, gl.RED, gl.FLOAT, values);
+    gl.activeTexture(gl.TEXTURE1);
+    gl.bindTexture(gl.TEXTURE_2D, this.colourTexture);
+    if (this.table !== table) {
+      this.table = table;
+      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, TABLE_SIZE, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, table.bytes);
+    }
+    gl.uniform1i(at.heights, 0);
+    gl.uniform1i(at.colours, 1);
+    gl.uniform2i(at.size, this.columns, this.rows);
+    gl.uniformMatrix4fv(at.projection, false, this.projection);
+    gl.uniform4f(at.turn, this.turn[0], this.turn[1], this.turn[2], this.turn[3]);
+    gl.uniform2f(at.shift, this.turn[4], this.turn[5]);
+    gl.uniform2f(at.extent, this.extent[0], this.extent[1]);
+    gl.uniform1f(at.gain, gain);
+    gl.uniform1f(at.lift, LIFT);
+    gl.bindVertexArray(this.surfaceArray);
+    gl.drawElements(gl.TRIANGLES, this.indexCount, gl.UNSIGNED_SHORT, 0);
+    this.drawOutline();
+  }
+
+  // The edge of the array on the table, and an upright with the height of the full scale.
+  drawOutline() {
+    const { gl } = this;
+    const [x, z] = [this.extent[0] / 2, this.extent[1] / 2];
+    const corners = [-x, 0, -z, x, 0, -z, x, 0, -z, x, 0, z, x, 0, z, -x, 0, z, -x, 0, z, -x, 0, -z, -x, 0, -z, -x, LIFT, -z];
+    gl.useProgram(this.plain);
+    gl.bindVertexArray(this.outlineArray);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.outline);
+    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(corners), gl.DYNAMIC_DRAW);
+    gl.enableVertexAttribArray(0);
+    gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 0, 0);
+    gl.uniformMatrix4fv(this.plainAt.projection, false, this.projection);
+    const [red, green, blue] = hexParts(theme.ink3);
+    gl.uniform4f(this.plainAt.ink, red, green, blue, 1);
+    gl.drawArrays(gl.LINES, 0, corners.length / 3);
+    gl.bindVertexArray(null);
+  }
+
+  // Where a taxel stands in the picture, in CSS pixels.
+  project(column, row, share, width, height) {
+    const t = this.turn;
+    const u = column / this.columns, v = row / this.rows;
+    const x = (t[0] * u + t[2] * v + t[4] - 0.5) * this.extent[0];
+    const z = (t[1] * u + t[3] * v + t[5] - 0.5) * this.extent[1];
+    const y = Math.min(1.2, Math.max(0, share || 0)) * LIFT;
+    const m = this.projection;
+    const w = m[3] * x + m[7] * y + m[11] * z + m[15];
+    return {
+      x: (((m[0] * x + m[4] * y + m[8] * z + m[12]) / w + 1) / 2) * width,
+      y: ((1 - (m[1] * x + m[5] * y + m[9] * z + m[13]) / w) / 2) * height,
+    };
+  }
+}
+
+function hexParts(hex) {
+  return [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16) / 255);
+}
+
+function texture(gl, filter) {
+  const made = gl.createTexture();
+  gl.bindTexture(gl.TEXTURE_2D, made);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, filter);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, filter);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
+  return made;
+}
+
+function link(gl, vertex, fragment) {
+  const program = gl.createProgram();
+  for (const [type, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
+    const shader = gl.createShader(type);
+    gl.shaderSource(shader, text);
+    gl.compileShader(shader);
+    gl.attachShader(program, shader);
+  }
+  gl.linkProgram(program);
+  if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
+    throw new Error(`the shaders of the surface do not link: ${gl.getProgramInfoLog(program)}`);
+  }
+  return program;
+}
