@@ -1,1 +1,338 @@
+//! A real server, and viewers that behave and that do not.
 
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use tungstenite::stream::MaybeTlsStream;
+use tungstenite::{Message, WebSocket};
+
+use super::*;
+
+#[derive(Default)]
+struct Stage {
+    asked: Mutex<Vec<Command>>,
+}
+
+impl Host for Stage {
+    fn hello(&self) -> String {
+        r#"{"kind":"hello"}"#.to_owned()
+    }
+    fn state(&self, viewers: usize) -> String {
+        format!(r#"{{"kind":"state","clients":{viewers}}}"#)
+    }
+    fn news(&self) -> Vec<String> {
+        Vec::new()
+    }
+    fn details(&self, taxels: &[(usize, usize)]) -> String {
+        format!(r#"{{"kind":"details","taxels":{taxels:?}}}"#).replace(['(', ')'], "")
+    }
+    fn command(&self, command: Command) -> Result<String, String> {
+        self.asked.lock().unwrap().push(command.clone());
+        match command {
+            Command::Stop => Err("nothing is being recorded".to_owned()),
+            _ => Ok("done".to_owned()),
+        }
+    }
+}
+
+fn start(token: Option<&str>) -> (Server, Arc<Stage>) {
+    let stage = Arc::new(Stage::default());
+    let options = Options {
+        address: "127.0.0.1:0".to_owned(),
+        token: token.map(str::to_owned),
+    };
+    (Server::start(&options, stage.clone()).unwrap(), stage)
+}
+
+type Viewer = WebSocket<MaybeTlsStream<TcpStream>>;
+
+fn view(server: &Server, query: &str) -> Viewer {
+    let url = format!("ws://{}/live{query}", server.address());
+    let (viewer, _) = tungstenite::connect(url).unwrap();
+    if let MaybeTlsStream::Plain(stream) = viewer.get_ref() {
+        stream
+            .set_read_timeout(Some(Duration::from_secs(10)))
+            .unwrap();
+    }
+    viewer
+}
+
+/// The next message that is wanted.
+fn next(viewer: &mut Viewer, wanted: impl Fn(&Message) -> bool) -> Message {
+    loop {
+        let message = viewer.read().unwrap();
+        if wanted(&message) {
+            return message;
+        }
+    }
+}
+
+fn text_of(viewer: &mut Viewer, kind: &str) -> String {
+    let kind = format!(r#""kind":"{kind}""#);
+    let message = next(
+        viewer,
+        |m| matches!(m, Message::Text(t) if t.contains(&kind)),
+    );
+    message.into_text().unwrap().to_string()
+}
+
+fn frame(sequence: u64) -> FrameMessage {
+    let taxels = 64 * 128;
+    FrameMessage {
+        rows: 64,
+        columns: 128,
+        sequence,
+        counts: vec![1; taxels],
+        raw: vec![0.0; taxels],
+        loads: vec![0.0; taxels],
+        marks: vec![0; taxels],
+        ..FrameMessage::default()
+    }
+}
+
+/// Asks by hand; the status line and the rest.
+fn ask(server: &Server, request: &str) -> String {
+    let mut stream = TcpStream::connect(server.address()).unwrap();
+    stream
+        .set_read_timeout(Some(Duration::from_secs(5)))
+        .unwrap();
+    stream.write_all(request.as_bytes()).unwrap();
+    let mut answer = Vec::new();
+    let _ = stream.read_to_end(&mut answer);
+    String::from_utf8_lossy(&answer).into_owned()
+}
+
+fn get(server: &Server, path: &str, headers: &str) -> String {
+    let host = server.address();
+    let close = "Connection: close\r\n";
+    match headers.contains("Host:") {
+        true => ask(
+            server,
+            &format!("GET {path} HTTP/1.1\r\n{close}{headers}\r\n"),
+        ),
+        false => ask(
+            server,
+            &format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n{close}{headers}\r\n"),
+        ),
+    }
+}
+
+#[test]
+fn a_viewer_is_told_and_asks_and_is_answered() {
+    let (server, stage) = start(None);
+    let mut viewer = view(&server, "");
+    assert!(text_of(&mut viewer, "hello").contains("hello"));
+    assert!(text_of(&mut viewer, "state").contains(r#""clients":1"#));
+    for (request, ok, says) in [
+        (r#"{"id":1,"do":"tare"}"#, true, "done"),
+        (
+            r#"{"id":2,"do":"stop"}"#,
+            false,
+            "nothing is being recorded",
+        ),
+        (r#"{"id":3,"do":"explode"}"#, false, "unknown variant"),
+        ("not json", false, "no request"),
+        (r#"{"id":5,"do":"seek","secs":1e999}"#, false, "seek"),
+    ] {
+        viewer.send(Message::text(request)).unwrap();
+        let answer = text_of(&mut viewer, "answer");
+        assert!(answer.contains(&format!(r#""ok":{ok}"#)), "{answer}");
+        assert!(answer.contains(says), "{answer}");
+    }
+    let asked = stage.asked.lock().unwrap().clone();
+    assert_eq!(asked, [Command::Tare, Command::Stop]);
+    viewer
+        .send(Message::text(r#"{"id":6,"do":"watch","taxels":[[3,7]]}"#))
+        .unwrap();
+    assert!(text_of(&mut viewer, "details").contains("[3, 7]"));
+}
+
+/// A stalled viewer gets no more than is on the way, and the others lose nothing by it.
+#[test]
+fn a_stalled_viewer_holds_up_nobody() {
+    let (server, _) = start(None);
+    let mut stalled = view(&server, "");
+    let mut good = view(&server, "");
+    text_of(&mut stalled, "hello");
+    text_of(&mut good, "hello");
+    let rate = Message::text(r#"{"id":1,"do":"rate","frames_per_second":2000}"#);
+    good.send(rate.clone()).unwrap();
+    stalled.send(rate).unwrap();
+    for sequence in 0..50 {
+        let begun = Instant::now();
+        server.publish(frame(sequence));
+        loop {
+            let message = next(&mut good, Message::is_binary).into_data();
+            assert!(begun.elapsed() < Duration::from_secs(5));
+            let got = u64::from_le_bytes(message[8..16].try_into().unwrap());
+            good.send(Message::text(format!(r#"{{"do":"got","sequence":{got}}}"#)))
+                .unwrap();
+            if got == sequence {
+                break;
+            }
+        }
+    }
+    drop(server);
+    let mut frames = 0;
+    while let Ok(message) = stalled.read() {
+        frames += usize::from(message.is_binary());
+    }
+    assert!(frames <= 3, "{frames}");
+}
+
+#[test]
+fn without_the_token_nothing_is_seen() {
+    let (server, stage) = start(Some("secret"));
+    for (path, headers, status) in [
+        ("/", "", "401"),
+        ("/?token=wrong", "", "401"),
+        ("/?token=", "", "401"),
+        ("/assets/app.css", "", "401"),
+        ("/?token=secret", "", "200"),
+        (
+            "/assets/app.css",
+            "Cookie: a=b; taxel_token=secret\r\n",
+            "200",
+        ),
+        ("/assets/app.css", "Cookie: taxel_token=secre\r\n", "401"),
+    ] {
+        let answer = get(&server, path, headers);
+        assert!(
+            answer.starts_with(&format!("HTTP/1.1 {status}")),
+            "{path}: {answer}"
+        );
+    }
+    let page = get(&server, "/?token=secret", "");
+    assert!(page.contains("taxel_token=secret; HttpOnly; SameSite=Strict"));
+    let mut stranger = view(&server, "?token=wrong");
+    let message = stranger.read().unwrap();
+    let Message::Close(Some(close)) = message else {
+        panic!("{message:?}");
+    };
+    assert_eq!(u16::from(close.code), 4401);
+    let mut viewer = view(&server, "?token=secret");
+    text_of(&mut viewer, "hello");
+    assert!(stage.asked.lock().unwrap().is_empty());
+}
+
+/// A page elsewhere, or a name elsewhere that leads here, can neither read nor control.
+#[test]
+fn other_pages_and_other_names_are_refused() {
+    let (server, _) = start(None);
+    let port = server.address().port();
+    let upgrade = "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n\
+                   Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+    for (headers, status) in [
+        ("Host: evil.example\r\n".to_owned(), "403"),
+        (format!("Host: evil.example:{port}\r\n"), "403"),
+        (format!("Host: localhost:{}\r\n", port ^ 1), "403"),
+        (format!("Host: localhost:{port}\r\n"), "200"),
+        (
+            format!("Host: localhost:{port}\r\nOrigin: http://evil.example\r\n"),
+            "403",
+        ),
+        (
+            format!("Host: localhost:{port}\r\nOrigin: http://localhost:{port}\r\n"),
+            "200",
+        ),
+        (format!("Host: localhost:{port}\r\nOrigin: null\r\n"), "403"),
+    ] {
+        let answer = get(&server, "/", &headers);
+        assert!(
+            answer.starts_with(&format!("HTTP/1.1 {status}")),
+            "{headers}: {answer}"
+        );
+    }
+    let headers = format!("{upgrade}Host: localhost:{port}\r\nOrigin: http://evil.example\r\n");
+    let answer = ask(&server, &format!("GET /live HTTP/1.1\r\n{headers}\r\n"));
+    assert!(answer.starts_with("HTTP/1.1 403"), "{answer}");
+}
+
+#[test]
+fn no_path_leads_out_of_the_page_s_files() {
+    let (server, _) = start(None);
+    for path in [
+        "/assets/../Cargo.toml",
+        "/assets/%2e%2e/Cargo.toml",
+        "/assets//etc/passwd",
+        "/assets/js/../../Cargo.toml",
+        "/recordings/x.mcap",
+        "/assets/",
+    ] {
+        let answer = get(&server, path, "");
+        assert!(answer.starts_with("HTTP/1.1 404"), "{path}: {answer}");
+    }
+    assert!(get(&server, "/assets/app.css", "").contains("text/css"));
+}
+
+#[test]
+fn floods_and_giants_are_cut_off_and_the_rest_goes_on() {
+    let (server, _) = start(None);
+    let mut flood = view(&server, "");
+    let closed = (0..2000).any(|id| {
+        let request = format!(r#"{{"id":{id},"do":"tare"}}"#);
+        flood.send(Message::text(request)).is_err()
+    });
+    let closed = closed || {
+        let mut last = flood.read();
+        while matches!(&last, Ok(message) if !message.is_close()) {
+            last = flood.read();
+        }
+        true
+    };
+    assert!(closed);
+    let mut giant = view(&server, "");
+    text_of(&mut giant, "hello");
+    let _ = giant.send(Message::text("x".repeat(1 << 20)));
+    let mut last = giant.read();
+    while matches!(&last, Ok(message) if !message.is_close()) {
+        last = giant.read();
+    }
+    let mut binary = view(&server, "");
+    text_of(&mut binary, "hello");
+    binary.send(Message::binary(vec![1, 2, 3])).unwrap();
+    next(&mut binary, Message::is_close);
+    let mut good = view(&server, "");
+    text_of(&mut good, "hello");
+}
+
+#[test]
+fn there_is_an_end_to_viewers_and_to_silent_connections() {
+    let (server, _) = start(None);
+    let mut viewers: Vec<Viewer> = (0..MOST_VIEWERS).map(|_| view(&server, "")).collect();
+    let url = format!("ws://{}/live", server.address());
+    let refused = tungstenite::connect(&url);
+    assert!(
+        matches!(&refused, Err(tungstenite::Error::Http(answer)) if answer.status() == 503),
+        "{refused:?}"
+    );
+    // One that never says what it wants holds up nobody, and those that leave make room.
+    let _silent: Vec<TcpStream> = (0..20)
+        .map(|_| TcpStream::connect(server.address()).unwrap())
+        .collect();
+    for mut viewer in viewers.drain(..) {
+        let _ = viewer.close(None);
+        while viewer.read().is_ok() {}
+    }
+    let begun = Instant::now();
+    while tungstenite::connect(&url).is_err() {
+        assert!(begun.elapsed() < Duration::from_secs(10));
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn beyond_this_machine_only_with_a_token() {
+    let options = Options {
+        address: "0.0.0.0:0".to_owned(),
+        token: None,
+    };
+    let error = Server::start(&options, Arc::new(Stage::default()))
+        .err()
+        .unwrap();
+    assert_eq!(error.kind(), io::ErrorKind::PermissionDenied);
+    assert_ne!(random_token(), random_token());
+    assert_eq!(random_token().len(), 32);
+}
