@@ -26,8 +26,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use commands::{
-    bench, calibrate, compare, compensate, dataset, demo, devices, info, model, netlist, plot,
-    record, recover, simulate, train,
+    bench, calibrate, compare, compensate, convert, dataset, demo, devices, info, model, netlist,
+    plot, record, recover, replay, simulate, train,
 };
 
 /// From raw frames of a resistive pressure-sensor matrix to calibrated loads.
@@ -46,6 +46,8 @@ enum Command {
     Live(commands::live::Args),
     View(commands::live::ViewArgs),
     Record(record::Args),
+    Replay(replay::Args),
+    Convert(convert::Args),
     Recover(recover::Args),
     Devices(devices::Args),
     Info(info::Args),
@@ -76,6 +78,8 @@ fn main() -> ExitCode {
         Command::Live(args) => commands::live::run(&args),
         Command::View(args) => commands::live::run_view(&args),
         Command::Record(args) => record::run(&args),
+        Command::Replay(args) => replay::run(&args),
+        Command::Convert(args) => convert::run(&args),
         Command::Recover(args) => recover::run(&args),
         Command::Devices(args) => devices::run(&args),
         Command::Demo(args) => demo::run(&args),

@@ -9,6 +9,7 @@
 //! | [`values`] | loads, volts, siemens as lines of numbers, `.csv` |
 //! | [`npy`] | arrays, `.npy` and `.npz` |
 //! | [`mcap`] | recordings with times, events and the sensor file, `.mcap` |
+//! | [`parquet`] | a table, one row a frame, `.parquet` (written only) |
 //! | [`experiments`] | labelled presses, `experiments.csv` and `equilibration.csv` |
 //! | [`pairs`] | conductance against load, `.csv` |
 //!
@@ -23,6 +24,7 @@ pub mod mcap;
 pub mod npy;
 mod number;
 pub mod pairs;
+pub mod parquet;
 pub mod recording;
 mod rows;
 pub mod source;
@@ -36,6 +38,7 @@ pub use experiments::{Press, Uniform, read_presses, read_uniform_loads};
 pub use mcap::{McapReader, McapWriter};
 pub use npy::{NpyOptions, NpyReader, NpyWriter, NpzWriter};
 pub use pairs::read_pairs;
+pub use parquet::ParquetWriter;
 pub use recording::{ShapeGuess, open_counts, shape_of};
 pub use source::{FrameSource, Frames, Skipped};
 pub use text::{TextOptions, TextReader, TextWriter};

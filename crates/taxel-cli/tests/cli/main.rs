@@ -5,6 +5,7 @@ mod calibrate;
 mod compensate;
 mod help;
 mod learn;
+mod live;
 mod look;
 mod run;
 mod simulate;

@@ -443,7 +443,9 @@ impl McapReader {
         frame.marks_mut().fill(taxel::Mark::Good);
         frame.sequence = self.frames;
         let first = *self.device.first.get_or_insert(ahead.publish_time);
-        frame.time_secs = Some((ahead.publish_time as f64 - first as f64) * 1e-9);
+        // As whole numbers: since 1970 there are more nanoseconds than a float can tell apart.
+        let since = i128::from(ahead.publish_time) - i128::from(first);
+        frame.time_secs = Some(since as f64 * 1e-9);
         self.host = SystemTime::UNIX_EPOCH + Duration::from_nanos(ahead.log_time);
         Ok(())
     }

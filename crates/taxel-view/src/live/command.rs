@@ -126,7 +126,11 @@ mod tests {
             (r#"{"id":4,"do":"explode"}"#, 4, "unknown variant"),
             (r#"{"id":5,"do":"seek"}"#, 5, "missing field"),
             (r#"{"id":6,"do":"seek","secs":"x"}"#, 6, "invalid type"),
-            (r#"{"id":7,"do":"seek","secs":1,"path":"/"}"#, 7, "unknown field"),
+            (
+                r#"{"id":7,"do":"seek","secs":1,"path":"/"}"#,
+                7,
+                "unknown field",
+            ),
         ] {
             let (found, why) = parse(text).unwrap_err();
             assert_eq!(found, id);

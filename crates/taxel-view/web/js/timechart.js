@@ -5,6 +5,9 @@ import { theme } from "./theme.js";
 
 const FONT = "11px system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif";
 const SHRINK_BELOW = 0.55;
+// Room for the labels of the loads: most fit, so that the charts line up; longer ones, such as 0.00025, get more.
+const LABELS_WIDE = 46;
+const LABELS_GAP = 5;
 
 export class TimeChart {
   // lines: [{ colour(), dash, fill }]; the x of the data is in seconds before `end`.
@@ -35,7 +38,7 @@ export class TimeChart {
       scales: { x: { time: false, range: () => [-this.span, 0] }, y: { range: (_, low, high) => this.rangeY(low, high) } },
       axes: [
         { ...axis, size: 22, gap: 4, splits: () => this.splitsX(), values: (_, splits) => splits.map((x, i) => this.textX(x, i === splits.length - 1)) },
-        { ...axis, size: 46, gap: 5, splits: (_, __, low, high) => splitsY(low, high, this.plot ? this.plot.height : 120), values: (_, splits) => textsY(splits) },
+        { ...axis, size: widthOfLabels, gap: LABELS_GAP, splits: (_, __, low, high) => splitsY(low, high, this.plot ? this.plot.height : 120), values: (_, splits) => textsY(splits) },
       ],
       series: [{}, ...lines.map((line) => ({ stroke: line.colour, fill: line.fill, width: 1.5, dash: line.dash, points: { show: false } }))],
       hooks: { draw: [() => this.drawOver()], setCursor: [() => this.tell()] },
@@ -150,6 +153,17 @@ function splitsY(low, high, height) {
   const splits = [];
   for (let i = Math.ceil(low / step - 1e-6); i <= high / step + 1e-6; i += 1) splits.push(i * step);
   return splits;
+}
+
+function widthOfLabels(plot, texts, axis, cycle) {
+  const { font, _size: before } = plot.axes[axis];
+  // uPlot asks again until nothing changes; its first answers count.
+  if (cycle > 1) return before;
+  if (!texts) return LABELS_WIDE;
+  plot.ctx.font = font[0];
+  const ratio = window.devicePixelRatio || 1;
+  const widest = Math.max(0, ...texts.map((text) => plot.ctx.measureText(text).width)) / ratio;
+  return Math.max(LABELS_WIDE, Math.ceil(widest) + LABELS_GAP + 2);
 }
 
 function textsY(splits) {

@@ -1,0 +1,600 @@
+// End-to-end tests of the live page: the real program, a real Chromium, no stand-ins.
+//
+//   node test.mjs PATH_OF_TAXEL [WORDS ...]     WORDS: run only the tests whose names contain one of them
+//
+// Environment:
+//   CHROMIUM           the browser (default /usr/bin/chromium)
+//   TAXEL_WEB          serve the page's files from this folder instead of those inside the program: a change of the
+//                      page can then be tested before the program is built
+//   TAXEL_SCREENSHOTS  a folder for pictures of the page, in both sizes and themes
+
+import { chromium } from "playwright-core";
+import { spawn, execFileSync } from "node:child_process";
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, statSync } from "node:fs";
+import { tmpdir } from "node:os";
+import path from "node:path";
+
+const PATIENCE_MS = 20000;
+const LOOK_MS = 50;
+
+const [givenProgram, ...wanted] = process.argv.slice(2);
+if (!givenProgram || !existsSync(givenProgram)) {
+  console.error(`usage: node test.mjs PATH_OF_TAXEL [WORDS ...]${givenProgram ? `\nthere is no ${givenProgram}` : ""}`);
+  process.exit(2);
+}
+const program = path.resolve(givenProgram);
+const scratch = mkdtempSync(path.join(tmpdir(), "taxel-browser-"));
+const cleanups = [];
+
+// ---------------------------------------------------------------------------------------------- small helpers
+
+function check(holds, text) {
+  if (!holds) throw new Error(text);
+}
+
+const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+
+// Waits until `probe` gives something true, and gives it back. `text` says what was waited for; a function is
+// called with what the probe gave last, so that the failure tells what was there instead.
+async function until(probe, text, patience = PATIENCE_MS) {
+  const end = Date.now() + patience;
+  let last;
+  for (;;) {
+    last = await probe();
+    if (last) return last;
+    if (Date.now() > end) throw new Error(`${typeof text === "function" ? await text(last) : text} (waited ${patience / 1000} s)`);
+    await sleep(LOOK_MS);
+  }
+}
+
+const near = (a, b, share) => Math.abs(a - b) <= share * Math.max(Math.abs(a), Math.abs(b));
+const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
+
+// ------------------------------------------------------------------------------------------------- the program
+
+// Starts `taxel` and waits for the address of its page, which is all it prints to standard output.
+async function start(...args) {
+  const child = spawn(program, args, { cwd: scratch, stdio: ["ignore", "pipe", "pipe"] });
+  let said = "";
+  let printed = "";
+  child.stderr.on("data", (data) => { said += data; });
+  child.stdout.on("data", (data) => { printed += data; });
+  const exited = new Promise((resolve) => child.on("exit", (code, signal) => resolve(code ?? signal)));
+  const server = {
+    args,
+    said: () => said,
+    running: () => child.exitCode === null && child.signalCode === null,
+    // As Ctrl-C does; gives the exit code.
+    async stop() {
+      if (server.running()) child.kill("SIGINT");
+      const slow = setTimeout(() => child.kill("SIGKILL"), 10000);
+      const code = await exited;
+      clearTimeout(slow);
+      return code;
+    },
+  };
+  cleanups.push(() => server.stop());
+  await until(() => /^http:\S+\n/m.test(printed) || !server.running(), () => `taxel ${args.join(" ")} prints no address; it says: ${said}`);
+  check(server.running(), `taxel ${args.join(" ")} ended at once; it says: ${said}`);
+  server.url = printed.trim();
+  server.address = new URL(server.url).host;
+  return server;
+}
+
+// Port 0: the system picks a free one, and the program says which.
+const live = (source, ...more) => start("live", source, "--listen", "127.0.0.1:0", "--folder", path.join(scratch, "recordings"), ...more);
+
+// What a recording's own summary says it holds: messages by topic. The summary of an MCAP file lies uncompressed at its
+// end, so no library is needed: records are a byte of type, eight of length, and the content.
+function messagesByTopic(file) {
+  const data = readFileSync(file);
+  const magic = Buffer.from("\x89MCAP0\r\n", "latin1");
+  check(data.subarray(-8).equals(magic), `${path.basename(file)} does not end as an MCAP file does: it was not closed`);
+  const topics = new Map();
+  const counts = new Map();
+  let at = Number(data.readBigUInt64LE(data.length - 8 - 20));
+  const end = data.length - 8 - 29;
+  check(at > 0, `${path.basename(file)} has no summary`);
+  while (at < end) {
+    const kind = data[at];
+    const body = data.subarray(at + 9, at + 9 + Number(data.readBigUInt64LE(at + 1)));
+    at += 9 + body.length;
+    if (kind === 0x04) topics.set(body.readUInt16LE(0), body.toString("utf8", 8, 8 + body.readUInt32LE(4)));
+    if (kind === 0x0b) {
+      const bytes = body.readUInt32LE(42);
+      for (let i = 46; i < 46 + bytes; i += 10) counts.set(body.readUInt16LE(i), Number(body.readBigUInt64LE(i + 2)));
+    }
+  }
+  return Object.fromEntries([...topics].map(([id, topic]) => [topic, counts.get(id) ?? 0]));
+}
+
+// ------------------------------------------------------------------------------------------------- the browser
+
+let browser = null;
+
+// Warnings that these tests cause: they read canvases back, and drive WebGL without a GPU.
+const OWN_DOING = /willReadFrequently|GL Driver Message/;
+
+// Opens a page in a context of its own: contexts share neither storage nor a renderer process. What the page complains
+// of is kept; a test that provokes complaints says which ones are `expected`.
+async function open(url, { expected = [], ...options } = {}) {
+  const context = await browser.newContext({ viewport: { width: 1440, height: 900 }, colorScheme: "dark", acceptDownloads: true, ...options });
+  cleanups.push(() => context.close());
+  await context.addInitScript(() => {
+    // Errors of this kind are not all told as messages of the console.
+    document.addEventListener("securitypolicyviolation", (event) => console.error(`content policy: ${event.violatedDirective} forbids ${event.blockedURI}`));
+  });
+  if (process.env.TAXEL_WEB) await context.route((asked) => asked.pathname === "/" || asked.pathname.startsWith("/assets/"), serveFromFolder);
+  const page = await context.newPage();
+  const complaints = [];
+  page.on("console", (message) => {
+    if (["error", "warning"].includes(message.type()) && !OWN_DOING.test(message.text())) complaints.push(`${message.type()}: ${message.text()} (${message.location().url})`);
+  });
+  page.on("pageerror", (error) => complaints.push(`uncaught: ${error.stack || error}`));
+  page.complaints = () => complaints.filter((text) => !expected.some((pattern) => pattern.test(text)));
+  opened.push(page);
+  page.answer = await page.goto(url);
+  return page;
+}
+
+// With the program's own headers, so that the content policy still holds.
+async function serveFromFolder(route) {
+  const response = await route.fetch();
+  const asked = new URL(route.request().url()).pathname;
+  const file = path.join(process.env.TAXEL_WEB, asked === "/" ? "index.html" : asked.slice("/assets/".length));
+  if (response.ok() && existsSync(file)) await route.fulfill({ response, body: readFileSync(file) });
+  else await route.fulfill({ response });
+}
+
+let opened = [];
+
+const frames = (page) => page.evaluate(() => window.taxelView.frames);
+const shown = (page) => page.evaluate(() => window.taxelView.shown());
+const text = (page, id) => page.evaluate((id) => document.getElementById(id).textContent, id);
+const visible = (page, id) => page.evaluate((id) => document.getElementById(id).getClientRects().length > 0, id);
+const appears = (page, id) => until(() => visible(page, id), `#${id} does not appear`);
+const disappears = (page, id) => until(async () => !(await visible(page, id)), `#${id} does not go away`);
+const number = (words) => Number(words.replace("−", "-").replace(/[^0-9.e-]/g, ""));
+
+async function openLive(server, options) {
+  const page = await open(server.url, options);
+  await framesCome(page, 5);
+  return page;
+}
+
+// Waits for so many more frames.
+async function framesCome(page, count) {
+  const before = await frames(page);
+  await until(async () => (await frames(page)) >= before + count, async () => {
+    const there = await frames(page);
+    const card = (await visible(page, "overlay")) ? `; the page says: ${await text(page, "overlay-title")}` : "";
+    return `only ${there - before} of ${count} frames arrive${card}`;
+  });
+}
+
+// From now on the page notes the total force of every frame that it shows, by the frame's number.
+async function noteTotals(page) {
+  await page.evaluate(() => {
+    window.totals = {};
+    const look = () => {
+      const there = window.taxelView.shown();
+      if (there) window.totals[there.sequence] = there.total_newtons;
+      requestAnimationFrame(look);
+    };
+    look();
+  });
+}
+
+const totals = (page) => page.evaluate(() => window.totals);
+
+// The mean of the total force over the next frames.
+async function total(page, count = 20) {
+  const taken = new Map();
+  await until(async () => {
+    const { sequence, total_newtons: newtons } = (await shown(page)) ?? {};
+    if (sequence !== undefined) taken.set(sequence, newtons);
+    return taken.size >= count;
+  }, () => `the shown frame changes only ${taken.size} times`);
+  return mean([...taken.values()]);
+}
+
+async function totalBecomes(page, holds, what) {
+  let value;
+  await until(async () => {
+    value = await total(page, 5);
+    return holds(value);
+  }, () => `${what}; it is ${value} N`);
+  return value;
+}
+
+// A range input as a hand would leave it: the page hears `input` and `change`.
+async function slide(page, id, value) {
+  await page.locator(`#${id}`).evaluate((input, to) => {
+    input.value = String(to);
+    input.dispatchEvent(new Event("input", { bubbles: true }));
+    input.dispatchEvent(new Event("change", { bubbles: true }));
+  }, value);
+}
+
+// What is in a canvas, as a hash.
+const picture = (page, id) =>
+  page.evaluate(async (id) => {
+    const canvas = document.getElementById(id);
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    let hash = 0;
+    const colours = new Set();
+    for (let i = 0; i < data.length; i += 4) {
+      const colour = (data[i] << 16) | (data[i + 1] << 8) | data[i + 2];
+      hash = (Math.imul(hash, 31) + colour) | 0;
+      if (colours.size < 50) colours.add(colour);
+    }
+    return { hash, colours: colours.size };
+  }, id);
+
+async function changes(page, id) {
+  const first = await picture(page, id);
+  await until(async () => (await picture(page, id)).hash !== first.hash, `the pixels of #${id} do not change`);
+}
+
+// ---------------------------------------------------------------------------------------------------- the tests
+
+const tests = [];
+const test = (name, run) => tests.push({ name, run });
+
+test("live frames are drawn, and the page complains of nothing", async () => {
+  const server = await live("sim:econe?hand");
+  const page = await openLive(server);
+  for (const id of ["raw-canvas", "compensated-canvas"]) {
+    await changes(page, id);
+    const { colours } = await picture(page, id);
+    check(colours >= 20, `#${id} shows ${colours} colours: no map of a hand`);
+  }
+  // Everything that can be switched on, and both ways to save: each has code of its own that could be in error.
+  for (const key of ["x", "s", "b", "c"]) await page.keyboard.press(key);
+  await changes(page, "difference-canvas");
+  await page.click("#rotate-button");
+  await page.click("#mirror-x-button");
+  await page.keyboard.press("d");
+  await appears(page, "compensated-surface");
+  await framesCome(page, 5);
+  await page.keyboard.press("d");
+  for (const [id, ending] of [["png-button", ".png"], ["csv-button", ".csv"]]) {
+    const [download] = await Promise.all([page.waitForEvent("download", { timeout: PATIENCE_MS }), page.click(`#${id}`)]);
+    const name = download.suggestedFilename();
+    check(name.endsWith(ending), `#${id} saves ${name}, not a file ${ending}`);
+    check(statSync(await download.path()).size > 1000, `#${id} saves next to nothing: ${name}`);
+  }
+});
+
+test("tare takes the total force to zero, and clearing it brings it back", async () => {
+  const server = await live("sim:econe?uniform");
+  const page = await openLive(server);
+  const before = await total(page);
+  check(before > 1, `the uniform load should weigh more than ${before} N`);
+  await page.click("#tare-button");
+  await totalBecomes(page, (value) => Math.abs(value) < 0.02 * before, `after the tare the total should be about zero, without it ${before} N`);
+  await appears(page, "untare-button");
+  await until(async () => (await text(page, "status-tare")).startsWith("on"), "the status line does not say that the tare is on");
+  await page.click("#untare-button");
+  await totalBecomes(page, (value) => near(value, before, 0.02), `after clearing the tare the total should be ${before} N again`);
+  await disappears(page, "untare-button");
+});
+
+test("a recording replays with the numbers seen live; it can be held and sought", async () => {
+  const server = await live("sim:econe?hand");
+  const page = await openLive(server);
+  await noteTotals(page);
+  await page.fill("#record-name", "grip");
+  await page.click("#record-button");
+  await appears(page, "record-running");
+  // A sought place below is in the middle: three seconds make that far from both ends.
+  const recorded = async () => number(/([\d,]+) frames/.exec(await page.getAttribute("#record-info", "title"))?.[1] ?? "0");
+  await until(async () => (await recorded()) >= 300, async () =>
+    `300 frames should be recorded; the page says: ${await page.getAttribute("#record-info", "title")}`);
+  await page.click("#stop-button");
+  await appears(page, "record-idle");
+  const seenLive = await totals(page);
+  check((await server.stop()) === 0, `the server does not end well: ${server.said()}`);
+
+  const file = path.join(scratch, "recordings", "grip.mcap");
+  check(existsSync(file), `there is no grip.mcap, but ${readdirSync(path.dirname(file))}`);
+  const counted = messagesByTopic(file)["/taxel/counts"];
+  check(counted >= 300, `the file has ${counted} frames, the page said 300 or more`);
+
+  const replay = await start("view", file, "--listen", "127.0.0.1:0", "--folder", scratch);
+  const viewer = await openLive(replay);
+  await noteTotals(viewer);
+  await appears(viewer, "file-row");
+  const ended = async () => (await text(viewer, "device-text")) === "ended";
+  await until(ended, "the replay does not come to the file's end");
+  const both = compareTotals(seenLive, await totals(viewer), "playing");
+  check(both >= 50, `only ${both} frames were seen both live and in the replay: too few to compare`);
+
+  // Held, it stands still where it is moved to.
+  await viewer.click("#file-play-button");
+  await until(async () => (await text(viewer, "file-play-button")) === "Play file", "the file does not stop playing");
+  const sequences = Object.keys(seenLive).map(Number).sort((a, b) => a - b);
+  for (const share of [0.3, 0.7]) {
+    const [first, last, seconds] = await viewer.evaluate(async (share) => {
+      const seek = document.getElementById("file-seek");
+      const numbers = Object.keys(window.totals).map(Number);
+      return [Math.min(...numbers), Math.max(...numbers), share * Number(seek.max)];
+    }, share);
+    const wanted = first + 100 * seconds; // the simulated sensor scans 100 times a second
+    await viewer.evaluate(() => { window.totals = {}; });
+    await slide(viewer, "file-seek", seconds);
+    const there = await until(async () => {
+      const { sequence } = await shown(viewer);
+      return Math.abs(sequence - wanted) <= 5 && sequence;
+    }, async () => `sought ${seconds.toFixed(2)} s, about frame ${wanted.toFixed(0)} of ${first} to ${last}; shown is frame ${(await shown(viewer)).sequence}`);
+    await standsStill(viewer, there);
+    // A frame that the live page left out has no number to compare with: its neighbours are close.
+    const newtons = (await shown(viewer)).total_newtons;
+    const beside = sequences.filter((sequence) => Math.abs(sequence - there) <= 4).map((sequence) => seenLive[sequence]);
+    check(beside.length > 0, `the live page showed no frame within 4 of frame ${there}`);
+    const [low, high] = [Math.min(...beside), Math.max(...beside)];
+    const play = 0.03 * high;
+    check(newtons > low - play && newtons < high + play, `frame ${there} sought in the replay: ${newtons} N; live, its neighbours: ${low} to ${high} N`);
+    compareTotals(seenLive, { [there]: newtons }, "sought");
+  }
+  await viewer.click("#file-play-button");
+  await framesCome(viewer, 20);
+});
+
+// Frames with the same number have the same counts: their totals must be the same, though the inverse starts each from
+// the solution of another frame before, and stops within its tolerance. Gives the number of frames compared.
+function compareTotals(seenLive, replayed, how) {
+  const common = Object.keys(replayed).filter((sequence) => sequence in seenLive);
+  const highest = Math.max(...Object.values(seenLive));
+  for (const sequence of common) {
+    const [there, here] = [seenLive[sequence], replayed[sequence]];
+    check(Math.abs(there - here) <= 1e-3 * highest, `frame ${sequence}: ${there} N live, ${here} N in the replay (${how})`);
+  }
+  if (common.length > 1) {
+    const values = common.map((sequence) => seenLive[sequence]);
+    check(Math.max(...values) - Math.min(...values) > 0.05 * highest, "the hand hardly moved: equal totals would say nothing");
+  }
+  return common.length;
+}
+
+// That nothing comes can only be seen by waiting; the server speaks twice a second.
+async function standsStill(page, sequence) {
+  const end = Date.now() + 700;
+  while (Date.now() < end) {
+    const now = await shown(page);
+    check(now.sequence === sequence, `while held at frame ${sequence}, frame ${now.sequence} is shown`);
+    await sleep(LOOK_MS);
+  }
+}
+
+test("a tab that hangs does not slow the others", async () => {
+  const server = await live("sim:econe?hand");
+  const [hanging, other] = [await openLive(server), await openLive(server)];
+  const rate = async (seconds) => {
+    const [begun, before] = [performance.now(), await frames(other)];
+    await sleep(1000 * seconds);
+    return (1000 * ((await frames(other)) - before)) / (performance.now() - begun);
+  };
+  await rate(1); // the first second also compiles
+  const alone = await rate(3);
+  check(alone > 5, `two pages side by side get only ${alone.toFixed(1)} frames a second`);
+  const before = await frames(hanging);
+  const hangs = hanging.evaluate(() => {
+    const end = performance.now() + 5000;
+    while (performance.now() < end);
+    return window.taxelView.frames;
+  });
+  const beside = await rate(4);
+  const during = (await hangs) - before;
+  check(during <= 5, `the hanging page took ${during} frames: it did not hang`);
+  check(beside >= 0.8 * alone, `beside a hanging tab a page gets ${beside.toFixed(1)} frames a second, before ${alone.toFixed(1)}`);
+  // It comes back to the present at once, not through all it has missed.
+  await until(async () => Math.abs((await hanging.evaluate(() => window.taxelView.lastSequence)) - (await other.evaluate(() => window.taxelView.lastSequence))) < 100,
+    "the page that hung does not come back to the present");
+  await framesCome(hanging, 20);
+});
+
+test("the page goes on by itself when the server is back", async () => {
+  const server = await live("sim:econe?hand");
+  const page = await openLive(server, { expected: [/WebSocket connection to .* failed/] });
+  await until(async () => (await page.evaluate(() => window.taxelView.lastSequence)) > 100, "the first server does not come to frame 100");
+  await server.stop();
+  await until(async () => !(await page.evaluate(() => window.taxelView.connected)), "the page does not notice that the server has ended");
+  await appears(page, "overlay");
+  check((await text(page, "overlay-title")) === "The server is gone", `the page says: ${await text(page, "overlay-title")}`);
+  const again = await start("live", "sim:econe?hand", "--listen", server.address, "--folder", path.join(scratch, "recordings"));
+  check(again.address === server.address, `the second server listens at ${again.address}, not ${server.address}`);
+  await until(() => page.evaluate(() => window.taxelView.connected), "the page does not connect again");
+  await framesCome(page, 10);
+  await disappears(page, "overlay");
+  await changes(page, "compensated-canvas");
+});
+
+test("without the right token there is no page and no frame; the token form lets in", async () => {
+  const source = "sim:econe?hand";
+  const server = await live(source, "--token", "abc");
+  check(server.url.endsWith("/?token=abc"), `the printed address should have the token: ${server.url}`);
+  const bare = `http://${server.address}/`;
+  for (const url of [bare, `${bare}?token=wrong`]) {
+    const stranger = await open(url, { expected: [/status of 401/] });
+    check(stranger.answer.status() === 401, `${url} is answered with ${stranger.answer.status()}`);
+    check((await stranger.textContent("body")).includes("token"), `${url}: the answer does not say that a token is needed`);
+  }
+  const page = await openLive(server, { expected: [/WebSocket connection to .* failed/] });
+  check(!page.url().includes("abc"), `the token stays in the address: ${page.url()}`);
+  await page.reload();
+  await framesCome(page, 5);
+
+  // The server comes back with another token: the one the page knows is wrong now.
+  await server.stop();
+  await start("live", source, "--token", "xyz", "--listen", server.address, "--folder", path.join(scratch, "recordings"));
+  await appears(page, "token-form");
+  check((await text(page, "overlay-title")) === "The token is wrong", `the page says: ${await text(page, "overlay-title")}`);
+  await page.fill("#token-input", "still wrong");
+  await page.click("#token-button");
+  await until(async () => (await text(page, "overlay-title")) === "The token is wrong" && (await visible(page, "token-form")), "the form does not come back after another wrong token");
+  check(!(await page.evaluate(() => window.taxelView.connected)), "the page is connected with a wrong token");
+  await page.fill("#token-input", "xyz");
+  await page.click("#token-button");
+  await until(() => page.evaluate(() => window.taxelView.connected), "the right token does not let in");
+  await framesCome(page, 10);
+  await disappears(page, "overlay");
+});
+
+test("method, unit, slider and keys do what they say", async () => {
+  const server = await live("sim:econe?uniform");
+  const page = await openLive(server);
+  const sum = async (name) => number(await text(page, `${name}-sum`));
+  await until(async () => (await sum("raw")) > 0 && (await sum("compensated")) > 0, "the sums above the maps stay empty");
+
+  // A worse switch on every column, of which the inverse is told: raw readings fall, compensated loads stay.
+  check(await page.isChecked("#slider-inverse_knows"), "the inverse should know of the sliders from the start");
+  const [rawBefore, loadsBefore] = [await sum("raw"), await total(page)];
+  await slide(page, "slider-r_mux_column_ohms", 900);
+  await until(async () => !near(await sum("raw"), rawBefore, 0.05), async () => `the column switch should change the raw sum of ${rawBefore} N; it is ${await sum("raw")} N`);
+  const loadsAfter = await total(page);
+  check(near(loadsAfter, loadsBefore, 0.02), `the column switch should leave the compensated total of ${loadsBefore} N; it is ${loadsAfter} N`);
+  // Not told of it, the inverse must be off: otherwise the above would say nothing.
+  await page.click("#slider-inverse_knows");
+  await totalBecomes(page, (value) => !near(value, loadsBefore, 0.05), `an inverse that does not know of the switch should be off from ${loadsBefore} N`);
+  await page.click("#slider-inverse_knows");
+  await totalBecomes(page, (value) => near(value, loadsBefore, 0.04), `an inverse that knows again should give ${loadsBefore} N`);
+
+  // Methods: raw shows the same on both sides.
+  await page.selectOption("#method-select", "raw");
+  await until(async () => (await shown(page)).method === "raw" && near(await sum("raw"), await sum("compensated"), 0.01),
+    async () => `by the method raw both sums should be the same; method ${(await shown(page)).method}, ${await sum("raw")} and ${await sum("compensated")} N`);
+  await page.selectOption("#method-select", "exact");
+  await until(async () => (await shown(page)).method === "exact" && near(await sum("compensated"), loadsBefore, 0.04),
+    async () => `by the method exact the sum should be ${loadsBefore} N again; it is ${await sum("compensated")} N`);
+
+  // Units: the frame stays in newtons, what is written does not.
+  await page.selectOption("#unit-select", "g");
+  const grams = (loadsBefore * 1000) / 9.80665;
+  await until(async () => (await text(page, "compensated-sum")).endsWith(" g") && near(await sum("compensated"), grams, 0.04),
+    async () => `in grams the sum should be ${grams} g; written is ${await text(page, "compensated-sum")}`);
+  check((await shown(page)).unit === "g", "the page does not know its unit");
+  await page.keyboard.press("u");
+  await until(async () => (await shown(page)).unit === "kPa", "the key u does not go on to the next unit");
+
+  // Keys.
+  await page.keyboard.press("?");
+  await appears(page, "keys-dialog");
+  await page.keyboard.press("Escape");
+  await disappears(page, "keys-dialog");
+  await page.keyboard.press("Space");
+  await appears(page, "paused-chip");
+  await standsStill(page, (await shown(page)).sequence);
+  await page.keyboard.press("Space");
+  await disappears(page, "paused-chip");
+  const held = (await shown(page)).sequence;
+  await until(async () => (await shown(page)).sequence > held, "after a second space the view does not go on");
+});
+
+test("events marked in the page are in the recording", async () => {
+  const server = await live("sim:econe?hand");
+  const page = await openLive(server);
+  await page.keyboard.press("r");
+  await appears(page, "record-running");
+  for (const words of ["grip", "let go"]) {
+    await page.keyboard.press("e");
+    await page.keyboard.type(words);
+    await page.keyboard.press("Enter");
+    await disappears(page, "event-dialog");
+  }
+  await until(async () => (await page.locator("#scrub-events i").count()) === 2, "the marks are not on the time line");
+  await page.click("#stop-button");
+  await appears(page, "record-idle");
+  const folder = path.join(scratch, "recordings");
+  // Without a name the recording has the time: it is the newest file.
+  const file = readdirSync(folder).map((name) => path.join(folder, name)).sort((a, b) => statSync(b).mtimeMs - statSync(a).mtimeMs)[0];
+  const found = messagesByTopic(file);
+  check(found["/taxel/events"] === 2, `two events were marked, the recording has ${JSON.stringify(found)}`);
+  check(found["/taxel/counts"] > 0, `the recording has no frames: ${JSON.stringify(found)}`);
+  const told = execFileSync(program, ["info", file], { encoding: "utf8" });
+  check(told.includes(`${found["/taxel/counts"]} frames`), `taxel info counts other frames than the file's summary: ${told}`);
+});
+
+test("labels of the charts are whole, also those of small loads", async () => {
+  const server = await live("sim:econe?hand");
+  const page = await openLive(server);
+  // A corner that the hand hardly touches: labels such as 0.00025.
+  const box = await page.locator("#compensated-canvas").boundingBox();
+  const spots = [[0.12, 0.12], [0.85, 0.12], [0.12, 0.2]];
+  for (const [x, y] of spots) await page.mouse.click(box.x + x * box.width, box.y + y * box.height);
+  await until(async () => (await page.locator("#selection-list li").count()) === spots.length, "the taxels clicked at are not pinned");
+  await framesCome(page, 60);
+  const cut = await page.evaluate(() => {
+    const found = [];
+    for (const canvas of document.querySelectorAll(".uplot canvas")) {
+      if (canvas.width < 4) continue;
+      const { data } = canvas.getContext("2d").getImageData(0, 0, 1, canvas.height);
+      let inked = 0;
+      for (let i = 3; i < data.length; i += 4) inked += data[i] > 0;
+      if (inked > 0) found.push(canvas.closest("[id]").id);
+    }
+    return found;
+  });
+  check(cut.length === 0, `labels reach the left edge and are cut off there: ${cut}`);
+});
+
+test("pictures", async () => {
+  const folder = process.env.TAXEL_SCREENSHOTS;
+  if (!folder) return "skipped: TAXEL_SCREENSHOTS is not set";
+  mkdirSync(folder, { recursive: true });
+  const server = await live("sim:econe?hand");
+  const sizes = [["dark-1440x900", 1440, 900, "dark"], ["light-820x1180", 820, 1180, "light"]];
+  for (const [name, width, height, colorScheme] of sizes) {
+    const page = await openLive(server, { viewport: { width, height }, colorScheme });
+    const box = await page.locator("#compensated-canvas").boundingBox();
+    for (const [x, y] of [[0.12, 0.12], [0.5, 0.45]]) await page.mouse.click(box.x + x * box.width, box.y + y * box.height);
+    // Some seconds, so that the charts have something to show.
+    await framesCome(page, 180);
+    await page.screenshot({ path: path.join(folder, `${name}.png`) });
+  }
+  return folder;
+});
+
+// -------------------------------------------------------------------------------------------------------- run
+
+async function cleanUp() {
+  for (const clean of cleanups.splice(0).reverse()) await clean().catch(() => {});
+}
+
+async function runOne({ name, run }) {
+  const begun = performance.now();
+  let failure = null;
+  let note = "";
+  opened = [];
+  try {
+    note = (await run()) ?? "";
+  } catch (error) {
+    failure = error.message;
+    if (!(error instanceof Error) || error.constructor !== Error) failure = error.stack ?? String(error);
+  }
+  const complaints = opened.flatMap((page) => page.complaints());
+  if (complaints.length > 0) failure = [failure, "the page complains:", ...new Set(complaints)].filter(Boolean).join("\n      ");
+  await cleanUp();
+  const seconds = ((performance.now() - begun) / 1000).toFixed(1);
+  console.log(`${failure ? "FAILED" : "ok    "} ${name} (${seconds} s)${note ? `: ${note}` : ""}`);
+  if (failure) console.log(`      ${failure}`);
+  return !failure;
+}
+
+const chosen = tests.filter(({ name }) => wanted.length === 0 || wanted.some((words) => name.includes(words)));
+const begun = performance.now();
+let failed = 0;
+try {
+  browser = await chromium.launch({
+    executablePath: process.env.CHROMIUM || "/usr/bin/chromium",
+    args: ["--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--disable-quic", "--no-first-run",
+      "--disable-background-networking", "--disable-component-update", "--disable-sync"],
+  });
+  for (const one of chosen) if (!(await runOne(one))) failed += 1;
+} finally {
+  await cleanUp();
+  await browser?.close();
+  rmSync(scratch, { recursive: true, force: true });
+}
+console.log(`${chosen.length - failed} of ${chosen.length} tests pass, ${((performance.now() - begun) / 1000).toFixed(0)} s`);
+process.exitCode = failed > 0 || chosen.length === 0 ? 1 : 0;

@@ -1,0 +1,133 @@
+//! `taxel replay`: a recording as if a device sent it now.
+
+use std::io::{self, Write};
+use std::net::UdpSocket;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use taxel::Frame;
+use taxel_acquire::protocol::taxel1::{Header, encode};
+use taxel_record::{FrameSource, TextOptions, open_counts};
+
+use crate::error::Error;
+use crate::{Exit, interrupt, live_sensor, out, sensor_file};
+
+/// Send a recording as a device would, in protocol taxel-1
+///
+/// To a UDP address, where `taxel live udp:…` listens, or to standard output. `taxel view` shows a recording without
+/// this detour.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Recording of counts
+    recording: PathBuf,
+    /// udp:HOST:PORT, or - for standard output
+    #[arg(long, value_name = "ADDRESS")]
+    to: String,
+    /// Sensor file, or the name of a preset; MCAP recordings bring their own
+    #[arg(long, value_name = "FILE|PRESET")]
+    sensor: Option<PathBuf>,
+    /// Times faster than recorded; 0: as fast as can be
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    speed: f64,
+}
+
+/// The largest datagram: a frame beyond it must go another way.
+const LARGEST_DATAGRAM: usize = 65_507;
+
+enum Out {
+    Udp(UdpSocket),
+    Standard(io::Stdout),
+}
+
+impl Out {
+    fn open(to: &str) -> Result<Self, Error> {
+        if to == "-" {
+            return Ok(Self::Standard(io::stdout()));
+        }
+        let Some(address) = to.strip_prefix("udp:") else {
+            return Err(Error::Arguments {
+                what: format!("--to {to}: neither udp:HOST:PORT nor -"),
+                hint: "udp:127.0.0.1:9000",
+            });
+        };
+        let failed = |source| Error::Listen {
+            address: address.to_owned(),
+            source,
+        };
+        let socket = UdpSocket::bind("0.0.0.0:0").map_err(failed)?;
+        socket.connect(address).map_err(failed)?;
+        Ok(Self::Udp(socket))
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Result<(), Error> {
+        match self {
+            Out::Udp(_) if bytes.len() > LARGEST_DATAGRAM => Err(Error::Arguments {
+                what: format!(
+                    "a frame of {} bytes does not fit a datagram of {LARGEST_DATAGRAM}",
+                    bytes.len()
+                ),
+                hint: "--to - and a pipe",
+            }),
+            Out::Udp(socket) => {
+                // Nobody listens yet, or no more: a device would not care either.
+                let _ = socket.send(bytes);
+                Ok(())
+            }
+            Out::Standard(out) => out
+                .write_all(bytes)
+                .and_then(|()| out.flush())
+                .map_err(Error::Stdout),
+        }
+    }
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
+    if !(args.speed >= 0.0 && args.speed.is_finite()) {
+        return Err(Error::Arguments {
+            what: format!("--speed {}: no speed", args.speed),
+            hint: "a number above 0, or 0 for as fast as can be",
+        });
+    }
+    let sensor = match &args.sensor {
+        Some(file) => sensor_file::load(file)?,
+        None => live_sensor::of_recording(&args.recording)?.0,
+    };
+    let bits = match sensor.converter.bits {
+        0..=8 => 8,
+        9..=10 => 10,
+        11..=12 => 12,
+        _ => 16,
+    };
+    let mut source = open_counts(&args.recording, TextOptions::of(&sensor))?;
+    let mut to = Out::open(&args.to)?;
+    interrupt::listen();
+    let mut frame = Frame::zeros(sensor.rows(), sensor.columns());
+    let (begun, mut sequence) = (Instant::now(), 0u32);
+    let mut bytes = Vec::new();
+    while !interrupt::asked() && source.next_into(&mut frame)? {
+        if frame.values().iter().any(|count| count.fract() != 0.0) {
+            return Err(Error::Arguments {
+                what: format!("frame {sequence} has counts with fractions"),
+                hint: "a device sends whole counts; averaged recordings cannot be replayed this way",
+            });
+        }
+        let secs = frame.time_secs.unwrap_or(f64::from(sequence) / 100.0);
+        if args.speed > 0.0 {
+            let due = begun + Duration::from_secs_f64((secs / args.speed).max(0.0));
+            std::thread::sleep(due.saturating_duration_since(Instant::now()));
+        }
+        bytes.clear();
+        let header = Header {
+            bits,
+            sensor_id: 0,
+            sequence,
+            time_us: (1e6 * secs).max(0.0) as u64,
+        };
+        encode(&frame, &header, &mut bytes);
+        to.send(&bytes)?;
+        sequence = sequence.wrapping_add(1);
+    }
+    out::note(&format!("{sequence} frames sent"));
+    Ok(Exit::Good)
+}

@@ -1,0 +1,377 @@
+//! Sources, recordings and the viewer's server, by the real binary.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{SocketAddr, TcpStream, UdpSocket};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use tungstenite::stream::MaybeTlsStream;
+use tungstenite::{Message, WebSocket};
+
+use crate::run::Folder;
+
+/// A simulated source of the small sensor.
+const SIM: &str = "sim:sensor.toml?uniform";
+
+/// The binary at work; killed when the test ends.
+struct Running {
+    child: Child,
+}
+
+impl Running {
+    fn start(folder: &Folder, words: &str) -> Self {
+        let child = Command::new(env!("CARGO_BIN_EXE_taxel"))
+            .args(words.split_whitespace())
+            .current_dir(folder.path(""))
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        Self { child }
+    }
+
+    /// The first line of standard output: the page's address.
+    fn url(&mut self) -> String {
+        let mut line = String::new();
+        let out = self.child.stdout.take().unwrap();
+        BufReader::new(out).read_line(&mut line).unwrap();
+        line.trim().to_owned()
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn wait(what: &str, mut done: impl FnMut() -> bool) {
+    let begun = Instant::now();
+    while !done() {
+        assert!(begun.elapsed() < Duration::from_secs(30), "no {what}");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+type Viewer = WebSocket<MaybeTlsStream<TcpStream>>;
+
+fn view(url: &str) -> Viewer {
+    let url = url.replace("http://", "ws://").replace("/?", "/live?");
+    let url = if url.contains("/live") {
+        url
+    } else {
+        format!("{url}live")
+    };
+    let (viewer, _) = tungstenite::connect(url).unwrap();
+    if let MaybeTlsStream::Plain(stream) = viewer.get_ref() {
+        stream
+            .set_read_timeout(Some(Duration::from_secs(20)))
+            .unwrap();
+    }
+    viewer
+}
+
+/// The next message whose JSON has this kind.
+fn told(viewer: &mut Viewer, kind: &str) -> serde_json::Value {
+    loop {
+        match viewer.read().unwrap() {
+            Message::Text(text) => {
+                let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+                if json["kind"] == kind {
+                    return json;
+                }
+            }
+            Message::Binary(bytes) => got(viewer, &bytes),
+            _ => {}
+        }
+    }
+}
+
+/// Says that a frame has arrived: the server sends no more than a few that nobody took.
+fn got(viewer: &mut Viewer, bytes: &[u8]) {
+    let sequence = u64::from_le_bytes(bytes[8..16].try_into().unwrap());
+    let text = format!(r#"{{"do":"got","sequence":{sequence}}}"#);
+    viewer.send(Message::text(text)).unwrap();
+}
+
+/// Asks for something; the answer.
+fn ask(viewer: &mut Viewer, request: &str) -> serde_json::Value {
+    viewer.send(Message::text(request)).unwrap();
+    told(viewer, "answer")
+}
+
+/// The next frame: total force and tare flag.
+fn frame(viewer: &mut Viewer) -> (f32, bool) {
+    loop {
+        if let Message::Binary(bytes) = viewer.read().unwrap() {
+            got(viewer, &bytes);
+            let total = f32::from_le_bytes(bytes[32..36].try_into().unwrap());
+            return (total, bytes[6] & 2 != 0);
+        }
+    }
+}
+
+#[test]
+fn a_recording_has_counts_times_and_the_sensor() {
+    let folder = Folder::new();
+    let run = folder.good(&format!(
+        "record {SIM} -o run.mcap --frames 50 --loads --figures"
+    ));
+    assert!(run.err.contains("run.mcap: "), "{run}");
+    // The recording brings its sensor; a text copy of it is the same.
+    folder.good("convert run.mcap -o run.txt");
+    folder.good("compensate run.mcap --sensor sensor.toml -o a.csv");
+    folder.good("compensate run.txt --sensor sensor.toml -o b.csv");
+    let frames = folder.numbers("run.txt").len() / 24;
+    assert!(frames >= 50, "{frames}");
+    assert_eq!(folder.numbers("a.csv"), folder.numbers("b.csv"));
+    // There and back.
+    folder.good("convert run.txt --sensor sensor.toml -o again.mcap");
+    folder.good("convert again.mcap -o again.txt");
+    assert_eq!(folder.read("again.txt"), folder.read("run.txt"));
+    for name in ["x.csv", "x.npy", "x.npz", "x.parquet"] {
+        folder.good(&format!("convert run.mcap -o {name}"));
+    }
+    folder.good("convert x.npz --sensor sensor.toml -o y.txt");
+    assert_eq!(folder.read("y.txt"), folder.read("run.txt"));
+    let info = folder.good("info run.mcap");
+    assert!(info.out.contains("4 rows x 6 columns"), "{info}");
+    // An existing recording is never overwritten.
+    let again = folder.fails(&format!("record {SIM} -o run.mcap --frames 5"));
+    assert!(again.err.contains("run.mcap"), "{again}");
+}
+
+#[test]
+fn a_killed_recording_is_recovered() {
+    let folder = Folder::new();
+    for (turn, millis) in [300, 900, 1700].into_iter().enumerate() {
+        let (run, saved) = (format!("{turn}.mcap"), format!("saved{turn}.mcap"));
+        let mut running = Running::start(&folder, &format!("record {SIM} -o {run}"));
+        wait("file", || folder.exists(&run));
+        std::thread::sleep(Duration::from_millis(millis));
+        running.child.kill().unwrap();
+        running.child.wait().unwrap();
+        let recovered = folder.taxel(&format!("recover {run} -o {saved}"));
+        assert_eq!(recovered.code, Some(3), "{recovered}");
+        assert!(recovered.err.contains("the end was missing"), "{recovered}");
+        if millis > 1000 {
+            folder.good(&format!("convert {saved} -o {turn}.txt"));
+            let frames = folder.numbers(&format!("{turn}.txt")).len() / 24;
+            assert!(frames >= 60, "{frames}");
+            let cut = folder.fails(&format!("convert {run} -o cut.txt"));
+            assert!(cut.err.contains("taxel recover"), "{cut}");
+        }
+    }
+    let none = folder.fails("recover sensor.toml -o x.mcap");
+    assert!(
+        none.err.contains("does not begin as an MCAP file does"),
+        "{none}"
+    );
+}
+
+#[test]
+fn what_a_device_sends_is_recorded_and_what_is_lost_is_said() {
+    let folder = Folder::new();
+    folder.good(&format!("record {SIM} -o run.mcap --frames 30"));
+    let port = UdpSocket::bind("127.0.0.1:0")
+        .unwrap()
+        .local_addr()
+        .unwrap()
+        .port();
+    let words =
+        format!("record udp:127.0.0.1:{port} --sensor sensor.toml -o heard.mcap --frames 20");
+    let recording = Running::start(&folder, &words);
+    wait("file", || folder.exists("heard.mcap"));
+    let mut sent = 0;
+    let mut recording = recording;
+    while recording.child.try_wait().unwrap().is_none() {
+        folder.good(&format!(
+            "replay run.mcap --to udp:127.0.0.1:{port} --speed 0"
+        ));
+        sent += 1;
+        assert!(sent < 100, "nothing was heard");
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    folder.good("convert heard.mcap -o heard.txt");
+    folder.good("convert run.mcap -o run.txt");
+    let (heard, run) = (folder.read("heard.txt"), folder.read("run.txt"));
+    let first: Vec<&str> = heard.lines().take(4).collect();
+    assert!(run.contains(&first.join("\n")));
+    // A pipe with noise in it.
+    let replayed = Command::new(env!("CARGO_BIN_EXE_taxel"))
+        .args(["replay", "run.mcap", "--to", "-", "--speed", "0"])
+        .current_dir(folder.path(""))
+        .output()
+        .unwrap();
+    let mut bytes = replayed.stdout;
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 0x55;
+    let mut child = Command::new(env!("CARGO_BIN_EXE_taxel"))
+        .args([
+            "record",
+            "stdin:",
+            "--sensor",
+            "sensor.toml",
+            "-o",
+            "piped.mcap",
+        ])
+        .current_dir(folder.path(""))
+        .stdin(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    child.stdin.take().unwrap().write_all(&bytes).unwrap();
+    let ended = child.wait_with_output().unwrap();
+    let words = String::from_utf8_lossy(&ended.stderr).into_owned();
+    assert_eq!(ended.status.code(), Some(3), "{words}");
+    assert!(words.contains("1 lost, 1 corrupt"), "{words}");
+}
+
+#[test]
+fn viewers_see_tare_record_and_are_told_what_they_may_not() {
+    let folder = Folder::new();
+    let mut running = Running::start(&folder, &format!("live {SIM} --listen 127.0.0.1:0"));
+    let url = running.url();
+    let mut viewer = view(&url);
+    let hello = told(&mut viewer, "hello");
+    assert_eq!(hello["sensor"]["columns"], 6);
+    assert_eq!(hello["source"]["type"], "sim");
+    let (total, tared) = frame(&mut viewer);
+    // 24 taxels under 600 g each.
+    assert!((total - 141.2).abs() < 2.0, "{total}");
+    assert!(!tared);
+    assert_eq!(ask(&mut viewer, r#"{"id":1,"do":"tare"}"#)["ok"], true);
+    wait("tare", || {
+        let (total, tared) = frame(&mut viewer);
+        tared && total.abs() < 0.5
+    });
+    assert_eq!(ask(&mut viewer, r#"{"id":2,"do":"untare"}"#)["ok"], true);
+    wait("load", || frame(&mut viewer).0 > 139.0);
+    // Cross-talk comes, and the inverse that knows of it takes it off again.
+    let slide = r#"{"id":3,"do":"slider","key":"r_mux_column_ohms","value":200}"#;
+    assert_eq!(ask(&mut viewer, slide)["ok"], true);
+    wait("slider", || {
+        let state = told(&mut viewer, "state");
+        state["sliders"]["r_mux_column_ohms"] == 200.0
+    });
+    wait("inverse", || (frame(&mut viewer).0 - 141.2).abs() < 2.0);
+    let outside = ask(&mut viewer, r#"{"id":4,"do":"record","name":"../outside"}"#);
+    assert_eq!(outside["ok"], false);
+    let begun = ask(&mut viewer, r#"{"id":5,"do":"record","name":"grip"}"#);
+    assert_eq!(begun["ok"], true, "{begun}");
+    wait("frames", || {
+        told(&mut viewer, "state")["recording"]["frames"].as_u64() > Some(30)
+    });
+    ask(&mut viewer, r#"{"id":6,"do":"event","text":"now"}"#);
+    assert_eq!(told(&mut viewer, "event")["text"], "now");
+    let twice = ask(&mut viewer, r#"{"id":7,"do":"record","name":"grip"}"#);
+    assert_eq!(twice["ok"], false, "{twice}");
+    assert_eq!(ask(&mut viewer, r#"{"id":8,"do":"stop"}"#)["ok"], true);
+    assert_eq!(ask(&mut viewer, r#"{"id":9,"do":"stop"}"#)["ok"], false);
+    folder.good("convert recordings/grip.mcap -o grip.txt");
+    assert!(folder.numbers("grip.txt").len() / 24 > 30);
+    // Another method, and one that is a file's name.
+    let raw = ask(&mut viewer, r#"{"id":10,"do":"method","name":"raw"}"#);
+    assert_eq!(raw["ok"], true);
+    let file = ask(
+        &mut viewer,
+        r#"{"id":11,"do":"method","name":"/etc/passwd"}"#,
+    );
+    assert_eq!(file["ok"], false);
+    viewer
+        .send(Message::text(
+            r#"{"id":12,"do":"watch","taxels":[[1,2],[99,0]]}"#,
+        ))
+        .unwrap();
+    wait("details", || {
+        frame(&mut viewer);
+        let details = told(&mut viewer, "details");
+        let found = details["taxels"].as_array().unwrap();
+        found.len() == 1 && found[0]["standard_error_newtons"].as_f64() > Some(0.0)
+    });
+}
+
+#[test]
+fn a_file_is_played_held_and_moved() {
+    let folder = Folder::new();
+    folder.good("record sim:sensor.toml?hand -o run.mcap --secs 2");
+    let mut running = Running::start(&folder, "view run.mcap --listen 127.0.0.1:0 --token abc");
+    let url = running.url();
+    let stranger: SocketAddr = url["http://".len()..]
+        .split('/')
+        .next()
+        .unwrap()
+        .parse()
+        .unwrap();
+    let mut page = TcpStream::connect(stranger).unwrap();
+    write!(
+        page,
+        "GET / HTTP/1.1\r\nHost: {stranger}\r\nConnection: close\r\n\r\n"
+    )
+    .unwrap();
+    let mut answer = String::new();
+    page.read_to_string(&mut answer).unwrap();
+    assert!(answer.starts_with("HTTP/1.1 401"), "{answer}");
+    let mut viewer = view(&url);
+    assert_eq!(told(&mut viewer, "hello")["source"]["type"], "file");
+    assert_eq!(ask(&mut viewer, r#"{"id":1,"do":"pause"}"#)["ok"], true);
+    assert_eq!(
+        ask(&mut viewer, r#"{"id":2,"do":"seek","secs":1.0}"#)["ok"],
+        true
+    );
+    wait("place", || {
+        let player = &told(&mut viewer, "state")["player"];
+        let secs = player["position_secs"].as_f64().unwrap();
+        player["playing"] == false && (secs - 1.0).abs() < 0.05
+    });
+    assert_eq!(
+        ask(&mut viewer, r#"{"id":3,"do":"speed","factor":10}"#)["ok"],
+        true
+    );
+    assert_eq!(ask(&mut viewer, r#"{"id":4,"do":"play"}"#)["ok"], true);
+    wait("end", || {
+        told(&mut viewer, "state")["device"]["state"] == "ended"
+    });
+    assert_eq!(ask(&mut viewer, r#"{"id":5,"do":"tare"}"#)["ok"], true);
+    assert_eq!(
+        ask(
+            &mut viewer,
+            r#"{"id":6,"do":"slider","key":"noise_counts","value":1}"#
+        )["ok"],
+        false
+    );
+}
+
+#[test]
+fn what_is_wrong_is_said_before_anything_starts() {
+    let folder = Folder::new();
+    folder.write("broken.mcap", "nothing of the kind");
+    for (words, says) in [
+        ("live nonsense", "is no kind of source"),
+        (
+            "live serial:/dev/ttyACM0",
+            "does not say which sensor it is of",
+        ),
+        ("live sim:nowhere?hand", "no preset sensor is called `nowhere`"),
+        ("live sim:econe?hnad", "did you mean hand?"),
+        ("view no-such.mcap", "no-such.mcap"),
+        ("view broken.mcap", "Bad magic"),
+        ("view sensor.toml", "does not say which sensor"),
+        (
+            "live sim:econe --listen 127.0.0.1:99999",
+            "cannot listen on 127.0.0.1:99999",
+        ),
+        ("record sim:econe -o nowhere/run.mcap", "nowhere/run.mcap"),
+        ("convert broken.mcap -o x.txt", "Bad magic"),
+        (
+            "replay broken.mcap --to udp:1 --sensor sensor.toml",
+            "Bad magic",
+        ),
+    ] {
+        let run = folder.taxel(words);
+        assert!(matches!(run.code, Some(1 | 2)), "{words}: {run}");
+        assert!(run.err.contains(says), "{words}: {run}");
+    }
+}
