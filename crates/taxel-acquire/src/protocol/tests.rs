@@ -218,6 +218,37 @@ fn what_is_wrong_is_said_with_both_numbers() {
     assert_eq!(decoder.last_fault(), Some(&Fault::Version { found: 2 }));
 }
 
+/// What the sketch in examples/firmware sends, as its own encoder wrote it.
+#[test]
+fn the_sketch_s_packets_are_read() {
+    let bytes = include_bytes!("../../../../testdata/taxel-1/arduino-16x16.bin");
+    let expected = Expected {
+        rows: 16,
+        columns: 16,
+        max_count: 1023,
+    };
+    let mut decoder = Protocol::Taxel1.decoder(expected);
+    let found = read(&mut *decoder, bytes, 31);
+    assert_eq!(found.len(), 3);
+    for (number, found) in found.iter().enumerate() {
+        let values = (0..256).map(|i| ((37 * i + 101 * number) % 1024) as f64);
+        assert_eq!(found.values(), values.collect::<Vec<f64>>());
+        assert_eq!(found.time_secs, Some(0.01 * number as f64));
+    }
+    // And ours, of the same frames, byte by byte.
+    let mut ours = Vec::new();
+    for (number, frame) in found.iter().enumerate() {
+        let header = Header {
+            bits: 10,
+            sensor_id: 7,
+            sequence: number as u32,
+            time_us: 10_000 * number as u64,
+        };
+        encode(frame, &header, &mut ours);
+    }
+    assert_eq!(ours, bytes);
+}
+
 proptest! {
     /// Any bytes at all: nothing panics, and a good frame after them is found once a delimiter has come.
     #[test]

@@ -354,7 +354,10 @@ fn what_is_wrong_is_said_before_anything_starts() {
             "live serial:/dev/ttyACM0",
             "does not say which sensor it is of",
         ),
-        ("live sim:nowhere?hand", "no preset sensor is called `nowhere`"),
+        (
+            "live sim:nowhere?hand",
+            "no preset sensor is called `nowhere`",
+        ),
         ("live sim:econe?hnad", "did you mean hand?"),
         ("view no-such.mcap", "no-such.mcap"),
         ("view broken.mcap", "Bad magic"),

@@ -81,6 +81,8 @@ export class Controls {
     });
     document.addEventListener("change", (event) => {
       if (event.target.tagName === "SELECT" && performance.now() - pointerAt < 5000) event.target.blur();
+      // A check box that keeps the focus would take the space bar.
+      if (event.target.type === "checkbox" && !event.target.matches(":focus-visible")) event.target.blur();
       if (event.target.type === "range" && performance.now() - pointerAt < 60000 && !event.target.matches(":focus-visible")) event.target.blur();
     });
   }

@@ -1,0 +1,100 @@
+//! One line out of many: address pins, shift registers.
+
+use embedded_hal::digital::OutputPin;
+
+/// Connects one line of many.
+pub trait Select {
+    /// What can go wrong.
+    type Error;
+
+    /// Connects line `line`, and no other.
+    ///
+    /// # Errors
+    /// Whatever the pins say.
+    fn select(&mut self, line: u16) -> Result<(), Self::Error>;
+}
+
+/// A multiplexer with address pins, lowest bit first. Lines need not be wired in order: a table says which input of
+/// the multiplexer a line is at.
+pub struct Multiplexer<'a, P, const PINS: usize> {
+    pins: [P; PINS],
+    wiring: Option<&'a [u16]>,
+}
+
+impl<'a, P: OutputPin, const PINS: usize> Multiplexer<'a, P, PINS> {
+    /// Line k at input k.
+    pub fn new(pins: [P; PINS]) -> Self {
+        Self { pins, wiring: None }
+    }
+
+    /// Line k at input `wiring[k]`; lines beyond the table at their own number.
+    pub fn wired(pins: [P; PINS], wiring: &'a [u16]) -> Self {
+        Self {
+            pins,
+            wiring: Some(wiring),
+        }
+    }
+}
+
+impl<P: OutputPin, const PINS: usize> Select for Multiplexer<'_, P, PINS> {
+    type Error = P::Error;
+
+    fn select(&mut self, line: u16) -> Result<(), P::Error> {
+        let input = self
+            .wiring
+            .and_then(|wiring| wiring.get(usize::from(line)).copied())
+            .unwrap_or(line);
+        for (bit, pin) in self.pins.iter_mut().enumerate() {
+            pin.set_state((input >> bit & 1 == 1).into())?;
+        }
+        Ok(())
+    }
+}
+
+/// A chain of shift registers with one output high: data, shift clock, latch. Line 0 is the output nearest to the
+/// data pin.
+pub struct ShiftRegister<P> {
+    data: P,
+    clock: P,
+    latch: P,
+    outputs: u16,
+    at: Option<u16>,
+}
+
+impl<P: OutputPin> ShiftRegister<P> {
+    /// `outputs`: of the whole chain.
+    pub fn new(data: P, clock: P, latch: P, outputs: u16) -> Self {
+        Self {
+            data,
+            clock,
+            latch,
+            outputs,
+            at: None,
+        }
+    }
+
+    fn shift(&mut self, high: bool) -> Result<(), P::Error> {
+        self.data.set_state(high.into())?;
+        self.clock.set_high()?;
+        self.clock.set_low()
+    }
+}
+
+impl<P: OutputPin> Select for ShiftRegister<P> {
+    type Error = P::Error;
+
+    fn select(&mut self, line: u16) -> Result<(), P::Error> {
+        self.latch.set_low()?;
+        match self.at {
+            // The bit that is in the chain moves on by one; no other step needs so few pulses.
+            Some(at) if at + 1 == line => self.shift(false)?,
+            _ => {
+                for output in (0..self.outputs).rev() {
+                    self.shift(output == line)?;
+                }
+            }
+        }
+        self.at = Some(line);
+        self.latch.set_high()
+    }
+}
