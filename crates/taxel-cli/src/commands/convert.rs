@@ -69,7 +69,7 @@ impl Source {
 
 enum Sink {
     Mcap(Box<McapWriter>),
-    Text(TextWriter),
+    Text(Box<TextWriter>),
     Npy(Box<NpyWriter<Counts>>),
     Npz(Box<NpzWriter>),
     Parquet(Box<ParquetWriter>),
@@ -112,7 +112,7 @@ impl Sink {
                 writer.begin_array("frames", Some(count), rows, columns, element)?;
                 Self::Npz(Box::new(writer))
             }
-            "txt" | "csv" => Self::Text(TextWriter::create(file)?),
+            "txt" | "csv" => Self::Text(Box::new(TextWriter::create(file)?)),
             _ => {
                 return Err(Error::Arguments {
                     what: format!("cannot tell the format of {}", file.display()),

@@ -113,13 +113,13 @@ fn an_empty_file_and_none() {
     error: cannot open r.txt: No such file or directory (os error 2)
     hint: check the name, and that you may read it
     ");
-    insta::assert_snapshot!(folder.taxel("compensate r.xyz --sensor sensor.toml"), @r"
+    insta::assert_snapshot!(folder.taxel("compensate r.xyz --sensor sensor.toml"), @"
     exit code: 1
     ----- stdout -----
 
     ----- stderr -----
     error: cannot tell the format of r.xyz from `.xyz`
-    hint: recordings end in .txt, .csv, .npy or .npz
+    hint: recordings end in .txt, .csv, .npy, .npz or .mcap
     ");
 }
 

@@ -14,6 +14,13 @@ fn without_a_verb_the_help_is_shown_and_the_exit_code_is_2() {
     Usage: taxel <COMMAND>
 
     Commands:
+      live        Show a sensor live in the browser, compensated; record it
+      view        Play a recording in the browser
+      record      Record a sensor
+      replay      Send a recording as a device would, in protocol taxel-1
+      convert     Write a recording in another format
+      recover     Make a recording whole whose writer was killed
+      devices     List the serial ports of this machine
       info        Say what is in a recording
       calibrate   Fit switch resistances and load law to labelled presses
       compensate  Remove the cross-talk from a recording
