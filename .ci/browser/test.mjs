@@ -367,6 +367,37 @@ async function standsStill(page, sequence) {
   }
 }
 
+test("a file that has ended plays again", async () => {
+  const file = path.join(scratch, "short.mcap");
+  execFileSync(program, ["record", "sim:econe?hand", "--output", file, "--secs", "1.5"], { stdio: "pipe" });
+  const server = await start("view", file, "--listen", "127.0.0.1:0", "--folder", scratch);
+  const page = await openLive(server);
+  const state = () => text(page, "device-text");
+  const atEnd = () => page.evaluate(() => {
+    const { value, max } = document.getElementById("file-seek");
+    return Number(max) > 0 && Number(value) > Number(max) - 0.02;
+  });
+  await until(async () => (await atEnd()) && (await state()) === "ended", "the replay does not come to the file's end");
+  const failures = [];
+  const attempt = (step) => step().catch((error) => failures.push(error.message));
+  await attempt(async () => {
+    await slide(page, "file-seek", 0);
+    await framesCome(page, 10);
+    await until(async () => (await state()) === "live", async () => `moved back after the end the file plays, but the page says '${await state()}'`, 1000);
+  });
+  await until(atEnd, "moved back, the replay does not come to the file's end again");
+  await attempt(async () => {
+    if ((await text(page, "file-play-button")) === "Pause file") {
+      await page.click("#file-play-button");
+      await until(async () => (await text(page, "file-play-button")) === "Play file", "the file cannot be held at its end");
+    }
+    const before = await frames(page);
+    await page.click("#file-play-button");
+    await until(async () => (await frames(page)) > before + 10, async () => `at the file's end, Play does nothing; the page says '${await state()}'`, 5000);
+  });
+  check(failures.length === 0, failures.join("\n      "));
+});
+
 test("a tab that hangs does not slow the others", async () => {
   const server = await live("sim:econe?hand");
   const [hanging, other] = [await openLive(server), await openLive(server)];
@@ -375,22 +406,36 @@ test("a tab that hangs does not slow the others", async () => {
     await sleep(1000 * seconds);
     return (1000 * ((await frames(other)) - before)) / (performance.now() - begun);
   };
+  // A box that nobody answers blocks the page's only thread, as an endless loop would, but takes no processor: on a small
+  // machine a loop would slow the other page whatever the server does.
+  let box = null;
+  hanging.on("dialog", (dialog) => { box = dialog; });
+  const round = async () => {
+    const alone = await rate(2);
+    check(alone > 5, `two pages side by side get only ${alone.toFixed(1)} frames a second`);
+    const before = await frames(hanging);
+    box = null;
+    const hangs = hanging.evaluate(() => {
+      alert("hanging");
+      return window.taxelView.frames;
+    });
+    await until(() => box, "the page does not hang");
+    const beside = await rate(3);
+    await box.accept();
+    const during = (await hangs) - before;
+    check(during <= 20, `the hanging page took ${during} frames: it did not hang`);
+    return { alone, beside };
+  };
   await rate(1); // the first second also compiles
-  const alone = await rate(3);
-  check(alone > 5, `two pages side by side get only ${alone.toFixed(1)} frames a second`);
-  const before = await frames(hanging);
-  const hangs = hanging.evaluate(() => {
-    const end = performance.now() + 5000;
-    while (performance.now() < end);
-    return window.taxelView.frames;
-  });
-  const beside = await rate(4);
-  const during = (await hangs) - before;
-  check(during <= 5, `the hanging page took ${during} frames: it did not hang`);
-  check(beside >= 0.8 * alone, `beside a hanging tab a page gets ${beside.toFixed(1)} frames a second, before ${alone.toFixed(1)}`);
+  // Whatever else runs on this machine must not fail the test: a server that waits for the slowest fails every round.
+  const rounds = [];
+  do rounds.push(await round());
+  while (rounds.length < 3 && !rounds.some(({ alone, beside }) => beside >= 0.8 * alone));
+  const told = rounds.map(({ alone, beside }) => `${beside.toFixed(1)} instead of ${alone.toFixed(1)}`).join(", ");
+  check(rounds.some(({ alone, beside }) => beside >= 0.8 * alone), `beside a hanging tab a page gets fewer frames a second: ${told}`);
   // It comes back to the present at once, not through all it has missed.
-  await until(async () => Math.abs((await hanging.evaluate(() => window.taxelView.lastSequence)) - (await other.evaluate(() => window.taxelView.lastSequence))) < 100,
-    "the page that hung does not come back to the present");
+  const newest = (page) => page.evaluate(() => window.taxelView.lastSequence);
+  await until(async () => Math.abs((await newest(hanging)) - (await newest(other))) < 100, "the page that hung does not come back to the present");
   await framesCome(hanging, 20);
 });
 
@@ -457,6 +502,12 @@ test("method, unit, slider and keys do what they say", async () => {
   // Not told of it, the inverse must be off: otherwise the above would say nothing.
   await page.click("#slider-inverse_knows");
   await totalBecomes(page, (value) => !near(value, loadsBefore, 0.05), `an inverse that does not know of the switch should be off from ${loadsBefore} N`);
+  // Its switch was clicked, not reached by the keyboard: the space bar is the view's, and does not turn it back.
+  await page.keyboard.press("Space");
+  await appears(page, "paused-chip");
+  await page.keyboard.press("Space");
+  await disappears(page, "paused-chip");
+  check(!(await page.isChecked("#slider-inverse_knows")), "the space bar turns the switch back that was clicked");
   await page.click("#slider-inverse_knows");
   await totalBecomes(page, (value) => near(value, loadsBefore, 0.04), `an inverse that knows again should give ${loadsBefore} N`);
 
@@ -482,6 +533,8 @@ test("method, unit, slider and keys do what they say", async () => {
   await appears(page, "keys-dialog");
   await page.keyboard.press("Escape");
   await disappears(page, "keys-dialog");
+  // The focus leaves the closed box with the next picture; before that the key would be lost in it.
+  await until(() => page.evaluate(() => document.activeElement === document.body), "the focus stays in the closed list of keys");
   await page.keyboard.press("Space");
   await appears(page, "paused-chip");
   await standsStill(page, (await shown(page)).sequence);
@@ -518,25 +571,28 @@ test("events marked in the page are in the recording", async () => {
 test("labels of the charts are whole, also those of small loads", async () => {
   const server = await live("sim:econe?hand");
   const page = await openLive(server);
-  // A corner that the hand hardly touches: labels such as 0.00025.
   const box = await page.locator("#compensated-canvas").boundingBox();
-  const spots = [[0.12, 0.12], [0.85, 0.12], [0.12, 0.2]];
-  for (const [x, y] of spots) await page.mouse.click(box.x + x * box.width, box.y + y * box.height);
-  await until(async () => (await page.locator("#selection-list li").count()) === spots.length, "the taxels clicked at are not pinned");
-  await framesCome(page, 60);
-  const cut = await page.evaluate(() => {
-    const found = [];
-    for (const canvas of document.querySelectorAll(".uplot canvas")) {
-      if (canvas.width < 4) continue;
-      const { data } = canvas.getContext("2d").getImageData(0, 0, 1, canvas.height);
-      let inked = 0;
-      for (let i = 3; i < data.length; i += 4) inked += data[i] > 0;
-      if (inked > 0) found.push(canvas.closest("[id]").id);
-    }
-    return found;
-  });
-  check(cut.length === 0, `labels reach the left edge and are cut off there: ${cut}`);
+  const at = (x, y) => [box.x + x * box.width, box.y + y * box.height];
+  // Nothing touches the taxels along this edge: their loads are noise, with labels such as 0.00025 if it happens so. That
+  // differs from taxel to taxel and with time: many are looked at.
+  for (let i = 0; i < 3; i += 1) await page.mouse.click(...at(0.12 + 0.03 * i, 0.12));
+  await until(async () => (await page.locator("#selection-list li").count()) === 3, "the taxels clicked at are not pinned");
+  const cut = new Set();
+  for (let i = 0; i < 40; i += 1) {
+    await page.mouse.move(...at(0.12 + 0.018 * i, 0.12 + 0.02 * (i % 3)));
+    await framesCome(page, 3);
+    for (const id of await cutLabels(page)) cut.add(id);
+  }
+  check(cut.size === 0, `labels reach the left edge and are cut off there: ${[...cut]}`);
 });
+
+// The charts with ink in their leftmost column of pixels.
+const cutLabels = (page) =>
+  page.evaluate(() =>
+    [...document.querySelectorAll(".uplot canvas")].filter((canvas) => {
+      const { data } = canvas.getContext("2d").getImageData(0, 0, 1, canvas.height);
+      return data.some((value, i) => i % 4 === 3 && value > 0);
+    }).map((canvas) => canvas.closest("[id]").id));
 
 test("pictures", async () => {
   const folder = process.env.TAXEL_SCREENSHOTS;

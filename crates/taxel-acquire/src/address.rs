@@ -55,6 +55,11 @@ pub enum Address {
         /// What comes there.
         protocol: Protocol,
     },
+    /// `rpi:BOARD.toml`: this machine's own pins and SPI, wired as the file says.
+    Board {
+        /// The board's description.
+        path: PathBuf,
+    },
     /// `sim:SENSOR?PATTERN&fps=N&seed=N`: a virtual sensor.
     Sim {
         /// A preset or a sensor file.
@@ -68,7 +73,7 @@ pub enum Address {
     },
 }
 
-const KINDS: [&str; 6] = ["serial", "udp", "tcp", "file", "stdin", "sim"];
+const KINDS: [&str; 7] = ["serial", "udp", "tcp", "file", "stdin", "rpi", "sim"];
 const HINT: &str = "serial:/dev/ttyACM0?baud=2000000, udp:0.0.0.0:9000, tcp:host:port, file:run.mcap, stdin:, \
                     sim:econe?hand";
 const DEFAULT_BAUD: u32 = 115_200;
@@ -218,6 +223,11 @@ impl FromStr for Address {
                     speed,
                 })
             }
+            "rpi" => {
+                needs("board file")?;
+                options.done(&[])?;
+                Ok(Self::Board { path: place.into() })
+            }
             "stdin" => {
                 let protocol = options.protocol()?;
                 options.done(&["protocol"])?;
@@ -280,6 +290,7 @@ impl fmt::Display for Address {
                 Some(1.0) => write!(f, "file:{}", path.display()),
                 speed => write!(f, "file:{}?speed={}", path.display(), pace(speed)),
             },
+            Self::Board { path } => write!(f, "rpi:{}", path.display()),
             Self::Stdin { protocol } => write!(f, "stdin:{}", speaks(protocol, '?')),
             Self::Sim {
                 sensor,
@@ -311,6 +322,7 @@ mod tests {
             "file:run.txt?speed=0.5",
             "file:run.txt?speed=max",
             "stdin:?protocol=econe-text",
+            "rpi:board.toml",
             "sim:econe?hand&fps=100&seed=1",
             "sim:mine.toml?feet&fps=max&seed=4",
         ] {

@@ -128,6 +128,14 @@ pub(crate) enum Error {
     /// An address that leads nowhere, or ports that cannot be listed.
     #[error(transparent)]
     Acquire(#[from] taxel_acquire::Error),
+    /// A board that cannot be scanned.
+    #[error("{}: {reason}\nhint: docs/live.md has a board's description; `cargo install --features rpi` on the board", .file.display())]
+    Board {
+        /// The description.
+        file: PathBuf,
+        /// Why.
+        reason: String,
+    },
     /// The viewer's server cannot listen.
     #[error(
         "cannot listen on {address}: {source}\nhint: another program may have the port; --listen 127.0.0.1:0 takes any that is free"

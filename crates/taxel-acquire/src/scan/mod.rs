@@ -11,7 +11,11 @@
 //! | an SPI converter (MCP3201, ADS7042, AD7940 …) | [`SpiConverter`] |
 //! | a converter in the microcontroller | any `FnMut() -> Result<u16, _>` |
 
+#[cfg(feature = "std")]
+pub mod config;
 mod converter;
+#[cfg(feature = "rpi")]
+pub mod rpi;
 mod select;
 
 pub use converter::{Converter, SpiConverter};

@@ -1,5 +1,7 @@
 //! One line out of many: address pins, shift registers.
 
+use core::marker::PhantomData;
+
 use embedded_hal::digital::OutputPin;
 
 /// Connects one line of many.
@@ -16,35 +18,39 @@ pub trait Select {
 
 /// A multiplexer with address pins, lowest bit first. Lines need not be wired in order: a table says which input of
 /// the multiplexer a line is at.
-pub struct Multiplexer<'a, P, const PINS: usize> {
-    pins: [P; PINS],
-    wiring: Option<&'a [u16]>,
+///
+/// `S` holds the pins and `W` the table: arrays on a microcontroller, vectors elsewhere.
+pub struct Multiplexer<P, S, W = [u16; 0]> {
+    pins: S,
+    wiring: W,
+    pin: PhantomData<P>,
 }
 
-impl<'a, P: OutputPin, const PINS: usize> Multiplexer<'a, P, PINS> {
+impl<P: OutputPin, S: AsMut<[P]>> Multiplexer<P, S> {
     /// Line k at input k.
-    pub fn new(pins: [P; PINS]) -> Self {
-        Self { pins, wiring: None }
+    pub fn new(pins: S) -> Self {
+        Self::wired(pins, [])
     }
+}
 
+impl<P: OutputPin, S: AsMut<[P]>, W: AsRef<[u16]>> Multiplexer<P, S, W> {
     /// Line k at input `wiring[k]`; lines beyond the table at their own number.
-    pub fn wired(pins: [P; PINS], wiring: &'a [u16]) -> Self {
+    pub fn wired(pins: S, wiring: W) -> Self {
         Self {
             pins,
-            wiring: Some(wiring),
+            wiring,
+            pin: PhantomData,
         }
     }
 }
 
-impl<P: OutputPin, const PINS: usize> Select for Multiplexer<'_, P, PINS> {
+impl<P: OutputPin, S: AsMut<[P]>, W: AsRef<[u16]>> Select for Multiplexer<P, S, W> {
     type Error = P::Error;
 
     fn select(&mut self, line: u16) -> Result<(), P::Error> {
-        let input = self
-            .wiring
-            .and_then(|wiring| wiring.get(usize::from(line)).copied())
-            .unwrap_or(line);
-        for (bit, pin) in self.pins.iter_mut().enumerate() {
+        let wired = self.wiring.as_ref().get(usize::from(line));
+        let input = wired.copied().unwrap_or(line);
+        for (bit, pin) in self.pins.as_mut().iter_mut().enumerate() {
             pin.set_state((input >> bit & 1 == 1).into())?;
         }
         Ok(())

@@ -29,7 +29,7 @@ impl Link {
     /// Opens it; reads wait no longer than `patience` (standard input waits as long as it takes).
     ///
     /// # Errors
-    /// What the system says; [`io::ErrorKind::Unsupported`] for sources that are no link (files, `sim:`).
+    /// What the system says; [`io::ErrorKind::Unsupported`] for sources that are no link (files, `rpi:`, `sim:`).
     pub fn open(address: &Address, patience: Duration) -> io::Result<Self> {
         match address {
             Address::Serial { port, baud, .. } => {
@@ -59,7 +59,7 @@ impl Link {
                 Err(last)
             }
             Address::Stdin { .. } => Ok(Self::Stdin(io::stdin())),
-            Address::File { .. } | Address::Sim { .. } => {
+            Address::File { .. } | Address::Sim { .. } | Address::Board { .. } => {
                 Err(io::Error::from(io::ErrorKind::Unsupported))
             }
         }

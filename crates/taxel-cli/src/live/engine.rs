@@ -105,7 +105,9 @@ impl Engine {
                 .tare
                 .as_ref()
                 .is_some_and(|tare| tare.frames < TARE_FRAMES);
-            if !(awaited || wanted.loads || wanted.figures || tares || server.is_some()) {
+            // Without viewers and without loads in the file nobody needs them; with viewers each frame keeps the
+            // inverse warm for the next.
+            if server.is_none() && !wanted.loads && !wanted.figures {
                 continue;
             }
             let figures = self.solve(&arrived);

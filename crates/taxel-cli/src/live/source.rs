@@ -1,10 +1,11 @@
 //! Where frames come from: a device, a file, a virtual sensor.
 
+use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::SystemTime;
 
 use taxel::simulate::Pattern;
-use taxel::{Counts, Frame};
+use taxel::{Counts, Frame, Sensor};
 use taxel_acquire::Address;
 use taxel_acquire::protocol::{Expected, Protocol, Tally};
 use taxel_acquire::simulated::{Knobs, Simulated};
@@ -52,6 +53,7 @@ pub(super) fn prepare(options: &Options) -> Result<(Controls, Run), Error> {
             let run: Run = Box::new(move |intake| player.run(intake));
             (Controls::Player(play), run)
         }
+        Address::Board { path } => (Controls::Device, board(path, &options.sensor)?),
         address => {
             let protocol = match address {
                 Address::Serial { protocol, .. }
@@ -68,6 +70,41 @@ pub(super) fn prepare(options: &Options) -> Result<(Controls, Run), Error> {
             });
             (Controls::Device, run)
         }
+    })
+}
+
+/// This machine's own pins.
+#[cfg(feature = "rpi")]
+fn board(path: &Path, sensor: &Sensor) -> Result<Run, Error> {
+    use taxel_acquire::scan::{config, rpi};
+
+    let wrong = |reason| Error::Board {
+        file: path.to_owned(),
+        reason,
+    };
+    let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
+    let board = config::Board::from_toml(&text).map_err(wrong)?;
+    let found = (
+        usize::from(board.rows.count),
+        usize::from(board.columns.count),
+    );
+    if found != (sensor.rows(), sensor.columns()) {
+        return Err(wrong(format!(
+            "{} rows x {} columns, but the sensor has {} x {}",
+            found.0,
+            found.1,
+            sensor.rows(),
+            sensor.columns()
+        )));
+    }
+    Ok(Box::new(move |intake| rpi::receive(&board, intake)))
+}
+
+#[cfg(not(feature = "rpi"))]
+fn board(path: &Path, _: &Sensor) -> Result<Run, Error> {
+    Err(Error::Board {
+        file: path.to_owned(),
+        reason: "this program was built without `--features rpi`".to_owned(),
     })
 }
 

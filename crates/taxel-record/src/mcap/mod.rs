@@ -12,8 +12,11 @@
 //! source.
 
 mod grid;
+mod index;
 mod read;
 mod recover;
+#[cfg(test)]
+mod tests;
 mod write;
 
 pub use read::{Event, McapReader};

@@ -9,11 +9,11 @@ use std::time::{Duration, SystemTime};
 use mcap::parse_record;
 use mcap::records::Record;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use mcap::sans_io::summary_reader::{SummaryReadEvent, SummaryReader};
 use prost::Message;
 use taxel::{Counts, Frame};
 
 use super::grid::{Grid, SCHEMA};
+use super::index::Index;
 use super::{COUNTS, EVENTS, METADATA};
 use crate::error::Error;
 use crate::source::{FrameSource, MAX_TAXELS, SkipLog, Skipped, fit_shape, open_file};
@@ -66,51 +66,6 @@ struct Ahead {
     grid: Grid,
     log_time: u64,
     publish_time: u64,
-}
-
-/// Where chunks are, from the end of a whole file.
-struct Index {
-    start: u64,
-    end: u64,
-    frames: u64,
-    chunks: Vec<Chunk>,
-}
-
-struct Chunk {
-    end: u64,
-    offset: u64,
-}
-
-impl Index {
-    /// Of a file that has one.
-    fn read(file: &mut File, counts: u16) -> Option<Self> {
-        let mut reader = SummaryReader::new();
-        while let Some(event) = reader.next_event() {
-            match event.ok()? {
-                SummaryReadEvent::ReadRequest(wanted) => {
-                    let count = file.read(reader.insert(wanted)).ok()?;
-                    reader.notify_read(count);
-                }
-                SummaryReadEvent::SeekRequest(to) => reader.notify_seeked(file.seek(to).ok()?),
-            }
-        }
-        let summary = reader.finish()?;
-        let stats = summary.stats?;
-        let chunks = summary.chunk_indexes.iter().map(|chunk| Chunk {
-            end: chunk.message_end_time,
-            offset: chunk.chunk_start_offset,
-        });
-        Some(Self {
-            start: stats.message_start_time,
-            end: stats.message_end_time,
-            frames: stats.channel_message_counts.get(&counts).copied()?,
-            chunks: chunks.collect(),
-        })
-    }
-
-    fn secs(&self, at: u64) -> f64 {
-        at.saturating_sub(self.start) as f64 * 1e-9
-    }
 }
 
 fn options() -> LinearReaderOptions {

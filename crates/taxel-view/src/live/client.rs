@@ -91,7 +91,7 @@ impl Viewer<'_> {
                         // On average the rate asked for, though frames come when they come.
                         let period = self.period();
                         self.due = (self.due + period).max(Instant::now() - period);
-                        self.send(Message::Binary(frame.encode())).await?;
+                        self.send(Message::Binary(frame.bytes())).await?;
                     }
                 }
                 () = sleep_until(self.due - early), if has_room && !is_due => {}

@@ -1,5 +1,6 @@
 //! A frame on its way to viewers.
 
+use std::sync::OnceLock;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use axum::body::Bytes;
@@ -47,9 +48,28 @@ pub struct FrameMessage {
     pub marks: Vec<u8>,
 }
 
+/// A frame that is put into bytes when the first viewer takes it, once for all of them.
+pub(super) struct Sent {
+    message: FrameMessage,
+    bytes: OnceLock<Bytes>,
+}
+
+impl Sent {
+    pub(super) fn new(message: FrameMessage) -> Self {
+        Self {
+            message,
+            bytes: OnceLock::new(),
+        }
+    }
+
+    pub(super) fn bytes(&self) -> Bytes {
+        self.bytes.get_or_init(|| self.message.encode()).clone()
+    }
+}
+
 impl FrameMessage {
     /// The message's bytes; its age is that at the call.
-    pub(super) fn encode(&self) -> Bytes {
+    fn encode(&self) -> Bytes {
         let taxels = self.counts.len();
         let mut out = Vec::with_capacity(HEADER + 11 * taxels + 2);
         let flags = u16::from(self.is_load) | u16::from(self.is_tared) << 1;

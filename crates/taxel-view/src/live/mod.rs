@@ -19,6 +19,7 @@ use tokio::sync::{Semaphore, broadcast, oneshot, watch};
 
 pub use command::Command;
 pub use frame::FrameMessage;
+use frame::Sent;
 pub use guard::random_token;
 
 /// What the server shows, and who does what viewers ask for.
@@ -59,7 +60,7 @@ struct Shared {
     host: Arc<dyn Host>,
     token: Option<String>,
     address: SocketAddr,
-    frames: watch::Sender<Option<Arc<FrameMessage>>>,
+    frames: watch::Sender<Option<Arc<Sent>>>,
     texts: broadcast::Sender<Arc<str>>,
     viewers: Arc<Semaphore>,
     /// Viewers that are ready for a frame.
@@ -152,7 +153,9 @@ impl Server {
 
     /// Hands the newest frame to those who are ready for one.
     pub fn publish(&self, frame: FrameMessage) {
-        self.shared.frames.send_replace(Some(Arc::new(frame)));
+        self.shared
+            .frames
+            .send_replace(Some(Arc::new(Sent::new(frame))));
     }
 
     /// Tells all viewers how things stand now, beside the twice a second that they hear it anyway.
