@@ -15,7 +15,7 @@ use crate::transport::{Receiver, State};
 /// A board's way to select one line.
 enum Selector {
     Multiplexer(Multiplexer<CdevPin, Vec<CdevPin>, Vec<u16>>),
-    Register(ShiftRegister<CdevPin>),
+    Register(Box<ShiftRegister<CdevPin>>),
 }
 
 impl Select for Selector {
@@ -43,12 +43,12 @@ fn open(board: &Board) -> Result<Parts, String> {
     };
     let mut selector = |lines: &Lines| -> Result<Selector, String> {
         Ok(match (&lines.address_pins, lines.register_pins) {
-            (_, Some(pins)) => Selector::Register(ShiftRegister::new(
+            (_, Some(pins)) => Selector::Register(Box::new(ShiftRegister::new(
                 pin(pins.data)?,
                 pin(pins.clock)?,
                 pin(pins.latch)?,
                 lines.count,
-            )),
+            ))),
             (Some(pins), None) => {
                 let pins: Result<Vec<CdevPin>, String> = pins.iter().map(|&n| pin(n)).collect();
                 Selector::Multiplexer(Multiplexer::wired(pins?, lines.wiring.clone()))

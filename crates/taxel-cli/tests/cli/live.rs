@@ -354,6 +354,7 @@ fn what_is_wrong_is_said_before_anything_starts() {
             "live serial:/dev/ttyACM0",
             "does not say which sensor it is of",
         ),
+        ("live rpi:board.toml --sensor sensor.toml", "built without"),
         (
             "live sim:nowhere?hand",
             "no preset sensor is called `nowhere`",
