@@ -308,10 +308,13 @@ test("a recording replays with the numbers seen live; it can be held and sought"
   await until(async () => (await text(viewer, "device-text")) === "ended", "the replay does not come to the file's end");
   const first = firstRecorded(seenLive, await totals(viewer), begun);
 
-  // Held, it stands still where it is moved to.
-  await viewer.click("#file-play-button");
-  await until(async () => (await text(viewer, "file-play-button")) === "Play file", "the file does not stop playing");
-  for (const share of [0.3, 0.7]) {
+  // Played at its end it begins again; held, it stands still where it is moved to.
+  for (const then of ["Pause file", "Play file"]) {
+    await viewer.click("#file-play-button");
+    await until(async () => (await text(viewer, "file-play-button")) === then, `the button does not become "${then}"`);
+  }
+  // Far from where it was held a moment ago.
+  for (const share of [0.9, 0.6]) {
     const seconds = share * (await viewer.evaluate(() => Number(document.getElementById("file-seek").max)));
     const wanted = RECORDED_RATE * seconds;
     await slide(viewer, "file-seek", seconds);

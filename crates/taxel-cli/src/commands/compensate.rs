@@ -26,7 +26,7 @@ use summary::Summary;
 /// first pass over the recording. Exit code 3: frames were left out, or did not come to an answer.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Recording (.txt, .csv, .npy, .npz, - for standard input)
+    /// Recording (.mcap, .txt, .csv, .npy, .npz, - for standard input)
     recording: PathBuf,
     /// Sensor file, or the name of a preset
     #[arg(long, value_name = "FILE|PRESET")]

@@ -21,7 +21,7 @@ use report::{Range, Report};
 /// Exit code 3: frames were left out.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Recording (.txt, .csv, .npy, .npz; with a sensor also - for standard input)
+    /// Recording (.mcap, .txt, .csv, .npy, .npz; with a sensor also - for standard input)
     recording: PathBuf,
     /// Sensor file, or the name of a preset
     #[arg(long, value_name = "FILE|PRESET")]

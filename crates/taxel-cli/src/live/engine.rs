@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
+use std::time::{Duration, Instant};
 
 use taxel::metric::Figures;
 use taxel::pipeline::Pipeline;
@@ -25,7 +26,9 @@ pub(super) const QUEUE: usize = 4;
 const TARE_FRAMES: u32 = 20;
 /// Frames that lines are judged by, and the time between two of them.
 const SURVEY_FRAMES: u32 = 100;
-const SURVEY_EVERY: std::time::Duration = std::time::Duration::from_millis(50);
+const SURVEY_EVERY: Duration = Duration::from_millis(50);
+/// How long frames of before are on their way after a knob was turned.
+const TURNED: Duration = Duration::from_millis(30);
 
 /// What the engine is told.
 pub(super) enum Order {
@@ -54,12 +57,14 @@ pub(super) struct Engine {
     tare: Option<Tare>,
     survey: LineScreen,
     surveyed: u32,
-    survey_due: std::time::Instant,
+    survey_due: Instant,
     loads: Frame<Newtons>,
     desk: Arc<Desk>,
     recorder: Arc<Recorder>,
     details: Arc<Details>,
     orders: Receiver<Order>,
+    /// Frames on their way were scanned before a knob was turned.
+    blind_until: Option<Instant>,
 }
 
 impl Engine {
@@ -80,7 +85,7 @@ impl Engine {
             tare: None,
             survey: survey(sensor),
             surveyed: 0,
-            survey_due: std::time::Instant::now(),
+            survey_due: Instant::now(),
             loads: Frame::zeros(sensor.rows(), sensor.columns()),
             sensor: Arc::new(sensor.clone()),
             file: file.clone(),
@@ -89,6 +94,7 @@ impl Engine {
             recorder,
             details,
             orders,
+            blind_until: None,
         })
     }
 
@@ -97,6 +103,9 @@ impl Engine {
         while let Some(arrived) = incoming.pop() {
             while let Ok(order) = self.orders.try_recv() {
                 self.obey(order);
+            }
+            if self.blind_until.is_some_and(|until| Instant::now() < until) {
+                continue;
             }
             let wanted = self.recorder.wants();
             let awaited = server.is_some_and(Server::is_awaited);
@@ -234,7 +243,7 @@ impl Engine {
 
     /// Looks for faulty lines in frames now and then.
     fn look_at_lines(&mut self, arrived: &Arrived) {
-        let now = std::time::Instant::now();
+        let now = Instant::now();
         if now < self.survey_due || self.survey.observe(&arrived.frame).is_err() {
             return;
         }
@@ -269,7 +278,10 @@ impl Engine {
                 self.desk.set_tare(false);
             }
             Order::Method(method) => self.rebuild(self.sensor.clone(), method),
-            Order::Sensor(sensor) => self.rebuild(Arc::new(*sensor), self.method.clone()),
+            Order::Sensor(sensor) => {
+                self.rebuild(Arc::new(*sensor), self.method.clone());
+                self.blind_until = Some(Instant::now() + TURNED);
+            }
         }
     }
 

@@ -301,11 +301,11 @@ impl Host for Bench {
         match command {
             Command::Tare => {
                 self.order(Order::Tare);
-                Ok("tare".to_owned())
+                Ok(String::new())
             }
             Command::Untare => {
                 self.order(Order::Untare);
-                Ok("tare cleared".to_owned())
+                Ok(String::new())
             }
             Command::Record { name } => self.record(name),
             Command::Stop => match self.recorder.stop() {
@@ -319,7 +319,7 @@ impl Host for Bench {
                 }
                 self.recorder.event("mark", &text);
                 self.note(&text);
-                Ok("noted".to_owned())
+                Ok(String::new())
             }
             Command::Method { name } => {
                 self.order(Order::Method(self.method(&name)?));

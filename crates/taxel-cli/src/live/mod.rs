@@ -3,7 +3,7 @@
 //!     source ──▶ recorder ──▶ file            one thread each; arrows are bounded queues
 //!        └─────▶ engine ───▶ viewers
 //!
-//! The source never waits: the recorder's queue is long, and a disk that cannot keep up ends the recording, not the
+//! A device never waits: the recorder's queue is long, and a disk that cannot keep up ends the recording, not the
 //! reading; the engine takes the newest frames and leaves out what it has no time for.
 
 mod desk;
@@ -123,6 +123,14 @@ impl Session {
             recorder: recorder.clone(),
             incoming: incoming.clone(),
             server: server.clone(),
+            can_wait: matches!(
+                options.address,
+                Address::File { speed: None, .. }
+                    | Address::Sim {
+                        frames_per_second: None,
+                        ..
+                    }
+            ),
         };
         threads.push(spawn("source", Box::new(move || run(&mut receiver)))?);
         Ok(Self {

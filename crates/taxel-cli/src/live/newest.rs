@@ -12,6 +12,7 @@ struct Held<T> {
 pub(super) struct Newest<T> {
     held: Mutex<Held<T>>,
     changed: Condvar,
+    taken: Condvar,
     most: usize,
 }
 
@@ -23,6 +24,7 @@ impl<T> Newest<T> {
                 closed: false,
             }),
             changed: Condvar::new(),
+            taken: Condvar::new(),
             most,
         }
     }
@@ -44,11 +46,26 @@ impl<T> Newest<T> {
         full
     }
 
+    /// Adds an item when there is room for it.
+    pub(super) fn push_waiting(&self, item: T) {
+        let mut held = self.lock();
+        while held.items.len() == self.most && !held.closed {
+            held = self
+                .taken
+                .wait(held)
+                .unwrap_or_else(PoisonError::into_inner);
+        }
+        held.items.push_back(item);
+        drop(held);
+        self.changed.notify_one();
+    }
+
     /// The oldest there is, waiting for one; `None` when it is closed and empty.
     pub(super) fn pop(&self) -> Option<T> {
         let mut held = self.lock();
         loop {
             if let Some(item) = held.items.pop_front() {
+                self.taken.notify_one();
                 return Some(item);
             }
             if held.closed {
@@ -65,6 +82,7 @@ impl<T> Newest<T> {
     pub(super) fn close(&self) {
         self.lock().closed = true;
         self.changed.notify_all();
+        self.taken.notify_all();
     }
 }
 

@@ -99,7 +99,9 @@ impl Player {
         let name = self.path.display().to_string();
         intake.state(State::Live, &format!("playing {name}"));
         let mut frame = Frame::zeros(self.options.rows, self.options.columns);
-        let mut secs = 0.0;
+        // Of the frame shown last; and the second of one that is read but whose time has not come.
+        let (mut secs, mut shown) = (0.0, 0);
+        let mut read = None;
         let mut tally = Tally::default();
         // Recorded seconds, and when they were played: reset whenever pace or place change.
         let mut clock: Option<(f64, Instant)> = None;
@@ -107,58 +109,80 @@ impl Player {
         let mut ended = false;
         let mut shown_one = false;
         while !intake.stopped() {
-            let wishes = self.wishes();
+            let mut wishes = self.wishes();
+            if ended && wishes.playing {
+                // Play at the end begins again.
+                wishes.seek.get_or_insert(0.0);
+            }
             if let Some(to) = wishes.seek {
                 if let Err(error) = self.seek(to) {
                     intake.state(State::Ended, &error.to_string());
                 }
-                (clock, ended, shown_one) = (None, false, false);
+                if ended {
+                    // It came to its end playing; moved away from there it goes on.
+                    wishes.playing = true;
+                    self.set_playing(true);
+                }
+                (clock, ended, shown_one, read) = (None, false, false, None);
             }
-            if (wishes.playing, wishes.speed) != (before.playing, before.speed) {
+            let moved = wishes.seek.is_some();
+            let changed = (wishes.playing, wishes.speed) != (before.playing, before.speed);
+            before = wishes;
+            self.tell(intake, &wishes, secs, shown);
+            if !ended && (moved || changed) {
                 clock = None;
                 let word = if wishes.playing { "live" } else { "paused" };
-                intake
-                    .desk
-                    .set_device_word(State::Live, word, &format!("playing {name}"));
+                let text = format!("playing {name}");
+                intake.desk.set_device_word(State::Live, word, &text);
+                intake.tell();
             }
-            before = wishes;
-            self.tell(intake, &wishes, secs, frame.sequence);
             // Held, it still shows the place that it was moved to.
             if ended || (!wishes.playing && shown_one) {
                 std::thread::sleep(LOOK);
                 continue;
             }
-            match self.next(&mut frame) {
-                Ok(Some(at)) => secs = at,
-                Ok(None) => {
-                    ended = true;
-                    intake.state(State::Ended, &format!("{name} has ended"));
-                    if holds {
-                        continue;
+            if read.is_none() {
+                let why = match self.next(&mut frame) {
+                    Ok(at) => {
+                        read = at;
+                        format!("{name} has ended")
                     }
-                    return;
-                }
-                Err(error) => {
+                    Err(error) => error.to_string(),
+                };
+                if read.is_none() {
                     ended = true;
-                    intake.state(State::Ended, &error.to_string());
+                    self.set_playing(false);
+                    wishes.playing = false;
+                    self.tell(intake, &wishes, secs, shown);
+                    intake.state(State::Ended, &why);
                     if holds {
                         continue;
                     }
                     return;
                 }
             }
-            let (begun, since) = *clock.get_or_insert((secs, Instant::now()));
+            let Some(at) = read else { continue };
+            let (begun, since) = *clock.get_or_insert((at, Instant::now()));
             if let Some(speed) = wishes.speed {
-                let due = since + Duration::from_secs_f64(((secs - begun) / speed).max(0.0));
+                let due = since + Duration::from_secs_f64(((at - begun) / speed).max(0.0));
                 while Instant::now() < due && !intake.stopped() && self.is_as(&wishes) {
                     std::thread::sleep(LOOK.min(due.saturating_duration_since(Instant::now())));
+                }
+                if shown_one && !self.is_as(&wishes) {
+                    // Not its time any more; it waits for what comes of the wish.
+                    continue;
                 }
             }
             tally.frames += 1;
             intake.frame(&frame, SystemTime::now());
             intake.tally(tally);
-            shown_one = true;
+            (secs, shown, shown_one, read) = (at, frame.sequence, true, None);
         }
+    }
+
+    fn set_playing(&self, playing: bool) {
+        let mut play = self.play.lock().unwrap_or_else(PoisonError::into_inner);
+        play.playing = playing;
     }
 
     /// Whether nobody has asked for anything else meanwhile.

@@ -130,6 +130,13 @@ impl Recorder {
         self.put(|| Item::Counts(arrived.clone()));
     }
 
+    /// The same from a source that can wait for the disk.
+    pub(super) fn counts_waiting(&self, arrived: &Arrived) {
+        if self.shared.recording.load(Ordering::Relaxed) {
+            let _ = self.items.send(Item::Counts(arrived.clone()));
+        }
+    }
+
     pub(super) fn solved(
         &self,
         loads: Option<&Frame<Newtons>>,

@@ -108,12 +108,14 @@ fn board(path: &Path, _: &Sensor) -> Result<Run, Error> {
     })
 }
 
-/// Takes frames in: to the recorder, then to the engine; waits for neither.
+/// Takes frames in: to the recorder, then to the engine; a device's wait for neither.
 pub(super) struct Intake {
     pub(super) desk: Arc<Desk>,
     pub(super) recorder: Arc<Recorder>,
     pub(super) incoming: Arc<Newest<Arrived>>,
     pub(super) server: Option<Arc<Server>>,
+    /// The source has no pace of its own: it waits rather than lose a frame.
+    pub(super) can_wait: bool,
 }
 
 impl Intake {
@@ -130,8 +132,12 @@ impl Receiver for Intake {
             frame: Arc::new(frame.clone()),
             at,
         };
-        self.recorder.counts(&arrived);
         self.desk.arrived();
+        if self.can_wait {
+            self.recorder.counts_waiting(&arrived);
+            return self.incoming.push_waiting(arrived);
+        }
+        self.recorder.counts(&arrived);
         if self.incoming.push(arrived) {
             self.desk.skip();
         }

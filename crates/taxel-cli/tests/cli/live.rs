@@ -334,6 +334,25 @@ fn a_file_is_played_held_and_moved() {
     wait("end", || {
         told(&mut viewer, "state")["device"]["state"] == "ended"
     });
+    // Moved back it goes on; played at the end it begins again.
+    let back = ask(&mut viewer, r#"{"id":7,"do":"seek","secs":0.5}"#);
+    assert_eq!(back["ok"], true);
+    wait("live", || {
+        told(&mut viewer, "state")["device"]["state"] == "live"
+    });
+    wait("end", || {
+        told(&mut viewer, "state")["device"]["state"] == "ended"
+    });
+    for id in [8, 9] {
+        let play = format!(r#"{{"id":{id},"do":"play"}}"#);
+        assert_eq!(ask(&mut viewer, &play)["ok"], true);
+        wait("play", || {
+            told(&mut viewer, "state")["device"]["state"] == "live"
+        });
+        wait("end", || {
+            told(&mut viewer, "state")["device"]["state"] == "ended"
+        });
+    }
     assert_eq!(ask(&mut viewer, r#"{"id":5,"do":"tare"}"#)["ok"], true);
     assert_eq!(
         ask(
