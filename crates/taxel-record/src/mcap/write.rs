@@ -18,8 +18,8 @@ use crate::error::Error;
 
 /// A chunk is closed when it is this old: no more than this, and the time to write it, is lost with the program.
 const FLUSH_EVERY: Duration = Duration::from_millis(500);
-/// Or when it is this large.
-const CHUNK_BYTES: u64 = 1 << 20;
+/// Or when it is this large: the file's index, which grows in memory with every chunk, stays small.
+const CHUNK_BYTES: u64 = 1 << 23;
 
 /// What a recording says about itself.
 #[derive(Debug, Clone)]
