@@ -1,4 +1,4 @@
-//! How a board is wired, as TOML: what [`super::rpi`] scans by.
+//! How a board is wired, as TOML: what the module `rpi` scans by.
 //!
 //! ```toml
 //! [rows]                              # sensed lines
