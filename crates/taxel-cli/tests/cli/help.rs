@@ -68,7 +68,7 @@ fn flags_of_compensate() {
     Usage: taxel compensate [OPTIONS] --sensor <FILE|PRESET> <RECORDING>
 
     Arguments:
-      <RECORDING>  Recording (.txt, .csv, .npy, .npz, - for standard input)
+      <RECORDING>  Recording (.mcap, .txt, .csv, .npy, .npz, - for standard input)
 
     Options:
           --sensor <FILE|PRESET>     Sensor file, or the name of a preset
@@ -146,7 +146,7 @@ fn flags_of_simulate() {
 
 #[test]
 fn flags_of_info() {
-    insta::assert_snapshot!(Folder::new().taxel("info -h"), @r"
+    insta::assert_snapshot!(Folder::new().taxel("info -h"), @"
     exit code: 0
     ----- stdout -----
     Say what is in a recording
@@ -154,7 +154,7 @@ fn flags_of_info() {
     Usage: taxel info [OPTIONS] <RECORDING>
 
     Arguments:
-      <RECORDING>  Recording (.txt, .csv, .npy, .npz; with a sensor also - for standard input)
+      <RECORDING>  Recording (.mcap, .txt, .csv, .npy, .npz; with a sensor also - for standard input)
 
     Options:
           --sensor <FILE|PRESET>  Sensor file, or the name of a preset
