@@ -199,7 +199,7 @@ impl McapReader {
         let Some(index) = &self.index else {
             return Ok(false);
         };
-        let wanted = index.start + (secs.max(0.0) * 1e9) as u64;
+        let wanted = index.start.saturating_add((secs.max(0.0) * 1e9) as u64);
         let chunk = index.chunks.iter().find(|chunk| chunk.end >= wanted);
         let Some(offset) = chunk.or(index.chunks.last()).map(|chunk| chunk.offset) else {
             return Ok(false);

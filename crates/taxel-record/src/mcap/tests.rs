@@ -86,6 +86,9 @@ fn what_is_recorded_comes_back_with_times_events_and_sensor() {
         assert!(reader.next_into(&mut found).unwrap());
         assert_eq!(found.values(), frame(number).values());
     }
+    // Beyond the end there is nothing, however far beyond.
+    assert!(reader.seek(1e300).unwrap());
+    assert!(!reader.next_into(&mut found).unwrap());
     let events = reader.take_events();
     assert_eq!(events[0].text, "he said \"now\"");
     assert_eq!(events[0].at, at(7));
