@@ -77,6 +77,8 @@ const KINDS: [&str; 7] = ["serial", "udp", "tcp", "file", "stdin", "rpi", "sim"]
 const HINT: &str = "serial:/dev/ttyACM0?baud=2000000, udp:0.0.0.0:9000, tcp:host:port, file:run.mcap, stdin:, \
                     sim:econe?hand";
 const DEFAULT_BAUD: u32 = 115_200;
+/// Slower than that a frame's time is beyond every clock.
+const PACES: std::ops::RangeInclusive<f64> = 1e-3..=1e9;
 
 /// The options behind the question mark.
 struct Options<'a> {
@@ -113,10 +115,14 @@ impl<'a> Options<'a> {
             None => Ok(Some(usual)),
             Some("max") => Ok(None),
             Some(value) => match value.parse() {
-                Ok(pace) if pace > 0.0 && f64::is_finite(pace) => Ok(Some(pace)),
+                Ok(pace) if PACES.contains(&pace) => Ok(Some(pace)),
                 _ => Err(self.error(
                     format!("{key}={value} is no pace"),
-                    &format!("a number above 0, or {key}=max"),
+                    &format!(
+                        "a number from {} to {}, or {key}=max",
+                        PACES.start(),
+                        PACES.end()
+                    ),
                 )),
             },
         }
@@ -354,6 +360,7 @@ mod tests {
             ("tcp:host:99999", "it has no port number"),
             ("sim:econe?hnad", "did you mean hand?"),
             ("sim:econe?fps=0", "fps=0 is no pace"),
+            ("file:x.txt?speed=1e-300", "from 0.001 to"),
             ("stdin:?protocol=taxel1", "auto, taxel-1, lines, econe-text"),
         ] {
             let error = text.parse::<Address>().unwrap_err().to_string();

@@ -209,6 +209,11 @@ pub(crate) fn is_array(file: &Path) -> bool {
     matches!(extension(file).as_str(), "npy" | "npz")
 }
 
+/// Whether a file of this name is a recording with times and its sensor.
+pub(crate) fn is_mcap(file: &Path) -> bool {
+    extension(file) == "mcap"
+}
+
 /// Whether a file of this name needs the number of frames before the first.
 pub(crate) fn needs_frame_count(file: &Path) -> bool {
     extension(file) == "npz"

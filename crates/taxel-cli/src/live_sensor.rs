@@ -7,6 +7,7 @@ use taxel_acquire::Address;
 use taxel_record::McapReader;
 
 use crate::error::Error;
+use crate::frames::is_mcap;
 use crate::sensor_file;
 
 /// The sensor, and where it comes from.
@@ -29,9 +30,7 @@ pub(crate) fn of(address: &Address, given: Option<&Path>) -> Result<(Sensor, Pat
 
 /// The sensor that a recording carries.
 pub(crate) fn of_recording(path: &Path) -> Result<(Sensor, PathBuf), Error> {
-    let carries = path
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("mcap"));
+    let carries = is_mcap(path);
     if carries {
         let reader = McapReader::open_any(path)?;
         if let Some(text) = reader.sensor_toml() {

@@ -50,9 +50,7 @@ enum Source {
 
 impl Source {
     fn open(file: &Path, options: TextOptions) -> Result<Self, Error> {
-        let timed = file
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("mcap"));
+        let timed = frames::is_mcap(file);
         Ok(match timed {
             true => Self::Timed(Box::new(McapReader::open(file, options)?)),
             false => Self::Plain(open_counts(file, options)?),

@@ -12,6 +12,7 @@ use taxel_record::{FrameSource, McapReader, TextOptions, open_counts, shape_of};
 use super::desk;
 use super::source::Intake;
 use crate::error::Error;
+use crate::frames::is_mcap;
 
 /// Frames a second of recordings that know no time.
 const USUAL_RATE: f64 = 100.0;
@@ -46,9 +47,7 @@ pub(super) struct Player {
 }
 
 fn open(path: &Path, options: TextOptions) -> Result<Reel, Error> {
-    let timed = path
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("mcap"));
+    let timed = is_mcap(path);
     Ok(match timed {
         true => Reel::Timed(Box::new(McapReader::open(path, options)?)),
         false => Reel::Plain {
