@@ -148,6 +148,9 @@ impl Player {
                     }
                     Err(error) => error.to_string(),
                 };
+                // Frames that cannot be read are left out, and told as a device's broken ones are.
+                tally.corrupt = self.skipped();
+                intake.tally(tally);
                 if read.is_none() {
                     ended = true;
                     self.set_playing(false);
@@ -200,6 +203,14 @@ impl Player {
             frame,
             frames,
         });
+    }
+
+    fn skipped(&self) -> u64 {
+        let skipped = match &self.reel {
+            Reel::Timed(reader) => reader.skipped(),
+            Reel::Plain { frames, .. } => frames.skipped(),
+        };
+        skipped as u64
     }
 
     /// The next frame, and its second.

@@ -398,3 +398,19 @@ fn what_is_wrong_is_said_before_anything_starts() {
         assert!(run.err.contains(says), "{words}: {run}");
     }
 }
+
+#[test]
+fn frames_of_a_file_that_cannot_be_read_are_told() {
+    let folder = Folder::new();
+    let row = "30,31,32,33,34,35,\n";
+    let text = format!(
+        "{}{}1,x,3,\n{}",
+        row.repeat(8),
+        row.repeat(2),
+        row.repeat(9)
+    );
+    folder.write("hurt.txt", &text);
+    let run = folder.taxel("record file:hurt.txt?speed=max --sensor sensor.toml -o hurt.mcap");
+    assert_eq!(run.code, Some(3), "{run}");
+    assert!(run.err.contains("corrupt"), "{run}");
+}
