@@ -35,7 +35,7 @@ pub mod values;
 pub use atomic::AtomicFile;
 pub use error::{Error, Place};
 pub use experiments::{Press, Uniform, read_presses, read_uniform_loads};
-pub use mcap::{McapReader, McapWriter};
+pub use mcap::{Event, McapReader, McapWriter};
 pub use npy::{NpyOptions, NpyReader, NpyWriter, NpzWriter};
 pub use pairs::read_pairs;
 pub use parquet::ParquetWriter;

@@ -8,6 +8,7 @@ use std::path::Path;
 use taxel::{Counts, Frame};
 
 use crate::error::Error;
+use crate::mcap::Event;
 
 /// The most taxels a frame may have: 2²⁴, 128 MiB of values.
 pub const MAX_TAXELS: usize = 1 << 24;
@@ -40,6 +41,12 @@ pub trait FrameSource<Q = Counts> {
     /// Bytes of the whole file; `None` for a pipe or a device.
     fn bytes_total(&self) -> Option<u64>;
 
+    /// What happened during the recording up to the frame read last, since this was asked before; of files that
+    /// know no events, nothing.
+    fn take_events(&mut self) -> Vec<Event> {
+        Vec::new()
+    }
+
     /// The frames one by one, each newly allocated.
     fn frames(self) -> Frames<Self, Q>
     where
@@ -70,6 +77,9 @@ impl<Q, S: FrameSource<Q> + ?Sized> FrameSource<Q> for Box<S> {
     }
     fn bytes_total(&self) -> Option<u64> {
         (**self).bytes_total()
+    }
+    fn take_events(&mut self) -> Vec<Event> {
+        (**self).take_events()
     }
 }
 

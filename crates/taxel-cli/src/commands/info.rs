@@ -137,6 +137,7 @@ fn counts(
         Ok(())
     })?;
     report.add_skips(source.skipped(), source.skips());
+    report.add_events(source.take_events());
     if !known {
         return Ok(());
     }

@@ -87,11 +87,15 @@ struct Status {
 
 /// Delays that the median and the 99th percentile are of.
 const DELAYS: usize = 1000;
+/// Events that wait to be told; a recording played at full speed may have more.
+const NEWS: usize = 1000;
 /// The time that the frame rate is an average of.
 const RATE_OVER: Duration = Duration::from_secs(1);
 
 pub(super) struct Desk {
     status: Mutex<Status>,
+    /// Messages that viewers have not had.
+    news: Mutex<Vec<String>>,
     stopped: AtomicBool,
 }
 
@@ -123,8 +127,24 @@ impl Desk {
                 arrivals: VecDeque::new(),
                 delays_ms: VecDeque::new(),
             }),
+            news: Mutex::new(Vec::new()),
             stopped: AtomicBool::new(false),
         }
+    }
+
+    /// Something happened now that viewers should hear of.
+    pub(super) fn note(&self, text: &str) {
+        let now = secs(SystemTime::now());
+        let json = serde_json::json!({ "kind": "event", "host_secs": now, "text": text });
+        let mut news = self.news.lock().unwrap_or_else(PoisonError::into_inner);
+        if news.len() < NEWS {
+            news.push(json.to_string());
+        }
+    }
+
+    /// What was noted since this was asked last.
+    pub(super) fn take_news(&self) -> Vec<String> {
+        std::mem::take(&mut *self.news.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     fn lock(&self) -> MutexGuard<'_, Status> {

@@ -38,7 +38,6 @@ pub(super) struct Bench {
     orders: Mutex<Sender<Order>>,
     /// The inverse is told of the knobs.
     inverse_knows: Mutex<bool>,
-    events: Mutex<Vec<String>>,
 }
 
 /// A knob in the page: key, label, unit, least, most, step, logarithmic.
@@ -109,7 +108,6 @@ impl Bench {
             controls,
             orders: Mutex::new(orders),
             inverse_knows: Mutex::new(true),
-            events: Mutex::new(Vec::new()),
         };
         bench.desk.set_sliders(bench.values());
         bench
@@ -235,13 +233,6 @@ impl Bench {
             Err(error) => Err(error.to_string()),
         }
     }
-
-    /// What happened and viewers have not heard.
-    fn note(&self, text: &str) {
-        let json = json!({ "kind": "event", "host_secs": secs(SystemTime::now()), "text": text });
-        let mut events = self.events.lock().unwrap_or_else(PoisonError::into_inner);
-        events.push(json.to_string());
-    }
 }
 
 impl Host for Bench {
@@ -290,7 +281,7 @@ impl Host for Bench {
     }
 
     fn news(&self) -> Vec<String> {
-        std::mem::take(&mut *self.events.lock().unwrap_or_else(PoisonError::into_inner))
+        self.desk.take_news()
     }
 
     fn details(&self, taxels: &[(usize, usize)]) -> String {
@@ -318,7 +309,7 @@ impl Host for Bench {
                     return Err("an event needs some words".to_owned());
                 }
                 self.recorder.event("mark", &text);
-                self.note(&text);
+                self.desk.note(&text);
                 Ok(String::new())
             }
             Command::Method { name } => {

@@ -152,6 +152,7 @@ impl Player {
                 tally.corrupt = self.skipped();
                 intake.tally(tally);
                 if read.is_none() {
+                    self.tell_events(intake);
                     ended = true;
                     self.set_playing(false);
                     wishes.playing = false;
@@ -175,6 +176,7 @@ impl Player {
                     continue;
                 }
             }
+            self.tell_events(intake);
             tally.frames += 1;
             intake.frame(&frame, SystemTime::now());
             intake.tally(tally);
@@ -203,6 +205,16 @@ impl Player {
             frame,
             frames,
         });
+    }
+
+    /// What happened when the frame shown next was recorded.
+    fn tell_events(&mut self, intake: &Intake) {
+        let Reel::Timed(reader) = &mut self.reel else {
+            return;
+        };
+        for event in reader.take_events() {
+            intake.desk.note(&event.text);
+        }
     }
 
     fn skipped(&self) -> u64 {

@@ -272,6 +272,11 @@ fn viewers_see_tare_record_and_are_told_what_they_may_not() {
     assert_eq!(ask(&mut viewer, r#"{"id":9,"do":"stop"}"#)["ok"], false);
     folder.good("convert recordings/grip.mcap -o grip.txt");
     assert!(folder.numbers("grip.txt").len() / 24 > 30);
+    // What was marked is told of the recording, and told again when it is played.
+    let info = folder.good("info recordings/grip.mcap");
+    assert!(info.out.contains(" s  mark: now\n"), "{info}");
+    let mut player = Running::start(&folder, "view recordings/grip.mcap --listen 127.0.0.1:0");
+    assert_eq!(told(&mut view(&player.url()), "event")["text"], "now");
     // Another method, and one that is a file's name.
     let raw = ask(&mut viewer, r#"{"id":10,"do":"method","name":"raw"}"#);
     assert_eq!(raw["ok"], true);

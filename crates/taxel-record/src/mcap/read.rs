@@ -1,6 +1,6 @@
 //! Reading, a chunk at a time.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::HashMap;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -23,10 +23,12 @@ use crate::text::TextOptions;
 pub(super) const LONGEST_RECORD: usize = 1 << 28;
 
 /// Something that happened during a recording.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Event {
-    /// When.
+    /// When, by the host's clock.
     pub at: SystemTime,
+    /// Seconds since the recording's first frame, by the same clock; negative before it.
+    pub secs: f64,
     /// `tare`, `mark`, `device`.
     pub kind: String,
     /// What, in words.
@@ -45,7 +47,9 @@ pub struct McapReader {
     schemas: HashMap<u16, String>,
     topics: HashMap<u16, (String, u16)>,
     about: HashMap<String, String>,
-    events: VecDeque<Event>,
+    events: Vec<Happened>,
+    /// Log time of the first frame.
+    start: Option<u64>,
     /// The channel that carries the counts, once it is known.
     counts: Option<u16>,
     /// The next frame, read ahead to know its shape.
@@ -60,6 +64,13 @@ pub struct McapReader {
     skips: SkipLog,
     whole: bool,
     done: bool,
+}
+
+/// An event as the file has it.
+struct Happened {
+    log_time: u64,
+    kind: String,
+    text: String,
 }
 
 struct Ahead {
@@ -126,7 +137,8 @@ impl McapReader {
             schemas: HashMap::new(),
             topics: HashMap::new(),
             about: HashMap::new(),
-            events: VecDeque::new(),
+            events: Vec::new(),
+            start: None,
             counts: None,
             ahead: None,
             shape: (0, 0),
@@ -151,6 +163,7 @@ impl McapReader {
                     .collect(),
             });
         };
+        reader.start = Some(ahead.log_time);
         let (rows, columns) = (ahead.grid.rows(), ahead.grid.column_count as usize);
         let taxels = rows.saturating_mul(columns);
         if taxels == 0 || taxels > MAX_TAXELS {
@@ -216,23 +229,21 @@ impl McapReader {
         self.bytes = offset;
         self.reader = LinearReader::new_with_options(options().with_skip_start_magic(true));
         (self.whole, self.done) = (false, false);
+        self.events.clear();
         loop {
             self.ahead = self.read_grid()?;
             match &self.ahead {
                 Some(ahead) if ahead.log_time < wanted => {}
-                _ => return Ok(true),
+                _ => break,
             }
         }
+        self.events.retain(|event| event.log_time >= wanted);
+        Ok(true)
     }
 
     /// When the host had the frame read last.
     pub fn host_time(&self) -> SystemTime {
         self.host
-    }
-
-    /// What happened since this was asked last, as far as was read.
-    pub fn take_events(&mut self) -> Vec<Event> {
-        self.events.drain(..).collect()
     }
 
     /// Reads on to the next message of the counts; `None` at the end.
@@ -343,8 +354,8 @@ impl McapReader {
             return;
         };
         let word = |key: &str| json[key].as_str().unwrap_or_default().to_owned();
-        self.events.push_back(Event {
-            at: SystemTime::UNIX_EPOCH + Duration::from_nanos(log_time),
+        self.events.push(Happened {
+            log_time,
             kind: word("kind"),
             text: word("text"),
         });
@@ -450,6 +461,16 @@ impl FrameSource<Counts> for McapReader {
         Ok(false)
     }
 
+    fn take_events(&mut self) -> Vec<Event> {
+        let start = self.start.unwrap_or_default();
+        let events = self.events.drain(..).map(|event| Event {
+            at: SystemTime::UNIX_EPOCH + Duration::from_nanos(event.log_time),
+            secs: (i128::from(event.log_time) - i128::from(start)) as f64 * 1e-9,
+            kind: event.kind,
+            text: event.text,
+        });
+        events.collect()
+    }
     fn skipped(&self) -> usize {
         self.skips.count
     }

@@ -79,19 +79,28 @@ fn what_is_recorded_comes_back_with_times_events_and_sensor() {
         assert!((secs - 0.01 * number as f64).abs() < 1e-6);
     }
     assert!(!reader.next_into(&mut found).unwrap());
+    let events = reader.take_events();
+    assert_eq!(events.len(), 1);
+    assert_eq!(events[0].text, "he said \"now\"");
+    assert_eq!(events[0].at, at(7));
+    assert!((events[0].secs - 0.07).abs() < 1e-9);
+    assert!(reader.take_events().is_empty());
     // There and back by the index.
     assert_eq!(reader.extent(), Some((0.39, 40)));
     for number in [25, 0, 39, 7] {
         assert!(reader.seek(0.01 * number as f64).unwrap());
         assert!(reader.next_into(&mut found).unwrap());
         assert_eq!(found.values(), frame(number).values());
+        // Of what happened before the place that was sought nothing is told.
+        let early = reader
+            .take_events()
+            .into_iter()
+            .any(|event| event.secs < 0.01 * number as f64);
+        assert!(!early);
     }
     // Beyond the end there is nothing, however far beyond.
     assert!(reader.seek(1e300).unwrap());
     assert!(!reader.next_into(&mut found).unwrap());
-    let events = reader.take_events();
-    assert_eq!(events[0].text, "he said \"now\"");
-    assert_eq!(events[0].at, at(7));
     // Never over an existing file.
     assert!(matches!(
         McapWriter::create(&path, &about()),

@@ -8,11 +8,11 @@ use std::path::Path;
 use serde::Serialize;
 use taxel::screen::ScreenReport;
 use taxel::{Frame, Mark};
-use taxel_record::Skipped;
+use taxel_record::{Event, Skipped};
 
 use crate::line_faults::FaultyLine;
 
-/// How many frames left out are named one by one.
+/// How many frames left out, and how many events, are named one by one.
 const NAMED: usize = 10;
 /// Resolutions of converters people use.
 const BITS: [u32; 9] = [8, 10, 12, 14, 16, 18, 20, 24, 32];
@@ -44,6 +44,8 @@ pub(super) struct Report {
     /// Share of the readings outside the mask of the sensor file, if it has one.
     outside_mask_share: Option<f64>,
     faulty_lines: Vec<FaultyLine>,
+    /// What happened during the recording.
+    events: Vec<Happened>,
     pub(super) skipped_frames: usize,
     pub(super) skipped: Vec<String>,
     #[serde(skip)]
@@ -77,6 +79,7 @@ impl Report {
             marks: BTreeMap::new(),
             outside_mask_share: None,
             faulty_lines: Vec::new(),
+            events: Vec::new(),
             skipped_frames: 0,
             skipped: Vec::new(),
             rows_known,
@@ -98,6 +101,17 @@ impl Report {
         let named = first.iter().take(NAMED);
         self.skipped = named
             .map(|skipped| format!("frame {} left out: {}", skipped.frame, skipped.error))
+            .collect();
+    }
+
+    pub(super) fn add_events(&mut self, events: Vec<Event>) {
+        self.events = events
+            .into_iter()
+            .map(|event| Happened {
+                secs: event.secs,
+                kind: event.kind,
+                text: event.text,
+            })
             .collect();
     }
 
@@ -172,8 +186,31 @@ impl fmt::Display for Report {
         if self.skipped_frames > 0 {
             writeln!(f, "{} frames left out", self.skipped_frames)?;
         }
-        f.write_str(self.screened.as_deref().unwrap_or_default())
+        f.write_str(self.screened.as_deref().unwrap_or_default())?;
+        if !self.events.is_empty() {
+            writeln!(f, "events:")?;
+        }
+        for event in self.events.iter().take(NAMED) {
+            writeln!(f, "  {:10.3} s  {}: {}", event.secs, event.kind, event.text)?;
+        }
+        if self.events.len() > NAMED {
+            writeln!(
+                f,
+                "  and {} more; --json has them all",
+                self.events.len() - NAMED
+            )?;
+        }
+        Ok(())
     }
+}
+
+/// An event of the recording.
+#[derive(Debug, Serialize)]
+struct Happened {
+    /// Seconds since the first frame.
+    secs: f64,
+    kind: String,
+    text: String,
 }
 
 /// Least, most and sum of all values, and the first and last time.
