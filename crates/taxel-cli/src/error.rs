@@ -125,6 +125,85 @@ pub(crate) enum Error {
         /// What to do.
         hint: &'static str,
     },
+    /// The plan of an evaluation cannot be read.
+    #[error("cannot open {}: {source}\nhint: docs/evaluate.md has an example of a plan", .file.display())]
+    OpenPlan {
+        /// The file.
+        file: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// The plan of an evaluation makes no sense.
+    #[error("{}: {reason}\nhint: docs/evaluate.md has every key of a plan", .file.display())]
+    Plan {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        reason: String,
+    },
+    /// A trial lacks what its kind of experiment is about.
+    #[error(
+        "{}, line {line}: {kind} needs {needs} in every line\nhint: docs/evaluate.md says which columns each kind needs", .table.display()
+    )]
+    Trial {
+        /// The table of trials.
+        table: PathBuf,
+        /// Its line, from 1.
+        line: u64,
+        /// The kind of experiment.
+        kind: &'static str,
+        /// The columns.
+        needs: &'static str,
+    },
+    /// Readings that do not allow the evaluation.
+    #[error(
+        "{}, setting {setting}: {kind} needs {needs}, found {readings} readings that are not it", .table.display()
+    )]
+    TooFew {
+        /// The table of trials.
+        table: PathBuf,
+        /// The setting.
+        setting: String,
+        /// The kind of experiment.
+        kind: &'static str,
+        /// Readings found.
+        readings: usize,
+        /// What there must be.
+        needs: &'static str,
+    },
+    /// A recording without times, where times are what it is about.
+    #[error(
+        "{}: no times, but experiment '{experiment}' is about time\nhint: give frames_per_second in the plan, or record as .mcap", .file.display()
+    )]
+    NoTimes {
+        /// The recording.
+        file: PathBuf,
+        /// The experiment.
+        experiment: String,
+    },
+    /// Fewer frames of known loads than of readings.
+    #[error(
+        "{}: {found} frames of known loads, but {} has more\nhint: one frame of loads for each frame of counts", .truth.display(), .recording.display()
+    )]
+    FewerTruths {
+        /// The file of loads.
+        truth: PathBuf,
+        /// Frames in it.
+        found: u64,
+        /// The recording.
+        recording: PathBuf,
+    },
+    /// A file whose fingerprint a report should have.
+    #[error("cannot read {} for its fingerprint: {source}", .file.display())]
+    Fingerprint {
+        /// The file.
+        file: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// No folder for what is simulated.
+    #[error("cannot make a folder for what is simulated: {0}\nhint: TMPDIR names where there is room")]
+    Scratch(#[source] io::Error),
     /// An address that leads nowhere, or ports that cannot be listed.
     #[error(transparent)]
     Acquire(#[from] taxel_acquire::Error),

@@ -8,6 +8,7 @@ mod chain;
 mod commands;
 mod crew;
 mod error;
+mod evaluation;
 mod frames;
 mod interrupt;
 mod lesson;
@@ -26,8 +27,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use commands::{
-    bench, calibrate, compare, compensate, convert, dataset, demo, devices, info, model, netlist,
-    plot, record, recover, replay, simulate, train,
+    bench, calibrate, compare, compensate, convert, dataset, demo, devices, evaluate, info, model, netlist,
+    plot, record, recover, replay, report, simulate, train,
 };
 
 /// From raw frames of a resistive pressure-sensor matrix to calibrated loads.
@@ -51,6 +52,7 @@ enum Command {
     Recover(recover::Args),
     Devices(devices::Args),
     Info(info::Args),
+    Selftest(commands::selftest::Args),
     Calibrate(calibrate::Args),
     Compensate(compensate::Args),
     Dataset(dataset::Args),
@@ -58,8 +60,14 @@ enum Command {
     Compare(compare::Args),
     Model(model::Args),
     Plot(plot::Args),
+    Evaluate(evaluate::Args),
+    Report(report::Args),
     Simulate(simulate::Args),
     Netlist(netlist::Args),
+    Budget(commands::budget::Args),
+    Design(commands::design::Args),
+    Rig(commands::rig::Args),
+    Crosstalk(commands::crosstalk::Args),
     Bench(bench::Args),
     Demo(demo::Args),
 }
@@ -71,6 +79,8 @@ enum Exit {
     Good,
     /// Finished, but data was lost or left out.
     DataLost,
+    /// A test found something.
+    Found,
 }
 
 fn main() -> ExitCode {
@@ -84,11 +94,18 @@ fn main() -> ExitCode {
         Command::Devices(args) => devices::run(&args),
         Command::Demo(args) => demo::run(&args),
         Command::Info(args) => info::run(&args),
+        Command::Selftest(args) => commands::selftest::run(&args),
         Command::Plot(args) => plot::run(&args),
         Command::Netlist(args) => netlist::run(&args),
+        Command::Evaluate(args) => evaluate::run(&args),
+        Command::Report(args) => report::run(&args),
         Command::Calibrate(args) => calibrate::run(&args),
         Command::Compensate(args) => compensate::run(&args),
         Command::Simulate(args) => simulate::run(&args),
+        Command::Budget(args) => commands::budget::run(&args),
+        Command::Design(args) => commands::design::run(&args),
+        Command::Rig(args) => commands::rig::run(&args),
+        Command::Crosstalk(args) => commands::crosstalk::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Dataset(args) => dataset::run(&args),
         Command::Train(args) => train::run(&args),
@@ -97,7 +114,7 @@ fn main() -> ExitCode {
     };
     match result {
         Ok(Exit::Good) => ExitCode::SUCCESS,
-        Ok(Exit::DataLost) => ExitCode::from(3),
+        Ok(Exit::DataLost | Exit::Found) => ExitCode::from(3),
         // Who reads our output has read enough.
         Err(error) if error.is_broken_pipe() => ExitCode::SUCCESS,
         Err(error) => {

@@ -155,7 +155,7 @@ pub fn read_uniform_loads(path: impl AsRef<Path>) -> Result<Vec<Uniform>, Error>
 }
 
 /// A recording's path, relative to the folder of the table.
-fn beside(table: &Path, line: &Row<'_>, cell: usize) -> Result<PathBuf, Error> {
+pub(crate) fn beside(table: &Path, line: &Row<'_>, cell: usize) -> Result<PathBuf, Error> {
     let name = line.text(cell)?;
     if name.is_empty() {
         let hint = "paths are relative to this table's folder";
@@ -165,16 +165,16 @@ fn beside(table: &Path, line: &Row<'_>, cell: usize) -> Result<PathBuf, Error> {
 }
 
 /// Where a table says which taxel was pressed, and what there is to press.
-struct Taxel<'a> {
-    label: Option<usize>,
-    pair: Option<(usize, usize)>,
-    rows: usize,
-    columns: usize,
-    labels: Option<&'a str>,
+pub(crate) struct Taxel<'a> {
+    pub(crate) label: Option<usize>,
+    pub(crate) pair: Option<(usize, usize)>,
+    pub(crate) rows: usize,
+    pub(crate) columns: usize,
+    pub(crate) labels: Option<&'a str>,
 }
 
 impl Taxel<'_> {
-    fn read(&self, line: &Row<'_>) -> Result<(usize, usize), Error> {
+    pub(crate) fn read(&self, line: &Row<'_>) -> Result<(usize, usize), Error> {
         let labelled = match self.label {
             Some(cell) => self.by_label(line, cell)?,
             None => None,

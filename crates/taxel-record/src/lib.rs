@@ -11,6 +11,7 @@
 //! | [`mcap`] | recordings with times, events and the sensor file, `.mcap` |
 //! | [`parquet`] | a table, one row a frame, `.parquet` (written only) |
 //! | [`experiments`] | labelled presses, `experiments.csv` and `equilibration.csv` |
+//! | [`trials`] | what was done to a sensor that is evaluated, `.csv` |
 //! | [`pairs`] | conductance against load, `.csv` |
 //!
 //! [`open_counts`] chooses by the extension.
@@ -30,6 +31,7 @@ mod rows;
 pub mod source;
 mod table;
 pub mod text;
+pub mod trials;
 pub mod values;
 
 pub use atomic::AtomicFile;
@@ -42,4 +44,5 @@ pub use parquet::ParquetWriter;
 pub use recording::{ShapeGuess, open_counts, shape_of};
 pub use source::{FrameSource, Frames, Skipped};
 pub use text::{TextOptions, TextReader, TextWriter};
+pub use trials::{Trial, read_trials};
 pub use values::{ValuesReader, ValuesWriter};

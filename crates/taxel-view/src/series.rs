@@ -7,32 +7,125 @@ use crate::picture::Picture;
 use crate::quantity::Quantity;
 use crate::series_plot;
 
-/// One value per frame.
+/// How the values of a line are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum LineStyle {
+    /// One stroke through all values.
+    #[default]
+    Solid,
+    /// A stroke of dashes, such as for a model beside its measurement.
+    Dashed,
+    /// A dot per value, not joined, such as for measurements.
+    Points,
+}
+
+/// One value per frame, or per position of its own.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Line {
     /// Its name in the legend; may be empty.
     pub name: String,
     /// One value per position on the x axis; where one is not finite the line is broken.
     pub values: Vec<f64>,
+    /// How it is drawn.
+    pub style: LineStyle,
+    /// Half the length of the bar through each value, in its unit; none, or one per value. Where one is not finite,
+    /// or 0, there is no bar.
+    pub errors: Vec<f64>,
+    /// Positions of its own, one per value, where those of the series are not its.
+    pub x: Option<Vec<f64>>,
+    /// Which of the ten colours it has; by its order among the lines where that is not said.
+    pub colour: Option<usize>,
 }
 
 impl Line {
-    /// A named line.
+    /// A named line over the positions of the series, drawn as one stroke.
     pub fn new(name: impl Into<String>, values: Vec<f64>) -> Line {
         Line {
             name: name.into(),
             values,
+            ..Line::default()
+        }
+    }
+
+    /// How it is drawn.
+    pub fn style(mut self, style: LineStyle) -> Self {
+        self.style = style;
+        self
+    }
+
+    /// Half the length of the error bar through each value, in the unit of the values.
+    pub fn errors(mut self, errors: Vec<f64>) -> Self {
+        self.errors = errors;
+        self
+    }
+
+    /// Positions of its own instead of those of the series, one per value.
+    pub fn over(mut self, x: Vec<f64>) -> Self {
+        self.x = Some(x);
+        self
+    }
+
+    /// The colour that the line at this position would have by its order: lines that belong together share one.
+    pub fn colour(mut self, colour: usize) -> Self {
+        self.colour = Some(colour);
+        self
+    }
+
+    /// Its values with the bars through them, as far as they reach.
+    pub(crate) fn reach(&self) -> impl Iterator<Item = f64> + '_ {
+        self.values.iter().enumerate().flat_map(|(i, &value)| {
+            let error = self.error(i);
+            [value - error, value + error]
+        })
+    }
+
+    /// Half the bar through value `i`; 0 without one.
+    pub(crate) fn error(&self, i: usize) -> f64 {
+        let error = self.errors.get(i).copied().unwrap_or(0.0).abs();
+        if error.is_finite() { error } else { 0.0 }
+    }
+
+    /// That there is a value, and a bar where there are bars, for each position.
+    fn checked(&self, positions: usize) -> Result<(), Error> {
+        let expected = self.x.as_ref().map_or(positions, Vec::len);
+        let errors = if self.errors.is_empty() {
+            expected
+        } else {
+            self.errors.len()
+        };
+        match [self.values.len(), errors]
+            .into_iter()
+            .find(|&found| found != expected)
+        {
+            None => Ok(()),
+            Some(found) => Err(Error::LineLength {
+                name: self.name.clone(),
+                expected,
+                found,
+            }),
         }
     }
 }
 
-/// A line plot over frames. Up to ten lines have a colour each and a legend; more are coloured by their order.
+/// A line plot over frames. Up to ten colours of lines have a legend; more lines are coloured by their order.
 ///
 /// ```
 /// use taxel_view::{Line, Series};
 /// let lines = vec![Line::new("row 2, column 5", vec![0.0, 0.4, 0.9])];
 /// let picture = Series::new("frame", vec![0.0, 1.0, 2.0], lines)?.unit("N").picture()?;
 /// assert!(picture.svg().contains("row 2, column 5"));
+/// # Ok::<(), taxel_view::Error>(())
+/// ```
+///
+/// A model beside what was measured:
+///
+/// ```
+/// use taxel_view::{Line, LineStyle, Series};
+/// let model = Line::new("model", vec![0.8, 0.7, 0.6]).style(LineStyle::Dashed);
+/// let measured = Line::new("measured", vec![0.79, 0.62]).over(vec![0.0, 2.0]);
+/// let measured = measured.style(LineStyle::Points).errors(vec![0.01, 0.02]).colour(0);
+/// let series = Series::new("N", vec![0.0, 1.0, 2.0], vec![model, measured])?;
+/// assert!(series.picture()?.svg().contains("stroke-dasharray"));
 /// # Ok::<(), taxel_view::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
@@ -51,7 +144,8 @@ impl Series {
     /// Lines over the positions `x`, whose axis is labelled `x_label`, such as `frame` or `time (s)`.
     ///
     /// # Errors
-    /// [`Error::Empty`] without lines, [`Error::LineLength`] when a line has not one value per position.
+    /// [`Error::Empty`] without lines, [`Error::LineLength`] when a line has not one value, and one error bar if any,
+    /// per position.
     pub fn new(x_label: impl Into<String>, x: Vec<f64>, lines: Vec<Line>) -> Result<Series, Error> {
         if lines.is_empty() {
             return Err(Error::Empty {
@@ -59,12 +153,8 @@ impl Series {
                 of: "line",
             });
         }
-        if let Some(line) = lines.iter().find(|line| line.values.len() != x.len()) {
-            return Err(Error::LineLength {
-                name: line.name.clone(),
-                expected: x.len(),
-                found: line.values.len(),
-            });
+        for line in &lines {
+            line.checked(x.len())?;
         }
         Ok(Series {
             title: String::new(),
@@ -252,5 +342,13 @@ mod tests {
         assert!(text(Series::of_taxels(&frames(1), &[])).contains("at least 1 line"));
         let uneven = Series::new("frame", vec![0.0], vec![Line::new("a", vec![])]);
         assert!(text(uneven).contains("1 positions need 1 values, found 0"));
+        let bars = Line::new("a", vec![1.0]).errors(vec![0.1, 0.2]);
+        assert!(
+            text(Series::new("frame", vec![0.0], vec![bars])).contains("need 1 values, found 2")
+        );
+        let own = Line::new("a", vec![1.0]).over(vec![0.0, 1.0]);
+        assert!(
+            text(Series::new("frame", vec![0.0], vec![own])).contains("need 2 values, found 1")
+        );
     }
 }

@@ -1,12 +1,14 @@
 //! Drawing a series: axes, lines, and the legend or the bar of line colours.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use crate::colour::{ColourMap, hex};
 use crate::colour_bar::{Beyond, ColourBar, HAIRLINE, LABEL_SIZE, TICK};
 use crate::panel_layout::{TITLE_LEADING, TITLE_SIZE};
 use crate::picture::{PNG_SCALE, Picture};
 use crate::raster::position;
 use crate::scale::{Scale, drawable, finite_range};
-use crate::series::{Line, Series};
+use crate::series::{Line, LineStyle, Series};
 use crate::sheet::draw_caption;
 use crate::svg::{Anchor, Canvas, INK, Rect, number};
 use crate::ticks::{nice_ticks, tick_labels};
@@ -19,6 +21,10 @@ const GRID: &str = "#e4e4e4";
 const LEGEND_GAP: f64 = 14.0;
 const LEGEND_LEADING: f64 = 17.0;
 const WIDEST_NAME: f64 = 200.0;
+/// Across a dot that stands for one value.
+const POINT: f64 = 4.6;
+/// Half the width of the cap of an error bar.
+const CAP: f64 = 2.5;
 
 /// Colours of up to ten lines: the ten of matplotlib (`tab10`, by Tableau).
 const COLOURS: [&str; 10] = [
@@ -48,7 +54,11 @@ impl Axis {
     }
 
     fn along(series: &Series) -> Axis {
-        let (low, high) = match finite_range(series.x.iter().copied()) {
+        let own = series.lines.iter().filter_map(|line| line.x.as_ref());
+        // Positions at which every line has its own instead say nothing.
+        let common = Some(&series.x).filter(|_| series.lines.iter().any(|line| line.x.is_none()));
+        let positions = common.into_iter().chain(own).flatten();
+        let (low, high) = match finite_range(positions.copied()) {
             Some((low, high)) if low == high => (low - 0.5, high + 0.5),
             range => drawable(range),
         };
@@ -57,7 +67,17 @@ impl Axis {
             "" => series.x_label.clone(),
             power => format!("{} {power}", series.x_label),
         };
-        let range = drawable(Some((low, high)));
+        let dots = series
+            .lines
+            .iter()
+            .any(|line| line.style == LineStyle::Points);
+        // Room for the dots and bars at either end.
+        let margin = if dots {
+            (high / 2.0 - low / 2.0) * 0.05
+        } else {
+            0.0
+        };
+        let range = drawable(Some((low - margin, high + margin)));
         let mut axis = Axis::new(range, &scale, label, 8);
         if series.x_label == "frame" && range.1 - range.0 < 4.0 {
             axis.ticks = whole_ticks(range);
@@ -66,10 +86,7 @@ impl Axis {
     }
 
     fn upwards(series: &Series) -> Axis {
-        let values = series
-            .lines
-            .iter()
-            .flat_map(|line| line.values.iter().copied());
+        let values = series.lines.iter().flat_map(Line::reach);
         let (low, high) = drawable(finite_range(values));
         let margin = (high / 2.0 - low / 2.0) * 0.08;
         // From 0 where that costs little of the picture.
@@ -121,33 +138,68 @@ pub(crate) fn draw(series: &Series) -> Result<Picture, Error> {
         canvas.text(plot.x, baseline, TITLE_SIZE, Anchor::Start, line);
     }
     draw_axes(&mut canvas, plot, &along, &upwards);
-    let colours = line_colours(series.lines.len());
-    let stroke = if series.lines.len() <= COLOURS.len() {
-        1.4
-    } else {
-        0.8
-    };
-    for (line, colour) in series.lines.iter().zip(&colours) {
-        let (path, dots) = line_path(&series.x, line, plot, along.range, upwards.range);
-        canvas.strokes(&path, colour, stroke);
-        canvas.strokes(&dots, colour, 3.0 * stroke);
-    }
+    let colours = line_colours(&series.lines);
+    let ranges = (along.range, upwards.range);
+    draw_lines(&mut canvas, series, plot, ranges, &colours);
     let right = draw_key(&mut canvas, series, plot, &colours)?.max(plot.right() + 10.0);
     let bottom = plot.bottom() + TICK + GAP + 2.0 * LABEL_SIZE + 5.0;
     let bottom = draw_caption(&mut canvas, &series.caption, bottom, right - MARGIN);
     Ok(Picture::new(canvas, right + MARGIN, bottom + MARGIN))
 }
 
-fn line_colours(count: usize) -> Vec<String> {
-    if count <= COLOURS.len() {
-        return COLOURS[..count]
-            .iter()
-            .map(|&colour| colour.to_owned())
-            .collect();
+/// The colour asked for; after the last the first follows.
+fn asked(colour: usize) -> usize {
+    colour % COLOURS.len()
+}
+
+/// How many colours the lines need when each has the one it asks for, or that of its order.
+fn colours_wanted(lines: &[Line]) -> usize {
+    let wanted = |(i, line): (usize, &Line)| line.colour.map_or(i, asked) + 1;
+    lines.iter().enumerate().map(wanted).max().unwrap_or(0)
+}
+
+fn line_colours(lines: &[Line]) -> Vec<String> {
+    let count = lines.len();
+    if colours_wanted(lines) <= COLOURS.len() {
+        let colour = |(i, line): (usize, &Line)| COLOURS[line.colour.map_or(i, asked)].to_owned();
+        return lines.iter().enumerate().map(colour).collect();
     }
     (0..count)
-        .map(|i| hex(ColourMap::Viridis.rgb(i as f64 / (count - 1) as f64)))
+        .map(|i| hex(ColourMap::Viridis.rgb(i as f64 / (count - 1).max(1) as f64)))
         .collect()
+}
+
+/// Draws all lines: strokes first, so that no stroke hides a point.
+fn draw_lines(
+    canvas: &mut Canvas,
+    series: &Series,
+    plot: Rect,
+    ranges: ((f64, f64), (f64, f64)),
+    colours: &[String],
+) {
+    let few = colours_wanted(&series.lines) <= COLOURS.len();
+    let stroke = if few { 1.4 } else { 0.8 };
+    let both = || series.lines.iter().zip(colours);
+    for (line, colour) in both().filter(|(line, _)| line.style != LineStyle::Points) {
+        let xs = line.x.as_ref().unwrap_or(&series.x);
+        let (path, dots) = line_path(xs, line, plot, ranges.0, ranges.1);
+        match line.style {
+            LineStyle::Dashed => canvas.dashes(&path, colour, stroke),
+            LineStyle::Solid | LineStyle::Points => canvas.strokes(&path, colour, stroke),
+        }
+        canvas.strokes(&dots, colour, 3.0 * stroke);
+    }
+    for (line, colour) in both() {
+        let xs = line.x.as_ref().unwrap_or(&series.x);
+        let bars = bar_path(xs, line, plot, ranges);
+        canvas.strokes(&bars, colour, 0.6 * stroke);
+        if line.style == LineStyle::Points {
+            let dots = point_path(xs, line, plot, ranges);
+            // A rim of the ground sets them off from strokes and from the dots of other lines.
+            canvas.strokes(&dots, "#ffffff", POINT + 1.2);
+            canvas.strokes(&dots, colour, POINT);
+        }
+    }
 }
 
 fn draw_axes(canvas: &mut Canvas, plot: Rect, along: &Axis, upwards: &Axis) {
@@ -183,13 +235,7 @@ fn line_path(
     across: (f64, f64),
     upwards: (f64, f64),
 ) -> (String, String) {
-    let place = |(&x, &y): (&f64, &f64)| {
-        (x.is_finite() && y.is_finite()).then(|| {
-            let x = position(x, across).clamp(0.0, 1.0);
-            let y = position(y, upwards).clamp(0.0, 1.0);
-            (plot.x + plot.width * x, plot.bottom() - plot.height * y)
-        })
-    };
+    let place = |(&x, &y): (&f64, &f64)| placed(x, y, plot, (across, upwards));
     let points: Vec<Option<(f64, f64)>> = xs.iter().zip(&line.values).map(place).collect();
     let (mut path, mut dots) = (String::new(), String::new());
     for piece in points.split(Option::is_none) {
@@ -206,6 +252,57 @@ fn line_path(
         }
     }
     (path, dots)
+}
+
+/// Where a value stands on the picture, if it does.
+fn placed(x: f64, y: f64, plot: Rect, ranges: ((f64, f64), (f64, f64))) -> Option<(f64, f64)> {
+    (x.is_finite() && y.is_finite()).then(|| {
+        let x = position(x, ranges.0).clamp(0.0, 1.0);
+        let y = position(y, ranges.1).clamp(0.0, 1.0);
+        (plot.x + plot.width * x, plot.bottom() - plot.height * y)
+    })
+}
+
+/// The values of a line as dots. Of those on the same pixel one is drawn: a long recording makes no larger a picture,
+/// and repetitions at one position all show.
+fn point_path(xs: &[f64], line: &Line, plot: Rect, ranges: ((f64, f64), (f64, f64))) -> String {
+    let pixel = |at: f64| (at * f64::from(PNG_SCALE)) as i64;
+    let mut seen = BTreeSet::new();
+    let mut dots = String::new();
+    for (&x, &y) in xs.iter().zip(&line.values) {
+        if let Some((x, y)) = placed(x, y, plot, ranges)
+            && seen.insert((pixel(x), pixel(y)))
+        {
+            dots += &format!("M{} {}h0.01", number(x), number(y));
+        }
+    }
+    dots
+}
+
+/// The error bars of a line, with caps; those on the same pixel column are drawn as the longest of them.
+fn bar_path(xs: &[f64], line: &Line, plot: Rect, ranges: ((f64, f64), (f64, f64))) -> String {
+    let mut bars: BTreeMap<i64, (f64, f64, f64)> = BTreeMap::new();
+    for (i, (&x, &y)) in xs.iter().zip(&line.values).enumerate() {
+        let error = line.error(i);
+        let ends = (
+            placed(x, y - error, plot, ranges),
+            placed(x, y + error, plot, ranges),
+        );
+        let (Some((x, low)), Some((_, high)), true) = (ends.0, ends.1, error > 0.0) else {
+            continue;
+        };
+        let pixel = (x * f64::from(PNG_SCALE)) as i64;
+        let bar = bars.entry(pixel).or_insert((x, low, high));
+        *bar = (bar.0, bar.1.max(low), bar.2.min(high));
+    }
+    let mut path = String::new();
+    for (x, low, high) in bars.into_values() {
+        path += &format!("M{} {}V{}", number(x), number(low), number(high));
+        for end in [low, high] {
+            path += &format!("M{} {}h{}", number(x - CAP), number(end), 2.0 * CAP);
+        }
+    }
+    path
 }
 
 /// First, lowest, highest and last of each stretch of points on the same pixel column, in their order.
@@ -233,7 +330,7 @@ fn draw_key(
     colours: &[String],
 ) -> Result<f64, Error> {
     let left = plot.right() + LEGEND_GAP;
-    if series.lines.len() > COLOURS.len() {
+    if colours_wanted(&series.lines) > COLOURS.len() {
         let range = (0.0, (series.lines.len() - 1) as f64);
         let size = (plot.height, false);
         let labels = (series.order.as_str(), "");
@@ -242,12 +339,19 @@ fn draw_key(
         return Ok(left + bar.breadth());
     }
     let mut right = plot.right();
-    for (i, (line, colour)) in series.lines.iter().zip(colours).enumerate() {
-        if line.name.is_empty() {
-            continue;
-        }
+    let named = series.lines.iter().zip(colours);
+    let named = named.filter(|(line, _)| !line.name.is_empty());
+    for (i, (line, colour)) in named.enumerate() {
         let y = plot.y + 6.0 + i as f64 * LEGEND_LEADING;
-        canvas.strokes(&format!("M{} {}h16", number(left), number(y)), colour, 2.0);
+        let sample = format!("M{} {}h16", number(left), number(y));
+        match line.style {
+            LineStyle::Solid => canvas.strokes(&sample, colour, 2.0),
+            LineStyle::Dashed => canvas.dashes(&sample, colour, 1.6),
+            LineStyle::Points => {
+                let dot = format!("M{} {}h0.01", number(left + 8.0), number(y));
+                canvas.strokes(&dot, colour, POINT);
+            }
+        }
         let name = text::shorten(&line.name, LABEL_SIZE, WIDEST_NAME);
         canvas.text(
             left + 22.0,
@@ -291,5 +395,38 @@ mod tests {
         assert!(kept.len() <= 4 * 201);
         assert!(kept.iter().any(|point| point.1 == 99.0));
         assert_eq!((kept[0], kept[kept.len() - 1]), (points[0], points[99_999]));
+    }
+
+    const RANGES: ((f64, f64), (f64, f64)) = ((0.0, 6.0), (0.0, 1.0));
+
+    #[test]
+    fn repetitions_at_one_position_are_all_drawn_and_copies_once() {
+        let line = Line::new("", vec![0.2, 0.5, 0.5, f64::NAN]).style(LineStyle::Points);
+        let dots = point_path(&[1.0, 1.0, 1.0, 1.0], &line, PLOT, RANGES);
+        assert_eq!(dots.matches('M').count(), 2);
+    }
+
+    #[test]
+    fn a_bar_reaches_its_error_and_is_left_out_without_one() {
+        let line = Line::new("", vec![0.5, 0.5, 0.5]).errors(vec![0.25, 0.0, f64::NAN]);
+        let bars = bar_path(&[0.0, 3.0, 6.0], &line, PLOT, RANGES);
+        assert_eq!(bars, "M0 75V25M-2.5 75h5M-2.5 25h5");
+        let reach: Vec<f64> = line.reach().collect();
+        assert_eq!(reach, [0.25, 0.75, 0.5, 0.5, 0.5, 0.5]);
+    }
+
+    #[test]
+    fn lines_that_share_a_colour_keep_their_legend() {
+        let line = |i: usize| Line::new(format!("line {i}"), vec![0.0, 1.0]).colour(i / 2);
+        let series = |lines| Series::new("N", vec![0.0, 1.0], lines).unwrap();
+        let shared = series((0..12).map(line).collect());
+        let svg = shared.picture().unwrap();
+        assert!(svg.svg().contains(">line 11<") && !svg.svg().contains("<image"));
+        let own = |i: usize| Line::new("", vec![0.0, 1.0]).over(vec![i as f64, 40.0]);
+        let apart = series(vec![own(10), own(20)]);
+        assert_eq!(Axis::along(&apart).range, (10.0, 40.0));
+        let dots = series(vec![own(10).style(LineStyle::Points)]);
+        assert_eq!(Axis::along(&dots).range, (9.25, 40.75));
+        assert!(svg.render(crate::Format::Png).is_ok());
     }
 }

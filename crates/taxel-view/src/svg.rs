@@ -103,6 +103,20 @@ impl Canvas {
         ));
     }
 
+    /// The same in dashes, of a length that suits the width.
+    pub(crate) fn dashes(&mut self, data: &str, colour: &str, width: f64) {
+        if data.is_empty() {
+            return;
+        }
+        self.push(format_args!(
+            "<path d=\"{data}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{}\" \
+             stroke-dasharray=\"{} {}\" stroke-linejoin=\"round\"/>",
+            number(width),
+            number(3.5 * width),
+            number(2.5 * width)
+        ));
+    }
+
     /// A filled shape along the path `data`.
     pub(crate) fn filled(&mut self, data: &str, colour: &str) {
         self.push(format_args!("<path d=\"{data}\" fill=\"{colour}\"/>"));

@@ -1,13 +1,17 @@
 //! One file a verb, each with `run(args) -> Result<Exit, Error>`.
 
 pub(crate) mod bench;
+pub(crate) mod budget;
 pub(crate) mod calibrate;
 pub(crate) mod compare;
 pub(crate) mod compensate;
 pub(crate) mod convert;
+pub(crate) mod crosstalk;
 pub(crate) mod dataset;
 pub(crate) mod demo;
+pub(crate) mod design;
 pub(crate) mod devices;
+pub(crate) mod evaluate;
 pub(crate) mod info;
 pub(crate) mod live;
 pub(crate) mod model;
@@ -16,6 +20,9 @@ pub(crate) mod plot;
 pub(crate) mod record;
 pub(crate) mod recover;
 pub(crate) mod replay;
+pub(crate) mod rig;
+pub(crate) mod report;
+pub(crate) mod selftest;
 pub(crate) mod simulate;
 mod taxel_address;
 pub(crate) mod train;

@@ -163,6 +163,16 @@ impl Session {
         self.desk.recording()
     }
 
+    /// Begins a recording; it must not exist.
+    pub(crate) fn record(&self, file: &std::path::Path) -> Result<(), Error> {
+        self.recorder.begin(file.to_owned())
+    }
+
+    /// Ends the recording; the file is whole then.
+    pub(crate) fn stop_recording(&self) {
+        self.recorder.stop();
+    }
+
     /// Ends everything and waits for the recording to be whole.
     pub(crate) fn end(&mut self) {
         self.desk.stop();

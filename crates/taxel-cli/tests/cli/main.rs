@@ -3,9 +3,11 @@
 mod bad_input;
 mod calibrate;
 mod compensate;
+mod design;
 mod help;
 mod learn;
 mod live;
 mod look;
 mod run;
+mod selftest;
 mod simulate;

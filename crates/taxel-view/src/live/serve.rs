@@ -38,6 +38,7 @@ pub(super) async fn serve(
     };
     let router = Router::new()
         .route("/", get(page))
+        .route("/model", get(model_page))
         .route("/assets/{*path}", get(asset))
         .route("/live", get(live))
         .layer(middleware::from_fn_with_state(shared.clone(), check))
@@ -99,8 +100,17 @@ async fn check(State(shared): State<Arc<Shared>>, request: Request, next: Next) 
 }
 
 async fn page(State(shared): State<Arc<Shared>>, request: Request) -> Response {
-    let mut response = assets::file("index.html");
-    let cookie = guard::cookie(&shared, request.uri());
+    page_of("index.html", &shared, &request)
+}
+
+async fn model_page(State(shared): State<Arc<Shared>>, request: Request) -> Response {
+    page_of("model.html", &shared, &request)
+}
+
+/// A page, with the cookie that its files need.
+fn page_of(file: &str, shared: &Shared, request: &Request) -> Response {
+    let mut response = assets::file(file);
+    let cookie = guard::cookie(shared, request.uri());
     if let Some(cookie) = cookie.and_then(|cookie| HeaderValue::from_str(&cookie).ok()) {
         response.headers_mut().insert(header::SET_COOKIE, cookie);
     }

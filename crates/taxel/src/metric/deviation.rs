@@ -69,7 +69,7 @@ pub fn deviations_of_frames<Q>(
 }
 
 /// Linear between order statistics of sorted values.
-fn percentile(sorted: &[f64], share: f64) -> f64 {
+pub(crate) fn percentile(sorted: &[f64], share: f64) -> f64 {
     let position = share * (sorted.len() - 1) as f64;
     let below = position.floor() as usize;
     let above = (below + 1).min(sorted.len() - 1);

@@ -28,11 +28,13 @@
 mod drawing;
 mod imperfect;
 mod labelled;
+mod mechanism;
 mod pattern;
 mod sensor;
 
 pub use imperfect::{Imperfections, imperfect};
 pub use labelled::{calibration_data, labelled_presses, uniform_levels, validation_frames};
+pub use mechanism::{Tip, press_tips};
 pub use pattern::{DEFAULT_PEAK_G, Kind, LabelledPress, Pattern, labelled_press};
 pub use sensor::{Faults, Reading, VirtualSensor, default_noise_counts};
 
@@ -62,6 +64,7 @@ enum Purpose {
     PressReading,
     UniformReading,
     ValidationReading,
+    Tip,
 }
 
 /// The generator of one frame: the seed fixes the key, the purpose and the frame the stream.

@@ -1,0 +1,79 @@
+//! Measured points: `n,value`, a line a replicate.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use crate::error::Error;
+
+/// Means and deviations over the replicates of each N.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Points {
+    /// N, ascending.
+    pub(super) n: Vec<f64>,
+    /// Mean |V_out|, volts.
+    pub(super) mean: Vec<f64>,
+    /// Standard deviation of the replicates, volts; not finite where there is one alone.
+    pub(super) deviation: Vec<f64>,
+}
+
+impl Points {
+    /// Reads them. A first line without numbers is a header; a third column names the replicate and is not used.
+    pub(super) fn read(file: &Path, volts_per_count: Option<f64>) -> Result<Self, Error> {
+        let text = fs::read_to_string(file).map_err(|source| taxel_record::Error::Open {
+            file: file.to_owned(),
+            source,
+        })?;
+        let scale = volts_per_count.unwrap_or(1.0);
+        let mut by_n: BTreeMap<u64, (f64, Vec<f64>)> = BTreeMap::new();
+        for (i, line) in text
+            .lines()
+            .enumerate()
+            .filter(|(_, line)| !line.trim().is_empty())
+        {
+            let mut cells = line.split(',').map(str::trim);
+            let numbers = [cells.next(), cells.next()].map(|cell| cell?.parse::<f64>().ok());
+            match numbers {
+                [Some(n), Some(value)] if n >= 0.0 && n.is_finite() && value.is_finite() => {
+                    // Not negative, so the bits are in the order of the numbers.
+                    let of_n = by_n.entry((n + 0.0).to_bits()).or_insert((n, Vec::new()));
+                    of_n.1.push((value * scale).abs());
+                }
+                // A header.
+                [None, None] if i == 0 => {}
+                _ => {
+                    let shown: String = line.chars().take(40).collect();
+                    return Err(Error::Arguments {
+                        what: format!("{}, line {}: `{shown}` is no point", file.display(), i + 1),
+                        hint: "a line is n,value: the number of other pressed taxels, 0 or more, and what was read",
+                    });
+                }
+            }
+        }
+        if by_n.is_empty() {
+            return Err(Error::Arguments {
+                what: format!("{} holds no points", file.display()),
+                hint: "a line is n,value: the number of other pressed taxels, 0 or more, and what was read",
+            });
+        }
+        Ok(Self::of(by_n.into_values()))
+    }
+
+    fn of(groups: impl Iterator<Item = (f64, Vec<f64>)>) -> Self {
+        let mut points = Self {
+            n: Vec::new(),
+            mean: Vec::new(),
+            deviation: Vec::new(),
+        };
+        for (n, values) in groups {
+            let count = values.len() as f64;
+            let mean = values.iter().sum::<f64>() / count;
+            let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+            points.n.push(n);
+            points.mean.push(mean);
+            // Of one value: 0/0, and no bar.
+            points.deviation.push((squares / (count - 1.0)).sqrt());
+        }
+        points
+    }
+}

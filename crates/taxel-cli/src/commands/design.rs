@@ -1,0 +1,216 @@
+//! `taxel design`: a read-out sized from what the taxels do.
+
+pub(crate) mod quantity;
+mod report;
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use taxel::design::parts::find_switch;
+use taxel::design::sizing::{Wish, size};
+use taxel::sensor::Topology;
+
+use super::rig::refused;
+use crate::error::Error;
+use crate::{Exit, out};
+use quantity::{AMPERES, FARADS, GRAMS, HERTZ, OHMS, PERCENT, VOLTS};
+use report::Report;
+
+/// Size a read-out: test voltage, resistor, settling, ghosts, resolution
+///
+/// With an amplifier (tia-*) the test voltage is the taxel's current times its least resistance, and the feedback
+/// resistor lets full load fill the converter but for the headroom; with a pull-down (divider-*) the test voltage is
+/// the converter's full scale, and the pull-down the geometric mean of the range. The defaults are the e-Cone's of
+/// the paper: 500 Ohm to 3 kOhm give 0.4 V and 2 kOhm. The ghost is what an unpressed taxel reads, of a taxel at full
+/// load, by the exact circuit. With -o a sensor.toml to begin with is written; calibrate it.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Resistance of a taxel, from full load to the lightest load of interest, ohms
+    #[arg(long, value_name = "LEAST..MOST", default_value = "500..3000", value_parser = quantity::ohm_range)]
+    taxel: (f64, f64),
+    /// Sensed lines
+    #[arg(long, value_name = "N", default_value_t = 64)]
+    rows: usize,
+    /// Driven lines
+    #[arg(long, value_name = "N", default_value_t = 128)]
+    columns: usize,
+    /// How the lines end
+    #[arg(long, value_enum, default_value_t)]
+    topology: TopologyName,
+    /// Switches of columns and rows: a part (`taxel budget` lists them), or ohms
+    #[arg(long, value_name = "PART|OHMS", default_value = "ADG732", value_parser = switch)]
+    switch: Switch,
+    /// Gain-bandwidth product of the amplifier
+    #[arg(long, value_name = "HZ", default_value = "10MHz", value_parser = hertz)]
+    gbw: f64,
+    /// Resolution of the converter
+    #[arg(long, value_name = "N", default_value_t = 16)]
+    bits: u32,
+    /// Volts at the converter's largest count
+    #[arg(long, value_name = "V", default_value = "2.2", value_parser = volts)]
+    full_scale: f64,
+    /// Frames a second
+    #[arg(long, value_name = "N", default_value_t = 30.0)]
+    rate: f64,
+    /// Load at the least resistance
+    #[arg(long, value_name = "LOAD", default_value = "600g", value_parser = grams)]
+    full_load: f64,
+    /// Exponent of the load law, until a calibration finds it
+    #[arg(long, value_name = "B", default_value_t = 0.857)]
+    exponent: f64,
+    /// Capacitance of a line with its taxels and its switch: an assumption, measure yours
+    #[arg(long, value_name = "C", default_value = "300pF", value_parser = farads)]
+    capacitance: f64,
+    /// Current through a taxel at full load, which decides the test voltage (tia-*)
+    #[arg(long, value_name = "I", default_value = "0.8mA", value_parser = amperes)]
+    taxel_current: f64,
+    /// Share of the converter's range that full load leaves free, percent (tia-*)
+    #[arg(long, value_name = "%", default_value = "25", value_parser = percent)]
+    headroom: f64,
+    /// Noise at the amplifier's input over its bandwidth (tia-*)
+    #[arg(long, value_name = "V", default_value = "20uV", value_parser = volts)]
+    amplifier_noise: f64,
+    /// Distance between lines, mm
+    #[arg(long, value_name = "MM", default_value_t = 2.0)]
+    pitch: f64,
+    /// The test voltage, where it is given
+    #[arg(long, value_name = "V", value_parser = volts)]
+    v_test: Option<f64>,
+    /// The feedback or pull-down resistor, where it is given
+    #[arg(long, value_name = "OHMS", value_parser = ohms)]
+    resistor: Option<f64>,
+    /// Where to write a sensor.toml to begin with
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// A switch by its type or its on-resistance.
+#[derive(Debug, Clone, PartialEq)]
+struct Switch {
+    name: String,
+    ohms: f64,
+}
+
+/// The words of `--topology`, those of sensor.toml.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+enum TopologyName {
+    /// The e-Cone: unselected columns grounded, an inverting amplifier
+    #[default]
+    TiaGroundedColumns,
+    /// An amplifier a row
+    TiaZeroPotential,
+    /// A pull-down, unselected columns grounded
+    DividerGroundedColumns,
+    /// A pull-down, unselected lines open
+    DividerFloating,
+    /// A pull-down, unselected columns follow the sensed voltage
+    DividerVoltageFeedback,
+}
+
+impl From<TopologyName> for Topology {
+    fn from(name: TopologyName) -> Self {
+        match name {
+            TopologyName::TiaGroundedColumns => Topology::TiaGroundedColumns,
+            TopologyName::TiaZeroPotential => Topology::TiaZeroPotential,
+            TopologyName::DividerGroundedColumns => Topology::DividerGroundedColumns,
+            TopologyName::DividerFloating => Topology::DividerFloating,
+            TopologyName::DividerVoltageFeedback => Topology::DividerVoltageFeedback,
+        }
+    }
+}
+
+fn switch(text: &str) -> Result<Switch, String> {
+    if let Ok(ohms) = quantity::parse(text, &OHMS) {
+        return Ok(Switch {
+            name: "a switch".to_owned(),
+            ohms,
+        });
+    }
+    let part = find_switch(text).map_err(|error| error.to_string())?;
+    Ok(Switch {
+        name: part.name.to_owned(),
+        ohms: part.typical_ohms,
+    })
+}
+
+fn ohms(text: &str) -> Result<f64, String> {
+    quantity::parse(text, &OHMS)
+}
+
+fn hertz(text: &str) -> Result<f64, String> {
+    quantity::parse(text, &HERTZ)
+}
+
+fn volts(text: &str) -> Result<f64, String> {
+    quantity::parse(text, &VOLTS)
+}
+
+fn amperes(text: &str) -> Result<f64, String> {
+    quantity::parse(text, &AMPERES)
+}
+
+fn farads(text: &str) -> Result<f64, String> {
+    quantity::parse(text, &FARADS)
+}
+
+fn grams(text: &str) -> Result<f64, String> {
+    quantity::parse(text, &GRAMS)
+}
+
+fn percent(text: &str) -> Result<f64, String> {
+    quantity::parse(text, &PERCENT)
+}
+
+impl Args {
+    fn wish(&self) -> Wish {
+        Wish {
+            rows: self.rows,
+            columns: self.columns,
+            pitch_mm: self.pitch,
+            topology: self.topology.into(),
+            taxel_ohms: self.taxel,
+            full_load_g: self.full_load,
+            exponent: self.exponent,
+            switch_ohms: self.switch.ohms,
+            gbw_hz: self.gbw,
+            amplifier_noise_volts: self.amplifier_noise,
+            bits: self.bits,
+            full_scale_volts: self.full_scale,
+            frames_per_second: self.rate,
+            line_farads: self.capacitance,
+            taxel_amperes: self.taxel_current,
+            headroom: self.headroom,
+            v_test_volts: self.v_test,
+            r_ohms: self.resistor,
+        }
+    }
+}
+
+/// What stands above the numbers of the file that is written.
+const PREAMBLE: &str = "\
+# A sensor to begin with, sized by `taxel design`: nothing in it was measured.
+# Calibrate it: `taxel calibrate` finds the switches and the load law.
+";
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
+    let wish = args.wish();
+    let proposal = size(&wish).map_err(refused)?;
+    if let Some(file) = &args.output {
+        let text = format!("{PREAMBLE}{}", proposal.sensor.to_toml());
+        out::file(file, text.as_bytes())?;
+        out::note(&format!("wrote {}", file.display()));
+    }
+    for warning in &proposal.warnings {
+        out::warn(&warning.to_string());
+    }
+    let report = Report::new(&args.switch.name, &wish, proposal);
+    match args.json {
+        true => out::json(&report)?,
+        false => out::result(&report.to_string())?,
+    }
+    Ok(Exit::Good)
+}

@@ -1,0 +1,217 @@
+//! What `taxel design` says.
+
+use std::fmt;
+
+use serde::Serialize;
+use taxel::Sensor;
+use taxel::design::budget::Errors;
+use taxel::design::sizing::{Ghost, Proposal, Resolution, Timing, Wish};
+
+/// A proposal in words and numbers.
+#[derive(Debug, Serialize)]
+pub(super) struct Report {
+    #[serde(skip)]
+    wish: Wish,
+    switch: String,
+    v_test_volts: f64,
+    r_feedback_ohms: Option<f64>,
+    r_pull_down_ohms: Option<f64>,
+    /// Before a preferred value was chosen.
+    exact_ohms: f64,
+    open_loop_gain: Option<f64>,
+    /// The largest reading found, as a share of full scale.
+    fullest_share: f64,
+    least_v_test_volts: Option<f64>,
+    column_amperes: f64,
+    timing: Timing,
+    greatest_frames_per_second: f64,
+    resolution: [Resolution; 2],
+    ghosts: Vec<Ghost>,
+    warnings: Vec<String>,
+    sensor: Sensor,
+}
+
+impl Report {
+    pub(super) fn new(switch: &str, wish: &Wish, proposal: Proposal) -> Self {
+        let readout = &proposal.sensor.readout;
+        let taxels = wish.rows * wish.columns;
+        Self {
+            wish: wish.clone(),
+            switch: format!("{switch} of {} Ohm", wish.switch_ohms),
+            v_test_volts: readout.v_test_volts,
+            r_feedback_ohms: readout.r_feedback_ohms,
+            r_pull_down_ohms: readout.r_pull_down_ohms,
+            exact_ohms: proposal.exact_ohms,
+            open_loop_gain: proposal.gain,
+            fullest_share: proposal.fullest_share,
+            least_v_test_volts: proposal.least_v_test_volts,
+            column_amperes: proposal.column_amperes,
+            greatest_frames_per_second: proposal.timing.greatest_frames_per_second(taxels),
+            timing: proposal.timing,
+            resolution: proposal.resolution,
+            ghosts: proposal.ghosts,
+            warnings: proposal.warnings.iter().map(ToString::to_string).collect(),
+            sensor: proposal.sensor,
+        }
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let (wish, (least, most)) = (&self.wish, self.wish.taxel_ohms);
+        writeln!(
+            f,
+            "{} x {} taxels of {least} to {most} Ohm, {}, {}, {} bits of {} V, {} frames/s",
+            wish.rows,
+            wish.columns,
+            wish.topology.name(),
+            self.switch,
+            wish.bits,
+            wish.full_scale_volts,
+            wish.frames_per_second
+        )?;
+        self.sizes(f)?;
+        self.times(f)?;
+        self.grams(f)?;
+        self.seen_ghosts(f)
+    }
+}
+
+impl Report {
+    fn sizes(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let least = self.wish.taxel_ohms.0;
+        line(
+            f,
+            "test voltage",
+            &format!("{:.4} V", self.v_test_volts),
+            &match (self.r_feedback_ohms, self.least_v_test_volts) {
+                (None, _) => "the converter's full scale: nothing can saturate".to_owned(),
+                (Some(_), None) => "no test voltage is safe from noise".to_owned(),
+                (Some(_), Some(volts)) => format!(
+                    "{:.2} mA through {least} Ohm; below {volts:.3} V noise makes ghosts",
+                    1e3 * self.v_test_volts / least
+                ),
+            },
+        )?;
+        let (name, ohms) = match (self.r_feedback_ohms, self.r_pull_down_ohms) {
+            (Some(ohms), _) => ("feedback resistor R_k", ohms),
+            (None, ohms) => ("pull-down R_p", ohms.unwrap_or_default()),
+        };
+        let how = match self.wish.r_ohms {
+            Some(_) => "as given",
+            None => "series E24",
+        };
+        let exactly = format!("{how}; {:.0} Ohm computed", self.exact_ohms);
+        line(f, name, &format!("{ohms} Ohm"), &exactly)?;
+        line(
+            f,
+            "fullest reading",
+            &format!("{:.1} %", 100.0 * self.fullest_share),
+            "of full scale, by the exact scan of rows, halves, everything",
+        )?;
+        line(
+            f,
+            "column driver",
+            &format!("{:.1} mA", 1e3 * self.column_amperes),
+            "at most: every taxel of the column at full load",
+        )?;
+        let Some(gain) = self.open_loop_gain else {
+            return Ok(());
+        };
+        line(
+            f,
+            "amplifier gain",
+            &format!("{gain:.1}"),
+            &format!(
+                "{} MHz / {:.0} taxels a second; the input is {:.2} Ohm",
+                self.wish.gbw_hz / 1e6,
+                self.timing.taxels_per_second,
+                self.r_feedback_ohms.unwrap_or_default() / (1.0 + gain)
+            ),
+        )
+    }
+
+    fn times(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let timing = &self.timing;
+        let us = |secs: f64| format!("{:.3} us", 1e6 * secs);
+        line(f, "time for a taxel", &us(timing.available_secs), "")?;
+        line(
+            f,
+            "time to settle",
+            &us(timing.needed_secs),
+            &format!(
+                "{:.1} x ({:.2} column + {:.2} row + {:.2} ns amplifier), one taxel pressed",
+                timing.constants,
+                1e9 * timing.column_secs,
+                1e9 * timing.row_secs,
+                1e9 * timing.amplifier_secs
+            ),
+        )?;
+        if timing.amplifier_full_row_secs > 0.0 {
+            let ns = 1e9 * timing.amplifier_full_row_secs;
+            let why = format!("with {ns:.0} ns of the amplifier, the whole row pressed");
+            line(f, "", &us(timing.needed_full_row_secs), &why)?;
+        }
+        line(
+            f,
+            "fastest",
+            &format!("{:.1} /s", self.greatest_frames_per_second),
+            &format!(
+                "frames with one taxel of a row pressed, lines of {:.0} pF (--capacitance)",
+                1e12 * self.wish.line_farads
+            ),
+        )
+    }
+
+    fn grams(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        for (name, at) in ["lightest load", "full load"]
+            .into_iter()
+            .zip(self.resolution)
+        {
+            line(
+                f,
+                name,
+                &format!("{:.0} g", at.load_g),
+                &format!(
+                    "{} Ohm reads {:.4} V; a count is {} g, noise {} g",
+                    at.taxel_ohms,
+                    at.volts,
+                    short(at.grams_per_count),
+                    short(at.noise_g)
+                ),
+            )?;
+        }
+        Ok(())
+    }
+
+    fn seen_ghosts(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        for ghost in &self.ghosts {
+            let shown = |errors: &Errors| match errors.is_known() {
+                false => "no answer".to_owned(),
+                true => {
+                    let grams = errors.grams.map_or(0.0, |grams| grams.ghost);
+                    let percent = errors.percent.ghost;
+                    format!("{} g ({} %)", short(grams), short(percent))
+                }
+            };
+            line(f, "ghost, raw", &shown(&ghost.raw), &ghost.name)?;
+            line(f, "ghost, compensated", &shown(&ghost.compensated), "")?;
+        }
+        Ok(())
+    }
+}
+
+fn line(f: &mut fmt::Formatter, name: &str, value: &str, why: &str) -> fmt::Result {
+    let text = format!("  {name:<23}{value:<19}{why}");
+    writeln!(f, "{}", text.trim_end())
+}
+
+/// Three digits or so.
+fn short(number: f64) -> String {
+    match number.abs() {
+        n if n < 5e-4 => "0".to_owned(),
+        n if n < 9.995 => format!("{number:.3}"),
+        n if n < 99.95 => format!("{number:.1}"),
+        _ => format!("{number:.0}"),
+    }
+}

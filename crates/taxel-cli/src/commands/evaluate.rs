@@ -1,0 +1,75 @@
+//! `taxel evaluate`: how good a sensor is, by a plan.
+
+use std::path::{Path, PathBuf};
+
+use taxel_acquire::Address;
+use taxel_view::report::Report;
+
+use crate::error::Error;
+use crate::evaluation::plan::Plan;
+use crate::evaluation::{self, Evaluation, measure, paper};
+use crate::{Exit, out};
+
+/// Evaluate a sensor by a plan: repeatability, response, hysteresis, creep, cross-talk, accuracy
+///
+/// A plan (TOML) names the sensor file and, for each experiment, a table of trials: which recording, which taxel, which
+/// load. Every figure has an interval over experiments. With --live the recordings that do not exist yet are made, with a
+/// word for each of what to press. docs/evaluate.md has examples. Exit code 3: frames were left out.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// The plan (.toml)
+    #[arg(required_unless_present = "paper")]
+    plan: Option<PathBuf>,
+    /// Make the recordings that do not exist yet, from this source: serial:/dev/ttyACM0, sim:econe?hand
+    #[arg(long, value_name = "ADDRESS", requires = "plan")]
+    live: Option<Address>,
+    /// Instead of a plan: the e-Cone paper's tables and data figures by a simulated e-Cone, each beside the paper's own
+    #[arg(long, conflicts_with = "plan")]
+    paper: bool,
+    /// Where to write the report as well (.html, .pdf)
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
+    let output = args.output.as_deref();
+    output.map(super::report::check_name).transpose()?;
+    let found = evaluate(args.plan.as_deref(), args.live.as_ref())?;
+    match args.json {
+        true => out::json(&found.report)?,
+        false => out::result(&text(&found.report))?,
+    }
+    if let Some(file) = output {
+        super::report::write(&found.report, file)?;
+    }
+    Ok(super::report::exit(&found))
+}
+
+/// By the plan, or without one by the paper.
+pub(super) fn evaluate(plan: Option<&Path>, live: Option<&Address>) -> Result<Evaluation, Error> {
+    let Some(plan) = plan else {
+        return paper::run();
+    };
+    let plan = Plan::read(plan)?;
+    if let Some(address) = live {
+        let made = measure::measure(&plan, address)?;
+        out::note(&format!("{made} recordings made"));
+    }
+    evaluation::run(&plan)
+}
+
+/// A report for a terminal.
+fn text(report: &Report) -> String {
+    let mut text = format!("{}\n", report.title);
+    for (what, said) in &report.about {
+        text += &format!("{what:>10}: {said}\n");
+    }
+    for section in &report.sections {
+        text += &format!("\n{section}");
+    }
+    text
+}

@@ -1,0 +1,85 @@
+//! Does it matter whether the load grew or fell?
+
+use taxel::evaluate::hysteresis::{Reading, hysteresis};
+use taxel_view::report::{Figure, Section, Table};
+use taxel_view::{Line, Series, cells};
+
+use super::plan::{Experiment, Plan, Value};
+use super::readings::Group;
+use super::{no_law, too_few};
+use crate::error::Error;
+
+pub(super) fn section(
+    plan: &Plan,
+    experiment: &Experiment,
+    groups: &[Group],
+) -> Result<Section, Error> {
+    let value = experiment.value();
+    let mut table = Table::new(
+        "Hysteresis, % of the range of values; 95 % intervals over loops",
+        &["setting", "loops", "widest", "mean", "zero return"],
+    );
+    let mut figures = Vec::new();
+    for group in groups {
+        let loops = loops(plan, group, value)?;
+        let found = hysteresis(&loops, &plan.bootstrap).ok_or_else(|| {
+            too_few(
+                experiment,
+                group,
+                "a loop whose load grows and falls over two loads or more",
+            )
+        })?;
+        table.push(cells![
+            group.name().to_owned(),
+            found.loops,
+            found.widest_percent,
+            found.mean_percent,
+            found.zero_return_percent,
+        ]);
+        figures.push(figure(group, value, &loops)?);
+    }
+    Ok(Section {
+        title: experiment.name.clone(),
+        paragraphs: vec![
+            "Each experiment is a loop: readings in the order of the table, up to the largest load and down again. Hysteresis is the difference between both ways at one load, in % of the loop's range of values; zero return is what stays at the load that the loop began with.".to_owned(),
+        ],
+        tables: vec![table],
+        figures,
+    })
+}
+
+fn loops(plan: &Plan, group: &Group, value: Value) -> Result<Vec<Vec<Reading>>, Error> {
+    let mut out = Vec::new();
+    for one in group.experiments() {
+        let mut readings = Vec::new();
+        for reading in one.iter().filter(|r| !r.marked && !r.saturated) {
+            readings.push(Reading {
+                load: group.trials[reading.trial].load_g.unwrap_or_default(),
+                value: reading.value(value).ok_or_else(|| no_law(plan))?,
+            });
+        }
+        out.push(readings);
+    }
+    Ok(out)
+}
+
+fn figure(group: &Group, value: Value, loops: &[Vec<Reading>]) -> Result<Figure, Error> {
+    let line = |(i, one): (usize, &Vec<Reading>)| {
+        Line::new(
+            format!("loop {}", i + 1),
+            one.iter().map(|r| r.value).collect(),
+        )
+        .over(one.iter().map(|r| r.load).collect())
+    };
+    let lines = loops.iter().enumerate().map(line).collect();
+    let picture = Series::new("load (g)", Vec::new(), lines)?
+        .title(group.name())
+        .quantity(value.quantity())
+        .unit(value.unit())
+        .order("loop")
+        .picture()?;
+    Ok(Figure {
+        caption: format!("Loops of growing and falling load, {}.", group.name()),
+        picture,
+    })
+}

@@ -1,0 +1,168 @@
+//! From a plan and its recordings to a report: what `taxel evaluate` and `taxel report` share.
+
+mod accuracy;
+mod creep;
+mod cross_talk;
+mod hysteresis;
+pub(crate) mod measure;
+pub(crate) mod paper;
+pub(crate) mod plan;
+mod provenance;
+mod readings;
+mod repeatability;
+mod response;
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+use taxel_record::{Trial, read_trials};
+use taxel_view::report::{Report, Section};
+
+use crate::error::Error;
+use plan::{Experiment, Kind, Plan};
+use readings::{Group, Reader};
+
+/// A plan, carried out.
+pub(crate) struct Evaluation {
+    pub(crate) report: Report,
+    /// Frames that could not be read or that no conductances explain.
+    pub(crate) lost: u64,
+}
+
+/// Evaluates everything that a plan names.
+pub(crate) fn run(plan: &Plan) -> Result<Evaluation, Error> {
+    let mut report = Report {
+        title: plan.title.clone(),
+        about: provenance::about(plan),
+        sections: Vec::new(),
+    };
+    let mut files = BTreeSet::from([plan.file.clone()]);
+    let mut lost = 0;
+    for experiment in &plan.experiments {
+        let (mut section, left_out) = evaluate(plan, experiment, &mut files)?;
+        section.paragraphs.extend(experiment.note.clone());
+        if left_out > 0 {
+            section.paragraphs.push(format!(
+                "{left_out} frames could not be read, or no conductances explain them; what they say is left out or wrong."
+            ));
+        }
+        lost += left_out;
+        report.sections.push(section);
+    }
+    report.sections.push(provenance::data(plan, &files)?);
+    Ok(Evaluation { report, lost })
+}
+
+fn evaluate(
+    plan: &Plan,
+    experiment: &Experiment,
+    files: &mut BTreeSet<PathBuf>,
+) -> Result<(Section, u64), Error> {
+    let Some(table) = &experiment.trials else {
+        return accuracy::of_whole_frames(plan, experiment, files);
+    };
+    files.insert(table.clone());
+    let trials = trials(plan, experiment)?;
+    need(experiment, &trials)?;
+    files.extend(trials.iter().map(|trial| trial.recording.clone()));
+    let (groups, lost) = gather(plan, experiment, trials)?;
+    let section = match experiment.kind {
+        Kind::Repeatability => repeatability::section(plan, experiment, &groups)?,
+        Kind::Response => response::section(plan, experiment, &groups)?,
+        Kind::Hysteresis => hysteresis::section(plan, experiment, &groups)?,
+        Kind::Creep => creep::section(plan, experiment, &groups)?,
+        Kind::CrossTalk => cross_talk::section(plan, experiment, &groups)?,
+        Kind::Accuracy => accuracy::section(plan, experiment, &groups)?,
+    };
+    Ok((section, lost))
+}
+
+/// The trials of an experiment.
+pub(crate) fn trials(plan: &Plan, experiment: &Experiment) -> Result<Vec<Trial>, Error> {
+    let Some(table) = &experiment.trials else {
+        return Ok(Vec::new());
+    };
+    let (sensor, _) = plan.sensor_of(experiment.sensor.as_ref())?;
+    let labels = sensor.array.labels.as_deref();
+    Ok(read_trials(table, sensor.rows(), sensor.columns(), labels)?)
+}
+
+/// Every line must have what its kind of experiment is about.
+fn need(experiment: &Experiment, trials: &[Trial]) -> Result<(), Error> {
+    for trial in trials {
+        let missing = match experiment.kind {
+            Kind::Accuracy if trial.total_g.is_some() || trial.place_mm.is_some() => None,
+            Kind::Accuracy if trial.taxel.is_none() || trial.load_g.is_none() => {
+                Some("taxel and load_g, or total_g, or x_mm and y_mm")
+            }
+            _ if trial.taxel.is_none() => Some("row and column, or taxel"),
+            Kind::Response | Kind::Hysteresis if trial.load_g.is_none() => Some("load_g"),
+            Kind::CrossTalk if trial.others.is_none() => Some("others"),
+            _ => None,
+        };
+        if let Some(needs) = missing {
+            return Err(Error::Trial {
+                table: experiment.trials.clone().unwrap_or_default(),
+                line: trial.line,
+                kind: experiment.kind.word(),
+                needs,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Reads what the trials point to, setting by setting.
+fn gather(
+    plan: &Plan,
+    experiment: &Experiment,
+    trials: Vec<Trial>,
+) -> Result<(Vec<Group>, u64), Error> {
+    let table = experiment.trials.clone().unwrap_or_default();
+    let mut by_setting: Vec<(String, Vec<Trial>)> = Vec::new();
+    for trial in trials {
+        let setting = trial.setting.clone().unwrap_or_default();
+        match by_setting.iter_mut().find(|(name, _)| *name == setting) {
+            Some((_, group)) => group.push(trial),
+            None => by_setting.push((setting, vec![trial])),
+        }
+    }
+    let methods = experiment.methods(plan.folder())?;
+    let (mut groups, mut lost) = (Vec::new(), 0);
+    for (setting, trials) in by_setting {
+        let own = experiment.settings.get(&setting);
+        let (sensor, file) = plan.sensor_of(own.or(experiment.sensor.as_ref()))?;
+        let mut reader = Reader::new(&sensor, &file, &methods, plan.frames_per_second)?;
+        let readings = reader.read(&table, &trials)?;
+        lost += reader.skipped + reader.unsolved;
+        groups.push(Group {
+            setting,
+            sensor,
+            trials,
+            readings,
+        });
+    }
+    Ok((groups, lost))
+}
+
+/// An evaluation that its readings do not allow.
+fn too_few(experiment: &Experiment, group: &Group, needs: &'static str) -> Error {
+    Error::TooFew {
+        table: experiment.trials.clone().unwrap_or_default(),
+        setting: group.name().to_owned(),
+        kind: experiment.kind.word(),
+        readings: group.readings.len(),
+        needs,
+    }
+}
+
+/// A reading has no load because the sensor file has no load law.
+fn no_law(plan: &Plan) -> Error {
+    Error::Arguments {
+        what: format!(
+            "{}: loads are asked for, but the sensor file has no [material]",
+            plan.file.display()
+        ),
+        hint: "run `taxel calibrate`, or look at another value: counts, volts, siemens",
+    }
+}

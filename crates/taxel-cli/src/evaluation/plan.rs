@@ -1,0 +1,287 @@
+//! The file that says what to evaluate.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use taxel::Sensor;
+use taxel::evaluate::Bootstrap;
+
+use crate::error::Error;
+use crate::sensor_file;
+use crate::unit::MethodName;
+
+/// A plan as its file has it.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Written {
+    format: u32,
+    title: Option<String>,
+    sensor: String,
+    #[serde(default = "one")]
+    seed: u64,
+    resamples: Option<usize>,
+    confidence: Option<f64>,
+    frames_per_second: Option<f64>,
+    live_frames: Option<u64>,
+    experiment: Vec<Experiment>,
+}
+
+fn one() -> u64 {
+    1
+}
+
+/// What one experiment asks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Kind {
+    Repeatability,
+    Response,
+    Hysteresis,
+    Creep,
+    CrossTalk,
+    Accuracy,
+}
+
+impl Kind {
+    /// Its word, as in the plan.
+    pub(crate) fn word(self) -> &'static str {
+        match self {
+            Self::Repeatability => "repeatability",
+            Self::Response => "response",
+            Self::Hysteresis => "hysteresis",
+            Self::Creep => "creep",
+            Self::CrossTalk => "cross-talk",
+            Self::Accuracy => "accuracy",
+        }
+    }
+}
+
+/// What is looked at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Value {
+    /// The converter's.
+    Counts,
+    /// What the circuit gives.
+    Volts,
+    /// Conductance, cross-talk removed.
+    Siemens,
+    /// Load, by the first method.
+    Grams,
+}
+
+impl Value {
+    pub(crate) fn unit(self) -> &'static str {
+        match self {
+            Self::Counts => "counts",
+            Self::Volts => "V",
+            Self::Siemens => "S",
+            Self::Grams => "g",
+        }
+    }
+
+    pub(crate) fn quantity(self) -> &'static str {
+        match self {
+            Self::Counts => "reading",
+            Self::Volts => "V_out",
+            Self::Siemens => "conductance",
+            Self::Grams => "load",
+        }
+    }
+}
+
+/// Along which line others are pressed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Along {
+    #[default]
+    Row,
+    Column,
+}
+
+/// One experiment of a plan.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Experiment {
+    pub(crate) kind: Kind,
+    pub(crate) name: String,
+    /// The table of trials.
+    pub(crate) trials: Option<PathBuf>,
+    /// Instead of trials: a recording with the load of every taxel in every frame.
+    pub(crate) recording: Option<PathBuf>,
+    pub(crate) truth_g: Option<PathBuf>,
+    #[serde(default = "one")]
+    pub(crate) frames_per_experiment: u64,
+    pub(crate) value: Option<Value>,
+    #[serde(default)]
+    pub(crate) along: Along,
+    /// How loads are found, to be compared.
+    #[serde(default)]
+    pub(crate) methods: Vec<String>,
+    /// Where ranges of load begin.
+    #[serde(default)]
+    pub(crate) ranges_g: Vec<f64>,
+    /// Another sensor file for this experiment: another V_test, another R_k.
+    pub(crate) sensor: Option<String>,
+    /// Words of its setting in the trials, with the sensor file of each.
+    #[serde(default)]
+    pub(crate) settings: std::collections::BTreeMap<String, String>,
+    /// Words for the report.
+    pub(crate) note: Option<String>,
+}
+
+impl Experiment {
+    /// What is looked at, where the plan does not say.
+    pub(crate) fn value(&self) -> Value {
+        self.value.unwrap_or(match self.kind {
+            Kind::Hysteresis | Kind::Creep => Value::Siemens,
+            Kind::Accuracy => Value::Grams,
+            _ => Value::Counts,
+        })
+    }
+
+    /// The methods to compare; models are files of the plan's folder.
+    pub(crate) fn methods(&self, folder: &Path) -> Result<Vec<MethodName>, Error> {
+        let usual: &[&str] = match self.kind {
+            Kind::Accuracy => &["raw", "auto"],
+            _ => &["auto"],
+        };
+        let given = self.methods.iter().map(String::as_str);
+        let names: Vec<&str> = match self.methods.is_empty() {
+            true => usual.to_vec(),
+            false => given.collect(),
+        };
+        let parsed = names.iter().map(|name| match name.parse() {
+            Ok(MethodName::Model(file)) => Ok(MethodName::Model(folder.join(file))),
+            Ok(method) => Ok(method),
+            Err(why) => Err(Error::Arguments {
+                what: format!("experiment '{}': {why}", self.name),
+                hint: "methods = [\"raw\", \"auto\"]",
+            }),
+        });
+        parsed.collect()
+    }
+}
+
+/// A plan, its files found.
+pub(crate) struct Plan {
+    pub(crate) file: PathBuf,
+    pub(crate) title: String,
+    pub(crate) sensor: Sensor,
+    pub(crate) sensor_file: PathBuf,
+    pub(crate) bootstrap: Bootstrap,
+    /// Where recordings know no times.
+    pub(crate) frames_per_second: Option<f64>,
+    /// Frames of each recording that is made live.
+    pub(crate) live_frames: u64,
+    pub(crate) experiments: Vec<Experiment>,
+}
+
+impl Plan {
+    /// Reads a plan; paths in it are relative to its folder.
+    pub(crate) fn read(file: &Path) -> Result<Self, Error> {
+        let text = fs::read_to_string(file).map_err(|source| Error::OpenPlan {
+            file: file.to_owned(),
+            source,
+        })?;
+        let refused = |reason: String| Error::Plan {
+            file: file.to_owned(),
+            reason,
+        };
+        let mut written: Written =
+            toml::from_str(&text).map_err(|error| refused(error.to_string()))?;
+        if written.format != 1 {
+            return Err(refused(format!(
+                "format = {}, but this program knows format 1",
+                written.format
+            )));
+        }
+        let folder = file.parent().unwrap_or(Path::new(""));
+        for experiment in &mut written.experiment {
+            check(experiment)
+                .map_err(|why| refused(format!("experiment '{}': {why}", experiment.name)))?;
+            for path in [
+                &mut experiment.trials,
+                &mut experiment.recording,
+                &mut experiment.truth_g,
+            ] {
+                *path = path.take().map(|path| folder.join(path));
+            }
+        }
+        let defaults = Bootstrap::default();
+        let confidence = written.confidence.unwrap_or(defaults.confidence);
+        let resamples = written.resamples.unwrap_or(defaults.resamples);
+        if !(0.5..1.0).contains(&confidence) || !(100..=1_000_000).contains(&resamples) {
+            return Err(refused(format!(
+                "confidence = {confidence} and resamples = {resamples}, expected 0.5 to below 1, and 100 to 1000000"
+            )));
+        }
+        let sensor_file = beside(folder, &written.sensor);
+        Ok(Self {
+            sensor: sensor_file::load(&sensor_file)?,
+            sensor_file,
+            title: written.title.unwrap_or_else(|| {
+                let name = file.file_stem().unwrap_or_default();
+                name.to_string_lossy().into_owned()
+            }),
+            file: file.to_owned(),
+            bootstrap: Bootstrap {
+                seed: written.seed,
+                resamples,
+                confidence,
+            },
+            frames_per_second: written.frames_per_second,
+            live_frames: written.live_frames.unwrap_or(10),
+            experiments: written.experiment,
+        })
+    }
+
+    /// Where its files are.
+    pub(crate) fn folder(&self) -> &Path {
+        self.file.parent().unwrap_or(Path::new(""))
+    }
+
+    /// The sensor that an experiment is of: its own where the plan gives one.
+    pub(crate) fn sensor_of(&self, word: Option<&String>) -> Result<(Sensor, PathBuf), Error> {
+        let Some(word) = word else {
+            return Ok((self.sensor.clone(), self.sensor_file.clone()));
+        };
+        let file = beside(self.folder(), word);
+        Ok((sensor_file::load(&file)?, file))
+    }
+}
+
+/// A file of the plan's folder, or a preset's name.
+fn beside(folder: &Path, word: &str) -> PathBuf {
+    let file = folder.join(word);
+    match file.exists() || word.contains(['.', '/']) {
+        true => file,
+        false => PathBuf::from(word),
+    }
+}
+
+/// What must go together.
+fn check(experiment: &Experiment) -> Result<(), String> {
+    let whole = experiment.recording.is_some() || experiment.truth_g.is_some();
+    match (&experiment.trials, whole) {
+        (Some(_), true) => return Err("both trials and recording; one of them".to_owned()),
+        (None, false) => {
+            return Err("no trials: the table of what was pressed when".to_owned());
+        }
+        (None, true) if experiment.kind != Kind::Accuracy => {
+            return Err(format!("{} needs trials", experiment.kind.word()));
+        }
+        (None, true) if experiment.recording.is_none() || experiment.truth_g.is_none() => {
+            return Err("recording and truth_g go together".to_owned());
+        }
+        _ => {}
+    }
+    if experiment.frames_per_experiment == 0 {
+        return Err("frames_per_experiment = 0, expected 1 or more".to_owned());
+    }
+    if !experiment.ranges_g.is_sorted() {
+        return Err(format!("ranges_g = {:?} must ascend", experiment.ranges_g));
+    }
+    Ok(())
+}

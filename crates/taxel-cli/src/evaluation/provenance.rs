@@ -1,0 +1,174 @@
+//! What a report rests on: the sensor, the program, the files with their fingerprints.
+
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+use taxel::Sensor;
+use taxel::sensor::PerLine;
+use taxel_view::cells;
+use taxel_view::report::{Section, Table, number};
+
+use super::plan::Plan;
+use crate::error::Error;
+
+/// Hexadecimal digits of a fingerprint that are shown: enough to tell files apart, few enough to compare by eye.
+const SHOWN: usize = 16;
+
+/// Sensor, program, how intervals were made.
+pub(super) fn about(plan: &Plan) -> Vec<(String, String)> {
+    let mut about = describe(&plan.sensor);
+    about.push((
+        "program".to_owned(),
+        format!("taxel {}", env!("CARGO_PKG_VERSION")),
+    ));
+    let bootstrap = plan.bootstrap;
+    about.push((
+        "intervals".to_owned(),
+        format!(
+            "{} %, {} bootstrap resamples of whole experiments, seed {}; none with fewer than three experiments",
+            number(100.0 * bootstrap.confidence),
+            bootstrap.resamples,
+            bootstrap.seed
+        ),
+    ));
+    about
+}
+
+/// A sensor, line by line.
+fn describe(sensor: &Sensor) -> Vec<(String, String)> {
+    let (array, readout, converter) = (&sensor.array, &sensor.readout, &sensor.converter);
+    let line = |what: &str, said: String| (what.to_owned(), said);
+    let mut about = vec![
+        line("sensor", sensor.name.clone()),
+        line(
+            "array",
+            format!(
+                "{} rows × {} columns, pitch {} × {} mm, {} mm² a taxel",
+                array.rows,
+                array.columns,
+                array.pitch_mm[0],
+                array.pitch_mm[1],
+                array.taxel_area_mm2
+            ),
+        ),
+    ];
+    let mut parts = vec![
+        readout.topology.name().to_owned(),
+        format!("V_test {} V", number(readout.v_test_volts)),
+    ];
+    let optional = [
+        ("R_k", readout.r_feedback_ohms, " Ω"),
+        ("pull-down", readout.r_pull_down_ohms, " Ω"),
+        ("gain", readout.open_loop_gain, ""),
+    ];
+    for (name, value, unit) in optional {
+        parts.extend(value.map(|value| format!("{name} {}{unit}", number(value))));
+    }
+    parts.push(format!(
+        "column switches {}",
+        switches(readout.r_mux_column_ohms.as_ref(), array.columns)
+    ));
+    parts.push(format!(
+        "row switches {}",
+        switches(readout.r_mux_row_ohms.as_ref(), array.rows)
+    ));
+    if readout.r_source_ohms > 0.0 {
+        parts.push(format!("R_v {} Ω", number(readout.r_source_ohms)));
+    }
+    about.push(line("read-out", parts.join(", ")));
+    about.push(line(
+        "converter",
+        format!(
+            "{} bits, full scale {} V{}",
+            converter.bits,
+            number(converter.full_scale_volts),
+            if converter.inverted { ", inverted" } else { "" }
+        ),
+    ));
+    let material = match &sensor.material {
+        Some(material) => format!(
+            "G = {} S + {} S · (load in g)^exponent{}",
+            number(material.g_zero_siemens),
+            number(material.factor),
+            if material.gain.is_some() {
+                ", a gain for each taxel"
+            } else {
+                ""
+            }
+        ),
+        None => "none: no loads".to_owned(),
+    };
+    about.push(line("load law", material));
+    about
+}
+
+fn switches(values: Option<&PerLine>, lines: usize) -> String {
+    let Some(values) = values else {
+        return "unknown".to_owned();
+    };
+    let each: Vec<f64> = (0..lines).map(|i| values.at(i)).collect();
+    let (least, most) = each
+        .iter()
+        .fold((f64::MAX, f64::MIN), |(a, b), &v| (a.min(v), b.max(v)));
+    match least == most {
+        true => format!("{} Ω", number(least)),
+        false => format!("{} to {} Ω", number(least), number(most)),
+    }
+}
+
+/// The files, named as the plan names them, with their fingerprints.
+pub(super) fn data(plan: &Plan, files: &BTreeSet<PathBuf>) -> Result<Section, Error> {
+    let mut table = Table::new("", &["file", "bytes", "SHA-256, first 16 digits"]);
+    let folder = plan.folder();
+    let mut files = files.clone();
+    if plan.sensor_file.is_file() {
+        files.insert(plan.sensor_file.clone());
+    }
+    for file in &files {
+        let (bytes, digits) = fingerprint(file)?;
+        let name = file.strip_prefix(folder).unwrap_or(file);
+        table.push(cells![
+            name.display().to_string(),
+            bytes,
+            digits[..SHOWN].to_owned()
+        ]);
+    }
+    Ok(Section {
+        title: "Data".to_owned(),
+        paragraphs: vec![
+            "The same files with the same plan and program give this report again, byte for byte."
+                .to_owned(),
+        ],
+        tables: vec![table],
+        figures: Vec::new(),
+    })
+}
+
+/// Bytes and SHA-256 of a file, read piece by piece.
+fn fingerprint(path: &Path) -> Result<(u64, String), Error> {
+    let unread = |source| Error::Fingerprint {
+        file: path.to_owned(),
+        source,
+    };
+    let mut file = File::open(path).map_err(unread)?;
+    let mut hash = Sha256::new();
+    let mut piece = vec![0; 1 << 16];
+    let mut bytes = 0;
+    loop {
+        let read = file.read(&mut piece).map_err(unread)?;
+        if read == 0 {
+            break;
+        }
+        bytes += read as u64;
+        hash.update(&piece[..read]);
+    }
+    let digits = hash
+        .finalize()
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    Ok((bytes, digits))
+}

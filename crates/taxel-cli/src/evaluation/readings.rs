@@ -1,0 +1,283 @@
+//! What the recordings of an experiment say of the taxels that its trials look at.
+
+use std::collections::{BTreeMap, HashMap};
+use std::path::{Path, PathBuf};
+
+use taxel::circuit::Converter;
+use taxel::frame::grams_from_newtons;
+use taxel::metric::Figures;
+use taxel::pipeline::Pipeline;
+use taxel::solve::Stop;
+use taxel::{Counts, Frame, Mark, Sensor};
+use taxel_record::{FrameSource, TextOptions, Trial, open_counts};
+
+use super::plan::Value;
+use crate::error::Error;
+use crate::frames::show;
+use crate::progress::Progress;
+use crate::unit::MethodName;
+
+/// What one frame says of a trial.
+#[derive(Debug, Clone)]
+pub(crate) struct Reading {
+    /// The trial, by its place in the table.
+    pub(crate) trial: usize,
+    pub(crate) secs: Option<f64>,
+    pub(crate) frame: u64,
+    pub(crate) counts: f64,
+    pub(crate) volts: f64,
+    /// Stuck, spiked, outside of the mask: no measurement.
+    pub(crate) marked: bool,
+    pub(crate) saturated: bool,
+    /// By each method.
+    pub(crate) answers: Vec<Answer>,
+}
+
+/// What a method makes of a frame.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Answer {
+    pub(crate) siemens: f64,
+    /// Where the sensor has a load law.
+    pub(crate) grams: Option<f64>,
+    pub(crate) total_g: Option<f64>,
+    pub(crate) centre_mm: Option<[f64; 2]>,
+}
+
+impl Reading {
+    /// In the unit that the plan asks for, by the first method.
+    pub(crate) fn value(&self, value: Value) -> Option<f64> {
+        match value {
+            Value::Counts => Some(self.counts),
+            Value::Volts => Some(self.volts),
+            Value::Siemens => self.answers.first().map(|answer| answer.siemens),
+            Value::Grams => self.answers.first()?.grams,
+        }
+    }
+}
+
+/// A sensor with the methods that are asked of it.
+pub(crate) struct Reader {
+    sensor: Sensor,
+    converter: Converter,
+    pipelines: Vec<Pipeline>,
+    frames_per_second: Option<f64>,
+    /// Frames that a method found no answer to.
+    pub(crate) unsolved: u64,
+    /// Frames that could not be read.
+    pub(crate) skipped: u64,
+}
+
+impl Reader {
+    pub(crate) fn new(
+        sensor: &Sensor,
+        file: &Path,
+        methods: &[MethodName],
+        frames_per_second: Option<f64>,
+    ) -> Result<Self, Error> {
+        let pipeline = |method: &MethodName| {
+            let for_method = method.sensor(sensor);
+            let opened = method.open(&for_method, file)?;
+            Pipeline::new(&for_method, opened).map_err(|source| Error::InFile {
+                file: file.to_owned(),
+                source,
+            })
+        };
+        Ok(Self {
+            converter: Converter::from_sensor(sensor),
+            pipelines: methods.iter().map(pipeline).collect::<Result<_, _>>()?,
+            sensor: sensor.clone(),
+            frames_per_second,
+            unsolved: 0,
+            skipped: 0,
+        })
+    }
+
+    /// Reads every recording of the trials once; readings in the order of the trials, then of time.
+    pub(crate) fn read(&mut self, table: &Path, trials: &[Trial]) -> Result<Vec<Reading>, Error> {
+        let mut by_recording: BTreeMap<&PathBuf, Vec<usize>> = BTreeMap::new();
+        for (number, trial) in trials.iter().enumerate() {
+            by_recording
+                .entry(&trial.recording)
+                .or_default()
+                .push(number);
+        }
+        let mut readings = Vec::new();
+        for (recording, numbers) in by_recording {
+            let frames = self.read_one(recording, trials, &numbers, &mut readings)?;
+            let beyond = numbers
+                .iter()
+                .filter_map(|&number| Some((&trials[number], trials[number].frame?)))
+                .find(|(_, frame)| *frame as u64 >= frames);
+            if let Some((trial, wanted)) = beyond {
+                return Err(Error::NoFrame {
+                    asked_by: format!("{}, line {}", table.display(), trial.line),
+                    file: recording.clone(),
+                    wanted: wanted as u64,
+                    found: frames,
+                });
+            }
+        }
+        readings.sort_by_key(|reading| (reading.trial, reading.frame));
+        Ok(readings)
+    }
+
+    fn read_one(
+        &mut self,
+        recording: &Path,
+        trials: &[Trial],
+        numbers: &[usize],
+        readings: &mut Vec<Reading>,
+    ) -> Result<u64, Error> {
+        let mut number_of_frames = 0;
+        self.each_frame(recording, |reader, frame, index| {
+            number_of_frames = index + 1;
+            let of_frame = |number: &&usize| {
+                let wanted = trials[**number].frame;
+                wanted.is_none_or(|wanted| wanted as u64 == index)
+            };
+            let wanted: Vec<usize> = numbers.iter().filter(of_frame).copied().collect();
+            if !wanted.is_empty() {
+                reader.take(frame, index, trials, &wanted, readings);
+            }
+            Ok(())
+        })?;
+        Ok(number_of_frames)
+    }
+
+    /// Calls `see` with every frame of a recording and its place in it.
+    pub(crate) fn each_frame(
+        &mut self,
+        recording: &Path,
+        mut see: impl FnMut(&mut Self, &Frame<Counts>, u64) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let mut source = open_counts(recording, TextOptions::of(&self.sensor))?;
+        let mut frame = Frame::zeros(self.sensor.rows(), self.sensor.columns());
+        let progress = Progress::new("reading");
+        for pipeline in &mut self.pipelines {
+            pipeline.forget();
+        }
+        let mut index = 0;
+        while source.next_into(&mut frame)? {
+            see(self, &frame, index)?;
+            show(&source, &progress);
+            index += 1;
+        }
+        self.skipped += source.skipped() as u64;
+        Ok(())
+    }
+
+    fn take(
+        &mut self,
+        frame: &Frame<Counts>,
+        index: u64,
+        trials: &[Trial],
+        wanted: &[usize],
+        readings: &mut Vec<Reading>,
+    ) {
+        let rate = self.frames_per_second;
+        let secs = frame.time_secs.or(rate.map(|rate| index as f64 / rate));
+        let columns = self.sensor.columns();
+        let taxel_of = |trial: usize| trials[trial].taxel.map(|(r, c)| r * columns + c);
+        let mut answers: Vec<Vec<Answer>> = vec![Vec::new(); wanted.len()];
+        let mut marks = vec![Mark::Good; wanted.len()];
+        for method in 0..self.pipelines.len() {
+            self.solve(method, frame);
+            let (total_g, centre_mm) = self.whole(method);
+            let pipeline = &mut self.pipelines[method];
+            for (place, &trial) in wanted.iter().enumerate() {
+                let taxel = taxel_of(trial).unwrap_or(0);
+                marks[place] = pipeline.volts().marks()[taxel];
+                answers[place].push(Answer {
+                    siemens: pipeline.siemens().values()[taxel],
+                    grams: pipeline
+                        .newtons()
+                        .ok()
+                        .map(|loads| grams_from_newtons(loads.values()[taxel])),
+                    total_g,
+                    centre_mm,
+                });
+            }
+        }
+        for ((&trial, mark), answers) in wanted.iter().zip(marks).zip(answers) {
+            let counts = frame.values()[taxel_of(trial).unwrap_or(0)];
+            readings.push(Reading {
+                trial,
+                secs,
+                frame: index,
+                counts,
+                volts: self.volts(counts),
+                marked: !matches!(mark, Mark::Good | Mark::Saturated | Mark::Interpolated),
+                saturated: mark == Mark::Saturated || counts >= self.sensor.max_count(),
+                answers,
+            });
+        }
+    }
+
+    /// A method's answer to a frame of counts stands in its pipeline afterwards.
+    pub(crate) fn solve(&mut self, method: usize, frame: &Frame<Counts>) {
+        let outcome = self.pipelines[method].siemens_from_counts(frame);
+        if !outcome.stop.is_good() {
+            self.pipelines[method].forget();
+            self.unsolved += u64::from(matches!(outcome.stop, Stop::Infeasible(_)));
+        }
+    }
+
+    /// The loads of the frame solved last, where the sensor has a load law.
+    pub(crate) fn pipeline(&mut self, method: usize) -> &mut Pipeline {
+        &mut self.pipelines[method]
+    }
+
+    /// Total load, grams, and centre of pressure, mm.
+    fn whole(&mut self, method: usize) -> (Option<f64>, Option<[f64; 2]>) {
+        let Ok(loads) = self.pipelines[method].newtons() else {
+            return (None, None);
+        };
+        let figures = Figures::of(loads, &self.sensor.array);
+        let total = grams_from_newtons(figures.total_force_newtons);
+        (Some(total), figures.centre_mm)
+    }
+
+    /// V_out of a count.
+    pub(crate) fn volts(&self, count: f64) -> f64 {
+        let counts = Frame::<Counts>::filled(1, 1, count);
+        self.converter.volts_from_counts(&counts).values()[0]
+    }
+}
+
+/// The trials of one setting and what was read.
+pub(crate) struct Group {
+    /// Empty where the table names none.
+    pub(crate) setting: String,
+    pub(crate) sensor: Sensor,
+    pub(crate) trials: Vec<Trial>,
+    pub(crate) readings: Vec<Reading>,
+}
+
+impl Group {
+    /// Readings by experiment: the table's word for it, else its line.
+    pub(crate) fn experiments(&self) -> Vec<Vec<&Reading>> {
+        let mut places: HashMap<String, usize> = HashMap::new();
+        let mut groups: Vec<Vec<&Reading>> = Vec::new();
+        for reading in &self.readings {
+            let trial = &self.trials[reading.trial];
+            let name = match &trial.experiment {
+                Some(word) => word.clone(),
+                None => format!("line {}", trial.line),
+            };
+            let place = *places.entry(name).or_insert(groups.len());
+            match groups.get_mut(place) {
+                Some(group) => group.push(reading),
+                None => groups.push(vec![reading]),
+            }
+        }
+        groups
+    }
+
+    /// The setting as it stands in a table.
+    pub(crate) fn name(&self) -> &str {
+        match self.setting.as_str() {
+            "" => "all",
+            setting => setting,
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Does the same load read the same?
+
+use taxel::evaluate::repeatability::{OUTLIER_SIGMAS, Reading, difference, repeatability};
+use taxel_view::report::{Cell, Figure, Section, Table};
+use taxel_view::{Line, LineStyle, Series, cells};
+
+use super::plan::{Experiment, Plan, Value};
+use super::readings::Group;
+use super::{no_law, too_few};
+use crate::error::Error;
+
+pub(super) fn section(
+    plan: &Plan,
+    experiment: &Experiment,
+    groups: &[Group],
+) -> Result<Section, Error> {
+    let value = experiment.value();
+    let mut table = Table::new(
+        format!(
+            "Repeated readings, {}; 95 % intervals over experiments",
+            value.unit()
+        ),
+        &[
+            "setting",
+            "readings",
+            "marked",
+            "far",
+            "outliers, %",
+            "CV, %",
+            "CV without outliers, %",
+            "CV between experiments, %",
+            "mean",
+        ],
+    );
+    let mut figures = Vec::new();
+    let mut over_readings = false;
+    for group in groups {
+        let readings = readings(plan, group, value)?;
+        let resolution = match value {
+            Value::Counts => 1.0,
+            _ => 0.0,
+        };
+        let found = repeatability(&readings, resolution, &plan.bootstrap)
+            .ok_or_else(|| too_few(experiment, group, "a reading"))?;
+        over_readings |= found.over_readings;
+        table.push(cells![
+            group.name().to_owned(),
+            found.readings,
+            found.marked,
+            found.far,
+            found.outlier_share.times(100.0),
+            found.variation.map(|v| v.times(100.0)),
+            found.variation_filtered.map(|v| v.times(100.0)),
+            found.variation_between.map(|v| 100.0 * v),
+            found.mean,
+        ]);
+        figures.push(figure(group, value)?);
+    }
+    let mut paragraphs = vec![format!(
+        "A reading is an outlier when the screen marks it (stuck, at an end of the converter, outside of the mask) or when it is more than {OUTLIER_SIGMAS} robust standard deviations from the median of its experiment."
+    )];
+    if over_readings {
+        paragraphs.push("Fewer than three experiments: intervals are over single readings and say nothing of setting up anew.".to_owned());
+    }
+    if let [before, after] = &marked(groups)[..]
+        && let Some(change) = difference(before, after, &plan.bootstrap)
+    {
+        paragraphs.push(format!(
+            "Marked readings, {} less {}: {} percentage points.",
+            groups[1].name(),
+            groups[0].name(),
+            Cell::from(change.times(100.0))
+        ));
+    }
+    Ok(Section {
+        title: experiment.name.clone(),
+        paragraphs,
+        tables: vec![table],
+        figures,
+    })
+}
+
+fn readings(plan: &Plan, group: &Group, value: Value) -> Result<Vec<Vec<Reading>>, Error> {
+    let each = |reading: &&super::readings::Reading| {
+        Ok(Reading {
+            value: reading.value(value).ok_or_else(|| no_law(plan))?,
+            marked: reading.marked || reading.saturated,
+        })
+    };
+    let experiments = group.experiments();
+    experiments
+        .iter()
+        .map(|one| one.iter().map(each).collect())
+        .collect()
+}
+
+/// 1 for a marked reading, 0 for another, of each setting.
+fn marked(groups: &[Group]) -> Vec<Vec<Vec<f64>>> {
+    let flag = |reading: &&super::readings::Reading| {
+        f64::from(u8::from(reading.marked || reading.saturated))
+    };
+    let of = |group: &Group| {
+        let experiments = group.experiments();
+        match experiments.len() < 3 {
+            true => experiments.concat().iter().map(|r| vec![flag(r)]).collect(),
+            false => experiments
+                .iter()
+                .map(|one| one.iter().map(flag).collect())
+                .collect(),
+        }
+    };
+    groups.iter().map(of).collect()
+}
+
+fn figure(group: &Group, value: Value) -> Result<Figure, Error> {
+    let values: Vec<f64> = group
+        .readings
+        .iter()
+        .map(|r| r.value(value).unwrap_or(f64::NAN))
+        .collect();
+    let x = (0..values.len()).map(|i| i as f64).collect();
+    let line = Line::new("", values).style(LineStyle::Points);
+    let picture = Series::new("reading", x, vec![line])?
+        .title(group.name())
+        .quantity(value.quantity())
+        .unit(value.unit())
+        .picture()?;
+    Ok(Figure {
+        caption: format!("Repeated readings, {}.", group.name()),
+        picture,
+    })
+}

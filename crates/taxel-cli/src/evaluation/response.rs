@@ -1,0 +1,159 @@
+//! How the reading follows the load, and where it ends.
+
+use taxel::evaluate::response::{Reading, Response, response};
+use taxel_view::report::{Figure, Section, Table, number};
+use taxel_view::{Line, LineStyle, Series, cells};
+
+use super::plan::{Experiment, Plan, Value};
+use super::readings::Group;
+use super::{no_law, too_few};
+use crate::error::Error;
+
+/// Positions at which a fitted curve is drawn.
+const DRAWN: usize = 60;
+
+pub(super) fn section(
+    plan: &Plan,
+    experiment: &Experiment,
+    groups: &[Group],
+) -> Result<Section, Error> {
+    let value = experiment.value();
+    let unit = value.unit();
+    let mut table = Table::new(
+        format!("Response to load; sensitivity in {unit} per g; 95 % intervals over experiments"),
+        &[
+            "setting",
+            "sensitivity",
+            "offset",
+            "R²",
+            "non-linearity, %",
+            "exponent",
+            "saturates at, g",
+            "usable, g",
+            "smallest, g",
+        ],
+    );
+    let mut levels = Table::new(
+        format!("Mean {} under each load, {unit}", value.quantity()),
+        &[
+            "setting",
+            "load, g",
+            "mean",
+            "standard deviation",
+            "saturated, %",
+        ],
+    );
+    let mut figures = Vec::new();
+    for group in groups {
+        let found = response(&readings(plan, group, value)?, &plan.bootstrap).ok_or_else(|| {
+            too_few(
+                experiment,
+                group,
+                "readings under two loads that do not saturate",
+            )
+        })?;
+        table.push(cells![
+            group.name().to_owned(),
+            found.sensitivity,
+            found.line.offset,
+            found.line.r_squared,
+            found.non_linearity_percent,
+            found.exponent,
+            found.saturates_at,
+            usable(&found),
+            found.smallest_detectable,
+        ]);
+        for level in &found.levels {
+            levels.push(cells![
+                group.name().to_owned(),
+                level.load,
+                level.value,
+                level.spread,
+                100.0 * level.saturated_share,
+            ]);
+        }
+        figures.push(figure(group, value, &found)?);
+    }
+    Ok(Section {
+        title: experiment.name.clone(),
+        paragraphs: vec![
+            "Line and power law (offset + factor · load^exponent) are least squares over the readings below saturation. Non-linearity is the largest distance of a load's mean from the best straight line, in % of the line's rise. The smallest load that can be told from none lifts the reading by three standard deviations of the readings at the lowest load. A load saturates when more than half of its readings are at the converter's end.".to_owned(),
+        ],
+        tables: vec![table, levels],
+        figures,
+    })
+}
+
+fn usable(found: &Response) -> String {
+    let from = found.smallest_detectable.unwrap_or(found.levels[0].load);
+    format!("{} to {}", number(from), number(found.largest_usable))
+}
+
+fn readings(plan: &Plan, group: &Group, value: Value) -> Result<Vec<Vec<Reading>>, Error> {
+    let mut out = Vec::new();
+    for one in group.experiments() {
+        let mut readings = Vec::new();
+        // What is no measurement says nothing of the response; what is saturated says where it ends.
+        for reading in one.iter().filter(|r| !r.marked || r.saturated) {
+            readings.push(Reading {
+                load: group.trials[reading.trial].load_g.unwrap_or_default(),
+                value: reading.value(value).ok_or_else(|| no_law(plan))?,
+                saturated: reading.saturated,
+            });
+        }
+        out.push(readings);
+    }
+    Ok(out)
+}
+
+fn figure(group: &Group, value: Value, found: &Response) -> Result<Figure, Error> {
+    let loads: Vec<f64> = found.levels.iter().map(|level| level.load).collect();
+    let (first, last) = (loads[0], loads[loads.len() - 1]);
+    let x: Vec<f64> = (0..=DRAWN)
+        .map(|i| first + (last - first) * i as f64 / DRAWN as f64)
+        .collect();
+    let line = |x: &f64| match found.saturates_at {
+        Some(end) if *x > end => f64::NAN,
+        _ => found.line.at(*x),
+    };
+    let mut lines = vec![
+        Line::new(
+            "readings, 95 %",
+            found.levels.iter().map(|l| l.value.value).collect(),
+        )
+        .over(loads)
+        .style(LineStyle::Points)
+        .errors(found.levels.iter().map(|l| half(&l.value)).collect())
+        .colour(0),
+        Line::new("straight line", x.iter().map(line).collect())
+            .style(LineStyle::Dashed)
+            .colour(1),
+    ];
+    if let Some(power) = &found.power {
+        let curve = |x: &f64| match found.saturates_at {
+            Some(end) if *x > end => f64::NAN,
+            _ => power.at(*x),
+        };
+        lines.push(Line::new("power law", x.iter().map(curve).collect()).colour(2));
+    }
+    let picture = Series::new("load (g)", x, lines)?
+        .title(group.name())
+        .quantity(value.quantity())
+        .unit(value.unit())
+        .picture()?;
+    let end = match found.saturates_at {
+        Some(load) => format!("Saturated from {} g.", number(load)),
+        None => "Nothing saturated.".to_owned(),
+    };
+    Ok(Figure {
+        caption: format!("Response to load, {}. {end}", group.name()),
+        picture,
+    })
+}
+
+/// Half the length of an interval, for an error bar.
+pub(super) fn half(estimate: &taxel::evaluate::Estimate) -> f64 {
+    estimate
+        .interval
+        .map_or(0.0, |(low, high)| (high - low) / 2.0)
+}

@@ -1,0 +1,105 @@
+//! Trials: what was done to a sensor, one line for each thing that was set up, as `taxel evaluate` reads it.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::Error;
+use crate::experiments::{Taxel, beside};
+use crate::table::{Row, Table};
+
+/// One line of a table of trials.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trial {
+    /// The recording, its path already relative to the table's folder.
+    pub recording: PathBuf,
+    /// The frame in it, from 0; `None`: every frame is a reading.
+    pub frame: Option<usize>,
+    /// Row and column of the taxel that is looked at.
+    pub taxel: Option<(usize, usize)>,
+    /// The load on it, grams-force.
+    pub load_g: Option<f64>,
+    /// What was set up once: lines with the same word are one experiment. Without it, a line is one.
+    pub experiment: Option<String>,
+    /// What is compared: before and after, another V_test.
+    pub setting: Option<String>,
+    /// How many other taxels of the line were pressed.
+    pub others: Option<usize>,
+    /// The load on the whole array, grams-force.
+    pub total_g: Option<f64>,
+    /// Where the centre of pressure is known to be, mm from the centre of the first taxel along columns and rows.
+    pub place_mm: Option<(f64, f64)>,
+    /// The table's line, from 1.
+    pub line: u64,
+}
+
+const COLUMNS: [&str; 14] = [
+    "recording",
+    "frame",
+    "row",
+    "column",
+    "taxel",
+    "load_g",
+    "experiment",
+    "setting",
+    "others",
+    "total_g",
+    "x_mm",
+    "y_mm",
+    "contact_area_mm2",
+    "note",
+];
+const NEEDS: &str = "recording, and row and column (or taxel) or total_g";
+
+/// Reads a table of trials on an array of `rows` × `columns`; columns in any order. Only `recording` must be there; which of
+/// the others an evaluation needs, it says.
+///
+/// # Errors
+/// A missing or unknown column, a taxel outside the array, a cell that is no number, a negative load, an empty table;
+/// each with its place.
+pub fn read_trials(
+    path: impl AsRef<Path>,
+    rows: usize,
+    columns: usize,
+    labels: Option<&str>,
+) -> Result<Vec<Trial>, Error> {
+    let path = path.as_ref();
+    let table = Table::open(path, &COLUMNS)?;
+    let recording = table.need("recording", NEEDS)?;
+    let taxel = Taxel {
+        label: table.find("taxel"),
+        pair: table.find("row").zip(table.find("column")),
+        rows,
+        columns,
+        labels,
+    };
+    let has_taxel = taxel.label.is_some() || taxel.pair.is_some();
+    let find = |name| table.find(name);
+    let (frame, load, others) = (find("frame"), find("load_g"), find("others"));
+    let (experiment, setting) = (find("experiment"), find("setting"));
+    let (total, x, y) = (find("total_g"), find("x_mm"), find("y_mm"));
+    table.rows("trial", |line| {
+        let text = |cell| Ok::<_, Error>(line.optional(cell)?.map(str::to_owned));
+        let place = (amount(line, x, "x_mm")?, amount(line, y, "y_mm")?);
+        Ok(Trial {
+            recording: beside(path, line, recording)?,
+            frame: index(line, frame, "frame")?,
+            taxel: has_taxel.then(|| taxel.read(line)).transpose()?,
+            load_g: amount(line, load, "load_g")?,
+            experiment: text(experiment)?,
+            setting: text(setting)?,
+            others: index(line, others, "others")?,
+            total_g: amount(line, total, "total_g")?,
+            place_mm: place.0.zip(place.1),
+            line: line.line,
+        })
+    })
+}
+
+fn amount(line: &Row<'_>, cell: Option<usize>, name: &'static str) -> Result<Option<f64>, Error> {
+    let filled = line.optional(cell)?.and(cell);
+    filled.map(|cell| line.amount(cell, name)).transpose()
+}
+
+fn index(line: &Row<'_>, cell: Option<usize>, name: &'static str) -> Result<Option<usize>, Error> {
+    let filled = line.optional(cell)?.and(cell);
+    filled.map(|cell| line.index(cell, name)).transpose()
+}

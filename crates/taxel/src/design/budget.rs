@@ -1,0 +1,455 @@
+//! Which component to change: the error of a frame, split by what causes it.
+//!
+//! The frame is known, the sensor's file is taken for the truth, and the read-out is simulated with some causes present
+//! and the others ideal. Two questions are asked of each cause: what error it makes alone, and what error is left
+//! without it. The two differ because causes act on each other: switches matter more when everything is pressed, and a
+//! gain that is low matters little beside a switch that is worse. Known by the calibration, and therefore undone
+//! exactly here, are the converter's offset and its memory; mechanical spread is no part of this.
+
+mod other;
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use serde::Serialize;
+
+use crate::calibrate::LoadLaw;
+use crate::circuit::{Circuit, Converter, LinearCircuit, Noise};
+use crate::sensor::{PerLine, Sensor, Topology};
+use crate::simulate::{DEFAULT_PEAK_G, Kind, Pattern, default_noise_counts};
+use crate::solve::{Method, Raw, default_method};
+use crate::{Counts, Error, Frame, Mark, Siemens, Volts};
+
+pub use other::{Change, changes};
+
+/// An ideal switch: small enough to change no digit that is shown, large enough to divide by.
+const IDEAL_OHMS: f64 = 1e-9;
+/// An ideal amplifier's gain.
+const IDEAL_GAIN: f64 = 1e15;
+/// Taxels that conduct more than this share of the frame's best conductor are loaded.
+pub const LOADED_SHARE: f64 = 0.02;
+/// Conductance of a taxel at full load where the sensor has no load law: the paper's 500 Ω.
+const FULL_LOAD_SIEMENS: f64 = 1.0 / 500.0;
+
+/// What makes a reading differ from the conductance that it stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Cause {
+    /// A divider in place of a virtual ground: the pull-down, and currents through lines that float.
+    Divider,
+    /// On-resistance of the column switches.
+    ColumnSwitches,
+    /// On-resistance of the row switches.
+    RowSwitches,
+    /// The resistor R_v in series with the driven column.
+    Source,
+    /// The amplifier's gain at the scan rate.
+    Gain,
+    /// Readings beyond either end of the converter.
+    Range,
+    /// Rounding to whole counts.
+    Bits,
+    /// Noise of a reading.
+    Noise,
+}
+
+impl Cause {
+    /// The causes that a sensor's read-out can have.
+    pub fn of(sensor: &Sensor) -> Vec<Cause> {
+        use Cause::{Bits, ColumnSwitches, Divider, Gain, Noise, Range, RowSwitches, Source};
+        match sensor.readout.topology.is_tia() {
+            true => vec![
+                ColumnSwitches,
+                RowSwitches,
+                Source,
+                Gain,
+                Range,
+                Bits,
+                Noise,
+            ],
+            false => vec![
+                Divider,
+                ColumnSwitches,
+                RowSwitches,
+                Source,
+                Range,
+                Bits,
+                Noise,
+            ],
+        }
+    }
+
+    /// Its name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Cause::Divider => "divider",
+            Cause::ColumnSwitches => "column switches",
+            Cause::RowSwitches => "row switches",
+            Cause::Source => "source resistor",
+            Cause::Gain => "amplifier gain",
+            Cause::Range => "converter range",
+            Cause::Bits => "converter bits",
+            Cause::Noise => "noise",
+        }
+    }
+
+    /// Whether it is the converter's, so that no knowledge of the circuit undoes it.
+    pub fn is_converters(self) -> bool {
+        matches!(self, Cause::Range | Cause::Bits | Cause::Noise)
+    }
+}
+
+/// A frame whose conductances are known.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// What it is.
+    pub name: String,
+    /// Conductance of every taxel, siemens.
+    pub siemens: Frame<Siemens>,
+}
+
+impl Scene {
+    /// Taxels above [`LOADED_SHARE`] of the best conductor, and the conductance of that, siemens.
+    pub fn loaded(&self) -> (usize, f64) {
+        let values = self.siemens.values();
+        let largest = largest_of(values);
+        let loaded = values.iter().filter(|g| **g > LOADED_SHARE * largest);
+        (loaded.count(), largest)
+    }
+}
+
+/// Errors of one kind over a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Figures {
+    /// Mean absolute error of the loaded taxels.
+    pub mean: f64,
+    /// Largest absolute error of any taxel.
+    pub worst: f64,
+    /// Most that an unloaded taxel shows too much: the ghost. 0 where none shows more than it should.
+    pub ghost: f64,
+}
+
+impl Figures {
+    fn add(&mut self, error: f64, loaded: bool) {
+        self.worst = self.worst.max(error.abs());
+        match loaded {
+            true => self.mean += error.abs(),
+            false => self.ghost = self.ghost.max(error),
+        }
+    }
+}
+
+/// What is wrong with the readings of a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Errors {
+    /// In percent of the frame's largest conductance.
+    pub percent: Figures,
+    /// In grams, where the sensor has a load law. Loads below 0 count as 0, as in a pipeline.
+    pub grams: Option<Figures>,
+    /// Taxels whose reading stood at the converter's ceiling, the most of all draws.
+    pub saturated: usize,
+    /// Draws of the noise that were taken.
+    pub draws: u32,
+    /// Draws without an answer: the inverse did not converge. They are not in the figures; when none had an answer
+    /// these are those of no reading at all.
+    pub unsolved: u32,
+}
+
+impl Errors {
+    /// Whether there is anything that the figures are about.
+    pub fn is_known(&self) -> bool {
+        self.unsolved < self.draws
+    }
+}
+
+/// One cause's part of the raw reading's error.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Part {
+    /// The cause.
+    pub cause: Cause,
+    /// With this cause and everything else ideal.
+    pub alone: Errors,
+    /// With every cause but this one.
+    pub without: Errors,
+}
+
+/// A sensor, ready to be taken apart.
+#[derive(Debug, Clone)]
+pub struct Budget {
+    sensor: Sensor,
+    law: Option<LoadLaw>,
+    draws: u32,
+    seed: u64,
+}
+
+impl Budget {
+    /// For a sensor; noise is drawn `draws` times from `seed`.
+    ///
+    /// # Errors
+    /// A number outside its physical range, a gain that is still the name of a file.
+    pub fn new(sensor: &Sensor, draws: u32, seed: u64) -> Result<Self, Error> {
+        let mut sensor = sensor.clone().checked()?;
+        // Known, and undone exactly: docs/design.md.
+        sensor.converter.memory = 0.0;
+        let law = match sensor.material {
+            Some(_) => Some(LoadLaw::from_sensor(&sensor)?),
+            None => None,
+        };
+        Ok(Self {
+            sensor,
+            law,
+            draws: draws.max(1),
+            seed,
+        })
+    }
+
+    /// Whether there are grams: the sensor has a load law.
+    pub fn has_law(&self) -> bool {
+        self.law.is_some()
+    }
+
+    /// The sensor that is taken apart.
+    pub fn sensor(&self) -> &Sensor {
+        &self.sensor
+    }
+
+    /// The same frames and draws for a sensor of which something was changed.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with(&self, change: impl FnOnce(&mut Sensor)) -> Result<Self, Error> {
+        let mut sensor = self.sensor.clone();
+        change(&mut sensor);
+        Self::new(&sensor, self.draws, self.seed)
+    }
+
+    /// A hand that grips: frame 80 of the pattern `hand`, seed 7, at its natural pressure.
+    pub fn typical(&self) -> Scene {
+        self.scene("a gripping hand", &Pattern::hand())
+    }
+
+    /// Every taxel under `full_load_g` grams (without one: 600).
+    pub fn worst(&self, full_load_g: Option<f64>) -> Scene {
+        let load = full_load_g.unwrap_or(DEFAULT_PEAK_G);
+        let name = format!("every taxel under {load} g");
+        self.scene(&name, &Pattern::new(Kind::Uniform).with_peak_g(load))
+    }
+
+    fn scene(&self, name: &str, pattern: &Pattern) -> Scene {
+        let peak = pattern.peak_of(&self.sensor.array);
+        let linear;
+        let law = match &self.law {
+            Some(law) => law,
+            None => {
+                linear = LoadLaw::power(0.0, FULL_LOAD_SIEMENS / peak, 1.0);
+                &linear
+            }
+        };
+        let loads = pattern.loads(&self.sensor.array, 7, 80);
+        Scene {
+            name: name.to_owned(),
+            siemens: loads.map(|taxel, load| law.siemens_from_grams(taxel, load).max(0.0)),
+        }
+    }
+
+    /// The error of the raw reading when these causes are present and all others ideal.
+    ///
+    /// # Errors
+    /// [`Error::MissingKey`] when a switch resistance is not known yet.
+    ///
+    /// # Panics
+    /// When the scene's shape is not the sensor's, or a conductance is negative.
+    pub fn raw(&self, scene: &Scene, causes: &[Cause]) -> Result<Errors, Error> {
+        let sensor = self.with_causes(causes, &scene.siemens)?;
+        self.errors(scene, &sensor, causes, &Raw::from_sensor(&sensor))
+    }
+
+    /// The error that is left when the cross-talk is undone by the sensor's own circuit, exactly known, while these of
+    /// the converter's causes are present.
+    ///
+    /// # Errors
+    /// As [`Self::raw`].
+    ///
+    /// # Panics
+    /// As [`Self::raw`].
+    pub fn compensated(&self, scene: &Scene, causes: &[Cause]) -> Result<Errors, Error> {
+        let method = default_method(&self.sensor)?;
+        self.errors(scene, &self.sensor, causes, &*method)
+    }
+
+    /// What every cause does to the raw reading, alone and missing.
+    ///
+    /// # Errors
+    /// As [`Self::raw`].
+    pub fn split(&self, scene: &Scene) -> Result<Vec<Part>, Error> {
+        let all = Cause::of(&self.sensor);
+        all.iter()
+            .map(|&cause| {
+                let others: Vec<Cause> = all.iter().copied().filter(|&c| c != cause).collect();
+                Ok(Part {
+                    cause,
+                    alone: self.raw(scene, &[cause])?,
+                    without: self.raw(scene, &others)?,
+                })
+            })
+            .collect()
+    }
+
+    /// The sensor with the circuit's causes that are not listed made ideal.
+    fn with_causes(&self, causes: &[Cause], siemens: &Frame<Siemens>) -> Result<Sensor, Error> {
+        // The sensor must be complete even for causes that are not asked for.
+        let circuit = LinearCircuit::from_sensor(&self.sensor)?;
+        let mut sensor = self.sensor.clone();
+        let has = |cause| causes.contains(&cause);
+        let readout = &mut sensor.readout;
+        if !has(Cause::ColumnSwitches) {
+            readout.r_mux_column_ohms = Some(PerLine::One(IDEAL_OHMS));
+        }
+        if !has(Cause::RowSwitches) {
+            readout.r_mux_row_ohms = Some(PerLine::One(IDEAL_OHMS));
+        }
+        if !has(Cause::Source) {
+            readout.r_source_ohms = 0.0;
+        }
+        if !has(Cause::Gain) {
+            readout.open_loop_gain = Some(IDEAL_GAIN);
+        }
+        if !readout.topology.is_tia() && !has(Cause::Divider) {
+            // A virtual ground that fills as much of the converter as the divider does.
+            let largest = largest_of(predict(&circuit, siemens).values());
+            let r_k = readout.r_pull_down_ohms.unwrap_or_default();
+            readout.topology = Topology::TiaGroundedColumns;
+            readout.r_feedback_ohms = Some(r_k);
+            readout.v_test_volts = largest / (r_k * largest_of(siemens.values()));
+            sensor.converter.inverted = true;
+        }
+        Ok(sensor)
+    }
+
+    fn errors(
+        &self,
+        scene: &Scene,
+        sensor: &Sensor,
+        causes: &[Cause],
+        method: &dyn Method,
+    ) -> Result<Errors, Error> {
+        let volts = predict(&LinearCircuit::from_sensor(sensor)?, &scene.siemens);
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
+        let draws = match causes.contains(&Cause::Noise) {
+            true => self.draws,
+            false => 1,
+        };
+        let mut sum = Sum::new(self.law.as_ref());
+        for _ in 0..draws {
+            let read = read(sensor, &volts, causes, &mut random);
+            let solved = method.solve(&read);
+            let saturated = read.marks().iter().filter(|m| **m == Mark::Saturated);
+            sum.saturated = sum.saturated.max(saturated.count());
+            match solved.outcome.stop.is_good() {
+                true => sum.add(&scene.siemens, &solved.frame),
+                false => sum.unsolved += 1,
+            }
+        }
+        Ok(sum.finish(draws))
+    }
+}
+
+fn predict(circuit: &LinearCircuit, siemens: &Frame<Siemens>) -> Frame<Volts> {
+    circuit
+        .predict(siemens)
+        .expect("no conductance is negative")
+}
+
+fn largest_of(values: &[f64]) -> f64 {
+    let largest = values.iter().fold(0.0f64, |most, v| most.max(v.abs()));
+    largest.max(f64::MIN_POSITIVE)
+}
+
+/// What comes through the converter, with these of its causes present.
+fn read(
+    sensor: &Sensor,
+    volts: &Frame<Volts>,
+    causes: &[Cause],
+    random: &mut ChaCha8Rng,
+) -> Frame<Volts> {
+    let converter = Converter::from_sensor(sensor);
+    let has = |cause| causes.contains(&cause);
+    let mut noisy = volts.clone();
+    if has(Cause::Noise) {
+        let counts = sensor
+            .converter
+            .noise_counts
+            .unwrap_or_else(|| default_noise_counts(sensor.converter.bits));
+        let standard_deviation_volts = counts * converter.lsb_volts();
+        Noise {
+            standard_deviation_volts,
+        }
+        .add(&mut noisy, random);
+    }
+    let counts: Frame<Counts> = noisy.map(|_, volts| {
+        let mut count = converter.count_from_volt(volts);
+        if has(Cause::Range) {
+            count = count.clamp(0.0, converter.max_count());
+        }
+        if has(Cause::Bits) {
+            count = count.round();
+        }
+        count
+    });
+    let mut read = converter.volts_from_counts(&counts);
+    if !has(Cause::Range) {
+        read.marks_mut().fill(Mark::Good);
+    }
+    read
+}
+
+/// Errors in the making.
+struct Sum<'a> {
+    law: Option<&'a LoadLaw>,
+    percent: Figures,
+    grams: Figures,
+    loaded: u64,
+    saturated: usize,
+    unsolved: u32,
+}
+
+impl<'a> Sum<'a> {
+    fn new(law: Option<&'a LoadLaw>) -> Self {
+        Self {
+            law,
+            percent: Figures::default(),
+            grams: Figures::default(),
+            loaded: 0,
+            saturated: 0,
+            unsolved: 0,
+        }
+    }
+
+    fn add(&mut self, truth: &Frame<Siemens>, found: &Frame<Siemens>) {
+        let largest = largest_of(truth.values());
+        for (taxel, (&truth, &found)) in truth.values().iter().zip(found.values()).enumerate() {
+            let loaded = truth > LOADED_SHARE * largest;
+            self.loaded += u64::from(loaded);
+            self.percent.add(100.0 * (found - truth) / largest, loaded);
+            if let Some(law) = self.law {
+                let grams = |siemens| law.grams_from_siemens(taxel, siemens).max(0.0);
+                self.grams.add(grams(found) - grams(truth), loaded);
+            }
+        }
+    }
+
+    fn finish(mut self, draws: u32) -> Errors {
+        let loaded = self.loaded.max(1) as f64;
+        self.percent.mean /= loaded;
+        self.grams.mean /= loaded;
+        Errors {
+            percent: self.percent,
+            grams: self.law.map(|_| self.grams),
+            saturated: self.saturated,
+            draws,
+            unsolved: self.unsolved,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

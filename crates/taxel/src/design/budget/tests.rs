@@ -1,0 +1,171 @@
+use super::*;
+use crate::sensor::preset;
+
+fn small(topology: Topology) -> Sensor {
+    let mut sensor = preset("econe").unwrap();
+    sensor.array.rows = 8;
+    sensor.array.columns = 12;
+    sensor.readout.topology = topology;
+    if !topology.is_tia() {
+        sensor.readout.r_pull_down_ohms = Some(1000.0);
+        sensor.converter.inverted = false;
+    }
+    sensor
+}
+
+fn budget(sensor: &Sensor) -> Budget {
+    Budget::new(sensor, 3, 1).unwrap()
+}
+
+fn ideal(sensor: &mut Sensor) {
+    sensor.readout.r_mux_column_ohms = Some(PerLine::One(IDEAL_OHMS));
+    sensor.readout.r_mux_row_ohms = Some(PerLine::One(IDEAL_OHMS));
+    sensor.readout.open_loop_gain = Some(IDEAL_GAIN);
+}
+
+#[test]
+fn with_ideal_parts_no_cause_makes_an_error() {
+    for topology in [Topology::TiaGroundedColumns, Topology::TiaZeroPotential] {
+        let mut sensor = small(topology);
+        ideal(&mut sensor);
+        let budget = budget(&sensor);
+        for scene in [budget.typical(), budget.worst(None)] {
+            for cause in Cause::of(&sensor)
+                .into_iter()
+                .filter(|c| !c.is_converters())
+            {
+                let errors = budget.raw(&scene, &[cause]).unwrap();
+                assert!(errors.percent.worst < 1e-6, "{cause:?} {errors:?}");
+                assert!(errors.grams.unwrap().worst < 1e-5, "{cause:?} {errors:?}");
+            }
+            assert!(budget.raw(&scene, &[]).unwrap().percent.worst < 1e-6);
+        }
+    }
+}
+
+#[test]
+fn without_any_cause_every_read_out_reads_what_is_there() {
+    for topology in Topology::ALL {
+        let budget = budget(&small(topology));
+        for scene in [budget.typical(), budget.worst(None)] {
+            let errors = budget.raw(&scene, &[]).unwrap();
+            assert!(errors.percent.worst < 1e-6, "{topology:?} {errors:?}");
+        }
+    }
+}
+
+#[test]
+fn a_dividers_own_error_is_there_with_ideal_switches() {
+    let budget = budget(&small(Topology::DividerFloating));
+    let errors = budget.raw(&budget.worst(None), &[Cause::Divider]).unwrap();
+    assert!(errors.percent.mean > 10.0, "{errors:?}");
+}
+
+#[test]
+fn the_error_grows_with_the_switch() {
+    for topology in Topology::ALL {
+        let base = budget(&small(topology));
+        for cause in [Cause::ColumnSwitches, Cause::RowSwitches] {
+            let mut causes = vec![cause];
+            if !topology.is_tia() {
+                causes.push(Cause::Divider);
+            }
+            let scene = base.typical();
+            let own = base.raw(&scene, &causes[1..]).unwrap().percent;
+            let mut last = own.mean;
+            for ohms in [0.35, 2.5, 4.0, 59.0, 70.0, 125.0, 470.0] {
+                let budget = base
+                    .with(|sensor| {
+                        sensor.readout.r_mux_column_ohms = Some(PerLine::One(ohms));
+                        sensor.readout.r_mux_row_ohms = Some(PerLine::One(ohms));
+                    })
+                    .unwrap();
+                let mean = budget.raw(&scene, &causes).unwrap().percent.mean;
+                // A divider's own error may have the other sign: only the circuit without one must grow.
+                if topology.is_tia() {
+                    assert!(mean > last, "{topology:?} {cause:?} {ohms}: {mean} {last}");
+                }
+                last = mean;
+            }
+            assert!((last - own.mean).abs() > 0.1, "{topology:?} {cause:?}");
+        }
+    }
+}
+
+#[test]
+fn the_error_grows_as_the_gain_falls_and_as_bits_go() {
+    let base = budget(&small(Topology::TiaGroundedColumns));
+    let scene = base.typical();
+    let error = |change: &dyn Fn(&mut Sensor), cause| {
+        let budget = base.with(|sensor| change(sensor)).unwrap();
+        budget.raw(&scene, &[cause]).unwrap().percent.mean
+    };
+    let gains = [1e6, 1e4, 1e3, 1e2].map(|a| {
+        error(
+            &|s: &mut Sensor| s.readout.open_loop_gain = Some(a),
+            Cause::Gain,
+        )
+    });
+    assert!(gains.is_sorted() && gains[3] > 1.0, "{gains:?}");
+    let bits = [16, 12, 10, 8].map(|b| error(&|s: &mut Sensor| s.converter.bits = b, Cause::Bits));
+    assert!(bits.is_sorted() && bits[0] > 0.0, "{bits:?}");
+}
+
+#[test]
+fn compensation_leaves_what_the_converter_did_and_nothing_else() {
+    for topology in [
+        Topology::TiaGroundedColumns,
+        Topology::DividerGroundedColumns,
+    ] {
+        let budget = budget(&small(topology));
+        let scene = budget.typical();
+        let all = Cause::of(budget.sensor());
+        let before = budget.raw(&scene, &all).unwrap();
+        let after = budget.compensated(&scene, &all).unwrap();
+        assert!(after.is_known() && after.draws == 3, "{after:?}");
+        assert!(
+            before.percent.mean > 10.0 * after.percent.mean,
+            "{before:?} {after:?}"
+        );
+        let exact = budget.compensated(&scene, &[]).unwrap();
+        assert!(exact.percent.worst < 1e-4, "{topology:?} {exact:?}");
+    }
+}
+
+#[test]
+fn a_badly_sized_feedback_resistor_saturates_and_no_inverse_brings_it_back() {
+    let mut sensor = small(Topology::TiaGroundedColumns);
+    sensor.readout.r_feedback_ohms = Some(10_000.0);
+    let budget = budget(&sensor);
+    let errors = budget.raw(&budget.worst(None), &[Cause::Range]).unwrap();
+    assert_eq!(errors.saturated, 96);
+    assert!(errors.percent.mean > 40.0, "{errors:?}");
+    let good = budget
+        .with(|s| s.readout.r_feedback_ohms = Some(2000.0))
+        .unwrap();
+    let errors = good.raw(&good.worst(None), &[Cause::Range]).unwrap();
+    assert_eq!((errors.saturated, errors.percent.worst < 1e-6), (0, true));
+}
+
+#[test]
+fn without_a_load_law_there_are_percents_alone() {
+    let mut sensor = small(Topology::TiaGroundedColumns);
+    sensor.material = None;
+    let budget = budget(&sensor);
+    let scene = budget.worst(None);
+    assert!((scene.siemens.at(0, 0) - 2e-3).abs() < 1e-12);
+    let errors = budget.raw(&scene, &Cause::of(&sensor)).unwrap();
+    assert!(errors.grams.is_none() && errors.percent.mean > 1.0);
+}
+
+#[test]
+fn the_same_seed_gives_the_same_numbers() {
+    let sensor = small(Topology::TiaGroundedColumns);
+    let all = Cause::of(&sensor);
+    let of = |seed| {
+        let budget = Budget::new(&sensor, 2, seed).unwrap();
+        budget.compensated(&budget.typical(), &all).unwrap()
+    };
+    assert_eq!(of(1), of(1));
+    assert_ne!(of(1), of(2));
+}

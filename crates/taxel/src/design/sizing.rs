@@ -1,0 +1,383 @@
+//! Sizing a read-out: test voltage, feedback or pull-down resistor, time, ghosts, resolution.
+
+mod check;
+mod timing;
+
+use serde::Serialize;
+
+use super::Error;
+use super::budget::{Budget, Cause, Errors, Scene};
+use super::parts::{e24_at_most, e24_nearest, gain_at};
+use crate::calibrate::LoadLaw;
+use crate::circuit::{Circuit, Converter, LinearCircuit};
+use crate::sensor::{
+    Array, ConverterSpec, Material, PerLine, PerTaxel, Readout, ScanOrder, ScreenSpec, Sensor,
+    Topology,
+};
+use crate::simulate::default_noise_counts;
+use crate::{Frame, Siemens, Volts};
+
+pub use check::Warning;
+pub use timing::Timing;
+
+/// Conductance of an unloaded taxel, siemens.
+const UNLOADED_SIEMENS: f64 = 1e-6;
+/// Draws of the noise for the ghost after compensation, and their seed.
+const DRAWS: u32 = 3;
+const SEED: u64 = 1;
+
+/// What the sensor is to do, and what it is to be built of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wish {
+    /// Sensed lines.
+    pub rows: usize,
+    /// Driven lines.
+    pub columns: usize,
+    /// Distance between lines, mm, the same both ways.
+    pub pitch_mm: f64,
+    /// How the lines end.
+    pub topology: Topology,
+    /// Resistance of a taxel at full load and at the lightest load of interest, ohms.
+    pub taxel_ohms: (f64, f64),
+    /// The load at which a taxel has the smaller of the two, grams.
+    pub full_load_g: f64,
+    /// Exponent of the load law until a calibration finds it, a pure number.
+    pub exponent: f64,
+    /// On-resistance of the switches of columns and rows, ohms.
+    pub switch_ohms: f64,
+    /// Gain-bandwidth product of the amplifier, hertz.
+    pub gbw_hz: f64,
+    /// Noise at the amplifier's input over its bandwidth, volts (standard deviation).
+    pub amplifier_noise_volts: f64,
+    /// Resolution of the converter.
+    pub bits: u32,
+    /// Volts at its largest count.
+    pub full_scale_volts: f64,
+    /// Frames per second.
+    pub frames_per_second: f64,
+    /// Capacitance of a line with its taxels and its switch, farads.
+    pub line_farads: f64,
+    /// Current through one taxel at full load, amperes: what decides the test voltage.
+    pub taxel_amperes: f64,
+    /// Share of the converter's range that the reading at full load leaves free, 0 to below 1.
+    pub headroom: f64,
+    /// The test voltage, where it is given, volts.
+    pub v_test_volts: Option<f64>,
+    /// The feedback or pull-down resistor, where it is given, ohms.
+    pub r_ohms: Option<f64>,
+}
+
+impl Default for Wish {
+    /// The e-Cone as its paper sizes it (500 Ω to 3 kΩ, 0.8 mA a taxel), with 4 Ω switches, 10 MHz, 30 frames a second.
+    fn default() -> Self {
+        Self {
+            rows: 64,
+            columns: 128,
+            pitch_mm: 2.0,
+            topology: Topology::TiaGroundedColumns,
+            taxel_ohms: (500.0, 3000.0),
+            full_load_g: 600.0,
+            exponent: 0.857,
+            switch_ohms: 4.0,
+            gbw_hz: 10e6,
+            amplifier_noise_volts: 20e-6,
+            bits: 16,
+            full_scale_volts: 2.2,
+            frames_per_second: 30.0,
+            line_farads: 300e-12,
+            taxel_amperes: 0.8e-3,
+            headroom: 0.25,
+            v_test_volts: None,
+            r_ohms: None,
+        }
+    }
+}
+
+/// What one count, and the noise of a reading, are worth at one end of the range of loads.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Resolution {
+    /// Resistance of the taxel, ohms.
+    pub taxel_ohms: f64,
+    /// Its load, grams.
+    pub load_g: f64,
+    /// Its reading when it alone is pressed and the switches are ideal, volts.
+    pub volts: f64,
+    /// Grams per count there.
+    pub grams_per_count: f64,
+    /// Standard deviation of the noise there, grams.
+    pub noise_g: f64,
+}
+
+/// What a frame with a ghost reads.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Ghost {
+    /// Which taxels are pressed.
+    pub name: String,
+    /// Without compensation.
+    pub raw: Errors,
+    /// With the cross-talk undone, after noise and rounding.
+    pub compensated: Errors,
+}
+
+/// A read-out, sized.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Proposal {
+    /// The sensor file to begin with.
+    pub sensor: Sensor,
+    /// The feedback or pull-down resistor before a preferred value was chosen, ohms.
+    pub exact_ohms: f64,
+    /// The amplifier's gain at the scan rate; `None` for a divider.
+    pub gain: Option<f64>,
+    /// The largest reading, by the exact scan, of any of the frames it was looked for in, as a share of full scale.
+    pub fullest_share: f64,
+    /// At the lightest load and at full load.
+    pub resolution: [Resolution; 2],
+    /// Time there is and time it takes.
+    pub timing: Timing,
+    /// The least test voltage at which noise makes no ghosts, volts; `None` for a divider.
+    pub least_v_test_volts: Option<f64>,
+    /// What a column's driver carries at most, amperes.
+    pub column_amperes: f64,
+    /// Ghosts: three corners of a rectangle pressed, and three quarters of the array. None without two lines each way.
+    pub ghosts: Vec<Ghost>,
+    /// What is wrong with it.
+    pub warnings: Vec<Warning>,
+}
+
+/// Sizes a read-out.
+///
+/// With an amplifier: V_test = taxel current · R_min, and R_k the preferred value (E24) at or below
+/// (1 − headroom) · full scale · R_min / V_test; it is lowered further should the exact scan of a densely pressed array
+/// fill the converter. The paper's numbers give its own choice, 0.4 V and 2 kΩ. With a divider: V_test = full scale, so
+/// that nothing can saturate, and R_p the preferred value nearest to √(R_min · R_max), where the two ends of the range
+/// are furthest apart.
+///
+/// # Errors
+/// Numbers that are no sensor's.
+///
+/// ```
+/// use taxel::design::sizing::{Wish, size};
+/// let proposal = size(&Wish { rows: 16, columns: 16, ..Wish::default() })?;
+/// assert_eq!(proposal.sensor.readout.v_test_volts, 0.4);
+/// assert_eq!(proposal.sensor.readout.r_feedback_ohms, Some(2000.0));
+/// # Ok::<(), taxel::design::Error>(())
+/// ```
+pub fn size(wish: &Wish) -> Result<Proposal, Error> {
+    check::wish(wish)?;
+    let refused = |error: crate::Error| Error::new(error.to_string(), "see the numbers given");
+    let (v_test, exact_ohms, mut ohms) = voltage_and_ohms(wish);
+    let frames = check::frames(wish);
+    let mut sensor = sensor_with(wish, v_test, ohms);
+    let mut fullest = fullest_share(&sensor, &frames).map_err(refused)?;
+    while wish.r_ohms.is_none() && wish.topology.is_tia() && fullest >= 1.0 {
+        ohms = e24_at_most(0.95 * ohms);
+        sensor = sensor_with(wish, v_test, ohms);
+        fullest = fullest_share(&sensor, &frames).map_err(refused)?;
+    }
+    sensor.converter.noise_counts = Some(noise_counts(wish, &sensor));
+    let sensor = sensor.checked().map_err(refused)?;
+    let resolution = resolution(wish, &sensor).map_err(refused)?;
+    let timing = Timing::of(wish, ohms);
+    let mut proposal = Proposal {
+        exact_ohms,
+        gain: sensor.readout.open_loop_gain,
+        fullest_share: fullest,
+        resolution,
+        timing,
+        least_v_test_volts: check::least_v_test(wish, &resolution),
+        column_amperes: column_amperes(wish, v_test),
+        ghosts: ghosts(wish, &sensor).map_err(refused)?,
+        warnings: Vec::new(),
+        sensor,
+    };
+    proposal.warnings = check::warnings(wish, &proposal);
+    Ok(proposal)
+}
+
+/// V_test, and the resistor before and after a preferred value is chosen.
+fn voltage_and_ohms(wish: &Wish) -> (f64, f64, f64) {
+    let (least, most) = wish.taxel_ohms;
+    if wish.topology.is_tia() {
+        let v_test = wish.v_test_volts.unwrap_or(wish.taxel_amperes * least);
+        let exact = (1.0 - wish.headroom) * wish.full_scale_volts * least / v_test;
+        (v_test, exact, wish.r_ohms.unwrap_or(e24_at_most(exact)))
+    } else {
+        let exact = (least * most).sqrt();
+        let v_test = wish.v_test_volts.unwrap_or(wish.full_scale_volts);
+        (v_test, exact, wish.r_ohms.unwrap_or(e24_nearest(exact)))
+    }
+}
+
+fn sensor_with(wish: &Wish, v_test_volts: f64, ohms: f64) -> Sensor {
+    let tia = wish.topology.is_tia();
+    let taxels = (wish.rows * wish.columns) as f64;
+    let law = law(wish);
+    Sensor {
+        format: 1,
+        name: format!("design {}x{}", wish.rows, wish.columns),
+        array: Array {
+            rows: wish.rows,
+            columns: wish.columns,
+            pitch_mm: [wish.pitch_mm; 2],
+            taxel_area_mm2: wish.pitch_mm * wish.pitch_mm,
+            labels: None,
+        },
+        readout: Readout {
+            topology: wish.topology,
+            v_test_volts,
+            r_feedback_ohms: tia.then_some(ohms),
+            open_loop_gain: tia.then(|| {
+                let gain = gain_at(wish.gbw_hz, wish.frames_per_second * taxels);
+                significant(gain, 4)
+            }),
+            r_mux_column_ohms: Some(PerLine::One(wish.switch_ohms)),
+            r_mux_row_ohms: Some(PerLine::One(wish.switch_ohms)),
+            r_source_ohms: 0.0,
+            r_pull_down_ohms: (!tia).then_some(ohms),
+        },
+        converter: ConverterSpec {
+            bits: wish.bits,
+            full_scale_volts: wish.full_scale_volts,
+            inverted: tia,
+            offset_volts: 0.0,
+            noise_counts: None,
+            memory: 0.0,
+            scan_order: ScanOrder::default(),
+        },
+        material: Some(Material {
+            g_zero_siemens: law.g_zero,
+            factor: significant(law.ln_scale[0].exp(), 9),
+            exponent: PerTaxel::One(wish.exponent),
+            gain: None,
+            saturation_load_g: None,
+            bend: None,
+            spread: None,
+        }),
+        screen: ScreenSpec::default(),
+        provenance: None,
+    }
+}
+
+/// Rounded to so many significant digits: what a file is to show of a number that is no measurement.
+fn significant(value: f64, digits: i32) -> f64 {
+    let text = format!("{value:.*e}", (digits - 1).max(0) as usize);
+    text.parse().unwrap_or(value)
+}
+
+/// The power law that gives the smaller resistance at full load.
+fn law(wish: &Wish) -> LoadLaw {
+    let scale = (1.0 / wish.taxel_ohms.0 - unloaded(wish)) / wish.full_load_g.powf(wish.exponent);
+    LoadLaw::power(unloaded(wish), scale, wish.exponent)
+}
+
+/// Far below the lightest load of interest, whatever that is.
+fn unloaded(wish: &Wish) -> f64 {
+    UNLOADED_SIEMENS.min(1e-2 / wish.taxel_ohms.1)
+}
+
+/// The largest reading of these frames as a share of full scale.
+fn fullest_share(sensor: &Sensor, frames: &[Frame<Siemens>]) -> Result<f64, crate::Error> {
+    let circuit = LinearCircuit::from_sensor(sensor)?;
+    let largest = |frame: &Frame<Siemens>| {
+        let volts: Frame<Volts> = circuit.predict(frame).expect("no conductance is negative");
+        volts
+            .values()
+            .iter()
+            .fold(0.0f64, |most, v| most.max(v.abs()))
+    };
+    let volts = frames.iter().map(largest).fold(0.0, f64::max);
+    Ok(volts / sensor.converter.full_scale_volts)
+}
+
+/// Noise of the converter and of the amplifier, one taxel of the row pressed fully, counts.
+fn noise_counts(wish: &Wish, sensor: &Sensor) -> f64 {
+    let lsb = Converter::from_sensor(sensor).lsb_volts();
+    let amplifier = amplifier_noise(wish, sensor, 1.0 / wish.taxel_ohms.0) / lsb;
+    let counts = default_noise_counts(wish.bits).hypot(amplifier);
+    (counts * 1e3).round() / 1e3
+}
+
+/// The amplifier's noise at its output, volts, when the taxels of the row conduct `siemens` together: its noise gain
+/// is 1 + R_k · siemens. 0 without an amplifier.
+fn amplifier_noise(wish: &Wish, sensor: &Sensor, siemens: f64) -> f64 {
+    match sensor.readout.r_feedback_ohms {
+        Some(r_k) => wish.amplifier_noise_volts * (1.0 + r_k * siemens),
+        None => 0.0,
+    }
+}
+
+fn resolution(wish: &Wish, sensor: &Sensor) -> Result<[Resolution; 2], crate::Error> {
+    let law = LoadLaw::from_sensor(sensor)?;
+    let lsb = Converter::from_sensor(sensor).lsb_volts();
+    let noise = sensor.converter.noise_counts.unwrap_or_default();
+    let readout = &sensor.readout;
+    let at = |taxel_ohms: f64| {
+        let siemens = 1.0 / taxel_ohms;
+        // |V| and d|V|/dG of a taxel that is pressed alone.
+        let (volts, slope) = match (readout.r_feedback_ohms, readout.r_pull_down_ohms) {
+            (Some(r_k), _) => (
+                readout.v_test_volts * r_k * siemens,
+                readout.v_test_volts * r_k,
+            ),
+            (_, r_p) => {
+                let r_p = r_p.unwrap_or_default();
+                let share = 1.0 / (1.0 + r_p * siemens);
+                let volts = readout.v_test_volts * r_p * siemens * share;
+                (volts, readout.v_test_volts * r_p * share * share)
+            }
+        };
+        let grams_per_count = law.grams_per_siemens(0, siemens) * lsb / slope;
+        Resolution {
+            taxel_ohms,
+            load_g: law.grams_from_siemens(0, siemens),
+            volts,
+            grams_per_count,
+            noise_g: noise * grams_per_count,
+        }
+    };
+    Ok([at(wish.taxel_ohms.1), at(wish.taxel_ohms.0)])
+}
+
+/// Every taxel of a column at full load, and its switch: what the column's driver sees at most.
+fn column_amperes(wish: &Wish, v_test_volts: f64) -> f64 {
+    v_test_volts / (wish.switch_ohms + wish.taxel_ohms.0 / wish.rows as f64)
+}
+
+fn ghosts(wish: &Wish, sensor: &Sensor) -> Result<Vec<Ghost>, crate::Error> {
+    if wish.rows < 2 || wish.columns < 2 {
+        return Ok(Vec::new());
+    }
+    let budget = Budget::new(sensor, DRAWS, SEED)?;
+    let all = Cause::of(sensor);
+    let (rows, columns) = (wish.rows, wish.columns);
+    let corner = |r: usize, c: usize| {
+        let (row, column) = (r == 0 || r == rows - 1, c == 0 || c == columns - 1);
+        row && column && (r, c) != (rows - 1, columns - 1)
+    };
+    let quarter = |r: usize, c: usize| r < rows / 2 || c < columns / 2;
+    let scenes = [
+        (
+            "three corners of a rectangle pressed",
+            check::pressed(wish, corner),
+        ),
+        (
+            "three quarters of the array pressed",
+            check::pressed(wish, quarter),
+        ),
+    ];
+    scenes
+        .into_iter()
+        .map(|(name, siemens)| {
+            let name = name.to_owned();
+            let scene = Scene { name, siemens };
+            Ok(Ghost {
+                raw: budget.raw(&scene, &all)?,
+                compensated: budget.compensated(&scene, &all)?,
+                name: scene.name,
+            })
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,280 @@
+//! Wishes that cannot be, frames that a design must stand, and what is wrong with it all the same.
+
+use std::fmt;
+
+use super::{Error, Proposal, Resolution, Wish, amplifier_noise, law, unloaded};
+use crate::simulate::default_noise_counts;
+use crate::{Frame, Siemens};
+
+/// More lines than this a side would take minutes to scan.
+const MOST_LINES: usize = 512;
+/// Standard deviations of noise that no ghost may come of: one reading in two million exceeds five.
+const SIGMAS: f64 = 5.0;
+
+/// Something that a design does badly.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Warning {
+    /// The reading reaches the converter's ceiling below full load.
+    Saturates {
+        /// From this load on, grams.
+        from_g: f64,
+        /// Full load, grams.
+        full_load_g: f64,
+        /// The resistor with which it would not, ohms.
+        ohms: f64,
+    },
+    /// Noise reads like a light press.
+    GhostsByNoise {
+        /// The reading of the lightest load of interest, volts.
+        lightest_volts: f64,
+        /// The noise with the whole row pressed, volts.
+        noise_volts: f64,
+        /// The test voltage from which it does not, where there is one, volts.
+        least_v_test_volts: Option<f64>,
+    },
+    /// Readings do not settle in time.
+    Unsettled {
+        /// What one needs, seconds.
+        needed_secs: f64,
+        /// What it has, seconds.
+        available_secs: f64,
+        /// The frame rate at which it has enough.
+        frames_per_second: f64,
+        /// Whether that is with the whole row pressed, or already with one taxel.
+        full_row: bool,
+    },
+    /// The input resistance R_k/(1+A) exceeds the row's switch.
+    LowGain {
+        /// A at the scan rate.
+        gain: f64,
+        /// R_k/(1+A), ohms.
+        input_ohms: f64,
+        /// The switch, ohms.
+        switch_ohms: f64,
+    },
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match *self {
+            Warning::Saturates {
+                from_g,
+                full_load_g,
+                ohms,
+            } => write!(
+                f,
+                "readings stand at the converter's ceiling from {from_g:.0} g on, but the full load is \
+                 {full_load_g:.0} g (the paper's Fig. 25)\nhint: a feedback resistor of {ohms:.0} Ohm at most, or a \
+                 lower test voltage"
+            ),
+            Warning::GhostsByNoise {
+                lightest_volts,
+                noise_volts,
+                least_v_test_volts,
+            } => {
+                let (lightest, noise) = (1e3 * lightest_volts, 1e3 * noise_volts);
+                write!(
+                    f,
+                    "noise makes ghosts: with the whole row pressed it is {noise:.2} mV, and the lightest load reads \
+                     {lightest:.2} mV, less than {:.0} times as much\nhint: ",
+                    2.0 * SIGMAS
+                )?;
+                match least_v_test_volts {
+                    Some(volts) => write!(f, "a test voltage of {volts:.3} V or more"),
+                    None => write!(f, "more bits, or a narrower range of taxel resistances"),
+                }
+            }
+            Warning::Unsettled {
+                needed_secs,
+                available_secs,
+                frames_per_second,
+                full_row,
+            } => {
+                let pressed = match full_row {
+                    true => "with the whole row pressed",
+                    false => "with one taxel pressed",
+                };
+                write!(
+                    f,
+                    "{pressed} a reading settles in {:.2} us, but has {:.2} us\nhint: {frames_per_second:.2} frames/s \
+                     or fewer, a faster amplifier, or fewer bits",
+                    1e6 * needed_secs,
+                    1e6 * available_secs
+                )
+            }
+            Warning::LowGain {
+                gain,
+                input_ohms,
+                switch_ohms,
+            } => write!(
+                f,
+                "at this scan rate the amplifier's gain is {gain:.0}: its input is {input_ohms:.1} Ohm, more than the \
+                 row switch's {switch_ohms:.1} Ohm\nhint: a faster amplifier, or fewer frames a second"
+            ),
+        }
+    }
+}
+
+/// All quantities that must be above 0, with their units.
+fn quantities(wish: &Wish) -> [(&'static str, f64); 14] {
+    let (least, most) = wish.taxel_ohms;
+    [
+        ("the taxel's resistance at full load (Ohm)", least),
+        ("the taxel's resistance at the lightest load (Ohm)", most),
+        ("the full load (g)", wish.full_load_g),
+        ("the exponent of the load law", wish.exponent),
+        ("the switch's resistance (Ohm)", wish.switch_ohms),
+        ("the gain-bandwidth product (Hz)", wish.gbw_hz),
+        ("the amplifier's noise (V)", wish.amplifier_noise_volts),
+        ("the converter's full scale (V)", wish.full_scale_volts),
+        ("the frame rate (1/s)", wish.frames_per_second),
+        ("the line capacitance (F)", wish.line_farads),
+        ("the taxel's current (A)", wish.taxel_amperes),
+        ("the pitch (mm)", wish.pitch_mm),
+        ("the test voltage (V)", wish.v_test_volts.unwrap_or(1.0)),
+        ("the resistor (Ohm)", wish.r_ohms.unwrap_or(1.0)),
+    ]
+}
+
+/// Refuses numbers that are no sensor's.
+pub(super) fn wish(wish: &Wish) -> Result<(), Error> {
+    let (least, most) = wish.taxel_ohms;
+    for (name, value) in quantities(wish) {
+        Error::unless_positive(name, value, "what a part or a load has, in the unit named")?;
+        // Beyond this, products of two of them are no numbers any more.
+        if !(1e-30..=1e30).contains(&value) {
+            return Err(Error::new(
+                format!("{name} is {value}, but must be from 1e-30 to 1e30"),
+                "what a part or a load has, in the unit named",
+            ));
+        }
+    }
+    if least >= most {
+        return Err(Error::new(
+            format!("a taxel of {least} Ohm at full load and {most} Ohm at the lightest"),
+            "pressing lowers the resistance: the smaller one first, like 500..3000",
+        ));
+    }
+    for (name, lines) in [("rows", wish.rows), ("columns", wish.columns)] {
+        if !(1..=MOST_LINES).contains(&lines) {
+            return Err(Error::new(
+                format!("{lines} {name}, but a design is computed for 1 to {MOST_LINES}"),
+                "size a part of the array: its lines are alike",
+            ));
+        }
+    }
+    if !(1..=32).contains(&wish.bits) {
+        return Err(Error::new(
+            format!(
+                "a converter of {} bits, but 1 to 32 are possible",
+                wish.bits
+            ),
+            "an Arduino Uno has 10, an ESP32 12",
+        ));
+    }
+    if !(0.0..1.0).contains(&wish.headroom) {
+        return Err(Error::new(
+            format!("a headroom of {} %", 100.0 * wish.headroom),
+            "the share of the converter's range that stays free: 0 to below 100 %",
+        ));
+    }
+    Ok(())
+}
+
+/// Taxels pressed fully where `which(row, column)`, the others unloaded.
+pub(super) fn pressed(wish: &Wish, which: impl Fn(usize, usize) -> bool) -> Frame<Siemens> {
+    let columns = wish.columns;
+    Frame::<Siemens>::zeros(wish.rows, columns).map(|taxel, _| {
+        match which(taxel / columns, taxel % columns) {
+            true => 1.0 / wish.taxel_ohms.0,
+            false => unloaded(wish),
+        }
+    })
+}
+
+/// Frames in which a reading may be the largest: one taxel, a row, a column, a checkerboard, a half, everything.
+pub(super) fn frames(wish: &Wish) -> Vec<Frame<Siemens>> {
+    let half = wish.rows.div_ceil(2);
+    vec![
+        pressed(wish, |r, c| r == 0 && c == 0),
+        pressed(wish, |r, _| r == 0),
+        pressed(wish, |_, c| c == 0),
+        pressed(wish, |r, c| r == 0 || c == 0),
+        pressed(wish, |r, c| (r + c) % 2 == 0),
+        pressed(wish, |r, _| r < half),
+        pressed(wish, |_, _| true),
+    ]
+}
+
+/// The least V_test at which the lightest load's reading stands twice [`SIGMAS`] standard deviations above 0 with the
+/// whole row pressed: below it, half of that reading is reached by noise alone. The feedback resistor follows V_test
+/// (their product fills the converter), so that the signal stays and the amplifier's noise gain falls.
+pub(super) fn least_v_test(wish: &Wish, resolution: &[Resolution; 2]) -> Option<f64> {
+    if !wish.topology.is_tia() {
+        return None;
+    }
+    let lsb = wish.full_scale_volts / (2f64.powi(wish.bits as i32) - 1.0);
+    let converter = default_noise_counts(wish.bits) * lsb;
+    let allowed = resolution[0].volts / (2.0 * SIGMAS);
+    let amplifier = (allowed * allowed - converter * converter).sqrt();
+    let room = amplifier - wish.amplifier_noise_volts;
+    // Output noise is v·(1 + R_k·ΣG), with R_k = full-load reading · R_min / V_test.
+    let product = resolution[1].volts * wish.columns as f64;
+    (room > 0.0).then(|| wish.amplifier_noise_volts * product / room)
+}
+
+/// All that is wrong.
+pub(super) fn warnings(wish: &Wish, proposal: &Proposal) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    let [lightest, fullest] = &proposal.resolution;
+    let readout = &proposal.sensor.readout;
+    if let Some(r_k) = readout.r_feedback_ohms
+        && (fullest.volts >= wish.full_scale_volts || proposal.fullest_share >= 1.0)
+    {
+        let at_ceiling = wish.full_scale_volts / (readout.v_test_volts * r_k);
+        warnings.push(Warning::Saturates {
+            from_g: law(wish).grams_from_siemens(0, at_ceiling),
+            full_load_g: wish.full_load_g,
+            ohms: (1.0 - wish.headroom) * wish.full_scale_volts * wish.taxel_ohms.0
+                / readout.v_test_volts,
+        });
+    }
+    let row = wish.columns as f64 / wish.taxel_ohms.0;
+    let lsb = wish.full_scale_volts / proposal.sensor.max_count();
+    let converter = default_noise_counts(wish.bits) * lsb;
+    let noise_volts = converter.hypot(amplifier_noise(wish, &proposal.sensor, row));
+    if lightest.volts < 2.0 * SIGMAS * noise_volts {
+        warnings.push(Warning::GhostsByNoise {
+            lightest_volts: lightest.volts,
+            noise_volts,
+            least_v_test_volts: proposal.least_v_test_volts,
+        });
+    }
+    let timing = &proposal.timing;
+    let taxels = (wish.rows * wish.columns) as f64;
+    for (needed_secs, full_row) in [
+        (timing.needed_secs, false),
+        (timing.needed_full_row_secs, true),
+    ] {
+        let unsettled = needed_secs > timing.available_secs;
+        let said = matches!(warnings.last(), Some(Warning::Unsettled { .. }));
+        if unsettled && !said {
+            warnings.push(Warning::Unsettled {
+                needed_secs,
+                available_secs: timing.available_secs,
+                frames_per_second: 1.0 / (needed_secs * taxels),
+                full_row,
+            });
+        }
+    }
+    if let (Some(gain), Some(r_k)) = (proposal.gain, readout.r_feedback_ohms)
+        && r_k / (1.0 + gain) > wish.switch_ohms
+    {
+        warnings.push(Warning::LowGain {
+            gain,
+            input_ohms: r_k / (1.0 + gain),
+            switch_ohms: wish.switch_ohms,
+        });
+    }
+    warnings
+}

@@ -1,0 +1,208 @@
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::*;
+
+fn small() -> Wish {
+    Wish {
+        rows: 6,
+        columns: 9,
+        ..Wish::default()
+    }
+}
+
+#[test]
+fn the_papers_numbers_give_the_papers_choice() {
+    let proposal = size(&Wish::default()).unwrap();
+    let readout = &proposal.sensor.readout;
+    assert_eq!(
+        (readout.v_test_volts, readout.r_feedback_ohms),
+        (0.4, Some(2000.0))
+    );
+    assert!((proposal.exact_ohms - 2062.5).abs() < 1e-9);
+    let [light, full] = &proposal.resolution;
+    assert!((full.volts - 1.6).abs() < 1e-12 && (full.load_g - 600.0).abs() < 1e-6);
+    assert!((light.volts - 0.4 * 2000.0 / 3000.0).abs() < 1e-12);
+    assert!((60.0..90.0).contains(&light.load_g), "{light:?}");
+}
+
+#[test]
+fn nothing_saturates_within_the_range_it_was_sized_for() {
+    let mut random = ChaCha8Rng::seed_from_u64(11);
+    for round in 0..60 {
+        let topology = Topology::ALL[round % 5];
+        let least = 10f64.powf(random.random_range(1.0..4.0));
+        let wish = Wish {
+            topology,
+            taxel_ohms: (least, least * random.random_range(1.5..50.0)),
+            switch_ohms: 10f64.powf(random.random_range(-0.5..2.5)),
+            full_scale_volts: random.random_range(1.0..5.0),
+            headroom: random.random_range(0.0..0.5),
+            gbw_hz: 10f64.powf(random.random_range(5.0..8.0)),
+            ..small()
+        };
+        let proposal = size(&wish).unwrap();
+        let circuit = LinearCircuit::from_sensor(&proposal.sensor).unwrap();
+        let saturated = |w: &Warning| matches!(w, Warning::Saturates { .. });
+        assert!(!proposal.warnings.iter().any(saturated), "{wish:?}");
+        for _ in 0..20 {
+            let share: f64 = random.random();
+            let range = (1.0 / wish.taxel_ohms.1)..=(1.0 / wish.taxel_ohms.0);
+            let frame =
+                Frame::<Siemens>::zeros(6, 9).map(|_, _| match random.random::<f64>() < share {
+                    true => random.random_range(range.clone()),
+                    false => unloaded(&wish),
+                });
+            let volts: Frame<Volts> = circuit.predict(&frame).unwrap();
+            let largest = volts.values().iter().fold(0.0f64, |m, v| m.max(v.abs()));
+            assert!(
+                largest < wish.full_scale_volts * (1.0 + 1e-12),
+                "{wish:?} {largest}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_resistor_that_is_too_large_is_said_to_saturate_and_does() {
+    // Fig. 25: the ceiling is reached at 100 g.
+    let wish = Wish {
+        r_ohms: Some(12_000.0),
+        ..small()
+    };
+    let proposal = size(&wish).unwrap();
+    let from_g = proposal.warnings.iter().find_map(|warning| match warning {
+        Warning::Saturates { from_g, .. } => Some(*from_g),
+        _ => None,
+    });
+    let from_g = from_g.expect("a warning");
+    assert!((90.0..110.0).contains(&from_g), "{from_g}");
+    assert!(proposal.fullest_share > 1.0);
+    let law = law(&wish);
+    let volts = 0.4 * 12_000.0 * law.siemens_from_grams(0, from_g);
+    assert!((volts - wish.full_scale_volts).abs() < 1e-9);
+}
+
+#[test]
+fn ten_millivolts_are_said_to_make_ghosts_and_the_least_voltage_none() {
+    let with = |v_test_volts| {
+        let wish = Wish {
+            v_test_volts,
+            ..Wish::default()
+        };
+        size(&wish).unwrap()
+    };
+    let ghosts = |p: &Proposal| {
+        let is = |w: &Warning| matches!(w, Warning::GhostsByNoise { .. });
+        p.warnings.iter().any(is)
+    };
+    assert!(ghosts(&with(Some(0.01))));
+    let good = with(None);
+    assert!(!ghosts(&good));
+    let least = good.least_v_test_volts.unwrap();
+    assert!((0.01..0.4).contains(&least), "{least}");
+    assert!(!ghosts(&with(Some(1.1 * least))) && ghosts(&with(Some(0.8 * least))));
+}
+
+#[test]
+fn compensation_removes_the_ghost_that_switches_make() {
+    let wish = Wish {
+        switch_ohms: 70.0,
+        frames_per_second: 1.0,
+        ..small()
+    };
+    let proposal = size(&wish).unwrap();
+    for ghost in &proposal.ghosts {
+        let (raw, after) = (ghost.raw.percent.ghost, ghost.compensated.percent.ghost);
+        assert!(raw > 10.0 * after, "{ghost:?}");
+    }
+    assert!(
+        size(&Wish { rows: 1, ..small() })
+            .unwrap()
+            .ghosts
+            .is_empty()
+    );
+}
+
+#[test]
+fn a_dividers_resistor_spreads_the_range_most() {
+    let wish = Wish {
+        topology: Topology::DividerGroundedColumns,
+        taxel_ohms: (500.0, 8000.0),
+        full_scale_volts: 3.3,
+        ..small()
+    };
+    let proposal = size(&wish).unwrap();
+    assert_eq!(proposal.sensor.readout.r_pull_down_ohms, Some(2000.0));
+    assert_eq!(proposal.sensor.readout.v_test_volts, 3.3);
+    assert!(proposal.gain.is_none() && proposal.least_v_test_volts.is_none());
+    let swing = |p: &Proposal| p.resolution[1].volts - p.resolution[0].volts;
+    for ohms in [1500.0, 2700.0] {
+        let other = size(&Wish {
+            r_ohms: Some(ohms),
+            ..wish.clone()
+        })
+        .unwrap();
+        assert!(swing(&proposal) > swing(&other));
+    }
+}
+
+#[test]
+fn timing_is_what_its_definition_says() {
+    let wish = small();
+    let timing = size(&wish).unwrap().timing;
+    assert!((timing.available_secs - 1.0 / (30.0 * 54.0)).abs() < 1e-15);
+    assert!((timing.column_secs - 1.2e-9).abs() < 1e-18);
+    let amplifier = (1.0 + 2000.0 / 500.0) / (2.0 * std::f64::consts::PI * 10e6);
+    assert!((timing.amplifier_secs - amplifier).abs() < 1e-15);
+    let rate = timing.greatest_frames_per_second(54);
+    let fast = Wish {
+        frames_per_second: 2.0 * rate,
+        ..wish
+    };
+    let late = |w: &Warning| {
+        matches!(
+            w,
+            Warning::Unsettled {
+                full_row: false,
+                ..
+            }
+        )
+    };
+    assert!(size(&fast).unwrap().warnings.iter().any(late));
+}
+
+#[test]
+fn the_sensor_file_reads_back_and_nonsense_is_refused() {
+    let sensor = size(&small()).unwrap().sensor;
+    assert_eq!(Sensor::from_toml(&sensor.to_toml()).unwrap(), sensor);
+    let refused = |wish: Wish| size(&wish).unwrap_err().to_string();
+    let swapped = Wish {
+        taxel_ohms: (3000.0, 500.0),
+        ..small()
+    };
+    assert!(refused(swapped).contains("3000 Ohm at full load and 500 Ohm"));
+    assert!(refused(Wish { rows: 0, ..small() }).contains("0 rows"));
+    assert!(
+        refused(Wish {
+            columns: 5000,
+            ..small()
+        })
+        .contains("5000 columns")
+    );
+    assert!(
+        refused(Wish {
+            switch_ohms: f64::NAN,
+            ..small()
+        })
+        .contains("NaN")
+    );
+    assert!(
+        refused(Wish {
+            headroom: 1.0,
+            ..small()
+        })
+        .contains("100 %")
+    );
+    assert!(refused(Wish { bits: 0, ..small() }).contains("0 bits"));
+}

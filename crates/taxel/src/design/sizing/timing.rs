@@ -1,0 +1,75 @@
+//! Whether a line settles in the time that a taxel has.
+
+use serde::Serialize;
+
+use super::Wish;
+
+/// Time there is for a taxel, and time its reading takes to come within half a count, seconds.
+///
+/// Each of three stages follows its input with a time constant; together they settle in at most the sum of them times
+/// ln 2^(bits+1). The column: line capacitance times its switch. The row: line capacitance times its switch and the
+/// end of the read-out (R_k/(1+A) or R_p). The amplifier: noise gain 1 + R_k·ΣG over 2π·GBW.
+///
+/// Source: the settling of first-order stages in a chain; the closed-loop bandwidth GBW/noise gain of an amplifier
+/// (Horowitz and Hill, *The Art of Electronics*, 3rd ed., section 2.5).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Timing {
+    /// Taxels a second.
+    pub taxels_per_second: f64,
+    /// Time for one taxel.
+    pub available_secs: f64,
+    /// Time constant of the driven column.
+    pub column_secs: f64,
+    /// Time constant of the sensed row.
+    pub row_secs: f64,
+    /// Time constant of the amplifier with one taxel of the row at full load; 0 for a divider.
+    pub amplifier_secs: f64,
+    /// The same with the whole row at full load.
+    pub amplifier_full_row_secs: f64,
+    /// Time constants that half a count takes: ln 2^(bits+1).
+    pub constants: f64,
+    /// What a reading needs with one taxel of the row pressed.
+    pub needed_secs: f64,
+    /// What it needs with the whole row pressed.
+    pub needed_full_row_secs: f64,
+}
+
+impl Timing {
+    /// For a wish and its feedback or pull-down resistor, ohms.
+    pub(super) fn of(wish: &Wish, ohms: f64) -> Self {
+        let taxels_per_second = wish.frames_per_second * (wish.rows * wish.columns) as f64;
+        let tia = wish.topology.is_tia();
+        let amplifier = |pressed: f64| match tia {
+            true => {
+                let noise_gain = 1.0 + ohms * pressed / wish.taxel_ohms.0;
+                noise_gain / (2.0 * std::f64::consts::PI * wish.gbw_hz)
+            }
+            false => 0.0,
+        };
+        let end = match tia {
+            true => ohms / (1.0 + super::gain_at(wish.gbw_hz, taxels_per_second)),
+            false => ohms,
+        };
+        let column_secs = wish.line_farads * wish.switch_ohms;
+        let row_secs = wish.line_farads * (wish.switch_ohms + end);
+        let constants = f64::from(wish.bits + 1) * std::f64::consts::LN_2;
+        let lines = column_secs + row_secs;
+        let (one, row) = (amplifier(1.0), amplifier(wish.columns as f64));
+        Self {
+            taxels_per_second,
+            available_secs: 1.0 / taxels_per_second,
+            column_secs,
+            row_secs,
+            amplifier_secs: one,
+            amplifier_full_row_secs: row,
+            constants,
+            needed_secs: constants * (lines + one),
+            needed_full_row_secs: constants * (lines + row),
+        }
+    }
+
+    /// The frame rate at which a reading with one taxel of the row pressed has just settled, of `taxels` taxels.
+    pub fn greatest_frames_per_second(&self, taxels: usize) -> f64 {
+        1.0 / (self.needed_secs * taxels as f64)
+    }
+}

@@ -1,0 +1,56 @@
+//! How good a sensor is: the paper's experiments as pure functions over readings.
+//!
+//! Readings come grouped by *experiment*: what was set up once, and would have to be set up again to learn something
+//! new. Ten frames of one press are one experiment. Every figure carries an interval that is bootstrapped over
+//! experiments ([`Bootstrap`]), never over frames, which would make it too narrow by the square root of their number.
+//!
+//! | module | the paper's | question |
+//! |---|---|---|
+//! | [`repeatability`] | Figs. 19 and 20, Table IV | does the same load read the same? |
+//! | [`response`] | Figs. 24 and 25 | how does the reading follow the load, and where does it end? |
+//! | [`hysteresis`] | | does it matter whether the load grew or fell? |
+//! | [`creep`] | | does it matter how long the load has been there? |
+//! | [`sweep`] | Figs. 28, 29 and 31 | what do other pressed taxels of the line do to one? |
+//! | [`accuracy`] | section VII | how far are estimates from known loads? |
+//!
+//! Values may be counts, volts, siemens or grams: functions say which unit comes back.
+
+pub mod accuracy;
+mod bootstrap;
+pub mod creep;
+pub mod fit;
+pub mod hysteresis;
+pub mod repeatability;
+pub mod response;
+pub mod sweep;
+
+pub use bootstrap::{Bootstrap, Estimate};
+
+use crate::metric::percentile;
+
+/// Middle value; `None` of nothing.
+fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let mut sorted: Vec<f64> = values.into_iter().collect();
+    sorted.sort_by(f64::total_cmp);
+    (!sorted.is_empty()).then(|| percentile(&sorted, 0.5))
+}
+
+/// Mean; `None` of nothing.
+fn mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let (mut sum, mut count) = (0.0, 0usize);
+    for value in values {
+        sum += value;
+        count += 1;
+    }
+    (count > 0).then(|| sum / count as f64)
+}
+
+/// Standard deviation with n − 1; `None` of fewer than two.
+fn spread(values: &[f64]) -> Option<f64> {
+    let centre = mean(values.iter().copied())?;
+    let squares: f64 = values.iter().map(|value| (value - centre).powi(2)).sum();
+    (values.len() > 1).then(|| (squares / (values.len() - 1) as f64).sqrt())
+}
+
+#[cfg(test)]
+mod tests;
