@@ -1,5 +1,7 @@
 //! A map of the array with what a self-test found.
 
+mod glyph;
+
 use taxel::health::{Fault, Finding, Health, Place};
 use taxel::screen::Axis;
 
@@ -10,6 +12,7 @@ use crate::picture::Picture;
 use crate::svg::{Anchor, Canvas, INK, Rect, number};
 use crate::text;
 use crate::ticks::index_ticks;
+use glyph::{Glyph, Look, draw_glyph, rectangle};
 
 /// The largest plot, in points, and the smallest text column beside or below it.
 const ROOM: (f64, f64) = (520.0, 400.0);
@@ -50,23 +53,6 @@ pub struct HealthMap<'a> {
     health: &'a Health,
     title: String,
     pitch_mm: [f64; 2],
-}
-
-/// How a fault is drawn.
-struct Look {
-    colour: &'static str,
-    glyph: Glyph,
-}
-
-/// The sign on a single taxel.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Glyph {
-    None,
-    Ring,
-    Cross,
-    Square,
-    Bars,
-    Triangle,
 }
 
 /// One colour a kind of fault, of the eight that every kind of colour vision tells apart (Okabe and Ito 2008).
@@ -353,86 +339,6 @@ fn listed(fault: Fault, findings: &[&Finding]) -> String {
     }
 }
 
-fn rectangle(rect: Rect) -> String {
-    format!(
-        "M{} {}H{}V{}H{}Z",
-        number(rect.x),
-        number(rect.y),
-        number(rect.right()),
-        number(rect.bottom()),
-        number(rect.x)
-    )
-}
-
-/// A sign about a centre, `side` wide; where the taxel is smaller than the sign, on a ground of its own.
-fn draw_glyph(canvas: &mut Canvas, (x, y): (f64, f64), side: f64, look: &Look, grounded: bool) {
-    if look.glyph == Glyph::None {
-        return;
-    }
-    let half = side / 2.0;
-    if grounded {
-        let ground = Rect {
-            x: x - half,
-            y: y - half,
-            width: side,
-            height: side,
-        };
-        canvas.filled(&rectangle(ground), look.colour);
-        canvas.frame(ground, 0.5);
-    }
-    let r = 0.28 * side;
-    let at = |dx: f64, dy: f64| format!("{} {}", number(x + dx * r), number(y + dy * r));
-    let dark = matches!(look.colour, "#f0e442" | "#cc79a7");
-    let ink = if dark { INK } else { "#ffffff" };
-    let width = (0.12 * side).max(0.9);
-    match look.glyph {
-        Glyph::None => {}
-        Glyph::Ring => {
-            let (radius, back) = (number(r), number(-2.0 * r));
-            let data = format!(
-                "M{}a{radius} {radius} 0 1 0 {} 0a{radius} {radius} 0 1 0 {back} 0Z",
-                at(-1.0, 0.0),
-                number(2.0 * r)
-            );
-            canvas.strokes(&data, ink, width);
-        }
-        Glyph::Cross => {
-            let data = format!(
-                "M{}L{}M{}L{}",
-                at(-1.0, -1.0),
-                at(1.0, 1.0),
-                at(1.0, -1.0),
-                at(-1.0, 1.0)
-            );
-            canvas.strokes(&data, ink, width);
-        }
-        Glyph::Square => {
-            let data = format!(
-                "M{}L{}L{}L{}Z",
-                at(-0.8, -0.8),
-                at(0.8, -0.8),
-                at(0.8, 0.8),
-                at(-0.8, 0.8)
-            );
-            canvas.filled(&data, ink);
-        }
-        Glyph::Bars => {
-            let data = format!(
-                "M{}L{}M{}L{}",
-                at(-0.6, -1.0),
-                at(-0.6, 1.0),
-                at(0.6, -1.0),
-                at(0.6, 1.0)
-            );
-            canvas.strokes(&data, ink, width);
-        }
-        Glyph::Triangle => {
-            let data = format!("M{}L{}L{}Z", at(0.0, -1.0), at(1.0, 0.9), at(-1.0, 0.9));
-            canvas.filled(&data, ink);
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use taxel::health::{HealthOptions, SelfTest};
@@ -477,7 +383,7 @@ mod tests {
                     Place::Taxel { row, column },
                     vec![row * columns + column],
                 ),
-                _ => (fault, Place::Array, vec![0, 1, columns]),
+                _ => (fault, Place::Array, vec![0, rows * columns - 1]),
             });
         }
         health(rows, columns, findings)

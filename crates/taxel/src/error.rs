@@ -160,4 +160,42 @@ pub enum Error {
         /// What failed.
         reason: String,
     },
+    /// A series that is too short, or whose parts do not belong together.
+    #[error(
+        "the series has {frames} frames, {loads} frames of loads and {times} times, needs as many of each and {fewest} or more\nhint: one frame of known loads for each frame of counts"
+    )]
+    SeriesLength {
+        /// Frames of counts.
+        frames: usize,
+        /// Frames of loads.
+        loads: usize,
+        /// Times.
+        times: usize,
+        /// The fewest that a fit is tried with.
+        fewest: usize,
+    },
+    /// Times that do not ascend.
+    #[error(
+        "frame {frame} of the series is at {now} s, the one before at {before} s\nhint: times must ascend"
+    )]
+    SeriesTime {
+        /// The frame, from 0.
+        frame: usize,
+        /// Seconds of the frame before.
+        before: f64,
+        /// Its seconds.
+        now: f64,
+    },
+    /// A series that does not load enough taxels, or loads all.
+    #[error(
+        "{loaded} taxels of the series are ever loaded and {unloaded} never are, needs {fewest} and 1 or more\nhint: press on more taxels, and leave some free: their ghosts tell the circuit"
+    )]
+    SeriesTaxels {
+        /// Taxels that are ever loaded.
+        loaded: usize,
+        /// The fewest that a fit is tried with.
+        fewest: usize,
+        /// Taxels that never are.
+        unloaded: usize,
+    },
 }

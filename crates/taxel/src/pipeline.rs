@@ -1,6 +1,6 @@
-//! From counts to loads in one object: screen, convert, solve, load law, spread.
+//! From counts to loads in one object: screen, convert, solve, load law, creep and hysteresis, spread.
 
-use crate::calibrate::{LoadLaw, Spread};
+use crate::calibrate::{DynamicLaw, LoadLaw, Memory, Spread};
 use crate::circuit::Converter;
 use crate::frame::newtons_from_grams;
 use crate::screen::{FrameScreen, LineFaults, ScreenOptions, repair, repair_readings, stand_in};
@@ -49,11 +49,16 @@ pub struct Pipeline {
     scratch: Scratch,
     law: Option<LoadLaw>,
     spread: Option<Spread>,
+    /// What the material remembers, and whether it has seen the last frame.
+    memory: Option<Memory>,
+    remembered: bool,
     repair: Repair,
     counts: Frame<Counts>,
     volts: Frame<Volts>,
     siemens: Frame<Siemens>,
     grams: Vec<f64>,
+    /// Loads once what is remembered is taken off.
+    felt: Vec<f64>,
     undone: Vec<f64>,
     work: Vec<f64>,
     loads: Frame<Newtons>,
@@ -87,6 +92,13 @@ impl Pipeline {
                 .and_then(|material| material.spread)
                 .filter(|_| !gives_loads)
                 .map(Spread::new),
+            memory: sensor
+                .material
+                .as_ref()
+                .and_then(|material| material.dynamic.as_ref())
+                .filter(|_| !gives_loads)
+                .map(|spec| Memory::new(&DynamicLaw::from_spec(spec), taxels)),
+            remembered: false,
             repair: match sensor.screen.repair {
                 true => Repair::Readings,
                 false => Repair::Nothing,
@@ -95,6 +107,7 @@ impl Pipeline {
             volts: Frame::zeros(rows, columns),
             siemens: Frame::zeros(rows, columns),
             grams: vec![0.0; taxels],
+            felt: vec![0.0; taxels],
             undone: vec![0.0; taxels],
             work: vec![0.0; taxels],
             loads: Frame::zeros(rows, columns),
@@ -122,9 +135,18 @@ impl Pipeline {
         self.screen.set_lines(faults);
     }
 
-    /// Makes the next frame start cold: where a recording jumps.
+    /// Makes the next frame start cold: where an inverse failed.
     pub fn forget(&mut self) {
         self.scratch.forget();
+    }
+
+    /// Makes the next frame the first: where a recording jumps, or another begins. What the material remembers is taken to
+    /// be nothing.
+    pub fn begin_anew(&mut self) {
+        self.scratch.forget();
+        if let Some(memory) = &mut self.memory {
+            memory.forget();
+        }
     }
 
     /// Screens, converts and solves one frame of counts. Marks it brings are kept.
@@ -159,9 +181,11 @@ impl Pipeline {
     pub fn take_siemens(&mut self, siemens: &Frame<Siemens>) {
         self.siemens.take_marks(siemens);
         self.siemens.values.copy_from_slice(siemens.values());
+        self.remembered = false;
     }
 
     fn solve(&mut self) -> Outcome {
+        self.remembered = false;
         stand_in(&mut self.volts, &mut self.around);
         let outcome = self
             .method
@@ -210,6 +234,16 @@ impl Pipeline {
             self.grams.iter_mut().zip(self.siemens.values()).enumerate()
         {
             *grams = law.grams_from_siemens(taxel, siemens);
+        }
+        if let Some(memory) = &mut self.memory {
+            if !self.remembered {
+                let marks = &self.loads.marks;
+                let secs = self.siemens.time_secs;
+                memory.loads_from_acting(secs, &mut self.grams, |taxel| lost(marks[taxel]));
+                self.felt.copy_from_slice(&self.grams);
+                self.remembered = true;
+            }
+            self.grams.copy_from_slice(&self.felt);
         }
         if let Some(spread) = self.spread {
             // A lost taxel in the middle of a load would look like a hole that its neighbours fill.

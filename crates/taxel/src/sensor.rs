@@ -209,6 +209,28 @@ pub struct Material {
     /// away), along its row (one column away), diagonal]`. The taxel keeps the rest. Absent: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spread: Option<[f64; 3]>,
+    /// What the material remembers: creep and hysteresis. Absent: nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dynamic: Option<DynamicSpec>,
+}
+
+/// Creep and hysteresis, as [`crate::calibrate::DynamicLaw`] defines them; the same for every taxel.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DynamicSpec {
+    /// Weight of each lag, a pure number.
+    #[serde(default)]
+    pub lag_weight: Vec<f64>,
+    /// Time constant of each lag, seconds.
+    #[serde(default)]
+    pub lag_secs: Vec<f64>,
+    /// Weight of each play, a pure number.
+    #[serde(default)]
+    pub play_weight: Vec<f64>,
+    /// Half-width of each play, grams, ascending.
+    #[serde(default)]
+    pub play_g: Vec<f64>,
+    /// Seconds between frames that tell no time.
+    pub period_secs: f64,
 }
 
 /// A smooth correction added to the logarithm of the power law: a natural cubic spline, straight beyond its ends.

@@ -83,13 +83,37 @@ const BOTH: &str = "selftest --empty empty.txt --rubbed rubbed.txt --sensor sens
 
 #[test]
 fn a_sound_sensor_is_healthy_and_the_exit_code_is_0() {
-    insta::assert_snapshot!(folder(sound).taxel(BOTH), @"");
+    insta::assert_snapshot!(folder(sound).taxel(BOTH), @r"
+    exit code: 0
+    ----- stdout -----
+    16 rows x 16 columns, 40 frames empty, 240 rubbed
+    baseline 25.0 counts, noise 3.52 counts; 100.0 % of the taxels tested
+    healthy: nothing to solder
+    settling: a reading keeps -0.01 ± 0.01 % of the one before
+    mains hum: cannot be judged: the empty recording has no times; --rate says how many frames a second
+    converter codes: all of the 5 that could be judged occur
+    ----- stderr -----
+    ");
 }
 
 #[test]
 fn what_is_broken_is_listed_with_what_to_do_and_the_exit_code_is_3() {
     let folder = folder(broken);
-    insta::assert_snapshot!(folder.taxel(BOTH), @"");
+    insta::assert_snapshot!(folder.taxel(BOTH), @r"
+    exit code: 3
+    ----- stdout -----
+    16 rows x 16 columns, 40 frames empty, 240 rubbed
+    baseline 25.0 counts, noise 3.38 counts; 100.0 % of the taxels tested
+    4 found, on 33 of 256 taxels beside what concerns all; what to do, the most taxels first:
+      row 5: open – check the joint of row line 5 at the connector, then its switch (16 of 16 taxels never responded; unloaded they read 1, the array 25)
+      column 13: flickering – solder the joint of column line 13 again, or clean its contact at the connector (out in 80 of 240 rubbed frames)
+      taxel at row 12, column 3: stuck – look at the crossing of row 12 and column 3; if it moves with the scan, suspect the converter (777 in all 280 frames)
+      taxel at row 9, column 10: open – look for a gap in the material, or glue, at the crossing of row 9 and column 10 (reads 0 % of what is around it, in 13 frames in which all of that was loaded)
+    settling: a reading keeps -0.01 ± 0.01 % of the one before
+    mains hum: cannot be judged: the empty recording has no times; --rate says how many frames a second
+    converter codes: all of the 5 that could be judged occur
+    ----- stderr -----
+    ");
     let run = folder.taxel(&format!("{BOTH} -o map.png"));
     assert_eq!(run.code, Some(3), "{run}");
     assert!(
@@ -121,26 +145,86 @@ fn what_is_broken_is_listed_with_what_to_do_and_the_exit_code_is_3() {
 fn what_cannot_be_tested_is_refused() {
     let folder = folder(sound);
     insta::assert_snapshot!(
-        folder.taxel("selftest --empty rubbed.txt --rubbed empty.txt --sensor sensor.toml"), @"");
+        folder.taxel("selftest --empty rubbed.txt --rubbed empty.txt --sensor sensor.toml"), @r"
+    exit code: 2
+    ----- stdout -----
+
+    ----- stderr -----
+    error: rubbed.txt: the empty recording has a load: 11.1 % of its readings move as under a load, 0.0 % of those of the rubbed one, and 0.0 % of the rubbed one lie far below it
+    hint: are the two recordings swapped? take everything off the array while the empty one is made
+    ");
     folder.write("none.txt", "");
     insta::assert_snapshot!(
-        folder.taxel("selftest --empty none.txt --rubbed rubbed.txt --sensor sensor.toml"), @"");
+        folder.taxel("selftest --empty none.txt --rubbed rubbed.txt --sensor sensor.toml"), @r"
+    exit code: 1
+    ----- stdout -----
+
+    ----- stderr -----
+    error: no frame in none.txt: 0 found, at least 1 expected
+    hint: the file is empty or holds blank lines only; was the recording ever started?
+    ");
     folder.write("short.txt", &recording(5, false, sound));
     insta::assert_snapshot!(
-        folder.taxel("selftest --empty short.txt --rubbed rubbed.txt --sensor sensor.toml"), @"");
+        folder.taxel("selftest --empty short.txt --rubbed rubbed.txt --sensor sensor.toml"), @r"
+    exit code: 2
+    ----- stdout -----
+
+    ----- stderr -----
+    error: short.txt: the empty recording has 5 frames, but the self-test takes 16
+    hint: record for a few seconds; a hand needs longer to reach every taxel
+    ");
     insta::assert_snapshot!(
-        folder.taxel("selftest --empty empty.txt --rubbed empty.txt --sensor sensor.toml"), @"");
+        folder.taxel("selftest --empty empty.txt --rubbed empty.txt --sensor sensor.toml"), @r"
+    exit code: 2
+    ----- stdout -----
+
+    ----- stderr -----
+    error: empty.txt: the rubbed recording has no load: none of its 10240 readings rises 328 counts above the empty one
+    hint: rub a hand over the whole array while it is recorded, and check that counts grow with the load
+    ");
     insta::assert_snapshot!(
-        folder.taxel("selftest --empty empty.txt --rubbed rubbed.txt --sensor econe"), @"");
-    insta::assert_snapshot!(folder.taxel("selftest --empty empty.txt --rubbed rubbed.txt"), @"");
-    insta::assert_snapshot!(folder.taxel("selftest --empty empty.txt --sensor sensor.toml"), @"");
-    insta::assert_snapshot!(folder.taxel(&format!("{BOTH} -o map.jpg")), @"");
+        folder.taxel("selftest --empty empty.txt --rubbed rubbed.txt --sensor econe"), @r"
+    exit code: 1
+    ----- stdout -----
+
+    ----- stderr -----
+    error: wrong number of values at empty.txt, line 1, column 1: 16 found, 128 expected
+    hint: the recording is of another sensor; check rows and columns in the sensor file
+    ");
+    insta::assert_snapshot!(folder.taxel("selftest --empty empty.txt --rubbed rubbed.txt"), @r"
+    exit code: 2
+    ----- stdout -----
+
+    ----- stderr -----
+    error: empty.txt does not say which sensor it is of
+    hint: --sensor takes a sensor file or the name of a preset (econe, mat-16x16-cd4067, mat-32x32-adg732)
+    ");
+    insta::assert_snapshot!(folder.taxel("selftest --empty empty.txt --sensor sensor.toml"), @r"
+    exit code: 2
+    ----- stdout -----
+
+    ----- stderr -----
+    error: the following required arguments were not provided:
+      --rubbed <FILE>
+
+    Usage: taxel selftest --rubbed <FILE> --sensor <FILE|PRESET> <--empty <FILE>|--live <ADDRESS>>
+
+    For more information, try '--help'.
+    ");
+    insta::assert_snapshot!(folder.taxel(&format!("{BOTH} -o map.jpg")), @r"
+    exit code: 1
+    ----- stdout -----
+
+    ----- stderr -----
+    error: no picture format has the extension `jpg`
+    hint: known are png, svg
+    ");
 }
 
 #[test]
 fn live_asks_for_both_recordings_and_keeps_them() {
     let folder = folder(sound);
-    let live = "selftest --live sim:sensor.toml?blobs&fps=max --seconds 0.7";
+    let live = "selftest --live sim:sensor.toml?blobs&fps=100 --seconds 1.5";
     let run = folder.taxel_with(&format!("{live} --keep kept"), "\n\n");
     assert_eq!(run.code, Some(0), "{run}");
     assert!(
@@ -153,6 +237,21 @@ fn live_asks_for_both_recordings_and_keeps_them() {
     let again = folder.good("selftest --empty kept/empty.mcap --rubbed kept/rubbed.mcap");
     assert_eq!(again.out, run.out);
     let quiet = folder.taxel(live);
-    insta::assert_snapshot!(quiet, @"");
-    insta::assert_snapshot!(folder.taxel("selftest --live file:rubbed.txt --sensor sensor.toml"), @"");
+    insta::assert_snapshot!(quiet, @r"
+    exit code: 2
+    ----- stdout -----
+
+    ----- stderr -----
+    take everything off the mat, then Enter
+    error: no Enter came: standard input has ended
+    hint: run it in a terminal, or with --yes, which does not wait
+    ");
+    insta::assert_snapshot!(folder.taxel("selftest --live file:rubbed.txt --sensor sensor.toml"), @r"
+    exit code: 2
+    ----- stdout -----
+
+    ----- stderr -----
+    error: rubbed.txt is a recording, not a live sensor
+    hint: give two recordings with --empty and --rubbed
+    ");
 }

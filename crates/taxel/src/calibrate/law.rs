@@ -96,6 +96,7 @@ impl LoadLaw {
                 }
             }),
             spread: None,
+            dynamic: None,
         }
     }
 

@@ -1,6 +1,7 @@
 //! From siemens to newtons: the load law, and the fit of everything a parts list does not say.
 
 mod choose;
+pub mod dynamic;
 mod effects;
 mod evaluate;
 mod evidence;
@@ -17,6 +18,7 @@ mod spline;
 mod spread;
 mod write;
 
+pub use dynamic::{DynamicFit, DynamicLaw, Memory, Series, fit_dynamic};
 pub use fit_law::{LawFit, fit_pairs};
 pub use law::LoadLaw;
 pub use report::{Finding, Parameter, Report};

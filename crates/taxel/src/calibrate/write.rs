@@ -71,6 +71,8 @@ impl Search<'_> {
             spread: model
                 .spread
                 .map(|s| [s.row, s.column, s.diagonal].map(|x| round(x.max(0.0), 1e7))),
+            // Found from other data, with another static law.
+            dynamic: None,
         });
         for list in [
             &mut sensor.readout.r_mux_column_ohms,

@@ -254,10 +254,11 @@ impl Budget {
     /// The error of the raw reading when these causes are present and all others ideal.
     ///
     /// # Errors
-    /// [`Error::MissingKey`] when a switch resistance is not known yet.
+    /// [`Error::MissingKey`] when a switch resistance is not known yet, [`Error::OutOfRange`] when resistances are too
+    /// far apart to be scanned.
     ///
     /// # Panics
-    /// When the scene's shape is not the sensor's, or a conductance is negative.
+    /// When the scene's shape is not the sensor's.
     pub fn raw(&self, scene: &Scene, causes: &[Cause]) -> Result<Errors, Error> {
         let sensor = self.with_causes(causes, &scene.siemens)?;
         self.errors(scene, &sensor, causes, &Raw::from_sensor(&sensor))
@@ -315,7 +316,7 @@ impl Budget {
         }
         if !readout.topology.is_tia() && !has(Cause::Divider) {
             // A virtual ground that fills as much of the converter as the divider does.
-            let largest = largest_of(predict(&circuit, siemens).values());
+            let largest = largest_of(predict(&self.sensor, &circuit, siemens)?.values());
             let r_k = readout.r_pull_down_ohms.unwrap_or_default();
             readout.topology = Topology::TiaGroundedColumns;
             readout.r_feedback_ohms = Some(r_k);
@@ -332,7 +333,7 @@ impl Budget {
         causes: &[Cause],
         method: &dyn Method,
     ) -> Result<Errors, Error> {
-        let volts = predict(&LinearCircuit::from_sensor(sensor)?, &scene.siemens);
+        let volts = predict(sensor, &LinearCircuit::from_sensor(sensor)?, &scene.siemens)?;
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         let draws = match causes.contains(&Cause::Noise) {
             true => self.draws,
@@ -353,10 +354,19 @@ impl Budget {
     }
 }
 
-fn predict(circuit: &LinearCircuit, siemens: &Frame<Siemens>) -> Frame<Volts> {
-    circuit
-        .predict(siemens)
-        .expect("no conductance is negative")
+/// The scan of conductances that are not negative.
+pub(super) fn predict(
+    sensor: &Sensor,
+    circuit: &LinearCircuit,
+    siemens: &Frame<Siemens>,
+) -> Result<Frame<Volts>, Error> {
+    let rows = sensor.readout.r_mux_row_ohms.as_ref();
+    circuit.predict(siemens).map_err(|_| Error::OutOfRange {
+        key: "readout.r_mux_row_ohms".to_owned(),
+        found: rows.map_or(0.0, |ohms| ohms.mean(sensor.rows())),
+        expected: "within some ten decades of the other resistances",
+        hint: "resistances that differ by more cannot be told from shorts and open lines",
+    })
 }
 
 fn largest_of(values: &[f64]) -> f64 {

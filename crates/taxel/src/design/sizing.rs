@@ -6,16 +6,15 @@ mod timing;
 use serde::Serialize;
 
 use super::Error;
-use super::budget::{Budget, Cause, Errors, Scene};
+use super::budget::{Budget, Cause, Errors, Scene, predict};
 use super::parts::{e24_at_most, e24_nearest, gain_at};
 use crate::calibrate::LoadLaw;
-use crate::circuit::{Circuit, Converter, LinearCircuit};
+use crate::circuit::{Converter, LinearCircuit};
 use crate::sensor::{
-    Array, ConverterSpec, Material, PerLine, PerTaxel, Readout, ScanOrder, ScreenSpec, Sensor,
-    Topology,
+    Array, ConverterSpec, Material, PerLine, Readout, ScanOrder, ScreenSpec, Sensor, Topology,
 };
 use crate::simulate::default_noise_counts;
-use crate::{Frame, Siemens, Volts};
+use crate::{Frame, Siemens};
 
 pub use check::Warning;
 pub use timing::Timing;
@@ -245,13 +244,8 @@ fn sensor_with(wish: &Wish, v_test_volts: f64, ohms: f64) -> Sensor {
             scan_order: ScanOrder::default(),
         },
         material: Some(Material {
-            g_zero_siemens: law.g_zero,
             factor: significant(law.ln_scale[0].exp(), 9),
-            exponent: PerTaxel::One(wish.exponent),
-            gain: None,
-            saturation_load_g: None,
-            bend: None,
-            spread: None,
+            ..law.to_material()
         }),
         screen: ScreenSpec::default(),
         provenance: None,
@@ -278,15 +272,15 @@ fn unloaded(wish: &Wish) -> f64 {
 /// The largest reading of these frames as a share of full scale.
 fn fullest_share(sensor: &Sensor, frames: &[Frame<Siemens>]) -> Result<f64, crate::Error> {
     let circuit = LinearCircuit::from_sensor(sensor)?;
-    let largest = |frame: &Frame<Siemens>| {
-        let volts: Frame<Volts> = circuit.predict(frame).expect("no conductance is negative");
-        volts
+    let mut largest = 0.0f64;
+    for frame in frames {
+        let volts = predict(sensor, &circuit, frame)?;
+        largest = volts
             .values()
             .iter()
-            .fold(0.0f64, |most, v| most.max(v.abs()))
-    };
-    let volts = frames.iter().map(largest).fold(0.0, f64::max);
-    Ok(volts / sensor.converter.full_scale_volts)
+            .fold(largest, |most, v| most.max(v.abs()));
+    }
+    Ok(largest / sensor.converter.full_scale_volts)
 }
 
 /// Noise of the converter and of the amplifier, one taxel of the row pressed fully, counts.

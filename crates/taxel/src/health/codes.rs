@@ -175,15 +175,21 @@ impl CodeCount {
         })
     }
 
-    /// Codes whose neighbours on both sides are well visited.
+    /// Codes whose neighbours on both sides are well visited: the next one, and most of four.
     fn judged(&self, least: u32) -> Vec<usize> {
         let often = |codes: &[u32]| {
             let visited = codes.iter().filter(|&&n| n >= least).count();
             visited > codes.len() / 2
         };
         let last = self.counts.len().saturating_sub(SIDE);
+        // Next to a gap between the unloaded readings and the lightest load there is a gap, not a code.
+        let beside = |c: usize| self.counts[c - 1].min(self.counts[c + 1]) >= least;
         (SIDE..last)
-            .filter(|&c| often(&self.counts[c - SIDE..c]) && often(&self.counts[c + 1..=c + SIDE]))
+            .filter(|&c| {
+                beside(c)
+                    && often(&self.counts[c - SIDE..c])
+                    && often(&self.counts[c + 1..=c + SIDE])
+            })
             .collect()
     }
 

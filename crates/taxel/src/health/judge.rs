@@ -1,14 +1,17 @@
 //! From what was counted to the list of findings: one for every line or taxel, the gravest that explains it.
 
 use super::finding::advice;
+use super::quiet::median;
 use super::{CodeFault, Codes, Fault, Finding, Health, Hum, Place, Rubbed, SelfTest, Settling};
-use crate::screen::{Axis, LineFaultKind, LineFaults};
+use crate::screen::{Axis, LineFault, LineFaultKind, LineFaults};
 use crate::sensor::ScanOrder;
 
 /// Share of a line's taxels that make a line of them.
 const LINE_SHARE: f64 = 0.8;
 /// Share of the taxels beside a line at an edge that must have been reached before its silence counts.
 const BESIDE_SHARE: f64 = 0.8;
+/// Median absolute deviations above the median silence of all lines that gaps in a hand do not reach.
+const GAP_SPREADS: f64 = 9.0;
 /// Counts of noise that an open line shows and a grounded one does not.
 const VISIBLE_NOISE: f64 = 2.0;
 
@@ -147,7 +150,11 @@ impl Judge<'_> {
     fn open_lines(&mut self, faults: &LineFaults) {
         for axis in Axis::BOTH {
             for index in 0..self.count(axis) {
-                let dead = faults.dead(axis).any(|line| line == index);
+                let dead = faults.faults.iter().any(|fault| {
+                    (fault.axis, fault.index, fault.kind) == (axis, index, LineFaultKind::Dead)
+                        && (self.has_fallen(fault)
+                            || self.silence(axis, index) >= self.test.options.screen.line_share)
+                });
                 let response = &self.rubbed.response;
                 let open = dead || response.is_open(axis, index, &self.test.options);
                 if !open || self.is_explained(axis, index) {
@@ -169,7 +176,7 @@ impl Judge<'_> {
                 let evidence = format!(
                     "{silent} of {} taxels never responded; unloaded they read {:.0}, the array {:.0}",
                     taxels.len(),
-                    super::quiet::median(&mut own),
+                    median(&mut own),
                     self.rubbed.unloaded.typical_counts
                 );
                 let fault = if at_ground {
@@ -211,15 +218,45 @@ impl Judge<'_> {
 
     fn flickering_lines(&mut self, faults: &LineFaults) {
         for axis in Axis::BOTH {
+            let usual = self.usual_silence(axis);
             for fault in faults.faults.iter().filter(|fault| fault.axis == axis) {
                 let flickers = fault.kind == LineFaultKind::Flickering;
-                if flickers && !self.is_explained(axis, fault.index) {
+                if flickers
+                    && !self.is_explained(axis, fault.index)
+                    && (self.has_fallen(fault) || self.silence(axis, fault.index) > usual)
+                {
                     let evidence =
                         format!("out in {} of {} rubbed frames", fault.faulty, fault.tested);
                     self.add_line(Fault::LineFlickering, axis, fault.index, evidence);
                 }
             }
         }
+    }
+
+    /// Whether a line that is out reads less than unloaded ones do: no gap in a hand makes that.
+    fn has_fallen(&self, fault: &LineFault) -> bool {
+        let unloaded = &self.rubbed.unloaded;
+        let noise = unloaded.typical_noise.hypot(unloaded.unevenness);
+        let floor = unloaded.typical_counts - self.test.options.screen.floor_sigmas * noise;
+        fault.median_counts < floor
+    }
+
+    fn silence(&self, axis: Axis, index: usize) -> f64 {
+        self.rubbed
+            .response
+            .silent_share(axis, index, &self.test.options)
+    }
+
+    /// The silence that gaps in a hand can make on any line of an axis: the median of all lines, and its spread.
+    fn usual_silence(&self, axis: Axis) -> f64 {
+        let mut shares: Vec<f64> = (0..self.count(axis))
+            .map(|i| self.silence(axis, i))
+            .collect();
+        let middle = median(&mut shares);
+        for share in &mut shares {
+            *share = (*share - middle).abs();
+        }
+        middle + (GAP_SPREADS * median(&mut shares)).max(self.test.options.flicker_share)
     }
 
     /// Lines at the edge that never answered, while the next one did along nearly all of its length.
@@ -271,7 +308,7 @@ impl Judge<'_> {
                     let evidence = format!(
                         "{count} of {} taxels, median noise {:.1} counts; the array {:.1}",
                         line.len(),
-                        super::quiet::median(&mut noise),
+                        median(&mut noise),
                         self.rubbed.unloaded.typical_noise
                     );
                     self.add_line(Fault::LineNoisy, axis, index, evidence);

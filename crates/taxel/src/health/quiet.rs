@@ -7,6 +7,10 @@ use crate::{Counts, Frame};
 const KEPT: usize = 64;
 /// A standard deviation over the median absolute deviation of normal numbers.
 const SIGMA_OVER_MAD: f64 = 1.482_602_218_505_602;
+/// Where this share of the readings is 0, the lower half of the noise is cut off.
+const CUT_OFF_SHARE: f64 = 0.2;
+/// Share of normal numbers below the mean and one standard deviation.
+const UPPER_SHARE: f64 = 0.841_344_746;
 /// Noise is never taken to be less than the quantisation of one count, 1/√12, counts.
 const QUANTISATION: f64 = 0.288_675_134_594_812_9;
 
@@ -23,7 +27,8 @@ pub(super) struct Quiet {
 pub(super) struct Unloaded {
     /// Median reading, counts.
     pub counts: Vec<f64>,
-    /// Standard deviation of the noise from the median absolute deviation, counts.
+    /// Standard deviation of the noise, counts: from the median absolute deviation, or from the 84th percentile where that
+    /// is more and the converter cuts the noise off at 0.
     pub noise: Vec<f64>,
     /// Reading above the baseline that is a load, counts.
     pub loaded: Vec<f64>,
@@ -71,11 +76,18 @@ impl Quiet {
             values.clear();
             values.extend(self.kept.iter().map(|frame| f64::from(frame[taxel])));
             let middle = median(&mut values);
+            let at_zero = values.iter().filter(|&&v| v < 0.5).count();
+            let is_cut_off = at_zero as f64 >= CUT_OFF_SHARE * values.len() as f64;
+            let above = match is_cut_off {
+                true => upper(&mut values) - middle,
+                false => 0.0,
+            };
             for value in &mut values {
                 *value = (*value - middle).abs();
             }
             counts.push(middle);
-            noise.push((SIGMA_OVER_MAD * median(&mut values)).max(QUANTISATION));
+            let around = SIGMA_OVER_MAD * median(&mut values);
+            noise.push(around.max(above).max(QUANTISATION));
         }
         let loaded = noise.iter().map(|&noise| {
             (screen.loaded_sigmas * noise).max(screen.loaded_share_of_range * max_count)
@@ -92,6 +104,15 @@ impl Quiet {
             noise,
             max_count,
         }
+    }
+}
+
+/// The value that 16 of 100 exceed: one standard deviation above the middle, also where the lower half is cut off at 0.
+fn upper(values: &mut [f64]) -> f64 {
+    let at = (UPPER_SHARE * values.len() as f64) as usize;
+    match at < values.len() {
+        true => *values.select_nth_unstable_by(at, f64::total_cmp).1,
+        false => 0.0,
     }
 }
 

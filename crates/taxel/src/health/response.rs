@@ -171,17 +171,28 @@ impl Response {
         (0..length).map(move |position| first + position * stride)
     }
 
-    /// Whether a line never answered although those beside it did, over enough of its length.
-    pub fn is_open(&self, axis: Axis, index: usize, options: &HealthOptions) -> bool {
+    /// How a line as a whole answered the lines beside it, and at how many of its positions they vouched often enough.
+    fn answers_of(&self, axis: Axis, index: usize, options: &HealthOptions) -> (Answers, usize) {
         let of_axis = &self.across[usize::from(axis == Axis::Column)];
-        let (mut positions, mut judged, mut all) = (0usize, 0usize, Answers::default());
+        let (mut all, mut judged) = (Answers::default(), 0);
         for taxel in self.line(axis, index) {
             let answers = of_axis[taxel];
-            positions += 1;
             judged += usize::from(answers.vouched >= options.vouched_frames);
             all.vouched += answers.vouched;
             all.silent += answers.silent;
         }
+        (all, judged)
+    }
+
+    /// Share of the readings on a line that the lines beside it vouch for and that are silent, 0 to 1.
+    pub fn silent_share(&self, axis: Axis, index: usize, options: &HealthOptions) -> f64 {
+        self.answers_of(axis, index, options).0.silent_share()
+    }
+
+    /// Whether a line never answered although those beside it did, over enough of its length.
+    pub fn is_open(&self, axis: Axis, index: usize, options: &HealthOptions) -> bool {
+        let (all, judged) = self.answers_of(axis, index, options);
+        let positions = self.line(axis, index).count();
         let enough = (options.line_tested_share * positions as f64).max(4.0);
         judged as f64 >= enough && all.silent_share() >= options.open_share
     }

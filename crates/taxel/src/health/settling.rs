@@ -7,7 +7,9 @@
 //! There the first taxel of line i should know of the last one of line i − 1, and not of that of line i + 1, which is as far
 //! away and loaded in the same manner. The share kept is the difference of the two coefficients in
 //!
-//!     first(i) = a + b₁ · last(i − 1) + b₂ · last(i) + b₃ · last(i + 1),        share = b₁ − b₃
+//! ```text
+//! first(i) = a + b₁ · last(i − 1) + b₂ · last(i) + b₃ · last(i + 1),        share = b₁ − b₃
+//! ```
 //!
 //! (heights above the baseline; least squares over frames and lines in which nothing lies beside the first taxels).
 //! Cross-talk along the line, and a load that reaches over the whole width, are in b₂ or in both b₁ and b₃. The standard
@@ -229,8 +231,9 @@ fn solve(mut a: [[f64; UNKNOWNS]; UNKNOWNS], mut b: [f64; UNKNOWNS]) -> Option<[
         b.swap(pivot, column);
         for row in column + 1..UNKNOWNS {
             let factor = a[row][column] / a[column][column];
-            for k in column..UNKNOWNS {
-                a[row][k] -= factor * a[column][k];
+            let above = a[column];
+            for (value, above) in a[row].iter_mut().zip(above).skip(column) {
+                *value -= factor * above;
             }
             b[row] -= factor * b[column];
         }

@@ -73,6 +73,29 @@ fn lines_at_an_end_are_told_from_open_ones() {
 }
 
 #[test]
+fn a_noisy_line_is_one_finding_and_an_edge_that_reads_0_is_silent() {
+    for seed in SEEDS {
+        let row = 3 * seed as usize;
+        let noisy = (row * 32..(row + 1) * 32).map(|taxel| (taxel, 40.0));
+        let broken = Broken {
+            noisy: noisy.collect(),
+            ..Broken::default()
+        };
+        assert_eq!(
+            econe_with(seed, broken),
+            [format!("line-noisy at row {row}")]
+        );
+        let mut bench = econe(seed).with(Broken {
+            dead: vec![(Axis::Row, 0), (Axis::Column, 31)],
+            ..Broken::default()
+        });
+        bench.sensor.material.as_mut().unwrap().g_zero_siemens = 0.0;
+        let wanted = ["line-silent at column 31", "line-silent at row 0"];
+        assert_eq!(bench.found(), wanted, "{seed}");
+    }
+}
+
+#[test]
 fn shorted_rows_are_named_as_a_pair() {
     for seed in SEEDS {
         let row = 3 * seed as usize;

@@ -1,9 +1,10 @@
 //! Checks of a sensor file: every key known, every number possible.
 
-use super::{PerLine, PerTaxel, Sensor, Topology};
+use super::{DynamicSpec, PerLine, PerTaxel, Sensor, Topology};
 use crate::Error;
+use crate::calibrate::dynamic::MOST_TERMS;
 
-const TABLES: [(&str, &[&str]); 8] = [
+const TABLES: [(&str, &[&str]); 9] = [
     (
         "",
         &[
@@ -56,9 +57,20 @@ const TABLES: [(&str, &[&str]); 8] = [
             "saturation_load_g",
             "bend",
             "spread",
+            "dynamic",
         ],
     ),
     ("material.bend", &["ln_load_g", "ln_siemens"]),
+    (
+        "material.dynamic",
+        &[
+            "lag_weight",
+            "lag_secs",
+            "play_weight",
+            "play_g",
+            "period_secs",
+        ],
+    ),
     (
         "screen",
         &[
@@ -445,6 +457,62 @@ fn material(sensor: &Sensor) -> Result<(), Error> {
                 "the share of a load that each neighbour takes",
             ));
         }
+    }
+    if let Some(dynamic) = &material.dynamic {
+        check_dynamic(dynamic)?;
+    }
+    Ok(())
+}
+
+fn check_dynamic(dynamic: &DynamicSpec) -> Result<(), Error> {
+    for (key, values, of) in [
+        (
+            "material.dynamic.lag_secs",
+            &dynamic.lag_secs,
+            &dynamic.lag_weight,
+        ),
+        (
+            "material.dynamic.play_g",
+            &dynamic.play_g,
+            &dynamic.play_weight,
+        ),
+    ] {
+        if values.len() != of.len() || values.len() > MOST_TERMS {
+            return Err(Error::ListLength {
+                key,
+                found: values.len(),
+                expected: of.len().min(MOST_TERMS),
+                unit: "weights",
+                unit_one: "weight",
+            });
+        }
+        let bad = values
+            .iter()
+            .chain(of)
+            .find(|v| !v.is_finite() || **v <= 0.0);
+        if let Some(&value) = bad {
+            let hint = "weights, times and half-widths; leave out what is not there";
+            return Err(range(key, value, "a finite number above 0", hint));
+        }
+    }
+    if let Some(pair) = dynamic.play_g.windows(2).find(|pair| pair[1] <= pair[0]) {
+        let hint = "the inverse needs the half-widths of plays in ascending order";
+        return Err(range(
+            "material.dynamic.play_g",
+            pair[1],
+            "more than the one before",
+            hint,
+        ));
+    }
+    if !dynamic.period_secs.is_finite() || dynamic.period_secs <= 0.0 {
+        let hint = "seconds between frames that tell no time";
+        let expected = "a finite number above 0";
+        return Err(range(
+            "material.dynamic.period_secs",
+            dynamic.period_secs,
+            expected,
+            hint,
+        ));
     }
     Ok(())
 }

@@ -16,6 +16,9 @@ const IDEAL_OHMS: f64 = 1e-9;
 const OPEN_SIEMENS: f64 = 1e-12;
 /// More than any resistor that is not an open line.
 const MOST_OHMS: f64 = 1e9;
+/// More than any amplifier has, and than any array bears.
+const MOST_GAIN: f64 = 1e12;
+const MOST_VOLTS: f64 = 1000.0;
 /// Rows, at most.
 const MOST_ROWS: usize = 512;
 
@@ -91,15 +94,27 @@ impl Setting {
         };
         match key {
             "A" => match quantity::parse(value, &[("", 1.0)])? {
-                gain if gain >= 1.0 => self.amplifier.open_loop_gain = gain,
-                gain => return Err(format!("A is {gain}\nhint: 1 or more, at the scan rate")),
+                gain if (1.0..=MOST_GAIN).contains(&gain) => {
+                    self.amplifier.open_loop_gain = gain;
+                }
+                gain => {
+                    return Err(format!(
+                        "A is {gain}\nhint: from 1 to {MOST_GAIN:e}, at the scan rate"
+                    ));
+                }
             },
             "R_k" => self.amplifier.r_feedback_ohms = ohms(1e-3)?,
             "R_i" => self.r_other = ohms(1e-3)?,
             "R_taxel" => self.r_taxel = ohms(1e-3)?,
             "V_test" => match quantity::parse(value, &VOLTS)? {
-                volts if volts > 0.0 => self.amplifier.v_test_volts = volts,
-                volts => return Err(format!("V_test is {volts} V\nhint: above 0")),
+                volts if volts > 0.0 && volts <= MOST_VOLTS => {
+                    self.amplifier.v_test_volts = volts;
+                }
+                volts => {
+                    return Err(format!(
+                        "V_test is {volts} V\nhint: above 0, at most {MOST_VOLTS} V"
+                    ));
+                }
             },
             "R_mux" => self.r_mux = ohms(0.0)?,
             "R_v" => self.r_source = ohms(0.0)?,
@@ -215,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn a_shared_switch_of_10_ohms_takes_17_percent_and_the_equation_does_not_know() {
+    fn a_shared_switch_of_10_ohms_takes_a_sixth_and_the_equation_does_not_know() {
         let setting = &Setting::defaults()[1];
         let drop = |volts: &dyn Fn(usize) -> f64| 1.0 - volts(20) / volts(0);
         let circuit = drop(&|n| setting.circuit_volts(n).unwrap());
@@ -241,7 +256,8 @@ mod tests {
         );
         assert_eq!("R_mux=10".parse::<Setting>().unwrap().name(), "R_mux 10 Ω");
         for text in [
-            "R_k", "R_k=0", "r_k=5", "A=0.5", "V_test=0", "rows=0", "R_mux=-1", "",
+            "R_k", "R_k=0", "r_k=5", "A=0.5", "A=1e13", "R_v=1e10", "V_test=0", "rows=0",
+            "R_mux=-1", "",
         ] {
             assert!(
                 text.parse::<Setting>().unwrap_err().contains("hint: "),

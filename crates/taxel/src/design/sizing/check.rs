@@ -155,6 +155,15 @@ pub(super) fn wish(wish: &Wish) -> Result<(), Error> {
             "pressing lowers the resistance: the smaller one first, like 500..3000",
         ));
     }
+    let extreme = [least, wish.switch_ohms, 1e-3]
+        .into_iter()
+        .fold(most, f64::min);
+    if most > 1e12 * extreme {
+        return Err(Error::new(
+            format!("resistances from {extreme} to {most} Ohm: more than twelve decades"),
+            "a taxel that is not pressed need not be in the range",
+        ));
+    }
     for (name, lines) in [("rows", wish.rows), ("columns", wish.columns)] {
         if !(1..=MOST_LINES).contains(&lines) {
             return Err(Error::new(

@@ -2,6 +2,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
+use crate::Volts;
+use crate::circuit::Circuit;
 
 fn small() -> Wish {
     Wish {
@@ -204,5 +206,10 @@ fn the_sensor_file_reads_back_and_nonsense_is_refused() {
         })
         .contains("100 %")
     );
+    let wide = Wish {
+        taxel_ohms: (1e-20, 1e20),
+        ..small()
+    };
+    assert!(refused(wide).contains("twelve decades"));
     assert!(refused(Wish { bits: 0, ..small() }).contains("0 bits"));
 }
