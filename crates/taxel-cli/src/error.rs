@@ -202,7 +202,9 @@ pub(crate) enum Error {
         source: io::Error,
     },
     /// No folder for what is simulated.
-    #[error("cannot make a folder for what is simulated: {0}\nhint: TMPDIR names where there is room")]
+    #[error(
+        "cannot make a folder for what is simulated: {0}\nhint: TMPDIR names where there is room"
+    )]
     Scratch(#[source] io::Error),
     /// An address that leads nowhere, or ports that cannot be listed.
     #[error(transparent)]

@@ -27,8 +27,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use commands::{
-    bench, calibrate, compare, compensate, convert, dataset, demo, devices, evaluate, info, model, netlist,
-    plot, record, recover, replay, report, simulate, train,
+    analyse, bench, calibrate, compare, compensate, convert, dataset, demo, devices, evaluate,
+    info, model, netlist, plot, record, recover, replay, report, simulate, train,
 };
 
 /// From raw frames of a resistive pressure-sensor matrix to calibrated loads.
@@ -52,6 +52,7 @@ enum Command {
     Recover(recover::Args),
     Devices(devices::Args),
     Info(info::Args),
+    Analyse(analyse::Args),
     Selftest(commands::selftest::Args),
     Calibrate(calibrate::Args),
     Compensate(compensate::Args),
@@ -94,6 +95,7 @@ fn main() -> ExitCode {
         Command::Devices(args) => devices::run(&args),
         Command::Demo(args) => demo::run(&args),
         Command::Info(args) => info::run(&args),
+        Command::Analyse(args) => analyse::run(&args),
         Command::Selftest(args) => commands::selftest::run(&args),
         Command::Plot(args) => plot::run(&args),
         Command::Netlist(args) => netlist::run(&args),

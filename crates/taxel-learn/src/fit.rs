@@ -202,7 +202,7 @@ fn examples(
     let mut scene = Scene::default();
     let mut examples = Vec::with_capacity(presses.len());
     for press in presses {
-        pipeline.forget();
+        pipeline.begin_anew();
         pipeline.siemens_from_counts(&frames[press.frame]);
         scene.look(&mut pipeline)?;
         examples.push(Example {

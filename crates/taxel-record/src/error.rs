@@ -26,6 +26,22 @@ impl fmt::Display for Place {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
+    /// A table that a spreadsheet does not hold.
+    #[error(
+        "{}: {rows} rows x {columns} columns, but a sheet holds {most_rows} x {most_columns}\nhint: write .csv or .parquet", .file.display()
+    )]
+    SheetSize {
+        /// The file.
+        file: PathBuf,
+        /// Rows of the table, its names included.
+        rows: usize,
+        /// Its columns.
+        columns: usize,
+        /// Rows that a sheet holds.
+        most_rows: usize,
+        /// Columns that a sheet holds.
+        most_columns: usize,
+    },
     /// The file cannot be opened.
     #[error("cannot open {}: {source}\nhint: check the name, and that you may read it", .file.display())]
     Open {

@@ -10,6 +10,7 @@
 //! | [`npy`] | arrays, `.npy` and `.npz` |
 //! | [`mcap`] | recordings with times, events and the sensor file, `.mcap` |
 //! | [`parquet`] | a table, one row a frame, `.parquet` (written only) |
+//! | [`columns`] | tables of numbers to look at elsewhere, `.csv`, `.xlsx`, `.parquet` (written only) |
 //! | [`experiments`] | labelled presses, `experiments.csv` and `equilibration.csv` |
 //! | [`trials`] | what was done to a sensor that is evaluated, `.csv` |
 //! | [`pairs`] | conductance against load, `.csv` |
@@ -17,6 +18,7 @@
 //! [`open_counts`] chooses by the extension.
 
 pub mod atomic;
+pub mod columns;
 pub mod error;
 pub mod experiments;
 mod grid;
@@ -33,8 +35,10 @@ mod table;
 pub mod text;
 pub mod trials;
 pub mod values;
+mod xlsx;
 
 pub use atomic::AtomicFile;
+pub use columns::{Column, write_columns};
 pub use error::{Error, Place};
 pub use experiments::{Press, Uniform, read_presses, read_uniform_loads};
 pub use mcap::{Event, McapReader, McapWriter};

@@ -13,7 +13,7 @@ pub struct Trial {
     pub recording: PathBuf,
     /// The frame in it, from 0; `None`: every frame is a reading.
     pub frame: Option<usize>,
-    /// Row and column of the taxel that is looked at.
+    /// Row and column of the taxel that is looked at, where its cells are not empty.
     pub taxel: Option<(usize, usize)>,
     /// The load on it, grams-force.
     pub load_g: Option<f64>,
@@ -64,6 +64,18 @@ pub fn read_trials(
     let path = path.as_ref();
     let table = Table::open(path, &COLUMNS)?;
     let recording = table.need("recording", NEEDS)?;
+    for (one, other) in [("row", "column"), ("x_mm", "y_mm")] {
+        if table.find(one).is_some() || table.find(other).is_some() {
+            table.need(
+                one,
+                "both or neither of row and column, and of x_mm and y_mm",
+            )?;
+            table.need(
+                other,
+                "both or neither of row and column, and of x_mm and y_mm",
+            )?;
+        }
+    }
     let taxel = Taxel {
         label: table.find("taxel"),
         pair: table.find("row").zip(table.find("column")),
@@ -71,14 +83,18 @@ pub fn read_trials(
         columns,
         labels,
     };
-    let has_taxel = taxel.label.is_some() || taxel.pair.is_some();
+    let pair = taxel.pair.map(|(row, column)| [Some(row), Some(column)]);
+    let taxel_cells: Vec<Option<usize>> = pair.into_iter().flatten().chain([taxel.label]).collect();
     let find = |name| table.find(name);
     let (frame, load, others) = (find("frame"), find("load_g"), find("others"));
     let (experiment, setting) = (find("experiment"), find("setting"));
     let (total, x, y) = (find("total_g"), find("x_mm"), find("y_mm"));
     table.rows("trial", |line| {
         let text = |cell| Ok::<_, Error>(line.optional(cell)?.map(str::to_owned));
-        let place = (amount(line, x, "x_mm")?, amount(line, y, "y_mm")?);
+        let mut has_taxel = false;
+        for &cell in &taxel_cells {
+            has_taxel |= line.optional(cell)?.is_some();
+        }
         Ok(Trial {
             recording: beside(path, line, recording)?,
             frame: index(line, frame, "frame")?,
@@ -88,7 +104,7 @@ pub fn read_trials(
             setting: text(setting)?,
             others: index(line, others, "others")?,
             total_g: amount(line, total, "total_g")?,
-            place_mm: place.0.zip(place.1),
+            place_mm: place(line, x, y)?,
             line: line.line,
         })
     })
@@ -97,6 +113,30 @@ pub fn read_trials(
 fn amount(line: &Row<'_>, cell: Option<usize>, name: &'static str) -> Result<Option<f64>, Error> {
     let filled = line.optional(cell)?.and(cell);
     filled.map(|cell| line.amount(cell, name)).transpose()
+}
+
+/// Both numbers or neither.
+fn place(line: &Row<'_>, x: Option<usize>, y: Option<usize>) -> Result<Option<(f64, f64)>, Error> {
+    let number = |cell, name| {
+        amount(line, cell, name).map_err(|error| match error {
+            Error::Negative {
+                at, what, found, ..
+            } => Error::Negative {
+                at,
+                what,
+                found,
+                hint: "places count from the centre of the taxel at row 0, column 0",
+            },
+            other => other,
+        })
+    };
+    let both = "x_mm and y_mm go together";
+    match (number(x, "x_mm")?, number(y, "y_mm")?) {
+        (Some(x), Some(y)) => Ok(Some((x, y))),
+        (None, None) => Ok(None),
+        (Some(_), None) => Err(line.wrong(y.unwrap_or_default(), "y_mm", "a number", both)),
+        (None, Some(_)) => Err(line.wrong(x.unwrap_or_default(), "x_mm", "a number", both)),
+    }
 }
 
 fn index(line: &Row<'_>, cell: Option<usize>, name: &'static str) -> Result<Option<usize>, Error> {

@@ -8,6 +8,7 @@ use std::hint::black_box;
 use common::{inversion, pressed, sensor, stream};
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
 use taxel::Frame;
+use taxel::calibrate::{DynamicLaw, Memory};
 use taxel::circuit::{Circuit, LinearCircuit, OperatingPoint};
 use taxel::sensor::Topology;
 use taxel::solve::{Exact, Method};
@@ -132,5 +133,31 @@ fn strong_cross_talk(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, forward, exact, newton, strong_cross_talk);
+/// What creep and hysteresis add to a frame: three lags and three plays.
+fn dynamic(criterion: &mut Criterion) {
+    let law = DynamicLaw {
+        lags: vec![(0.08, 0.8), (0.07, 8.0), (0.07, 80.0)],
+        plays: vec![(0.07, 5.0), (0.07, 15.0), (0.07, 40.0)],
+        period_secs: 0.01,
+    };
+    let mut memory = Memory::new(&law, 64 * 128);
+    // Acting loads that rise and fall, so that plays move both ways.
+    let acting = |frame: usize| -> Vec<f64> {
+        let phase = |taxel: usize| 0.05 * frame as f64 + 0.01 * taxel as f64;
+        (0..64 * 128)
+            .map(|taxel| 100.0 + 100.0 * phase(taxel).sin())
+            .collect()
+    };
+    let frames: Vec<_> = (0..126).map(acting).collect();
+    let mut grams = frames[0].clone();
+    let mut order = (0..126).cycle();
+    criterion.bench_function("dynamic/64x128", |bencher| {
+        bencher.iter(|| {
+            grams.copy_from_slice(&frames[order.next().expect("endless")]);
+            memory.loads_from_acting(None, black_box(&mut grams), |_| false);
+        });
+    });
+}
+
+criterion_group!(benches, dynamic, forward, exact, newton, strong_cross_talk);
 criterion_main!(benches);

@@ -1,5 +1,7 @@
 //! `taxel calibrate`: from labelled presses to a sensor file with everything a parts list does not say.
 
+mod series;
+
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -16,14 +18,15 @@ use crate::{Exit, out, presses, sensor_file};
 ///
 /// Reads the parts list (sensor.toml) and presses of known load, and writes the sensor file with the fitted
 /// numbers, their origin and their errors. The report goes to standard output. No frame is judged by a fit
-/// that saw it: the errors reported are of presses held out.
+/// that saw it: the errors reported are of presses held out. With --series, also what the material remembers: creep and
+/// hysteresis.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Sensor file (the parts list), or the name of a preset
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: PathBuf,
     /// Labelled presses: CSV with recording, frame, row, column (or taxel), load_g
-    #[arg(long, value_name = "FILE", required_unless_present = "pairs")]
+    #[arg(long, value_name = "FILE", required_unless_present_any = ["pairs", "series"])]
     presses: Option<PathBuf>,
     /// Frames under the same load everywhere: CSV with recording, frame, load_g
     #[arg(long, value_name = "FILE", conflicts_with = "pairs")]
@@ -31,6 +34,24 @@ pub(crate) struct Args {
     /// Fit the load law alone, to pairs of conductance (or resistance) and load
     #[arg(long, value_name = "FILE", conflicts_with = "presses")]
     pairs: Option<PathBuf>,
+    /// Instead: a recording whose loads are known all the time, from rest; finds creep and hysteresis too
+    #[arg(long, value_name = "FILE", requires = "loads", conflicts_with_all = ["presses", "pairs", "equilibration"])]
+    series: Option<PathBuf>,
+    /// The load of every taxel in every frame of the series, g
+    #[arg(long, value_name = "FILE", requires = "series")]
+    loads: Option<PathBuf>,
+    /// Seconds between frames of the series, where it tells no times
+    #[arg(long, value_name = "SECONDS", requires = "series")]
+    period: Option<f64>,
+    /// Lags (creep) to fit to the series
+    #[arg(long, value_name = "N", default_value_t = 3, requires = "series", value_parser = clap::value_parser!(u8).range(0..=8))]
+    lags: u8,
+    /// Plays (hysteresis) to fit to the series
+    #[arg(long, value_name = "N", default_value_t = 3, requires = "series", value_parser = clap::value_parser!(u8).range(0..=8))]
+    plays: u8,
+    /// Where to write the sensor with the best static law of the series, to compare with
+    #[arg(long, value_name = "FILE", requires = "series")]
+    static_output: Option<PathBuf>,
     /// Where to write the calibrated sensor
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -85,6 +106,9 @@ impl From<Law> for LawChoice {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let sensor = sensor_file::load(&args.sensor)?;
+    if let (Some(recording), Some(loads)) = (&args.series, &args.loads) {
+        return series::run(args, &sensor, recording, loads);
+    }
     let Some(table) = &args.presses else {
         return run_pairs(args, sensor);
     };

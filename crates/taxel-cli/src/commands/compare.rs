@@ -155,7 +155,7 @@ fn judge(contestant: &mut Contestant, known: &[Known]) -> Result<Scores, Error> 
     // The first frame pays for what is drawn up once.
     if let Some(first) = known.first() {
         pipeline.siemens_from_counts(&first.counts);
-        pipeline.forget();
+        pipeline.begin_anew();
     }
     for one in known {
         let begun = Instant::now();

@@ -1,5 +1,6 @@
 //! One file a verb, each with `run(args) -> Result<Exit, Error>`.
 
+pub(crate) mod analyse;
 pub(crate) mod bench;
 pub(crate) mod budget;
 pub(crate) mod calibrate;
@@ -20,8 +21,8 @@ pub(crate) mod plot;
 pub(crate) mod record;
 pub(crate) mod recover;
 pub(crate) mod replay;
-pub(crate) mod rig;
 pub(crate) mod report;
+pub(crate) mod rig;
 pub(crate) mod selftest;
 pub(crate) mod simulate;
 mod taxel_address;

@@ -21,6 +21,14 @@ use crate::unit::MethodName;
 
 /// Points that a picture shows at most.
 const DRAWN: usize = 2000;
+/// Distances have no sign, so no bias.
+const PLACE_HEAD: [&str; 5] = [
+    "",
+    "readings",
+    "mean",
+    "root mean square",
+    "95th percentile",
+];
 const HEAD: [&str; 6] = [
     "",
     "readings",
@@ -53,6 +61,16 @@ fn row(name: String, found: &Accuracy) -> Vec<Cell> {
     ]
 }
 
+fn place_row(name: String, found: &Accuracy) -> Vec<Cell> {
+    cells![
+        name,
+        found.readings,
+        found.mean_absolute,
+        found.root_mean_square,
+        found.percentile_95,
+    ]
+}
+
 /// Known loads on single taxels, on the whole array, and known places.
 pub(super) fn section(
     plan: &Plan,
@@ -61,19 +79,17 @@ pub(super) fn section(
 ) -> Result<Section, Error> {
     let mut section = Section {
         title: experiment.name.clone(),
-        paragraphs: vec![
-            "Errors are estimate − known; intervals are bootstrapped over experiments, never over frames.".to_owned(),
-        ],
+        paragraphs: vec![format!(
+            "Errors are estimate − known; {} intervals are bootstrapped over experiments, never over frames.",
+            plan.sure()
+        )],
         ..Section::default()
     };
     let methods = experiment.methods(plan.folder())?;
     for group in groups {
         let mut drawn = Vec::new();
         let mut taxels = Table::new(format!("Load on the taxel, g: {}", group.name()), &HEAD);
-        let mut ranges = Table::new(
-            format!("By load, mean absolute error, g: {}", group.name()),
-            &HEAD,
-        );
+        let mut ranges = Table::new(format!("By load, g: {}", group.name()), &HEAD);
         let mut total = Table::new(
             format!("Load on the whole array, g: {}", group.name()),
             &HEAD,
@@ -83,7 +99,7 @@ pub(super) fn section(
                 "Centre of pressure, distance from the known place, mm: {}",
                 group.name()
             ),
-            &HEAD,
+            &PLACE_HEAD,
         );
         for (number, method) in methods.iter().enumerate() {
             let name = name_of(method);
@@ -108,7 +124,7 @@ pub(super) fn section(
             let places = places(group, number);
             place
                 .rows
-                .extend(accuracy(&places, &plan.bootstrap).map(|found| row(name, &found)));
+                .extend(accuracy(&places, &plan.bootstrap).map(|found| place_row(name, &found)));
         }
         if taxels.rows.is_empty() && total.rows.is_empty() && place.rows.is_empty() {
             return Err(too_few(experiment, group, "a reading of a known load"));
@@ -234,21 +250,27 @@ pub(super) fn of_whole_frames(
     let mut truths = open_values::<Grams>(&truth_file, options)?;
     let mut truth = Frame::<Grams>::zeros(sensor.rows(), sensor.columns());
     let mut whole: Vec<Whole> = methods.iter().map(|_| Whole::default()).collect();
-    let mut frames = 0;
+    let (mut frames, mut known, mut last) = (0, 0, None);
     reader.each_frame(&recording, |reader, frame, index| {
-        if !truths.next_into(&mut truth)? {
-            return Err(Error::FewerTruths {
-                truth: truth_file.clone(),
-                found: index,
-                recording: recording.clone(),
-            });
+        // A frame that could not be read has loads all the same.
+        while known <= index {
+            if !truths.next_into(&mut truth)? {
+                return Err(Error::FewerTruths {
+                    truth: truth_file.clone(),
+                    found: known,
+                    recording: recording.clone(),
+                });
+            }
+            known += 1;
         }
         frames += 1;
+        let number = index / experiment.frames_per_experiment();
+        let is_new = last != Some(number);
+        last = Some(number);
         for (method, whole) in whole.iter_mut().enumerate() {
             reader.solve(method, frame);
             let pipeline = reader.pipeline(method);
             let loads = pipeline.newtons().map_err(|_| no_law(plan))?;
-            let is_new = index % experiment.frames_per_experiment == 0;
             whole.add(&sensor, loads, &newtons(&truth), is_new)?;
         }
         Ok(())
@@ -256,7 +278,7 @@ pub(super) fn of_whole_frames(
     let lost = reader.skipped + reader.unsolved;
     let words = format!(
         "All loads are known in each of {frames} frames; {}. Errors are over taxels that carry a load; a ghost is what a taxel without load reports; the cross-talk index is the mean of unloaded taxels that share a line with a loaded one over the mean of the loaded ones.",
-        match experiment.frames_per_experiment {
+        match experiment.frames_per_experiment() {
             1 => "each is an experiment".to_owned(),
             some => format!("{some} that follow each other are one experiment"),
         }
@@ -313,25 +335,30 @@ fn whole_section(
     words: String,
 ) -> Result<Section, Error> {
     let mut loaded = Table::new(
-        "Load on loaded taxels, g; 95 % intervals over experiments",
+        format!(
+            "Load on loaded taxels, g; {} intervals over experiments",
+            plan.sure()
+        ),
         &HEAD,
     );
     let mut ranges = Table::new("By load, g", &HEAD);
     let mut total = Table::new("Load on the whole array, g", &HEAD);
-    let mut centre = Table::new("Centre of pressure, distance from the true one, mm", &HEAD);
+    let mut centre = Table::new(
+        "Centre of pressure, distance from the true one, mm",
+        &PLACE_HEAD,
+    );
     let mut ghosts = Table::new("Cross-talk", &["", "largest ghost, g", "cross-talk index"]);
     let mut drawn = Vec::new();
     for (method, whole) in methods.iter().zip(whole) {
         let name = name_of(method);
-        for (table, pairs) in [
-            (&mut loaded, &whole.loaded),
-            (&mut total, &whole.total),
-            (&mut centre, &whole.centre),
-        ] {
+        for (table, pairs) in [(&mut loaded, &whole.loaded), (&mut total, &whole.total)] {
             table
                 .rows
                 .extend(accuracy(pairs, &plan.bootstrap).map(|found| row(name.clone(), &found)));
         }
+        centre.rows.extend(
+            accuracy(&whole.centre, &plan.bootstrap).map(|found| place_row(name.clone(), &found)),
+        );
         for (range, found) in by_range(&whole.loaded, &experiment.ranges_g, &plan.bootstrap) {
             ranges.push(row(range_name(&name, range), &found));
         }

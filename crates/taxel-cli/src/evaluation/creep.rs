@@ -19,7 +19,10 @@ pub(super) fn section(
 ) -> Result<Section, Error> {
     let value = experiment.value();
     let mut table = Table::new(
-        "Creep and drift under constant load; 95 % intervals over holds",
+        format!(
+            "Creep and drift under constant load; {} intervals over holds",
+            plan.sure()
+        ),
         &[
             "setting",
             "holds",
@@ -46,7 +49,7 @@ pub(super) fn section(
             too_few(
                 experiment,
                 group,
-                "a hold of ten readings or more, with times",
+                "a hold (lines with one word under experiment, or one line) of ten readings or more",
             )
         })?;
         table.push(cells![

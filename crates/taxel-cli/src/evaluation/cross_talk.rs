@@ -25,12 +25,15 @@ pub(super) fn section(
     experiment: &Experiment,
     groups: &[Group],
 ) -> Result<Section, Error> {
-    let along = match experiment.along {
+    let along = match experiment.along() {
         Along::Row => Axis::Row,
         Along::Column => Axis::Column,
     };
     let mut table = Table::new(
-        "Cross-talk: how much less is read with the most others pressed than with the fewest, %; 95 % intervals over experiments. Misfit: root mean square distance from the mean curve, % of its first point",
+        format!(
+            "Cross-talk: how much less is read with the most others pressed than with the fewest, %; {} intervals over experiments. Misfit: root mean square distance from the mean curve, % of its first point",
+            plan.sure()
+        ),
         &[
             "setting",
             "experiments",
@@ -57,6 +60,7 @@ pub(super) fn section(
     );
     let mut figures = Vec::new();
     for group in groups {
+        check_others(experiment, group, along)?;
         let experiments = readings(plan, group, |reading| Some(reading.volts))?;
         let found = sweep(&experiments, &plan.bootstrap)
             .ok_or_else(|| too_few(experiment, group, "readings with two numbers of others"))?;
@@ -72,7 +76,7 @@ pub(super) fn section(
                 models.equation_6[i],
             ]);
         }
-        figures.push(figure(group, &found, &models)?);
+        figures.push(figure(plan, group, &found, &models)?);
     }
     Ok(Section {
         title: experiment.name.clone(),
@@ -82,6 +86,26 @@ pub(super) fn section(
         tables: vec![table, curve],
         figures,
     })
+}
+
+/// No more others than the line has.
+fn check_others(experiment: &Experiment, group: &Group, along: Axis) -> Result<(), Error> {
+    let taxels = match along {
+        Axis::Row => group.sensor.columns(),
+        Axis::Column => group.sensor.rows(),
+    };
+    let beyond = |trial: &&taxel_record::Trial| trial.others.is_some_and(|n| n >= taxels);
+    match group.trials.iter().find(beyond) {
+        Some(trial) => Err(Error::Plan {
+            file: experiment.trials.clone().unwrap_or_default(),
+            reason: format!(
+                "line {}: {} others pressed, but a {along} has {taxels} taxels",
+                trial.line,
+                trial.others.unwrap_or_default()
+            ),
+        }),
+        None => Ok(()),
+    }
 }
 
 fn readings(
@@ -145,7 +169,7 @@ fn row(plan: &Plan, group: &Group, found: &Sweep, models: &Models) -> Result<Vec
     ])
 }
 
-fn figure(group: &Group, found: &Sweep, models: &Models) -> Result<Figure, Error> {
+fn figure(plan: &Plan, group: &Group, found: &Sweep, models: &Models) -> Result<Figure, Error> {
     let x: Vec<f64> = found
         .points
         .iter()
@@ -154,7 +178,7 @@ fn figure(group: &Group, found: &Sweep, models: &Models) -> Result<Figure, Error
     let size = |values: &[f64]| values.iter().map(|v| v.abs()).collect::<Vec<_>>();
     let measured: Vec<f64> = found.points.iter().map(|p| p.value.value.abs()).collect();
     let lines = vec![
-        Line::new("measured, 95 %", measured)
+        Line::new(format!("measured, {}", plan.sure()), measured)
             .style(LineStyle::Points)
             .errors(found.points.iter().map(|p| half(&p.value)).collect())
             .colour(0),

@@ -16,7 +16,10 @@ pub(super) fn section(
 ) -> Result<Section, Error> {
     let value = experiment.value();
     let mut table = Table::new(
-        "Hysteresis, % of the range of values; 95 % intervals over loops",
+        format!(
+            "Hysteresis, % of the range of values; {} intervals over loops",
+            plan.sure()
+        ),
         &["setting", "loops", "widest", "mean", "zero return"],
     );
     let mut figures = Vec::new();
@@ -26,7 +29,7 @@ pub(super) fn section(
             too_few(
                 experiment,
                 group,
-                "a loop whose load grows and falls over two loads or more",
+                "a loop (lines with one word under experiment) whose load grows and falls over two loads or more",
             )
         })?;
         table.push(cells![

@@ -1,8 +1,9 @@
 //! Recordings that a plan names and nobody has made yet: made live, with a word for each of what to press.
 
-use std::collections::BTreeMap;
+use std::fs;
 use std::io::{self, BufRead};
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use taxel_acquire::Address;
@@ -17,22 +18,45 @@ use crate::live::{Options, Session, Wanted};
 use crate::unit::MethodName;
 use crate::{interrupt, out};
 
+/// How often is looked whether Ctrl-C was pressed.
+const TURN: Duration = Duration::from_millis(50);
 /// How long a source may be silent.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// Makes every recording that the plan's trials name and that does not exist; those that exist are kept. Gives how many
-/// were made.
+/// A recording to make.
+struct Missing {
+    file: PathBuf,
+    experiment: String,
+    /// What to do for each of its trials.
+    words: Vec<String>,
+    frames: u64,
+}
+
+/// Makes every recording that the plan's trials name and that does not exist, in the order of the tables; those that
+/// exist are kept. Gives how many were made.
 pub(crate) fn measure(plan: &Plan, address: &Address) -> Result<usize, Error> {
+    let refused = |what: String, hint| Err(Error::Arguments { what, hint });
+    match address {
+        Address::File { path, .. } => {
+            let what = format!("{} is a recording, not a live sensor", path.display());
+            return refused(what, "name it in the table of trials, without --live");
+        }
+        Address::Stdin { .. } => {
+            let what = "standard input cannot be both the sensor and the Enter key".to_owned();
+            return refused(what, "make the recordings with `taxel record stdin:`");
+        }
+        _ => {}
+    }
     let wanted = missing(plan)?;
     if wanted.is_empty() {
         return Ok(0);
     }
     out::note(&format!(
-        "{} recordings to make, {} frames each; Enter begins one, Ctrl-C ends and keeps what there is",
+        "{} recordings to make; Enter begins one, Ctrl-C ends: what was recorded is kept",
         wanted.len(),
-        plan.live_frames
     ));
     interrupt::listen();
+    let enter = listen_for_enter();
     let mut session = Session::start(Options {
         address: address.clone(),
         sensor: plan.sensor.clone(),
@@ -46,24 +70,25 @@ pub(crate) fn measure(plan: &Plan, address: &Address) -> Result<usize, Error> {
         server: None,
         record: None,
     })?;
-    let mut made = 0;
-    for (file, (name, words)) in &wanted {
+    for (number, one) in wanted.iter().enumerate() {
         out::note(&format!(
-            "[{}/{}] {name}: {words}, then Enter",
-            made + 1,
-            wanted.len()
+            "[{}/{}] {}: {}, then Enter",
+            number + 1,
+            wanted.len(),
+            one.experiment,
+            one.words.join("; "),
         ));
-        wait_for_enter()?;
-        record(&mut session, file, plan.live_frames)?;
-        made += 1;
+        wait_for_enter(&enter)?;
+        let frames = record(&mut session, &one.file, one.frames)?;
+        out::note(&format!("{frames} frames in {}", one.file.display()));
     }
     session.end();
-    Ok(made)
+    Ok(wanted.len())
 }
 
-/// Recordings to make, each with its experiment and what to press.
-fn missing(plan: &Plan) -> Result<BTreeMap<PathBuf, (String, String)>, Error> {
-    let mut wanted: BTreeMap<PathBuf, (String, Vec<String>)> = BTreeMap::new();
+/// Recordings to make, each with its experiment and what to press, in the order of the tables.
+fn missing(plan: &Plan) -> Result<Vec<Missing>, Error> {
+    let mut wanted: Vec<Missing> = Vec::new();
     for experiment in &plan.experiments {
         for trial in super::trials(plan, experiment)? {
             if trial.recording.exists() {
@@ -78,16 +103,27 @@ fn missing(plan: &Plan) -> Result<BTreeMap<PathBuf, (String, String)>, Error> {
                     hint: "name it .mcap in the table of trials",
                 });
             }
-            let entry = wanted.entry(trial.recording.clone());
-            let (_, words) = entry.or_insert_with(|| (experiment.name.clone(), Vec::new()));
-            words.push(words_of(experiment, &trial));
+            let known = wanted.iter().position(|one| one.file == trial.recording);
+            let place = known.unwrap_or_else(|| {
+                wanted.push(Missing {
+                    file: trial.recording.clone(),
+                    experiment: experiment.name.clone(),
+                    words: Vec::new(),
+                    frames: plan.live_frames,
+                });
+                wanted.len() - 1
+            });
+            let one = &mut wanted[place];
+            let words = words_of(experiment, &trial);
+            if !one.words.contains(&words) {
+                one.words.push(words);
+            }
+            // A trial that asks for a frame gets it.
+            let asked = trial.frame.map_or(0, |frame| frame as u64 + 1);
+            one.frames = one.frames.max(asked);
         }
     }
-    let joined = |(name, words): (String, Vec<String>)| (name, words.join("; "));
-    Ok(wanted
-        .into_iter()
-        .map(|(file, entry)| (file, joined(entry)))
-        .collect())
+    Ok(wanted)
 }
 
 /// What to do for a trial.
@@ -100,11 +136,14 @@ fn words_of(experiment: &Experiment, trial: &Trial) -> String {
         (Some((row, column)), None) => format!("press row {row}, column {column}"),
         (None, _) => "press".to_owned(),
     };
+    if let Some((x, y)) = trial.place_mm {
+        words += &format!(" at x {} mm, y {} mm", number(x), number(y));
+    }
     if let Some(total) = trial.total_g {
         words += &format!(", {} g in all", number(total));
     }
     if let Some(others) = trial.others {
-        let line = match experiment.along {
+        let line = match experiment.along() {
             super::plan::Along::Row => "row",
             super::plan::Along::Column => "column",
         };
@@ -116,20 +155,62 @@ fn words_of(experiment: &Experiment, trial: &Trial) -> String {
     words
 }
 
-fn wait_for_enter() -> Result<(), Error> {
-    let mut line = String::new();
-    match io::stdin().lock().read_line(&mut line) {
-        Ok(0) | Err(_) => Err(Error::Arguments {
-            what: "nobody can press Enter: standard input has ended".to_owned(),
-            hint: "run it in a terminal; what was recorded is kept, and a next run goes on from there",
-        }),
-        Ok(_) => Ok(()),
+/// Lines of standard input, read aside: Ctrl-C must end the wait for one.
+fn listen_for_enter() -> Receiver<()> {
+    let (send, lines) = mpsc::channel();
+    std::thread::spawn(move || {
+        let mut line = String::new();
+        while matches!(io::stdin().lock().read_line(&mut line), Ok(count) if count > 0) {
+            line.clear();
+            if send.send(()).is_err() {
+                return;
+            }
+        }
+    });
+    lines
+}
+
+fn wait_for_enter(enter: &Receiver<()>) -> Result<(), Error> {
+    let stopped = |what: &str, hint| Error::Arguments {
+        what: what.to_owned(),
+        hint,
+    };
+    loop {
+        match enter.recv_timeout(TURN) {
+            Ok(()) => return Ok(()),
+            Err(RecvTimeoutError::Disconnected) => {
+                return Err(stopped(
+                    "nobody can press Enter: standard input has ended",
+                    "run it in a terminal; what was recorded is kept, and a next run goes on from there",
+                ));
+            }
+            Err(RecvTimeoutError::Timeout) if interrupt::asked() => {
+                return Err(stopped(
+                    "ended by Ctrl-C",
+                    "what was recorded is kept, and a next run goes on from there",
+                ));
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+        }
     }
 }
 
-/// Records so many frames; the file is whole when this returns.
-fn record(session: &mut Session, file: &Path, frames: u64) -> Result<(), Error> {
-    session.record(file)?;
+/// Records so many frames or a few more and gives how many; the file is whole when this returns. It has its name only
+/// then: one that is too short would pass for one that was made.
+fn record(session: &mut Session, file: &Path, frames: u64) -> Result<u64, Error> {
+    let partial = file.with_extension("partial.mcap");
+    // Of a run that was killed.
+    let _ = fs::remove_file(&partial);
+    if let Some(folder) = file.parent() {
+        // Where this fails, the recording says why.
+        let _ = fs::create_dir_all(folder);
+    }
+    session.record(&partial)?;
+    let ended = |frames, why| Error::RecordingEnded {
+        name: file.display().to_string(),
+        frames,
+        why,
+    };
     let begun = Instant::now();
     loop {
         let recording = session.recording().unwrap_or_default();
@@ -144,17 +225,15 @@ fn record(session: &mut Session, file: &Path, frames: u64) -> Result<(), Error> 
         };
         if recording.frames >= frames {
             session.stop_recording();
-            return Ok(());
+            return match fs::rename(&partial, file) {
+                Ok(()) => Ok(recording.frames),
+                Err(error) => Err(ended(recording.frames, error.to_string())),
+            };
         }
         if let Some(why) = why {
             session.stop_recording();
-            // A recording that is too short would pass for one that was made.
-            let _ = std::fs::remove_file(file);
-            return Err(Error::RecordingEnded {
-                name: file.display().to_string(),
-                frames: recording.frames,
-                why,
-            });
+            let _ = fs::remove_file(&partial);
+            return Err(ended(recording.frames, why));
         }
         std::thread::sleep(Duration::from_millis(5));
     }

@@ -1,11 +1,14 @@
 //! The file that says what to evaluate.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use taxel::Sensor;
 use taxel::evaluate::Bootstrap;
+use taxel_record::read_trials;
+use taxel_view::report::number;
 
 use crate::error::Error;
 use crate::sensor_file;
@@ -92,10 +95,9 @@ impl Value {
 }
 
 /// Along which line others are pressed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Along {
-    #[default]
     Row,
     Column,
 }
@@ -111,11 +113,9 @@ pub(crate) struct Experiment {
     /// Instead of trials: a recording with the load of every taxel in every frame.
     pub(crate) recording: Option<PathBuf>,
     pub(crate) truth_g: Option<PathBuf>,
-    #[serde(default = "one")]
-    pub(crate) frames_per_experiment: u64,
+    pub(crate) frames_per_experiment: Option<u64>,
     pub(crate) value: Option<Value>,
-    #[serde(default)]
-    pub(crate) along: Along,
+    pub(crate) along: Option<Along>,
     /// How loads are found, to be compared.
     #[serde(default)]
     pub(crate) methods: Vec<String>,
@@ -139,6 +139,16 @@ impl Experiment {
             Kind::Accuracy => Value::Grams,
             _ => Value::Counts,
         })
+    }
+
+    /// Along which line others are pressed.
+    pub(crate) fn along(&self) -> Along {
+        self.along.unwrap_or(Along::Row)
+    }
+
+    /// Frames that follow each other and are one experiment, where all loads are known.
+    pub(crate) fn frames_per_experiment(&self) -> u64 {
+        self.frames_per_experiment.unwrap_or(1)
     }
 
     /// The methods to compare; models are files of the plan's folder.
@@ -190,13 +200,19 @@ impl Plan {
             reason,
         };
         let mut written: Written =
-            toml::from_str(&text).map_err(|error| refused(error.to_string()))?;
+            toml::from_str(&text).map_err(|error| refused(words_of(&error)))?;
         if written.format != 1 {
             return Err(refused(format!(
                 "format = {}, but this program knows format 1",
                 written.format
             )));
         }
+        if written.experiment.is_empty() {
+            return Err(refused(
+                "no experiment: each begins with [[experiment]]".to_owned(),
+            ));
+        }
+        check_numbers(&written).map_err(refused)?;
         let folder = file.parent().unwrap_or(Path::new(""));
         for experiment in &mut written.experiment {
             check(experiment)
@@ -210,16 +226,13 @@ impl Plan {
             }
         }
         let defaults = Bootstrap::default();
-        let confidence = written.confidence.unwrap_or(defaults.confidence);
-        let resamples = written.resamples.unwrap_or(defaults.resamples);
-        if !(0.5..1.0).contains(&confidence) || !(100..=1_000_000).contains(&resamples) {
-            return Err(refused(format!(
-                "confidence = {confidence} and resamples = {resamples}, expected 0.5 to below 1, and 100 to 1000000"
-            )));
-        }
         let sensor_file = beside(folder, &written.sensor);
+        let sensor = sensor_file::load(&sensor_file)?;
+        for experiment in &written.experiment {
+            check_settings(experiment, &sensor).map_err(refused)?;
+        }
         Ok(Self {
-            sensor: sensor_file::load(&sensor_file)?,
+            sensor,
             sensor_file,
             title: written.title.unwrap_or_else(|| {
                 let name = file.file_stem().unwrap_or_default();
@@ -228,8 +241,8 @@ impl Plan {
             file: file.to_owned(),
             bootstrap: Bootstrap {
                 seed: written.seed,
-                resamples,
-                confidence,
+                resamples: written.resamples.unwrap_or(defaults.resamples),
+                confidence: written.confidence.unwrap_or(defaults.confidence),
             },
             frames_per_second: written.frames_per_second,
             live_frames: written.live_frames.unwrap_or(10),
@@ -240,6 +253,11 @@ impl Plan {
     /// Where its files are.
     pub(crate) fn folder(&self) -> &Path {
         self.file.parent().unwrap_or(Path::new(""))
+    }
+
+    /// How sure intervals are, in words: `95 %`.
+    pub(crate) fn sure(&self) -> String {
+        format!("{} %", number(100.0 * self.bootstrap.confidence))
     }
 
     /// The sensor that an experiment is of: its own where the plan gives one.
@@ -261,6 +279,114 @@ fn beside(folder: &Path, word: &str) -> PathBuf {
     }
 }
 
+/// What TOML finds wrong, with its place, and with more words where its own are those of its makers.
+fn words_of(error: &toml::de::Error) -> String {
+    let text = error.to_string().trim_end().to_owned();
+    match text.contains("invalid type: map, expected a sequence") {
+        true => text + "\nwrite [[experiment]], with two brackets: there may be more than one",
+        false => text,
+    }
+}
+
+/// Numbers that are in no experiment.
+fn check_numbers(written: &Written) -> Result<(), String> {
+    let outside =
+        |key, found: String, expected| Err(format!("{key} = {found}, expected {expected}"));
+    match written {
+        Written {
+            confidence: Some(share),
+            ..
+        } if !(0.5..1.0).contains(share) => outside(
+            "confidence",
+            number(*share),
+            "0.5 to below 1: 0.95 for 95 %",
+        ),
+        Written {
+            resamples: Some(count),
+            ..
+        } if !(100..=1_000_000).contains(count) => {
+            outside("resamples", count.to_string(), "100 to 1000000")
+        }
+        Written {
+            frames_per_second: Some(rate),
+            ..
+        } if !(*rate > 0.0 && rate.is_finite()) => {
+            outside("frames_per_second", rate.to_string(), "a number above 0")
+        }
+        Written {
+            live_frames: Some(0),
+            ..
+        } => outside("live_frames", "0".to_owned(), "1 or more"),
+        _ => Ok(()),
+    }
+}
+
+/// Keys that another kind of experiment has: nothing is left unread in silence.
+fn check_keys(experiment: &Experiment) -> Result<(), String> {
+    let kind = experiment.kind;
+    let whole = experiment.recording.is_some();
+    let keys = [
+        (
+            "value",
+            experiment.value.is_some(),
+            !matches!(kind, Kind::Accuracy | Kind::CrossTalk),
+        ),
+        ("along", experiment.along.is_some(), kind == Kind::CrossTalk),
+        (
+            "ranges_g",
+            !experiment.ranges_g.is_empty(),
+            kind == Kind::Accuracy,
+        ),
+        (
+            "frames_per_experiment",
+            experiment.frames_per_experiment.is_some(),
+            whole,
+        ),
+        ("settings", !experiment.settings.is_empty(), !whole),
+    ];
+    match keys.iter().find(|(_, given, read)| *given && !read) {
+        Some((key, ..)) => Err(format!(
+            "{key} means nothing to {}{}",
+            kind.word(),
+            if whole {
+                " of a recording with all loads"
+            } else {
+                " by a table of trials"
+            }
+        )),
+        None => Ok(()),
+    }
+}
+
+/// Every setting with a sensor file of its own is one of the trials': a word that is spelt otherwise there would be
+/// evaluated with the wrong sensor. What is wrong with the table itself is said where it is read.
+fn check_settings(experiment: &Experiment, sensor: &Sensor) -> Result<(), String> {
+    let (Some(table), false) = (&experiment.trials, experiment.settings.is_empty()) else {
+        return Ok(());
+    };
+    let labels = sensor.array.labels.as_deref();
+    let Ok(trials) = read_trials(table, sensor.rows(), sensor.columns(), labels) else {
+        return Ok(());
+    };
+    let known: BTreeSet<&str> = trials.iter().filter_map(|t| t.setting.as_deref()).collect();
+    match experiment
+        .settings
+        .keys()
+        .find(|word| !known.contains(word.as_str()))
+    {
+        Some(word) => Err(format!(
+            "experiment '{}': settings has '{word}', but {} has {}",
+            experiment.name,
+            table.display(),
+            match known.is_empty() {
+                true => "no column setting".to_owned(),
+                false => format!("{known:?}"),
+            }
+        )),
+        None => Ok(()),
+    }
+}
+
 /// What must go together.
 fn check(experiment: &Experiment) -> Result<(), String> {
     let whole = experiment.recording.is_some() || experiment.truth_g.is_some();
@@ -277,7 +403,11 @@ fn check(experiment: &Experiment) -> Result<(), String> {
         }
         _ => {}
     }
-    if experiment.frames_per_experiment == 0 {
+    check_keys(experiment)?;
+    if experiment.name.trim().is_empty() {
+        return Err("no name: it is the title in the report".to_owned());
+    }
+    if experiment.frames_per_experiment == Some(0) {
         return Err("frames_per_experiment = 0, expected 1 or more".to_owned());
     }
     if !experiment.ranges_g.is_sorted() {

@@ -7,15 +7,18 @@ use taxel::circuit::Converter;
 use taxel::frame::grams_from_newtons;
 use taxel::metric::Figures;
 use taxel::pipeline::Pipeline;
-use taxel::solve::Stop;
 use taxel::{Counts, Frame, Mark, Sensor};
 use taxel_record::{FrameSource, TextOptions, Trial, open_counts};
 
 use super::plan::Value;
 use crate::error::Error;
 use crate::frames::show;
+use crate::out;
 use crate::progress::Progress;
 use crate::unit::MethodName;
+
+/// How many frames that cannot be read are named, of each recording.
+const NAMED: usize = 10;
 
 /// What one frame says of a trial.
 #[derive(Debug, Clone)]
@@ -61,8 +64,12 @@ pub(crate) struct Reader {
     converter: Converter,
     pipelines: Vec<Pipeline>,
     frames_per_second: Option<f64>,
+    /// The material has creep or hysteresis: every frame counts, wanted or not.
+    remembers: bool,
     /// Frames that a method found no answer to.
     pub(crate) unsolved: u64,
+    /// The last of them in the recording at hand, by its sequence number.
+    failed: Option<u64>,
     /// Frames that could not be read.
     pub(crate) skipped: u64,
 }
@@ -85,9 +92,14 @@ impl Reader {
         Ok(Self {
             converter: Converter::from_sensor(sensor),
             pipelines: methods.iter().map(pipeline).collect::<Result<_, _>>()?,
+            remembers: sensor
+                .material
+                .as_ref()
+                .is_some_and(|m| m.dynamic.is_some()),
             sensor: sensor.clone(),
             frames_per_second,
             unsolved: 0,
+            failed: None,
             skipped: 0,
         })
     }
@@ -128,9 +140,7 @@ impl Reader {
         numbers: &[usize],
         readings: &mut Vec<Reading>,
     ) -> Result<u64, Error> {
-        let mut number_of_frames = 0;
         self.each_frame(recording, |reader, frame, index| {
-            number_of_frames = index + 1;
             let of_frame = |number: &&usize| {
                 let wanted = trials[**number].frame;
                 wanted.is_none_or(|wanted| wanted as u64 == index)
@@ -138,32 +148,50 @@ impl Reader {
             let wanted: Vec<usize> = numbers.iter().filter(of_frame).copied().collect();
             if !wanted.is_empty() {
                 reader.take(frame, index, trials, &wanted, readings);
+            } else if reader.remembers {
+                reader.pass(frame);
             }
             Ok(())
-        })?;
-        Ok(number_of_frames)
+        })
     }
 
-    /// Calls `see` with every frame of a recording and its place in it.
+    /// Calls `see` with every frame of a recording that can be read, and its place in it. Gives how many frames the
+    /// recording has.
     pub(crate) fn each_frame(
         &mut self,
         recording: &Path,
         mut see: impl FnMut(&mut Self, &Frame<Counts>, u64) -> Result<(), Error>,
-    ) -> Result<(), Error> {
-        let mut source = open_counts(recording, TextOptions::of(&self.sensor))?;
+    ) -> Result<u64, Error> {
+        let mut options = TextOptions::of(&self.sensor);
+        options.keep_going = true;
+        let mut source = open_counts(recording, options)?;
         let mut frame = Frame::zeros(self.sensor.rows(), self.sensor.columns());
         let progress = Progress::new("reading");
         for pipeline in &mut self.pipelines {
-            pipeline.forget();
+            pipeline.begin_anew();
         }
-        let mut index = 0;
-        while source.next_into(&mut frame)? {
+        let mut read = 0;
+        self.failed = None;
+        loop {
+            // A format without times leaves what stands here.
+            frame.time_secs = None;
+            if !source.next_into(&mut frame)? {
+                break;
+            }
+            // Frames that could not be read keep their places.
+            let index = read + source.skipped() as u64;
+            let counted = self.frames_per_second.map(|rate| index as f64 / rate);
+            frame.time_secs = frame.time_secs.or(counted);
             see(self, &frame, index)?;
             show(&source, &progress);
-            index += 1;
+            read += 1;
         }
-        self.skipped += source.skipped() as u64;
-        Ok(())
+        let skipped = source.skipped() as u64;
+        for skip in source.skips().iter().take(NAMED) {
+            out::warn(&format!("frame {} left out: {}", skip.frame, skip.error));
+        }
+        self.skipped += skipped;
+        Ok(read + skipped)
     }
 
     fn take(
@@ -174,8 +202,7 @@ impl Reader {
         wanted: &[usize],
         readings: &mut Vec<Reading>,
     ) {
-        let rate = self.frames_per_second;
-        let secs = frame.time_secs.or(rate.map(|rate| index as f64 / rate));
+        let secs = frame.time_secs;
         let columns = self.sensor.columns();
         let taxel_of = |trial: usize| trials[trial].taxel.map(|(r, c)| r * columns + c);
         let mut answers: Vec<Vec<Answer>> = vec![Vec::new(); wanted.len()];
@@ -213,12 +240,22 @@ impl Reader {
         }
     }
 
+    /// Lets the material see a frame that nobody asks for.
+    fn pass(&mut self, frame: &Frame<Counts>) {
+        for method in 0..self.pipelines.len() {
+            self.solve(method, frame);
+            let _ = self.pipelines[method].newtons();
+        }
+    }
+
     /// A method's answer to a frame of counts stands in its pipeline afterwards.
     pub(crate) fn solve(&mut self, method: usize, frame: &Frame<Counts>) {
         let outcome = self.pipelines[method].siemens_from_counts(frame);
         if !outcome.stop.is_good() {
             self.pipelines[method].forget();
-            self.unsolved += u64::from(matches!(outcome.stop, Stop::Infeasible(_)));
+            // A frame counts once, however many methods fail.
+            self.unsolved += u64::from(self.failed != Some(frame.sequence));
+            self.failed = Some(frame.sequence);
         }
     }
 

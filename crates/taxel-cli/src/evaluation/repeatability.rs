@@ -17,8 +17,9 @@ pub(super) fn section(
     let value = experiment.value();
     let mut table = Table::new(
         format!(
-            "Repeated readings, {}; 95 % intervals over experiments",
-            value.unit()
+            "Repeated readings, {}; {} intervals over experiments",
+            value.unit(),
+            plan.sure()
         ),
         &[
             "setting",

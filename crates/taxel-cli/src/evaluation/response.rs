@@ -20,7 +20,10 @@ pub(super) fn section(
     let value = experiment.value();
     let unit = value.unit();
     let mut table = Table::new(
-        format!("Response to load; sensitivity in {unit} per g; 95 % intervals over experiments"),
+        format!(
+            "Response to load; sensitivity in {unit} per g; {} intervals over experiments",
+            plan.sure()
+        ),
         &[
             "setting",
             "sensitivity",
@@ -49,7 +52,7 @@ pub(super) fn section(
             too_few(
                 experiment,
                 group,
-                "readings under two loads that do not saturate",
+                "readings under two loads or more that do not saturate",
             )
         })?;
         table.push(cells![
@@ -72,7 +75,7 @@ pub(super) fn section(
                 100.0 * level.saturated_share,
             ]);
         }
-        figures.push(figure(group, value, &found)?);
+        figures.push(figure(plan, group, value, &found)?);
     }
     Ok(Section {
         title: experiment.name.clone(),
@@ -106,7 +109,7 @@ fn readings(plan: &Plan, group: &Group, value: Value) -> Result<Vec<Vec<Reading>
     Ok(out)
 }
 
-fn figure(group: &Group, value: Value, found: &Response) -> Result<Figure, Error> {
+fn figure(plan: &Plan, group: &Group, value: Value, found: &Response) -> Result<Figure, Error> {
     let loads: Vec<f64> = found.levels.iter().map(|level| level.load).collect();
     let (first, last) = (loads[0], loads[loads.len() - 1]);
     let x: Vec<f64> = (0..=DRAWN)
@@ -118,7 +121,7 @@ fn figure(group: &Group, value: Value, found: &Response) -> Result<Figure, Error
     };
     let mut lines = vec![
         Line::new(
-            "readings, 95 %",
+            format!("readings, {}", plan.sure()),
             found.levels.iter().map(|l| l.value.value).collect(),
         )
         .over(loads)

@@ -10,7 +10,10 @@
 //! The Parquet crate with its arrow types takes longer to compile than the rest of this program together; this one
 //! table needs one page a column, plain numbers and zstd. Source: the format's specification (parquet-format 2.10).
 
+mod columns;
 mod thrift;
+
+pub(crate) use columns::write as write_columns;
 
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -46,7 +49,7 @@ struct Column {
 /// Where a column of a group went.
 struct Chunk {
     kind: i32,
-    path: &'static [&'static str],
+    path: Vec<String>,
     offset: u64,
     values: u64,
     plain_bytes: u64,
@@ -183,35 +186,17 @@ impl ParquetWriter {
                 put_levels(&mut page, rows, taxels);
             }
             page.append(&mut column.values);
-            let packed = zstd::bulk::compress(&page, LEVEL).map_err(|source| Error::Write {
-                file: self.path.clone(),
-                bytes: self.at,
-                kept: None,
-                source,
-            })?;
-            let mut header = Vec::new();
-            let mut fields = Struct::begin(&mut header);
-            fields.i32(1, 0); // a data page
-            fields.i32(2, page.len() as i32);
-            fields.i32(3, packed.len() as i32);
-            fields.inner(5, |data| {
-                data.i32(1, numbers as i32);
-                data.i32(2, 0); // plain
-                data.i32(3, 3); // run lengths
-                data.i32(4, 3);
-            });
-            fields.end();
-            self.file.put(&header)?;
-            self.file.put(&packed)?;
-            group.chunks.push(Chunk {
-                kind: column.kind,
-                path: column.path,
-                offset: self.at,
-                values: numbers as u64,
-                plain_bytes: (header.len() + page.len()) as u64,
-                packed_bytes: (header.len() + packed.len()) as u64,
-            });
-            self.at += (header.len() + packed.len()) as u64;
+            let path = column.path.iter().map(|&name| name.to_owned()).collect();
+            let chunk = put_chunk(
+                &mut self.file,
+                &self.path,
+                &mut self.at,
+                path,
+                column.kind,
+                numbers,
+                &page,
+            )?;
+            group.chunks.push(chunk);
         }
         self.groups.push(group);
         Ok(())
@@ -247,12 +232,54 @@ impl ParquetWriter {
     }
 }
 
+/// Packs a page of plain numbers and writes it, with its header, as a column's chunk.
+fn put_chunk(
+    file: &mut AtomicFile,
+    name: &Path,
+    at: &mut u64,
+    path: Vec<String>,
+    kind: i32,
+    numbers: usize,
+    page: &[u8],
+) -> Result<Chunk, Error> {
+    let packed = zstd::bulk::compress(page, LEVEL).map_err(|source| Error::Write {
+        file: name.to_owned(),
+        bytes: *at,
+        kept: None,
+        source,
+    })?;
+    let mut header = Vec::new();
+    let mut fields = Struct::begin(&mut header);
+    fields.i32(1, 0); // a data page
+    fields.i32(2, page.len() as i32);
+    fields.i32(3, packed.len() as i32);
+    fields.inner(5, |data| {
+        data.i32(1, numbers as i32);
+        data.i32(2, 0); // plain
+        data.i32(3, 3); // run lengths
+        data.i32(4, 3);
+    });
+    fields.end();
+    file.put(&header)?;
+    file.put(&packed)?;
+    let chunk = Chunk {
+        kind,
+        path,
+        offset: *at,
+        values: numbers as u64,
+        plain_bytes: (header.len() + page.len()) as u64,
+        packed_bytes: (header.len() + packed.len()) as u64,
+    };
+    *at += chunk.packed_bytes;
+    Ok(chunk)
+}
+
 fn write_chunk(chunk: &Chunk, fields: &mut Struct) {
     fields.i64(2, 0);
     fields.inner(3, |about| {
         about.i32(1, chunk.kind);
         about.i32s(2, &[0, 3]);
-        about.texts(3, chunk.path);
+        about.texts(3, &chunk.path);
         about.i32(4, 6); // zstd
         about.i64(5, chunk.values as i64);
         about.i64(6, chunk.plain_bytes as i64);

@@ -81,10 +81,10 @@ impl<'a> Struct<'a> {
         }
     }
 
-    pub fn texts(&mut self, id: u8, items: &[&str]) {
+    pub fn texts(&mut self, id: u8, items: &[impl AsRef<str>]) {
         self.list(id, Kind::Binary, items.len());
         for item in items {
-            text(self.out, item);
+            text(self.out, item.as_ref());
         }
     }
 

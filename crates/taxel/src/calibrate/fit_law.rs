@@ -158,6 +158,12 @@ pub struct LawFit {
     pub held_out_root_mean_square_g: f64,
 }
 
+/// Every law fitted to all pairs (siemens, grams), none judged.
+pub(super) fn fit_each(pairs: &[(f64, f64)]) -> Vec<LoadLaw> {
+    let fitted = LAWS.iter().map(|&(choice, _)| fit_law(choice, pairs, None));
+    fitted.flatten().map(|(law, _)| law).collect()
+}
+
 /// Fits every law to pairs (siemens, grams), best first. All pairs of one load are left out together, so
 /// that repeated readings of a weight do not vouch for one another.
 ///

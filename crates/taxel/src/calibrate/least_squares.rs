@@ -101,21 +101,19 @@ pub(super) fn step(
 
 fn normal_equations(rows: &[&[f64]], residuals: &[f64], weight: &[f64]) -> (Mat<f64>, Mat<f64>) {
     let n = rows.first().map_or(0, |row| row.len());
-    let mut normal = Mat::<f64>::zeros(n, n);
-    let mut right = Mat::<f64>::zeros(n, 1);
+    // Plain lists: there may be a hundred thousand residuals, and a matrix checks every index.
+    let (mut products, mut sums) = (vec![0.0; n * n], vec![0.0; n]);
     for ((row, r), w) in rows.iter().zip(residuals).zip(weight) {
-        for i in 0..n {
-            right[(i, 0)] -= w * row[i] * r;
-            for j in 0..=i {
-                normal[(i, j)] += w * row[i] * row[j];
+        for (i, (a, sum)) in row.iter().zip(&mut sums).enumerate() {
+            let weighted = w * a;
+            *sum -= weighted * r;
+            for (product, b) in products[i * n..][..=i].iter_mut().zip(*row) {
+                *product += weighted * b;
             }
         }
     }
-    for i in 0..n {
-        for j in 0..i {
-            normal[(j, i)] = normal[(i, j)];
-        }
-    }
+    let normal = Mat::from_fn(n, n, |i, j| products[i.max(j) * n + i.min(j)]);
+    let right = Mat::from_fn(n, 1, |i, _| sums[i]);
     (normal, right)
 }
 

@@ -135,12 +135,12 @@ impl Ring<'_> {
         let mut pipeline = Pipeline::new(sensor, method)?;
         let mut scores = Scores::default();
         for press in self.presses(&self.judged) {
-            pipeline.forget();
+            pipeline.begin_anew();
             pipeline.siemens_from_counts(&self.lessons.data.frames[press.frame]);
             let at = press.row * sensor.columns() + press.column;
             scores.add_press(grams(pipeline.newtons()?.values()[at]), press.load_g);
         }
-        pipeline.forget();
+        pipeline.begin_anew();
         Ok(Contestant {
             name: name.to_owned(),
             learnt_from: self.known.len(),

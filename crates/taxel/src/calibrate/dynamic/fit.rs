@@ -2,6 +2,7 @@
 
 use super::{DynamicLaw, MOST_TERMS, One};
 use crate::calibrate::LoadLaw;
+use crate::calibrate::fit_law::fit_each;
 use crate::calibrate::least_squares::{self, Settings, median, robust_deviation};
 use crate::circuit::Converter;
 use crate::screen::stand_in;
@@ -349,7 +350,7 @@ impl<'a> Task<'a> {
                 }
             }
         }
-        // A few thousand tell a curve of a handful of numbers; the fit is quadratic in nothing but patience.
+        // A few thousand tell a curve of a handful of numbers.
         let stride = pairs.len().div_ceil(4000).max(1);
         let some: Vec<_> = pairs.iter().copied().step_by(stride).collect();
         let error = |law: &LoadLaw| {
@@ -358,9 +359,7 @@ impl<'a> Task<'a> {
                 .map(|&(g, load)| (law.grams_from_siemens(0, g).max(0.0) - load).abs());
             each.sum::<f64>()
         };
-        let laws = crate::calibrate::fit_pairs(&some)
-            .into_iter()
-            .map(|fit| fit.law);
+        let laws = fit_each(&some).into_iter();
         laws.min_by(|a, b| error(a).total_cmp(&error(b)))
             .unwrap_or_else(|| LoadLaw::power(1e-6, 1e-6, 1.0))
     }
