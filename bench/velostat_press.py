@@ -3,8 +3,8 @@
     OMP_NUM_THREADS=1 python bench/velostat_press.py FOLDER
 
 FOLDER holds robot/load-cell and robot/reading as its SOURCE.txt says: a UR5 presses one Velostat sensor at 16
-positions, to about 5, 20 and 40 N, each force twice (exp1, exp2), next to a load cell. The data has no licence and is therefore
-not in the repository; it comes from github.com/Lupasic/tactile-sensor-velostat. Needs numpy and scipy.
+positions, to about 5, 20 and 40 N, each force twice (exp1, exp2), next to a load cell. The data has no licence and is
+therefore not in the repository; it comes from github.com/Lupasic/tactile-sensor-velostat. Needs numpy and scipy.
 
 The laws, all from conductance over unloaded conductance to load:
     linear             load = conductance / k

@@ -48,7 +48,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "R..R,C..C")]
     region: Option<Range>,
     /// Unit of the values; other than counts they need a sensor
-    #[arg(long, value_enum, requires = "sensor")]
+    #[arg(long, value_enum)]
     unit: Option<Unit>,
     /// How loads are found: auto, exact, newton, raw, or the file of a model that `taxel train` wrote
     #[arg(long, value_name = "NAME|MODEL", default_value_t, requires = "unit")]
@@ -114,6 +114,12 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         .map(Format::from_extension)
         .transpose()?;
     let sensor = args.sensor.as_deref().map(sensor_file::load).transpose()?;
+    if let (Some(unit), None) = (args.unit, &sensor) {
+        return Err(Error::Arguments {
+            what: format!("--unit {} needs a sensor: the recording holds counts", unit.word()),
+            hint: "--sensor takes a sensor file or the name of a preset",
+        });
+    }
     let options = options(args, sensor.as_ref())?;
     let labels = sensor
         .as_ref()

@@ -243,6 +243,7 @@ pub(super) fn of_whole_frames(
     let truth_file = experiment.truth_g.clone().unwrap_or_default();
     files.extend([recording.clone(), truth_file.clone()]);
     let (sensor, file) = plan.sensor_of(experiment.sensor.as_ref())?;
+    files.insert(file.clone());
     let methods = experiment.methods(plan.folder())?;
     let mut reader = Reader::new(&sensor, &file, &methods, plan.frames_per_second)?;
     let mut options = TextOptions::of(&sensor);

@@ -65,7 +65,7 @@ fn evaluate(
     let trials = trials(plan, experiment)?;
     need(experiment, &trials)?;
     files.extend(trials.iter().map(|trial| trial.recording.clone()));
-    let (groups, lost) = gather(plan, experiment, trials)?;
+    let (groups, lost) = gather(plan, experiment, trials, files)?;
     let section = match experiment.kind {
         Kind::Repeatability => repeatability::section(plan, experiment, &groups)?,
         Kind::Response => response::section(plan, experiment, &groups)?,
@@ -117,6 +117,7 @@ fn gather(
     plan: &Plan,
     experiment: &Experiment,
     trials: Vec<Trial>,
+    files: &mut BTreeSet<PathBuf>,
 ) -> Result<(Vec<Group>, u64), Error> {
     let table = experiment.trials.clone().unwrap_or_default();
     let mut by_setting: Vec<(String, Vec<Trial>)> = Vec::new();
@@ -132,6 +133,7 @@ fn gather(
     for (setting, trials) in by_setting {
         let own = experiment.settings.get(&setting);
         let (sensor, file) = plan.sensor_of(own.or(experiment.sensor.as_ref()))?;
+        files.insert(file.clone());
         let mut reader = Reader::new(&sensor, &file, &methods, plan.frames_per_second)?;
         let readings = reader.read(&table, &trials)?;
         lost += reader.skipped + reader.unsolved;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 use taxel::Sensor;
-use taxel::sensor::PerLine;
+use taxel::sensor::{PerLine, PerTaxel};
 use taxel_view::cells;
 use taxel_view::report::{Section, Table, number};
 
@@ -89,16 +89,27 @@ fn describe(sensor: &Sensor) -> Vec<(String, String)> {
         ),
     ));
     let material = match &sensor.material {
-        Some(material) => format!(
-            "G = {} S + {} S · (load in g)^exponent{}",
-            number(material.g_zero_siemens),
-            number(material.factor),
-            if material.gain.is_some() {
-                ", a gain for each taxel"
-            } else {
-                ""
+        Some(material) => {
+            let exponent = match &material.exponent {
+                PerTaxel::One(exponent) => number(*exponent),
+                _ => "its taxel's exponent".to_owned(),
+            };
+            let mut law = format!(
+                "G = {} S + {} S · (load in g)^{exponent}",
+                number(material.g_zero_siemens),
+                number(material.factor),
+            );
+            for (there, words) in [
+                (material.gain.is_some(), ", a gain for each taxel"),
+                (material.bend.is_some(), ", bent"),
+                (material.saturation_load_g.is_some(), ", saturating"),
+                (material.spread.is_some(), ", with spread to neighbours"),
+                (material.dynamic.is_some(), ", with creep and hysteresis"),
+            ] {
+                law += if there { words } else { "" };
             }
-        ),
+            law
+        }
         None => "none: no loads".to_owned(),
     };
     about.push(line("load law", material));
@@ -124,10 +135,9 @@ pub(super) fn data(plan: &Plan, files: &BTreeSet<PathBuf>) -> Result<Section, Er
     let mut table = Table::new("", &["file", "bytes", "SHA-256, first 16 digits"]);
     let folder = plan.folder();
     let mut files = files.clone();
-    if plan.sensor_file.is_file() {
-        files.insert(plan.sensor_file.clone());
-    }
-    for file in &files {
+    files.insert(plan.sensor_file.clone());
+    // A preset's name is no file.
+    for file in files.iter().filter(|file| file.exists()) {
         let (bytes, digits) = fingerprint(file)?;
         let name = file.strip_prefix(folder).unwrap_or(file);
         table.push(cells![

@@ -22,6 +22,8 @@ fn without_a_verb_the_help_is_shown_and_the_exit_code_is_2() {
       recover     Make a recording whole whose writer was killed
       devices     List the serial ports of this machine
       info        Say what is in a recording
+      analyse     Look at taxels of a recording over time: a taxel, a row, a column, a region
+      selftest    Test a sensor: open, shorted, stuck, noisy and flickering lines and taxels
       calibrate   Fit switch resistances and load law to labelled presses
       compensate  Remove the cross-talk from a recording
       dataset     Make a training set
@@ -29,8 +31,14 @@ fn without_a_verb_the_help_is_shown_and_the_exit_code_is_2() {
       compare     Compare ways from counts to loads on your own data
       model       Show a model's card, or exchange it through ONNX
       plot        Draw frames, or values over frames
+      evaluate    Evaluate a sensor by a plan: repeatability, response, hysteresis, creep, cross-talk, accuracy
+      report      Write an evaluation as one file: every figure, table and plot, the sensor, versions, data fingerprints
       simulate    Record with a virtual sensor
       netlist     Write a sensor's circuit as a SPICE netlist
+      budget      Split a sensor's error by cause; what other parts would make of it
+      design      Size a read-out: test voltage, resistor, settling, ghosts, resolution
+      rig         Plan presses: springs and tips to pressures, and how many experiments
+      crosstalk   Draw V_out against the number N of other pressed taxels of a row
       bench       Time scan and inverse of a sensor on this machine
       demo        Watch the whole chain at work on a simulated hand
       help        Print this message or the help of the given subcommand(s)
@@ -90,7 +98,7 @@ fn flags_of_compensate() {
 
 #[test]
 fn flags_of_calibrate() {
-    insta::assert_snapshot!(Folder::new().taxel("calibrate -h"), @r"
+    insta::assert_snapshot!(Folder::new().taxel("calibrate -h"), @"
     exit code: 0
     ----- stdout -----
     Fit switch resistances and load law to labelled presses
@@ -102,6 +110,12 @@ fn flags_of_calibrate() {
           --presses <FILE>        Labelled presses: CSV with recording, frame, row, column (or taxel), load_g
           --equilibration <FILE>  Frames under the same load everywhere: CSV with recording, frame, load_g
           --pairs <FILE>          Fit the load law alone, to pairs of conductance (or resistance) and load
+          --series <FILE>         Instead: a recording whose loads are known all the time, from rest; finds creep and hysteresis too
+          --loads <FILE>          The load of every taxel in every frame of the series, g
+          --period <SECONDS>      Seconds between frames of the series, where it tells no times
+          --lags <N>              Lags (creep) to fit to the series [default: 3]
+          --plays <N>             Plays (hysteresis) to fit to the series [default: 3]
+          --static-output <FILE>  Where to write the sensor with the best static law of the series, to compare with
       -o, --output <FILE>         Where to write the calibrated sensor
           --law <LAW>             The load law; `auto` takes the one with the least error on held-out presses [default: auto] [possible values: auto, power, saturating, spline]
           --per-line              Fit one switch resistance per line, even without equilibration frames
