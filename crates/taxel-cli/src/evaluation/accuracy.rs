@@ -5,12 +5,12 @@ use std::path::PathBuf;
 
 use taxel::evaluate::accuracy::{Accuracy, Pair, accuracy, by_range};
 use taxel::frame::grams_from_newtons;
-use taxel::metric::{cross_talk_index, ghost_level, is_usable};
+use taxel::metric::{TaxelCrossTalk, cross_talk_index, ghost_level, is_usable};
 use taxel::simulate::{Grams, newtons};
 use taxel::{Frame, Newtons};
 use taxel_record::TextOptions;
 use taxel_view::report::{Cell, Figure, Section, Table, number};
-use taxel_view::{Line, LineStyle, Series, cells};
+use taxel_view::{Line, LineStyle, Panel, Series, Sheet, cells};
 
 use super::plan::{Experiment, Plan};
 use super::readings::{Answer, Group, Reader};
@@ -231,6 +231,7 @@ struct Whole {
     centre: Vec<Vec<Pair>>,
     ghosts: Vec<f64>,
     index: Vec<f64>,
+    each: Option<TaxelCrossTalk>,
 }
 
 /// A recording with the load of every taxel in every frame.
@@ -285,7 +286,7 @@ pub(super) fn of_whole_frames(
         }
     );
     Ok((
-        whole_section(plan, experiment, &methods, whole, words)?,
+        whole_section(plan, experiment, &sensor, &methods, whole, words)?,
         lost,
     ))
 }
@@ -324,6 +325,10 @@ impl Whole {
         self.ghosts
             .extend(ghost_level(loads, truth, 0.0)?.map(|g| grams_from_newtons(g.largest)));
         self.index.extend(cross_talk_index(loads, truth, 0.0)?);
+        let each = self
+            .each
+            .get_or_insert_with(|| TaxelCrossTalk::new(loads.rows(), loads.columns()));
+        each.add(loads, truth, 0.0)?;
         Ok(())
     }
 }
@@ -331,6 +336,7 @@ impl Whole {
 fn whole_section(
     plan: &Plan,
     experiment: &Experiment,
+    sensor: &taxel::Sensor,
     methods: &[MethodName],
     whole: Vec<Whole>,
     words: String,
@@ -348,8 +354,18 @@ fn whole_section(
         "Centre of pressure, distance from the true one, mm",
         &PLACE_HEAD,
     );
-    let mut ghosts = Table::new("Cross-talk", &["", "largest ghost, g", "cross-talk index"]);
+    let mut ghosts = Table::new(
+        "Cross-talk; the worst taxel is named by its row and column",
+        &[
+            "",
+            "largest ghost, g",
+            "index",
+            "of the worst taxel",
+            "which",
+        ],
+    );
     let mut drawn = Vec::new();
+    let mut maps = Vec::new();
     for (method, whole) in methods.iter().zip(whole) {
         let name = name_of(method);
         for (table, pairs) in [(&mut loaded, &whole.loaded), (&mut total, &whole.total)] {
@@ -365,10 +381,26 @@ fn whole_section(
         }
         let largest = whole.ghosts.iter().copied().reduce(f64::max);
         let mean = whole.index.iter().sum::<f64>() / whole.index.len() as f64;
-        ghosts.push(cells![name.clone(), largest, mean]);
+        let each = whole.each.as_ref().and_then(TaxelCrossTalk::index);
+        let worst = each.as_deref().and_then(worst);
+        let place = worst.map(|(taxel, _)| {
+            format!("{}, {}", taxel / sensor.columns(), taxel % sensor.columns())
+        });
+        ghosts.push(cells![
+            name.clone(),
+            largest,
+            mean,
+            worst.map(|w| w.1),
+            place
+        ]);
+        maps.extend(each.map(|each| (name.clone(), each)));
         drawn.push((name, whole.loaded.concat()));
     }
     let tables = [loaded, ranges, total, centre, ghosts];
+    let mut figures = vec![figure("loaded taxels", drawn)?];
+    if !maps.is_empty() {
+        figures.push(index_map(sensor, maps)?);
+    }
     Ok(Section {
         title: experiment.name.clone(),
         paragraphs: vec![words],
@@ -376,6 +408,36 @@ fn whole_section(
             .into_iter()
             .filter(|table| !table.rows.is_empty())
             .collect(),
-        figures: vec![figure("loaded taxels", drawn)?],
+        figures,
+    })
+}
+
+/// The taxel with the largest index, and that index.
+fn worst(each: &[f64]) -> Option<(usize, f64)> {
+    let known = each
+        .iter()
+        .copied()
+        .enumerate()
+        .filter(|(_, index)| index.is_finite());
+    known.max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// The cross-talk index of every taxel by each method, one range of colours.
+fn index_map(sensor: &taxel::Sensor, mut maps: Vec<(String, Vec<f64>)>) -> Result<Figure, Error> {
+    for (_, each) in &mut maps {
+        // Never without load beside a loaded one: nothing is known, and nothing shown.
+        each.iter_mut()
+            .filter(|index| !index.is_finite())
+            .for_each(|index| *index = 0.0);
+    }
+    let mut panels = Vec::new();
+    for (name, each) in &maps {
+        let panel = Panel::new(sensor.rows(), sensor.columns(), each)?.title(name.as_str());
+        let pitch = sensor.array.pitch_mm;
+        panels.push(panel.quantity("cross-talk index").pitch_mm(pitch));
+    }
+    Ok(Figure {
+        caption: "Cross-talk index of each taxel: the mean of what it says while it carries nothing and shares a line with a loaded one, over the mean of what loaded taxels say.".to_owned(),
+        picture: Sheet::new(panels)?.shared_range(true).picture()?,
     })
 }

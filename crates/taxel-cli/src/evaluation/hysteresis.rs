@@ -9,6 +9,9 @@ use super::readings::Group;
 use super::{no_law, too_few};
 use crate::error::Error;
 
+/// Loops that are drawn.
+const DRAWN: usize = 8;
+
 pub(super) fn section(
     plan: &Plan,
     experiment: &Experiment,
@@ -74,7 +77,7 @@ fn figure(group: &Group, value: Value, loops: &[Vec<Reading>]) -> Result<Figure,
         )
         .over(one.iter().map(|r| r.load).collect())
     };
-    let lines = loops.iter().enumerate().map(line).collect();
+    let lines = loops.iter().enumerate().take(DRAWN).map(line).collect();
     let picture = Series::new("load (g)", Vec::new(), lines)?
         .title(group.name())
         .quantity(value.quantity())
@@ -82,7 +85,14 @@ fn figure(group: &Group, value: Value, loops: &[Vec<Reading>]) -> Result<Figure,
         .order("loop")
         .picture()?;
     Ok(Figure {
-        caption: format!("Loops of growing and falling load, {}.", group.name()),
+        caption: format!(
+            "Loops of growing and falling load, {}{}.",
+            group.name(),
+            match loops.len() > DRAWN {
+                true => format!(": the first {DRAWN} of {}", loops.len()),
+                false => String::new(),
+            }
+        ),
         picture,
     })
 }

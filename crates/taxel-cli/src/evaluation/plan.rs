@@ -137,7 +137,8 @@ impl Experiment {
         self.value.unwrap_or(match self.kind {
             Kind::Hysteresis | Kind::Creep => Value::Siemens,
             Kind::Accuracy => Value::Grams,
-            _ => Value::Counts,
+            Kind::CrossTalk => Value::Volts,
+            Kind::Repeatability | Kind::Response => Value::Counts,
         })
     }
 
@@ -155,6 +156,9 @@ impl Experiment {
     pub(crate) fn methods(&self, folder: &Path) -> Result<Vec<MethodName>, Error> {
         let usual: &[&str] = match self.kind {
             Kind::Accuracy => &["raw", "auto"],
+            Kind::CrossTalk => &["auto"],
+            // Where nobody asks for conductances, it does not matter whether the circuit explains the frame.
+            _ if matches!(self.value(), Value::Counts | Value::Volts) => &["raw"],
             _ => &["auto"],
         };
         let given = self.methods.iter().map(String::as_str);

@@ -9,6 +9,8 @@ use super::readings::Group;
 use super::{no_law, too_few};
 use crate::error::Error;
 
+/// Loads that are listed one by one at most: more are those of a gauge that was read all the time, one reading each.
+const LISTED: usize = 100;
 /// Positions at which a fitted curve is drawn.
 const DRAWN: usize = 60;
 
@@ -46,7 +48,7 @@ pub(super) fn section(
             "saturated, %",
         ],
     );
-    let mut figures = Vec::new();
+    let (mut figures, mut left_out) = (Vec::new(), Vec::new());
     for group in groups {
         let found = response(&readings(plan, group, value)?, &plan.bootstrap).ok_or_else(|| {
             too_few(
@@ -66,7 +68,10 @@ pub(super) fn section(
             usable(&found),
             found.smallest_detectable,
         ]);
-        for level in &found.levels {
+        if found.levels.len() > LISTED {
+            left_out.push(format!("{} ({})", group.name(), found.levels.len()));
+        }
+        for level in found.levels.iter().filter(|_| found.levels.len() <= LISTED) {
             levels.push(cells![
                 group.name().to_owned(),
                 level.load,
@@ -77,12 +82,20 @@ pub(super) fn section(
         }
         figures.push(figure(plan, group, value, &found)?);
     }
+    let mut paragraphs = vec![            "Line and power law (offset + factor · load^exponent) are least squares over the readings below saturation. Non-linearity is the largest distance of a load's mean from the best straight line, in % of the line's rise. The smallest load that can be told from none lifts the reading by three standard deviations of the readings at the lowest load. A load saturates when more than half of its readings are at the converter's end.".to_owned()];
+    if !left_out.is_empty() {
+        paragraphs.push(format!(
+            "Too many different loads to list: {}. Round the loads in the table where several readings should count as one load.",
+            left_out.join(", ")
+        ));
+    }
     Ok(Section {
         title: experiment.name.clone(),
-        paragraphs: vec![
-            "Line and power law (offset + factor · load^exponent) are least squares over the readings below saturation. Non-linearity is the largest distance of a load's mean from the best straight line, in % of the line's rise. The smallest load that can be told from none lifts the reading by three standard deviations of the readings at the lowest load. A load saturates when more than half of its readings are at the converter's end.".to_owned(),
-        ],
-        tables: vec![table, levels],
+        paragraphs,
+        tables: [table, levels]
+            .into_iter()
+            .filter(|table| !table.rows.is_empty())
+            .collect(),
         figures,
     })
 }

@@ -5,6 +5,7 @@ mod bad_input;
 mod calibrate;
 mod compensate;
 mod design;
+mod evaluate;
 mod help;
 mod learn;
 mod live;

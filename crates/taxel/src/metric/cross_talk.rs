@@ -79,6 +79,66 @@ pub fn cross_talk_index<Q>(
     Ok(known.then(|| (unloaded.0 / unloaded.1 as f64) / (loaded.0 / loaded.1 as f64)))
 }
 
+/// The cross-talk index of every taxel, over many frames: what a taxel says while it carries nothing and shares a line with one
+/// that does, as a share of what loaded taxels say. [`cross_talk_index`] is the same over the taxels of one frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TaxelCrossTalk {
+    rows: usize,
+    columns: usize,
+    /// Of each taxel without load: Σ |value|, and how often.
+    unloaded: Vec<(f64, usize)>,
+    /// Of all loaded taxels: Σ value, and how many.
+    loaded: (f64, usize),
+}
+
+impl TaxelCrossTalk {
+    /// No frames yet.
+    pub fn new(rows: usize, columns: usize) -> Self {
+        Self {
+            rows,
+            columns,
+            unloaded: vec![(0.0, 0); rows * columns],
+            loaded: (0.0, 0),
+        }
+    }
+
+    /// Adds a frame. A taxel is loaded where the truth is above `loaded_above`.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] when the two frames differ in shape.
+    pub fn add<Q>(
+        &mut self,
+        estimate: &Frame<Q>,
+        truth: &Frame<Q>,
+        loaded_above: f64,
+    ) -> Result<(), Error> {
+        same_shape("truth to compare with", estimate, truth)?;
+        let is_loaded = |i: usize| truth.values()[i] > loaded_above;
+        let mut row_loaded = vec![false; self.rows];
+        let mut column_loaded = vec![false; self.columns];
+        for i in (0..truth.values().len()).filter(|&i| is_loaded(i)) {
+            row_loaded[i / self.columns] = true;
+            column_loaded[i % self.columns] = true;
+        }
+        for (i, value) in usable(estimate) {
+            if is_loaded(i) {
+                self.loaded = (self.loaded.0 + value, self.loaded.1 + 1);
+            } else if row_loaded[i / self.columns] || column_loaded[i % self.columns] {
+                let (sum, count) = self.unloaded[i];
+                self.unloaded[i] = (sum + value.abs(), count + 1);
+            }
+        }
+        Ok(())
+    }
+
+    /// The index of each taxel, a pure number; NaN where it was never without load beside a loaded one. `None` without loads.
+    pub fn index(&self) -> Option<Vec<f64>> {
+        let loaded = self.loaded.0 / self.loaded.1 as f64;
+        let of = |&(sum, count): &(f64, usize)| sum / count as f64 / loaded;
+        (self.loaded.1 > 0 && loaded > 0.0).then(|| self.unloaded.iter().map(of).collect())
+    }
+}
+
 /// Relative drop of a taxel's reading, a pure number, when others on its row are pressed as well:
 /// 1 − together / alone (both above the baseline). Negative when it rises.
 ///
@@ -117,6 +177,15 @@ mod tests {
         // Six unloaded taxels share a line with a load: (1 + 0.5) / 6 over 3.
         let index = cross_talk_index(&read, &truth, 0.0).unwrap().unwrap();
         assert!((index - 0.25 / 3.0).abs() < 1e-12);
+        let mut each = TaxelCrossTalk::new(3, 3);
+        assert_eq!(each.index(), None);
+        for _ in 0..2 {
+            each.add(&read, &truth, 0.0).unwrap();
+        }
+        let each = each.index().unwrap();
+        assert!((each[1] - 1.0 / 3.0).abs() < 1e-12 && (each[3] - 0.5 / 3.0).abs() < 1e-12);
+        // Loaded, and on no loaded line.
+        assert!(each[0].is_nan() && each[8].is_nan());
         // A stuck ghost does not count: 0.5 / 5 over 3.
         read.marks_mut()[1] = Mark::Stuck;
         let index = cross_talk_index(&read, &truth, 0.0).unwrap().unwrap();
