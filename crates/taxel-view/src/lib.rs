@@ -23,6 +23,7 @@ mod colour;
 mod colour_bar;
 mod contact_sheet;
 mod error;
+mod glyphs;
 mod health_map;
 mod heatmap;
 pub mod live;

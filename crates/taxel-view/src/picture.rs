@@ -1,20 +1,18 @@
 //! A finished picture, as SVG text or PNG bytes.
 
 use std::path::Path;
-use std::sync::{Arc, OnceLock};
 
 use resvg::tiny_skia::{Pixmap, Transform};
-use resvg::usvg::{Options, Tree, fontdb::Database};
+use resvg::usvg::{Options, Tree};
 
 use crate::Error;
+use crate::glyphs::outlined;
 use crate::svg::Canvas;
 
 /// Pixels per SVG point in a PNG.
 pub const PNG_SCALE: u32 = 2;
 /// Most pixels of a PNG.
 const MOST_PIXELS: u64 = 100_000_000;
-/// Inter Regular, reduced; its licence is in `fonts/OFL.txt`.
-const FONT: &[u8] = include_bytes!("../fonts/Inter-Regular-subset.ttf");
 
 /// What a picture is written as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -125,18 +123,7 @@ impl Picture {
 
 /// The document as the rasteriser understands it.
 pub(crate) fn parse(svg: &str) -> Result<Tree, Error> {
-    static FONTS: OnceLock<Arc<Database>> = OnceLock::new();
-    let fontdb = FONTS.get_or_init(|| {
-        let mut fonts = Database::new();
-        fonts.load_font_data(FONT.to_vec());
-        Arc::new(fonts)
-    });
-    let options = Options {
-        fontdb: Arc::clone(fontdb),
-        font_family: "Inter".to_owned(),
-        ..Options::default()
-    };
-    Tree::from_str(svg, &options).map_err(|error| Error::Raster {
+    Tree::from_str(&outlined(svg), &Options::default()).map_err(|error| Error::Raster {
         message: error.to_string(),
     })
 }

@@ -1,0 +1,361 @@
+//! Plans and tables that make no sense.
+
+use super::{Pressed, conductances, presses, responses};
+use crate::run::{Folder, SENSOR};
+
+#[test]
+fn plans_that_make_no_sense_are_refused_with_words() {
+    let folder = Folder::new();
+    insta::assert_snapshot!(folder.fails("evaluate nowhere.toml"), @r"
+    exit code: 1
+    ----- stdout -----
+
+    ----- stderr -----
+    error: cannot open nowhere.toml: No such file or directory (os error 2)
+    hint: docs/evaluate.md has an example of a plan
+    ");
+    let good = "[[experiment]]\nkind = \"creep\"\nname = \"x\"\ntrials = \"t.csv\"\n";
+    let plan = |text: &str| {
+        folder.write("plan.toml", text);
+        folder.fails("evaluate plan.toml")
+    };
+    let head = "format = 1\nsensor = \"sensor.toml\"\n";
+    insta::assert_snapshot!(plan(&format!("{head}sead = 3\n{good}")), @r"
+    exit code: 1
+    ----- stdout -----
+
+    ----- stderr -----
+    error: plan.toml: TOML parse error at line 3, column 1
+      |
+    3 | sead = 3
+      | ^^^^
+    unknown field `sead`, expected one of `format`, `title`, `sensor`, `seed`, `resamples`, `confidence`, `frames_per_second`, `live_frames`, `experiment`
+    hint: docs/evaluate.md has every key of a plan
+    ");
+    insta::assert_snapshot!(plan(&format!("{head}{}", good.replace("creep", "crosstalk"))), @r#"
+    exit code: 1
+    ----- stdout -----
+
+    ----- stderr -----
+    error: plan.toml: TOML parse error at line 4, column 8
+      |
+    4 | kind = "crosstalk"
+      |        ^^^^^^^^^^^
+    unknown variant `crosstalk`, expected one of `repeatability`, `response`, `hysteresis`, `creep`, `cross-talk`, `accuracy`
+    hint: docs/evaluate.md has every key of a plan
+    "#);
+    insta::assert_snapshot!(plan(&format!("{head}{}", good.replace("[[experiment]]", "[experiment]"))), @r"
+    exit code: 1
+    ----- stdout -----
+
+    ----- stderr -----
+    error: plan.toml: TOML parse error at line 3, column 1
+      |
+    3 | [experiment]
+      | ^^^^^^^^^^^^
+    invalid type: map, expected a sequence
+    write [[experiment]], with two brackets: there may be more than one
+    hint: docs/evaluate.md has every key of a plan
+    ");
+    for (text, says) in [
+        (String::new(), "missing field `format`"),
+        (
+            format!("format = 2\nsensor = \"sensor.toml\"\n{good}"),
+            "format = 2, but this program knows format 1",
+        ),
+        (
+            format!("{head}experiment = []\n"),
+            "no experiment: each begins with [[experiment]]",
+        ),
+        (head.to_owned(), "missing field `experiment`"),
+        (
+            format!("{head}{}", good.replace("name = \"x\"", "")),
+            "missing field `name`",
+        ),
+        (
+            format!("{head}{}", good.replace("\"x\"", "\" \"")),
+            "no name",
+        ),
+        (
+            format!("{head}{}", good.replace("trials", "trial")),
+            "unknown field `trial`",
+        ),
+        (
+            format!("{head}{}", good.replace("trials = \"t.csv\"", "")),
+            "no trials",
+        ),
+        (
+            format!("{head}{good}recording = \"r.npy\"\n"),
+            "both trials and recording",
+        ),
+        (
+            format!(
+                "{head}{}",
+                good.replace("trials = \"t.csv\"", "recording = \"r\"\ntruth_g = \"t\"")
+            ),
+            "creep needs trials",
+        ),
+        (
+            format!(
+                "{head}{}",
+                good.replace("creep", "accuracy")
+                    .replace("trials", "recording")
+            ),
+            "recording and truth_g go together",
+        ),
+        (
+            format!("{head}confidence = 95\n{good}"),
+            "confidence = 95, expected 0.5 to below 1",
+        ),
+        (
+            format!("{head}resamples = 5\n{good}"),
+            "resamples = 5, expected 100",
+        ),
+        (
+            format!("{head}frames_per_second = 0\n{good}"),
+            "frames_per_second = 0, expected a number above 0",
+        ),
+        (
+            format!("{head}live_frames = 0\n{good}"),
+            "live_frames = 0, expected 1 or more",
+        ),
+        (
+            format!("{head}{good}along = \"column\"\n"),
+            "along means nothing to creep",
+        ),
+        (
+            format!("{head}{good}value = \"newtons\"\n"),
+            "unknown variant `newtons`",
+        ),
+        (
+            format!("{head}{good}ranges_g = [1, 0]\n"),
+            "ranges_g means nothing to creep",
+        ),
+        (
+            format!(
+                "{head}{}ranges_g = [1, 0]\n",
+                good.replace("creep", "accuracy")
+            ),
+            "ranges_g = [1.0, 0.0] must ascend",
+        ),
+        (
+            format!(
+                "{head}{}value = \"grams\"\n",
+                good.replace("creep", "accuracy")
+            ),
+            "value means nothing to accuracy",
+        ),
+        (
+            format!("{head}{good}frames_per_experiment = 2\n"),
+            "frames_per_experiment means nothing to creep",
+        ),
+        (
+            format!("format = 1\nsensor = \"nosensor.toml\"\n{good}"),
+            "cannot open nosensor.toml",
+        ),
+        (format!("{head}{good}"), "cannot open t.csv"),
+    ] {
+        let run = plan(&text);
+        assert_eq!(run.code, Some(1), "{run}");
+        assert!(run.err.contains(says), "{says}\n{run}");
+    }
+    let none = folder.fails("evaluate");
+    assert_eq!(none.code, Some(2));
+    for name in ["report.docx", "report"] {
+        let run = folder.fails(&format!("evaluate plan.toml -o {name}"));
+        assert_eq!(run.code, Some(2), "{run}");
+        assert!(
+            run.err
+                .contains("is no report's name\nhint: it ends in .html or .pdf"),
+            "{run}"
+        );
+        assert_eq!(
+            folder.fails(&format!("report plan.toml -o {name}")).code,
+            Some(2)
+        );
+    }
+}
+
+#[test]
+fn tables_that_do_not_fit_their_kind_are_refused_with_their_place() {
+    let folder = Folder::new();
+    let frames: Vec<Pressed> = (0..12).map(|_| vec![(1, 1, 1e-3)]).collect();
+    folder.scan("sensor.toml", "r.txt", &frames);
+    let trial = |kind: &str, table: &str| {
+        folder.plan(&format!(
+            "[[experiment]]\nkind = \"{kind}\"\nname = \"x\"\ntrials = \"t.csv\"\n"
+        ));
+        folder.write("t.csv", table);
+        folder.fails("evaluate plan.toml")
+    };
+    insta::assert_snapshot!(trial("response", "recording,row,column\nr.txt,1,1\n"), @r"
+    exit code: 1
+    ----- stdout -----
+
+    ----- stderr -----
+    error: t.csv, line 2: response needs load_g in every line
+    hint: docs/evaluate.md says which columns each kind needs
+    ");
+    insta::assert_snapshot!(trial("response", "recording,row,column,load_g\nr.txt,1,1,5\nr.txt,4,1,5\n"), @r"
+    exit code: 1
+    ----- stdout -----
+
+    ----- stderr -----
+    error: taxel outside the array at t.csv, line 3, column 7: `4,1` is row 4, column 1, but the array has 4 rows x 6 columns, counted from 0
+    hint: check the label, `labels` under [array] in the sensor file, and which sensor this is
+    ");
+    insta::assert_snapshot!(trial("hysteresis", "recording,row,column,load_g\nr.txt,1,1,5\nr.txt,1,1,7\n"), @r"
+    exit code: 1
+    ----- stdout -----
+
+    ----- stderr -----
+    error: t.csv, setting all: hysteresis needs a loop (lines with one word under experiment) whose load grows and falls over two loads or more, found 24 readings that are not it
+    ");
+    for (kind, table, says) in [
+        (
+            "repeatability",
+            "recording\nr.txt\n",
+            "line 2: repeatability needs row and column, or taxel",
+        ),
+        (
+            "hysteresis",
+            "recording,row,column\nr.txt,1,1\n",
+            "hysteresis needs load_g",
+        ),
+        (
+            "creep",
+            "recording,load_g\nr.txt,1\n",
+            "creep needs row and column, or taxel",
+        ),
+        (
+            "cross-talk",
+            "recording,row,column\nr.txt,1,1\n",
+            "cross-talk needs others",
+        ),
+        (
+            "cross-talk",
+            "recording,row,column,others\nr.txt,1,1,1\nr.txt,1,1,6\n",
+            "line 3: 6 others pressed, but a row has 6 taxels",
+        ),
+        (
+            "cross-talk",
+            "recording,row,column,others\nr.txt,1,1,2\n",
+            "cross-talk needs readings with two numbers of others",
+        ),
+        (
+            "accuracy",
+            "recording,row,column\nr.txt,1,1\n",
+            "accuracy needs taxel and load_g, or total_g, or x_mm and y_mm",
+        ),
+        ("accuracy", "recording,total_g,x_mm\nr.txt,1,1\n", "y_mm"),
+        (
+            "accuracy",
+            "recording,total_g,x_mm,y_mm\nr.txt,1,1,\n",
+            "x_mm and y_mm go together",
+        ),
+        (
+            "accuracy",
+            "recording,x_mm,y_mm\nr.txt,-1,1\n",
+            "places count from the centre of the taxel",
+        ),
+        ("response", "row,column,load_g\n1,1,1\n", "recording"),
+        ("response", "recording,row,load_g\nr.txt,1,1\n", "column"),
+        (
+            "response",
+            "recording,row,column,load\nr.txt,1,1,1\n",
+            "did you mean `load_g`?",
+        ),
+        (
+            "response",
+            "recording,row,column,load_g\nr.txt,1,1,heavy\n",
+            "must be a finite number",
+        ),
+        (
+            "response",
+            "recording,row,column,load_g\nnowhere.txt,1,1,1\n",
+            "cannot open nowhere.txt",
+        ),
+        (
+            "response",
+            "recording,frame,row,column,load_g\nr.txt,12,1,1,1\n",
+            "line 2: frame 12 of r.txt, but it has 12 frames",
+        ),
+        (
+            "response",
+            "recording,row,column,load_g\nr.txt,1,1,1\n",
+            "response needs readings under two loads or more",
+        ),
+        (
+            "creep",
+            "recording,row,column\nr.txt,1,1\n",
+            "r.txt: no times, but experiment 'x' is about time",
+        ),
+        (
+            "response",
+            "recording,row,column,load_g\n",
+            "no trial in t.csv",
+        ),
+    ] {
+        let run = trial(kind, table);
+        assert_eq!(run.code, Some(1), "{run}");
+        assert!(run.err.contains(says), "{says}\n{run}");
+    }
+}
+
+#[test]
+fn settings_that_no_trial_has_are_refused() {
+    let folder = Folder::new();
+    responses(&folder);
+    folder.plan(
+        "[[experiment]]\nkind = \"response\"\nname = \"r\"\ntrials = \"t.csv\"\n[experiment.settings]\n\"2V\" = \"v2.toml\"\n",
+    );
+    insta::assert_snapshot!(folder.fails("evaluate plan.toml"), @r#"
+    exit code: 1
+    ----- stdout -----
+
+    ----- stderr -----
+    error: plan.toml: experiment 'r': settings has '2V', but t.csv has {"0.4 V", "2 V"}
+    hint: docs/evaluate.md has every key of a plan
+    "#);
+}
+
+#[test]
+fn loads_need_a_load_law_and_truths() {
+    let folder = Folder::new();
+    presses(&folder);
+    let without = SENSOR.split("[material]").next().unwrap();
+    folder.write("plain.toml", without);
+    folder.plan("[[experiment]]\nkind = \"accuracy\"\nname = \"a\"\ntrials = \"t.csv\"\nsensor = \"plain.toml\"\n");
+    let run = folder.fails("evaluate plan.toml");
+    assert!(
+        run.err
+            .contains("has no [material]\nhint: run `taxel calibrate`"),
+        "{run}"
+    );
+    folder.plan("[[experiment]]\nkind = \"repeatability\"\nname = \"a\"\ntrials = \"t.csv\"\nvalue = \"grams\"\nsensor = \"plain.toml\"\n");
+    assert!(
+        folder
+            .fails("evaluate plan.toml")
+            .err
+            .contains("has no [material]")
+    );
+    let fewer: Vec<Pressed> = vec![vec![(1, 1, 5.0)]; 5];
+    folder.write("truth.csv", &conductances(&fewer, 0.0));
+    folder.plan(
+        "[[experiment]]\nkind = \"accuracy\"\nname = \"a\"\nrecording = \"presses.txt\"\ntruth_g = \"truth.csv\"\n",
+    );
+    insta::assert_snapshot!(folder.fails("evaluate plan.toml"), @r"
+    exit code: 1
+    ----- stdout -----
+
+    ----- stderr -----
+    error: truth.csv: 5 frames of known loads, but presses.txt has more
+    hint: one frame of loads for each frame of counts
+    ");
+    folder.plan(
+        "[[experiment]]\nkind = \"accuracy\"\nname = \"a\"\nrecording = \"presses.txt\"\ntruth_g = \"truth.csv\"\nmethods = [\"rwa\"]\n",
+    );
+    let run = folder.fails("evaluate plan.toml");
+    assert_eq!(run.code, Some(2), "{run}");
+    assert!(run.err.contains("no method `rwa`"), "{run}");
+}
