@@ -204,16 +204,16 @@ impl Table {
 
 const STYLE: &str = "\
 :root{color-scheme:light;--ink:#1d1d1f;--soft:#5b5b60;--line:#d9d9de}\
-body{font:15px/1.5 Inter,system-ui,Helvetica,Arial,sans-serif;color:var(--ink);background:#fff;max-width:58rem;margin:2.5rem auto;padding:0 1.5rem}\
+body{font:15px/1.5 Inter,system-ui,Helvetica,Arial,sans-serif;color:var(--ink);background:#fff;max-width:64rem;margin:2.5rem auto;padding:0 1.5rem}\
 h1{font-size:1.8rem;line-height:1.2;margin:0 0 1rem}h2{font-size:1.25rem;margin:2.6rem 0 .6rem;padding-top:.9rem;border-top:1px solid var(--line)}\
 p{margin:.5rem 0;max-width:46rem}nav ol{columns:2;padding-left:1.4rem}nav a{color:inherit}\
 dl{display:grid;grid-template-columns:max-content 1fr;gap:.15rem 1.2rem;margin:0 0 1.2rem}dt{color:var(--soft)}dd{margin:0;overflow-wrap:anywhere}\
 figure{margin:1.2rem 0}figcaption,caption{color:var(--soft);font-size:.87rem;text-align:left;max-width:46rem}figcaption{margin-top:.3rem}caption{padding-bottom:.35rem}\
-.wide{overflow-x:auto;margin:1.2rem 0}table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:.9rem}\
-th,td{padding:.22rem .8rem .22rem 0;text-align:right;vertical-align:top}th:first-child,td:first-child{text-align:left}\
+.wide{overflow-x:auto;margin:1.2rem 0}table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:.86rem}\
+th,td{padding:.22rem .8rem .22rem 0;text-align:right;vertical-align:top}td{white-space:nowrap}th:first-child,td:first-child{text-align:left}\
 th{font-weight:600;border-bottom:1.5px solid var(--ink)}tr+tr td{border-top:1px solid #efeff2}\
 svg{max-width:100%;height:auto}footer{margin-top:3rem;color:var(--soft);font-size:.85rem}\
-@media print{body{margin:0;max-width:none;font-size:10.5pt}figure,table{break-inside:avoid}h2{break-after:avoid}nav{display:none}}";
+@media print{td{white-space:normal}body{margin:0;max-width:none;font-size:10.5pt}figure,table{break-inside:avoid}h2{break-after:avoid}nav{display:none}}";
 
 impl Report {
     /// One HTML file: styles and pictures inside, no scripts, nothing fetched.
