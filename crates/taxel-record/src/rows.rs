@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use taxel::Frame;
+use taxel::{Counts, Frame};
 
 use crate::atomic::AtomicFile;
 use crate::error::Error;
@@ -88,6 +88,28 @@ impl RowWriter {
     pub(crate) fn commit(self) -> Result<(), Error> {
         self.file.commit()
     }
+}
+
+/// Refuses a frame whose counts are not all whole numbers of 16 bits; `hint` says where such a frame can go.
+pub(crate) fn check_counts(
+    frame: &Frame<Counts>,
+    file: &Path,
+    hint: &'static str,
+) -> Result<(), Error> {
+    let is_whole = |count: &f64| (0.0..=65535.0).contains(count) && count.fract() == 0.0;
+    let Some(taxel) = frame.values().iter().position(|count| !is_whole(count)) else {
+        return Ok(());
+    };
+    Err(Error::Value {
+        file: file.to_owned(),
+        frame: frame.sequence,
+        row: taxel / frame.columns(),
+        column: taxel % frame.columns(),
+        found: frame.values()[taxel],
+        minimum: 0.0,
+        maximum: 65535.0,
+        hint,
+    })
 }
 
 /// Refuses a frame of another shape, or with a value that could not be read back.

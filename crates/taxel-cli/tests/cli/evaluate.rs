@@ -1,7 +1,9 @@
 //! `taxel evaluate` and `taxel report`: constructed recordings whose figures are known, and everything that a plan can get
 //! wrong.
 
+mod accuracy;
 mod live;
+mod lost;
 mod refused;
 mod series;
 
@@ -407,106 +409,6 @@ fn a_sweep_drops_as_the_circuit_does_and_not_when_compensated() {
     }
 }
 
-/// Six frames of three loads each in one row and one more, with their places and totals; the loads as values too.
-fn presses(folder: &Folder) {
-    let mut table = "recording,frame,row,column,load_g,total_g,x_mm,y_mm\n".to_owned();
-    let (mut frames, mut truth) = (Vec::new(), Vec::new());
-    for frame in 0..6usize {
-        let scale = 40.0 * (frame + 1) as f64;
-        let loads: [(usize, usize, f64); 4] = [
-            (1, 1, scale),
-            (1, 3, 2.0 * scale),
-            (1, 4, scale),
-            (3, 3, scale),
-        ];
-        let total: f64 = loads.iter().map(|l| l.2).sum();
-        let centre = |of: &dyn Fn(&(usize, usize, f64)) -> f64| {
-            2.0 * loads.iter().map(|l| of(l) * l.2).sum::<f64>() / total
-        };
-        let (x, y) = (centre(&|l| l.1 as f64), centre(&|l| l.0 as f64));
-        writeln!(
-            table,
-            "presses.txt,{frame},1,3,{},{total},{x},{y}",
-            2.0 * scale
-        )
-        .unwrap();
-        frames.push(loads.map(|(r, c, load)| (r, c, siemens(load))).to_vec());
-        truth.push(loads.to_vec());
-    }
-    folder.scan("sensor.toml", "presses.txt", &frames);
-    folder.write("t.csv", &table);
-    folder.write("truth.csv", &conductances(&truth, 0.0));
-}
-
-#[test]
-fn the_exact_inverse_has_no_error_and_the_raw_reading_has_one() {
-    let folder = Folder::new();
-    presses(&folder);
-    folder.plan(
-        "[[experiment]]\nkind = \"accuracy\"\nname = \"presses\"\ntrials = \"t.csv\"\nranges_g = [0, 300]\n\
-         [[experiment]]\nkind = \"accuracy\"\nname = \"frames\"\nrecording = \"presses.txt\"\n\
-         truth_g = \"truth.csv\"\nframes_per_experiment = 2\nranges_g = [0, 300]\n",
-    );
-    let report = folder.evaluated();
-    // Taxel, by load, total, place.
-    for (table, tolerance) in [(0, 0.02), (2, 0.1)] {
-        let (bias, low, high, experiments) = report.estimate((0, table), 1, "bias");
-        assert_eq!(experiments, 6);
-        assert!(low <= bias && bias <= high);
-        for column in ["mean absolute", "root mean square", "95th percentile"] {
-            near(report.number((0, table), 1, column), 0.0, tolerance);
-        }
-        let raw = report.estimate((0, table), 0, "bias");
-        assert!(raw.2 < -1.0, "{raw:?}");
-    }
-    near(report.number((0, 3), 1, "mean"), 0.0, 1e-3);
-    assert!(report.number((0, 3), 0, "mean") > 2e-3);
-    let names: Vec<&str> = report.table(0, 1)["rows"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|row| row[0].as_str().unwrap())
-        .collect();
-    assert_eq!(
-        names,
-        [
-            "raw, 0 to 300 g",
-            "raw, from 300 g",
-            "auto, 0 to 300 g",
-            "auto, from 300 g"
-        ]
-    );
-    // Loads of 80, 160, 240 g; 320, 400, 480 g.
-    assert_eq!(report.number((0, 1), 0, "readings"), 3.0);
-    assert!(report.number((0, 1), 0, "bias") > report.number((0, 1), 1, "bias"));
-    // Whole frames: four loaded taxels in six frames, of which two are one experiment.
-    assert_eq!(report.number((1, 0), 1, "readings"), 24.0);
-    let (error, _, _, experiments) = report.estimate((1, 0), 1, "mean absolute");
-    assert_eq!(experiments, 3);
-    near(error, 0.0, 0.02);
-    near(report.number((1, 2), 1, "mean absolute"), 0.0, 0.1);
-    near(report.number((1, 3), 1, "mean"), 0.0, 1e-3);
-    near(report.number((1, 4), 1, "largest ghost, g"), 0.0, 0.05);
-    near(report.number((1, 4), 1, "cross-talk index"), 0.0, 1e-4);
-    let head = report.table(1, 4)["head"].as_array().unwrap();
-    assert_eq!(head.len(), 3);
-}
-
-#[test]
-fn a_table_may_mix_lines_about_taxels_and_about_the_whole() {
-    let folder = Folder::new();
-    presses(&folder);
-    folder.write(
-        "t.csv",
-        "recording,frame,row,column,load_g,total_g\npresses.txt,0,1,3,80,\npresses.txt,1,,,,400\n",
-    );
-    folder.plan("[[experiment]]\nkind = \"accuracy\"\nname = \"a\"\ntrials = \"t.csv\"\n");
-    let report = folder.evaluated();
-    near(report.number((0, 0), 1, "mean absolute"), 0.0, 0.02);
-    near(report.number((0, 1), 1, "mean absolute"), 0.0, 0.1);
-    assert_eq!(report.number((0, 0), 1, "readings"), 1.0);
-}
-
 #[test]
 fn the_same_plan_gives_the_same_bytes_and_another_seed_other_intervals() {
     let folder = Folder::new();
@@ -533,80 +435,4 @@ fn the_same_plan_gives_the_same_bytes_and_another_seed_other_intervals() {
     let run = folder.good("evaluate plan.toml");
     assert!(run.out.contains("80 % intervals"), "{run}");
     assert!(!run.out.contains("95 %"), "{run}");
-}
-
-#[test]
-fn frames_that_cannot_be_read_are_left_out_and_told() {
-    let folder = Folder::new();
-    let frames: Vec<Pressed> = (0..4)
-        .map(|i| vec![(1, 2, 1e-4 * f64::from(i + 1))])
-        .collect();
-    folder.scan("sensor.toml", "whole.txt", &frames);
-    let whole = folder.read("whole.txt");
-    let mut lines: Vec<&str> = whole.lines().collect();
-    lines[4] = "24,x,24,24,24,24,";
-    folder.write("hurt.txt", &lines.join("\n"));
-    folder.write(
-        "t.csv",
-        "recording,frame,row,column,load_g\nhurt.txt,0,1,2,10\nhurt.txt,2,1,2,30\nhurt.txt,3,1,2,40\n",
-    );
-    folder.plan(
-        "[[experiment]]\nkind = \"response\"\nname = \"r\"\ntrials = \"t.csv\"\nvalue = \"siemens\"\n",
-    );
-    let run = folder.taxel("evaluate plan.toml --json");
-    assert_eq!(run.code, Some(3), "{run}");
-    assert!(run.err.contains("frame 1 left out"), "{run}");
-    let report = Report(serde_json::from_str(&run.out).unwrap());
-    assert!(report.paragraphs(0).contains("1 frames could not be read"));
-    // The others keep their numbers.
-    for (row, wanted) in [(0, 1e-4), (1, 3e-4), (2, 4e-4)] {
-        near(report.number((0, 1), row, "mean"), wanted, 1e-7);
-    }
-    // The loads of the frame that is missing are passed over too.
-    let truth: Vec<Pressed> = (0..4)
-        .map(|i| {
-            vec![(
-                1,
-                2,
-                ((1e-4 * f64::from(i + 1) - REST) / 8.29e-6).powf(1.0 / 0.857),
-            )]
-        })
-        .collect();
-    folder.write("truth.csv", &conductances(&truth, 0.0));
-    folder.plan(
-        "[[experiment]]\nkind = \"accuracy\"\nname = \"a\"\nrecording = \"hurt.txt\"\ntruth_g = \"truth.csv\"\n",
-    );
-    let run = folder.taxel("evaluate plan.toml --json");
-    assert_eq!(run.code, Some(3), "{run}");
-    let report = Report(serde_json::from_str(&run.out).unwrap());
-    assert_eq!(report.number((0, 0), 1, "readings"), 3.0);
-    near(report.number((0, 0), 1, "95th percentile"), 0.0, 0.05);
-}
-
-#[test]
-fn frames_that_no_conductances_explain_are_told() {
-    let folder = Folder::new();
-    folder.scan(
-        "sensor.toml",
-        "r.txt",
-        &[(0..24).map(|i| (i / 6, i % 6, 1e-3)).collect()],
-    );
-    folder.other_sensor(
-        "sensor.toml",
-        "r_mux_row_ohms = 10.0",
-        "r_mux_row_ohms = 2000.0",
-    );
-    folder.write("t.csv", "recording,row,column\nr.txt,1,1\n");
-    folder.plan("[[experiment]]\nkind = \"repeatability\"\nname = \"r\"\ntrials = \"t.csv\"\n");
-    // Counts are what they are.
-    folder.good("evaluate plan.toml");
-    let plan = folder.read("plan.toml");
-    folder.write("plan.toml", &(plan + "value = \"siemens\"\n"));
-    let run = folder.taxel("evaluate plan.toml");
-    assert_eq!(run.code, Some(3), "{run}");
-    assert!(
-        run.out
-            .contains("1 frames could not be read, or no conductances explain"),
-        "{run}"
-    );
 }

@@ -15,6 +15,7 @@ use taxel::{Counts, Frame, Newtons, Sensor};
 use super::grid::{DESCRIPTOR, Grid, Numeric, SCHEMA};
 use super::{COUNTS, EVENTS, FIGURES, LOADS, METADATA, PLAIN_END};
 use crate::error::Error;
+use crate::rows::check_counts;
 
 /// A chunk is closed when it is this old: no more than this, and the time to write it, is lost with the program.
 const FLUSH_EVERY: Duration = Duration::from_millis(500);
@@ -157,19 +158,12 @@ impl McapWriter {
         let log_time = nanos(at);
         let publish_time = self.device_nanos(frame.time_secs, log_time);
         self.counts.data.clear();
-        for (taxel, &count) in frame.values().iter().enumerate() {
-            if !(0.0..=65535.0).contains(&count) || count.fract() != 0.0 {
-                return Err(Error::Value {
-                    file: self.path.clone(),
-                    frame: frame.sequence,
-                    row: taxel / frame.columns(),
-                    column: taxel % frame.columns(),
-                    found: count,
-                    minimum: 0.0,
-                    maximum: 65535.0,
-                    hint: "MCAP recordings hold raw counts, whole numbers of up to 16 bits; averaged recordings keep their fractions in .npy",
-                });
-            }
+        check_counts(
+            frame,
+            &self.path,
+            "MCAP recordings hold raw counts, whole numbers of up to 16 bits; averaged recordings keep their fractions in .npy",
+        )?;
+        for &count in frame.values() {
             self.counts.data.extend((count as u16).to_le_bytes());
         }
         self.counts.set_time(log_time);

@@ -22,6 +22,7 @@ use taxel::{Counts, Frame, Sensor};
 
 use crate::atomic::AtomicFile;
 use crate::error::Error;
+use crate::rows::check_counts;
 use thrift::{Struct, varint};
 
 const MAGIC: &[u8; 4] = b"PAR1";
@@ -129,19 +130,12 @@ impl ParquetWriter {
         let secs = frame.time_secs.unwrap_or(f64::NAN);
         time.values.extend(secs.to_le_bytes());
         host.values.extend(micros.to_le_bytes());
-        for (taxel, &count) in frame.values().iter().enumerate() {
-            if !(0.0..=65535.0).contains(&count) || count.fract() != 0.0 {
-                return Err(Error::Value {
-                    file: self.path.clone(),
-                    frame: frame.sequence,
-                    row: taxel / frame.columns(),
-                    column: taxel % frame.columns(),
-                    found: count,
-                    minimum: 0.0,
-                    maximum: 65535.0,
-                    hint: "the table holds raw counts, whole numbers of up to 16 bits; averaged recordings keep their fractions in .npy",
-                });
-            }
+        check_counts(
+            frame,
+            &self.path,
+            "the table holds raw counts, whole numbers of up to 16 bits; averaged recordings keep their fractions in .npy",
+        )?;
+        for &count in frame.values() {
             counts.values.extend((count as i32).to_le_bytes());
         }
         self.rows += 1;

@@ -1,6 +1,7 @@
 //! Plans and tables that make no sense.
 
-use super::{Pressed, conductances, presses, responses};
+use super::accuracy::presses;
+use super::{Pressed, conductances, responses};
 use crate::run::{Folder, SENSOR};
 
 #[test]
