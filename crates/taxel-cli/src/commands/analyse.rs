@@ -116,7 +116,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let sensor = args.sensor.as_deref().map(sensor_file::load).transpose()?;
     if let (Some(unit), None) = (args.unit, &sensor) {
         return Err(Error::Arguments {
-            what: format!("--unit {} needs a sensor: the recording holds counts", unit.word()),
+            what: format!(
+                "--unit {} needs a sensor: the recording holds counts",
+                unit.word()
+            ),
             hint: "--sensor takes a sensor file or the name of a preset",
         });
     }

@@ -258,6 +258,33 @@ fn a_response_has_the_exponent_the_line_and_the_saturation_that_it_was_given() {
 }
 
 #[test]
+fn loads_of_a_gauge_that_is_read_all_the_time_are_not_listed_one_by_one() {
+    let folder = Folder::new();
+    let loads: Vec<f64> = (0..101).map(|i| 2.0 * f64::from(i)).collect();
+    let mut table = "recording,frame,row,column,load_g\n".to_owned();
+    for (frame, load) in loads.iter().enumerate() {
+        writeln!(table, "r.txt,{frame},1,1,{load}").unwrap();
+    }
+    let frames: Vec<Pressed> = loads.iter().map(|&g| vec![(1, 1, siemens(g))]).collect();
+    folder.scan("sensor.toml", "r.txt", &frames);
+    folder.write("t.csv", &table);
+    folder.plan(
+        "[[experiment]]\nkind = \"response\"\nname = \"r\"\ntrials = \"t.csv\"\nvalue = \"siemens\"\n",
+    );
+    let report = folder.evaluated();
+    near(report.number((0, 0), 0, "exponent"), 0.857, 1e-3);
+    assert_eq!(
+        report.0["sections"][0]["tables"].as_array().unwrap().len(),
+        1
+    );
+    assert!(
+        report
+            .paragraphs(0)
+            .contains("Too many different loads to list: all (101)")
+    );
+}
+
+#[test]
 fn loops_have_the_width_and_the_return_that_they_were_given() {
     let folder = Folder::new();
     let loads = [0.0, 100.0, 200.0, 100.0, 0.0];

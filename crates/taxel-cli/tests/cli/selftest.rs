@@ -64,7 +64,7 @@ fn broken(taxel: usize, frame: usize, value: f64) -> f64 {
     let dead = (3.0 * noise(taxel, frame)).round();
     match (taxel / COLUMNS, taxel % COLUMNS) {
         (5, _) => dead,
-        (_, 13) if frame % 3 == 0 => dead,
+        (_, 13) if frame.is_multiple_of(3) => dead,
         (9, 10) => 20.0 + 10.0 * noise(taxel, frame).round(),
         (12, 3) => 777.0,
         _ => value,

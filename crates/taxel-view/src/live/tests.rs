@@ -187,6 +187,7 @@ fn without_the_token_nothing_is_seen() {
     let (server, stage) = start(Some("secret"));
     for (path, headers, status) in [
         ("/", "", "401"),
+        ("/model", "", "401"),
         ("/?token=wrong", "", "401"),
         ("/?token=", "", "401"),
         ("/assets/app.css", "", "401"),

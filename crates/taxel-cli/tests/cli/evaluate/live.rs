@@ -2,6 +2,8 @@
 
 use super::Report;
 use crate::run::Folder;
+#[cfg(unix)]
+use crate::run::Run;
 
 /// A plan of a loop that nobody has recorded yet.
 fn unmade() -> Folder {
@@ -120,5 +122,50 @@ fn what_cannot_be_measured_live_is_refused() {
         run.err
             .contains("r.npy does not exist, and what is measured is recorded as .mcap"),
         "{run}"
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_the_wait_for_enter() {
+    use std::io::{BufRead, BufReader};
+    use std::process::{Command, Stdio};
+
+    let folder = unmade();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_taxel"))
+        .args(LIVE.split_whitespace())
+        .current_dir(folder.path(""))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // Standard input stays open: nobody presses Enter, and nobody has gone.
+    let input = child.stdin.take();
+    let mut err = BufReader::new(child.stderr.take().unwrap());
+    let mut line = String::new();
+    while !line.starts_with("[1/4]") {
+        line.clear();
+        assert!(
+            err.read_line(&mut line).unwrap() > 0,
+            "it ended without asking"
+        );
+    }
+    let pid = child.id().to_string();
+    assert!(
+        Command::new("kill")
+            .args(["-INT", &pid])
+            .status()
+            .unwrap()
+            .success()
+    );
+    let mut words = String::new();
+    std::io::Read::read_to_string(&mut err, &mut words).unwrap();
+    let run = Run::from(child.wait_with_output().unwrap());
+    drop(input);
+    assert_eq!(run.code, Some(2), "{run}");
+    assert!(
+        words.starts_with("error: ended by Ctrl-C\nhint: what was recorded is kept"),
+        "{words}"
     );
 }

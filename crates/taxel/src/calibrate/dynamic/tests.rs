@@ -126,11 +126,11 @@ fn a_lost_taxel_carries_what_it_carried_and_time_backwards_begins_anew() {
     assert_eq!(a, b);
 }
 
+/// The sensor, times, counts, loads.
+type Recorded = (Sensor, Vec<f64>, Vec<Frame<Counts>>, Vec<Frame<Grams>>);
+
 /// A small sensor whose material remembers, and a recording of it: blobs that wander, grow and go.
-fn remembering(
-    seed: u64,
-    frames: usize,
-) -> (Sensor, Vec<f64>, Vec<Frame<Counts>>, Vec<Frame<Grams>>) {
+fn remembering(seed: u64, frames: usize) -> Recorded {
     let mut sensor = preset("econe").unwrap();
     (sensor.array.rows, sensor.array.columns) = (12, 12);
     let pattern = Pattern::named("blobs").unwrap().with_peak_g(200.0);
