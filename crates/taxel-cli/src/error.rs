@@ -157,7 +157,7 @@ pub(crate) enum Error {
     },
     /// Readings that do not allow the evaluation.
     #[error(
-        "{}, setting {setting}: {kind} needs {needs}, found {readings} readings that are not it", .table.display()
+        "{}, setting {setting}: {kind} needs {needs}; its {readings} readings are not enough", .table.display()
     )]
     TooFew {
         /// The table of trials.
@@ -183,7 +183,7 @@ pub(crate) enum Error {
     },
     /// Fewer frames of known loads than of readings.
     #[error(
-        "{}: {found} frames of known loads, but {} has more\nhint: one frame of loads for each frame of counts", .truth.display(), .recording.display()
+        "{}: known loads of {found} frame(s), but {} has more\nhint: one frame of loads for each frame of counts", .truth.display(), .recording.display()
     )]
     FewerTruths {
         /// The file of loads.

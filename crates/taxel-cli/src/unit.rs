@@ -145,6 +145,14 @@ impl fmt::Display for MethodName {
 }
 
 impl MethodName {
+    /// The file of a model.
+    pub(crate) fn file(&self) -> Option<PathBuf> {
+        match self {
+            MethodName::Model(file) => Some(file.clone()),
+            _ => None,
+        }
+    }
+
     /// The method for a sensor that comes from `file`.
     pub(crate) fn open(&self, sensor: &Sensor, file: &Path) -> Result<Box<dyn Method>, Error> {
         match self {

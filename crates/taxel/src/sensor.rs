@@ -322,6 +322,9 @@ pub struct Sensor {
     pub provenance: Option<Provenance>,
 }
 
+/// The amplifier's open-loop gain where a sensor file gives none.
+pub const USUAL_OPEN_LOOP_GAIN: f64 = 1e5;
+
 impl Sensor {
     /// Reads the text of a sensor.toml and checks every number in it.
     ///

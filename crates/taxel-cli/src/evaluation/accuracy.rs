@@ -246,10 +246,7 @@ pub(super) fn of_whole_frames(
     let (sensor, file) = plan.sensor_of(experiment.sensor.as_ref())?;
     files.insert(file.clone());
     let methods = experiment.methods(plan.folder())?;
-    files.extend(methods.iter().filter_map(|method| match method {
-        MethodName::Model(model) => Some(model.clone()),
-        _ => None,
-    }));
+    files.extend(methods.iter().filter_map(MethodName::file));
     let mut reader = Reader::new(&sensor, &file, &methods, plan.frames_per_second)?;
     let mut options = TextOptions::of(&sensor);
     options.max_count = None;

@@ -19,6 +19,7 @@ use taxel_record::{Trial, read_trials};
 use taxel_view::report::{Report, Section};
 
 use crate::error::Error;
+use crate::unit::MethodName;
 use plan::{Experiment, Kind, Plan};
 use readings::{Group, Reader};
 
@@ -129,6 +130,7 @@ fn gather(
         }
     }
     let methods = experiment.methods(plan.folder())?;
+    files.extend(methods.iter().filter_map(MethodName::file));
     let (mut groups, mut lost) = (Vec::new(), 0);
     for (setting, trials) in by_setting {
         let own = experiment.settings.get(&setting);

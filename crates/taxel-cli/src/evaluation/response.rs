@@ -82,7 +82,7 @@ pub(super) fn section(
         }
         figures.push(figure(plan, group, value, &found)?);
     }
-    let mut paragraphs = vec![            "Line and power law (offset + factor · load^exponent) are least squares over the readings below saturation. Non-linearity is the largest distance of a load's mean from the best straight line, in % of the line's rise. The smallest load that can be told from none lifts the reading by three standard deviations of the readings at the lowest load. A load saturates when more than half of its readings are at the converter's end.".to_owned()];
+    let mut paragraphs = vec!["Line and power law (offset + factor · load^exponent) are least squares over the readings below saturation. Non-linearity is the largest distance of a load's mean from the best straight line, in % of the line's rise. The smallest load that can be told from none lifts the reading by three standard deviations of the readings without load. A load saturates when more than half of its readings are at the converter's end.".to_owned()];
     if !left_out.is_empty() {
         paragraphs.push(format!(
             "Too many different loads to list: {}. Round the loads in the table where several readings should count as one load.",

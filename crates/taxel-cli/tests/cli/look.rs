@@ -52,6 +52,7 @@ fn info_with_a_sensor_screens_the_recording() {
       },
       "outside_mask_share": null,
       "faulty_lines": [],
+      "events": [],
       "skipped_frames": 0,
       "skipped": []
     }

@@ -47,7 +47,9 @@ impl LineEnds {
         let r_row = known(&readout.r_mux_row_ohms, "readout.r_mux_row_ohms")?;
         let topology = readout.topology;
         let (end_ohms, volts_per_ampere) = if topology.is_tia() {
-            let gain = readout.open_loop_gain.unwrap_or(1e5);
+            let gain = readout
+                .open_loop_gain
+                .unwrap_or(crate::sensor::USUAL_OPEN_LOOP_GAIN);
             let r_k = readout.r_feedback_ohms.unwrap_or_default();
             (r_k / (1.0 + gain), -gain / (1.0 + gain) * r_k)
         } else {

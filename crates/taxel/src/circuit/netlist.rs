@@ -253,7 +253,9 @@ impl Writer<'_> {
     /// Amplifiers, pull-down, follower.
     fn read_out(&mut self, selected: usize) -> Result<(), Error> {
         let readout = &self.sensor.readout;
-        let gain = readout.open_loop_gain.unwrap_or(1e5);
+        let gain = readout
+            .open_loop_gain
+            .unwrap_or(crate::sensor::USUAL_OPEN_LOOP_GAIN);
         let absent = |key| Error::MissingKey {
             key,
             hint: format!("topology `{}` has one", readout.topology.name()),

@@ -1,6 +1,6 @@
 //! Does it matter how long the load has been there?
 
-use super::fit::Line;
+use super::fit::{Line, golden};
 use super::{Bootstrap, Estimate, mean, spread};
 
 /// A reading and when it was taken.
@@ -54,14 +54,17 @@ pub struct Creep {
     pub secs: f64,
     /// Change over the hold, from its first tenth to its last, in % of the first; mean over holds.
     pub percent: Estimate,
-    /// Slope of the last half of a hold, % of its mean an hour; mean over holds.
-    pub drift_percent_per_hour: Estimate,
+    /// Slope of the last half of a hold, % of its mean an hour; mean over holds of a minute or more, `None` without any: what
+    /// seconds do says nothing of an hour.
+    pub drift_percent_per_hour: Option<Estimate>,
     /// Exponentials through each hold; of two where they leave clearly less than one.
     pub exponentials: Vec<Exponentials>,
     /// The logarithm through each hold.
     pub logarithms: Vec<Logarithm>,
 }
 
+/// A hold that says something of drift.
+const SHORTEST_DRIFT_SECS: f64 = 60.0;
 /// The fewest readings of a hold.
 const FEWEST: usize = 10;
 /// Time constants looked at within the hold.
@@ -83,7 +86,7 @@ pub fn creep(holds: &[Vec<Reading>], bootstrap: &Bootstrap) -> Option<Creep> {
         holds: holds.len(),
         secs: mean(holds.iter().filter_map(|hold| length(hold)))?,
         percent: estimate(percent)?,
-        drift_percent_per_hour: estimate(drift)?,
+        drift_percent_per_hour: estimate(drift),
         exponentials: holds.iter().filter_map(|hold| exponentials(hold)).collect(),
         logarithms: holds.iter().filter_map(|hold| logarithm(hold)).collect(),
     })
@@ -108,6 +111,7 @@ fn percent(hold: &[Reading]) -> Option<f64> {
 }
 
 fn drift(hold: &[Reading]) -> Option<f64> {
+    length(hold).filter(|secs| *secs >= SHORTEST_DRIFT_SECS)?;
     let half: Vec<_> = hold[hold.len() / 2..]
         .iter()
         .map(|r| (r.secs, r.value))
@@ -144,6 +148,11 @@ fn exponentials(hold: &[Reading]) -> Option<Exponentials> {
         .iter()
         .filter_map(|&tau| with(hold, &[tau]))
         .min_by(better)?;
+    // Between the steps of the row: what a coarse time constant leaves would be taken for a second term.
+    let ratio = (secs / least).ln() / (TAUS - 1) as f64;
+    let cost = |log: f64| with(hold, &[log.exp()]).map_or(f64::INFINITY, |fit| fit.residual);
+    let near = one.terms[0].1.ln();
+    let one = with(hold, &[golden(cost, near - ratio, near + ratio).exp()]).unwrap_or(one);
     let pairs = (0..TAUS).flat_map(|i| (i + 3..TAUS).map(move |j| (i, j)));
     let two = pairs
         .filter_map(|(i, j)| with(hold, &[taus[i], taus[j]]))

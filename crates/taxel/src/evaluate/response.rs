@@ -47,9 +47,9 @@ pub struct Response {
     pub saturates_at: Option<f64>,
     /// The largest load that is below that.
     pub largest_usable: f64,
-    /// The load whose reading stands three standard deviations of the readings at the lowest load above the reading
-    /// without load, by the power law (the line where there is none): the limit of detection as IUPAC defines it.
-    /// `None` where the lowest load was read once.
+    /// The load whose reading stands three standard deviations of the readings without load above their mean, by the
+    /// power law (the line where there is none): the limit of detection as IUPAC defines it. `None` where the sensor was not
+    /// read without load, or once.
     pub smallest_detectable: Option<f64>,
 }
 
@@ -66,7 +66,8 @@ pub fn response(experiments: &[Vec<Reading>], bootstrap: &Bootstrap) -> Option<R
     let line = Line::fit(&points)?;
     let power = Power::fit(&points);
     let non_linearity = |some: &[Reading]| non_linearity_percent(&usable(some, saturates_at));
-    let lowest = levels.first().and_then(|level| level.spread);
+    let lowest = levels.first().filter(|level| level.load == 0.0);
+    let lowest = lowest.and_then(|level| level.spread);
     let smallest = lowest.and_then(|sigma| match &power {
         // Readings may fall with the load: the rise has the law's sign.
         Some(power) => power.x_of_rise(3.0 * sigma * power.factor.signum()),

@@ -4,6 +4,7 @@ use super::{Bootstrap, Estimate, mean};
 use crate::circuit::simplified::{Amplifier, v_out_alike};
 use crate::circuit::{Circuit, LinearCircuit};
 use crate::screen::Axis;
+use crate::sensor::USUAL_OPEN_LOOP_GAIN;
 use crate::{Error, Frame, Sensor, Siemens};
 
 /// A reading of one taxel with others of its line pressed.
@@ -156,7 +157,10 @@ pub fn equation_6_volts(
     let amplifier = Amplifier {
         v_test_volts: sensor.readout.v_test_volts,
         r_feedback_ohms: sensor.readout.r_feedback_ohms.unwrap_or(f64::NAN),
-        open_loop_gain: sensor.readout.open_loop_gain.unwrap_or(f64::INFINITY),
+        open_loop_gain: sensor
+            .readout
+            .open_loop_gain
+            .unwrap_or(USUAL_OPEN_LOOP_GAIN),
     };
     let at = |count| v_out_alike(amplifier, r_other_ohms, r_other_ohms, count);
     let scale = others.first().map_or(1.0, |&first| volts / at(first));

@@ -205,12 +205,12 @@ fn tables_that_do_not_fit_their_kind_are_refused_with_their_place() {
     error: taxel outside the array at t.csv, line 3, column 7: `4,1` is row 4, column 1, but the array has 4 rows x 6 columns, counted from 0
     hint: check the label, `labels` under [array] in the sensor file, and which sensor this is
     ");
-    insta::assert_snapshot!(trial("hysteresis", "recording,row,column,load_g\nr.txt,1,1,5\nr.txt,1,1,7\n"), @r"
+    insta::assert_snapshot!(trial("hysteresis", "recording,row,column,load_g\nr.txt,1,1,5\nr.txt,1,1,7\n"), @"
     exit code: 1
     ----- stdout -----
 
     ----- stderr -----
-    error: t.csv, setting all: hysteresis needs a loop (lines with one word under experiment) whose load grows and falls over two loads or more, found 24 readings that are not it
+    error: t.csv, setting all: hysteresis needs a loop (lines with one word under experiment) whose load grows and falls over two loads or more; its 24 readings are not enough
     ");
     for (kind, table, says) in [
         (
@@ -345,12 +345,12 @@ fn loads_need_a_load_law_and_truths() {
     folder.plan(
         "[[experiment]]\nkind = \"accuracy\"\nname = \"a\"\nrecording = \"presses.txt\"\ntruth_g = \"truth.csv\"\n",
     );
-    insta::assert_snapshot!(folder.fails("evaluate plan.toml"), @r"
+    insta::assert_snapshot!(folder.fails("evaluate plan.toml"), @"
     exit code: 1
     ----- stdout -----
 
     ----- stderr -----
-    error: truth.csv: 5 frames of known loads, but presses.txt has more
+    error: truth.csv: known loads of 5 frame(s), but presses.txt has more
     hint: one frame of loads for each frame of counts
     ");
     folder.plan(
