@@ -33,7 +33,7 @@ pub struct Section {
     pub figures: Vec<Figure>,
 }
 
-/// Numbers in rows. The first column is words, the others are numbers.
+/// Numbers in rows, words beside them. In a page columns of words stand to the left, in text the first column alone.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Table {
     /// What it shows, with units and sources.
@@ -210,7 +210,7 @@ p{margin:.5rem 0;max-width:46rem}nav ol{columns:2;padding-left:1.4rem}nav a{colo
 dl{display:grid;grid-template-columns:max-content 1fr;gap:.15rem 1.2rem;margin:0 0 1.2rem}dt{color:var(--soft)}dd{margin:0;overflow-wrap:anywhere}\
 figure{margin:1.2rem 0}figcaption,caption{color:var(--soft);font-size:.87rem;text-align:left;max-width:46rem}figcaption{margin-top:.3rem}caption{padding-bottom:.35rem}\
 .wide{overflow-x:auto;margin:1.2rem 0}table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:.86rem}\
-th,td{padding:.22rem .8rem .22rem 0;text-align:right;vertical-align:top}td{white-space:nowrap}th:first-child,td:first-child{text-align:left}\
+th,td{padding:.22rem .8rem .22rem 0;text-align:right;vertical-align:top}.words{text-align:left!important}td{white-space:nowrap}.words:not(:first-child){white-space:normal}th:first-child,td:first-child{text-align:left}\
 th{font-weight:600;border-bottom:1.5px solid var(--ink)}tr+tr td{border-top:1px solid #efeff2}\
 svg{max-width:100%;height:auto}footer{margin-top:3rem;color:var(--soft);font-size:.85rem}\
 @media print{td{white-space:normal}body{margin:0;max-width:none;font-size:10.5pt}figure,table{break-inside:avoid}h2{break-after:avoid}nav{display:none}}";
@@ -280,13 +280,21 @@ impl Table {
             "<div class=\"wide\"><table>\n<caption>{}</caption>",
             escaped(&self.caption)
         );
+        let lines = self.lines();
+        let words: Vec<bool> = (0..self.head.len())
+            .map(|column| {
+                lines[1..]
+                    .iter()
+                    .any(|line| line.get(column).is_some_and(|c| is_words(c)))
+            })
+            .collect();
         let line = |cells: &[String], tag: &str| {
-            let cells = cells
-                .iter()
-                .map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell)));
+            let cells = cells.iter().zip(&words).map(|(cell, words)| {
+                let class = if *words { " class=\"words\"" } else { "" };
+                format!("<{tag}{class}>{}</{tag}>", escaped(cell))
+            });
             format!("<tr>{}</tr>\n", cells.collect::<String>())
         };
-        let lines = self.lines();
         let _ = write!(out, "<thead>{}</thead>\n<tbody>\n", line(&lines[0], "th"));
         for row in &lines[1..] {
             out.push_str(&line(row, "td"));
@@ -346,6 +354,12 @@ fn inlined(svg: &str, prefix: &str) -> String {
         .replace(" id=\"", &format!(" id=\"{prefix}"))
         .replace("url(#", &format!("url(#{prefix}"))
         .replace("href=\"#", &format!("href=\"#{prefix}"))
+}
+
+/// More letters than anything else: such a column reads from the left.
+fn is_words(cell: &str) -> bool {
+    let letters = cell.chars().filter(|c| c.is_alphabetic()).count();
+    2 * letters > cell.chars().count()
 }
 
 fn escaped(text: &str) -> String {

@@ -1,6 +1,7 @@
 //! What the sensor is: `sensor.toml` (docs/formats.md), checked once, complete afterwards.
 
 mod check;
+mod keys;
 mod preset;
 
 use serde::{Deserialize, Serialize};
@@ -332,7 +333,7 @@ impl Sensor {
     /// Not TOML, an unknown key (with the nearest known one), an unknown topology, a number outside its
     /// physical range, a list whose length does not fit the array.
     pub fn from_toml(text: &str) -> Result<Self, Error> {
-        check::keys(text)?;
+        keys::check(text)?;
         let sensor: Sensor = toml::from_str(text).map_err(|error| Error::Toml {
             message: error.to_string().trim_end().to_owned(),
         })?;

@@ -5,7 +5,9 @@ mod common;
 use allocation_counter::measure;
 use common::{inversions, pressed, sensor};
 use taxel::circuit::{Circuit, LinearCircuit};
-use taxel::sensor::Topology;
+use taxel::pipeline::Pipeline;
+use taxel::sensor::{DynamicSpec, Topology, preset};
+use taxel::simulate::{Pattern, VirtualSensor};
 use taxel::solve::{Method, method};
 use taxel::{Frame, Mark, Volts};
 
@@ -58,4 +60,35 @@ fn neither_does_one_of_the_size_of_the_e_cone_with_dead_lines() {
         let found = allocations(&*method, [&scan(1), &scan(2)]);
         assert_eq!(found, [0, 0], "{name} at {r_mux} Ohm");
     }
+}
+
+/// Counts to loads with all that a sensor file can ask for: screen, inverse, law, creep and hysteresis, spread.
+#[test]
+fn neither_does_the_whole_pipeline_with_a_material_that_remembers() {
+    let mut sensor = preset("econe").unwrap();
+    let material = sensor.material.as_mut().unwrap();
+    material.spread = Some([0.02, 0.02, 0.005]);
+    material.dynamic = Some(DynamicSpec {
+        lag_weight: vec![0.08, 0.07],
+        lag_secs: vec![0.8, 8.0],
+        play_weight: vec![0.07, 0.07],
+        play_g: vec![5.0, 15.0],
+        period_secs: 0.01,
+    });
+    let real = VirtualSensor::new(&sensor, 1).unwrap();
+    let hand = Pattern::hand();
+    let frames: Vec<_> = real
+        .recording(&hand, 60..63)
+        .map(|(_, reading)| reading.counts)
+        .collect();
+    let mut pipeline = Pipeline::new(&sensor, method("exact", &sensor).unwrap()).unwrap();
+    let mut take = |frame| {
+        measure(|| {
+            pipeline.siemens_from_counts(frame);
+            pipeline.newtons().unwrap();
+        })
+        .count_total
+    };
+    take(&frames[0]);
+    assert_eq!([take(&frames[1]), take(&frames[2])], [0, 0]);
 }

@@ -1,6 +1,6 @@
 //! Sensors that are found by name.
 
-use super::{Sensor, check::nearest};
+use super::{Sensor, keys::nearest};
 use crate::Error;
 
 /// Name and sensor.toml of every shipped preset.

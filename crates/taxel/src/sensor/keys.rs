@@ -1,0 +1,171 @@
+//! Every key of a sensor file known, with the nearest known one where it is not.
+
+use super::Topology;
+use crate::Error;
+
+const TABLES: [(&str, &[&str]); 9] = [
+    (
+        "",
+        &[
+            "format",
+            "name",
+            "array",
+            "readout",
+            "converter",
+            "material",
+            "screen",
+            "provenance",
+        ],
+    ),
+    (
+        "array",
+        &["rows", "columns", "pitch_mm", "taxel_area_mm2", "labels"],
+    ),
+    (
+        "readout",
+        &[
+            "topology",
+            "v_test_volts",
+            "r_feedback_ohms",
+            "open_loop_gain",
+            "r_mux_column_ohms",
+            "r_mux_row_ohms",
+            "r_source_ohms",
+            "r_pull_down_ohms",
+        ],
+    ),
+    (
+        "converter",
+        &[
+            "bits",
+            "full_scale_volts",
+            "inverted",
+            "offset_volts",
+            "noise_counts",
+            "memory",
+            "scan_order",
+        ],
+    ),
+    (
+        "material",
+        &[
+            "g_zero_siemens",
+            "factor",
+            "exponent",
+            "gain",
+            "saturation_load_g",
+            "bend",
+            "spread",
+            "dynamic",
+        ],
+    ),
+    ("material.bend", &["ln_load_g", "ln_siemens"]),
+    (
+        "material.dynamic",
+        &[
+            "lag_weight",
+            "lag_secs",
+            "play_weight",
+            "play_g",
+            "period_secs",
+        ],
+    ),
+    (
+        "screen",
+        &[
+            "dead_rows",
+            "dead_columns",
+            "flickering_rows",
+            "flickering_columns",
+            "low_counts",
+            "high_counts",
+            "repair",
+        ],
+    ),
+    (
+        "provenance",
+        &[
+            "program",
+            "date",
+            "data",
+            "presses",
+            "cross_validated_error_g",
+            "cross_validation",
+            "standard_errors",
+            "findings",
+        ],
+    ),
+];
+
+/// A hint that names the nearest of `known`, and all of them.
+pub(super) fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> String {
+    let all: Vec<&str> = known.collect();
+    let best = all
+        .iter()
+        .map(|name| (strsim::jaro_winkler(word, name), *name))
+        .max_by(|a, b| a.0.total_cmp(&b.0));
+    match best {
+        Some((score, name)) if score > 0.75 => {
+            format!("did you mean `{name}`? (known: {})", all.join(", "))
+        }
+        _ => format!("known: {}", all.join(", ")),
+    }
+}
+
+/// Refuses a key that nobody reads, and a topology that is not one of the five.
+pub(super) fn check(text: &str) -> Result<(), Error> {
+    let root: toml::Table = text.parse().map_err(|error: toml::de::Error| Error::Toml {
+        message: error.to_string().trim_end().to_owned(),
+    })?;
+    table_keys(text, "", &root)?;
+    if let Some(found) = root
+        .get("readout")
+        .and_then(|readout| readout.get("topology"))
+        .and_then(|topology| topology.as_str())
+        && !Topology::ALL.iter().any(|known| known.name() == found)
+    {
+        return Err(Error::UnknownTopology {
+            found: found.to_owned(),
+            hint: nearest(found, Topology::ALL.iter().map(|known| known.name())),
+        });
+    }
+    Ok(())
+}
+
+fn table_keys(text: &str, name: &str, table: &toml::Table) -> Result<(), Error> {
+    let Some((_, known)) = TABLES.iter().find(|(known, _)| *known == name) else {
+        return Ok(());
+    };
+    for (key, value) in table {
+        if !known.contains(&key.as_str()) {
+            return Err(Error::UnknownKey {
+                table: match name {
+                    "" => "the top level".to_owned(),
+                    name => format!("[{name}]"),
+                },
+                key: key.clone(),
+                line: line_of(text, key),
+                hint: nearest(key, known.iter().copied()),
+            });
+        }
+        if let Some(inner) = value.as_table() {
+            let path = if name.is_empty() {
+                key.clone()
+            } else {
+                format!("{name}.{key}")
+            };
+            table_keys(text, &path, inner)?;
+        }
+    }
+    Ok(())
+}
+
+fn line_of(text: &str, key: &str) -> usize {
+    text.lines()
+        .position(|line| {
+            let line = line.trim_start().trim_start_matches('[');
+            line.strip_prefix(key)
+                .is_some_and(|rest| rest.trim_start().starts_with(['=', ']']))
+        })
+        .map_or(1, |i| i + 1)
+}
