@@ -4,7 +4,7 @@ use crate::calibrate::{DynamicLaw, LoadLaw, Memory, Spread};
 use crate::circuit::Converter;
 use crate::frame::newtons_from_grams;
 use crate::screen::{FrameScreen, LineFaults, ScreenOptions, repair, repair_readings, stand_in};
-use crate::solve::{Method, Outcome, Scratch};
+use crate::solve::{Method, Outcome, Scratch, Stop};
 use crate::{Counts, Error, Frame, Mark, Newtons, Sensor, Siemens, Volts};
 
 /// What is replaced by the median of its neighbours, and marked [`Mark::Interpolated`].
@@ -52,6 +52,8 @@ pub struct Pipeline {
     /// What the material remembers, and whether it has seen the last frame.
     memory: Option<Memory>,
     remembered: bool,
+    /// Some conductances explain the last frame.
+    explained: bool,
     repair: Repair,
     counts: Frame<Counts>,
     volts: Frame<Volts>,
@@ -99,6 +101,7 @@ impl Pipeline {
                 .filter(|_| !gives_loads)
                 .map(|spec| Memory::new(&DynamicLaw::from_spec(spec), taxels)),
             remembered: false,
+            explained: true,
             repair: match sensor.screen.repair {
                 true => Repair::Readings,
                 false => Repair::Nothing,
@@ -181,7 +184,7 @@ impl Pipeline {
     pub fn take_siemens(&mut self, siemens: &Frame<Siemens>) {
         self.siemens.take_marks(siemens);
         self.siemens.values.copy_from_slice(siemens.values());
-        self.remembered = false;
+        (self.remembered, self.explained) = (false, true);
     }
 
     fn solve(&mut self) -> Outcome {
@@ -190,6 +193,7 @@ impl Pipeline {
         let outcome = self
             .method
             .solve_into(&self.volts, &mut self.siemens, &mut self.scratch);
+        self.explained = !matches!(outcome.stop, Stop::Infeasible(_));
         // The stand-in served the rest of the network; for the taxel itself it is no measurement.
         for (value, mark) in self.siemens.values.iter_mut().zip(&self.siemens.marks) {
             if matches!(mark, Mark::Stuck | Mark::Spike) && self.repair == Repair::Nothing {
@@ -237,9 +241,11 @@ impl Pipeline {
         }
         if let Some(memory) = &mut self.memory {
             if !self.remembered {
-                let marks = &self.loads.marks;
-                let secs = self.siemens.time_secs;
-                memory.loads_from_acting(secs, &mut self.grams, |taxel| lost(marks[taxel]));
+                let (marks, secs) = (&self.loads.marks, self.siemens.time_secs);
+                // Numbers of a frame that nothing explains are none to remember.
+                let explained = self.explained;
+                let is_lost = |taxel: usize| !explained || lost(marks[taxel]);
+                memory.loads_from_acting(secs, &mut self.grams, is_lost);
                 self.felt.copy_from_slice(&self.grams);
                 self.remembered = true;
             }

@@ -223,6 +223,41 @@ fn a_material_that_remembers_is_found_and_undone() {
 }
 
 #[test]
+fn a_frame_that_nothing_explains_leaves_no_memory() {
+    let (mut sensor, _, counts, _) = remembering(3, 80);
+    sensor.readout.r_mux_column_ohms = Some(crate::sensor::PerLine::One(70.0));
+    sensor.readout.r_mux_row_ohms = Some(crate::sensor::PerLine::One(70.0));
+    sensor.material.as_mut().unwrap().dynamic = Some(law().to_spec());
+    // More current in every row than 70 Ohm let through.
+    let mut impossible = Frame::<Counts>::filled(12, 12, 60_000.0);
+    impossible.time_secs = Some(7.85);
+    let last = |hurt: bool| {
+        let mut pipeline = Pipeline::new(&sensor, default_method(&sensor).unwrap()).unwrap();
+        for frame in &counts[..79] {
+            pipeline.siemens_from_counts(frame);
+            pipeline.newtons().unwrap();
+        }
+        if hurt {
+            let outcome = pipeline.siemens_from_counts(&impossible);
+            assert!(
+                matches!(outcome.stop, crate::solve::Stop::Infeasible(_)),
+                "{outcome:?}"
+            );
+            pipeline.newtons().unwrap();
+            pipeline.forget();
+        }
+        pipeline.siemens_from_counts(&counts[79]);
+        pipeline.newtons().unwrap().values().to_vec()
+    };
+    let (whole, hurt) = (last(false), last(true));
+    let most = whole.iter().copied().fold(0.0, f64::max);
+    assert!(most > 0.1, "{most}");
+    for (a, b) in whole.iter().zip(&hurt) {
+        assert!((a - b).abs() < 0.01 * most, "{a} {b}");
+    }
+}
+
+#[test]
 fn series_that_cannot_be_fitted_are_refused() {
     let (sensor, secs, counts, loads) = remembering(3, 60);
     let fit = |secs: &[f64], frames: &[Frame<Counts>], loads: &[Frame<Grams>]| {
