@@ -39,12 +39,13 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let output = args.output.as_deref();
     output.map(super::report::check_name).transpose()?;
     let found = evaluate(args.plan.as_deref(), args.live.as_ref())?;
+    if let Some(file) = output {
+        super::report::write(&found.report, file)?;
+    }
+    // Last: whoever reads may stop reading, and the report is to be whole.
     match args.json {
         true => out::json(&found.report)?,
         false => out::result(&text(&found.report))?,
-    }
-    if let Some(file) = output {
-        super::report::write(&found.report, file)?;
     }
     Ok(super::report::exit(&found))
 }

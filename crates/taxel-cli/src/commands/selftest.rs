@@ -97,15 +97,16 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         }
     };
     let report = Report::new(&sensor, &health);
-    match args.json {
-        true => out::json(&report)?,
-        false => out::result(&report.to_string())?,
-    }
     if let (Some(file), Some(format)) = (&args.output, format) {
         let map = HealthMap::of(&health).title(report.title());
         let picture = map.pitch_mm(sensor.array.pitch_mm).picture();
         out::file(file, &picture.render(format)?)?;
         out::note(&format!("wrote {}", file.display()));
+    }
+    // Last: whoever reads may stop reading, and the picture is to be whole.
+    match args.json {
+        true => out::json(&report)?,
+        false => out::result(&report.to_string())?,
     }
     Ok(match health.is_good() {
         true => Exit::Good,
