@@ -1,5 +1,6 @@
-//! One sheet of numbers as Office Open XML (ECMA-376), the least that Excel, LibreOffice and pandas open. A library that
-//! writes all of the format costs a tenth of this program's compile time.
+//! One sheet of numbers as Office Open XML (ECMA-376), the least that Excel, LibreOffice and pandas open. The library that
+//! writes all of the format (rust_xlsxwriter 0.102) takes 22 s of processor time in a cold build of 344 s, which is too long
+//! already.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
