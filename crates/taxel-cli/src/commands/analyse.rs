@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 use taxel::Sensor;
 use taxel::evaluate::fit::Line as Straight;
+use taxel::evaluate::{mean, spread};
 use taxel_record::{Column, TextOptions, shape_of, write_columns};
 use taxel_view::report::{Cell, Table};
 use taxel_view::{Format, Line, LineStyle, Series, cells};
@@ -231,12 +232,10 @@ fn figures(taken: &Taken, taxel: usize) -> Figures {
     }
 }
 
-/// Mean, and standard deviation with n − 1; NaN of too few.
+/// Mean, and standard deviation; NaN of too few.
 fn mean_and_spread(values: &[f64]) -> (f64, f64) {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-    (mean, (squares / (n - 1.0)).sqrt())
+    let mean = mean(values.iter().copied());
+    (mean.unwrap_or(f64::NAN), spread(values).unwrap_or(f64::NAN))
 }
 
 fn text(report: &Report, taken: &Taken) -> String {

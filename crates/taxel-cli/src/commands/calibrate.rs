@@ -3,7 +3,7 @@
 mod series;
 
 use std::path::{Path, PathBuf};
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::SystemTime;
 
 use clap::ValueEnum;
 use taxel::Sensor;
@@ -11,6 +11,7 @@ use taxel::calibrate::{LawChoice, Options, fit_pairs};
 
 use crate::crew::Threads;
 use crate::error::Error;
+use crate::live::time_stamp;
 use crate::progress::Progress;
 use crate::{Exit, out, presses, sensor_file};
 
@@ -214,17 +215,10 @@ fn run_pairs(args: &Args, mut sensor: Sensor) -> Result<Exit, Error> {
     Ok(Exit::Good)
 }
 
-/// The date in UTC, ISO 8601 (days to year, month, day after H. Hinnant's `civil_from_days`).
+/// The date in UTC, ISO 8601.
 fn today() -> String {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH);
-    let days = now.map_or(0, |since| since.as_secs() / 86_400) + 719_468;
-    let (era, day_of_era) = (days / 146_097, days % 146_097);
-    let year_of_era =
-        (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
-    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let month = (5 * day_of_year + 2) / 153;
-    let day = day_of_year - (153 * month + 2) / 5 + 1;
-    let month = if month < 10 { month + 3 } else { month - 9 };
-    let year = year_of_era + era * 400 + u64::from(month <= 2);
-    format!("{year:04}-{month:02}-{day:02}")
+    let mut stamp = time_stamp(SystemTime::now());
+    // The time of day follows the ten characters of the date.
+    stamp.truncate(10);
+    stamp
 }

@@ -1,6 +1,6 @@
 //! Does it matter how long the load has been there?
 
-use taxel::evaluate::creep::{Creep, Exponentials, Logarithm, Reading, creep};
+use taxel::evaluate::creep::{Creep, Exponentials, FEWEST, Logarithm, Reading, creep};
 use taxel_view::report::{Cell, Figure, Section, Table, number};
 use taxel_view::{Line, LineStyle, Series, cells};
 
@@ -96,21 +96,15 @@ fn holds(
     group: &Group,
     value: Value,
 ) -> Result<Vec<Vec<Reading>>, Error> {
-    let mut out = Vec::new();
-    for one in group.experiments() {
-        let mut readings = Vec::new();
-        for reading in one.iter().filter(|r| !r.marked && !r.saturated) {
-            readings.push(Reading {
-                secs: reading.secs.ok_or_else(|| Error::NoTimes {
-                    file: group.trials[reading.trial].recording.clone(),
-                    experiment: experiment.name.clone(),
-                })?,
-                value: reading.value(value).ok_or_else(|| no_law(plan))?,
-            });
-        }
-        out.push(readings);
-    }
-    Ok(out)
+    group.collect(super::readings::Reading::is_measured, |trial, reading| {
+        Ok(Reading {
+            secs: reading.secs.ok_or_else(|| Error::NoTimes {
+                file: trial.recording.clone(),
+                experiment: experiment.name.clone(),
+            })?,
+            value: reading.value(value).ok_or_else(|| no_law(plan))?,
+        })
+    })
 }
 
 fn figure(
@@ -120,7 +114,7 @@ fn figure(
     found: &Creep,
 ) -> Result<Figure, Error> {
     let mut lines = Vec::new();
-    let whole = holds.iter().filter(|hold| hold.len() >= 10);
+    let whole = holds.iter().filter(|hold| hold.len() >= FEWEST);
     for (i, (hold, fit)) in whole.zip(&found.exponentials).take(DRAWN).enumerate() {
         let since: Vec<f64> = hold.iter().map(|r| r.secs - hold[0].secs).collect();
         let measured = hold.iter().map(|r| r.value).collect();

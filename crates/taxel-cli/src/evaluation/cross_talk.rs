@@ -3,6 +3,7 @@
 use taxel::evaluate::sweep::{
     Reading, Sweep, equation_6_volts, full_circuit_volts, misfit, siemens_of_volts, sweep,
 };
+use taxel::metric::cross_talk_drop;
 use taxel::screen::Axis;
 use taxel_view::report::{Cell, Figure, Section, Table};
 use taxel_view::{Line, LineStyle, Series, cells};
@@ -113,18 +114,12 @@ fn readings(
     group: &Group,
     value: impl Fn(&super::readings::Reading) -> Option<f64>,
 ) -> Result<Vec<Vec<Reading>>, Error> {
-    let mut out = Vec::new();
-    for one in group.experiments() {
-        let mut readings = Vec::new();
-        for reading in one.iter().filter(|r| !r.marked && !r.saturated) {
-            readings.push(Reading {
-                others: group.trials[reading.trial].others.unwrap_or_default(),
-                value: value(reading).ok_or_else(|| no_law(plan))?,
-            });
-        }
-        out.push(readings);
-    }
-    Ok(out)
+    group.collect(super::readings::Reading::is_measured, |trial, reading| {
+        Ok(Reading {
+            others: trial.others.unwrap_or_default(),
+            value: value(reading).ok_or_else(|| no_law(plan))?,
+        })
+    })
 }
 
 fn models(group: &Group, along: Axis, found: &Sweep) -> Result<Models, Error> {
@@ -151,7 +146,7 @@ fn models(group: &Group, along: Axis, found: &Sweep) -> Result<Models, Error> {
 
 fn row(plan: &Plan, group: &Group, found: &Sweep, models: &Models) -> Result<Vec<Cell>, Error> {
     let ends = (&found.points[0], &found.points[found.points.len() - 1]);
-    let drop = |curve: &[f64]| 100.0 * (1.0 - curve[curve.len() - 1] / curve[0]);
+    let drop = |curve: &[f64]| 100.0 * cross_talk_drop(curve[0], curve[curve.len() - 1]);
     let off = |curve: &[f64]| misfit(&found.points, curve).map(|share| 100.0 * share);
     let compensated = readings(plan, group, |r| r.answers.first().map(|a| a.siemens))?;
     let compensated = sweep(&compensated, &plan.bootstrap);

@@ -55,18 +55,12 @@ pub(super) fn section(
 }
 
 fn loops(plan: &Plan, group: &Group, value: Value) -> Result<Vec<Vec<Reading>>, Error> {
-    let mut out = Vec::new();
-    for one in group.experiments() {
-        let mut readings = Vec::new();
-        for reading in one.iter().filter(|r| !r.marked && !r.saturated) {
-            readings.push(Reading {
-                load: group.trials[reading.trial].load_g.unwrap_or_default(),
-                value: reading.value(value).ok_or_else(|| no_law(plan))?,
-            });
-        }
-        out.push(readings);
-    }
-    Ok(out)
+    group.collect(super::readings::Reading::is_measured, |trial, reading| {
+        Ok(Reading {
+            load: trial.load_g.unwrap_or_default(),
+            value: reading.value(value).ok_or_else(|| no_law(plan))?,
+        })
+    })
 }
 
 fn figure(group: &Group, value: Value, loops: &[Vec<Reading>]) -> Result<Figure, Error> {

@@ -47,6 +47,11 @@ pub(crate) struct Answer {
 }
 
 impl Reading {
+    /// Neither marked nor at the converter's end: its value is one.
+    pub(crate) fn is_measured(&self) -> bool {
+        !self.marked && !self.saturated
+    }
+
     /// In the unit that the plan asks for, by the first method.
     pub(crate) fn value(&self, value: Value) -> Option<f64> {
         match value {
@@ -308,6 +313,20 @@ impl Group {
             }
         }
         groups
+    }
+
+    /// What `make` makes of every reading that `keep`s, by experiment.
+    pub(crate) fn collect<T>(
+        &self,
+        keep: impl Fn(&Reading) -> bool,
+        make: impl Fn(&Trial, &Reading) -> Result<T, Error>,
+    ) -> Result<Vec<Vec<T>>, Error> {
+        let each = |one: Vec<&Reading>| {
+            let kept = one.into_iter().filter(|reading| keep(reading));
+            kept.map(|reading| make(&self.trials[reading.trial], reading))
+                .collect()
+        };
+        self.experiments().into_iter().map(each).collect()
     }
 
     /// The setting as it stands in a table.

@@ -1,5 +1,6 @@
 //! Does the same load read the same?
 
+use taxel::evaluate::Bootstrap;
 use taxel::evaluate::repeatability::{OUTLIER_SIGMAS, Reading, difference, repeatability};
 use taxel_view::report::{Cell, Figure, Section, Table};
 use taxel_view::{Line, LineStyle, Series, cells};
@@ -82,27 +83,23 @@ pub(super) fn section(
 }
 
 fn readings(plan: &Plan, group: &Group, value: Value) -> Result<Vec<Vec<Reading>>, Error> {
-    let each = |reading: &&super::readings::Reading| {
-        Ok(Reading {
-            value: reading.value(value).ok_or_else(|| no_law(plan))?,
-            marked: reading.marked || reading.saturated,
-        })
-    };
-    let experiments = group.experiments();
-    experiments
-        .iter()
-        .map(|one| one.iter().map(each).collect())
-        .collect()
+    group.collect(
+        |_| true,
+        |_, reading| {
+            Ok(Reading {
+                value: reading.value(value).ok_or_else(|| no_law(plan))?,
+                marked: !reading.is_measured(),
+            })
+        },
+    )
 }
 
 /// 1 for a marked reading, 0 for another, of each setting.
 fn marked(groups: &[Group]) -> Vec<Vec<Vec<f64>>> {
-    let flag = |reading: &&super::readings::Reading| {
-        f64::from(u8::from(reading.marked || reading.saturated))
-    };
+    let flag = |reading: &&super::readings::Reading| f64::from(u8::from(!reading.is_measured()));
     let of = |group: &Group| {
         let experiments = group.experiments();
-        match experiments.len() < 3 {
+        match experiments.len() < Bootstrap::FEWEST {
             true => experiments.concat().iter().map(|r| vec![flag(r)]).collect(),
             false => experiments
                 .iter()

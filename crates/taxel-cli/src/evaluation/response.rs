@@ -106,20 +106,15 @@ fn usable(found: &Response) -> String {
 }
 
 fn readings(plan: &Plan, group: &Group, value: Value) -> Result<Vec<Vec<Reading>>, Error> {
-    let mut out = Vec::new();
-    for one in group.experiments() {
-        let mut readings = Vec::new();
-        // What is no measurement says nothing of the response; what is saturated says where it ends.
-        for reading in one.iter().filter(|r| !r.marked || r.saturated) {
-            readings.push(Reading {
-                load: group.trials[reading.trial].load_g.unwrap_or_default(),
-                value: reading.value(value).ok_or_else(|| no_law(plan))?,
-                saturated: reading.saturated,
-            });
-        }
-        out.push(readings);
-    }
-    Ok(out)
+    // What is no measurement says nothing of the response; what is saturated says where it ends.
+    let keep = |reading: &super::readings::Reading| !reading.marked || reading.saturated;
+    group.collect(keep, |trial, reading| {
+        Ok(Reading {
+            load: trial.load_g.unwrap_or_default(),
+            value: reading.value(value).ok_or_else(|| no_law(plan))?,
+            saturated: reading.saturated,
+        })
+    })
 }
 
 fn figure(plan: &Plan, group: &Group, value: Value, found: &Response) -> Result<Figure, Error> {

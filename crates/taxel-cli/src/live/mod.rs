@@ -30,6 +30,7 @@ use desk::Desk;
 use details::Details;
 use engine::Engine;
 use host::Bench;
+pub(crate) use host::time_stamp;
 use newest::Newest;
 use recorder::Recorder;
 pub(crate) use recorder::Wanted;

@@ -4,6 +4,7 @@ use super::LawChoice;
 use super::law::LoadLaw;
 use super::least_squares::{Fit, Settings, fit};
 use super::spline::Spline;
+use crate::evaluate::fit::Line;
 
 /// Laws that can be fitted, with their names in reports.
 pub(super) const LAWS: [(LawChoice, &str); 3] = [
@@ -76,13 +77,13 @@ pub(super) fn fit_law(
         g_unit: g_zero.is_none().then_some(least.abs().max(1e-12)),
     };
     let start_zero = g_zero.unwrap_or(0.0);
-    let (slope, intercept) = line(
-        pairs
-            .iter()
-            .filter(|p| p.1 > 0.0 && p.0 > start_zero)
-            .map(|&(siemens, load)| (load.ln(), (siemens - start_zero).ln())),
-    )?;
-    let mut start = vec![intercept, slope.clamp(0.1, 10.0)];
+    let logs: Vec<(f64, f64)> = pairs
+        .iter()
+        .filter(|p| p.1 > 0.0 && p.0 > start_zero)
+        .map(|&(siemens, load)| (load.ln(), (siemens - start_zero).ln()))
+        .collect();
+    let line = Line::fit(&logs)?;
+    let mut start = vec![line.offset, line.slope.clamp(0.1, 10.0)];
     let mut steps = vec![1e-5, 1e-5];
     match choice {
         LawChoice::Saturating => {
@@ -129,20 +130,6 @@ fn knots(pairs: &[(f64, f64)]) -> Option<Vec<f64>> {
         .collect();
     knots.dedup_by(|a, b| (*a - *b).abs() < 0.05);
     (knots.len() >= 2).then_some(knots)
-}
-
-/// Slope and intercept by least squares.
-fn line(points: impl Iterator<Item = (f64, f64)>) -> Option<(f64, f64)> {
-    let points: Vec<(f64, f64)> = points.collect();
-    let n = points.len() as f64;
-    let (sx, sy) = points
-        .iter()
-        .fold((0.0, 0.0), |(a, b), p| (a + p.0, b + p.1));
-    let (mx, my) = (sx / n, sy / n);
-    let (xx, xy) = points.iter().fold((0.0, 0.0), |(a, b), p| {
-        (a + (p.0 - mx).powi(2), b + (p.0 - mx) * (p.1 - my))
-    });
-    (points.len() >= 2 && xx > 0.0).then(|| (xy / xx, my - mx * xy / xx))
 }
 
 /// One law fitted to plain pairs, and its error where it was not fitted.

@@ -65,8 +65,8 @@ pub struct Creep {
 
 /// A hold that says something of drift.
 const SHORTEST_DRIFT_SECS: f64 = 60.0;
-/// The fewest readings of a hold.
-const FEWEST: usize = 10;
+/// The fewest readings of a hold that counts.
+pub const FEWEST: usize = 10;
 /// Time constants looked at within the hold.
 const TAUS: usize = 40;
 /// Two exponentials must leave less than this share of what one leaves.
@@ -90,13 +90,6 @@ pub fn creep(holds: &[Vec<Reading>], bootstrap: &Bootstrap) -> Option<Creep> {
         exponentials: holds.iter().filter_map(|hold| exponentials(hold)).collect(),
         logarithms: holds.iter().filter_map(|hold| logarithm(hold)).collect(),
     })
-}
-
-/// Mean of the end of a series less that of its beginning, in % of `full_scale`: what stays when the load has gone.
-/// `None` of nothing.
-pub fn zero_return_percent(before: &[f64], after: &[f64], full_scale: f64) -> Option<f64> {
-    let (before, after) = (mean(before.iter().copied())?, mean(after.iter().copied())?);
-    (full_scale > 0.0).then(|| 100.0 * (after - before) / full_scale)
 }
 
 fn length(hold: &[Reading]) -> Option<f64> {

@@ -133,13 +133,13 @@ fn variation(all: &[Judged], filtered: bool) -> Option<f64> {
     }))
 }
 
-/// Difference of two outlier shares, after − before, with its interval: both are drawn anew, independently.
+/// Difference of two outlier shares, after − before, with its interval. Experiments of both are drawn anew together, so
+/// that how many are of either side varies from draw to draw.
 pub fn difference(
     before: &[Vec<f64>],
     after: &[Vec<f64>],
     bootstrap: &Bootstrap,
 ) -> Option<Estimate> {
-    // One set of draws over both: each experiment says which side it is of.
     let side = |groups: &[Vec<f64>], is_after: bool| -> Vec<Vec<(f64, bool)>> {
         let tag = |group: &Vec<f64>| group.iter().map(|&value| (value, is_after)).collect();
         groups.iter().map(tag).collect()

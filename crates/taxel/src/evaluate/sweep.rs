@@ -3,6 +3,7 @@
 use super::{Bootstrap, Estimate, mean};
 use crate::circuit::simplified::{Amplifier, v_out_alike};
 use crate::circuit::{Circuit, LinearCircuit};
+use crate::metric::cross_talk_drop;
 use crate::screen::Axis;
 use crate::sensor::USUAL_OPEN_LOOP_GAIN;
 use crate::{Error, Frame, Sensor, Siemens};
@@ -58,7 +59,7 @@ pub fn sweep(experiments: &[Vec<Reading>], bootstrap: &Bootstrap) -> Option<Swee
     };
     let drop = |some: &[Reading]| {
         let (alone, together) = (mean_of(some, fewest)?, mean_of(some, most)?);
-        (alone != 0.0).then(|| 100.0 * (1.0 - together / alone))
+        (alone != 0.0).then(|| 100.0 * cross_talk_drop(alone, together))
     };
     Some(Sweep {
         points: counts.iter().filter_map(point).collect(),

@@ -10,6 +10,7 @@ use std::path::Path;
 use taxel::Sensor;
 use taxel::evaluate::sweep::{equation_6_volts, full_circuit_volts};
 use taxel::frame::grams_from_newtons;
+use taxel::metric::cross_talk_drop;
 use taxel::screen::Axis;
 use taxel::simulate::Grams;
 use taxel::{Frame, design::rig};
@@ -112,7 +113,7 @@ fn table_five(sensor: &Sensor) -> Result<Section, Error> {
         sensor.readout.r_mux_row_ohms = Some(taxel::sensor::PerLine::One(ohms.max(1e-3)));
         let full = full_circuit_volts(&sensor, (32, 64), Axis::Row, 1e-3, 0.0, &others)?;
         let six = equation_6_volts(&sensor, 1000.0, full[0], &others);
-        let drop = |curve: &[f64]| 100.0 * (1.0 - curve[20] / curve[0]);
+        let drop = |curve: &[f64]| 100.0 * cross_talk_drop(curve[0], curve[20]);
         table.push(cells![format!("{ohms}"), drop(&six), drop(&full)]);
         if i == 0 {
             let size = six.iter().map(|v| v.abs()).collect();

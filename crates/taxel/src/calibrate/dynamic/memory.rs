@@ -31,11 +31,6 @@ impl Memory {
         }
     }
 
-    /// The law.
-    pub fn law(&self) -> &DynamicLaw {
-        &self.law
-    }
-
     /// Forgets everything: where a recording jumps.
     pub fn forget(&mut self) {
         self.secs = None;
