@@ -13,6 +13,7 @@ use taxel_record::{Column, TextOptions, shape_of, write_columns};
 use taxel_view::report::{Cell, Table};
 use taxel_view::{Format, Line, LineStyle, Series, cells};
 
+use super::positive::positive;
 use crate::error::Error;
 use crate::unit::{MethodName, Unit};
 use crate::{Exit, out, sensor_file};
@@ -58,7 +59,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", conflicts_with = "sensor")]
     rows: Option<usize>,
     /// Frames a second, where the recording tells no times
-    #[arg(long, value_name = "RATE")]
+    #[arg(long, value_name = "RATE", value_parser = positive)]
     frames_per_second: Option<f64>,
     /// Where to write a plot (.png, .svg)
     #[arg(short, long, value_name = "FILE")]

@@ -9,6 +9,7 @@ use clap::ValueEnum;
 use taxel::Sensor;
 use taxel::calibrate::{LawChoice, Options, fit_pairs};
 
+use super::positive::positive;
 use crate::crew::Threads;
 use crate::error::Error;
 use crate::live::time_stamp;
@@ -42,7 +43,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE", requires = "series")]
     loads: Option<PathBuf>,
     /// Seconds between frames of the series, where it tells no times
-    #[arg(long, value_name = "SECONDS", requires = "series")]
+    #[arg(long, value_name = "SECONDS", requires = "series", value_parser = positive)]
     period: Option<f64>,
     /// Lags (creep) to fit to the series
     #[arg(long, value_name = "N", default_value_t = 3, requires = "series", value_parser = clap::value_parser!(u8).range(0..=8))]

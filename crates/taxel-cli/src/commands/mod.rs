@@ -18,6 +18,7 @@ pub(crate) mod live;
 pub(crate) mod model;
 pub(crate) mod netlist;
 pub(crate) mod plot;
+mod positive;
 pub(crate) mod record;
 pub(crate) mod recover;
 pub(crate) mod replay;

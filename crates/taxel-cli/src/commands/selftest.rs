@@ -12,6 +12,7 @@ use taxel_acquire::Address;
 use taxel_record::{FrameSource, TextOptions, open_counts};
 use taxel_view::{Format, HealthMap};
 
+use super::positive::positive;
 use crate::error::Error;
 use crate::frames::show;
 use crate::progress::Progress;
@@ -60,13 +61,6 @@ pub(crate) struct Args {
     /// Print JSON
     #[arg(long)]
     json: bool,
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(number) if number > 0.0 && f64::is_finite(number) => Ok(number),
-        _ => Err("must be a number above 0".to_owned()),
-    }
 }
 
 /// Runs the command.

@@ -131,6 +131,10 @@ fn what_cannot_be_looked_at_is_said() {
         ("analyse run.txt --row 1", "does not say how many rows"),
         ("analyse run.txt --rows 4 --row 1 --export a.doc", ".doc"),
         ("analyse run.txt --rows 4 --row 1 --unit g", "--sensor"),
+        (
+            "analyse run.txt --rows 4 --row 1 --frames-per-second 0",
+            "must be a number above 0",
+        ),
         ("analyse run.txt", "required"),
         ("analyse none.txt --rows 4 --row 1", "none.txt"),
     ] {

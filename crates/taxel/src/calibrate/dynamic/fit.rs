@@ -1,5 +1,7 @@
 //! The dynamic law and the circuit from a recording whose loads are known all the time.
 
+use std::cmp::Ordering;
+
 use super::{DynamicLaw, MOST_TERMS, One};
 use crate::calibrate::LoadLaw;
 use crate::calibrate::fit_law::fit_each;
@@ -383,7 +385,9 @@ fn check(sensor: &Sensor, series: &Series<'_>) -> Result<(), Error> {
             fewest: FEWEST_FRAMES,
         });
     }
-    if let Some(n) = (1..frames).find(|&n| series.secs[n] <= series.secs[n - 1]) {
+    if let Some(n) = (1..frames)
+        .find(|&n| series.secs[n].partial_cmp(&series.secs[n - 1]) != Some(Ordering::Greater))
+    {
         return Err(Error::SeriesTime {
             frame: n,
             before: series.secs[n - 1],

@@ -275,6 +275,8 @@ fn series_that_cannot_be_fitted_are_refused() {
     let mut backwards = secs.clone();
     backwards[30] = 0.0;
     assert!(fit(&backwards, &counts, &loads).contains("frame 30"));
+    backwards[30] = f64::NAN;
+    assert!(fit(&backwards, &counts, &loads).contains("frame 30"));
     let empty = vec![Frame::zeros(12, 12); 60];
     assert!(fit(&secs, &counts, &empty).contains("0 taxels of the series are ever loaded"));
 }
