@@ -6,38 +6,10 @@
 
 import { chromium } from "playwright-core";
 import { spawn } from "node:child_process";
-import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
-import { tmpdir } from "node:os";
+import { existsSync, mkdirSync, readFileSync, rmSync } from "node:fs";
 import path from "node:path";
 
-const PATIENCE_MS = 20000;
-const LOOK_MS = 50;
-
-const [givenProgram, ...wanted] = process.argv.slice(2);
-if (!givenProgram || !existsSync(givenProgram)) {
-  console.error(`usage: node model.mjs PATH_OF_TAXEL [WORDS ...]${givenProgram ? `\nthere is no ${givenProgram}` : ""}`);
-  process.exit(2);
-}
-const program = path.resolve(givenProgram);
-const scratch = mkdtempSync(path.join(tmpdir(), "taxel-model-"));
-
-// ---------------------------------------------------------------------------------------------- small helpers
-
-function check(holds, text) {
-  if (!holds) throw new Error(text);
-}
-
-const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
-
-async function until(probe, text, patience = PATIENCE_MS) {
-  const end = Date.now() + patience;
-  for (;;) {
-    const last = await probe();
-    if (last) return last;
-    if (Date.now() > end) throw new Error(`${typeof text === "function" ? await text() : text} (waited ${patience / 1000} s)`);
-    await sleep(LOOK_MS);
-  }
-}
+import { check, program, scratch, until, wanted } from "./common.mjs";
 
 function startProgram(...more) {
   const child = spawn(program, ["live", "sim:econe", "--listen", "127.0.0.1:0", "--folder", path.join(scratch, "recordings"), ...more], { cwd: scratch, stdio: ["ignore", "pipe", "pipe"] });

@@ -10,42 +10,12 @@
 
 import { chromium } from "playwright-core";
 import { spawn, execFileSync } from "node:child_process";
-import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, statSync } from "node:fs";
-import { tmpdir } from "node:os";
+import { existsSync, mkdirSync, readFileSync, readdirSync, rmSync, statSync } from "node:fs";
 import path from "node:path";
 
-const PATIENCE_MS = 20000;
-const LOOK_MS = 50;
+import { LOOK_MS, PATIENCE_MS, check, program, scratch, sleep, until, wanted } from "./common.mjs";
 
-const [givenProgram, ...wanted] = process.argv.slice(2);
-if (!givenProgram || !existsSync(givenProgram)) {
-  console.error(`usage: node test.mjs PATH_OF_TAXEL [WORDS ...]${givenProgram ? `\nthere is no ${givenProgram}` : ""}`);
-  process.exit(2);
-}
-const program = path.resolve(givenProgram);
-const scratch = mkdtempSync(path.join(tmpdir(), "taxel-browser-"));
 const cleanups = [];
-
-// ---------------------------------------------------------------------------------------------- small helpers
-
-function check(holds, text) {
-  if (!holds) throw new Error(text);
-}
-
-const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
-
-// Waits until `probe` gives something true, and gives it back. `text` says what was waited for; a function is
-// called with what the probe gave last, so that the failure tells what was there instead.
-async function until(probe, text, patience = PATIENCE_MS) {
-  const end = Date.now() + patience;
-  let last;
-  for (;;) {
-    last = await probe();
-    if (last) return last;
-    if (Date.now() > end) throw new Error(`${typeof text === "function" ? await text(last) : text} (waited ${patience / 1000} s)`);
-    await sleep(LOOK_MS);
-  }
-}
 
 const near = (a, b, share) => Math.abs(a - b) <= share * Math.max(Math.abs(a), Math.abs(b));
 const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
