@@ -100,7 +100,7 @@ impl Lessons {
 /// Screens the frames of presses in place (stuck readings and spikes get the median around them) and leaves out the
 /// presses whose own reading is lost; says how many.
 pub(crate) fn screen(data: &mut Data, sensor: &Sensor) -> Result<usize, Error> {
-    let options = ScreenOptions::from_spec(&sensor.screen);
+    let options = ScreenOptions::from_sensor(sensor);
     let (rows, columns) = (sensor.rows(), sensor.columns());
     let mut lines = LineScreen::new(rows, columns, sensor.max_count(), &options);
     for frame in &data.frames {

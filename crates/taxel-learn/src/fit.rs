@@ -203,8 +203,7 @@ fn examples(
     let mut examples = Vec::with_capacity(presses.len());
     for press in presses {
         pipeline.begin_anew();
-        pipeline.siemens_from_counts(&frames[press.frame]);
-        scene.look(&mut pipeline)?;
+        scene.look(pipeline.process(&frames[press.frame]))?;
         examples.push(Example {
             features: scene.features(press.row, press.column, &physics),
             physics_g: scene.loads_g[press.row * sensor.columns() + press.column],

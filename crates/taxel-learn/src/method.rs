@@ -121,8 +121,9 @@ impl Learned {
         else {
             return Outcome::new(Stop::Stalled, 0, 0.0);
         };
-        let outcome = pipeline.siemens_from_volts(volts);
-        if memory.scene.look(pipeline).is_err() {
+        let result = pipeline.process_volts(volts);
+        let outcome = result.outcome.clone();
+        if memory.scene.look(result).is_err() {
             return Outcome::new(Stop::Stalled, 0, 0.0);
         }
         memory.taxels.clear();
@@ -184,7 +185,7 @@ impl Method for Learned {
         let cold = scratch.take_cold();
         let memory: &mut Memory = scratch.get();
         if let (true, Some(pipeline)) = (cold, &mut memory.pipeline) {
-            pipeline.forget();
+            pipeline.begin_anew();
         }
         siemens.take_marks(volts);
         let columns = self.sensor.columns();

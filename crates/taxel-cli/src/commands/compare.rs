@@ -154,13 +154,12 @@ fn judge(contestant: &mut Contestant, known: &[Known]) -> Result<Scores, Error> 
     };
     // The first frame pays for what is drawn up once.
     if let Some(first) = known.first() {
-        pipeline.siemens_from_counts(&first.counts);
+        pipeline.process(&first.counts);
         pipeline.begin_anew();
     }
     for one in known {
         let begun = Instant::now();
-        pipeline.siemens_from_counts(&one.counts);
-        let loads: &Frame<Newtons> = pipeline.newtons()?;
+        let loads: &Frame<Newtons> = pipeline.process(&one.counts).newtons()?;
         let seconds = begun.elapsed().as_secs_f64();
         scores.add_frame(loads, &one.truth, seconds)?;
     }

@@ -88,7 +88,7 @@ pub(crate) fn run(_: &Args) -> Result<Exit, Error> {
 /// Records the grip; gives back the frames to be judged, and the faulty lines found in all of them.
 fn record(real: &VirtualSensor) -> Result<(Vec<Known>, LineFaults), Error> {
     let sensor = real.sensor();
-    let options = ScreenOptions::default();
+    let options = ScreenOptions::from_sensor(sensor);
     let mut screen = LineScreen::new(
         sensor.rows(),
         sensor.columns(),
@@ -227,8 +227,8 @@ fn one_curve(raw: &mut Pipeline, presses: &Data) -> LoadLaw {
         .presses
         .iter()
         .map(|press| {
-            raw.siemens_from_counts(&presses.frames[press.frame]);
-            (raw.siemens().at(press.row, press.column), press.load_g)
+            let found = raw.process(&presses.frames[press.frame]);
+            (found.siemens.at(press.row, press.column), press.load_g)
         })
         .collect();
     fit_pairs(&pairs).swap_remove(0).law
@@ -252,11 +252,11 @@ impl Way {
         let (frames, mut seconds) = (recording.len() as f64, 0.0);
         for known in recording {
             let begun = Instant::now();
-            pipeline.siemens_from_counts(&known.counts);
+            let result = pipeline.process(&known.counts);
             way.last = match curve {
-                None => pipeline.newtons()?.clone(),
-                Some(law) => pipeline.siemens().map(|taxel, siemens| {
-                    newtons_from_grams(law.grams_from_siemens(taxel, siemens).max(0.0))
+                None => result.newtons()?.clone(),
+                Some(law) => result.siemens.map(|taxel, siemens| {
+                    newtons_from_grams(law.grams_from_siemens(taxel, siemens))
                 }),
             };
             seconds += begun.elapsed().as_secs_f64();

@@ -113,8 +113,7 @@ fn counts(
     }
     let max_count = options.max_count.unwrap_or(f64::MAX);
     let (rows, columns) = (options.rows, options.columns);
-    let spec = sensor.map(|sensor| sensor.screen.clone());
-    let screen_options = ScreenOptions::from_spec(&spec.unwrap_or_default());
+    let screen_options = sensor.map_or_else(ScreenOptions::default, ScreenOptions::from_sensor);
     let mut lines = LineScreen::new(rows, columns, max_count, &screen_options);
     let mut single = FrameScreen::new(rows, columns, max_count, &screen_options);
     let mask = screen_options.mask;

@@ -44,7 +44,7 @@ pub(crate) fn run(plan: &Plan) -> Result<Evaluation, Error> {
         section.paragraphs.extend(experiment.note.clone());
         if left_out > 0 {
             section.paragraphs.push(format!(
-                "{left_out} frames could not be read, or no conductances explain them; what they say is left out or wrong."
+                "{left_out} frames could not be read, or no conductances explain them; they are left out."
             ));
         }
         lost += left_out;

@@ -96,7 +96,7 @@ impl Details {
             let mut shown = siemens.map(|_, value| value);
             let errors = errors
                 .as_mut()
-                .map(|errors| errors.of(&siemens, &mut shown).clone());
+                .map(|errors| errors.of(&siemens, true, &mut shown).clone());
             let mut answer = self.answer.lock().unwrap_or_else(PoisonError::into_inner);
             *answer = Some(Answer { siemens, errors });
         }

@@ -6,7 +6,7 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use taxel::calibrate::LoadLaw;
-use taxel::pipeline::Pipeline;
+use taxel::pipeline::FrameResult;
 use taxel::solve::Raw;
 
 use crate::network::{AdamSettings, Mlp, Trace};
@@ -43,12 +43,12 @@ impl Scene {
     ///
     /// # Errors
     /// A sensor without a load law.
-    pub fn look(&mut self, pipeline: &mut Pipeline) -> Result<(), taxel::Error> {
-        let siemens = pipeline.siemens();
+    pub fn look(&mut self, result: FrameResult<'_>) -> Result<(), taxel::Error> {
+        let siemens = result.siemens;
         (self.rows, self.columns) = (siemens.rows(), siemens.columns());
         self.siemens.clear();
         self.siemens.extend_from_slice(siemens.values());
-        let loads = pipeline.newtons()?;
+        let loads = result.newtons()?;
         self.loads_g.clear();
         self.loads_g.extend(
             loads

@@ -72,7 +72,11 @@ pub struct HealthOptions {
 impl Default for HealthOptions {
     fn default() -> Self {
         Self {
-            screen: ScreenOptions::default(),
+            // A whole hand leaves cross-talk on an open taxel: less than a tenth of the load around it is silence.
+            screen: ScreenOptions {
+                silent_share: 0.1,
+                ..ScreenOptions::default()
+            },
             scan_order: ScanOrder::RowByRow,
             frames_per_second: None,
             fewest_frames: 16,

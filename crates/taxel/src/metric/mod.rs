@@ -48,6 +48,13 @@ pub fn outlier_share<Q>(frame: &Frame<Q>) -> f64 {
     1.0 - frame.count(Mark::Good) as f64 / frame.marks().len() as f64
 }
 
+/// Share of the taxels whose own reading counts, 0 to 1: good, or saturated (a lower bound). A sum of loads over a
+/// frame is a sum over these, and over what was interpolated.
+pub fn measured_share<Q>(frame: &Frame<Q>) -> f64 {
+    let measured = frame.count(Mark::Good) + frame.count(Mark::Saturated);
+    measured as f64 / frame.marks().len() as f64
+}
+
 /// Values and positions of the taxels that count.
 fn usable<Q>(frame: &Frame<Q>) -> impl Iterator<Item = (usize, f64)> {
     let pairs = frame.values().iter().zip(frame.marks()).enumerate();

@@ -136,9 +136,9 @@ impl Ring<'_> {
         let mut scores = Scores::default();
         for press in self.presses(&self.judged) {
             pipeline.begin_anew();
-            pipeline.siemens_from_counts(&self.lessons.data.frames[press.frame]);
+            let result = pipeline.process(&self.lessons.data.frames[press.frame]);
             let at = press.row * sensor.columns() + press.column;
-            scores.add_press(grams(pipeline.newtons()?.values()[at]), press.load_g);
+            scores.add_press(grams(result.newtons()?.values()[at]), press.load_g);
         }
         pipeline.begin_anew();
         Ok(Contestant {
@@ -156,8 +156,8 @@ impl Ring<'_> {
         let mut pipeline = Pipeline::new(&self.sensor, Box::new(raw.clone()))?;
         let mut pairs = Vec::new();
         for press in self.presses(&self.known) {
-            pipeline.siemens_from_counts(&self.lessons.data.frames[press.frame]);
-            pairs.push((pipeline.siemens().at(press.row, press.column), press.load_g));
+            let result = pipeline.process(&self.lessons.data.frames[press.frame]);
+            pairs.push((result.siemens.at(press.row, press.column), press.load_g));
         }
         let law = match name {
             "none" => straight(&pairs),
