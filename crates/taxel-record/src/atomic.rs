@@ -24,6 +24,8 @@ pub struct AtomicFile {
     buffer: Vec<u8>,
     bytes: u64,
     kept: Arc<OnceLock<PathBuf>>,
+    /// An older file of the name is never replaced.
+    new_only: bool,
     #[cfg(test)]
     fails_after: Option<u64>,
 }
@@ -54,9 +56,26 @@ impl AtomicFile {
             buffer: Vec::with_capacity(BUFFER),
             bytes: 0,
             kept: Arc::default(),
+            new_only: false,
             #[cfg(test)]
             fails_after: None,
         })
+    }
+
+    /// Begins the file `path`, which must not be there: not now and not when it is committed.
+    ///
+    /// # Errors
+    /// [`Error::Exists`]; [`Error::Create`] when nothing can be written there.
+    pub fn create_new(path: impl AsRef<Path>) -> Result<Self, Error> {
+        let path = path.as_ref();
+        if fs::symlink_metadata(path).is_ok() {
+            return Err(Error::Exists {
+                file: path.to_owned(),
+            });
+        }
+        let mut file = Self::create(path)?;
+        file.new_only = true;
+        Ok(file)
     }
 
     /// The name it was created with.
@@ -109,7 +128,11 @@ impl AtomicFile {
         let Sink::Beside(file) = std::mem::replace(&mut self.sink, Sink::Failed) else {
             return Ok(());
         };
-        if let Err(failed) = file.persist(&self.target) {
+        let named = match self.new_only {
+            true => file.persist_noclobber(&self.target),
+            false => file.persist(&self.target),
+        };
+        if let Err(failed) = named {
             self.sink = Sink::Beside(failed.file);
             self.keep();
             return Err(self.error(failed.error));
@@ -193,6 +216,10 @@ impl AtomicFile {
     /// Gives what was written so far the name `<name>.partial`.
     fn keep(&mut self) {
         if let Sink::Beside(file) = std::mem::replace(&mut self.sink, Sink::Failed) {
+            if self.bytes == 0 {
+                // Nothing is no part of anything; let go, it is gone.
+                return;
+            }
             let mut name = self.target.clone().into_os_string();
             name.push(".partial");
             let partial = PathBuf::from(name);

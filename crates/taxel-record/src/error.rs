@@ -68,6 +68,12 @@ pub enum Error {
         /// The system's reason.
         source: io::Error,
     },
+    /// A recording of that name is there already.
+    #[error("{} already exists\nhint: recordings are never overwritten; choose another name", .file.display())]
+    Exists {
+        /// The file.
+        file: PathBuf,
+    },
     /// Writing stopped in the middle (disk full): an older file of that name is untouched.
     #[error("cannot finish {} after {bytes} bytes: {source}; {}", .file.display(), kept_words(.kept))]
     Write {
@@ -440,6 +446,50 @@ pub enum Error {
         /// Bytes of the file.
         bytes: u64,
     },
+    /// A recording whose file was damaged since; everything that is whole in it was given.
+    #[error("recording {} is damaged: {what}\nhint: `--keep-going` does without what is missing; `taxel recover` makes a whole file of the rest", .file.display())]
+    RecordingDamaged {
+        /// The file.
+        file: PathBuf,
+        /// What is missing.
+        what: String,
+    },
+    /// A file of another kind.
+    #[error("{} is not an MCAP file: it begins with {found}\nhint: a recording of text ends in .txt or .csv, an array in .npy", .file.display())]
+    NotMcap {
+        /// The file.
+        file: PathBuf,
+        /// Its first characters.
+        found: String,
+    },
+    /// A message of a recording that is no frame.
+    #[error("frame {frame} of {} cannot be read: {reason}\nhint: another program wrote it in another way; `--keep-going` leaves it out", .file.display())]
+    Message {
+        /// The file.
+        file: PathBuf,
+        /// The frame.
+        frame: u64,
+        /// Why.
+        reason: String,
+    },
+    /// A record of a recording that is larger than is read.
+    #[error("a record or chunk of {} has {found} bytes, at most {limit} are read at once\nhint: `mcap compress --chunk-size` writes smaller ones", .file.display())]
+    RecordSize {
+        /// The file.
+        file: PathBuf,
+        /// Its bytes.
+        found: u64,
+        /// The most that are read.
+        limit: u64,
+    },
+    /// Chunks packed in a way that is not read.
+    #[error("the chunks of {} are packed with {found}, expected zstd or nothing\nhint: `mcap compress --compression zstd` writes them so", .file.display())]
+    ChunkPacking {
+        /// The file.
+        file: PathBuf,
+        /// The packing.
+        found: String,
+    },
     /// A recording of something else.
     #[error("no frames of counts in {}: it has {}\nhint: counts are `foxglove.Grid` messages, in recordings of this program on /taxel/counts", .file.display(), names_words(.found))]
     NoCounts {
@@ -461,6 +511,15 @@ pub enum Error {
 }
 
 impl Error {
+    /// For a new file that cannot be begun.
+    pub(crate) fn creating(file: &std::path::Path, source: io::Error) -> Self {
+        let file = file.to_owned();
+        match source.kind() {
+            io::ErrorKind::AlreadyExists => Self::Exists { file },
+            _ => Self::Create { file, source },
+        }
+    }
+
     /// Whether `keep_going` may leave out the frame and read on (the data is at fault, not the file system).
     pub fn is_one_frame(&self) -> bool {
         matches!(
@@ -475,7 +534,9 @@ impl Error {
                 | Error::TooLarge { .. }
                 | Error::NpyCutShort { .. }
                 | Error::Value { .. }
+                | Error::Message { .. }
                 | Error::RecordingCut { .. }
+                | Error::RecordingDamaged { .. }
         )
     }
 }

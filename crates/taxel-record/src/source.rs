@@ -8,7 +8,8 @@ use std::path::Path;
 use taxel::{Counts, Frame};
 
 use crate::error::Error;
-use crate::mcap::Event;
+use crate::integrity::Integrity;
+use crate::mcap::{Event, Tare};
 
 /// The most taxels a frame may have: 2²⁴, 128 MiB of values.
 pub const MAX_TAXELS: usize = 1 << 24;
@@ -47,6 +48,21 @@ pub trait FrameSource<Q = Counts> {
         Vec::new()
     }
 
+    /// What is known to be missing from what was read; complete at the end.
+    fn integrity(&self) -> Integrity {
+        Integrity::default()
+    }
+
+    /// What is to be taken off the loads of the frame read last, as it was while it was recorded.
+    fn tare(&self) -> Option<&Tare> {
+        None
+    }
+
+    /// The number that the device gave the frame read last, where the file knows it.
+    fn device_number(&self) -> Option<u64> {
+        None
+    }
+
     /// The frames one by one, each newly allocated.
     fn frames(self) -> Frames<Self, Q>
     where
@@ -80,6 +96,15 @@ impl<Q, S: FrameSource<Q> + ?Sized> FrameSource<Q> for Box<S> {
     }
     fn take_events(&mut self) -> Vec<Event> {
         (**self).take_events()
+    }
+    fn integrity(&self) -> Integrity {
+        (**self).integrity()
+    }
+    fn tare(&self) -> Option<&Tare> {
+        (**self).tare()
+    }
+    fn device_number(&self) -> Option<u64> {
+        (**self).device_number()
     }
 }
 

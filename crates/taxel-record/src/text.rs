@@ -27,6 +27,9 @@ pub struct TextOptions {
     pub transpose: bool,
     /// Leave out frames that cannot be read, instead of stopping at the first.
     pub keep_going: bool,
+    /// Of a damaged `.mcap`, give what is whole and no error at its end: the caller asks
+    /// [`FrameSource::integrity`] and tells what is missing.
+    pub accept_damage: bool,
     /// Whether each frame has an extra line before it. `None`: `.txt` files have none, the others show it.
     pub extra_line: Option<bool>,
 }
@@ -40,6 +43,7 @@ impl TextOptions {
             max_count: None,
             transpose: false,
             keep_going: false,
+            accept_damage: false,
             extra_line: None,
         }
     }

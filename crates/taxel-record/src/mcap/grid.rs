@@ -4,6 +4,7 @@
 //! (MIT licence, foxglove-schemas-protobuf 0.4.0), which every recording carries.
 
 use prost::Message;
+use prost::encoding::{DecodeContext, decode_key, skip_field};
 
 /// Name of the schema.
 pub(super) const SCHEMA: &str = "foxglove.Grid";
@@ -134,7 +135,34 @@ pub(super) struct Grid {
     pub data: Vec<u8>,
 }
 
+/// The most fields that a cell is believed to have: memory goes with the bytes of a message, not with the number of
+/// empty fields in it.
+const MAX_FIELDS: usize = 64;
+/// Tag of the fields in a grid's message.
+const FIELDS: u32 = 8;
+
 impl Grid {
+    /// A grid from a message.
+    ///
+    /// # Errors
+    /// Why it is none, in words.
+    pub fn read_from(message: &[u8]) -> Result<Self, String> {
+        let (mut rest, mut fields) = (message, 0);
+        while !rest.is_empty() {
+            let skip = decode_key(&mut rest).and_then(|(tag, wire)| {
+                fields += usize::from(tag == FIELDS);
+                skip_field(wire, tag, &mut rest, DecodeContext::default())
+            });
+            skip.map_err(|error| error.to_string())?;
+        }
+        if fields > MAX_FIELDS {
+            return Err(format!(
+                "a grid with {fields} fields a cell, at most {MAX_FIELDS} expected"
+            ));
+        }
+        Self::decode(message).map_err(|error| error.to_string())
+    }
+
     /// An empty grid with these fields, one behind the other in each cell. Cells are `pitch_mm` (between rows, between
     /// columns) large.
     pub fn new(columns: usize, pitch_mm: [f64; 2], fields: &[(&str, Numeric)]) -> Self {
@@ -181,11 +209,13 @@ impl Grid {
         });
     }
 
-    /// Rows that the data has.
+    /// Rows that the data has; none where rows or cells would lie on each other.
     pub fn rows(&self) -> usize {
-        match self.row_stride {
+        let (cell, columns) = (u64::from(self.cell_stride), u64::from(self.column_count));
+        match u64::from(self.row_stride) {
             0 => 0,
-            stride => self.data.len() / stride as usize,
+            row if cell == 0 || cell * columns > row => 0,
+            row => self.data.len() / row as usize,
         }
     }
 

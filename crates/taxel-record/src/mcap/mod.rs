@@ -9,18 +9,28 @@
 //!
 //! The log time of a message is the host's when the frame was complete; its publish time is the device's clock, set
 //! to the host's at the first frame. The metadata record `taxel` holds the sensor file, the program's version and the
-//! source.
+//! source; `taxel/losses` what was lost before the file ([`Losses`]); attachments `taxel/tare` what was taken off and
+//! from which frame on ([`Tare`]).
 
 mod grid;
 mod index;
+mod losses;
+mod parse;
 mod read;
 mod recover;
+mod scan;
+mod sought;
+mod tail;
+mod tare;
 #[cfg(test)]
 mod tests;
+mod topics;
 mod write;
 
+pub use losses::Losses;
 pub use read::{Event, McapReader};
 pub use recover::{Recovered, recover};
+pub use tare::Tare;
 pub use write::{About, McapWriter};
 
 /// Topic of the counts.
@@ -39,3 +49,9 @@ const MAGIC: &[u8; 8] = b"\x89MCAP0\r\n";
 const PLAIN_END: &[u8; 50] = b"\x0f\x04\0\0\0\0\0\0\0\0\0\0\0\
     \x02\x14\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\
     \x89MCAP0\r\n";
+
+/// Nanoseconds since 1970.
+fn nanos(at: std::time::SystemTime) -> u64 {
+    at.duration_since(std::time::SystemTime::UNIX_EPOCH)
+        .map_or(0, |since| since.as_nanos() as u64)
+}

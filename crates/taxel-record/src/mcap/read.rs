@@ -1,26 +1,32 @@
 //! Reading, a chunk at a time.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::{Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-use mcap::parse_record;
 use mcap::records::Record;
-use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use prost::Message;
+use serde::Deserialize;
 use taxel::{Counts, Frame};
 
-use super::grid::{Grid, SCHEMA};
+use super::grid::Grid;
 use super::index::Index;
-use super::{COUNTS, EVENTS, METADATA};
+use super::losses::{self, Losses};
+use super::parse::{self, Records};
+use super::scan::{Found, MAX_RECORD, Scanner};
+use super::tare::{self, Tare};
+use super::topics::Topics;
+use super::{METADATA, sought};
 use crate::error::Error;
+use crate::integrity::{Damage, Gaps, Integrity};
 use crate::source::{FrameSource, MAX_TAXELS, SkipLog, Skipped, fit_shape, open_file};
 use crate::text::TextOptions;
 
-/// The longest record believed: a length beyond it is damage, not data.
-pub(super) const LONGEST_RECORD: usize = 1 << 28;
+/// The longest event, its longest text, and how many wait to be taken: more is no note of a person.
+const EVENT_BYTES: usize = 64 << 10;
+const EVENT_TEXT: usize = 4 << 10;
+const EVENTS_WAITING: usize = 10_000;
 
 /// Something that happened during a recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,55 +41,53 @@ pub struct Event {
     pub text: String,
 }
 
-/// Reads the counts of a recording. Of one that was cut off, everything up to there comes, then
-/// [`Error::RecordingCut`].
+/// Reads the counts of a recording. A damaged chunk costs its own frames; what is missing is told by
+/// [`FrameSource::integrity`], and at the end by [`Error::RecordingDamaged`] where the options do not accept it. Of a
+/// recording that was cut off, everything up to there comes, then [`Error::RecordingCut`].
 pub struct McapReader {
-    path: PathBuf,
-    file: File,
-    total: Option<u64>,
-    bytes: u64,
-    reader: LinearReader,
-    index: Option<Index>,
-    schemas: HashMap<u16, String>,
-    topics: HashMap<u16, (String, u16)>,
-    about: HashMap<String, String>,
-    events: Vec<Happened>,
+    pub(super) path: PathBuf,
+    pub(super) scanner: Scanner<File>,
+    /// The chunk that is being read, and how far.
+    content: Option<(Vec<u8>, usize)>,
+    pub(super) index: Option<Index>,
+    pub(super) topics: Topics,
+    about: BTreeMap<String, String>,
+    pub(super) events: Vec<Happened>,
     /// Log time of the first frame.
     start: Option<u64>,
-    /// The channel that carries the counts, once it is known.
-    counts: Option<u16>,
     /// The next frame, read ahead to know its shape.
-    ahead: Option<Ahead>,
+    pub(super) ahead: Option<Ahead>,
     shape: (usize, usize),
-    transpose: bool,
-    maximum: f64,
-    keep_going: bool,
-    frames: u64,
+    options: TextOptions,
+    /// Position of the next frame.
+    pub(super) frames: u64,
     host: SystemTime,
+    number: Option<u32>,
     device: DeviceClock,
     skips: SkipLog,
-    whole: bool,
+    pub(super) tare: Option<Tare>,
+    losses: Losses,
+    gaps: Gaps,
+    damage: Damage,
+    lost: LostFrames,
+    /// It was read from its beginning on, and so can be held against what it says of itself.
+    in_full: bool,
+    messages: u64,
     done: bool,
 }
 
 /// An event as the file has it.
-struct Happened {
-    log_time: u64,
+pub(super) struct Happened {
+    pub(super) log_time: u64,
     kind: String,
     text: String,
 }
 
-struct Ahead {
-    grid: Grid,
-    log_time: u64,
+pub(super) struct Ahead {
+    grid: Result<Grid, String>,
+    pub(super) log_time: u64,
     publish_time: u64,
-}
-
-fn options() -> LinearReaderOptions {
-    LinearReaderOptions::default()
-        .with_skip_end_magic(true)
-        .with_prevalidate_chunk_crcs(true)
-        .with_record_length_limit(LONGEST_RECORD)
+    number: u32,
 }
 
 /// Device time from publish times: seconds since the first frame.
@@ -92,16 +96,48 @@ struct DeviceClock {
     first: Option<u64>,
 }
 
+/// Frames of chunks that are lost, counted by the indexes that follow each chunk.
+#[derive(Default)]
+struct LostFrames {
+    /// The chunk before was lost.
+    after_lost: bool,
+    /// Channels whose index has come since the last chunk.
+    indexed: Vec<u16>,
+    /// By channel, of those not yet counted.
+    waiting: HashMap<u16, u64>,
+}
+
+impl LostFrames {
+    fn chunk(&mut self, is_lost: bool) {
+        self.after_lost = is_lost;
+        self.indexed.clear();
+    }
+
+    fn index(&mut self, channel: u16, messages: usize) {
+        // A second index of a channel is that of a chunk that was not even seen.
+        if self.after_lost || self.indexed.contains(&channel) {
+            *self.waiting.entry(channel).or_default() += messages as u64;
+        }
+        self.indexed.push(channel);
+    }
+}
+
+#[derive(Deserialize)]
+struct EventJson {
+    #[serde(default)]
+    kind: String,
+    #[serde(default)]
+    text: String,
+}
+
 impl McapReader {
     /// Opens a recording of the shape that `options` give.
     ///
     /// # Errors
-    /// [`Error::Open`], [`Error::Recording`], [`Error::NoCounts`], [`Error::FrameShape`].
+    /// [`Error::Open`], [`Error::NotMcap`], [`Error::NoCounts`], [`Error::FrameShape`].
     pub fn open(path: impl AsRef<Path>, options: TextOptions) -> Result<Self, Error> {
         let mut reader = Self::open_any(path)?;
-        reader.transpose = options.transpose;
-        reader.maximum = options.max_count.unwrap_or(f64::MAX);
-        reader.keep_going = options.keep_going;
+        reader.options = options;
         let (rows, columns) = reader.shape;
         let found = match options.transpose {
             true => (columns, rows),
@@ -126,66 +162,89 @@ impl McapReader {
     /// As [`Self::open`].
     pub fn open_any(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref().to_owned();
-        let (file, total) = open_file(&path)?;
+        let (mut file, total) = open_file(&path)?;
+        let index = match total {
+            Some(total) => Index::read(&mut file, total),
+            None => None,
+        };
+        if total.is_some() {
+            file.seek(SeekFrom::Start(0))
+                .map_err(|source| Error::Read {
+                    file: path.clone(),
+                    bytes: 0,
+                    source,
+                })?;
+        }
+        let mut options = TextOptions::new(1, 1);
+        options.keep_going = true;
         let mut reader = Self {
             path,
-            file,
-            total,
-            bytes: 0,
-            reader: LinearReader::new_with_options(options()),
-            index: None,
-            schemas: HashMap::new(),
-            topics: HashMap::new(),
-            about: HashMap::new(),
+            scanner: Scanner::new(file, total),
+            content: None,
+            topics: index
+                .as_ref()
+                .map(|index| index.topics.clone())
+                .unwrap_or_default(),
+            index,
+            about: BTreeMap::new(),
             events: Vec::new(),
             start: None,
-            counts: None,
             ahead: None,
             shape: (0, 0),
-            transpose: false,
-            maximum: f64::MAX,
-            keep_going: true,
+            options,
             frames: 0,
             host: SystemTime::UNIX_EPOCH,
+            number: None,
             device: DeviceClock::default(),
             skips: SkipLog::default(),
-            whole: false,
+            tare: None,
+            losses: Losses::default(),
+            gaps: Gaps::default(),
+            damage: Damage::default(),
+            lost: LostFrames::default(),
+            in_full: true,
+            messages: 0,
             done: false,
         };
-        reader.ahead = reader.read_grid()?;
-        let Some(ahead) = &reader.ahead else {
-            return Err(Error::NoCounts {
-                file: reader.path.clone(),
-                found: reader
-                    .topics
-                    .values()
-                    .map(|(topic, _)| topic.clone())
-                    .collect(),
+        reader.begin()?;
+        Ok(reader)
+    }
+
+    /// Reads on to the first frame, for its shape.
+    fn begin(&mut self) -> Result<(), Error> {
+        self.ahead = self.read_grid()?;
+        let Some(ahead) = &self.ahead else {
+            return Err(match self.damage.cut {
+                true => Error::RecordingCut {
+                    file: self.path.clone(),
+                    frames: 0,
+                    bytes: self.scanner.position(),
+                },
+                false => Error::NoCounts {
+                    file: self.path.clone(),
+                    found: self.topics.names(),
+                },
             });
         };
-        reader.start = Some(ahead.log_time);
-        let (rows, columns) = (ahead.grid.rows(), ahead.grid.column_count as usize);
+        self.start = Some(ahead.log_time);
+        let (rows, columns) = match &ahead.grid {
+            Ok(grid) => (grid.rows(), grid.column_count as usize),
+            Err(_) => (0, 0),
+        };
         let taxels = rows.saturating_mul(columns);
         if taxels == 0 || taxels > MAX_TAXELS {
             return Err(Error::Size {
-                file: reader.path,
+                file: self.path.clone(),
                 rows,
                 columns,
                 limit: MAX_TAXELS,
             });
         }
-        reader.shape = (rows, columns);
-        if let (Some(counts), true) = (reader.counts, reader.total.is_some()) {
-            let at = reader.file.stream_position();
-            reader.index = Index::read(&mut reader.file, counts);
-            at.and_then(|at| reader.file.seek(SeekFrom::Start(at)))
-                .map_err(|source| Error::Read {
-                    file: reader.path.clone(),
-                    bytes: reader.bytes,
-                    source,
-                })?;
+        self.shape = (rows, columns);
+        if self.about.is_empty() {
+            self.about = sought::about(&self.path, self.index.as_ref());
         }
-        Ok(reader)
+        Ok(())
     }
 
     /// The sensor file that the recording carries.
@@ -201,44 +260,8 @@ impl McapReader {
     /// How long the recording is, seconds, and its frames; `None` where it has no index (it was cut off).
     pub fn extent(&self) -> Option<(f64, u64)> {
         let index = self.index.as_ref()?;
-        Some((index.secs(index.end), index.frames))
-    }
-
-    /// Goes to the first frame `secs` after the beginning; false where the recording has no index.
-    ///
-    /// # Errors
-    /// [`Error::Read`].
-    pub fn seek(&mut self, secs: f64) -> Result<bool, Error> {
-        let Some(index) = &self.index else {
-            return Ok(false);
-        };
-        let wanted = index.start.saturating_add((secs.max(0.0) * 1e9) as u64);
-        let chunk = index.chunks.iter().find(|chunk| chunk.end >= wanted);
-        let Some(offset) = chunk.or(index.chunks.last()).map(|chunk| chunk.offset) else {
-            return Ok(false);
-        };
-        let share = index.secs(wanted) / index.secs(index.end).max(1e-9);
-        self.frames = (share.min(1.0) * index.frames as f64) as u64;
-        self.file
-            .seek(SeekFrom::Start(offset))
-            .map_err(|source| Error::Read {
-                file: self.path.clone(),
-                bytes: offset,
-                source,
-            })?;
-        self.bytes = offset;
-        self.reader = LinearReader::new_with_options(options().with_skip_start_magic(true));
-        (self.whole, self.done) = (false, false);
-        self.events.clear();
-        loop {
-            self.ahead = self.read_grid()?;
-            match &self.ahead {
-                Some(ahead) if ahead.log_time < wanted => {}
-                _ => break,
-            }
-        }
-        self.events.retain(|event| event.log_time >= wanted);
-        Ok(true)
+        let frames = index.messages(self.topics.counts()?)?;
+        Some((index.secs(index.statistics.message_end_time), frames))
     }
 
     /// When the host had the frame read last.
@@ -246,130 +269,211 @@ impl McapReader {
         self.host
     }
 
+    /// The number that the device gave the frame read last, of 32 bits; `None` in recordings of other programs.
+    pub fn device_number(&self) -> Option<u32> {
+        self.number.filter(|_| self.topics.is_own())
+    }
+
+    /// What was lost while it was recorded, as far as it was read.
+    pub fn losses(&self) -> &Losses {
+        &self.losses
+    }
+
+    /// After a jump: nothing of the old place counts any more.
+    pub(super) fn forget_place(&mut self) {
+        (self.content, self.number, self.done) = (None, None, false);
+        self.lost = LostFrames::default();
+        self.in_full = false;
+        self.damage.cut = false;
+        self.events.clear();
+    }
+
     /// Reads on to the next message of the counts; `None` at the end.
-    fn read_grid(&mut self) -> Result<Option<Ahead>, Error> {
+    pub(super) fn read_grid(&mut self) -> Result<Option<Ahead>, Error> {
         loop {
-            let found = match self.reader.next_event() {
-                None => None,
-                Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
-                    // More than asked for would make small chunks one read each; less would be many.
-                    let buffer = self.reader.insert(wanted.max(1 << 16));
-                    let count = self.file.read(buffer).map_err(|source| Error::Read {
-                        file: self.path.clone(),
-                        bytes: self.bytes,
-                        source,
-                    })?;
-                    self.bytes += count as u64;
-                    self.reader.notify_read(count);
-                    continue;
-                }
-                Some(Ok(LinearReadEvent::Record { data, opcode })) => {
-                    match parse_record(opcode, data) {
-                        Ok(record) => Some(Ok(record.into_owned())),
-                        Err(error) => Some(Err(error)),
+            if let Some((content, mut at)) = self.content.take() {
+                let mut records = Records(&content[at..]);
+                if let Some((opcode, body)) = records.next() {
+                    at = content.len() - records.0.len();
+                    let ahead = match parse::record(opcode, body) {
+                        Some(record) => self.take(record),
+                        None => {
+                            self.damage.records += 1;
+                            None
+                        }
+                    };
+                    self.content = Some((content, at));
+                    if ahead.is_some() {
+                        return Ok(ahead);
                     }
                 }
-                Some(Err(error)) => Some(Err(error)),
-            };
-            let record = match found {
-                Some(Ok(record)) => record,
-                // Behind the data there is only the index.
-                _ if self.whole => return Ok(None),
-                Some(Err(error @ mcap::McapError::BadMagic)) => return Err(self.damaged(&error)),
-                // The reader gives up where a record is torn.
-                Some(Err(_)) if Some(self.bytes) == self.total => return self.cut(),
-                Some(Err(error)) => return Err(self.damaged(&error)),
-                None => return self.cut(),
-            };
-            if let Some(ahead) = self.take(record)? {
-                return Ok(Some(ahead));
+                continue;
+            }
+            let found = self.scanner.next().map_err(|source| Error::Read {
+                file: self.path.clone(),
+                bytes: self.scanner.position(),
+                source,
+            })?;
+            match self.take_found(found)? {
+                Step::On => {}
+                Step::Frame(ahead) => return Ok(Some(ahead)),
+                Step::End => return Ok(None),
             }
         }
     }
 
-    /// The file ends before its end.
-    fn cut(&mut self) -> Result<Option<Ahead>, Error> {
-        Err(Error::RecordingCut {
-            file: self.path.clone(),
-            frames: self.frames,
-            bytes: self.bytes,
-        })
-    }
-
-    fn damaged(&self, error: &mcap::McapError) -> Error {
-        Error::Recording {
-            file: self.path.clone(),
-            frames: self.frames,
-            source: io::Error::new(io::ErrorKind::InvalidData, error.to_string()),
-        }
-    }
-
-    fn take(&mut self, record: Record) -> Result<Option<Ahead>, Error> {
-        match record {
-            Record::Schema { header, .. } => {
-                self.schemas.insert(header.id, header.name);
+    fn take_found(&mut self, found: Found) -> Result<Step, Error> {
+        match found {
+            Found::Chunk(content) => {
+                self.lost.chunk(false);
+                self.content = Some((content, 0));
             }
-            Record::Channel(channel) => {
-                let grid = self
-                    .schemas
-                    .get(&channel.schema_id)
-                    .is_some_and(|name| name == SCHEMA);
-                let own = channel.topic == COUNTS;
-                if grid && channel.message_encoding == "protobuf" && (own || self.counts.is_none())
-                {
-                    self.counts = Some(channel.id);
+            Found::LostChunk => {
+                self.lost.chunk(true);
+                self.damage.chunks += 1;
+                self.number = None;
+            }
+            Found::Lost { bytes } => {
+                self.damage.bytes += bytes;
+                self.number = None;
+            }
+            Found::Unreadable => self.damage.records += 1,
+            Found::Record(Record::MessageIndex(index)) => {
+                self.lost.index(index.channel_id, index.records.len());
+            }
+            Found::Record(record) => {
+                if let Some(ahead) = self.take(record) {
+                    return Ok(Step::Frame(ahead));
                 }
-                self.topics
-                    .insert(channel.id, (channel.topic, channel.schema_id));
+            }
+            Found::NotMcap => {
+                return Err(Error::NotMcap {
+                    file: self.path.clone(),
+                    found: sought::beginning(&self.path),
+                });
+            }
+            Found::TooLarge { bytes } => {
+                return Err(Error::RecordSize {
+                    file: self.path.clone(),
+                    found: bytes,
+                    limit: MAX_RECORD as u64,
+                });
+            }
+            Found::Packing(found) => {
+                return Err(Error::ChunkPacking {
+                    file: self.path.clone(),
+                    found,
+                });
+            }
+            Found::End => {
+                self.compare();
+                return Ok(Step::End);
+            }
+            Found::Cut { bytes } => {
+                self.damage.cut = true;
+                self.damage.bytes += bytes;
+                return Ok(Step::End);
+            }
+        }
+        Ok(Step::On)
+    }
+
+    /// Holds what was found against what the file says of itself.
+    fn compare(&mut self) {
+        self.count_lost();
+        if !self.in_full || self.scanner.sum_is_right == Some(true) {
+            return;
+        }
+        self.damage.checksum = self.scanner.sum_is_right == Some(false);
+        let counts = self.topics.counts();
+        let stated = self.index.as_ref().zip(counts);
+        if let Some(stated) = stated.and_then(|(index, counts)| index.messages(counts)) {
+            self.damage.frames = stated.saturating_sub(self.messages);
+        }
+    }
+
+    /// Frames of lost chunks keep their places.
+    fn count_lost(&mut self) {
+        let waiting = self
+            .topics
+            .counts()
+            .map(|counts| self.lost.waiting.remove(&counts));
+        if let Some(frames) = waiting.flatten() {
+            self.frames += frames;
+            self.damage.frames += frames;
+        }
+    }
+
+    fn take(&mut self, record: Record) -> Option<Ahead> {
+        self.topics.take(&record);
+        match record {
+            Record::Metadata(metadata) if !parse::is_sealed(&metadata.metadata) => {
+                self.damage.records += 1;
             }
             Record::Metadata(metadata) if metadata.name == METADATA => {
-                self.about.extend(metadata.metadata);
+                self.about = metadata.metadata;
             }
-            Record::DataEnd(_) => self.whole = true,
-            Record::Message { header, data } if Some(header.channel_id) == self.counts => {
-                let grid = Grid::decode(&*data).map_err(|error| Error::Recording {
-                    file: self.path.clone(),
-                    frames: self.frames,
-                    source: io::Error::new(io::ErrorKind::InvalidData, error),
-                })?;
-                return Ok(Some(Ahead {
-                    grid,
-                    log_time: header.log_time,
-                    publish_time: header.publish_time,
-                }));
+            Record::Metadata(metadata) if metadata.name == losses::NAME => {
+                self.losses = Losses::from_metadata(&metadata.metadata);
+            }
+            Record::Attachment { header, data, .. } if header.name == tare::NAME => {
+                match Tare::from_attachment(header.log_time, &data) {
+                    Some(tare) => self.tare = Some(tare),
+                    None => self.damage.records += 1,
+                }
             }
             Record::Message { header, data } => {
-                let topic = self.topics.get(&header.channel_id);
-                if topic.is_some_and(|(topic, _)| topic == EVENTS) {
+                self.topics.meet(header.channel_id, &data);
+                if Some(header.channel_id) == self.topics.counts() {
+                    self.messages += 1;
+                    return Some(Ahead {
+                        grid: Grid::read_from(&data),
+                        log_time: header.log_time,
+                        publish_time: header.publish_time,
+                        number: header.sequence,
+                    });
+                }
+                if self.topics.is_event(header.channel_id) {
                     self.take_event(header.log_time, &data);
                 }
             }
             _ => {}
         }
-        Ok(None)
+        None
     }
 
     fn take_event(&mut self, log_time: u64, data: &[u8]) {
-        let Ok(json) = serde_json::from_slice::<serde_json::Value>(data) else {
+        let json = match data.len() {
+            0..=EVENT_BYTES => serde_json::from_slice::<EventJson>(data).ok(),
+            _ => None,
+        };
+        let Some(json) = json else {
+            self.damage.records += 1;
             return;
         };
-        let word = |key: &str| json[key].as_str().unwrap_or_default().to_owned();
-        self.events.push(Happened {
-            log_time,
-            kind: word("kind"),
-            text: word("text"),
-        });
+        if self.events.len() < EVENTS_WAITING {
+            let short = |text: String| text.chars().take(EVENT_TEXT).collect();
+            self.events.push(Happened {
+                log_time,
+                kind: short(json.kind),
+                text: short(json.text),
+            });
+        }
     }
 
     /// Puts a message into `frame`.
     fn fill(&mut self, ahead: &Ahead, frame: &mut Frame<Counts>) -> Result<(), Error> {
         let (rows, columns) = self.shape;
-        let found = (ahead.grid.rows(), ahead.grid.column_count as usize);
-        let expected = match self.transpose {
+        let grid = ahead.grid.as_ref().map_err(|reason| Error::Message {
+            file: self.path.clone(),
+            frame: self.frames,
+            reason: reason.clone(),
+        })?;
+        let found = (grid.rows(), grid.column_count as usize);
+        let expected = match self.options.transpose {
             true => (columns, rows),
             false => (rows, columns),
         };
-        let field = ahead.grid.field("counts");
         if found != expected {
             return Err(Error::FrameShape {
                 file: self.path.clone(),
@@ -379,33 +483,21 @@ impl McapReader {
             });
         }
         fit_shape(frame, rows, columns);
-        let read = field.is_some_and(|field| ahead.grid.read(field, frame.values_mut()));
+        let field = grid.field("counts");
+        let read = field.is_some_and(|field| grid.read(field, frame.values_mut()));
         if !read {
             return Err(Error::NoCounts {
                 file: self.path.clone(),
-                found: ahead.grid.fields.iter().map(|f| f.name.clone()).collect(),
+                found: grid.fields.iter().map(|f| f.name.clone()).collect(),
             });
         }
-        if self.transpose {
+        if self.options.transpose {
             let swapped = frame.values().to_vec();
             for (i, value) in frame.values_mut().iter_mut().enumerate() {
                 *value = swapped[(i % columns) * rows + i / columns];
             }
         }
-        for (i, &value) in frame.values().iter().enumerate() {
-            if !(0.0..=self.maximum).contains(&value) {
-                return Err(Error::Value {
-                    file: self.path.clone(),
-                    frame: self.frames,
-                    row: i / columns,
-                    column: i % columns,
-                    found: value,
-                    minimum: 0.0,
-                    maximum: self.maximum,
-                    hint: "the recording is of another converter; check bits in the sensor file",
-                });
-            }
-        }
+        self.check_range(frame)?;
         frame.marks_mut().fill(taxel::Mark::Good);
         frame.sequence = self.frames;
         let first = *self.device.first.get_or_insert(ahead.publish_time);
@@ -415,6 +507,74 @@ impl McapReader {
         self.host = SystemTime::UNIX_EPOCH + Duration::from_nanos(ahead.log_time);
         Ok(())
     }
+
+    fn check_range(&self, frame: &Frame<Counts>) -> Result<(), Error> {
+        let maximum = self.options.max_count.unwrap_or(f64::MAX);
+        let outside = |value: &f64| !(0.0..=maximum).contains(value);
+        let Some(i) = frame.values().iter().position(outside) else {
+            return Ok(());
+        };
+        Err(Error::Value {
+            file: self.path.clone(),
+            frame: self.frames,
+            row: i / frame.columns(),
+            column: i % frame.columns(),
+            found: frame.values()[i],
+            minimum: 0.0,
+            maximum,
+            hint: "the recording is of another converter; check bits in the sensor file",
+        })
+    }
+
+    /// The frame that was read ahead, or the next.
+    fn next_ahead(&mut self) -> Result<Option<Ahead>, Error> {
+        let ahead = match self.ahead.take() {
+            Some(ahead) => Some(ahead),
+            None => self.read_grid()?,
+        };
+        self.count_lost();
+        if let Some(ahead) = &ahead {
+            if let Some(before) = self.number.filter(|_| self.topics.is_own()) {
+                self.gaps.add(before, ahead.number);
+            }
+            self.number = Some(ahead.number);
+        }
+        Ok(ahead)
+    }
+
+    /// What is said at the end of a recording that is not whole.
+    fn at_end(&mut self) -> Result<(), Error> {
+        self.done = true;
+        let file = self.path.clone();
+        if self.damage.cut {
+            let error = Error::RecordingCut {
+                file,
+                frames: self.frames,
+                bytes: self.scanner.position(),
+            };
+            if !self.options.keep_going {
+                return Err(error);
+            }
+            self.skips.add(Skipped {
+                frame: self.frames,
+                first_line: None,
+                error,
+            });
+        } else if !(self.damage.is_none() || self.options.keep_going || self.options.accept_damage)
+        {
+            return Err(Error::RecordingDamaged {
+                file,
+                what: self.damage.words().join("; "),
+            });
+        }
+        Ok(())
+    }
+}
+
+enum Step {
+    On,
+    Frame(Ahead),
+    End,
 }
 
 impl FrameSource<Counts> for McapReader {
@@ -424,36 +584,22 @@ impl FrameSource<Counts> for McapReader {
 
     fn next_into(&mut self, frame: &mut Frame<Counts>) -> Result<bool, Error> {
         while !self.done {
-            let ahead = match self.ahead.take() {
-                Some(ahead) => Ok(Some(ahead)),
-                None => self.read_grid(),
+            let ahead = self.next_ahead().inspect_err(|_| self.done = true)?;
+            let Some(ahead) = ahead else {
+                self.at_end()?;
+                return Ok(false);
             };
-            let error = match ahead {
-                Ok(None) => {
-                    self.done = true;
-                    return Ok(false);
-                }
-                Ok(Some(ahead)) => match self.fill(&ahead, frame) {
-                    Ok(()) => {
-                        self.frames += 1;
-                        return Ok(true);
-                    }
-                    Err(error) => {
-                        self.frames += 1;
-                        error
-                    }
-                },
-                Err(error) => {
-                    self.done = true;
-                    error
-                }
+            let filled = self.fill(&ahead, frame);
+            self.frames += 1;
+            let Err(error) = filled else {
+                return Ok(true);
             };
-            if !self.keep_going {
+            if !self.options.keep_going {
                 self.done = true;
                 return Err(error);
             }
             self.skips.add(Skipped {
-                frame: self.frames,
+                frame: self.frames - 1,
                 first_line: None,
                 error,
             });
@@ -471,6 +617,19 @@ impl FrameSource<Counts> for McapReader {
         });
         events.collect()
     }
+    fn integrity(&self) -> Integrity {
+        Integrity {
+            damage: self.damage,
+            gaps: self.gaps,
+            losses: self.losses,
+        }
+    }
+    fn tare(&self) -> Option<&Tare> {
+        self.tare.as_ref().filter(|tare| !tare.is_undone())
+    }
+    fn device_number(&self) -> Option<u64> {
+        self.device_number().map(u64::from)
+    }
     fn skipped(&self) -> usize {
         self.skips.count
     }
@@ -478,9 +637,9 @@ impl FrameSource<Counts> for McapReader {
         &self.skips.first
     }
     fn bytes_read(&self) -> u64 {
-        self.bytes
+        self.scanner.position()
     }
     fn bytes_total(&self) -> Option<u64> {
-        self.total
+        self.scanner.total()
     }
 }

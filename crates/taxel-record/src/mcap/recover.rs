@@ -1,17 +1,19 @@
-//! A recording whose writer was killed, made whole again.
+//! A recording whose writer was killed, or that was damaged since, made whole again.
 
-use std::collections::HashMap;
-use std::fs::{File, OpenOptions};
-use std::io::{BufWriter, Read};
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::fs::File;
+use std::io::{Seek, SeekFrom};
 use std::path::Path;
 
-use mcap::read::ChunkReader;
-use mcap::records::Record;
-use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use mcap::{Compression, McapResult, WriteOptions, Writer, parse_record};
+use mcap::records::{MessageHeader, Record, Statistics};
+use mcap::{Compression, McapResult, WriteOptions, Writer};
 
-use super::MAGIC;
-use super::read::LONGEST_RECORD;
+use super::index::Index;
+use super::parse::{self, Records};
+use super::scan::{Found, MAX_RECORD, Scanner};
+use super::tail::Tail;
+use super::topics::{self, topic_of};
+use super::{COUNTS, sought};
 use crate::error::Error;
 use crate::source::open_file;
 
@@ -24,160 +26,210 @@ pub struct Recovered {
     pub frames: u64,
     /// Chunks that were damaged inside, and left out.
     pub chunks_lost: u64,
-    /// Bytes at the end that belonged to nothing whole.
+    /// Messages that the recording says it had, and that were not found.
+    pub messages_lost: u64,
+    /// Records that could not be understood, and left out.
+    pub records_lost: u64,
+    /// Bytes that belonged to nothing whole.
     pub bytes_lost: u64,
-    /// The recording had its end: nothing was missing.
+    /// The checksum over all of the old file's data did not fit.
+    pub checksum_differs: bool,
+    /// The recording had its end.
     pub was_whole: bool,
 }
 
-/// Copies all that is whole in `from` to a new recording `to`.
+impl Recovered {
+    /// Whether all that was recorded was saved.
+    pub fn is_all(&self) -> bool {
+        let saved = Self {
+            messages: self.messages,
+            frames: self.frames,
+            was_whole: true,
+            ..Self::default()
+        };
+        *self == saved
+    }
+}
+
+/// Copies all that is whole in `from` to a new recording `to`, which appears once it is whole itself.
 ///
 /// # Errors
-/// [`Error::Open`], [`Error::Create`], [`Error::Recording`] for something that never was a recording, or a disk that
-/// is full.
+/// [`Error::Open`], [`Error::NotMcap`] for something that never was a recording, [`Error::Exists`], [`Error::Create`],
+/// [`Error::Write`] for a disk that is full; [`Error::RecordSize`], [`Error::ChunkPacking`] for recordings of others.
 pub fn recover(from: impl AsRef<Path>, to: impl AsRef<Path>) -> Result<Recovered, Error> {
     let (from, to) = (from.as_ref(), to.as_ref());
     let (mut file, total) = open_file(from)?;
-    let mut magic = [0; 8];
-    let count = read_up_to(&mut file, &mut magic).map_err(|source| Error::Read {
+    let index = total.and_then(|total| Index::read(&mut file, total));
+    let failed = |source| Error::Read {
         file: from.to_owned(),
         bytes: 0,
         source,
-    })?;
-    if &magic[..count] != MAGIC {
-        return Err(Error::Recording {
+    };
+    if total.is_some() {
+        file.seek(SeekFrom::Start(0)).map_err(failed)?;
+    }
+    let mut scanner = Scanner::new(file, total);
+    // Before anything is begun: is it a recording at all?
+    let first = scanner.next().map_err(failed)?;
+    if matches!(first, Found::NotMcap) {
+        return Err(Error::NotMcap {
             file: from.to_owned(),
-            frames: 0,
-            source: std::io::Error::new(
-                std::io::ErrorKind::InvalidData,
-                "it does not begin as an MCAP file does",
-            ),
+            found: sought::beginning(from),
         });
     }
-    let output = OpenOptions::new().write(true).create_new(true).open(to);
-    let output = output.map_err(|source| Error::Create {
+    let writing = |error: mcap::McapError| Error::Write {
         file: to.to_owned(),
-        source,
-    })?;
-    let failed = |error: mcap::McapError| Error::Recording {
-        file: to.to_owned(),
-        frames: 0,
-        source: std::io::Error::other(error.to_string()),
+        bytes: 0,
+        kept: None,
+        source: match error {
+            mcap::McapError::Io(source) => source,
+            other => std::io::Error::other(other),
+        },
     };
-    let mut copy = Copy::new(output).map_err(failed)?;
-    let options = LinearReaderOptions::default()
-        .with_skip_start_magic(true)
-        .with_skip_end_magic(true)
-        .with_emit_chunks(true)
-        .with_record_length_limit(LONGEST_RECORD);
-    let mut reader = LinearReader::new_with_options(options);
-    let (mut read, mut whole) = (magic.len() as u64, magic.len() as u64);
-    while let Some(event) = reader.next_event() {
-        match event {
-            Ok(LinearReadEvent::ReadRequest(wanted)) => {
-                let count = file
-                    .read(reader.insert(wanted))
-                    .map_err(|source| Error::Read {
-                        file: from.to_owned(),
-                        bytes: read,
-                        source,
-                    })?;
-                read += count as u64;
-                reader.notify_read(count);
-            }
-            Ok(LinearReadEvent::Record { data, opcode }) => {
-                whole += data.len() as u64 + 9;
-                if let Ok(record) = parse_record(opcode, data) {
-                    copy.take(record).map_err(failed)?;
-                }
-            }
-            // Torn here; what follows cannot be told apart.
-            Err(_) => break,
-        }
-    }
-    let mut saved = copy.finish().map_err(failed)?;
-    if !saved.was_whole {
-        saved.bytes_lost = total.unwrap_or(read).saturating_sub(whole);
-    }
-    Ok(saved)
+    let mut copy = Copy::new(Tail::once(to)?, index.as_ref()).map_err(writing)?;
+    let about = sought::about(from, index.as_ref());
+    copy.about(about).map_err(writing)?;
+    copy_all(from, &mut scanner, first, &mut copy, writing)?;
+    copy.saved.checksum_differs = scanner.sum_is_right == Some(false);
+    copy.saved.was_whole = scanner.is_whole();
+    copy.finish(
+        to,
+        scanner.sum_is_right == Some(true),
+        index.map(|index| index.statistics),
+    )
 }
 
-fn read_up_to(file: &mut File, bytes: &mut [u8]) -> std::io::Result<usize> {
-    let mut count = 0;
-    while count < bytes.len() {
-        match file.read(&mut bytes[count..])? {
-            0 => break,
-            more => count += more,
+fn copy_all(
+    from: &Path,
+    scanner: &mut Scanner<File>,
+    first: Found,
+    copy: &mut Copy,
+    writing: impl Fn(mcap::McapError) -> Error,
+) -> Result<(), Error> {
+    let mut found = first;
+    loop {
+        match found {
+            Found::Chunk(content) => {
+                for (opcode, body) in Records(&content) {
+                    match parse::record(opcode, body) {
+                        Some(record) => copy.take(record).map_err(&writing)?,
+                        None => copy.saved.records_lost += 1,
+                    }
+                }
+            }
+            Found::Record(record) => copy.take(record).map_err(&writing)?,
+            Found::LostChunk => copy.saved.chunks_lost += 1,
+            Found::Unreadable => copy.saved.records_lost += 1,
+            Found::Lost { bytes } => copy.saved.bytes_lost += bytes,
+            Found::Cut { bytes } => {
+                copy.saved.bytes_lost += bytes;
+                return Ok(());
+            }
+            Found::End | Found::NotMcap => return Ok(()),
+            Found::TooLarge { bytes } => {
+                return Err(Error::RecordSize {
+                    file: from.to_owned(),
+                    found: bytes,
+                    limit: MAX_RECORD as u64,
+                });
+            }
+            Found::Packing(found) => {
+                return Err(Error::ChunkPacking {
+                    file: from.to_owned(),
+                    found,
+                });
+            }
         }
+        found = scanner.next().map_err(|source| Error::Read {
+            file: from.to_owned(),
+            bytes: scanner.position(),
+            source,
+        })?;
     }
-    Ok(count)
 }
 
 struct Copy {
-    writer: Writer<BufWriter<File>>,
+    writer: Writer<Tail>,
     /// Schemas and channels of the old file, by the ids that the new one gives them.
     schemas: HashMap<u16, u16>,
     channels: HashMap<u16, (u16, bool)>,
+    /// What channels are, of those that no message has yet come of.
+    declared: HashMap<u16, mcap::records::Channel>,
+    schema_records: HashMap<u16, (String, String, Vec<u8>)>,
+    /// Metadata records that are in the new file already: some are said twice.
+    said: HashSet<(String, BTreeMap<String, String>)>,
     saved: Recovered,
 }
 
 impl Copy {
-    fn new(output: File) -> McapResult<Self> {
+    fn new(output: Tail, index: Option<&Index>) -> McapResult<Self> {
         let writer = WriteOptions::new()
             .profile("taxel")
             .compression(Some(Compression::Zstd))
             .compression_level(1)
             .compression_threads(0)
-            .create(BufWriter::new(output))?;
-        Ok(Self {
+            .disable_seeking(true)
+            .create(output)?;
+        let mut copy = Self {
             writer,
             schemas: HashMap::new(),
             channels: HashMap::new(),
+            declared: HashMap::new(),
+            schema_records: HashMap::new(),
+            said: HashSet::new(),
             saved: Recovered::default(),
-        })
+        };
+        for record in index.into_iter().flat_map(|index| &index.declared) {
+            copy.declare(record);
+        }
+        Ok(copy)
+    }
+
+    /// What the recording says about itself comes first, wherever it was found.
+    fn about(&mut self, about: BTreeMap<String, String>) -> McapResult<()> {
+        match about.is_empty() {
+            true => Ok(()),
+            false => self.metadata(mcap::records::Metadata {
+                name: super::METADATA.to_owned(),
+                metadata: about,
+            }),
+        }
+    }
+
+    fn metadata(&mut self, metadata: mcap::records::Metadata) -> McapResult<()> {
+        let fresh = (metadata.name.clone(), metadata.metadata.clone());
+        match self.said.insert(fresh) {
+            true => self.writer.write_metadata(&metadata),
+            false => Ok(()),
+        }
+    }
+
+    /// Remembers what a schema or a channel is.
+    fn declare(&mut self, record: &Record) {
+        match record {
+            Record::Schema { header, data } => {
+                let schema = (
+                    header.name.clone(),
+                    header.encoding.clone(),
+                    data.clone().into_owned(),
+                );
+                self.schema_records.insert(header.id, schema);
+            }
+            Record::Channel(channel) => {
+                self.declared.insert(channel.id, channel.clone());
+            }
+            _ => {}
+        }
     }
 
     fn take(&mut self, record: Record) -> McapResult<()> {
         match record {
-            Record::Chunk { header, data } => {
-                // A chunk counts as a whole: records of a damaged one cannot be believed.
-                let records: McapResult<Vec<Record>> =
-                    ChunkReader::new(header, &data).and_then(|chunk| chunk.collect());
-                match records {
-                    Ok(records) => {
-                        for record in records {
-                            self.take(record)?;
-                        }
-                    }
-                    Err(_) => self.saved.chunks_lost += 1,
-                }
+            Record::Schema { .. } | Record::Channel(_) => self.declare(&record),
+            Record::Message { header, data } => self.message(header, &data)?,
+            Record::Metadata(metadata) if !parse::is_sealed(&metadata.metadata) => {
+                self.saved.records_lost += 1;
             }
-            Record::Schema { header, data } => {
-                let id = self
-                    .writer
-                    .add_schema(&header.name, &header.encoding, &data)?;
-                self.schemas.insert(header.id, id);
-            }
-            Record::Channel(channel) => {
-                let schema = self.schemas.get(&channel.schema_id).copied().unwrap_or(0);
-                let id = self.writer.add_channel(
-                    schema,
-                    &channel.topic,
-                    &channel.message_encoding,
-                    &channel.metadata,
-                )?;
-                let counts = channel.topic == super::COUNTS;
-                self.channels.insert(channel.id, (id, counts));
-            }
-            Record::Message { mut header, data } => {
-                if let Some((id, counts)) = self.channels.get(&header.channel_id) {
-                    header.channel_id = *id;
-                    self.writer.write_to_known_channel(&header, &data)?;
-                    self.saved.messages += 1;
-                    self.saved.frames += u64::from(*counts);
-                }
-            }
-            Record::Metadata(metadata) => self.writer.write_metadata(&metadata)?,
+            Record::Metadata(metadata) => self.metadata(metadata)?,
             Record::Attachment { header, data, .. } => {
                 self.writer.attach(&mcap::Attachment {
                     log_time: header.log_time,
@@ -187,17 +239,76 @@ impl Copy {
                     data,
                 })?;
             }
-            Record::DataEnd(_) => self.saved.was_whole = true,
             _ => {}
         }
         Ok(())
     }
 
-    fn finish(mut self) -> McapResult<Recovered> {
-        self.writer.finish()?;
-        let file = self.writer.into_inner().into_inner();
-        let file = file.map_err(std::io::IntoInnerError::into_error)?;
-        file.sync_all()?;
+    fn message(&mut self, mut header: MessageHeader, data: &[u8]) -> McapResult<()> {
+        let Some((id, counts)) = self.channel(header.channel_id, data)? else {
+            self.saved.records_lost += 1;
+            return Ok(());
+        };
+        header.channel_id = id;
+        self.writer.write_to_known_channel(&header, data)?;
+        self.saved.messages += 1;
+        self.saved.frames += u64::from(counts);
+        Ok(())
+    }
+
+    /// The new file's channel for one of the old file: as it was declared, else by what its messages hold.
+    fn channel(&mut self, old: u16, data: &[u8]) -> McapResult<Option<(u16, bool)>> {
+        if let Some(known) = self.channels.get(&old) {
+            return Ok(Some(*known));
+        }
+        let found = match self.declared.get(&old).cloned() {
+            Some(channel) => {
+                let schema = self.schema(channel.schema_id)?;
+                let (encoding, metadata) = (&channel.message_encoding, &channel.metadata);
+                let id = self
+                    .writer
+                    .add_channel(schema, &channel.topic, encoding, metadata)?;
+                (id, channel.topic == COUNTS)
+            }
+            None => match topic_of(data) {
+                Some(topic) => (topics::begin(&mut self.writer, topic)?, topic == COUNTS),
+                None => return Ok(None),
+            },
+        };
+        self.channels.insert(old, found);
+        Ok(Some(found))
+    }
+
+    fn schema(&mut self, old: u16) -> McapResult<u16> {
+        if let Some(&id) = self.schemas.get(&old) {
+            return Ok(id);
+        }
+        let Some((name, encoding, data)) = self.schema_records.get(&old) else {
+            return Ok(0);
+        };
+        let id = self.writer.add_schema(name, encoding, data)?;
+        self.schemas.insert(old, id);
+        Ok(id)
+    }
+
+    /// Ends the new file. `proven`: the old one's checksum fits all of it, so that nothing can be missing.
+    fn finish(
+        mut self,
+        to: &Path,
+        proven: bool,
+        stated: Option<Statistics>,
+    ) -> Result<Recovered, Error> {
+        if let (false, Some(stated)) = (proven, stated) {
+            self.saved.messages_lost = stated.message_count.saturating_sub(self.saved.messages);
+        }
+        let ended = self.writer.finish();
+        ended.map_err(|error| Error::Write {
+            file: to.to_owned(),
+            bytes: 0,
+            kept: None,
+            source: std::io::Error::other(error),
+        })?;
+        self.writer.into_inner().finish()?;
         Ok(self.saved)
     }
 }

@@ -6,6 +6,7 @@ use std::time::{Duration, SystemTime};
 use taxel::metric::Figures;
 use taxel::{Counts, Frame, Newtons};
 
+use super::tail::Tail;
 use super::write::{About, McapWriter};
 use crate::error::Error;
 use crate::mcap::{McapReader, Recovered, recover};
@@ -104,7 +105,7 @@ fn what_is_recorded_comes_back_with_times_events_and_sensor() {
     // Never over an existing file.
     assert!(matches!(
         McapWriter::create(&path, &about()),
-        Err(Error::Create { .. })
+        Err(Error::Exists { .. })
     ));
 }
 
@@ -196,7 +197,8 @@ fn a_damaged_chunk_costs_its_own_frames() {
 fn a_full_disk_leaves_a_whole_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");
-    let mut writer = McapWriter::begin(path.clone(), &about(), 12_000).unwrap();
+    let tail = Tail::straight(&path, 12_000).unwrap();
+    let mut writer = McapWriter::begin(tail, path.clone(), &about()).unwrap();
     let mut safe = 0;
     let error = (0..1000)
         .find_map(|number| {
@@ -227,7 +229,7 @@ fn other_files_and_other_sensors_are_named() {
     let path = folder.path().join("run.mcap");
     std::fs::write(&path, b"not a recording at all").unwrap();
     let error = McapReader::open_any(&path).err().unwrap();
-    assert!(matches!(error, Error::Recording { .. }), "{error}");
+    assert!(matches!(error, Error::NotMcap { .. }), "{error}");
     assert!(recover(&path, folder.path().join("x.mcap")).is_err());
     assert!(!folder.path().join("x.mcap").exists());
     std::fs::remove_file(&path).unwrap();

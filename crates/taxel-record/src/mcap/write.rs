@@ -1,19 +1,23 @@
 //! Writing, so that whatever happens the file can be read.
 
 use std::collections::BTreeMap;
-use std::fs::{File, OpenOptions};
-use std::io::{self, Seek, SeekFrom, Write};
+use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant, SystemTime};
 
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Compression, WriteOptions, Writer};
 use prost::Message;
+use serde::Serialize;
 use taxel::metric::Figures;
 use taxel::{Counts, Frame, Newtons, Sensor};
 
-use super::grid::{DESCRIPTOR, Grid, Numeric, SCHEMA};
-use super::{COUNTS, EVENTS, FIGURES, LOADS, METADATA, PLAIN_END};
+use super::grid::{Grid, Numeric};
+use super::parse::seal;
+use super::tail::Tail;
+use super::{COUNTS, EVENTS, FIGURES, LOADS, Losses, METADATA, Tare, nanos, topics};
 use crate::error::Error;
 use crate::rows::check_counts;
 
@@ -33,35 +37,15 @@ pub struct About {
     pub source: String,
 }
 
-/// A file that counts its bytes and knows up to where it is whole.
-struct Tail {
-    file: File,
-    at: u64,
-    room: u64,
-}
-
-impl Write for Tail {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        if self.at + bytes.len() as u64 > self.room {
-            return Err(io::ErrorKind::StorageFull.into());
-        }
-        let count = self.file.write(bytes)?;
-        self.at += count as u64;
-        Ok(count)
-    }
-    fn flush(&mut self) -> io::Result<()> {
-        self.file.flush()
-    }
-}
-
-impl Seek for Tail {
-    /// Tells where it is; the writer, told not to seek, asks for nothing else.
-    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        match to {
-            SeekFrom::Current(0) => Ok(self.at),
-            _ => Err(io::ErrorKind::NotSeekable.into()),
-        }
-    }
+/// Figures as they stand in a message; a number that is none is null.
+#[derive(Serialize)]
+struct FiguresJson {
+    total_force_newtons: f64,
+    peak_kilopascals: f64,
+    contact_area_mm2: f64,
+    centre_row_mm: Option<f64>,
+    centre_column_mm: Option<f64>,
+    outlier_share: f64,
 }
 
 /// A recording being written. Chunks go to the file whole, every half second; a program that is killed loses what
@@ -79,6 +63,32 @@ pub struct McapWriter {
     /// Device time zero on the host's clock, ns.
     anchor: Option<(i128, f64)>,
     frames: u64,
+    /// What was lost so far, and what of it the file says already.
+    losses: [Losses; 2],
+    /// Bytes of the file.
+    at: Arc<AtomicU64>,
+    /// What it says about itself, to be said again: the format has no checksum for it.
+    about: Metadata,
+    chunks: u64,
+    /// It appears only when it is whole.
+    only_whole: bool,
+}
+
+impl About {
+    fn to_metadata(&self) -> Metadata {
+        let metadata = [
+            ("sensor_toml", self.sensor.to_toml()),
+            ("program", self.program.clone()),
+            ("source", self.source.clone()),
+        ];
+        let owned = metadata.map(|(key, value)| (key.to_owned(), value));
+        let mut metadata = BTreeMap::from(owned);
+        seal(&mut metadata);
+        Metadata {
+            name: METADATA.to_owned(),
+            metadata,
+        }
+    }
 }
 
 impl McapWriter {
@@ -87,17 +97,23 @@ impl McapWriter {
     /// # Errors
     /// [`Error::Create`], [`Error::Write`].
     pub fn create(path: impl AsRef<Path>, about: &About) -> Result<Self, Error> {
-        Self::begin(path.as_ref().to_owned(), about, u64::MAX)
+        let path = path.as_ref().to_owned();
+        Self::begin(Tail::straight(&path, u64::MAX)?, path, about)
     }
 
-    /// `room`: bytes after which the disk is taken to be full.
-    pub(super) fn begin(path: PathBuf, about: &About, room: u64) -> Result<Self, Error> {
-        let file = OpenOptions::new().write(true).create_new(true).open(&path);
-        let file = file.map_err(|source| Error::Create {
-            file: path.clone(),
-            source,
-        })?;
-        let tail = Tail { file, at: 0, room };
+    /// Begins a recording that appears under its name only with [`Self::finish`]; let go before, it leaves nothing.
+    /// For what can be done again, as a conversion.
+    ///
+    /// # Errors
+    /// [`Error::Create`], [`Error::Write`].
+    pub fn create_at_once(path: impl AsRef<Path>, about: &About) -> Result<Self, Error> {
+        let path = path.as_ref().to_owned();
+        let mut writer = Self::begin(Tail::once(&path)?, path, about)?;
+        writer.only_whole = true;
+        Ok(writer)
+    }
+
+    pub(super) fn begin(tail: Tail, path: PathBuf, about: &About) -> Result<Self, Error> {
         let array = &about.sensor.array;
         let mut recording = Self {
             writer: None,
@@ -118,6 +134,11 @@ impl McapWriter {
             whole: [(0, 0); 2],
             anchor: None,
             frames: 0,
+            losses: [Losses::default(); 2],
+            at: tail.counter(),
+            about: about.to_metadata(),
+            chunks: 0,
+            only_whole: false,
         };
         let options = WriteOptions::new()
             .profile("taxel")
@@ -128,18 +149,7 @@ impl McapWriter {
             .chunk_size(Some(CHUNK_BYTES))
             .disable_seeking(true);
         let begun = options.create(tail).and_then(|mut writer| {
-            let metadata = [
-                ("sensor_toml", about.sensor.to_toml()),
-                ("program", about.program.clone()),
-                ("source", about.source.clone()),
-            ];
-            writer.write_metadata(&Metadata {
-                name: METADATA.to_owned(),
-                metadata: metadata
-                    .into_iter()
-                    .map(|(key, value)| (key.to_owned(), value))
-                    .collect(),
-            })?;
+            writer.write_metadata(&recording.about)?;
             Ok(writer)
         });
         match begun {
@@ -202,20 +212,17 @@ impl McapWriter {
         sequence: u64,
         at: SystemTime,
     ) -> Result<(), Error> {
-        let [down, across] = match figures.centre_mm {
-            Some(centre) => centre.map(|mm| format!("{mm:.4}")),
-            None => ["null".to_owned(), "null".to_owned()],
+        let json = FiguresJson {
+            total_force_newtons: figures.total_force_newtons,
+            peak_kilopascals: figures.peak_kilopascals,
+            contact_area_mm2: figures.contact_area_mm2,
+            centre_row_mm: figures.centre_mm.map(|centre| centre[0]),
+            centre_column_mm: figures.centre_mm.map(|centre| centre[1]),
+            outlier_share: figures.outlier_share,
         };
-        let json = format!(
-            "{{\"total_force_newtons\":{:.5},\"peak_kilopascals\":{:.4},\"contact_area_mm2\":{:.2},\
-             \"centre_row_mm\":{down},\"centre_column_mm\":{across},\"outlier_share\":{:.6}}}",
-            figures.total_force_newtons,
-            figures.peak_kilopascals,
-            figures.contact_area_mm2,
-            figures.outlier_share
-        );
         self.message.clear();
-        self.message.extend(json.as_bytes());
+        // Numbers become numbers, and what is none becomes null; there is nothing that could fail.
+        let _ = serde_json::to_writer(&mut self.message, &json);
         let log_time = nanos(at);
         self.put(FIGURES, sequence, log_time, log_time)
     }
@@ -231,6 +238,22 @@ impl McapWriter {
         let log_time = nanos(at);
         self.put(EVENTS, 0, log_time, log_time)?;
         self.flush_if_due()
+    }
+
+    /// Says what was lost so far, all in all; it goes to the file with the next chunk, and the last word counts.
+    pub fn set_losses(&mut self, losses: Losses) {
+        self.losses[0] = losses;
+    }
+
+    /// Appends a tare, which applies to the frames that are written after it.
+    ///
+    /// # Errors
+    /// As [`Self::write_counts`].
+    pub fn write_tare(&mut self, tare: &Tare) -> Result<(), Error> {
+        let mut writer = self.take_writer()?;
+        let result = writer.attach(&tare.to_attachment());
+        self.settle(writer, result)?;
+        self.flush()
     }
 
     /// Closes the chunk if it is old enough: to be called now and then while nothing comes.
@@ -265,28 +288,38 @@ impl McapWriter {
     /// As [`Self::write_counts`].
     pub fn finish(mut self) -> Result<(), Error> {
         self.flush()?;
-        if let Some(mut writer) = self.writer.take() {
-            let result = writer.finish().map(|_| ());
-            self.settle(writer, result)?;
+        let Some(mut writer) = self.writer.take() else {
+            return Ok(());
+        };
+        let ended = writer.write_metadata(&self.about);
+        match ended.and_then(|()| writer.finish()) {
+            Ok(_) => writer.into_inner().finish(),
+            Err(error) => Err(self.fail(writer, error)),
         }
-        Ok(())
     }
 
     pub(super) fn flush(&mut self) -> Result<(), Error> {
         self.flushed = Instant::now();
-        if let Some(mut writer) = self.writer.take() {
-            let result = writer.flush();
-            self.settle(writer, result)?;
-            let at = self.position();
-            if at > self.whole[0].0 {
-                self.whole = [(at, self.frames), self.whole[0]];
-            }
+        let Some(mut writer) = self.writer.take() else {
+            return Ok(());
+        };
+        let mut result = writer.flush();
+        let [losses, told] = self.losses;
+        if losses != told {
+            result = result.and_then(|()| writer.write_metadata(&losses.to_metadata()));
+        }
+        if self.chunks == 1 {
+            // Once more behind the first frames: if the beginning is damaged, the sensor is still known.
+            result = result.and_then(|()| writer.write_metadata(&self.about));
+        }
+        self.settle(writer, result)?;
+        self.losses[1] = losses;
+        self.chunks += 1;
+        let at = self.at.load(Ordering::Relaxed);
+        if at > self.whole[0].0 {
+            self.whole = [(at, self.frames), self.whole[0]];
         }
         Ok(())
-    }
-
-    fn position(&self) -> u64 {
-        std::fs::metadata(&self.path).map_or(self.whole[0].0, |about| about.len())
     }
 
     fn put(
@@ -296,9 +329,7 @@ impl McapWriter {
         log_time: u64,
         publish_time: u64,
     ) -> Result<(), Error> {
-        let Some(mut writer) = self.writer.take() else {
-            return Err(self.error(io::Error::from(io::ErrorKind::BrokenPipe).into()));
-        };
+        let mut writer = self.take_writer()?;
         let result = self.channel(&mut writer, topic).and_then(|channel_id| {
             let header = MessageHeader {
                 channel_id,
@@ -311,23 +342,17 @@ impl McapWriter {
         self.settle(writer, result)
     }
 
+    fn take_writer(&mut self) -> Result<Writer<Tail>, Error> {
+        let ended = || io::Error::from(io::ErrorKind::BrokenPipe).into();
+        self.writer.take().ok_or_else(|| self.error(ended()))
+    }
+
     /// The topic's channel, begun when it is first needed.
     fn channel(&mut self, writer: &mut Writer<Tail>, topic: &'static str) -> mcap::McapResult<u16> {
         if let Some(channel) = self.topics.get(topic) {
             return Ok(*channel);
         }
-        let (name, encoding, schema, message) = match topic {
-            COUNTS | LOADS => (SCHEMA, "protobuf", DESCRIPTOR, "protobuf"),
-            FIGURES => (
-                "taxel.Figures",
-                "jsonschema",
-                FIGURES_SCHEMA.as_bytes(),
-                "json",
-            ),
-            _ => ("taxel.Event", "jsonschema", EVENT_SCHEMA.as_bytes(), "json"),
-        };
-        let schema = writer.add_schema(name, encoding, schema)?;
-        let channel = writer.add_channel(schema, topic, message, &BTreeMap::new())?;
+        let channel = topics::begin(writer, topic)?;
         self.topics.insert(topic, channel);
         Ok(channel)
     }
@@ -339,33 +364,19 @@ impl McapWriter {
                 self.writer = Some(writer);
                 Ok(())
             }
-            Err(error) => {
-                // Not just dropped: that would try to write the index once more.
-                drop(writer.into_inner());
-                self.make_whole();
-                Err(self.error(error))
-            }
+            Err(error) => Err(self.fail(writer, error)),
         }
     }
 
-    /// Cuts off what was half written and ends the file after the last chunk; on a full disk after the one before,
-    /// whose room the end then takes.
-    fn make_whole(&mut self) {
-        for (whole, frames) in self.whole {
-            let ended = OpenOptions::new()
-                .write(true)
-                .open(&self.path)
-                .and_then(|mut file| {
-                    file.set_len(whole)?;
-                    file.seek(SeekFrom::End(0))?;
-                    file.write_all(PLAIN_END)?;
-                    file.sync_all()
-                });
-            if ended.is_ok() {
-                self.frames = frames;
-                return;
-            }
+    /// Makes the file whole without the writer.
+    fn fail(&mut self, writer: Writer<Tail>, error: mcap::McapError) -> Error {
+        // Not just dropped: that would try to write the index once more. And by the file that is open: another may
+        // have its name by now.
+        let lengths = self.whole.map(|(length, _)| length);
+        if let Some(place) = writer.into_inner().make_whole(&lengths) {
+            self.frames = self.whole[place].1;
         }
+        self.error(error)
     }
 
     /// The device's clock on the host's: set at the first frame, and again when the device's clock falls back.
@@ -396,21 +407,19 @@ impl McapWriter {
 }
 
 impl Drop for McapWriter {
-    /// A recording that is let go is finished: its frames are worth more than the reason.
+    /// A recording that is let go is finished: its frames are worth more than the reason. Not so one that can be made
+    /// again.
     fn drop(&mut self) {
-        if let Some(mut writer) = self.writer.take()
-            && writer.finish().is_err()
-        {
+        let Some(mut writer) = self.writer.take() else {
+            return;
+        };
+        if self.only_whole {
             drop(writer.into_inner());
-            self.make_whole();
+            return;
+        }
+        let ended = writer.write_metadata(&self.about);
+        if let Err(error) = ended.and_then(|()| writer.finish()) {
+            self.fail(writer, error);
         }
     }
 }
-
-fn nanos(at: SystemTime) -> u64 {
-    at.duration_since(SystemTime::UNIX_EPOCH)
-        .map_or(0, |since| since.as_nanos() as u64)
-}
-
-const FIGURES_SCHEMA: &str = r#"{"title":"taxel.Figures","type":"object","properties":{"total_force_newtons":{"type":"number"},"peak_kilopascals":{"type":"number"},"contact_area_mm2":{"type":"number"},"centre_row_mm":{"type":["number","null"]},"centre_column_mm":{"type":["number","null"]},"outlier_share":{"type":"number"}}}"#;
-const EVENT_SCHEMA: &str = r#"{"title":"taxel.Event","type":"object","properties":{"kind":{"type":"string"},"text":{"type":"string"}}}"#;
