@@ -22,7 +22,7 @@ pub(crate) struct Sources {
     /// The recordings have rows and columns swapped
     #[arg(long)]
     pub(crate) transpose: bool,
-    /// Largest load believed, grams; beyond it a label is an error
+    /// Reject labels above this load, g
     #[arg(long, value_name = "GRAMS", default_value_t = 10_000.0)]
     pub(crate) most_load: f64,
 }

@@ -233,7 +233,7 @@ impl Method for Learned {
 impl Learned {
     /// Marks estimates from inputs unlike those of the training.
     fn mark_unfamiliar(&self, memory: &Memory, siemens: &mut Frame<Siemens>) {
-        if matches!(&self.model.kind, Kind::Hybrid(hybrid) if hybrid.networks.is_empty()) {
+        if matches!(&self.model.kind, Kind::Hybrid(hybrid) if hybrid.members.is_empty()) {
             return;
         }
         let columns = self.sensor.columns();

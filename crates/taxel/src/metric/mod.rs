@@ -24,7 +24,6 @@ mod integral;
 mod load;
 
 pub use cross_talk::{Ghost, TaxelCrossTalk, cross_talk_drop, cross_talk_index, ghost_level};
-pub(crate) use deviation::percentile;
 pub use deviation::{Deviations, deviations, deviations_of_frames};
 pub use figures::{CONTACT_NEWTONS, Figures};
 pub use integral::{TaxelIntegrals, TimeIntegral, time_integral};
