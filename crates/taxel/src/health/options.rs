@@ -1,7 +1,7 @@
 //! Every threshold of the self-test, with why it stands where it stands.
 
 use crate::screen::ScreenOptions;
-use crate::sensor::{ScanOrder, Sensor};
+use crate::sensor::{ScanOrder, Sensor, Topology};
 
 /// Thresholds of the self-test. Shares are 0 to 1. Those of [`ScreenOptions`] hold as well: what is loaded, what is
 /// silent, what is at an end of the converter, and all that makes a line dead, flickering or shorted.
@@ -109,9 +109,11 @@ impl HealthOptions {
     /// The defaults, with the scan order of a sensor file. What its `[screen]` declares is not taken over: the test
     /// looks for itself.
     pub fn of(sensor: &Sensor) -> Self {
-        Self {
+        let mut options = Self {
             scan_order: sensor.converter.scan_order,
             ..Self::default()
-        }
+        };
+        options.screen.floating = sensor.readout.topology == Topology::DividerFloating;
+        options
     }
 }

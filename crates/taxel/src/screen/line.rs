@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::frame::HELD_FRAMES;
 use super::line_test::{Lines, Thresholds, Verdict, judge};
-use super::short::AlikePairs;
+use super::short::{AlikePairs, Usual};
 use super::{Axis, Level, LevelScreen, ScreenOptions, median};
 use crate::sensor::ScreenSpec;
 use crate::{Counts, Error, Frame};
@@ -252,6 +252,9 @@ pub struct LineScreen {
     frames: u64,
     blank_frames: u64,
     previous: Option<Frame<Counts>>,
+    /// Of an array with floating lines: what every row, then every column, reads at most of its places, counts above
+    /// the baseline.
+    usual: Vec<f64>,
     at_ceiling: Vec<u8>,
     held: Vec<bool>,
 }
@@ -265,13 +268,14 @@ impl LineScreen {
             levels: LevelScreen::new(rows, columns, max_count, options),
             rows: vec![LineTally::of_length(columns); rows],
             columns: vec![LineTally::of_length(rows); columns],
-            row_pairs: AlikePairs::new(rows),
-            column_pairs: AlikePairs::new(columns),
+            row_pairs: AlikePairs::new(rows, columns),
+            column_pairs: AlikePairs::new(columns, rows),
             verdicts: Vec::with_capacity(rows + columns),
             scratch: Vec::with_capacity(2 * rows.max(columns)),
             frames: 0,
             blank_frames: 0,
             previous: None,
+            usual: vec![0.0; rows + columns],
             at_ceiling: vec![0; rows * columns],
             held: vec![false; rows * columns],
         }
@@ -286,6 +290,9 @@ impl LineScreen {
         self.frames += 1;
         let thresholds = Thresholds::new(self.levels.level(), self.max_count, &self.options);
         self.follow_ceiling(frame, thresholds.ceiling);
+        if self.options.floating {
+            self.find_usual(frame, thresholds.baseline);
+        }
         self.verdicts.clear();
         for axis in Axis::BOTH {
             let lines = Lines::of(frame, axis);
@@ -318,13 +325,19 @@ impl LineScreen {
             for (line, (verdict, tally)) in verdicts.iter().zip(tallies).enumerate() {
                 looked.tally(line, verdict, tally, &mut self.scratch);
             }
-            let lines = looked.lines;
-            let pairs_to_see = match self.options.floating {
-                true => 0,
-                false => lines.count.saturating_sub(1),
+            let (along, across) = match axis {
+                Axis::Row => self.usual.split_at(of_rows.len()),
+                Axis::Column => {
+                    let (rows, columns) = self.usual.split_at(of_rows.len());
+                    (columns, rows)
+                }
             };
-            for line in 0..pairs_to_see {
-                pairs.observe(&lines, line, &thresholds, &self.options);
+            let usual = Usual {
+                lines: along,
+                positions: across,
+            };
+            for line in 0..looked.lines.count.saturating_sub(1) {
+                pairs.observe(&looked.lines, line, &thresholds, &self.options, &usual);
             }
         }
         match &mut self.previous {
@@ -332,6 +345,19 @@ impl LineScreen {
             None => self.previous = Some(frame.clone()),
         }
         Ok(())
+    }
+
+    /// Medians of all lines.
+    fn find_usual(&mut self, frame: &Frame<Counts>, baseline: f64) {
+        let mut usual = self.usual.iter_mut();
+        for axis in Axis::BOTH {
+            let lines = Lines::of(frame, axis);
+            for (line, usual) in (0..lines.count).zip(&mut usual) {
+                self.scratch.clear();
+                self.scratch.extend(lines.of_line(line));
+                *usual = median(&mut self.scratch).unwrap_or(0.0) - baseline;
+            }
+        }
     }
 
     /// Counts how long each taxel has stood at the ceiling.
