@@ -64,6 +64,30 @@ pub enum Error {
         /// What to do.
         hint: &'static str,
     },
+    /// A list of as many numbers as a key has meanings.
+    #[error(
+        "sensor file: `{key}` has {found} numbers, but must have {expected}: {meaning}\nhint: numbers after those would be read by nobody"
+    )]
+    Numbers {
+        /// Table and key.
+        key: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many there must be.
+        expected: usize,
+        /// What each says.
+        meaning: &'static str,
+    },
+    /// The screen's mask leaves no count good.
+    #[error(
+        "sensor file: `screen.low_counts` is {low_counts}, but `screen.high_counts` is {high_counts}: every reading would be an outlier\nhint: readings below the first and above the second are outliers"
+    )]
+    MaskEmpty {
+        /// Readings below are outliers, counts.
+        low_counts: f64,
+        /// Readings above are outliers, counts.
+        high_counts: f64,
+    },
     /// A per-line or per-taxel list whose length does not fit the array.
     #[error(
         "sensor file: `{key}` has {found} numbers, but the array has {expected} {unit}\nhint: give one number for all, or one per {unit_one}"
