@@ -53,7 +53,7 @@ pub enum Error {
         hint: String,
     },
     /// A number outside its physical range.
-    #[error("sensor file: `{key}` is {found}, but must be {expected}\nhint: {hint}")]
+    #[error("sensor file: `{key}` is {}, but must be {expected}\nhint: {hint}", plain(*.found))]
     OutOfRange {
         /// Table and key (with the line's index for a list).
         key: String,
@@ -222,4 +222,12 @@ pub enum Error {
         /// Taxels that never are.
         unloaded: usize,
     },
+}
+
+/// A number as it is read: not with three hundred digits.
+fn plain(number: f64) -> String {
+    match number == 0.0 || !number.is_finite() || (1e-5..1e15).contains(&number.abs()) {
+        true => number.to_string(),
+        false => format!("{number:e}"),
+    }
 }

@@ -60,7 +60,8 @@ fn a_taxel_has_its_figures_before_and_after_screening() {
         "--sensor masked.toml --taxel C1 --frames-per-second 10",
     );
     assert!(short["taxels"][0]["drift_percent"].is_null(), "{short}");
-    let text = folder.good("analyse r.txt --sensor masked.toml --taxel C1 --frames-per-second 10");
+    let text =
+        folder.good("analyse run.txt --sensor masked.toml --taxel C1 --frames-per-second 10");
     assert!(
         text.out.contains("drift, %/h") && text.out.trim_end().ends_with('–'),
         "{text}"

@@ -4,8 +4,9 @@ use super::check::range;
 use super::{Material, PerTaxel, Sensor};
 use crate::Error;
 
-/// An unloaded taxel may be found to conduct less than nothing by this many counts: noise, and what an offset leaves.
-const NOISE_COUNTS: f64 = 20.0;
+/// An unloaded taxel may be found to conduct less than nothing by this share of the converter's range: noise, what an
+/// offset leaves, and what a law that does not suit bends away.
+const BELOW_ZERO: f64 = 0.1;
 
 /// Refuses them.
 pub(super) fn numbers(sensor: &Sensor) -> Result<(), Error> {
@@ -82,8 +83,8 @@ fn plausible_material(sensor: &Sensor, material: &Material, within: Within) -> R
     within(
         "material.g_zero_siemens",
         material.g_zero_siemens,
-        (-NOISE_COUNTS * siemens_per_count(sensor), 1.0),
-        "0 to 1 (less than 0 by the converter's noise at most)",
+        (-BELOW_ZERO * range_siemens(sensor), 1.0),
+        "0 to 1 (below 0 by a tenth of the converter's range at most)",
         "the conductance of an unloaded taxel, in siemens: 1 µS is 1e-6",
     )?;
     let exponents = match &material.exponent {
@@ -103,12 +104,11 @@ fn plausible_material(sensor: &Sensor, material: &Material, within: Within) -> R
     Ok(())
 }
 
-/// What one count of the converter stands for where little is pressed, siemens.
-fn siemens_per_count(sensor: &Sensor) -> f64 {
+/// What the converter's range stands for without cross-talk, siemens.
+fn range_siemens(sensor: &Sensor) -> f64 {
     let readout = &sensor.readout;
     let ohms = readout.r_feedback_ohms.or(readout.r_pull_down_ohms);
-    let lsb = sensor.converter.full_scale_volts / sensor.max_count();
-    lsb / (readout.v_test_volts * ohms.unwrap_or(1.0))
+    sensor.converter.full_scale_volts / (readout.v_test_volts * ohms.unwrap_or(1.0))
 }
 
 #[cfg(test)]

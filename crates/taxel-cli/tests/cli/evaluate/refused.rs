@@ -210,12 +210,12 @@ fn tables_that_do_not_fit_their_kind_are_refused_with_their_place() {
     error: taxel outside the array at t.csv, line 3, column 7: `4,1` is row 4, column 1, but the array has 4 rows x 6 columns, counted from 0
     hint: check the label, `labels` under [array] in the sensor file, and which sensor this is
     ");
-    insta::assert_snapshot!(trial("hysteresis", "recording,row,column,load_g\nr.txt,1,1,5\nr.txt,1,1,7\n"), @"
+    insta::assert_snapshot!(trial("hysteresis", "recording,frame,row,column,load_g\nr.txt,0,1,1,5\nr.txt,1,1,1,7\n"), @"
     exit code: 1
     ----- stdout -----
 
     ----- stderr -----
-    error: t.csv, setting all: hysteresis needs a loop (lines with one word under experiment) whose load grows and falls over two loads or more; its 24 readings are not enough
+    error: t.csv, setting all: hysteresis needs a loop (lines with one word under experiment) whose load grows and falls over two loads or more; its 2 readings are not enough
     ");
     for (kind, table, says) in [
         (
@@ -240,7 +240,7 @@ fn tables_that_do_not_fit_their_kind_are_refused_with_their_place() {
         ),
         (
             "cross-talk",
-            "recording,row,column,others\nr.txt,1,1,1\nr.txt,1,1,6\n",
+            "recording,frame,row,column,others\nr.txt,0,1,1,1\nr.txt,1,1,1,6\n",
             "line 3: 6 others pressed, but a row has 6 taxels",
         ),
         (
