@@ -26,8 +26,8 @@ fuzz_target!(|data: &[u8]| {
     };
     if let Ok(mut pipeline) = Pipeline::new(&sensor, method) {
         let counts = Frame::<Counts>::filled(sensor.rows(), sensor.columns(), 1.0);
-        pipeline.siemens_from_counts(&counts);
-        if let Ok(loads) = pipeline.newtons() {
+        let result = pipeline.process(&counts);
+        if let Ok(loads) = result.newtons() {
             assert!(loads.values().iter().all(|load| !load.is_nan()));
         }
     }
