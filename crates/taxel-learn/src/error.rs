@@ -143,6 +143,18 @@ pub enum Error {
         /// Rows and columns of the sensor.
         sensor: (usize, usize),
     },
+    /// A model for another sensor.
+    #[error(
+        "the model was trained for another sensor: {key} is {model} there and {sensor} here\nhint: its loads would mean nothing; use the sensor file it was trained with, or train again"
+    )]
+    OtherSensor {
+        /// Which number or word of the sensor file differs.
+        key: &'static str,
+        /// In the model's card.
+        model: String,
+        /// Of the sensor it is to be used with.
+        sensor: String,
+    },
     /// The physics that a model stands on refuses.
     #[error(transparent)]
     Taxel(#[from] taxel::Error),

@@ -108,6 +108,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         let mut split = whole.clone();
         thin(&mut split, size);
         let progress = Progress::new("learning");
+        out::note(&format!(
+            "learning from {} presses; Ctrl-C stops",
+            split.train.len() + split.check.len()
+        ));
         let mut show = |name: &str, share: f64| progress.stage(name, share);
         let contestants = contestants::all(args, &sensor, &lessons, &split, &mut show)?;
         drop(progress);

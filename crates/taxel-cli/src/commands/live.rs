@@ -46,10 +46,10 @@ struct Shown {
     /// How loads are found: auto, exact, newton, raw, or the file of a model that `taxel train` wrote
     #[arg(long, value_name = "NAME|MODEL", default_value_t)]
     method: MethodName,
-    /// Where the page is; beyond this machine it needs a token
+    /// Address to listen on (a token protects it on other addresses)
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8432")]
     listen: String,
-    /// What viewers must know; beyond this machine one is made up if none is given
+    /// Access token; generated when --listen is not local
     #[arg(long)]
     token: Option<String>,
     /// Where recordings go

@@ -10,7 +10,7 @@ use taxel::pipeline::{FrameResult, Pipeline};
 use taxel::{Counts, Frame, Mark, Sensor};
 use taxel_record::{FrameSource, TextOptions, Trial, open_counts};
 
-use super::plan::Value;
+use super::plan::{Experiment, Value};
 use crate::error::Error;
 use crate::frames::show;
 use crate::out;
@@ -330,6 +330,14 @@ impl Group {
                 .collect()
         };
         self.experiments().into_iter().map(each).collect()
+    }
+
+    /// What stands over a picture: the setting, or where there is one alone what the experiment is called.
+    pub(crate) fn title<'a>(&'a self, experiment: &'a Experiment) -> &'a str {
+        match self.setting.as_str() {
+            "" => &experiment.name,
+            setting => setting,
+        }
     }
 
     /// The setting as it stands in a table.
