@@ -66,12 +66,7 @@ pub(crate) fn run(_: &Args) -> Result<Exit, Error> {
     let presses = labelled_presses(&real, PRESSES);
     let Calibration { sensor, report } = fit(&nominal, &presses)?;
     for parameter in &report.parameters {
-        let (name, value, unit) = (&parameter.name, parameter.value, &parameter.unit);
-        let shown = match value.abs() < 1e-2 {
-            true => format!("{value:.4e} ± {:.0e}", parameter.standard_error),
-            false => format!("{value:.4} ± {:.4}", parameter.standard_error),
-        };
-        out::result(&format!("calibrated: {name} = {shown} {unit}"))?;
+        out::result(&format!("calibrated: {parameter}"))?;
     }
     let compared = Compared::new(&sensor, &faults, &presses, &recording)?;
     out::result(&compared.table())?;
