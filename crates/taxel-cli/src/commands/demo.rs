@@ -66,12 +66,7 @@ pub(crate) fn run(_: &Args) -> Result<Exit, Error> {
     let presses = labelled_presses(&real, PRESSES);
     let Calibration { sensor, report } = fit(&nominal, &presses)?;
     for parameter in &report.parameters {
-        let shown = with_error(parameter.value, parameter.standard_error);
-        let line = format!(
-            "calibrated: {} = {shown} {}",
-            parameter.name, parameter.unit
-        );
-        out::result(line.trim_end())?;
+        out::result(&format!("calibrated: {parameter}"))?;
     }
     let compared = Compared::new(&sensor, &faults, &presses, &recording)?;
     out::result(&compared.table())?;
