@@ -15,7 +15,7 @@ use taxel_view::live::{FrameMessage, Server};
 use super::desk::{BadLines, Desk};
 use super::details::{Details, Question};
 use super::newest::Newest;
-use super::recorder::Recorder;
+use super::recorder::{Recorder, Solved};
 use super::{Arrived, Options};
 use crate::error::Error;
 use crate::unit::MethodName;
@@ -116,27 +116,45 @@ impl Engine {
                 .is_some_and(|tare| tare.frames < TARE_FRAMES);
             // Without viewers and without loads in the file nobody needs them; with viewers each frame keeps the
             // inverse warm for the next.
-            if server.is_none() && !wanted.loads && !wanted.figures {
+            if server.is_none() && !wanted.any() {
                 continue;
             }
             let figures = self.solve(&arrived);
-            if wanted.loads || wanted.figures {
+            if wanted.any() {
                 let loads = wanted.loads.then_some(&self.loads);
-                self.recorder
-                    .solved(loads, figures, arrived.frame.sequence, arrived.at);
+                let solved = Solved {
+                    loads: loads.cloned(),
+                    figures,
+                    sequence: arrived.frame.sequence,
+                    at: arrived.at,
+                };
+                self.recorder.solved(solved, server.is_none());
             }
+            self.desk.set_total(
+                self.is_load
+                    .then(|| figures.total_force_newtons + self.tared_total()),
+            );
             if let Some(server) = server.filter(|_| awaited || tares) {
-                server.publish(self.message(&arrived, &figures));
+                let message = self.message(&arrived, &figures);
+                if self.details.is_wanted() {
+                    self.details.ask(Question {
+                        siemens: self.exact.siemens().clone(),
+                        sensor: self.sensor.clone(),
+                        is_load: self.is_load,
+                        shown: message.clone(),
+                    });
+                }
+                server.publish(message);
             }
             self.desk.add_delay(arrived.at);
-            if self.details.is_wanted() {
-                self.details.ask(Question {
-                    siemens: self.exact.siemens().clone(),
-                    sensor: self.sensor.clone(),
-                    is_load: self.is_load,
-                });
-            }
         }
+    }
+
+    /// What the tare takes off in all.
+    fn tared_total(&self) -> f64 {
+        self.tare
+            .as_ref()
+            .map_or(0.0, |tare| tare.loads.iter().sum())
     }
 
     /// Fills `loads`: newtons, or siemens where there is no load law.
@@ -209,6 +227,7 @@ impl Engine {
             columns: self.loads.columns(),
             is_load: self.is_load,
             is_tared: self.tare.is_some(),
+            is_raw: self.method == MethodName::Raw,
             sequence: arrived.frame.sequence,
             device_secs: arrived.frame.time_secs,
             at: Some(arrived.at),
