@@ -47,6 +47,8 @@ const MOST_WAITING_BYTES: usize = 64 << 20;
 pub(crate) struct Arrived {
     frame: Arc<Frame<Counts>>,
     at: SystemTime,
+    /// Of a recording: what was taken off when it was made.
+    tare: Option<Option<Arc<taxel_record::Tare>>>,
 }
 
 /// What to run.
@@ -156,6 +158,7 @@ impl Session {
             server: server.clone(),
             told: Default::default(),
             clock: None,
+            tare: None,
             can_wait: matches!(
                 options.address,
                 Address::File { speed: None, .. }

@@ -202,6 +202,7 @@ impl Player {
                 }
             }
             self.tell_events(intake);
+            self.tell_tare(intake);
             tally.frames += 1;
             intake.frame(&frame, SystemTime::now());
             intake.tally(tally);
@@ -239,6 +240,18 @@ impl Player {
         };
         for event in reader.take_events() {
             intake.desk.note(&event.text);
+        }
+    }
+
+    /// What was taken off the frame shown next, when it was recorded.
+    fn tell_tare(&self, intake: &mut Intake) {
+        let Reel::Timed(reader) = &self.reel else {
+            return;
+        };
+        let known = intake.tare.as_ref().and_then(Option::as_deref);
+        let tare = reader.tare().filter(|tare| !tare.is_undone());
+        if intake.tare.is_none() || known != tare {
+            intake.tare = Some(tare.cloned().map(Arc::new));
         }
     }
 

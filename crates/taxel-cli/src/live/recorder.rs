@@ -10,13 +10,13 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::mpsc::{
     Receiver, RecvTimeoutError, Sender, SyncSender, TrySendError, channel, sync_channel,
 };
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
 use taxel::metric::Figures;
 use taxel::{Frame, Newtons};
-use taxel_record::McapWriter;
 use taxel_record::mcap::About;
+use taxel_record::{McapWriter, Tare};
 
 use super::desk::{Desk, Recording};
 use super::{Arrived, Options};
@@ -51,6 +51,7 @@ enum Item {
     Counts(Arrived),
     Solved(Box<Solved>),
     Event(&'static str, String, SystemTime),
+    Tare(Box<Tare>),
     /// End the recording; the answer comes when the file is closed.
     Stop(Sender<Option<Saved>>),
     /// The same, and the thread ends too: no loads are on their way any more.
@@ -72,6 +73,8 @@ pub(super) struct Solved {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Phase {
     Idle,
+    /// The file is there; what comes does not belong to it yet.
+    Beginning,
     /// Everything is taken.
     Recording,
     /// It has its last frame: only the loads of its frames are still taken.
@@ -88,16 +91,23 @@ enum Phase {
 struct Shared {
     phase: AtomicU8,
     desk: Arc<Desk>,
+    /// What is taken off now: a recording that begins has it too.
+    tare: Mutex<Option<Tare>>,
 }
 
 impl Shared {
+    fn tare(&self) -> MutexGuard<'_, Option<Tare>> {
+        self.tare.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn phase(&self) -> Phase {
         match self.phase.load(Ordering::Acquire) {
             0 => Phase::Idle,
-            1 => Phase::Recording,
-            2 => Phase::Closing,
-            3 => Phase::Complete,
-            4 => Phase::Overrun,
+            1 => Phase::Beginning,
+            2 => Phase::Recording,
+            3 => Phase::Closing,
+            4 => Phase::Complete,
+            5 => Phase::Overrun,
             _ => Phase::Dead,
         }
     }
@@ -140,6 +150,7 @@ impl Recorder {
         let shared = Arc::new(Shared {
             phase: AtomicU8::new(Phase::Idle as u8),
             desk,
+            tare: Mutex::new(None),
         });
         let with = shared.clone();
         let thread = std::thread::Builder::new()
@@ -170,7 +181,7 @@ impl Recorder {
         if self.shared.phase() == Phase::Dead {
             return Err(Error::RecorderGone);
         }
-        if !self.shared.go(Phase::Idle, Phase::Recording) {
+        if !self.shared.go(Phase::Idle, Phase::Beginning) {
             let name = self.shared.desk.recording().unwrap_or_default().name;
             return Err(Error::AlreadyRecording { name });
         }
@@ -187,6 +198,8 @@ impl Recorder {
         if self.items.send(Item::Begin(Box::new(open))).is_err() {
             self.died();
         }
+        // What comes from here on is behind the beginning in the queue.
+        self.shared.go(Phase::Beginning, Phase::Recording);
         Ok(())
     }
 
@@ -259,6 +272,12 @@ impl Recorder {
 
     pub(super) fn event(&self, kind: &'static str, text: &str) {
         self.put(|| Item::Event(kind, text.to_owned(), SystemTime::now()));
+    }
+
+    /// A tare is part of the recording: what it took off can be taken off again where it is played.
+    pub(super) fn tare(&self, tare: Tare) {
+        *self.shared.tare() = (!tare.is_undone()).then(|| tare.clone());
+        self.put(|| Item::Tare(Box::new(tare)));
     }
 
     fn put(&self, item: impl FnOnce() -> Item) {
@@ -388,8 +407,10 @@ impl<'a> Writing<'a> {
         match item {
             Item::Begin(file) => {
                 self.open = Some(*file);
-                // What came between the wish and now may have filled the queue.
-                self.shared.go(Phase::Overrun, Phase::Recording);
+                let tare = self.shared.tare().clone();
+                if let Some(tare) = tare {
+                    self.write(|file| file.tare(&tare));
+                }
             }
             Item::Stop(done) => self.closing = Some((done, Instant::now())),
             Item::Finish => {}
@@ -410,6 +431,7 @@ impl<'a> Writing<'a> {
                     *since = Instant::now();
                 }
             }
+            Item::Tare(tare) => self.write(|file| file.tare(&tare)),
             Item::Event(kind, text, at) => self.write(|file| file.event(kind, &text, at)),
         }
     }
@@ -448,9 +470,6 @@ impl<'a> Writing<'a> {
             self.shared.set(Phase::Idle);
             saved
         });
-        if saved.is_none() {
-            self.shared.go(Phase::Overrun, Phase::Idle);
-        }
         if let Some((done, _)) = self.closing.take() {
             let _ = done.send(saved);
         }

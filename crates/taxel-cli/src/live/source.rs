@@ -120,6 +120,8 @@ pub(super) struct Intake {
     pub(super) told: (Tally, Option<Instant>),
     /// The device's time, of the last frame.
     pub(super) clock: Option<f64>,
+    /// Of a recording: what was taken off the frame that comes.
+    pub(super) tare: Option<Option<Arc<taxel_record::Tare>>>,
 }
 
 /// A device's clock that goes on by more than this between two frames has jumped, seconds.
@@ -134,6 +136,7 @@ impl Intake {
         self.incoming.push(Arrived {
             frame: Arc::new(frame.clone()),
             at: SystemTime::now(),
+            tare: self.tare.clone(),
         });
     }
 
@@ -173,6 +176,7 @@ impl Receiver for Intake {
         let arrived = Arrived {
             frame: Arc::new(frame.clone()),
             at,
+            tare: self.tare.clone(),
         };
         self.desk.arrived();
         self.look_at_clock(frame);

@@ -5,7 +5,7 @@ use std::net::UdpSocket;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use crate::live::{Running, ask, told, view, wait};
+use crate::live::{Running, ask, frame, told, view, wait};
 use crate::run::{Folder, Run};
 
 const SIM: &str = "sim:sensor.toml?uniform";
@@ -393,4 +393,92 @@ fn a_self_test_that_is_ended_leaves_no_folder() {
         assert_eq!(child.wait().unwrap().code(), Some(2), "{signal}");
         assert_eq!(inside(), 0, "{signal}");
     }
+}
+
+/// What was taken off while it was recorded is taken off where it is played, until somebody undoes it.
+#[test]
+fn a_tare_is_part_of_the_recording() {
+    let folder = Folder::new();
+    let mut running = Running::start(&folder, &format!("live {SIM} --listen 127.0.0.1:0"));
+    let mut viewer = view(&running.url());
+    told(&mut viewer, "hello");
+    wait("load", || frame(&mut viewer).0 > 139.0);
+    let forced = ask(&mut viewer, r#"{"id":1,"do":"tare","force":true}"#);
+    assert!(
+        forced["text"].as_str().unwrap().contains("141."),
+        "{forced}"
+    );
+    // It is the mean of 20 frames.
+    let mut frames = 0;
+    wait("tare", || {
+        let (total, tared) = frame(&mut viewer);
+        frames += u32::from(tared && total.abs() < 0.5);
+        frames > 30
+    });
+    assert_eq!(
+        ask(&mut viewer, r#"{"id":2,"do":"record","name":"tared"}"#)["ok"],
+        true
+    );
+    wait("frames", || {
+        told(&mut viewer, "state")["recording"]["frames"].as_u64() > Some(50)
+    });
+    assert_eq!(ask(&mut viewer, r#"{"id":3,"do":"stop"}"#)["ok"], true);
+    let mut player = Running::start(&folder, "view recordings/tared.mcap --listen 127.0.0.1:0");
+    let mut watcher = view(&player.url());
+    let (total, tared) = frame(&mut watcher);
+    assert!(tared && total.abs() < 0.5, "{total}");
+    assert_eq!(told(&mut watcher, "state")["tare"]["on"], true);
+    assert_eq!(ask(&mut watcher, r#"{"id":4,"do":"untare"}"#)["ok"], true);
+    assert_eq!(ask(&mut watcher, r#"{"id":5,"do":"play"}"#)["ok"], true);
+    wait("load", || {
+        let (total, tared) = frame(&mut watcher);
+        !tared && total > 139.0
+    });
+}
+
+/// A clock that jumped while it was recorded holds up nobody who plays it.
+#[test]
+fn a_clock_that_jumps_does_not_stop_playback() {
+    let folder = Folder::new();
+    let rows = "30,31,32,33,34,35,\n".repeat(4);
+    let text: String = [0.0, 0.1, 9e6, 9e6 + 0.1, 0.2, 0.3]
+        .iter()
+        .map(|secs| format!("time_secs={secs}\n{rows}"))
+        .collect();
+    folder.write("jumps.csv", &text);
+    folder.good("convert jumps.csv --sensor sensor.toml -o jumps.mcap");
+    let mut running = Running::start(&folder, "view jumps.mcap --listen 127.0.0.1:0");
+    let mut viewer = view(&running.url());
+    frame(&mut viewer);
+    assert_eq!(ask(&mut viewer, r#"{"id":1,"do":"play"}"#)["ok"], true);
+    wait("end", || {
+        told(&mut viewer, "state")["device"]["state"] == "ended"
+    });
+}
+
+#[test]
+fn tokens_come_from_a_file_and_protect_something() {
+    let folder = Folder::new();
+    folder.write("token", "long-enough\n");
+    let mut running = Running::start(
+        &folder,
+        &format!("live {SIM} --listen 127.0.0.1:0 --token-file token"),
+    );
+    assert!(running.url().ends_with("/?token=long-enough"));
+    for token in [
+        "--token=",
+        "--token=x",
+        "--token=a&b#c%d+e",
+        "--token-file=none",
+    ] {
+        let run = folder.taxel(&format!("live {SIM} --listen 127.0.0.1:0 {token}"));
+        assert_eq!(run.code, Some(2), "{run}");
+        assert!(run.err.contains("token"), "{run}");
+    }
+    let mut everywhere = Running::start(&folder, &format!("live {SIM} --listen 0.0.0.0:0"));
+    let url = everywhere.url();
+    assert!(
+        url.contains("/?token=") && !url.contains("0.0.0.0"),
+        "{url}"
+    );
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime};
 
 use taxel_acquire::protocol::Tally;
-use taxel_record::McapWriter;
+use taxel_record::{Losses, McapWriter, Tare};
 
 use super::{Arrived, Recording, Solved, Wanted};
 
@@ -183,6 +183,10 @@ impl Open {
         self.writer.write_event(kind, text, at)
     }
 
+    pub(super) fn tare(&mut self, tare: &Tare) -> Result<(), taxel_record::Error> {
+        self.writer.write_tare(tare)
+    }
+
     pub(super) fn flush(&mut self) -> Result<(), taxel_record::Error> {
         self.writer.flush_if_due()
     }
@@ -221,6 +225,14 @@ impl Open {
         tally: &Tally,
         without_loads: u64,
     ) -> Result<(), taxel_record::Error> {
+        let mut losses = Losses::default();
+        losses.lost = tally.lost;
+        losses.corrupt = tally.corrupt;
+        losses.restarts = tally.restarts;
+        losses.outages = tally.outages;
+        losses.left_out = without_loads;
+        losses.other_senders = tally.strangers;
+        self.writer.set_losses(losses);
         let missing = Saved {
             tally: *tally,
             without_loads,

@@ -36,6 +36,7 @@ impl Bed {
             self.recorder.counts_waiting(&Arrived {
                 frame: Arc::new(frame),
                 at: SystemTime::now(),
+                tare: None,
             });
         }
     }
