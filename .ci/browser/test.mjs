@@ -559,7 +559,16 @@ test("what is read together is of one frame", async () => {
   const server = await live("sim:econe?hand");
   const page = await openLive(server);
   const box = await page.locator("#compensated-canvas").boundingBox();
-  await page.mouse.move(box.x + 0.5 * box.width, box.y + 0.45 * box.height);
+  // Where the hand presses hardest.
+  let best = { load: -1 };
+  for (let x = 0.1; x < 0.95; x += 0.03) {
+    for (const y of [0.2, 0.3, 0.4, 0.5]) {
+      await page.mouse.move(box.x + x * box.width, box.y + y * box.height);
+      const load = number((await text(page, "taxel-load")).split("±")[0]);
+      if (load > best.load) best = { load, x, y };
+    }
+  }
+  await page.mouse.move(box.x + best.x * box.width, box.y + best.y * box.height);
   await until(async () => (await text(page, "taxel-siemens")) !== "–", "no conductance is shown");
   // Read in one go, many times: the sum over the map is the total force, and a conductance belongs to its load.
   const pairs = new Map();
@@ -572,7 +581,7 @@ test("what is read together is of one frame", async () => {
     await framesCome(page, 3);
   }
   // By the load law conductance rises with load: in the order of the loads the conductances are in order too.
-  const sorted = [...pairs.values()].filter(([load]) => load > 0.2).sort(([a], [b]) => a - b);
+  const sorted = [...pairs.values()].filter(([load]) => load > 0.02).sort(([a], [b]) => a - b);
   check(sorted.length > 3, `only ${sorted.length} loads of the taxel were seen`);
   for (let i = 1; i < sorted.length; i += 1) {
     const [[low, less], [high, more]] = [sorted[i - 1], sorted[i]];

@@ -67,7 +67,7 @@ export class Panel {
     const force = forceUnit(unit);
     // All numbers are of one frame: of the one whose details came last, or of the one shown, of which less is known.
     const one = this.detail(row, column) || ofFrame(frame, at);
-    byId("taxel-title").textContent = `Taxel row ${row}, column ${column}`;
+    byId("taxel-title").textContent = `Row ${row}, column ${column}`;
     byId("taxel-sequence").textContent = `frame ${one.sequence}`;
     const mark = markOf(one.mark);
     badge.textContent = mark.word;
