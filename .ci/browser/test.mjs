@@ -131,6 +131,16 @@ async function openLive(server, options) {
   return page;
 }
 
+// A recording is held at its first frame until somebody plays it.
+async function openHeld(server, options) {
+  const page = await open(server.url, options);
+  await framesCome(page, 1);
+  await appears(page, "file-row");
+  check((await shown(page)).sequence === 0, `a recording should be held at frame 0; shown is ${(await shown(page)).sequence}`);
+  await until(async () => (await text(page, "device-text")) === "paused", async () => `the page says '${await text(page, "device-text")}', not 'paused'`);
+  return page;
+}
+
 // Waits for so many more frames.
 async function framesCome(page, count) {
   const before = await frames(page);
@@ -241,6 +251,9 @@ test("tare takes the total force to zero, and clearing it brings it back", async
   const before = await total(page);
   check(before > 1, `the uniform load should weigh more than ${before} N`);
   await page.click("#tare-button");
+  // Under load it asks first.
+  await appears(page, "tare-dialog");
+  await page.click("#tare-force");
   await totalBecomes(page, (value) => Math.abs(value) < 0.02 * before, `after the tare the total should be about zero, without it ${before} N`);
   await appears(page, "untare-button");
   await until(async () => (await text(page, "status-tare")).startsWith("on"), "the status line does not say that the tare is on");
@@ -272,9 +285,9 @@ test("a recording replays with the numbers seen live; it can be held and sought"
   check(counted >= 200, `the file has ${counted} frames, the page said 200 or more`);
 
   const replay = await start("view", file, "--listen", "127.0.0.1:0", "--folder", scratch);
-  const viewer = await openLive(replay);
+  const viewer = await openHeld(replay);
   await noteTotals(viewer);
-  await appears(viewer, "file-row");
+  await viewer.click("#file-play-button");
   await until(async () => (await text(viewer, "device-text")) === "ended", "the replay does not come to the file's end");
   const first = firstRecorded(seenLive, await totals(viewer), begun);
 
@@ -344,7 +357,8 @@ test("a file that has ended plays again", async () => {
   const file = path.join(scratch, "short.mcap");
   execFileSync(program, ["record", "sim:econe?hand", "--output", file, "--secs", "1.5"], { stdio: "pipe" });
   const server = await start("view", file, "--listen", "127.0.0.1:0", "--folder", scratch);
-  const page = await openLive(server);
+  const page = await openHeld(server);
+  await page.click("#file-play-button");
   const state = () => text(page, "device-text");
   const atEnd = () => page.evaluate(() => {
     const { value, max } = document.getElementById("file-seek");
@@ -430,8 +444,8 @@ test("the page goes on by itself when the server is back", async () => {
 
 test("without the right token there is no page and no frame; the token form lets in", async () => {
   const source = "sim:econe?hand";
-  const server = await live(source, "--token", "abc");
-  check(server.url.endsWith("/?token=abc"), `the printed address should have the token: ${server.url}`);
+  const server = await live(source, "--token", "abcdefgh");
+  check(server.url.endsWith("/?token=abcdefgh"), `the printed address should have the token: ${server.url}`);
   const bare = `http://${server.address}/`;
   for (const url of [bare, `${bare}?token=wrong`]) {
     const stranger = await open(url, { expected: [/status of 401/] });
@@ -439,20 +453,20 @@ test("without the right token there is no page and no frame; the token form lets
     check((await stranger.textContent("body")).includes("token"), `${url}: the answer does not say that a token is needed`);
   }
   const page = await openLive(server, { expected: [/WebSocket connection to .* failed/] });
-  check(!page.url().includes("abc"), `the token stays in the address: ${page.url()}`);
+  check(!page.url().includes("abcdefgh"), `the token stays in the address: ${page.url()}`);
   await page.reload();
   await framesCome(page, 5);
 
   // The server comes back with another token: the one the page knows is wrong now.
   await server.stop();
-  await start("live", source, "--token", "xyz", "--listen", server.address, "--folder", path.join(scratch, "recordings"));
+  await start("live", source, "--token", "stuvwxyz", "--listen", server.address, "--folder", path.join(scratch, "recordings"));
   await appears(page, "token-form");
   check((await text(page, "overlay-title")) === "The token is wrong", `the page says: ${await text(page, "overlay-title")}`);
   await page.fill("#token-input", "still wrong");
   await page.click("#token-button");
   await until(async () => (await text(page, "overlay-title")) === "The token is wrong" && (await visible(page, "token-form")), "the form does not come back after another wrong token");
   check(!(await page.evaluate(() => window.taxelView.connected)), "the page is connected with a wrong token");
-  await page.fill("#token-input", "xyz");
+  await page.fill("#token-input", "stuvwxyz");
   await page.click("#token-button");
   await until(() => page.evaluate(() => window.taxelView.connected), "the right token does not let in");
   await framesCome(page, 10);
@@ -539,6 +553,70 @@ test("events marked in the page are in the recording", async () => {
   check(found["/taxel/counts"] > 0, `the recording has no frames: ${JSON.stringify(found)}`);
   const told = execFileSync(program, ["info", file], { encoding: "utf8" });
   check(told.includes(`${found["/taxel/counts"]} frames`), `taxel info counts other frames than the file's summary: ${told}`);
+});
+
+test("what is read together is of one frame", async () => {
+  const server = await live("sim:econe?hand");
+  const page = await openLive(server);
+  const box = await page.locator("#compensated-canvas").boundingBox();
+  // Where the hand presses hardest.
+  let best = { load: -1 };
+  for (let x = 0.1; x < 0.95; x += 0.03) {
+    for (const y of [0.2, 0.3, 0.4, 0.5]) {
+      await page.mouse.move(box.x + x * box.width, box.y + y * box.height);
+      const load = number((await text(page, "taxel-load")).split("±")[0]);
+      if (load > best.load) best = { load, x, y };
+    }
+  }
+  await page.mouse.move(box.x + best.x * box.width, box.y + best.y * box.height);
+  await until(async () => (await text(page, "taxel-siemens")) !== "–", "no conductance is shown");
+  // Read in one go, many times: the sum over the map is the total force, and a conductance belongs to its load.
+  const pairs = new Map();
+  for (let i = 0; i < 40; i += 1) {
+    const read = await page.evaluate(() => Object.fromEntries(
+      ["compensated-sum", "readout-force", "taxel-sequence", "taxel-load", "taxel-siemens", "taxel-raw"].map((id) => [id, document.getElementById(id).textContent])));
+    check(number(read["compensated-sum"]) === number(read["readout-force"]), `Σ ${read["compensated-sum"]} beside a total of ${read["readout-force"]}`);
+    check(/^frame \d+$/.test(read["taxel-sequence"]), `the taxel says of no frame: '${read["taxel-sequence"]}'`);
+    if (read["taxel-siemens"] !== "–") pairs.set(read["taxel-sequence"], [number(read["taxel-load"].split("±")[0]), siemensOf(read["taxel-siemens"])]);
+    await framesCome(page, 3);
+  }
+  // By the load law conductance rises with load: in the order of the loads the conductances are in order too.
+  const sorted = [...pairs.values()].filter(([load]) => load > 0.02).sort(([a], [b]) => a - b);
+  check(sorted.length > 3, `only ${sorted.length} loads of the taxel were seen`);
+  for (let i = 1; i < sorted.length; i += 1) {
+    const [[low, less], [high, more]] = [sorted[i - 1], sorted[i]];
+    check(more > 0.98 * less, `${low} N with ${less} S, but ${high} N with ${more} S`);
+  }
+});
+
+const siemensOf = (words) => number(words) * { nS: 1e-9, "µS": 1e-6, mS: 1e-3, S: 1 }[words.split(" ")[1]];
+
+test("a page that comes later shows nothing of before it", async () => {
+  const server = await live("sim:econe?hand&fps=50");
+  const first = await openLive(server);
+  await first.close();
+  await sleep(1500);
+  const before = Date.now() / 1000;
+  const page = await openLive(server);
+  const [download] = await Promise.all([
+    page.waitForEvent("download", { timeout: PATIENCE_MS }),
+    page.locator("#compensated-canvas").click().then(() => page.click("#csv-button")),
+  ]);
+  const times = readFileSync(await download.path(), "utf8").trim().split("\n").slice(1).map((line) => Number(line.split(",")[0]));
+  check(times.length > 3, `only ${times.length} frames are saved`);
+  check(times.every((time) => time > before - 0.1), `a frame of ${(before - Math.min(...times)).toFixed(1)} s before the page is saved`);
+});
+
+test("a recording that has ended is said to be saved, and method raw is no compensation", async () => {
+  const server = await live("sim:econe?hand");
+  const page = await openLive(server);
+  await page.fill("#record-name", "subject 1");
+  await page.click("#record-button");
+  await appears(page, "record-running");
+  await page.click("#stop-button");
+  await until(async () => /Saved .*subject 1\.mcap \(\d+ frames, 0 lost\)/.test(await page.textContent("#toasts")), async () => `the page says: ${await page.textContent("#toasts")}`);
+  await page.selectOption("#method-select", "raw");
+  await until(async () => (await page.textContent("#compensated-tile figcaption")).includes("Not compensated"), "by method raw the map is still called compensated");
 });
 
 test("labels of the charts are whole, also those of small loads", async () => {

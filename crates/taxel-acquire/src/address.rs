@@ -73,7 +73,7 @@ pub enum Address {
     },
 }
 
-const KINDS: [&str; 7] = ["serial", "udp", "tcp", "file", "stdin", "rpi", "sim"];
+const KINDS: [&str; 7] = ["serial", "udp", "tcp", "file", "stdin", "sim", "rpi"];
 const HINT: &str = "serial:/dev/ttyACM0?baud=2000000, udp:0.0.0.0:9000, tcp:host:port, file:run.mcap, stdin:, \
                     sim:econe?hand";
 const DEFAULT_BAUD: u32 = 115_200;
@@ -265,7 +265,8 @@ impl FromStr for Address {
                     Some(near) if !kind.is_empty() => format!("did you mean {near}:?"),
                     _ => HINT.to_owned(),
                 };
-                Err(options.error(format!("'{kind}' is no kind of source"), &hint))
+                let reason = format!("expected {}:", KINDS.join(":, "));
+                Err(options.error(reason, &hint))
             }
         }
     }

@@ -7,7 +7,7 @@ use std::io;
 #[non_exhaustive]
 pub enum Error {
     /// No address.
-    #[error("'{text}' is no address: {reason}\nhint: {hint}")]
+    #[error("'{text}' is not a source: {reason}\nhint: {hint}")]
     Address {
         /// What was given.
         text: String,

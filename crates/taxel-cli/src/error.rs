@@ -262,6 +262,41 @@ pub(crate) enum Error {
     /// The system gives no more threads.
     #[error("cannot start a thread: {0}\nhint: the system is out of memory or of threads")]
     Thread(#[source] io::Error),
+    /// A recording has a name that is taken.
+    #[error("{} already exists\nhint: recordings are never overwritten: choose another name", .file.display())]
+    RecordingExists {
+        /// The file.
+        file: PathBuf,
+    },
+    /// One recording at a time.
+    #[error("{name} is being recorded\nhint: end that recording first")]
+    AlreadyRecording {
+        /// The file.
+        name: String,
+    },
+    /// The recording thread failed.
+    #[error(
+        "nothing can be recorded any more: the recording thread failed\nhint: start the program anew"
+    )]
+    RecorderGone,
+    /// A recording without a frame.
+    #[error(
+        "no frame came from {address}: {reason}\nhint: look at it with `taxel live`, and check the sensor file's rows and columns"
+    )]
+    NothingCame {
+        /// The source.
+        address: String,
+        /// How it stood.
+        reason: String,
+    },
+    /// Counts wider than what is sent to viewers and recorded.
+    #[error("{}: a converter of {bits} bits, but live counts have at most 16\nhint: let the device send the upper 16 bits, and give bits = 16 in the sensor file", .file.display())]
+    TooManyBits {
+        /// The sensor file.
+        file: PathBuf,
+        /// Its bits.
+        bits: u32,
+    },
     /// A recording ended before it should.
     #[error("recording {name} ended after {frames} frames: {why}")]
     RecordingEnded {

@@ -22,8 +22,8 @@ pub(crate) fn of(address: &Address, given: Option<&Path>) -> Result<(Sensor, Pat
         }
         Address::File { path, .. } => of_recording(path),
         other => Err(Error::Arguments {
-            what: format!("{other} does not say which sensor it is of"),
-            hint: "--sensor takes a sensor file or the name of a preset (econe, mat-16x16-cd4067, mat-32x32-adg732)",
+            what: format!("{other} names no sensor"),
+            hint: "pass --sensor with a sensor file or the name of a preset (econe, mat-16x16-cd4067, mat-32x32-adg732)",
         }),
     }
 }
@@ -43,7 +43,7 @@ pub(crate) fn of_recording(path: &Path) -> Result<(Sensor, PathBuf), Error> {
         }
     }
     Err(Error::Arguments {
-        what: format!("{} does not say which sensor it is of", path.display()),
-        hint: "--sensor takes a sensor file or the name of a preset (econe, mat-16x16-cd4067, mat-32x32-adg732)",
+        what: format!("{} names no sensor", path.display()),
+        hint: "pass --sensor with a sensor file or the name of a preset (econe, mat-16x16-cd4067, mat-32x32-adg732)",
     })
 }

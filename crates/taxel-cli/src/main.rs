@@ -7,6 +7,7 @@
 mod chain;
 mod commands;
 mod crew;
+mod enter;
 mod error;
 mod evaluation;
 mod frames;

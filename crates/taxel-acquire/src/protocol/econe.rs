@@ -2,11 +2,15 @@
 //! no row (blank, a header, a time stamp).
 //!
 //! Rows have no index. A damaged line still counts as the row it was (one that swallowed its line end as several), so
-//! that the next frame begins where it should; a blank line, or a pause in the stream, begins one in any case.
+//! that the next frame begins where it should; a blank line, a pause in the stream, or a header where frames had one
+//! before, begins one in any case. Of datagrams, of which some may be lost, one that comes late begins one too: a frame
+//! in several needs a pause, a blank line or a header behind it, or a lost one shifts its rows.
+
+use std::time::Duration;
 
 use taxel::{Counts, Frame};
 
-use super::fields::{LineBuffer, Rows, counts};
+use super::fields::{LineBuffer, Pace, Rows, counts, was_numbers};
 use super::{Decoder, Expected, Fault, Tally};
 
 /// Reads the e-Cone's text.
@@ -16,6 +20,10 @@ pub struct EconeText {
     rows: Rows,
     next: usize,
     damaged: bool,
+    /// A header stands before the frame that comes; one stood before the frame that came last.
+    header: bool,
+    headed: bool,
+    pace: Pace,
 }
 
 impl EconeText {
@@ -27,7 +35,22 @@ impl EconeText {
             rows: Rows::new(expected),
             next: 0,
             damaged: false,
+            header: false,
+            headed: false,
+            pace: Pace::default(),
         }
+    }
+
+    /// What has begun will not be completed.
+    fn give_up(&mut self) {
+        let begun = self.buffer.forget();
+        if !self.rows.cut() && begun && !self.damaged {
+            self.rows.blame(Fault::Broken {
+                what: "a line that ended before its end",
+            });
+        }
+        self.next = 0;
+        self.damaged = false;
     }
 }
 
@@ -39,8 +62,11 @@ impl Decoder for EconeText {
             rows,
             next,
             damaged,
+            header,
+            headed,
+            pace,
         } = self;
-        buffer.feed(bytes, &mut |line, _| {
+        buffer.feed(bytes, &mut |line, whole| {
             let numbers = line.is_some_and(|line| counts(line, fields));
             let Expected {
                 rows: last,
@@ -61,7 +87,15 @@ impl Decoder for EconeText {
             } else if line.is_some_and(|line| line.iter().all(u8::is_ascii_whitespace)) {
                 rows.cut();
                 (*next, *damaged) = (0, false);
-            } else if *next > 0 {
+            } else if line.is_some_and(|line| !was_numbers(line, columns))
+                && (*next == 0 || *headed)
+            {
+                // A header: rows that are missing before it do not come any more.
+                *header = true;
+                rows.tally.passed_over += 1;
+                rows.cut();
+                (*next, *damaged) = (0, false);
+            } else if *next > 0 || whole {
                 let commas = line.map_or(columns, |l| l.iter().filter(|b| **b == b',').count());
                 *next += ((commas + columns / 2) / columns).max(1);
                 if !std::mem::replace(damaged, true) {
@@ -74,15 +108,20 @@ impl Decoder for EconeText {
             }
             if *next >= last {
                 (*next, *damaged) = (0, false);
+                *headed = std::mem::take(header);
             }
         });
+        pace.frames(rows.tally.frames);
     }
 
     fn forget(&mut self) {
-        self.buffer.forget();
-        self.rows.cut();
-        self.next = 0;
-        self.damaged = false;
+        self.give_up();
+    }
+
+    fn datagram(&mut self, after: Duration) {
+        if self.pace.datagram(after) {
+            self.give_up();
+        }
     }
 
     fn tally(&self) -> Tally {

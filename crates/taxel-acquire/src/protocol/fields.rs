@@ -1,5 +1,7 @@
 //! Lines of numbers: what the text protocols share.
 
+use std::time::Duration;
+
 use taxel::{Counts, Frame};
 
 use super::{Expected, Fault, Tally};
@@ -26,22 +28,29 @@ impl LineBuffer {
         }
     }
 
-    /// Hands on every line that the bytes complete; `None` for one that was too long.
+    /// Hands on every line that the bytes complete; `None` for one that is too long, as soon as it is. Zero bytes before a
+    /// line belong to none: a line that is powered up reads as such.
     pub fn feed(&mut self, mut bytes: &[u8], take: &mut dyn FnMut(Option<&[u8]>, bool)) {
         while !bytes.is_empty() {
             let end = bytes.iter().position(|&byte| byte == b'\n');
-            let part = &bytes[..end.unwrap_or(bytes.len())];
-            if self.line.len() + part.len() > self.longest {
+            let mut part = &bytes[..end.unwrap_or(bytes.len())];
+            if self.line.is_empty() {
+                let zeros = part.iter().take_while(|byte| **byte == 0).count();
+                part = &part[zeros..];
+            }
+            if !self.overlong && self.line.len() + part.len() > self.longest {
                 self.overlong = true;
                 self.line.clear();
+                take(None, self.whole);
             }
             if !self.overlong {
                 self.line.extend_from_slice(part);
             }
             bytes = match end {
                 Some(end) => {
-                    let line = (!self.overlong).then_some(self.line.as_slice());
-                    take(line, self.whole);
+                    if !self.overlong {
+                        take(Some(&self.line), self.whole);
+                    }
                     self.line.clear();
                     self.overlong = false;
                     self.whole = true;
@@ -52,10 +61,62 @@ impl LineBuffer {
         }
     }
 
-    pub fn forget(&mut self) {
+    /// Lets go of a line that has begun; whether it was the beginning of numbers.
+    pub fn forget(&mut self) -> bool {
+        let begun = self.whole && self.line.first().is_some_and(u8::is_ascii_digit);
         self.line.clear();
         self.overlong = false;
         self.whole = false;
+        begun
+    }
+}
+
+/// Whether a line that is no row was to be one: most of it is numbers, and they are not few.
+pub(super) fn was_numbers(line: &[u8], columns: usize) -> bool {
+    let separates = |byte: &u8| matches!(byte, b',' | b';' | b' ' | b'\t' | b'\r');
+    let (mut fields, mut numbers) = (0, 0);
+    for field in line.split(separates).filter(|field| !field.is_empty()) {
+        fields += 1;
+        numbers += usize::from(field.iter().all(u8::is_ascii_digit));
+    }
+    !line.starts_with(b"#") && numbers >= (columns / 2).max(2) && 2 * numbers >= fields
+}
+
+/// How often frames come, where they come as datagrams.
+#[derive(Debug, Default)]
+pub(super) struct Pace {
+    since: Duration,
+    periods: Vec<Duration>,
+    frames: u64,
+}
+
+impl Pace {
+    /// The periods that the usual one is the median of, and how many it takes to know it.
+    const MOST: usize = 9;
+    const FEWEST: usize = 3;
+
+    /// A datagram has come; whether it is too late to belong to the same frame as the one before.
+    pub fn datagram(&mut self, after: Duration) -> bool {
+        self.since += after;
+        if self.periods.len() < Self::FEWEST {
+            return false;
+        }
+        let mut sorted = self.periods.clone();
+        sorted.sort_unstable();
+        after > sorted[sorted.len() / 2].mul_f64(0.75)
+    }
+
+    /// So many frames have come by now.
+    pub fn frames(&mut self, frames: u64) {
+        let new = u32::try_from(frames - self.frames).unwrap_or(u32::MAX);
+        if new == 0 {
+            return;
+        }
+        if self.periods.len() == Self::MOST {
+            self.periods.remove(0);
+        }
+        self.periods.push(self.since / new);
+        (self.since, self.frames) = (Duration::ZERO, frames);
     }
 }
 
@@ -108,13 +169,14 @@ impl Rows {
         self.seen.fill(false);
     }
 
-    /// A frame ended here; if rows of it are missing, it was broken.
-    pub fn cut(&mut self) {
+    /// A frame ended here; if rows of it are missing, it was broken: whether it was.
+    pub fn cut(&mut self) -> bool {
         let found = self.seen.iter().filter(|seen| **seen).count();
         if found > 0 {
             let expected = self.expected.rows;
             self.blame(Fault::Rows { found, expected });
         }
+        found > 0
     }
 
     /// Takes a row, or several at once from `row` on, and hands on the frame if that was its last.
@@ -130,7 +192,8 @@ impl Rows {
         let rows = counts.len() / self.expected.columns;
         self.seen[row..row + rows].fill(true);
         if self.seen.iter().all(|seen| *seen) {
-            self.frame.sequence = self.tally.frames;
+            // A broken frame leaves a gap.
+            self.frame.sequence = self.tally.frames + self.tally.corrupt;
             self.tally.frames += 1;
             self.seen.fill(false);
             take(&self.frame);

@@ -1,11 +1,14 @@
 //! Text lines, as most sketches print them: `v,v,…` a frame a line, or `row,v,v,…` a row a line.
 //!
-//! Commas, semicolons and blanks separate. Lines that begin with anything but a digit (`# ready`) are passed over. A
-//! frame is complete when every row of it has come; a row that comes again, or falls back, begins the next.
+//! Commas, semicolons and blanks separate. Lines that begin with anything but a digit (`# ready`) are passed over, unless
+//! most of them is numbers: those are damaged. A frame is complete when every row of it has come; a row that comes again,
+//! or falls back, begins the next.
+
+use std::time::Duration;
 
 use taxel::{Counts, Frame};
 
-use super::fields::{LineBuffer, Rows, counts};
+use super::fields::{LineBuffer, Pace, Rows, counts, was_numbers};
 use super::{Decoder, Expected, Fault, Tally};
 
 /// Reads text lines.
@@ -16,6 +19,7 @@ pub struct Lines {
     last_row: usize,
     /// A row of this frame was damaged: the rest of it is of no use.
     damaged: bool,
+    pace: Pace,
 }
 
 impl Lines {
@@ -27,7 +31,20 @@ impl Lines {
             rows: Rows::new(expected),
             last_row: 0,
             damaged: false,
+            pace: Pace::default(),
         }
+    }
+
+    /// What has begun will not be completed.
+    fn give_up(&mut self) {
+        let begun = self.buffer.forget();
+        if !self.rows.cut() && begun {
+            self.rows.blame(Fault::Broken {
+                what: "a line that ended before its end",
+            });
+        }
+        self.last_row = 0;
+        self.damaged = false;
     }
 }
 
@@ -39,6 +56,7 @@ impl Decoder for Lines {
             rows,
             last_row,
             damaged,
+            pace,
         } = self;
         buffer.feed(bytes, &mut |line, whole| {
             let Some(line) = line else {
@@ -46,7 +64,10 @@ impl Decoder for Lines {
                     what: "a line longer than a frame of this sensor",
                 });
             };
-            if !line.first().is_some_and(u8::is_ascii_digit) && !line.starts_with(b" ") {
+            let begins_well =
+                line.first().is_some_and(u8::is_ascii_digit) || line.starts_with(b" ");
+            if !begins_well && !(whole && was_numbers(line, rows.expected.columns)) {
+                rows.tally.passed_over += u64::from(!line.trim_ascii().is_empty());
                 return;
             }
             let numbers = counts(line, fields);
@@ -88,13 +109,17 @@ impl Decoder for Lines {
                 *damaged = true;
             }
         });
+        pace.frames(rows.tally.frames);
     }
 
     fn forget(&mut self) {
-        self.buffer.forget();
-        self.rows.cut();
-        self.last_row = 0;
-        self.damaged = false;
+        self.give_up();
+    }
+
+    fn datagram(&mut self, after: Duration) {
+        if self.pace.datagram(after) {
+            self.give_up();
+        }
     }
 
     fn tally(&self) -> Tally {

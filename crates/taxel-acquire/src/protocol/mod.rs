@@ -17,6 +17,7 @@ mod order;
 pub mod taxel1;
 
 use std::fmt;
+use std::time::Duration;
 
 use taxel::{Counts, Frame, Sensor};
 
@@ -33,6 +34,58 @@ pub struct Tally {
     pub repeated: u64,
     /// Times the device began to count anew.
     pub restarts: u64,
+    /// Lines that are no frame and no try at one: comments, greetings.
+    pub passed_over: u64,
+    /// Times that the link broke or the device fell silent, and came back.
+    pub outages: u64,
+    /// Packets of other senders or other sensors.
+    pub strangers: u64,
+}
+
+impl Tally {
+    /// What came after `before`.
+    pub fn since(&self, before: &Self) -> Self {
+        self.with(before, u64::saturating_sub)
+    }
+
+    /// Both together.
+    pub fn and(&self, other: &Self) -> Self {
+        self.with(other, u64::saturating_add)
+    }
+
+    fn with(&self, other: &Self, both: impl Fn(u64, u64) -> u64) -> Self {
+        Self {
+            frames: both(self.frames, other.frames),
+            lost: both(self.lost, other.lost),
+            corrupt: both(self.corrupt, other.corrupt),
+            repeated: both(self.repeated, other.repeated),
+            restarts: both(self.restarts, other.restarts),
+            passed_over: both(self.passed_over, other.passed_over),
+            outages: both(self.outages, other.outages),
+            strangers: both(self.strangers, other.strangers),
+        }
+    }
+
+    /// What went wrong, each with its count, in words: `3 lost`, `1 restart of the device`. Lines passed over are no
+    /// trouble.
+    pub fn troubles(&self) -> Vec<String> {
+        let named = [
+            (self.lost, "lost", "lost"),
+            (self.corrupt, "corrupt", "corrupt"),
+            (self.repeated, "repeated", "repeated"),
+            (
+                self.restarts,
+                "restart of the device",
+                "restarts of the device",
+            ),
+            (self.outages, "outage", "outages"),
+            (self.strangers, "from another sender", "from other senders"),
+        ];
+        let found = named.into_iter().filter(|(count, ..)| *count > 0);
+        found
+            .map(|(count, one, many)| format!("{count} {}", if count == 1 { one } else { many }))
+            .collect()
+    }
 }
 
 /// Why something that came was no frame.
@@ -72,6 +125,13 @@ pub enum Fault {
         /// The version that came.
         found: u8,
     },
+    /// A packet of another sensor than the one that is listened to.
+    Sensor {
+        /// Its id.
+        found: u16,
+        /// The id that is listened to.
+        expected: u16,
+    },
     /// A frame that ended before its last row.
     Rows {
         /// Rows that came.
@@ -107,6 +167,12 @@ impl fmt::Display for Fault {
             }
             Self::Version { found } => {
                 write!(f, "taxel-{found}, but this program reads taxel-1")
+            }
+            Self::Sensor { found, expected } => {
+                write!(
+                    f,
+                    "frames of sensor {found} beside those of sensor {expected}"
+                )
             }
             Self::Rows { found, expected } => {
                 write!(f, "a frame of {found} rows, but the sensor has {expected}")
@@ -151,8 +217,12 @@ pub trait Decoder: Send {
     /// of the device; its time is the device's, where it tells.
     fn feed(&mut self, bytes: &[u8], take: &mut dyn FnMut(&Frame<Counts>));
 
-    /// The link broke: what has begun will not be completed.
+    /// The link broke, or was silent for long: what has begun will not be completed, and counts as a broken frame.
     fn forget(&mut self);
+
+    /// What is fed next came as a datagram of its own, so long after the one before. Datagrams can be lost: one that is
+    /// late does not go on with the frame that was begun.
+    fn datagram(&mut self, _after: Duration) {}
 
     /// What has come so far.
     fn tally(&self) -> Tally;

@@ -67,7 +67,8 @@ mod tests {
                 lost: 3,
                 corrupt: 0,
                 repeated: 2,
-                restarts: 1
+                restarts: 1,
+                ..Tally::default()
             }
         );
         let (mut order, mut tally) = (Order::default(), Tally::default());

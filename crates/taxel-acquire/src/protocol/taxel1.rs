@@ -80,6 +80,8 @@ pub struct Taxel1 {
     /// The packet is longer than a frame can be: skip to the next zero byte.
     overlong: bool,
     order: Order,
+    /// The sensor that is listened to, from its first frame on.
+    sensor: Option<u16>,
     tally: Tally,
     fault: Option<Fault>,
 }
@@ -93,6 +95,7 @@ impl Taxel1 {
             packet: Vec::new(),
             overlong: false,
             order: Order::default(),
+            sensor: None,
             tally: Tally::default(),
             fault: None,
         }
@@ -105,8 +108,8 @@ impl Taxel1 {
     }
 
     fn close(&mut self, take: &mut dyn FnMut(&Frame<Counts>)) {
-        let empty = self.packet.is_empty() && !self.overlong;
-        if !empty {
+        // One that was too long is counted already.
+        if !self.packet.is_empty() && !self.overlong {
             match self.read_packet() {
                 Ok(sequence) => {
                     if let Some(place) = self.order.place(sequence, &mut self.tally) {
@@ -114,22 +117,25 @@ impl Taxel1 {
                         take(&self.frame);
                     }
                 }
-                Err(fault) => {
-                    self.tally.corrupt += 1;
+                Err(fault @ Fault::Sensor { .. }) => {
+                    self.tally.strangers += 1;
                     self.fault = Some(fault);
                 }
+                Err(fault) => self.blame(fault),
             }
         }
         self.packet.clear();
         self.overlong = false;
     }
 
+    fn blame(&mut self, fault: Fault) {
+        self.tally.corrupt += 1;
+        self.fault = Some(fault);
+    }
+
     /// Checks the packet and fills the frame; its sequence number.
     fn read_packet(&mut self) -> Result<u32, Fault> {
         let broken = |what| Fault::Broken { what };
-        if self.overlong {
-            return Err(broken("longer than a frame of this sensor"));
-        }
         let length = cobs::decode_in_place(&mut self.packet)
             .map_err(|_| broken("its bytes do not fit together"))?;
         let packet = &self.packet[..length];
@@ -144,6 +150,13 @@ impl Taxel1 {
             return Err(Fault::Version { found: body[0] });
         }
         let u16_at = |at: usize| u16::from_le_bytes([body[at], body[at + 1]]);
+        let sensor = u16_at(2);
+        if let Some(expected) = self.sensor.filter(|expected| *expected != sensor) {
+            return Err(Fault::Sensor {
+                found: sensor,
+                expected,
+            });
+        }
         let found = (usize::from(u16_at(16)), usize::from(u16_at(18)));
         let expected = (self.expected.rows, self.expected.columns);
         if found != expected {
@@ -179,6 +192,7 @@ impl Taxel1 {
         }
         let time_us = u64::from_le_bytes(body[8..16].try_into().expect("eight bytes"));
         self.frame.time_secs = Some(time_us as f64 * 1e-6);
+        self.sensor = Some(sensor);
         Ok(u32::from_le_bytes(
             body[4..8].try_into().expect("four bytes"),
         ))
@@ -190,9 +204,13 @@ impl Decoder for Taxel1 {
         while !bytes.is_empty() {
             let end = bytes.iter().position(|&byte| byte == 0);
             let part = &bytes[..end.unwrap_or(bytes.len())];
-            if self.packet.len() + part.len() > self.longest() {
+            if !self.overlong && self.packet.len() + part.len() > self.longest() {
+                // Counted now: its end may never come.
                 self.overlong = true;
                 self.packet.clear();
+                self.blame(Fault::Broken {
+                    what: "longer than a frame of this sensor",
+                });
             }
             if !self.overlong {
                 self.packet.extend_from_slice(part);
@@ -208,8 +226,15 @@ impl Decoder for Taxel1 {
     }
 
     fn forget(&mut self) {
+        if !self.packet.is_empty() {
+            self.blame(Fault::Broken {
+                what: "it ended before its last byte",
+            });
+        }
         self.packet.clear();
         self.overlong = false;
+        // After a silence another sensor may take its place.
+        self.sensor = None;
     }
 
     fn tally(&self) -> Tally {

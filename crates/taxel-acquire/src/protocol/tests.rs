@@ -1,5 +1,7 @@
 //! What every protocol must survive.
 
+use std::time::Duration;
+
 use proptest::prelude::*;
 use taxel::{Counts, Frame};
 
@@ -247,6 +249,163 @@ fn the_sketch_s_packets_are_read() {
         encode(frame, &header, &mut ours);
     }
     assert_eq!(ours, bytes);
+}
+
+/// A zero byte, greetings, or another protocol's noise before a stream decide nothing.
+#[test]
+fn what_comes_before_the_first_frame_does_not_decide_the_protocol() {
+    let frames: Vec<u8> = (0..6).flat_map(|n| bytes_of(n, "econe-text")).collect();
+    for before in [&b"\0"[..], b"\0\0\0", b"\0ready\n", b"\xff\0\xfe\n"] {
+        for piece in [1, 16, 4096] {
+            let mut decoder = Protocol::Auto.decoder(EXPECTED);
+            let found = read(&mut *decoder, &[before, &frames].concat(), piece);
+            assert!(found.len() >= 5, "{before:?} {piece}: {} of 6", found.len());
+            assert_eq!(decoder.name(), "econe-text");
+        }
+    }
+}
+
+/// A device that comes back with another firmware is read again; its frames count on.
+#[test]
+fn after_a_broken_link_or_nonsense_the_protocol_is_guessed_again() {
+    for forget in [true, false] {
+        let mut decoder = Protocol::Auto.decoder(EXPECTED);
+        let binary: Vec<u8> = (0..4).flat_map(|n| bytes_of(n, "taxel-1")).collect();
+        assert_eq!(read(&mut *decoder, &binary, 50).len(), 4);
+        if forget {
+            decoder.forget();
+        }
+        let text: Vec<u8> = (0..60).flat_map(|n| bytes_of(n % 6, "lines")).collect();
+        let found = read(&mut *decoder, &text, 50);
+        assert!(found.len() > 30, "{} of 60", found.len());
+        assert!(found[0].sequence >= 4);
+        assert!(
+            found
+                .windows(2)
+                .all(|pair| pair[0].sequence < pair[1].sequence)
+        );
+        assert_eq!(decoder.name(), "lines");
+        assert_eq!(decoder.tally().frames, 4 + found.len() as u64);
+    }
+}
+
+/// A packet without an end is counted while it comes.
+#[test]
+fn a_packet_or_a_line_without_an_end_is_counted_and_takes_no_memory() {
+    for (protocol, byte) in [(Protocol::Taxel1, b'7'), (Protocol::Lines, b'7')] {
+        let mut decoder = protocol.decoder(EXPECTED);
+        read(&mut *decoder, &vec![byte; 100_000], 1000);
+        assert_eq!(decoder.tally().corrupt, 1, "{protocol:?}");
+    }
+}
+
+#[test]
+fn half_a_frame_at_a_broken_link_is_counted() {
+    for (kind, protocol) in KINDS {
+        let mut decoder = protocol.decoder(EXPECTED);
+        let bytes = [bytes_of(0, kind), bytes_of(1, kind)].concat();
+        let half = bytes.len() - bytes_of(1, kind).len() / 3;
+        let found = read(&mut *decoder, &bytes[..half], 8);
+        assert_eq!((found.len(), decoder.tally().corrupt), (1, 0), "{kind}");
+        decoder.forget();
+        assert_eq!(decoder.tally().corrupt, 1, "{kind}");
+        // Again, with nothing begun: nothing broken.
+        decoder.forget();
+        assert_eq!(decoder.tally().corrupt, 1, "{kind}");
+    }
+}
+
+/// A line whose first byte is damaged is one that was lost, and leaves a gap.
+#[test]
+fn a_damaged_first_byte_is_no_comment() {
+    for (kind, protocol) in [
+        ("lines", Protocol::Lines),
+        ("econe-text", Protocol::EconeText),
+    ] {
+        let mut decoder = protocol.decoder(EXPECTED);
+        let mut frames: Vec<Vec<u8>> = (0..5).map(|n| bytes_of(n, kind)).collect();
+        frames[2][0] = b'~';
+        let found = read(&mut *decoder, &frames.concat(), 9);
+        let values: Vec<_> = found.iter().map(|f| f.values().to_vec()).collect();
+        let whole = [0, 1, 3, 4].map(|n| frame(n).values().to_vec());
+        assert_eq!(values, whole, "{kind}");
+        assert_eq!(decoder.tally().corrupt, 1, "{kind}");
+        let sequences: Vec<u64> = found.iter().map(|f| f.sequence).collect();
+        assert_eq!(sequences, [0, 1, 3, 4], "{kind}");
+    }
+    let mut decoder = Protocol::Lines.decoder(EXPECTED);
+    read(&mut *decoder, b"# ready\nhello 3\nboot: 12\n", 9);
+    assert_eq!(
+        (decoder.tally().passed_over, decoder.tally().corrupt),
+        (3, 0)
+    );
+}
+
+/// Frames of two datagrams each, some lost: none is made of two.
+#[test]
+fn lost_datagrams_never_glue_two_frames() {
+    for (kind, protocol) in [
+        ("indexed", Protocol::Lines),
+        ("econe-text", Protocol::EconeText),
+        ("parted", Protocol::EconeText),
+        ("econe-text", Protocol::Auto),
+    ] {
+        let mut decoder = protocol.decoder(EXPECTED);
+        let mut found = Vec::new();
+        let mut lost = 0;
+        let mut since = 0;
+        for number in 0..200u64 {
+            let bytes = bytes_of(number, kind);
+            // The first row in one datagram, the others in the next, a millisecond later; ten to the next frame.
+            let rows: Vec<usize> = (0..bytes.len()).filter(|&i| bytes[i] == b'\n').collect();
+            let cut = rows[rows.len() - 3] + 1;
+            for (part, after) in [(&bytes[..cut], 9), (&bytes[cut..], 1)] {
+                since += after;
+                let datagram = 2 * number + u64::from(after == 1);
+                // The end of a frame and the beginning of the next; now and then one alone.
+                if number > 10 && (datagram % 20 == 1 || datagram % 20 == 2 || datagram % 33 == 0) {
+                    lost += 1;
+                    continue;
+                }
+                decoder.datagram(Duration::from_millis(since));
+                since = 0;
+                decoder.feed(part, &mut |frame| found.push(frame.values().to_vec()));
+            }
+        }
+        assert!(lost > 20);
+        let real: Vec<Vec<f64>> = (0..200).map(|n| frame(n).values().to_vec()).collect();
+        let glued = found.iter().filter(|found| !real.contains(found)).count();
+        assert_eq!(glued, 0, "{kind} {protocol:?}");
+        assert!(found.len() > 140, "{kind} {protocol:?}: {}", found.len());
+    }
+}
+
+#[test]
+fn frames_of_another_sensor_are_counted_not_taken() {
+    let packet = |sensor_id, sequence| {
+        let header = Header {
+            bits: 16,
+            sensor_id,
+            sequence,
+            time_us: 0,
+        };
+        let mut bytes = Vec::new();
+        encode(&frame(u64::from(sequence)), &header, &mut bytes);
+        bytes
+    };
+    let mut decoder = Protocol::Taxel1.decoder(EXPECTED);
+    let bytes: Vec<u8> = (0..5)
+        .flat_map(|n| [packet(1, n), packet(2, n)].concat())
+        .collect();
+    assert_eq!(read(&mut *decoder, &bytes, 40).len(), 5);
+    let tally = decoder.tally();
+    assert_eq!(
+        (tally.strangers, tally.corrupt, tally.repeated, tally.lost),
+        (5, 0, 0, 0)
+    );
+    // After a silence it may be another.
+    decoder.forget();
+    assert_eq!(read(&mut *decoder, &packet(2, 5), 40).len(), 1);
 }
 
 proptest! {

@@ -1,7 +1,7 @@
 //! One open link.
 
 use std::io::{self, Read};
-use std::net::{TcpStream, ToSocketAddrs, UdpSocket};
+use std::net::{SocketAddr, TcpStream, ToSocketAddrs, UdpSocket};
 use std::time::Duration;
 
 use serial2::SerialPort;
@@ -65,21 +65,28 @@ impl Link {
         }
     }
 
-    /// Reads some bytes; 0: there will be no more.
+    /// Reads some bytes, or a datagram with its sender; 0: there will be no more.
     ///
     /// # Errors
     /// What the system says; a time-out when nothing came.
-    pub fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+    pub fn read(&mut self, bytes: &mut [u8]) -> io::Result<(usize, Option<SocketAddr>)> {
+        if let Self::Udp(socket) = self {
+            return match socket.recv_from(bytes)? {
+                (0, _) => Err(io::Error::from(io::ErrorKind::WouldBlock)),
+                (count, sender) => Ok((count, Some(sender))),
+            };
+        }
+        self.read_stream(bytes).map(|count| (count, None))
+    }
+
+    fn read_stream(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
         match self {
             // A port that says nothing at all, though it was readable, has been unplugged.
             Self::Serial(port) => match port.read(bytes)? {
                 0 => Err(io::Error::new(io::ErrorKind::BrokenPipe, "unplugged")),
                 count => Ok(count),
             },
-            Self::Udp(socket) => match socket.recv(bytes)? {
-                0 => Err(io::Error::from(io::ErrorKind::WouldBlock)),
-                count => Ok(count),
-            },
+            Self::Udp(_) => Err(io::Error::from(io::ErrorKind::Unsupported)),
             Self::Tcp(stream) => match stream.read(bytes)? {
                 0 => Err(io::Error::new(
                     io::ErrorKind::ConnectionReset,

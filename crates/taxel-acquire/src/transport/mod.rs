@@ -3,6 +3,7 @@
 mod link;
 
 use std::io;
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::{Duration, Instant, SystemTime};
 
@@ -72,22 +73,25 @@ pub fn serial_ports() -> Result<Vec<PathBuf>, Error> {
 }
 
 /// Receives from a device until it is stopped, or the device says that there is no more. A link that cannot be
-/// opened or breaks is tried again, less and less often.
+/// opened or breaks is tried again, less and less often. Of datagrams those of one sender are taken: of the first whose
+/// datagrams made a frame, as long as it goes on.
 pub fn receive(address: &Address, decoder: &mut dyn Decoder, receiver: &mut dyn Receiver) {
     let mut wait = FIRST_WAIT;
+    let mut watch = Watch::default();
     while !receiver.stopped() {
         let broken = match Link::open(address, PATIENCE) {
             Ok(link) => {
                 let before = decoder.tally().frames;
-                let ended = read(link, address, decoder, receiver);
+                let ended = read(link, address, decoder, &mut watch, receiver);
                 if decoder.tally().frames > before {
                     wait = FIRST_WAIT;
                 }
                 match ended {
-                    Ended::Stopped => return,
+                    Ended::Stopped => return receiver.tally(watch.tally(decoder)),
                     Ended::NoMore => {
-                        receiver.tally(decoder.tally());
-                        return receiver.state(State::Ended, &format!("{address} has ended"));
+                        decoder.forget();
+                        receiver.tally(watch.tally(decoder));
+                        return receiver.state(State::Ended, &ended_words(address, decoder));
                     }
                     Ended::Broken(error) => error,
                 }
@@ -95,7 +99,8 @@ pub fn receive(address: &Address, decoder: &mut dyn Decoder, receiver: &mut dyn 
             Err(error) => error,
         };
         decoder.forget();
-        receiver.tally(decoder.tally());
+        watch.away();
+        receiver.tally(watch.tally(decoder));
         receiver.state(
             State::Lost,
             &format!(
@@ -117,15 +122,81 @@ enum Ended {
     Broken(io::Error),
 }
 
+/// What is known of a device beyond its bytes: when it spoke, and who it is.
+#[derive(Default)]
+struct Watch {
+    /// The first frame and the last.
+    first: Option<Instant>,
+    last: Option<Instant>,
+    frames: u64,
+    /// It was there and is away.
+    is_away: bool,
+    outages: u64,
+    strangers: u64,
+    /// Whose datagrams are taken, and when one came last.
+    sender: Option<SocketAddr>,
+    datagram: Option<Instant>,
+}
+
+impl Watch {
+    fn tally(&self, decoder: &dyn Decoder) -> Tally {
+        let own = Tally {
+            outages: self.outages,
+            strangers: self.strangers,
+            ..Tally::default()
+        };
+        decoder.tally().and(&own)
+    }
+
+    /// Whether a datagram is the device's, and how long after the one before it came.
+    fn admit(&mut self, from: SocketAddr, now: Instant) -> Option<Duration> {
+        let after = self.datagram.map_or(Duration::ZERO, |before| now - before);
+        if self.sender.is_some_and(|sender| sender != from) && after < SILENCE {
+            self.strangers += 1;
+            return None;
+        }
+        self.sender = self.sender.filter(|sender| *sender == from);
+        self.datagram = Some(now);
+        Some(after)
+    }
+
+    /// Looks whether frames have come.
+    fn see(&mut self, frames: u64, from: Option<SocketAddr>, now: Instant) {
+        if frames == self.frames {
+            return;
+        }
+        self.frames = frames;
+        self.first.get_or_insert(now);
+        self.last = Some(now);
+        self.sender = self.sender.or(from);
+        self.outages += u64::from(std::mem::take(&mut self.is_away));
+    }
+
+    fn away(&mut self) {
+        self.is_away = self.last.is_some();
+    }
+
+    /// Frames come: the last not much longer ago than between others.
+    fn is_live(&self, now: Instant) -> bool {
+        let (Some(first), Some(last)) = (self.first, self.last) else {
+            return false;
+        };
+        let between = (last - first).div_f64(self.frames.max(2) as f64 - 1.0);
+        now - last < SILENCE.max(4 * between)
+    }
+}
+
 fn read(
     mut link: Link,
     address: &Address,
     decoder: &mut dyn Decoder,
+    watch: &mut Watch,
     receiver: &mut dyn Receiver,
 ) -> Ended {
     let mut bytes = vec![0; 1 << 16];
-    let mut heard = Instant::now();
-    let mut told = Instant::now();
+    let opened = Instant::now();
+    let mut heard = opened;
+    let mut told = opened;
     let mut last = None;
     receiver.state(State::Waiting, &format!("{address} is open, nothing yet"));
     loop {
@@ -133,12 +204,20 @@ fn read(
             return Ended::Stopped;
         }
         match link.read(&mut bytes) {
-            Ok(0) => return Ended::NoMore,
-            Ok(count) => {
-                heard = Instant::now();
-                decoder.feed(&bytes[..count], &mut |frame| {
-                    receiver.frame(frame, SystemTime::now());
-                });
+            Ok((0, _)) => return Ended::NoMore,
+            Ok((count, from)) => {
+                let now = Instant::now();
+                let after = from.map(|from| watch.admit(from, now));
+                if let Some(Some(after)) = after {
+                    decoder.datagram(after);
+                }
+                if after != Some(None) {
+                    heard = now;
+                    decoder.feed(&bytes[..count], &mut |frame| {
+                        receiver.frame(frame, SystemTime::now());
+                    });
+                    watch.see(decoder.tally().frames, from, now);
+                }
             }
             Err(error) if is_silence(&error) => {
                 if heard.elapsed() > PAUSE {
@@ -149,30 +228,56 @@ fn read(
         }
         if told.elapsed() > PATIENCE {
             told = Instant::now();
-            receiver.tally(decoder.tally());
-            let state = judge(decoder, heard);
-            let words = words(state, address, decoder);
-            if last.as_ref() != Some(&words) {
+            receiver.tally(watch.tally(decoder));
+            let state = match watch.is_live(told) {
+                true => State::Live,
+                false => State::Waiting,
+            };
+            if state == State::Waiting
+                && last
+                    .as_ref()
+                    .is_some_and(|(state, _)| *state == State::Live)
+            {
+                watch.away();
+            }
+            let silent = heard.elapsed() > SILENCE;
+            let words = words(state, silent, address, decoder, watch);
+            if last.as_ref() != Some(&(state, words.clone())) {
                 receiver.state(state, &words);
-                last = Some(words);
+                last = Some((state, words));
             }
         }
     }
 }
 
-fn judge(decoder: &dyn Decoder, heard: Instant) -> State {
-    let frames = decoder.tally().frames > 0;
-    match frames && heard.elapsed() < SILENCE {
-        true => State::Live,
-        false => State::Waiting,
+fn words(
+    state: State,
+    silent: bool,
+    address: &Address,
+    decoder: &dyn Decoder,
+    watch: &Watch,
+) -> String {
+    let others = match watch.strangers {
+        0 => "",
+        _ => "; what other senders send is left out",
+    };
+    match (state, silent, decoder.last_fault()) {
+        (State::Live, ..) => format!("{address} speaks {}{others}", decoder.name()),
+        (_, true, _) => format!(
+            "{address} is open, but nothing has come for more than {} s",
+            SILENCE.as_secs()
+        ),
+        (_, false, Some(fault)) => format!("{address} is open, but sends {fault}"),
+        (_, false, None) => format!("{address} is open, but no frame is whole yet"),
     }
 }
 
-fn words(state: State, address: &Address, decoder: &dyn Decoder) -> String {
-    match (state, decoder.last_fault()) {
-        (State::Live, _) => format!("{address} speaks {}", decoder.name()),
-        (_, Some(fault)) => format!("{address} is open, but sends {fault}"),
-        _ => format!("{address} is open, but nothing comes"),
+/// A source without a frame says why.
+fn ended_words(address: &Address, decoder: &dyn Decoder) -> String {
+    match (decoder.tally().frames, decoder.last_fault()) {
+        (0, Some(fault)) => format!("{address} has ended; it sent {fault}"),
+        (0, None) => format!("{address} has ended without a frame"),
+        _ => format!("{address} has ended"),
     }
 }
 

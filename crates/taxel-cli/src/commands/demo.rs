@@ -80,20 +80,6 @@ pub(crate) fn run(_: &Args) -> Result<Exit, Error> {
     Ok(Exit::Good)
 }
 
-/// A number with its standard error, to two digits of the latter; a number that was not fitted has none.
-fn with_error(value: f64, error: f64) -> String {
-    if !(error > 0.0 && error.is_finite()) {
-        return format!("{value:.4e} (held)");
-    }
-    let last = error.log10().floor() as i32 - 1;
-    if value.abs() < 1e-2 {
-        let digits = (value.abs().log10().floor() as i32 - last).clamp(0, 12) as usize;
-        return format!("{value:.digits$e} ± {error:.1e}");
-    }
-    let decimals = (-last).clamp(0, 12) as usize;
-    format!("{value:.decimals$} ± {error:.decimals$}")
-}
-
 /// Records the grip; gives back the frames to be judged, and the faulty lines found in all of them.
 fn record(real: &VirtualSensor) -> Result<(Vec<Known>, LineFaults), Error> {
     let sensor = real.sensor();

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use taxel_acquire::Address;
-use taxel_view::live::{Options as ServerOptions, random_token};
+use taxel_view::live::{Options as ServerOptions, random_token, token_problem};
 
 use crate::error::Error;
 use crate::live::{Options, Session, Wanted};
@@ -49,9 +49,12 @@ struct Shown {
     /// Address to listen on (a token protects it on other addresses)
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8432")]
     listen: String,
-    /// Access token; generated when --listen is not local
-    #[arg(long)]
+    /// Access token, at least 8 of A-Z, a-z, 0-9, - . _ ~; generated when --listen is not local
+    #[arg(long, conflicts_with = "token_file")]
     token: Option<String>,
+    /// File whose first line is the access token: unlike --token it does not show in the list of processes
+    #[arg(long, value_name = "FILE")]
+    token_file: Option<PathBuf>,
     /// Where recordings go
     #[arg(long, value_name = "FOLDER", default_value = "recordings")]
     folder: PathBuf,
@@ -62,7 +65,7 @@ struct Shown {
 
 /// Runs `taxel live`.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
-    show(&args.address, &args.shown, args.record.as_deref())
+    show(&args.address, &args.shown, args.record.as_deref(), false)
 }
 
 /// Runs `taxel view`.
@@ -71,10 +74,15 @@ pub(crate) fn run_view(args: &ViewArgs) -> Result<Exit, Error> {
         path: args.recording.clone(),
         speed: Some(1.0),
     };
-    show(&address, &args.shown, None)
+    show(&address, &args.shown, None, true)
 }
 
-fn show(address: &Address, shown: &Shown, record: Option<&Path>) -> Result<Exit, Error> {
+fn show(
+    address: &Address,
+    shown: &Shown,
+    record: Option<&Path>,
+    held: bool,
+) -> Result<Exit, Error> {
     let (sensor, sensor_file) = live_sensor::of(address, shown.sensor.as_deref())?;
     let mut session = Session::start(Options {
         address: address.clone(),
@@ -87,13 +95,15 @@ fn show(address: &Address, shown: &Shown, record: Option<&Path>) -> Result<Exit,
             figures: shown.loads,
         },
         server: Some(ServerOptions {
-            token: shown.token.clone().or_else(|| needs_token(&shown.listen)),
+            token: token_of(shown)?.or_else(|| needs_token(&shown.listen)),
             address: shown.listen.clone(),
         }),
         record: record.map(Path::to_owned),
+        most: None,
+        held,
     })?;
     interrupt::listen();
-    out::result(&session.url().unwrap_or_default())?;
+    out::result(&session.urls().join("\n"))?;
     out::note(&format!("{address}; Ctrl-C ends it"));
     let mut told = String::new();
     while !interrupt::asked() {
@@ -102,10 +112,35 @@ fn show(address: &Address, shown: &Shown, record: Option<&Path>) -> Result<Exit,
             out::note(&text);
             told = text;
         }
+        for line in session.take_told() {
+            out::note(&line);
+        }
         std::thread::sleep(std::time::Duration::from_millis(100));
     }
     session.end();
     super::record::conclude(&session)
+}
+
+/// The token that was chosen, if it will do.
+fn token_of(shown: &Shown) -> Result<Option<String>, Error> {
+    let token = match (&shown.token, &shown.token_file) {
+        (Some(token), _) => token.clone(),
+        (None, Some(file)) => {
+            let text = std::fs::read_to_string(file).map_err(|error| Error::Arguments {
+                what: format!("cannot read the token in {}: {error}", file.display()),
+                hint: "its first line is the token",
+            })?;
+            text.lines().next().unwrap_or_default().trim().to_owned()
+        }
+        (None, None) => return Ok(None),
+    };
+    match token_problem(&token) {
+        None => Ok(Some(token)),
+        Some(what) => Err(Error::Arguments {
+            what,
+            hint: "letters, digits and - . _ ~; without --token one is made up where it is needed",
+        }),
+    }
 }
 
 /// A token, where the address is not this machine's own.

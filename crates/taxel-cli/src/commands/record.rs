@@ -7,7 +7,7 @@ use taxel_acquire::Address;
 use taxel_acquire::transport::State;
 
 use crate::error::Error;
-use crate::live::{Options, Session, Wanted};
+use crate::live::{Options, Saved, Session, Wanted};
 use crate::unit::MethodName;
 use crate::{Exit, interrupt, live_sensor, out};
 
@@ -43,8 +43,23 @@ pub(crate) struct Args {
     frames: Option<u64>,
 }
 
+const LOOK: Duration = Duration::from_millis(20);
+/// About thirty years.
+const LONGEST_SECS: f64 = 1e9;
+/// A source that says nothing for this long is told of.
+const SILENCE: Duration = Duration::from_secs(10);
+
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
+    if args
+        .secs
+        .is_some_and(|secs| !(secs > 0.0 && secs <= LONGEST_SECS))
+    {
+        return Err(Error::Arguments {
+            what: format!("--secs {}: no time", args.secs.unwrap_or_default()),
+            hint: "a number above 0",
+        });
+    }
     let (sensor, sensor_file) = live_sensor::of(&args.address, args.sensor.as_deref())?;
     interrupt::listen();
     let mut session = Session::start(Options {
@@ -59,8 +74,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         },
         server: None,
         record: Some(args.output.clone()),
+        most: args.frames,
+        held: false,
     })?;
-    let begun = Instant::now();
+    let (begun, mut said) = (Instant::now(), false);
     let mut told = String::new();
     loop {
         let (state, text) = session.state();
@@ -68,10 +85,12 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             out::note(&text);
             told = text;
         }
-        let frames = session.recording().map_or(0, |recording| recording.frames);
-        let failed = session
-            .recording()
-            .is_some_and(|recording| recording.error.is_some());
+        let recording = session.recording();
+        // Ended before its time: why is told below.
+        let failed = recording
+            .as_ref()
+            .is_none_or(|recording| recording.error.is_some());
+        let frames = recording.map_or(0, |recording| recording.frames);
         let enough = args
             .secs
             .is_some_and(|secs| begun.elapsed().as_secs_f64() >= secs)
@@ -79,44 +98,35 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         if enough || failed || state == State::Ended || interrupt::asked() {
             break;
         }
-        std::thread::sleep(Duration::from_millis(20));
+        if session.tally().frames == 0 && begun.elapsed() > SILENCE && !said {
+            said = true;
+            out::note(&format!(
+                "no frame from {} for {} s; Ctrl-C ends it",
+                args.address,
+                SILENCE.as_secs()
+            ));
+        }
+        std::thread::sleep(LOOK);
     }
     session.end();
-    conclude(&session)
+    let exit = conclude(&session)?;
+    let frames: u64 = session.ended().iter().map(|saved| saved.frames).sum();
+    match frames {
+        0 => Err(Error::NothingCame {
+            address: args.address.to_string(),
+            reason: session.state().1,
+        }),
+        _ => Ok(exit),
+    }
 }
 
-/// What became of the recording, on standard error; exit code 3 when something is missing.
+/// What became of the recordings, on standard error; exit code 3 when something is missing in one of them.
 pub(crate) fn conclude(session: &Session) -> Result<Exit, Error> {
-    let tally = session.tally();
-    let mut missing = Vec::new();
-    for (count, what) in [
-        (tally.lost, "lost"),
-        (tally.corrupt, "corrupt"),
-        (tally.repeated, "repeated"),
-    ] {
-        if count > 0 {
-            missing.push(format!("{count} {what}"));
-        }
+    for line in session.take_told() {
+        out::note(&line);
     }
-    let Some(recording) = session.recording() else {
-        return Ok(Exit::Good);
-    };
-    if let Some(why) = recording.error {
-        return Err(Error::RecordingEnded {
-            name: recording.name,
-            frames: recording.frames,
-            why,
-        });
-    }
-    let trouble = match missing.is_empty() {
-        true => String::new(),
-        false => format!("; {}", missing.join(", ")),
-    };
-    out::note(&format!(
-        "{}: {} frames{trouble}",
-        recording.name, recording.frames
-    ));
-    Ok(match missing.is_empty() {
+    let whole = |saved: &Saved| saved.error.is_none() && saved.missing().is_empty();
+    Ok(match session.ended().iter().all(whole) {
         true => Exit::Good,
         false => Exit::DataLost,
     })

@@ -1,9 +1,7 @@
 //! Recordings that a plan names and nobody has made yet: made live, with a word for each of what to press.
 
 use std::fs;
-use std::io::{self, BufRead};
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use taxel_acquire::Address;
@@ -12,14 +10,13 @@ use taxel_record::Trial;
 use taxel_view::report::number;
 
 use super::plan::{Experiment, Plan};
+use crate::enter::{Enter, NoEnter};
 use crate::error::Error;
 use crate::frames::is_mcap;
 use crate::live::{Options, Session, Wanted};
 use crate::unit::MethodName;
 use crate::{interrupt, out};
 
-/// How often is looked whether Ctrl-C was pressed.
-const TURN: Duration = Duration::from_millis(50);
 /// How long a source may be silent.
 const PATIENCE: Duration = Duration::from_secs(20);
 
@@ -56,7 +53,7 @@ pub(crate) fn measure(plan: &Plan, address: &Address) -> Result<usize, Error> {
         wanted.len(),
     ));
     interrupt::listen();
-    let enter = listen_for_enter();
+    let enter = Enter::listen();
     let mut session = Session::start(Options {
         address: address.clone(),
         sensor: plan.sensor.clone(),
@@ -69,6 +66,8 @@ pub(crate) fn measure(plan: &Plan, address: &Address) -> Result<usize, Error> {
         },
         server: None,
         record: None,
+        most: None,
+        held: false,
     })?;
     for (number, one) in wanted.iter().enumerate() {
         out::note(&format!(
@@ -155,47 +154,27 @@ fn words_of(experiment: &Experiment, trial: &Trial) -> String {
     words
 }
 
-/// Lines of standard input, read aside: Ctrl-C must end the wait for one.
-fn listen_for_enter() -> Receiver<()> {
-    let (send, lines) = mpsc::channel();
-    std::thread::spawn(move || {
-        let mut line = String::new();
-        while matches!(io::stdin().lock().read_line(&mut line), Ok(count) if count > 0) {
-            line.clear();
-            if send.send(()).is_err() {
-                return;
-            }
-        }
-    });
-    lines
-}
-
-fn wait_for_enter(enter: &Receiver<()>) -> Result<(), Error> {
-    let stopped = |what: &str, hint| Error::Arguments {
-        what: what.to_owned(),
-        hint,
+fn wait_for_enter(enter: &Enter) -> Result<(), Error> {
+    let stopped = |what: &str, hint| {
+        Err(Error::Arguments {
+            what: what.to_owned(),
+            hint,
+        })
     };
-    loop {
-        match enter.recv_timeout(TURN) {
-            Ok(()) => return Ok(()),
-            Err(RecvTimeoutError::Disconnected) => {
-                return Err(stopped(
-                    "nobody can press Enter: standard input has ended",
-                    "run it in a terminal; what was recorded is kept, and a next run goes on from there",
-                ));
-            }
-            Err(RecvTimeoutError::Timeout) if interrupt::asked() => {
-                return Err(stopped(
-                    "ended by Ctrl-C",
-                    "what was recorded is kept, and a next run goes on from there",
-                ));
-            }
-            Err(RecvTimeoutError::Timeout) => {}
-        }
+    match enter.wait() {
+        Ok(()) => Ok(()),
+        Err(NoEnter::Ended) => stopped(
+            "nobody can press Enter: standard input has ended",
+            "run it in a terminal; what was recorded is kept, and a next run goes on from there",
+        ),
+        Err(NoEnter::Stopped) => stopped(
+            "ended by Ctrl-C",
+            "what was recorded is kept, and a next run goes on from there",
+        ),
     }
 }
 
-/// Records so many frames or a few more and gives how many; the file is whole when this returns. It has its name only
+/// Records so many frames and gives how many; the file is whole when this returns. It has its name only
 /// then: one that is too short would pass for one that was made.
 fn record(session: &mut Session, file: &Path, frames: u64) -> Result<u64, Error> {
     let partial = file.with_extension("partial.mcap");
@@ -205,7 +184,7 @@ fn record(session: &mut Session, file: &Path, frames: u64) -> Result<u64, Error>
         // Where this fails, the recording says why.
         let _ = fs::create_dir_all(folder);
     }
-    session.record(&partial)?;
+    session.record(&partial, Some(frames))?;
     let ended = |frames, why| Error::RecordingEnded {
         name: file.display().to_string(),
         frames,
@@ -223,17 +202,17 @@ fn record(session: &mut Session, file: &Path, frames: u64) -> Result<u64, Error>
             _ if interrupt::asked() => Some("ended by Ctrl-C".to_owned()),
             _ => None,
         };
-        if recording.frames >= frames {
-            session.stop_recording();
+        if recording.frames >= frames || why.is_some() {
+            let saved = session.stop_recording().unwrap_or_default();
+            let why = saved.error.or(why.filter(|_| saved.frames < frames));
+            if let Some(why) = why {
+                let _ = fs::remove_file(&partial);
+                return Err(ended(saved.frames, why));
+            }
             return match fs::rename(&partial, file) {
-                Ok(()) => Ok(recording.frames),
-                Err(error) => Err(ended(recording.frames, error.to_string())),
+                Ok(()) => Ok(saved.frames),
+                Err(error) => Err(ended(saved.frames, error.to_string())),
             };
-        }
-        if let Some(why) = why {
-            session.stop_recording();
-            let _ = fs::remove_file(&partial);
-            return Err(ended(recording.frames, why));
         }
         std::thread::sleep(Duration::from_millis(5));
     }

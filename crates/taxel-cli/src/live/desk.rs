@@ -11,6 +11,7 @@ use taxel_acquire::protocol::Tally;
 use taxel_acquire::transport::State;
 
 use super::Options;
+use super::recorder::{Owner, Saved};
 
 /// A recording in progress, or ended by an error.
 #[derive(Debug, Clone, Serialize, Default)]
@@ -20,6 +21,8 @@ pub(crate) struct Recording {
     pub(crate) bytes: u64,
     pub(crate) secs: f64,
     pub(crate) error: Option<String>,
+    #[serde(skip)]
+    pub(super) owner: Owner,
 }
 
 /// A file being played.
@@ -80,6 +83,9 @@ struct Status {
     device_state: State,
     #[serde(skip)]
     tally: Tally,
+    /// Newtons on the sensor, without any tare.
+    #[serde(skip)]
+    total: Option<f64>,
     #[serde(skip)]
     arrivals: VecDeque<Instant>,
     #[serde(skip)]
@@ -97,17 +103,26 @@ pub(super) struct Desk {
     status: Mutex<Status>,
     /// Messages that viewers have not had.
     news: Mutex<Vec<String>>,
+    /// Lines for the command line.
+    told: Mutex<Vec<String>>,
+    /// Recordings that have ended.
+    ended: Mutex<Vec<Saved>>,
     stopped: AtomicBool,
 }
 
 impl Desk {
     pub(super) fn new(options: &Options) -> Self {
+        Self::waiting(&options.address.to_string())
+    }
+
+    /// Before anything has come from this address.
+    pub(super) fn waiting(address: &str) -> Self {
         Self {
             status: Mutex::new(Status {
                 kind: "state",
                 device: Device {
                     state: State::Waiting.word(),
-                    text: format!("opening {}", options.address),
+                    text: format!("opening {address}"),
                 },
                 frames_per_second: 0.0,
                 frames: 0,
@@ -125,10 +140,13 @@ impl Desk {
                 bad_lines: BadLines::default(),
                 device_state: State::Waiting,
                 tally: Tally::default(),
+                total: None,
                 arrivals: VecDeque::new(),
                 delays_ms: VecDeque::new(),
             }),
             news: Mutex::new(Vec::new()),
+            told: Mutex::new(Vec::new()),
+            ended: Mutex::new(Vec::new()),
             stopped: AtomicBool::new(false),
         }
     }
@@ -146,6 +164,44 @@ impl Desk {
     /// What was noted since this was asked last.
     pub(super) fn take_news(&self) -> Vec<String> {
         std::mem::take(&mut *self.news.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Something that the command line should say.
+    pub(super) fn tell(&self, text: String) {
+        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+        if told.len() < NEWS {
+            told.push(text);
+        }
+    }
+
+    /// What the command line has not said yet.
+    pub(super) fn take_told(&self) -> Vec<String> {
+        std::mem::take(&mut *self.told.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// A recording has ended, well or not.
+    pub(super) fn saved(&self, saved: Saved) {
+        let word = if saved.error.is_some() { "error: " } else { "" };
+        self.tell(format!("{word}{}", saved.words()));
+        // A page shows why one ended that nobody ended; one that ended well it shows no more.
+        let mut status = self.lock();
+        status.recording = saved.error.is_some().then(|| Recording {
+            name: saved.path.display().to_string(),
+            frames: saved.frames,
+            error: saved.error.clone(),
+            ..status.recording.take().unwrap_or_default()
+        });
+        drop(status);
+        let mut ended = self.ended.lock().unwrap_or_else(PoisonError::into_inner);
+        ended.push(saved);
+    }
+
+    /// Recordings that have ended.
+    pub(super) fn ended(&self) -> Vec<Saved> {
+        self.ended
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .clone()
     }
 
     fn lock(&self) -> MutexGuard<'_, Status> {
@@ -226,6 +282,14 @@ impl Desk {
         if status.delays_ms.len() > DELAYS {
             status.delays_ms.pop_front();
         }
+    }
+
+    pub(super) fn set_total(&self, newtons: Option<f64>) {
+        self.lock().total = newtons;
+    }
+
+    pub(super) fn total(&self) -> Option<f64> {
+        self.lock().total
     }
 
     pub(super) fn set_method(&self, name: String) {

@@ -5,7 +5,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use serde_json::json;
-use taxel::{Frame, Sensor, Siemens};
+use taxel::{Frame, Mark, Sensor, Siemens};
+use taxel_view::live::FrameMessage;
 
 use super::newest::Newest;
 use crate::frames::Shown;
@@ -16,16 +17,21 @@ use crate::unit::Unit;
 const EVERY: Duration = Duration::from_millis(450);
 const ASKED_FOR: Duration = Duration::from_secs(2);
 
-/// Conductances, and the sensor that they are of.
+/// A frame as viewers got it, its conductances, and the sensor that they are of.
 pub(super) struct Question {
     pub(super) siemens: Frame<Siemens>,
+    /// Whether the inverse came to one answer.
+    pub(super) is_answer: bool,
     pub(super) sensor: Arc<Sensor>,
     pub(super) is_load: bool,
+    pub(super) shown: FrameMessage,
 }
 
+/// All of one frame: what is shown together was together.
 struct Answer {
     siemens: Frame<Siemens>,
-    errors: Option<Frame<Shown>>,
+    frame: FrameMessage,
+    errors: Option<(Frame<Shown>, Vec<Mark>)>,
 }
 
 struct Asked {
@@ -94,11 +100,16 @@ impl Details {
             };
             let siemens = question.siemens;
             let mut shown = siemens.map(|_, value| value);
-            let errors = errors
-                .as_mut()
-                .map(|errors| errors.of(&siemens, true, &mut shown).clone());
+            let errors = errors.as_mut().map(|errors| {
+                let errors = errors.of(&siemens, question.is_answer, &mut shown).clone();
+                (errors, shown.marks().to_vec())
+            });
             let mut answer = self.answer.lock().unwrap_or_else(PoisonError::into_inner);
-            *answer = Some(Answer { siemens, errors });
+            *answer = Some(Answer {
+                siemens,
+                frame: question.shown,
+                errors,
+            });
         }
     }
 
@@ -115,12 +126,22 @@ impl Details {
                 if row >= answer.siemens.rows() || column >= answer.siemens.columns() {
                     return None;
                 }
-                let error = answer.errors.as_ref().map(|errors| errors.at(row, column));
-                // An error without bound is none that could be shown.
-                let error = error.filter(|error| *error < 1e6);
+                let at = row * answer.siemens.columns() + column;
+                let frame = &answer.frame;
+                let mut mark = frame.marks[at];
+                let mut error = None;
+                if let Some((errors, marks)) = &answer.errors {
+                    // More uncertain than it is large: that is said, and the error is none that could be shown.
+                    if mark == Mark::Good.code() && marks[at] == Mark::Unresolved {
+                        mark = Mark::Unresolved.code();
+                    }
+                    let is_measured = [Mark::Good, Mark::Unfamiliar].map(Mark::code).contains(&mark);
+                    error = Some(errors.values()[at]).filter(|_| is_measured);
+                }
                 Some(json!({
-                    "row": row, "column": column, "siemens": answer.siemens.at(row, column),
-                    "standard_error_newtons": error,
+                    "row": row, "column": column, "sequence": frame.sequence, "load": frame.loads[at],
+                    "raw": frame.raw[at], "counts": frame.counts[at], "mark": mark,
+                    "siemens": answer.siemens.values()[at], "standard_error_newtons": error,
                 }))
             })
             .collect();

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 use taxel::metric::Figures;
 use taxel::pipeline::Pipeline;
@@ -15,7 +15,7 @@ use taxel_view::live::{FrameMessage, Server};
 use super::desk::{BadLines, Desk};
 use super::details::{Details, Question};
 use super::newest::Newest;
-use super::recorder::Recorder;
+use super::recorder::{Recorder, Solved};
 use super::{Arrived, Options};
 use crate::error::Error;
 use crate::unit::MethodName;
@@ -55,6 +55,8 @@ pub(super) struct Engine {
     raw: Pipeline,
     is_load: bool,
     tare: Option<Tare>,
+    /// The one of the recording that is played.
+    recorded_tare: Option<Arc<taxel_record::Tare>>,
     survey: LineScreen,
     surveyed: u32,
     survey_due: Instant,
@@ -83,6 +85,7 @@ impl Engine {
             raw,
             is_load: sensor.material.is_some() || matches!(options.method, MethodName::Model(_)),
             tare: None,
+            recorded_tare: None,
             survey: survey(sensor),
             surveyed: 0,
             survey_due: Instant::now(),
@@ -110,33 +113,53 @@ impl Engine {
             let wanted = self.recorder.wants();
             let awaited = server.is_some_and(Server::is_awaited);
             self.look_at_lines(&arrived);
+            self.take_recorded_tare(&arrived);
             let tares = self
                 .tare
                 .as_ref()
                 .is_some_and(|tare| tare.frames < TARE_FRAMES);
             // Without viewers and without loads in the file nobody needs them; with viewers each frame keeps the
             // inverse warm for the next.
-            if server.is_none() && !wanted.loads && !wanted.figures {
+            if server.is_none() && !wanted.any() {
                 continue;
             }
             let figures = self.solve(&arrived);
-            if wanted.loads || wanted.figures {
+            if wanted.any() {
                 let loads = wanted.loads.then_some(&self.loads);
-                self.recorder
-                    .solved(loads, figures, arrived.frame.sequence, arrived.at);
+                let solved = Solved {
+                    loads: loads.cloned(),
+                    figures,
+                    sequence: arrived.frame.sequence,
+                    at: arrived.at,
+                };
+                self.recorder.solved(solved, server.is_none());
             }
+            self.desk.set_total(
+                self.is_load
+                    .then(|| figures.total_force_newtons + self.tared_total()),
+            );
             if let Some(server) = server.filter(|_| awaited || tares) {
-                server.publish(self.message(&arrived, &figures));
+                let message = self.message(&arrived, &figures);
+                if self.details.is_wanted() {
+                    self.details.ask(Question {
+                        siemens: self.exact.result().siemens.clone(),
+                        is_answer: self.exact.result().outcome.is_answer(),
+                        sensor: self.sensor.clone(),
+                        is_load: self.is_load,
+                        shown: message.clone(),
+                    });
+                }
+                server.publish(message);
             }
             self.desk.add_delay(arrived.at);
-            if self.details.is_wanted() {
-                self.details.ask(Question {
-                    siemens: self.exact.result().siemens.clone(),
-                    sensor: self.sensor.clone(),
-                    is_load: self.is_load,
-                });
-            }
         }
+    }
+
+    /// What the tare takes off in all.
+    fn tared_total(&self) -> f64 {
+        self.tare
+            .as_ref()
+            .map_or(0.0, |tare| tare.loads.iter().sum())
     }
 
     /// Fills `loads`: newtons, or siemens where there is no load law.
@@ -195,6 +218,7 @@ impl Engine {
             columns: self.loads.columns(),
             is_load: self.is_load,
             is_tared: self.tare.is_some(),
+            is_raw: self.method == MethodName::Raw,
             sequence: arrived.frame.sequence,
             device_secs: arrived.frame.time_secs,
             at: Some(arrived.at),
@@ -216,8 +240,15 @@ impl Engine {
     /// A tare is data: which frames it is the mean of, and what it takes off in all.
     fn tell_tare(&self, last: u64) {
         let Some(tare) = &self.tare else { return };
+        self.recorder.tare(taxel_record::Tare {
+            from_sequence: last + 1,
+            at: SystemTime::now(),
+            unit: self.unit().to_owned(),
+            loads: tare.loads.clone(),
+            raw: tare.raw.clone(),
+        });
         let total: f64 = tare.loads.iter().sum();
-        let unit = if self.is_load { "N" } else { "S" };
+        let unit = self.unit();
         self.recorder.event(
             "tare",
             &format!(
@@ -225,6 +256,46 @@ impl Engine {
                 tare.frames, tare.first
             ),
         );
+    }
+
+    fn unit(&self) -> &'static str {
+        if self.is_load { "N" } else { "S" }
+    }
+
+    /// Nothing is taken off any more.
+    fn untare(&mut self) {
+        if self.tare.take().is_some() {
+            let from = self.loads.sequence + 1;
+            let undone = taxel_record::Tare::undone(from, SystemTime::now());
+            self.recorder.tare(undone);
+            self.recorder.event("tare", "tare cleared");
+        }
+        self.desk.set_tare(false);
+    }
+
+    /// Of a recording: what was taken off when it was made is taken off when it is played.
+    fn take_recorded_tare(&mut self, arrived: &Arrived) {
+        let Some(recorded) = &arrived.tare else {
+            return;
+        };
+        if *recorded == self.recorded_tare {
+            return;
+        }
+        self.recorded_tare.clone_from(recorded);
+        let taxels = self.loads.values().len();
+        let fits = |tare: &&Arc<taxel_record::Tare>| {
+            tare.loads.len() == taxels && tare.unit == self.unit()
+        };
+        self.tare = recorded.as_ref().filter(fits).map(|tare| Tare {
+            raw: match tare.raw.len() == taxels {
+                true => tare.raw.clone(),
+                false => vec![0.0; taxels],
+            },
+            loads: tare.loads.clone(),
+            frames: TARE_FRAMES,
+            first: tare.from_sequence,
+        });
+        self.desk.set_tare(self.tare.is_some());
     }
 
     /// Looks for faulty lines in frames now and then.
@@ -258,11 +329,7 @@ impl Engine {
                 });
                 self.desk.set_tare(true);
             }
-            Order::Untare => {
-                self.tare = None;
-                self.recorder.event("tare", "tare cleared");
-                self.desk.set_tare(false);
-            }
+            Order::Untare => self.untare(),
             Order::Method(method) => self.rebuild(self.sensor.clone(), method),
             Order::Sensor(sensor) => {
                 self.rebuild(Arc::new(*sensor), self.method.clone());
@@ -278,8 +345,7 @@ impl Engine {
             (self.exact, self.raw) = (exact, raw);
             if method != self.method {
                 // Zero by one method is not zero by another.
-                self.tare = None;
-                self.desk.set_tare(false);
+                self.untare();
             }
             (self.sensor, self.method) = (sensor, method);
             self.survey = survey(&self.sensor);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::SystemTime;
+use std::time::{Duration, Instant, SystemTime};
 
 use serde_json::json;
 use taxel::{Sensor, solve};
@@ -16,13 +16,19 @@ use super::Options;
 use super::desk::{Desk, secs};
 use super::details::Details;
 use super::engine::Order;
-use super::recorder::Recorder;
+use super::recorder::{Owner, Recorder};
 use super::source::Controls;
 use crate::unit::MethodName;
 
 /// The longest note and the longest name that are taken.
 const LONGEST_TEXT: usize = 500;
-const LONGEST_NAME: usize = 100;
+const LONGEST_NAME: usize = 80;
+/// File systems count bytes, of which a letter may have several.
+const LONGEST_BYTES: usize = 240;
+/// The most that may stand on a sensor that is tared: noise, and a light glove.
+const TARED_NEWTONS: f64 = 0.5;
+/// Between two beginnings of a recording: files are not made by the hundred.
+const BETWEEN: Duration = Duration::from_secs(1);
 const SPEEDS: std::ops::RangeInclusive<f64> = 0.01..=100.0;
 
 /// The instrument as viewers see it.
@@ -38,6 +44,8 @@ pub(super) struct Bench {
     orders: Mutex<Sender<Order>>,
     /// The inverse is told of the knobs.
     inverse_knows: Mutex<bool>,
+    /// When a viewer began a recording last.
+    begun: Mutex<Option<Instant>>,
 }
 
 /// A knob in the page: key, label, unit, least, most, step, logarithmic.
@@ -76,7 +84,7 @@ const SLIDERS: [Slider; 7] = [
     ("dead_column", "Dead column", "", 0.0, 1.0, 1.0, false),
     (
         "inverse_knows",
-        "The inverse knows of it",
+        "Compensate with the true circuit",
         "",
         0.0,
         1.0,
@@ -108,6 +116,7 @@ impl Bench {
             controls,
             orders: Mutex::new(orders),
             inverse_knows: Mutex::new(true),
+            begun: Mutex::new(None),
         };
         bench.desk.set_sliders(bench.values());
         bench
@@ -218,19 +227,50 @@ impl Bench {
     }
 
     fn record(&self, name: Option<String>) -> Result<String, String> {
+        let mut begun = self.begun.lock().unwrap_or_else(PoisonError::into_inner);
+        if begun.is_some_and(|begun| begun.elapsed() < BETWEEN) {
+            return Err("a recording was begun this second: wait a moment".to_owned());
+        }
         let path = self
             .folder
             .join(recording_name(name.as_deref(), &self.folder)?);
         std::fs::create_dir_all(&self.folder)
             .map_err(|error| format!("{}: {error}", self.folder.display()))?;
-        let shown = path
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
-        match self.recorder.begin(path) {
-            Ok(()) => Ok(format!("recording to {shown}")),
+        let shown = path.display().to_string();
+        match self.recorder.begin(path, Owner::Viewer, None) {
+            Ok(()) => {
+                *begun = Some(Instant::now());
+                Ok(format!("recording to {shown}"))
+            }
             Err(error) => Err(error.to_string()),
+        }
+    }
+
+    /// Takes what stands on the sensor for nothing, where next to nothing does.
+    fn tare(&self, force: bool) -> Result<String, String> {
+        let total = self.desk.total().unwrap_or(0.0);
+        if !force && total.abs() > TARED_NEWTONS {
+            return Err(format!(
+                "{total:.1} N stand on the sensor: a tare would take them off everything that follows. Take the load \
+                 off first, or tare anyway."
+            ));
+        }
+        self.order(Order::Tare);
+        Ok(match total.abs() > TARED_NEWTONS {
+            true => format!("Tared with {total:.1} N on the sensor"),
+            false => String::new(),
+        })
+    }
+
+    /// Ends a viewer's recording; that of the command line ends there.
+    fn stop(&self) -> Result<String, String> {
+        if self.recorder.owner() == Some(Owner::Operator) {
+            return Err("this recording was begun on the command line, and ends there".to_owned());
+        }
+        match self.recorder.stop() {
+            None => Err("nothing is being recorded".to_owned()),
+            Some(saved) if saved.error.is_some() || saved.frames == 0 => Err(saved.for_viewers()),
+            Some(saved) => Ok(saved.for_viewers()),
         }
     }
 }
@@ -280,6 +320,10 @@ impl Host for Bench {
         self.desk.json(viewers)
     }
 
+    fn joined(&self) {
+        let _ = self.play(|play| play.again = true);
+    }
+
     fn news(&self) -> Vec<String> {
         self.desk.take_news()
     }
@@ -290,19 +334,13 @@ impl Host for Bench {
 
     fn command(&self, command: Command) -> Result<String, String> {
         match command {
-            Command::Tare => {
-                self.order(Order::Tare);
-                Ok(String::new())
-            }
+            Command::Tare { force } => self.tare(force),
             Command::Untare => {
                 self.order(Order::Untare);
                 Ok(String::new())
             }
             Command::Record { name } => self.record(name),
-            Command::Stop => match self.recorder.stop() {
-                true => Ok("recording ended".to_owned()),
-                false => Err("nothing is being recorded".to_owned()),
-            },
+            Command::Stop => self.stop(),
             Command::Event { text } => {
                 let text: String = text.trim().chars().take(LONGEST_TEXT).collect();
                 if text.is_empty() {
@@ -351,16 +389,23 @@ fn recording_name(name: Option<&str>, folder: &Path) -> Result<String, String> {
     };
     let stem = name.strip_suffix(".mcap").unwrap_or(name);
     let allowed = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | ' ');
-    if stem.is_empty()
-        || stem.len() > LONGEST_NAME
-        || stem.starts_with('.')
-        || !stem.chars().all(allowed)
-    {
-        return Err(format!(
-            "'{name}' is no name for a recording: letters, digits, - _ . and blanks, at most {LONGEST_NAME}"
-        ));
-    }
-    Ok(format!("{stem}.mcap"))
+    let problem = if stem.is_empty() {
+        "a name needs a letter or a digit".to_owned()
+    } else if stem.chars().count() > LONGEST_NAME || stem.len() > LONGEST_BYTES {
+        format!(
+            "{} characters, at most {LONGEST_NAME}",
+            stem.chars().count()
+        )
+    } else if stem.starts_with(['.', '-']) {
+        "it begins with a dot or a hyphen".to_owned()
+    } else if let Some(other) = stem.chars().find(|&c| !allowed(c)) {
+        format!("it has a '{}'", other.escape_default())
+    } else {
+        return Ok(format!("{stem}.mcap"));
+    };
+    Err(format!(
+        "'{name}' cannot be a recording's name: {problem}. Use letters, digits, space, - _ . ({LONGEST_NAME} characters)"
+    ))
 }
 
 /// `2026-11-21-101500`, in UTC.
@@ -405,6 +450,10 @@ mod tests {
             recording_name(Some("grip.mcap"), folder),
             Ok("grip.mcap".to_owned())
         );
+        assert_eq!(
+            recording_name(Some("subject \u{e9} 2"), folder),
+            Ok("subject \u{e9} 2.mcap".to_owned())
+        );
         for name in [
             "../x",
             "a/b",
@@ -415,6 +464,10 @@ mod tests {
             "nul\0",
             "c:x",
             ".mcap",
+            "-rf",
+            "a\u{202e}b",
+            "a\nb",
+            &"x".repeat(81),
         ] {
             assert!(recording_name(Some(name), folder).is_err(), "{name}");
         }

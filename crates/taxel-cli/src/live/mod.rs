@@ -17,7 +17,7 @@ mod source;
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::SystemTime;
+use std::time::{Duration, Instant, SystemTime};
 
 use taxel::{Counts, Frame, Sensor};
 use taxel_acquire::Address;
@@ -32,14 +32,23 @@ use engine::Engine;
 use host::Bench;
 pub(crate) use host::time_stamp;
 use newest::Newest;
+use recorder::Owner;
 use recorder::Recorder;
-pub(crate) use recorder::Wanted;
+pub(crate) use recorder::{Saved, Wanted};
+
+/// Bits of a count in recordings and in what viewers get.
+const MOST_BITS: u32 = 16;
+/// Frames whose loads are wanted and that may wait for the engine, and the memory for them.
+const MOST_WAITING: usize = 8192;
+const MOST_WAITING_BYTES: usize = 64 << 20;
 
 /// A frame of counts on its way.
 #[derive(Clone)]
 pub(crate) struct Arrived {
     frame: Arc<Frame<Counts>>,
     at: SystemTime,
+    /// Of a recording: what was taken off when it was made.
+    tare: Option<Option<Arc<taxel_record::Tare>>>,
 }
 
 /// What to run.
@@ -55,8 +64,22 @@ pub(crate) struct Options {
     pub(crate) wanted: Wanted,
     /// A recording to begin with.
     pub(crate) record: Option<PathBuf>,
+    /// The most frames of that.
+    pub(crate) most: Option<u64>,
+    /// A file is held at its first frame.
+    pub(crate) held: bool,
     /// The server; none for a recording without viewers.
     pub(crate) server: Option<ServerOptions>,
+}
+
+/// Frames that may wait for the engine. Viewers want the newest; a recording without viewers wants the loads of every
+/// frame, late ones too, as far as memory goes.
+fn queue_of(options: &Options) -> usize {
+    if options.server.is_some() || !options.wanted.any() {
+        return engine::QUEUE;
+    }
+    let bytes = 9 * options.sensor.rows() * options.sensor.columns();
+    (MOST_WAITING_BYTES / bytes).clamp(engine::QUEUE, MOST_WAITING)
 }
 
 /// A source, an engine, a recorder and a server at work. Dropped, all of them end, the recording whole.
@@ -64,7 +87,9 @@ pub(crate) struct Session {
     desk: Arc<Desk>,
     recorder: Arc<Recorder>,
     server: Option<Arc<Server>>,
+    source: Option<std::thread::JoinHandle<()>>,
     threads: Vec<std::thread::JoinHandle<()>>,
+    finished: bool,
     incoming: Arc<Newest<Arrived>>,
     details: Arc<Details>,
 }
@@ -72,8 +97,15 @@ pub(crate) struct Session {
 impl Session {
     /// Starts everything.
     pub(crate) fn start(options: Options) -> Result<Self, Error> {
+        let bits = options.sensor.converter.bits;
+        if bits > MOST_BITS {
+            return Err(Error::TooManyBits {
+                file: options.sensor_file,
+                bits,
+            });
+        }
         let desk = Arc::new(Desk::new(&options));
-        let incoming = Arc::new(Newest::new(engine::QUEUE));
+        let incoming = Arc::new(Newest::new(queue_of(&options)));
         let recorder = Arc::new(Recorder::start(&options, desk.clone())?);
         let (controls, run) = source::prepare(&options)?;
         let (orders, taken) = std::sync::mpsc::channel();
@@ -117,13 +149,16 @@ impl Session {
         let worker = details.clone();
         threads.push(spawn("details", Box::new(move || worker.run()))?);
         if let Some(path) = &options.record {
-            recorder.begin(path.clone())?;
+            recorder.begin(path.clone(), Owner::Operator, options.most)?;
         }
         let mut receiver = source::Intake {
             desk: desk.clone(),
             recorder: recorder.clone(),
             incoming: incoming.clone(),
             server: server.clone(),
+            told: Default::default(),
+            clock: None,
+            tare: None,
             can_wait: matches!(
                 options.address,
                 Address::File { speed: None, .. }
@@ -133,20 +168,24 @@ impl Session {
                     }
             ),
         };
-        threads.push(spawn("source", Box::new(move || run(&mut receiver)))?);
+        let source = spawn("source", Box::new(move || run(&mut receiver)))?;
         Ok(Self {
             desk,
             recorder,
             server,
+            source: Some(source),
             threads,
+            finished: false,
             incoming,
             details,
         })
     }
 
-    /// The address of the page.
-    pub(crate) fn url(&self) -> Option<String> {
-        self.server.as_ref().map(|server| server.url())
+    /// The addresses of the page.
+    pub(crate) fn urls(&self) -> Vec<String> {
+        self.server
+            .as_ref()
+            .map_or_else(Vec::new, |server| server.urls())
     }
 
     /// How the source stands, in words.
@@ -161,34 +200,54 @@ impl Session {
 
     /// The recording as it stands: frames, bytes, and why it ended early, if it did.
     pub(crate) fn recording(&self) -> Option<desk::Recording> {
+        self.recorder.check();
         self.desk.recording()
     }
 
-    /// Begins a recording; it must not exist.
-    pub(crate) fn record(&self, file: &std::path::Path) -> Result<(), Error> {
-        self.recorder.begin(file.to_owned())
+    /// Lines that the command line should say: recordings that begin and end, devices.
+    pub(crate) fn take_told(&self) -> Vec<String> {
+        self.desk.take_told()
     }
 
-    /// Ends the recording; the file is whole then.
-    pub(crate) fn stop_recording(&self) {
-        self.recorder.stop();
+    /// Recordings that have ended.
+    pub(crate) fn ended(&self) -> Vec<Saved> {
+        self.desk.ended()
     }
 
-    /// Ends everything and waits for the recording to be whole.
+    /// Begins a recording of at most `most` frames; it must not exist.
+    pub(crate) fn record(&self, file: &std::path::Path, most: Option<u64>) -> Result<(), Error> {
+        self.recorder.begin(file.to_owned(), Owner::Operator, most)
+    }
+
+    /// Ends the recording and gives what is in it, when the file is closed.
+    pub(crate) fn stop_recording(&self) -> Option<Saved> {
+        self.recorder.stop()
+    }
+
+    /// Ends everything and waits for the recording to be whole: first the source, then the engine when it has had
+    /// every frame that waits, then the recorder.
     pub(crate) fn end(&mut self) {
         self.desk.stop();
+        // Standard input may never say that it has ended: its thread goes with the program.
+        if let Some(source) = self.source.take() {
+            let patience = Instant::now() + Duration::from_secs(2);
+            while !source.is_finished() && Instant::now() < patience {
+                std::thread::sleep(Duration::from_millis(5));
+            }
+            if source.is_finished() {
+                let _ = source.join();
+            }
+        }
         self.incoming.close();
         self.details.close();
-        self.recorder.finish();
-        // Standard input may never say that it has ended: its thread goes with the program.
-        let patience = std::time::Instant::now() + std::time::Duration::from_secs(2);
         for thread in self.threads.drain(..) {
-            while !thread.is_finished() && std::time::Instant::now() < patience {
-                std::thread::sleep(std::time::Duration::from_millis(5));
+            if thread.join().is_err() {
+                self.desk
+                    .tell("error: a thread failed; what it did is missing".to_owned());
             }
-            if thread.is_finished() {
-                let _ = thread.join();
-            }
+        }
+        if !std::mem::replace(&mut self.finished, true) {
+            self.recorder.finish();
         }
         self.server = None;
     }

@@ -16,6 +16,8 @@ use crate::frames::is_mcap;
 
 /// Frames a second of recordings that know no time.
 const USUAL_RATE: f64 = 100.0;
+/// A longer time between two frames is not waited for, seconds.
+const LONGEST_GAP: f64 = 10.0;
 const LOOK: Duration = Duration::from_millis(20);
 
 /// What the player is to do.
@@ -25,6 +27,8 @@ pub(super) struct Play {
     /// `None`: as fast as can be.
     pub(super) speed: Option<f64>,
     pub(super) seek: Option<f64>,
+    /// Somebody has not seen the frame that is held.
+    pub(super) again: bool,
 }
 
 /// A recording with times, or with none.
@@ -58,7 +62,13 @@ fn open(path: &Path, options: TextOptions) -> Result<Reel, Error> {
 }
 
 impl Player {
-    pub(super) fn open(path: &Path, sensor: &Sensor, speed: Option<f64>) -> Result<Self, Error> {
+    /// `playing`: at once; else it is held at its first frame.
+    pub(super) fn open(
+        path: &Path,
+        sensor: &Sensor,
+        speed: Option<f64>,
+        playing: bool,
+    ) -> Result<Self, Error> {
         let mut options = TextOptions::of(sensor);
         options.keep_going = true;
         let reel = open(path, options)?;
@@ -74,9 +84,10 @@ impl Player {
             reel,
             extent,
             play: Arc::new(Mutex::new(Play {
-                playing: true,
+                playing,
                 speed,
                 seek: None,
+                again: false,
             })),
         })
     }
@@ -88,7 +99,7 @@ impl Player {
     fn wishes(&self) -> Play {
         let mut play = self.play.lock().unwrap_or_else(PoisonError::into_inner);
         let wishes = *play;
-        play.seek = None;
+        (play.seek, play.again) = (None, false);
         wishes
     }
 
@@ -97,6 +108,10 @@ impl Player {
         let holds = intake.server.is_some();
         let name = self.path.display().to_string();
         intake.state(State::Live, &format!("playing {name}"));
+        if !self.wishes().playing {
+            let text = format!("playing {name}");
+            intake.desk.set_device_word(State::Live, "paused", &text);
+        }
         let mut frame = Frame::zeros(self.options.rows, self.options.columns);
         // Of the frame shown last; and the second of one that is read but whose time has not come.
         let (mut secs, mut shown) = (0.0, 0);
@@ -137,6 +152,9 @@ impl Player {
             }
             // Held, it still shows the place that it was moved to.
             if ended || (!wishes.playing && shown_one) {
+                if wishes.again && read.is_none() {
+                    intake.again(&frame);
+                }
                 std::thread::sleep(LOOK);
                 continue;
             }
@@ -165,6 +183,13 @@ impl Player {
                 }
             }
             let Some(at) = read else { continue };
+            if wishes.playing && shown_one && !(0.0..=LONGEST_GAP).contains(&(at - secs)) {
+                // A device that was away, or a clock that jumped: nobody waits for that.
+                intake
+                    .desk
+                    .note(&format!("{:.1} s in the recording are skipped", at - secs));
+                clock = None;
+            }
             let (begun, since) = *clock.get_or_insert((at, Instant::now()));
             if let Some(speed) = wishes.speed {
                 let due = since + Duration::from_secs_f64(((at - begun) / speed).max(0.0));
@@ -177,6 +202,7 @@ impl Player {
                 }
             }
             self.tell_events(intake);
+            self.tell_tare(intake);
             tally.frames += 1;
             intake.frame(&frame, SystemTime::now());
             intake.tally(tally);
@@ -214,6 +240,18 @@ impl Player {
         };
         for event in reader.take_events() {
             intake.desk.note(&event.text);
+        }
+    }
+
+    /// What was taken off the frame shown next, when it was recorded.
+    fn tell_tare(&self, intake: &mut Intake) {
+        let Reel::Timed(reader) = &self.reel else {
+            return;
+        };
+        let known = intake.tare.as_ref().and_then(Option::as_deref);
+        let tare = reader.tare().filter(|tare| !tare.is_undone());
+        if intake.tare.is_none() || known != tare {
+            intake.tare = Some(tare.cloned().map(Arc::new));
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 use std::sync::{Arc, Mutex};
-use std::time::SystemTime;
+use std::time::{Duration, Instant, SystemTime};
 
 use taxel::simulate::Pattern;
 use taxel::{Counts, Frame, Sensor};
@@ -48,7 +48,7 @@ pub(super) fn prepare(options: &Options) -> Result<(Controls, Run), Error> {
             (Controls::Knobs(knobs), run)
         }
         Address::File { path, speed } => {
-            let player = Player::open(path, &options.sensor, *speed)?;
+            let player = Player::open(path, &options.sensor, *speed, !options.held)?;
             let play = player.play();
             let run: Run = Box::new(move |intake| player.run(intake));
             (Controls::Player(play), run)
@@ -116,9 +116,54 @@ pub(super) struct Intake {
     pub(super) server: Option<Arc<Server>>,
     /// The source has no pace of its own: it waits rather than lose a frame.
     pub(super) can_wait: bool,
+    /// What has been told of what went wrong, and when.
+    pub(super) told: (Tally, Option<Instant>),
+    /// The device's time, of the last frame.
+    pub(super) clock: Option<f64>,
+    /// Of a recording: what was taken off the frame that comes.
+    pub(super) tare: Option<Option<Arc<taxel_record::Tare>>>,
 }
 
+/// A device's clock that goes on by more than this between two frames has jumped, seconds.
+const LONGEST_STEP: f64 = 3600.0;
+
+/// What goes wrong is told this often.
+const LOSSES_EVERY: Duration = Duration::from_secs(1);
+
 impl Intake {
+    /// A frame that was shown before, for those who have come since.
+    pub(super) fn again(&self, frame: &Frame<Counts>) {
+        self.incoming.push(Arrived {
+            frame: Arc::new(frame.clone()),
+            at: SystemTime::now(),
+            tare: self.tare.clone(),
+        });
+    }
+
+    /// Notes in the recording a device's clock that jumps.
+    fn look_at_clock(&mut self, frame: &Frame<Counts>) {
+        let Some(secs) = frame.time_secs else { return };
+        if let Some(last) = self.clock.replace(secs)
+            && !(0.0..=LONGEST_STEP).contains(&(secs - last))
+        {
+            let text = format!("the device's clock jumps from {last:.3} s to {secs:.3} s");
+            self.recorder.event("clock", &text);
+        }
+    }
+
+    /// Notes in the recording, about when, what went wrong since the last note.
+    fn tell_losses(&mut self, tally: Tally, now: bool) {
+        let (told, at) = self.told;
+        if !now && at.is_some_and(|at| at.elapsed() < LOSSES_EVERY) {
+            return;
+        }
+        let troubles = tally.since(&told).troubles();
+        if !troubles.is_empty() {
+            self.recorder.event("loss", &troubles.join(", "));
+            self.told = (tally, Some(Instant::now()));
+        }
+    }
+
     pub(super) fn tell(&self) {
         if let Some(server) = &self.server {
             server.tell_state();
@@ -131,8 +176,10 @@ impl Receiver for Intake {
         let arrived = Arrived {
             frame: Arc::new(frame.clone()),
             at,
+            tare: self.tare.clone(),
         };
         self.desk.arrived();
+        self.look_at_clock(frame);
         if self.can_wait {
             self.recorder.counts_waiting(&arrived);
             return self.incoming.push_waiting(arrived);
@@ -150,10 +197,14 @@ impl Receiver for Intake {
             self.recorder.event("device", text);
             self.tell();
         }
+        if state == State::Ended {
+            self.tell_losses(self.desk.tally(), true);
+        }
     }
 
     fn tally(&mut self, tally: Tally) {
         self.desk.set_tally(tally);
+        self.tell_losses(tally, self.stopped());
     }
 
     fn stopped(&self) -> bool {

@@ -10,6 +10,7 @@ mod help;
 mod learn;
 mod live;
 mod look;
+mod record;
 mod run;
 mod selftest;
 mod simulate;

@@ -7,7 +7,7 @@ use include_dir::{Dir, include_dir};
 static FILES: Dir = include_dir!("$CARGO_MANIFEST_DIR/web");
 
 /// Nothing from elsewhere is loaded, nothing inline is run, and no other page may frame this one.
-const POLICY: &str = "default-src 'self'; connect-src 'self' ws: wss:; img-src 'self' blob: data:; \
+const POLICY: &str = "default-src 'self'; connect-src 'self'; img-src 'self' blob: data:; \
                       style-src 'self' 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 
 /// A file below `web/`.
@@ -25,12 +25,22 @@ pub(super) fn file(path: &str) -> Response {
     };
     let headers = [
         (header::CONTENT_TYPE, kind),
-        (header::CONTENT_SECURITY_POLICY, POLICY),
-        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
-        (header::REFERRER_POLICY, "no-referrer"),
         // A newer program brings newer files under the same names.
         (header::CACHE_CONTROL, "no-cache"),
     ];
     let headers = headers.map(|(name, value)| (name, HeaderValue::from_static(value)));
     (headers, file.contents()).into_response()
+}
+
+/// What every answer says, good or bad.
+pub(super) fn guarded(mut response: Response) -> Response {
+    for (name, value) in [
+        (header::CONTENT_SECURITY_POLICY, POLICY),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (header::REFERRER_POLICY, "no-referrer"),
+    ] {
+        let value = HeaderValue::from_static(value);
+        response.headers_mut().insert(name, value);
+    }
+    response
 }

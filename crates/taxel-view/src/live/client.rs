@@ -8,8 +8,8 @@ use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
 use tokio::sync::broadcast::error::RecvError;
 use tokio::time::{Instant, interval, sleep_until, timeout};
 
-use super::Shared;
 use super::command::{self, Own};
+use super::{Host, Shared};
 
 /// Frames that may be on the way to a viewer that has not said it got them.
 const ON_THE_WAY: u32 = 3;
@@ -64,9 +64,10 @@ struct Gone;
 
 impl Viewer<'_> {
     async fn run(&mut self) -> Result<(), Gone> {
+        // The frame that is there already may be of a time long ago: it is none for this viewer.
         let mut frames = self.shared.frames.subscribe();
-        // The frame that is there already is new to this viewer.
-        frames.mark_changed();
+        frames.mark_unchanged();
+        let mut is_new = true;
         let mut texts = self.shared.texts.subscribe();
         let mut pings = interval(PING_EVERY);
         let mut details = interval(DETAILS_EVERY);
@@ -78,6 +79,9 @@ impl Viewer<'_> {
             let early = self.period().mul_f64(0.25);
             let is_due = self.due <= Instant::now() + early;
             self.wait_for_frames(has_room && is_due);
+            if std::mem::take(&mut is_new) {
+                self.shared.host.joined();
+            }
             tokio::select! {
                 message = self.socket.recv() => {
                     let Some(Ok(message)) = message else { return Err(Gone) };
@@ -153,7 +157,10 @@ impl Viewer<'_> {
                 self.arrange(own);
                 return Ok(());
             }
-            Ok(command::Message::Command(id, command)) => (id, self.shared.host.command(command)),
+            Ok(command::Message::Command(id, command)) => {
+                let host = self.shared.host.clone();
+                (id, have_done(host, command).await)
+            }
             Err((id, why)) => (id, Err(why)),
         };
         let (ok, words) = match outcome {
@@ -209,4 +216,11 @@ impl Viewer<'_> {
             _ => Err(Gone),
         }
     }
+}
+
+/// Aside: a deed that waits for a disk holds up this viewer alone.
+async fn have_done(host: Arc<dyn Host>, command: command::Command) -> Result<String, String> {
+    let done = tokio::task::spawn_blocking(move || host.command(command));
+    let failed = |_| Err("the server failed at that".to_owned());
+    done.await.unwrap_or_else(failed)
 }

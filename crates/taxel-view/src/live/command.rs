@@ -8,7 +8,11 @@ use serde::Deserialize;
 #[non_exhaustive]
 pub enum Command {
     /// Take the present loads for nothing.
-    Tare,
+    Tare {
+        /// Though there is load on the sensor.
+        #[serde(default)]
+        force: bool,
+    },
     /// Forget that.
     Untare,
     /// Begin a recording.
@@ -113,7 +117,7 @@ mod tests {
     fn requests_are_read_and_what_is_wrong_is_said() {
         assert_eq!(
             parse(r#"{"id":3,"do":"tare"}"#),
-            Ok(Message::Command(3, Command::Tare))
+            Ok(Message::Command(3, Command::Tare { force: false }))
         );
         assert_eq!(
             parse(r#"{"do":"got","sequence":9}"#),

@@ -20,6 +20,8 @@ pub struct FrameMessage {
     pub is_load: bool,
     /// A tare is taken off.
     pub is_tared: bool,
+    /// `loads` are by the method `raw`: no cross-talk is removed.
+    pub is_raw: bool,
     /// Counts up by one a frame.
     pub sequence: u64,
     /// Device time, s.
@@ -72,7 +74,8 @@ impl FrameMessage {
     fn encode(&self) -> Bytes {
         let taxels = self.counts.len();
         let mut out = Vec::with_capacity(HEADER + 11 * taxels + 2);
-        let flags = u16::from(self.is_load) | u16::from(self.is_tared) << 1;
+        let flags =
+            u16::from(self.is_load) | u16::from(self.is_tared) << 1 | u16::from(self.is_raw) << 2;
         out.extend([1, VERSION]);
         out.extend((self.rows as u16).to_le_bytes());
         out.extend((self.columns as u16).to_le_bytes());
@@ -117,6 +120,7 @@ mod tests {
             rows: 1,
             columns: 3,
             is_load: true,
+            is_raw: true,
             sequence: 7,
             counts: vec![1, 2, 65535],
             raw: vec![0.5, 1.0, 1.5],
@@ -127,7 +131,7 @@ mod tests {
         };
         let bytes = message.encode();
         assert_eq!(bytes.len(), 64 + 6 + 2 + 12 + 12 + 3);
-        assert_eq!(&bytes[..8], [1, 1, 1, 0, 3, 0, 1, 0]);
+        assert_eq!(&bytes[..8], [1, 1, 1, 0, 3, 0, 5, 0]);
         assert_eq!(bytes[8], 7);
         assert!(f64::from_le_bytes(bytes[16..24].try_into().unwrap()).is_nan());
         assert_eq!(&bytes[32..36], 1.5f32.to_le_bytes());

@@ -5,8 +5,28 @@ use rand::RngExt;
 
 use super::Shared;
 
-/// Name of the cookie that carries the token from the page to its files.
-const COOKIE: &str = "taxel_token";
+/// Name of the cookie that carries the token from the page to its files: cookies know hosts, not ports.
+fn cookie_name(shared: &Shared) -> String {
+    format!("taxel_token_{}", shared.address.port())
+}
+
+const SHORTEST_TOKEN: usize = 8;
+const LONGEST_TOKEN: usize = 200;
+
+/// What is wrong with a token that somebody chose; none where it will do.
+pub fn token_problem(token: &str) -> Option<String> {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.' | '~');
+    let length = token.chars().count();
+    if let Some(other) = token.chars().find(|&c| !is_plain(c)) {
+        return Some(format!(
+            "the token has a '{}', which an address cannot carry",
+            other.escape_default()
+        ));
+    }
+    (!(SHORTEST_TOKEN..=LONGEST_TOKEN).contains(&length)).then(|| {
+        format!("the token has {length} characters, expected {SHORTEST_TOKEN} to {LONGEST_TOKEN}")
+    })
+}
 
 /// A token that nobody guesses: 128 bits.
 pub fn random_token() -> String {
@@ -65,7 +85,7 @@ pub(super) fn check_token(shared: &Shared, headers: &HeaderMap, uri: &Uri) -> Re
     let Some(token) = &shared.token else {
         return Ok(());
     };
-    let given = token_in_query(uri).or_else(|| token_in_cookie(headers));
+    let given = token_in_query(uri).or_else(|| token_in_cookie(&cookie_name(shared), headers));
     match given.is_some_and(|given| same(given, token)) {
         true => Ok(()),
         false => Err(Refusal::Token),
@@ -77,7 +97,12 @@ pub(super) fn cookie(shared: &Shared, uri: &Uri) -> Option<String> {
     let token = shared.token.as_deref()?;
     token_in_query(uri)
         .filter(|given| same(given, token))
-        .map(|token| format!("{COOKIE}={token}; HttpOnly; SameSite=Strict; Path=/"))
+        .map(|token| {
+            format!(
+                "{}={token}; HttpOnly; SameSite=Strict; Path=/",
+                cookie_name(shared)
+            )
+        })
 }
 
 fn token_in_query(uri: &Uri) -> Option<&str> {
@@ -86,13 +111,13 @@ fn token_in_query(uri: &Uri) -> Option<&str> {
         .find_map(|part| part.strip_prefix("token="))
 }
 
-fn token_in_cookie(headers: &HeaderMap) -> Option<&str> {
+fn token_in_cookie<'a>(name: &str, headers: &'a HeaderMap) -> Option<&'a str> {
     headers
         .get_all(header::COOKIE)
         .iter()
         .filter_map(|value| value.to_str().ok())
         .flat_map(|line| line.split(';'))
-        .find_map(|part| part.trim().strip_prefix(COOKIE)?.strip_prefix('='))
+        .find_map(|part| part.trim().strip_prefix(name)?.strip_prefix('='))
 }
 
 /// Whether two secrets are the same; how long it takes does not tell where they differ.
@@ -113,7 +138,8 @@ fn is_own_name(shared: &Shared, host: &str) -> bool {
         None if port == 80 => host,
         None => return false,
     };
-    if ["localhost", "127.0.0.1", "[::1]"].contains(&name) {
+    let name = name.to_ascii_lowercase();
+    if ["localhost", "127.0.0.1", "[::1]"].contains(&name.as_str()) {
         return true;
     }
     if shared.address.ip().is_loopback() {

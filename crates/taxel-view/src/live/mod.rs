@@ -6,12 +6,13 @@
 mod assets;
 mod client;
 mod command;
+mod connections;
 mod frame;
 mod guard;
 mod serve;
 
 use std::io;
-use std::net::{SocketAddr, ToSocketAddrs};
+use std::net::{IpAddr, SocketAddr, ToSocketAddrs};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -20,7 +21,7 @@ use tokio::sync::{Semaphore, broadcast, oneshot, watch};
 pub use command::Command;
 pub use frame::FrameMessage;
 use frame::Sent;
-pub use guard::random_token;
+pub use guard::{random_token, token_problem};
 
 /// What the server shows, and who does what viewers ask for.
 pub trait Host: Send + Sync + 'static {
@@ -32,7 +33,9 @@ pub trait Host: Send + Sync + 'static {
     fn news(&self) -> Vec<String>;
     /// Details of the taxels that a viewer watches (row, column): the message `details`, as JSON.
     fn details(&self, taxels: &[(usize, usize)]) -> String;
-    /// Does what a viewer asks; a sentence for it, good or bad. Must not take long.
+    /// A viewer has come. It gets no frame of before: a source that is held shows its frame again.
+    fn joined(&self) {}
+    /// Does what a viewer asks; a sentence for it, good or bad. May take its time: it holds up the viewer that asks alone.
     ///
     /// # Errors
     /// Why not, in words.
@@ -50,8 +53,6 @@ pub struct Options {
 
 /// The most viewers at once.
 pub const MOST_VIEWERS: usize = 32;
-/// The most connections at once, pages and their files included.
-const MOST_CONNECTIONS: usize = 96;
 /// Messages that wait for a slow viewer before it loses some.
 const TEXTS: usize = 64;
 
@@ -106,6 +107,9 @@ impl Server {
                 "beyond this machine only with a token",
             ));
         }
+        if let Some(problem) = options.token.as_deref().and_then(token_problem) {
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
+        }
         let listener = std::net::TcpListener::bind(address)?;
         listener.set_nonblocking(true)?;
         let shared = Arc::new(Shared {
@@ -138,12 +142,15 @@ impl Server {
         self.shared.address
     }
 
-    /// The address of the page, with the token.
-    pub fn url(&self) -> String {
-        match &self.shared.token {
-            None => format!("http://{}/", self.shared.address),
-            Some(token) => format!("http://{}/?token={token}", self.shared.address),
-        }
+    /// The addresses of the page, with the token: where it listens, or, where that is everywhere, those under which
+    /// this machine may be reached, its own last.
+    pub fn urls(&self) -> Vec<String> {
+        let places = places_of(self.shared.address);
+        let url = |place: &SocketAddr| match &self.shared.token {
+            None => format!("http://{place}/"),
+            Some(token) => format!("http://{place}/?token={token}"),
+        };
+        places.iter().map(url).collect()
     }
 
     /// Whether a viewer is ready for a frame.
@@ -162,6 +169,48 @@ impl Server {
     pub fn tell_state(&self) {
         self.shared.tell_all();
     }
+}
+
+/// Where a server can be reached.
+fn places_of(address: SocketAddr) -> Vec<SocketAddr> {
+    if !address.ip().is_unspecified() {
+        return vec![address];
+    }
+    let v4 = address.is_ipv4();
+    let own = match v4 {
+        true => IpAddr::from([127, 0, 0, 1]),
+        false => IpAddr::from([0, 0, 0, 0, 0, 0, 0, 1]),
+    };
+    let mut found: Vec<IpAddr> = NETWORKS.iter().filter_map(|there| way_to(there)).collect();
+    // A server on every IPv6 address is mostly reached by IPv4 too; the other way round it is not.
+    found.retain(|ip| !ip.is_loopback() && (ip.is_ipv4() || !v4));
+    found.sort_unstable();
+    found.dedup();
+    found.push(own);
+    let at = |ip| SocketAddr::new(ip, address.port());
+    found.into_iter().map(at).collect()
+}
+
+/// Addresses in the usual private networks, and one beyond: this machine's own address on the way there is one under
+/// which it is known there.
+const NETWORKS: [&str; 5] = [
+    "192.0.2.1:9",
+    "10.255.255.254:9",
+    "172.31.255.254:9",
+    "192.168.255.254:9",
+    "[2001:db8::1]:9",
+];
+
+/// The address that this machine would send from. Nothing is sent.
+fn way_to(there: &str) -> Option<IpAddr> {
+    let any = if there.starts_with('[') {
+        "[::]:0"
+    } else {
+        "0.0.0.0:0"
+    };
+    let socket = std::net::UdpSocket::bind(any).ok()?;
+    socket.connect(there).ok()?;
+    socket.local_addr().ok().map(|address| address.ip())
 }
 
 impl Drop for Server {

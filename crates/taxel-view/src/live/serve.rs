@@ -3,23 +3,20 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::Router;
 use axum::extract::ws::{CloseFrame, Message, WebSocketUpgrade};
 use axum::extract::{Path, Request, State};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
-use hyper_util::rt::{TokioIo, TokioTimer};
-use hyper_util::service::TowerToHyperService;
+use axum::{Extension, Router};
 use tokio::net::TcpListener;
-use tokio::sync::{Semaphore, oneshot};
+use tokio::sync::oneshot;
 
+use super::connections::{Connections, Known};
 use super::guard::{self, Refusal};
-use super::{MOST_CONNECTIONS, Shared, assets, client};
+use super::{Shared, assets, client};
 
-/// A connection that asks for nothing in this time is closed.
-const HEADERS_WITHIN: Duration = Duration::from_secs(10);
 /// How often all viewers are told how things stand.
 const STATE_EVERY: Duration = Duration::from_millis(500);
 /// The longest message that a viewer may send.
@@ -43,7 +40,7 @@ pub(super) async fn serve(
         .route("/live", get(live))
         .layer(middleware::from_fn_with_state(shared.clone(), check))
         .with_state(shared.clone());
-    let connections = Arc::new(Semaphore::new(MOST_CONNECTIONS));
+    let connections = Connections::default();
     tokio::select! {
         _ = stopped => {}
         () = accept(&listener, &router, &connections) => {}
@@ -51,28 +48,15 @@ pub(super) async fn serve(
     }
 }
 
-async fn accept(listener: &TcpListener, router: &Router, connections: &Arc<Semaphore>) {
+async fn accept(listener: &TcpListener, router: &Router, connections: &Connections) {
     loop {
-        let Ok(permit) = connections.clone().acquire_owned().await else {
-            return;
-        };
-        let Ok((stream, _)) = listener.accept().await else {
+        let Ok((stream, from)) = listener.accept().await else {
             // Out of file descriptors, mostly: others will be closed.
             tokio::time::sleep(Duration::from_millis(50)).await;
             continue;
         };
         let _ = stream.set_nodelay(true);
-        let service = TowerToHyperService::new(router.clone());
-        tokio::spawn(async move {
-            let connection = hyper::server::conn::http1::Builder::new()
-                .timer(TokioTimer::new())
-                .header_read_timeout(HEADERS_WITHIN)
-                .serve_connection(TokioIo::new(stream), service)
-                .with_upgrades();
-            // Whatever a client does wrong ends its own connection.
-            let _ = connection.await;
-            drop(permit);
-        });
+        connections.take(stream, from.ip(), router);
     }
 }
 
@@ -84,9 +68,15 @@ async fn tell_state(shared: &Shared) {
     }
 }
 
-/// Refuses what comes from elsewhere. A WebSocket without the token is answered first, so that its page learns why.
-async fn check(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
-    match guard::check(&shared, request.headers(), request.uri()) {
+/// Refuses what comes from elsewhere, and lets go who asks for what is not there. A WebSocket without the token is
+/// answered first, so that its page learns why.
+async fn check(
+    State(shared): State<Arc<Shared>>,
+    Extension(known): Extension<Known>,
+    request: Request,
+    next: Next,
+) -> Response {
+    let mut response = match guard::check(&shared, request.headers(), request.uri()) {
         Err(Refusal::Token) if request.uri().path() == "/live" => next.run(request).await,
         Err(refusal) => {
             let status = match refusal {
@@ -95,8 +85,16 @@ async fn check(State(shared): State<Arc<Shared>>, request: Request, next: Next) 
             };
             (status, refusal.words()).into_response()
         }
-        Ok(()) => next.run(request).await,
+        Ok(()) => {
+            known.set();
+            next.run(request).await
+        }
+    };
+    if response.status().is_client_error() {
+        let close = HeaderValue::from_static("close");
+        response.headers_mut().insert(header::CONNECTION, close);
     }
+    assets::guarded(response)
 }
 
 async fn page(State(shared): State<Arc<Shared>>, request: Request) -> Response {

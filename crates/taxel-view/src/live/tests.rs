@@ -13,6 +13,9 @@ use super::*;
 #[derive(Default)]
 struct Stage {
     asked: Mutex<Vec<Command>>,
+    joined: AtomicUsize,
+    /// Held while a deed is to take long.
+    busy: Mutex<()>,
 }
 
 impl Host for Stage {
@@ -28,7 +31,13 @@ impl Host for Stage {
     fn details(&self, taxels: &[(usize, usize)]) -> String {
         format!(r#"{{"kind":"details","taxels":{taxels:?}}}"#).replace(['(', ')'], "")
     }
+    fn joined(&self) {
+        self.joined.fetch_add(1, Ordering::Relaxed);
+    }
     fn command(&self, command: Command) -> Result<String, String> {
+        if command == Command::Play {
+            drop(self.busy.lock());
+        }
         self.asked.lock().unwrap().push(command.clone());
         match command {
             Command::Stop => Err("nothing is being recorded".to_owned()),
@@ -142,7 +151,7 @@ fn a_viewer_is_told_and_asks_and_is_answered() {
         assert!(answer.contains(says), "{answer}");
     }
     let asked = stage.asked.lock().unwrap().clone();
-    assert_eq!(asked, [Command::Tare, Command::Stop]);
+    assert_eq!(asked, [Command::Tare { force: false }, Command::Stop]);
     viewer
         .send(Message::text(r#"{"id":6,"do":"watch","taxels":[[3,7]]}"#))
         .unwrap();
@@ -184,20 +193,19 @@ fn a_stalled_viewer_holds_up_nobody() {
 
 #[test]
 fn without_the_token_nothing_is_seen() {
-    let (server, stage) = start(Some("secret"));
+    let (server, stage) = start(Some("secret-8"));
+    let port = server.address().port();
+    let good = format!("Cookie: a=b; taxel_token_{port}=secret-8\r\n");
+    let bad = format!("Cookie: taxel_token_{port}=secret-\r\n");
     for (path, headers, status) in [
         ("/", "", "401"),
         ("/model", "", "401"),
         ("/?token=wrong", "", "401"),
         ("/?token=", "", "401"),
         ("/assets/app.css", "", "401"),
-        ("/?token=secret", "", "200"),
-        (
-            "/assets/app.css",
-            "Cookie: a=b; taxel_token=secret\r\n",
-            "200",
-        ),
-        ("/assets/app.css", "Cookie: taxel_token=secre\r\n", "401"),
+        ("/?token=secret-8", "", "200"),
+        ("/assets/app.css", good.as_str(), "200"),
+        ("/assets/app.css", bad.as_str(), "401"),
     ] {
         let answer = get(&server, path, headers);
         assert!(
@@ -205,15 +213,17 @@ fn without_the_token_nothing_is_seen() {
             "{path}: {answer}"
         );
     }
-    let page = get(&server, "/?token=secret", "");
-    assert!(page.contains("taxel_token=secret; HttpOnly; SameSite=Strict"));
+    let page = get(&server, "/?token=secret-8", "");
+    assert!(page.contains(&format!(
+        "taxel_token_{port}=secret-8; HttpOnly; SameSite=Strict"
+    )));
     let mut stranger = view(&server, "?token=wrong");
     let message = stranger.read().unwrap();
     let Message::Close(Some(close)) = message else {
         panic!("{message:?}");
     };
     assert_eq!(u16::from(close.code), 4401);
-    let mut viewer = view(&server, "?token=secret");
+    let mut viewer = view(&server, "?token=secret-8");
     text_of(&mut viewer, "hello");
     assert!(stage.asked.lock().unwrap().is_empty());
 }
@@ -230,6 +240,7 @@ fn other_pages_and_other_names_are_refused() {
         (format!("Host: evil.example:{port}\r\n"), "403"),
         (format!("Host: localhost:{}\r\n", port ^ 1), "403"),
         (format!("Host: localhost:{port}\r\n"), "200"),
+        (format!("Host: LOCALHOST:{port}\r\n"), "200"),
         (
             format!("Host: localhost:{port}\r\nOrigin: http://evil.example\r\n"),
             "403",
@@ -336,4 +347,142 @@ fn beyond_this_machine_only_with_a_token() {
     assert_eq!(error.kind(), io::ErrorKind::PermissionDenied);
     assert_ne!(random_token(), random_token());
     assert_eq!(random_token().len(), 32);
+}
+
+/// What takes long for one viewer holds up no other.
+#[test]
+fn a_deed_that_takes_long_holds_up_nobody() {
+    let (server, stage) = start(None);
+    let mut asks = view(&server, "");
+    let mut looks = view(&server, "");
+    text_of(&mut asks, "hello");
+    text_of(&mut looks, "hello");
+    let busy = stage.busy.lock().unwrap();
+    asks.send(Message::text(r#"{"id":1,"do":"play"}"#)).unwrap();
+    for sequence in 0..3 {
+        server.publish(frame(sequence));
+        let message = next(&mut looks, Message::is_binary).into_data();
+        let got = u64::from_le_bytes(message[8..16].try_into().unwrap());
+        looks
+            .send(Message::text(format!(r#"{{"do":"got","sequence":{got}}}"#)))
+            .unwrap();
+    }
+    looks
+        .send(Message::text(r#"{"id":7,"do":"tare"}"#))
+        .unwrap();
+    assert!(text_of(&mut looks, "answer").contains(r#""to":7"#));
+    drop(busy);
+    assert!(text_of(&mut asks, "answer").contains(r#""to":1"#));
+}
+
+/// A frame of before a viewer came is none of its own.
+#[test]
+fn a_viewer_gets_no_frame_of_before_it_came() {
+    let (server, stage) = start(None);
+    server.publish(frame(1));
+    let mut viewer = view(&server, "");
+    text_of(&mut viewer, "hello");
+    let begun = Instant::now();
+    while stage.joined.load(Ordering::Relaxed) == 0 {
+        assert!(begun.elapsed() < Duration::from_secs(10), "nobody was told");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    server.publish(frame(2));
+    let message = next(&mut viewer, Message::is_binary).into_data();
+    assert_eq!(message[8], 2);
+}
+
+/// Strangers that hold on to their connections give way to who knows the token.
+#[test]
+fn strangers_cannot_keep_viewers_out() {
+    let (server, _) = start(Some("secret-8"));
+    let host = server.address();
+    let mut strangers = Vec::new();
+    for turn in 0..120 {
+        let mut stranger = TcpStream::connect(host).unwrap();
+        // Some ask without the token and do not read, some say nothing at all.
+        if turn % 2 == 0 {
+            let request = format!("GET / HTTP/1.1\r\nHost: {host}\r\n\r\n");
+            let _ = stranger.write_all(request.repeat(50).as_bytes());
+        }
+        strangers.push(stranger);
+    }
+    assert!(get(&server, "/?token=secret-8", "").starts_with("HTTP/1.1 200"));
+    let mut viewer = view(&server, "?token=secret-8");
+    text_of(&mut viewer, "hello");
+    drop(strangers);
+}
+
+#[test]
+fn whoever_is_refused_is_let_go_and_every_answer_is_guarded() {
+    let (server, _) = start(Some("secret-8"));
+    let host = server.address();
+    for (path, status) in [
+        ("/", "401"),
+        ("/none?token=secret-8", "404"),
+        ("/?token=secret-8", "200"),
+    ] {
+        let request = format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n");
+        let mut stream = TcpStream::connect(host).unwrap();
+        stream
+            .set_read_timeout(Some(Duration::from_secs(20)))
+            .unwrap();
+        stream.write_all(request.as_bytes()).unwrap();
+        let mut answer = [0; 512];
+        let count = stream.read(&mut answer).unwrap();
+        let answer = String::from_utf8_lossy(&answer[..count]).to_lowercase();
+        assert!(
+            answer.starts_with(&format!("http/1.1 {status}")),
+            "{answer}"
+        );
+        assert!(
+            answer.contains("x-content-type-options: nosniff"),
+            "{answer}"
+        );
+        assert!(
+            answer.contains("content-security-policy: default-src 'self'"),
+            "{answer}"
+        );
+        assert_eq!(
+            answer.contains("connection: close"),
+            status != "200",
+            "{answer}"
+        );
+    }
+}
+
+#[test]
+fn tokens_that_protect_nothing_are_refused() {
+    for (token, says) in [
+        ("", "0 characters, expected 8"),
+        ("x", "1 characters, expected 8"),
+        ("a&b#c%d+", "has a '&'"),
+        ("pass word", "has a ' '"),
+        ("caf\u{e9}caf\u{e9}", "\\u{e9}"),
+    ] {
+        let options = Options {
+            address: "127.0.0.1:0".to_owned(),
+            token: Some(token.to_owned()),
+        };
+        let error = Server::start(&options, Arc::new(Stage::default()))
+            .err()
+            .unwrap();
+        assert!(error.to_string().contains(says), "{token}: {error}");
+    }
+    assert_eq!(token_problem(&random_token()), None);
+}
+
+#[test]
+fn a_server_everywhere_is_reached_by_real_addresses() {
+    let options = Options {
+        address: "0.0.0.0:0".to_owned(),
+        token: Some("secret-8".to_owned()),
+    };
+    let server = Server::start(&options, Arc::new(Stage::default())).unwrap();
+    let urls = server.urls();
+    assert!(urls.iter().all(|url| !url.contains("0.0.0.0")), "{urls:?}");
+    assert!(
+        urls.last().unwrap().starts_with("http://127.0.0.1:"),
+        "{urls:?}"
+    );
 }

@@ -1,12 +1,11 @@
 // The charts below the maps: total force, peak pressure, contact area, and the selection.
 
-import { TimeChart } from "./timechart.js";
+import { TimeChart, longestStep } from "./timechart.js";
 import { theme } from "./theme.js";
 import { fixed, decimalsFor, forceUnit, pressureUnit, loadFactor } from "./units.js";
 
 const MOST_POINTS = 1500;
 const SELECTION_POINTS = 500;
-const GAP_SECONDS = 1;
 
 export class Charts {
   constructor(app) {
@@ -87,11 +86,12 @@ export class Charts {
       out.length = 0;
       const { time } = item.series.columns;
       const values = item.series.columns[measure];
-      let at = item.series.indexFrom(end - span - GAP_SECONDS);
+      const longest = longestStep((i) => time[i], item.series.indexFrom(end - span), item.series.end);
+      let at = item.series.indexFrom(end - span - longest);
       for (let k = SELECTION_POINTS; k >= 0; k -= 1) {
         const instant = (last - k) * step;
         while (at + 1 < item.series.end && time[at + 1] <= instant) at += 1;
-        const known = at < item.series.end && time[at] <= instant && instant - time[at] < GAP_SECONDS;
+        const known = at < item.series.end && time[at] <= instant && instant - time[at] < longest;
         out.push(known ? values[at] * factor : null);
       }
     });
@@ -126,6 +126,7 @@ function extract(series, name, end, span, factor, data) {
   const from = series.indexFrom(end - span);
   const to = series.indexFrom(end + 1e-6);
   const stride = Math.max(1, Math.ceil((to - from) / MOST_POINTS));
+  const longest = longestStep((i) => time[i], from, to) * stride;
   // Buckets at fixed places in the series, for the same reason as the grid above.
   let at = stride > 1 ? from - (from % stride) : from;
   if (at < series.start) at = from;
@@ -133,7 +134,7 @@ function extract(series, name, end, span, factor, data) {
     let highest = -Infinity;
     const stop = Math.min(at + stride, to);
     for (let i = at; i < stop; i += 1) if (values[i] > highest) highest = values[i];
-    if (xs.length > 0 && time[at] - end - xs[xs.length - 1] > GAP_SECONDS + stride * 0.1) {
+    if (xs.length > 0 && time[at] - end - xs[xs.length - 1] > longest) {
       xs.push(time[at] - end - 1e-3);
       ys.push(null);
     }

@@ -65,6 +65,8 @@ export class Controls {
     fillKeyList(byId("keys-list"));
     onClick("help-button", () => byId("keys-dialog").showModal());
     onClick("event-cancel", () => byId("event-dialog").close());
+    onClick("tare-cancel", () => byId("tare-dialog").close());
+    byId("tare-form").addEventListener("submit", () => this.app.command({ do: "tare", force: true }, "Tared"));
     byId("event-form").addEventListener("submit", () => {
       const text = byId("event-text").value.trim() || "event";
       this.app.command({ do: "event", text }, `Marked: ${text}`);
@@ -87,8 +89,16 @@ export class Controls {
     });
   }
 
+  // Under load the server refuses and says how much stands there: then the user decides.
   tare() {
-    this.app.command({ do: "tare" }, "Tared");
+    this.app.ask({ do: "tare" }, (ok, text) => {
+      if (ok) {
+        toast(text || "Tared");
+        return;
+      }
+      byId("tare-text").textContent = text;
+      byId("tare-dialog").showModal();
+    });
   }
 
   recording() {
@@ -173,7 +183,6 @@ export class Controls {
   takeState() {
     const select = byId("method-select");
     if (document.activeElement !== select) select.value = this.app.method;
-    byId("compensated-method").textContent = this.app.method;
   }
 
   setSurfaceMissing() {

@@ -116,6 +116,11 @@ class App {
     if (!sent) toast("Not connected: nothing was sent", "bad");
   }
 
+  // A command whose answer the caller takes.
+  ask(command, answer) {
+    if (!this.connection.send(command, answer)) toast("Not connected: nothing was sent", "bad");
+  }
+
   takeText(object) {
     if (object.kind === "hello") this.takeHello(object);
     else if (object.kind === "state") this.takeState(object);
@@ -227,6 +232,8 @@ class App {
     this.shown = frame;
     this.scene.frame = frame;
     this.dirty = true;
+    // What is looked at frame by frame is read so too.
+    if (this.paused) this.numbers();
   }
 
   redraw() {
@@ -270,7 +277,9 @@ class App {
     this.status.update();
     this.overlay.update();
     if (!this.shown || document.hidden) return;
+    // All from one frame, at one time: its number stands in the panel.
     this.charts.update();
+    this.stage.writeSums(this.shown);
     this.panel.update();
     if (!this.paused) this.playback.write();
   }

@@ -11,7 +11,7 @@ const DEVICE = {
   waiting: { title: "Waiting for the sensor", spinner: true },
   lost: { title: "The sensor is lost", spinner: true },
   ended: { title: "The source has ended", spinner: false },
-  paused: { title: "The source is paused", spinner: false },
+  paused: { title: "Paused", spinner: false },
 };
 
 export class Overlay {
@@ -93,6 +93,7 @@ export class Overlay {
     const { state, paused, shown, frameAt } = this.app;
     if (paused) return null;
     const device = state && DEVICE[state.device.state];
+    if (device && state.device.state === "paused") return device.title;
     if (device) return state.device.text ? `${device.title}: ${state.device.text}` : device.title;
     if (state && state.player && !state.player.playing) return "The file is paused";
     const age = (performance.now() - frameAt) / 1000;

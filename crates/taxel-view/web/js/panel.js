@@ -1,9 +1,9 @@
 // The side panel: the picked taxel with its last 30 s, pins and regions, and the frame as a whole.
 
-import { TimeChart } from "./timechart.js";
+import { TimeChart, longestStep } from "./timechart.js";
 import { markOf, MARKS } from "./wire.js";
 import { slotValue } from "./buffer.js";
-import { contactThreshold, measure } from "./selection.js";
+import { cellArea, contactThreshold, measure } from "./selection.js";
 import { theme } from "./theme.js";
 import { fixed, decimalsFor, significant, siemens, areaText, forceUnit, pressureUnit, loadFactor } from "./units.js";
 
@@ -59,29 +59,32 @@ export class Panel {
     badge.hidden = picked === null;
     if (!picked) {
       byId("taxel-title").textContent = "Taxel";
+      byId("taxel-sequence").textContent = "";
       return;
     }
     const { row, column } = picked;
     const at = row * sensor.columns + column;
     const force = forceUnit(unit);
-    const detail = this.detail(row, column);
-    byId("taxel-title").textContent = `Taxel row ${row}, column ${column}`;
-    const mark = markOf(frame.marks[at]);
+    // All numbers are of one frame: of the one whose details came last, or of the one shown, of which less is known.
+    const one = this.detail(row, column) || ofFrame(frame, at);
+    byId("taxel-title").textContent = `Row ${row}, column ${column}`;
+    byId("taxel-sequence").textContent = `frame ${one.sequence}`;
+    const mark = markOf(one.mark);
     badge.textContent = mark.word;
     badge.dataset.severity = mark.severity;
     byId("taxel-mark-text").textContent = mark.severity ? mark.text : "";
 
     const decimals = this.loadDecimals(force.factor);
-    const error = detail && detail.standard_error_newtons !== null ? detail.standard_error_newtons * force.factor : NaN;
-    const load = fixed(frame.compensated[at] * force.factor, decimals);
-    byId("taxel-load").textContent = newtons && Number.isFinite(error) ? `${load} ± ${fixed(error, decimals)} ${force.text}` : `${load} ${force.text}`;
+    const load = fixed(one.load * force.factor, decimals);
+    const error = newtons ? uncertainty(one, force.factor, decimals) : "";
+    byId("taxel-load").textContent = `${load}${error} ${force.text}`;
     const pressure = pressureUnit(unit);
     const perTaxel = loadFactor(pressure, sensor.taxel_area_mm2);
-    byId("taxel-pressure").textContent = newtons ? `${fixed(frame.compensated[at] * perTaxel, this.loadDecimals(perTaxel))} ${pressure.text}` : "–";
-    byId("taxel-raw").textContent = `${fixed(frame.raw[at] * force.factor, decimals)} ${force.text}`;
-    byId("taxel-crosstalk").textContent = `${fixed((frame.raw[at] - frame.compensated[at]) * force.factor, decimals)} ${force.text}`;
-    byId("taxel-siemens").textContent = siemens(newtons ? (detail ? detail.siemens : NaN) : frame.compensated[at]);
-    byId("taxel-counts").textContent = `${frame.counts[at]} / ${sensor.max_count}`;
+    byId("taxel-pressure").textContent = newtons ? `${fixed(one.load * perTaxel, this.loadDecimals(perTaxel))} ${pressure.text}` : "–";
+    byId("taxel-raw").textContent = `${fixed(one.raw * force.factor, decimals)} ${force.text}`;
+    byId("taxel-crosstalk").textContent = `${fixed((one.raw - one.load) * force.factor, decimals)} ${force.text}`;
+    byId("taxel-siemens").textContent = siemens(newtons ? one.siemens : one.load);
+    byId("taxel-counts").textContent = `${one.counts} / ${sensor.max_count}`;
     this.drawTaxel(at, force);
   }
 
@@ -93,9 +96,17 @@ export class Panel {
     if (buffer.length === 0) return;
     const last = buffer.at(buffer.length - 1).host;
     const end = paused && shown.host < last - CHART_SECONDS ? shown.host + CHART_SECONDS / 2 : last;
-    for (let i = buffer.indexAt(end - CHART_SECONDS); i < buffer.length; i += 1) {
+    const first = buffer.indexAt(end - CHART_SECONDS);
+    const longest = longestStep((i) => buffer.at(i).host, first, buffer.length);
+    for (let i = first; i < buffer.length; i += 1) {
       const slot = buffer.at(i);
       if (slot.host > end) break;
+      // No line where frames are missing.
+      if (xs.length > 0 && slot.host - end - xs[xs.length - 1] > longest) {
+        xs.push(slot.host - end - 1e-3);
+        raw.push(null);
+        compensated.push(null);
+      }
       xs.push(slot.host - end);
       raw.push(orNull(slotValue(slot.raw[at], slot.rawRange) * unit.factor));
       compensated.push(orNull(slotValue(slot.compensated[at], slot.compensatedRange) * unit.factor));
@@ -120,7 +131,7 @@ export class Panel {
     const pressure = newtons ? pressureUnit(unit) : unit;
     const factor = loadFactor(pressure, sensor.taxel_area_mm2);
     const hasRegions = selection.regions.length > 0;
-    const threshold = hasRegions ? contactThreshold(frame.compensated, frame.area / sensor.taxel_area_mm2) : Infinity;
+    const threshold = hasRegions ? contactThreshold(frame.compensated, frame.area / cellArea(sensor)) : Infinity;
     const numbers = {};
     const decimals = this.loadDecimals(force.factor);
     for (const item of items) {
@@ -129,9 +140,8 @@ export class Panel {
       measure(item.taxels, frame.compensated, threshold, sensor, numbers);
       if (item.letter === "P") {
         row.force.textContent = `${fixed(numbers.force * force.factor, decimals)} ${force.text}`;
-        const detail = this.detail(item.row, item.column);
         const raw = frame.raw[item.taxels[0]];
-        row.more.textContent = `raw ${fixed(raw * force.factor, decimals)} ${force.text}${detail ? `, ${siemens(detail.siemens)}` : ""}`;
+        row.more.textContent = `raw ${fixed(raw * force.factor, decimals)} ${force.text}`;
       } else {
         row.force.textContent = `${fixed(numbers.force * force.factor, app.charts.decimals("force"))} ${force.text}`;
         row.more.textContent = `peak ${significant(numbers.peak * factor)}, mean ${significant(numbers.mean * factor)} ${pressure.text}, ${areaText(numbers.area)}`;
@@ -177,6 +187,23 @@ function listed(word, numbers) {
   if (numbers.length === 0) return "";
   const shown = numbers.slice(0, 4).join(", ");
   return `${word} ${shown}${numbers.length > 4 ? ` +${numbers.length - 4}` : ""}`;
+}
+
+// What a frame itself says of a taxel, in the words of a detail.
+function ofFrame(frame, at) {
+  return {
+    sequence: frame.sequence, load: frame.compensated[at], raw: frame.raw[at], counts: frame.counts[at],
+    mark: frame.marks[at], siemens: NaN, standard_error_newtons: null,
+  };
+}
+
+// Only where it means something: the server gives none for taxels that are not measured or not resolved.
+function uncertainty(one, factor, decimals) {
+  if (one.standard_error_newtons === null) return "";
+  const error = one.standard_error_newtons * factor;
+  if (!Number.isFinite(error)) return "";
+  const least = 10 ** -decimals;
+  return error < least / 2 ? ` ± <${fixed(least, decimals)}` : ` ± ${fixed(error, decimals)}`;
 }
 
 const orNull = (value) => (value === value ? value : null);

@@ -79,7 +79,7 @@ export class Selection {
 
   takeFrame(frame, sensor) {
     if (this.empty) return;
-    const threshold = contactThreshold(frame.compensated, frame.area / sensor.taxel_area_mm2);
+    const threshold = contactThreshold(frame.compensated, frame.area / cellArea(sensor));
     for (const list of [this.pins, this.regions]) {
       for (const item of list) {
         measure(item.taxels, frame.compensated, threshold, sensor, this.scratch);
@@ -88,6 +88,9 @@ export class Selection {
     }
   }
 }
+
+// The area that a taxel stands for, as the server counts contact: its cell, mm2.
+export const cellArea = (sensor) => sensor.pitch_mm[0] * sensor.pitch_mm[1];
 
 // Of one set of taxels: sum, highest and mean of the loads, and the area in contact. Mean and peak are
 // loads per taxel, in the unit the loads arrive in.
@@ -105,7 +108,7 @@ export function measure(taxels, values, threshold, sensor, into) {
   into.force = force;
   into.peak = peak === -Infinity ? NaN : peak;
   into.mean = force / taxels.length;
-  into.area = touched * sensor.taxel_area_mm2;
+  into.area = touched * cellArea(sensor);
   return into;
 }
 
@@ -144,7 +147,7 @@ let unpacked = new Float32Array(0);
 export function slotThreshold(slot, sensor) {
   if (unpacked.length !== slot.compensated.length) unpacked = new Float32Array(slot.compensated.length);
   for (let i = 0; i < unpacked.length; i += 1) unpacked[i] = slotValue(slot.compensated[i], slot.compensatedRange);
-  return contactThreshold(unpacked, slot.area / sensor.taxel_area_mm2);
+  return contactThreshold(unpacked, slot.area / cellArea(sensor));
 }
 
 function inside(corners, rows, columns) {

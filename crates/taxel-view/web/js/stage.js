@@ -7,6 +7,7 @@ import { Camera } from "./surface.js";
 import { Scale } from "./scale.js";
 import { colourTable, differenceTable } from "./colour.js";
 import { fixed, forceUnit, loadFactor } from "./units.js";
+import { isCounted, isNewtons, isRaw } from "./wire.js";
 
 const CAPTION = 26;
 const GAP = 14;
@@ -26,7 +27,6 @@ export class Stage {
     this.camera = new Camera();
     this.scale = new Scale();
     this.narrow = matchMedia(NARROW);
-    this.lastSums = 0;
     this.surfaceMissing = false;
   }
 
@@ -127,21 +127,32 @@ export class Stage {
       bars.push({ name: "difference", table: differenceTable, low: -scale.top, high: scale.top, unit: `Δ ${app.unit.text}`, title: "Difference" });
     }
     this.bar.draw(bars, this.barHeight, this.ratio);
-    const now = performance.now();
-    if (now - this.lastSums > 200 || app.paused) {
-      this.lastSums = now;
-      this.writeSums(frame);
-    }
   }
 
+  // Over the taxels that count: the sum of the compensated loads is the total force.
   writeSums(frame) {
     const unit = forceUnit(this.app.unit);
-    const sums = { raw: sum(frame.raw), compensated: sum(frame.compensated) };
+    const sums = {
+      raw: sumCounted(frame.raw, frame.marks),
+      compensated: isNewtons(frame) ? frame.total : sumCounted(frame.compensated, frame.marks),
+    };
     sums.difference = sums.raw - sums.compensated;
     const decimals = this.app.charts.decimals("force");
     for (const [name, tile] of Object.entries(this.tiles)) {
       tile.sum.textContent = `Σ ${fixed(sums[name] * unit.factor, decimals)} ${unit.text}`;
     }
+    this.writeMethod(frame);
+  }
+
+  // The frame says whether its cross-talk is removed: the method chosen may be of frames to come.
+  writeMethod(frame) {
+    const raw = isRaw(frame);
+    const title = document.querySelector("#compensated-tile b");
+    const text = raw ? "Not compensated" : "Compensated";
+    if (title.textContent !== text) title.textContent = text;
+    const words = raw ? "method raw: cross-talk not removed" : this.app.method;
+    const element = document.getElementById("compensated-method");
+    if (element.textContent !== words) element.textContent = words;
   }
 }
 
@@ -160,18 +171,18 @@ function arrange(count, roomWide, roomHigh, aspect) {
   return best;
 }
 
-function sum(values) {
+function sumCounted(values, marks) {
   let total = 0;
   for (let i = 0; i < values.length; i += 1) {
     const value = values[i];
-    if (value === value) total += value;
+    if (value === value && isCounted(marks[i])) total += value;
   }
   return total;
 }
 
 // Without a load law the server's sums mean nothing: the charts then show conductances.
 export function sumSiemens(frame) {
-  frame.total = sum(frame.compensated);
+  frame.total = sumCounted(frame.compensated, frame.marks);
   frame.peak = -Infinity;
   for (const value of frame.compensated) if (value > frame.peak) frame.peak = value;
 }

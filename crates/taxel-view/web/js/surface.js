@@ -154,7 +154,7 @@ export class Surface {
     this.columns = columns;
     gl.bindTexture(gl.TEXTURE_2D, this.heightTexture);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.R32F, columns, rows, 0, gl.RED, gl.FLOAT, null);
-    const indices = new Uint16Array((rows - 1) * (columns - 1) * 6);
+    const indices = new Uint32Array((rows - 1) * (columns - 1) * 6);
     let n = 0;
     for (let row = 0; row + 1 < rows; row += 1) {
       for (let column = 0; column + 1 < columns; column += 1) {
@@ -205,7 +205,7 @@ export class Surface {
     gl.uniform1f(at.gain, gain);
     gl.uniform1f(at.lift, LIFT);
     gl.bindVertexArray(this.surfaceArray);
-    gl.drawElements(gl.TRIANGLES, this.indexCount, gl.UNSIGNED_SHORT, 0);
+    gl.drawElements(gl.TRIANGLES, this.indexCount, gl.UNSIGNED_INT, 0);
     this.drawOutline();
   }
 

@@ -8,6 +8,14 @@ const SHRINK_BELOW = 0.55;
 // Room for the labels of the loads: most fit, so that the charts line up; longer ones, such as 0.00025, get more.
 const LABELS_WIDE = 46;
 const LABELS_GAP = 5;
+const LEAST_GAP = 0.25;
+const USUAL_STEPS = 5;
+
+// The longest time between two rows that a line may bridge: a few usual steps. Beyond it, frames are missing.
+export function longestStep(time, from, to) {
+  if (to - from < 2) return 1;
+  return Math.max(LEAST_GAP, (USUAL_STEPS * (time(to - 1) - time(from))) / (to - 1 - from));
+}
 
 export class TimeChart {
   // lines: [{ colour(), dash, fill }]; the x of the data is in seconds before `end`.

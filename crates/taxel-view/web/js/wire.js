@@ -6,6 +6,11 @@ const VERSION = 1;
 
 export const FLAG_NEWTONS = 1;
 export const FLAG_TARED = 2;
+export const FLAG_RAW = 4;
+
+// Marks of taxels that count in totals: good, saturated, interpolated; as the server has it.
+const COUNTS = [true, false, true, false, false, false, false, true];
+export const isCounted = (mark) => COUNTS[mark] === true;
 
 // `severity` says how a mark is drawn: 2 with a cross (do not trust the value), 1 with a dot.
 export const MARKS = [
@@ -26,6 +31,8 @@ export function markOf(code) {
 }
 
 export const isNewtons = (frame) => (frame.flags & FLAG_NEWTONS) !== 0;
+// By the method "raw": the load law alone, no cross-talk removed.
+export const isRaw = (frame) => (frame.flags & FLAG_RAW) !== 0;
 export const isTared = (frame) => (frame.flags & FLAG_TARED) !== 0;
 
 // The arrays of the frame are views into the message: nothing is copied here.

@@ -1,7 +1,6 @@
 //! The two recordings, made now.
 
 use std::fs;
-use std::io::{self, BufRead};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
@@ -15,8 +14,9 @@ use taxel_record::McapWriter;
 use taxel_record::mcap::About;
 
 use super::Args;
+use crate::enter::{Enter, NoEnter};
 use crate::error::Error;
-use crate::live::{Options, Session, Wanted};
+use crate::live::{Options, Saved, Session, Wanted};
 use crate::unit::MethodName;
 use crate::{interrupt, out};
 
@@ -54,6 +54,8 @@ pub(super) fn record(
     sensor_file: &Path,
 ) -> Result<Recordings, Error> {
     check(address, args)?;
+    // Before there is anything to leave behind.
+    interrupt::listen();
     let folder = match &args.keep {
         Some(folder) => folder.clone(),
         None => std::env::temp_dir().join(format!("taxel-selftest-{}", std::process::id())),
@@ -67,12 +69,13 @@ pub(super) fn record(
         rubbed: folder.join("rubbed.mcap"),
         folder: args.keep.is_none().then_some(folder),
     };
-    interrupt::listen();
+    // With nobody to press it, standard input is left alone.
+    let enter = (!args.yes).then(Enter::listen);
     for (phase, file) in [
         (Phase::Empty, &recordings.empty),
         (Phase::Rubbed, &recordings.rubbed),
     ] {
-        ask(phase, args)?;
+        ask(phase, enter.as_ref())?;
         out::note(&format!("recording for {} s", args.seconds));
         let length = Duration::from_secs_f64(args.seconds);
         match address {
@@ -80,10 +83,7 @@ pub(super) fn record(
             _ => receive(address, sensor, sensor_file, length, file)?,
         }
         if interrupt::asked() {
-            return Err(Error::Arguments {
-                what: "the self-test was stopped by Ctrl-C".to_owned(),
-                hint: "it needs both recordings whole",
-            });
+            return Err(stopped());
         }
     }
     Ok(recordings)
@@ -105,23 +105,29 @@ fn check(address: &Address, args: &Args) -> Result<(), Error> {
 }
 
 /// Says what to do, and waits for Enter.
-fn ask(phase: Phase, args: &Args) -> Result<(), Error> {
+fn ask(phase: Phase, enter: Option<&Enter>) -> Result<(), Error> {
     let wish = match phase {
         Phase::Empty => "take everything off the mat",
         Phase::Rubbed => "rub a hand over the whole mat until every taxel was pressed",
     };
-    if args.yes {
+    let Some(enter) = enter else {
         out::note(wish);
         return Ok(());
-    }
+    };
     out::note(&format!("{wish}, then Enter"));
-    let mut line = String::new();
-    match io::stdin().lock().read_line(&mut line) {
-        Ok(count) if count > 0 => Ok(()),
-        _ => Err(Error::Arguments {
+    enter.wait().map_err(|why| match why {
+        NoEnter::Ended => Error::Arguments {
             what: "no Enter came: standard input has ended".to_owned(),
             hint: "run it in a terminal, or with --yes, which does not wait",
-        }),
+        },
+        NoEnter::Stopped => stopped(),
+    })
+}
+
+fn stopped() -> Error {
+    Error::Arguments {
+        what: "the self-test was stopped by Ctrl-C".to_owned(),
+        hint: "it needs both recordings whole",
     }
 }
 
@@ -142,6 +148,8 @@ fn receive(
         wanted: Wanted::default(),
         server: None,
         record: Some(file.to_owned()),
+        most: None,
+        held: false,
     })?;
     let (begun, mut first) = (Instant::now(), None);
     let mut told = String::new();
@@ -169,13 +177,22 @@ fn receive(
         std::thread::sleep(LOOK);
     }
     session.end();
-    match session.recording() {
-        Some(recording) if recording.error.is_some() => Err(Error::RecordingEnded {
-            name: recording.name,
-            frames: recording.frames,
-            why: recording.error.unwrap_or_default(),
+    match session.ended().pop() {
+        Some(Saved {
+            error: Some(why),
+            path,
+            frames,
+            ..
+        }) => Err(Error::RecordingEnded {
+            name: path.display().to_string(),
+            frames,
+            why,
         }),
-        _ => Ok(()),
+        Some(saved) if saved.frames > 0 => Ok(()),
+        _ => Err(Error::NothingCame {
+            address: address.to_string(),
+            reason: session.state().1,
+        }),
     }
 }
 

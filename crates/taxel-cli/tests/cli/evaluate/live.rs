@@ -109,7 +109,7 @@ fn what_cannot_be_measured_live_is_refused() {
     for (address, says) in [
         ("file:r.mcap", "is a recording, not a live sensor"),
         ("stdin:", "both the sensor and the Enter key"),
-        ("nonsense", "is no address"),
+        ("nonsense", "is not a source"),
     ] {
         let run = folder.taxel(&format!("evaluate plan.toml --live {address}"));
         assert_eq!(run.code, Some(2), "{run}");

@@ -1,0 +1,55 @@
+//! The Enter key, while something else may end the wait.
+
+use std::io::{self, BufRead};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::time::Duration;
+
+use crate::interrupt;
+
+/// How often is looked whether Ctrl-C was pressed.
+const TURN: Duration = Duration::from_millis(50);
+
+/// Why nobody pressed Enter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum NoEnter {
+    /// Standard input has ended.
+    Ended,
+    /// Ctrl-C, or what does the same.
+    Stopped,
+}
+
+/// Lines of standard input, read aside: Ctrl-C must end the wait for one.
+pub(crate) struct Enter {
+    lines: Receiver<()>,
+}
+
+impl Enter {
+    /// Begins to listen.
+    pub(crate) fn listen() -> Self {
+        let (send, lines) = mpsc::channel();
+        std::thread::spawn(move || {
+            let mut line = String::new();
+            while matches!(io::stdin().lock().read_line(&mut line), Ok(count) if count > 0) {
+                line.clear();
+                if send.send(()).is_err() {
+                    return;
+                }
+            }
+        });
+        Self { lines }
+    }
+
+    /// Waits for it.
+    pub(crate) fn wait(&self) -> Result<(), NoEnter> {
+        loop {
+            match self.lines.recv_timeout(TURN) {
+                Ok(()) => return Ok(()),
+                Err(RecvTimeoutError::Disconnected) => return Err(NoEnter::Ended),
+                Err(RecvTimeoutError::Timeout) if interrupt::asked() => {
+                    return Err(NoEnter::Stopped);
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+        }
+    }
+}

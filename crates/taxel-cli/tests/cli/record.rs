@@ -1,0 +1,484 @@
+//! What a recording ends with: its file, its exit code, and what is said of it.
+
+use std::io::Write;
+use std::net::UdpSocket;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use crate::live::{Running, ask, frame, told, view, wait};
+use crate::run::{Folder, Run};
+
+const SIM: &str = "sim:sensor.toml?uniform";
+
+/// `taxel` with these bytes on standard input, which then ends.
+fn fed(folder: &Folder, words: &str, bytes: &[u8]) -> Run {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_taxel"))
+        .args(words.split_whitespace())
+        .current_dir(folder.path(""))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let _ = child.stdin.take().unwrap().write_all(bytes);
+    Run::from(child.wait_with_output().unwrap())
+}
+
+/// So many frames of the small sensor as text, the first count of each its number.
+fn text(frames: u32) -> String {
+    let rest = "30,31,32,33,34,35,\n".repeat(3);
+    (0..frames)
+        .map(|n| format!("{},31,32,33,34,35,\n{rest}", 100 + n))
+        .collect()
+}
+
+#[test]
+fn without_a_frame_recording_fails_and_leaves_no_file() {
+    let folder = Folder::new();
+    for (words, says) in [
+        (
+            "record serial:/dev/no-such-port --sensor sensor.toml --secs 0.2",
+            "no-such-port",
+        ),
+        (
+            "record stdin: --sensor sensor.toml",
+            "stdin: has ended without a frame",
+        ),
+        (
+            "record udp:127.0.0.1:0 --sensor sensor.toml --secs 0.2",
+            "udp:127.0.0.1:0",
+        ),
+    ] {
+        // Twice: the first run is not in the way of the second.
+        for _ in 0..2 {
+            let run = folder.taxel(&format!("{words} -o none.mcap"));
+            assert_eq!(run.code, Some(1), "{run}");
+            assert!(
+                run.err.contains("error: no frame came from") && run.err.contains(says),
+                "{run}"
+            );
+            assert!(!folder.exists("none.mcap"), "{run}");
+        }
+    }
+    // Bytes without a frame: what they are is said.
+    let run = fed(
+        &folder,
+        "record stdin: --sensor sensor.toml -o none.mcap",
+        "1,2,3\n".repeat(400).as_bytes(),
+    );
+    assert_eq!(run.code, Some(1), "{run}");
+    assert!(
+        run.err.contains("a line of 3 numbers, but a row has 6"),
+        "{run}"
+    );
+    let taken = folder.fails(&format!("record {SIM} -o sensor.toml --frames 1"));
+    assert!(
+        taken
+            .err
+            .contains("sensor.toml already exists\nhint: recordings are never overwritten"),
+        "{taken}"
+    );
+    for secs in ["nan", "-1", "0", "inf"] {
+        let run = folder.taxel(&format!("record {SIM} -o none.mcap --secs={secs}"));
+        assert_eq!(run.code, Some(2), "{run}");
+    }
+}
+
+#[test]
+fn so_many_frames_and_no_more() {
+    let folder = Folder::new();
+    folder.write("long.txt", &text(300));
+    for (source, frames) in [
+        ("file:long.txt?speed=max", 3),
+        ("sim:sensor.toml?uniform&fps=1000", 10),
+    ] {
+        let name = format!("{frames}.mcap");
+        let run = folder.good(&format!(
+            "record {source} --sensor sensor.toml -o {name} --frames {frames} --loads --figures"
+        ));
+        assert!(
+            run.err.contains(&format!("{name}: {frames} frames\n")),
+            "{run}"
+        );
+        folder.good(&format!("convert {name} -o {frames}.txt"));
+        assert_eq!(folder.numbers(&format!("{frames}.txt")).len(), 24 * frames);
+    }
+}
+
+/// As many loads and figures as frames, however fast they come.
+#[test]
+fn every_frame_has_its_loads() {
+    let folder = Folder::new();
+    let run = folder
+        .good("record sim:sensor.toml?fingers&fps=max -o f.mcap --loads --figures --frames 700");
+    assert!(run.err.contains("f.mcap: 700 frames\n"), "{run}");
+    let bytes = std::fs::read(folder.path("f.mcap")).unwrap();
+    let counts = messages(&bytes);
+    assert_eq!(
+        counts.iter().filter(|count| **count == 700).count(),
+        3,
+        "{counts:?}"
+    );
+}
+
+/// Messages of a recording, by channel, from its statistics.
+fn messages(bytes: &[u8]) -> Vec<u64> {
+    let u64_at = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
+    let mut at = u64_at(bytes.len() - 28) as usize;
+    loop {
+        let length = u64_at(at + 1) as usize;
+        if bytes[at] == 0x0b {
+            let counts = &bytes[at + 9 + 46..at + 9 + length];
+            return counts
+                .chunks(10)
+                .map(|c| u64::from_le_bytes(c[2..].try_into().unwrap()))
+                .collect();
+        }
+        at += 9 + length;
+    }
+}
+
+#[test]
+fn a_stray_byte_before_a_stream_costs_nothing() {
+    let folder = Folder::new();
+    let bytes = [&b"\0"[..], text(40).as_bytes()].concat();
+    let run = fed(
+        &folder,
+        "record stdin: --sensor sensor.toml -o n.mcap",
+        &bytes,
+    );
+    assert_eq!(run.code, Some(0), "{run}");
+    assert!(run.err.contains("n.mcap: 40 frames\n"), "{run}");
+}
+
+/// What went wrong stands in the recording, and in the exit code.
+#[test]
+fn what_is_lost_is_told_by_the_file_too() {
+    let folder = Folder::new();
+    let mut lines: Vec<String> = text(50).lines().map(str::to_owned).collect();
+    lines[41] = "~x".to_owned() + &lines[41][2..];
+    lines[81].replace_range(3..5, "??");
+    let run = fed(
+        &folder,
+        "record stdin: --sensor sensor.toml -o hurt.mcap",
+        (lines.join("\n") + "\n").as_bytes(),
+    );
+    assert_eq!(run.code, Some(3), "{run}");
+    assert!(run.err.contains("hurt.mcap: 48 frames; 2 corrupt"), "{run}");
+    let info = folder.taxel("info hurt.mcap");
+    assert!(info.out.contains("2 corrupt"), "{info}");
+    // A device that began to count anew.
+    folder.good(&format!("record {SIM} -o run.mcap --frames 60"));
+    let replayed = Command::new(env!("CARGO_BIN_EXE_taxel"))
+        .args(["replay", "run.mcap", "--to", "-", "--speed", "0"])
+        .current_dir(folder.path(""))
+        .output()
+        .unwrap()
+        .stdout;
+    let twice = [replayed.clone(), replayed].concat();
+    let run = fed(
+        &folder,
+        "record stdin: --sensor sensor.toml -o twice.mcap",
+        &twice,
+    );
+    assert_eq!(run.code, Some(3), "{run}");
+    assert!(
+        run.err.contains("120 frames; 1 restart of the device"),
+        "{run}"
+    );
+}
+
+#[test]
+fn wider_counts_than_sixteen_bits_are_refused_live() {
+    let folder = Folder::new();
+    let wide = folder.read("sensor.toml").replace("bits = 16", "bits = 24");
+    folder.write("wide.toml", &wide);
+    let run = folder.fails("record sim:wide.toml?hand -o x.mcap --frames 1");
+    assert!(
+        run.err
+            .contains("wide.toml: a converter of 24 bits, but live counts have at most 16"),
+        "{run}"
+    );
+    assert!(!folder.exists("x.mcap"));
+}
+
+/// A device that sends nothing but zeros: a pulled cable. Frames go on to come.
+#[test]
+fn frames_of_a_pulled_cable_flow() {
+    let folder = Folder::new();
+    let zeros = "0,0,0,0,0,0,\n".repeat(4 * 200);
+    let run = fed(
+        &folder,
+        "record stdin: --sensor sensor.toml -o z.mcap --loads --figures",
+        zeros.as_bytes(),
+    );
+    assert_eq!(run.code, Some(0), "{run}");
+    assert!(run.err.contains("z.mcap: 200 frames\n"), "{run}");
+}
+
+#[cfg(unix)]
+#[test]
+fn every_signal_that_ends_a_program_ends_a_recording_whole() {
+    let folder = Folder::new();
+    for signal in ["INT", "TERM", "HUP"] {
+        let name = format!("{signal}.mcap");
+        let mut running = Running::start(&folder, &format!("record {SIM} -o {name}"));
+        let size = || std::fs::metadata(folder.path(&name)).map_or(0, |about| about.len());
+        wait("a chunk of frames", || size() > 6_000);
+        let mut kill = Command::new("kill");
+        kill.args([format!("-{signal}"), running.child.id().to_string()]);
+        assert!(kill.status().unwrap().success());
+        assert_eq!(running.child.wait().unwrap().code(), Some(0), "{signal}");
+        folder.good(&format!("convert {name} -o {signal}.txt"));
+    }
+}
+
+#[test]
+fn viewers_neither_end_nor_replace_the_operator_s_recording() {
+    let folder = Folder::new();
+    let mut running = Running::start(
+        &folder,
+        &format!("live {SIM} --listen 127.0.0.1:0 --record op.mcap"),
+    );
+    let mut viewer = view(&running.url());
+    told(&mut viewer, "hello");
+    let record = ask(&mut viewer, r#"{"id":1,"do":"record","name":"mine"}"#);
+    assert_eq!(record["ok"], false, "{record}");
+    assert!(
+        record["text"]
+            .as_str()
+            .unwrap()
+            .contains("op.mcap is being recorded"),
+        "{record}"
+    );
+    let stop = ask(&mut viewer, r#"{"id":2,"do":"stop"}"#);
+    assert_eq!(stop["ok"], false, "{stop}");
+    wait("frames", || {
+        told(&mut viewer, "state")["recording"]["frames"].as_u64() > Some(20)
+    });
+    assert!(!folder.exists("recordings/mine.mcap"));
+    end(&mut running);
+    folder.good("convert op.mcap -o op.txt");
+}
+
+/// Asks it to end, as Ctrl-C does; what it said.
+fn end(running: &mut Running) -> String {
+    let pid = running.child.id().to_string();
+    assert!(
+        Command::new("kill")
+            .args(["-INT", &pid])
+            .status()
+            .unwrap()
+            .success()
+    );
+    let mut said = String::new();
+    std::io::Read::read_to_string(running.child.stderr.as_mut().unwrap(), &mut said).unwrap();
+    assert!(running.child.wait().unwrap().code().is_some());
+    said
+}
+
+#[test]
+fn every_beginning_and_end_of_a_recording_is_said() {
+    let folder = Folder::new();
+    let mut running = Running::start(&folder, &format!("live {SIM} --listen 127.0.0.1:0"));
+    let mut viewer = view(&running.url());
+    for name in ["-rf", "../x", "a\u{202e}b"] {
+        let refused = ask(
+            &mut viewer,
+            &format!(r#"{{"id":1,"do":"record","name":"{name}"}}"#),
+        );
+        assert_eq!(refused["ok"], false, "{refused}");
+    }
+    let begun = ask(
+        &mut viewer,
+        r#"{"id":1,"do":"record","name":"grip \u00e9"}"#,
+    );
+    assert_eq!(begun["ok"], true, "{begun}");
+    wait("frames", || {
+        told(&mut viewer, "state")["recording"]["frames"].as_u64() > Some(20)
+    });
+    let stopped = ask(&mut viewer, r#"{"id":2,"do":"stop"}"#);
+    assert_eq!(stopped["ok"], true, "{stopped}");
+    let words = stopped["text"].as_str().unwrap();
+    assert!(
+        words.starts_with("Saved recordings/grip \u{e9}.mcap (")
+            && words.ends_with(" frames, 0 lost)"),
+        "{words}"
+    );
+    let said = end(&mut running);
+    assert!(
+        said.contains("a viewer begins to record to recordings/grip \u{e9}.mcap\n"),
+        "{said}"
+    );
+    assert!(said.contains("recordings/grip \u{e9}.mcap: "), "{said}");
+}
+
+/// Two devices send to one port: one of them is recorded.
+#[test]
+fn one_sender_is_recorded_and_the_other_counted() {
+    let folder = Folder::new();
+    let port = UdpSocket::bind("127.0.0.1:0")
+        .unwrap()
+        .local_addr()
+        .unwrap();
+    let mut running = Running::start(
+        &folder,
+        &format!("record udp:{port} --sensor sensor.toml -o one.mcap --frames 40"),
+    );
+    wait("file", || folder.exists("one.mcap"));
+    let [device, other] = [(); 2].map(|()| UdpSocket::bind("127.0.0.1:0").unwrap());
+    let mut number = 0;
+    while running.child.try_wait().unwrap().is_none() {
+        let row = |first: u32| {
+            format!(
+                "{first},31,32,33,34,35,\n{}",
+                "30,31,32,33,34,35,\n".repeat(3)
+            )
+        };
+        device
+            .send_to(row(100 + number % 50).as_bytes(), port)
+            .unwrap();
+        if number > 5 {
+            other.send_to(row(900).as_bytes(), port).unwrap();
+        }
+        number += 1;
+        assert!(number < 10_000, "nothing is recorded");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    assert_eq!(running.child.wait().unwrap().code(), Some(3));
+    folder.good("convert one.mcap -o one.txt");
+    let firsts: Vec<f64> = folder
+        .numbers("one.txt")
+        .chunks(24)
+        .map(|frame| frame[0])
+        .collect();
+    assert_eq!(firsts.len(), 40);
+    assert!(firsts.iter().all(|first| *first < 200.0), "{firsts:?}");
+}
+
+/// A folder in the temporary directory of its own goes with the program, however it is asked to end.
+#[cfg(unix)]
+#[test]
+fn a_self_test_that_is_ended_leaves_no_folder() {
+    let folder = Folder::new();
+    std::fs::create_dir(folder.path("temporary")).unwrap();
+    for (signal, words) in [
+        (
+            "TERM",
+            "selftest --live sim:sensor.toml?hand --sensor sensor.toml --seconds 60 --yes",
+        ),
+        (
+            "HUP",
+            "selftest --live sim:sensor.toml?hand --sensor sensor.toml --seconds 60",
+        ),
+    ] {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_taxel"))
+            .args(words.split_whitespace())
+            .current_dir(folder.path(""))
+            .env("TMPDIR", folder.path("temporary"))
+            .stdin(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let inside = || std::fs::read_dir(folder.path("temporary")).unwrap().count();
+        wait("a folder", || inside() == 1);
+        let pid = child.id().to_string();
+        assert!(
+            Command::new("kill")
+                .args([&format!("-{signal}"), &pid])
+                .status()
+                .unwrap()
+                .success()
+        );
+        assert_eq!(child.wait().unwrap().code(), Some(2), "{signal}");
+        assert_eq!(inside(), 0, "{signal}");
+    }
+}
+
+/// What was taken off while it was recorded is taken off where it is played, until somebody undoes it.
+#[test]
+fn a_tare_is_part_of_the_recording() {
+    let folder = Folder::new();
+    let mut running = Running::start(&folder, &format!("live {SIM} --listen 127.0.0.1:0"));
+    let mut viewer = view(&running.url());
+    told(&mut viewer, "hello");
+    wait("load", || frame(&mut viewer).0 > 139.0);
+    let forced = ask(&mut viewer, r#"{"id":1,"do":"tare","force":true}"#);
+    assert!(
+        forced["text"].as_str().unwrap().contains("141."),
+        "{forced}"
+    );
+    // It is the mean of 20 frames.
+    let mut frames = 0;
+    wait("tare", || {
+        let (total, tared) = frame(&mut viewer);
+        frames += u32::from(tared && total.abs() < 0.5);
+        frames > 30
+    });
+    assert_eq!(
+        ask(&mut viewer, r#"{"id":2,"do":"record","name":"tared"}"#)["ok"],
+        true
+    );
+    wait("frames", || {
+        told(&mut viewer, "state")["recording"]["frames"].as_u64() > Some(50)
+    });
+    assert_eq!(ask(&mut viewer, r#"{"id":3,"do":"stop"}"#)["ok"], true);
+    let mut player = Running::start(&folder, "view recordings/tared.mcap --listen 127.0.0.1:0");
+    let mut watcher = view(&player.url());
+    let (total, tared) = frame(&mut watcher);
+    assert!(tared && total.abs() < 0.5, "{total}");
+    assert_eq!(told(&mut watcher, "state")["tare"]["on"], true);
+    assert_eq!(ask(&mut watcher, r#"{"id":4,"do":"untare"}"#)["ok"], true);
+    assert_eq!(ask(&mut watcher, r#"{"id":5,"do":"play"}"#)["ok"], true);
+    wait("load", || {
+        let (total, tared) = frame(&mut watcher);
+        !tared && total > 139.0
+    });
+}
+
+/// A clock that jumped while it was recorded holds up nobody who plays it.
+#[test]
+fn a_clock_that_jumps_does_not_stop_playback() {
+    let folder = Folder::new();
+    let rows = "30,31,32,33,34,35,\n".repeat(4);
+    let text: String = [0.0, 0.1, 9e6, 9e6 + 0.1, 0.2, 0.3]
+        .iter()
+        .map(|secs| format!("time_secs={secs}\n{rows}"))
+        .collect();
+    folder.write("jumps.csv", &text);
+    folder.good("convert jumps.csv --sensor sensor.toml -o jumps.mcap");
+    let mut running = Running::start(&folder, "view jumps.mcap --listen 127.0.0.1:0");
+    let mut viewer = view(&running.url());
+    frame(&mut viewer);
+    assert_eq!(ask(&mut viewer, r#"{"id":1,"do":"play"}"#)["ok"], true);
+    wait("end", || {
+        told(&mut viewer, "state")["device"]["state"] == "ended"
+    });
+}
+
+#[test]
+fn tokens_come_from_a_file_and_protect_something() {
+    let folder = Folder::new();
+    folder.write("token", "long-enough\n");
+    let mut running = Running::start(
+        &folder,
+        &format!("live {SIM} --listen 127.0.0.1:0 --token-file token"),
+    );
+    assert!(running.url().ends_with("/?token=long-enough"));
+    for token in [
+        "--token=",
+        "--token=x",
+        "--token=a&b#c%d+e",
+        "--token-file=none",
+    ] {
+        let run = folder.taxel(&format!("live {SIM} --listen 127.0.0.1:0 {token}"));
+        assert_eq!(run.code, Some(2), "{run}");
+        assert!(run.err.contains("token"), "{run}");
+    }
+    let mut everywhere = Running::start(&folder, &format!("live {SIM} --listen 0.0.0.0:0"));
+    let url = everywhere.url();
+    assert!(
+        url.contains("/?token=") && !url.contains("0.0.0.0"),
+        "{url}"
+    );
+}
