@@ -16,6 +16,8 @@ use crate::frames::is_mcap;
 
 /// Frames a second of recordings that know no time.
 const USUAL_RATE: f64 = 100.0;
+/// Recorded seconds without a frame that are waited for; more is a clock that jumped.
+const LONGEST_GAP: f64 = 10.0;
 const LOOK: Duration = Duration::from_millis(20);
 
 /// What the player is to do.
@@ -165,6 +167,12 @@ impl Player {
                 }
             }
             let Some(at) = read else { continue };
+            if clock.is_some() && !(0.0..=LONGEST_GAP).contains(&(at - secs)) {
+                let jump = at - secs;
+                let text = format!("the recorded clock jumps by {jump:.3} s: not waited for");
+                intake.desk.note(&text);
+                clock = None;
+            }
             let (begun, since) = *clock.get_or_insert((at, Instant::now()));
             if let Some(speed) = wishes.speed {
                 let due = since + Duration::from_secs_f64(((at - begun) / speed).max(0.0));

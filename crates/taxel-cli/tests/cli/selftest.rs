@@ -196,7 +196,7 @@ fn what_cannot_be_tested_is_refused() {
     ----- stdout -----
 
     ----- stderr -----
-    error: empty.txt does not say which sensor it is of
+    error: empty.txt names no sensor, and none is given
     hint: --sensor takes a sensor file or the name of a preset (econe, mat-16x16-cd4067, mat-32x32-adg732)
     ");
     insta::assert_snapshot!(folder.taxel("selftest --empty empty.txt --sensor sensor.toml"), @r"
