@@ -16,7 +16,7 @@ use crate::frames::is_mcap;
 
 /// Frames a second of recordings that know no time.
 const USUAL_RATE: f64 = 100.0;
-/// A longer time between two frames is not waited for, seconds.
+/// Recorded seconds without a frame that are waited for; more is a clock that jumped.
 const LONGEST_GAP: f64 = 10.0;
 const LOOK: Duration = Duration::from_millis(20);
 
@@ -184,10 +184,9 @@ impl Player {
             }
             let Some(at) = read else { continue };
             if wishes.playing && shown_one && !(0.0..=LONGEST_GAP).contains(&(at - secs)) {
-                // A device that was away, or a clock that jumped: nobody waits for that.
-                intake
-                    .desk
-                    .note(&format!("{:.1} s in the recording are skipped", at - secs));
+                let jump = at - secs;
+                let text = format!("the recorded clock jumps by {jump:.3} s: not waited for");
+                intake.desk.note(&text);
                 clock = None;
             }
             let (begun, since) = *clock.get_or_insert((at, Instant::now()));

@@ -2,18 +2,19 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::path::Path;
 
 use serde::Serialize;
 use taxel::solve::Outcome;
 use taxel::{Frame, Mark, Sensor};
-use taxel_record::Skipped;
+use taxel_record::{Integrity, Skipped};
 
 use super::Args;
 use super::output::marks_file;
 use crate::chain::{stop_words, warn_unsolved};
 use crate::frames::Shown;
 use crate::line_faults::{FaultyLine, Survey};
-use crate::{Exit, out};
+use crate::{Exit, out, recorded};
 
 /// How many frames are named one by one.
 const NAMED: usize = 10;
@@ -39,6 +40,8 @@ pub(super) struct Summary {
     skipped_frames: usize,
     /// The first of them.
     skipped: Vec<NamedFrame>,
+    /// What the recording tells of frames that are missing.
+    missing: Vec<String>,
     /// Taxels by mark, over all frames.
     marks: BTreeMap<&'static str, u64>,
     /// What the codes in the file of marks mean.
@@ -60,12 +63,12 @@ struct NamedFrame {
 }
 
 impl Summary {
-    pub(super) fn new(args: &Args, sensor: &Sensor, survey: &Survey) -> Self {
+    pub(super) fn new(args: &Args, sensor: &Sensor, sensor_file: &Path, survey: &Survey) -> Self {
         let solves = args.unit != crate::unit::Unit::Volts
             && args.input_unit != crate::unit::InputUnit::Siemens;
         let name = args
             .method
-            .open(&args.method.sensor(sensor), &args.sensor)
+            .open(&args.method.sensor(sensor), sensor_file)
             .map(|method| method.name());
         let codes = Mark::ALL.map(|mark| (mark.code(), mark.word()));
         let show = |file: &std::path::PathBuf| file.display().to_string();
@@ -74,7 +77,7 @@ impl Summary {
         }
         Self {
             recording: show(&args.recording),
-            sensor: show(&args.sensor),
+            sensor: sensor_file.display().to_string(),
             rows: sensor.rows(),
             columns: sensor.columns(),
             unit: args.unit.word(),
@@ -87,6 +90,7 @@ impl Summary {
             unsolved: Vec::new(),
             skipped_frames: 0,
             skipped: Vec::new(),
+            missing: Vec::new(),
             marks: BTreeMap::new(),
             mark_codes: codes.into(),
             faulty_lines: survey.lines(),
@@ -129,6 +133,12 @@ impl Summary {
         }
     }
 
+    /// What the recording tells of frames that are missing.
+    pub(super) fn add_missing(&mut self, file: &Path, integrity: &Integrity) {
+        recorded::tell_missing(file, integrity);
+        self.missing = integrity.words();
+    }
+
     pub(super) fn finish(&mut self, seconds: f64) {
         self.seconds = seconds;
         self.frames_per_second = self.frames as f64 / seconds.max(1e-9);
@@ -145,7 +155,8 @@ impl Summary {
 
     /// 3 when a frame was left out or has no answer.
     pub(super) fn exit(&self) -> Exit {
-        match self.skipped_frames == 0 && self.unsolved_frames() == 0 {
+        let all = self.skipped_frames == 0 && self.missing.is_empty();
+        match all && self.unsolved_frames() == 0 {
             true => Exit::Good,
             false => Exit::DataLost,
         }
