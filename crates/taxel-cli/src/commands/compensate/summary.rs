@@ -42,6 +42,8 @@ pub(super) struct Summary {
     skipped: Vec<NamedFrame>,
     /// What the recording tells of frames that are missing.
     missing: Vec<String>,
+    /// Share of the taxels, over all frames, whose own reading stands behind their number, 0 to 1.
+    measured_share: f64,
     /// Taxels by mark, over all frames.
     marks: BTreeMap<&'static str, u64>,
     /// What the codes in the file of marks mean.
@@ -91,6 +93,7 @@ impl Summary {
             skipped_frames: 0,
             skipped: Vec::new(),
             missing: Vec::new(),
+            measured_share: 0.0,
             marks: BTreeMap::new(),
             mark_codes: codes.into(),
             faulty_lines: survey.lines(),
@@ -141,6 +144,9 @@ impl Summary {
 
     pub(super) fn finish(&mut self, seconds: f64) {
         self.seconds = seconds;
+        let of = |mark: Mark| self.marks.get(mark.word()).copied().unwrap_or(0) as f64;
+        let taxels = self.frames as f64 * (self.rows * self.columns) as f64;
+        self.measured_share = (of(Mark::Good) + of(Mark::Saturated)) / taxels.max(1.0);
         self.frames_per_second = self.frames as f64 / seconds.max(1e-9);
     }
 
@@ -153,10 +159,11 @@ impl Summary {
             .sum()
     }
 
-    /// 3 when a frame was left out or has no answer.
+    /// 3 when a frame was left out, or has no answer or several, or when nothing in all of them was measured.
     pub(super) fn exit(&self) -> Exit {
         let all = self.skipped_frames == 0 && self.missing.is_empty();
-        match all && self.unsolved_frames() == 0 {
+        let measured = self.frames == 0 || self.measured_share > 0.0;
+        match all && measured && self.unsolved_frames() == 0 && self.ambiguous_frames == 0 {
             true => Exit::Good,
             false => Exit::DataLost,
         }
@@ -194,8 +201,20 @@ impl fmt::Display for Summary {
         if self.ambiguous_frames > 0 {
             writeln!(
                 f,
-                "{} frames ambiguous: other conductances explain them as well",
+                "{} frames ambiguous: other conductances explain them as well, and all of them is marked unresolved",
                 self.ambiguous_frames
+            )?;
+        }
+        if self.frames > 0 && self.measured_share == 0.0 {
+            writeln!(
+                f,
+                "no taxel of any frame was measured\nhint: does the sensor file belong to this recording? (`converter.inverted`, `bits`, `full_scale_volts`; rows and columns swapped?)"
+            )?;
+        } else if self.measured_share < 1.0 {
+            writeln!(
+                f,
+                "{:.1} % of the area measured; the rest is missing from sums",
+                (1000.0 * self.measured_share).floor() / 10.0
             )?;
         }
         if self.skipped_frames > 0 {
