@@ -14,3 +14,4 @@ mod record;
 mod run;
 mod selftest;
 mod simulate;
+mod viewers;
