@@ -8,7 +8,7 @@ use taxel::pipeline::Pipeline;
 use taxel::pipeline::Repair;
 use taxel::screen::{FrameScreen, LineFaults, ScreenOptions, repair};
 use taxel::solve::{Outcome, Stop};
-use taxel::{Counts, Frame, Mark, Sensor, Siemens, Volts};
+use taxel::{Counts, Frame, Sensor, Siemens, Volts};
 
 use crate::error::Error;
 use crate::frames::{Reading, Shown};
@@ -20,7 +20,6 @@ pub(crate) struct Chain {
     steps: Steps,
     unit: Unit,
     area_mm2: f64,
-    infeasible: bool,
 }
 
 /// How far to go.
@@ -65,7 +64,6 @@ impl Chain {
             steps,
             unit,
             area_mm2: sensor.array.taxel_area_mm2,
-            infeasible: false,
         })
     }
 
@@ -100,13 +98,13 @@ impl Chain {
                 None
             }
             (Steps::Solve(pipeline), Reading::Counts(_, counts)) => {
-                Some(pipeline.siemens_from_counts(counts))
+                Some(pipeline.process(counts).outcome.clone())
             }
             (Steps::Solve(pipeline), Reading::Volts(_, volts)) => {
-                Some(pipeline.siemens_from_volts(volts))
+                Some(pipeline.process_volts(volts).outcome.clone())
             }
             (Steps::Solve(pipeline), Reading::Siemens(_, siemens)) => {
-                pipeline.take_siemens(siemens);
+                pipeline.process_siemens(siemens);
                 None
             }
             (Steps::Convert(_), Reading::Siemens(..)) => {
@@ -116,46 +114,28 @@ impl Chain {
                 });
             }
         };
-        self.infeasible = outcome
-            .as_ref()
-            .is_some_and(|outcome| matches!(outcome.stop, Stop::Infeasible(_)));
-        if let (Some(outcome), Steps::Solve(pipeline)) = (&outcome, &mut self.steps)
-            && !outcome.stop.is_good()
-        {
-            // An answer that is none is no start for the next frame.
-            pipeline.forget();
-        }
         Ok(outcome)
     }
 
     /// The conductances of the frame taken in last, where they were solved for.
-    pub(crate) fn siemens(&mut self) -> Option<&Frame<Siemens>> {
-        match &mut self.steps {
+    pub(crate) fn siemens(&self) -> Option<&Frame<Siemens>> {
+        match &self.steps {
             Steps::Convert(_) => None,
-            Steps::Solve(pipeline) => Some(pipeline.siemens()),
+            Steps::Solve(pipeline) => Some(pipeline.result().siemens),
         }
     }
 
-    /// The frame taken in last, in the unit asked for. Of a frame that no conductances explain every number
-    /// is 0, and what was measured is marked unresolved.
-    pub(crate) fn show_into(&mut self, shown: &mut Frame<Shown>) -> Result<(), Error> {
+    /// The frame taken in last, in the unit asked for.
+    pub(crate) fn show_into(&self, shown: &mut Frame<Shown>) -> Result<(), Error> {
         let unit = self.unit;
-        match &mut self.steps {
+        match &self.steps {
             Steps::Convert(convert) => copy(&convert.volts, shown, |volts| volts),
             Steps::Solve(pipeline) if unit == Unit::Siemens => {
-                copy(pipeline.siemens(), shown, |siemens| siemens);
+                copy(pipeline.result().siemens, shown, |siemens| siemens);
             }
-            Steps::Solve(pipeline) => copy(pipeline.newtons()?, shown, |newtons| {
+            Steps::Solve(pipeline) => copy(pipeline.result().newtons()?, shown, |newtons| {
                 unit.of_newtons(newtons, self.area_mm2)
             }),
-        }
-        if self.infeasible {
-            shown.values_mut().fill(0.0);
-            for mark in shown.marks_mut() {
-                if matches!(mark, Mark::Good | Mark::Interpolated | Mark::Saturated) {
-                    *mark = Mark::Unresolved;
-                }
-            }
         }
         Ok(())
     }
@@ -195,7 +175,7 @@ fn copy<Q>(from: &Frame<Q>, to: &mut Frame<Shown>, number: impl Fn(f64) -> f64) 
 impl Convert {
     fn new(sensor: &Sensor) -> Self {
         let (rows, columns) = (sensor.rows(), sensor.columns());
-        let options = ScreenOptions::from_spec(&sensor.screen);
+        let options = ScreenOptions::from_sensor(sensor);
         let mut screen = FrameScreen::new(rows, columns, sensor.max_count(), &options);
         screen.set_lines(&LineFaults::from_spec(&sensor.screen));
         Self {

@@ -155,6 +155,20 @@ pub(crate) enum Error {
         /// The columns.
         needs: &'static str,
     },
+    /// The same readings as two experiments.
+    #[error(
+        "{}, lines {} and {}: {frames} of {} and the same taxel twice, as two experiments\nhint: delete one of the lines; readings that belong together have one word in the column `experiment`", .table.display(), .lines.0, .lines.1, .recording.display()
+    )]
+    TrialTwice {
+        /// The table of trials.
+        table: PathBuf,
+        /// Both lines, from 1.
+        lines: (u64, u64),
+        /// The recording.
+        recording: PathBuf,
+        /// Which of its frames.
+        frames: String,
+    },
     /// Readings that do not allow the evaluation.
     #[error(
         "{}, setting {setting}: {kind} needs {needs}; its {readings} readings are not enough", .table.display()

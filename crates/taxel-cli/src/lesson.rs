@@ -22,7 +22,7 @@ pub(crate) struct Sources {
     /// The recordings have rows and columns swapped
     #[arg(long)]
     pub(crate) transpose: bool,
-    /// Largest load believed, grams; beyond it a label is an error
+    /// Reject labels above this load, g
     #[arg(long, value_name = "GRAMS", default_value_t = 10_000.0)]
     pub(crate) most_load: f64,
 }
@@ -100,7 +100,7 @@ impl Lessons {
 /// Screens the frames of presses in place (stuck readings and spikes get the median around them) and leaves out the
 /// presses whose own reading is lost; says how many.
 pub(crate) fn screen(data: &mut Data, sensor: &Sensor) -> Result<usize, Error> {
-    let options = ScreenOptions::from_spec(&sensor.screen);
+    let options = ScreenOptions::from_sensor(sensor);
     let (rows, columns) = (sensor.rows(), sensor.columns());
     let mut lines = LineScreen::new(rows, columns, sensor.max_count(), &options);
     for frame in &data.frames {

@@ -39,7 +39,7 @@ impl Survey {
         let Reading::Counts(mut source, mut frame) = input.open()? else {
             return Ok(survey);
         };
-        let options = ScreenOptions::from_spec(&sensor.screen);
+        let options = ScreenOptions::from_sensor(sensor);
         let mut screen = LineScreen::new(
             sensor.rows(),
             sensor.columns(),

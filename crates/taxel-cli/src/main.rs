@@ -11,6 +11,7 @@ mod enter;
 mod error;
 mod evaluation;
 mod frames;
+mod help;
 mod interrupt;
 mod lesson;
 mod line_faults;
@@ -25,7 +26,7 @@ mod unit;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use commands::{
     analyse, bench, calibrate, compare, compensate, convert, dataset, demo, devices, evaluate,
@@ -86,7 +87,9 @@ enum Exit {
 }
 
 fn main() -> ExitCode {
-    let result = match Cli::parse().command {
+    let matches = help::with_examples(Cli::command()).get_matches();
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    let result = match cli.command {
         Command::Live(args) => commands::live::run(&args),
         Command::View(args) => commands::live::run_view(&args),
         Command::Record(args) => record::run(&args),

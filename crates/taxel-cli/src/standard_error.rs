@@ -61,10 +61,12 @@ impl StandardErrors {
     }
 
     /// The standard errors of a frame's numbers, in their unit; a good taxel whose conductance is uncertain by
-    /// more than itself is marked unresolved in `shown`. An error without bound is the largest number there is.
+    /// more than itself is marked unresolved in `shown`. Infinite where nothing bounds the number: it was not measured,
+    /// is only a lower bound, or stands in a frame without an answer.
     pub(crate) fn of(
         &mut self,
         siemens: &Frame<Siemens>,
+        is_answer: bool,
         shown: &mut Frame<Shown>,
     ) -> &Frame<Shown> {
         let found = standard_errors(&mut *self.point, siemens.values(), self.sigma_volts);
@@ -72,10 +74,13 @@ impl StandardErrors {
         let errors = found.map_or_else(|_| unbounded(), |(errors, _)| errors);
         for (i, error) in errors.into_iter().enumerate() {
             let value = siemens.values()[i];
-            let error = if error.is_nan() { f64::INFINITY } else { error };
-            self.errors.values_mut()[i] = self.in_unit(i, value, error).min(f64::MAX);
             let mark = &mut shown.marks_mut()[i];
-            if *mark == Mark::Good && error > value.abs() {
+            let is_bounded = is_answer && matches!(*mark, Mark::Good | Mark::Unresolved);
+            self.errors.values_mut()[i] = match is_bounded && error.is_finite() {
+                true => self.in_unit(i, value, error),
+                false => f64::INFINITY,
+            };
+            if *mark == Mark::Good && !(error <= value.abs()) {
                 *mark = Mark::Unresolved;
             }
         }
@@ -88,9 +93,6 @@ impl StandardErrors {
         let Some(law) = &self.law else {
             return error;
         };
-        if !error.is_finite() {
-            return error;
-        }
         let up = law.grams_from_siemens(taxel, siemens + error);
         let down = law.grams_from_siemens(taxel, siemens - error);
         let newtons = newtons_from_grams((up - down) / 2.0);

@@ -92,6 +92,49 @@ pub enum Error {
         /// The system's reason.
         source: std::io::Error,
     },
+    /// A file that no model needs.
+    #[error("{}: more than the {most} MiB that a model, a checkpoint or a network may have\nhint: is this the right file?", .file.display())]
+    TooLarge {
+        /// The file.
+        file: PathBuf,
+        /// The most, MiB.
+        most: u64,
+    },
+    /// A split that leaves nothing to learn from, or nothing to stop by.
+    #[error(
+        "of {presses} presses the split leaves {train} to learn from and {check} to stop by, but at least {needed} and 1 are needed\nhint: make the shares for stopping and judging smaller, or press more taxels"
+    )]
+    Split {
+        /// All presses.
+        presses: usize,
+        /// To learn from.
+        train: usize,
+        /// To stop by.
+        check: usize,
+        /// Needed to learn from.
+        needed: usize,
+    },
+    /// More than fits in memory.
+    #[error(
+        "{presses} presses x {copies} copies x {values} numbers take {found} MiB, but {most} MiB is the most\nhint: the paper made 100 copies of each press"
+    )]
+    Copies {
+        /// Presses to learn from.
+        presses: usize,
+        /// Copies of each.
+        copies: usize,
+        /// Numbers in one.
+        values: usize,
+        /// What they take together, MiB.
+        found: u64,
+        /// The most, MiB.
+        most: u64,
+    },
+    /// A checkpoint whose numbers are not those of the training.
+    #[error(
+        "the checkpoint does not fit the training: {0}\nhint: train from the beginning, without --resume"
+    )]
+    Checkpoint(String),
     /// A model for another array.
     #[error("the model is for {} rows x {} columns, but the sensor has {} x {}", .model.0, .model.1, .sensor.0, .sensor.1)]
     Shape {
@@ -99,6 +142,18 @@ pub enum Error {
         model: (usize, usize),
         /// Rows and columns of the sensor.
         sensor: (usize, usize),
+    },
+    /// A model for another sensor.
+    #[error(
+        "the model was trained for another sensor: {key} is {model} there and {sensor} here\nhint: its loads would mean nothing; use the sensor file it was trained with, or train again"
+    )]
+    OtherSensor {
+        /// Which number or word of the sensor file differs.
+        key: &'static str,
+        /// In the model's card.
+        model: String,
+        /// Of the sensor it is to be used with.
+        sensor: String,
     },
     /// The physics that a model stands on refuses.
     #[error(transparent)]

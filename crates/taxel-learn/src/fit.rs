@@ -4,15 +4,16 @@ use taxel::calibrate::{LoadLaw, Press};
 use taxel::crew::{Crew, shared_out};
 use taxel::pipeline::Pipeline;
 use taxel::solve::default_method;
+use taxel::stats::quantile;
 use taxel::{Counts, Frame, Sensor};
 
 use crate::model::{Card, Held, Kind, Model, NOT_FOR, Source};
-use crate::models::hybrid::{Example, Hybrid, LEAST_G, Physics, Scene};
+use crate::models::hybrid::{Example, Hybrid, LEAST_G, Physics, Scene, Trained};
 use crate::models::paper_mlp::{PaperMlp, PaperTraining};
 use crate::models::row_set::{RowSet, RowSetTraining};
 use crate::network::AdamSettings;
 use crate::rows::{Rows, Split};
-use crate::train::{Checkpoint, Epoch, Go, Settings, train};
+use crate::train::{Checkpoint, Epoch, Go, Settings, Trainable, train};
 use crate::trust::{Familiar, Interval};
 use crate::{Error, with_law};
 
@@ -20,6 +21,10 @@ use crate::{Error, with_law};
 pub const LEVEL: f64 = 0.9;
 /// Row sets whose mean is taken.
 pub const MEMBERS: usize = 3;
+/// Fewest presses to learn from: what is left of [`crate::rows::FEWEST_PRESSES`] when the usual shares are taken off.
+const FEWEST_TO_LEARN: usize = 4;
+/// Most memory that the copies of the presses may take, bytes.
+const MAX_COPIES_BYTES: usize = 2 << 30;
 /// Parts that a hybrid is cross-validated in.
 const FOLDS: usize = 5;
 /// Epochs of a hybrid's networks.
@@ -61,7 +66,7 @@ pub fn row_set_settings() -> Settings {
 /// Trains the paper's network.
 ///
 /// # Errors
-/// Never for rows that passed [`Rows::check`].
+/// A split that leaves nothing to learn from or to stop by, more copies than memory, a checkpoint of another network.
 pub fn paper_mlp(
     lesson: &Lesson,
     settings: &Settings,
@@ -70,8 +75,18 @@ pub fn paper_mlp(
     from: Option<&Checkpoint>,
     watch: &mut dyn FnMut(&Epoch, &dyn Fn() -> Checkpoint) -> Go,
 ) -> Result<Model, Error> {
-    let (train_on, check) = lesson.parts();
+    let (train_on, check) = lesson.parts()?;
+    room_for(&train_on, copies)?;
     let mut training = PaperTraining::new(&train_on, &check, hidden, copies, settings.seed);
+    if let Some(from) = from {
+        let sizes = training.networks();
+        from.check(
+            &sizes
+                .iter()
+                .map(|n| n.parameters().len())
+                .collect::<Vec<_>>(),
+        )?;
+    }
     let history = train(&mut training, settings, from, watch);
     let model = training.finish();
     let judged = lesson.judge(|rows| model.estimate(rows));
@@ -98,10 +113,31 @@ pub fn adopt(lesson: &Lesson, model: PaperMlp) -> Result<Model, Error> {
     Ok(finish(card, Kind::PaperMlp(model)))
 }
 
+/// Refuses copies that memory has no room for.
+///
+/// # Errors
+/// [`Error::Copies`] with the numbers.
+pub fn room_for(rows: &Rows, copies: usize) -> Result<(), Error> {
+    let values = rows.columns + 2;
+    let bytes = [copies, values, size_of::<f32>()]
+        .into_iter()
+        .fold(rows.len(), usize::saturating_mul);
+    match bytes > MAX_COPIES_BYTES {
+        true => Err(Error::Copies {
+            presses: rows.len(),
+            copies,
+            values,
+            found: bytes as u64 >> 20,
+            most: MAX_COPIES_BYTES as u64 >> 20,
+        }),
+        false => Ok(()),
+    }
+}
+
 /// Trains `members` row sets, shared out to the crew.
 ///
 /// # Errors
-/// Never for rows that passed [`Rows::check`].
+/// A split that leaves nothing to learn from or to stop by.
 pub fn row_set(
     lesson: &Lesson,
     settings: &Settings,
@@ -109,7 +145,7 @@ pub fn row_set(
     crew: &dyn Crew,
     watch: Watch,
 ) -> Result<Model, Error> {
-    let (train_on, check) = lesson.parts();
+    let (train_on, check) = lesson.parts()?;
     let trained = shared_out(crew, (0..members).collect(), |member| {
         let own = Settings {
             seed: settings.seed.wrapping_add(1000 * member as u64),
@@ -140,7 +176,8 @@ pub fn mean_estimate(models: &[RowSet], rows: &Rows) -> Vec<f64> {
     mean
 }
 
-/// Trains the hybrid on presses with their whole frames. The sensor must be calibrated, on these presses or others.
+/// Trains the hybrid on presses with their whole frames. The sensor must be calibrated, on these presses or others (on
+/// these, its dozen parameters have seen them: what that flatters is small beside a network's hundred).
 /// Split parts `check` and `train` are both cross-validated over; `test` judges.
 ///
 /// # Errors
@@ -156,14 +193,15 @@ pub fn hybrid(
     let examples = examples(&sensor, frames, presses)?;
     let mut known: Vec<usize> = [&lesson.split.train[..], &lesson.split.check].concat();
     known.sort_unstable();
-    let usable = |which: &[usize]| -> Vec<Example> {
-        which
-            .iter()
-            .map(|&i| examples[i])
-            .filter(|e| e.physics_g >= LEAST_G)
-            .collect()
-    };
-    let (model, verdict) = Hybrid::train(&usable(&known), FOLDS, HYBRID_EPOCHS, seed, progress);
+    let known: Vec<Example> = known.iter().map(|&i| examples[i]).collect();
+    let usable: Vec<Example> = known
+        .iter()
+        .filter(|e| e.physics_g >= LEAST_G)
+        .copied()
+        .collect();
+    let trained = Hybrid::train(&usable, FOLDS, HYBRID_EPOCHS, seed, progress);
+    let interval = interval(&known, &trained);
+    let model = trained.model;
     let estimate = |which: &[usize]| -> Vec<f64> {
         let features: Vec<_> = which.iter().map(|&i| examples[i].features).collect();
         let mut loads: Vec<f32> = which.iter().map(|&i| examples[i].physics_g).collect();
@@ -181,13 +219,37 @@ pub fn hybrid(
         seed,
         ..Settings::default()
     };
-    let interval = Interval::fit(LEVEL, &estimate(&known), &loads(&known));
     let test = &lesson.split.test;
     let held_out = Held::new(&estimate(test), &loads(test), &interval);
     let mut card = lesson.card(&settings, 1, (interval, held_out));
     card.threshold_counts = 0.0;
-    card.verdict = Some(verdict);
+    card.verdict = Some(trained.verdict);
+    card.epochs = trained.epochs;
     Ok(finish(card, Kind::Hybrid(model)))
+}
+
+/// The hybrid's interval, set by estimates of networks that did not know the press (nor its frame), not by those of the
+/// networks trained with it: cross-validation+ (Barber, Candès, Ramdas and Tibshirani, *Predictive inference with the
+/// jackknife+*, 2021) with the mean of the networks in place of each. Loads too small to correct, and all of them where
+/// the networks are not used, are the physics'.
+fn interval(known: &[Example], trained: &Trained) -> Interval {
+    let mut out_of_fold = trained.out_of_fold_g.iter();
+    let (mut estimates, mut loads) = (Vec::new(), Vec::new());
+    for example in known {
+        let apart = match example.physics_g >= LEAST_G {
+            true => out_of_fold.next().copied().flatten(),
+            false => Some(example.physics_g),
+        };
+        let estimate = match trained.verdict.used {
+            true => apart,
+            false => Some(example.physics_g),
+        };
+        if let Some(estimate) = estimate {
+            estimates.push(f64::from(estimate));
+            loads.push(f64::from(example.load_g));
+        }
+    }
+    Interval::fit(LEVEL, &estimates, &loads)
 }
 
 /// What the hybrid sees of every press.
@@ -203,12 +265,12 @@ fn examples(
     let mut examples = Vec::with_capacity(presses.len());
     for press in presses {
         pipeline.begin_anew();
-        pipeline.siemens_from_counts(&frames[press.frame]);
-        scene.look(&mut pipeline)?;
+        scene.look(pipeline.process(&frames[press.frame]))?;
         examples.push(Example {
             features: scene.features(press.row, press.column, &physics),
             physics_g: scene.loads_g[press.row * sensor.columns() + press.column],
             load_g: press.load_g as f32,
+            frame: press.frame,
         });
     }
     Ok(examples)
@@ -221,11 +283,20 @@ fn finish(card: Card, kind: Kind) -> Model {
 }
 
 impl Lesson<'_> {
-    fn parts(&self) -> (Rows, Rows) {
-        (
+    fn parts(&self) -> Result<(Rows, Rows), Error> {
+        let (train, check) = (self.split.train.len(), self.split.check.len());
+        if train < FEWEST_TO_LEARN || check == 0 {
+            return Err(Error::Split {
+                presses: train + check + self.split.test.len(),
+                train,
+                check,
+                needed: FEWEST_TO_LEARN,
+            });
+        }
+        Ok((
             self.rows.part(&self.split.train),
             self.rows.part(&self.split.check),
-        )
+        ))
     }
 
     /// The interval that the presses to stop by set, and the errors on those to judge by.
@@ -262,7 +333,7 @@ impl Lesson<'_> {
             held_out,
             interval,
             familiar,
-            typical: None,
+            typicals: Vec::new(),
             verdict: None,
             not_for: NOT_FOR.iter().map(|&text| text.to_owned()).collect(),
         }
@@ -272,15 +343,14 @@ impl Lesson<'_> {
 /// A quarter of the way from an unpressed taxel's reading to that of the least loads labelled (their first
 /// percentile), counts: below it a reading is none.
 fn threshold(rows: &Rows, dark: f64) -> f64 {
-    let mut pressed: Vec<f64> = rows
+    let pressed: Vec<f64> = rows
         .taxel
         .iter()
         .zip(&rows.load_g)
         .filter(|(_, load)| **load > 1.0)
         .map(|(&taxel, _)| f64::from(taxel))
         .collect();
-    pressed.sort_by(f64::total_cmp);
-    match pressed.get(pressed.len() / 100) {
+    match quantile(pressed, 0.01) {
         Some(least) => dark + 0.25 * (least - dark).max(0.0),
         None => dark,
     }

@@ -35,10 +35,11 @@ struct Memory {
 }
 
 impl Learned {
-    /// For frames of `sensor`, which must have the shape of the model's own.
+    /// For frames of `sensor`, which must have the shape and the parts of the model's own. What a calibration finds
+    /// (switches, gain, material) may differ.
     ///
     /// # Errors
-    /// Another shape; for a hybrid a sensor that is not calibrated.
+    /// Another shape, read-out or converter; for a hybrid a sensor that is not calibrated.
     pub fn new(model: Model, sensor: &Sensor) -> Result<Self, Error> {
         let own = model.sensor()?;
         if (own.rows(), own.columns()) != (sensor.rows(), sensor.columns()) {
@@ -56,6 +57,7 @@ impl Learned {
                 expected: sensor.columns(),
             });
         }
+        same_parts(&own, sensor)?;
         let sensor = with_law(sensor.clone());
         let law = LoadLaw::from_sensor(&sensor)?;
         let physics = match model.kind {
@@ -121,8 +123,9 @@ impl Learned {
         else {
             return Outcome::new(Stop::Stalled, 0, 0.0);
         };
-        let outcome = pipeline.siemens_from_volts(volts);
-        if memory.scene.look(pipeline).is_err() {
+        let result = pipeline.process_volts(volts);
+        let outcome = result.outcome.clone();
+        if memory.scene.look(result).is_err() {
             return Outcome::new(Stop::Stalled, 0, 0.0);
         }
         memory.taxels.clear();
@@ -148,6 +151,34 @@ impl Learned {
             memory.loads[row * columns + column] = load;
         }
         outcome
+    }
+}
+
+/// Refuses a sensor that reads the same loads as other counts, by what an owner knows of it.
+fn same_parts(own: &Sensor, other: &Sensor) -> Result<(), Error> {
+    let parts = |sensor: &Sensor| {
+        let (readout, converter) = (&sensor.readout, &sensor.converter);
+        let number = |value: Option<f64>| value.map_or("absent".to_owned(), |v| v.to_string());
+        [
+            ("readout.topology", readout.topology.name().to_owned()),
+            ("readout.v_test_volts", readout.v_test_volts.to_string()),
+            ("readout.r_feedback_ohms", number(readout.r_feedback_ohms)),
+            ("readout.r_pull_down_ohms", number(readout.r_pull_down_ohms)),
+            ("converter.bits", converter.bits.to_string()),
+            (
+                "converter.full_scale_volts",
+                converter.full_scale_volts.to_string(),
+            ),
+            ("converter.inverted", converter.inverted.to_string()),
+        ]
+    };
+    let differs = parts(own)
+        .into_iter()
+        .zip(parts(other))
+        .find(|(a, b)| a != b);
+    match differs {
+        Some(((key, model), (_, sensor))) => Err(Error::OtherSensor { key, model, sensor }),
+        None => Ok(()),
     }
 }
 
@@ -184,7 +215,7 @@ impl Method for Learned {
         let cold = scratch.take_cold();
         let memory: &mut Memory = scratch.get();
         if let (true, Some(pipeline)) = (cold, &mut memory.pipeline) {
-            pipeline.forget();
+            pipeline.begin_anew();
         }
         siemens.take_marks(volts);
         let columns = self.sensor.columns();
@@ -232,7 +263,7 @@ impl Method for Learned {
 impl Learned {
     /// Marks estimates from inputs unlike those of the training.
     fn mark_unfamiliar(&self, memory: &Memory, siemens: &mut Frame<Siemens>) {
-        if matches!(&self.model.kind, Kind::Hybrid(hybrid) if hybrid.networks.is_empty()) {
+        if matches!(&self.model.kind, Kind::Hybrid(hybrid) if hybrid.members.is_empty()) {
             return;
         }
         let columns = self.sensor.columns();

@@ -4,9 +4,10 @@ use std::path::Path;
 
 use taxel::Sensor;
 use taxel::calibrate::LoadLaw;
+use taxel::stats::quantile;
 
 use crate::Error;
-use crate::models::hybrid::{Hybrid, Typical, Verdict};
+use crate::models::hybrid::{Hybrid, Member, Typical, Verdict};
 use crate::models::paper_mlp::PaperMlp;
 use crate::models::row_set::{Eye, RowSet};
 use crate::network::Mlp;
@@ -58,7 +59,7 @@ pub struct Held {
 impl Held {
     /// Of estimates (clipped at zero) and true loads, grams.
     pub fn new(estimates: &[f64], loads: &[f64], interval: &Interval) -> Self {
-        let mut errors: Vec<f64> = estimates
+        let errors: Vec<f64> = estimates
             .iter()
             .zip(loads)
             .map(|(e, l)| (e.max(0.0) - l).abs())
@@ -69,13 +70,12 @@ impl Held {
         let n = errors.len() as f64;
         let mean = errors.iter().sum::<f64>() / n;
         let square = errors.iter().map(|e| e * e).sum::<f64>() / n;
-        errors.sort_by(f64::total_cmp);
         Self {
-            presses: errors.len(),
+            presses: loads.len(),
             mean_absolute_g: mean,
             standard_error_g: ((square - mean * mean).max(0.0) / n).sqrt(),
             root_mean_square_g: square.sqrt(),
-            p95_g: errors[(errors.len() * 95 / 100).min(errors.len() - 1)],
+            p95_g: quantile(errors, 0.95).unwrap_or(0.0),
             coverage: interval.coverage(estimates, loads),
         }
     }
@@ -113,7 +113,7 @@ pub struct Card {
     pub program_version: String,
     /// Widths of every network, and whether its last layer has a ReLU.
     pub networks: Vec<(Vec<usize>, bool)>,
-    /// Standardisation of inputs, one for each network (the hybrid: one for all).
+    /// Standardisation of inputs, one for each network (the row set: one for each pair).
     pub scalers: Vec<Scaler>,
     /// How row sets see readings.
     pub eyes: Vec<Eye>,
@@ -137,8 +137,9 @@ pub struct Card {
     pub familiar: Familiar,
     /// Errors on presses that no choice was made with.
     pub held_out: Held,
-    /// The error that a hybrid's physics typically has.
-    pub typical: Option<Typical>,
+    /// The error that a hybrid's physics typically has, as each of its networks knows it.
+    #[serde(default)]
+    pub typicals: Vec<Typical>,
     /// What the cross-validation said of a hybrid.
     pub verdict: Option<Verdict>,
     /// What it must not be used for.
@@ -175,7 +176,7 @@ impl Model {
         match &self.kind {
             Kind::PaperMlp(model) => vec![&model.network],
             Kind::RowSet(members) => members.iter().flat_map(|m| [&m.phi, &m.rho]).collect(),
-            Kind::Hybrid(model) => model.networks.iter().collect(),
+            Kind::Hybrid(model) => model.members.iter().map(|m| &m.network).collect(),
         }
     }
 
@@ -187,14 +188,17 @@ impl Model {
             .iter()
             .map(|n| (n.widths().to_vec(), n.relu_last()))
             .collect();
-        self.card.typical = match &self.kind {
-            Kind::Hybrid(model) => Some(model.typical),
-            _ => None,
+        self.card.typicals = match &self.kind {
+            Kind::Hybrid(model) => model.members.iter().map(|m| m.typical).collect(),
+            _ => Vec::new(),
         };
         (self.card.scalers, self.card.eyes) = match &self.kind {
             Kind::PaperMlp(model) => (vec![model.scaler.clone()], Vec::new()),
             Kind::RowSet(members) => members.iter().map(|m| (m.scaler.clone(), m.eye)).unzip(),
-            Kind::Hybrid(model) => (vec![model.scaler.clone()], Vec::new()),
+            Kind::Hybrid(model) => {
+                let scalers = model.members.iter().map(|m| m.scaler.clone());
+                (scalers.collect(), Vec::new())
+            }
         };
     }
 
@@ -219,10 +223,7 @@ impl Model {
     /// # Errors
     /// A file that cannot be read, is no safetensors file, has no card, or whose tensors do not fit the card.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let bytes = std::fs::read(path).map_err(|source| Error::File {
-            file: path.to_owned(),
-            source,
-        })?;
+        let bytes = tensors::read_file(path)?;
         Self::from_bytes(&bytes).map_err(|reason| Error::NotAModel {
             file: path.to_owned(),
             reason,
@@ -277,28 +278,18 @@ pub fn with_law(mut sensor: Sensor) -> Sensor {
 }
 
 fn fill(tensors: &safetensors::SafeTensors, name: &str, values: &mut [f32]) -> Result<(), String> {
-    let view = tensors
-        .tensor(name)
-        .map_err(|_| format!("no tensor `{name}`"))?;
-    if view.dtype() != safetensors::Dtype::F32 || view.data().len() != 4 * values.len() {
-        return Err(format!(
-            "tensor `{name}` has {} bytes, but the card says {} numbers of 4 bytes",
-            view.data().len(),
-            values.len()
-        ));
-    }
-    for (value, bytes) in values.iter_mut().zip(view.data().chunks_exact(4)) {
-        *value = f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
-        if !value.is_finite() {
-            return Err(format!("tensor `{name}` holds {value}"));
-        }
-    }
+    values.copy_from_slice(&tensors::numbers(tensors, name, Some(values.len()))?);
     Ok(())
 }
 
 fn assemble(card: &Card, networks: Vec<Mlp>) -> Result<Kind, String> {
     let scaler = |at: usize, width: usize| match card.scalers.get(at) {
-        Some(s) if s.mean.len() == width && s.deviation.len() == width => Ok(s.clone()),
+        Some(s) if s.mean.len() == width && s.deviation.len() == width => {
+            match s.deviation.iter().all(|&d| d != 0.0) {
+                true => Ok(s.clone()),
+                false => Err(format!("the scaler of network {at} divides by 0")),
+            }
+        }
         _ => Err(format!("no scaler of {width} numbers for network {at}")),
     };
     let widths = |network: &Mlp| (network.widths()[0], *network.widths().last().unwrap_or(&0));
@@ -336,11 +327,18 @@ fn assemble(card: &Card, networks: Vec<Mlp>) -> Result<Kind, String> {
             if let Some(odd) = networks.iter().find(|n| widths(n) != (features, 1)) {
                 return Err(format!("a hybrid of widths {:?}", odd.widths()));
             }
-            let scaler = scaler(0, features)?;
+            let members = networks.into_iter().enumerate().map(|(at, network)| {
+                let typical = card.typicals.get(at).ok_or(
+                    "a hybrid of a former version, whose interval was too narrow: train it again",
+                )?;
+                Ok(Member {
+                    scaler: scaler(at, features)?,
+                    typical: *typical,
+                    network,
+                })
+            });
             Ok(Kind::Hybrid(Hybrid {
-                scaler,
-                typical: card.typical.ok_or("a hybrid without its typical error")?,
-                networks,
+                members: members.collect::<Result<_, String>>()?,
             }))
         }
         other => Err(format!("an unknown kind of model, `{other}`")),

@@ -8,14 +8,22 @@
 mod wire;
 
 use std::collections::BTreeMap;
+use std::path::Path;
+use std::rc::Rc;
 
 use crate::models::paper_mlp::PaperMlp;
 use crate::network::Mlp;
 use crate::scaler::Scaler;
+use crate::{Error, tensors};
 use wire::{Field, Writer, fields};
 
 /// Version of the operators written.
 const OPSET: u64 = 13;
+/// Most operators and constants that are read: a network has a few dozen, and one constant may stand in many of them.
+const MAX_NODES: usize = 1000;
+/// Most parameters that a network may come to, however little of a file they take.
+const MAX_PARAMETERS: usize = 8 << 20;
+const MAX_DIMENSIONS: usize = 8;
 const FLOAT: u64 = 1;
 const DOUBLE: u64 = 11;
 
@@ -82,35 +90,51 @@ struct Constant {
 /// What stands between two layers while the graph is read.
 #[derive(Debug, Default)]
 struct Reader {
-    constants: BTreeMap<String, Constant>,
+    constants: BTreeMap<String, Rc<Constant>>,
     scale: Vec<f32>,
     shift: Vec<f32>,
     layers: Vec<(usize, usize, Vec<f32>, Vec<f32>)>,
     relu: Vec<bool>,
 }
 
-/// A network from an ONNX file; the standardisation in front of it, if it has one, as its scaler.
+/// A network from an ONNX file.
+///
+/// # Errors
+/// A file that cannot be read or is too large, and those of [`import`].
+pub fn read(path: &Path) -> Result<PaperMlp, Error> {
+    import(&tensors::read_file(path)?).map_err(|reason| Error::NotOnnx {
+        file: path.to_owned(),
+        reason,
+    })
+}
+
+/// A network from the bytes of an ONNX file; the standardisation in front of it, if it has one, as its scaler.
 ///
 /// # Errors
 /// What is wrong with the file, or which operator is none of those that such a network needs, in words.
 pub fn import(bytes: &[u8]) -> Result<PaperMlp, String> {
-    let graph = fields(bytes)?
-        .into_iter()
-        .find_map(|field| match field {
-            Field::Bytes(7, graph) => Some(graph),
-            _ => None,
-        })
-        .ok_or("no graph in the file: is it ONNX?")?;
+    let mut graph = None;
+    for field in fields(bytes) {
+        if let Field::Bytes(7, message) = field? {
+            graph.get_or_insert(message);
+        }
+    }
+    let graph = graph.ok_or("no graph in the file: is it ONNX?")?;
     let mut reader = Reader::default();
     let mut nodes = Vec::new();
-    for field in fields(graph)? {
-        match field {
+    for field in fields(graph) {
+        match field? {
             Field::Bytes(5, tensor) => {
                 let (name, constant) = read_tensor(tensor)?;
-                reader.constants.insert(name, constant);
+                reader.constants.insert(name, Rc::new(constant));
             }
             Field::Bytes(1, node) => nodes.push(node),
             _ => {}
+        }
+        if nodes.len().max(reader.constants.len()) > MAX_NODES {
+            return Err(format!(
+                "more than {MAX_NODES} operators or constants; a fully connected network has a few dozen"
+            ));
         }
     }
     for node in nodes {
@@ -122,10 +146,14 @@ pub fn import(bytes: &[u8]) -> Result<PaperMlp, String> {
 fn read_tensor(bytes: &[u8]) -> Result<(String, Constant), String> {
     let (mut name, mut shape, mut kind) = (String::new(), Vec::new(), 0);
     let (mut raw, mut values): (Option<&[u8]>, Vec<f32>) = (None, Vec::new());
-    for field in fields(bytes)? {
-        match field {
+    for field in fields(bytes) {
+        match field? {
             Field::Number(1, size) => shape.push(size as usize),
             Field::Bytes(1, packed) => {
+                // Ten bytes a number at most: what is longer is refused before memory is taken for it.
+                if packed.len() > 10 * MAX_DIMENSIONS {
+                    return Err(format!("a tensor of {} bytes of dimensions", packed.len()));
+                }
                 shape.extend(wire::packed(packed)?.into_iter().map(|n| n as usize));
             }
             Field::Number(2, number) => kind = number,
@@ -138,6 +166,12 @@ fn read_tensor(bytes: &[u8]) -> Result<(String, Constant), String> {
             Field::Bytes(9, bytes) => raw = Some(bytes),
             Field::Bytes(10, packed) => values.extend(packed.chunks_exact(8).map(double)),
             _ => {}
+        }
+        if shape.len() > MAX_DIMENSIONS {
+            return Err(format!(
+                "a tensor of {} dimensions; weights have 2, biases 1",
+                shape.len()
+            ));
         }
     }
     match (raw, kind) {
@@ -164,8 +198,8 @@ impl Reader {
         let mut factors = [1.0f32; 2];
         let mut constant = None;
         let mut scaler = [Vec::new(), Vec::new()];
-        for field in fields(bytes)? {
-            match field {
+        for field in fields(bytes) {
+            match field? {
                 Field::Bytes(1, name) => inputs.push(String::from_utf8_lossy(name).into_owned()),
                 Field::Bytes(2, name) => outputs.push(String::from_utf8_lossy(name).into_owned()),
                 Field::Bytes(4, name) => operator = String::from_utf8_lossy(name).into_owned(),
@@ -198,7 +232,7 @@ impl Reader {
             }
             "Constant" => {
                 if let (Some((_, value)), Some(to)) = (constant, outputs.first()) {
-                    self.constants.insert(to.clone(), value);
+                    self.constants.insert(to.clone(), Rc::new(value));
                 }
             }
             // scikit-learn's StandardScaler: (x − offset) · scale.
@@ -207,22 +241,25 @@ impl Reader {
                     shape: vec![values.len()],
                     values,
                 });
-                self.affine(None, Some(negated(offset)));
-                self.affine(Some(scale), None);
+                self.shift(&offset.values, |v| -v)?;
+                self.scale(&scale.values, |v| v)?;
             }
-            "Sub" => self.affine(None, Some(negated(second.ok_or_else(needs)?))),
-            "Div" => self.affine(Some(inverse(second.ok_or_else(needs)?)), None),
-            "Mul" => self.affine(either, None),
-            "Add" => self.affine(None, Some(either.ok_or_else(needs)?)),
+            "Sub" => self.shift(&second.ok_or_else(needs)?.values, |v| -v)?,
+            "Div" => self.scale(&second.ok_or_else(needs)?.values, |v| 1.0 / v)?,
+            "Mul" => self.scale(&either.ok_or_else(needs)?.values, |v| v)?,
+            "Add" => self.shift(&either.ok_or_else(needs)?.values, |v| v)?,
             "Gemm" => {
                 if transposed[0] || factors != [1.0, 1.0] {
                     return Err("a Gemm with transA, alpha or beta".to_owned());
                 }
                 let weights = second.ok_or_else(needs)?;
                 let biases = inputs.get(2).and_then(known);
-                self.layer(weights, biases, transposed[1])?;
+                self.layer(&weights, biases.as_deref(), transposed[1])?;
             }
-            "MatMul" => self.layer(second.ok_or_else(needs)?, None, false)?,
+            "MatMul" => {
+                let weights = second.ok_or_else(needs)?;
+                self.layer(&weights, None, false)?;
+            }
             "Relu" => match self.relu.last_mut() {
                 Some(relu) => *relu = true,
                 None => return Err("a Relu before the first layer".to_owned()),
@@ -236,42 +273,47 @@ impl Reader {
         Ok(())
     }
 
-    /// x ← x · scale + shift: in front of the layers, or the biases of the last one.
-    fn affine(&mut self, scale: Option<Constant>, shift: Option<Constant>) {
-        let spread = |constant: &Constant, n: usize| -> Vec<f32> {
-            match constant.values.as_slice() {
-                [one] => vec![*one; n],
-                each => each.to_vec(),
-            }
+    /// x ← x · factors: in front of the layers, or of what the last one gives. Each factor is `of` a value.
+    fn scale(&mut self, values: &[f32], of: fn(f32) -> f32) -> Result<(), String> {
+        let Some((_, fan_out, weights, biases)) = self.layers.last_mut() else {
+            merge(&mut self.scale, values, 1.0, |a, b| a * of(b))?;
+            return merge(&mut self.shift, values, 0.0, |a, b| a * of(b));
         };
-        if let Some((_, fan_out, weights, biases)) = self.layers.last_mut() {
-            if let Some(scale) = scale {
-                let scale = spread(&scale, *fan_out);
-                for row in weights.chunks_exact_mut(*fan_out) {
-                    row.iter_mut().zip(&scale).for_each(|(w, s)| *w *= s);
-                }
-                biases.iter_mut().zip(&scale).for_each(|(b, s)| *b *= s);
-            }
-            if let Some(shift) = shift {
-                let shift = spread(&shift, *fan_out);
-                biases.iter_mut().zip(&shift).for_each(|(b, s)| *b += s);
-            }
-            return;
+        // After a Relu a factor would have to go into the next layer, and a negative one would not be the same.
+        if self.relu.last() == Some(&true) {
+            return Err("a factor after a Relu".to_owned());
         }
-        // In front of them: x · scale + shift.
-        if let Some(factor) = scale {
-            merge(&mut self.scale, &factor.values, 1.0, |a, b| a * b);
-            merge(&mut self.shift, &factor.values, 0.0, |a, b| a * b);
+        let factors = one_each(values, *fan_out)?;
+        for row in weights.chunks_exact_mut(*fan_out) {
+            row.iter_mut().zip(&factors).for_each(|(w, &v)| *w *= of(v));
         }
-        if let Some(more) = shift {
-            merge(&mut self.shift, &more.values, 0.0, |a, b| a + b);
+        biases
+            .iter_mut()
+            .zip(&factors)
+            .for_each(|(b, &v)| *b *= of(v));
+        Ok(())
+    }
+
+    /// x ← x + shifts: in front of the layers, or the biases of the last one. Each shift is `of` a value.
+    fn shift(&mut self, values: &[f32], of: fn(f32) -> f32) -> Result<(), String> {
+        let Some((_, fan_out, _, biases)) = self.layers.last_mut() else {
+            return merge(&mut self.shift, values, 0.0, |a, b| a + of(b));
+        };
+        if self.relu.last() == Some(&true) {
+            return Err("a number added after a Relu".to_owned());
         }
+        let shifts = one_each(values, *fan_out)?;
+        biases
+            .iter_mut()
+            .zip(&shifts)
+            .for_each(|(b, &v)| *b += of(v));
+        Ok(())
     }
 
     fn layer(
         &mut self,
-        weights: Constant,
-        biases: Option<Constant>,
+        weights: &Constant,
+        biases: Option<&Constant>,
         transposed: bool,
     ) -> Result<(), String> {
         let [rows, columns] = weights.shape.as_slice() else {
@@ -281,11 +323,15 @@ impl Reader {
             true => (*columns, *rows),
             false => (*rows, *columns),
         };
-        if weights.values.len() != fan_in * fan_out {
+        if fan_in.checked_mul(fan_out) != Some(weights.values.len()) || weights.values.is_empty() {
             return Err(format!(
                 "{} weights for {fan_in} x {fan_out}",
                 weights.values.len()
             ));
+        }
+        let parameters: usize = self.layers.iter().map(|l| l.2.len()).sum();
+        if parameters + weights.values.len() > MAX_PARAMETERS {
+            return Err(format!("more than {MAX_PARAMETERS} weights"));
         }
         if let Some((_, before, ..)) = self.layers.last()
             && *before != fan_in
@@ -295,13 +341,13 @@ impl Reader {
             ));
         }
         let values = match transposed {
-            false => weights.values,
+            false => weights.values.clone(),
             true => (0..fan_in * fan_out)
                 .map(|i| weights.values[(i % fan_out) * fan_in + i / fan_out])
                 .collect(),
         };
         let biases = match biases {
-            Some(b) if b.values.len() == fan_out => b.values,
+            Some(b) if b.values.len() == fan_out => b.values.clone(),
             Some(b) => return Err(format!("{} biases for {fan_out} outputs", b.values.len())),
             None => vec![0.0; fan_out],
         };
@@ -321,6 +367,12 @@ impl Reader {
         }
         let mut widths = vec![width];
         widths.extend(self.layers.iter().map(|l| l.1));
+        if width < 2 || widths[count] != 1 {
+            return Err(format!(
+                "{width} inputs and {} outputs; a taxel and its row come in, one load goes out",
+                widths[count]
+            ));
+        }
         let mut network = Mlp::zeros(&widths, false);
         for (i, (_, _, weights, biases)) in self.layers.iter().enumerate() {
             let (w, b) = network.layer_mut(i);
@@ -340,68 +392,54 @@ impl Reader {
             ));
         }
         // x · scale + shift = (x − mean)/deviation.
-        Ok(PaperMlp {
-            scaler: Scaler {
-                mean: shift.iter().zip(&scale).map(|(t, s)| -t / s).collect(),
-                deviation: scale.iter().map(|s| 1.0 / s).collect(),
-            },
-            network,
-        })
+        let scaler = Scaler {
+            mean: shift.iter().zip(&scale).map(|(t, s)| -t / s).collect(),
+            deviation: scale.iter().map(|s| 1.0 / s).collect(),
+        };
+        let all = [network.parameters(), &scaler.mean, &scaler.deviation].concat();
+        match all.iter().find(|value| !value.is_finite()) {
+            Some(bad) => Err(format!("a network that holds {bad}")),
+            None => Ok(PaperMlp { network, scaler }),
+        }
     }
 }
 
 /// Combines lists element by element; a list of one stands for all.
-fn merge(into: &mut Vec<f32>, with: &[f32], none: f32, f: impl Fn(f32, f32) -> f32) {
+fn merge(
+    into: &mut Vec<f32>,
+    with: &[f32],
+    none: f32,
+    f: impl Fn(f32, f32) -> f32,
+) -> Result<(), String> {
     if into.is_empty() {
         into.push(none);
     }
     let n = into.len().max(with.len());
+    if with.is_empty()
+        || [into.len(), with.len()]
+            .iter()
+            .any(|&len| len != 1 && len != n)
+    {
+        return Err(format!(
+            "a standardisation of {} numbers after one of {}",
+            with.len(),
+            into.len()
+        ));
+    }
     *into = (0..n)
         .map(|i| f(into[i.min(into.len() - 1)], with[i.min(with.len() - 1)]))
         .collect();
+    Ok(())
 }
 
-fn negated(mut constant: Constant) -> Constant {
-    constant.values.iter_mut().for_each(|v| *v = -*v);
-    constant
-}
-
-fn inverse(mut constant: Constant) -> Constant {
-    constant.values.iter_mut().for_each(|v| *v = 1.0 / *v);
-    constant
+/// As many numbers as a layer has outputs; one stands for all.
+fn one_each(values: &[f32], outputs: usize) -> Result<Vec<f32>, String> {
+    match values {
+        [one] => Ok(vec![*one; outputs]),
+        each if each.len() == outputs => Ok(each.to_vec()),
+        each => Err(format!("{} numbers for {outputs} outputs", each.len())),
+    }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use rand::SeedableRng;
-    use rand_chacha::ChaCha8Rng;
-
-    #[test]
-    fn what_is_exported_is_imported_the_same() {
-        let mut random = ChaCha8Rng::seed_from_u64(3);
-        let model = PaperMlp {
-            network: Mlp::new(&[9, 5, 4, 1], false, &mut random),
-            scaler: Scaler {
-                mean: (0..9).map(|i| 20.0 + i as f32).collect(),
-                deviation: (0..9).map(|i| 1.0 + i as f32).collect(),
-            },
-        };
-        let again = import(&export(&model)).unwrap();
-        assert_eq!(again.network, model.network);
-        for (a, b) in again.scaler.mean.iter().zip(&model.scaler.mean) {
-            assert!((a - b).abs() < 1e-4);
-        }
-    }
-
-    #[test]
-    fn bytes_that_are_no_onnx_are_refused() {
-        for bytes in [
-            &b""[..],
-            b"not onnx at all",
-            &[0x3a, 0xff, 0xff, 0xff, 0xff, 0xff],
-        ] {
-            assert!(import(bytes).is_err());
-        }
-    }
-}
+mod tests;

@@ -96,6 +96,9 @@ pub enum Go {
 
 /// Trains a model; it ends with its best parameters on the presses kept aside (with `stop_by_loss`: its last).
 /// `watch` is told of every epoch, with what is needed to go on from it.
+///
+/// # Panics
+/// With a checkpoint of other networks: [`Checkpoint::check`] tells.
 pub fn train(
     model: &mut impl Trainable,
     settings: &Settings,

@@ -1,6 +1,8 @@
 //! How far an estimate can be trusted: an interval from presses kept aside, and whether the input is like any
 //! that was trained with.
 
+use taxel::stats::median;
+
 /// Half-width of an interval around an estimate: quantile · (floor + share · load), by split conformal prediction
 /// (Lei et al., Distribution-free predictive inference for regression, 2018) on presses kept aside.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -21,13 +23,7 @@ const SHARE: f64 = 0.1;
 impl Interval {
     /// From estimates and true loads of presses that the model was not trained with, grams.
     pub fn fit(level: f64, estimates: &[f64], loads: &[f64]) -> Self {
-        let mut sorted: Vec<f64> = loads.to_vec();
-        sorted.sort_by(f64::total_cmp);
-        let typical = sorted
-            .get(sorted.len() / 2)
-            .copied()
-            .unwrap_or(1.0)
-            .max(1.0);
+        let typical = median(loads.iter().copied()).unwrap_or(1.0).max(1.0);
         let mut interval = Self {
             level,
             floor_g: SHARE * typical * 0.25,
@@ -40,6 +36,7 @@ impl Interval {
             .map(|(e, l)| (e.max(0.0) - l).abs() / interval.scale(*e))
             .collect();
         scores.sort_by(f64::total_cmp);
+        // The order statistic that the proof of coverage needs, not a quantile between two.
         let rank = ((scores.len() + 1) as f64 * level).ceil() as usize;
         interval.quantile = match scores.get(rank.saturating_sub(1)) {
             Some(score) => *score,

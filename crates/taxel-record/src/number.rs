@@ -147,9 +147,12 @@ pub(crate) fn is_blank(line: &[u8]) -> bool {
     line.iter().all(|b| matches!(b, b' ' | b'\t' | b','))
 }
 
-/// Appends the shortest text that reads back as the same number.
+/// Appends the shortest text that reads back as the same number; `inf` for what nothing bounds.
 pub(crate) fn push_number(out: &mut Vec<u8>, buffer: &mut zmij::Buffer, value: f64) {
-    let text = buffer.format_finite(value);
+    let text = match value.is_finite() {
+        true => buffer.format_finite(value),
+        false => buffer.format(value),
+    };
     out.extend_from_slice(text.strip_suffix(".0").unwrap_or(text).as_bytes());
 }
 

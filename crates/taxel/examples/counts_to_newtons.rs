@@ -21,8 +21,8 @@ fn main() -> Result<(), taxel::Error> {
 
     let fit = calibrate(&parts, &presses, &Options::default(), &mut |_, _| ())?;
     let mut pipeline = Pipeline::new(&fit.sensor, default_method(&fit.sensor)?)?;
-    let outcome = pipeline.siemens_from_counts(&counts);
-    let found = pipeline.newtons()?;
+    let result = pipeline.process(&counts);
+    let (outcome, found) = (result.outcome, result.newtons()?);
 
     println!("{}", fit.report);
     println!(

@@ -53,7 +53,7 @@ pub enum Error {
         hint: String,
     },
     /// A number outside its physical range.
-    #[error("sensor file: `{key}` is {found}, but must be {expected}\nhint: {hint}")]
+    #[error("sensor file: `{key}` is {}, but must be {expected}\nhint: {hint}", plain(*.found))]
     OutOfRange {
         /// Table and key (with the line's index for a list).
         key: String,
@@ -63,6 +63,30 @@ pub enum Error {
         expected: &'static str,
         /// What to do.
         hint: &'static str,
+    },
+    /// A list of as many numbers as a key has meanings.
+    #[error(
+        "sensor file: `{key}` has {found} numbers, but must have {expected}: {meaning}\nhint: numbers after those would be read by nobody"
+    )]
+    Numbers {
+        /// Table and key.
+        key: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many there must be.
+        expected: usize,
+        /// What each says.
+        meaning: &'static str,
+    },
+    /// The screen's mask leaves no count good.
+    #[error(
+        "sensor file: `screen.low_counts` is {low_counts}, but `screen.high_counts` is {high_counts}: every reading would be an outlier\nhint: readings below the first and above the second are outliers"
+    )]
+    MaskEmpty {
+        /// Readings below are outliers, counts.
+        low_counts: f64,
+        /// Readings above are outliers, counts.
+        high_counts: f64,
     },
     /// A per-line or per-taxel list whose length does not fit the array.
     #[error(
@@ -198,4 +222,12 @@ pub enum Error {
         /// Taxels that never are.
         unloaded: usize,
     },
+}
+
+/// A number as it is read: not with three hundred digits.
+fn plain(number: f64) -> String {
+    match number == 0.0 || !number.is_finite() || (1e-5..1e15).contains(&number.abs()) {
+        true => number.to_string(),
+        false => format!("{number:e}"),
+    }
 }

@@ -51,7 +51,8 @@ pub enum Mark {
     Shorted = 6,
     /// Not measured: the median of its neighbours, because repair was asked for.
     Interpolated = 7,
-    /// Measured, but the cross-talk cannot be undone: its standard error exceeds its value.
+    /// Measured, but the cross-talk cannot be undone: its standard error exceeds its value, or the frame has no
+    /// answer, or several.
     Unresolved = 8,
     /// A network's estimate from an input unlike those it was trained with.
     Unfamiliar = 9,
@@ -72,6 +73,14 @@ impl Mark {
         Mark::Unfamiliar,
     ];
 
+    /// Whether the taxel's own reading stands behind its value, be it a lower bound.
+    pub fn is_measured(self) -> bool {
+        matches!(
+            self,
+            Mark::Good | Mark::Saturated | Mark::Unresolved | Mark::Unfamiliar
+        )
+    }
+
     /// The word for it in reports.
     pub fn word(self) -> &'static str {
         match self {
@@ -88,7 +97,7 @@ impl Mark {
         }
     }
 
-    /// The code written to quality files: the discriminant, 0 to 8.
+    /// The code written to quality files: the discriminant, 0 to 9.
     pub fn code(self) -> u8 {
         self as u8
     }

@@ -22,6 +22,7 @@ pub mod screen;
 pub mod sensor;
 pub mod simulate;
 pub mod solve;
+pub mod stats;
 pub mod vectors;
 
 pub use crew::Crew;

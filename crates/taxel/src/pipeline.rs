@@ -29,17 +29,49 @@ impl Repair {
     }
 }
 
+/// What one frame comes to: all of it belongs to that frame and was computed once.
+#[derive(Debug, Clone, Copy)]
+pub struct FrameResult<'a> {
+    /// How the inverse went.
+    pub outcome: &'a Outcome,
+    /// What was read, volts.
+    pub volts: &'a Frame<Volts>,
+    /// Conductances with the cross-talk removed, siemens; repaired where that was asked for.
+    pub siemens: &'a Frame<Siemens>,
+    /// Loads with the spread undone, newtons; repaired where that was asked for. Not cut off at zero: noise about
+    /// an unloaded taxel adds up to nothing in a sum. `None` where the sensor has no load law.
+    pub loads: Option<&'a Frame<Newtons>>,
+}
+
+impl<'a> FrameResult<'a> {
+    /// The loads, newtons.
+    ///
+    /// # Errors
+    /// [`Error::MissingKey`] when the sensor has no load law.
+    pub fn newtons(&self) -> Result<&'a Frame<Newtons>, Error> {
+        self.loads.ok_or_else(|| Error::MissingKey {
+            key: "material",
+            hint: "run `taxel calibrate` to find the load law, or ask for --unit siemens"
+                .to_owned(),
+        })
+    }
+}
+
 /// Everything that a stream of frames of one sensor needs, and its memory; no allocation a frame.
+///
+/// One call a frame ([`Self::process`]) computes everything; what it found can be looked at as often as needed.
+/// The marks say what a number is worth. Where no conductances explain a frame, every number of it is 0; where the
+/// inverse came to no answer, or to one of several, the numbers are its last; in all three cases whatever was
+/// measured is marked [`Mark::Unresolved`].
 ///
 /// ```
 /// use taxel::{Counts, Frame, pipeline::Pipeline, sensor::preset, solve::default_method};
 /// let sensor = preset("econe")?;
 /// let mut pipeline = Pipeline::new(&sensor, default_method(&sensor)?)?;
 /// let frame = Frame::<Counts>::filled(sensor.rows(), sensor.columns(), 24.0);
-/// let outcome = pipeline.siemens_from_counts(&frame);
-/// assert!(outcome.stop.is_good());
-/// let loads = pipeline.newtons()?;
-/// assert!(loads.values().iter().all(|&load| load < 0.01));
+/// let result = pipeline.process(&frame);
+/// assert!(result.outcome.is_answer());
+/// assert!(result.newtons()?.values().iter().all(|&load| load.abs() < 0.01));
 /// # Ok::<(), taxel::Error>(())
 /// ```
 pub struct Pipeline {
@@ -49,18 +81,14 @@ pub struct Pipeline {
     scratch: Scratch,
     law: Option<LoadLaw>,
     spread: Option<Spread>,
-    /// What the material remembers, and whether it has seen the last frame.
+    /// What the material remembers.
     memory: Option<Memory>,
-    remembered: bool,
-    /// Some conductances explain the last frame.
-    explained: bool,
     repair: Repair,
+    outcome: Outcome,
     counts: Frame<Counts>,
     volts: Frame<Volts>,
     siemens: Frame<Siemens>,
     grams: Vec<f64>,
-    /// Loads once what is remembered is taken off.
-    felt: Vec<f64>,
     undone: Vec<f64>,
     work: Vec<f64>,
     loads: Frame<Newtons>,
@@ -74,58 +102,45 @@ impl Pipeline {
     /// [`Error::MissingKey`] when gain or exponent are still the name of a file.
     pub fn new(sensor: &Sensor, method: Box<dyn Method>) -> Result<Self, Error> {
         let (rows, columns) = (sensor.rows(), sensor.columns());
-        let options = ScreenOptions::from_spec(&sensor.screen);
+        let options = ScreenOptions::from_sensor(sensor);
         let mut screen = FrameScreen::new(rows, columns, sensor.max_count(), &options);
         screen.set_lines(&LineFaults::from_spec(&sensor.screen));
         let taxels = rows * columns;
         let gives_loads = method.gives_loads();
+        let material = sensor.material.as_ref();
         Ok(Self {
             converter: Converter::from_sensor(sensor),
             screen,
             scratch: method.scratch(),
             method,
-            law: match sensor.material {
-                Some(_) => Some(LoadLaw::from_sensor(sensor)?),
-                None => None,
-            },
-            spread: sensor
-                .material
-                .as_ref()
+            law: material.map(|_| LoadLaw::from_sensor(sensor)).transpose()?,
+            spread: material
                 .and_then(|material| material.spread)
                 .filter(|_| !gives_loads)
                 .map(Spread::new),
-            memory: sensor
-                .material
-                .as_ref()
+            memory: material
                 .and_then(|material| material.dynamic.as_ref())
                 .filter(|_| !gives_loads)
                 .map(|spec| Memory::new(&DynamicLaw::from_spec(spec), taxels)),
-            remembered: false,
-            explained: true,
             repair: match sensor.screen.repair {
                 true => Repair::Readings,
                 false => Repair::Nothing,
             },
+            outcome: Outcome::new(Stop::Direct, 0, 0.0),
             counts: Frame::zeros(rows, columns),
             volts: Frame::zeros(rows, columns),
             siemens: Frame::zeros(rows, columns),
             grams: vec![0.0; taxels],
-            felt: vec![0.0; taxels],
             undone: vec![0.0; taxels],
             work: vec![0.0; taxels],
             loads: Frame::zeros(rows, columns),
-            around: Vec::with_capacity(taxels),
+            around: Vec::with_capacity((rows + 1) * (columns + 1) + 2 * (rows + columns)),
         })
     }
 
     /// Replaces what was not measured by the median of its neighbours, or not; the sensor file says otherwise.
     pub fn set_repair(&mut self, repair: Repair) {
         self.repair = repair;
-    }
-
-    /// Undoes the mechanical spread, or not; the sensor file says otherwise.
-    pub fn set_spread(&mut self, spread: Option<Spread>) {
-        self.spread = spread;
     }
 
     /// The name of the method.
@@ -138,11 +153,6 @@ impl Pipeline {
         self.screen.set_lines(faults);
     }
 
-    /// Makes the next frame start cold: where an inverse failed.
-    pub fn forget(&mut self) {
-        self.scratch.forget();
-    }
-
     /// Makes the next frame the first: where a recording jumps, or another begins. What the material remembers is taken to
     /// be nothing.
     pub fn begin_anew(&mut self) {
@@ -152,11 +162,11 @@ impl Pipeline {
         }
     }
 
-    /// Screens, converts and solves one frame of counts. Marks it brings are kept.
+    /// Screens, converts and solves one frame of counts, and finds its loads. Marks it brings are kept.
     ///
     /// # Panics
     /// When the frame's shape is not the sensor's.
-    pub fn siemens_from_counts(&mut self, counts: &Frame<Counts>) -> Outcome {
+    pub fn process(&mut self, counts: &Frame<Counts>) -> FrameResult<'_> {
         self.counts.take_marks(counts);
         self.counts.values.copy_from_slice(counts.values());
         self.screen
@@ -164,127 +174,122 @@ impl Pipeline {
             .expect("the frame has the sensor's shape");
         self.converter
             .volts_from_counts_into(&self.counts, &mut self.volts);
-        self.solve()
+        self.solve();
+        self.find_loads()
     }
 
-    /// Solves one frame of read-out volts: no screen, no converter.
+    /// The same for one frame of read-out volts: no screen, no converter.
     ///
     /// # Panics
     /// When the frame's shape is not the sensor's.
-    pub fn siemens_from_volts(&mut self, volts: &Frame<Volts>) -> Outcome {
+    pub fn process_volts(&mut self, volts: &Frame<Volts>) -> FrameResult<'_> {
         self.volts.take_marks(volts);
         self.volts.values.copy_from_slice(volts.values());
-        self.solve()
+        self.solve();
+        self.find_loads()
     }
 
     /// Takes a frame of conductances as it is, for the load law alone.
     ///
     /// # Panics
     /// When the frame's shape is not the sensor's.
-    pub fn take_siemens(&mut self, siemens: &Frame<Siemens>) {
+    pub fn process_siemens(&mut self, siemens: &Frame<Siemens>) -> FrameResult<'_> {
         self.siemens.take_marks(siemens);
         self.siemens.values.copy_from_slice(siemens.values());
-        (self.remembered, self.explained) = (false, true);
+        self.outcome = Outcome::new(Stop::Direct, 0, 0.0);
+        self.find_loads()
     }
 
-    fn solve(&mut self) -> Outcome {
-        self.remembered = false;
+    /// The last frame's result again.
+    pub fn result(&self) -> FrameResult<'_> {
+        FrameResult {
+            outcome: &self.outcome,
+            volts: &self.volts,
+            siemens: &self.siemens,
+            loads: self.law.is_some().then_some(&self.loads),
+        }
+    }
+
+    fn solve(&mut self) {
         stand_in(&mut self.volts, &mut self.around);
-        let outcome = self
+        self.outcome = self
             .method
             .solve_into(&self.volts, &mut self.siemens, &mut self.scratch);
-        self.explained = !matches!(outcome.stop, Stop::Infeasible(_));
+        if !self.outcome.stop.is_good() {
+            // An answer that is none is no start for the next frame.
+            self.scratch.forget();
+        }
+        if matches!(self.outcome.stop, Stop::Infeasible(_)) {
+            self.siemens.values.fill(0.0);
+        }
+        if !self.outcome.is_answer() {
+            for mark in &mut self.siemens.marks {
+                if mark.is_measured() || *mark == Mark::Interpolated {
+                    *mark = Mark::Unresolved;
+                }
+            }
+        }
         // The stand-in served the rest of the network; for the taxel itself it is no measurement.
         for (value, mark) in self.siemens.values.iter_mut().zip(&self.siemens.marks) {
-            if matches!(mark, Mark::Stuck | Mark::Spike) && self.repair == Repair::Nothing {
+            if matches!(mark, Mark::Stuck | Mark::Spike) {
                 *value = 0.0;
             }
         }
-        outcome
     }
 
-    /// The volts of the last frame.
-    pub fn volts(&self) -> &Frame<Volts> {
-        &self.volts
-    }
-
-    /// The conductances of the last frame, with the cross-talk removed; repaired where that was asked for.
-    pub fn siemens(&mut self) -> &Frame<Siemens> {
-        self.repair.run(&mut self.siemens, &mut self.around);
-        &self.siemens
-    }
-
-    /// The loads of the last frame: spread undone, nothing below zero, repaired where that was asked for.
-    ///
-    /// # Errors
-    /// [`Error::MissingKey`] when the sensor has no load law.
-    pub fn newtons(&mut self) -> Result<&Frame<Newtons>, Error> {
-        let Some(law) = &self.law else {
-            return Err(Error::MissingKey {
-                key: "material",
-                hint: "run `taxel calibrate` to find the load law, or ask for --unit siemens"
-                    .to_owned(),
-            });
-        };
-        let columns = self.siemens.columns();
-        self.loads.take_marks(&self.siemens);
-        let lost = |mark: Mark| {
-            matches!(
-                mark,
-                Mark::Open | Mark::Flickering | Mark::Stuck | Mark::Spike
-            )
-        };
-        for (taxel, (grams, &siemens)) in
-            self.grams.iter_mut().zip(self.siemens.values()).enumerate()
-        {
-            *grams = law.grams_from_siemens(taxel, siemens);
-        }
-        if let Some(memory) = &mut self.memory {
-            if !self.remembered {
-                let (marks, secs) = (&self.loads.marks, self.siemens.time_secs);
-                // Numbers of a frame that nothing explains are none to remember.
-                let explained = self.explained;
-                let is_lost = |taxel: usize| !explained || lost(marks[taxel]);
-                memory.loads_from_acting(secs, &mut self.grams, is_lost);
-                self.felt.copy_from_slice(&self.grams);
-                self.remembered = true;
+    fn find_loads(&mut self) -> FrameResult<'_> {
+        if let Some(law) = &self.law {
+            self.loads.take_marks(&self.siemens);
+            let siemens = self.siemens.values.iter().enumerate();
+            for (grams, (taxel, &siemens)) in self.grams.iter_mut().zip(siemens) {
+                *grams = law.grams_from_siemens(taxel, siemens);
             }
-            self.grams.copy_from_slice(&self.felt);
+            let unexplained = matches!(self.outcome.stop, Stop::Infeasible(_));
+            let marks = &self.loads.marks;
+            if let Some(memory) = &mut self.memory {
+                // Numbers of a frame that nothing explains are none to remember.
+                let is_lost = |taxel: usize| unexplained || is_lost(marks[taxel]);
+                memory.loads_from_acting(self.siemens.time_secs, &mut self.grams, is_lost);
+            }
+            if let Some(spread) = self.spread.filter(|_| !unexplained) {
+                // A lost taxel in the middle of a load would look like a hole that its neighbours fill.
+                fill_lost(&mut self.loads, &mut self.grams, &mut self.around);
+                spread.undo(
+                    self.loads.columns(),
+                    &self.grams,
+                    &mut self.undone,
+                    &mut self.work,
+                );
+                self.grams.copy_from_slice(&self.undone);
+            }
+            let loads = self.loads.values.iter_mut().zip(&self.loads.marks);
+            for ((load, mark), &grams) in loads.zip(&self.grams) {
+                *load = match unexplained || is_lost(*mark) {
+                    true => 0.0,
+                    false => newtons_from_grams(grams),
+                };
+            }
+            self.repair.run(&mut self.loads, &mut self.around);
         }
-        if let Some(spread) = self.spread {
-            // A lost taxel in the middle of a load would look like a hole that its neighbours fill.
-            fill_lost(&mut self.loads, &mut self.grams, &mut self.around, lost);
-            spread.undo(columns, &self.grams, &mut self.undone, &mut self.work);
-            self.grams.copy_from_slice(&self.undone);
-        }
-        for ((load, grams), mark) in self
-            .loads
-            .values
-            .iter_mut()
-            .zip(&self.grams)
-            .zip(&self.loads.marks)
-        {
-            *load = match lost(*mark) {
-                true => 0.0,
-                false => newtons_from_grams(grams.max(0.0)),
-            };
-        }
-        self.repair.run(&mut self.loads, &mut self.around);
-        Ok(&self.loads)
+        self.repair.run(&mut self.siemens, &mut self.around);
+        self.result()
     }
 }
 
+/// Whether a taxel has no reading of its own.
+fn is_lost(mark: Mark) -> bool {
+    matches!(
+        mark,
+        Mark::Open | Mark::Flickering | Mark::Stuck | Mark::Spike
+    )
+}
+
 /// Gives lost taxels the median load around them, for what is computed from neighbourhoods.
-fn fill_lost(
-    frame: &mut Frame<Newtons>,
-    grams: &mut [f64],
-    around: &mut Vec<f64>,
-    lost: impl Fn(Mark) -> bool,
-) {
-    if !frame.marks.iter().any(|&mark| lost(mark)) {
+fn fill_lost(frame: &mut Frame<Newtons>, grams: &mut [f64], around: &mut Vec<f64>) {
+    if !frame.marks.iter().any(|&mark| is_lost(mark)) {
         return;
     }
     frame.values.copy_from_slice(grams);
-    crate::screen::fill(frame, around, lost);
+    crate::screen::fill(frame, around, is_lost);
     grams.copy_from_slice(&frame.values);
 }

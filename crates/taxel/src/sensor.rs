@@ -2,6 +2,7 @@
 
 mod check;
 mod keys;
+mod plausible;
 mod preset;
 
 use serde::{Deserialize, Serialize};

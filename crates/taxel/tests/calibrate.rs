@@ -40,8 +40,9 @@ fn judged(calibrated: &Sensor, truth: &VirtualSensor) -> f64 {
     let mut pipeline = Pipeline::new(calibrated, default_method(calibrated).unwrap()).unwrap();
     let (mut sum, mut count) = (0.0, 0);
     for (counts, loads) in validation_frames(truth, 6) {
-        assert!(pipeline.siemens_from_counts(&counts).stop.is_good());
-        let found = pipeline.newtons().unwrap();
+        let result = pipeline.process(&counts);
+        assert!(result.outcome.stop.is_good());
+        let found = result.newtons().unwrap();
         for (newtons, &load) in found.values().iter().zip(loads.values()) {
             if load > 0.0 {
                 sum += (grams_from_newtons(*newtons) - load).abs();

@@ -84,8 +84,7 @@ fn neither_does_the_whole_pipeline_with_a_material_that_remembers() {
     let mut pipeline = Pipeline::new(&sensor, method("exact", &sensor).unwrap()).unwrap();
     let mut take = |frame| {
         measure(|| {
-            pipeline.siemens_from_counts(frame);
-            pipeline.newtons().unwrap();
+            pipeline.process(frame).newtons().unwrap();
         })
         .count_total
     };

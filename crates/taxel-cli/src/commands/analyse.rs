@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 use taxel::Sensor;
+use taxel::evaluate::creep::SHORTEST_DRIFT_SECS;
 use taxel::evaluate::fit::Line as Straight;
 use taxel::evaluate::{mean, spread};
 use taxel_record::{Column, TextOptions, shape_of, write_columns};
@@ -104,8 +105,9 @@ struct Figures {
     /// Of those that are not filtered.
     mean: f64,
     spread: f64,
-    /// Of those that are not filtered, in % of their mean; an hour where there are times, else a hundred frames.
-    drift_percent: f64,
+    /// Of those that are not filtered, in % of their mean; an hour where there are times, else a hundred frames. None of
+    /// less than a minute: what seconds do says nothing of an hour.
+    drift_percent: Option<f64>,
 }
 
 /// Runs the command.
@@ -217,8 +219,17 @@ fn figures(taken: &Taken, taxel: usize) -> Figures {
     let (mean, spread) = mean_and_spread(&kept);
     let (mean_before, spread_before) = mean_and_spread(values);
     // An hour of seconds, or a hundred frames.
-    let span = if taken.secs.is_some() { 3600.0 } else { 100.0 };
-    let drift = Straight::fit(&good).map(|line| 100.0 * span * line.slope / mean.abs());
+    let (span, least) = match taken.secs {
+        Some(_) => (3600.0, SHORTEST_DRIFT_SECS),
+        None => (100.0, 0.0),
+    };
+    let length = good
+        .last()
+        .zip(good.first())
+        .map_or(0.0, |(z, a)| z.0 - a.0);
+    let drift = Straight::fit(&good)
+        .filter(|_| length >= least)
+        .map(|line| 100.0 * span * line.slope / mean.abs());
     Figures {
         name: taken.names[taxel].clone(),
         readings: values.len(),
@@ -229,7 +240,7 @@ fn figures(taken: &Taken, taxel: usize) -> Figures {
         spread_before,
         mean,
         spread,
-        drift_percent: drift.unwrap_or(f64::NAN),
+        drift_percent: drift.filter(|drift| drift.is_finite()),
     }
 }
 

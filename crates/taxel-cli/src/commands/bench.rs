@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 use taxel::circuit::{Circuit, LinearCircuit, OperatingPoint};
 use taxel::solve::{Method, Scratch};
+use taxel::stats::median_in_place;
 use taxel::{Frame, Sensor, Siemens, Volts};
 
 use crate::error::Error;
@@ -197,10 +198,9 @@ fn repeat(mut work: impl FnMut(usize)) -> Times {
         work(times.len() + 1);
         times.push(begin.elapsed().as_secs_f64() * 1e6);
     }
-    times.sort_by(f64::total_cmp);
     Times {
-        min: times[0],
-        median: times[times.len() / 2],
+        min: times.iter().copied().fold(f64::INFINITY, f64::min),
+        median: median_in_place(&mut times).unwrap_or(0.0),
         repeats: times.len(),
     }
 }

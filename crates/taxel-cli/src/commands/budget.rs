@@ -20,11 +20,15 @@ use crate::{Exit, out, sensor_file};
 /// Split a sensor's error by cause; what other parts would make of it
 ///
 /// The sensor file is taken for the truth and two frames are read: a gripping hand, and every taxel under full load.
-/// ALONE is the error of the raw reading when this cause is there and everything else is ideal; WITHOUT is the error
-/// when everything is there but this cause. Mean: mean absolute error of the loaded taxels (those above 2 % of the
-/// largest conductance). Worst: the largest error of any taxel. Ghost: the most that an unloaded taxel shows too much.
-/// Percents are of the frame's largest conductance. COMPENSATED: the cross-talk undone exactly by the same circuit, so
-/// that only the converter's range, bits and noise are left. docs/design.md has it all.
+///
+/// ALONE: the raw reading's error with this cause and everything else ideal.
+///
+/// WITHOUT: the error with everything but this cause.
+///
+/// COMPENSATED: the cross-talk undone by the same circuit; the converter's range, bits and noise are left.
+///
+/// Mean: mean absolute error of loaded taxels (above 2 % of the largest conductance). Worst: of any taxel. Ghost: the
+/// most that an unloaded taxel shows too much. Percents are of the largest conductance; docs/design.md has more.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Sensor file, or the name of a preset

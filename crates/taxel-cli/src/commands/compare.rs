@@ -44,14 +44,14 @@ pub(crate) struct Args {
     #[arg(long, value_name = "SHARE", default_value_t = 0.2)]
     test_share: f64,
     /// Learn from this many presses alone; several numbers give a learning curve
-    #[arg(long, value_name = "N", value_delimiter = ',')]
-    most_presses: Vec<usize>,
+    #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u64).range(8..))]
+    most_presses: Vec<u64>,
     /// Epochs of paper-mlp (its own rule would take up to 2000)
-    #[arg(long, value_name = "N", default_value_t = 60)]
-    epochs: usize,
+    #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    epochs: u64,
     /// Shuffled copies of each press for paper-mlp
-    #[arg(long, value_name = "N", default_value_t = 100)]
-    copies: usize,
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    copies: u64,
     /// Also paper-mlp with the paper's leaky split: copies of one press on both sides
     #[arg(long)]
     leaky: bool,
@@ -102,15 +102,26 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let all = whole.train.len() + whole.check.len();
     let sizes = match args.most_presses.is_empty() {
         true => vec![all],
-        false => args.most_presses.clone(),
+        false => args.most_presses.iter().map(|&n| n as usize).collect(),
     };
     for size in sizes {
         let mut split = whole.clone();
         thin(&mut split, size);
         let progress = Progress::new("learning");
+        out::note(&format!(
+            "learning from {} presses; Ctrl-C stops",
+            split.train.len() + split.check.len()
+        ));
         let mut show = |name: &str, share: f64| progress.stage(name, share);
         let contestants = contestants::all(args, &sensor, &lessons, &split, &mut show)?;
         drop(progress);
+        if interrupt::asked() {
+            // Networks that learnt half as long as they should would stand beside ways that need no learning.
+            out::warn(
+                "stopped by Ctrl-C before every way had learnt: nothing is compared, nothing is written",
+            );
+            return Ok(Exit::DataLost);
+        }
         for mut contestant in contestants {
             // Who had no more to learn from than before is the same as before.
             if !table.has(&contestant) {
@@ -154,13 +165,12 @@ fn judge(contestant: &mut Contestant, known: &[Known]) -> Result<Scores, Error> 
     };
     // The first frame pays for what is drawn up once.
     if let Some(first) = known.first() {
-        pipeline.siemens_from_counts(&first.counts);
+        pipeline.process(&first.counts);
         pipeline.begin_anew();
     }
     for one in known {
         let begun = Instant::now();
-        pipeline.siemens_from_counts(&one.counts);
-        let loads: &Frame<Newtons> = pipeline.newtons()?;
+        let loads: &Frame<Newtons> = pipeline.process(&one.counts).newtons()?;
         let seconds = begun.elapsed().as_secs_f64();
         scores.add_frame(loads, &one.truth, seconds)?;
     }

@@ -6,6 +6,7 @@ mod summary;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use taxel::solve::Outcome;
 use taxel::{Frame, Sensor};
 
 use crate::chain::Chain;
@@ -127,7 +128,8 @@ fn convert(
         }
         chain.show_into(&mut shown)?;
         if let (Some(errors), Some(siemens)) = (&mut errors, chain.siemens()) {
-            outputs.write_errors(errors.of(siemens, &mut shown))?;
+            let is_answer = outcome.as_ref().is_none_or(Outcome::is_answer);
+            outputs.write_errors(errors.of(siemens, is_answer, &mut shown))?;
         }
         summary.add_marks(&shown);
         outputs.write(&shown)?;

@@ -21,8 +21,8 @@ const MOST_OTHERS: usize = 1024;
 /// Draw V_out against the number N of other pressed taxels of a row
 ///
 /// The static picture of the paper's interactive model (Figs. 22, 28, 29). Solid: the whole circuit, solved exactly,
-/// of a row with N + 1 pressed taxels. Dashed: the paper's equation 6, or 4 with switches, which leaves out that the
-/// row's switch is shared. Without -o the numbers are printed.
+/// of a row with N + 1 pressed taxels. Dashed: the paper's equation 6, which knows the amplifier's gain and no
+/// switches. Without -o the numbers are printed. `taxel live` has the same with sliders, at /model.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// A setting: A, R_k, R_i (each other taxel), R_taxel, V_test, R_mux (each switch), R_v, rows (pressed alike), name; what is not said is Table V's. Up to four
@@ -31,7 +31,7 @@ pub(crate) struct Args {
     /// The largest N
     #[arg(short = 'n', long, value_name = "N", default_value_t = 20)]
     others: usize,
-    /// Measured points: lines of n,value, repeated for each replicate; drawn as mean and standard deviation
+    /// Measured points: lines of n,value, repeated for each replicate; drawn as mean and its 95 % interval
     #[arg(long, value_name = "FILE.csv")]
     points: Option<PathBuf>,
     /// The points are counts of so many volts each
@@ -126,13 +126,11 @@ fn series(curves: &[Curves], points: Option<&Points>, others: usize) -> Result<S
         lines.push(line.style(LineStyle::Dashed));
     }
     // A sample of a dashed line that is no curve's: what all dashed lines are.
-    let sample = Line::new("the paper's equation", vec![f64::NAN; x.len()]);
+    let sample = Line::new("the paper's equation 6", vec![f64::NAN; x.len()]);
     lines.push(sample.style(LineStyle::Dashed).colour(GREY));
     if let Some(points) = points {
-        let line = Line::new("measured", points.mean.clone()).over(points.n.clone());
-        let line = line
-            .style(LineStyle::Points)
-            .errors(points.deviation.clone());
+        let line = Line::new("measured, 95 %", points.mean.clone()).over(points.n.clone());
+        let line = line.style(LineStyle::Points).errors(points.half.clone());
         lines.push(line.colour(GREY));
     }
     Ok(Series::new("other pressed taxels in the row, N", x, lines)?
@@ -140,8 +138,7 @@ fn series(curves: &[Curves], points: Option<&Points>, others: usize) -> Result<S
         .quantity("|V_out|")
         .unit("V")
         .caption(
-            "Solid: the whole circuit. Dashed: the simplified equation (6, or 4 with switches), \
-             in which the switch of the row is not shared.",
+            "Solid: the whole circuit. Dashed: the paper's equation 6, which knows no switches.",
         ))
 }
 
@@ -163,7 +160,11 @@ fn rows(curves: &[Curves], points: Option<&Points>) -> Vec<(f64, Vec<Option<f64>
             if let Some(points) = points {
                 let found = points.n.iter().position(|&at| at == n);
                 cells.push(found.map(|i| points.mean[i]));
-                cells.push(found.map(|i| points.deviation[i]).filter(|d| d.is_finite()));
+                cells.push(
+                    found
+                        .map(|i| points.half[i])
+                        .filter(|half| half.is_finite()),
+                );
             }
             (n, cells)
         })
@@ -176,7 +177,7 @@ fn csv(curves: &[Curves], points: Option<&Points>) -> String {
         let _ = write!(text, ",equation_{i}_volts,circuit_{i}_volts");
     }
     if points.is_some() {
-        text += ",measured_volts,standard_deviation_volts";
+        text += ",measured_volts,interval_95_half_volts";
     }
     for (n, cells) in rows(curves, points) {
         let _ = write!(text, "\n{n}");
@@ -189,7 +190,7 @@ fn csv(curves: &[Curves], points: Option<&Points>) -> String {
 }
 
 fn table(curves: &[Curves], points: Option<&Points>) -> String {
-    let mut text = "|V_out| in volts; N other taxels of the row are pressed\n".to_owned();
+    let mut text = "|V_out| in volts, by the paper's equation 6 and by the whole circuit of each setting; N other taxels of the row are pressed\n".to_owned();
     for (i, curve) in curves.iter().enumerate() {
         let _ = writeln!(text, "  {}: {}", i + 1, curve.name);
     }
@@ -198,12 +199,12 @@ fn table(curves: &[Curves], points: Option<&Points>) -> String {
         let _ = write!(
             text,
             "{:>12}{:>12}",
-            format!("equation {i}"),
-            format!("circuit {i}")
+            format!("{i}: eq. 6"),
+            format!("{i}: circuit")
         );
     }
     if points.is_some() {
-        let _ = write!(text, "{:>12}{:>12}", "measured", "deviation");
+        let _ = write!(text, "{:>12}{:>12}", "measured", "± 95 %");
     }
     for (n, cells) in rows(curves, points) {
         let _ = write!(text, "\n{n:>6}");

@@ -66,12 +66,12 @@ pub(crate) fn run(_: &Args) -> Result<Exit, Error> {
     let presses = labelled_presses(&real, PRESSES);
     let Calibration { sensor, report } = fit(&nominal, &presses)?;
     for parameter in &report.parameters {
-        let (name, value, unit) = (&parameter.name, parameter.value, &parameter.unit);
-        let shown = match value.abs() < 1e-2 {
-            true => format!("{value:.4e} ± {:.0e}", parameter.standard_error),
-            false => format!("{value:.4} ± {:.4}", parameter.standard_error),
-        };
-        out::result(&format!("calibrated: {name} = {shown} {unit}"))?;
+        let shown = with_error(parameter.value, parameter.standard_error);
+        let line = format!(
+            "calibrated: {} = {shown} {}",
+            parameter.name, parameter.unit
+        );
+        out::result(line.trim_end())?;
     }
     let compared = Compared::new(&sensor, &faults, &presses, &recording)?;
     out::result(&compared.table())?;
@@ -85,10 +85,24 @@ pub(crate) fn run(_: &Args) -> Result<Exit, Error> {
     Ok(Exit::Good)
 }
 
+/// A number with its standard error, to two digits of the latter; a number that was not fitted has none.
+fn with_error(value: f64, error: f64) -> String {
+    if !(error > 0.0 && error.is_finite()) {
+        return format!("{value:.4e} (held)");
+    }
+    let last = error.log10().floor() as i32 - 1;
+    if value.abs() < 1e-2 {
+        let digits = (value.abs().log10().floor() as i32 - last).clamp(0, 12) as usize;
+        return format!("{value:.digits$e} ± {error:.1e}");
+    }
+    let decimals = (-last).clamp(0, 12) as usize;
+    format!("{value:.decimals$} ± {error:.decimals$}")
+}
+
 /// Records the grip; gives back the frames to be judged, and the faulty lines found in all of them.
 fn record(real: &VirtualSensor) -> Result<(Vec<Known>, LineFaults), Error> {
     let sensor = real.sensor();
-    let options = ScreenOptions::default();
+    let options = ScreenOptions::from_sensor(sensor);
     let mut screen = LineScreen::new(
         sensor.rows(),
         sensor.columns(),
@@ -129,12 +143,26 @@ fn fit(nominal: &Sensor, presses: &Data) -> Result<Calibration, Error> {
     )?)
 }
 
+/// The ways: a word, and what it stands for.
+const RAW: (&str, &str) = ("raw", "the load law on readings as they are");
+const CURVE: (&str, &str) = ("one curve", "one calibration curve, no circuit");
+const EXACT: (&str, &str) = ("exact", "the circuit undone, then the load law");
+
+/// Grams for a table: one decimal from 1 g on, two below.
+fn short(grams: f64) -> String {
+    match grams >= 1.0 {
+        true => format!("{grams:.1}"),
+        false => format!("{grams:.2}"),
+    }
+}
+
 /// One way to the loads, and how far it is from the truth.
 struct Way {
     name: &'static str,
+    /// What it does, as README.md has it.
+    words: &'static str,
     error_g: f64,
     ghost_largest_g: f64,
-    ghost_mean_g: f64,
     frames_per_second: f64,
     /// Loads of the last frame.
     last: Frame<Newtons>,
@@ -162,28 +190,30 @@ impl Compared {
         let raw = || pipeline(Box::new(Raw::from_sensor(sensor)));
         let curve = one_curve(&mut raw()?, presses);
         Ok(Self {
-            raw: Way::of("raw", raw()?, recording, None)?,
-            curve: Way::of("one curve", raw()?, recording, Some(&curve))?,
-            exact: Way::of("exact", pipeline(default_method(sensor)?)?, recording, None)?,
+            raw: Way::of(RAW, raw()?, recording, None)?,
+            curve: Way::of(CURVE, raw()?, recording, Some(&curve))?,
+            exact: Way::of(EXACT, pipeline(default_method(sensor)?)?, recording, None)?,
             pitch_mm: sensor.array.pitch_mm,
         })
     }
 
     fn table(&self) -> String {
-        let mut text = format!(
-            "\n{:<12}{:>14}{:>16}{:>14}{:>12}\n",
-            "", "error (g)", "largest ghost", "mean ghost", "frames/s"
-        );
+        let mut text = "\n| | error | largest ghost |\n|---|---|---|\n".to_owned();
+        let mut speeds = Vec::new();
         for way in [&self.raw, &self.curve, &self.exact] {
             text += &format!(
-                "{:<12}{:>14.3}{:>16.3}{:>14.4}{:>12.0}\n",
-                way.name, way.error_g, way.ghost_largest_g, way.ghost_mean_g, way.frames_per_second
+                "| {} | {} g | {} g |\n",
+                way.words,
+                short(way.error_g),
+                short(way.ghost_largest_g)
             );
+            speeds.push(format!("{} {:.0}", way.name, way.frames_per_second));
         }
-        text + "\nraw: the calibrated load law on readings as they are\n\
-                one curve: load against reading, fitted to the presses; no circuit\n\
-                exact: the circuit undone, then the load law\n\
-                error: mean absolute, over loaded taxels; ghost: load reported where there is none, g"
+        text + &format!(
+            "\nerror: mean absolute, over loaded taxels; ghost: load reported where there is none\n\
+             frames a second: {}",
+            speeds.join(", ")
+        )
     }
 
     fn draw(&self, recording: &[Known]) -> Result<(), Error> {
@@ -227,8 +257,8 @@ fn one_curve(raw: &mut Pipeline, presses: &Data) -> LoadLaw {
         .presses
         .iter()
         .map(|press| {
-            raw.siemens_from_counts(&presses.frames[press.frame]);
-            (raw.siemens().at(press.row, press.column), press.load_g)
+            let found = raw.process(&presses.frames[press.frame]);
+            (found.siemens.at(press.row, press.column), press.load_g)
         })
         .collect();
     fit_pairs(&pairs).swap_remove(0).law
@@ -236,27 +266,27 @@ fn one_curve(raw: &mut Pipeline, presses: &Data) -> LoadLaw {
 
 impl Way {
     fn of(
-        name: &'static str,
+        (name, words): (&'static str, &'static str),
         mut pipeline: Pipeline,
         recording: &[Known],
         curve: Option<&LoadLaw>,
     ) -> Result<Self, Error> {
         let mut way = Self {
             name,
+            words,
             error_g: 0.0,
             ghost_largest_g: 0.0,
-            ghost_mean_g: 0.0,
             frames_per_second: 0.0,
             last: Frame::zeros(1, 1),
         };
         let (frames, mut seconds) = (recording.len() as f64, 0.0);
         for known in recording {
             let begun = Instant::now();
-            pipeline.siemens_from_counts(&known.counts);
+            let result = pipeline.process(&known.counts);
             way.last = match curve {
-                None => pipeline.newtons()?.clone(),
-                Some(law) => pipeline.siemens().map(|taxel, siemens| {
-                    newtons_from_grams(law.grams_from_siemens(taxel, siemens).max(0.0))
+                None => result.newtons()?.clone(),
+                Some(law) => result.siemens.map(|taxel, siemens| {
+                    newtons_from_grams(law.grams_from_siemens(taxel, siemens))
                 }),
             };
             seconds += begun.elapsed().as_secs_f64();
@@ -266,10 +296,23 @@ impl Way {
             if let Some(ghost) = ghost_level(&way.last, &known.truth, 0.0)? {
                 let largest = grams_from_newtons(ghost.largest);
                 way.ghost_largest_g = way.ghost_largest_g.max(largest);
-                way.ghost_mean_g += grams_from_newtons(ghost.mean) / frames;
             }
         }
         way.frames_per_second = frames / seconds;
         Ok(way)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_as_many_digits_as_are_known() {
+        assert_eq!(with_error(10.03127, 0.00831), "10.0313 ± 0.0083");
+        assert_eq!(with_error(8.29123e-6, 3.1e-9), "8.2912e-6 ± 3.1e-9");
+        assert_eq!(with_error(150.0, 20.0), "150 ± 20");
+        assert_eq!(with_error(1e-6, 0.0), "1.0000e-6 (held)");
+        assert_eq!(with_error(1e-6, f64::NAN), "1.0000e-6 (held)");
     }
 }

@@ -21,7 +21,7 @@ use report::Report;
 /// With an amplifier (tia-*) the test voltage is the taxel's current times its least resistance, and the feedback
 /// resistor lets full load fill the converter but for the headroom; with a pull-down (divider-*) the test voltage is
 /// the converter's full scale, and the pull-down the geometric mean of the range. The defaults are the e-Cone's of
-/// the paper: 500 Ohm to 3 kOhm give 0.4 V and 2 kOhm. The ghost is what an unpressed taxel reads, of a taxel at full
+/// the paper: 500 Ω to 3 kΩ give 0.4 V and 2 kΩ. The ghost is what an unpressed taxel reads, of a taxel at full
 /// load, by the exact circuit. With -o a sensor.toml to begin with is written; calibrate it.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {

@@ -14,7 +14,7 @@ use crate::progress::Progress;
 use crate::{Exit, out, sensor_file};
 use report::{Range, Report};
 
-/// Say what is in a recording
+/// Summarise a recording
 ///
 /// Shape, frames, range, baseline and noise, the share of outliers, faulty lines. Without a sensor the shape
 /// comes from the file: columns from its first line, rows from --rows, from its extra lines or its header.
@@ -29,7 +29,7 @@ pub(crate) struct Args {
     /// Rows of a frame, where there is no sensor
     #[arg(long, value_name = "N", conflicts_with = "sensor")]
     rows: Option<usize>,
-    /// The numbers are no counts: volts, siemens, loads; nothing is screened
+    /// The file holds values, not counts; do not screen
     #[arg(long)]
     values: bool,
     /// Leave out frames that cannot be read, instead of stopping at the first
@@ -113,8 +113,7 @@ fn counts(
     }
     let max_count = options.max_count.unwrap_or(f64::MAX);
     let (rows, columns) = (options.rows, options.columns);
-    let spec = sensor.map(|sensor| sensor.screen.clone());
-    let screen_options = ScreenOptions::from_spec(&spec.unwrap_or_default());
+    let screen_options = sensor.map_or_else(ScreenOptions::default, ScreenOptions::from_sensor);
     let mut lines = LineScreen::new(rows, columns, max_count, &screen_options);
     let mut single = FrameScreen::new(rows, columns, max_count, &screen_options);
     let mask = screen_options.mask;

@@ -75,14 +75,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
 fn adopt(args: &Import) -> Result<(), Error> {
     let sensor = sensor_file::load(&args.sensor)?;
     let lessons = Lessons::read(&args.from, None, &sensor)?;
-    let bytes = std::fs::read(&args.network).map_err(|source| taxel_learn::Error::File {
-        file: args.network.clone(),
-        source,
-    })?;
-    let network = onnx::import(&bytes).map_err(|reason| taxel_learn::Error::NotOnnx {
-        file: args.network.clone(),
-        reason,
-    })?;
+    let network = onnx::read(&args.network)?;
     let split = Split::new(lessons.rows.len(), 0.5, 0.5, 1);
     let lesson = Lesson {
         sensor: &sensor,

@@ -7,7 +7,7 @@ use taxel_record::mcap::recover;
 use crate::error::Error;
 use crate::{Exit, out};
 
-/// Make a recording whole whose writer was killed
+/// Repair a recording that was cut off
 ///
 /// Copies all that is whole to a new file. Exit code 3: something was missing.
 #[derive(Debug, clap::Args)]

@@ -26,7 +26,7 @@ pub(crate) struct Args {
     /// Sensor file, or the name of a preset; MCAP recordings bring their own
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
-    /// Times faster than recorded; 0: as fast as can be
+    /// Playback speed; 0: as fast as possible
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
     speed: f64,
 }

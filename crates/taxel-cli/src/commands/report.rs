@@ -59,8 +59,11 @@ pub(super) fn check_name(file: &Path) -> Result<(), Error> {
     match extension.to_ascii_lowercase().as_str() {
         "html" | "htm" | "pdf" => Ok(()),
         _ => Err(Error::Arguments {
-            what: format!("{} is no report's name", file.display()),
-            hint: "it ends in .html or .pdf",
+            what: match extension {
+                "" => format!("{}: a report needs an extension", file.display()),
+                other => format!("{}: cannot write a report as .{other}", file.display()),
+            },
+            hint: "use .html or .pdf",
         }),
     }
 }
@@ -120,6 +123,12 @@ fn print(html: &str, file: &Path) -> Result<(), Error> {
     })
 }
 
+#[cfg(unix)]
 fn is_root() -> bool {
-    std::env::var_os("USER").is_none_or(|user| user == "root")
+    rustix::process::geteuid().is_root()
+}
+
+#[cfg(not(unix))]
+fn is_root() -> bool {
+    false
 }

@@ -12,6 +12,9 @@ use crate::error::Error;
 use crate::{Exit, out};
 use report::{Experiments, Press, Readings, Report, TableCell};
 
+/// The largest load, pressure or margin, each in its unit.
+const MOST: f64 = 1e9;
+
 /// Plan presses: springs and tips to pressures, and how many experiments
 ///
 /// A mechanism presses with its spring and the weight of its moving parts; its tip gives the area. Without --spring
@@ -61,15 +64,23 @@ pub(crate) struct Args {
 }
 
 fn pressure(text: &str) -> Result<f64, String> {
-    quantity::parse(text, &MEGAPASCALS)
+    possible(quantity::parse(text, &MEGAPASCALS)?, "MPa")
 }
 
 fn load(text: &str) -> Result<f64, String> {
-    quantity::parse(text, &NEWTONS)
+    possible(quantity::parse(text, &NEWTONS)?, "N")
 }
 
 fn grams(text: &str) -> Result<f64, String> {
-    quantity::parse(text, &GRAMS)
+    possible(quantity::parse(text, &GRAMS)?, "g")
+}
+
+/// Refuses what no mechanism presses with.
+fn possible(value: f64, unit: &str) -> Result<f64, String> {
+    match value <= MOST {
+        true => Ok(value),
+        false => Err(format!("{value:e} {unit}, but at most {MOST:e} {unit}")),
+    }
 }
 
 fn percent(text: &str) -> Result<f64, String> {

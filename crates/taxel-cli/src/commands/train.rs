@@ -35,14 +35,14 @@ pub(crate) struct Args {
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Most epochs; default 2000 for paper-mlp, 400 for row-set
-    #[arg(long, value_name = "N")]
-    epochs: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    epochs: Option<u64>,
     /// Shuffled copies of each press (paper-mlp)
-    #[arg(long, value_name = "N", default_value_t = COPIES, value_parser = at_least_one)]
-    copies: usize,
+    #[arg(long, value_name = "N", default_value_t = COPIES as u64, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    copies: u64,
     /// Networks whose mean is taken (row-set)
-    #[arg(long, value_name = "N", default_value_t = fit::MEMBERS, value_parser = at_least_one)]
-    members: usize,
+    #[arg(long, value_name = "N", default_value_t = fit::MEMBERS as u64, value_parser = clap::value_parser!(u64).range(1..=100))]
+    members: u64,
     /// Seed of everything that is drawn
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -58,14 +58,6 @@ pub(crate) struct Args {
     /// Print the model's card as JSON
     #[arg(long)]
     json: bool,
-}
-
-fn at_least_one(text: &str) -> Result<usize, String> {
-    match text.parse() {
-        Ok(0) => Err("at least 1".to_owned()),
-        Ok(n) => Ok(n),
-        Err(e) => Err(format!("{e}")),
-    }
 }
 
 /// The models that can be trained.
@@ -156,7 +148,7 @@ fn paper_mlp(args: &Args, lesson: &Lesson) -> Result<Model, Error> {
         seed: args.seed,
         ..Settings::default()
     };
-    settings.epochs = args.epochs.unwrap_or(settings.epochs);
+    settings.epochs = args.epochs.map_or(settings.epochs, |n| n as usize);
     let beside = PathBuf::from(format!("{}.checkpoint", args.output.display()));
     // Epochs may be added to a training; nothing else may change.
     let fingerprints: Vec<&str> = lesson
@@ -183,7 +175,7 @@ fn paper_mlp(args: &Args, lesson: &Lesson) -> Result<Model, Error> {
         lesson,
         &settings,
         &HIDDEN,
-        args.copies,
+        args.copies as usize,
         from.as_ref(),
         &mut |epoch, checkpoint| {
             teller.tell(epoch);
@@ -212,12 +204,12 @@ fn paper_mlp(args: &Args, lesson: &Lesson) -> Result<Model, Error> {
 fn row_set(args: &Args, lesson: &Lesson) -> Result<Model, Error> {
     let mut settings = fit::row_set_settings();
     settings.seed = args.seed;
-    settings.epochs = args.epochs.unwrap_or(settings.epochs);
+    settings.epochs = args.epochs.map_or(settings.epochs, |n| n as usize);
     let teller = Mutex::new(Teller::new(settings.epochs));
     Ok(fit::row_set(
         lesson,
         &settings,
-        args.members,
+        args.members as usize,
         &Threads,
         &|member, _, epoch| {
             if member == 0
@@ -271,11 +263,11 @@ impl Teller {
 fn report(model: &Model) -> String {
     let card = &model.card;
     let held = &card.held_out;
-    let mut text = format!(
-        "{}, {} epochs\n",
-        card.kind,
-        card.epochs.first().map_or(0, |e| e.epoch)
-    );
+    let epochs = card.epochs.iter().map(|e| e.epoch).max().unwrap_or(0);
+    let mut text = match card.networks.is_empty() {
+        true => format!("{}: no network, the physics alone\n", card.kind),
+        false => format!("{}, {epochs} epochs\n", card.kind),
+    };
     if held.presses > 0 {
         text += &format!(
             "held-out presses ({}): {:.3} ± {:.3} g mean absolute error, {:.3} g root mean square, {:.3} g at the 95th percentile\n",
@@ -286,8 +278,12 @@ fn report(model: &Model) -> String {
             held.p95_g
         );
         text += &format!(
-            "interval of {:.0} % (split conformal, set by {} presses): ±{:.2} g at 50 g, ±{:.2} g at 300 g; covers {:.0} % of the held-out presses\n",
+            "interval of {:.0} % ({}, set by {} presses): ±{:.2} g at 50 g, ±{:.2} g at 300 g; covers {:.0} % of the held-out presses\n",
             100.0 * card.interval.level,
+            match card.verdict {
+                Some(_) => "cross-validation+",
+                None => "split conformal",
+            },
             card.interval.presses,
             card.interval.half_width_g(50.0),
             card.interval.half_width_g(300.0),

@@ -266,14 +266,19 @@ pub(super) fn of_whole_frames(
             }
             known += 1;
         }
+        let mut is_answered = true;
+        for method in 0..whole.len() {
+            is_answered &= reader.solve(method, frame);
+        }
+        if !is_answered {
+            return Ok(());
+        }
         frames += 1;
         let number = index / experiment.frames_per_experiment();
         let is_new = last != Some(number);
         last = Some(number);
         for (method, whole) in whole.iter_mut().enumerate() {
-            reader.solve(method, frame);
-            let pipeline = reader.pipeline(method);
-            let loads = pipeline.newtons().map_err(|_| no_law(plan))?;
+            let loads = reader.result(method).newtons().map_err(|_| no_law(plan))?;
             whole.add(&sensor, loads, &newtons(&truth), is_new)?;
         }
         Ok(())

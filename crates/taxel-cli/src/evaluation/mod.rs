@@ -12,7 +12,7 @@ mod readings;
 mod repeatability;
 mod response;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::path::PathBuf;
 
 use taxel_record::{Trial, read_trials};
@@ -44,7 +44,7 @@ pub(crate) fn run(plan: &Plan) -> Result<Evaluation, Error> {
         section.paragraphs.extend(experiment.note.clone());
         if left_out > 0 {
             section.paragraphs.push(format!(
-                "{left_out} frames could not be read, or no conductances explain them; what they say is left out or wrong."
+                "{left_out} frames could not be read, or no conductances explain them; they are left out."
             ));
         }
         lost += left_out;
@@ -65,6 +65,7 @@ fn evaluate(
     files.insert(table.clone());
     let trials = trials(plan, experiment)?;
     need(experiment, &trials)?;
+    no_trial_twice(experiment, &trials)?;
     files.extend(trials.iter().map(|trial| trial.recording.clone()));
     let (groups, lost) = gather(plan, experiment, trials, files)?;
     let section = match experiment.kind {
@@ -109,6 +110,34 @@ fn need(experiment: &Experiment, trials: &[Trial]) -> Result<(), Error> {
                 needs,
             });
         }
+    }
+    Ok(())
+}
+
+/// A line without the name of an experiment is an experiment of its own: the same frames of the same taxel a second time
+/// would be taken for something new, and make every interval too narrow.
+fn no_trial_twice(experiment: &Experiment, trials: &[Trial]) -> Result<(), Error> {
+    let mut seen: HashMap<_, Vec<&Trial>> = HashMap::new();
+    for trial in trials.iter().filter(|trial| trial.experiment.is_none()) {
+        let place = (&trial.recording, trial.taxel, &trial.setting);
+        let others = seen.entry(place).or_default();
+        // All frames of a recording have every one of them among them.
+        let same = |other: &&&Trial| match (other.frame, trial.frame) {
+            (Some(a), Some(b)) => a == b,
+            _ => true,
+        };
+        if let Some(first) = others.iter().find(same) {
+            return Err(Error::TrialTwice {
+                table: experiment.trials.clone().unwrap_or_default(),
+                lines: (first.line, trial.line),
+                recording: trial.recording.clone(),
+                frames: match trial.frame.or(first.frame) {
+                    Some(frame) => format!("frame {frame}"),
+                    None => "all frames".to_owned(),
+                },
+            });
+        }
+        others.push(trial);
     }
     Ok(())
 }

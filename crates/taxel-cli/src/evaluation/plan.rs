@@ -350,15 +350,26 @@ fn check_keys(experiment: &Experiment) -> Result<(), String> {
     ];
     match keys.iter().find(|(_, given, read)| *given && !read) {
         Some((key, ..)) => Err(format!(
-            "{key} means nothing to {}{}",
+            "{key} applies to {}, and this experiment is {}{}",
+            applies_to(key),
             kind.word(),
-            if whole {
-                " of a recording with all loads"
-            } else {
-                " by a table of trials"
+            match whole {
+                true => " of a recording with all loads",
+                false => " by a table of trials",
             }
         )),
         None => Ok(()),
+    }
+}
+
+/// The experiments that read a key.
+fn applies_to(key: &str) -> &'static str {
+    match key {
+        "value" => "all kinds but accuracy and cross-talk",
+        "along" => "cross-talk only",
+        "ranges_g" => "accuracy only",
+        "frames_per_experiment" => "accuracy of a recording with truth_g only",
+        _ => "tables of trials only",
     }
 }
 
@@ -379,15 +390,25 @@ fn check_settings(experiment: &Experiment, sensor: &Sensor) -> Result<(), String
         .find(|word| !known.contains(word.as_str()))
     {
         Some(word) => Err(format!(
-            "experiment '{}': settings has '{word}', but {} has {}",
+            "experiment '{}': [experiment.settings] names '{word}'; {} has {}",
             experiment.name,
             table.display(),
-            match known.is_empty() {
-                true => "no column setting".to_owned(),
-                false => format!("{known:?}"),
+            match known.len() {
+                0 => "no column `setting`".to_owned(),
+                _ => listed(known),
             }
         )),
         None => Ok(()),
+    }
+}
+
+/// `'0.4 V', '1 V' and '9 V'`.
+fn listed(words: BTreeSet<&str>) -> String {
+    let quoted: Vec<String> = words.iter().map(|word| format!("'{word}'")).collect();
+    match quoted.split_last() {
+        Some((last, [])) => last.clone(),
+        Some((last, rest)) => format!("{} and {last}", rest.join(", ")),
+        None => String::new(),
     }
 }
 

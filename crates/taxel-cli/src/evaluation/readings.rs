@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use taxel::circuit::Converter;
 use taxel::frame::grams_from_newtons;
 use taxel::metric::Figures;
-use taxel::pipeline::Pipeline;
+use taxel::pipeline::{FrameResult, Pipeline};
 use taxel::{Counts, Frame, Mark, Sensor};
 use taxel_record::{FrameSource, TextOptions, Trial, open_counts};
 
-use super::plan::Value;
+use super::plan::{Experiment, Value};
 use crate::error::Error;
 use crate::frames::show;
 use crate::out;
@@ -212,23 +212,27 @@ impl Reader {
         let taxel_of = |trial: usize| trials[trial].taxel.map(|(r, c)| r * columns + c);
         let mut answers: Vec<Vec<Answer>> = vec![Vec::new(); wanted.len()];
         let mut marks = vec![Mark::Good; wanted.len()];
+        let mut is_answered = true;
         for method in 0..self.pipelines.len() {
-            self.solve(method, frame);
+            is_answered &= self.solve(method, frame);
             let (total_g, centre_mm) = self.whole(method);
-            let pipeline = &mut self.pipelines[method];
+            let result = self.pipelines[method].result();
             for (place, &trial) in wanted.iter().enumerate() {
                 let taxel = taxel_of(trial).unwrap_or(0);
-                marks[place] = pipeline.volts().marks()[taxel];
+                marks[place] = result.volts.marks()[taxel];
                 answers[place].push(Answer {
-                    siemens: pipeline.siemens().values()[taxel],
-                    grams: pipeline
-                        .newtons()
-                        .ok()
+                    siemens: result.siemens.values()[taxel],
+                    grams: result
+                        .loads
                         .map(|loads| grams_from_newtons(loads.values()[taxel])),
                     total_g,
                     centre_mm,
                 });
             }
+        }
+        // A frame that one method has no answer for is left out for all: they are compared on the same frames.
+        if !is_answered {
+            return;
         }
         for ((&trial, mark), answers) in wanted.iter().zip(marks).zip(answers) {
             let counts = frame.values()[taxel_of(trial).unwrap_or(0)];
@@ -249,29 +253,28 @@ impl Reader {
     fn pass(&mut self, frame: &Frame<Counts>) {
         for method in 0..self.pipelines.len() {
             self.solve(method, frame);
-            let _ = self.pipelines[method].newtons();
         }
     }
 
-    /// A method's answer to a frame of counts stands in its pipeline afterwards.
-    pub(crate) fn solve(&mut self, method: usize, frame: &Frame<Counts>) {
-        let outcome = self.pipelines[method].siemens_from_counts(frame);
-        if !outcome.stop.is_good() {
-            self.pipelines[method].forget();
+    /// Whether a method has an answer to a frame of counts, which stands in its pipeline afterwards.
+    pub(crate) fn solve(&mut self, method: usize, frame: &Frame<Counts>) -> bool {
+        let is_answer = self.pipelines[method].process(frame).outcome.is_answer();
+        if !is_answer {
             // A frame counts once, however many methods fail.
             self.unsolved += u64::from(self.failed != Some(frame.sequence));
             self.failed = Some(frame.sequence);
         }
+        is_answer
     }
 
-    /// The loads of the frame solved last, where the sensor has a load law.
-    pub(crate) fn pipeline(&mut self, method: usize) -> &mut Pipeline {
-        &mut self.pipelines[method]
+    /// What a method made of the frame solved last.
+    pub(crate) fn result(&self, method: usize) -> FrameResult<'_> {
+        self.pipelines[method].result()
     }
 
     /// Total load, grams, and centre of pressure, mm.
-    fn whole(&mut self, method: usize) -> (Option<f64>, Option<[f64; 2]>) {
-        let Ok(loads) = self.pipelines[method].newtons() else {
+    fn whole(&self, method: usize) -> (Option<f64>, Option<[f64; 2]>) {
+        let Some(loads) = self.result(method).loads else {
             return (None, None);
         };
         let figures = Figures::of(loads, &self.sensor.array);
@@ -327,6 +330,14 @@ impl Group {
                 .collect()
         };
         self.experiments().into_iter().map(each).collect()
+    }
+
+    /// What stands over a picture: the setting, or where there is one alone what the experiment is called.
+    pub(crate) fn title<'a>(&'a self, experiment: &'a Experiment) -> &'a str {
+        match self.setting.as_str() {
+            "" => &experiment.name,
+            setting => setting,
+        }
     }
 
     /// The setting as it stands in a table.

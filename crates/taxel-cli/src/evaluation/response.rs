@@ -1,6 +1,8 @@
 //! How the reading follows the load, and where it ends.
 
+use taxel::circuit::Converter;
 use taxel::evaluate::response::{Reading, Response, response};
+use taxel::{Counts, Frame};
 use taxel_view::report::{Figure, Section, Table, number};
 use taxel_view::{Line, LineStyle, Series, cells};
 
@@ -80,7 +82,7 @@ pub(super) fn section(
                 100.0 * level.saturated_share,
             ]);
         }
-        figures.push(figure(plan, group, value, &found)?);
+        figures.push(figure(plan, experiment, group, value, &found)?);
     }
     let mut paragraphs = vec!["Line and power law (offset + factor · load^exponent) are least squares over the readings below saturation. Non-linearity is the largest distance of a load's mean from the best straight line, in % of the line's rise. The smallest load that can be told from none lifts the reading by three standard deviations of the readings without load. A load saturates when more than half of its readings are at the converter's end.".to_owned()];
     if !left_out.is_empty() {
@@ -117,16 +119,40 @@ fn readings(plan: &Plan, group: &Group, value: Value) -> Result<Vec<Vec<Reading>
     })
 }
 
-fn figure(plan: &Plan, group: &Group, value: Value, found: &Response) -> Result<Figure, Error> {
+/// The largest reading that the converter has, where the value is one: its size.
+fn ceiling(group: &Group, value: Value) -> Option<f64> {
+    let sensor = &group.sensor;
+    match value {
+        Value::Counts => Some(sensor.max_count()),
+        Value::Volts => {
+            let end = Frame::<Counts>::filled(1, 1, sensor.max_count());
+            let volts = Converter::from_sensor(sensor).volts_from_counts(&end);
+            Some(volts.values()[0].abs())
+        }
+        Value::Siemens | Value::Grams => None,
+    }
+}
+
+fn figure(
+    plan: &Plan,
+    experiment: &Experiment,
+    group: &Group,
+    value: Value,
+    found: &Response,
+) -> Result<Figure, Error> {
     let loads: Vec<f64> = found.levels.iter().map(|level| level.load).collect();
     let (first, last) = (loads[0], loads[loads.len() - 1]);
     let x: Vec<f64> = (0..=DRAWN)
         .map(|i| first + (last - first) * i as f64 / DRAWN as f64)
         .collect();
-    let line = |x: &f64| match found.saturates_at {
-        Some(end) if *x > end => f64::NAN,
-        _ => found.line.at(*x),
+    let ceiling = ceiling(group, value);
+    // Nothing reads more than the converter can.
+    let below = |x: f64, y: f64| match (found.saturates_at, ceiling) {
+        (Some(end), _) if x > end => f64::NAN,
+        (_, Some(ceiling)) if y.abs() > ceiling => f64::NAN,
+        _ => y,
     };
+    let line = |x: &f64| below(*x, found.line.at(*x));
     let mut lines = vec![
         Line::new(
             format!("readings, {}", plan.sure()),
@@ -141,14 +167,20 @@ fn figure(plan: &Plan, group: &Group, value: Value, found: &Response) -> Result<
             .colour(1),
     ];
     if let Some(power) = &found.power {
-        let curve = |x: &f64| match found.saturates_at {
-            Some(end) if *x > end => f64::NAN,
-            _ => power.at(*x),
-        };
+        let curve = |x: &f64| below(*x, power.at(*x));
         lines.push(Line::new("power law", x.iter().map(curve).collect()).colour(2));
     }
+    if let (Some(_), Some(ceiling)) = (found.saturates_at, ceiling) {
+        // The readings of this read-out may be negative volts.
+        let sign = found.levels.last().map_or(1.0, |l| l.value.value.signum());
+        lines.push(
+            Line::new("converter's end", vec![sign * ceiling; x.len()])
+                .style(LineStyle::Dashed)
+                .colour(7),
+        );
+    }
     let picture = Series::new("load (g)", x, lines)?
-        .title(group.name())
+        .title(group.title(experiment))
         .quantity(value.quantity())
         .unit(value.unit())
         .picture()?;

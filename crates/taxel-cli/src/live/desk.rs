@@ -6,6 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use serde::Serialize;
+use taxel::stats::quantile_of_sorted;
 use taxel_acquire::protocol::Tally;
 use taxel_acquire::transport::State;
 
@@ -220,18 +221,12 @@ impl Desk {
         let mut status = self.lock();
         status.clients = clients;
         status.frames_per_second = rate(&mut status.arrivals);
-        let mut delays: Vec<f32> = status.delays_ms.iter().copied().collect();
-        delays.sort_by(f32::total_cmp);
-        let at = |share: f64| {
-            let index = (share * delays.len() as f64) as usize;
-            delays
-                .get(index.min(delays.len().saturating_sub(1)))
-                .copied()
-                .unwrap_or(0.0)
-        };
+        let mut delays: Vec<f64> = status.delays_ms.iter().map(|&d| d.into()).collect();
+        delays.sort_by(f64::total_cmp);
+        let at = |share| quantile_of_sorted(&delays, share).unwrap_or(0.0);
         status.latency_ms = Latency {
-            median: f64::from(at(0.5)),
-            p99: f64::from(at(0.99)),
+            median: at(0.5),
+            p99: at(0.99),
         };
         serde_json::to_string(&*status).expect("plain data")
     }

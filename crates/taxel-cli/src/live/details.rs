@@ -99,7 +99,7 @@ impl Details {
             let siemens = question.siemens;
             let mut shown = siemens.map(|_, value| value);
             let errors = errors.as_mut().map(|errors| {
-                let errors = errors.of(&siemens, &mut shown).clone();
+                let errors = errors.of(&siemens, true, &mut shown).clone();
                 (errors, shown.marks().to_vec())
             });
             let mut answer = self.answer.lock().unwrap_or_else(PoisonError::into_inner);

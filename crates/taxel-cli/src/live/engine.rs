@@ -9,7 +9,7 @@ use taxel::metric::Figures;
 use taxel::pipeline::Pipeline;
 use taxel::screen::{Axis, LineFaultKind, LineFaults, LineScreen, ScreenOptions};
 use taxel::solve::Raw;
-use taxel::{Frame, Mark, Newtons, Sensor};
+use taxel::{Frame, Newtons, Sensor};
 use taxel_view::live::{FrameMessage, Server};
 
 use super::desk::{BadLines, Desk};
@@ -142,7 +142,7 @@ impl Engine {
                 let message = self.message(&arrived, &figures);
                 if self.details.is_wanted() {
                     self.details.ask(Question {
-                        siemens: self.exact.siemens().clone(),
+                        siemens: self.exact.result().siemens.clone(),
                         sensor: self.sensor.clone(),
                         is_load: self.is_load,
                         shown: message.clone(),
@@ -163,28 +163,14 @@ impl Engine {
 
     /// Fills `loads`: newtons, or siemens where there is no load law.
     fn solve(&mut self, arrived: &Arrived) -> Figures {
-        let outcome = self.exact.siemens_from_counts(&arrived.frame);
-        if !outcome.stop.is_good() {
-            // An answer that is none is no start for the next frame.
-            self.exact.forget();
-        }
-        match self.is_load {
-            true => match self.exact.newtons() {
-                Ok(loads) => self.loads.clone_from(loads),
-                Err(_) => self.is_load = false,
-            },
-            false => {
-                let siemens = self.exact.siemens();
-                self.loads.take_marks(siemens);
-                self.loads.values_mut().copy_from_slice(siemens.values());
-            }
-        }
-        if matches!(outcome.stop, taxel::solve::Stop::Infeasible(_)) {
-            self.loads.values_mut().fill(0.0);
-            for mark in self.loads.marks_mut() {
-                if matches!(mark, Mark::Good | Mark::Interpolated | Mark::Saturated) {
-                    *mark = Mark::Unresolved;
-                }
+        let result = self.exact.process(&arrived.frame);
+        self.is_load &= result.loads.is_some();
+        match result.loads.filter(|_| self.is_load) {
+            Some(loads) => self.loads.clone_from(loads),
+            None => {
+                self.loads.take_marks(result.siemens);
+                let siemens = result.siemens.values();
+                self.loads.values_mut().copy_from_slice(siemens);
             }
         }
         if let Some(tare) = &mut self.tare {
@@ -199,18 +185,18 @@ impl Engine {
             true => Figures::of(&self.loads, &self.sensor.array),
             false => Figures {
                 outlier_share: taxel::metric::outlier_share(&self.loads),
+                measured_share: taxel::metric::measured_share(&self.loads),
                 ..Figures::default()
             },
         }
     }
 
     fn message(&mut self, arrived: &Arrived, figures: &Figures) -> FrameMessage {
-        self.raw.siemens_from_counts(&arrived.frame);
-        let raw: Vec<f64> = match (self.is_load, self.raw.newtons()) {
-            (true, Ok(loads)) => loads.values().to_vec(),
-            _ => self.raw.siemens().values().to_vec(),
+        let result = self.raw.process(&arrived.frame);
+        let mut raw = match result.loads.filter(|_| self.is_load) {
+            Some(loads) => loads.values().to_vec(),
+            None => result.siemens.values().to_vec(),
         };
-        let mut raw = raw;
         let mut done = false;
         if let Some(tare) = &mut self.tare {
             if tare.frames < TARE_FRAMES {
@@ -398,7 +384,7 @@ fn survey(sensor: &Sensor) -> LineScreen {
         sensor.rows(),
         sensor.columns(),
         sensor.max_count(),
-        &ScreenOptions::from_spec(&sensor.screen),
+        &ScreenOptions::from_sensor(sensor),
     )
 }
 

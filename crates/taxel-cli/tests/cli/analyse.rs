@@ -35,7 +35,7 @@ fn a_taxel_has_its_figures_before_and_after_screening() {
     recording(&folder);
     let found = json(
         &folder,
-        "--sensor masked.toml --taxel C1 --frames-per-second 10",
+        "--sensor masked.toml --taxel C1 --frames-per-second 0.1",
     );
     let taxel = &found["taxels"][0];
     assert_eq!(taxel["name"], "C1 (row 1, column 2)");
@@ -48,11 +48,23 @@ fn a_taxel_has_its_figures_before_and_after_screening() {
     assert!((number("mean") - mean).abs() < 1e-9);
     let before = (11.0 * mean + 65_535.0) / 12.0;
     assert!((number("mean_before") - before).abs() < 1e-9);
-    // 10 counts in a tenth of a second.
-    let drift = 100.0 * 3600.0 * 100.0 / mean;
+    // 10 counts in ten seconds.
+    let drift = 100.0 * 3600.0 / mean;
     assert!(
         (number("drift_percent") / drift - 1.0).abs() < 1e-9,
         "{taxel}"
+    );
+    // A second says nothing of an hour.
+    let short = json(
+        &folder,
+        "--sensor masked.toml --taxel C1 --frames-per-second 10",
+    );
+    assert!(short["taxels"][0]["drift_percent"].is_null(), "{short}");
+    let text =
+        folder.good("analyse run.txt --sensor masked.toml --taxel C1 --frames-per-second 10");
+    assert!(
+        text.out.contains("drift, %/h") && text.out.trim_end().ends_with('–'),
+        "{text}"
     );
 }
 

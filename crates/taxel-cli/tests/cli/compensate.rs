@@ -22,7 +22,7 @@ fn counts_become_the_loads_behind_them() {
 
     ----- stderr -----
     6 frames of 4 rows x 6 columns, method exact, [time] s, [time] frames/s
-    stopped: 6 converged
+    all 6 frames converged
     taxels by mark (code): 144 good (0)
     wrote loads.csv (g)
     wrote loads.marks.csv (marks)
@@ -240,7 +240,7 @@ fn keep_going_leaves_out_what_cannot_be_read_and_exits_3() {
     warning: frame 5 left out: frame 5 is cut short at broken.txt, line 24, column 1: 3 whole lines found, 4 expected
     hint: the recording stopped inside a frame; `--keep-going` leaves that frame out
     4 frames of 4 rows x 6 columns, method exact, [time] s, [time] frames/s
-    stopped: 4 converged
+    all 4 frames converged
     2 frames left out
     taxels by mark (code): 96 good (0)
     wrote l.csv (g)
@@ -277,7 +277,7 @@ fn a_frame_that_no_circuit_explains_is_written_as_0_and_exits_3() {
     warning: frame 5: infeasible: no conductances explain this frame: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is 4000.0200 Ohm, but row 0 allows less than 450.0429 Ohm
     hint: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; run `taxel calibrate`
     6 frames of 4 rows x 6 columns, method exact, [time] s, [time] frames/s
-    stopped: 6 infeasible
+    inverse: 6 infeasible
     6 frames without an answer
     taxels by mark (code): 144 unresolved (8)
     wrote g.csv (siemens)
@@ -308,7 +308,7 @@ fn lines_that_the_sensor_file_calls_dead_are_marked_and_repaired_on_request() {
     ----- stderr -----
     faulty line: row 1 is dead: the sensor file says so
     6 frames of 4 rows x 6 columns, method exact, [time] s, [time] frames/s
-    stopped: 6 converged
+    all 6 frames converged
     taxels by mark (code): 108 good (0), 36 open (1)
     wrote l.csv (g)
     wrote l.marks.csv (marks)

@@ -19,7 +19,7 @@ fn a_budget_names_every_cause_and_part() {
     for words in [
         "small: 4 x 6 taxels",
         "== a gripping hand: ",
-        "== every taxel under 600 g: 24 loaded taxels, the best 502 Ohm ==",
+        "== every taxel under 600 g: 24 loaded taxels, the best 502 Ω ==",
         "column switches",
         "row switches",
         "source resistor",
@@ -27,8 +27,8 @@ fn a_budget_names_every_cause_and_part() {
         "converter range",
         "converter bits",
         "noise",
-        "CD74HC4067 at most, 160 Ohm",
-        "ADG726, ADG732, 4 Ohm",
+        "CD74HC4067 at most, 160 Ω",
+        "ADG726, ADG732, 4 Ω",
         "10 bits (Arduino Uno)",
     ] {
         assert!(run.out.contains(words), "{words}: {run}");
@@ -45,7 +45,7 @@ fn a_budgets_numbers_are_those_of_its_definitions() {
     let report = json(&Folder::new().good("budget sensor.toml --json"));
     let worst = report.pointer("/scenes/1").unwrap();
     let mean = |path: &str| number(worst, &format!("{path}/percent/mean"));
-    // Six taxels of a row share its 10 Ohm, and all of them are pressed.
+    // Six taxels of a row share its 10 Ω, and all of them are pressed.
     let rows = &worst["causes"][1];
     assert_eq!(rows["cause"], "row-switches");
     assert!(mean("/causes/1/alone") > mean("/causes/0/alone"));
@@ -60,7 +60,7 @@ fn a_budgets_numbers_are_those_of_its_definitions() {
     let parts = worst["other_parts"].as_array().unwrap();
     let errors: Vec<f64> = parts
         .iter()
-        .filter(|part| part["name"].as_str().unwrap().ends_with("Ohm"))
+        .filter(|part| part["name"].as_str().unwrap().ends_with("Ω"))
         .map(|part| number(part, "/raw/percent/mean"))
         .collect();
     assert!(errors.is_sorted_by(|a, b| a > b), "{errors:?}");
@@ -95,7 +95,7 @@ fn a_budget_without_a_load_law_is_in_percent() {
         "{run}"
     );
     assert!(
-        run.out.contains("24 loaded taxels, the best 500 Ohm"),
+        run.out.contains("24 loaded taxels, the best 500 Ω"),
         "{run}"
     );
 }
@@ -126,7 +126,7 @@ fn the_papers_range_gives_the_papers_sensor_which_other_commands_take() {
     let folder = Folder::new();
     let run = folder.good("design --rows 8 --columns 12 -o made.toml");
     assert!(run.out.contains("test voltage           0.4000 V"), "{run}");
-    assert!(run.out.contains("feedback resistor R_k  2000 Ohm"), "{run}");
+    assert!(run.out.contains("feedback resistor R_k  2000 Ω"), "{run}");
     assert!(run.err.contains("wrote made.toml"), "{run}");
     let text = folder.read("made.toml");
     assert!(text.starts_with("# A sensor to begin with"), "{text}");
@@ -154,7 +154,7 @@ fn a_design_says_what_is_wrong_with_the_numbers_given() {
         saturated.contains("converter's ceiling from 107 g on"),
         "{saturated}"
     );
-    assert!(saturated.contains("2062 Ohm at most"), "{saturated}");
+    assert!(saturated.contains("2062 Ω at most"), "{saturated}");
     let noisy = folder.good("design --v-test 10mV").err;
     assert!(noisy.contains("warning: noise makes ghosts"), "{noisy}");
     let late = of("--rate 1e5");
@@ -166,6 +166,25 @@ fn a_design_says_what_is_wrong_with_the_numbers_given() {
         late.contains("warning: at this scan rate the amplifier's gain is 2"),
         "{late}"
     );
+}
+
+/// A mat with open lines and ten bits: undoing the cross-talk makes of noise more than was there.
+#[test]
+fn a_design_warns_where_compensation_makes_it_worse() {
+    let folder = Folder::new();
+    let words =
+        "design --topology divider-floating --rows 16 --columns 16 --bits 10 --taxel 500..30000";
+    let run = folder.good(words);
+    assert!(
+        run.err.contains("warning: with ") && run.err.contains(" g compensated: "),
+        "{run}"
+    );
+    assert!(
+        run.err.contains("hint: ground the unselected lines"),
+        "{run}"
+    );
+    let run = folder.good(&words.replace("divider-floating", "divider-grounded-columns"));
+    assert!(!run.err.contains(" g compensated: "), "{run}");
 }
 
 #[test]
@@ -199,7 +218,7 @@ fn a_design_refuses_nonsense_and_names_the_nearest_part() {
     ----- stdout -----
 
     ----- stderr -----
-    error: invalid value '3000..500' for '--taxel <LEAST..MOST>': from 3000 to 500 Ohm
+    error: invalid value '3000..500' for '--taxel <LEAST..MOST>': from 3000 to 500 Ω
     hint: both above 0, and the smaller first: pressing lowers the resistance
 
     For more information, try '--help'.
@@ -320,16 +339,16 @@ fn the_number_of_experiments_follows_from_what_is_wanted() {
 #[test]
 fn cross_talk_is_printed_by_the_equation_and_by_the_circuit() {
     let folder = Folder::new();
-    insta::assert_snapshot!(folder.good("crosstalk -n 2"), @r"
+    insta::assert_snapshot!(folder.good("crosstalk -n 2"), @"
     exit code: 0
     ----- stdout -----
-    |V_out| in volts; N other taxels of the row are pressed
+    |V_out| in volts, by the paper's equation 6 and by the whole circuit of each setting; N other taxels of the row are pressed
       1: Table V, no switches
       2: Table V, switches of 10 Ω
-         N  equation 1   circuit 1  equation 2   circuit 2
-         0     0.80000     0.79998     0.79208     0.78429
-         1     0.79998     0.79996     0.79206     0.77666
-         2     0.79997     0.79994     0.79205     0.76918
+         N    1: eq. 6  1: circuit    2: eq. 6  2: circuit
+         0     0.80000     0.79998     0.80000     0.78429
+         1     0.79998     0.79996     0.79998     0.77666
+         2     0.79997     0.79994     0.79997     0.76918
     ----- stderr -----
     ");
 }
@@ -340,20 +359,20 @@ fn cross_talk_is_drawn_with_what_was_measured() {
     folder.write("p.csv", "n,value,replicate\n0,0.78,1\n0,0.80,2\n3,0.7,1\n");
     let run =
         folder.good("crosstalk --points p.csv --setting R_mux=10,name=mine -n 4 -o a.svg --csv");
-    insta::assert_snapshot!(run, @r"
+    insta::assert_snapshot!(run, @"
     exit code: 0
     ----- stdout -----
-    n,equation_1_volts,circuit_1_volts,measured_volts,standard_deviation_volts
-    0,0.792079,0.784291,0.790000,0.014142
-    1,0.792063,0.776661,,
-    2,0.792048,0.769179,,
-    3,0.792032,0.761839,0.700000,
-    4,0.792016,0.754638,,
+    n,equation_1_volts,circuit_1_volts,measured_volts,interval_95_half_volts
+    0,0.800000,0.784291,0.790000,0.127062
+    1,0.799984,0.776661,,
+    2,0.799968,0.769179,,
+    3,0.799952,0.761839,0.700000,
+    4,0.799936,0.754638,,
     ----- stderr -----
     wrote a.svg
     ");
     let svg = folder.read("a.svg");
-    assert!(svg.contains(">mine<") && svg.contains(">measured<"));
+    assert!(svg.contains(">mine<") && svg.contains(">measured, 95 %<"));
     assert!(svg.contains("stroke-dasharray"));
     let counts = folder.good("crosstalk --points p.csv --volts-per-count 2 -n 0 --csv");
     assert!(counts.out.contains("1.580000"), "{counts}");

@@ -13,39 +13,48 @@ fn without_a_verb_the_help_is_shown_and_the_exit_code_is_2() {
 
     Usage: taxel <COMMAND>
 
-    Commands:
+    Measure:
       live        Show a sensor live in the browser, compensated; record it
       view        Play a recording in the browser
       record      Record a sensor
       replay      Send a recording as a device would, in protocol taxel-1
       convert     Write a recording in another format
-      recover     Make a recording whole whose writer was killed
+      recover     Repair a recording that was cut off
       devices     List the serial ports of this machine
-      info        Say what is in a recording
+
+    Look:
+      info        Summarise a recording
       analyse     Look at taxels of a recording over time: a taxel, a row, a column, a region
+      plot        Draw frames, or values over frames
       selftest    Test a sensor: open, shorted, stuck, noisy and flickering lines and taxels
+
+    Fit and compensate:
       calibrate   Fit switch resistances and load law to labelled presses
       compensate  Remove the cross-talk from a recording
       dataset     Make a training set
       train       Train a network on labelled presses
       compare     Compare ways from counts to loads on your own data
       model       Show a model's card, or exchange it through ONNX
-      plot        Draw frames, or values over frames
+
+    Publish:
       evaluate    Evaluate a sensor by a plan: repeatability, response, hysteresis, creep, cross-talk, accuracy
       report      Write an evaluation as one file: every figure, table and plot, the sensor, versions, data fingerprints
+
+    Design and simulate:
+      demo        Watch the whole chain at work on a simulated hand
       simulate    Record with a virtual sensor
-      netlist     Write a sensor's circuit as a SPICE netlist
-      budget      Split a sensor's error by cause; what other parts would make of it
       design      Size a read-out: test voltage, resistor, settling, ghosts, resolution
+      budget      Split a sensor's error by cause; what other parts would make of it
       rig         Plan presses: springs and tips to pressures, and how many experiments
       crosstalk   Draw V_out against the number N of other pressed taxels of a row
+      netlist     Write a sensor's circuit as a SPICE netlist
       bench       Time scan and inverse of a sensor on this machine
-      demo        Watch the whole chain at work on a simulated hand
-      help        Print this message or the help of the given subcommand(s)
 
     Options:
       -h, --help     Print help (see more with '--help')
       -V, --version  Print version
+
+    `taxel VERB --help` tells more of a verb, with examples.
     ");
 }
 
@@ -80,18 +89,34 @@ fn flags_of_compensate() {
 
     Options:
           --sensor <FILE|PRESET>     Sensor file, or the name of a preset
-          --unit <UNIT>              Unit of what is written [default: g] [possible values: volts, siemens, g, N, kPa, MPa]
-          --input-unit <INPUT_UNIT>  Unit of what is read; volts and siemens are real numbers (.csv, .npy, .npz) [default: counts] [possible values: counts, volts, siemens]
-      -o, --output <FILE>            Where to write (.csv, .npy, .npz); without it, numbers go to standard output
-          --method <NAME|MODEL>      How loads are found: auto (what suits the read-out), exact, newton, raw (no compensation), or the file of a model that `taxel train` wrote [default: auto]
-          --marks <FILE>             Where to write the marks, one code a taxel, in the shape of the numbers
-          --standard-error <FILE>    Where to write the standard error of each number; marks what it exceeds as unresolved
-          --keep-going               Leave out frames that cannot be read, instead of stopping at the first
-          --repair                   Replace what was not measured by the median of its neighbours, and mark it interpolated
+          --unit <UNIT>              Unit of what is written [default: g] [possible values: volts,
+                                     siemens, g, N, kPa, MPa]
+          --input-unit <INPUT_UNIT>  Unit of what is read; volts and siemens are real numbers (.csv,
+                                     .npy, .npz) [default: counts] [possible values: counts, volts,
+                                     siemens]
+      -o, --output <FILE>            Where to write (.csv, .npy, .npz); without it, numbers go to
+                                     standard output
+          --method <NAME|MODEL>      How loads are found: auto (what suits the read-out), exact, newton,
+                                     raw (no compensation), or the file of a model that `taxel train`
+                                     wrote [default: auto]
+          --marks <FILE>             Where to write the marks, one code a taxel, in the shape of the
+                                     numbers
+          --standard-error <FILE>    Where to write the standard error of each number; marks what it
+                                     exceeds as unresolved
+          --keep-going               Leave out frames that cannot be read, instead of stopping at the
+                                     first
+          --repair                   Replace what was not measured by the median of its neighbours, and
+                                     mark it interpolated
           --no-repair                Replace nothing, even if the sensor file asks for it
           --transpose                The recording has rows and columns swapped
           --json                     Print a summary as JSON
       -h, --help                     Print help (see more with '--help')
+
+    Examples:
+      taxel compensate hand.txt --sensor calibrated.toml --unit g -o loads.csv
+      taxel compensate hand.txt --sensor calibrated.toml -o loads.npy --marks marks.npy --standard-error
+      error.npy
+      taxel compensate hand.txt --sensor calibrated.toml --method model.safetensors -o loads.csv
     ----- stderr -----
     ");
 }
@@ -107,17 +132,24 @@ fn flags_of_calibrate() {
 
     Options:
           --sensor <FILE|PRESET>  Sensor file (the parts list), or the name of a preset
-          --presses <FILE>        Labelled presses: CSV with recording, frame, row, column (or taxel), load_g
-          --equilibration <FILE>  Frames under the same load everywhere: CSV with recording, frame, load_g
-          --pairs <FILE>          Fit the load law alone, to pairs of conductance (or resistance) and load
-          --series <FILE>         Instead: a recording whose loads are known all the time, from rest; finds creep and hysteresis too
+          --presses <FILE>        Labelled presses: CSV with recording, frame, row, column (or taxel),
+                                  load_g
+          --equilibration <FILE>  Frames under the same load everywhere: CSV with recording, frame,
+                                  load_g
+          --pairs <FILE>          Fit the load law alone, to pairs of conductance (or resistance) and
+                                  load
+          --series <FILE>         Instead: a recording whose loads are known all the time, from rest;
+                                  finds creep and hysteresis too
           --loads <FILE>          The load of every taxel in every frame of the series, g
           --period <SECONDS>      Seconds between frames of the series, where it tells no times
           --lags <N>              Lags (creep) to fit to the series [default: 3]
           --plays <N>             Plays (hysteresis) to fit to the series [default: 3]
-          --static-output <FILE>  Where to write the sensor with the best static law of the series, to compare with
+          --static-output <FILE>  Where to write the sensor with the best static law of the series, to
+                                  compare with
       -o, --output <FILE>         Where to write the calibrated sensor
-          --law <LAW>             The load law; `auto` takes the one with the least error on held-out presses [default: auto] [possible values: auto, power, saturating, spline]
+          --law <LAW>             The load law; `auto` takes the one with the least error on held-out
+                                  presses [default: auto] [possible values: auto, power, saturating,
+                                  spline]
           --per-line              Fit one switch resistance per line, even without equilibration frames
           --fit-gain              Fit the amplifier's open-loop gain
           --fit-source            Fit the source resistor
@@ -125,13 +157,20 @@ fn flags_of_calibrate() {
           --transpose             The recordings have rows and columns swapped
           --json                  Print the report as JSON
       -h, --help                  Print help (see more with '--help')
+
+    Examples:
+      taxel calibrate --sensor sensor.toml --presses experiments.csv -o calibrated.toml
+      taxel calibrate --sensor sensor.toml --pairs pairs.csv -o calibrated.toml      # one taxel, loads
+      and readings
+      taxel calibrate --sensor calibrated.toml --series run.txt --loads loads.csv --period 0.05 -o
+      dynamic.toml
     ----- stderr -----
     ");
 }
 
 #[test]
 fn flags_of_simulate() {
-    insta::assert_snapshot!(Folder::new().taxel("simulate -h"), @r"
+    insta::assert_snapshot!(Folder::new().taxel("simulate -h"), @"
     exit code: 0
     ----- stdout -----
     Record with a virtual sensor
@@ -140,20 +179,35 @@ fn flags_of_simulate() {
 
     Options:
           --sensor <FILE|PRESET>   Sensor file, or the name of a preset
-          --conductance <FILE>     Conductances to scan, siemens (.csv, .npy, .npz, - for standard input)
-          --pattern <PATTERN>      What presses on the array [possible values: hand, fingers, feet, uniform, random, blobs, press]
-          --unit <UNIT>            What to write: V_out in volts (before any noise), or the converter's counts. Default: volts for --conductance, counts for --pattern [possible values: volts, counts]
-      -o, --output <FILE>          Where to write it (.txt, .csv, .npy, .npz); without it, numbers go to standard output
+          --conductance <FILE>     Conductances to scan, siemens (.csv, .npy, .npz, - for standard
+                                   input)
+          --pattern <PATTERN>      What presses on the array [possible values: hand, fingers, feet,
+                                   uniform, random, blobs, press]
+          --unit <UNIT>            What to write: V_out in volts (before any noise), or the converter's
+                                   counts. Default: volts for --conductance, counts for --pattern
+                                   [possible values: volts, counts]
+      -o, --output <FILE>          Where to write it (.txt, .csv, .npy, .npz); without it, numbers go to
+                                   standard output
           --transpose              The file of conductances has rows and columns swapped
           --frames <N>             How many frames [default: 1]
           --seed <S>               The seed of everything that is drawn [default: 1]
-          --load-g <G>             The highest load on a taxel, grams; several share the frames between them, in order
+          --load-g <G>             The highest load on a taxel, grams; several share the frames between
+                                   them, in order
           --period <SECONDS>       Time from frame to frame, seconds; written into .csv
-          --imperfect <IMPERFECT>  Draw a sensor that differs from the sensor file [possible values: uneven, beyond]
+          --imperfect <IMPERFECT>  Draw a sensor that differs from the sensor file [possible values:
+                                   uneven, beyond]
           --truth <FILE>           Where to write all loads, grams
           --truth-sensor <FILE>    Where to write the sensor that was drawn
-          --presses <FILE>         Where to write one labelled taxel a frame, for `calibrate --presses`; of a uniform load the load alone, for `calibrate --equilibration`
+          --presses <FILE>         Where to write one labelled taxel a frame, for `calibrate --presses`;
+                                   of a uniform load the load alone, for `calibrate --equilibration`
       -h, --help                   Print help (see more with '--help')
+
+    Examples:
+      taxel simulate --sensor econe --pattern press --frames 120 --presses experiments.csv -o
+      presses.txt
+      taxel simulate --sensor econe --pattern hand --load-g 600 --frames 160 --truth truth.csv -o
+      hand.txt
+      taxel simulate --sensor econe --pattern uniform --load-g 0 --frames 100 -o empty.txt
     ----- stderr -----
     ");
 }
@@ -163,7 +217,7 @@ fn flags_of_info() {
     insta::assert_snapshot!(Folder::new().taxel("info -h"), @"
     exit code: 0
     ----- stdout -----
-    Say what is in a recording
+    Summarise a recording
 
     Usage: taxel info [OPTIONS] <RECORDING>
 
@@ -173,11 +227,15 @@ fn flags_of_info() {
     Options:
           --sensor <FILE|PRESET>  Sensor file, or the name of a preset
           --rows <N>              Rows of a frame, where there is no sensor
-          --values                The numbers are no counts: volts, siemens, loads; nothing is screened
+          --values                The file holds values, not counts; do not screen
           --keep-going            Leave out frames that cannot be read, instead of stopping at the first
           --transpose             The recording has rows and columns swapped
           --json                  Print JSON
       -h, --help                  Print help (see more with '--help')
+
+    Examples:
+      taxel info run.mcap
+      taxel info hand.txt --sensor calibrated.toml --json
     ----- stderr -----
     ");
 }
@@ -203,21 +261,29 @@ fn flags_of_plot() {
           --column <N>                     A column's values over frames
           --raw                            Without compensation
           --before-after                   Both without and with compensation
-          --values                         The numbers are what they are (loads.csv): nothing is converted, --unit is for the label
-          --unit <UNIT>                    Unit; without it, g where the sensor has a load law, else siemens [possible values: volts, siemens, g, N, kPa, MPa]
-          --method <NAME|MODEL>            How loads are found: auto, exact, newton, raw, or the file of a model that `taxel train` wrote [default: auto]
-          --interpolation <INTERPOLATION>  How values between taxels are drawn [default: bilinear] [possible values: bilinear, nearest]
+          --values                         The numbers are what they are (loads.csv): nothing is
+                                           converted, --unit is for the label
+          --unit <UNIT>                    Unit; without it, g where the sensor has a load law, else
+                                           siemens [possible values: volts, siemens, g, N, kPa, MPa]
+          --method <NAME|MODEL>            How loads are found: auto, exact, newton, raw, or the file of
+                                           a model that `taxel train` wrote [default: auto]
+          --interpolation <INTERPOLATION>  How values between taxels are drawn [default: bilinear]
+                                           [possible values: bilinear, nearest]
           --rows <N>                       Rows of a frame, where there is no sensor
           --transpose                      The file has rows and columns swapped
       -o, --output <FILE>                  Where to write the picture (.png, .svg)
       -h, --help                           Print help (see more with '--help')
+
+    Examples:
+      taxel plot hand.txt --sensor calibrated.toml --frame 68 -o picture.png
+      taxel plot hand.txt --sensor calibrated.toml --frame 68 --interpolation nearest -o picture.svg
     ----- stderr -----
     ");
 }
 
 #[test]
 fn flags_of_netlist() {
-    insta::assert_snapshot!(Folder::new().taxel("netlist -h"), @r"
+    insta::assert_snapshot!(Folder::new().taxel("netlist -h"), @"
     exit code: 0
     ----- stdout -----
     Write a sensor's circuit as a SPICE netlist
@@ -235,6 +301,9 @@ fn flags_of_netlist() {
           --scan                  Read every taxel, one after the other (a script for ngspice)
       -o, --output <FILE>         Where to write it; without it, standard output
       -h, --help                  Print help (see more with '--help')
+
+    Examples:
+      taxel netlist --sensor sensor.toml --conductance conductances.csv --row 3 --column 4 -o taxel.cir
     ----- stderr -----
     ");
 }
@@ -250,16 +319,20 @@ fn flags_of_bench() {
 
     Options:
           --sensor <FILE|PRESET>  Sensor file, or the name of a preset [default: econe]
-          --method <NAME|MODEL>   How loads are found: auto, exact, newton, raw, or the file of a model that `taxel train` wrote [default: auto]
+          --method <NAME|MODEL>   How loads are found: auto, exact, newton, raw, or the file of a model
+                                  that `taxel train` wrote [default: auto]
           --json                  Print JSON instead of a table
       -h, --help                  Print help (see more with '--help')
+
+    Examples:
+      taxel bench --sensor econe
     ----- stderr -----
     ");
 }
 
 #[test]
 fn flags_of_demo() {
-    insta::assert_snapshot!(Folder::new().taxel("demo -h"), @r"
+    insta::assert_snapshot!(Folder::new().taxel("demo -h"), @"
     exit code: 0
     ----- stdout -----
     Watch the whole chain at work on a simulated hand
@@ -268,6 +341,9 @@ fn flags_of_demo() {
 
     Options:
       -h, --help  Print help (see more with '--help')
+
+    Examples:
+      taxel demo
     ----- stderr -----
     ");
 }

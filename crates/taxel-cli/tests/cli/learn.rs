@@ -167,7 +167,134 @@ fn what_cannot_be_learnt_from_is_refused() {
     );
     assert!(run.err.contains("not a safetensors file"), "{run}");
     let run = folder.fails("train hybrid --sensor sensor.toml --rows few.csv -o m.safetensors");
-    assert!(!run.err.is_empty());
+    assert!(
+        run.err.contains("few.csv: line 1") || run.err.contains("few.csv, line 1"),
+        "{run}"
+    );
+}
+
+/// What would need more memory than there is, or leaves nothing to learn from, is a message and no crash.
+#[test]
+fn more_than_a_machine_holds_is_refused() {
+    let folder = pressed(12);
+    let train = "train paper-mlp --sensor sensor.toml --presses experiments.csv -o m.safetensors";
+    for (option, reason) in [
+        ("--copies 100000000", "100000000 is not in 1..=100000"),
+        ("--members 1000000000", "1000000000 is not in 1..=100"),
+        ("--epochs 0", "0 is not in 1..=1000000"),
+        (
+            "--check-share 0.5 --test-share 0.5",
+            "leaves 0 to learn from and 6 to stop by",
+        ),
+    ] {
+        let run = folder.fails(&format!("{train} {option}"));
+        assert!(run.err.contains(reason), "{run}");
+    }
+    for (option, reason) in [
+        ("--most-presses 0", "0 is not in 8.."),
+        ("--copies 0", "0 is not in 1..=100000"),
+    ] {
+        let run = folder.fails(&format!(
+            "compare --sensor parts.toml --presses experiments.csv {option}"
+        ));
+        assert!(run.err.contains(reason), "{run}");
+    }
+    let many: String = (0..100_000)
+        .map(|i| row(f64::from(i % 900), 50.0 + f64::from(i % 7)))
+        .collect();
+    folder.write("many.csv", &many);
+    let run = folder.fails(
+        "train paper-mlp --sensor mat-16x16-cd4067 --rows many.csv --copies 100000 -o m.safetensors",
+    );
+    assert!(
+        run.err
+            .contains("70000 presses x 100000 copies x 18 numbers"),
+        "{run}"
+    );
+    assert!(run.err.contains("2048 MiB is the most"), "{run}");
+    assert!(!folder.exists("m.safetensors"));
+}
+
+/// Every network says so in its card: not for another sensor.
+#[test]
+fn a_network_of_another_sensor_is_not_used() {
+    let folder = pressed(30);
+    folder.good(&format!("{TRAIN} -o model.safetensors"));
+    let parts = folder.read("parts.toml");
+    let other = parts.replace("v_test_volts = 0.4", "v_test_volts = 0.8");
+    assert_ne!(parts, other);
+    folder.write("other.toml", &other);
+    let run = folder.fails(
+        "compensate calibration.txt --sensor other.toml --method model.safetensors -o loads.csv",
+    );
+    assert!(
+        run.err
+            .contains("readout.v_test_volts is 0.4 there and 0.8 here"),
+        "{run}"
+    );
+    assert!(!folder.exists("loads.csv"));
+}
+
+#[test]
+fn files_that_are_no_models_are_refused_and_so_are_files_too_large_for_one() {
+    let folder = pressed(12);
+    let long = std::fs::File::create(folder.path("long.safetensors")).unwrap();
+    long.set_len(1 << 33).unwrap();
+    drop(long);
+    let run = folder.fails("model show long.safetensors");
+    assert!(run.err.contains("more than the 32 MiB"), "{run}");
+    let run = folder.fails(
+        "model import long.safetensors --sensor sensor.toml --presses experiments.csv -o m.safetensors",
+    );
+    assert!(run.err.contains("more than the 32 MiB"), "{run}");
+    // A header that says that it is longer than memory.
+    let mut lying = u64::MAX.to_le_bytes().to_vec();
+    lying.extend(b"{}");
+    std::fs::write(folder.path("lying.safetensors"), lying).unwrap();
+    let run = folder.fails("model show lying.safetensors");
+    assert!(
+        run.err.contains("a header of 18446744073709551615 bytes"),
+        "{run}"
+    );
+}
+
+/// Networks that learnt for a moment do not stand in a table beside ways that were finished.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_a_comparison_without_a_table() {
+    use std::io::{BufRead, BufReader, Read};
+    use std::process::{Command, Stdio};
+
+    let folder = pressed(40);
+    let mut child = Command::new(env!("CARGO_BIN_EXE_taxel"))
+        .args(
+            "compare --sensor parts.toml --presses experiments.csv --epochs 1000000 --without exact,hybrid -o t.csv"
+                .split(' '),
+        )
+        .current_dir(folder.path(""))
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut err = BufReader::new(child.stderr.take().unwrap());
+    let mut said = String::new();
+    while !said.contains("learning from") {
+        assert!(err.read_line(&mut said).unwrap() > 0, "it ended: {said}");
+    }
+    let pid = child.id().to_string();
+    let sent = Command::new("kill").args(["-INT", &pid]).status().unwrap();
+    assert!(sent.success());
+    err.read_to_string(&mut said).unwrap();
+    let run = child.wait_with_output().unwrap();
+    assert_eq!(run.status.code(), Some(3), "{said}");
+    assert!(said.contains("stopped by Ctrl-C"), "{said}");
+    assert!(
+        run.stdout.is_empty(),
+        "{}",
+        String::from_utf8_lossy(&run.stdout)
+    );
+    assert!(!folder.exists("t.csv"));
 }
 
 /// A line of the paper's table for 16 columns.

@@ -152,6 +152,11 @@ fn what_belongs_to_a_pattern_does_not_go_with_conductances() {
     assert_eq!(run.code, Some(2), "{run}");
     let run = folder.taxel("simulate --sensor sensor.toml");
     assert_eq!(run.code, Some(2), "{run}");
+    // An empty array, as the self-test wants it.
+    folder.good(
+        "simulate --sensor sensor.toml --pattern uniform --load-g 0 --frames 3 -o empty.txt --truth none.csv",
+    );
+    assert!(folder.numbers("none.csv").iter().all(|&load| load == 0.0));
     let run = folder.taxel("simulate --sensor sensor.toml --pattern hand --load-g -5");
     assert_eq!(run.code, Some(2), "{run}");
 }

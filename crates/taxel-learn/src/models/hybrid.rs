@@ -3,23 +3,22 @@
 //! load = L + s(L) · y(features), L the load by the exact inverse, s(L) the error it typically has at that load. Every
 //! network starts at y = 0, the physics itself, and is kept only where held-out presses gain by it.
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+mod training;
+
 use taxel::calibrate::LoadLaw;
-use taxel::pipeline::Pipeline;
+use taxel::pipeline::FrameResult;
 use taxel::solve::Raw;
+use taxel::stats::median;
 
-use crate::network::{AdamSettings, Mlp, Trace};
+use crate::network::{Mlp, Trace};
 use crate::scaler::Scaler;
-use crate::train::{Go, Settings, Trainable, train};
 
-use super::row_set::starting_at_nothing;
+pub use training::Trained;
 
 /// Numbers that the network sees of a taxel.
 pub const FEATURES: usize = 10;
 /// Loads below this are left to the physics, grams.
 pub const LEAST_G: f32 = 2.0;
-const HIDDEN: usize = 8;
 /// Largest |y|: a correction beyond six typical errors is not one of what is left.
 const MOST: f32 = 6.0;
 
@@ -43,12 +42,12 @@ impl Scene {
     ///
     /// # Errors
     /// A sensor without a load law.
-    pub fn look(&mut self, pipeline: &mut Pipeline) -> Result<(), taxel::Error> {
-        let siemens = pipeline.siemens();
+    pub fn look(&mut self, result: FrameResult<'_>) -> Result<(), taxel::Error> {
+        let siemens = result.siemens;
         (self.rows, self.columns) = (siemens.rows(), siemens.columns());
         self.siemens.clear();
         self.siemens.extend_from_slice(siemens.values());
-        let loads = pipeline.newtons()?;
+        let loads = result.newtons()?;
         self.loads_g.clear();
         self.loads_g.extend(
             loads
@@ -171,17 +170,27 @@ pub struct Example {
     pub physics_g: f32,
     /// True load, grams.
     pub load_g: f32,
+    /// The frame it is of: presses of one frame share its noise, and stay together in cross-validation.
+    pub frame: usize,
 }
 
-/// The mean of a few small networks, each trained without one part of the presses; none where physics was better.
+/// The mean of a few small networks, each with what it learnt from one choice of presses; none where physics was
+/// better.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Hybrid {
-    /// Of the features, over the training part.
+    /// One for each part of the presses that it was trained without.
+    pub members: Vec<Member>,
+}
+
+/// One network, and how it sees features and loads: all of it from the same presses.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Member {
+    /// Of the features.
     pub scaler: Scaler,
-    /// s(L) at no load, and what it grows by per gram.
+    /// s(L).
     pub typical: Typical,
-    /// features → hidden → 1, each.
-    pub networks: Vec<Mlp>,
+    /// features → hidden → 1.
+    pub network: Mlp,
 }
 
 /// The error that the physics typically has: floor + slope · load, grams.
@@ -202,9 +211,7 @@ impl Typical {
             .collect();
         sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
         let middle = |half: &[(f32, f32)], of: fn(&(f32, f32)) -> f32| {
-            let mut values: Vec<f32> = half.iter().map(of).collect();
-            values.sort_by(f32::total_cmp);
-            values.get(values.len() / 2).copied().unwrap_or(0.0)
+            median(half.iter().map(|pair| f64::from(of(pair)))).unwrap_or(0.0) as f32
         };
         let (light, heavy) = sorted.split_at(sorted.len() / 2);
         let (x0, x1) = (middle(light, |p| p.0), middle(heavy, |p| p.0));
@@ -250,257 +257,36 @@ impl Hybrid {
         loads_g: &mut [f32],
         memory: &mut HybridMemory,
     ) {
-        if self.networks.is_empty() {
+        if self.members.is_empty() {
             return;
-        }
-        memory.inputs.clear();
-        for row in features {
-            let mut scaled = *row;
-            self.scaler.scale(&mut scaled);
-            // Beyond what was seen the correction stays what it was at the edge.
-            memory.inputs.extend(scaled.map(|x| x.clamp(-3.0, 3.0)));
         }
         memory.sums.clear();
         memory.sums.resize(features.len(), 0.0);
-        for network in &self.networks {
-            network.forward(&memory.inputs, &mut memory.trace);
-            for (sum, y) in memory.sums.iter_mut().zip(memory.trace.output()) {
-                *sum += y.clamp(-MOST, MOST) / self.networks.len() as f32;
+        for member in &self.members {
+            memory.inputs.clear();
+            for row in features {
+                memory.inputs.extend(member.scaled(row));
+            }
+            member.network.forward(&memory.inputs, &mut memory.trace);
+            let outputs = memory.trace.output().iter().zip(loads_g.iter());
+            for (sum, (y, load)) in memory.sums.iter_mut().zip(outputs) {
+                let correction = member.typical.at(*load) * y.clamp(-MOST, MOST);
+                *sum += correction / self.members.len() as f32;
             }
         }
         for (load, sum) in loads_g.iter_mut().zip(&memory.sums) {
             if *load >= LEAST_G {
-                *load = (*load + self.typical.at(*load) * sum).max(0.0);
+                *load = (*load + sum).max(0.0);
             }
         }
     }
-
-    /// Trains by cross-validation over the presses in `folds` parts, and keeps the networks only if presses gain
-    /// by more than two standard errors. `estimates` of the second answer are on presses not seen.
-    pub fn train(
-        examples: &[Example],
-        folds: usize,
-        epochs: usize,
-        seed: u64,
-        progress: &mut dyn FnMut(f64) -> Go,
-    ) -> (Self, Verdict) {
-        let flat: Vec<f32> = examples.iter().flat_map(|e| e.features).collect();
-        let scaler = Scaler::fit(&flat, FEATURES);
-        let typical = Typical::fit(examples);
-        let mut networks = Vec::new();
-        let mut gains = Vec::new();
-        let (mut of_physics, mut of_hybrid) = (0.0, 0.0);
-        for fold in 0..folds {
-            let train_on: Vec<Example> = part(examples, |i| i % folds != fold);
-            let held: Vec<Example> = part(examples, |i| i % folds == fold);
-            let mut training = Training::new(&scaler, typical, &train_on, seed + fold as u64);
-            let settings = Settings {
-                epochs,
-                batch: 32,
-                l2: 0.1,
-                patience: epochs,
-                stop_by_loss: true,
-                anneal: true,
-                seed,
-                adam: AdamSettings {
-                    rate: 5e-3,
-                    ..AdamSettings::default()
-                },
-                ..Settings::default()
-            };
-            let mut stopped = false;
-            train(&mut training, &settings, None, &mut |epoch, _| {
-                let share = (fold as f64 + epoch.epoch as f64 / epochs as f64) / folds as f64;
-                let go = progress(share);
-                stopped |= go == Go::Stop;
-                go
-            });
-            let one = Self {
-                scaler: scaler.clone(),
-                typical,
-                networks: vec![training.network],
-            };
-            let features: Vec<[f32; FEATURES]> = held.iter().map(|e| e.features).collect();
-            let mut loads: Vec<f32> = held.iter().map(|e| e.physics_g).collect();
-            one.correct(&features, &mut loads, &mut HybridMemory::default());
-            for (example, load) in held.iter().zip(loads) {
-                let physics = f64::from((example.physics_g - example.load_g).abs());
-                let hybrid = f64::from((load - example.load_g).abs());
-                of_physics += physics;
-                of_hybrid += hybrid;
-                gains.push(physics - hybrid);
-            }
-            networks.extend(one.networks);
-            if stopped {
-                break;
-            }
-        }
-        let count = gains.len().max(1) as f64;
-        let mean = gains.iter().sum::<f64>() / count;
-        let error = (gains.iter().map(|g| (g - mean).powi(2)).sum::<f64>()
-            / (count * (count - 1.0).max(1.0)))
-        .sqrt();
-        let verdict = Verdict {
-            physics_g: of_physics / count,
-            hybrid_g: of_hybrid / count,
-            standard_errors: mean / error.max(1e-12),
-            used: mean > 0.0 && mean > 2.0 * error,
-        };
-        if !verdict.used {
-            networks.clear();
-        }
-        (
-            Self {
-                scaler,
-                typical,
-                networks,
-            },
-            verdict,
-        )
-    }
 }
 
-fn part(examples: &[Example], keep: impl Fn(usize) -> bool) -> Vec<Example> {
-    examples
-        .iter()
-        .enumerate()
-        .filter(|(i, _)| keep(*i))
-        .map(|(_, e)| *e)
-        .collect()
-}
-
-/// One network of a hybrid in training. The loss is Huber's, in typical errors: a press that went wrong must not
-/// bend the rest.
-struct Training<'a> {
-    network: Mlp,
-    examples: &'a [Example],
-    inputs: Vec<f32>,
-    /// What y should be: (true load − L)/s(L).
-    wanted: Vec<f32>,
-    typical: Typical,
-    batch: Vec<f32>,
-    by_output: Vec<f32>,
-    trace: Trace,
-}
-
-/// Where Huber's loss turns from square to straight.
-const HUBER: f32 = 3.0;
-
-impl<'a> Training<'a> {
-    fn new(scaler: &Scaler, typical: Typical, examples: &'a [Example], seed: u64) -> Self {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let mut inputs = Vec::with_capacity(examples.len() * FEATURES);
-        for example in examples {
-            let mut row = example.features;
-            scaler.scale(&mut row);
-            inputs.extend(row.map(|x| x.clamp(-3.0, 3.0)));
-        }
-        Self {
-            network: starting_at_nothing(Mlp::new(&[FEATURES, HIDDEN, 1], false, &mut random)),
-            wanted: examples
-                .iter()
-                .map(|e| (e.load_g - e.physics_g) / typical.at(e.physics_g))
-                .collect(),
-            examples,
-            inputs,
-            typical,
-            batch: Vec::new(),
-            by_output: Vec::new(),
-            trace: Trace::default(),
-        }
-    }
-}
-
-impl Trainable for Training<'_> {
-    fn networks(&mut self) -> Vec<&mut Mlp> {
-        vec![&mut self.network]
-    }
-
-    fn examples(&self) -> usize {
-        self.examples.len()
-    }
-
-    fn batch(&mut self, which: &[usize], gradients: &mut [Vec<f32>]) -> f64 {
-        self.batch.clear();
-        for &i in which {
-            self.batch
-                .extend_from_slice(&self.inputs[i * FEATURES..(i + 1) * FEATURES]);
-        }
-        self.network.forward(&self.batch, &mut self.trace);
-        let count = which.len() as f32;
-        let mut loss = 0.0;
-        self.by_output.clear();
-        for (&i, y) in which.iter().zip(self.trace.output()) {
-            let off = y - self.wanted[i];
-            let held = off.clamp(-HUBER, HUBER);
-            loss += f64::from(held * (off - 0.5 * held));
-            self.by_output.push(held / count);
-        }
-        self.network.backward(
-            &self.batch,
-            &self.by_output,
-            &mut self.trace,
-            &mut gradients[0],
-            false,
-        );
-        loss / f64::from(count)
-    }
-
-    fn check(&mut self) -> f64 {
-        self.network.forward(&self.inputs, &mut self.trace);
-        let errors = self
-            .trace
-            .output()
-            .iter()
-            .zip(&self.wanted)
-            .zip(self.examples)
-            .map(|((y, wanted), e)| f64::from((y - wanted).abs() * self.typical.at(e.physics_g)));
-        errors.sum::<f64>() / self.examples.len() as f64
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::train::assert_gradient;
-    use rand::RngExt;
-
-    /// Presses whose physics is off by `bias` of the load, and by noise.
-    fn examples(bias: f32) -> Vec<Example> {
-        let mut random = ChaCha8Rng::seed_from_u64(8);
-        (0..120)
-            .map(|_| {
-                let load_g = 20.0 + 400.0 * random.random::<f32>();
-                let physics_g = load_g * (1.0 + bias) + random.random::<f32>() - 0.5;
-                let mut features = [0.0; FEATURES];
-                features.fill_with(|| random.random::<f32>());
-                features[0] = physics_g / 100.0;
-                Example {
-                    features,
-                    physics_g,
-                    load_g,
-                }
-            })
-            .collect()
-    }
-
-    #[test]
-    fn gradients_agree_with_finite_differences() {
-        let examples = examples(0.02);
-        let flat: Vec<f32> = examples.iter().flat_map(|e| e.features).collect();
-        let scaler = Scaler::fit(&flat, FEATURES);
-        let mut training = Training::new(&scaler, Typical::fit(&examples), &examples, 2);
-        let which: Vec<usize> = (0..40).collect();
-        assert_gradient(&mut training, &which, 0.02);
-    }
-
-    #[test]
-    fn physics_that_is_right_is_left_alone_and_a_bias_is_learnt() {
-        let (_, verdict) = Hybrid::train(&examples(0.0), 5, 60, 1, &mut |_| Go::On);
-        assert!(!verdict.used, "{verdict:?}");
-        let (model, verdict) = Hybrid::train(&examples(0.03), 5, 200, 1, &mut |_| Go::On);
-        assert!(verdict.used, "{verdict:?}");
-        assert!(verdict.hybrid_g < 0.5 * verdict.physics_g, "{verdict:?}");
-        assert_eq!(model.networks.len(), 5);
+impl Member {
+    /// Features as the network takes them in. Beyond what was seen the correction stays what it was at the edge.
+    fn scaled(&self, features: &[f32; FEATURES]) -> [f32; FEATURES] {
+        let mut scaled = *features;
+        self.scaler.scale(&mut scaled);
+        scaled.map(|x| x.clamp(-3.0, 3.0))
     }
 }

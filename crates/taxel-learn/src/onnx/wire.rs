@@ -10,31 +10,45 @@ pub(super) enum Field<'a> {
     Four(u64, [u8; 4]),
 }
 
-/// The fields of a message, in order.
-pub(super) fn fields(mut bytes: &[u8]) -> Result<Vec<Field<'_>>, String> {
-    let mut found = Vec::new();
-    while !bytes.is_empty() {
-        let key = varint(&mut bytes)?;
-        let (number, kind) = (key >> 3, key & 7);
-        found.push(match kind {
-            0 => Field::Number(number, varint(&mut bytes)?),
-            1 => {
-                take(&mut bytes, 8)?;
-                continue;
+/// The fields of a message, in order, read as they are asked for: a list of all would take many times the message's
+/// size.
+pub(super) fn fields(mut bytes: &[u8]) -> impl Iterator<Item = Result<Field<'_>, String>> {
+    std::iter::from_fn(move || {
+        while !bytes.is_empty() {
+            match field(&mut bytes) {
+                Ok(None) => {}
+                Ok(Some(field)) => return Some(Ok(field)),
+                Err(why) => {
+                    bytes = &[];
+                    return Some(Err(why));
+                }
             }
-            2 => {
-                let length = varint(&mut bytes)?;
-                let length = usize::try_from(length).map_err(|_| cut())?;
-                Field::Bytes(number, take(&mut bytes, length)?)
-            }
-            5 => {
-                let four = take(&mut bytes, 4)?;
-                Field::Four(number, [four[0], four[1], four[2], four[3]])
-            }
-            other => return Err(format!("not ONNX: a field of kind {other}")),
-        });
-    }
-    Ok(found)
+        }
+        None
+    })
+}
+
+/// The next field; none where it is of a kind that ONNX does not need here.
+fn field<'a>(bytes: &mut &'a [u8]) -> Result<Option<Field<'a>>, String> {
+    let key = varint(bytes)?;
+    let (number, kind) = (key >> 3, key & 7);
+    Ok(Some(match kind {
+        0 => Field::Number(number, varint(bytes)?),
+        1 => {
+            take(bytes, 8)?;
+            return Ok(None);
+        }
+        2 => {
+            let length = varint(bytes)?;
+            let length = usize::try_from(length).map_err(|_| cut())?;
+            Field::Bytes(number, take(bytes, length)?)
+        }
+        5 => {
+            let four = take(bytes, 4)?;
+            Field::Four(number, [four[0], four[1], four[2], four[3]])
+        }
+        other => return Err(format!("not ONNX: a field of kind {other}")),
+    }))
 }
 
 /// Numbers one after the other.
@@ -83,8 +97,8 @@ pub(super) struct Attribute<'a> {
 
 pub(super) fn attribute(bytes: &[u8]) -> Result<Attribute<'_>, String> {
     let mut found = Attribute::default();
-    for field in fields(bytes)? {
-        match field {
+    for field in fields(bytes) {
+        match field? {
             Field::Bytes(1, name) => found.name = String::from_utf8_lossy(name).into_owned(),
             Field::Four(2, float) => found.float = f32::from_le_bytes(float),
             Field::Number(3, number) => found.number = number,

@@ -37,7 +37,7 @@ impl Evidence {
     pub(super) fn new(sensor: &Sensor, data: &Data) -> Result<Self, Error> {
         check(sensor, data)?;
         let (rows, columns) = (sensor.rows(), sensor.columns());
-        let options = ScreenOptions::from_spec(&sensor.screen);
+        let options = ScreenOptions::from_sensor(sensor);
         let mut lines = LineScreen::new(rows, columns, sensor.max_count(), &options);
         for frame in data.frames.iter().chain(data.uniform.iter().map(|u| &u.0)) {
             lines.observe(frame)?;

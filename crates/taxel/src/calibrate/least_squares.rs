@@ -47,22 +47,12 @@ impl Default for Settings {
 
 /// Median of the absolute values times 1.4826: a standard deviation that outliers do not move.
 pub(super) fn robust_deviation(values: &[f64]) -> f64 {
-    let mut sizes: Vec<f64> = values.iter().map(|x| x.abs()).collect();
-    if sizes.is_empty() {
-        return 0.0;
-    }
-    let middle = sizes.len() / 2;
-    1.4826 * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1
+    1.4826 * crate::stats::median(values.iter().map(|x| x.abs())).unwrap_or(0.0)
 }
 
 /// Median; 0 for nothing.
 pub(super) fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    if sorted.is_empty() {
-        return 0.0;
-    }
-    let middle = sorted.len() / 2;
-    *sorted.select_nth_unstable_by(middle, f64::total_cmp).1
+    crate::stats::median(values.iter().copied()).unwrap_or(0.0)
 }
 
 /// Huber's weights of residuals at a scale, and the loss.

@@ -6,6 +6,7 @@ use super::model::{Unknown, no_fit};
 use super::{Calibration, Options, Parameter, Report};
 use crate::screen::Axis;
 use crate::sensor::{Bend, Material, PerLine, PerTaxel, Provenance};
+use crate::stats::quantile;
 use crate::{Error, Sensor};
 
 /// Two fitted numbers whose estimates are correlated more than this can't be told apart.
@@ -99,7 +100,7 @@ impl Search<'_> {
             folds: options.folds,
             held_out_mean_absolute_g: score.mean_error(),
             held_out_standard_error_g: standard_error(&score.errors_g),
-            held_out_p95_g: percentile(&score.errors_g, 0.95),
+            held_out_p95_g: quantile(score.errors_g.iter().copied(), 0.95).unwrap_or(0.0),
             laws: self.laws.clone(),
             law: self.law.clone(),
             findings: self.findings.clone(),
@@ -247,11 +248,4 @@ fn name(unknown: Unknown) -> &'static str {
 
 fn round(value: f64, digits: f64) -> f64 {
     (value * digits).round() / digits
-}
-
-fn percentile(values: &[f64], share: f64) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let at = (share * (sorted.len().max(1) - 1) as f64).round() as usize;
-    sorted.get(at).copied().unwrap_or(0.0)
 }

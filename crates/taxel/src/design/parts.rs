@@ -18,12 +18,7 @@ pub struct Switch {
 /// Source: the makers' data sheets (Texas Instruments: CD…, MUX…, TMUX…; Analog Devices: ADG…), typical at 25 °C. An
 /// on-resistance falls as the supply rises: check the sheet at the supply at hand.
 pub const SWITCHES: [Switch; 11] = [
-    switch(
-        "CD4051B",
-        470.0,
-        Some(1050.0),
-        "5 V supply; 125 Ohm at 15 V",
-    ),
+    switch("CD4051B", 470.0, Some(1050.0), "5 V supply; 125 Ω at 15 V"),
     switch("MUX36S16", 125.0, None, "36 V supply"),
     switch("CD74HC4067", 70.0, Some(160.0), "4.5 V supply"),
     switch("CD74HCT4051", 70.0, None, "4.5 V supply"),

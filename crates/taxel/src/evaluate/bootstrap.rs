@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::metric::percentile;
+use crate::stats::quantile_of_sorted;
 
 /// A figure and how far to trust it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,8 +105,8 @@ impl Bootstrap {
         let outside = (1.0 - self.confidence) / 2.0;
         let interval = |draws: &mut Vec<f64>| {
             draws.sort_by(f64::total_cmp);
-            let at = |share| percentile(draws, share);
-            (!draws.is_empty()).then(|| (at(outside), at(1.0 - outside)))
+            let at = |share| quantile_of_sorted(draws, share);
+            at(outside).zip(at(1.0 - outside))
         };
         Some(std::array::from_fn(|i| Estimate {
             value: values[i],

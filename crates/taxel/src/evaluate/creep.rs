@@ -63,8 +63,8 @@ pub struct Creep {
     pub logarithms: Vec<Logarithm>,
 }
 
-/// A hold that says something of drift.
-const SHORTEST_DRIFT_SECS: f64 = 60.0;
+/// The shortest time that says something of drift, seconds.
+pub const SHORTEST_DRIFT_SECS: f64 = 60.0;
 /// The fewest readings of a hold that counts.
 pub const FEWEST: usize = 10;
 /// Time constants looked at within the hold.

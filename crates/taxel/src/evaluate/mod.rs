@@ -26,14 +26,7 @@ pub mod sweep;
 
 pub use bootstrap::{Bootstrap, Estimate};
 
-use crate::metric::percentile;
-
-/// Middle value; `None` of nothing.
-fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
-    let mut sorted: Vec<f64> = values.into_iter().collect();
-    sorted.sort_by(f64::total_cmp);
-    (!sorted.is_empty()).then(|| percentile(&sorted, 0.5))
-}
+use crate::stats::median;
 
 /// Mean; `None` of nothing.
 pub fn mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {

@@ -344,6 +344,12 @@ impl Judge<'_> {
             );
             return Some((Fault::TaxelOpen, evidence));
         }
+        // Before what silence tells: noise about a low baseline is silent in half of the frames.
+        let (noise, typical) = (unloaded.noise[taxel], unloaded.typical_noise);
+        if noise > options.noisy_factor * typical && noise > typical + options.noisy_counts {
+            let evidence = format!("noise {noise:.1} counts; the array {typical:.1}");
+            return Some((Fault::TaxelNoisy, evidence));
+        }
         let close = self.rubbed.response.close[taxel];
         let often = close.silent >= options.flicker_frames;
         if often && close.silent_share() >= options.flicker_share {
@@ -352,11 +358,6 @@ impl Judge<'_> {
                 close.silent, close.vouched
             );
             return Some((Fault::TaxelFlickering, evidence));
-        }
-        let (noise, typical) = (unloaded.noise[taxel], unloaded.typical_noise);
-        if noise > options.noisy_factor * typical && noise > typical + options.noisy_counts {
-            let evidence = format!("noise {noise:.1} counts; the array {typical:.1}");
-            return Some((Fault::TaxelNoisy, evidence));
         }
         let frames = self.rubbed.response.frames;
         let share = f64::from(tally.stuck) / frames.max(1) as f64;

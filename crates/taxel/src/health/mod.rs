@@ -236,6 +236,7 @@ impl SelfTest {
         let screen = ScreenOptions {
             baseline_counts: Some(unloaded.typical_counts),
             noise_counts: Some(unloaded.typical_noise.hypot(unloaded.unevenness)),
+            unloaded_counts: Some(unloaded.typical_counts),
             ..self.options.screen.clone()
         };
         Rubbed {

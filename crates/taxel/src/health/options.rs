@@ -1,7 +1,7 @@
 //! Every threshold of the self-test, with why it stands where it stands.
 
 use crate::screen::ScreenOptions;
-use crate::sensor::{ScanOrder, Sensor};
+use crate::sensor::{ScanOrder, Sensor, Topology};
 
 /// Thresholds of the self-test. Shares are 0 to 1. Those of [`ScreenOptions`] hold as well: what is loaded, what is
 /// silent, what is at an end of the converter, and all that makes a line dead, flickering or shorted.
@@ -72,7 +72,11 @@ pub struct HealthOptions {
 impl Default for HealthOptions {
     fn default() -> Self {
         Self {
-            screen: ScreenOptions::default(),
+            // A whole hand leaves cross-talk on an open taxel: less than a tenth of the load around it is silence.
+            screen: ScreenOptions {
+                silent_share: 0.1,
+                ..ScreenOptions::default()
+            },
             scan_order: ScanOrder::RowByRow,
             frames_per_second: None,
             fewest_frames: 16,
@@ -105,9 +109,11 @@ impl HealthOptions {
     /// The defaults, with the scan order of a sensor file. What its `[screen]` declares is not taken over: the test
     /// looks for itself.
     pub fn of(sensor: &Sensor) -> Self {
-        Self {
+        let mut options = Self {
             scan_order: sensor.converter.scan_order,
             ..Self::default()
-        }
+        };
+        options.screen.floating = sensor.readout.topology == Topology::DividerFloating;
+        options
     }
 }

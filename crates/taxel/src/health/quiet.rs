@@ -147,31 +147,14 @@ fn mask(counts: &[f64], columns: usize, shorted: f64) -> Vec<bool> {
     (0..counts.len()).map(line).collect()
 }
 
-/// The mean of the two middle values (or the middle one) of `values`, which are reordered; 0 of none.
+/// The median of `values`, which are reordered; 0 of none.
 pub(super) fn median(values: &mut [f64]) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    let odd = values.len() % 2 == 1;
-    let (below, &mut upper, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
-    if odd {
-        return upper;
-    }
-    let lower = below.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    (lower + upper) / 2.0
+    crate::stats::median_in_place(values).unwrap_or(0.0)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn medians_of_odd_and_even_numbers() {
-        assert_eq!(median(&mut [3.0, 1.0, 2.0]), 2.0);
-        assert_eq!(median(&mut [4.0, 1.0, 2.0, 3.0]), 2.5);
-        assert_eq!(median(&mut []), 0.0);
-    }
 
     #[test]
     fn a_short_masks_its_row_and_column_and_a_line_at_the_end_itself() {

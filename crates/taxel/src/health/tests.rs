@@ -56,6 +56,84 @@ fn dead_and_flickering_lines_are_named() {
     }
 }
 
+/// The two mats that are shipped, uneven by a tenth.
+fn mats(seed: u64) -> [Bench; 2] {
+    ["mat-16x16-cd4067", "mat-32x32-adg732"].map(|name| {
+        let size = if name.contains("16x16") { 16 } else { 32 };
+        Bench::new(sensor(name, size, size, seed), seed)
+    })
+}
+
+#[test]
+fn faults_of_the_shipped_mats_are_named_and_nothing_else() {
+    for seed in SEEDS {
+        for bench in mats(seed) {
+            let (size, name) = (bench.sensor.rows(), bench.sensor.name.clone());
+            let row = 2 + seed as usize;
+            let at = |row: usize, column: usize| row * size + column;
+            let cases = [
+                (
+                    Broken {
+                        dead: vec![(Axis::Row, row)],
+                        ..Broken::default()
+                    },
+                    format!("line-open at row {row}"),
+                ),
+                (
+                    Broken {
+                        dead: vec![(Axis::Column, row + 1)],
+                        ..Broken::default()
+                    },
+                    format!("line-open at column {}", row + 1),
+                ),
+                (
+                    Broken {
+                        flickering: vec![(Axis::Column, row)],
+                        ..Broken::default()
+                    },
+                    format!("line-flickering at column {row}"),
+                ),
+                (
+                    Broken {
+                        at: vec![(Axis::Row, row, 1.0)],
+                        ..Broken::default()
+                    },
+                    format!("line-at-supply at row {row}"),
+                ),
+                (
+                    Broken {
+                        shorted_rows: vec![row],
+                        ..Broken::default()
+                    },
+                    format!("lines-shorted at rows {row} and {}", row + 1),
+                ),
+                (
+                    Broken {
+                        noisy: vec![(at(row, 5), 30.0)],
+                        ..Broken::default()
+                    },
+                    format!("taxel-noisy at taxel at row {row}, column 5"),
+                ),
+                (
+                    Broken {
+                        siemens: vec![(at(row, 7), 0.2)],
+                        ..Broken::default()
+                    },
+                    format!("taxel-shorted at taxel at row {row}, column 7"),
+                ),
+            ];
+            for (broken, wanted) in cases {
+                let bench = Bench {
+                    sensor: bench.sensor.clone(),
+                    broken,
+                    ..bench
+                };
+                assert_eq!(bench.found(), [wanted], "{name} {seed}");
+            }
+        }
+    }
+}
+
 #[test]
 fn lines_at_an_end_are_told_from_open_ones() {
     for seed in SEEDS {

@@ -1,13 +1,13 @@
 //! How far estimates are from the truth.
 
 use super::{same_shape, usable};
+use crate::stats::quantile_of_sorted;
 use crate::{Error, Frame};
 
 /// Deviations e = estimate − truth over some taxels, in the unit of the two.
 ///
 /// Source: usual definitions (Hyndman and Koehler, *Int. J. Forecasting* 22:679, 2006, for MAE and RMSE; the
-/// percentile is type 7 of Hyndman and Fan, *The American Statistician* 50:361, 1996: linear between order
-/// statistics).
+/// percentile: [`crate::stats`]).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Deviations {
     /// How many values were compared.
@@ -43,7 +43,7 @@ pub fn deviations(pairs: impl IntoIterator<Item = (f64, f64)>) -> Option<Deviati
         bias: mean(sum),
         mean_absolute: mean(sizes.iter().sum()),
         root_mean_square: mean(sizes.iter().map(|e| e * e).sum()).sqrt(),
-        percentile_95: percentile(&sizes, 0.95),
+        percentile_95: quantile_of_sorted(&sizes, 0.95)?,
         largest: sizes[count - 1],
     })
 }
@@ -66,14 +66,6 @@ pub fn deviations_of_frames<Q>(
             .filter(|(i, _, truth)| chosen(*i, *truth))
             .map(|(_, estimate, truth)| (estimate, truth)),
     ))
-}
-
-/// Linear between order statistics of sorted values.
-pub(crate) fn percentile(sorted: &[f64], share: f64) -> f64 {
-    let position = share * (sorted.len() - 1) as f64;
-    let below = position.floor() as usize;
-    let above = (below + 1).min(sorted.len() - 1);
-    sorted[below] + (position - below as f64) * (sorted[above] - sorted[below])
 }
 
 #[cfg(test)]

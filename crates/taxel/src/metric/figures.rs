@@ -1,7 +1,8 @@
 //! The figures of one frame that a live view and a recording show.
 
 use super::{
-    centre_of_pressure_mm, contact_area_mm2, outlier_share, peak_pressure, total_force_newtons,
+    centre_of_pressure_mm, contact_area_mm2, measured_share, outlier_share, peak_pressure,
+    total_force_newtons,
 };
 use crate::sensor::Array;
 use crate::{Frame, Newtons};
@@ -12,7 +13,7 @@ pub const CONTACT_NEWTONS: f64 = 0.05;
 /// What a frame of loads amounts to.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Figures {
-    /// Sum of all loads, newtons.
+    /// Sum of the loads of all taxels that count, newtons. What is not measured is missing from it, see `measured_share`.
     pub total_force_newtons: f64,
     /// Highest pressure, kPa.
     pub peak_kilopascals: f64,
@@ -21,8 +22,10 @@ pub struct Figures {
     /// Centre of pressure over those taxels, mm from the centre of the taxel at row 0, column 0, across the rows and
     /// across the columns; `None` when nothing touches.
     pub centre_mm: Option<[f64; 2]>,
-    /// Share of the taxels that do not count, 0 to 1.
+    /// Share of the taxels whose mark is not good, 0 to 1.
     pub outlier_share: f64,
+    /// Share of the taxels whose own reading stands behind the sum, 0 to 1: neither lost nor interpolated.
+    pub measured_share: f64,
 }
 
 impl Figures {
@@ -36,6 +39,7 @@ impl Figures {
             contact_area_mm2: contact_area_mm2(loads, CONTACT_NEWTONS, cell_mm2),
             centre_mm: centre_of_pressure_mm(loads, array.pitch_mm, CONTACT_NEWTONS),
             outlier_share: outlier_share(loads),
+            measured_share: measured_share(loads),
         }
     }
 }

@@ -24,7 +24,6 @@ mod integral;
 mod load;
 
 pub use cross_talk::{Ghost, TaxelCrossTalk, cross_talk_drop, cross_talk_index, ghost_level};
-pub(crate) use deviation::percentile;
 pub use deviation::{Deviations, deviations, deviations_of_frames};
 pub use figures::{CONTACT_NEWTONS, Figures};
 pub use integral::{TaxelIntegrals, TimeIntegral, time_integral};
@@ -46,6 +45,13 @@ pub fn is_usable(mark: Mark) -> bool {
 /// (Table IV), with marks in place of its two thresholds ([`crate::screen::CountsMask`] has these).
 pub fn outlier_share<Q>(frame: &Frame<Q>) -> f64 {
     1.0 - frame.count(Mark::Good) as f64 / frame.marks().len() as f64
+}
+
+/// Share of the taxels whose own reading counts, 0 to 1: good, or saturated (a lower bound). A sum of loads over a
+/// frame is a sum over these, and over what was interpolated.
+pub fn measured_share<Q>(frame: &Frame<Q>) -> f64 {
+    let measured = frame.count(Mark::Good) + frame.count(Mark::Saturated);
+    measured as f64 / frame.marks().len() as f64
 }
 
 /// Values and positions of the taxels that count.

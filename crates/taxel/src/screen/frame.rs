@@ -10,6 +10,9 @@ use crate::{Counts, Error, Frame, Mark};
 /// A taxel that read at least this share of the range may be saturated in the next frame.
 const OWN_SUPPORT_SHARE: f64 = 0.5;
 
+/// Frames in a row at the ceiling that tell a press beyond it from a stray reading.
+pub(super) const HELD_FRAMES: u8 = 3;
+
 /// The valid readings around one taxel.
 #[derive(Debug, Clone, Copy, Default)]
 struct Around {
@@ -36,10 +39,14 @@ impl Around {
         &self.values[..self.len]
     }
 
-    /// Whether all valid neighbours but one (at least three of them) exceed `threshold`.
-    fn surround_above(&self, threshold: f64) -> bool {
-        let above = self.values().iter().filter(|&&v| v > threshold).count();
-        above >= 3 && above + 1 >= self.len
+    /// Whether all eight neighbours exceed `threshold`, the least of them by half as much as the most: the midst of one
+    /// contact, where no hole is. Between the edges of several there may be one.
+    fn surround_above(&self, baseline: f64, threshold: f64) -> bool {
+        let heights = self.values().iter().map(|value| value - baseline);
+        let (least, most) = heights.fold((f64::INFINITY, 0.0f64), |(least, most), height| {
+            (least.min(height), most.max(height))
+        });
+        self.len == 8 && least > threshold && 2.0 * least >= most
     }
 }
 
@@ -58,6 +65,10 @@ pub struct FrameScreen {
     lines: LineFaults,
     /// Taxels that were high, or saturated, in the frame before.
     was_high: Vec<bool>,
+    /// Frames in a row that each taxel has stood at the ceiling.
+    at_ceiling: Vec<u8>,
+    /// Taxels that the whole recording tells to be pressed beyond the ceiling.
+    held_at_ceiling: Vec<bool>,
     dropped: Vec<(Axis, usize)>,
     spikes: Vec<usize>,
 }
@@ -73,6 +84,8 @@ impl FrameScreen {
             levels: LevelScreen::new(rows, columns, max_count, options),
             lines: LineFaults::default(),
             was_high: vec![false; rows * columns],
+            at_ceiling: vec![0; rows * columns],
+            held_at_ceiling: vec![false; rows * columns],
             dropped: Vec::with_capacity(rows + columns),
             spikes: Vec::with_capacity(rows * columns),
         }
@@ -82,6 +95,12 @@ impl FrameScreen {
     /// any, is used until the stream has one of its own.
     pub fn set_lines(&mut self, faults: &LineFaults) {
         self.lines = faults.clone();
+        self.held_at_ceiling.fill(false);
+        for &taxel in &faults.held_at_ceiling {
+            if let Some(held) = self.held_at_ceiling.get_mut(taxel) {
+                *held = true;
+            }
+        }
     }
 
     /// Baseline and noise in use: from the stream so far, else from the recording the line faults come from.
@@ -147,27 +166,37 @@ impl FrameScreen {
     /// Stuck or saturated, for every reading at either end of the converter.
     fn mark_ends(&mut self, frame: &mut Frame<Counts>, thresholds: &Thresholds) {
         let options = &self.options;
-        let fallen = thresholds.baseline - options.stuck_sigmas * thresholds.noise;
+        let fallen = thresholds.least - options.stuck_sigmas * thresholds.noise;
         let below_baseline = fallen > options.end_counts && thresholds.floor.is_some();
-        let surround = thresholds.baseline + options.stuck_surround_share * self.max_count;
+        let surround = options.stuck_surround_share * self.max_count;
         let support = options.saturated_support_share * self.max_count;
         for row in 0..self.rows {
             for column in 0..self.columns {
                 let i = row * self.columns + column;
                 let value = frame.values()[i];
+                let run = &mut self.at_ceiling[i];
+                *run = match value >= thresholds.ceiling {
+                    true => run.saturating_add(1),
+                    false => 0,
+                };
                 if frame.marks()[i] != Mark::Good {
                     continue;
                 }
                 if value >= thresholds.ceiling {
                     let around = Around::of(frame, row, column);
-                    let plausible = self.was_high[i] || is_supported(&around, support, thresholds);
+                    let stands = *run >= HELD_FRAMES || self.held_at_ceiling[i];
+                    let plausible =
+                        stands || self.was_high[i] || is_supported(&around, support, thresholds);
                     frame.marks_mut()[i] = if plausible {
                         Mark::Saturated
                     } else {
                         Mark::Stuck
                     };
                 } else if value <= options.end_counts
-                    && (below_baseline || Around::of(frame, row, column).surround_above(surround))
+                    && (below_baseline
+                        || !options.floating
+                            && Around::of(frame, row, column)
+                                .surround_above(thresholds.baseline, surround))
                 {
                     frame.marks_mut()[i] = Mark::Stuck;
                 }

@@ -2,14 +2,24 @@
 
 use std::fmt;
 
+use super::frame::HELD_FRAMES;
 use super::line_test::{Lines, Thresholds, Verdict, judge};
-use super::short::AlikePairs;
+use super::short::{AlikePairs, Usual};
 use super::{Axis, Level, LevelScreen, ScreenOptions, median};
 use crate::sensor::ScreenSpec;
 use crate::{Counts, Error, Frame};
 
 /// Silent readings between loaded ones, over a recording, before silence counts for anything.
 const FEWEST_SILENT: u64 = 20;
+/// Share of a line's length that must have been vouched for, in one frame or another, before its silence alone makes it
+/// dead: a gap between two fingers or soles follows a line for less.
+const COVERED_SHARE: f64 = 0.9;
+/// A line falls silent when it read at least this share of the load beside it in the frame before …
+const ANSWERED_SHARE: f64 = 0.3;
+/// … and that load has changed by no more than this factor since: a hand that moves on changes both.
+const STEADY_FACTOR: f64 = 1.5;
+/// Counts by which a faulty line reads other than the lines beside it.
+const LEAST_DIFFERENCE: f64 = 2.0;
 
 /// What is wrong with a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -81,6 +91,9 @@ pub struct LineFaults {
     pub frames: u64,
     /// Frames left out because half of all rows or columns, or more, were out at once: no line's fault.
     pub blank_frames: u64,
+    /// Taxels (row · columns + column) that stood at the converter's ceiling in three frames in a row, or in all:
+    /// pressed beyond it, not stray readings.
+    pub held_at_ceiling: Vec<usize>,
 }
 
 impl LineFaults {
@@ -181,27 +194,50 @@ impl LineFaults {
 }
 
 /// What is kept of one line over a recording.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 struct LineTally {
     tested: u64,
-    out: u64,
-    vouched: u64,
+    /// Frames in which it had fallen, or was at the ceiling.
+    fallen: u64,
+    /// Frames in which only its silence tells, and of these the frames in which it fell silent under a steady load.
     silent: u64,
+    fell_silent: u64,
+    vouched_readings: u64,
+    silent_readings: u64,
     fallen_share_when_in: f64,
-    fallen_frames: u64,
+    /// Frames in which it answered to a load.
+    answered: u64,
+    /// Positions along it that were vouched for in some frame.
+    covered: Vec<bool>,
     median_sum: f64,
     beside_sum: f64,
+}
+
+impl LineTally {
+    fn of_length(length: usize) -> Self {
+        Self {
+            covered: vec![false; length],
+            ..Self::default()
+        }
+    }
+
+    fn covered_share(&self) -> f64 {
+        self.covered.iter().filter(|&&covered| covered).count() as f64 / self.covered.len() as f64
+    }
 }
 
 /// Finds line faults in a stream of frames with state of constant size.
 ///
 /// A line is *out* in a frame when nearly all of its readings have fallen below what an unloaded taxel reads
 /// (a dead line reads 0 and noise; a sound one the baseline), or when it is silent where the lines on both
-/// sides are loaded and responds nowhere. Out in all frames that can tell: dead. Out in some: flickering.
+/// sides carry a real load and responds nowhere. Out in all frames that can tell: dead; by silence alone only along half
+/// of its length, and where it never answered. Out in some: flickering; by silence alone only where it answered in the
+/// frame before and the load beside it has hardly changed.
 /// Independently, two adjacent lines that read alike where other pairs do not are shorted.
 ///
 /// What it cannot tell: a line without a load beside it on an array whose baseline is 0; a line at the edge of such
-/// an array (it has only one side).
+/// an array (it has only one side); on an array with floating lines, anything but a fall below what the circuit says that
+/// the empty array reads; lines of fewer than four taxels.
 #[derive(Debug, Clone)]
 pub struct LineScreen {
     options: ScreenOptions,
@@ -215,6 +251,12 @@ pub struct LineScreen {
     scratch: Vec<f64>,
     frames: u64,
     blank_frames: u64,
+    previous: Option<Frame<Counts>>,
+    /// Of an array with floating lines: what every row, then every column, reads at most of its places, counts above
+    /// the baseline.
+    usual: Vec<f64>,
+    at_ceiling: Vec<u8>,
+    held: Vec<bool>,
 }
 
 impl LineScreen {
@@ -224,14 +266,18 @@ impl LineScreen {
             options: options.clone(),
             max_count,
             levels: LevelScreen::new(rows, columns, max_count, options),
-            rows: vec![LineTally::default(); rows],
-            columns: vec![LineTally::default(); columns],
-            row_pairs: AlikePairs::new(rows),
-            column_pairs: AlikePairs::new(columns),
+            rows: vec![LineTally::of_length(columns); rows],
+            columns: vec![LineTally::of_length(rows); columns],
+            row_pairs: AlikePairs::new(rows, columns),
+            column_pairs: AlikePairs::new(columns, rows),
             verdicts: Vec::with_capacity(rows + columns),
             scratch: Vec::with_capacity(2 * rows.max(columns)),
             frames: 0,
             blank_frames: 0,
+            previous: None,
+            usual: vec![0.0; rows + columns],
+            at_ceiling: vec![0; rows * columns],
+            held: vec![false; rows * columns],
         }
     }
 
@@ -243,6 +289,10 @@ impl LineScreen {
         self.levels.observe(frame)?;
         self.frames += 1;
         let thresholds = Thresholds::new(self.levels.level(), self.max_count, &self.options);
+        self.follow_ceiling(frame, thresholds.ceiling);
+        if self.options.floating {
+            self.find_usual(frame, thresholds.baseline);
+        }
         self.verdicts.clear();
         for axis in Axis::BOTH {
             let lines = Lines::of(frame, axis);
@@ -257,23 +307,69 @@ impl LineScreen {
             self.blank_frames += 1;
             return Ok(());
         }
-        for (axis, verdicts, tallies) in [
-            (Axis::Row, of_rows, &mut self.rows),
-            (Axis::Column, of_columns, &mut self.columns),
+        for (axis, verdicts, tallies, pairs) in [
+            (Axis::Row, of_rows, &mut self.rows, &mut self.row_pairs),
+            (
+                Axis::Column,
+                of_columns,
+                &mut self.columns,
+                &mut self.column_pairs,
+            ),
         ] {
-            let lines = Lines::of(frame, axis);
-            tally(&lines, verdicts, tallies, &mut self.scratch);
-        }
-        for (axis, pairs) in [
-            (Axis::Row, &mut self.row_pairs),
-            (Axis::Column, &mut self.column_pairs),
-        ] {
-            let lines = Lines::of(frame, axis);
-            for line in 0..lines.count.saturating_sub(1) {
-                pairs.observe(&lines, line, &thresholds, &self.options);
+            let looked = Looked {
+                lines: Lines::of(frame, axis),
+                before: self.previous.as_ref().map(|frame| Lines::of(frame, axis)),
+                thresholds: &thresholds,
+                options: &self.options,
+            };
+            for (line, (verdict, tally)) in verdicts.iter().zip(tallies).enumerate() {
+                looked.tally(line, verdict, tally, &mut self.scratch);
+            }
+            let (along, across) = match axis {
+                Axis::Row => self.usual.split_at(of_rows.len()),
+                Axis::Column => {
+                    let (rows, columns) = self.usual.split_at(of_rows.len());
+                    (columns, rows)
+                }
+            };
+            let usual = Usual {
+                lines: along,
+                positions: across,
+            };
+            for line in 0..looked.lines.count.saturating_sub(1) {
+                pairs.observe(&looked.lines, line, &thresholds, &self.options, &usual);
             }
         }
+        match &mut self.previous {
+            Some(previous) => previous.values.copy_from_slice(frame.values()),
+            None => self.previous = Some(frame.clone()),
+        }
         Ok(())
+    }
+
+    /// Medians of all lines.
+    fn find_usual(&mut self, frame: &Frame<Counts>, baseline: f64) {
+        let mut usual = self.usual.iter_mut();
+        for axis in Axis::BOTH {
+            let lines = Lines::of(frame, axis);
+            for (line, usual) in (0..lines.count).zip(&mut usual) {
+                self.scratch.clear();
+                self.scratch.extend(lines.of_line(line));
+                *usual = median(&mut self.scratch).unwrap_or(0.0) - baseline;
+            }
+        }
+    }
+
+    /// Counts how long each taxel has stood at the ceiling.
+    fn follow_ceiling(&mut self, frame: &Frame<Counts>, ceiling: f64) {
+        let taxels = self.at_ceiling.iter_mut().zip(&mut self.held);
+        for ((run, held), &value) in taxels.zip(frame.values()) {
+            *run = match value >= ceiling {
+                true => run.saturating_add(1),
+                false => 0,
+            };
+            *held |= *run >= HELD_FRAMES;
+        }
     }
 
     /// Baseline and noise so far.
@@ -308,77 +404,144 @@ impl LineScreen {
                     }),
             );
         }
+        let all_along = |run: u8| self.frames > 1 && u64::from(run) == self.frames;
+        let held = self.held.iter().zip(&self.at_ceiling).enumerate();
         LineFaults {
             faults,
             level: self.levels.level(),
             frames: self.frames,
             blank_frames: self.blank_frames,
+            held_at_ceiling: held
+                .filter(|(_, (held, run))| **held || all_along(**run))
+                .map(|(taxel, _)| taxel)
+                .collect(),
         }
     }
 
     fn fault_of(&self, axis: Axis, index: usize, tally: &LineTally) -> Option<LineFault> {
-        if tally.out == 0 {
-            return None;
-        }
         let options = &self.options;
-        // Silence alone may be a gap between two loads: it takes more of it.
-        let only_silent = tally.fallen_frames == 0 && tally.vouched > 0;
-        if only_silent && (tally.silent < FEWEST_SILENT || tally.out < options.flicker_frames) {
+        let is_most = |frames: u64| frames as f64 >= options.dead_share * tally.tested as f64;
+        let silent_if_loaded = tally.vouched_readings < FEWEST_SILENT
+            || tally.silent_readings as f64 >= options.line_share * tally.vouched_readings as f64;
+        let never_answers = tally.silent_readings >= FEWEST_SILENT
+            && tally.covered_share() >= COVERED_SHARE
+            && tally.answered as f64 <= (1.0 - options.dead_share) * tally.tested as f64;
+        let out = tally.fallen + tally.silent;
+        let (kind, faulty) = if out == 0 {
             return None;
-        }
-        let silent_if_loaded = tally.vouched < FEWEST_SILENT
-            || tally.silent as f64 >= options.line_share * tally.vouched as f64;
-        let kind = if tally.out as f64 >= options.dead_share * tally.tested as f64 {
-            silent_if_loaded.then_some(LineFaultKind::Dead)?
+        } else if is_most(tally.fallen) && silent_if_loaded || is_most(out) && never_answers {
+            (LineFaultKind::Dead, out)
         } else {
             // A line whose offset is low all along is fallen by half or more even where it is not out.
-            let frames_in = (tally.tested - tally.out) as f64;
-            let sound = tally.fallen_share_when_in / frames_in < 0.3;
-            (sound && tally.out >= options.flicker_frames).then_some(LineFaultKind::Flickering)?
+            let came_and_went = tally.fallen + tally.fell_silent;
+            let frames_in = (tally.tested - out) as f64;
+            let sound = tally.fallen_share_when_in / frames_in.max(1.0) < 0.3;
+            let flickers = sound && frames_in > 0.0 && came_and_went >= options.flicker_frames;
+            // Silence alone may be a gap between two loads: it takes more of it.
+            let enough = tally.fallen > 0 || tally.silent_readings >= FEWEST_SILENT;
+            (
+                (flickers && enough).then_some(LineFaultKind::Flickering)?,
+                came_and_went,
+            )
         };
-        Some(LineFault {
+        let median_counts = tally.median_sum / out as f64;
+        let beside = tally.beside_sum / out as f64;
+        // What reads as its neighbours do, in the whole numbers that are printed, is no fault.
+        let differs = (median_counts.round() - beside.round()).abs() >= LEAST_DIFFERENCE;
+        differs.then_some(LineFault {
             axis,
             index,
             kind,
-            faulty: tally.out,
+            faulty,
             tested: tally.tested,
-            median_counts: tally.median_sum / tally.out as f64,
-            beside: tally.beside_sum / tally.out as f64,
+            median_counts,
+            beside,
         })
     }
 }
 
-/// Adds one frame's verdicts to the tallies of the lines along one axis.
-fn tally(
-    lines: &Lines<'_>,
-    verdicts: &[Verdict],
-    tallies: &mut [LineTally],
-    scratch: &mut Vec<f64>,
-) {
-    for (line, (verdict, tally)) in verdicts.iter().zip(tallies).enumerate() {
+/// One frame, the one before it and what they are judged by, along one axis.
+struct Looked<'a> {
+    lines: Lines<'a>,
+    before: Option<Lines<'a>>,
+    thresholds: &'a Thresholds,
+    options: &'a ScreenOptions,
+}
+
+impl Looked<'_> {
+    /// Adds the frame's verdict on a line to its tally.
+    fn tally(&self, line: usize, verdict: &Verdict, tally: &mut LineTally, scratch: &mut Vec<f64>) {
+        let length = self.lines.length as f64;
+        let few = (1.0 - self.options.line_share) / 2.0 * length;
+        tally.answered += u64::from(verdict.responding as f64 > few);
         if !verdict.testable {
-            continue;
+            return;
         }
         tally.tested += 1;
-        tally.vouched += verdict.vouched;
-        tally.silent += verdict.silent;
+        tally.vouched_readings += verdict.vouched;
+        tally.silent_readings += verdict.silent;
+        if verdict.vouched > 0 {
+            for (position, covered) in tally.covered.iter_mut().enumerate() {
+                *covered |= self.load_beside(&self.lines, line, position).is_some();
+            }
+        }
         if !verdict.out {
             tally.fallen_share_when_in += verdict.fallen_share;
-            continue;
+            return;
         }
-        tally.out += 1;
-        tally.fallen_frames += u64::from(verdict.fallen_share > 0.5);
+        if verdict.only_silent {
+            tally.silent += 1;
+            tally.fell_silent += u64::from(self.fell_silent(line));
+        } else {
+            tally.fallen += 1;
+        }
+        let (own, beside) = self.medians(line, verdict.only_silent, scratch);
+        tally.median_sum += own;
+        tally.beside_sum += beside;
+    }
+
+    fn load_beside(&self, lines: &Lines<'_>, line: usize, position: usize) -> Option<f64> {
+        lines.vouched_load(line, position, self.thresholds, self.options)
+    }
+
+    /// Whether a line that is silent answered in the frame before, to much the same load beside it.
+    fn fell_silent(&self, line: usize) -> bool {
+        let Some(before) = &self.before else {
+            return false;
+        };
+        let baseline = self.thresholds.baseline;
+        let (mut vouched, mut fell) = (0, 0);
+        for position in 0..self.lines.length {
+            let Some(now) = self.load_beside(&self.lines, line, position) else {
+                continue;
+            };
+            vouched += 1;
+            let steady = self
+                .load_beside(before, line, position)
+                .map(|then| (then - baseline, (then - baseline) / (now - baseline)))
+                .filter(|(_, change)| (1.0 / STEADY_FACTOR..=STEADY_FACTOR).contains(change));
+            let answered = before.at(line, position) - baseline;
+            fell += u64::from(steady.is_some_and(|(then, _)| answered >= ANSWERED_SHARE * then));
+        }
+        fell as f64 >= self.options.line_share * vouched as f64
+    }
+
+    /// Median readings of a line and of those beside it: where these carry a load, if that is what tells.
+    fn medians(&self, line: usize, by_silence: bool, scratch: &mut Vec<f64>) -> (f64, f64) {
+        let lines = &self.lines;
+        let counts =
+            |position: &usize| !by_silence || self.load_beside(lines, line, *position).is_some();
+        let positions = || (0..lines.length).filter(counts);
         scratch.clear();
-        scratch.extend(lines.of_line(line));
-        tally.median_sum += median(scratch).unwrap_or(0.0);
+        scratch.extend(positions().map(|position| lines.at(line, position)));
+        let own = median(scratch).unwrap_or(0.0);
         scratch.clear();
-        if line > 0 {
-            scratch.extend(lines.of_line(line - 1));
+        for beside in [line.checked_sub(1), Some(line + 1)].into_iter().flatten() {
+            if beside < lines.count {
+                scratch.extend(positions().map(|position| lines.at(beside, position)));
+            }
         }
-        if line + 1 < lines.count {
-            scratch.extend(lines.of_line(line + 1));
-        }
-        tally.beside_sum += median(scratch).unwrap_or(0.0);
+        (own, median(scratch).unwrap_or(0.0))
     }
 }
 

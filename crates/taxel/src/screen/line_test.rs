@@ -5,6 +5,9 @@ use std::fmt;
 use super::{Level, LineFaults, ScreenOptions};
 use crate::{Counts, Frame};
 
+/// A line of fewer taxels has no readings to tell its own fault from that of a taxel.
+const SHORTEST_LINE: usize = 4;
+
 /// Rows (sensed lines) or columns (driven lines).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Axis {
@@ -64,6 +67,21 @@ impl<'a> Lines<'a> {
         (0..self.length).map(move |position| self.at(line, position))
     }
 
+    /// The reading beside a line that tells of a real load there, counts. On an array with floating lines none does.
+    pub fn vouched_load(
+        &self,
+        line: usize,
+        position: usize,
+        thresholds: &Thresholds,
+        options: &ScreenOptions,
+    ) -> Option<f64> {
+        let real = |load: &f64| *load > thresholds.really_loaded && *load < thresholds.ceiling;
+        match options.floating {
+            true => None,
+            false => self.vouched(line, position).filter(real),
+        }
+    }
+
     /// The load that both sides of a line vouch for: the smaller of the two sides, each taken at its greater of
     /// the two nearest lines (so that a second bad line beside this one does not hide it). A line at the edge
     /// has one side only, and nobody vouches for it.
@@ -88,12 +106,16 @@ impl<'a> Lines<'a> {
 pub(super) struct Thresholds {
     /// What an unloaded taxel reads, as far as is known (else 0).
     pub baseline: f64,
+    /// What a sound taxel reads at least: the baseline, or less on an array with floating lines.
+    pub least: f64,
     /// Standard deviation of noise (0 where nothing is known).
     pub noise: f64,
     /// Below this a reading has fallen off; `None` where the baseline is too near 0 to fall from it.
     pub floor: Option<f64>,
     /// Above this a reading is loaded.
     pub loaded: f64,
+    /// Above this it carries a load that a line beside it can be judged by.
+    pub really_loaded: f64,
     /// At or above this a reading is at the converter's ceiling.
     pub ceiling: f64,
 }
@@ -104,16 +126,34 @@ impl Thresholds {
             (level.baseline_counts, level.noise_counts)
         });
         let above = (options.loaded_sigmas * noise).max(options.loaded_share_of_range * max_count);
+        let really = (options.real_load_sigmas * noise)
+            .max(options.real_load_share_of_range * max_count)
+            .max(above);
+        let least = match options.floating {
+            true => options.unloaded_counts.unwrap_or(0.0).min(baseline),
+            false => baseline,
+        };
         // What is out reads 0 and half a bell of noise above it: it must fit below the floor.
-        let far_enough = baseline >= (options.floor_sigmas + 2.0) * noise && baseline >= 2.0;
+        let far_enough =
+            least >= (options.floor_sigmas + 2.0) * noise && least >= options.floor_counts;
+        let fall = (options.floor_sigmas * noise).max(options.floor_share * least);
         Self {
             baseline,
+            least,
             noise,
-            floor: (level.is_some() && far_enough)
-                .then_some(baseline - options.floor_sigmas * noise),
+            floor: (level.is_some() && far_enough).then_some(least - fall),
             loaded: baseline + above,
+            really_loaded: baseline + really,
             ceiling: max_count - options.end_counts,
         }
+    }
+}
+
+impl Thresholds {
+    /// What a line that says nothing may read beside this load, counts.
+    pub fn silence(&self, load: f64, options: &ScreenOptions) -> f64 {
+        let left = options.silent_share * (load - self.baseline);
+        self.baseline + left.max(options.floor_sigmas * self.noise)
     }
 }
 
@@ -122,8 +162,12 @@ impl Thresholds {
 pub(super) struct Verdict {
     /// Whether this frame can tell.
     pub testable: bool,
-    /// Whether the line is out.
+    /// Whether the line is out: fallen, silent, or at the ceiling.
     pub out: bool,
+    /// Out by its silence alone.
+    pub only_silent: bool,
+    /// Readings on which it answers to a load.
+    pub responding: u64,
     /// Readings that both sides vouch a load for.
     pub vouched: u64,
     /// Of these, silent ones.
@@ -132,9 +176,10 @@ pub(super) struct Verdict {
     pub fallen_share: f64,
 }
 
-/// Judges one line: it is out when nearly all of its readings have fallen below the baseline (where there is
-/// a baseline to fall from), or when it is silent at nearly all places where the lines on both sides are loaded
-/// and responds nowhere else; or when nearly all of its readings are at the ceiling and those beside it are not.
+/// Judges one line: it is out when nearly all of its readings have fallen below what an unloaded taxel reads (where
+/// there is something to fall from), or when it is silent at nearly all places where the lines on both sides carry a
+/// real load and responds nowhere else; or when nearly all of its readings are at the ceiling and those beside it are
+/// not. Of fewer than four readings no line can be told.
 pub(super) fn judge(
     lines: &Lines<'_>,
     line: usize,
@@ -142,34 +187,34 @@ pub(super) fn judge(
     options: &ScreenOptions,
 ) -> Verdict {
     let mut verdict = Verdict::default();
-    let (mut fallen, mut responding, mut ceiling) = (0u64, 0u64, 0u64);
+    if lines.length < SHORTEST_LINE {
+        return verdict;
+    }
+    let (mut fallen, mut ceiling) = (0u64, 0u64);
     for position in 0..lines.length {
         let value = lines.at(line, position);
-        let height = value - thresholds.baseline;
         fallen += u64::from(thresholds.floor.is_some_and(|floor| value < floor));
-        responding += u64::from(value > thresholds.loaded && value < thresholds.ceiling);
+        verdict.responding += u64::from(value > thresholds.loaded && value < thresholds.ceiling);
         ceiling += u64::from(value >= thresholds.ceiling);
-        match lines.vouched(line, position) {
-            Some(vouched) if vouched > thresholds.loaded && vouched < thresholds.ceiling => {
-                let silence = (options.floor_sigmas * thresholds.noise)
-                    .max(options.silent_share * (vouched - thresholds.baseline));
-                verdict.vouched += 1;
-                verdict.silent += u64::from(height <= silence);
-            }
-            _ => {}
+        if let Some(load) = lines.vouched_load(line, position, thresholds, options) {
+            verdict.vouched += 1;
+            verdict.silent += u64::from(value <= thresholds.silence(load, options));
         }
     }
     let length = lines.length as f64;
     let share = options.line_share;
     verdict.fallen_share = fallen as f64 / length;
-    let enough_vouched = verdict.vouched as f64 >= (options.vouched_share * length).max(4.0);
+    let enough_vouched =
+        verdict.vouched as f64 >= (options.vouched_share * length).max(SHORTEST_LINE as f64);
     let silent = enough_vouched
         && verdict.silent as f64 >= share * verdict.vouched as f64
-        && responding as f64 <= (1.0 - share) / 2.0 * length;
+        && verdict.responding as f64 <= (1.0 - share) / 2.0 * length;
     verdict.testable = thresholds.floor.is_some() || enough_vouched;
     let at_ceiling =
         ceiling as f64 >= share * length && !beside_at_ceiling(lines, line, thresholds);
-    verdict.out = verdict.fallen_share >= share || silent || at_ceiling;
+    let is_fallen = verdict.fallen_share >= share;
+    verdict.out = is_fallen || silent || at_ceiling;
+    verdict.only_silent = silent && !is_fallen && !at_ceiling;
     verdict.testable |= verdict.out;
     if at_ceiling {
         // Not silent, but no answer to the load beside it either.

@@ -1,7 +1,9 @@
 //! Every threshold of the screen, with what it was chosen on.
 
+use crate::circuit::{Circuit, Converter, LinearCircuit};
 use crate::screen::CountsMask;
-use crate::sensor::ScreenSpec;
+use crate::sensor::{ScreenSpec, Sensor, Topology};
+use crate::{Frame, Siemens};
 
 /// Thresholds of the screen. The defaults were chosen on simulated 64 × 128 and 16 × 16 arrays (16 bits, 3 counts of
 /// noise, baseline 25 or 50 counts, 1 reading in 500 stuck, a dead row, a flickering column), the same with the
@@ -23,17 +25,27 @@ pub struct ScreenOptions {
     /// A reading at 0 is stuck when the baseline is this many standard deviations of noise above it. 6 (one sound
     /// reading in 10^9).
     pub stuck_sigmas: f64,
-    /// A reading at 0 is stuck, whatever the baseline, when all of its neighbours but one exceed the baseline by
-    /// this share of the range. 0.02.
+    /// A reading at 0 is stuck, whatever the baseline, when all eight of its neighbours exceed the baseline by
+    /// this share of the range and the least of them by half as much as the most. 0.05.
     pub stuck_surround_share: f64,
-    /// A reading has fallen off its line when it is this many standard deviations below the baseline. 4.
+    /// A reading has fallen off its line when it is this many standard deviations below what an unloaded taxel
+    /// reads … 4.
     pub floor_sigmas: f64,
+    /// … and by this share of it: cross-talk lowers the readings of some read-outs a little. 0.3.
+    pub floor_share: f64,
+    /// Below this many counts an unloaded taxel reads too little to fall from. 6.
+    pub floor_counts: f64,
     /// A reading is loaded when it exceeds the baseline by this many standard deviations … 8.
     pub loaded_sigmas: f64,
     /// … and by this share of the range. 0.005.
     pub loaded_share_of_range: f64,
+    /// A line is judged by its silence where the lines beside it exceed the baseline by this many standard
+    /// deviations … 20.
+    pub real_load_sigmas: f64,
+    /// … and by this share of the range: where they carry a real load. 0.02.
+    pub real_load_share_of_range: f64,
     /// A taxel between two loaded lines is silent when it reads less than this share of their load (a scan that
-    /// keeps a little of the reading before leaves some). 0.1.
+    /// keeps a little of the reading before leaves some; 5 % of a load may be a load). 0.03.
     pub silent_share: f64,
     /// A frame can tell whether a line is silent when the lines on both sides are loaded along at least this share of
     /// it (and at least at 4 places). 0.2.
@@ -52,6 +64,12 @@ pub struct ScreenOptions {
     /// … on at least this many loaded readings, and no more than half as many are alike on the typical pair
     /// of lines. 100.
     pub short_readings: u64,
+    /// Unselected lines are left open (`divider-floating`): every load raises every reading, so lines are judged
+    /// neither by silence nor by likeness, and by their fall only where `unloaded_counts` is known. False.
+    pub floating: bool,
+    /// The least that a sound taxel reads, counts: the empty array's lowest reading by the circuit. `None`: not known.
+    /// Only used where `floating`: there no load lowers a reading (Rayleigh's monotonicity).
+    pub unloaded_counts: Option<f64>,
     /// Spikes against the neighbourhood. `None` (the default): not looked for, because pressing a single taxel is
     /// legitimate and common in calibration.
     pub space_spikes: Option<SpaceSpikes>,
@@ -72,11 +90,15 @@ impl Default for ScreenOptions {
             end_counts: 1.0,
             saturated_support_share: 0.75,
             stuck_sigmas: 6.0,
-            stuck_surround_share: 0.02,
+            stuck_surround_share: 0.05,
             floor_sigmas: 4.0,
+            floor_share: 0.3,
+            floor_counts: 6.0,
             loaded_sigmas: 8.0,
             loaded_share_of_range: 0.005,
-            silent_share: 0.1,
+            real_load_sigmas: 20.0,
+            real_load_share_of_range: 0.02,
+            silent_share: 0.03,
             vouched_share: 0.2,
             line_share: 0.9,
             dead_share: 0.95,
@@ -84,6 +106,8 @@ impl Default for ScreenOptions {
             short_tolerance_share: 0.01,
             short_share: 0.95,
             short_readings: 100,
+            floating: false,
+            unloaded_counts: None,
             space_spikes: None,
             time_spikes: None,
             mask: CountsMask::default(),
@@ -92,6 +116,19 @@ impl Default for ScreenOptions {
 }
 
 impl ScreenOptions {
+    /// The defaults for a sensor: its mask, and how far its read-out lets lines be judged by what they read.
+    pub fn from_sensor(sensor: &Sensor) -> Self {
+        let floating = sensor.readout.topology == Topology::DividerFloating;
+        Self {
+            floating,
+            unloaded_counts: match floating {
+                true => least_unloaded_counts(sensor),
+                false => None,
+            },
+            ..Self::from_spec(&sensor.screen)
+        }
+    }
+
     /// The defaults, with the mask of a sensor file.
     pub fn from_spec(spec: &ScreenSpec) -> Self {
         Self {
@@ -102,6 +139,17 @@ impl ScreenOptions {
             ..Self::default()
         }
     }
+}
+
+/// The lowest reading of the empty array, counts; `None` while circuit or material are not known.
+fn least_unloaded_counts(sensor: &Sensor) -> Option<f64> {
+    let g_zero = sensor.material.as_ref()?.g_zero_siemens;
+    let circuit = LinearCircuit::from_sensor(sensor).ok()?;
+    let siemens = Frame::<Siemens>::filled(sensor.rows(), sensor.columns(), g_zero);
+    let volts = circuit.predict(&siemens).ok()?;
+    let converter = Converter::from_sensor(sensor);
+    let counts = volts.values().iter().map(|&v| converter.count_from_volt(v));
+    counts.reduce(f64::min)
 }
 
 /// When a reading is a spike against its neighbourhood: |x − m| > `sigmas` · σ + `share` · (m − baseline) and

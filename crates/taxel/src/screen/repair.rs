@@ -17,7 +17,7 @@ fn is_lost(mark: Mark) -> bool {
 /// [`Mark::Interpolated`]. Valid are good and saturated readings; repaired ones never serve to repair others, so
 /// the order does not matter. Returns how many were replaced; with nothing valid in the whole frame, none.
 ///
-/// `scratch` is cleared and its capacity reused; 8 values suffice in most frames.
+/// `scratch` is cleared and its capacity reused: a number for each taxel and for each line, and those of one ring.
 pub fn repair<Q>(frame: &mut Frame<Q>, scratch: &mut Vec<f64>) -> usize {
     replace(frame, scratch, is_lost, Some(Mark::Interpolated))
 }
@@ -56,23 +56,27 @@ fn replace<Q>(
     wanted: impl Fn(Mark) -> bool,
     mark: Option<Mark>,
 ) -> usize {
+    if !frame.marks.iter().any(|&mark| wanted(mark)) {
+        return 0;
+    }
     let (rows, columns) = (frame.rows(), frame.columns());
+    let sums = ValidSums::of(frame, scratch);
+    // Without a single valid reading every search would look everywhere for nothing.
+    if sums.within(scratch, 0, 0, rows.max(columns)) == 0.0 {
+        return 0;
+    }
     let mut repaired = 0;
     for row in 0..rows {
         for column in 0..columns {
-            if !wanted(frame.mark_at(row, column)) {
+            let i = row * columns + column;
+            if !wanted(frame.marks[i]) {
                 continue;
             }
-            let farthest = rows.max(columns);
-            let found = (1..farthest).find_map(|radius| {
-                valid_within(frame, row, column, radius, scratch);
-                median(scratch)
-            });
-            if let Some(value) = found {
-                let i = row * columns + column;
-                frame.values_mut()[i] = value;
+            let radius = sums.nearest(scratch, row, column);
+            if let Some(value) = median_on_ring(frame, row, column, radius, scratch) {
+                frame.values[i] = value;
                 if let Some(mark) = mark {
-                    frame.marks_mut()[i] = mark;
+                    frame.marks[i] = mark;
                 }
                 repaired += 1;
             }
@@ -81,24 +85,92 @@ fn replace<Q>(
     repaired
 }
 
-/// Valid readings at most `radius` away along either axis.
-fn valid_within<Q>(
+fn is_valid(mark: Mark) -> bool {
+    matches!(mark, Mark::Good | Mark::Saturated)
+}
+
+/// How many valid readings lie within a square: sums over all rectangles from the first taxel on, so that a square costs
+/// four look-ups however large it is. A frame that is lost nearly everywhere then takes no longer than another.
+struct ValidSums {
+    rows: usize,
+    columns: usize,
+}
+
+impl ValidSums {
+    /// Writes the sums to the front of `sums`, which is cleared first.
+    fn of<Q>(frame: &Frame<Q>, sums: &mut Vec<f64>) -> Self {
+        let (rows, columns) = (frame.rows(), frame.columns());
+        sums.clear();
+        sums.resize((rows + 1) * (columns + 1), 0.0);
+        for row in 0..rows {
+            let mut along = 0.0;
+            for column in 0..columns {
+                along += f64::from(u8::from(is_valid(frame.marks[row * columns + column])));
+                sums[(row + 1) * (columns + 1) + column + 1] =
+                    sums[row * (columns + 1) + column + 1] + along;
+            }
+        }
+        Self { rows, columns }
+    }
+
+    /// Valid readings at most `radius` away along either axis.
+    fn within(&self, sums: &[f64], row: usize, column: usize, radius: usize) -> f64 {
+        let (top, left) = (row.saturating_sub(radius), column.saturating_sub(radius));
+        let bottom = (row + radius + 1).min(self.rows);
+        let right = (column + radius + 1).min(self.columns);
+        let at = |row: usize, column: usize| sums[row * (self.columns + 1) + column];
+        at(bottom, right) - at(top, right) - at(bottom, left) + at(top, left)
+    }
+
+    /// The least radius (1 or more) within which there is a valid reading; there must be one.
+    fn nearest(&self, sums: &[f64], row: usize, column: usize) -> usize {
+        let (mut none, mut some) = (0, self.rows.max(self.columns));
+        while some - none > 1 {
+            let middle = none.midpoint(some);
+            match self.within(sums, row, column, middle) > 0.0 {
+                true => some = middle,
+                false => none = middle,
+            }
+        }
+        some
+    }
+}
+
+/// The median of the valid readings exactly `radius` away. `scratch` keeps what is in it: readings come behind.
+fn median_on_ring<Q>(
     frame: &Frame<Q>,
     row: usize,
     column: usize,
     radius: usize,
-    values: &mut Vec<f64>,
-) {
-    values.clear();
+    scratch: &mut Vec<f64>,
+) -> Option<f64> {
+    let before = scratch.len();
+    let mut see = |row: usize, column: usize| {
+        let i = row * frame.columns() + column;
+        if is_valid(frame.marks[i]) {
+            scratch.push(frame.values[i]);
+        }
+    };
     let last_row = (row + radius).min(frame.rows() - 1);
-    let last_column = (column + radius).min(frame.columns() - 1);
+    let (left, right) = (
+        column.saturating_sub(radius),
+        (column + radius).min(frame.columns() - 1),
+    );
     for r in row.saturating_sub(radius)..=last_row {
-        for c in column.saturating_sub(radius)..=last_column {
-            if matches!(frame.mark_at(r, c), Mark::Good | Mark::Saturated) {
-                values.push(frame.at(r, c));
-            }
+        if r.abs_diff(row) == radius {
+            (left..=right).for_each(|c| see(r, c));
+            continue;
+        }
+        if column >= radius {
+            see(r, column - radius);
+        }
+        if column + radius < frame.columns() {
+            see(r, column + radius);
         }
     }
+    let value = median(&mut scratch[before..]);
+    scratch.truncate(before);
+    value
 }
 
 #[cfg(test)]
@@ -138,6 +210,19 @@ mod tests {
         let before = frame.clone();
         assert_eq!(repair(&mut frame, &mut Vec::new()), 0);
         assert_eq!(frame, before);
+    }
+
+    #[test]
+    fn the_nearest_ring_with_a_valid_reading_is_taken_wherever_it_lies() {
+        // Only the last taxel of a long strip, and of a square, is valid.
+        for (rows, columns) in [(1, 50), (50, 1), (33, 40)] {
+            let mut frame = Frame::<Newtons>::filled(rows, columns, 7.0);
+            frame.marks_mut().fill(Mark::Stuck);
+            *frame.marks_mut().last_mut().unwrap() = Mark::Good;
+            let repaired = repair(&mut frame, &mut Vec::new());
+            assert_eq!(repaired, rows * columns - 1);
+            assert!(frame.values().iter().all(|&v| v == 7.0));
+        }
     }
 
     #[test]

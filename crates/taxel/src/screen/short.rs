@@ -3,11 +3,35 @@
 use super::ScreenOptions;
 use super::line_test::{Lines, Thresholds};
 
+/// Share of their length along which two lines must have been alike under a load: a hand that lies still makes two
+/// lines alike for as long as it lies there, but not all along.
+const COVERED_SHARE: f64 = 0.5;
+
+/// What each line reads at most of its places, above the baseline: on an array with floating lines a load anywhere
+/// raises the readings of its lines all along, and only what stands out of that is its own.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Usual<'a> {
+    /// Of each of the lines compared, and of each position on them; empty where there is no such thing.
+    pub lines: &'a [f64],
+    pub positions: &'a [f64],
+}
+
+impl Usual<'_> {
+    fn over(&self, line: usize, position: usize) -> f64 {
+        let of_pair = self.lines.get(line..line + 2).unwrap_or_default();
+        let along = of_pair.iter().copied().fold(0.0, f64::max);
+        along.max(self.positions.get(position).copied().unwrap_or(0.0))
+    }
+}
+
 /// How alike the readings of each pair of adjacent lines are, over a recording.
 #[derive(Debug, Clone)]
 pub(super) struct AlikePairs {
     loaded: Vec<u64>,
     alike: Vec<u64>,
+    /// Positions along each pair at which a loaded reading was alike.
+    covered: Vec<bool>,
+    length: usize,
 }
 
 /// Two lines that read alike.
@@ -20,26 +44,32 @@ pub(super) struct AlikePair {
 }
 
 impl AlikePairs {
-    pub fn new(lines: usize) -> Self {
+    /// For `lines` lines of `length` taxels.
+    pub fn new(lines: usize, length: usize) -> Self {
         let pairs = lines.saturating_sub(1);
         Self {
             loaded: vec![0; pairs],
             alike: vec![0; pairs],
+            covered: vec![false; pairs * length],
+            length,
         }
     }
 
-    /// Compares line `line` with the next one wherever either is loaded and neither is at the ceiling.
+    /// Compares line `line` with the next one wherever either is loaded and neither is at the ceiling; `usual` is what
+    /// is on each position of all lines anyway (nothing, or the cross-talk of an array with floating lines).
     pub fn observe(
         &mut self,
         lines: &Lines<'_>,
         line: usize,
         thresholds: &Thresholds,
         options: &ScreenOptions,
+        usual: &Usual<'_>,
     ) {
         for position in 0..lines.length {
             let (a, b) = (lines.at(line, position), lines.at(line + 1, position));
             let higher = a.max(b);
-            if higher <= thresholds.loaded || higher >= thresholds.ceiling {
+            let least = thresholds.loaded + usual.over(line, position);
+            if higher <= least || higher >= thresholds.ceiling {
                 continue;
             }
             let tolerance = 4.0 * thresholds.noise
@@ -53,8 +83,15 @@ impl AlikePairs {
                 }
             }
             self.loaded[line] += 1;
-            self.alike[line] += u64::from((a - b).abs() <= tolerance);
+            let is_alike = (a - b).abs() <= tolerance;
+            self.alike[line] += u64::from(is_alike);
+            self.covered[line * self.length + position] |= is_alike;
         }
+    }
+
+    fn covered_share(&self, pair: usize) -> f64 {
+        let covered = &self.covered[pair * self.length..(pair + 1) * self.length];
+        covered.iter().filter(|&&covered| covered).count() as f64 / self.length as f64
     }
 
     /// The pairs that are alike nearly everywhere although the typical pair of this recording is not: a load that
@@ -69,7 +106,7 @@ impl AlikePairs {
         }
         (0..self.loaded.len())
             .filter(enough)
-            .filter(|&i| share(i) >= options.short_share)
+            .filter(|&i| share(i) >= options.short_share && self.covered_share(i) >= COVERED_SHARE)
             .map(|line| AlikePair {
                 line,
                 alike: self.alike[line],

@@ -1,6 +1,6 @@
 //! Every number of a sensor file possible.
 
-use super::{DynamicSpec, PerLine, PerTaxel, Sensor};
+use super::{DynamicSpec, PerLine, PerTaxel, Sensor, plausible};
 use crate::Error;
 use crate::calibrate::dynamic::MOST_TERMS;
 
@@ -140,6 +140,7 @@ pub(super) fn values(sensor: &Sensor) -> Result<(), Error> {
         ));
     }
     material(sensor)?;
+    plausible::numbers(sensor)?;
     for (key, lines, count) in [
         ("screen.dead_rows", &sensor.screen.dead_rows, rows),
         (
@@ -166,7 +167,7 @@ pub(super) fn values(sensor: &Sensor) -> Result<(), Error> {
     Ok(())
 }
 
-fn range(key: &str, found: f64, expected: &'static str, hint: &'static str) -> Error {
+pub(super) fn range(key: &str, found: f64, expected: &'static str, hint: &'static str) -> Error {
     Error::OutOfRange {
         key: key.to_owned(),
         found,

@@ -97,6 +97,24 @@ const TABLES: [(&str, &[&str]); 9] = [
     ),
 ];
 
+/// Lists of fixed length: table, key, both, numbers, what they are.
+const LISTS: [(&str, &str, &str, usize, &str); 2] = [
+    (
+        "array",
+        "pitch_mm",
+        "array.pitch_mm",
+        2,
+        "the distance between rows, and that between columns",
+    ),
+    (
+        "material",
+        "spread",
+        "material.spread",
+        3,
+        "along the column, along the row, diagonal",
+    ),
+];
+
 /// A hint that names the nearest of `known`, and all of them.
 pub(super) fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> String {
     let all: Vec<&str> = known.collect();
@@ -118,6 +136,19 @@ pub(super) fn check(text: &str) -> Result<(), Error> {
         message: error.to_string().trim_end().to_owned(),
     })?;
     table_keys(text, "", &root)?;
+    for (table, key, path, expected, meaning) in LISTS {
+        let list = root.get(table).and_then(|table| table.get(key));
+        if let Some(list) = list.and_then(|list| list.as_array())
+            && list.len() != expected
+        {
+            return Err(Error::Numbers {
+                key: path,
+                found: list.len(),
+                expected,
+                meaning,
+            });
+        }
+    }
     if let Some(found) = root
         .get("readout")
         .and_then(|readout| readout.get("topology"))

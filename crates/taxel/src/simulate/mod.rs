@@ -18,8 +18,7 @@
 //! let counts = VirtualSensor::new(&sensor, 7)?.read(&hand, 80).counts;
 //! for method in [Box::new(solve::Raw::from_sensor(&sensor)), solve::default_method(&sensor)?] {
 //!     let mut pipeline = Pipeline::new(&sensor, method)?;
-//!     pipeline.siemens_from_counts(&counts);
-//!     let error = deviations_of_frames(pipeline.newtons()?, &newtons(&hand), |_, load| load > 0.0)?;
+//!     let error = deviations_of_frames(pipeline.process(&counts).newtons()?, &newtons(&hand), |_, load| load > 0.0)?;
 //!     println!("{:.3} g", grams_from_newtons(error.unwrap().mean_absolute));
 //! }
 //! # Ok::<(), taxel::Error>(())

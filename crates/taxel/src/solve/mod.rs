@@ -167,6 +167,11 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// Whether the frame has one answer, and this is it.
+    pub fn is_answer(&self) -> bool {
+        self.stop.is_good() && !self.ambiguous
+    }
+
     /// An outcome without a second answer.
     pub fn new(stop: Stop, rounds: u32, residual: f64) -> Self {
         Self {

@@ -66,7 +66,7 @@ pub(super) fn take(
     let spec = sensor
         .map(|sensor| sensor.screen.clone())
         .unwrap_or_default();
-    let screening = ScreenOptions::from_spec(&spec);
+    let screening = sensor.map_or_else(ScreenOptions::default, ScreenOptions::from_sensor);
     let faults = line_faults(args, options, max_count, &screening)?;
     let mut screen = FrameScreen::new(options.rows, options.columns, max_count, &screening);
     screen.set_lines(&LineFaults::from_spec(&spec));

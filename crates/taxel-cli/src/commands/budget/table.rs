@@ -6,6 +6,7 @@ use taxel::Sensor;
 use taxel::design::budget::{Change, Errors};
 use taxel::sensor::PerLine;
 use taxel::simulate::default_noise_counts;
+use taxel_view::report::number;
 
 use super::{Report, SceneReport};
 
@@ -18,8 +19,8 @@ const NUMBER: usize = 8;
 pub(super) fn parts_of(sensor: &Sensor) -> String {
     let readout = &sensor.readout;
     let ohms = |list: &Option<PerLine>, lines: usize| match list {
-        Some(PerLine::One(ohms)) => format!("{ohms} Ohm"),
-        Some(each) => format!("{:.2} Ohm (mean)", each.mean(lines)),
+        Some(PerLine::One(ohms)) => format!("{} Ω", number(*ohms)),
+        Some(each) => format!("{:.2} Ω (mean)", each.mean(lines)),
         None => "unknown".to_owned(),
     };
     let converter = &sensor.converter;
@@ -33,7 +34,7 @@ pub(super) fn parts_of(sensor: &Sensor) -> String {
             ohms(&readout.r_mux_column_ohms, sensor.columns())
         ),
         format!("rows {}", ohms(&readout.r_mux_row_ohms, sensor.rows())),
-        format!("source {} Ohm", readout.r_source_ohms),
+        format!("source {} Ω", readout.r_source_ohms),
     ];
     if readout.topology.is_tia() {
         parts.push(format!("gain {}", readout.open_loop_gain.unwrap_or(1e5)));
@@ -65,7 +66,7 @@ impl Report {
     fn scene(&self, f: &mut fmt::Formatter, scene: &SceneReport) -> fmt::Result {
         writeln!(
             f,
-            "== {}: {} loaded taxels, the best {:.0} Ohm ==",
+            "== {}: {} loaded taxels, the best {:.0} Ω ==",
             scene.name,
             scene.loaded_taxels,
             1.0 / scene.largest_siemens

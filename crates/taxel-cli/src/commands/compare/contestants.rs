@@ -3,6 +3,7 @@
 use taxel::calibrate::{Data, LoadLaw, Options, Press, calibrate_with, fit_pairs};
 use taxel::pipeline::Pipeline;
 use taxel::solve::{Method, Raw, default_method};
+use taxel::stats::median;
 use taxel::{Counts, Frame, Newtons, Sensor};
 use taxel_learn::contest::Scores;
 use taxel_learn::fit::{self, Lesson};
@@ -58,7 +59,9 @@ pub(super) fn all(
     show: &mut dyn FnMut(&str, f64),
 ) -> Result<Vec<Contestant>, Error> {
     let frames = lessons.data.presses.len();
-    let wanted = |name: &str| !args.without.iter().any(|w| w == name);
+    // After Ctrl-C nobody's turn comes: what has begun is thrown away.
+    let wanted =
+        |name: &str| !interrupt::asked() && !args.without.iter().any(|without| without == name);
     let with_frames =
         |which: &[usize]| -> Vec<usize> { which.iter().copied().filter(|&i| i < frames).collect() };
     let mut known = with_frames(&[&split.train[..], &split.check].concat());
@@ -99,7 +102,7 @@ pub(super) fn all(
             all.push(ring.network(name, false)?);
         }
     }
-    if args.leaky {
+    if args.leaky && !interrupt::asked() {
         show("paper-mlp, leaky", 0.6);
         all.push(ring.network("paper-mlp", true)?);
     }
@@ -136,9 +139,9 @@ impl Ring<'_> {
         let mut scores = Scores::default();
         for press in self.presses(&self.judged) {
             pipeline.begin_anew();
-            pipeline.siemens_from_counts(&self.lessons.data.frames[press.frame]);
+            let result = pipeline.process(&self.lessons.data.frames[press.frame]);
             let at = press.row * sensor.columns() + press.column;
-            scores.add_press(grams(pipeline.newtons()?.values()[at]), press.load_g);
+            scores.add_press(grams(result.newtons()?.values()[at]), press.load_g);
         }
         pipeline.begin_anew();
         Ok(Contestant {
@@ -156,8 +159,8 @@ impl Ring<'_> {
         let mut pipeline = Pipeline::new(&self.sensor, Box::new(raw.clone()))?;
         let mut pairs = Vec::new();
         for press in self.presses(&self.known) {
-            pipeline.siemens_from_counts(&self.lessons.data.frames[press.frame]);
-            pairs.push((pipeline.siemens().at(press.row, press.column), press.load_g));
+            let result = pipeline.process(&self.lessons.data.frames[press.frame]);
+            pairs.push((result.siemens.at(press.row, press.column), press.load_g));
         }
         let law = match name {
             "none" => straight(&pairs),
@@ -191,7 +194,10 @@ impl Ring<'_> {
 
     fn network(&self, name: &str, leaky: bool) -> Result<Contestant, Error> {
         let (rows, split) = match leaky {
-            true => leaky_rows(&self.lessons.rows, self.split, self.args.copies),
+            true => {
+                fit::room_for(&self.lessons.rows, self.args.copies as usize)?;
+                leaky_rows(&self.lessons.rows, self.split, self.args.copies as usize)
+            }
             false => (self.lessons.rows.clone(), self.split.clone()),
         };
         let lesson = Lesson {
@@ -203,11 +209,11 @@ impl Ring<'_> {
         let model = match name {
             "paper-mlp" => {
                 let settings = Settings {
-                    epochs: self.args.epochs,
+                    epochs: self.args.epochs as usize,
                     seed: self.args.seed,
                     ..Settings::default()
                 };
-                let copies = if leaky { 1 } else { self.args.copies };
+                let copies = if leaky { 1 } else { self.args.copies as usize };
                 fit::paper_mlp(&lesson, &settings, &HIDDEN, copies, None, &mut |_, _| go())?
             }
             _ => {
@@ -297,16 +303,13 @@ fn go() -> Go {
     }
 }
 
-/// A straight line through no load and the presses: the median of load over conductance.
+/// A straight line through no load and the presses: the median of conductance over load.
 fn straight(pairs: &[(f64, f64)]) -> LoadLaw {
-    let mut slopes: Vec<f64> = pairs
+    let slopes = pairs
         .iter()
         .filter(|(g, load)| *g > 0.0 && *load > 0.0)
-        .map(|(g, load)| g / load)
-        .collect();
-    slopes.sort_by(f64::total_cmp);
-    let slope = slopes.get(slopes.len() / 2).copied().unwrap_or(1e-6);
-    LoadLaw::power(0.0, slope, 1.0)
+        .map(|(g, load)| g / load);
+    LoadLaw::power(0.0, median(slopes).unwrap_or(1e-6), 1.0)
 }
 
 /// The paper's split: copies of every press are made first, then split as if they were presses of their own.

@@ -213,17 +213,23 @@ impl fmt::Display for Table {
         )?;
         writeln!(
             f,
-            "{:<24}{:>20}{:>9}{:>9} |{:>9}{:>9}{:>9} |{:>9}{:>9}{:>9}",
+            "{:<28}{:>38} |{:>30} |{:>20}",
+            "", "held-out presses", "loaded taxels of frames", "ghost"
+        )?;
+        writeln!(
+            f,
+            "{:<22}{:>6}{:>20}{:>9}{:>9} |{:>12}{:>9}{:>9} |{:>10}{:>10}{:>10}",
             "",
-            "presses: mean abs.",
+            "learnt",
+            "mean absolute",
             "rms",
             "95 %",
-            "taxels:",
+            "mean abs.",
             "rms",
             "95 %",
-            "ghost",
+            "largest",
             "mean",
-            "ms"
+            "ms/frame"
         )?;
         let number = |value: Option<f64>| value.map_or("–".to_owned(), |v| format!("{v:.3}"));
         for entry in &self.entries {
@@ -239,7 +245,7 @@ impl fmt::Display for Table {
             };
             writeln!(
                 f,
-                "{:<22}{:>6}{:>20}{:>9}{:>9} |{:>9}{:>9}{:>9} |{:>9}{:>9}{:>9}",
+                "{:<22}{:>6}{:>20}{:>9}{:>9} |{:>12}{:>9}{:>9} |{:>10}{:>10}{:>10}",
                 entry.name,
                 entry.learnt_from,
                 mean,

@@ -167,9 +167,15 @@ impl fmt::Display for Summary {
             ", {:.2} s, {:.1} frames/s",
             self.seconds, self.frames_per_second
         )?;
-        if !self.stops.is_empty() {
-            let stops = self.stops.iter().map(|(word, n)| format!("{n} {word}"));
-            writeln!(f, "stopped: {}", stops.collect::<Vec<_>>().join(", "))?;
+        match self.stops.iter().next() {
+            Some((&"converged", n)) if self.stops.len() == 1 => {
+                writeln!(f, "all {n} frames converged")?;
+            }
+            Some(_) => {
+                let stops = self.stops.iter().map(|(word, n)| format!("{n} {word}"));
+                writeln!(f, "inverse: {}", stops.collect::<Vec<_>>().join(", "))?;
+            }
+            None => {}
         }
         if self.unsolved_frames() > 0 {
             writeln!(f, "{} frames without an answer", self.unsolved_frames())?;

@@ -4,17 +4,20 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use taxel::design::statistics::student_quantile;
+use taxel::evaluate::spread;
+
 use crate::error::Error;
 
-/// Means and deviations over the replicates of each N.
+/// Means over the replicates of each N, with their intervals.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Points {
     /// N, ascending.
     pub(super) n: Vec<f64>,
     /// Mean |V_out|, volts.
     pub(super) mean: Vec<f64>,
-    /// Standard deviation of the replicates, volts; not finite where there is one alone.
-    pub(super) deviation: Vec<f64>,
+    /// Half the 95 % interval of the mean (Student's t), volts; not finite where there is one alone.
+    pub(super) half: Vec<f64>,
 }
 
 impl Points {
@@ -63,16 +66,19 @@ impl Points {
         let mut points = Self {
             n: Vec::new(),
             mean: Vec::new(),
-            deviation: Vec::new(),
+            half: Vec::new(),
         };
         for (n, values) in groups {
             let count = values.len() as f64;
             let mean = values.iter().sum::<f64>() / count;
-            let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
             points.n.push(n);
             points.mean.push(mean);
-            // Of one value: 0/0, and no bar.
-            points.deviation.push((squares / (count - 1.0)).sqrt());
+            // Of one value there is none, and no bar.
+            points
+                .half
+                .push(spread(&values).map_or(f64::NAN, |deviation| {
+                    student_quantile(0.975, count - 1.0) * deviation / count.sqrt()
+                }));
         }
         points
     }

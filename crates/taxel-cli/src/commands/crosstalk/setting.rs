@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use taxel::circuit::simplified::{Amplifier, v_out_alike, v_out_switched};
+use taxel::circuit::simplified::{Amplifier, v_out_alike};
 use taxel::circuit::{Circuit, LineEnds, LinearCircuit};
 use taxel::sensor::Topology;
 use taxel::{Frame, Siemens};
@@ -89,7 +89,7 @@ impl Setting {
         let ohms = |least: f64| match quantity::parse(value, &OHMS)? {
             ohms if (least..=MOST_OHMS).contains(&ohms) => Ok(ohms),
             ohms => Err(format!(
-                "{key} is {ohms} Ohm\nhint: from {least} to {MOST_OHMS:e} Ohm"
+                "{key} is {ohms} Ω\nhint: from {least} to {MOST_OHMS:e} Ω"
             )),
         };
         match key {
@@ -162,16 +162,10 @@ impl Setting {
         }
     }
 
-    /// |V_out| by the paper's equation 6, or 4 where there are switches, volts. It knows neither R_v nor other rows.
+    /// |V_out| by the paper's equation 6, volts: as the live model and reports have it. It knows no switches, no R_v, no
+    /// other rows.
     pub(super) fn equation_volts(&self, others: usize) -> f64 {
-        let volts = match self.r_mux > 0.0 {
-            true => {
-                let alike = vec![self.r_other; others];
-                v_out_switched(self.amplifier, self.r_taxel, self.r_mux, &alike)
-            }
-            false => v_out_alike(self.amplifier, self.r_taxel, self.r_other, others),
-        };
-        volts.abs()
+        v_out_alike(self.amplifier, self.r_taxel, self.r_other, others).abs()
     }
 
     /// |V_out| of the whole circuit, volts: the first row of `rows` × (others + 1) taxels, all of them pressed.

@@ -95,7 +95,7 @@ pub(crate) fn ohm_range(text: &str) -> Result<(f64, f64), String> {
     match from > 0.0 && from < to {
         true => Ok((from, to)),
         false => Err(format!(
-            "from {from} to {to} Ohm\nhint: both above 0, and the smaller first: pressing lowers the resistance"
+            "from {from} to {to} Ω\nhint: both above 0, and the smaller first: pressing lowers the resistance"
         )),
     }
 }

@@ -37,7 +37,7 @@ impl Report {
         let taxels = wish.rows * wish.columns;
         Self {
             wish: wish.clone(),
-            switch: format!("{switch} of {} Ohm", wish.switch_ohms),
+            switch: format!("{switch} of {} Ω", wish.switch_ohms),
             v_test_volts: readout.v_test_volts,
             r_feedback_ohms: readout.r_feedback_ohms,
             r_pull_down_ohms: readout.r_pull_down_ohms,
@@ -61,7 +61,7 @@ impl fmt::Display for Report {
         let (wish, (least, most)) = (&self.wish, self.wish.taxel_ohms);
         writeln!(
             f,
-            "{} x {} taxels of {least} to {most} Ohm, {}, {}, {} bits of {} V, {} frames/s",
+            "{} x {} taxels of {least} to {most} Ω, {}, {}, {} bits of {} V, {} frames/s",
             wish.rows,
             wish.columns,
             wish.topology.name(),
@@ -88,7 +88,7 @@ impl Report {
                 (None, _) => "the converter's full scale: nothing can saturate".to_owned(),
                 (Some(_), None) => "no test voltage is safe from noise".to_owned(),
                 (Some(_), Some(volts)) => format!(
-                    "{:.2} mA through {least} Ohm; below {volts:.3} V noise makes ghosts",
+                    "{:.2} mA through {least} Ω; below {volts:.3} V noise makes ghosts",
                     1e3 * self.v_test_volts / least
                 ),
             },
@@ -101,8 +101,8 @@ impl Report {
             Some(_) => "as given",
             None => "series E24",
         };
-        let exactly = format!("{how}; {:.0} Ohm computed", self.exact_ohms);
-        line(f, name, &format!("{ohms} Ohm"), &exactly)?;
+        let exactly = format!("{how}; {:.0} Ω computed", self.exact_ohms);
+        line(f, name, &format!("{ohms} Ω"), &exactly)?;
         line(
             f,
             "fullest reading",
@@ -123,7 +123,7 @@ impl Report {
             "amplifier gain",
             &format!("{gain:.1}"),
             &format!(
-                "{} MHz / {:.0} taxels a second; the input is {:.2} Ohm",
+                "{} MHz / {:.0} taxels a second; the input is {:.2} Ω",
                 self.wish.gbw_hz / 1e6,
                 self.timing.taxels_per_second,
                 self.r_feedback_ohms.unwrap_or_default() / (1.0 + gain)
@@ -133,7 +133,7 @@ impl Report {
 
     fn times(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let timing = &self.timing;
-        let us = |secs: f64| format!("{:.3} us", 1e6 * secs);
+        let us = |secs: f64| format!("{:.3} µs", 1e6 * secs);
         line(f, "time for a taxel", &us(timing.available_secs), "")?;
         line(
             f,
@@ -173,7 +173,7 @@ impl Report {
                 name,
                 &format!("{:.0} g", at.load_g),
                 &format!(
-                    "{} Ohm reads {:.4} V; a count is {} g, noise {} g",
+                    "{} Ω reads {:.4} V; a count is {} g, noise {} g",
                     at.taxel_ohms,
                     at.volts,
                     short(at.grams_per_count),

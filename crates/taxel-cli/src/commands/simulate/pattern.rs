@@ -190,14 +190,16 @@ fn height(name: Name, drawn: &Drawn, frame: u64) -> Pattern {
     }
 }
 
+/// Longest recording, seconds: 300 years.
+const MOST_SECS: f64 = 1e10;
+
 fn check(drawn: &Drawn) -> Result<(), Error> {
     let positive = |value: f64| value.is_finite() && value > 0.0;
     let wrong = [
         ("--frames", drawn.frames as f64),
         ("--period", drawn.period.unwrap_or(1.0)),
     ];
-    let loads = drawn.load_g.iter().map(|&load| ("--load-g", load));
-    for (option, value) in wrong.into_iter().chain(loads) {
+    for (option, value) in wrong {
         if !positive(value) {
             return Err(Error::Arguments {
                 what: format!("{option} is {value}, but must be above 0"),
@@ -205,7 +207,24 @@ fn check(drawn: &Drawn) -> Result<(), Error> {
             });
         }
     }
-    Ok(())
+    let length = drawn.period.unwrap_or(0.0) * drawn.frames as f64;
+    if length > MOST_SECS {
+        return Err(Error::Arguments {
+            what: format!("--period and --frames make {length:e} s, more than {MOST_SECS:e} s"),
+            hint: "the period is in seconds between frames",
+        });
+    }
+    match drawn
+        .load_g
+        .iter()
+        .find(|load| !load.is_finite() || **load < 0.0)
+    {
+        Some(load) => Err(Error::Arguments {
+            what: format!("--load-g is {load}, but must be 0 or more"),
+            hint: "0 is an empty array",
+        }),
+        None => Ok(()),
+    }
 }
 
 /// A table of labelled presses, or of uniform loads.

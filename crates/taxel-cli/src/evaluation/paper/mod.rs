@@ -159,7 +159,7 @@ fn before_and_after(plan: &Plan, folder: &Path) -> Result<Section, Error> {
         if index == 0 {
             for method in 0..2 {
                 reader.solve(method, frame);
-                let loads = reader.pipeline(method).newtons()?;
+                let loads = reader.result(method).newtons()?;
                 shown.push(loads.map::<Grams>(|_, newtons| grams_from_newtons(newtons)));
             }
         }

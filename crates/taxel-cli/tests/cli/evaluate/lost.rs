@@ -78,3 +78,41 @@ fn frames_that_no_conductances_explain_are_told() {
         "{run}"
     );
 }
+
+/// A frame that no conductances explain is in no figure: its zeros were never measured.
+#[test]
+fn frames_without_an_answer_are_in_no_figure() {
+    let folder = Folder::new();
+    let light = || vec![(1, 1, 1e-4)];
+    folder.scan(
+        "sensor.toml",
+        "r.txt",
+        &[
+            light(),
+            (0..24).map(|i| (i / 6, i % 6, 1e-3)).collect(),
+            light(),
+        ],
+    );
+    folder.other_sensor(
+        "sensor.toml",
+        "r_mux_row_ohms = 10.0",
+        "r_mux_row_ohms = 2000.0",
+    );
+    folder.write("t.csv", "recording,row,column\nr.txt,1,1\n");
+    let plan = "[[experiment]]\nkind = \"repeatability\"\nname = \"r\"\ntrials = \"t.csv\"\n";
+    folder.plan(plan);
+    let run = folder.good("evaluate plan.toml --json");
+    let report = Report(serde_json::from_str(&run.out).unwrap());
+    assert_eq!(report.number((0, 0), 0, "readings"), 3.0);
+    folder.plan(&format!("{plan}value = \"siemens\"\n"));
+    let run = folder.taxel("evaluate plan.toml --json");
+    assert_eq!(run.code, Some(3), "{run}");
+    let report = Report(serde_json::from_str(&run.out).unwrap());
+    assert!(
+        report.paragraphs(0).contains("1 frames could not be read"),
+        "{run}"
+    );
+    assert_eq!(report.number((0, 0), 0, "readings"), 2.0, "{run}");
+    // Both are the same press: with the zeros of the third the mean would be a third less.
+    assert!(report.number((0, 0), 0, "CV, %") < 0.1, "{run}");
+}

@@ -122,7 +122,7 @@ fn plans_that_make_no_sense_are_refused_with_words() {
         ),
         (
             format!("{head}{good}along = \"column\"\n"),
-            "along means nothing to creep",
+            "along applies to cross-talk only",
         ),
         (
             format!("{head}{good}value = \"newtons\"\n"),
@@ -130,7 +130,7 @@ fn plans_that_make_no_sense_are_refused_with_words() {
         ),
         (
             format!("{head}{good}ranges_g = [1, 0]\n"),
-            "ranges_g means nothing to creep",
+            "ranges_g applies to accuracy only",
         ),
         (
             format!(
@@ -144,11 +144,11 @@ fn plans_that_make_no_sense_are_refused_with_words() {
                 "{head}{}value = \"grams\"\n",
                 good.replace("creep", "accuracy")
             ),
-            "value means nothing to accuracy",
+            "value applies to all kinds but accuracy and cross-talk",
         ),
         (
             format!("{head}{good}frames_per_experiment = 2\n"),
-            "frames_per_experiment means nothing to creep",
+            "frames_per_experiment applies to accuracy of a recording with truth_g only",
         ),
         (
             format!("format = 1\nsensor = \"nosensor.toml\"\n{good}"),
@@ -162,14 +162,19 @@ fn plans_that_make_no_sense_are_refused_with_words() {
     }
     let none = folder.fails("evaluate");
     assert_eq!(none.code, Some(2));
-    for name in ["report.docx", "report"] {
+    for (name, says) in [
+        (
+            "report.docx",
+            "report.docx: cannot write a report as .docx\nhint: use .html or .pdf",
+        ),
+        (
+            "report",
+            "report: a report needs an extension\nhint: use .html or .pdf",
+        ),
+    ] {
         let run = folder.fails(&format!("evaluate plan.toml -o {name}"));
         assert_eq!(run.code, Some(2), "{run}");
-        assert!(
-            run.err
-                .contains("is no report's name\nhint: it ends in .html or .pdf"),
-            "{run}"
-        );
+        assert!(run.err.contains(says), "{run}");
         assert_eq!(
             folder.fails(&format!("report plan.toml -o {name}")).code,
             Some(2)
@@ -205,12 +210,12 @@ fn tables_that_do_not_fit_their_kind_are_refused_with_their_place() {
     error: taxel outside the array at t.csv, line 3, column 7: `4,1` is row 4, column 1, but the array has 4 rows x 6 columns, counted from 0
     hint: check the label, `labels` under [array] in the sensor file, and which sensor this is
     ");
-    insta::assert_snapshot!(trial("hysteresis", "recording,row,column,load_g\nr.txt,1,1,5\nr.txt,1,1,7\n"), @"
+    insta::assert_snapshot!(trial("hysteresis", "recording,frame,row,column,load_g\nr.txt,0,1,1,5\nr.txt,1,1,1,7\n"), @"
     exit code: 1
     ----- stdout -----
 
     ----- stderr -----
-    error: t.csv, setting all: hysteresis needs a loop (lines with one word under experiment) whose load grows and falls over two loads or more; its 24 readings are not enough
+    error: t.csv, setting all: hysteresis needs a loop (lines with one word under experiment) whose load grows and falls over two loads or more; its 2 readings are not enough
     ");
     for (kind, table, says) in [
         (
@@ -235,7 +240,7 @@ fn tables_that_do_not_fit_their_kind_are_refused_with_their_place() {
         ),
         (
             "cross-talk",
-            "recording,row,column,others\nr.txt,1,1,1\nr.txt,1,1,6\n",
+            "recording,frame,row,column,others\nr.txt,0,1,1,1\nr.txt,1,1,1,6\n",
             "line 3: 6 others pressed, but a row has 6 taxels",
         ),
         (
@@ -303,6 +308,40 @@ fn tables_that_do_not_fit_their_kind_are_refused_with_their_place() {
     }
 }
 
+/// Lines that were copied are no new experiments: intervals would be too narrow.
+#[test]
+fn the_same_readings_are_no_second_experiment() {
+    let folder = Folder::new();
+    presses(&folder);
+    let table = folder.read("t.csv");
+    let mut lines: Vec<&str> = table.lines().collect();
+    lines.push(lines[2]);
+    folder.write("t.csv", &lines.join("\n"));
+    folder.plan("[[experiment]]\nkind = \"accuracy\"\nname = \"a\"\ntrials = \"t.csv\"\n");
+    let run = folder.fails("evaluate plan.toml");
+    let says = format!("t.csv, lines 3 and {}: frame ", lines.len());
+    assert!(run.err.contains(&says), "{run}");
+    assert!(
+        run.err.contains("the same taxel twice, as two experiments"),
+        "{run}"
+    );
+    // A recording read whole has each of its frames in it.
+    let whole = "recording,frame,row,column\nr.txt,,1,1\nr.txt,3,1,1\n";
+    folder.write("whole.csv", whole);
+    folder.plan("[[experiment]]\nkind = \"repeatability\"\nname = \"r\"\ntrials = \"whole.csv\"\n");
+    let run = folder.fails("evaluate plan.toml");
+    assert!(
+        run.err.contains("whole.csv, lines 2 and 3: frame 3 of "),
+        "{run}"
+    );
+    // With a name they are one experiment, read twice or not.
+    let named = "recording,frame,row,column,experiment\nr.txt,0,1,1,a\nr.txt,0,1,1,a\n";
+    folder.write("named.csv", named);
+    folder.plan("[[experiment]]\nkind = \"repeatability\"\nname = \"r\"\ntrials = \"named.csv\"\n");
+    let run = folder.taxel("evaluate plan.toml");
+    assert!(!run.err.contains("twice"), "{run}");
+}
+
 #[test]
 fn settings_that_no_trial_has_are_refused() {
     let folder = Folder::new();
@@ -315,7 +354,7 @@ fn settings_that_no_trial_has_are_refused() {
     ----- stdout -----
 
     ----- stderr -----
-    error: plan.toml: experiment 'r': settings has '2V', but t.csv has {"0.4 V", "2 V"}
+    error: plan.toml: experiment 'r': [experiment.settings] names '2V'; t.csv has '0.4 V' and '2 V'
     hint: docs/evaluate.md has every key of a plan
     "#);
 }

@@ -182,10 +182,12 @@ fn error(sensor: &Sensor, counts: &[Frame<Counts>], loads: &[Frame<Grams>]) -> f
     let mut pipeline = Pipeline::new(sensor, default_method(sensor).unwrap()).unwrap();
     let (mut sum, mut number) = (0.0, 0.0);
     for (counts, loads) in counts.iter().zip(loads) {
-        pipeline.siemens_from_counts(counts);
-        let found = pipeline.newtons().unwrap().clone();
+        let found = pipeline.process(counts).newtons().unwrap().clone();
         // Asked twice, it says the same.
-        assert_eq!(found.values(), pipeline.newtons().unwrap().values());
+        assert_eq!(
+            found.values(),
+            pipeline.result().newtons().unwrap().values()
+        );
         for (found, &load) in found.values().iter().zip(loads.values()) {
             if load > 0.0 {
                 sum += (grams_from_newtons(*found) - load).abs();
@@ -234,20 +236,17 @@ fn a_frame_that_nothing_explains_leaves_no_memory() {
     let last = |hurt: bool| {
         let mut pipeline = Pipeline::new(&sensor, default_method(&sensor).unwrap()).unwrap();
         for frame in &counts[..79] {
-            pipeline.siemens_from_counts(frame);
-            pipeline.newtons().unwrap();
+            pipeline.process(frame);
         }
         if hurt {
-            let outcome = pipeline.siemens_from_counts(&impossible);
+            let outcome = pipeline.process(&impossible).outcome;
             assert!(
                 matches!(outcome.stop, crate::solve::Stop::Infeasible(_)),
                 "{outcome:?}"
             );
-            pipeline.newtons().unwrap();
-            pipeline.forget();
         }
-        pipeline.siemens_from_counts(&counts[79]);
-        pipeline.newtons().unwrap().values().to_vec()
+        let result = pipeline.process(&counts[79]);
+        result.newtons().unwrap().values().to_vec()
     };
     let (whole, hurt) = (last(false), last(true));
     let most = whole.iter().copied().fold(0.0, f64::max);

@@ -90,7 +90,7 @@ impl Change {
     /// What it is, in a few words.
     pub fn name(&self) -> String {
         match self {
-            Change::Switches { name, ohms } => format!("{name}, {ohms} Ohm"),
+            Change::Switches { name, ohms } => format!("{name}, {ohms} Ω"),
             Change::Amplifier { gbw_hz, gain } => {
                 format!("{} MHz, gain {gain:.0}", gbw_hz / 1e6)
             }
@@ -114,7 +114,7 @@ mod tests {
             assert_eq!(found.count(), 1 + usize::from(part.largest_ohms.is_some()));
         }
         assert!(
-            names.contains(&"ADG726, ADG732, 4 Ohm".to_owned()),
+            names.contains(&"ADG726, ADG732, 4 Ω".to_owned()),
             "{names:?}"
         );
         assert!(names.contains(&"1 MHz, gain 100".to_owned()), "{names:?}");

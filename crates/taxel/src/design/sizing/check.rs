@@ -12,7 +12,7 @@ const MOST_LINES: usize = 512;
 const SIGMAS: f64 = 5.0;
 
 /// Something that a design does badly.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Warning {
     /// The reading reaches the converter's ceiling below full load.
     Saturates {
@@ -43,6 +43,17 @@ pub enum Warning {
         /// Whether that is with the whole row pressed, or already with one taxel.
         full_row: bool,
     },
+    /// Undoing the cross-talk makes ghosts larger than it found them.
+    WorseCompensated {
+        /// Which taxels are pressed.
+        pressed: String,
+        /// The ghost as read, grams.
+        raw_g: f64,
+        /// After compensation, grams; none where no conductances explain the readings any more.
+        compensated_g: Option<f64>,
+        /// Whether unselected lines are open, so that currents find their own way.
+        floating: bool,
+    },
     /// The input resistance R_k/(1+A) exceeds the row's switch.
     LowGain {
         /// A at the scan rate.
@@ -57,6 +68,26 @@ pub enum Warning {
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match *self {
+            Warning::WorseCompensated {
+                ref pressed,
+                raw_g,
+                compensated_g,
+                floating,
+            } => write!(
+                f,
+                "with {pressed} the ghost is {raw_g:.0} g as read and {} compensated: noise and rounding, blown up by the \
+                 inverse, are more than the cross-talk\nhint: {}",
+                match compensated_g {
+                    Some(grams) => format!("{grams:.0} g"),
+                    None => "without an answer".to_owned(),
+                },
+                match floating {
+                    true =>
+                        "ground the unselected lines (divider-grounded-columns, or an amplifier), or take more bits",
+                    false =>
+                        "more bits, less noise, or a smaller range of taxel resistances; look at the readings as they are",
+                }
+            ),
             Warning::Saturates {
                 from_g,
                 full_load_g,
@@ -64,7 +95,7 @@ impl fmt::Display for Warning {
             } => write!(
                 f,
                 "readings stand at the converter's ceiling from {from_g:.0} g on, but the full load is \
-                 {full_load_g:.0} g (the paper's Fig. 25)\nhint: a feedback resistor of {ohms:.0} Ohm at most, or a \
+                 {full_load_g:.0} g (the paper's Fig. 25)\nhint: a feedback resistor of {ohms:.0} Ω at most, or a \
                  lower test voltage"
             ),
             Warning::GhostsByNoise {
@@ -96,7 +127,7 @@ impl fmt::Display for Warning {
                 };
                 write!(
                     f,
-                    "{pressed} a reading settles in {:.2} us, but has {:.2} us\nhint: {frames_per_second:.2} frames/s \
+                    "{pressed} a reading settles in {:.2} µs, but has {:.2} µs\nhint: {frames_per_second:.2} frames/s \
                      or fewer, a faster amplifier, or fewer bits",
                     1e6 * needed_secs,
                     1e6 * available_secs
@@ -108,8 +139,8 @@ impl fmt::Display for Warning {
                 switch_ohms,
             } => write!(
                 f,
-                "at this scan rate the amplifier's gain is {gain:.0}: its input is {input_ohms:.1} Ohm, more than the \
-                 row switch's {switch_ohms:.1} Ohm\nhint: a faster amplifier, or fewer frames a second"
+                "at this scan rate the amplifier's gain is {gain:.0}: its input is {input_ohms:.1} Ω, more than the \
+                 row switch's {switch_ohms:.1} Ω\nhint: a faster amplifier, or fewer frames a second"
             ),
         }
     }
@@ -119,11 +150,11 @@ impl fmt::Display for Warning {
 fn quantities(wish: &Wish) -> [(&'static str, f64); 14] {
     let (least, most) = wish.taxel_ohms;
     [
-        ("the taxel's resistance at full load (Ohm)", least),
-        ("the taxel's resistance at the lightest load (Ohm)", most),
+        ("the taxel's resistance at full load (Ω)", least),
+        ("the taxel's resistance at the lightest load (Ω)", most),
         ("the full load (g)", wish.full_load_g),
         ("the exponent of the load law", wish.exponent),
-        ("the switch's resistance (Ohm)", wish.switch_ohms),
+        ("the switch's resistance (Ω)", wish.switch_ohms),
         ("the gain-bandwidth product (Hz)", wish.gbw_hz),
         ("the amplifier's noise (V)", wish.amplifier_noise_volts),
         ("the converter's full scale (V)", wish.full_scale_volts),
@@ -132,7 +163,7 @@ fn quantities(wish: &Wish) -> [(&'static str, f64); 14] {
         ("the taxel's current (A)", wish.taxel_amperes),
         ("the pitch (mm)", wish.pitch_mm),
         ("the test voltage (V)", wish.v_test_volts.unwrap_or(1.0)),
-        ("the resistor (Ohm)", wish.r_ohms.unwrap_or(1.0)),
+        ("the resistor (Ω)", wish.r_ohms.unwrap_or(1.0)),
     ]
 }
 
@@ -151,7 +182,7 @@ pub(super) fn wish(wish: &Wish) -> Result<(), Error> {
     }
     if least >= most {
         return Err(Error::new(
-            format!("a taxel of {least} Ohm at full load and {most} Ohm at the lightest"),
+            format!("a taxel of {least} Ω at full load and {most} Ω at the lightest"),
             "pressing lowers the resistance: the smaller one first, like 500..3000",
         ));
     }
@@ -160,7 +191,7 @@ pub(super) fn wish(wish: &Wish) -> Result<(), Error> {
         .fold(most, f64::min);
     if most > 1e12 * extreme {
         return Err(Error::new(
-            format!("resistances from {extreme} to {most} Ohm: more than twelve decades"),
+            format!("resistances from {extreme} to {most} Ω: more than twelve decades"),
             "a taxel that is not pressed need not be in the range",
         ));
     }
@@ -276,6 +307,7 @@ pub(super) fn warnings(wish: &Wish, proposal: &Proposal) -> Vec<Warning> {
             });
         }
     }
+    warnings.extend(worse_compensated(wish, &proposal.ghosts));
     if let (Some(gain), Some(r_k)) = (proposal.gain, readout.r_feedback_ohms)
         && r_k / (1.0 + gain) > wish.switch_ohms
     {
@@ -286,4 +318,28 @@ pub(super) fn warnings(wish: &Wish, proposal: &Proposal) -> Vec<Warning> {
         });
     }
     warnings
+}
+
+/// The pressed taxels whose ghost grows most by the compensation, where it grows at all.
+fn worse_compensated(wish: &Wish, ghosts: &[super::Ghost]) -> Option<Warning> {
+    let grams = |errors: &super::Errors| {
+        let known = errors.grams.filter(|_| errors.is_known());
+        known.map(|grams| grams.ghost)
+    };
+    // Less than a hundredth of full load is no ghost that anybody sees.
+    let least_g = 0.01 * wish.full_load_g;
+    let growth = |(_, raw, compensated): &(_, f64, Option<f64>)| {
+        compensated.map_or(f64::INFINITY, |compensated| compensated / raw.max(least_g))
+    };
+    let (pressed, raw_g, compensated_g) = ghosts
+        .iter()
+        .filter_map(|ghost| Some((&ghost.name, grams(&ghost.raw)?, grams(&ghost.compensated))))
+        .filter(|ghost| growth(ghost) > 1.0)
+        .max_by(|a, b| growth(a).total_cmp(&growth(b)))?;
+    Some(Warning::WorseCompensated {
+        pressed: pressed.clone(),
+        raw_g,
+        compensated_g,
+        floating: wish.topology == super::Topology::DividerFloating,
+    })
 }

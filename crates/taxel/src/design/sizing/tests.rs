@@ -183,7 +183,7 @@ fn the_sensor_file_reads_back_and_nonsense_is_refused() {
         taxel_ohms: (3000.0, 500.0),
         ..small()
     };
-    assert!(refused(swapped).contains("3000 Ohm at full load and 500 Ohm"));
+    assert!(refused(swapped).contains("3000 Ω at full load and 500 Ω"));
     assert!(refused(Wish { rows: 0, ..small() }).contains("0 rows"));
     assert!(
         refused(Wish {

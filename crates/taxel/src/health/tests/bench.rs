@@ -129,8 +129,9 @@ impl Bench {
             let siemens = siemens.map(|(taxel, &g)| law.siemens_from_grams(taxel, g));
             let mut siemens = Frame::new(rows, columns, siemens.collect()).unwrap();
             self.break_taxels(siemens.values_mut(), &mut random);
+            self.tie_rows(siemens.values_mut());
             let mut volts = circuit.predict(&siemens).unwrap();
-            self.short_rows(volts.values_mut());
+            self.repeat_rows(volts.values_mut());
             self.add_hum(volts.values_mut(), k, &converter);
             noise.add(&mut volts, &mut random);
             let mut counts = converter.counts_from_volts(&volts);
@@ -211,14 +212,25 @@ impl Bench {
         }
     }
 
-    /// Two rows on one amplifier: whichever is selected, it takes the current of both.
-    fn short_rows(&self, volts: &mut [f64]) {
-        for &row in &self.broken.shorted_rows {
+    fn shorted_taxels(&self) -> impl Iterator<Item = (usize, usize)> {
+        let rows = self.broken.shorted_rows.iter();
+        rows.flat_map(|&row| {
             let (one, other) = (self.line(Axis::Row, row), self.line(Axis::Row, row + 1));
-            for (a, b) in one.into_iter().zip(other) {
-                let sum = volts[a] + volts[b];
-                (volts[a], volts[b]) = (sum, sum);
-            }
+            one.into_iter().zip(other)
+        })
+    }
+
+    /// Two rows that are one line: it has the conductances of both.
+    fn tie_rows(&self, siemens: &mut [f64]) {
+        for (a, b) in self.shorted_taxels() {
+            (siemens[a], siemens[b]) = (siemens[a] + siemens[b], 0.0);
+        }
+    }
+
+    /// Whichever of the two is selected, it is read.
+    fn repeat_rows(&self, volts: &mut [f64]) {
+        for (a, b) in self.shorted_taxels() {
+            volts[b] = volts[a];
         }
     }
 

@@ -11,8 +11,7 @@ fn econe() -> Sensor {
 
 fn error_g(truth: &Sensor, loads: &Frame<Grams>, reading: &Reading) -> f64 {
     let mut pipeline = Pipeline::new(truth, default_method(truth).unwrap()).unwrap();
-    pipeline.siemens_from_counts(&reading.counts);
-    let estimate = pipeline.newtons().unwrap();
+    let estimate = pipeline.process(&reading.counts).newtons().unwrap();
     let error = deviations_of_frames(estimate, &newtons(loads), |_, load| load > 0.0);
     crate::frame::grams_from_newtons(error.unwrap().unwrap().mean_absolute)
 }

@@ -1,0 +1,289 @@
+//! What `taxel --help` and the help of every verb end with: verbs by what they are for, and examples.
+
+use std::fmt::Write;
+
+use clap::Command;
+
+/// Verbs by what they are for.
+const GROUPS: [(&str, &[&str]); 5] = [
+    (
+        "Measure",
+        &[
+            "live", "view", "record", "replay", "convert", "recover", "devices",
+        ],
+    ),
+    ("Look", &["info", "analyse", "plot", "selftest"]),
+    (
+        "Fit and compensate",
+        &[
+            "calibrate",
+            "compensate",
+            "dataset",
+            "train",
+            "compare",
+            "model",
+        ],
+    ),
+    ("Publish", &["evaluate", "report"]),
+    (
+        "Design and simulate",
+        &[
+            "demo",
+            "simulate",
+            "design",
+            "budget",
+            "rig",
+            "crosstalk",
+            "netlist",
+            "bench",
+        ],
+    ),
+];
+
+/// One to three examples of every verb. Files that are read are those that another example writes, where one does.
+const EXAMPLES: [(&str, &[&str]); 27] = [
+    (
+        "live",
+        &[
+            "taxel live                                              # a simulated e-Cone, gripped by a hand",
+            "taxel live 'serial:/dev/ttyACM0?baud=2000000' --sensor sensor.toml",
+            "taxel live udp:0.0.0.0:5005 --sensor sensor.toml --record run.mcap",
+        ],
+    ),
+    (
+        "view",
+        &[
+            "taxel view run.mcap",
+            "taxel view presses.txt --sensor sensor.toml",
+        ],
+    ),
+    (
+        "record",
+        &[
+            "taxel record serial:/dev/ttyACM0?baud=2000000 --sensor sensor.toml -o run.mcap --secs 10",
+            "taxel record 'sim:econe?hand' -o hand.mcap --frames 200",
+        ],
+    ),
+    ("replay", &["taxel replay run.mcap --to udp:127.0.0.1:5005"]),
+    (
+        "convert",
+        &[
+            "taxel convert run.mcap -o run.csv",
+            "taxel convert presses.txt --sensor econe --fps 30 -o presses.mcap",
+        ],
+    ),
+    ("recover", &["taxel recover run.mcap -o whole.mcap"]),
+    ("devices", &["taxel devices"]),
+    (
+        "info",
+        &[
+            "taxel info run.mcap",
+            "taxel info hand.txt --sensor calibrated.toml --json",
+        ],
+    ),
+    (
+        "analyse",
+        &[
+            "taxel analyse run.mcap --taxel 3,4 -o taxel.png --export taxel.csv",
+            "taxel analyse hand.txt --sensor calibrated.toml --unit g --row 12",
+        ],
+    ),
+    (
+        "plot",
+        &[
+            "taxel plot hand.txt --sensor calibrated.toml --frame 68 -o picture.png",
+            "taxel plot hand.txt --sensor calibrated.toml --frame 68 --interpolation nearest -o nearest.svg",
+        ],
+    ),
+    (
+        "selftest",
+        &[
+            "taxel selftest --empty empty.mcap --rubbed rubbed.mcap --sensor sensor.toml",
+            "taxel selftest --live 'serial:/dev/ttyACM0?baud=2000000' --sensor sensor.toml",
+        ],
+    ),
+    (
+        "calibrate",
+        &[
+            "taxel calibrate --sensor sensor.toml --presses experiments.csv -o calibrated.toml",
+            "taxel calibrate --sensor sensor.toml --pairs pairs.csv -o calibrated.toml    # one taxel",
+            "taxel calibrate --sensor calibrated.toml --series run.txt --loads g.csv --period 0.05 -o d.toml",
+        ],
+    ),
+    (
+        "compensate",
+        &[
+            "taxel compensate hand.txt --sensor calibrated.toml --unit g -o loads.csv",
+            "taxel compensate hand.txt --sensor calibrated.toml -o loads.npy --marks marks.npy",
+            "taxel compensate hand.txt --sensor calibrated.toml --method model.safetensors -o loads.csv",
+        ],
+    ),
+    (
+        "dataset",
+        &[
+            "taxel dataset --sensor sensor.toml --presses experiments.csv -o rows.csv",
+            "taxel dataset --sensor econe --simulate 10000 --shard 1000 -o shards",
+        ],
+    ),
+    (
+        "train",
+        &[
+            "taxel train row-set --sensor sensor.toml --presses experiments.csv -o model.safetensors",
+            "taxel train hybrid --sensor calibrated.toml --presses experiments.csv -o model.safetensors",
+        ],
+    ),
+    (
+        "compare",
+        &[
+            "taxel compare --sensor sensor.toml --presses experiments.csv",
+            "taxel compare hand.txt --truth truth.csv --sensor sensor.toml --presses experiments.csv -o t.csv",
+        ],
+    ),
+    (
+        "model",
+        &[
+            "taxel model show model.safetensors",
+            "taxel model export model.safetensors -o model.onnx",
+            "taxel model import net.onnx --sensor sensor.toml --presses experiments.csv -o m.safetensors",
+        ],
+    ),
+    (
+        "evaluate",
+        &[
+            "taxel evaluate plan.toml                                # examples/evaluate has a plan",
+            "taxel evaluate plan.toml -o report.html",
+            "taxel evaluate plan.toml --live 'serial:/dev/ttyACM0?baud=2000000'",
+        ],
+    ),
+    (
+        "report",
+        &[
+            "taxel report plan.toml -o report.pdf",
+            "taxel report --paper -o paper.html",
+        ],
+    ),
+    ("demo", &["taxel demo"]),
+    (
+        "simulate",
+        &[
+            "taxel simulate --sensor econe --pattern press --frames 120 --presses experiments.csv -o p.txt",
+            "taxel simulate --sensor econe --pattern hand --frames 160 --truth truth.csv -o hand.txt",
+            "taxel simulate --sensor econe --pattern uniform --load-g 0 --frames 100 -o empty.txt",
+        ],
+    ),
+    (
+        "design",
+        &[
+            "taxel design --taxel 500..3000 --rows 64 --columns 128",
+            "taxel design --topology divider-grounded-columns --bits 12 --rows 16 --columns 16 -o sensor.toml",
+        ],
+    ),
+    (
+        "budget",
+        &["taxel budget econe", "taxel budget sensor.toml --json"],
+    ),
+    (
+        "rig",
+        &[
+            "taxel rig --pressure 0.2MPa",
+            "taxel rig --load 132g --spring 0.5 --area 8",
+            "taxel rig --margin 5g --spread 12g",
+        ],
+    ),
+    (
+        "crosstalk",
+        &[
+            "taxel crosstalk -n 10",
+            "taxel crosstalk --setting 'R_mux=10,name=as built' --points measured.csv -o picture.png",
+        ],
+    ),
+    (
+        "netlist",
+        &[
+            "taxel netlist --sensor sensor.toml --conductance siemens.csv --row 3 --column 4 -o taxel.cir",
+        ],
+    ),
+    ("bench", &["taxel bench --sensor econe"]),
+];
+
+/// The command with its verbs grouped, and examples at the end of the help of each.
+pub(crate) fn with_examples(command: Command) -> Command {
+    let mut verbs = String::new();
+    for (group, names) in GROUPS {
+        let _ = writeln!(verbs, "{group}:");
+        for name in names {
+            let about = command
+                .find_subcommand(name)
+                .and_then(Command::get_about)
+                .map_or(String::new(), ToString::to_string);
+            let _ = writeln!(verbs, "  {name:<12}{about}");
+        }
+        verbs.push('\n');
+    }
+    let command = EXAMPLES.iter().fold(command, |command, (verb, lines)| {
+        let text = lines.iter().fold("Examples:".to_owned(), |text, line| {
+            format!("{text}\n  {line}")
+        });
+        command.mut_subcommand(*verb, |verb| verb.after_help(text))
+    });
+    command
+        .help_template(format!(
+            "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{verbs}Options:\n{{options}}{{after-help}}"
+        ))
+        .after_help("`taxel VERB --help` tells more of a verb, with examples.")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use clap::CommandFactory;
+
+    use super::*;
+    use crate::Cli;
+
+    fn names() -> BTreeSet<String> {
+        let command = Cli::command();
+        let verbs = command.get_subcommands().map(Command::get_name);
+        verbs.map(str::to_owned).collect()
+    }
+
+    #[test]
+    fn every_verb_is_in_one_group_and_has_examples() {
+        let grouped: Vec<&str> = GROUPS.iter().flat_map(|group| group.1).copied().collect();
+        assert_eq!(grouped.len(), names().len());
+        let grouped: BTreeSet<String> = grouped.into_iter().map(str::to_owned).collect();
+        assert_eq!(grouped, names());
+        let shown: BTreeSet<String> = EXAMPLES.iter().map(|e| e.0.to_owned()).collect();
+        assert_eq!(shown, names());
+        assert!(EXAMPLES.iter().all(|e| (1..=3).contains(&e.1.len())));
+    }
+
+    /// The words of a line as a shell makes them, its remark left out.
+    fn words(line: &str) -> Vec<String> {
+        let mut words = vec![String::new()];
+        let mut quoted = false;
+        for letter in line.split(" # ").next().unwrap_or(line).trim().chars() {
+            match letter {
+                '\'' => quoted = !quoted,
+                ' ' if !quoted => words.push(String::new()),
+                other => words.last_mut().unwrap().push(other),
+            }
+        }
+        words
+    }
+
+    #[test]
+    fn every_example_is_one_that_the_command_takes() {
+        for (verb, lines) in EXAMPLES {
+            for line in lines {
+                let words = words(line);
+                assert!(line.chars().count() <= 98, "wrapped at 100: {line}");
+                assert_eq!(words[..2], ["taxel".to_owned(), verb.to_owned()], "{line}");
+                if let Err(error) = Cli::command().try_get_matches_from(words) {
+                    panic!("{line}\n{error}");
+                }
+            }
+        }
+    }
+}

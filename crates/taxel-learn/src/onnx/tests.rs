@@ -1,0 +1,92 @@
+//! Networks that come back as they went, and files that lie.
+
+use super::*;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+#[test]
+fn what_is_exported_is_imported_the_same() {
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let model = PaperMlp {
+        network: Mlp::new(&[9, 5, 4, 1], false, &mut random),
+        scaler: Scaler {
+            mean: (0..9).map(|i| 20.0 + i as f32).collect(),
+            deviation: (0..9).map(|i| 1.0 + i as f32).collect(),
+        },
+    };
+    let again = import(&export(&model)).unwrap();
+    assert_eq!(again.network, model.network);
+    for (a, b) in again.scaler.mean.iter().zip(&model.scaler.mean) {
+        assert!((a - b).abs() < 1e-4);
+    }
+}
+
+#[test]
+fn bytes_that_are_no_onnx_are_refused() {
+    for bytes in [
+        &b""[..],
+        b"not onnx at all",
+        &[0x3a, 0xff, 0xff, 0xff, 0xff, 0xff],
+    ] {
+        assert!(import(bytes).is_err());
+    }
+}
+
+/// A file of one graph: operators with their inputs (and an attribute's bytes), then constants.
+fn file(nodes: &[(&str, &[&str])], constants: &[(&str, &[usize], &[f32])]) -> Vec<u8> {
+    let mut graph = Writer::default();
+    for (operator, inputs) in nodes {
+        graph.node(operator, inputs, "x");
+    }
+    for (name, shape, values) in constants {
+        graph.message(5, &wire::tensor(name, shape, values));
+    }
+    let mut file = Writer::default();
+    file.message(7, &graph);
+    file.into_bytes()
+}
+
+#[test]
+fn headers_that_lie_are_refused_before_memory_is_taken_for_them() {
+    let w = |shape: &[usize], values: &[f32]| {
+        import(&file(&[("MatMul", &["x", "w"])], &[("w", shape, values)])).unwrap_err()
+    };
+    assert!(w(&[usize::MAX, usize::MAX], &[1.0]).contains("1 weights for"));
+    assert!(w(&[3, 0], &[]).contains("0 weights for 3 x 0"));
+    assert!(w(&[1; 9], &[1.0]).contains("9 dimensions"));
+    assert!(w(&[1], &[1.0]).contains("weights of shape [1]"));
+    assert!(w(&[2, 1], &[1.0, f32::NAN]).contains("holds NaN"));
+    // One constant, many layers of it: little of a file, much of a memory.
+    let square = vec![0.0; 1000 * 1000];
+    let many = vec![("MatMul", &["x", "w"][..]); 12];
+    let error = import(&file(&many, &[("w", &[1000, 1000], &square)])).unwrap_err();
+    assert!(error.contains("more than 8388608 weights"), "{error}");
+    let many = vec![("Identity", &["x"][..]); MAX_NODES + 1];
+    assert!(
+        import(&file(&many, &[]))
+            .unwrap_err()
+            .contains("more than 1000")
+    );
+}
+
+#[test]
+fn numbers_that_do_not_go_with_the_layers_are_refused() {
+    let constants: [(&str, &[usize], &[f32]); 4] = [
+        ("w", &[2, 2], &[1.0, 0.0, 0.0, 1.0]),
+        ("three", &[3], &[1.0, 2.0, 3.0]),
+        ("two", &[2], &[1.0, 2.0]),
+        ("none", &[0], &[]),
+    ];
+    let error = |nodes: &[(&str, &[&str])]| import(&file(nodes, &constants)).unwrap_err();
+    let layer: (&str, &[&str]) = ("MatMul", &["x", "w"]);
+    let after = error(&[layer, ("Add", &["x", "three"])]);
+    assert!(after.contains("3 numbers for 2 outputs"), "{after}");
+    let empty = error(&[("Sub", &["x", "none"]), layer]);
+    assert!(empty.contains("0 numbers after one of 1"), "{empty}");
+    let both = error(&[("Sub", &["x", "two"]), ("Div", &["x", "three"]), layer]);
+    assert!(both.contains("3 numbers after one of"), "{both}");
+    // A StandardScaler without its attributes.
+    assert!(error(&[("Scaler", &["x"]), layer]).contains("0 numbers"));
+    let relu = error(&[layer, ("Relu", &["x"]), ("Mul", &["x", "two"]), layer]);
+    assert!(relu.contains("a factor after a Relu"), "{relu}");
+}
