@@ -14,7 +14,8 @@ use crate::{Exit, interrupt, live_sensor, out};
 /// Record a sensor
 ///
 /// Raw counts always, with the device's and the host's time, and the sensor file; on request the compensated loads.
-/// Ctrl-C ends the recording. Exit code 3: frames were lost, corrupt, or the recording ended early.
+/// Ctrl-C ends the recording. Exit code 3: frames were lost, corrupt, or the recording ended early; 1: no frame came,
+/// and no file is left.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Where frames come from: serial:/dev/ttyACM0?baud=2000000, udp:0.0.0.0:9000, tcp:host:port, file:run.txt,
