@@ -117,6 +117,24 @@ pub(crate) enum Error {
         /// The dead line.
         index: usize,
     },
+    /// Two labels that give one taxel of one frame different loads.
+    #[error(
+        "{}, lines {} and {}: row {row}, column {column} of frame {frame} is {} g and {} g\nhint: a taxel has one load at a time: remove the wrong line", .table.display(), .lines[0], .lines[1], .loads_g[0], .loads_g[1]
+    )]
+    TwoLoads {
+        /// The table of presses.
+        table: PathBuf,
+        /// Its two lines, from 1.
+        lines: [u64; 2],
+        /// Row of the press.
+        row: usize,
+        /// Column of the press.
+        column: usize,
+        /// Frame of the press.
+        frame: usize,
+        /// The two loads, grams.
+        loads_g: [f64; 2],
+    },
     /// Arguments that do not go together.
     #[error("{what}\nhint: {hint}")]
     Arguments {

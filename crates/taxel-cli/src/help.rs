@@ -199,9 +199,7 @@ const EXAMPLES: [(&str, &[&str]); 27] = [
     ),
     (
         "netlist",
-        &[
-            "taxel netlist --sensor sensor.toml --conductance siemens.csv --row 3 --column 4 -o taxel.cir",
-        ],
+        &["taxel netlist --sensor sensor.toml --conductance siemens.csv --taxel 3,4 -o taxel.cir"],
     ),
     ("bench", &["taxel bench --sensor econe"]),
 ];

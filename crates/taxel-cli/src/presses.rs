@@ -27,11 +27,22 @@ pub(crate) fn read(
     transpose: bool,
     sensor: &Sensor,
 ) -> Result<Data, Error> {
+    Ok(read_with_lines(table, equilibration, transpose, sensor)?.0)
+}
+
+/// [`read`], and the line of the table, from 1, of each press.
+pub(crate) fn read_with_lines(
+    table: &Path,
+    equilibration: Option<&Path>,
+    transpose: bool,
+    sensor: &Sensor,
+) -> Result<(Data, Vec<u64>), Error> {
     let (rows, columns) = (sensor.rows(), sensor.columns());
     let presses = read_presses(table, rows, columns, sensor.array.labels.as_deref())?;
     for press in &presses {
         refuse_dead(sensor, table, press)?;
     }
+    refuse_two_loads(table, &presses)?;
     let uniform = match equilibration {
         Some(table) => read_uniform_loads(table)?,
         None => Vec::new(),
@@ -56,6 +67,7 @@ pub(crate) fn read(
     let mut found = read_frames(&wanted, options)?;
     let mut data = Data::default();
     let mut places = BTreeMap::new();
+    let lines = presses.iter().map(|press| press.line).collect();
     for press in presses {
         let key = (press.recording, press.frame);
         let frame = *places.entry(key.clone()).or_insert_with(|| {
@@ -75,7 +87,32 @@ pub(crate) fn read(
         data.uniform.push((frame.clone(), load.load_g));
         found.insert(key, frame);
     }
-    Ok(data)
+    Ok((data, lines))
+}
+
+/// Refuses two labels that give one taxel of one frame different loads.
+fn refuse_two_loads(table: &Path, presses: &[taxel_record::Press]) -> Result<(), Error> {
+    let mut first: BTreeMap<(&Path, usize, usize, usize), &taxel_record::Press> = BTreeMap::new();
+    for press in presses {
+        let key = (
+            press.recording.as_path(),
+            press.frame,
+            press.row,
+            press.column,
+        );
+        let before = first.entry(key).or_insert(press);
+        if before.load_g != press.load_g {
+            return Err(Error::TwoLoads {
+                table: table.to_owned(),
+                lines: [before.line, press.line],
+                row: press.row,
+                column: press.column,
+                frame: press.frame,
+                loads_g: [before.load_g, press.load_g],
+            });
+        }
+    }
+    Ok(())
 }
 
 /// Refuses a press on a line that the sensor file declares dead.

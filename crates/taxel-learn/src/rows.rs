@@ -59,9 +59,13 @@ impl Rows {
         &self.row[press * self.columns..(press + 1) * self.columns]
     }
 
-    /// Reading of an unpressed taxel: the median of all rows, counts.
+    /// Reading of an unpressed taxel, counts: the median of all rows (the upper one of the two in the middle: a reading,
+    /// and not a mean of two); 0 without any.
     pub fn dark_counts(&self) -> f32 {
         let mut sorted = self.row.clone();
+        if sorted.is_empty() {
+            return 0.0;
+        }
         let middle = sorted.len() / 2;
         *sorted.select_nth_unstable_by(middle, f32::total_cmp).1
     }

@@ -24,6 +24,15 @@ const NEEDS: &str = "conductance_siemens or resistance_ohms, and load_g or load_
 /// A missing or unknown column, a cell that is no number, a negative load or conductance, a resistance of
 /// 0 Ω, an empty table; each with its place.
 pub fn read_pairs(path: impl AsRef<Path>) -> Result<Vec<(f64, f64)>, Error> {
+    let pairs = read_pairs_by_line(path)?;
+    Ok(pairs.into_iter().map(|(_, pair)| pair).collect())
+}
+
+/// [`read_pairs`] with the line of the file, from 1, that each pair stands on.
+///
+/// # Errors
+/// As [`read_pairs`].
+pub fn read_pairs_by_line(path: impl AsRef<Path>) -> Result<Vec<(u64, (f64, f64))>, Error> {
     let table = Table::open(path.as_ref(), &COLUMNS)?;
     let (siemens, ohms) = either(&table, "conductance_siemens", "resistance_ohms")?;
     let (grams, newtons) = either(&table, "load_g", "load_n")?;
@@ -36,7 +45,7 @@ pub fn read_pairs(path: impl AsRef<Path>) -> Result<Vec<(f64, f64)>, Error> {
             Some(cell) => line.amount(cell, "load_g")?,
             None => grams_from_newtons(line.amount(newtons, "load_n")?),
         };
-        Ok((conductance, load))
+        Ok((line.line, (conductance, load)))
     })
 }
 

@@ -104,6 +104,16 @@ pub enum Error {
         /// The same in the singular.
         unit_one: &'static str,
     },
+    /// Knots that no curve goes through.
+    #[error(
+        "sensor file: `{key}`: {source}\nhint: knots are ln of the load in grams, ascending; leave [material.bend] out where the law does not bend"
+    )]
+    Knots {
+        /// Table and key.
+        key: &'static str,
+        /// Which knot, and why.
+        source: crate::calibrate::BadKnots,
+    },
     /// A preset name nobody ships.
     #[error("no preset sensor is called `{name}`\nhint: {hint}")]
     UnknownPreset {
@@ -152,6 +162,22 @@ pub enum Error {
         /// The dead line, such as `row 11`.
         line: String,
     },
+    /// Two labels for one taxel of one frame that say different loads.
+    #[error(
+        "row {row}, column {column} of frame {frame} is labelled {first_g} g and {second_g} g\nhint: a taxel has one load at a time: remove the wrong label"
+    )]
+    PressTwice {
+        /// Row of the labels.
+        row: usize,
+        /// Column of the labels.
+        column: usize,
+        /// Frame of the labels.
+        frame: usize,
+        /// Load of the first, grams.
+        first_g: f64,
+        /// Load of the second, grams.
+        second_g: f64,
+    },
     /// A label that is no load.
     #[error(
         "the press at row {row}, column {column} has a load of {load_g} g\nhint: loads are 0 or more, in grams"
@@ -176,11 +202,29 @@ pub enum Error {
         /// Fewest that a fit is tried with.
         needed: usize,
     },
+    /// Presses that are all of one load.
+    #[error(
+        "all {presses} presses are labelled {load_g} g, but a load law needs several loads\nhint: label presses from the lightest to the heaviest that you will measure"
+    )]
+    OneLoad {
+        /// Presses.
+        presses: usize,
+        /// Their load, grams.
+        load_g: f64,
+    },
     /// No circuit and law explain the presses.
     #[error(
         "no circuit explains the labelled presses: {reason}\nhint: check topology, v_test_volts, the feedback or pull-down resistor, full_scale_volts and `inverted`, and that rows and columns are not swapped"
     )]
     NoFit {
+        /// What failed.
+        reason: String,
+    },
+    /// No load law suits pairs of conductance and load.
+    #[error(
+        "no load law suits these pairs: {reason}\nhint: check that conductance (or resistance) and load are not swapped, their units, and that the loads differ"
+    )]
+    NoLaw {
         /// What failed.
         reason: String,
     },

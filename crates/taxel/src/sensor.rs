@@ -294,6 +294,9 @@ pub struct Provenance {
     /// Standard errors of fitted numbers, by name, in the number's unit.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub standard_errors: Vec<(String, f64)>,
+    /// Numbers that were held and not fitted, by name, and what held them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub held: Vec<(String, String)>,
     /// What was looked for, whether it was found, and its size.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<String>,

@@ -9,7 +9,7 @@
 //! use taxel::stats::{median, quantile};
 //!
 //! assert_eq!(median([4.0, 1.0, 3.0, 2.0]), Some(2.5));
-//! assert_eq!(quantile([1.0, 2.0, 3.0, 4.0], 0.95), Some(3.85));
+//! assert_eq!(quantile([1.0, 2.0, 3.0, 4.0], 0.25), Some(1.75));
 //! assert_eq!(median([]), None);
 //! ```
 

@@ -82,7 +82,7 @@ fn switches_and_law_come_out_of_presses_from_any_start() {
         );
         // What a fit says of itself is about what frames it never saw say of it.
         assert!(
-            found.report.held_out_mean_absolute_g < 0.3,
+            found.report.held_out_mean_absolute_g.unwrap() < 0.3,
             "{}",
             found.report
         );

@@ -2,12 +2,14 @@
 
 mod every_sensor;
 
-use every_sensor::{PATTERNS, every_sensor};
+use every_sensor::every_sensor;
 use taxel::screen::{FrameScreen, LineFaults, LineScreen, ScreenOptions};
 use taxel::simulate::{Pattern, VirtualSensor};
 use taxel::{Counts, Frame, Mark, Sensor};
 
 const FRAMES: u64 = 40;
+
+const PATTERNS: [&str; 7] = Pattern::NAMES;
 
 /// A recording of a pattern; the frames are spread over what the pattern does in time.
 fn recording(sensor: &Sensor, pattern: &Pattern, seed: u64) -> Vec<Frame<Counts>> {

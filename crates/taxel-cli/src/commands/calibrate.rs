@@ -1,13 +1,13 @@
 //! `taxel calibrate`: from labelled presses to a sensor file with everything a parts list does not say.
 
+mod pairs;
 mod series;
 
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use clap::ValueEnum;
-use taxel::Sensor;
-use taxel::calibrate::{LawChoice, Options, fit_pairs};
+use taxel::calibrate::{LawChoice, Options, Report};
 
 use super::positive::positive;
 use crate::crew::Threads;
@@ -19,9 +19,10 @@ use crate::{Exit, out, presses, sensor_file};
 /// Fit switch resistances and load law to labelled presses
 ///
 /// Reads the parts list (sensor.toml) and presses of known load, and writes the sensor file with the fitted
-/// numbers, their origin and their errors. The report goes to standard output. No frame is judged by a fit
-/// that saw it: the errors reported are of presses held out. With --series, also what the material remembers: creep and
-/// hysteresis.
+/// numbers, their origin and their errors. The report goes to standard output. The error reported is of presses held out: of
+/// those that neither fitted nor chose what judges them. Ends with code 3 where the file is written but should not be used
+/// as it is, and where labels were left out because the others contradict them. With --series, also what the material
+/// remembers: creep and hysteresis.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Sensor file (the parts list), or the name of a preset
@@ -112,9 +113,9 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         return series::run(args, &sensor, recording, loads);
     }
     let Some(table) = &args.presses else {
-        return run_pairs(args, sensor);
+        return pairs::run(args, sensor);
     };
-    let data = presses::read(
+    let (data, lines) = presses::read_with_lines(
         table,
         args.equilibration.as_deref(),
         args.transpose,
@@ -145,75 +146,32 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     })?;
     drop(progress);
     out::file(&args.output, calibration.sensor.to_toml().as_bytes())?;
+    let report = &calibration.report;
     match args.json {
-        true => out::json(&calibration.report)?,
-        false => out::result(&calibration.report.to_string())?,
+        true => out::json(report)?,
+        false => out::result(&report.to_string())?,
     }
+    let exit = doubt(report, table, &lines);
     out::note(&format!("wrote {}", args.output.display()));
-    Ok(Exit::Good)
+    Ok(exit)
 }
 
-/// One load law in the report of `--pairs`.
-#[derive(Debug, serde::Serialize)]
-struct LawLine {
-    law: &'static str,
-    held_out_mean_absolute_g: f64,
-    held_out_root_mean_square_g: f64,
-    chosen: bool,
-}
-
-/// The load law alone, from plain pairs; the circuit stays as the sensor file has it.
-fn run_pairs(args: &Args, mut sensor: Sensor) -> Result<Exit, Error> {
-    let table = args.pairs.as_deref().unwrap_or(Path::new(""));
-    let pairs = taxel_record::read_pairs(table)?;
-    let fits = fit_pairs(&pairs);
-    let wanted = match args.law {
-        Law::Auto => None,
-        Law::Power => Some("power"),
-        Law::Saturating => Some("saturating"),
-        Law::Spline => Some("spline"),
-    };
-    let chosen = fits
-        .iter()
-        .find(|fit| wanted.is_none_or(|name| name == fit.name))
-        .ok_or_else(|| Error::InFile {
-            file: table.to_owned(),
-            source: taxel::Error::NoFit {
-                reason: format!("{} pairs do not settle a load law", pairs.len()),
-            },
-        })?;
-    sensor.material = Some(chosen.law.to_material());
-    out::file(&args.output, sensor.to_toml().as_bytes())?;
-    let lines: Vec<LawLine> = fits
-        .iter()
-        .map(|fit| LawLine {
-            law: fit.name,
-            held_out_mean_absolute_g: fit.held_out_mean_absolute_g,
-            held_out_root_mean_square_g: fit.held_out_root_mean_square_g,
-            chosen: fit.name == chosen.name,
-        })
-        .collect();
-    if args.json {
-        out::json(&lines)?;
-    } else {
-        let mut text = format!(
-            "{} pairs; errors of loads left out one at a time, g\n{:<12} {:>14} {:>16}\n",
-            pairs.len(),
-            "law",
-            "mean absolute",
-            "root mean square"
-        );
-        for line in &lines {
-            let mark = if line.chosen { "  <- chosen" } else { "" };
-            text.push_str(&format!(
-                "{:<12} {:>14.3} {:>16.3}{mark}\n",
-                line.law, line.held_out_mean_absolute_g, line.held_out_root_mean_square_g
-            ));
-        }
-        out::result(&text)?;
+/// Names labels that the others contradict, by their lines, and says what speaks against using the fit.
+fn doubt(report: &Report, table: &Path, lines: &[u64]) -> Exit {
+    for suspect in &report.suspects {
+        out::warn(&format!(
+            "{}, line {}: {suspect}",
+            table.display(),
+            lines[suspect.press]
+        ));
     }
-    out::note(&format!("wrote {}", args.output.display()));
-    Ok(Exit::Good)
+    for doubt in &report.doubts {
+        out::warn(doubt);
+    }
+    match report.doubts.is_empty() && report.suspects.iter().all(|s| !s.left_out) {
+        true => Exit::Good,
+        false => Exit::DataLost,
+    }
 }
 
 /// The date in UTC, ISO 8601.

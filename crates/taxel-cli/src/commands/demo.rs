@@ -66,12 +66,7 @@ pub(crate) fn run(_: &Args) -> Result<Exit, Error> {
     let presses = labelled_presses(&real, PRESSES);
     let Calibration { sensor, report } = fit(&nominal, &presses)?;
     for parameter in &report.parameters {
-        let shown = with_error(parameter.value, parameter.standard_error);
-        let line = format!(
-            "calibrated: {} = {shown} {}",
-            parameter.name, parameter.unit
-        );
-        out::result(line.trim_end())?;
+        out::result(&format!("calibrated: {parameter}"))?;
     }
     let compared = Compared::new(&sensor, &faults, &presses, &recording)?;
     out::result(&compared.table())?;
@@ -83,20 +78,6 @@ pub(crate) fn run(_: &Args) -> Result<Exit, Error> {
         begun.elapsed().as_secs_f64()
     ))?;
     Ok(Exit::Good)
-}
-
-/// A number with its standard error, to two digits of the latter; a number that was not fitted has none.
-fn with_error(value: f64, error: f64) -> String {
-    if !(error > 0.0 && error.is_finite()) {
-        return format!("{value:.4e} (held)");
-    }
-    let last = error.log10().floor() as i32 - 1;
-    if value.abs() < 1e-2 {
-        let digits = (value.abs().log10().floor() as i32 - last).clamp(0, 12) as usize;
-        return format!("{value:.digits$e} ± {error:.1e}");
-    }
-    let decimals = (-last).clamp(0, 12) as usize;
-    format!("{value:.decimals$} ± {error:.decimals$}")
 }
 
 /// Records the grip; gives back the frames to be judged, and the faulty lines found in all of them.

@@ -134,7 +134,7 @@ pub(super) fn section(
             .tables
             .extend(tables.into_iter().filter(|table| !table.rows.is_empty()));
         if !drawn.is_empty() {
-            section.figures.push(figure(group.name(), drawn)?);
+            section.figures.push(figure(group.title(), drawn)?);
         }
     }
     Ok(section)

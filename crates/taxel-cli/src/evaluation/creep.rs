@@ -132,14 +132,14 @@ fn figure(
         );
     }
     let picture = Series::new("time (s)", Vec::new(), lines)?
-        .title(group.name())
+        .title(group.title())
         .quantity(value.quantity())
         .unit(value.unit())
         .picture()?;
     Ok(Figure {
         caption: format!(
             "Holds of constant load, {}; dashed: exponentials.",
-            group.name()
+            group.title()
         ),
         picture,
     })

@@ -183,14 +183,14 @@ fn figure(plan: &Plan, group: &Group, found: &Sweep, models: &Models) -> Result<
             .colour(2),
     ];
     let picture = Series::new("other taxels pressed", x, lines)?
-        .title(group.name())
+        .title(group.title())
         .quantity("|V_out|")
         .unit("V")
         .picture()?;
     Ok(Figure {
         caption: format!(
             "V_out against the number of other pressed taxels, {}.",
-            group.name()
+            group.title()
         ),
         picture,
     })

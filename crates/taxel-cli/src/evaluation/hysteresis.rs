@@ -73,7 +73,7 @@ fn figure(group: &Group, value: Value, loops: &[Vec<Reading>]) -> Result<Figure,
     };
     let lines = loops.iter().enumerate().take(DRAWN).map(line).collect();
     let picture = Series::new("load (g)", Vec::new(), lines)?
-        .title(group.name())
+        .title(group.title())
         .quantity(value.quantity())
         .unit(value.unit())
         .order("loop")
@@ -81,7 +81,7 @@ fn figure(group: &Group, value: Value, loops: &[Vec<Reading>]) -> Result<Figure,
     Ok(Figure {
         caption: format!(
             "Loops of growing and falling load, {}{}.",
-            group.name(),
+            group.title(),
             match loops.len() > DRAWN {
                 true => format!(": the first {DRAWN} of {}", loops.len()),
                 false => String::new(),

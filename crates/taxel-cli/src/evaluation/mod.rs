@@ -169,6 +169,7 @@ fn gather(
         let readings = reader.read(&table, &trials)?;
         lost += reader.skipped + reader.unsolved;
         groups.push(Group {
+            experiment: experiment.name.clone(),
             setting,
             sensor,
             trials,

@@ -10,7 +10,7 @@ use taxel::pipeline::{FrameResult, Pipeline};
 use taxel::{Counts, Frame, Mark, Sensor};
 use taxel_record::{FrameSource, TextOptions, Trial, open_counts};
 
-use super::plan::{Experiment, Value};
+use super::plan::Value;
 use crate::error::Error;
 use crate::frames::show;
 use crate::out;
@@ -291,6 +291,8 @@ impl Reader {
 
 /// The trials of one setting and what was read.
 pub(crate) struct Group {
+    /// What the experiment is called.
+    pub(crate) experiment: String,
     /// Empty where the table names none.
     pub(crate) setting: String,
     pub(crate) sensor: Sensor,
@@ -333,9 +335,9 @@ impl Group {
     }
 
     /// What stands over a picture: the setting, or where there is one alone what the experiment is called.
-    pub(crate) fn title<'a>(&'a self, experiment: &'a Experiment) -> &'a str {
+    pub(crate) fn title(&self) -> &str {
         match self.setting.as_str() {
-            "" => &experiment.name,
+            "" => &self.experiment,
             setting => setting,
         }
     }

@@ -119,12 +119,12 @@ fn figure(group: &Group, value: Value) -> Result<Figure, Error> {
     let x = (0..values.len()).map(|i| i as f64).collect();
     let line = Line::new("", values).style(LineStyle::Points);
     let picture = Series::new("reading", x, vec![line])?
-        .title(group.name())
+        .title(group.title())
         .quantity(value.quantity())
         .unit(value.unit())
         .picture()?;
     Ok(Figure {
-        caption: format!("Repeated readings, {}.", group.name()),
+        caption: format!("Repeated readings, {}.", group.title()),
         picture,
     })
 }

@@ -82,7 +82,7 @@ pub(super) fn section(
                 100.0 * level.saturated_share,
             ]);
         }
-        figures.push(figure(plan, experiment, group, value, &found)?);
+        figures.push(figure(plan, group, value, &found)?);
     }
     let mut paragraphs = vec!["Line and power law (offset + factor · load^exponent) are least squares over the readings below saturation. Non-linearity is the largest distance of a load's mean from the best straight line, in % of the line's rise. The smallest load that can be told from none lifts the reading by three standard deviations of the readings without load. A load saturates when more than half of its readings are at the converter's end.".to_owned()];
     if !left_out.is_empty() {
@@ -133,13 +133,7 @@ fn ceiling(group: &Group, value: Value) -> Option<f64> {
     }
 }
 
-fn figure(
-    plan: &Plan,
-    experiment: &Experiment,
-    group: &Group,
-    value: Value,
-    found: &Response,
-) -> Result<Figure, Error> {
+fn figure(plan: &Plan, group: &Group, value: Value, found: &Response) -> Result<Figure, Error> {
     let loads: Vec<f64> = found.levels.iter().map(|level| level.load).collect();
     let (first, last) = (loads[0], loads[loads.len() - 1]);
     let x: Vec<f64> = (0..=DRAWN)
@@ -180,7 +174,7 @@ fn figure(
         );
     }
     let picture = Series::new("load (g)", x, lines)?
-        .title(group.title(experiment))
+        .title(group.title())
         .quantity(value.quantity())
         .unit(value.unit())
         .picture()?;
@@ -189,7 +183,7 @@ fn figure(
         None => "Nothing saturated.".to_owned(),
     };
     Ok(Figure {
-        caption: format!("Response to load, {}. {end}", group.name()),
+        caption: format!("Response to load, {}. {end}", group.title()),
         picture,
     })
 }

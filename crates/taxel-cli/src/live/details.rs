@@ -20,6 +20,8 @@ const ASKED_FOR: Duration = Duration::from_secs(2);
 /// A frame as viewers got it, its conductances, and the sensor that they are of.
 pub(super) struct Question {
     pub(super) siemens: Frame<Siemens>,
+    /// Whether the inverse came to one answer.
+    pub(super) is_answer: bool,
     pub(super) sensor: Arc<Sensor>,
     pub(super) is_load: bool,
     pub(super) shown: FrameMessage,
@@ -99,7 +101,7 @@ impl Details {
             let siemens = question.siemens;
             let mut shown = siemens.map(|_, value| value);
             let errors = errors.as_mut().map(|errors| {
-                let errors = errors.of(&siemens, true, &mut shown).clone();
+                let errors = errors.of(&siemens, question.is_answer, &mut shown).clone();
                 (errors, shown.marks().to_vec())
             });
             let mut answer = self.answer.lock().unwrap_or_else(PoisonError::into_inner);

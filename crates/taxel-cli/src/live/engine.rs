@@ -143,6 +143,7 @@ impl Engine {
                 if self.details.is_wanted() {
                     self.details.ask(Question {
                         siemens: self.exact.result().siemens.clone(),
+                        is_answer: self.exact.result().outcome.is_answer(),
                         sensor: self.sensor.clone(),
                         is_load: self.is_load,
                         shown: message.clone(),

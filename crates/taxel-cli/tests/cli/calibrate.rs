@@ -25,7 +25,8 @@ fn presses_make_a_sensor_that_gives_the_loads_of_other_frames() {
         "calibrate --sensor parts.toml --presses experiments.csv -o calibrated.toml --law power",
     );
     assert!(
-        run.out.contains("held-out presses (60 presses, 5 folds"),
+        run.out
+            .contains("held-out presses (60 of 60 presses; 5 folds, split by press"),
         "{run}"
     );
     assert!(run.err.ends_with("wrote calibrated.toml\n"), "{run}");
@@ -176,4 +177,135 @@ fn presses_are_asked_for() {
 
     For more information, try '--help'.
     ");
+}
+
+/// Presses made one at a time on the little sensor, one a taxel, and the parts list.
+fn alone() -> (Folder, Vec<String>) {
+    let folder = pressed(1);
+    let (rows, columns) = (4, 6);
+    let mut siemens = String::new();
+    let mut table = vec!["recording,frame,row,column,load_g".to_owned()];
+    for frame in 0..rows * columns {
+        let load = 20.0 + 24.0 * f64::from((frame * 7) % (rows * columns));
+        for row in 0..rows {
+            let cell = |column| match row * columns + column == frame {
+                true => (1e-6 + 8.29e-6 * load.powf(0.857)).to_string(),
+                false => "1e-6".to_owned(),
+            };
+            let line: Vec<String> = (0..columns).map(cell).collect();
+            siemens.push_str(&(line.join(",") + "\n"));
+        }
+        let (row, column) = (frame / columns, frame % columns);
+        table.push(format!("alone.txt,{frame},{row},{column},{load}"));
+    }
+    folder.write("siemens.csv", &siemens);
+    folder
+        .good("simulate --sensor sensor.toml --conductance siemens.csv --unit counts -o alone.txt");
+    (folder, table)
+}
+
+#[test]
+fn presses_made_one_at_a_time_make_a_sensor_for_crowded_frames() {
+    let (folder, table) = alone();
+    folder.write("alone.csv", &(table.join("\n") + "\n"));
+    let run = folder.good("calibrate --sensor parts.toml --presses alone.csv -o c.toml");
+    assert!(run.out.contains("24 presses made one at a time"), "{run}");
+    assert!(run.out.contains("tell their sum"), "{run}");
+    folder.good(
+        "simulate --sensor sensor.toml --pattern blobs --frames 4 --seed 9 --load-g 300 \
+         -o validation.txt --truth truth.csv",
+    );
+    folder.good("compensate validation.txt --sensor c.toml --unit g -o loads.csv");
+    let (loads, truth) = (folder.numbers("loads.csv"), folder.numbers("truth.csv"));
+    let off: f64 = loads.iter().zip(&truth).map(|(a, b)| (a - b).abs()).sum();
+    assert!(off / (loads.len() as f64) < 1.2, "{off}");
+}
+
+#[test]
+fn a_label_in_kilograms_is_named_by_its_line_and_left_out() {
+    let (folder, mut table) = alone();
+    let line = &mut table[12];
+    let load = line.rsplit(',').next().unwrap().parse::<f64>().unwrap();
+    *line = line.replace(&format!(",{load}"), &format!(",{}", load / 1000.0));
+    folder.write("kg.csv", &(table.join("\n") + "\n"));
+    let run = folder.taxel("calibrate --sensor parts.toml --presses kg.csv -o c.toml");
+    assert_eq!(run.code, Some(3), "{run}");
+    assert!(run.err.contains("kg.csv, line 13: "), "{run}");
+    assert!(run.err.contains("are these kg?"), "{run}");
+    assert!(folder.exists("c.toml"));
+}
+
+#[test]
+fn two_loads_for_one_press_are_refused_with_both_lines() {
+    let (folder, mut table) = alone();
+    let twice = table[3].rsplit_once(',').unwrap().0.to_owned() + ",99";
+    table.push(twice);
+    folder.write("two.csv", &(table.join("\n") + "\n"));
+    let run = folder.taxel("calibrate --sensor parts.toml --presses two.csv -o c.toml");
+    assert_eq!(run.code, Some(1), "{run}");
+    assert!(
+        run.err
+            .contains("two.csv, lines 4 and 26: row 0, column 2 of frame 2"),
+        "{run}"
+    );
+    assert!(!folder.exists("c.toml"));
+}
+
+#[test]
+fn a_sensor_file_whose_knots_do_not_ascend_is_refused() {
+    let folder = pressed(1);
+    let bent =
+        format!("{SENSOR}\n[material.bend]\nln_load_g = [3.0, 3.0]\nln_siemens = [0.0, 1.0]\n");
+    folder.write("bend.toml", &bent);
+    let run = folder.taxel("compensate calibration.txt --sensor bend.toml -o x.csv");
+    assert_eq!(run.code, Some(1), "{run}");
+    assert!(
+        run.err
+            .contains("`material.bend.ln_load_g`: knot 1 is at 3, the one before at 3"),
+        "{run}"
+    );
+}
+
+/// Pairs of a power law, one a line.
+fn pairs() -> Vec<String> {
+    let pair = |i: i32| {
+        let load = 20.0 * f64::from(i);
+        format!("{},{load}", 1e-6 + 8e-6 * load.powf(0.85))
+    };
+    let head = "conductance_siemens,load_g".to_owned();
+    std::iter::once(head).chain((1..27).map(pair)).collect()
+}
+
+#[test]
+fn pairs_give_their_numbers_with_errors_and_an_absurd_one_is_named() {
+    let folder = pressed(1);
+    let mut table = pairs();
+    folder.write("pairs.csv", &(table.join("\n") + "\n"));
+    let run = folder.good("calibrate --sensor parts.toml --pairs pairs.csv -o p.toml");
+    assert!(
+        run.out.contains("material.exponent") && run.out.contains('±'),
+        "{run}"
+    );
+    for absurd in ["100,600", "300,0.001"] {
+        table[7] = absurd.to_owned();
+        folder.write("pairs.csv", &(table.join("\n") + "\n"));
+        let run = folder.taxel("calibrate --sensor parts.toml --pairs pairs.csv -o q.toml");
+        assert_eq!(run.code, Some(3), "{run}");
+        assert!(run.err.contains("pairs.csv, line 8: "), "{run}");
+        let exponent = |file: &str| {
+            let text = folder.read(file);
+            let line = text
+                .lines()
+                .find(|l| l.starts_with("exponent"))
+                .unwrap()
+                .to_owned();
+            line.split('=')
+                .nth(1)
+                .unwrap()
+                .trim()
+                .parse::<f64>()
+                .unwrap()
+        };
+        assert!((exponent("q.toml") - exponent("p.toml")).abs() < 0.01);
+    }
 }

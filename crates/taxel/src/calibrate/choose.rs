@@ -6,6 +6,7 @@ use super::fit::{Care, Fitted, Score, coarse, look_around, mean, refine, switche
 use super::least_squares::median;
 use super::lines::separate;
 use super::model::{LawModel, Model, Unknown, no_fit};
+use super::outcome::{HeldOut, Outcome};
 use super::{Finding, Options};
 use crate::sensor::PerLine;
 use crate::{Crew, Error, Sensor};
@@ -30,6 +31,20 @@ pub(super) struct Search<'a> {
     /// No taxel is ever unloaded, so that the presses must tell the switches.
     by_presses: bool,
     pub(super) options: Options,
+    pub(super) held_out: HeldOut,
+}
+
+/// Everything found from crowded frames and uniform loads, judged by presses that took no part in it.
+pub(super) fn search(
+    sensor: &Sensor,
+    evidence: &Evidence,
+    options: &Options,
+    crew: &dyn Crew,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<Outcome, Error> {
+    let mut search = Search::new(sensor, evidence, options, crew)?;
+    search.run(progress)?;
+    search.finish()
 }
 
 impl<'a> Search<'a> {
@@ -88,6 +103,7 @@ impl<'a> Search<'a> {
             separated: false,
             by_presses: false,
             options: options.clone(),
+            held_out: HeldOut::default(),
         })
     }
 
@@ -120,6 +136,10 @@ impl<'a> Search<'a> {
         self.doubt_offset()?;
         self.try_presses()?;
         self.try_laws(true)?;
+        if let Some((_, score)) = &self.best {
+            self.held_out.errors_g.clone_from(&score.errors_g);
+            self.held_out.how = format!("{} folds, split by press", self.options.folds);
+        }
         self.explains()
     }
 

@@ -20,6 +20,8 @@ const SPREAD: [Unknown; 3] = [
 ];
 /// Shares (of a load, of the previous reading) below this are taken for none.
 const LEAST_SHARE: f64 = 1e-3;
+/// A saturation is told when it is this many standard errors from none.
+const TOLD: f64 = 3.0;
 /// Inner knots of the spline law.
 const INNER_KNOTS: usize = 3;
 
@@ -297,7 +299,11 @@ impl Search<'_> {
             };
             self.laws.retain(|(known, _)| known != name);
             self.laws.push((name.to_owned(), score.mean_error()));
-            if wanted || is_better(gain, errors) {
+            let saturation = fitted.model.law.saturation;
+            let told = fitted
+                .error_of(Unknown::Saturation)
+                .is_none_or(|error| saturation > TOLD * error);
+            if wanted || (is_better(gain, errors) && told) {
                 self.law = name.to_owned();
                 self.accept(fitted, score);
             }

@@ -295,6 +295,17 @@ impl<'a> Evaluator<'a> {
         self.unloaded.iter().any(|u| !u.is_empty())
     }
 
+    /// Standard error of g_zero, siemens: of the median of the unloaded taxels (1.25 times that of a mean). Nothing
+    /// where none are known.
+    pub(super) fn g_zero_error(&mut self, model: &Model) -> Option<f64> {
+        let at = self.inverted(&model.sensor)?;
+        let ghosts = self.kept[at].ghosts.iter().flatten();
+        let g_zero = self.kept[at].g_zero;
+        let off: Vec<f64> = ghosts.map(|ghost| ghost.0 - g_zero).collect();
+        let deviation = super::least_squares::robust_deviation(&off);
+        (!off.is_empty()).then(|| 1.2533 * deviation / (off.len() as f64).sqrt())
+    }
+
     /// Forgets inversions, for a change of what is looked at.
     pub(super) fn clear(&mut self) {
         self.kept.clear();
@@ -428,7 +439,7 @@ fn patch(siemens: &Frame<Siemens>, row: usize, column: usize) -> Vec<f64> {
 }
 
 /// Everything that an inversion depends on.
-fn key(sensor: &Sensor) -> Vec<u64> {
+pub(super) fn key(sensor: &Sensor) -> Vec<u64> {
     let readout = &sensor.readout;
     let mut key: Vec<u64> = vec![
         readout.open_loop_gain.unwrap_or(0.0).to_bits(),

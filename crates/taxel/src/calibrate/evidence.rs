@@ -1,5 +1,7 @@
 //! What there is to fit to, checked and screened: labelled presses and mean frames under uniform loads.
 
+use std::collections::BTreeMap;
+
 use super::{Data, Press};
 use crate::screen::{Axis, FrameScreen, Level, LineFaults, LineScreen, ScreenOptions};
 use crate::{Counts, Error, Frame, Mark, Sensor};
@@ -24,11 +26,15 @@ pub(super) struct Evidence {
     /// One screened frame per press, in the order of `presses`.
     pub(super) frames: Vec<Frame<Counts>>,
     pub(super) presses: Vec<Press>,
+    /// Of each press its index in the data that were given.
+    pub(super) origin: Vec<usize>,
     /// Ascending in load.
     pub(super) levels: Vec<LevelFrame>,
     pub(super) faults: LineFaults,
     pub(super) noise_counts: f64,
     pub(super) left_out: Vec<String>,
+    /// What the labels look like.
+    pub(super) warnings: Vec<String>,
     /// Share of readings stuck at an end of the converter.
     pub(super) stuck_share: f64,
 }
@@ -36,6 +42,7 @@ pub(super) struct Evidence {
 impl Evidence {
     pub(super) fn new(sensor: &Sensor, data: &Data) -> Result<Self, Error> {
         check(sensor, data)?;
+        let (given, repeated) = merged(data)?;
         let (rows, columns) = (sensor.rows(), sensor.columns());
         let options = ScreenOptions::from_sensor(sensor);
         let mut lines = LineScreen::new(rows, columns, sensor.max_count(), &options);
@@ -63,18 +70,22 @@ impl Evidence {
         for (frame, load_g) in &data.uniform {
             uniform.push((screened(frame)?, *load_g));
         }
-        let (presses, left_out) = readable(&faults, data, &marked)?;
+        let (origin, left_out) = readable(&faults, data, &given, &marked)?;
+        let presses: Vec<Press> = origin.iter().map(|&i| data.presses[i]).collect();
         if presses.len() < FEWEST_PRESSES {
             return Err(Error::TooFewPresses {
                 found: presses.len(),
-                given: data.presses.len(),
+                given: given.len(),
                 needed: FEWEST_PRESSES,
             });
         }
+        one_load(&presses)?;
         let noise = faults.level.map_or(0.0, |level: Level| level.noise_counts);
         Ok(Self {
             frames: presses.iter().map(|p| marked[p.frame].clone()).collect(),
+            warnings: warnings(sensor, &presses, repeated),
             presses,
+            origin,
             levels: levels(&uniform),
             faults,
             noise_counts: sensor.converter.noise_counts.unwrap_or(noise).max(0.3),
@@ -97,6 +108,8 @@ impl Evidence {
         Self {
             frames: which.iter().map(|&i| self.frames[i].clone()).collect(),
             presses: which.iter().map(|&i| self.presses[i]).collect(),
+            origin: which.iter().map(|&i| self.origin[i]).collect(),
+            warnings: self.warnings.clone(),
             levels: self.levels.clone(),
             faults: self.faults.clone(),
             noise_counts: self.noise_counts,
@@ -141,14 +154,87 @@ fn check(sensor: &Sensor, data: &Data) -> Result<(), Error> {
     Ok(())
 }
 
-/// The faults found, and those that the sensor file names.
+/// Labels once each: the same one twice is no second press. With them, how many were repeated.
+fn merged(data: &Data) -> Result<(Vec<usize>, usize), Error> {
+    let mut first: BTreeMap<(usize, usize, usize), usize> = BTreeMap::new();
+    let mut kept = Vec::new();
+    for (i, press) in data.presses.iter().enumerate() {
+        let before = *first
+            .entry((press.frame, press.row, press.column))
+            .or_insert(i);
+        if before == i {
+            kept.push(i);
+        } else if data.presses[before].load_g != press.load_g {
+            return Err(Error::PressTwice {
+                row: press.row,
+                column: press.column,
+                frame: press.frame,
+                first_g: data.presses[before].load_g,
+                second_g: press.load_g,
+            });
+        }
+    }
+    let repeated = data.presses.len() - kept.len();
+    Ok((kept, repeated))
+}
+
+/// Refuses presses of which no two loads differ by a twentieth.
+fn one_load(presses: &[Press]) -> Result<(), Error> {
+    let loads = presses.iter().map(|p| p.load_g);
+    let (least, most) = loads.fold((f64::INFINITY, 0.0), |(least, most), load| {
+        (f64::min(least, load), f64::max(most, load))
+    });
+    match most > 1.05 * least {
+        true => Ok(()),
+        false => Err(Error::OneLoad {
+            presses: presses.len(),
+            load_g: most,
+        }),
+    }
+}
+
+/// A pressure that no material of such a sensor bears, pascals.
+const MOST_PASCALS: f64 = 1e8;
+/// Heaviest of all presses below which grams are doubtful.
+const LEAST_GRAMS: f64 = 1.0;
+
+/// What the labels look like as a whole: units, repetitions.
+fn warnings(sensor: &Sensor, presses: &[Press], repeated: usize) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if repeated > 0 {
+        warnings.push(format!(
+            "{repeated} labels repeat another, with the same frame, taxel and load: each counts once"
+        ));
+    }
+    let heaviest = presses.iter().map(|p| p.load_g).fold(0.0, f64::max);
+    let pascals = crate::frame::newtons_from_grams(heaviest) / sensor.array.taxel_area_mm2 * 1e6;
+    if heaviest < LEAST_GRAMS {
+        warnings.push(format!(
+            "{UNIT_DOUBT}the heaviest of all labels is {heaviest:.3} g; are these kg?"
+        ));
+    } else if pascals > MOST_PASCALS {
+        warnings.push(format!(
+            "{UNIT_DOUBT}the heaviest label, {heaviest:.0} g on a taxel of {} mm², is {:.0} MPa; are these mg?",
+            sensor.array.taxel_area_mm2,
+            pascals / 1e6
+        ));
+    }
+    warnings
+}
+
+/// How a doubt about the unit of all labels begins.
+pub(super) const UNIT_DOUBT: &str = "the unit of the labels is doubtful: ";
+
+/// Those of the presses given that can be read, and why the others cannot.
 fn readable(
     faults: &LineFaults,
     data: &Data,
+    given: &[usize],
     marked: &[Frame<Counts>],
-) -> Result<(Vec<Press>, Vec<String>), Error> {
+) -> Result<(Vec<usize>, Vec<String>), Error> {
     let (mut kept, mut left_out) = (Vec::new(), Vec::new());
-    for press in &data.presses {
+    for &i in given {
+        let press = &data.presses[i];
         let dead = |axis, line| faults.dead(axis).any(|dead| dead == line);
         for (axis, line) in [(Axis::Row, press.row), (Axis::Column, press.column)] {
             if dead(axis, line) {
@@ -161,7 +247,7 @@ fn readable(
             }
         }
         match marked[press.frame].mark_at(press.row, press.column) {
-            Mark::Good => kept.push(*press),
+            Mark::Good => kept.push(i),
             mark => left_out.push(format!(
                 "the press of {} g at row {}, column {} (frame {}): its reading is {}",
                 press.load_g,

@@ -2,9 +2,10 @@
 
 use super::LawChoice;
 use super::law::LoadLaw;
-use super::least_squares::{Fit, Settings, fit};
+use super::least_squares::{Fit, Settings, fit, median, theil_sen};
 use super::spline::Spline;
-use crate::evaluate::fit::Line;
+use super::suspects;
+use super::{Parameter, Suspect};
 
 /// Laws that can be fitted, with their names in reports.
 pub(super) const LAWS: [(LawChoice, &str); 3] = [
@@ -13,6 +14,8 @@ pub(super) const LAWS: [(LawChoice, &str); 3] = [
     (LawChoice::Spline, "spline"),
 ];
 
+/// A saturation is told when it is this many standard errors from none.
+const TOLD: f64 = 3.0;
 /// Knots of the spline law.
 const KNOTS: usize = 5;
 
@@ -46,7 +49,7 @@ impl Shape {
                 let mut bends = vec![0.0; self.knots.len()];
                 let inner = bends.len() - 1;
                 bends[1..inner].copy_from_slice(&p[2..inner + 1]);
-                let spline = Spline::new(&self.knots, &bends);
+                let spline = Spline::new(&self.knots, &bends).ok()?;
                 let first = self.knots[0];
                 let width = self.knots[inner] - first;
                 // More load must mean more conductance, everywhere.
@@ -82,8 +85,9 @@ pub(super) fn fit_law(
         .filter(|p| p.1 > 0.0 && p.0 > start_zero)
         .map(|&(siemens, load)| (load.ln(), (siemens - start_zero).ln()))
         .collect();
-    let line = Line::fit(&logs)?;
-    let mut start = vec![line.offset, line.slope.clamp(0.1, 10.0)];
+    let slope = theil_sen(&logs)?;
+    let offsets: Vec<f64> = logs.iter().map(|p| p.1 - slope * p.0).collect();
+    let mut start = vec![median(&offsets), slope.clamp(0.1, 10.0)];
     let mut steps = vec![1e-5, 1e-5];
     match choice {
         LawChoice::Saturating => {
@@ -139,6 +143,8 @@ pub struct LawFit {
     pub name: &'static str,
     /// The law fitted to all pairs.
     pub law: LoadLaw,
+    /// Its numbers with their standard errors; those of a bend are not among them.
+    pub parameters: Vec<Parameter>,
     /// Mean absolute error of loads left out one at a time, grams.
     pub held_out_mean_absolute_g: f64,
     /// Root mean square of the same, grams.
@@ -170,7 +176,8 @@ pub fn fit_pairs(pairs: &[(f64, f64)]) -> Vec<LawFit> {
     let mut fits: Vec<LawFit> = LAWS
         .iter()
         .filter_map(|&(choice, name)| {
-            let (law, _) = fit_law(choice, pairs, None)?;
+            let (law, fitted) = fit_law(choice, pairs, None)?;
+            let parameters = parameters(&law, &fitted);
             let mut errors = Vec::new();
             for &out in &loads {
                 let (held, kept): (Vec<_>, Vec<_>) =
@@ -185,6 +192,7 @@ pub fn fit_pairs(pairs: &[(f64, f64)]) -> Vec<LawFit> {
             Some(LawFit {
                 name,
                 law,
+                parameters,
                 held_out_mean_absolute_g: errors.iter().map(|e| e.abs()).sum::<f64>() / n,
                 held_out_root_mean_square_g: (errors.iter().map(|e| e * e).sum::<f64>() / n).sqrt(),
             })
@@ -194,7 +202,78 @@ pub fn fit_pairs(pairs: &[(f64, f64)]) -> Vec<LawFit> {
         a.held_out_mean_absolute_g
             .total_cmp(&b.held_out_mean_absolute_g)
     });
+    // A saturation that cannot be told from none says no more than the power law.
+    let told = |fit: &LawFit| {
+        let half = fit
+            .parameters
+            .iter()
+            .find(|p| p.name == "material.saturation_load_g");
+        half.is_some_and(|p| p.standard_error.is_some_and(|e| e < p.value / TOLD))
+    };
+    if fits
+        .first()
+        .is_some_and(|fit| fit.name == "saturating" && !told(fit))
+        && let Some(power) = fits.iter().position(|fit| fit.name == "power")
+    {
+        fits[..=power].rotate_right(1);
+    }
     fits
+}
+
+/// Pairs (siemens, grams) that the others contradict, by their index: gross slips, such as a load in another unit or
+/// swapped cells. More than a fifth of them are none.
+///
+/// ```
+/// use taxel::calibrate::suspect_pairs;
+/// let mut pairs: Vec<(f64, f64)> = (1..20)
+///     .map(|i| (8e-6 * (25.0 * f64::from(i)).powf(0.85), 25.0 * f64::from(i)))
+///     .collect();
+/// pairs[4].1 /= 1000.0;
+/// let found = suspect_pairs(&pairs);
+/// assert_eq!((found.len(), found[0].press, found[0].unit()), (1, 4, Some("kg")));
+/// ```
+pub fn suspect_pairs(pairs: &[(f64, f64)]) -> Vec<Suspect> {
+    let readings: Vec<(usize, f64, f64)> = pairs
+        .iter()
+        .enumerate()
+        .map(|(i, &(siemens, load))| (i, load, siemens))
+        .collect();
+    let found = suspects::gross(&readings);
+    match suspects::few(found.len(), pairs.len()) {
+        true => found,
+        false => Vec::new(),
+    }
+}
+
+/// The numbers of a fitted law.
+fn parameters(law: &LoadLaw, fitted: &Fit) -> Vec<Parameter> {
+    let error = |i: usize| fitted.covariance[i][i].max(0.0).sqrt();
+    let factor = law.ln_scale[0].exp();
+    let last = fitted.parameters.len() - 1;
+    let unit = match fitted.parameters[last] == 0.0 {
+        true => 0.0,
+        false => law.g_zero / fitted.parameters[last],
+    };
+    let mut list = vec![
+        Parameter::fitted("material.factor", factor, factor * error(0), "S/g^exponent"),
+        Parameter::fitted("material.exponent", law.exponent[0], error(1), ""),
+        Parameter::fitted(
+            "material.g_zero_siemens",
+            law.g_zero,
+            (unit * error(last)).abs(),
+            "S",
+        ),
+    ];
+    if let Some(half) = law.saturation_load_g {
+        let relative = error(2) / fitted.parameters[2].max(1e-9);
+        list.push(Parameter::fitted(
+            "material.saturation_load_g",
+            half,
+            half * relative,
+            "g",
+        ));
+    }
+    list
 }
 
 #[cfg(test)]

@@ -51,7 +51,8 @@ impl LoadLaw {
     /// The law of a material.
     ///
     /// # Errors
-    /// [`Error::MissingKey`] where gain or exponent are still the name of a file.
+    /// [`Error::MissingKey`] where gain or exponent are still the name of a file, [`Error::Knots`] where those of its
+    /// bend do not ascend.
     pub fn from_material(material: &Material) -> Result<Self, Error> {
         let list = |values: &PerTaxel, key| match values {
             PerTaxel::One(value) => Ok(vec![*value]),
@@ -73,10 +74,15 @@ impl LoadLaw {
                 .collect(),
             exponent: list(&material.exponent, "material.exponent")?,
             saturation_load_g: material.saturation_load_g,
-            bend: material
-                .bend
-                .as_ref()
-                .map(|bend| Spline::new(&bend.ln_load_g, &bend.ln_siemens)),
+            bend: match &material.bend {
+                Some(bend) => Some(Spline::new(&bend.ln_load_g, &bend.ln_siemens).map_err(
+                    |source| Error::Knots {
+                        key: "material.bend.ln_load_g",
+                        source,
+                    },
+                )?),
+                None => None,
+            },
         })
     }
 
@@ -185,7 +191,7 @@ mod tests {
             ..power.clone()
         };
         let bent = LoadLaw {
-            bend: Some(Spline::new(&[3.0, 4.5, 6.0], &[0.0, 0.05, -0.08])),
+            bend: Spline::new(&[3.0, 4.5, 6.0], &[0.0, 0.05, -0.08]).ok(),
             ..power.clone()
         };
         vec![power, saturating, bent]

@@ -55,8 +55,23 @@ pub(super) fn median(values: &[f64]) -> f64 {
     crate::stats::median(values.iter().copied()).unwrap_or(0.0)
 }
 
+/// Median slope between all pairs of points (Theil 1950, Sen 1968); nothing for points above one another.
+pub(super) fn theil_sen(points: &[(f64, f64)]) -> Option<f64> {
+    let stride = points.len().div_ceil(300).max(1);
+    let points: Vec<(f64, f64)> = points.iter().step_by(stride).copied().collect();
+    let mut slopes = Vec::new();
+    for (i, a) in points.iter().enumerate() {
+        for b in &points[..i] {
+            if (a.0 - b.0).abs() > 0.02 {
+                slopes.push((a.1 - b.1) / (a.0 - b.0));
+            }
+        }
+    }
+    (!slopes.is_empty()).then(|| median(&slopes))
+}
+
 /// Huber's weights of residuals at a scale, and the loss.
-fn weights(residuals: &[f64], limit: f64) -> (Vec<f64>, f64) {
+pub(super) fn weights(residuals: &[f64], limit: f64) -> (Vec<f64>, f64) {
     let mut loss = 0.0;
     let weights = residuals
         .iter()
@@ -89,7 +104,11 @@ pub(super) fn step(
     solve(&normal, &right, 0.0)
 }
 
-fn normal_equations(rows: &[&[f64]], residuals: &[f64], weight: &[f64]) -> (Mat<f64>, Mat<f64>) {
+pub(super) fn normal_equations(
+    rows: &[&[f64]],
+    residuals: &[f64],
+    weight: &[f64],
+) -> (Mat<f64>, Mat<f64>) {
     let n = rows.first().map_or(0, |row| row.len());
     // Plain lists: there may be a hundred thousand residuals, and a matrix checks every index.
     let (mut products, mut sums) = (vec![0.0; n * n], vec![0.0; n]);
@@ -107,7 +126,7 @@ fn normal_equations(rows: &[&[f64]], residuals: &[f64], weight: &[f64]) -> (Mat<
     (normal, right)
 }
 
-fn solve(normal: &Mat<f64>, right: &Mat<f64>, damping: f64) -> Option<Vec<f64>> {
+pub(super) fn solve(normal: &Mat<f64>, right: &Mat<f64>, damping: f64) -> Option<Vec<f64>> {
     let n = normal.nrows();
     let mut damped = normal.clone();
     for i in 0..n {

@@ -1,6 +1,8 @@
 //! From siemens to newtons: the load law, and the fit of everything a parts list does not say.
 
+mod alone;
 mod choose;
+mod digits;
 pub mod dynamic;
 mod effects;
 mod evaluate;
@@ -13,16 +15,20 @@ mod least_squares;
 mod levels;
 mod lines;
 mod model;
+mod outcome;
+mod posterior;
+mod priors;
 mod report;
 mod spline;
 mod spread;
+mod suspects;
 mod write;
 
 pub use dynamic::{DynamicFit, DynamicLaw, Memory, Series, fit_dynamic};
-pub use fit_law::{LawFit, fit_pairs};
+pub use fit_law::{LawFit, fit_pairs, suspect_pairs};
 pub use law::LoadLaw;
-pub use report::{Finding, Parameter, Report};
-pub use spline::Spline;
+pub use report::{Finding, Parameter, Report, Suspect};
+pub use spline::{BadKnots, Spline};
 pub use spread::Spread;
 
 use crate::crew::{Crew, OneByOne};
@@ -112,8 +118,8 @@ pub struct Calibration {
 /// `progress` is called with the stage's name and the share done, 0 to 1.
 ///
 /// # Errors
-/// Too few presses, presses outside the array or on a dead line, frames of the wrong shape, no circuit that
-/// explains the frames.
+/// Too few presses, presses outside the array or on a dead line, two labels for one taxel of a frame, frames of the
+/// wrong shape, no circuit that explains the frames.
 pub fn calibrate(
     sensor: &Sensor,
     data: &Data,
@@ -135,7 +141,9 @@ pub fn calibrate_with(
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Calibration, Error> {
     let evidence = evidence::Evidence::new(sensor, data)?;
-    let mut search = choose::Search::new(sensor, &evidence, options, crew)?;
-    search.run(progress)?;
-    search.finish(sensor, options)
+    let outcome = match alone::calibrate(sensor, &evidence, options, crew, progress) {
+        Some(outcome) => outcome?,
+        None => choose::search(sensor, &evidence, options, crew, progress)?,
+    };
+    write::calibration(outcome, sensor, &evidence, options)
 }

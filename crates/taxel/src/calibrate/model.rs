@@ -93,10 +93,18 @@ pub(super) struct LawModel {
 
 impl LawModel {
     pub(super) fn bend(&self) -> Option<Spline> {
-        self.bends
-            .iter()
-            .any(|&b| b != 0.0)
-            .then(|| Spline::new(&self.knots, &self.bends))
+        let bent = self.bends.iter().any(|&b| b != 0.0);
+        bent.then(|| Spline::new(&self.knots, &self.bends).ok())?
+    }
+
+    /// Whether more load means more conductance, everywhere.
+    pub(super) fn rises(&self) -> bool {
+        let Some(bend) = self.bend() else {
+            return self.exponent > 0.0;
+        };
+        let (first, last) = (self.knots[0], self.knots[self.knots.len() - 1]);
+        let at = |i: i32| first + (last - first) * f64::from(i) / 40.0;
+        (0..=40).all(|i| self.exponent + bend.at(at(i)).1 > 0.05)
     }
 
     pub(super) fn saturation_load_g(&self) -> Option<f64> {

@@ -1,5 +1,38 @@
 //! A natural cubic spline that goes on straight beyond its ends.
 
+/// Points that no spline goes through.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum BadKnots {
+    /// Not two points or more, or not as many values as places.
+    #[error("{places} places and {values} values, needs two or more of each, and as many")]
+    Count {
+        /// Places given.
+        places: usize,
+        /// Values given.
+        values: usize,
+    },
+    /// A place or a value that is no number.
+    #[error("knot {index} is at {place} with value {value}, needs finite numbers")]
+    NotFinite {
+        /// The knot, from 0.
+        index: usize,
+        /// Its place.
+        place: f64,
+        /// Its value.
+        value: f64,
+    },
+    /// Places that do not ascend.
+    #[error("knot {index} is at {place}, the one before at {before}, needs ascending places")]
+    Order {
+        /// The knot, from 0.
+        index: usize,
+        /// Its place.
+        place: f64,
+        /// The place of the one before.
+        before: f64,
+    },
+}
+
 /// Through the points (x, y), x ascending.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spline {
@@ -12,11 +45,10 @@ pub struct Spline {
 impl Spline {
     /// Through at least two points.
     ///
-    /// # Panics
-    /// When there are fewer, or x does not ascend.
-    pub fn new(x: &[f64], y: &[f64]) -> Self {
-        assert!(x.len() >= 2 && x.len() == y.len(), "two points or more");
-        assert!(x.windows(2).all(|pair| pair[0] < pair[1]), "x ascends");
+    /// # Errors
+    /// When there are fewer, one is not finite, or x does not ascend.
+    pub fn new(x: &[f64], y: &[f64]) -> Result<Self, BadKnots> {
+        check(x, y)?;
         let n = x.len();
         let mut bend = vec![0.0; n];
         let mut above = vec![0.0; n];
@@ -31,11 +63,11 @@ impl Spline {
         for i in (1..n - 1).rev() {
             bend[i] -= above[i] * bend[i + 1];
         }
-        Self {
+        Ok(Self {
             x: x.to_vec(),
             y: y.to_vec(),
             bend,
-        }
+        })
     }
 
     /// The points it goes through: x, y.
@@ -65,14 +97,48 @@ impl Spline {
     }
 }
 
+fn check(x: &[f64], y: &[f64]) -> Result<(), BadKnots> {
+    if x.len() < 2 || x.len() != y.len() {
+        return Err(BadKnots::Count {
+            places: x.len(),
+            values: y.len(),
+        });
+    }
+    if let Some(index) = (0..x.len()).find(|&i| !x[i].is_finite() || !y[i].is_finite()) {
+        return Err(BadKnots::NotFinite {
+            index,
+            place: x[index],
+            value: y[index],
+        });
+    }
+    match (1..x.len()).find(|&i| x[i] <= x[i - 1]) {
+        Some(index) => Err(BadKnots::Order {
+            index,
+            place: x[index],
+            before: x[index - 1],
+        }),
+        None => Ok(()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
+    fn knots_that_do_not_ascend_or_are_no_numbers_are_refused() {
+        let order = Spline::new(&[3.0, 3.0], &[0.0, 1.0]).unwrap_err();
+        assert!(matches!(order, BadKnots::Order { index: 1, .. }), "{order}");
+        let number = Spline::new(&[3.0, f64::NAN], &[0.0, 1.0]).unwrap_err();
+        assert!(matches!(number, BadKnots::NotFinite { index: 1, .. }));
+        let few = Spline::new(&[3.0], &[0.0]).unwrap_err();
+        assert!(matches!(few, BadKnots::Count { places: 1, .. }));
+    }
+
+    #[test]
     fn it_goes_through_its_points_and_on_straight() {
         let (x, y) = ([0.0, 1.0, 2.5, 4.0], [1.0, 3.0, 2.0, 5.0]);
-        let spline = Spline::new(&x, &y);
+        let spline = Spline::new(&x, &y).unwrap();
         for (x, y) in x.iter().zip(y) {
             assert!((spline.at(*x).0 - y).abs() < 1e-12);
         }
@@ -84,7 +150,7 @@ mod tests {
 
     #[test]
     fn its_slope_is_the_derivative() {
-        let spline = Spline::new(&[0.0, 1.0, 2.5, 4.0], &[1.0, 3.0, 2.0, 5.0]);
+        let spline = Spline::new(&[0.0, 1.0, 2.5, 4.0], &[1.0, 3.0, 2.0, 5.0]).unwrap();
         for at in [0.2, 1.7, 3.9] {
             let numeric = (spline.at(at + 1e-6).0 - spline.at(at - 1e-6).0) / 2e-6;
             assert!((numeric - spline.at(at).1).abs() < 1e-6);
@@ -93,7 +159,7 @@ mod tests {
 
     #[test]
     fn a_straight_line_stays_straight() {
-        let spline = Spline::new(&[0.0, 1.0, 3.0], &[1.0, 2.0, 4.0]);
+        let spline = Spline::new(&[0.0, 1.0, 3.0], &[1.0, 2.0, 4.0]).unwrap();
         assert!((spline.at(2.0).0 - 3.0).abs() < 1e-12);
     }
 }

@@ -1,9 +1,12 @@
 //! From the fitted model to a sensor file and a report.
 
 use super::choose::Search;
-use super::fit::{mean, standard_error};
-use super::model::{Unknown, no_fit};
-use super::{Calibration, Options, Parameter, Report};
+use super::evidence::Evidence;
+use super::fit::{Fitted, mean};
+use super::law::LoadLaw;
+use super::model::{Model, Unknown, no_fit};
+use super::outcome::Outcome;
+use super::{Calibration, Options, Parameter, Report, suspects};
 use crate::screen::Axis;
 use crate::sensor::{Bend, Material, PerLine, PerTaxel, Provenance};
 use crate::stats::quantile;
@@ -15,13 +18,9 @@ const ALIKE: f64 = 0.98;
 const DIGITS: f64 = 1e6;
 
 impl Search<'_> {
-    /// The sensor with everything that was fitted, and the report.
-    pub(super) fn finish(
-        mut self,
-        known: &Sensor,
-        options: &Options,
-    ) -> Result<Calibration, Error> {
-        let (fitted, score) = self
+    /// The fit with its numbers and their errors.
+    pub(super) fn finish(mut self) -> Result<Outcome, Error> {
+        let (fitted, _) = self
             .best
             .take()
             .ok_or_else(|| no_fit("nothing was fitted"))?;
@@ -31,184 +30,147 @@ impl Search<'_> {
             .law(&model)
             .ok_or_else(|| no_fit("the fitted law is impossible"))?;
         let material = self.evaluator.material(&model);
-        let evidence = self.evaluator.evidence;
-        let mut sensor = model.sensor.clone();
-        sensor.converter.memory = sensor.converter.memory.max(0.0);
-        sensor.converter.noise_counts = Some(round(evidence.noise_counts, 1e3));
-        let (columns, rows) = (sensor.columns(), sensor.rows());
-        let each = |values: &[f64]| {
-            PerTaxel::Each(
-                values
-                    .chunks_exact(columns)
-                    .map(|row| row.iter().map(|v| round(*v, DIGITS)).collect())
-                    .collect(),
-            )
+        let mut warnings = Vec::new();
+        self.warn(&fitted, &mut warnings);
+        let factor = match &material {
+            None => law.ln_scale[0].exp(),
+            Some(material) => material.intercept.exp(),
         };
-        let (factor, exponent, gain) = match &material {
-            None => (law.ln_scale[0].exp(), PerTaxel::One(law.exponent[0]), None),
-            Some(material) => {
-                let gain: Vec<f64> = law
-                    .ln_scale
-                    .iter()
-                    .map(|s| (s - material.intercept).exp())
-                    .collect();
-                let exponent = match model.law.own_exponents {
-                    true => each(&law.exponent),
-                    false => PerTaxel::One(material.exponent),
-                };
-                (material.intercept.exp(), exponent, Some(each(&gain)))
-            }
-        };
-        sensor.material = Some(Material {
-            g_zero_siemens: law.g_zero,
-            factor,
-            exponent,
-            gain,
-            saturation_load_g: law.saturation_load_g,
-            bend: law.bend.is_some().then(|| Bend {
-                ln_load_g: model.law.knots.clone(),
-                ln_siemens: model.law.bends.clone(),
-            }),
-            spread: model
-                .spread
-                .map(|s| [s.row, s.column, s.diagonal].map(|x| round(x.max(0.0), 1e7))),
-            // Found from other data, with another static law.
-            dynamic: None,
-        });
-        for list in [
-            &mut sensor.readout.r_mux_column_ohms,
-            &mut sensor.readout.r_mux_row_ohms,
-        ] {
-            if let Some(PerLine::Each(values)) = list {
-                values.iter_mut().for_each(|v| *v = round(*v, DIGITS));
-            }
-        }
-        let lines = |axis, dead| -> Vec<usize> {
-            match dead {
-                true => evidence.faults.dead(axis).collect(),
-                false => evidence.faults.flickering(axis).collect(),
-            }
-        };
-        sensor.screen.dead_rows = lines(Axis::Row, true);
-        sensor.screen.dead_columns = lines(Axis::Column, true);
-        sensor.screen.flickering_rows = lines(Axis::Row, false);
-        sensor.screen.flickering_columns = lines(Axis::Column, false);
-
-        let mut report = Report {
-            presses: evidence.presses.len(),
-            left_out: evidence.left_out.clone(),
-            folds: options.folds,
-            held_out_mean_absolute_g: score.mean_error(),
-            held_out_standard_error_g: standard_error(&score.errors_g),
-            held_out_p95_g: quantile(score.errors_g.iter().copied(), 0.95).unwrap_or(0.0),
-            laws: self.laws.clone(),
-            law: self.law.clone(),
+        let parameters = self.parameters(&fitted, &law, factor);
+        let suspects = self.suspects(&model);
+        Ok(Outcome {
+            model,
+            law,
+            material,
+            parameters,
             findings: self.findings.clone(),
-            ..Report::default()
-        };
-        let error = |u| fitted.error_of(u).unwrap_or(0.0);
-        let mut put = |name: &str, value: f64, standard_error: f64, unit: &str| {
-            report.parameters.push(Parameter {
-                name: name.to_owned(),
-                value,
-                standard_error,
-                unit: unit.to_owned(),
-            });
-        };
-        let mean_ohms = |list: &Option<PerLine>, n| list.as_ref().map_or(0.0, |l| l.mean(n));
-        let column = mean_ohms(&sensor.readout.r_mux_column_ohms, columns);
-        let row = mean_ohms(&sensor.readout.r_mux_row_ohms, rows);
-        put(
-            "readout.r_mux_column_ohms",
-            column,
-            error(Unknown::Columns),
-            "Ohm",
-        );
-        put("readout.r_mux_row_ohms", row, error(Unknown::Rows), "Ohm");
-        if options.open_loop_gain {
-            let gain = sensor.readout.open_loop_gain.unwrap_or(0.0);
-            put(
-                "readout.open_loop_gain",
-                gain,
-                gain * error(Unknown::OpenLoopGain),
-                "",
-            );
-        }
-        if options.r_source {
-            let ohms = sensor.readout.r_source_ohms;
-            put(
-                "readout.r_source_ohms",
-                ohms,
-                ohms * error(Unknown::Source),
-                "Ohm",
-            );
-        }
-        put(
-            "material.factor",
-            factor,
-            factor * error(Unknown::Factor),
-            "S/g^exponent",
-        );
-        put(
-            "material.exponent",
-            mean(&law.exponent),
-            error(Unknown::Exponent),
-            "",
-        );
-        put("material.g_zero_siemens", law.g_zero, 0.0, "S");
-        if let Some(half) = law.saturation_load_g {
-            let relative = error(Unknown::Saturation) / model.law.saturation.max(1e-9);
-            put("material.saturation_load_g", half, half * relative, "g");
-        }
-        self.warn(&fitted, known, &mut report);
-        sensor.screen.repair |= evidence.stuck_share > 0.0 && evidence.stuck_share < 0.05;
-        if sensor.screen.repair && !known.screen.repair {
-            report.warnings.push(format!(
-                "{:.2} % of the readings are stuck at an end of the converter; the sensor file asks for their repair (screen.repair), and they are marked `interpolated`",
-                100.0 * evidence.stuck_share
-            ));
-        }
-        for fault in &evidence.faults.faults {
-            report.warnings.push(fault.to_string());
-        }
-        sensor.provenance = Some(Provenance {
-            program: format!("taxel {}", env!("CARGO_PKG_VERSION")),
-            date: options.date.clone(),
-            data: options.files.clone(),
-            presses: report.presses,
-            cross_validated_error_g: Some(round(report.held_out_mean_absolute_g, 1e4)),
-            cross_validation: Some(format!("{} folds, split by frame", options.folds)),
-            standard_errors: report
-                .parameters
-                .iter()
-                .map(|p| (p.name.clone(), p.standard_error))
-                .collect(),
-            findings: report
-                .findings
-                .iter()
-                .map(|f| {
-                    format!(
-                        "{} ({}): {}",
-                        f.name,
-                        if f.used { "used" } else { "not used" },
-                        f.text
-                    )
-                })
-                .collect(),
-        });
-        Ok(Calibration {
-            sensor: sensor.checked()?,
-            report,
+            laws: self.laws.clone(),
+            law_name: self.law.clone(),
+            warnings,
+            suspects,
+            held_out: self.held_out.clone(),
         })
     }
 
-    fn warn(&self, fitted: &super::fit::Fitted, known: &Sensor, report: &mut Report) {
+    /// Labels that the fit reads otherwise.
+    fn suspects(&mut self, model: &Model) -> Vec<super::Suspect> {
+        let Some(estimates) = self.evaluator.estimates(model) else {
+            return Vec::new();
+        };
+        let presses = self.evaluator.evidence.presses.iter().zip(&estimates);
+        let labelled: Vec<(usize, f64, f64)> = presses
+            .enumerate()
+            .map(|(i, (press, says))| (i, press.load_g, says.load_g))
+            .collect();
+        let found = suspects::after(&labelled);
+        match suspects::few(found.len(), labelled.len()) {
+            true => found,
+            false => Vec::new(),
+        }
+    }
+
+    /// The numbers of the sensor file that were fitted, and those that were held.
+    fn parameters(&mut self, fitted: &Fitted, law: &LoadLaw, factor: f64) -> Vec<Parameter> {
+        let sensor = &self.model.sensor;
+        let readout = &sensor.readout;
+        let mean_ohms = |list: &Option<PerLine>, n| list.as_ref().map_or(0.0, |l| l.mean(n));
+        let number =
+            |name: &str, value: f64, unknown, relative: f64, unit: &str, by: &str| match fitted
+                .error_of(unknown)
+            {
+                Some(error) => Parameter::fitted(name, value, error * relative, unit),
+                None => Parameter::held(name, value, by, unit),
+            };
+        let unloaded = "what unloaded taxels read";
+        let levels = "equilibration";
+        let column = mean_ohms(&readout.r_mux_column_ohms, sensor.columns());
+        let row = mean_ohms(&readout.r_mux_row_ohms, sensor.rows());
+        let mut list = vec![
+            number(
+                "readout.r_mux_column_ohms",
+                column,
+                Unknown::Columns,
+                1.0,
+                "Ohm",
+                unloaded,
+            ),
+            number(
+                "readout.r_mux_row_ohms",
+                row,
+                Unknown::Rows,
+                1.0,
+                "Ohm",
+                unloaded,
+            ),
+        ];
+        if self.unknowns.contains(&Unknown::OpenLoopGain) {
+            let gain = readout.open_loop_gain.unwrap_or(0.0);
+            let name = "readout.open_loop_gain";
+            list.push(number(
+                name,
+                gain,
+                Unknown::OpenLoopGain,
+                gain,
+                "",
+                "the sensor file",
+            ));
+        }
+        if self.unknowns.contains(&Unknown::Source) {
+            let ohms = readout.r_source_ohms;
+            let name = "readout.r_source_ohms";
+            list.push(number(
+                name,
+                ohms,
+                Unknown::Source,
+                ohms,
+                "Ohm",
+                "the sensor file",
+            ));
+        }
+        list.push(number(
+            "material.factor",
+            factor,
+            Unknown::Factor,
+            factor,
+            "S/g^exponent",
+            levels,
+        ));
+        let exponent = mean(&law.exponent);
+        list.push(number(
+            "material.exponent",
+            exponent,
+            Unknown::Exponent,
+            1.0,
+            "",
+            levels,
+        ));
+        let name = "material.g_zero_siemens";
+        list.push(match self.evaluator.g_zero_error(&self.model) {
+            Some(error) => Parameter::fitted(name, law.g_zero, error, "S"),
+            None => Parameter::held(name, law.g_zero, "the quietest fifth of the taxels", "S"),
+        });
+        if let Some(half) = law.saturation_load_g {
+            let relative = half / self.model.law.saturation.max(1e-9);
+            let name = "material.saturation_load_g";
+            list.push(number(
+                name,
+                half,
+                Unknown::Saturation,
+                relative,
+                "g",
+                "the start",
+            ));
+        }
+        list
+    }
+
+    fn warn(&self, fitted: &Fitted, warnings: &mut Vec<String>) {
         for (i, &a) in self.unknowns.iter().enumerate() {
             for &b in &self.unknowns[..i] {
                 if let Some(r) = fitted.correlation(a, b)
                     && (r.abs() > ALIKE || !r.is_finite())
                 {
-                    report.warnings.push(format!(
+                    warnings.push(format!(
                         "{} and {} can't be told apart by these presses (correlation {r:.3}): trust their combination, not each; presses in crowded frames would separate them",
                         name(b), name(a)
                     ));
@@ -216,15 +178,164 @@ impl Search<'_> {
             }
         }
         if self.options.per_line && !self.separated {
-            report.warnings.push(
+            warnings.push(
                 "one resistance per line was asked for, but only uniform frames at two levels or more (--equilibration) can tell lines apart".to_owned(),
             );
         }
-        if known.readout.topology.is_tia() {
-            report.warnings.push(
-                "r_mux_row_ohms stands for itself plus what r_feedback_ohms/(1 + open_loop_gain) differs from the file: the two are one sum".to_owned(),
+        if let Some(error) = fitted.error_of(Unknown::Saturation)
+            && self.model.law.saturation < 2.0 * error
+        {
+            warnings.push(
+                "these presses do not tell a saturation from none: `--law power` says as much with a number less".to_owned(),
             );
         }
+    }
+}
+
+/// The calibrated sensor and the report of a fit.
+pub(super) fn calibration(
+    outcome: Outcome,
+    known: &Sensor,
+    evidence: &Evidence,
+    options: &Options,
+) -> Result<Calibration, Error> {
+    let mut sensor = outcome.model.sensor.clone();
+    sensor.converter.memory = sensor.converter.memory.max(0.0);
+    sensor.converter.noise_counts = Some(round(evidence.noise_counts, 1e3));
+    sensor.material = Some(material(&outcome, sensor.columns()));
+    for list in [
+        &mut sensor.readout.r_mux_column_ohms,
+        &mut sensor.readout.r_mux_row_ohms,
+    ] {
+        if let Some(PerLine::Each(values)) = list {
+            values.iter_mut().for_each(|v| *v = round(*v, DIGITS));
+        }
+    }
+    let faults = &evidence.faults;
+    sensor.screen.dead_rows = faults.dead(Axis::Row).collect();
+    sensor.screen.dead_columns = faults.dead(Axis::Column).collect();
+    sensor.screen.flickering_rows = faults.flickering(Axis::Row).collect();
+    sensor.screen.flickering_columns = faults.flickering(Axis::Column).collect();
+    sensor.screen.repair |= evidence.stuck_share > 0.0 && evidence.stuck_share < 0.05;
+    let report = report(outcome, known, &sensor, evidence);
+    sensor.provenance = Some(provenance(&report, options));
+    Ok(Calibration {
+        sensor: sensor.checked()?,
+        report,
+    })
+}
+
+fn report(outcome: Outcome, known: &Sensor, sensor: &Sensor, evidence: &Evidence) -> Report {
+    let held = &outcome.held_out;
+    let mut report = Report {
+        presses: evidence.presses.len() - outcome.suspects.iter().filter(|s| s.left_out).count(),
+        left_out: evidence.left_out.clone(),
+        doubts: outcome.doubts(evidence),
+        held_out: held.how.clone(),
+        held_out_presses: held.errors_g.len(),
+        held_out_unjudged: held.unjudged,
+        held_out_mean_absolute_g: held.mean(),
+        held_out_standard_error_g: held.standard_error(),
+        held_out_p95_g: quantile(held.errors_g.iter().copied(), 0.95).unwrap_or(0.0),
+        suspects: outcome.suspects,
+        laws: outcome.laws,
+        law: outcome.law_name,
+        findings: outcome.findings,
+        parameters: outcome.parameters,
+        warnings: outcome.warnings,
+    };
+    for suspect in &mut report.suspects {
+        suspect.press = evidence.origin[suspect.press];
+    }
+    let more = evidence
+        .warnings
+        .iter()
+        .filter(|w| !report.doubts.contains(w));
+    report.warnings.extend(more.cloned());
+    if known.readout.topology.is_tia() {
+        report.warnings.push(
+            "r_mux_row_ohms stands for itself plus what r_feedback_ohms/(1 + open_loop_gain) differs from the file: the two are one sum".to_owned(),
+        );
+    }
+    if sensor.screen.repair && !known.screen.repair {
+        report.warnings.push(format!(
+            "{} % of the readings are stuck at an end of the converter; the sensor file asks for their repair (screen.repair), and they are marked `interpolated`",
+            super::digits::with_error(100.0 * evidence.stuck_share, None).0
+        ));
+    }
+    for fault in &evidence.faults.faults {
+        report.warnings.push(fault.to_string());
+    }
+    report
+}
+
+fn material(outcome: &Outcome, columns: usize) -> Material {
+    let (law, model) = (&outcome.law, &outcome.model);
+    let each = |values: &[f64]| {
+        PerTaxel::Each(
+            values
+                .chunks_exact(columns)
+                .map(|row| row.iter().map(|v| round(*v, DIGITS)).collect())
+                .collect(),
+        )
+    };
+    let (factor, exponent, gain) = match &outcome.material {
+        None => (law.ln_scale[0].exp(), PerTaxel::One(law.exponent[0]), None),
+        Some(material) => {
+            let gain: Vec<f64> = law
+                .ln_scale
+                .iter()
+                .map(|s| (s - material.intercept).exp())
+                .collect();
+            let exponent = match model.law.own_exponents {
+                true => each(&law.exponent),
+                false => PerTaxel::One(material.exponent),
+            };
+            (material.intercept.exp(), exponent, Some(each(&gain)))
+        }
+    };
+    Material {
+        g_zero_siemens: law.g_zero,
+        factor,
+        exponent,
+        gain,
+        saturation_load_g: law.saturation_load_g,
+        bend: law.bend.is_some().then(|| Bend {
+            ln_load_g: model.law.knots.clone(),
+            ln_siemens: model.law.bends.clone(),
+        }),
+        spread: model
+            .spread
+            .map(|s| [s.row, s.column, s.diagonal].map(|x| round(x.max(0.0), 1e7))),
+        // Found from other data, with another static law.
+        dynamic: None,
+    }
+}
+
+fn provenance(report: &Report, options: &Options) -> Provenance {
+    let parameters = report.parameters.iter();
+    Provenance {
+        program: format!("taxel {}", env!("CARGO_PKG_VERSION")),
+        date: options.date.clone(),
+        data: options.files.clone(),
+        presses: report.presses,
+        cross_validated_error_g: report.held_out_mean_absolute_g.map(|g| round(g, 1e4)),
+        cross_validation: Some(report.held_out.clone()),
+        standard_errors: parameters
+            .clone()
+            .filter_map(|p| Some((p.name.clone(), p.standard_error?)))
+            .collect(),
+        held: parameters
+            .filter_map(|p| Some((p.name.clone(), p.held.clone()?)))
+            .collect(),
+        findings: report
+            .findings
+            .iter()
+            .map(|f| {
+                let used = if f.used { "used" } else { "not used" };
+                format!("{} ({used}): {}", f.name, f.text)
+            })
+            .collect(),
     }
 }
 

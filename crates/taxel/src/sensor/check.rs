@@ -260,16 +260,13 @@ fn material(sensor: &Sensor) -> Result<(), Error> {
             ));
         }
     }
-    if let Some(bend) = &material.bend
-        && (bend.ln_load_g.len() != bend.ln_siemens.len() || bend.ln_load_g.len() < 2)
-    {
-        return Err(Error::ListLength {
-            key: "material.bend.ln_siemens",
-            found: bend.ln_siemens.len(),
-            expected: bend.ln_load_g.len().max(2),
-            unit: "knots",
-            unit_one: "knot",
-        });
+    if let Some(bend) = &material.bend {
+        crate::calibrate::Spline::new(&bend.ln_load_g, &bend.ln_siemens).map_err(|source| {
+            Error::Knots {
+                key: "material.bend.ln_load_g",
+                source,
+            }
+        })?;
     }
     if let Some(load) = material.saturation_load_g
         && (!load.is_finite() || load <= 0.0)

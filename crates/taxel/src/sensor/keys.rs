@@ -92,6 +92,7 @@ const TABLES: [(&str, &[&str]); 9] = [
             "cross_validated_error_g",
             "cross_validation",
             "standard_errors",
+            "held",
             "findings",
         ],
     ),

@@ -59,6 +59,28 @@ pub fn standard_errors_by(
     })
 }
 
+/// Standard error of one taxel's conductance, siemens: as [`standard_errors`], by one solve with the adjoint, to 1 %.
+pub(crate) fn standard_error_of(
+    point: &mut dyn OperatingPoint,
+    siemens: &[f64],
+    taxel: usize,
+    sigma_volts: f64,
+) -> Result<f64, NotPassive> {
+    point.set(siemens)?;
+    let taxels = siemens.len();
+    let mut gmres = Gmres::new(taxels, DEPTH.min(taxels));
+    let (mut b, mut x) = (vec![0.0; taxels], vec![0.0; taxels]);
+    b[taxel] = 1.0;
+    gmres.solve(
+        |v, out| point.adjoint_into(v, out),
+        &b,
+        &mut x,
+        1e-2,
+        RESTARTS,
+    );
+    Ok(sigma_volts * x.iter().map(|x| x * x).sum::<f64>().sqrt())
+}
+
 fn probes(point: &mut dyn OperatingPoint, taxels: usize, sigma: f64, count: u32) -> Vec<f64> {
     let mut gmres = Gmres::new(taxels, DEPTH.min(taxels));
     let mut random = ChaCha8Rng::seed_from_u64(0x7a8e1);

@@ -3,11 +3,6 @@
 use taxel::Sensor;
 use taxel::sensor::{PRESETS, Topology, preset};
 
-/// What presses on them.
-pub const PATTERNS: [&str; 7] = [
-    "hand", "fingers", "feet", "uniform", "random", "blobs", "press",
-];
-
 /// Every shipped preset, and every read-out as a square array of each size with a converter of each number of bits: the
 /// amplifiers with the parts of the mat of 32 × 32, the dividers with those of the mat of 16 × 16.
 pub fn every_sensor(sizes: &[usize], bits: &[u32]) -> Vec<(String, Sensor)> {

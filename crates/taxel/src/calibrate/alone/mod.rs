@@ -1,0 +1,283 @@
+//! Presses made one at a time: nothing else stands on the array, so that a circuit and a law say what every taxel of
+//! the frame must read. The most probable ones follow from the readings themselves, from any start.
+//!
+//! Presses in crowded frames, where there are some as well, join in as loads through the inverse.
+
+mod crowd;
+mod fit;
+mod known;
+mod lumped;
+mod unknowns;
+mod words;
+
+use super::evaluate::Evaluator;
+use super::evidence::{Evidence, FEWEST_PRESSES};
+use super::fit_law::LAWS;
+use super::model::no_fit;
+use super::outcome::{HeldOut, Outcome};
+use super::priors::Beliefs;
+use super::{LawChoice, Options, Suspect, suspects};
+use crate::{Crew, Error, Sensor};
+use crowd::Crowd;
+use fit::{Fitted, Readings, plain_law};
+use known::KnownFrames;
+use unknowns::{Layout, Unknown};
+
+/// A law with one number more must be this much likelier (minus twice the logarithm), one with three this much.
+const GAIN: [f64; 2] = [9.0, 16.0];
+/// A saturation is told when it is this many standard errors from none.
+const TOLD: f64 = 3.0;
+/// With this many crowded presses and no fewer than the others, those tell the circuit.
+const MANY_CROWDED: usize = 20;
+
+/// The fit, where presses made one at a time are what there is to fit to; nothing where they are not.
+pub(super) fn calibrate(
+    sensor: &Sensor,
+    evidence: &Evidence,
+    options: &Options,
+    crew: &dyn Crew,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Option<Result<Outcome, Error>> {
+    let known = KnownFrames::find(evidence, sensor.max_count());
+    let (alone, crowded) = (known.presses(), known.crowded.len());
+    let enough = alone >= FEWEST_PRESSES && (alone >= crowded || crowded < MANY_CROWDED);
+    (evidence.levels.is_empty() && enough)
+        .then(|| Alone::new(sensor, evidence, options, crew).run(&known, progress))
+}
+
+/// What a fit is made with.
+struct Alone<'a> {
+    sensor: &'a Sensor,
+    evidence: &'a Evidence,
+    options: &'a Options,
+    crew: &'a dyn Crew,
+    beliefs: Beliefs,
+}
+
+/// Every law fitted, and which is chosen.
+struct Chosen {
+    fits: Vec<(&'static str, Fitted)>,
+    at: usize,
+}
+
+impl Chosen {
+    fn fitted(&self) -> &Fitted {
+        &self.fits[self.at].1
+    }
+}
+
+impl<'a> Alone<'a> {
+    fn new(
+        sensor: &'a Sensor,
+        evidence: &'a Evidence,
+        options: &'a Options,
+        crew: &'a dyn Crew,
+    ) -> Self {
+        Self {
+            beliefs: Beliefs::of(sensor, options),
+            sensor,
+            evidence,
+            options,
+            crew,
+        }
+    }
+
+    /// The fit, its errors and what is to be said of it.
+    fn run(
+        &self,
+        known: &KnownFrames,
+        progress: &mut dyn FnMut(&str, f64),
+    ) -> Result<Outcome, Error> {
+        progress("circuit and load law", 0.0);
+        let mut suspects = self.gross(known)?;
+        let mut kept = self.without(known, &suspects);
+        let mut chosen = self.choose(&kept)?;
+        let mut estimates = self.estimates(chosen.fitted())?;
+        let later: Vec<Suspect> = suspects::after(&self.labelled(&estimates, &suspects));
+        if !later.is_empty() && suspects::few(later.len(), self.evidence.presses.len()) {
+            suspects.extend(later.into_iter().map(|s| Suspect {
+                left_out: true,
+                ..s
+            }));
+            kept = self.without(known, &suspects);
+            chosen = self.choose(&kept)?;
+            estimates = self.estimates(chosen.fitted())?;
+        }
+        for suspect in &mut suspects {
+            if let Some(says) = estimates[suspect.press].filter(|says| says.is_finite()) {
+                suspect.says_g = says;
+            }
+        }
+        suspects.sort_by_key(|s| s.press);
+        progress("held-out presses", 0.5);
+        let (held_out, laws) = self.held_out(&kept, progress);
+        self.outcome(&kept, &chosen, held_out, laws, suspects)
+    }
+
+    /// Labels that contradict the others before anything is fitted.
+    fn gross(&self, known: &KnownFrames) -> Result<Vec<Suspect>, Error> {
+        let readings = Readings::new(self.evidence, known, self.sensor);
+        let apparent: Vec<(usize, f64, f64)> = readings
+            .apparent(self.sensor)
+            .into_iter()
+            .map(|(p, g)| (p, self.evidence.presses[p].load_g, g))
+            .collect();
+        let suspects = suspects::gross(&apparent);
+        match suspects::few(suspects.len(), apparent.len()) {
+            true => Ok(suspects),
+            false => Err(no_fit(&format!(
+                "{} of {} labels contradict the others by a factor of 4 or more (are some in other units?)",
+                suspects.len(),
+                apparent.len()
+            ))),
+        }
+    }
+
+    fn without(&self, known: &KnownFrames, suspects: &[Suspect]) -> KnownFrames {
+        known.with(|p| suspects.iter().all(|s| s.press != p))
+    }
+
+    /// Label and estimate of every press that is not suspected yet.
+    fn labelled(&self, estimates: &[Option<f64>], suspects: &[Suspect]) -> Vec<(usize, f64, f64)> {
+        let presses = self.evidence.presses.iter().zip(estimates).enumerate();
+        presses
+            .filter(|(p, _)| suspects.iter().all(|s| s.press != *p))
+            .filter_map(|(p, (press, says))| says.map(|says| (p, press.load_g, says)))
+            .collect()
+    }
+
+    /// Every law that is asked for, fitted to these frames, and the one that they choose.
+    fn choose(&self, known: &KnownFrames) -> Result<Chosen, Error> {
+        let readings = Readings::new(self.evidence, known, self.sensor);
+        let frames = known.frames.iter();
+        let loads: Vec<f64> = frames
+            .flat_map(|f| f.presses.iter().map(|&p| self.evidence.presses[p].load_g))
+            .collect();
+        let g_zero = readings.g_zero(self.sensor);
+        let failed = || no_fit("the readings of presses made one at a time fit no circuit");
+        let mut chosen: Option<Chosen> = None;
+        for (choice, name) in LAWS {
+            let wanted = self.options.law == choice;
+            if choice != LawChoice::Power && !wanted && self.options.law != LawChoice::Auto {
+                continue;
+            }
+            let layout = Layout::new(self.sensor, self.beliefs, choice, &loads, g_zero);
+            let Some(layout) = layout else { continue };
+            let before = chosen.as_ref().map(Chosen::fitted);
+            let power = chosen.as_ref().map(|c| &c.fits[0].1);
+            let Some(fitted) = readings.fit(&layout, power) else {
+                continue;
+            };
+            let gain = before.map_or(f64::INFINITY, |b| b.loss - fitted.loss);
+            let enough = match choice {
+                LawChoice::Saturating => gain > GAIN[0] && told(&fitted, Unknown::Saturation),
+                LawChoice::Spline => gain > GAIN[1],
+                _ => true,
+            };
+            let chosen = chosen.get_or_insert_with(|| Chosen {
+                fits: Vec::new(),
+                at: 0,
+            });
+            if wanted || enough {
+                chosen.at = chosen.fits.len();
+            }
+            chosen.fits.push((name, fitted));
+        }
+        let mut chosen = chosen.ok_or_else(failed)?;
+        let at = chosen.at;
+        if !known.crowded.is_empty() {
+            let crowd = Crowd::new(self.evidence, &known.crowded, self.crew);
+            if let Some(joint) = crowd.fit(&readings, chosen.fitted()) {
+                chosen.fits[at].1 = joint;
+            }
+        }
+        Ok(chosen)
+    }
+
+    /// What a fit reads from every press through the inverse, grams; nothing where its frame has no solution.
+    fn estimates(&self, fitted: &Fitted) -> Result<Vec<Option<f64>>, Error> {
+        let which: Vec<usize> = (0..self.evidence.presses.len()).collect();
+        Ok(self.read(&which, fitted))
+    }
+
+    fn read(&self, which: &[usize], fitted: &Fitted) -> Vec<Option<f64>> {
+        let law = plain_law(&fitted.model);
+        let mut evaluator = Evaluator::new(self.evidence, self.crew);
+        let evidence = self.evidence;
+        let look = |i: usize, siemens: &crate::Frame<crate::Siemens>| {
+            let press = &evidence.presses[i];
+            law.grams_from_siemens(0, siemens.at(press.row, press.column))
+        };
+        if let Some(all) = evaluator.invert(&fitted.model.sensor, which, look) {
+            return all.into_iter().map(Some).collect();
+        }
+        let mut one = |&i: &usize| Some(evaluator.invert(&fitted.model.sensor, &[i], look)?[0]);
+        which.iter().map(&mut one).collect()
+    }
+
+    /// Errors on presses that neither fitted nor chose: each fold is read by a fit and a choice made without it. With
+    /// them, those of each law.
+    fn held_out(
+        &self,
+        known: &KnownFrames,
+        progress: &mut dyn FnMut(&str, f64),
+    ) -> (HeldOut, Vec<(String, f64)>) {
+        let presses = &self.evidence.presses;
+        let mut used: Vec<usize> = known
+            .frames
+            .iter()
+            .flat_map(|f| f.presses.clone())
+            .collect();
+        used.extend(&known.crowded);
+        let mut frames: Vec<usize> = used.iter().map(|&p| presses[p].frame).collect();
+        frames.sort_unstable();
+        frames.dedup();
+        let folds = self.options.folds.clamp(2, frames.len().max(2));
+        let fold_of = |p: usize| frames.partition_point(|&f| f < presses[p].frame) % folds;
+        let mut held = HeldOut {
+            how: format!(
+                "{folds} folds, split by press; each judged by a fit and a choice of law made without it"
+            ),
+            ..HeldOut::default()
+        };
+        let mut laws: Vec<(String, Vec<f64>)> = Vec::new();
+        for fold in 0..folds {
+            progress("held-out presses", 0.5 + 0.5 * fold as f64 / folds as f64);
+            let which: Vec<usize> = used
+                .iter()
+                .copied()
+                .filter(|&p| fold_of(p) == fold)
+                .collect();
+            let Ok(chosen) = self.choose(&known.with(|p| fold_of(p) != fold)) else {
+                held.unjudged += which.len();
+                continue;
+            };
+            for (at, (name, fitted)) in chosen.fits.iter().enumerate() {
+                let read = self.read(&which, fitted);
+                let errors = which
+                    .iter()
+                    .zip(&read)
+                    .filter_map(|(&p, says)| says.map(|says| (says - presses[p].load_g).abs()));
+                let errors: Vec<f64> = errors.collect();
+                if at == chosen.at {
+                    held.unjudged += which.len() - errors.len();
+                    held.errors_g.extend(&errors);
+                }
+                match laws.iter_mut().find(|(known, _)| known == name) {
+                    Some((_, all)) => all.extend(errors),
+                    None => laws.push(((*name).to_owned(), errors)),
+                }
+            }
+        }
+        let means = laws
+            .into_iter()
+            .map(|(name, e)| (name, super::fit::mean(&e)));
+        (held, means.collect())
+    }
+}
+
+/// Whether an unknown is told apart from nothing.
+fn told(fitted: &Fitted, unknown: Unknown) -> bool {
+    let at = fitted.layout.position(unknown);
+    at.is_some_and(|i| fitted.peak.at[i] > TOLD * fitted.peak.error(i))
+}

@@ -1,0 +1,208 @@
+//! What a fit of presses made one at a time says: its numbers with their errors, and what it cannot tell.
+
+use super::super::model::no_fit;
+use super::super::outcome::{HeldOut, Outcome};
+use super::super::{Finding, LawChoice, Parameter, Suspect};
+use super::fit::{Fitted, plain_law};
+use super::known::KnownFrames;
+use super::unknowns::Unknown;
+use super::{Alone, Chosen};
+use crate::Error;
+use crate::sensor::Topology;
+
+/// A posterior this much of its prior has learnt nothing.
+const UNTOLD: f64 = 0.5;
+
+impl Alone<'_> {
+    pub(super) fn outcome(
+        &self,
+        known: &KnownFrames,
+        chosen: &Chosen,
+        held_out: HeldOut,
+        laws: Vec<(String, f64)>,
+        suspects: Vec<Suspect>,
+    ) -> Result<Outcome, Error> {
+        let (name, fitted) = &chosen.fits[chosen.at];
+        let alone = known.presses();
+        let outcome = Outcome {
+            parameters: parameters(fitted),
+            law: plain_law(&fitted.model),
+            material: None,
+            findings: findings(fitted, alone, known.crowded.len()),
+            laws,
+            law_name: (*name).to_owned(),
+            warnings: self.warnings(fitted, alone),
+            suspects,
+            held_out,
+            model: fitted.model.clone(),
+        };
+        match outcome.beside_guessing(self.evidence) {
+            Some((found, blind)) if found >= 0.8 * blind && blind > 0.0 => Err(no_fit(&format!(
+                "held-out presses are {found:.1} g off on average, and guessing their median would be {blind:.1} g off"
+            ))),
+            _ => Ok(outcome),
+        }
+    }
+
+    fn warnings(&self, fitted: &Fitted, alone: usize) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let (column, row) = fitted.layout.ohms(&fitted.peak.at);
+        let sum = column + row;
+        let index = |u| fitted.layout.position(u);
+        let topology = self.sensor.readout.topology;
+        if let Some(split) = index(Unknown::Split)
+            && fitted.peak.error(split) > UNTOLD * fitted.layout.beliefs.ln_ratio().1
+        {
+            let error = index(Unknown::Sum).map_or(0.0, |i| sum * fitted.peak.error(i));
+            let (total, error) = super::super::digits::with_error(sum, Some(error));
+            let error = error.unwrap_or_default();
+            warnings.push(match topology {
+                Topology::DividerFloating => format!(
+                    "column and row switch: only their sum, {total} ± {error} Ohm, matters to this read-out, and only it is told"
+                ),
+                _ => format!(
+                    "column and row switch: {alone} presses made one at a time tell their sum, {total} ± {error} Ohm, and hardly how it splits; that rests on {}. Two presses at once on one row (two of its columns), as heavy as they go and both labelled, would tell",
+                    match self.sensor.readout.r_mux_column_ohms.is_some() {
+                        true => "the sensor file's ratio",
+                        false => "the belief that both are alike",
+                    }
+                ),
+            });
+        }
+        if let Some(sum) = index(Unknown::Sum)
+            && fitted.peak.error(sum) > UNTOLD * fitted.layout.beliefs.ln_sum().1
+        {
+            warnings.push(
+                "the switch resistances rest on what is believed beforehand, not on these presses: heavier presses would tell".to_owned(),
+            );
+        }
+        if let Some(exponent) = index(Unknown::Exponent)
+            && fitted.peak.error(exponent) > UNTOLD * fitted.layout.beliefs.exponent.1
+        {
+            warnings.push(
+                "the exponent rests on what is believed beforehand (0.85 ± 0.2), not on these presses: label a wider range of loads".to_owned(),
+            );
+        }
+        if self.options.law == LawChoice::Saturating && !super::told(fitted, Unknown::Saturation) {
+            warnings.push(
+                "these presses do not tell a saturation from none: `--law power` says as much with a number less".to_owned(),
+            );
+        }
+        if self.options.law == LawChoice::Spline && fitted.layout.law != LawChoice::Spline {
+            warnings.push(
+                "a spline needs loads that differ by a factor of 3 or more: the law is a power law"
+                    .to_owned(),
+            );
+        }
+        warnings
+    }
+}
+
+fn findings(fitted: &Fitted, alone: usize, crowded: usize) -> Vec<Finding> {
+    let beyond = 100.0 * fitted.share;
+    let text = match crowded {
+        0 => format!("{alone} presses made one at a time; fitted to what the converter reads"),
+        _ => format!(
+            "{alone} presses made one at a time, fitted to what the converter reads, and {crowded} in crowded frames, by their loads"
+        ),
+    };
+    vec![
+        Finding {
+            name: "presses".to_owned(),
+            used: true,
+            text,
+        },
+        Finding {
+            name: "scatter of readings".to_owned(),
+            used: fitted.share > 0.0,
+            text: format!(
+                "{beyond:.2} % of a press beyond its noise: taxels that differ, labels, places"
+            ),
+        },
+    ]
+}
+
+fn parameters(fitted: &Fitted) -> Vec<Parameter> {
+    let (layout, peak) = (&fitted.layout, &fitted.peak);
+    let n = layout.unknowns.len();
+    // Standard error of a weighted sum of unknowns.
+    let error_of = |weights: &[f64]| {
+        let mut sum = 0.0;
+        for i in 0..n {
+            for j in 0..n {
+                sum += weights[i] * weights[j] * peak.covariance[i][j];
+            }
+        }
+        f64::max(sum, 0.0).sqrt()
+    };
+    let weights = |list: &[(Unknown, f64)]| -> Vec<f64> {
+        let weigh = |u: &Unknown| list.iter().find(|w| w.0 == *u).map_or(0.0, |w| w.1);
+        layout.unknowns.iter().map(weigh).collect()
+    };
+    let (column, row) = layout.ohms(&peak.at);
+    let share = column / (column + row);
+    let of_column = error_of(&weights(&[
+        (Unknown::Sum, 1.0),
+        (Unknown::Split, 1.0 - share),
+    ]));
+    let of_row = error_of(&weights(&[(Unknown::Sum, 1.0), (Unknown::Split, -share)]));
+    let one = |unknown| error_of(&weights(&[(unknown, 1.0)]));
+    let law = plain_law(&fitted.model);
+    let factor = law.ln_scale[0].exp();
+    let mut list = vec![
+        Parameter::fitted(
+            "readout.r_mux_column_ohms",
+            column,
+            column * of_column,
+            "Ohm",
+        ),
+        Parameter::fitted("readout.r_mux_row_ohms", row, row * of_row, "Ohm"),
+    ];
+    let readout = &fitted.model.sensor.readout;
+    if layout.position(Unknown::Gain).is_some() {
+        let gain = readout.open_loop_gain.unwrap_or_default();
+        list.push(Parameter::fitted(
+            "readout.open_loop_gain",
+            gain,
+            gain * one(Unknown::Gain),
+            "",
+        ));
+    }
+    if layout.position(Unknown::Source).is_some() {
+        let ohms = readout.r_source_ohms;
+        list.push(Parameter::fitted(
+            "readout.r_source_ohms",
+            ohms,
+            ohms * one(Unknown::Source),
+            "Ohm",
+        ));
+    }
+    list.push(Parameter::fitted(
+        "material.factor",
+        factor,
+        factor * error_of(&layout.ln_factor_weights()),
+        "S/g^exponent",
+    ));
+    list.push(Parameter::fitted(
+        "material.exponent",
+        law.exponent[0],
+        one(Unknown::Exponent),
+        "",
+    ));
+    list.push(Parameter::fitted(
+        "material.g_zero_siemens",
+        law.g_zero,
+        law.g_zero * one(Unknown::GZero),
+        "S",
+    ));
+    if let (Some(half), Some(i)) = (law.saturation_load_g, layout.position(Unknown::Saturation)) {
+        let relative = peak.error(i) / peak.at[i];
+        list.push(Parameter::fitted(
+            "material.saturation_load_g",
+            half,
+            half * relative,
+            "g",
+        ));
+    }
+    list
+}

@@ -1,0 +1,98 @@
+//! What a fit hands over to be written down: one form for every way of fitting.
+
+use super::evidence::{Evidence, UNIT_DOUBT};
+use super::fit::{mean, standard_error};
+use super::law::LoadLaw;
+use super::levels::Material;
+use super::model::Model;
+use super::{Finding, Parameter, Suspect};
+
+/// Errors on presses that neither fitted nor chose.
+#[derive(Debug, Clone, Default)]
+pub(super) struct HeldOut {
+    /// Absolute error of each, grams.
+    pub(super) errors_g: Vec<f64>,
+    /// Presses that could not be judged: the fit without them failed, or gave their frame no solution.
+    pub(super) unjudged: usize,
+    /// How they were split off.
+    pub(super) how: String,
+}
+
+impl HeldOut {
+    pub(super) fn mean(&self) -> Option<f64> {
+        (!self.errors_g.is_empty()).then(|| mean(&self.errors_g))
+    }
+
+    pub(super) fn standard_error(&self) -> f64 {
+        standard_error(&self.errors_g)
+    }
+}
+
+/// A finished fit.
+pub(super) struct Outcome {
+    pub(super) model: Model,
+    pub(super) law: LoadLaw,
+    /// How taxels differ, where uniform loads tell.
+    pub(super) material: Option<Material>,
+    pub(super) parameters: Vec<Parameter>,
+    pub(super) findings: Vec<Finding>,
+    /// Law and held-out mean absolute error, grams.
+    pub(super) laws: Vec<(String, f64)>,
+    pub(super) law_name: String,
+    pub(super) warnings: Vec<String>,
+    /// By their index in the evidence.
+    pub(super) suspects: Vec<Suspect>,
+    pub(super) held_out: HeldOut,
+}
+
+impl Outcome {
+    /// What must be said before this fit is trusted: reasons why it is none, or not quite one.
+    pub(super) fn doubts(&self, evidence: &Evidence) -> Vec<String> {
+        let unit = evidence
+            .warnings
+            .iter()
+            .filter(|w| w.starts_with(UNIT_DOUBT));
+        let mut doubts: Vec<String> = unit.cloned().collect();
+        for p in &self.parameters {
+            if p.standard_error.is_some_and(|e| !e.is_finite()) || !p.value.is_finite() {
+                doubts.push(format!(
+                    "nothing tells {}: label presses of other loads, on other lines, and some two at a time",
+                    p.name
+                ));
+            }
+        }
+        let lines = evidence
+            .frames
+            .first()
+            .map_or(0, |f| f.rows() + f.columns());
+        let flickering = [crate::screen::Axis::Row, crate::screen::Axis::Column]
+            .iter()
+            .map(|&axis| evidence.faults.flickering(axis).count())
+            .sum::<usize>();
+        if 2 * flickering > lines {
+            doubts.push(format!(
+                "{flickering} of {lines} lines come and go in these frames: that is no fault of single joints; look at the supply, the converter and the topology of the sensor file before this calibration is used"
+            ));
+        }
+        if let Some((found, blind)) = self.beside_guessing(evidence)
+            && found > 0.5 * blind
+        {
+            doubts.push(format!(
+                "held-out presses are {found:.1} g off on average, and guessing their median would be {blind:.1} g off: little was learnt; label more presses, and check labels and topology"
+            ));
+        }
+        doubts
+    }
+
+    /// Mean error of held-out presses, and what guessing the median load would give, grams.
+    pub(super) fn beside_guessing(&self, evidence: &Evidence) -> Option<(f64, f64)> {
+        let suspected = |p: &usize| self.suspects.iter().any(|s| s.press == *p && s.left_out);
+        let loads: Vec<f64> = (0..evidence.presses.len())
+            .filter(|p| !suspected(p))
+            .map(|p| evidence.presses[p].load_g)
+            .collect();
+        let middle = super::least_squares::median(&loads);
+        let off: Vec<f64> = loads.iter().map(|l| (l - middle).abs()).collect();
+        Some((self.held_out.mean()?, mean(&off)))
+    }
+}

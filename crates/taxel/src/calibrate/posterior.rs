@@ -1,0 +1,232 @@
+//! Least squares with priors: the most probable parameters, and their covariance.
+//!
+//! Levenberg's (1944) and Marquardt's (1963) steps over residuals in standard deviations, Huber's weights (1964) on
+//! those of the data; a prior is a residual that has no outliers. Parameters may have a least value.
+
+use super::least_squares::{normal_equations, solve, weights};
+use faer::Side;
+use faer::linalg::solvers::DenseSolveCore;
+
+/// A parameter: where to start, its difference step, what is believed of it, and its least value.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Parameter {
+    pub(super) start: f64,
+    pub(super) step: f64,
+    /// Mean and standard deviation.
+    pub(super) prior: Option<(f64, f64)>,
+    pub(super) least: f64,
+}
+
+/// The most probable parameters.
+#[derive(Debug, Clone)]
+pub(super) struct Peak {
+    pub(super) at: Vec<f64>,
+    pub(super) covariance: Vec<Vec<f64>>,
+    /// Loss of the data (Huber's) and of the priors.
+    pub(super) data_loss: f64,
+    pub(super) prior_loss: f64,
+}
+
+impl Peak {
+    pub(super) fn loss(&self) -> f64 {
+        self.data_loss + self.prior_loss
+    }
+
+    /// Standard error of a parameter.
+    pub(super) fn error(&self, i: usize) -> f64 {
+        self.covariance[i][i].max(0.0).sqrt()
+    }
+}
+
+const ROUNDS: usize = 60;
+/// Residuals beyond this many standard deviations count linearly.
+const HUBER: f64 = 3.0;
+/// A relative gain of the loss below this ends the search.
+const SETTLED: f64 = 1e-8;
+
+/// The parameters that make residuals and priors least, from `start`. The residual function answers nothing where the
+/// parameters are impossible; so does this where the start is.
+pub(super) fn most_probable(
+    parameters: &[Parameter],
+    mut residuals: impl FnMut(&[f64]) -> Option<Vec<f64>>,
+) -> Option<Peak> {
+    let mut at: Vec<f64> = parameters.iter().map(|p| p.start.max(p.least)).collect();
+    let mut now = residuals(&at)?;
+    let mut damping = 1e-3;
+    let mut jacobian = differences(parameters, &at, &now, &mut residuals)?;
+    let mut settled = 0;
+    for _ in 0..ROUNDS {
+        let before = total(parameters, &at, &now);
+        let Some((there, moved)) = better(
+            parameters,
+            (&at, &now, before),
+            &jacobian,
+            &mut damping,
+            &mut residuals,
+        ) else {
+            break;
+        };
+        let gain = before - total(parameters, &there, &moved);
+        (at, now) = (there, moved);
+        jacobian = differences(parameters, &at, &now, &mut residuals)?;
+        settled = if gain <= SETTLED * (1.0 + before) {
+            settled + 1
+        } else {
+            0
+        };
+        if settled == 2 {
+            break;
+        }
+    }
+    finish(parameters, at, now, &jacobian)
+}
+
+fn prior_loss(parameters: &[Parameter], at: &[f64]) -> f64 {
+    let one =
+        |(p, x): (&Parameter, &f64)| p.prior.map_or(0.0, |(mean, sd)| ((x - mean) / sd).powi(2));
+    parameters.iter().zip(at).map(one).sum()
+}
+
+fn total(parameters: &[Parameter], at: &[f64], residuals: &[f64]) -> f64 {
+    weights(residuals, HUBER).1 + prior_loss(parameters, at)
+}
+
+/// Normal equations of data and priors, without the parameters that rest on their least value.
+fn equations(
+    parameters: &[Parameter],
+    at: &[f64],
+    now: &[f64],
+    jacobian: &[Vec<f64>],
+    resting: &[bool],
+) -> (faer::Mat<f64>, faer::Mat<f64>) {
+    let (weight, _) = weights(now, HUBER);
+    let rows: Vec<&[f64]> = jacobian.iter().map(Vec::as_slice).collect();
+    let (mut normal, mut right) = normal_equations(&rows, now, &weight);
+    for (i, p) in parameters.iter().enumerate() {
+        if let Some((mean, sd)) = p.prior {
+            normal[(i, i)] += 1.0 / (sd * sd);
+            right[(i, 0)] -= (at[i] - mean) / (sd * sd);
+        }
+    }
+    for (i, _) in resting.iter().enumerate().filter(|r| *r.1) {
+        for j in 0..parameters.len() {
+            normal[(i, j)] = 0.0;
+            normal[(j, i)] = 0.0;
+        }
+        normal[(i, i)] = 1.0;
+        right[(i, 0)] = 0.0;
+    }
+    (normal, right)
+}
+
+/// A step that lowers the loss, longer or shorter as it has to be.
+fn better(
+    parameters: &[Parameter],
+    (at, now, before): (&[f64], &[f64], f64),
+    jacobian: &[Vec<f64>],
+    damping: &mut f64,
+    residuals: &mut impl FnMut(&[f64]) -> Option<Vec<f64>>,
+) -> Option<(Vec<f64>, Vec<f64>)> {
+    let free = vec![false; at.len()];
+    let (_, right) = equations(parameters, at, now, jacobian, &free);
+    let pressed = |i: usize| at[i] <= parameters[i].least && right[(i, 0)] < 0.0;
+    let resting: Vec<bool> = (0..at.len()).map(pressed).collect();
+    let (normal, right) = equations(parameters, at, now, jacobian, &resting);
+    for _ in 0..16 {
+        if let Some(step) = solve(&normal, &right, *damping) {
+            let there: Vec<f64> = (0..at.len())
+                .map(|i| (at[i] + step[i]).max(parameters[i].least))
+                .collect();
+            if let Some(moved) = residuals(&there)
+                && total(parameters, &there, &moved) <= before
+            {
+                *damping *= 0.1;
+                return Some((there, moved));
+            }
+        }
+        *damping = damping.max(1e-9) * 8.0;
+    }
+    None
+}
+
+fn differences(
+    parameters: &[Parameter],
+    at: &[f64],
+    now: &[f64],
+    residuals: &mut impl FnMut(&[f64]) -> Option<Vec<f64>>,
+) -> Option<Vec<Vec<f64>>> {
+    let mut jacobian = vec![vec![0.0; at.len()]; now.len()];
+    for (i, p) in parameters.iter().enumerate() {
+        let (moved, step) = [p.step, -p.step].into_iter().find_map(|step| {
+            let mut there = at.to_vec();
+            there[i] += step;
+            residuals(&there).map(|moved| (moved, step))
+        })?;
+        for (row, (moved, now)) in jacobian.iter_mut().zip(moved.iter().zip(now)) {
+            row[i] = (moved - now) / step;
+        }
+    }
+    Some(jacobian)
+}
+
+fn finish(
+    parameters: &[Parameter],
+    at: Vec<f64>,
+    now: Vec<f64>,
+    jacobian: &[Vec<f64>],
+) -> Option<Peak> {
+    let free = vec![false; at.len()];
+    let (normal, _) = equations(parameters, &at, &now, jacobian, &free);
+    let inverse = normal.llt(Side::Lower).ok()?.inverse();
+    let n = at.len();
+    let covariance: Vec<Vec<f64>> = (0..n)
+        .map(|i| (0..n).map(|j| inverse[(i, j)]).collect())
+        .collect();
+    covariance
+        .iter()
+        .flatten()
+        .all(|c| c.is_finite())
+        .then(|| Peak {
+            data_loss: weights(&now, HUBER).1,
+            prior_loss: prior_loss(parameters, &at),
+            covariance,
+            at,
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parameter(start: f64, prior: Option<(f64, f64)>, least: f64) -> Parameter {
+        Parameter {
+            start,
+            step: 1e-6,
+            prior,
+            least,
+        }
+    }
+
+    #[test]
+    fn what_data_do_not_tell_the_prior_does() {
+        let parameters = [
+            parameter(5.0, Some((1.0, 0.5)), f64::NEG_INFINITY),
+            parameter(-3.0, Some((1.0, 0.5)), f64::NEG_INFINITY),
+        ];
+        // Only the sum is told.
+        let peak = most_probable(&parameters, |x| Some(vec![(x[0] + x[1] - 4.0) / 1e-3])).unwrap();
+        for i in 0..2 {
+            assert!((peak.at[i] - 2.0).abs() < 1e-4, "{:?}", peak.at);
+            assert!((peak.error(i) - 0.5 / f64::sqrt(2.0)).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn a_least_value_holds_and_the_rest_goes_on() {
+        let parameters = [parameter(1.0, None, 0.0), parameter(0.0, None, -9.0)];
+        let peak =
+            most_probable(&parameters, |x| Some(vec![x[0] + 1.0, x[0] + x[1] - 2.0])).unwrap();
+        assert_eq!(peak.at[0], 0.0);
+        assert!((peak.at[1] - 2.0).abs() < 1e-6, "{:?}", peak.at);
+    }
+}

@@ -1,0 +1,97 @@
+//! What is believed of a sensor before it is calibrated: stated, and overridden by the sensor file.
+
+use super::Options;
+use crate::Sensor;
+use crate::design::parts::SWITCHES;
+use crate::sensor::{PerLine, USUAL_OPEN_LOOP_GAIN};
+
+/// A switch of which nothing is known, ohms, and the factor within which that is believed (one standard deviation).
+pub(super) const USUAL_OHMS: f64 = 10.0;
+pub(super) const WITHIN: f64 = 3.0;
+/// The factor within which column and row switches are believed to be alike, or to differ as the file says.
+pub(super) const ALIKE_WITHIN: f64 = 2.0;
+/// No switch has less: a smaller number in the file stands for one that is not known.
+const LEAST_SWITCH_OHMS: f64 = 0.1;
+/// A source resistor of which nothing is known, ohms.
+const USUAL_SOURCE_OHMS: f64 = 10.0;
+
+/// Means and standard deviations.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Beliefs {
+    /// Mean resistances of columns and rows, ohms.
+    pub(super) column_ohms: f64,
+    pub(super) row_ohms: f64,
+    pub(super) exponent: (f64, f64),
+    /// ln of the open-loop gain and of the source resistor, where they are to be found.
+    pub(super) gain: Option<(f64, f64)>,
+    pub(super) source: Option<(f64, f64)>,
+}
+
+impl Beliefs {
+    /// What a parts list and the options say.
+    pub(super) fn of(sensor: &Sensor, options: &Options) -> Self {
+        let readout = &sensor.readout;
+        let usual = named_switch(&sensor.name).unwrap_or(USUAL_OHMS);
+        let mean = |list: &Option<PerLine>, lines| {
+            let mean = list.as_ref().map(|l| l.mean(lines));
+            mean.filter(|ohms| *ohms >= LEAST_SWITCH_OHMS)
+        };
+        let column = mean(&readout.r_mux_column_ohms, sensor.columns());
+        let row = mean(&readout.r_mux_row_ohms, sensor.rows());
+        let factor = WITHIN.ln();
+        let gain = readout.open_loop_gain.unwrap_or(USUAL_OPEN_LOOP_GAIN);
+        let source = match readout.r_source_ohms > 0.0 {
+            true => readout.r_source_ohms,
+            false => USUAL_SOURCE_OHMS,
+        };
+        Self {
+            column_ohms: column.or(row).unwrap_or(usual),
+            row_ohms: row.or(column).unwrap_or(usual),
+            exponent: (0.85, 0.2),
+            gain: (options.open_loop_gain && readout.topology.is_tia())
+                .then_some((gain.ln(), factor)),
+            source: options.r_source.then_some((source.ln(), factor)),
+        }
+    }
+
+    /// ln of the sum of both resistances.
+    pub(super) fn ln_sum(&self) -> (f64, f64) {
+        ((self.column_ohms + self.row_ohms).ln(), WITHIN.ln())
+    }
+
+    /// ln of their ratio.
+    pub(super) fn ln_ratio(&self) -> (f64, f64) {
+        ((self.column_ohms / self.row_ohms).ln(), ALIKE_WITHIN.ln())
+    }
+}
+
+/// The typical on-resistance of a switch that the sensor's name tells, ohms.
+fn named_switch(name: &str) -> Option<f64> {
+    let plain = |text: &str| -> String {
+        let letters = text.chars().filter(char::is_ascii_alphanumeric);
+        letters.map(|c| c.to_ascii_uppercase()).collect()
+    };
+    let name = plain(name);
+    let part = SWITCHES.iter().find(|s| name.contains(&plain(s.name)));
+    part.map(|part| part.typical_ohms)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensor::preset;
+
+    #[test]
+    fn a_part_in_the_name_is_believed_and_numbers_in_the_file_more() {
+        let mut sensor = preset("mat-16x16-cd4067").unwrap();
+        let of = |sensor: &Sensor| Beliefs::of(sensor, &Options::default());
+        sensor.readout.r_mux_column_ohms = None;
+        sensor.readout.r_mux_row_ohms = None;
+        assert_eq!(of(&sensor).column_ohms, 70.0);
+        sensor.readout.r_mux_row_ohms = Some(PerLine::One(3.0));
+        assert_eq!((of(&sensor).column_ohms, of(&sensor).row_ohms), (3.0, 3.0));
+        sensor.readout.r_mux_row_ohms = None;
+        sensor.name = "mine".to_owned();
+        assert_eq!(of(&sensor).row_ohms, USUAL_OHMS);
+    }
+}
