@@ -48,6 +48,11 @@ impl Lines {
     }
 }
 
+/// Whether a line begins as numbers do.
+fn is_meant(line: &[u8]) -> bool {
+    line.first().is_some_and(u8::is_ascii_digit) || line.starts_with(b" ")
+}
+
 impl Decoder for Lines {
     fn feed(&mut self, bytes: &[u8], take: &mut dyn FnMut(&Frame<Counts>)) {
         let Self {
@@ -64,9 +69,7 @@ impl Decoder for Lines {
                     what: "a line longer than a frame of this sensor",
                 });
             };
-            let begins_well =
-                line.first().is_some_and(u8::is_ascii_digit) || line.starts_with(b" ");
-            if !begins_well && !(whole && was_numbers(line, rows.expected.columns)) {
+            if !is_meant(line) && !(whole && was_numbers(line, rows.expected.columns)) {
                 rows.tally.passed_over += u64::from(!line.trim_ascii().is_empty());
                 return;
             }

@@ -133,6 +133,13 @@ impl Taxel1 {
         self.fault = Some(fault);
     }
 
+    fn check_sensor(&self, found: u16) -> Result<(), Fault> {
+        match self.sensor {
+            Some(expected) if expected != found => Err(Fault::Sensor { found, expected }),
+            _ => Ok(()),
+        }
+    }
+
     /// Checks the packet and fills the frame; its sequence number.
     fn read_packet(&mut self) -> Result<u32, Fault> {
         let broken = |what| Fault::Broken { what };
@@ -151,12 +158,7 @@ impl Taxel1 {
         }
         let u16_at = |at: usize| u16::from_le_bytes([body[at], body[at + 1]]);
         let sensor = u16_at(2);
-        if let Some(expected) = self.sensor.filter(|expected| *expected != sensor) {
-            return Err(Fault::Sensor {
-                found: sensor,
-                expected,
-            });
-        }
+        self.check_sensor(sensor)?;
         let found = (usize::from(u16_at(16)), usize::from(u16_at(18)));
         let expected = (self.expected.rows, self.expected.columns);
         if found != expected {

@@ -206,17 +206,8 @@ fn read(
         match link.read(&mut bytes) {
             Ok((0, _)) => return Ended::NoMore,
             Ok((count, from)) => {
-                let now = Instant::now();
-                let after = from.map(|from| watch.admit(from, now));
-                if let Some(Some(after)) = after {
-                    decoder.datagram(after);
-                }
-                if after != Some(None) {
-                    heard = now;
-                    decoder.feed(&bytes[..count], &mut |frame| {
-                        receiver.frame(frame, SystemTime::now());
-                    });
-                    watch.see(decoder.tally().frames, from, now);
+                if take(&bytes[..count], from, decoder, watch, receiver) {
+                    heard = Instant::now();
                 }
             }
             Err(error) if is_silence(&error) => {
@@ -248,6 +239,28 @@ fn read(
             }
         }
     }
+}
+
+/// Hands bytes to the decoder, unless they are another sender's.
+fn take(
+    bytes: &[u8],
+    from: Option<SocketAddr>,
+    decoder: &mut dyn Decoder,
+    watch: &mut Watch,
+    receiver: &mut dyn Receiver,
+) -> bool {
+    let now = Instant::now();
+    if let Some(from) = from {
+        match watch.admit(from, now) {
+            None => return false,
+            Some(after) => decoder.datagram(after),
+        }
+    }
+    decoder.feed(bytes, &mut |frame| {
+        receiver.frame(frame, SystemTime::now());
+    });
+    watch.see(decoder.tally().frames, from, now);
+    true
 }
 
 fn words(

@@ -84,6 +84,7 @@ fn show(
     held: bool,
 ) -> Result<Exit, Error> {
     let (sensor, sensor_file) = live_sensor::of(address, shown.sensor.as_deref())?;
+    interrupt::listen();
     let mut session = Session::start(Options {
         address: address.clone(),
         sensor,
@@ -102,7 +103,6 @@ fn show(
         most: None,
         held,
     })?;
-    interrupt::listen();
     out::result(&session.urls().join("\n"))?;
     out::note(&format!("{address}; Ctrl-C ends it"));
     let mut told = String::new();

@@ -16,7 +16,8 @@ use crate::{Exit, interrupt, live_sensor, out};
 /// Record a sensor
 ///
 /// Raw counts always, with the device's and the host's time, and the sensor file; on request the compensated loads.
-/// Ctrl-C ends the recording. Exit code 3: frames were lost, corrupt, or the recording ended early.
+/// Ctrl-C ends the recording. Exit code 3: frames were lost, corrupt, or the recording ended early; 1: no frame came,
+/// and no file is left.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Where frames come from: serial:/dev/ttyACM0?baud=2000000, udp:0.0.0.0:9000, tcp:host:port, file:run.txt,
@@ -85,6 +86,30 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         most: args.frames,
         held: false,
     })?;
+    wait_for_end(args, &session);
+    session.end();
+    let ended = session.ended();
+    if ended.iter().any(|saved| saved.frames > 0) {
+        return conclude(&session);
+    }
+    match ended
+        .into_iter()
+        .find_map(|saved| Some((saved.error?, saved.path)))
+    {
+        Some((why, path)) => Err(Error::RecordingEnded {
+            name: path.display().to_string(),
+            frames: 0,
+            why,
+        }),
+        None => Err(Error::NothingCame {
+            address: args.address.to_string(),
+            reason: session.state().1,
+        }),
+    }
+}
+
+/// Until there is enough, or no more comes; says how the source stands.
+fn wait_for_end(args: &Args, session: &Session) {
     let (begun, mut said) = (Instant::now(), false);
     let mut told = String::new();
     loop {
@@ -104,7 +129,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             .is_some_and(|secs| begun.elapsed().as_secs_f64() >= secs)
             || args.frames.is_some_and(|wanted| frames >= wanted);
         if enough || failed || state == State::Ended || interrupt::asked() {
-            break;
+            return;
         }
         if session.tally().frames == 0 && begun.elapsed() > SILENCE && !said {
             said = true;
@@ -115,16 +140,6 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             ));
         }
         std::thread::sleep(LOOK);
-    }
-    session.end();
-    let exit = conclude(&session)?;
-    let frames: u64 = session.ended().iter().map(|saved| saved.frames).sum();
-    match frames {
-        0 => Err(Error::NothingCame {
-            address: args.address.to_string(),
-            reason: session.state().1,
-        }),
-        _ => Ok(exit),
     }
 }
 

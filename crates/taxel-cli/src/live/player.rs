@@ -109,8 +109,7 @@ impl Player {
         let name = self.path.display().to_string();
         intake.state(State::Live, &format!("playing {name}"));
         if !self.wishes().playing {
-            let text = format!("playing {name}");
-            intake.desk.set_device_word(State::Live, "paused", &text);
+            set_word(intake, false, &name);
         }
         let mut frame = Frame::zeros(self.options.rows, self.options.columns);
         // Of the frame shown last; and the second of one that is read but whose time has not come.
@@ -145,9 +144,7 @@ impl Player {
             self.tell(intake, &wishes, secs, shown);
             if !ended && (moved || changed) {
                 clock = None;
-                let word = if wishes.playing { "live" } else { "paused" };
-                let text = format!("playing {name}");
-                intake.desk.set_device_word(State::Live, word, &text);
+                set_word(intake, wishes.playing, &name);
                 intake.tell();
             }
             // Held, it still shows the place that it was moved to.
@@ -183,10 +180,7 @@ impl Player {
                 }
             }
             let Some(at) = read else { continue };
-            if wishes.playing && shown_one && !(0.0..=LONGEST_GAP).contains(&(at - secs)) {
-                let jump = at - secs;
-                let text = format!("the recorded clock jumps by {jump:.3} s: not waited for");
-                intake.desk.note(&text);
+            if wishes.playing && shown_one && skips(intake, at - secs) {
                 clock = None;
             }
             let (begun, since) = *clock.get_or_insert((at, Instant::now()));
@@ -293,4 +287,21 @@ impl Player {
         }
         Ok(())
     }
+}
+
+fn set_word(intake: &Intake, playing: bool, name: &str) {
+    let word = if playing { "live" } else { "paused" };
+    let text = format!("playing {name}");
+    intake.desk.set_device_word(State::Live, word, &text);
+}
+
+/// Whether the time to the next frame is not waited for: a device was away, or its clock jumped.
+fn skips(intake: &Intake, secs: f64) -> bool {
+    let skips = !(0.0..=LONGEST_GAP).contains(&secs);
+    if skips {
+        intake
+            .desk
+            .note(&format!("{secs:.1} s in the recording are skipped"));
+    }
+    skips
 }

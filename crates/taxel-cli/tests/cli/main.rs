@@ -16,3 +16,4 @@ mod recordings;
 mod run;
 mod selftest;
 mod simulate;
+mod viewers;

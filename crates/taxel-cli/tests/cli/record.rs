@@ -5,7 +5,7 @@ use std::net::UdpSocket;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use crate::live::{Running, ask, frame, told, view, wait};
+use crate::live::{Running, wait};
 use crate::run::{Folder, Run};
 
 const SIM: &str = "sim:sensor.toml?uniform";
@@ -233,86 +233,6 @@ fn every_signal_that_ends_a_program_ends_a_recording_whole() {
     }
 }
 
-#[test]
-fn viewers_neither_end_nor_replace_the_operator_s_recording() {
-    let folder = Folder::new();
-    let mut running = Running::start(
-        &folder,
-        &format!("live {SIM} --listen 127.0.0.1:0 --record op.mcap"),
-    );
-    let mut viewer = view(&running.url());
-    told(&mut viewer, "hello");
-    let record = ask(&mut viewer, r#"{"id":1,"do":"record","name":"mine"}"#);
-    assert_eq!(record["ok"], false, "{record}");
-    assert!(
-        record["text"]
-            .as_str()
-            .unwrap()
-            .contains("op.mcap is being recorded"),
-        "{record}"
-    );
-    let stop = ask(&mut viewer, r#"{"id":2,"do":"stop"}"#);
-    assert_eq!(stop["ok"], false, "{stop}");
-    wait("frames", || {
-        told(&mut viewer, "state")["recording"]["frames"].as_u64() > Some(20)
-    });
-    assert!(!folder.exists("recordings/mine.mcap"));
-    end(&mut running);
-    folder.good("convert op.mcap -o op.txt");
-}
-
-/// Asks it to end, as Ctrl-C does; what it said.
-fn end(running: &mut Running) -> String {
-    let pid = running.child.id().to_string();
-    assert!(
-        Command::new("kill")
-            .args(["-INT", &pid])
-            .status()
-            .unwrap()
-            .success()
-    );
-    let mut said = String::new();
-    std::io::Read::read_to_string(running.child.stderr.as_mut().unwrap(), &mut said).unwrap();
-    assert!(running.child.wait().unwrap().code().is_some());
-    said
-}
-
-#[test]
-fn every_beginning_and_end_of_a_recording_is_said() {
-    let folder = Folder::new();
-    let mut running = Running::start(&folder, &format!("live {SIM} --listen 127.0.0.1:0"));
-    let mut viewer = view(&running.url());
-    for name in ["-rf", "../x", "a\u{202e}b"] {
-        let refused = ask(
-            &mut viewer,
-            &format!(r#"{{"id":1,"do":"record","name":"{name}"}}"#),
-        );
-        assert_eq!(refused["ok"], false, "{refused}");
-    }
-    let begun = ask(
-        &mut viewer,
-        r#"{"id":1,"do":"record","name":"grip \u00e9"}"#,
-    );
-    assert_eq!(begun["ok"], true, "{begun}");
-    wait("frames", || {
-        told(&mut viewer, "state")["recording"]["frames"].as_u64() > Some(20)
-    });
-    let stopped = ask(&mut viewer, r#"{"id":2,"do":"stop"}"#);
-    assert_eq!(stopped["ok"], true, "{stopped}");
-    let words = stopped["text"].as_str().unwrap();
-    assert!(
-        words.starts_with("Saved recordings/grip \u{e9}.mcap (")
-            && words.ends_with(" frames, 0 lost)"),
-        "{words}"
-    );
-    let said = end(&mut running);
-    assert!(
-        said.contains("a viewer begins to record to recordings/grip \u{e9}.mcap\n"),
-        "{said}"
-    );
-    assert!(said.contains("recordings/grip \u{e9}.mcap: "), "{said}");
-}
-
 /// Two devices send to one port: one of them is recorded.
 #[test]
 fn one_sender_is_recorded_and_the_other_counted() {
@@ -395,90 +315,31 @@ fn a_self_test_that_is_ended_leaves_no_folder() {
     }
 }
 
-/// What was taken off while it was recorded is taken off where it is played, until somebody undoes it.
+/// A disk with no more room, said at once; what is in the file is whole.
+#[cfg(target_os = "linux")]
 #[test]
-fn a_tare_is_part_of_the_recording() {
+fn a_full_disk_ends_the_recording_with_what_it_has() {
     let folder = Folder::new();
-    let mut running = Running::start(&folder, &format!("live {SIM} --listen 127.0.0.1:0"));
-    let mut viewer = view(&running.url());
-    told(&mut viewer, "hello");
-    wait("load", || frame(&mut viewer).0 > 139.0);
-    let forced = ask(&mut viewer, r#"{"id":1,"do":"tare","force":true}"#);
+    let taxel = env!("CARGO_BIN_EXE_taxel");
+    // The shell's limit counts blocks of 512 or 1024 bytes; writing beyond it fails as on a full disk.
+    let script = format!(
+        "trap '' XFSZ; ulimit -f 60; exec {taxel} record sim:sensor.toml?random&fps=400 -o full.mcap --secs 60"
+    );
+    let script = script.replace(
+        "sim:sensor.toml?random&fps=400",
+        "'sim:sensor.toml?random&fps=400'",
+    );
+    let output = Command::new("sh")
+        .args(["-c", &script])
+        .current_dir(folder.path(""))
+        .output()
+        .unwrap();
+    let run = Run::from(output);
+    assert_eq!(run.code, Some(3), "{run}");
     assert!(
-        forced["text"].as_str().unwrap().contains("141."),
-        "{forced}"
+        run.err.contains("error: recording full.mcap ended after "),
+        "{run}"
     );
-    // It is the mean of 20 frames.
-    let mut frames = 0;
-    wait("tare", || {
-        let (total, tared) = frame(&mut viewer);
-        frames += u32::from(tared && total.abs() < 0.5);
-        frames > 30
-    });
-    assert_eq!(
-        ask(&mut viewer, r#"{"id":2,"do":"record","name":"tared"}"#)["ok"],
-        true
-    );
-    wait("frames", || {
-        told(&mut viewer, "state")["recording"]["frames"].as_u64() > Some(50)
-    });
-    assert_eq!(ask(&mut viewer, r#"{"id":3,"do":"stop"}"#)["ok"], true);
-    let mut player = Running::start(&folder, "view recordings/tared.mcap --listen 127.0.0.1:0");
-    let mut watcher = view(&player.url());
-    let (total, tared) = frame(&mut watcher);
-    assert!(tared && total.abs() < 0.5, "{total}");
-    assert_eq!(told(&mut watcher, "state")["tare"]["on"], true);
-    assert_eq!(ask(&mut watcher, r#"{"id":4,"do":"untare"}"#)["ok"], true);
-    assert_eq!(ask(&mut watcher, r#"{"id":5,"do":"play"}"#)["ok"], true);
-    wait("load", || {
-        let (total, tared) = frame(&mut watcher);
-        !tared && total > 139.0
-    });
-}
-
-/// A clock that jumped while it was recorded holds up nobody who plays it.
-#[test]
-fn a_clock_that_jumps_does_not_stop_playback() {
-    let folder = Folder::new();
-    let rows = "30,31,32,33,34,35,\n".repeat(4);
-    let text: String = [0.0, 0.1, 9e6, 9e6 + 0.1, 0.2, 0.3]
-        .iter()
-        .map(|secs| format!("time_secs={secs}\n{rows}"))
-        .collect();
-    folder.write("jumps.csv", &text);
-    folder.good("convert jumps.csv --sensor sensor.toml -o jumps.mcap");
-    let mut running = Running::start(&folder, "view jumps.mcap --listen 127.0.0.1:0");
-    let mut viewer = view(&running.url());
-    frame(&mut viewer);
-    assert_eq!(ask(&mut viewer, r#"{"id":1,"do":"play"}"#)["ok"], true);
-    wait("end", || {
-        told(&mut viewer, "state")["device"]["state"] == "ended"
-    });
-}
-
-#[test]
-fn tokens_come_from_a_file_and_protect_something() {
-    let folder = Folder::new();
-    folder.write("token", "long-enough\n");
-    let mut running = Running::start(
-        &folder,
-        &format!("live {SIM} --listen 127.0.0.1:0 --token-file token"),
-    );
-    assert!(running.url().ends_with("/?token=long-enough"));
-    for token in [
-        "--token=",
-        "--token=x",
-        "--token=a&b#c%d+e",
-        "--token-file=none",
-    ] {
-        let run = folder.taxel(&format!("live {SIM} --listen 127.0.0.1:0 {token}"));
-        assert_eq!(run.code, Some(2), "{run}");
-        assert!(run.err.contains("token"), "{run}");
-    }
-    let mut everywhere = Running::start(&folder, &format!("live {SIM} --listen 0.0.0.0:0"));
-    let url = everywhere.url();
-    assert!(
-        url.contains("/?token=") && !url.contains("0.0.0.0"),
-        "{url}"
-    );
+    folder.good("convert full.mcap -o full.txt");
+    assert!(folder.numbers("full.txt").len() >= 24);
 }

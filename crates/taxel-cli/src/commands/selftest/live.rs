@@ -182,6 +182,11 @@ fn receive(
         std::thread::sleep(LOOK);
     }
     session.end();
+    is_whole(&session, address)
+}
+
+/// An error where the recording is not what it should be.
+fn is_whole(session: &Session, address: &Address) -> Result<(), Error> {
     match session.ended().pop() {
         Some(Saved {
             error: Some(why),
