@@ -47,6 +47,14 @@ pub(crate) enum Error {
         /// The system's reason.
         source: io::Error,
     },
+    /// A file that is too long to be a sensor's.
+    #[error("{}: more than {limit} bytes, no sensor file has so many\nhint: is this a recording? per-taxel numbers of large arrays go in a .csv beside it", .file.display())]
+    SensorLength {
+        /// The file, or the recording that carries it.
+        file: PathBuf,
+        /// The most it may have.
+        limit: u64,
+    },
     /// A file of per-taxel numbers holds more than one number per taxel.
     #[error(
         "{}: {found} lines or more, but the array has {expected} rows\nhint: a file of per-taxel numbers has one line per row", .file.display()

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use taxel::{Counts, Frame, Sensor, Siemens, Volts};
 use taxel_record::npy::Element;
 use taxel_record::{
-    FrameSource, NpyOptions, NpyReader, NpyWriter, NpzWriter, Skipped, TextOptions, ValuesReader,
-    ValuesWriter, open_counts,
+    FrameSource, Integrity, NpyOptions, NpyReader, NpyWriter, NpzWriter, Skipped, Tare,
+    TextOptions, ValuesReader, ValuesWriter, open_counts,
 };
 
 use crate::error::Error;
@@ -129,6 +129,23 @@ impl Reading {
         }
     }
 
+    /// What is known to be missing.
+    pub(crate) fn integrity(&self) -> Integrity {
+        match self {
+            Reading::Counts(source, _) => source.integrity(),
+            Reading::Volts(source, _) => source.integrity(),
+            Reading::Siemens(source, _) => source.integrity(),
+        }
+    }
+
+    /// What was taken off the loads of the frame read last, while it was recorded.
+    pub(crate) fn tare(&self) -> Option<&Tare> {
+        match self {
+            Reading::Counts(source, _) => source.tare(),
+            Reading::Volts(..) | Reading::Siemens(..) => None,
+        }
+    }
+
     /// Shows on a bar how much was read.
     pub(crate) fn show(&self, progress: &Progress) {
         match self {
@@ -203,6 +220,9 @@ impl<Q> FrameWriter<Q> {
         Ok(())
     }
 }
+
+/// Endings of the files of numbers that a [`FrameWriter`] writes.
+pub(crate) const NUMBERS: [&str; 4] = ["csv", "txt", "npy", "npz"];
 
 /// Whether a file of this name is an array of numpy.
 pub(crate) fn is_array(file: &Path) -> bool {

@@ -28,19 +28,27 @@ pub(crate) fn of(address: &Address, given: Option<&Path>) -> Result<(Sensor, Pat
     }
 }
 
+/// The sensor that a recording (.mcap) carries, if it carries one.
+pub(crate) fn carried(path: &Path) -> Result<Option<Sensor>, Error> {
+    let reader = McapReader::open_any(path)?;
+    let Some(text) = reader.sensor_toml() else {
+        return Ok(None);
+    };
+    sensor_file::check_length(path, text.len() as u64)?;
+    let sensor = Sensor::from_toml(text).and_then(Sensor::checked);
+    let sensor = sensor.map_err(|source| Error::InFile {
+        file: path.to_owned(),
+        source,
+    });
+    sensor.map(Some)
+}
+
 /// The sensor that a recording carries.
 pub(crate) fn of_recording(path: &Path) -> Result<(Sensor, PathBuf), Error> {
-    let carries = is_mcap(path);
-    if carries {
-        let reader = McapReader::open_any(path)?;
-        if let Some(text) = reader.sensor_toml() {
-            let in_file = |source| Error::InFile {
-                file: path.to_owned(),
-                source,
-            };
-            let sensor = Sensor::from_toml(text).and_then(Sensor::checked);
-            return Ok((sensor.map_err(in_file)?, path.to_owned()));
-        }
+    if is_mcap(path)
+        && let Some(sensor) = carried(path)?
+    {
+        return Ok((sensor, path.to_owned()));
     }
     Err(Error::Arguments {
         what: format!("{} names no sensor", path.display()),

@@ -18,8 +18,10 @@ mod line_faults;
 mod live;
 mod live_sensor;
 mod out;
+mod outputs;
 mod presses;
 mod progress;
+mod recorded;
 mod sensor_file;
 mod standard_error;
 mod unit;
@@ -87,6 +89,7 @@ enum Exit {
 }
 
 fn main() -> ExitCode {
+    interrupt::guard();
     let matches = help::with_examples(Cli::command()).get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     let result = match cli.command {

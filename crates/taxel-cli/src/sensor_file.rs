@@ -1,6 +1,7 @@
 //! `--sensor`: a file or a preset's name, with the per-taxel files beside it read in.
 
 use std::fs;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use taxel::sensor::{PRESETS, PerTaxel, preset};
@@ -8,6 +9,21 @@ use taxel::{Frame, Sensor, Siemens};
 use taxel_record::{FrameSource, TextOptions, ValuesReader};
 
 use crate::error::Error;
+
+/// The longest sensor file, bytes: per-taxel numbers of 500 x 500 taxels. What is longer takes fifty times its length to
+/// be understood.
+const LONGEST: u64 = 4 << 20;
+
+/// Refuses what is too long to be a sensor file.
+pub(crate) fn check_length(file: &Path, bytes: u64) -> Result<(), Error> {
+    if bytes <= LONGEST {
+        return Ok(());
+    }
+    Err(Error::SensorLength {
+        file: file.to_owned(),
+        limit: LONGEST,
+    })
+}
 
 /// Reads the sensor that `--sensor` names. A file goes before a preset of the same name.
 pub(crate) fn load(name: &Path) -> Result<Sensor, Error> {
@@ -20,11 +36,17 @@ pub(crate) fn load(name: &Path) -> Result<Sensor, Error> {
     if !is_path {
         return Ok(preset(word)?);
     }
-    let text = fs::read_to_string(name).map_err(|source| Error::OpenSensor {
+    let failed = |source| Error::OpenSensor {
         file: name.to_owned(),
         presets: PRESETS.map(|(name, _)| name).join(", "),
         source,
-    })?;
+    };
+    let mut text = String::new();
+    let file = fs::File::open(name).map_err(failed)?;
+    // One byte more than may be, and no more: a device has no end.
+    let read = file.take(LONGEST + 1).read_to_string(&mut text);
+    check_length(name, text.len() as u64)?;
+    read.map_err(failed)?;
     let mut sensor = Sensor::from_toml(&text).map_err(in_file)?;
     let (rows, columns) = (sensor.rows(), sensor.columns());
     if let Some(material) = &mut sensor.material {

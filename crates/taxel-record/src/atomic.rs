@@ -3,13 +3,37 @@
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use tempfile::NamedTempFile;
 
 use crate::error::Error;
 
 const BUFFER: usize = 256 * 1024;
+
+/// Temporary files of this program: what a signal must not leave behind.
+static TEMPORARIES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Removes every temporary file that is being written, and lets none begin any more: for a program that ends at once
+/// because a signal tells it to.
+pub fn discard_all() {
+    let temporaries = TEMPORARIES.lock().unwrap_or_else(PoisonError::into_inner);
+    for path in temporaries.iter() {
+        let _ = fs::remove_file(path);
+    }
+    std::mem::forget(temporaries);
+}
+
+/// A temporary file that is in the list as long as it is one.
+#[derive(Debug)]
+struct Listed(PathBuf);
+
+impl Drop for Listed {
+    fn drop(&mut self) {
+        let mut temporaries = TEMPORARIES.lock().unwrap_or_else(PoisonError::into_inner);
+        temporaries.retain(|path| *path != self.0);
+    }
+}
 
 /// A file that appears under its name only when [`AtomicFile::commit`] has written all of it to the disk.
 ///
@@ -34,7 +58,7 @@ pub struct AtomicFile {
 enum Sink {
     Standard(io::Stdout),
     Through(File),
-    Beside(NamedTempFile),
+    Beside(NamedTempFile, Listed),
     Failed,
 }
 
@@ -85,7 +109,7 @@ impl AtomicFile {
 
     /// Whether the file is written beside its target, so that its start can be written again.
     pub fn can_go_back(&self) -> bool {
-        matches!(self.sink, Sink::Beside(_))
+        matches!(self.sink, Sink::Beside(..))
     }
 
     /// Appends `bytes`.
@@ -102,7 +126,7 @@ impl AtomicFile {
     /// [`Error::Write`], naming what is kept.
     pub(crate) fn put_at_start(&mut self, bytes: &[u8]) -> Result<(), Error> {
         let result = self.drain().and_then(|()| match &mut self.sink {
-            Sink::Beside(file) => {
+            Sink::Beside(file, _) => {
                 file.seek(SeekFrom::Start(0))?;
                 file.write_all(bytes)?;
                 file.seek(SeekFrom::End(0)).map(|_| ())
@@ -125,7 +149,7 @@ impl AtomicFile {
             self.keep();
             return Err(self.error(source));
         }
-        let Sink::Beside(file) = std::mem::replace(&mut self.sink, Sink::Failed) else {
+        let Sink::Beside(file, listed) = std::mem::replace(&mut self.sink, Sink::Failed) else {
             return Ok(());
         };
         let named = match self.new_only {
@@ -133,7 +157,7 @@ impl AtomicFile {
             false => file.persist(&self.target),
         };
         if let Err(failed) = named {
-            self.sink = Sink::Beside(failed.file);
+            self.sink = Sink::Beside(failed.file, listed);
             self.keep();
             return Err(self.error(failed.error));
         }
@@ -160,7 +184,7 @@ impl AtomicFile {
         match &mut self.sink {
             Sink::Standard(out) => out.flush(),
             Sink::Through(file) => file.flush(),
-            Sink::Beside(file) => file.as_file().sync_all(),
+            Sink::Beside(file, _) => file.as_file().sync_all(),
             Sink::Failed => Err(io::ErrorKind::BrokenPipe.into()),
         }
     }
@@ -194,14 +218,14 @@ impl AtomicFile {
                 return Err(io::ErrorKind::StorageFull.into());
             }
             return match &mut self.sink {
-                Sink::Beside(file) => file.write(&bytes[..room]),
+                Sink::Beside(file, _) => file.write(&bytes[..room]),
                 _ => Ok(room),
             };
         }
         match &mut self.sink {
             Sink::Standard(out) => out.write(bytes),
             Sink::Through(file) => file.write(bytes),
-            Sink::Beside(file) => file.write(bytes),
+            Sink::Beside(file, _) => file.write(bytes),
             // Told once already; `commit` tells again. What follows, as an archive's end, goes nowhere.
             Sink::Failed => Ok(bytes.len()),
         }
@@ -215,7 +239,7 @@ impl AtomicFile {
 
     /// Gives what was written so far the name `<name>.partial`.
     fn keep(&mut self) {
-        if let Sink::Beside(file) = std::mem::replace(&mut self.sink, Sink::Failed) {
+        if let Sink::Beside(file, _listed) = std::mem::replace(&mut self.sink, Sink::Failed) {
             if self.bytes == 0 {
                 // Nothing is no part of anything; let go, it is gone.
                 return;
@@ -271,14 +295,14 @@ fn open_sink(path: &Path) -> io::Result<(PathBuf, Sink)> {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
-    let file = temporary_in(folder)?;
+    let (file, listed) = temporary_in(folder)?;
     if let Some(about) = about {
         file.as_file().set_permissions(about.permissions())?;
     }
-    Ok((target, Sink::Beside(file)))
+    Ok((target, Sink::Beside(file, listed)))
 }
 
-fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
+fn temporary_in(folder: &Path) -> io::Result<(NamedTempFile, Listed)> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".taxel-").suffix(".tmp");
     #[cfg(unix)]
@@ -287,7 +311,12 @@ fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
         // As for any new file; the user's mask takes away from it.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    builder.tempfile_in(folder)
+    // The list is held meanwhile: no file is there that is not in it.
+    let mut temporaries = TEMPORARIES.lock().unwrap_or_else(PoisonError::into_inner);
+    let file = builder.tempfile_in(folder)?;
+    let path = file.path().to_owned();
+    temporaries.push(path.clone());
+    Ok((file, Listed(path)))
 }
 
 /// Makes the new name itself last through a power cut, where the system can.

@@ -112,6 +112,16 @@ pub enum Error {
         /// How many of them there are, 0.
         found: u64,
     },
+    /// Lines, but none of numbers.
+    #[error("no line of numbers: {at} is `{found}`\nhint: {hint}")]
+    NoNumbers {
+        /// The first line that is not blank.
+        at: Place,
+        /// How it begins.
+        found: String,
+        /// What to do.
+        hint: &'static str,
+    },
     /// An array that no sensor has.
     #[error("cannot read {} as frames of {rows} rows x {columns} columns: a frame has 1 to {limit} taxels\nhint: check rows and columns in the sensor file", .file.display())]
     Size {
@@ -203,6 +213,16 @@ pub enum Error {
         number: usize,
         /// Values on the line.
         expected: usize,
+        /// What stands there, shortened.
+        found: String,
+    },
+    /// A time that is none.
+    #[error(
+        "not a time at {at}: `time_secs` is `{found}`, expected seconds as -1e10 to 1e10\nhint: a decimal point, no comma; where the time is unknown, leave the line blank"
+    )]
+    Time {
+        /// Where it begins.
+        at: Place,
         /// What stands there, shortened.
         found: String,
     },
@@ -531,6 +551,7 @@ impl Error {
                 | Error::Word { .. }
                 | Error::NotFinite { .. }
                 | Error::Negative { .. }
+                | Error::Time { .. }
                 | Error::TooLarge { .. }
                 | Error::NpyCutShort { .. }
                 | Error::Value { .. }

@@ -341,7 +341,10 @@ impl<R: Read> Grid<R> {
         let time_secs = if blank {
             None
         } else {
-            time_of(self.lines.text(line))
+            time_of(self.lines.text(line)).map_err(|found| Error::Time {
+                at: self.place(TIME_PREFIX.len()),
+                found,
+            })?
         };
         self.extra = match (self.extra, kind) {
             (Extra::Told, _) => Extra::Told,
@@ -407,10 +410,22 @@ pub(crate) fn kind_of(text: &[u8], line_numbers: usize, frame_lines: usize) -> O
 /// The prefix of the time stamp that [`crate::TextWriter`] writes; others have no known unit.
 pub(crate) const TIME_PREFIX: &str = "time_secs=";
 
-fn time_of(text: &[u8]) -> Option<f64> {
-    let digits = text.strip_prefix(TIME_PREFIX.as_bytes())?;
+/// Seconds beyond which a time is none: three hundred years.
+const MAX_SECS: f64 = 1e10;
+
+/// The time on an extra line, `None` where it has none; and what stands there where that is no time.
+fn time_of(text: &[u8]) -> Result<Option<f64>, String> {
+    let Some(digits) = text.strip_prefix(TIME_PREFIX.as_bytes()) else {
+        return Ok(None);
+    };
     let digits = digits.strip_suffix(b",").unwrap_or(digits);
-    fast_float2::parse::<f64, _>(digits)
-        .ok()
-        .filter(|t| t.is_finite())
+    match fast_float2::parse::<f64, _>(digits) {
+        Ok(secs) if secs.abs() <= MAX_SECS => Ok(Some(secs)),
+        _ => Err(shown(digits)),
+    }
+}
+
+/// What stands in a file, shortened for a message.
+fn shown(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(&bytes[..bytes.len().min(24)]).into_owned()
 }

@@ -1,9 +1,11 @@
 //! Whether a recording is all that was recorded: what its file has lost, and what it tells of losses before.
 
+use serde::Serialize;
+
 use crate::mcap::Losses;
 
 /// What is known of a recording's completeness once it was read.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
 pub struct Integrity {
     /// What the file has lost since it was written.
     pub damage: Damage,
@@ -38,7 +40,7 @@ impl Integrity {
 }
 
 /// What a file has lost.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[non_exhaustive]
 pub struct Damage {
     /// Chunks that do not fit their checksum; left out.
@@ -88,7 +90,7 @@ impl Damage {
 }
 
 /// What the numbers tell that a device gave its frames.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[non_exhaustive]
 pub struct Gaps {
     /// Numbers that are missing.

@@ -3,6 +3,8 @@
 use std::io::{self, ErrorKind, Read};
 
 const FIRST_BUFFER: usize = 256 * 1024;
+/// A line is read to its end to go on behind it, but not for ever: a device may have no line ends at all.
+const LONGEST_GONE: u64 = 64 << 20;
 
 /// What the stream gave.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -134,10 +136,14 @@ impl<R: Read> Lines<R> {
         Line::Text { from, to, closed }
     }
 
-    /// Drops the rest of a line that is too long.
+    /// Drops the rest of a line that is too long; one that does not end is no text.
     fn discard(&mut self) -> io::Result<Line> {
         let mut bytes = 0u64;
         loop {
+            if bytes > LONGEST_GONE {
+                let why = format!("a line that does not end in {bytes} bytes: this is no text");
+                return Err(io::Error::new(ErrorKind::InvalidData, why));
+            }
             let held = &self.buffer[self.start..self.end];
             let stop = memchr::memchr(b'\n', held);
             let gone = &held[..stop.unwrap_or(held.len())];
@@ -216,6 +222,14 @@ mod tests {
     fn a_line_above_the_limit_is_dropped_whole() {
         assert_eq!(all(b"1,2,3,4,5\n6\n", 4), ["<9>", "6"]);
         assert_eq!(all(b"1,2,3,4,5", 4), ["<9>"]);
+    }
+
+    #[test]
+    fn a_line_without_end_is_given_up() {
+        let mut lines = Lines::new(io::repeat(b'0'), 1000);
+        let error = lines.next().unwrap_err();
+        assert!(error.to_string().contains("does not end"), "{error}");
+        assert!(lines.buffer.len() <= FIRST_BUFFER);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::error::Error;
+use crate::error::{Error, Place};
 use crate::grid::{Kind, kind_of};
 use crate::lines::{Line, Lines};
 use crate::mcap::McapReader;
@@ -99,6 +99,7 @@ fn shape_of_text(path: &Path) -> Result<ShapeGuess, Error> {
     let mut lines = Lines::new(open_input(path)?.0, LINE_BYTES);
     let mut guess = ShapeGuess::default();
     let mut rows = 0;
+    let mut first = None;
     for number in 0..LINES {
         let line = lines.next().map_err(|source| Error::Read {
             file: path.to_owned(),
@@ -109,6 +110,10 @@ fn shape_of_text(path: &Path) -> Result<ShapeGuess, Error> {
             break;
         }
         let text = lines.text(line);
+        if first.is_none() && !is_blank(text) {
+            let start = &text[..text.len().min(40)];
+            first = Some((lines.number(), String::from_utf8_lossy(start).into_owned()));
+        }
         let extra = match guess.columns {
             None => is_blank(text) || kind_of(text, usize::MAX, 0).is_some_and(looks_extra),
             Some(columns) => kind_of(text, columns, 0).is_some(),
@@ -136,6 +141,22 @@ fn shape_of_text(path: &Path) -> Result<ShapeGuess, Error> {
     }
     if guess.columns.is_none() {
         let file = path.to_owned();
+        if let Some((line, found)) = first {
+            return Err(Error::NoNumbers {
+                at: Place {
+                    file,
+                    line,
+                    column: 1,
+                },
+                hint: match found.contains(',') {
+                    true => "frames of counts as text are lines of numbers and nothing else",
+                    false => {
+                        "numbers of a frame are separated by commas; `tr -s ' \\t' ','` puts them in"
+                    }
+                },
+                found,
+            });
+        }
         return Err(Error::Empty {
             file,
             what: "line of numbers",

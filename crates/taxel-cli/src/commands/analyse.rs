@@ -16,8 +16,9 @@ use taxel_view::{Format, Line, LineStyle, Series, cells};
 
 use super::positive::positive;
 use crate::error::Error;
+use crate::outputs::{Files, check_ending};
 use crate::unit::{MethodName, Unit};
-use crate::{Exit, out, sensor_file};
+use crate::{Exit, out, recorded};
 use place::{Place, Range, Wanted};
 use series::{Taken, take};
 
@@ -30,12 +31,13 @@ const DRAWN: usize = 128;
 ///
 /// Values before and after screening, the share that is filtered, mean, spread and drift; a plot and a table for a
 /// spreadsheet on request. Reads every format that the program reads. Labels as on the rig's table (C7: column C, row 7)
-/// follow the sensor file's `labels`. Exit code 3: frames were left out.
+/// follow the sensor file's `labels`. Exit code 3: frames were left out, or the recording tells of frames that are
+/// missing.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Recording (.mcap, .txt, .csv, .npy, .npz)
     recording: PathBuf,
-    /// Sensor file, or the name of a preset
+    /// Sensor file, or the name of a preset; MCAP recordings bring their own
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
     /// A taxel: its row and column from 0, or its label; several are several lines
@@ -71,6 +73,9 @@ pub(crate) struct Args {
     /// Leave out frames that cannot be read, instead of stopping at the first
     #[arg(long)]
     keep_going: bool,
+    /// Leave the recording's tare on
+    #[arg(long)]
+    no_tare: bool,
     /// The recording has rows and columns swapped
     #[arg(long)]
     transpose: bool,
@@ -117,7 +122,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         .as_deref()
         .map(Format::from_extension)
         .transpose()?;
-    let sensor = args.sensor.as_deref().map(sensor_file::load).transpose()?;
+    check(args)?;
+    let carried = args.rows.is_none().then_some(args.recording.as_path());
+    let sensor = recorded::sensor(args.sensor.as_deref(), carried)?;
+    let sensor = sensor.map(|(sensor, _)| sensor);
     if let (Some(unit), None) = (args.unit, &sensor) {
         return Err(Error::Arguments {
             what: format!(
@@ -156,10 +164,30 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         true => out::json(&report)?,
         false => out::result(&text(&report, &taken))?,
     }
-    Ok(match taken.skipped_frames {
-        0 => Exit::Good,
-        _ => Exit::DataLost,
+    let is_missing = recorded::tell_missing(&args.recording, &taken.integrity);
+    Ok(match taken.skipped_frames == 0 && !is_missing {
+        true => Exit::Good,
+        false => Exit::DataLost,
     })
+}
+
+/// Refuses, before any work, what cannot be written.
+fn check(args: &Args) -> Result<(), Error> {
+    if let Some(file) = &args.export {
+        check_ending(
+            "--export",
+            file,
+            &["csv", "xlsx", "parquet"],
+            "a table is written as text, as a sheet or as Parquet",
+        )?;
+    }
+    Files::default()
+        .input("recording", &args.recording)
+        .maybe_input("sensor", args.sensor.as_ref())
+        .maybe_input("model", args.method.file().as_ref())
+        .maybe_output("-o", args.output.as_ref())
+        .maybe_output("--export", args.export.as_ref())
+        .check()
 }
 
 fn options(args: &Args, sensor: Option<&Sensor>) -> Result<TextOptions, Error> {
@@ -183,6 +211,7 @@ fn options(args: &Args, sensor: Option<&Sensor>) -> Result<TextOptions, Error> {
     };
     options.transpose = args.transpose;
     options.keep_going = args.keep_going;
+    options.accept_damage = true;
     Ok(options)
 }
 

@@ -15,6 +15,7 @@ use taxel_record::{FrameSource, TextOptions, open_counts};
 use crate::error::Error;
 use crate::frames::open_values;
 use crate::lesson::{Lessons, Sources};
+use crate::outputs::Files;
 use crate::progress::Progress;
 use crate::{Exit, interrupt, out, sensor_file};
 use contestants::{Contestant, Known};
@@ -90,6 +91,18 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             hint: "a share of the presses, 0 to 0.9",
         });
     }
+    let recordings = args.recordings.iter().chain(&args.truth);
+    recordings
+        .fold(Files::default(), |files, file| {
+            files.input("recording", file)
+        })
+        .input("sensor", &args.sensor)
+        .maybe_input("equilibration", args.equilibration.as_ref())
+        .maybe_input("table of presses", args.from.presses.as_ref())
+        .maybe_input("table of rows", args.from.rows.as_ref())
+        .maybe_output("-o", args.output.as_ref())
+        .maybe_output("--figure", args.figure.as_ref())
+        .check()?;
     let sensor = sensor_file::load(&args.sensor)?;
     let lessons = Lessons::read(&args.from, args.equilibration.as_deref(), &sensor)?;
     let whole = Split::new(lessons.rows.len(), 0.15, args.test_share, args.seed);

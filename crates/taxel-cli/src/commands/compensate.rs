@@ -11,13 +11,15 @@ use taxel::{Frame, Sensor};
 
 use crate::chain::Chain;
 use crate::error::Error;
-use crate::frames::{Input, Reading, needs_frame_count};
+use crate::frames::{Input, NUMBERS, Reading, needs_frame_count};
 use crate::line_faults::Survey;
+use crate::outputs::{Files, check_ending};
 use crate::progress::Progress;
+use crate::recorded::Untared;
 use crate::standard_error::StandardErrors;
 use crate::unit::{InputUnit, MethodName, Unit};
-use crate::{Exit, out, sensor_file};
-use output::Outputs;
+use crate::{Exit, out, recorded};
+use output::{Outputs, marks_file};
 use summary::Summary;
 
 /// Remove the cross-talk from a recording
@@ -29,9 +31,9 @@ use summary::Summary;
 pub(crate) struct Args {
     /// Recording (.mcap, .txt, .csv, .npy, .npz, - for standard input)
     recording: PathBuf,
-    /// Sensor file, or the name of a preset
+    /// Sensor file, or the name of a preset; MCAP recordings bring their own
     #[arg(long, value_name = "FILE|PRESET")]
-    sensor: PathBuf,
+    sensor: Option<PathBuf>,
     /// Unit of what is written
     #[arg(long, value_enum, default_value_t = Unit::Grams)]
     unit: Unit,
@@ -60,6 +62,9 @@ pub(crate) struct Args {
     /// Replace nothing, even if the sensor file asks for it
     #[arg(long)]
     no_repair: bool,
+    /// Leave the recording's tare on
+    #[arg(long)]
+    no_tare: bool,
     /// The recording has rows and columns swapped
     #[arg(long)]
     transpose: bool,
@@ -71,11 +76,13 @@ pub(crate) struct Args {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     check(args)?;
-    let sensor = sensor_file::load(&args.sensor)?;
+    let (sensor, sensor_file) =
+        recorded::needed_sensor(args.sensor.as_deref(), Some(&args.recording))?;
     let mut input = Input::new(&args.recording, args.input_unit, &sensor);
     input.options.transpose = args.transpose;
     input.options.keep_going = args.keep_going;
-    let mut chain = Chain::new(&sensor, &args.sensor, &args.method, args.unit)?;
+    input.options.accept_damage = true;
+    let mut chain = Chain::new(&sensor, &sensor_file, &args.method, args.unit)?;
     if args.repair || args.no_repair {
         chain.set_repair(args.repair);
     }
@@ -90,18 +97,18 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let errors = match &args.standard_error {
         Some(_) => Some(StandardErrors::new(
             &sensor,
-            &args.sensor,
+            &sensor_file,
             args.unit,
             survey.faults.level,
         )?),
         None => None,
     };
     let outputs = Outputs::create(args, &sensor, survey.frames)?;
-    let mut summary = Summary::new(args, &sensor, &survey);
+    let mut summary = Summary::new(args, &sensor, &sensor_file, &survey);
     summary.noise_counts = errors.as_ref().map(|errors| errors.noise_counts);
     let started = Instant::now();
     let reading = input.open()?;
-    convert(reading, chain, errors, outputs, &sensor, &mut summary)?;
+    convert(args, reading, chain, errors, outputs, &sensor, &mut summary)?;
     summary.finish(started.elapsed().as_secs_f64());
     match args.json {
         true => out::json(&summary)?,
@@ -112,6 +119,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
 
 /// Frame by frame, in constant memory.
 fn convert(
+    args: &Args,
     mut reading: Reading,
     mut chain: Chain,
     mut errors: Option<StandardErrors>,
@@ -121,6 +129,8 @@ fn convert(
 ) -> Result<(), Error> {
     let progress = Progress::new("compensating");
     let mut shown = Frame::zeros(sensor.rows(), sensor.columns());
+    let mut untared = Untared::new(args.no_tare);
+    let (raw, area_mm2) = (args.method == MethodName::Raw, sensor.array.taxel_area_mm2);
     while reading.advance()? {
         let outcome = chain.take(&reading)?;
         if let Some(outcome) = &outcome {
@@ -131,12 +141,15 @@ fn convert(
             let is_answer = outcome.as_ref().is_none_or(Outcome::is_answer);
             outputs.write_errors(errors.of(siemens, is_answer, &mut shown))?;
         }
+        let loads = shown.values_mut();
+        untared.apply(reading.tare(), raw, args.unit, area_mm2, loads);
         summary.add_marks(&shown);
         outputs.write(&shown)?;
         reading.show(&progress);
     }
     drop(progress);
     summary.add_skips(reading.skips());
+    summary.add_missing(&args.recording, &reading.integrity());
     outputs.commit()
 }
 
@@ -158,6 +171,30 @@ fn check(args: &Args) -> Result<(), Error> {
         })
     };
     let output = args.output.as_deref().unwrap_or(Path::new("-"));
+    let marks = marks_file(args);
+    let files = [
+        ("-o", Some(output)),
+        ("--marks", args.marks.as_deref()),
+        ("--standard-error", args.standard_error.as_deref()),
+    ];
+    for (option, file) in files {
+        if let Some(file) = file {
+            check_ending(
+                option,
+                file,
+                &NUMBERS,
+                "numbers are written as text or as arrays",
+            )?;
+        }
+    }
+    Files::default()
+        .input("recording", &args.recording)
+        .maybe_input("sensor", args.sensor.as_ref())
+        .maybe_input("model", args.method.file().as_ref())
+        .output("-o", output)
+        .maybe_output("--marks", marks.as_ref())
+        .maybe_output("--standard-error", args.standard_error.as_ref())
+        .check()?;
     if args.json && out::is_stdout(output) {
         return refuse(
             "--json and the numbers both want standard output",

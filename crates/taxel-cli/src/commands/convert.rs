@@ -8,19 +8,24 @@ use taxel::{Counts, Frame, Sensor};
 use taxel_record::mcap::About;
 use taxel_record::npy::Element;
 use taxel_record::{
-    FrameSource, McapReader, McapWriter, NpyWriter, NpzWriter, ParquetWriter, TextOptions,
-    TextWriter, open_counts,
+    FrameSource, Losses, McapReader, McapWriter, NpyWriter, NpzWriter, ParquetWriter, Tare,
+    TextOptions, TextWriter, open_counts,
 };
 
+use super::positive::positive;
 use crate::error::Error;
+use crate::outputs::{Files, check_ending};
 use crate::progress::Progress;
-use crate::{Exit, frames, live_sensor, out, sensor_file};
+use crate::{Exit, frames, live_sensor, out, recorded, sensor_file};
+
+/// What can be written.
+const ENDINGS: [&str; 6] = ["mcap", "txt", "csv", "npy", "npz", "parquet"];
 
 /// Write a recording in another format
 ///
 /// Counts of .mcap, .txt, .csv, .npy and .npz to .mcap, .txt, .csv, .npy, .npz or .parquet (one row a frame: opens in
 /// pandas, polars, DuckDB). Times and the sensor file are kept where the format has room for them. Exit code 3: frames
-/// were left out.
+/// were left out, or the recording tells of frames that are missing.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Recording of counts
@@ -32,7 +37,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
     /// Frames a second of a recording that knows no time
-    #[arg(long, value_name = "N", default_value_t = 100.0)]
+    #[arg(long, value_name = "N", default_value_t = 100.0, value_parser = positive)]
     fps: f64,
     /// Leave out frames that cannot be read, instead of stopping at the first
     #[arg(long)]
@@ -89,7 +94,7 @@ impl Sink {
             .to_string_lossy()
             .to_ascii_lowercase();
         Ok(match extension.as_str() {
-            "mcap" => Self::Mcap(Box::new(McapWriter::create(
+            "mcap" => Self::Mcap(Box::new(McapWriter::create_at_once(
                 file,
                 &About {
                     sensor: sensor.clone(),
@@ -110,13 +115,8 @@ impl Sink {
                 writer.begin_array("frames", Some(count), rows, columns, element)?;
                 Self::Npz(Box::new(writer))
             }
-            "txt" | "csv" => Self::Text(Box::new(TextWriter::create(file)?)),
-            _ => {
-                return Err(Error::Arguments {
-                    what: format!("cannot tell the format of {}", file.display()),
-                    hint: "its name ends in .mcap, .txt, .csv, .npy, .npz or .parquet",
-                });
-            }
+            // Checked before: everything else is text.
+            _ => Self::Text(Box::new(TextWriter::create(file)?)),
         })
     }
 
@@ -143,20 +143,66 @@ impl Sink {
     }
 }
 
+/// Refuses, before any work, what cannot be written.
+fn check(args: &Args) -> Result<(), Error> {
+    check_ending(
+        "-o",
+        &args.output,
+        &ENDINGS,
+        "the ending says the format; .parquet is one row a frame",
+    )?;
+    let files = Files::default()
+        .input("recording", &args.recording)
+        .maybe_input("sensor", args.sensor.as_ref());
+    files.output("-o", &args.output).check()
+}
+
+/// Raw counts of up to 16 bits is what recordings and tables hold.
+fn check_bits(args: &Args, sensor: &Sensor) -> Result<(), Error> {
+    let ending = args.output.extension().unwrap_or_default();
+    let limited = ending.eq_ignore_ascii_case("mcap") || ending.eq_ignore_ascii_case("parquet");
+    match limited && sensor.converter.bits > 16 {
+        true => Err(Error::Arguments {
+            what: format!(
+                "{} holds counts of up to 16 bits, but the converter has {}",
+                args.output.display(),
+                sensor.converter.bits
+            ),
+            hint: "write .npy or .csv",
+        }),
+        false => Ok(()),
+    }
+}
+
+/// When the host had a frame of a recording that knows only seconds.
+fn host_time(begun: SystemTime, secs: f64, args: &Args) -> Result<SystemTime, Error> {
+    let since = Duration::try_from_secs_f64(secs.max(0.0)).ok();
+    let at = since.and_then(|since| begun.checked_add(since));
+    // What a clock of nanoseconds holds: until the year 2554.
+    let at = at.filter(|at| {
+        at.duration_since(SystemTime::UNIX_EPOCH)
+            .is_ok_and(|since| u64::try_from(since.as_nanos()).is_ok())
+    });
+    at.ok_or_else(|| Error::Arguments {
+        what: format!(
+            "{}: a frame at {secs:e} s, beyond what a clock holds",
+            args.recording.display()
+        ),
+        hint: "check --fps and the times in the recording",
+    })
+}
+
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
-    if !(args.fps > 0.0 && args.fps.is_finite()) {
-        return Err(Error::Arguments {
-            what: format!("--fps {}: no frame rate", args.fps),
-            hint: "a number above 0",
-        });
-    }
+    check(args)?;
     let sensor = match &args.sensor {
         Some(file) => sensor_file::load(file)?,
         None => live_sensor::of_recording(&args.recording)?.0,
     };
+    check_bits(args, &sensor)?;
     let mut options = TextOptions::of(&sensor);
     options.keep_going = args.keep_going;
+    options.accept_damage = true;
     options.transpose = args.transpose;
     let mut source = Source::open(&args.recording, options)?;
     let element = match source {
@@ -171,25 +217,96 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let progress = Progress::new("converting");
     let mut frame = Frame::zeros(sensor.rows(), sensor.columns());
     let mut count = 0u64;
+    let mut carry = Carry::default();
     while source.frames().next_into(&mut frame)? {
         let secs = *frame.time_secs.get_or_insert(count as f64 / args.fps);
         let host = match &source {
             Source::Timed(reader) => reader.host_time(),
-            Source::Plain(_) => begun + Duration::from_secs_f64(secs.max(0.0)),
+            Source::Plain(_) => host_time(begun, secs, args)?,
         };
-        sink.write(&frame, host)?;
+        let position = frame.sequence;
+        if let Some(number) = source.frames().device_number() {
+            // The device's own: a gap in them is all that tells of frames that never came.
+            frame.sequence = number;
+        }
+        carry.before(&mut sink, source.frames())?;
+        sink.write(&frame, host)
+            .map_err(|error| whole(args, position, error))?;
         count += 1;
         frames::show(source.frames(), &progress);
     }
     drop(progress);
+    let integrity = source.frames().integrity();
+    carry.end(&mut sink, source.frames(), integrity.losses)?;
     sink.commit()?;
+    let is_missing = recorded::tell_missing(&args.recording, &integrity);
     let skipped = source.frames().skipped();
     for left_out in source.frames().skips() {
         out::warn(&left_out.error.to_string());
     }
-    out::note(&format!("{}: {count} frames", args.output.display()));
-    Ok(match skipped {
-        0 => Exit::Good,
-        _ => Exit::DataLost,
+    out::note(&format!("wrote {}: {count} frames", args.output.display()));
+    Ok(match skipped == 0 && !is_missing {
+        true => Exit::Good,
+        false => Exit::DataLost,
     })
+}
+
+/// Counts with fractions are the recording's, not the output's.
+fn whole(args: &Args, frame: u64, error: Error) -> Error {
+    match error {
+        Error::Record(taxel_record::Error::Value { found, .. }) => Error::Arguments {
+            what: format!(
+                "{}, frame {frame}: {found}, but {} holds whole counts of up to 16 bits",
+                args.recording.display(),
+                args.output.display()
+            ),
+            hint: "averaged recordings keep their fractions in .npy and .csv",
+        },
+        other => other,
+    }
+}
+
+/// What stands beside the frames of a recording, taken along to a recording.
+#[derive(Default)]
+struct Carry {
+    tare: Option<Tare>,
+}
+
+impl Carry {
+    /// What comes before the next frame.
+    fn before(&mut self, sink: &mut Sink, source: &mut dyn FrameSource) -> Result<(), Error> {
+        let Sink::Mcap(writer) = sink else {
+            return Ok(());
+        };
+        for event in source.take_events() {
+            writer.write_event(&event.kind, &event.text, event.at)?;
+        }
+        if source.tare() != self.tare.as_ref() {
+            let now = source.tare().cloned();
+            let undone = |before: &Tare| Tare::undone(before.from_sequence, before.at);
+            let told = now.clone().or_else(|| self.tare.as_ref().map(undone));
+            if let Some(tare) = told {
+                writer.write_tare(&tare)?;
+            }
+            self.tare = now;
+        }
+        Ok(())
+    }
+
+    /// What comes after the last.
+    fn end(
+        &self,
+        sink: &mut Sink,
+        source: &mut dyn FrameSource,
+        losses: Losses,
+    ) -> Result<(), Error> {
+        let Sink::Mcap(writer) = sink else {
+            return Ok(());
+        };
+        for event in source.take_events() {
+            writer.write_event(&event.kind, &event.text, event.at)?;
+        }
+        writer.set_losses(losses);
+        Ok(())
+    }
 }

@@ -9,6 +9,7 @@ use std::path::PathBuf;
 use taxel_view::{Format, Line, LineStyle, Series};
 
 use crate::error::Error;
+use crate::outputs::Files;
 use crate::{Exit, out};
 use points::Points;
 use setting::Setting;
@@ -62,6 +63,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         .as_deref()
         .map(Format::from_extension)
         .transpose()?;
+    Files::default()
+        .maybe_input("file of points", args.points.as_ref())
+        .maybe_output("-o", args.output.as_ref())
+        .check()?;
     if args.setting.len() > MOST_SETTINGS {
         return Err(Error::Arguments {
             what: format!(

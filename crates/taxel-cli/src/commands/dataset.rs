@@ -15,6 +15,7 @@ use taxel_record::npy::Element;
 use crate::crew::Threads;
 use crate::error::Error;
 use crate::lesson::{Lessons, Sources};
+use crate::outputs::Files;
 use crate::progress::Progress;
 use crate::{Exit, out, sensor_file};
 
@@ -72,6 +73,12 @@ struct MaybeSources {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
+    Files::default()
+        .input("sensor", &args.sensor)
+        .maybe_input("table of presses", args.from.presses.as_ref())
+        .maybe_input("table of rows", args.from.rows.as_ref())
+        .output("-o", &args.output)
+        .check()?;
     let sensor = sensor_file::load(&args.sensor)?;
     if let Some(frames) = args.simulate {
         return simulate(args, &sensor, frames);

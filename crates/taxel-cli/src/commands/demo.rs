@@ -283,17 +283,3 @@ impl Way {
         Ok(way)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_have_as_many_digits_as_are_known() {
-        assert_eq!(with_error(10.03127, 0.00831), "10.0313 ± 0.0083");
-        assert_eq!(with_error(8.29123e-6, 3.1e-9), "8.2912e-6 ± 3.1e-9");
-        assert_eq!(with_error(150.0, 20.0), "150 ± 20");
-        assert_eq!(with_error(1e-6, 0.0), "1.0000e-6 (held)");
-        assert_eq!(with_error(1e-6, f64::NAN), "1.0000e-6 (held)");
-    }
-}

@@ -8,6 +8,7 @@ use taxel_view::report::Report;
 use crate::error::Error;
 use crate::evaluation::plan::Plan;
 use crate::evaluation::{self, Evaluation, measure, paper};
+use crate::outputs::Files;
 use crate::{Exit, out};
 
 /// Evaluate a sensor by a plan: repeatability, response, hysteresis, creep, cross-talk, accuracy
@@ -38,6 +39,10 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let output = args.output.as_deref();
     output.map(super::report::check_name).transpose()?;
+    Files::default()
+        .maybe_input("plan", args.plan.as_ref())
+        .maybe_output("-o", args.output.as_ref())
+        .check()?;
     let found = evaluate(args.plan.as_deref(), args.live.as_ref())?;
     if let Some(file) = output {
         super::report::write(&found.report, file)?;

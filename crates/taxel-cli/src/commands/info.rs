@@ -11,19 +11,19 @@ use taxel_record::{FrameSource, TextOptions, open_counts, shape_of};
 use crate::error::Error;
 use crate::frames::{Shown, open_values, show};
 use crate::progress::Progress;
-use crate::{Exit, out, sensor_file};
+use crate::{Exit, out, recorded};
 use report::{Range, Report};
 
 /// Summarise a recording
 ///
 /// Shape, frames, range, baseline and noise, the share of outliers, faulty lines. Without a sensor the shape
 /// comes from the file: columns from its first line, rows from --rows, from its extra lines or its header.
-/// Exit code 3: frames were left out.
+/// Exit code 3: frames were left out, or the recording tells of frames that are missing.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Recording (.mcap, .txt, .csv, .npy, .npz; with a sensor also - for standard input)
     recording: PathBuf,
-    /// Sensor file, or the name of a preset
+    /// Sensor file, or the name of a preset; MCAP recordings bring their own
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
     /// Rows of a frame, where there is no sensor
@@ -45,10 +45,11 @@ pub(crate) struct Args {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
-    let sensor = args.sensor.as_deref().map(sensor_file::load).transpose()?;
+    let carried = (args.rows.is_none() && !args.values).then_some(args.recording.as_path());
+    let (sensor, from) = recorded::sensor(args.sensor.as_deref(), carried)?.unzip();
     let (options, rows_known) = options(args, sensor.as_ref())?;
     let mut report = Report::new(&args.recording, options.rows, options.columns, rows_known);
-    report.sensor = args.sensor.as_ref().map(|s| s.display().to_string());
+    report.sensor = from.map(|file| file.display().to_string());
     let file = &args.recording;
     if args.values {
         let mut source = open_values::<Shown>(file, options)?;
@@ -68,10 +69,12 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         true => out::json(&report)?,
         false => out::result(&report.to_string())?,
     }
-    Ok(match report.skipped_frames {
-        0 => Exit::Good,
-        _ => Exit::DataLost,
-    })
+    Ok(
+        match report.skipped_frames == 0 && report.missing.is_empty() {
+            true => Exit::Good,
+            false => Exit::DataLost,
+        },
+    )
 }
 
 /// How to read the file, and whether its rows are known.
@@ -90,6 +93,7 @@ fn options(args: &Args, sensor: Option<&Sensor>) -> Result<(TextOptions, bool), 
         }
     };
     options.keep_going = args.keep_going;
+    options.accept_damage = true;
     options.transpose = args.transpose;
     Ok((options, known))
 }
@@ -137,6 +141,7 @@ fn counts(
     })?;
     report.add_skips(source.skipped(), source.skips());
     report.add_events(source.take_events());
+    report.add_integrity(source.integrity());
     if !known {
         return Ok(());
     }

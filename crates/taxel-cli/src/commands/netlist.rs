@@ -11,8 +11,9 @@ use crate::chain::{Chain, warn_unsolved};
 use crate::error::Error;
 use crate::frames::{Input, Shown, open_values};
 use crate::line_faults::Survey;
+use crate::outputs::Files;
 use crate::unit::{InputUnit, MethodName, Unit};
-use crate::{Exit, out, sensor_file};
+use crate::{Exit, out, recorded};
 
 /// Conductance of an unloaded taxel where the sensor file has no load law, siemens.
 const UNLOADED_SIEMENS: f64 = 1e-6;
@@ -26,9 +27,9 @@ pub(crate) struct Args {
     /// Recording of counts whose conductances to take
     #[arg(conflicts_with = "conductance")]
     recording: Option<PathBuf>,
-    /// Sensor file, or the name of a preset
+    /// Sensor file, or the name of a preset; MCAP recordings bring their own
     #[arg(long, value_name = "FILE|PRESET")]
-    sensor: PathBuf,
+    sensor: Option<PathBuf>,
     /// Conductances of the taxels, siemens: R lines of C numbers a frame
     #[arg(long, value_name = "FILE")]
     conductance: Option<PathBuf>,
@@ -48,7 +49,14 @@ pub(crate) struct Args {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
-    let sensor = sensor_file::load(&args.sensor)?;
+    Files::default()
+        .maybe_input("recording", args.recording.as_ref())
+        .maybe_input("sensor", args.sensor.as_ref())
+        .maybe_input("file of conductances", args.conductance.as_ref())
+        .maybe_output("-o", args.output.as_ref())
+        .check()?;
+    let recording = args.recording.as_deref();
+    let (sensor, sensor_file) = recorded::needed_sensor(args.sensor.as_deref(), recording)?;
     let (rows, columns) = (sensor.rows(), sensor.columns());
     let TaxelAddress { row, column } = args.taxel;
     if row >= rows || column >= columns {
@@ -60,13 +68,13 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             columns,
         });
     }
-    let siemens = conductances(args, &sensor)?;
+    let siemens = conductances(args, &sensor, &sensor_file)?;
     let selection = match args.scan {
         true => Selection::Scan,
         false => Selection::Taxel { row, column },
     };
     let text = netlist(&sensor, &siemens, selection).map_err(|source| Error::InFile {
-        file: args.sensor.clone(),
+        file: sensor_file.clone(),
         source,
     })?;
     match &args.output {
@@ -81,7 +89,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     Ok(Exit::Good)
 }
 
-fn conductances(args: &Args, sensor: &Sensor) -> Result<Frame<Siemens>, Error> {
+fn conductances(args: &Args, sensor: &Sensor, from: &Path) -> Result<Frame<Siemens>, Error> {
     let (rows, columns) = (sensor.rows(), sensor.columns());
     if let Some(file) = &args.conductance {
         let mut source = open_values::<Siemens>(file, TextOptions::of(sensor))?;
@@ -96,7 +104,7 @@ fn conductances(args: &Args, sensor: &Sensor) -> Result<Frame<Siemens>, Error> {
         return Err(no_frame(args, file, read));
     }
     if let Some(file) = &args.recording {
-        return behind_counts(args, sensor, file);
+        return behind_counts(args, sensor, from, file);
     }
     let unloaded = sensor.material.as_ref().map(|m| m.g_zero_siemens);
     let unloaded = unloaded.filter(|&g| g > 0.0).unwrap_or(UNLOADED_SIEMENS);
@@ -104,9 +112,14 @@ fn conductances(args: &Args, sensor: &Sensor) -> Result<Frame<Siemens>, Error> {
 }
 
 /// The conductances behind a frame of a recording; what noise makes negative is 0.
-fn behind_counts(args: &Args, sensor: &Sensor, file: &Path) -> Result<Frame<Siemens>, Error> {
+fn behind_counts(
+    args: &Args,
+    sensor: &Sensor,
+    from: &Path,
+    file: &Path,
+) -> Result<Frame<Siemens>, Error> {
     let input = Input::new(file, InputUnit::Counts, sensor);
-    let mut chain = Chain::new(sensor, &args.sensor, &MethodName::Auto, Unit::Siemens)?;
+    let mut chain = Chain::new(sensor, from, &MethodName::Auto, Unit::Siemens)?;
     chain.set_lines(&Survey::of(&input, sensor)?.faults);
     let mut reading = input.open()?;
     let mut read = 0;

@@ -13,8 +13,9 @@ use taxel_view::{Format, Interpolation};
 
 use super::taxel_address::TaxelAddress;
 use crate::error::Error;
+use crate::outputs::Files;
 use crate::unit::{MethodName, Unit};
-use crate::{Exit, out, sensor_file};
+use crate::{Exit, out, recorded};
 use frame_range::FrameRange;
 
 /// Draw frames, or values over frames
@@ -23,10 +24,10 @@ use frame_range::FrameRange;
 /// With --taxel, --row or --column: values over all frames, or those of --frames.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Recording of counts (.txt, .csv, .npy, .npz); with --values any numbers
+    /// Recording of counts (.mcap, .txt, .csv, .npy, .npz); with --values any numbers
     file: PathBuf,
-    /// Sensor file, or the name of a preset
-    #[arg(long, value_name = "FILE|PRESET", required_unless_present = "values")]
+    /// Sensor file, or the name of a preset; MCAP recordings bring their own
+    #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
     /// Which frame, from 0
     #[arg(long, value_name = "N", conflicts_with = "frames")]
@@ -69,6 +70,9 @@ pub(crate) struct Args {
     /// Rows of a frame, where there is no sensor
     #[arg(long, value_name = "N", conflicts_with = "sensor")]
     rows: Option<usize>,
+    /// Leave the recording's tare on
+    #[arg(long)]
+    no_tare: bool,
     /// The file has rows and columns swapped
     #[arg(long)]
     transpose: bool,
@@ -100,6 +104,8 @@ impl From<InterpolationName> for Interpolation {
 struct Job<'a> {
     args: &'a Args,
     sensor: Option<Sensor>,
+    /// Where the sensor comes from.
+    sensor_file: PathBuf,
     options: TextOptions,
     unit: Option<Unit>,
     /// Distance between taxels, mm.
@@ -110,6 +116,12 @@ struct Job<'a> {
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     // Before any work: a name that is no picture's.
     let format = Format::from_extension(&args.output)?;
+    Files::default()
+        .input("recording", &args.file)
+        .maybe_input("sensor", args.sensor.as_ref())
+        .maybe_input("model", args.method.file().as_ref())
+        .output("-o", &args.output)
+        .check()?;
     let job = Job::new(args)?;
     let picture = match job.lines()? {
         Some(taxels) => draw::series(&job, &taxels)?,
@@ -124,7 +136,12 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
 
 impl<'a> Job<'a> {
     fn new(args: &'a Args) -> Result<Self, Error> {
-        let sensor = args.sensor.as_deref().map(sensor_file::load).transpose()?;
+        let given = args.sensor.as_deref();
+        let found = match args.values {
+            true => recorded::sensor(given, None)?,
+            false => Some(recorded::needed_sensor(given, Some(&args.file))?),
+        };
+        let (sensor, sensor_file) = found.unzip();
         let mut options = match &sensor {
             Some(sensor) => TextOptions::of(sensor),
             None => shape_without_sensor(&args.file, args.rows, args.transpose)?,
@@ -140,6 +157,7 @@ impl<'a> Job<'a> {
         Ok(Self {
             args,
             sensor,
+            sensor_file: sensor_file.unwrap_or_default(),
             options,
             unit,
             pitch_mm: pitch.unwrap_or([1.0, 1.0]),

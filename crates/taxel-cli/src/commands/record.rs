@@ -6,8 +6,10 @@ use std::time::{Duration, Instant};
 use taxel_acquire::Address;
 use taxel_acquire::transport::State;
 
+use super::positive::positive;
 use crate::error::Error;
 use crate::live::{Options, Saved, Session, Wanted};
+use crate::outputs::check_ending;
 use crate::unit::MethodName;
 use crate::{Exit, interrupt, live_sensor, out};
 
@@ -37,7 +39,7 @@ pub(crate) struct Args {
     #[arg(long)]
     figures: bool,
     /// End after this many seconds
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", value_parser = positive)]
     secs: Option<f64>,
     /// End after this many frames
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
@@ -61,6 +63,12 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             hint: "a number above 0",
         });
     }
+    check_ending(
+        "-o",
+        &args.output,
+        &["mcap"],
+        "`taxel convert` makes other formats of a recording",
+    )?;
     let (sensor, sensor_file) = live_sensor::of(&args.address, args.sensor.as_deref())?;
     interrupt::listen();
     let mut session = Session::start(Options {

@@ -2,14 +2,15 @@
 
 use std::path::PathBuf;
 
-use taxel_record::mcap::recover;
+use taxel_record::mcap::{Recovered, recover};
 
 use crate::error::Error;
+use crate::outputs::{Files, check_ending};
 use crate::{Exit, out};
 
 /// Repair a recording that was cut off
 ///
-/// Copies all that is whole to a new file. Exit code 3: something was missing.
+/// Copies all that is whole to a new file: every chunk whose checksum is right. Exit code 3: something was missing.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Recording (.mcap)
@@ -25,22 +26,54 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         Some(output) => output.clone(),
         None => args.recording.with_extension("recovered.mcap"),
     };
+    check_ending(
+        "-o",
+        &output,
+        &["mcap"],
+        "what is recovered is a recording again; `taxel convert` makes another format of it",
+    )?;
+    let files = Files::default().input("recording", &args.recording);
+    files.output("-o", &output).check()?;
     let saved = recover(&args.recording, &output)?;
-    let lost = match (saved.was_whole, saved.chunks_lost) {
-        (true, 0) => "nothing was missing".to_owned(),
-        (true, chunks) => format!("{chunks} damaged chunks left out"),
-        (false, chunks) => format!(
-            "the end was missing: {} bytes and {chunks} damaged chunks left out",
-            saved.bytes_lost
-        ),
-    };
+    let lost = words(&saved);
     out::note(&format!(
         "{}: {} frames; {lost}",
         output.display(),
         saved.frames
     ));
-    Ok(match saved.was_whole && saved.chunks_lost == 0 {
+    Ok(match saved.is_all() {
         true => Exit::Good,
         false => Exit::DataLost,
     })
+}
+
+/// What was missing.
+fn words(saved: &Recovered) -> String {
+    let mut lost = Vec::new();
+    if !saved.was_whole {
+        lost.push("the end was missing".to_owned());
+    }
+    for (count, what) in [
+        (saved.chunks_lost, "damaged chunks left out"),
+        (
+            saved.messages_lost,
+            "messages missing that the recording says it had",
+        ),
+        (
+            saved.records_lost,
+            "records that cannot be understood left out",
+        ),
+        (saved.bytes_lost, "bytes that belong to nothing left out"),
+    ] {
+        if count > 0 {
+            lost.push(format!("{count} {what}"));
+        }
+    }
+    if saved.checksum_differs && lost.is_empty() {
+        lost.push("a byte outside of the frames was changed: its checksum does not fit".to_owned());
+    }
+    match lost.is_empty() {
+        true => "nothing was missing".to_owned(),
+        false => lost.join("; "),
+    }
 }

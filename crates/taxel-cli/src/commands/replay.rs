@@ -81,6 +81,48 @@ impl Out {
     }
 }
 
+/// Recorded seconds without a frame that are waited for; more is a clock that jumped.
+const LONGEST_GAP: f64 = 10.0;
+/// How often it looks whether it is to end.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// When the next frame is due.
+struct Pace {
+    speed: f64,
+    /// A recorded second, and when that was.
+    anchor: Option<(f64, Instant)>,
+    last: f64,
+}
+
+impl Pace {
+    fn new(speed: f64) -> Self {
+        Self {
+            speed,
+            anchor: None,
+            last: 0.0,
+        }
+    }
+
+    /// Waits for a recorded second, unless it is asked to end.
+    fn wait(&mut self, secs: f64, frame: u32) {
+        let gap = secs - std::mem::replace(&mut self.last, secs);
+        if self.anchor.is_some() && !(0.0..=LONGEST_GAP).contains(&gap) {
+            out::note(&format!(
+                "frame {frame}: the recorded clock jumps by {gap:.3} s; that is not waited for"
+            ));
+            self.anchor = None;
+        }
+        let (from, begun) = *self.anchor.get_or_insert((secs, Instant::now()));
+        while self.speed > 0.0 && !interrupt::asked() {
+            let left = (secs - from) / self.speed - begun.elapsed().as_secs_f64();
+            if left <= 0.0 {
+                break;
+            }
+            std::thread::sleep(Duration::from_secs_f64(left.min(LOOK.as_secs_f64())));
+        }
+    }
+}
+
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     if !(args.speed >= 0.0 && args.speed.is_finite()) {
@@ -93,6 +135,15 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         Some(file) => sensor_file::load(file)?,
         None => live_sensor::of_recording(&args.recording)?.0,
     };
+    if sensor.converter.bits > 16 {
+        return Err(Error::Arguments {
+            what: format!(
+                "the converter has {} bits, but protocol taxel-1 sends up to 16",
+                sensor.converter.bits
+            ),
+            hint: "a sensor file with bits of at most 16 reads the recording as well, if its counts are that small",
+        });
+    }
     let bits = match sensor.converter.bits {
         0..=8 => 8,
         9..=10 => 10,
@@ -103,7 +154,8 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let mut to = Out::open(&args.to)?;
     interrupt::listen();
     let mut frame = Frame::zeros(sensor.rows(), sensor.columns());
-    let (begun, mut sequence) = (Instant::now(), 0u32);
+    let mut pace = Pace::new(args.speed);
+    let mut sequence = 0u32;
     let mut bytes = Vec::new();
     while !interrupt::asked() && source.next_into(&mut frame)? {
         if frame.values().iter().any(|count| count.fract() != 0.0) {
@@ -113,9 +165,9 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             });
         }
         let secs = frame.time_secs.unwrap_or(f64::from(sequence) / 100.0);
-        if args.speed > 0.0 {
-            let due = begun + Duration::from_secs_f64((secs / args.speed).max(0.0));
-            std::thread::sleep(due.saturating_duration_since(Instant::now()));
+        pace.wait(secs, sequence);
+        if interrupt::asked() {
+            break;
         }
         bytes.clear();
         let header = Header {

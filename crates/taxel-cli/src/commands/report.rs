@@ -9,6 +9,7 @@ use taxel_view::report::Report;
 use super::evaluate::evaluate;
 use crate::error::Error;
 use crate::evaluation::Evaluation;
+use crate::outputs::Files;
 use crate::{Exit, out};
 
 /// Browsers that print pages without a window.
@@ -40,6 +41,10 @@ pub(crate) struct Args {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     check_name(&args.output)?;
+    Files::default()
+        .maybe_input("plan", args.plan.as_ref())
+        .output("-o", &args.output)
+        .check()?;
     let found = evaluate(args.plan.as_deref(), None)?;
     write(&found.report, &args.output)?;
     Ok(exit(&found))

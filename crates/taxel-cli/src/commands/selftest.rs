@@ -15,6 +15,7 @@ use taxel_view::{Format, HealthMap};
 use super::positive::positive;
 use crate::error::Error;
 use crate::frames::show;
+use crate::outputs::Files;
 use crate::progress::Progress;
 use crate::{Exit, live_sensor, out, sensor_file};
 use report::Report;
@@ -68,6 +69,12 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     // Before any work: a name that is no picture's.
     let format = args.output.as_ref().map(Format::from_extension);
     let format = format.transpose()?;
+    Files::default()
+        .maybe_input("recording", args.empty.as_ref())
+        .maybe_input("recording", args.rubbed.as_ref())
+        .maybe_input("sensor", args.sensor.as_ref())
+        .maybe_output("-o", args.output.as_ref())
+        .check()?;
     let (sensor, health) = match (&args.live, &args.empty, &args.rubbed) {
         (Some(address), _, _) => {
             let (sensor, file) = live_sensor::of(address, args.sensor.as_deref())?;

@@ -38,7 +38,7 @@ pub(crate) struct Args {
     /// --conductance, counts for --pattern
     #[arg(long, value_enum)]
     unit: Option<OutputUnit>,
-    /// Where to write it (.txt, .csv, .npy, .npz); without it, numbers go to standard output
+    /// Where to write it (.txt, .csv, .npy, .npz; counts also .mcap, with the sensor); without it, numbers go to standard output
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// The file of conductances has rows and columns swapped
@@ -65,6 +65,7 @@ impl Args {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
+    args.drawn.check_files(args)?;
     let sensor = sensor_file::load(&args.sensor)?;
     let (frames, what) = match (&args.conductance, args.pattern) {
         (Some(file), _) => (scan_file(args, &sensor, file)?, "scanned"),

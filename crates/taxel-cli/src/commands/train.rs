@@ -13,6 +13,7 @@ use taxel_learn::{Model, Split};
 use crate::crew::Threads;
 use crate::error::Error;
 use crate::lesson::{Lessons, Sources};
+use crate::outputs::Files;
 use crate::progress::Progress;
 use crate::{Exit, interrupt, out, sensor_file};
 
@@ -86,6 +87,12 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             hint: "each is a share of the presses, up to 0.5, and the first more than 0",
         });
     }
+    Files::default()
+        .input("sensor", &args.sensor)
+        .maybe_input("table of presses", args.from.presses.as_ref())
+        .maybe_input("table of rows", args.from.rows.as_ref())
+        .output("-o", &args.output)
+        .check()?;
     let sensor = sensor_file::load(&args.sensor)?;
     let lessons = Lessons::read(&args.from, None, &sensor)?;
     let count = match args.kind {

@@ -16,7 +16,7 @@ use crate::frames::is_mcap;
 
 /// Frames a second of recordings that know no time.
 const USUAL_RATE: f64 = 100.0;
-/// A longer time between two frames is not waited for, seconds.
+/// Recorded seconds without a frame that are waited for; more is a clock that jumped.
 const LONGEST_GAP: f64 = 10.0;
 const LOOK: Duration = Duration::from_millis(20);
 

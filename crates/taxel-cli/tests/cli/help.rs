@@ -82,13 +82,14 @@ fn flags_of_compensate() {
     ----- stdout -----
     Remove the cross-talk from a recording
 
-    Usage: taxel compensate [OPTIONS] --sensor <FILE|PRESET> <RECORDING>
+    Usage: taxel compensate [OPTIONS] <RECORDING>
 
     Arguments:
       <RECORDING>  Recording (.mcap, .txt, .csv, .npy, .npz, - for standard input)
 
     Options:
-          --sensor <FILE|PRESET>     Sensor file, or the name of a preset
+          --sensor <FILE|PRESET>     Sensor file, or the name of a preset; MCAP recordings bring their
+                                     own
           --unit <UNIT>              Unit of what is written [default: g] [possible values: volts,
                                      siemens, g, N, kPa, MPa]
           --input-unit <INPUT_UNIT>  Unit of what is read; volts and siemens are real numbers (.csv,
@@ -108,6 +109,7 @@ fn flags_of_compensate() {
           --repair                   Replace what was not measured by the median of its neighbours, and
                                      mark it interpolated
           --no-repair                Replace nothing, even if the sensor file asks for it
+          --no-tare                  Leave the recording's tare on
           --transpose                The recording has rows and columns swapped
           --json                     Print a summary as JSON
       -h, --help                     Print help (see more with '--help')
@@ -186,8 +188,8 @@ fn flags_of_simulate() {
           --unit <UNIT>            What to write: V_out in volts (before any noise), or the converter's
                                    counts. Default: volts for --conductance, counts for --pattern
                                    [possible values: volts, counts]
-      -o, --output <FILE>          Where to write it (.txt, .csv, .npy, .npz); without it, numbers go to
-                                   standard output
+      -o, --output <FILE>          Where to write it (.txt, .csv, .npy, .npz; counts also .mcap, with
+                                   the sensor); without it, numbers go to standard output
           --transpose              The file of conductances has rows and columns swapped
           --frames <N>             How many frames [default: 1]
           --seed <S>               The seed of everything that is drawn [default: 1]
@@ -225,7 +227,7 @@ fn flags_of_info() {
       <RECORDING>  Recording (.mcap, .txt, .csv, .npy, .npz; with a sensor also - for standard input)
 
     Options:
-          --sensor <FILE|PRESET>  Sensor file, or the name of a preset
+          --sensor <FILE|PRESET>  Sensor file, or the name of a preset; MCAP recordings bring their own
           --rows <N>              Rows of a frame, where there is no sensor
           --values                The file holds values, not counts; do not screen
           --keep-going            Leave out frames that cannot be read, instead of stopping at the first
@@ -250,10 +252,11 @@ fn flags_of_plot() {
     Usage: taxel plot [OPTIONS] --output <FILE> <FILE>
 
     Arguments:
-      <FILE>  Recording of counts (.txt, .csv, .npy, .npz); with --values any numbers
+      <FILE>  Recording of counts (.mcap, .txt, .csv, .npy, .npz); with --values any numbers
 
     Options:
-          --sensor <FILE|PRESET>           Sensor file, or the name of a preset
+          --sensor <FILE|PRESET>           Sensor file, or the name of a preset; MCAP recordings bring
+                                           their own
           --frame <N>                      Which frame, from 0
           --frames <A..B>                  Which frames: a..b without b, a..=b with it, a.. to the end
           --taxel <ROW,COLUMN>             A taxel's values over frames; several are several lines
@@ -270,6 +273,7 @@ fn flags_of_plot() {
           --interpolation <INTERPOLATION>  How values between taxels are drawn [default: bilinear]
                                            [possible values: bilinear, nearest]
           --rows <N>                       Rows of a frame, where there is no sensor
+          --no-tare                        Leave the recording's tare on
           --transpose                      The file has rows and columns swapped
       -o, --output <FILE>                  Where to write the picture (.png, .svg)
       -h, --help                           Print help (see more with '--help')

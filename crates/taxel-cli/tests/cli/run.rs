@@ -104,6 +104,16 @@ impl Folder {
         Run::from(child.wait_with_output().unwrap())
     }
 
+    /// The same for output that is no text.
+    pub fn taxel_bytes(&self, words: &str) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_taxel"))
+            .args(words.split_whitespace())
+            .current_dir(self.folder.path())
+            .stdin(Stdio::null())
+            .output()
+            .unwrap()
+    }
+
     /// Runs a command that must fail, saying why.
     pub fn fails(&self, words: &str) -> Run {
         let run = self.taxel(words);

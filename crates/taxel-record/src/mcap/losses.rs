@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use mcap::records::Metadata;
+use serde::Serialize;
 
 /// Name of the metadata record.
 pub(super) const NAME: &str = "taxel/losses";
 
 /// What was lost between the sensor and the file, counted while it was recorded.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[non_exhaustive]
 pub struct Losses {
     /// Frames that the device numbered and that never came.

@@ -53,5 +53,7 @@ const PLAIN_END: &[u8; 50] = b"\x0f\x04\0\0\0\0\0\0\0\0\0\0\0\
 /// Nanoseconds since 1970.
 fn nanos(at: std::time::SystemTime) -> u64 {
     at.duration_since(std::time::SystemTime::UNIX_EPOCH)
-        .map_or(0, |since| since.as_nanos() as u64)
+        .map_or(0, |since| {
+            u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
+        })
 }

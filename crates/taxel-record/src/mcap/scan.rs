@@ -59,6 +59,8 @@ pub(super) struct Scanner<R> {
     begun: bool,
     /// The data section has come to its end.
     whole: bool,
+    /// It has chunks.
+    chunked: bool,
     places: u32,
     /// Over the data section so far; none where it was not read from its beginning.
     sum: Option<crc32fast::Hasher>,
@@ -78,6 +80,7 @@ impl<R: Read> Scanner<R> {
             ended: false,
             begun: false,
             whole: false,
+            chunked: false,
             places: 0,
             sum: Some(crc32fast::Hasher::new()),
             sum_is_right: None,
@@ -169,6 +172,10 @@ impl<R: Read> Scanner<R> {
             self.whole = true;
             return self.end();
         }
+        if opcode == op::MESSAGE && self.chunked {
+            // Where messages are in chunks, one outside is another record whose code was changed.
+            return Found::Unreadable;
+        }
         match record(opcode, &self.bytes()[9..9 + length]) {
             Some(record) => Found::Record(record.into_owned()),
             None => Found::Unreadable,
@@ -202,21 +209,13 @@ impl<R: Read> Scanner<R> {
         let Some(header) = ChunkHeader::read(body).filter(|h| h.length() == Some(length)) else {
             return self.lost();
         };
-        if header.unpacked > MAX_RECORD {
-            // Either a lie, or more than is read.
-            let bytes = header.unpacked as u64;
-            self.held = 9 + length;
-            return Ok(Found::TooLarge { bytes });
-        }
         if header.packing == b"lz4" {
             return Ok(Found::Packing("lz4".to_owned()));
         }
-        let content = header.unpack(&body[header.head()..]);
+        let found = header.unpack(&body[header.head()..]);
+        self.chunked = true;
         self.held = 9 + length;
-        Ok(match content {
-            Some(content) => Found::Chunk(content),
-            None => Found::LostChunk,
-        })
+        Ok(found)
     }
 
     /// A record beyond what is read: passed over where it is of no use, refused where it is whole, else damage.
@@ -368,20 +367,48 @@ impl<'a> ChunkHeader<'a> {
         self.packed.checked_add(self.head())
     }
 
-    /// What it holds, if that is what was written.
-    fn unpack(&self, packed: &[u8]) -> Option<Vec<u8>> {
+    /// What it holds, if that is what was written. The length that is stated may be what is damaged.
+    fn unpack(&self, packed: &[u8]) -> Found {
         let content = match self.packing {
-            b"" => packed.to_vec(),
-            b"zstd" => {
-                let mut content = Vec::with_capacity(self.unpacked);
-                let mut unpacker = zstd::bulk::Decompressor::new().ok()?;
-                unpacker.decompress_to_buffer(packed, &mut content).ok()?;
-                content
+            b"" => Ok(packed.to_vec()),
+            b"zstd" if self.unpacked <= MAX_RECORD => {
+                unpack(packed, self.unpacked).or_else(|_| unpack(packed, MAX_RECORD))
             }
-            _ => return None,
+            b"zstd" => unpack(packed, MAX_RECORD),
+            _ => return Found::LostChunk,
         };
-        let right = self.sum == 0 || crc32fast::hash(&content) == self.sum;
-        (right && content.len() == self.unpacked && is_chunk_content(&content)).then_some(content)
+        let content = match content {
+            Ok(content) => content,
+            Err(true) if self.unpacked > MAX_RECORD => {
+                return Found::TooLarge {
+                    bytes: self.unpacked as u64,
+                };
+            }
+            Err(_) => return Found::LostChunk,
+        };
+        let right = match self.sum {
+            // None was written; the length must do.
+            0 => content.len() == self.unpacked,
+            sum => crc32fast::hash(&content) == sum,
+        };
+        match right && is_chunk_content(&content) {
+            true => Found::Chunk(content),
+            false => Found::LostChunk,
+        }
+    }
+}
+
+/// What was packed, up to a length; else whether that was too short for it.
+fn unpack(packed: &[u8], most: usize) -> Result<Vec<u8>, bool> {
+    let mut content = Vec::with_capacity(most);
+    let mut unpacker = zstd::bulk::Decompressor::new().map_err(|_| false)?;
+    let unpacked = unpacker.decompress_to_buffer(packed, &mut content);
+    match unpacked {
+        Ok(_) => {
+            content.shrink_to_fit();
+            Ok(content)
+        }
+        Err(error) => Err(error.to_string().contains("too small")),
     }
 }
 

@@ -46,6 +46,7 @@ struct FiguresJson {
     centre_row_mm: Option<f64>,
     centre_column_mm: Option<f64>,
     outlier_share: f64,
+    measured_share: f64,
 }
 
 /// A recording being written. Chunks go to the file whole, every half second; a program that is killed loses what
@@ -219,6 +220,7 @@ impl McapWriter {
             centre_row_mm: figures.centre_mm.map(|centre| centre[0]),
             centre_column_mm: figures.centre_mm.map(|centre| centre[1]),
             outlier_share: figures.outlier_share,
+            measured_share: figures.measured_share,
         };
         self.message.clear();
         // Numbers become numbers, and what is none becomes null; there is nothing that could fail.

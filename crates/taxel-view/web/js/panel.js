@@ -8,6 +8,7 @@ import { theme } from "./theme.js";
 import { fixed, decimalsFor, significant, siemens, areaText, forceUnit, pressureUnit, loadFactor } from "./units.js";
 
 const CHART_SECONDS = 30;
+const SATURATED = MARKS.findIndex((mark) => mark.word === "saturated");
 const DETAILS_VALID_MS = 2500;
 
 const byId = (id) => document.getElementById(id);
@@ -176,6 +177,9 @@ export class Panel {
       marked += 1;
       counts[frame.marks[i]] += 1;
     }
+    // Saturated readings are lower bounds, but readings; interpolated ones are none. Never rounded up to all.
+    const measured = 1 - (marked - counts[SATURATED]) / frame.marks.length;
+    byId("frame-measured").textContent = `${fixed(Math.floor(measured * 1000) / 10, 1)} %`;
     byId("frame-marked").textContent = `${marked} of ${frame.marks.length}`;
     byId("frame-mark-text").textContent = counts.flatMap((count, code) => (code > 0 && count > 0 ? [`${count} ${markOf(code).word}`] : [])).join(", ");
     const lines = badLines.rows.length + badLines.columns.length;

@@ -2,13 +2,15 @@
 
 use taxel::screen::{FrameScreen, LineFaults, LineScreen, ScreenOptions};
 use taxel::{Counts, Frame, Mark, Sensor};
-use taxel_record::{FrameSource, TextOptions, open_counts};
+use taxel_record::{FrameSource, Integrity, TextOptions, open_counts};
 
 use super::Args;
 use crate::chain::Chain;
 use crate::error::Error;
 use crate::frames::{Reading, Shown, show};
 use crate::progress::Progress;
+use crate::recorded::Untared;
+use crate::unit::MethodName;
 
 /// Values that are held at most: 800 MB.
 const MOST_VALUES: usize = 100_000_000;
@@ -26,6 +28,7 @@ pub(super) struct Taken {
     pub(super) marked: Vec<Vec<bool>>,
     pub(super) skipped_frames: usize,
     pub(super) skipped: Vec<String>,
+    pub(super) integrity: Integrity,
 }
 
 impl Taken {
@@ -88,12 +91,14 @@ pub(super) fn take(
         marked: vec![Vec::new(); places.len()],
         skipped_frames: 0,
         skipped: Vec::new(),
+        integrity: Integrity::default(),
     };
     let mut reading = Reading::Counts(
         open_counts(&args.recording, options)?,
         Frame::zeros(options.rows, options.columns),
     );
     let mut shown = Frame::<Shown>::zeros(options.rows, options.columns);
+    let mut untared = Untared::new(args.no_tare);
     let progress = Progress::new("reading");
     while reading.advance()? {
         let Reading::Counts(_, counts) = &mut reading else {
@@ -104,10 +109,15 @@ pub(super) fn take(
         if let Some(chain) = &mut chain {
             chain.take(&reading)?;
             chain.show_into(&mut shown)?;
+            if let (Some(sensor), Some(unit)) = (sensor, args.unit) {
+                let (raw, area) = (args.method == MethodName::Raw, sensor.array.taxel_area_mm2);
+                untared.apply(reading.tare(), raw, unit, area, shown.values_mut());
+            }
         }
         taken.add(args, &screened, chain.is_some().then_some(&shown), places)?;
         reading.show(&progress);
     }
+    taken.integrity = reading.integrity();
     let (skipped, first) = reading.skips();
     taken.skipped_frames = skipped;
     let words =

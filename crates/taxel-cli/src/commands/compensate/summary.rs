@@ -2,18 +2,19 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::path::Path;
 
 use serde::Serialize;
 use taxel::solve::Outcome;
 use taxel::{Frame, Mark, Sensor};
-use taxel_record::Skipped;
+use taxel_record::{Integrity, Skipped};
 
 use super::Args;
 use super::output::marks_file;
 use crate::chain::{stop_words, warn_unsolved};
 use crate::frames::Shown;
 use crate::line_faults::{FaultyLine, Survey};
-use crate::{Exit, out};
+use crate::{Exit, out, recorded};
 
 /// How many frames are named one by one.
 const NAMED: usize = 10;
@@ -39,6 +40,10 @@ pub(super) struct Summary {
     skipped_frames: usize,
     /// The first of them.
     skipped: Vec<NamedFrame>,
+    /// What the recording tells of frames that are missing.
+    missing: Vec<String>,
+    /// Share of the taxels, over all frames, whose own reading stands behind their number, 0 to 1.
+    measured_share: f64,
     /// Taxels by mark, over all frames.
     marks: BTreeMap<&'static str, u64>,
     /// What the codes in the file of marks mean.
@@ -60,12 +65,12 @@ struct NamedFrame {
 }
 
 impl Summary {
-    pub(super) fn new(args: &Args, sensor: &Sensor, survey: &Survey) -> Self {
+    pub(super) fn new(args: &Args, sensor: &Sensor, sensor_file: &Path, survey: &Survey) -> Self {
         let solves = args.unit != crate::unit::Unit::Volts
             && args.input_unit != crate::unit::InputUnit::Siemens;
         let name = args
             .method
-            .open(&args.method.sensor(sensor), &args.sensor)
+            .open(&args.method.sensor(sensor), sensor_file)
             .map(|method| method.name());
         let codes = Mark::ALL.map(|mark| (mark.code(), mark.word()));
         let show = |file: &std::path::PathBuf| file.display().to_string();
@@ -74,7 +79,7 @@ impl Summary {
         }
         Self {
             recording: show(&args.recording),
-            sensor: show(&args.sensor),
+            sensor: sensor_file.display().to_string(),
             rows: sensor.rows(),
             columns: sensor.columns(),
             unit: args.unit.word(),
@@ -87,6 +92,8 @@ impl Summary {
             unsolved: Vec::new(),
             skipped_frames: 0,
             skipped: Vec::new(),
+            missing: Vec::new(),
+            measured_share: 0.0,
             marks: BTreeMap::new(),
             mark_codes: codes.into(),
             faulty_lines: survey.lines(),
@@ -129,8 +136,17 @@ impl Summary {
         }
     }
 
+    /// What the recording tells of frames that are missing.
+    pub(super) fn add_missing(&mut self, file: &Path, integrity: &Integrity) {
+        recorded::tell_missing(file, integrity);
+        self.missing = integrity.words();
+    }
+
     pub(super) fn finish(&mut self, seconds: f64) {
         self.seconds = seconds;
+        let of = |mark: Mark| self.marks.get(mark.word()).copied().unwrap_or(0) as f64;
+        let taxels = self.frames as f64 * (self.rows * self.columns) as f64;
+        self.measured_share = (of(Mark::Good) + of(Mark::Saturated)) / taxels.max(1.0);
         self.frames_per_second = self.frames as f64 / seconds.max(1e-9);
     }
 
@@ -143,9 +159,11 @@ impl Summary {
             .sum()
     }
 
-    /// 3 when a frame was left out or has no answer.
+    /// 3 when a frame was left out, or has no answer or several, or when nothing in all of them was measured.
     pub(super) fn exit(&self) -> Exit {
-        match self.skipped_frames == 0 && self.unsolved_frames() == 0 {
+        let all = self.skipped_frames == 0 && self.missing.is_empty();
+        let measured = self.frames == 0 || self.measured_share > 0.0;
+        match all && measured && self.unsolved_frames() == 0 && self.ambiguous_frames == 0 {
             true => Exit::Good,
             false => Exit::DataLost,
         }
@@ -183,8 +201,20 @@ impl fmt::Display for Summary {
         if self.ambiguous_frames > 0 {
             writeln!(
                 f,
-                "{} frames ambiguous: other conductances explain them as well",
+                "{} frames ambiguous: other conductances explain them as well, and all of them is marked unresolved",
                 self.ambiguous_frames
+            )?;
+        }
+        if self.frames > 0 && self.measured_share == 0.0 {
+            writeln!(
+                f,
+                "no taxel of any frame was measured\nhint: does the sensor file belong to this recording? (`converter.inverted`, `bits`, `full_scale_volts`; rows and columns swapped?)"
+            )?;
+        } else if self.measured_share < 1.0 {
+            writeln!(
+                f,
+                "{:.1} % of the area measured; the rest is missing from sums",
+                (1000.0 * self.measured_share).floor() / 10.0
             )?;
         }
         if self.skipped_frames > 0 {

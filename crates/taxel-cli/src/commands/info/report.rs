@@ -8,7 +8,7 @@ use std::path::Path;
 use serde::Serialize;
 use taxel::screen::ScreenReport;
 use taxel::{Frame, Mark};
-use taxel_record::{Event, Skipped};
+use taxel_record::{Event, Integrity, Skipped};
 
 use crate::line_faults::FaultyLine;
 
@@ -48,6 +48,10 @@ pub(super) struct Report {
     events: Vec<Happened>,
     pub(super) skipped_frames: usize,
     pub(super) skipped: Vec<String>,
+    /// What the file has lost, what the frames' numbers tell, what was counted while it was recorded.
+    integrity: Integrity,
+    /// The same in words.
+    pub(super) missing: Vec<String>,
     #[serde(skip)]
     pub(super) rows_known: bool,
     #[serde(skip)]
@@ -82,6 +86,8 @@ impl Report {
             events: Vec::new(),
             skipped_frames: 0,
             skipped: Vec::new(),
+            integrity: Integrity::default(),
+            missing: Vec::new(),
             rows_known,
             range: Range::default(),
             screened: None,
@@ -102,6 +108,11 @@ impl Report {
         self.skipped = named
             .map(|skipped| format!("frame {} left out: {}", skipped.frame, skipped.error))
             .collect();
+    }
+
+    pub(super) fn add_integrity(&mut self, integrity: Integrity) {
+        self.missing = integrity.words();
+        self.integrity = integrity;
     }
 
     pub(super) fn add_events(&mut self, events: Vec<Event>) {
@@ -185,6 +196,12 @@ impl fmt::Display for Report {
         }
         if self.skipped_frames > 0 {
             writeln!(f, "{} frames left out", self.skipped_frames)?;
+        }
+        if !self.missing.is_empty() {
+            writeln!(f, "missing:")?;
+        }
+        for words in &self.missing {
+            writeln!(f, "  {words}")?;
         }
         f.write_str(self.screened.as_deref().unwrap_or_default())?;
         if !self.events.is_empty() {

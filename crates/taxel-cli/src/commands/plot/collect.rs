@@ -9,6 +9,7 @@ use crate::error::Error;
 use crate::frames::{Input, Shown, open_values, show};
 use crate::line_faults::Survey;
 use crate::progress::Progress;
+use crate::recorded::Untared;
 use crate::unit::{InputUnit, MethodName};
 
 /// One frame to be drawn: as it was read, and with the cross-talk removed, where each is asked for.
@@ -65,9 +66,10 @@ fn each_value(job: &Job<'_>, mut see: impl FnMut(u64, Stages<'_>)) -> Result<See
 }
 
 fn each_count(job: &Job<'_>, mut see: impl FnMut(u64, Stages<'_>)) -> Result<Seen, Error> {
-    let (Some(sensor), Some(unit), Some(name)) = (&job.sensor, job.unit, &job.args.sensor) else {
-        unreachable!("clap asks for a sensor");
+    let (Some(sensor), Some(unit)) = (&job.sensor, job.unit) else {
+        unreachable!("a recording of counts has a sensor and a unit");
     };
+    let name = &job.sensor_file;
     let mut input = Input::new(&job.args.file, InputUnit::Counts, sensor);
     input.options = job.options;
     let survey = Survey::of(&input, sensor)?;
@@ -89,15 +91,23 @@ fn each_count(job: &Job<'_>, mut see: impl FnMut(u64, Stages<'_>)) -> Result<See
     let range = job.range();
     let (mut seen, mut read) = (0, 0);
     let mut reading = input.open()?;
+    let mut untared = Untared::new(job.args.no_tare);
     let progress = Progress::new("compensating");
     while range.end.is_none_or(|end| read < end) && reading.advance()? {
         if read >= range.first {
-            for (chain, shown) in [&mut raw, &mut best].into_iter().zip(&mut shown) {
+            for (i, (chain, shown)) in [&mut raw, &mut best]
+                .into_iter()
+                .zip(&mut shown)
+                .enumerate()
+            {
                 let Some(chain) = chain else { continue };
                 if let Some(outcome) = chain.take(&reading)? {
                     warn_unsolved(read, &outcome);
                 }
                 chain.show_into(shown)?;
+                let raw = i == 0 || job.args.method == MethodName::Raw;
+                let area = sensor.array.taxel_area_mm2;
+                untared.apply(reading.tare(), raw, unit, area, shown.values_mut());
             }
             let stages = Stages {
                 raw: wants_raw.then_some(&shown[0]),

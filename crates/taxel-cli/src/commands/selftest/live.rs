@@ -22,6 +22,8 @@ use crate::{interrupt, out};
 
 /// How long a device may take for its first frame; one that was reset by opening its port starts anew.
 const PATIENCE: Duration = Duration::from_secs(15);
+/// A week: nobody rubs a mat for longer.
+const LONGEST_SECS: f64 = 7.0 * 86_400.0;
 const LOOK: Duration = Duration::from_millis(20);
 
 /// Where the recordings are; removed at the end unless they are to be kept.
@@ -64,6 +66,9 @@ pub(super) fn record(
         what: format!("cannot make the folder {}: {error}", folder.display()),
         hint: "--keep takes a folder in which you may write",
     })?;
+    if args.keep.is_none() {
+        interrupt::remove_at_end(&folder);
+    }
     let recordings = Recordings {
         empty: folder.join("empty.mcap"),
         rubbed: folder.join("rubbed.mcap"),
@@ -77,7 +82,7 @@ pub(super) fn record(
     ] {
         ask(phase, enter.as_ref())?;
         out::note(&format!("recording for {} s", args.seconds));
-        let length = Duration::from_secs_f64(args.seconds);
+        let length = Duration::from_secs_f64(args.seconds.min(LONGEST_SECS));
         match address {
             Address::Sim { .. } => simulate(address, sensor, phase, length, file)?,
             _ => receive(address, sensor, sensor_file, length, file)?,

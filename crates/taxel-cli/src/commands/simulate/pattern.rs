@@ -12,8 +12,9 @@ use taxel_record::npy::Element;
 use super::writer::Writer;
 use super::{Args, OutputUnit};
 use crate::error::Error;
-use crate::frames::FrameWriter;
+use crate::frames::{FrameWriter, NUMBERS};
 use crate::out;
+use crate::outputs::{Files, check_ending};
 use crate::progress::Progress;
 
 /// What presses on the array.
@@ -107,6 +108,42 @@ pub(super) struct Drawn {
         conflicts_with = "conductance"
     )]
     presses: Option<PathBuf>,
+}
+
+impl Drawn {
+    /// Refuses, before any work, what cannot be written.
+    pub(super) fn check_files(&self, args: &Args) -> Result<(), Error> {
+        let counts = match args.unit {
+            Some(unit) => unit == OutputUnit::Counts,
+            None => args.pattern.is_some(),
+        };
+        let endings: &[&str] = match counts {
+            true => &["csv", "txt", "npy", "npz", "mcap"],
+            false => &NUMBERS,
+        };
+        check_ending(
+            "-o",
+            args.output(),
+            endings,
+            "`taxel convert` makes other formats of it; .mcap holds counts, not volts",
+        )?;
+        if let Some(file) = &self.truth {
+            check_ending(
+                "--truth",
+                file,
+                &NUMBERS,
+                "loads are written as text or as arrays",
+            )?;
+        }
+        Files::default()
+            .input("sensor", &args.sensor)
+            .maybe_input("file of conductances", args.conductance.as_ref())
+            .output("-o", args.output())
+            .maybe_output("--truth", self.truth.as_ref())
+            .maybe_output("--truth-sensor", self.truth_sensor.as_ref())
+            .maybe_output("--presses", self.presses.as_ref())
+            .check()
+    }
 }
 
 /// Records a pattern; gives back how many frames there were.

@@ -1,21 +1,24 @@
 //! What a simulated read-out gives, in a file: volts, or the converter's counts.
 
 use std::path::Path;
+use std::time::{Duration, SystemTime};
 
 use taxel::circuit::Converter;
 use taxel::{Counts, Frame, Sensor, Volts};
-use taxel_record::TextWriter;
+use taxel_record::mcap::About;
 use taxel_record::npy::Element;
+use taxel_record::{McapWriter, TextWriter};
 
 use super::OutputUnit;
 use crate::error::Error;
-use crate::frames::{FrameWriter, is_array};
+use crate::frames::{FrameWriter, is_array, is_mcap};
 
 /// A file of frames of volts or counts.
 pub(super) enum Writer {
     Volts(FrameWriter<Volts>),
     Text(TextWriter, Converter),
     Array(FrameWriter<Counts>, Converter),
+    Recording(Box<McapWriter>, Converter),
 }
 
 impl Writer {
@@ -30,6 +33,9 @@ impl Writer {
         Ok(match (unit, is_array(file)) {
             (OutputUnit::Volts, _) => {
                 Self::Volts(FrameWriter::create(file, shape, Element::F8, frames)?)
+            }
+            (OutputUnit::Counts, false) if is_mcap(file) => {
+                Self::Recording(Box::new(recording(file, sensor)?), converter)
             }
             (OutputUnit::Counts, false) => Self::Text(TextWriter::create(file)?, converter),
             (OutputUnit::Counts, true) => {
@@ -49,6 +55,9 @@ impl Writer {
             Self::Volts(writer) => writer.write(volts),
             Self::Text(writer, converter) => Ok(writer.write(&converter.counts_from_volts(volts))?),
             Self::Array(writer, converter) => writer.write(&converter.counts_from_volts(volts)),
+            Self::Recording(writer, converter) => {
+                record(writer, &converter.counts_from_volts(volts))
+            }
         }
     }
 
@@ -62,6 +71,7 @@ impl Writer {
             Self::Volts(writer) => writer.write(volts),
             Self::Text(writer, _) => Ok(writer.write(counts)?),
             Self::Array(writer, _) => writer.write(counts),
+            Self::Recording(writer, _) => record(writer, counts),
         }
     }
 
@@ -70,6 +80,34 @@ impl Writer {
             Self::Volts(writer) => writer.commit(),
             Self::Text(writer, _) => Ok(writer.commit()?),
             Self::Array(writer, _) => writer.commit(),
+            Self::Recording(writer, _) => Ok(writer.finish()?),
         }
     }
+}
+
+fn recording(file: &Path, sensor: &Sensor) -> Result<McapWriter, Error> {
+    if sensor.converter.bits > 16 {
+        return Err(Error::Arguments {
+            what: format!(
+                "{} holds counts of up to 16 bits, but the converter has {}",
+                file.display(),
+                sensor.converter.bits
+            ),
+            hint: "write .npy or .csv",
+        });
+    }
+    let about = About {
+        sensor: sensor.clone(),
+        program: format!("taxel {}", env!("CARGO_PKG_VERSION")),
+        source: format!("simulate:{}", sensor.name),
+    };
+    Ok(McapWriter::create_at_once(file, &about)?)
+}
+
+/// Frames without a time are a hundredth of a second apart; the clock begins in 1970, so that the same seed gives the
+/// same file.
+fn record(writer: &mut McapWriter, counts: &Frame<Counts>) -> Result<(), Error> {
+    let secs = counts.time_secs.unwrap_or(0.01 * writer.frames() as f64);
+    let since = Duration::try_from_secs_f64(secs.max(0.0)).unwrap_or_default();
+    Ok(writer.write_counts(counts, SystemTime::UNIX_EPOCH + since)?)
 }

@@ -32,6 +32,7 @@ const TITLE: &str = "The e-Cone paper on a simulated e-Cone";
 /// Simulates, evaluates, compares.
 pub(crate) fn run() -> Result<Evaluation, Error> {
     let folder = tempfile::tempdir().map_err(Error::Scratch)?;
+    crate::interrupt::remove_at_end(folder.path());
     out::note("simulating the paper's experiments");
     let network = rehearse::write(folder.path(), SEED)?;
     let plan = Plan::read(&folder.path().join("plan.toml"))?;

@@ -1,5 +1,8 @@
 //! What is written comes back, whatever happens to the file.
 
+mod damage;
+mod told;
+
 use std::path::Path;
 use std::time::{Duration, SystemTime};
 

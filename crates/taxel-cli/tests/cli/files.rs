@@ -1,0 +1,170 @@
+//! What is written and what is not: names that would destroy something, endings that say another format, temporaries.
+
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use crate::run::Folder;
+
+/// Frames and a table to work with.
+fn prepared() -> Folder {
+    let folder = Folder::new();
+    folder.good(
+        "simulate --sensor sensor.toml --pattern press --frames 30 --presses presses.csv -o run.txt --truth truth.csv",
+    );
+    folder
+}
+
+#[test]
+fn nothing_that_is_read_or_written_is_replaced() {
+    let folder = prepared();
+    let before: Vec<String> = ["run.txt", "sensor.toml", "presses.csv", "truth.csv"]
+        .map(|name| folder.read(name))
+        .to_vec();
+    let (names, sensor) = (folder.names(), "--sensor sensor.toml");
+    for words in [
+        format!("compensate run.txt {sensor} -o ./run.txt"),
+        format!("compensate run.txt {sensor} -o q.csv --marks run.txt"),
+        format!("compensate run.txt {sensor} -o q.csv --marks q.csv"),
+        format!("compensate run.txt {sensor} -o q.csv --marks m.csv --standard-error m.csv"),
+        // The marks' own name, beside the numbers.
+        format!("compensate run.txt {sensor} -o q.csv --standard-error q.marks.csv"),
+        format!("simulate {sensor} --pattern hand -o d.txt --truth d.txt"),
+        format!("simulate {sensor} --pattern hand -o d.txt --truth-sensor sensor.toml"),
+        format!("simulate {sensor} --conductance truth.csv -o truth.csv"),
+        format!("convert run.txt {sensor} -o run.txt"),
+        format!("calibrate {sensor} --presses presses.csv -o sensor.toml"),
+        format!("calibrate {sensor} --presses presses.csv -o presses.csv"),
+        format!("dataset {sensor} --presses presses.csv -o presses.csv"),
+        format!("train row-set {sensor} --presses presses.csv -o presses.csv"),
+        format!("compare run.txt --truth truth.csv {sensor} --presses presses.csv -o truth.csv"),
+        format!("compare {sensor} --presses presses.csv -o a.csv --figure a.csv"),
+        format!("netlist run.txt {sensor} -o run.txt"),
+    ] {
+        let run = folder.taxel(&words);
+        assert_eq!(run.code, Some(2), "{words}: {run}");
+        let told = ["would replace", "are one file"];
+        assert!(told.iter().any(|told| run.err.contains(told)), "{run}");
+    }
+    folder.good("convert run.txt --sensor sensor.toml -o run.mcap");
+    let recording = std::fs::read(folder.path("run.mcap")).unwrap();
+    for words in [
+        "convert run.mcap -o run.mcap",
+        "recover run.mcap -o ./run.mcap",
+    ] {
+        assert_eq!(folder.taxel(words).code, Some(2), "{words}");
+    }
+    assert_eq!(std::fs::read(folder.path("run.mcap")).unwrap(), recording);
+    std::fs::remove_file(folder.path("run.mcap")).unwrap();
+    let after =
+        ["run.txt", "sensor.toml", "presses.csv", "truth.csv"].map(|name| folder.read(name));
+    assert_eq!(after.to_vec(), before);
+    assert_eq!(folder.names(), names);
+}
+
+#[test]
+fn an_ending_that_cannot_be_written_is_refused_before_any_work() {
+    let folder = prepared();
+    let names = folder.names();
+    for words in [
+        "simulate --sensor sensor.toml --pattern hand -o a.parquet",
+        "simulate --sensor sensor.toml --pattern hand -o a.xlsx",
+        "simulate --sensor sensor.toml --pattern hand -o a",
+        "simulate --sensor sensor.toml --pattern hand --unit volts -o a.mcap",
+        "simulate --sensor sensor.toml --pattern hand -o a.csv --truth a.mcap",
+        "compensate run.txt --sensor sensor.toml -o a.parquet",
+        "compensate run.txt --sensor sensor.toml -o a.csv --marks a.toml",
+        "convert run.txt --sensor sensor.toml -o a.xlsx",
+        "record sim:sensor.toml?hand -o a.txt --frames 3",
+        "analyse run.txt --sensor sensor.toml --taxel 0,0 --export a.json",
+        "recover run.txt -o a.txt",
+    ] {
+        let run = folder.taxel(words);
+        assert_eq!(run.code, Some(2), "{words}: {run}");
+        assert!(run.err.contains("expected one of"), "{run}");
+    }
+    assert_eq!(folder.names(), names);
+}
+
+#[test]
+fn a_simulated_recording_is_one_and_the_same_for_a_seed() {
+    let folder = Folder::new();
+    for name in ["a.mcap", "b.mcap", "c.txt"] {
+        folder.good(&format!(
+            "simulate --sensor sensor.toml --pattern hand --frames 20 --seed 3 -o {name}"
+        ));
+    }
+    let bytes = |name: &str| std::fs::read(folder.path(name)).unwrap();
+    assert!(bytes("a.mcap") == bytes("b.mcap"));
+    folder.good("convert a.mcap -o a.txt");
+    assert_eq!(folder.numbers("a.txt"), folder.numbers("c.txt"));
+    let info = folder.good("info a.mcap");
+    assert!(
+        info.out.contains("20 frames of 4 rows x 6 columns"),
+        "{info}"
+    );
+    // A second one goes elsewhere.
+    let again = folder.fails("simulate --sensor sensor.toml --pattern hand -o a.mcap");
+    assert!(again.err.contains("a.mcap already exists"), "{again}");
+}
+
+/// Sends a signal to a command once a temporary file of it is there; its exit code.
+#[cfg(unix)]
+fn signalled(
+    folder: &Folder,
+    words: &str,
+    signal: &str,
+    is_there: impl Fn() -> bool,
+) -> Option<i32> {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_taxel"))
+        .args(words.split_whitespace())
+        .current_dir(folder.path(""))
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    while !is_there() {
+        assert!(child.try_wait().unwrap().is_none(), "{words} has ended");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let sent = Command::new("kill")
+        .args([signal, &child.id().to_string()])
+        .status()
+        .unwrap();
+    assert!(sent.success());
+    child.wait().unwrap().code()
+}
+
+#[cfg(unix)]
+#[test]
+fn a_signal_leaves_no_temporary_file_and_no_part() {
+    let folder = Folder::new();
+    let names = folder.names();
+    let is_there = || {
+        folder
+            .names()
+            .iter()
+            .any(|name| name.starts_with(".taxel-"))
+    };
+    for signal in ["-INT", "-TERM", "-HUP"] {
+        let words = "simulate --sensor sensor.toml --pattern hand --frames 100000000 -o a.csv";
+        let code = signalled(&folder, words, signal, is_there);
+        assert_eq!(code, Some(130), "{signal}");
+        assert_eq!(folder.names(), names, "{signal}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_signal_ends_a_recording_as_ctrl_c_does() {
+    let folder = Folder::new();
+    for (turn, signal) in ["-TERM", "-HUP"].into_iter().enumerate() {
+        let name = format!("{turn}.mcap");
+        let words = format!("record sim:sensor.toml?hand -o {name}");
+        let is_there =
+            || std::fs::metadata(folder.path(&name)).is_ok_and(|about| about.len() > 4000);
+        let code = signalled(&folder, &words, signal, is_there);
+        assert_eq!(code, Some(0), "{signal}");
+        // It has its end, and nothing is missing.
+        folder.good(&format!("convert {name} -o {turn}.txt"));
+    }
+}
