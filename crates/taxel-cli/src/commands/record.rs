@@ -42,7 +42,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     secs: Option<f64>,
     /// End after this many frames
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     frames: Option<u64>,
 }
 
