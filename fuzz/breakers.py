@@ -363,8 +363,13 @@ def mcap_made(rng, sensor_toml, rows, columns, frames=12, lie=False):
         records[2:3] = [(METADATA, mcap_string("taxel") + mcap_string(mcap_string("sensor_toml") + mcap_string(b"[" * 100_000)))] * rng.choice([1, 200])
     if how == 13:
         records[2:3] = [(SCHEMA, struct.pack("<H", i) + schema[2:]) for i in range(rng.choice([300, 65536]))]
-    records += [(DATA_END, struct.pack("<I", 0)), (FOOTER, struct.pack("<QQI", 0, 0, 0))]
-    return mcap_file(records)
+    before = mcap_file(records)[:-8]
+    records.append((DATA_END, struct.pack("<I", zlib.crc32(before))))
+    summary = len(before) + 9 + 4
+    first, last = 1_700_000_000_000_000_000, 1_700_000_000_000_000_000 + (frames - 1) * 10_000_000
+    numbers = struct.pack("<QHIIIIQQ", frames, 1, 1, 0, 1, len([1 for op, _ in records if op == CHUNK]), first, last)
+    records.append((STATISTICS, numbers + struct.pack("<IHQ", 10, 0, frames)))
+    return mcap_file(records + [(FOOTER, struct.pack("<QQI", summary, 0, 0))])
 
 
 def mcap(rng, data):
@@ -482,7 +487,7 @@ def packet(counts, rows, columns, sequence, bits=16, sensor=7, micros=None, vers
 
 
 def packets(rng, data):
-    """Whole packets go, come twice, change places, or lie in a field with a checksum that is right."""
+    """Whole packets go, come twice or change places; noise between them."""
     frames = [p for p in data.split(b"\0") if p]
     at, how = rng.randrange(len(frames)), rng.randrange(7)
     if how == 0:
@@ -492,16 +497,22 @@ def packets(rng, data):
     elif how == 2:
         other = rng.randrange(len(frames))
         frames[at], frames[other] = frames[other], frames[at]
-    elif how == 3:
-        lie = rng.choice(["rows", "columns", "bits", "sensor", "micros", "version", "sequence"])
-        said = {"rows": 4, "columns": 5, "sequence": at}
-        said[lie] = rng.choice([0, 1, 3, 65535, 1 << 31, (1 << 63), (1 << 64) - 1])
-        made = packet([rng.randrange(65536) for _ in range(20)], said.pop("rows"), said.pop("columns"), said.pop("sequence"), **said)
-        frames[at] = made.strip(b"\0")
-    elif how == 4:
+    elif how <= 4:
         frames.insert(at, rng.randbytes(rng.choice([1, 30, 70_000])).replace(b"\0", b"\1"))
     elif how == 5:
         return data[rng.randrange(len(data)):]
     else:
         return b"\0" * rng.choice([1, 3, 5000]) + data
+    return b"\0" + b"\0\0".join(frames) + b"\0"
+
+
+def forged(rng, data):
+    """A packet whose checksum is right and one of whose fields is not true."""
+    frames = [p for p in data.split(b"\0") if p]
+    at = rng.randrange(len(frames))
+    lie = rng.choice(["rows", "columns", "bits", "sensor", "micros", "version", "sequence"])
+    said = {"rows": 4, "columns": 5, "sequence": at}
+    said[lie] = rng.choice([0, 1, 3, 65535, 1 << 31, 1 << 63, (1 << 64) - 1])
+    made = packet([rng.randrange(65536) for _ in range(20)], said.pop("rows"), said.pop("columns"), said.pop("sequence"), **said)
+    frames[at] = made.strip(b"\0")
     return b"\0" + b"\0\0".join(frames) + b"\0"

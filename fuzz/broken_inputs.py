@@ -156,6 +156,11 @@ class Base:
         write("econe.log", "".join("frame\n" + "".join(",".join(map(str, f[5 * r:5 * r + 5])) + ",\n" for r in range(4)) for f in frames))
         (folder / "made.mcap").write_bytes(breakers.mcap_made(random.Random(3), SENSOR.encode(), 4, 5))
         self.files = {p.name: p.read_bytes() for p in folder.iterdir()}
+        self.carried = {}
+        for name in ("r.mcap", "made.mcap"):
+            run(f"recover {name} -o sound-{name}")
+            self.carried[name] = carried(folder / f"sound-{name}")
+            (folder / f"sound-{name}").unlink(missing_ok=True)
         self.truth = {name: self.frames(name) for name in ("r.mcap", "made.mcap", "r.npz")}
 
     def run(self, line):
@@ -393,7 +398,7 @@ def break_bytes(rng, name, data, base):
     ways = {
         "txt": [breakers.lines, breakers.cells], "csv": [breakers.lines, breakers.cells, breakers.cells, breakers.column], "log": [breakers.lines, breakers.cells],
         "toml": [breakers.toml, breakers.toml, breakers.cells, breakers.lines], "npy": [breakers.npy_header], "npz": [breakers.npz], "mcap": [breakers.mcap],
-        "safetensors": [breakers.safetensors], "onnx": [breakers.onnx], "bin": [breakers.packets],
+        "safetensors": [breakers.safetensors], "onnx": [breakers.onnx], "bin": [breakers.packets, breakers.forged],
     }.get(kind, [breakers.flips])
     how = rng.choice(ways) if rng.random() < 0.6 else rng.choice(breakers.BYTES)
     return how.__name__, how(rng, data)
@@ -516,9 +521,16 @@ def judged(case, base, folder, before, ended):
                 return "lie", f"exit code 0, but the {n} frames are not those that were sent"
         elif got != base.truth[source]:
             return "lie", f"exit code 0, but other frames: {(got or '').count(chr(10)) // 4} of {base.truth[source].count(chr(10)) // 4}"
-        elif to.endswith(".mcap") and source == "r.mcap" and case.verb == "recover" and SENSOR.encode() not in (folder / to).read_bytes():
+        elif case.verb == "recover" and carried(folder / to) != base.carried[source]:
             return "lie", "exit code 0, but the sensor file is another"
     return None
+
+
+def carried(path):
+    """The sensor file in a recording, or None."""
+    found = {content for op, content in breakers.mcap_records(path.read_bytes()) if op == breakers.METADATA and b"sensor_toml" in content}
+    texts = {content.split(b"sensor_toml", 1)[1][4:].split(b"exponent = 0.857")[0] for content in found}
+    return texts.pop() if len(texts) == 1 else None
 
 
 def wire_frames(base):

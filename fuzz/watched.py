@@ -34,7 +34,7 @@ class Ended:
             return "memory"
         if self.err_bytes > 64 << 10:
             return "flood"
-        if self.code != 0 and self.err_bytes == 0:
+        if self.code in (1, 2) and self.err_bytes == 0:
             return "mute"
         return {0: "0 good", 1: "1 failed", 2: "2 arguments", 3: "3 with losses"}.get(self.code, f"exit {self.code}")
 
