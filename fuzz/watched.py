@@ -86,8 +86,21 @@ def feed_fifo(path, pieces, stop):
     return thread
 
 
+def starved_s(pid):
+    """Seconds that the process was ready to run and another had the core, of its thread that waited longest."""
+    longest = 0
+    try:
+        for task in os.listdir(f"/proc/{pid}/task"):
+            with open(f"/proc/{pid}/task/{task}/schedstat") as file:
+                longest = max(longest, int(file.read().split()[1]))
+    except (OSError, IndexError, ValueError):
+        pass
+    return longest / 1e9
+
+
 def watch(argv, cwd, stdin=None, silence_s=10.0, total_s=40.0, fifo_stop=None):
-    """Runs argv to its end; ends it after `silence_s` without a byte ("silence") or `total_s` ("long").
+    """Runs argv to its end; ends it after `silence_s` without a byte ("silence") or `total_s` ("long"). Seconds in which
+    other programs had the core are no silence of this one.
 
     `stdin` is None (nothing), SILENT, or an iterable of byte strings.
     """
@@ -103,7 +116,7 @@ def watch(argv, cwd, stdin=None, silence_s=10.0, total_s=40.0, fifo_stop=None):
     waits = selectors.DefaultSelector()
     for name, pipe in (("out", process.stdout), ("err", process.stderr)):
         waits.register(pipe, selectors.EVENT_READ, name)
-    heard = begin
+    heard, starved = begin, 0.0
     status = None
     while status is None:
         spoken = False
@@ -120,7 +133,7 @@ def watch(argv, cwd, stdin=None, silence_s=10.0, total_s=40.0, fifo_stop=None):
         now = time.monotonic()
         if spoken:
             ended.silence = max(ended.silence, now - heard)
-            heard = now
+            heard, starved = now, starved_s(process.pid)
             if stdin is SILENT and process.stdin and not process.stdin.closed:
                 process.stdin.close()
             if fifo_stop is not None:
@@ -131,7 +144,11 @@ def watch(argv, cwd, stdin=None, silence_s=10.0, total_s=40.0, fifo_stop=None):
                 status = status_now
                 break
             time.sleep(0.002)
-        over = "silence" if now - heard > silence_s + 1.5 else "long" if now - begin > total_s else None
+        over = None
+        if now - heard > silence_s + 1.5 and now - heard - (starved_s(process.pid) - starved) > silence_s + 1.5:
+            over = "silence"
+        elif now - begin > total_s + starved_s(process.pid):
+            over = "long"
         if over:
             ended.cut = over
             os.kill(process.pid, signal.SIGKILL)
