@@ -19,6 +19,7 @@ mod live;
 mod live_sensor;
 mod out;
 mod outputs;
+mod patience;
 mod presses;
 mod progress;
 mod recorded;
@@ -92,6 +93,7 @@ fn main() -> ExitCode {
     interrupt::guard();
     let matches = help::with_examples(Cli::command()).get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    patience::watch_pipes(std::env::args_os().skip(1).map(Into::into));
     let result = match cli.command {
         Command::Live(args) => commands::live::run(&args),
         Command::View(args) => commands::live::run_view(&args),

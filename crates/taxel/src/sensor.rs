@@ -338,9 +338,7 @@ impl Sensor {
     /// physical range, a list whose length does not fit the array.
     pub fn from_toml(text: &str) -> Result<Self, Error> {
         keys::check(text)?;
-        let sensor: Sensor = toml::from_str(text).map_err(|error| Error::Toml {
-            message: error.to_string().trim_end().to_owned(),
-        })?;
+        let sensor: Sensor = toml::from_str(text).map_err(|error| keys::not_toml(&error))?;
         sensor.checked()
     }
 

@@ -8,6 +8,7 @@ use taxel_learn::{Kind, Model, Split, onnx};
 
 use crate::error::Error;
 use crate::lesson::{Lessons, Sources};
+use crate::outputs::{Files, check_ending};
 use crate::{Exit, out, sensor_file};
 
 /// Show a model's card, or exchange it through ONNX
@@ -58,6 +59,11 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     match &args.verb {
         Verb::Show { model } => out::json(&Model::read(model)?.card)?,
         Verb::Export { model, output } => {
+            Files::default()
+                .input("MODEL", model)
+                .output("-o", output)
+                .check()?;
+            check_ending("-o", output, &["onnx"], "a model is exported as ONNX")?;
             let read = Model::read(model)?;
             let Kind::PaperMlp(network) = &read.kind else {
                 return Err(Error::Arguments {
@@ -73,6 +79,11 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
 }
 
 fn adopt(args: &Import) -> Result<(), Error> {
+    Files::default()
+        .input("NETWORK", &args.network)
+        .input("--sensor", &args.sensor)
+        .output("-o", &args.output)
+        .check()?;
     let sensor = sensor_file::load(&args.sensor)?;
     let lessons = Lessons::read(&args.from, None, &sensor)?;
     let network = onnx::read(&args.network)?;

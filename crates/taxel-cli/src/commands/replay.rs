@@ -123,12 +123,15 @@ impl Pace {
     }
 }
 
+/// Times as fast as recorded; slower, nobody would see it move.
+const SPEEDS: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
+
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
-    if !(args.speed >= 0.0 && args.speed.is_finite()) {
+    if args.speed != 0.0 && !SPEEDS.contains(&args.speed) {
         return Err(Error::Arguments {
             what: format!("--speed {}: no speed", args.speed),
-            hint: "a number above 0, or 0 for as fast as can be",
+            hint: "from 0.001 to 1000 times as recorded, or 0 for as fast as can be",
         });
     }
     let sensor = match &args.sensor {

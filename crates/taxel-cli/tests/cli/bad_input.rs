@@ -303,3 +303,22 @@ fn a_disk_that_fills_leaves_the_old_file_untouched() {
     assert!(folder.exists("loads.csv.partial"));
     assert!(folder.names().iter().all(|name| !name.starts_with('.')));
 }
+
+#[test]
+fn a_long_line_of_a_sensor_file_is_quoted_in_part() {
+    let folder = Folder::new();
+    let cells = "1.0, ".repeat(100_000);
+    folder.write("s.toml", &format!("format = 1\ngain = [{cells} x]\n"));
+    let run = folder.fails("budget s.toml");
+    assert!(run.err.len() < 2000, "{} bytes", run.err.len());
+}
+
+#[test]
+fn a_speed_at_which_nothing_would_ever_be_sent_is_refused() {
+    let folder = Folder::new();
+    folder.write("r.txt", "1,2,3,4,\n");
+    for speed in ["5e-324", "1e9", "NaN", "-1"] {
+        let words = format!("replay r.txt --sensor econe --to - --speed={speed}");
+        assert_eq!(folder.fails(&words).code, Some(2), "{speed}");
+    }
+}

@@ -61,6 +61,11 @@ fn the_papers_network_goes_on_from_its_checkpoint_and_out_as_onnx() {
     let train = "train paper-mlp --sensor sensor.toml --presses experiments.csv --copies 3";
     folder.good(&format!("{train} --epochs 4 -o model.safetensors"));
     folder.good("model export model.safetensors -o model.onnx");
+    let run = folder.fails("model export model.safetensors -o model.safetensors");
+    assert_eq!(run.code, Some(2), "{run}");
+    let run = folder.fails("model export model.safetensors -o other.safetensors");
+    assert!(run.err.contains(".onnx"), "{run}");
+    assert_eq!(folder.good("model show model.safetensors").out, card);
     let run = folder.good(
         "model import model.onnx --sensor sensor.toml --presses experiments.csv -o back.safetensors",
     );

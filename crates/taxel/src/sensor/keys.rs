@@ -3,6 +3,9 @@
 use super::Topology;
 use crate::Error;
 
+/// Characters of a line that an error quotes.
+const LONGEST_QUOTE: usize = 200;
+
 const TABLES: [(&str, &[&str]); 9] = [
     (
         "",
@@ -131,11 +134,24 @@ pub(super) fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> S
     }
 }
 
+/// What is wrong and where; of a line that nobody could read, only the first part.
+pub(super) fn not_toml(error: &toml::de::Error) -> Error {
+    let words = error.to_string();
+    let cut = |line: &str| match line.char_indices().nth(LONGEST_QUOTE) {
+        Some((end, _)) => format!("{} …", &line[..end]),
+        None => line.to_owned(),
+    };
+    let lines: Vec<String> = words.trim_end().lines().map(cut).collect();
+    Error::Toml {
+        message: lines.join("\n"),
+    }
+}
+
 /// Refuses a key that nobody reads, and a topology that is not one of the five.
 pub(super) fn check(text: &str) -> Result<(), Error> {
-    let root: toml::Table = text.parse().map_err(|error: toml::de::Error| Error::Toml {
-        message: error.to_string().trim_end().to_owned(),
-    })?;
+    let root: toml::Table = text
+        .parse()
+        .map_err(|error: toml::de::Error| not_toml(&error))?;
     table_keys(text, "", &root)?;
     for (table, key, path, expected, meaning) in LISTS {
         let list = root.get(table).and_then(|table| table.get(key));
