@@ -197,7 +197,7 @@ pub(crate) enum Error {
     },
     /// Readings that do not allow the evaluation.
     #[error(
-        "{}, setting {setting}: {kind} needs {needs}; its {readings} readings are not enough", .table.display()
+        "{}, setting {setting}: {kind} needs {needs}; its {readings} readings are not enough{}", .table.display(), left_out(*.lost)
     )]
     TooFew {
         /// The table of trials.
@@ -208,6 +208,8 @@ pub(crate) enum Error {
         kind: &'static str,
         /// Readings found.
         readings: usize,
+        /// Frames that could not be read or have no answer.
+        lost: u64,
         /// What there must be.
         needs: &'static str,
     },
@@ -338,5 +340,16 @@ impl Error {
             _ => return false,
         };
         source.kind() == io::ErrorKind::BrokenPipe
+    }
+}
+
+/// What became of readings that are not there.
+fn left_out(frames: u64) -> String {
+    match frames {
+        0 => String::new(),
+        1 => " (1 frame was left out: it could not be read, or no conductances explain it)".into(),
+        _ => format!(
+            " ({frames} frames were left out: they could not be read, or no conductances explain them)"
+        ),
     }
 }

@@ -167,9 +167,11 @@ fn gather(
         files.insert(file.clone());
         let mut reader = Reader::new(&sensor, &file, &methods, plan.frames_per_second)?;
         let readings = reader.read(&table, &trials)?;
-        lost += reader.skipped + reader.unsolved;
+        let left_out = reader.skipped + reader.unsolved;
+        lost += left_out;
         groups.push(Group {
             experiment: experiment.name.clone(),
+            lost: left_out,
             setting,
             sensor,
             trials,
@@ -186,6 +188,7 @@ fn too_few(experiment: &Experiment, group: &Group, needs: &'static str) -> Error
         setting: group.name().to_owned(),
         kind: experiment.kind.word(),
         readings: group.readings.len(),
+        lost: group.lost,
         needs,
     }
 }

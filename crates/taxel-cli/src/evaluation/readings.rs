@@ -293,6 +293,8 @@ impl Reader {
 pub(crate) struct Group {
     /// What the experiment is called.
     pub(crate) experiment: String,
+    /// Frames that could not be read or have no answer.
+    pub(crate) lost: u64,
     /// Empty where the table names none.
     pub(crate) setting: String,
     pub(crate) sensor: Sensor,

@@ -167,7 +167,7 @@ fn resistances_that_cannot_be() {
 
     ----- stderr -----
     error: bad.toml: sensor file: `readout.r_mux_row_ohms` is 0, but must be a finite number above 0
-    hint: a switch's on-resistance; a CD74HC4067 has 70, an ADG732 has 4
+    hint: a switch's on-resistance; a CD74HC4067 has 70, an ADG732 has 4; without the key, `taxel calibrate` finds it
     ");
     insta::assert_snapshot!(with_sensor("r_mux_row_ohms = 10.0", "r_mux_row_ohms = [9.0, 10.0]"), @r"
     exit code: 1

@@ -116,8 +116,7 @@ fn flags_of_compensate() {
 
     Examples:
       taxel compensate hand.txt --sensor calibrated.toml --unit g -o loads.csv
-      taxel compensate hand.txt --sensor calibrated.toml -o loads.npy --marks marks.npy --standard-error
-      error.npy
+      taxel compensate hand.txt --sensor calibrated.toml -o loads.npy --marks marks.npy
       taxel compensate hand.txt --sensor calibrated.toml --method model.safetensors -o loads.csv
     ----- stderr -----
     ");
@@ -162,10 +161,8 @@ fn flags_of_calibrate() {
 
     Examples:
       taxel calibrate --sensor sensor.toml --presses experiments.csv -o calibrated.toml
-      taxel calibrate --sensor sensor.toml --pairs pairs.csv -o calibrated.toml      # one taxel, loads
-      and readings
-      taxel calibrate --sensor calibrated.toml --series run.txt --loads loads.csv --period 0.05 -o
-      dynamic.toml
+      taxel calibrate --sensor sensor.toml --pairs pairs.csv -o calibrated.toml    # one taxel
+      taxel calibrate --sensor calibrated.toml --series run.txt --loads g.csv --period 0.05 -o d.toml
     ----- stderr -----
     ");
 }
@@ -205,10 +202,8 @@ fn flags_of_simulate() {
       -h, --help                   Print help (see more with '--help')
 
     Examples:
-      taxel simulate --sensor econe --pattern press --frames 120 --presses experiments.csv -o
-      presses.txt
-      taxel simulate --sensor econe --pattern hand --load-g 600 --frames 160 --truth truth.csv -o
-      hand.txt
+      taxel simulate --sensor econe --pattern press --frames 120 --presses experiments.csv -o p.txt
+      taxel simulate --sensor econe --pattern hand --frames 160 --truth truth.csv -o hand.txt
       taxel simulate --sensor econe --pattern uniform --load-g 0 --frames 100 -o empty.txt
     ----- stderr -----
     ");
@@ -280,7 +275,7 @@ fn flags_of_plot() {
 
     Examples:
       taxel plot hand.txt --sensor calibrated.toml --frame 68 -o picture.png
-      taxel plot hand.txt --sensor calibrated.toml --frame 68 --interpolation nearest -o picture.svg
+      taxel plot hand.txt --sensor calibrated.toml --frame 68 --interpolation nearest -o nearest.svg
     ----- stderr -----
     ");
 }
@@ -307,7 +302,7 @@ fn flags_of_netlist() {
       -h, --help                  Print help (see more with '--help')
 
     Examples:
-      taxel netlist --sensor sensor.toml --conductance conductances.csv --row 3 --column 4 -o taxel.cir
+      taxel netlist --sensor sensor.toml --conductance siemens.csv --taxel 3,4 -o taxel.cir
     ----- stderr -----
     ");
 }

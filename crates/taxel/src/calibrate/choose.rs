@@ -7,8 +7,8 @@ use super::least_squares::median;
 use super::lines::separate;
 use super::model::{LawModel, Model, Unknown, no_fit};
 use super::outcome::{HeldOut, Outcome};
+use super::priors::Beliefs;
 use super::{Finding, Options};
-use crate::sensor::PerLine;
 use crate::{Crew, Error, Sensor};
 
 /// Offsets below this many counts are taken for none.
@@ -34,7 +34,8 @@ pub(super) struct Search<'a> {
     pub(super) held_out: HeldOut,
 }
 
-/// Everything found from crowded frames and uniform loads, judged by presses that took no part in it.
+/// Everything found from crowded frames and uniform loads. It is judged by presses kept from a search of its own, so
+/// that they took part neither in the fit nor in the choice of effects that they judge.
 pub(super) fn search(
     sensor: &Sensor,
     evidence: &Evidence,
@@ -44,8 +45,27 @@ pub(super) fn search(
 ) -> Result<Outcome, Error> {
     let mut search = Search::new(sensor, evidence, options, crew)?;
     search.run(progress)?;
+    let folds = options.folds.max(2);
+    let (seen, unseen) = evidence.split(folds);
+    let held_out = if seen.presses.len() < FEWEST_TO_CHOOSE {
+        search.judged_by_folds()
+    } else {
+        progress("held-out presses", 0.7);
+        let other = Search::new(sensor, &seen, options, crew).and_then(|mut other| {
+            other.run(&mut |_, _| ())?;
+            Ok(other.judge_unseen(&unseen, folds))
+        });
+        other.unwrap_or_else(|_| HeldOut {
+            unjudged: unseen.presses.len(),
+            ..HeldOut::default()
+        })
+    };
+    search.held_out = held_out;
     search.finish()
 }
+
+/// Fewest presses that effects are chosen with, when others are kept from it.
+const FEWEST_TO_CHOOSE: usize = 24;
 
 impl<'a> Search<'a> {
     pub(super) fn new(
@@ -63,6 +83,7 @@ impl<'a> Search<'a> {
                 Some(level) => 0.95 * level.baseline_counts,
                 None => 0.05 * sensor.max_count(),
             },
+            beliefs: Beliefs::of(sensor, options),
             law: LawModel {
                 ln_factor: 0.0,
                 exponent: 1.0,
@@ -136,10 +157,6 @@ impl<'a> Search<'a> {
         self.doubt_offset()?;
         self.try_presses()?;
         self.try_laws(true)?;
-        if let Some((_, score)) = &self.best {
-            self.held_out.errors_g.clone_from(&score.errors_g);
-            self.held_out.how = format!("{} folds, split by press", self.options.folds);
-        }
         self.explains()
     }
 
@@ -183,6 +200,51 @@ impl<'a> Search<'a> {
                 "held-out presses are {found:.1} g off on average, and guessing their median would be {blind:.1} g off"
             ))),
         }
+    }
+
+    /// Errors on presses that chose among effects, each by a fit without it: where there are too few to keep some apart.
+    fn judged_by_folds(&self) -> HeldOut {
+        let folds = self.options.folds;
+        let mut held = HeldOut {
+            how: format!(
+                "{folds} folds, split by press; too few to keep some from the choice of effects"
+            ),
+            ..HeldOut::default()
+        };
+        if let Some((_, score)) = &self.best {
+            held.unjudged = score.seen.len();
+            let own = score.errors_g.iter().enumerate();
+            held.errors_g = own
+                .filter(|(i, _)| !score.seen.contains(i))
+                .map(|e| *e.1)
+                .collect();
+        }
+        held
+    }
+
+    /// Errors on presses that took no part.
+    fn judge_unseen(&mut self, unseen: &Evidence, folds: usize) -> HeldOut {
+        let mut held = HeldOut {
+            how: format!(
+                "every {folds}th frame, split by press; judged by a fit and choices made without them"
+            ),
+            ..HeldOut::default()
+        };
+        let mut model = self.model.clone();
+        let Some(law) = self.evaluator.law(&model) else {
+            held.unjudged = unseen.presses.len();
+            return held;
+        };
+        model.law.g_zero = law.g_zero;
+        for (i, press) in unseen.presses.iter().enumerate() {
+            let one = unseen.part(&[i]);
+            let estimates = Evaluator::new(&one, self.evaluator.crew).estimates(&model);
+            match estimates.as_deref() {
+                Some([estimate]) => held.errors_g.push((estimate.load_g - press.load_g).abs()),
+                _ => held.unjudged += 1,
+            }
+        }
+        held
     }
 
     /// Everything once more, now that the model has all its parts.
@@ -233,7 +295,7 @@ impl<'a> Search<'a> {
     fn start(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
         let few = self.evaluator.evidence.thinned(START_PRESSES);
         let failed = || no_fit("the fit of circuit and load law did not converge");
-        let mut before = self.mean_ohms();
+        let mut before = self.model.mean_ohms();
         let mut offset_error = f64::INFINITY;
         for turn in 0..MOST_TURNS {
             let mut evaluator = Evaluator::new(&few, self.evaluator.crew);
@@ -243,8 +305,11 @@ impl<'a> Search<'a> {
                 self.by_presses = true;
                 break;
             }
-            let (model, error) =
-                switches_by_ghosts(&mut evaluator, &self.model, turn > 1).ok_or_else(failed)?;
+            let ghosts = switches_by_ghosts(&mut evaluator, &self.model, turn > 1);
+            let Some((model, error)) = ghosts else {
+                self.by_presses = true;
+                break;
+            };
             self.model = model;
             offset_error = error;
             let law: Vec<Unknown> = self
@@ -256,7 +321,7 @@ impl<'a> Search<'a> {
             self.model = refine(&mut evaluator, &self.model, &law, Care::Rough)
                 .ok_or_else(failed)?
                 .model;
-            let now = self.mean_ohms();
+            let now = self.model.mean_ohms();
             let moved = (now.0 / before.0 - 1.0)
                 .abs()
                 .max((now.1 / before.1 - 1.0).abs());
@@ -290,16 +355,6 @@ impl<'a> Search<'a> {
             self.model = model;
             self.separated = true;
         }
-    }
-
-    /// Means of column and row resistances, ohms.
-    fn mean_ohms(&self) -> (f64, f64) {
-        let sensor = &self.model.sensor;
-        let mean = |list: &Option<PerLine>, lines| list.as_ref().map_or(0.0, |l| l.mean(lines));
-        (
-            mean(&sensor.readout.r_mux_column_ohms, sensor.columns()),
-            mean(&sensor.readout.r_mux_row_ohms, sensor.rows()),
-        )
     }
 
     /// Fits the present unknowns from the present model.

@@ -269,7 +269,9 @@ impl Search<'_> {
         for (choice, name) in LAWS {
             let wanted = self.options.law == choice;
             let asked = wanted || self.options.law == LawChoice::Auto;
-            if choice == LawChoice::Power
+            // A law that another effect asked for may no longer be needed: the plainest is tried again.
+            let back = choice == LawChoice::Power && asked && self.law != name;
+            if (choice == LawChoice::Power && !back)
                 || !asked
                 || self.law == name
                 || (choice == LawChoice::Spline && !with_spline)
@@ -280,6 +282,7 @@ impl Search<'_> {
             (model.law.saturation, model.law.knots, model.law.bends) =
                 (0.0, Vec::new(), Vec::new());
             let more = match choice {
+                LawChoice::Power => Vec::new(),
                 LawChoice::Saturating => {
                     model.law.saturation = 0.1;
                     vec![Unknown::Saturation]
@@ -303,7 +306,7 @@ impl Search<'_> {
             let told = fitted
                 .error_of(Unknown::Saturation)
                 .is_none_or(|error| saturation > TOLD * error);
-            if wanted || (is_better(gain, errors) && told) {
+            if wanted || (back && gain >= 0.0) || (!back && is_better(gain, errors) && told) {
                 self.law = name.to_owned();
                 self.accept(fitted, score);
             }
@@ -319,14 +322,11 @@ impl Search<'_> {
             .presses
             .iter()
             .map(|p| p.load_g)
-            .filter(|&l| l > 1.0)
+            .filter(|&l| l > 0.0)
             .collect();
-        let least = loads
-            .iter()
-            .fold(f64::INFINITY, |a, &b| a.min(b))
-            .max(5.0)
-            .ln();
-        let most = loads.iter().fold(0f64, |a, &b| a.max(b)).max(10.0).ln();
+        let most = loads.iter().fold(0f64, |a, &b| a.max(b));
+        let least = loads.iter().fold(most, |a, &b| a.min(b)).max(most / 100.0);
+        let (least, most) = (least.ln(), most.ln());
         let parts = INNER_KNOTS + 1;
         model.law.knots = (0..=parts)
             .map(|i| least + (most - least) * i as f64 / parts as f64)

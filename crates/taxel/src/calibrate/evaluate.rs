@@ -109,10 +109,20 @@ impl<'a> Evaluator<'a> {
         part.isolated = which.iter().map(|&i| self.isolated[i]).collect();
         part.unloaded = which.iter().map(|&i| self.unloaded[i].clone()).collect();
         part.ghost_grams_per_siemens = self.ghost_grams_per_siemens;
+        for (own, &i) in part.scratches.iter_mut().zip(which) {
+            *own = self.scratches[i].take();
+        }
         if !quiet.is_empty() {
             part.g_zero_shift = all.g_zero - super::least_squares::median(&quiet);
         }
         Some(part)
+    }
+
+    /// Takes back what a part knew of its frames, as starts for their next inversions.
+    pub(super) fn take_back(&mut self, which: &[usize], part: Evaluator) {
+        for (own, &i) in part.scratches.into_iter().zip(which) {
+            self.scratches[i] = own;
+        }
     }
 
     /// What is seen in the conductances of chosen frames (presses first, then levels), in their order; nothing

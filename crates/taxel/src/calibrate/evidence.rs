@@ -103,6 +103,20 @@ impl Evidence {
         self.part(&which)
     }
 
+    /// The presses of all frames but every `folds`th, and those of every `folds`th.
+    pub(super) fn split(&self, folds: usize) -> (Self, Self) {
+        let mut frames: Vec<usize> = self.presses.iter().map(|p| p.frame).collect();
+        frames.sort_unstable();
+        frames.dedup();
+        let unseen = |i: &usize| {
+            let frame = self.presses[*i].frame;
+            frames.partition_point(|&f| f < frame) % folds == folds - 1
+        };
+        let all = 0..self.presses.len();
+        let (unseen, seen): (Vec<usize>, Vec<usize>) = all.partition(unseen);
+        (self.part(&seen), self.part(&unseen))
+    }
+
     /// The same with some of the presses.
     pub(super) fn part(&self, which: &[usize]) -> Self {
         Self {

@@ -94,6 +94,8 @@ pub(super) struct Score {
     pub(super) errors_g: Vec<f64>,
     /// Of each press: that, plus the mean size of what is wrongly seen around it and on unloaded taxels.
     pub(super) totals_g: Vec<f64>,
+    /// Presses whose fold had no step of its own: what judges them has seen them.
+    pub(super) seen: Vec<usize>,
 }
 
 impl Score {
@@ -360,6 +362,7 @@ fn fit_block(
         let estimates = evaluator.estimates(&moved)?;
         let mut residuals = witness.residuals(evaluator, &estimates);
         residuals.iter_mut().for_each(|r| *r /= scatter);
+        residuals.extend(moved.surprises(unknowns));
         Some(residuals)
     })?;
     Some(Block {
@@ -402,7 +405,8 @@ impl Fitted {
     }
 
     /// Errors on held-out presses: the unknowns are fitted anew without each fold (a Gauss–Newton step from the
-    /// common answer, where the problem is all but linear) and judged on it. Presses of one frame stay together.
+    /// common answer, where the problem is all but linear) and judged on it. Presses of one frame stay together. Effects
+    /// are chosen by them, so that they are no measure of what was chosen.
     pub(super) fn cross_validate(&self, evaluator: &mut Evaluator, folds: usize) -> Option<Score> {
         let presses = evaluator.evidence.presses.clone();
         let folds = folds.clamp(2, presses.len());
@@ -410,17 +414,21 @@ impl Fitted {
         let mut score = Score {
             errors_g: vec![0.0; presses.len()],
             totals_g: vec![0.0; presses.len()],
+            seen: Vec::new(),
         };
         for fold in 0..folds {
             let held = |i: usize| presses[i].frame % folds == fold;
             let mut model = self.model.clone();
+            let mut failed = false;
             for block in &self.blocks {
                 let owner = block.witness.owners(&base);
                 let mut residuals = block.witness.residuals(evaluator, &base);
                 residuals.iter_mut().for_each(|r| *r /= block.scatter);
-                let Some(change) = step(&block.fit.jacobian, &residuals, scaled(), |k| {
-                    !held(owner[k])
-                }) else {
+                residuals.extend(self.model.surprises(&block.unknowns));
+                // What is believed beforehand belongs to no press.
+                let kept = |k: usize| owner.get(k).is_none_or(|&press| !held(press));
+                let Some(change) = step(&block.fit.jacobian, &residuals, scaled(), kept) else {
+                    failed = true;
                     continue;
                 };
                 let values: Vec<f64> = block
@@ -429,15 +437,21 @@ impl Fitted {
                     .zip(&change)
                     .map(|(&u, step)| self.model.get(u) + step)
                     .collect();
-                if let Some(moved) = with_values(&model, &block.unknowns, &values) {
-                    model = moved;
+                match with_values(&model, &block.unknowns, &values) {
+                    Some(moved) => model = moved,
+                    None => failed = true,
                 }
             }
             // Only the held-out frames need another inversion.
             let which: Vec<usize> = (0..presses.len()).filter(|&i| held(i)).collect();
+            if failed {
+                score.seen.extend(&which);
+            }
             let part = evaluator.evidence.part(&which);
             let mut judge = evaluator.part(&part, &which, &self.model)?;
-            for (&i, estimate) in which.iter().zip(judge.estimates(&model)?) {
+            let estimates = judge.estimates(&model);
+            evaluator.take_back(&which, judge);
+            for (&i, estimate) in which.iter().zip(estimates?) {
                 let error = (estimate.load_g - presses[i].load_g).abs();
                 let size = |x: &[f64]| mean(&x.iter().map(|x| x.abs()).collect::<Vec<_>>());
                 score.errors_g[i] = error;

@@ -1,5 +1,6 @@
 //! The model that is fitted: circuit, converter, material, and the numbers in it that can move.
 
+use super::priors::{BEND, Beliefs, SATURATION};
 use super::spline::Spline;
 use super::spread::Spread;
 use crate::sensor::PerLine;
@@ -71,6 +72,8 @@ pub(super) struct Model {
     pub(super) law: LawModel,
     /// Largest offset believed, counts.
     pub(super) most_offset_counts: f64,
+    /// What is believed of it beforehand.
+    pub(super) beliefs: Beliefs,
 }
 
 /// The material as fitted so far.
@@ -192,6 +195,46 @@ impl Model {
             Unknown::Bend(i) => self.law.bends[i] = value,
         }
         value.is_finite().then_some(())
+    }
+
+    /// How far what is fitted lies from what is believed of it, in standard deviations; nothing for what nothing is
+    /// believed of. Both switches go by their sum and their ratio.
+    pub(super) fn surprises(&self, unknowns: &[Unknown]) -> Vec<f64> {
+        let beliefs = &self.beliefs;
+        let off = |value: f64, (mean, deviation): (f64, f64)| (value - mean) / deviation;
+        let mut surprises = Vec::new();
+        for &unknown in unknowns {
+            match unknown {
+                Unknown::Columns if unknowns.contains(&Unknown::Rows) => {
+                    let (column, row) = self.mean_ohms();
+                    surprises.push(off((column + row).ln(), beliefs.ln_sum()));
+                    surprises.push(off((column / row).ln(), beliefs.ln_ratio()));
+                }
+                Unknown::Exponent => surprises.push(off(self.law.exponent, beliefs.exponent)),
+                Unknown::OpenLoopGain => {
+                    surprises.extend(beliefs.gain.map(|gain| off(self.get(unknown), gain)));
+                }
+                Unknown::Source => {
+                    surprises.extend(beliefs.source.map(|source| off(self.get(unknown), source)));
+                }
+                Unknown::Saturation => surprises.push(off(self.law.saturation, (0.0, SATURATION))),
+                Unknown::Bend(i) => surprises.push(off(self.law.bends[i], (0.0, BEND))),
+                _ => {}
+            }
+        }
+        surprises
+    }
+
+    /// Means of column and row resistances, ohms.
+    pub(super) fn mean_ohms(&self) -> (f64, f64) {
+        let mean = |list: &Option<PerLine>, lines| list.as_ref().map_or(0.0, |l| l.mean(lines));
+        (
+            mean(
+                &self.sensor.readout.r_mux_column_ohms,
+                self.sensor.columns(),
+            ),
+            mean(&self.sensor.readout.r_mux_row_ohms, self.sensor.rows()),
+        )
     }
 
     fn lsb(&self) -> f64 {

@@ -70,13 +70,11 @@ fn frames_that_no_conductances_explain_are_told() {
     folder.good("evaluate plan.toml");
     let plan = folder.read("plan.toml");
     folder.write("plan.toml", &(plan + "value = \"siemens\"\n"));
+    // Nothing is left to evaluate.
     let run = folder.taxel("evaluate plan.toml");
-    assert_eq!(run.code, Some(3), "{run}");
-    assert!(
-        run.out
-            .contains("1 frames could not be read, or no conductances explain"),
-        "{run}"
-    );
+    assert_eq!(run.code, Some(1), "{run}");
+    assert!(run.err.contains("its 0 readings are not enough"), "{run}");
+    assert!(run.err.contains("1 frame was left out"), "{run}");
 }
 
 /// A frame that no conductances explain is in no figure: its zeros were never measured.

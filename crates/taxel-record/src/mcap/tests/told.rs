@@ -34,13 +34,14 @@ fn gaps_restarts_and_counted_losses_are_told() {
         frame.time_secs = Some(place as f64);
         writer.write_counts(&frame, at(place as u64)).unwrap();
         if place == 4 {
-            let mut losses = Losses::default();
-            losses.lost = 3;
-            writer.set_losses(losses);
+            let losses = |lost, corrupt| Losses {
+                lost,
+                corrupt,
+                ..Losses::default()
+            };
+            writer.set_losses(losses(3, 0));
             writer.flush().unwrap();
-            losses.corrupt = 9;
-            losses.lost = 4;
-            writer.set_losses(losses);
+            writer.set_losses(losses(4, 9));
         }
     }
     writer.finish().unwrap();

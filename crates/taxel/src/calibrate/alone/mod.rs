@@ -17,6 +17,7 @@ use super::model::no_fit;
 use super::outcome::{HeldOut, Outcome};
 use super::priors::Beliefs;
 use super::{LawChoice, Options, Suspect, suspects};
+use crate::crew::shared_out;
 use crate::{Crew, Error, Sensor};
 use crowd::Crowd;
 use fit::{Fitted, Readings, plain_law};
@@ -109,7 +110,6 @@ impl<'a> Alone<'a> {
             }
         }
         suspects.sort_by_key(|s| s.press);
-        progress("held-out presses", 0.5);
         let (held_out, laws) = self.held_out(&kept, progress);
         self.outcome(&kept, &chosen, held_out, laws, suspects)
     }
@@ -234,6 +234,11 @@ impl<'a> Alone<'a> {
         frames.dedup();
         let folds = self.options.folds.clamp(2, frames.len().max(2));
         let fold_of = |p: usize| frames.partition_point(|&f| f < presses[p].frame) % folds;
+        progress("held-out presses", 0.5);
+        let judged = shared_out(self.crew, (0..folds).collect(), |fold| {
+            let held = used.iter().copied().filter(|&p| fold_of(p) == fold);
+            Some(self.judge(&known.with(|p| fold_of(p) != fold), held.collect()))
+        });
         let mut held = HeldOut {
             how: format!(
                 "{folds} folds, split by press; each judged by a fit and a choice of law made without it"
@@ -241,31 +246,13 @@ impl<'a> Alone<'a> {
             ..HeldOut::default()
         };
         let mut laws: Vec<(String, Vec<f64>)> = Vec::new();
-        for fold in 0..folds {
-            progress("held-out presses", 0.5 + 0.5 * fold as f64 / folds as f64);
-            let which: Vec<usize> = used
-                .iter()
-                .copied()
-                .filter(|&p| fold_of(p) == fold)
-                .collect();
-            let Ok(chosen) = self.choose(&known.with(|p| fold_of(p) != fold)) else {
-                held.unjudged += which.len();
-                continue;
-            };
-            for (at, (name, fitted)) in chosen.fits.iter().enumerate() {
-                let read = self.read(&which, fitted);
-                let errors = which
-                    .iter()
-                    .zip(&read)
-                    .filter_map(|(&p, says)| says.map(|says| (says - presses[p].load_g).abs()));
-                let errors: Vec<f64> = errors.collect();
-                if at == chosen.at {
-                    held.unjudged += which.len() - errors.len();
-                    held.errors_g.extend(&errors);
-                }
+        for fold in judged.unwrap_or_default() {
+            held.unjudged += fold.unjudged;
+            held.errors_g.extend(&fold.errors_g);
+            for (name, errors) in fold.laws {
                 match laws.iter_mut().find(|(known, _)| known == name) {
                     Some((_, all)) => all.extend(errors),
-                    None => laws.push(((*name).to_owned(), errors)),
+                    None => laws.push((name.to_owned(), errors)),
                 }
             }
         }
@@ -274,6 +261,39 @@ impl<'a> Alone<'a> {
             .map(|(name, e)| (name, super::fit::mean(&e)));
         (held, means.collect())
     }
+
+    /// Errors on the presses of one fold, by a fit and a choice made from the others.
+    fn judge(&self, others: &KnownFrames, held: Vec<usize>) -> Fold {
+        let mut fold = Fold::default();
+        let Ok(chosen) = self.choose(others) else {
+            fold.unjudged = held.len();
+            return fold;
+        };
+        for (at, (name, fitted)) in chosen.fits.iter().enumerate() {
+            let read = self.read(&held, fitted);
+            let errors: Vec<f64> = held
+                .iter()
+                .zip(&read)
+                .filter_map(|(&p, says)| {
+                    Some((says.as_ref()? - self.evidence.presses[p].load_g).abs())
+                })
+                .collect();
+            if at == chosen.at {
+                fold.unjudged = held.len() - errors.len();
+                fold.errors_g.clone_from(&errors);
+            }
+            fold.laws.push((name, errors));
+        }
+        fold
+    }
+}
+
+/// Errors on one fold, grams: of the law chosen, and of each.
+#[derive(Default)]
+struct Fold {
+    errors_g: Vec<f64>,
+    unjudged: usize,
+    laws: Vec<(&'static str, Vec<f64>)>,
 }
 
 /// Whether an unknown is told apart from nothing.

@@ -3,7 +3,7 @@
 use super::super::LawChoice;
 use super::super::model::{LawModel, Model};
 use super::super::posterior::Parameter;
-use super::super::priors::Beliefs;
+use super::super::priors::{BEND, Beliefs, SATURATION};
 use crate::Sensor;
 use crate::sensor::PerLine;
 
@@ -27,9 +27,7 @@ pub(super) enum Unknown {
     Source,
 }
 
-/// Standard deviations believed: of a bend, of 1/saturation per kilogram, of ln g_zero about what is read.
-const BEND: f64 = 0.3;
-const SATURATION: f64 = 2.0;
+/// Standard deviation believed of ln g_zero about what is read.
 const G_ZERO: f64 = 1.1;
 /// Inner knots of the spline law, and the least ratio of loads that it is tried with.
 const INNER_KNOTS: usize = 3;
@@ -224,6 +222,7 @@ impl Layout {
             spread: None,
             law,
             most_offset_counts: 0.0,
+            beliefs: self.beliefs,
         };
         model.law.rises().then_some(model)
     }
