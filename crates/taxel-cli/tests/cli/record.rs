@@ -71,13 +71,11 @@ fn without_a_frame_recording_fails_and_leaves_no_file() {
         run.err.contains("a line of 3 numbers, but a row has 6"),
         "{run}"
     );
-    let taken = folder.fails(&format!("record {SIM} -o sensor.toml --frames 1"));
-    assert!(
-        taken
-            .err
-            .contains("sensor.toml already exists\nhint: recordings are never overwritten"),
-        "{taken}"
-    );
+    folder.write("taken.mcap", "somebody's");
+    let taken = folder.fails(&format!("record {SIM} -o taken.mcap --frames 1"));
+    let says = "taken.mcap already exists\nhint: recordings are never overwritten";
+    assert!(taken.err.contains(says), "{taken}");
+    assert_eq!(folder.read("taken.mcap"), "somebody's");
     for secs in ["nan", "-1", "0", "inf"] {
         let run = folder.taxel(&format!("record {SIM} -o none.mcap --secs={secs}"));
         assert_eq!(run.code, Some(2), "{run}");
@@ -266,7 +264,10 @@ fn one_sender_is_recorded_and_the_other_counted() {
         std::thread::sleep(Duration::from_millis(5));
     }
     assert_eq!(running.child.wait().unwrap().code(), Some(3));
-    folder.good("convert one.mcap -o one.txt");
+    // What reads the file later says so too.
+    let converted = folder.taxel("convert one.mcap -o one.txt");
+    assert_eq!(converted.code, Some(3), "{converted}");
+    assert!(converted.err.contains("of other senders"), "{converted}");
     let firsts: Vec<f64> = folder
         .numbers("one.txt")
         .chunks(24)
