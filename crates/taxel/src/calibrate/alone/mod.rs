@@ -169,16 +169,19 @@ impl<'a> Alone<'a> {
                 continue;
             };
             let gain = before.map_or(f64::INFINITY, |b| b.loss - fitted.loss);
+            // A saturation that cannot be told from none would only blur the switches, asked for or not.
             let enough = match choice {
-                LawChoice::Saturating => gain > GAIN[0] && told(&fitted, Unknown::Saturation),
-                LawChoice::Spline => gain > GAIN[1],
+                LawChoice::Saturating => {
+                    (wanted || gain > GAIN[0]) && told(&fitted, Unknown::Saturation)
+                }
+                LawChoice::Spline => wanted || gain > GAIN[1],
                 _ => true,
             };
             let chosen = chosen.get_or_insert_with(|| Chosen {
                 fits: Vec::new(),
                 at: 0,
             });
-            if wanted || enough {
+            if enough {
                 chosen.at = chosen.fits.len();
             }
             chosen.fits.push((name, fitted));

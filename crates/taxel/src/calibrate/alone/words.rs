@@ -85,7 +85,8 @@ impl Alone<'_> {
         }
         if self.options.law == LawChoice::Saturating && !super::told(fitted, Unknown::Saturation) {
             warnings.push(
-                "these presses do not tell a saturation from none: `--law power` says as much with a number less".to_owned(),
+                "these presses do not tell a saturation from none: the law is a power law"
+                    .to_owned(),
             );
         }
         if self.options.law == LawChoice::Spline && fitted.layout.law != LawChoice::Spline {
