@@ -80,7 +80,7 @@ impl StandardErrors {
                 true => self.in_unit(i, value, error),
                 false => f64::INFINITY,
             };
-            if *mark == Mark::Good && !(error <= value.abs()) {
+            if *mark == Mark::Good && (error.is_nan() || error > value.abs()) {
                 *mark = Mark::Unresolved;
             }
         }

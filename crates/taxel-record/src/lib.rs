@@ -45,7 +45,7 @@ pub use experiments::{Press, Uniform, read_presses, read_uniform_loads};
 pub use integrity::{Damage, Gaps, Integrity};
 pub use mcap::{Event, Losses, McapReader, McapWriter, Tare};
 pub use npy::{NpyOptions, NpyReader, NpyWriter, NpzWriter};
-pub use pairs::{read_pairs, read_pairs_by_line};
+pub use pairs::{PairOnLine, read_pairs, read_pairs_by_line};
 pub use parquet::ParquetWriter;
 pub use recording::{ShapeGuess, open_counts, shape_of};
 pub use source::{FrameSource, Frames, Skipped};

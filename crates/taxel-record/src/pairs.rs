@@ -28,11 +28,14 @@ pub fn read_pairs(path: impl AsRef<Path>) -> Result<Vec<(f64, f64)>, Error> {
     Ok(pairs.into_iter().map(|(_, pair)| pair).collect())
 }
 
+/// The line of the file, from 1, and the pair: siemens, grams.
+pub type PairOnLine = (u64, (f64, f64));
+
 /// [`read_pairs`] with the line of the file, from 1, that each pair stands on.
 ///
 /// # Errors
 /// As [`read_pairs`].
-pub fn read_pairs_by_line(path: impl AsRef<Path>) -> Result<Vec<(u64, (f64, f64))>, Error> {
+pub fn read_pairs_by_line(path: impl AsRef<Path>) -> Result<Vec<PairOnLine>, Error> {
     let table = Table::open(path.as_ref(), &COLUMNS)?;
     let (siemens, ohms) = either(&table, "conductance_siemens", "resistance_ohms")?;
     let (grams, newtons) = either(&table, "load_g", "load_n")?;

@@ -35,10 +35,7 @@ struct Score {
     judged: f64,
 }
 
-fn numbers<T: std::str::FromStr>(text: Option<String>, usual: &[T]) -> Vec<T>
-where
-    T: Clone,
-{
+fn numbers<T: std::str::FromStr + Clone>(text: Option<String>, usual: &[T]) -> Vec<T> {
     match text {
         Some(text) => text.split(',').filter_map(|n| n.parse().ok()).collect(),
         None => usual.to_vec(),

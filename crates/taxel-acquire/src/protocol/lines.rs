@@ -69,7 +69,8 @@ impl Decoder for Lines {
                     what: "a line longer than a frame of this sensor",
                 });
             };
-            if !is_meant(line) && !(whole && was_numbers(line, rows.expected.columns)) {
+            let was_meant = whole && was_numbers(line, rows.expected.columns);
+            if !is_meant(line) && !was_meant {
                 rows.tally.passed_over += u64::from(!line.trim_ascii().is_empty());
                 return;
             }

@@ -463,6 +463,8 @@ impl McapReader {
     }
 }
 
+// One at a time, on the stack: a box would be an allocation a frame.
+#[allow(clippy::large_enum_variant)]
 enum Step {
     On,
     Frame(Ahead),

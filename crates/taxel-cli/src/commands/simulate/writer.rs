@@ -16,7 +16,7 @@ use crate::frames::{FrameWriter, is_array, is_mcap};
 /// A file of frames of volts or counts.
 pub(super) enum Writer {
     Volts(FrameWriter<Volts>),
-    Text(TextWriter, Converter),
+    Text(Box<TextWriter>, Converter),
     Array(FrameWriter<Counts>, Converter),
     Recording(Box<McapWriter>, Converter),
 }
@@ -37,7 +37,9 @@ impl Writer {
             (OutputUnit::Counts, false) if is_mcap(file) => {
                 Self::Recording(Box::new(recording(file, sensor)?), converter)
             }
-            (OutputUnit::Counts, false) => Self::Text(TextWriter::create(file)?, converter),
+            (OutputUnit::Counts, false) => {
+                Self::Text(Box::new(TextWriter::create(file)?), converter)
+            }
             (OutputUnit::Counts, true) => {
                 let element = match sensor.converter.bits {
                     0..=16 => Element::U2,

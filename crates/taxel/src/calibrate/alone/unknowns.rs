@@ -203,9 +203,9 @@ impl Layout {
             readout.r_source_ohms = self.value(at, Unknown::Source).exp();
         }
         let mut bends = vec![0.0; self.knots.len()];
-        for i in 1..=INNER_KNOTS {
+        for (i, bend) in bends.iter_mut().enumerate() {
             if self.position(Unknown::Bend(i)).is_some() {
-                bends[i] = self.value(at, Unknown::Bend(i));
+                *bend = self.value(at, Unknown::Bend(i));
             }
         }
         let law = LawModel {
