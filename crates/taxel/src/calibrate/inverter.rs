@@ -8,9 +8,8 @@ use crate::{Counts, Frame, Sensor, Siemens};
 
 /// Accuracy of inversions while fitting, of the largest conductance: derivatives by differences need it.
 const TOLERANCE: f64 = 1e-6;
-/// Warm starts pay where a scratch is small and outlives a change of the circuit: that of `exact` a few frames, that of
-/// `newton` sixty.
-const MOST_REMEMBERED_TAXELS: [usize; 2] = [16_384, 4096];
+/// Warm starts pay where a scratch is small and outlives a change of the circuit.
+const MOST_REMEMBERED_TAXELS: usize = 16_384;
 
 /// A frame's number (presses first, then levels) and what its last inversion left.
 pub(super) type Job = (usize, Option<Scratch>);
@@ -30,8 +29,7 @@ impl<'a> Inverter<'a> {
         let shape = (sensor.rows(), sensor.columns());
         Some(Self {
             evidence,
-            remember: shape.0 * shape.1
-                <= MOST_REMEMBERED_TAXELS[usize::from(method.name() != "exact")],
+            remember: method.name() == "exact" && shape.0 * shape.1 <= MOST_REMEMBERED_TAXELS,
             method,
             converter: Converter::from_sensor(sensor),
             shape,
