@@ -26,7 +26,7 @@ fn presses_make_a_sensor_that_gives_the_loads_of_other_frames() {
     );
     assert!(
         run.out
-            .contains("held-out presses (60 of 60 presses; 5 folds, split by press"),
+            .contains("held-out presses (12 of 60 presses; every 5th frame, split by press"),
         "{run}"
     );
     assert!(run.err.ends_with("wrote calibrated.toml\n"), "{run}");

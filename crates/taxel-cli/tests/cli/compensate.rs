@@ -113,6 +113,8 @@ fn a_summary_for_scripts() {
       "unsolved": [],
       "skipped_frames": 0,
       "skipped": [],
+      "missing": [],
+      "measured_share": 1.0,
       "marks": {
         "good": 144
       },
@@ -279,6 +281,8 @@ fn a_frame_that_no_circuit_explains_is_written_as_0_and_exits_3() {
     6 frames of 4 rows x 6 columns, method exact, [time] s, [time] frames/s
     inverse: 6 infeasible
     6 frames without an answer
+    no taxel of any frame was measured
+    hint: does the sensor file belong to this recording? (`converter.inverted`, `bits`, `full_scale_volts`; rows and columns swapped?)
     taxels by mark (code): 144 unresolved (8)
     wrote g.csv (siemens)
     wrote g.marks.csv (marks)
@@ -309,6 +313,7 @@ fn lines_that_the_sensor_file_calls_dead_are_marked_and_repaired_on_request() {
     faulty line: row 1 is dead: the sensor file says so
     6 frames of 4 rows x 6 columns, method exact, [time] s, [time] frames/s
     all 6 frames converged
+    75.0 % of the area measured; the rest is missing from sums
     taxels by mark (code): 108 good (0), 36 open (1)
     wrote l.csv (g)
     wrote l.marks.csv (marks)

@@ -54,7 +54,33 @@ fn info_with_a_sensor_screens_the_recording() {
       "faulty_lines": [],
       "events": [],
       "skipped_frames": 0,
-      "skipped": []
+      "skipped": [],
+      "integrity": {
+        "damage": {
+          "chunks": 0,
+          "frames": 0,
+          "records": 0,
+          "bytes": 0,
+          "checksum": false,
+          "cut": false
+        },
+        "gaps": {
+          "missing": 0,
+          "places": 0,
+          "first": null,
+          "restarts": 0
+        },
+        "losses": {
+          "lost": 0,
+          "corrupt": 0,
+          "restarts": 0,
+          "outages": 0,
+          "skipped": 0,
+          "left_out": 0,
+          "other_senders": 0
+        }
+      },
+      "missing": []
     }
     ----- stderr -----
     "#);

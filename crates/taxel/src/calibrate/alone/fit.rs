@@ -88,7 +88,8 @@ impl<'a> Readings<'a> {
                 }
                 let told = count(volts) - elsewhere;
                 let noise = known.noise_counts / (taxels as f64).sqrt() * (1.0 + 1.0 / frames);
-                mates.push((over - told) / noise.max(0.02).hypot(share.max(0.01) * told));
+                let noise = noise.max(known.rounding_counts);
+                mates.push((over - told) / noise.hypot(share.max(0.01) * told));
             }
         }
         presses.extend(mates);

@@ -1,5 +1,7 @@
 //! Frames whose every load is known: labelled presses with nothing else on the array.
 
+use std::f64::consts::PI;
+
 use super::super::evidence::Evidence;
 use super::super::least_squares::median;
 use crate::{Counts, Frame, Mark};
@@ -14,6 +16,8 @@ const SHARE: f64 = 0.001;
 const MOST_NOISE: (f64, f64) = (5e-4, 4.0);
 /// Smallest standard deviation of a reading, counts: rounding alone.
 const ROUNDING: f64 = 0.289;
+/// No mean is believed to less than this, counts.
+const LEAST_MEAN_ERROR: f64 = 0.02;
 
 /// A frame of which every load is known.
 #[derive(Debug, Clone, Default)]
@@ -69,6 +73,8 @@ pub(super) struct KnownFrames {
     pub(super) base_error: f64,
     /// Standard deviation of a reading, counts.
     pub(super) noise_counts: f64,
+    /// What the mean of however many readings may be off by, because they are whole counts.
+    pub(super) rounding_counts: f64,
     /// Rows and columns that conduct.
     pub(super) live: (usize, usize),
     /// Presses of the evidence in no known frame.
@@ -116,17 +122,18 @@ impl KnownFrames {
         let mut bases = Moments::default();
         known.iter().for_each(|&u| bases.add(u));
         let noise_counts = noise.deviation().max(ROUNDING);
-        // Readings that all fall on one count hide where in it they lie.
-        let rounding = if noise_counts <= ROUNDING {
-            ROUNDING
-        } else {
-            0.02
-        };
+        // Noise of less than a count leaves readings on the same count: their mean is off by up to exp(−2π²σ²)/π counts
+        // however many they are (Widrow and Kollár, Quantization Noise, 2008: the first harmonic of the rounding error).
+        let before_rounding = (noise_counts.powi(2) - ROUNDING.powi(2)).max(0.0);
+        let harmonic = (-2.0 * PI.powi(2) * before_rounding).exp() / PI;
+        let rounding_counts = harmonic.max(LEAST_MEAN_ERROR);
         Self {
             frames,
             base_counts: bases.mean(),
-            base_error: (bases.deviation() / (known.len().max(1) as f64).sqrt()).max(rounding),
+            base_error: (bases.deviation() / (known.len().max(1) as f64).sqrt())
+                .max(rounding_counts),
             noise_counts,
+            rounding_counts,
             live: live(evidence),
             crowded,
         }
