@@ -15,7 +15,9 @@ NASTY = ["nan", "inf", "-inf", "-nan", "1e400", "-1", "0", "-0", "1e308", "-1e30
          "18446744073709551615", "9223372036854775807", "9223372036854775808", "4294967296", "4294967295", "65536", "65535.5",
          "0x10", "1_000", "1e999999999", "\u0663", "\u00bd", "", " ", '""', "''", "[]", "{}", "true", "1979-05-27", "0,01",
          "1e19", "1e30", "1e-300", "3.5e-10", "99999999999999999999999999999999999999", "1" * 400, "+5", "--5", "e", ".", "-"]
-WORDS = ["../../../etc/passwd", "/dev/zero", "/dev/null", "/dev/full", ".", "", "\u0000", "r.mcap", "x" * 5000, "=cmd", "\u202e", "A0", "ZZZZZZZZZZ9", "-1"]
+# Words for names. Nothing here may be a place that a run could write to outside of its folder: any of them may come to
+# stand where an output is named.
+WORDS = ["../nowhere/x.csv", "nowhere/x", ".", "", "\u0000", "r.mcap", "x" * 5000, "=cmd", "\u202e", "A0", "ZZZZZZZZZZ9", "-1"]
 
 
 # ---- bytes

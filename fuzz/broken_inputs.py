@@ -33,6 +33,7 @@ from watched import SILENT, feed_fifo, table, watch
 
 MEMORY_MIB = 256
 FAULTS = ["panic", "signal", "silence", "memory", "flood", "mute", "overwrote", "half", "litter", "lie"]
+WRITES = ["-o", "--output", "--export", "--marks", "--standard-error", "--static-output", "--truth-sensor", "--figure", "--keep"]
 FINE = ["0 good", "1 failed", "2 arguments", "3 with losses", "long"]
 
 SENSOR = """format = 1
@@ -446,7 +447,12 @@ def make(rng, base, verb):
         spots = [i for i in spots if case.argv[i - 1] not in ("--epochs", "--copies", "--members", "--simulate") and not (case.verb == "simulate" and case.argv[i - 1] == "--frames")] or [len(case.argv) - 1]
         at = rng.choice(spots)
         word = rng.choice(breakers.NASTY + breakers.WORDS + ["1e-300MPa", "1..", "0..4294967296", "5..1", "C99999999999", "0,0,0"]).replace("\0", "")
-        case.outputs.add(word)
+        if case.argv[at] in case.outputs:
+            case.outputs.add(word)
+        elif rng.random() < 0.05:
+            word = rng.choice(["/dev/zero", "/dev/null", "/dev/full"])  # to read; never where an output is named
+        if case.argv[at] in case.outputs and "/" in word and not word.startswith(("nowhere", "../nowhere")):
+            word = "x"
         case.broken, case.argv[at], case.exact = f"argument {at}", word, False
     elif dice < 0.11 and case.outputs and names:
         at = [i for i, w in enumerate(case.argv) if w in case.outputs]
@@ -572,6 +578,9 @@ def one(i, args, base, folder):
         copy = b"".join(stdin)
         stdin = pieces(random.Random(i), copy)
     argv = [word.replace("\0", "") for word in case.argv]
+    for flag, word in zip(argv, argv[1:]):
+        if flag in WRITES and (word.startswith("/") or "../" in word and not word.startswith("../nowhere/")):
+            raise SystemExit(f"run {i} would write outside of its folder: {word}")
     ended = watch([args.taxel, *argv], folder, stdin, fifo_stop=stop)
     stop.set()
     outcome, why = ended.outcome(MEMORY_MIB), ""
