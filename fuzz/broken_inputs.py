@@ -1,6 +1,6 @@
 """Broken inputs over all readers and verbs of the program.
 
-    python3 fuzz/broken_inputs.py TAXEL [--runs 10000] [--seed 1] [--keep FOLDER] [--only N] [--verb NAME]
+    python3 fuzz/broken_inputs.py TAXEL [--runs 10000] [--seed 1] [--first 0] [--keep FOLDER] [--only N] [--verb NAME]
 
 Makes small sound inputs with the program itself (recordings, sensor files, tables, plans, models), breaks one of them in
 each run by the seed, and runs a verb on it. Wanted: an exit code and a sentence. Each run is watched: 10 s without a byte is
@@ -21,6 +21,7 @@ import random
 import re
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -596,6 +597,7 @@ def main():
     parser.add_argument("taxel")
     parser.add_argument("--runs", type=int, default=10_000)
     parser.add_argument("--seed", default="1")
+    parser.add_argument("--first", type=int, default=0, help="begin with this run")
     parser.add_argument("--keep", type=Path, default=None)
     parser.add_argument("--only", type=int, default=None)
     parser.add_argument("--verb", default=None, help="only recipes whose name holds this")
@@ -605,11 +607,12 @@ def main():
     args.keep.mkdir(parents=True, exist_ok=True)
     counts, seen, worst = collections.Counter(), collections.Counter(), collections.defaultdict(float)
     begin = time.monotonic()
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it otherwise
     with tempfile.TemporaryDirectory(prefix="broken-") as scratch:
         (Path(scratch) / "base").mkdir()
         base = Base(args.taxel, Path(scratch) / "base")
         base.wire_frames = lambda text=wire_frames(base): text
-        for i in [args.only] if args.only is not None else range(args.runs):
+        for i in [args.only] if args.only is not None else range(args.first, args.runs):
             folder = Path(scratch) / "run"
             shutil.rmtree(folder, ignore_errors=True)
             folder.mkdir()
