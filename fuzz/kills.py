@@ -33,14 +33,33 @@ from pathlib import Path
 import breakers
 from watched import table
 
+SENSOR = """format = 1
+[array]
+rows = 16
+columns = 16
+[readout]
+topology = "tia-grounded-columns"
+v_test_volts = 0.4
+r_feedback_ohms = 2000.0
+r_mux_column_ohms = 10.0
+r_mux_row_ohms = 10.0
+[converter]
+bits = 16
+full_scale_volts = 2.2
+inverted = true
+[material]
+g_zero_siemens = 1e-6
+factor = 8.29e-6
+exponent = 0.857
+"""
 SIGNALS = [signal.SIGKILL] * 4 + [signal.SIGTERM, signal.SIGHUP]
 JOBS = {
-    "convert": ["taxel convert in.csv --sensor mat-16x16-cd4067 -o out.mcap", "taxel convert in.mcap -o out.parquet", "taxel convert in.mcap -o out.npy", "taxel convert in.mcap -o out.npz",
-                "taxel convert in.npy --sensor mat-16x16-cd4067 -o out.csv"],
-    "compensate": ["taxel compensate in.csv --sensor mat-16x16-cd4067 -o out.csv", "taxel compensate in.npy --sensor mat-16x16-cd4067 -o out.npy",
+    "convert": ["taxel convert in.csv --sensor s.toml -o out.mcap", "taxel convert in.mcap -o out.parquet", "taxel convert in.mcap -o out.npy", "taxel convert in.mcap -o out.npz",
+                "taxel convert in.npy --sensor s.toml -o out.csv"],
+    "compensate": ["taxel compensate in.csv --sensor s.toml -o out.csv", "taxel compensate in.npy --sensor s.toml -o out.npy",
                    "taxel compensate in.mcap -o out.csv --standard-error se.csv"],
     "calibrate": ["taxel calibrate --sensor parts.toml --presses experiments.csv -o out.toml"],
-    "loop": ["for f in a b c; do [ -f $f.mcap ] || taxel convert $f.csv --sensor mat-16x16-cd4067 -o $f.mcap || exit; [ -f $f.loads.csv ] || taxel compensate $f.mcap -o $f.loads.csv || exit; done"],
+    "loop": ["for f in a b c; do [ -f $f.mcap ] || taxel convert $f.csv --sensor s.toml -o $f.mcap || exit; [ -f $f.loads.csv ] || taxel compensate $f.mcap -o $f.loads.csv || exit; done"],
 }
 OUTPUTS = {"loop": [f + end for f in "abc" for end in (".mcap", ".loads.csv")]}
 
@@ -57,15 +76,15 @@ class Kills:
         (base / "bin" / "taxel").symlink_to(args.taxel)
         self.inputs = base / "inputs"
         self.inputs.mkdir()
-        for line in ["taxel simulate --sensor mat-16x16-cd4067 --pattern hand --frames 250 -o in.csv", "taxel simulate --sensor mat-16x16-cd4067 --pattern hand --frames 250 -o in.npy",
-                     "taxel convert in.csv --sensor mat-16x16-cd4067 -o in.mcap", "taxel simulate --sensor mat-16x16-cd4067 --pattern press --frames 60 --presses experiments.csv -o p.txt"]:
+        (self.inputs / "s.toml").write_text(SENSOR)
+        (self.inputs / "parts.toml").write_text("\n".join(r for r in SENSOR.split("[material]")[0].split("\n") if "r_mux" not in r))
+        for line in ["taxel simulate --sensor s.toml --pattern hand --frames 1000 -o in.csv", "taxel simulate --sensor s.toml --pattern hand --frames 1000 -o in.npy",
+                     "taxel convert in.csv --sensor s.toml -o in.mcap", "taxel simulate --sensor s.toml --pattern press --frames 60 --presses experiments.csv -o p.txt"]:
             done = shell(line, self.inputs, env=self.env)
             if done.returncode not in (0, 3):
                 sys.exit(f"{line}: {done.stderr.decode()}")
         for name in "abc":
             shutil.copy(self.inputs / "in.csv", self.inputs / f"{name}.csv")
-        parts = "format = 1\n[array]\nrows = 16\ncolumns = 16\n[readout]\ntopology = \"divider-floating\"\nv_test_volts = 5.0\nr_pull_down_ohms = 1000.0\n[converter]\nbits = 10\nfull_scale_volts = 5.0\n"
-        (self.inputs / "parts.toml").write_text(parts)
         self.sound = {}
 
     def outputs(self, verb, folder):
@@ -201,7 +220,7 @@ class Kills:
             if done.returncode == 3:
                 found.append("gaps" if b"gap" in done.stdout + done.stderr or b"lost" in done.stdout else "info 3")
             elif done.returncode != 0:
-                found.append("unreadable")
+                found.append("no frame" if b"no frames" in done.stderr else "unreadable")
             if ends:
                 lost = max(0.0, now - max(ends) / 1e9)
                 if what != signal.SIGKILL and lost > 0.25:
