@@ -287,13 +287,13 @@ fn flags_of_netlist() {
     ----- stdout -----
     Write a sensor's circuit as a SPICE netlist
 
-    Usage: taxel netlist [OPTIONS] --sensor <FILE|PRESET> [RECORDING]
+    Usage: taxel netlist [OPTIONS] [RECORDING]
 
     Arguments:
       [RECORDING]  Recording of counts whose conductances to take
 
     Options:
-          --sensor <FILE|PRESET>  Sensor file, or the name of a preset
+          --sensor <FILE|PRESET>  Sensor file, or the name of a preset; MCAP recordings bring their own
           --conductance <FILE>    Conductances of the taxels, siemens: R lines of C numbers a frame
           --frame <N>             Which frame of the file, from 0 [default: 0]
           --taxel <ROW,COLUMN>    The taxel to read [default: 0,0]
