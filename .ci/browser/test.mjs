@@ -134,7 +134,8 @@ async function openLive(server, options) {
 // A recording is held at its first frame until somebody plays it.
 async function openHeld(server, options) {
   const page = await open(server.url, options);
-  await framesCome(page, 1);
+  // There is one, and it may have come already.
+  await until(async () => (await frames(page)) >= 1, "the frame at which it is held does not come");
   await appears(page, "file-row");
   check((await shown(page)).sequence === 0, `a recording should be held at frame 0; shown is ${(await shown(page)).sequence}`);
   await until(async () => (await text(page, "device-text")) === "paused", async () => `the page says '${await text(page, "device-text")}', not 'paused'`);
