@@ -1,14 +1,13 @@
 //! What a model says about every press: frames inverted, loads read off, and the last few inversions kept.
 
 use super::evidence::Evidence;
-use super::inverter::{Inverter, Job};
+use super::inverter::{Inverter, Job, Start};
 use super::law::LoadLaw;
 use super::levels::{Levels, Material};
 use super::model::Model;
 use crate::circuit::LineEnds;
 use crate::crew::{Crew, shared_out};
 use crate::sensor::{PerLine, ScanOrder};
-use crate::solve::Scratch;
 use crate::{Frame, Sensor, Siemens};
 
 /// Taxels around a labelled one that its spread is undone with, to each side.
@@ -71,7 +70,7 @@ pub(super) struct Evaluator<'a> {
     g_zero_shift: f64,
     /// Inversions remembered, newest last.
     kept: Vec<Inverted>,
-    scratches: Vec<Option<Scratch>>,
+    starts: Vec<Option<Start>>,
 }
 
 impl<'a> Evaluator<'a> {
@@ -85,7 +84,7 @@ impl<'a> Evaluator<'a> {
             ghost_grams_per_siemens: 0.0,
             g_zero_shift: 0.0,
             kept: Vec::new(),
-            scratches: (0..frames).map(|_| None).collect(),
+            starts: (0..frames).map(|_| None).collect(),
         }
     }
 
@@ -109,8 +108,8 @@ impl<'a> Evaluator<'a> {
         part.isolated = which.iter().map(|&i| self.isolated[i]).collect();
         part.unloaded = which.iter().map(|&i| self.unloaded[i].clone()).collect();
         part.ghost_grams_per_siemens = self.ghost_grams_per_siemens;
-        for (own, &i) in part.scratches.iter_mut().zip(which) {
-            *own = self.scratches[i].take();
+        for (own, &i) in part.starts.iter_mut().zip(which) {
+            *own = self.starts[i].take();
         }
         if !quiet.is_empty() {
             part.g_zero_shift = all.g_zero - super::least_squares::median(&quiet);
@@ -120,8 +119,8 @@ impl<'a> Evaluator<'a> {
 
     /// Takes back what a part knew of its frames, as starts for their next inversions.
     pub(super) fn take_back(&mut self, which: &[usize], part: Evaluator) {
-        for (own, &i) in part.scratches.into_iter().zip(which) {
-            self.scratches[i] = own;
+        for (own, &i) in part.starts.into_iter().zip(which) {
+            self.starts[i] = own;
         }
     }
 
@@ -139,7 +138,7 @@ impl<'a> Evaluator<'a> {
             .map(|batch| {
                 batch
                     .iter()
-                    .map(|&i| (i, self.scratches[i].take()))
+                    .map(|&i| (i, self.starts[i].take()))
                     .collect()
             })
             .collect();
@@ -152,7 +151,7 @@ impl<'a> Evaluator<'a> {
         for (seen, batch) in done {
             all.extend(seen);
             for (i, scratch) in batch {
-                self.scratches[i] = scratch;
+                self.starts[i] = scratch;
             }
         }
         Some(all)

@@ -40,7 +40,7 @@ impl Peak {
 
 const ROUNDS: usize = 60;
 /// Residuals beyond this many standard deviations count linearly.
-const HUBER: f64 = 3.0;
+pub(super) const HUBER: f64 = 3.0;
 /// A relative gain of the loss below this ends the search.
 const SETTLED: f64 = 1e-8;
 
@@ -81,7 +81,8 @@ pub(super) fn most_probable(
     finish(parameters, at, now, &jacobian)
 }
 
-fn prior_loss(parameters: &[Parameter], at: &[f64]) -> f64 {
+/// What the priors add to the loss at a point.
+pub(super) fn prior_loss(parameters: &[Parameter], at: &[f64]) -> f64 {
     let one =
         |(p, x): (&Parameter, &f64)| p.prior.map_or(0.0, |(mean, sd)| ((x - mean) / sd).powi(2));
     parameters.iter().zip(at).map(one).sum()

@@ -18,7 +18,7 @@ mod uncertainty;
 pub use exact::Exact;
 pub use newton::Newton;
 pub use raw::Raw;
-pub(crate) use uncertainty::standard_error_of;
+pub(crate) use uncertainty::influence_of;
 pub use uncertainty::{Uncertainty, standard_errors, standard_errors_by};
 
 use std::any::Any;

@@ -248,6 +248,33 @@ impl Method for Newton {
         siemens: &mut Frame<Siemens>,
         scratch: &mut Scratch,
     ) -> Outcome {
+        self.solve_from(volts, siemens, scratch, None)
+    }
+}
+
+impl Newton {
+    /// [`Method::solve_into`] from conductances that the answer is believed to be near, one a taxel, in place of the
+    /// frame before. Only where they lead nowhere is it solved as if nothing were known.
+    ///
+    /// # Panics
+    /// As [`Method::solve_into`], and when there is not one conductance a taxel.
+    pub(crate) fn solve_near(
+        &self,
+        volts: &Frame<Volts>,
+        near: &[f64],
+        siemens: &mut Frame<Siemens>,
+        scratch: &mut Scratch,
+    ) -> Outcome {
+        self.solve_from(volts, siemens, scratch, Some(near))
+    }
+
+    fn solve_from(
+        &self,
+        volts: &Frame<Volts>,
+        siemens: &mut Frame<Siemens>,
+        scratch: &mut Scratch,
+        near: Option<&[f64]>,
+    ) -> Outcome {
         let ends = self.circuit.ends();
         let columns = ends.column_selected.len();
         assert_eq!(
@@ -269,6 +296,10 @@ impl Method for Newton {
         memory
             .live
             .gather(volts.values(), columns, &mut memory.measured);
+        if let Some(near) = near {
+            memory.live.gather(near, columns, &mut memory.g);
+            memory.warm = true;
+        }
         let outcome = self.iterate(memory);
         memory.warm = outcome.stop.is_good();
         memory
@@ -276,9 +307,7 @@ impl Method for Newton {
             .scatter(&memory.g, columns, siemens.values_mut());
         outcome
     }
-}
 
-impl Newton {
     fn iterate(&self, memory: &mut Memory) -> Outcome {
         if let Some(path) = &memory.path
             && let Some(infeasible) = path.infeasible(&memory.measured, &memory.live, self.unique())

@@ -59,15 +59,14 @@ pub fn standard_errors_by(
     })
 }
 
-/// Standard error of one taxel's conductance, siemens: as [`standard_errors`], by one solve with the adjoint, to 1 %.
-pub(crate) fn standard_error_of(
+/// What one taxel's conductance moves by for a volt more on each reading, siemens per volt: its line of J⁻¹, by one solve
+/// with the adjoint, to `tolerance` of its norm. The point must be set.
+pub(crate) fn influence_of(
     point: &mut dyn OperatingPoint,
-    siemens: &[f64],
+    taxels: usize,
     taxel: usize,
-    sigma_volts: f64,
-) -> Result<f64, NotPassive> {
-    point.set(siemens)?;
-    let taxels = siemens.len();
+    tolerance: f64,
+) -> Vec<f64> {
     let mut gmres = Gmres::new(taxels, DEPTH.min(taxels));
     let (mut b, mut x) = (vec![0.0; taxels], vec![0.0; taxels]);
     b[taxel] = 1.0;
@@ -75,10 +74,10 @@ pub(crate) fn standard_error_of(
         |v, out| point.adjoint_into(v, out),
         &b,
         &mut x,
-        1e-2,
+        tolerance,
         RESTARTS,
     );
-    Ok(sigma_volts * x.iter().map(|x| x * x).sum::<f64>().sqrt())
+    x
 }
 
 fn probes(point: &mut dyn OperatingPoint, taxels: usize, sigma: f64, count: u32) -> Vec<f64> {

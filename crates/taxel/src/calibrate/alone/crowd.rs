@@ -1,117 +1,295 @@
-//! Presses in crowded frames that join those made one at a time: as loads, through the inverse.
+//! Presses in crowded frames. What else stands there is not known, so that each joins as the conductance which the
+//! inverse gives its taxel, with the error that noise has there, and its derivative by the circuit's unknowns.
+//!
+//! One inverse and one solve with the adjoint tell all three: λ, the taxel's line of J⁻¹, gives σ_G = σ_V |λ| and
+//! dG/dθ = −λ · ∂V/∂θ, where ∂V/∂θ is what the readings move by while all conductances stay.
 
-use super::super::evaluate::Evaluator;
+use std::sync::{Mutex, PoisonError};
+
 use super::super::evidence::Evidence;
-use super::super::model::Model;
-use super::super::posterior::most_probable;
-use super::fit::{Fitted, Readings, plain_law};
+use super::super::inverter::{Inverter, Job, Start};
+use super::super::posterior::Parameter;
+use super::unknowns::Layout;
 use crate::Crew;
-use crate::circuit::{Converter, LinearCircuit};
-use crate::solve::standard_error_of;
+use crate::circuit::{Converter, LinearCircuit, OperatingPoint};
+use crate::crew::shared_out;
+use crate::solve::influence_of;
+use crate::stats::quantile;
+use crate::{Frame, Siemens};
 
-/// Smallest standard error of a load, grams.
-const LEAST_GRAMS: f64 = 1e-3;
+/// Frames that one worker takes at a time.
+const BATCH: usize = 4;
+/// Accuracy of λ, of its norm.
+const INFLUENCE: f64 = 1e-2;
+/// Standard deviation of rounding to whole counts.
+const ROUNDING: f64 = 0.289;
+/// Conductances of each frame that the unloaded ones are sought among.
+const MOST_LOOKED_AT: usize = 256;
+/// An unloaded conductance is believed to this share at best: taxels differ.
+const ALIKE: f64 = 0.01;
 
 /// Crowded presses.
 pub(super) struct Crowd<'a> {
     evidence: &'a Evidence,
-    which: &'a [usize],
+    which: Vec<usize>,
     crew: &'a dyn Crew,
+    noise_counts: f64,
+    /// Of each press of the evidence, what its last inversion left.
+    starts: Mutex<Vec<Option<Start>>>,
 }
 
-/// A press of the crowd that has a solution, and the standard error of its load by the noise alone, grams.
-pub(super) type Scales = Vec<(usize, f64)>;
+/// A crowded press about a circuit.
+#[derive(Debug, Clone)]
+pub(super) struct Line {
+    /// Its index in the evidence.
+    pub(super) press: usize,
+    /// What the inverse gives its taxel, and the standard error of that by noise.
+    pub(super) siemens: f64,
+    pub(super) error: f64,
+    /// Its derivative by each unknown of the layout: 0 for those of the law.
+    pub(super) slopes: Vec<f64>,
+}
 
-impl<'a> Crowd<'a> {
-    pub(super) fn new(evidence: &'a Evidence, which: &'a [usize], crew: &'a dyn Crew) -> Self {
+/// All crowded presses about a circuit.
+#[derive(Debug, Clone)]
+pub(super) struct Linear {
+    /// The unknowns at which it holds.
+    pub(super) at: Vec<f64>,
+    pub(super) lines: Vec<Line>,
+    /// Presses whose frame has no solution there.
+    pub(super) failed: usize,
+    /// What unloaded taxels conduct, siemens, and the standard error of that.
+    pub(super) unloaded: (f64, f64),
+}
+
+impl Linear {
+    /// Conductance of a press at other unknowns, to first order.
+    pub(super) fn siemens(&self, line: &Line, at: &[f64]) -> f64 {
+        let moved = line.slopes.iter().zip(at.iter().zip(&self.at));
+        line.siemens + moved.map(|(slope, (to, from))| slope * (to - from)).sum::<f64>()
+    }
+
+    /// The same with the presses for which `keep` holds.
+    pub(super) fn with(&self, keep: impl Fn(usize) -> bool) -> Self {
+        let kept = self.lines.iter().filter(|line| keep(line.press));
         Self {
-            evidence,
-            which,
-            crew,
+            lines: kept.cloned().collect(),
+            ..self.clone()
         }
     }
 
-    /// The most probable model of both, from that of the presses made one at a time. Nothing where no crowded frame
-    /// has a solution.
-    pub(super) fn fit(&self, readings: &Readings, alone: &Fitted) -> Option<Fitted> {
-        let scales = self.scales(&alone.model, readings.known.noise_counts);
-        if scales.is_empty() {
-            return None;
+    /// The same among the unknowns of another layout for the same circuit.
+    pub(super) fn carried(&self, from: &Layout, to: &Layout) -> Self {
+        let slope = |line: &Line, unknown| from.position(unknown).map_or(0.0, |i| line.slopes[i]);
+        let line = |line: &Line| Line {
+            slopes: to.unknowns.iter().map(|&u| slope(line, u)).collect(),
+            ..line.clone()
+        };
+        Self {
+            at: to.take_over(from, &self.at),
+            lines: self.lines.iter().map(line).collect(),
+            ..self.clone()
         }
-        let layout = &alone.layout;
-        let mut evaluator = Evaluator::new(self.evidence, self.crew);
-        let mut last: Option<(Vec<u64>, Vec<f64>)> = None;
-        let peak = most_probable(&layout.parameters_at(&alone.peak.at), |at| {
-            let model = layout.model(at)?;
-            let mut all = readings.residuals(&model, alone.share)?;
-            let siemens = self.siemens(&mut evaluator, &model, &scales, &mut last)?;
-            let law = plain_law(&model);
-            for ((p, error), g) in scales.iter().zip(siemens) {
-                let label = self.evidence.presses[*p].load_g;
-                let error = error.hypot(alone.share * label).max(LEAST_GRAMS);
-                all.push((law.grams_from_siemens(0, g) - label) / error);
+    }
+}
+
+/// A circuit, and the same with one unknown moved by a step.
+struct Circuits {
+    here: LinearCircuit,
+    moved: Vec<Option<(LinearCircuit, f64)>>,
+}
+
+impl Circuits {
+    fn new(layout: &Layout, at: &[f64], parameters: &[Parameter]) -> Option<Self> {
+        let circuit = |at: &[f64]| LinearCircuit::from_sensor(&layout.model(at)?.sensor).ok();
+        let one = |(i, unknown): (usize, &super::Unknown)| {
+            if !unknown.moves_circuit() {
+                return Some(None);
             }
-            all.iter().all(|r| r.is_finite()).then_some(all)
-        })?;
-        Some(Fitted {
-            model: layout.model(&peak.at)?,
-            loss: alone.loss,
-            peak,
-            ..alone.clone()
+            let mut there = at.to_vec();
+            there[i] += parameters[i].step;
+            Some(Some((circuit(&there)?, parameters[i].step)))
+        };
+        let moved = layout.unknowns.iter().enumerate().map(one);
+        Some(Self {
+            moved: moved.collect::<Option<_>>()?,
+            here: circuit(at)?,
         })
     }
 
-    /// Conductances of the labelled taxels, computed anew when the circuit moved.
-    fn siemens(
-        &self,
-        evaluator: &mut Evaluator,
-        model: &Model,
-        scales: &Scales,
-        last: &mut Option<(Vec<u64>, Vec<f64>)>,
-    ) -> Option<Vec<f64>> {
-        let key = super::super::evaluate::key(&model.sensor);
-        if let Some((known, siemens)) = last
-            && *known == key
-        {
-            return Some(siemens.clone());
+    /// The line of a press in a frame whose conductances are these.
+    fn line(&self, press: usize, taxel: usize, siemens: &[f64], sigma_volts: f64) -> Option<Line> {
+        let mut volts = vec![0.0; siemens.len()];
+        let mut there = vec![0.0; siemens.len()];
+        let mut point = self.here.point();
+        point.set(siemens).ok()?;
+        point.predict_into(&mut volts);
+        let influence = influence_of(&mut point, siemens.len(), taxel, INFLUENCE);
+        let mut slopes = Vec::with_capacity(self.moved.len());
+        for moved in &self.moved {
+            let Some((circuit, step)) = moved else {
+                slopes.push(0.0);
+                continue;
+            };
+            let mut point = circuit.point();
+            point.set(siemens).ok()?;
+            point.predict_into(&mut there);
+            let over = influence.iter().zip(there.iter().zip(&volts));
+            slopes.push(-over.map(|(l, (to, from))| l * (to - from)).sum::<f64>() / step);
         }
-        let which: Vec<usize> = scales.iter().map(|s| s.0).collect();
-        let evidence = self.evidence;
-        let siemens = evaluator.invert(&model.sensor, &which, |i, siemens| {
-            siemens.at(evidence.presses[i].row, evidence.presses[i].column)
-        })?;
-        *last = Some((key, siemens.clone()));
-        Some(siemens)
+        let norm = influence.iter().map(|l| l * l).sum::<f64>().sqrt();
+        let line = Line {
+            press,
+            siemens: siemens[taxel],
+            error: sigma_volts * norm,
+            slopes,
+        };
+        let finite = line.error.is_finite() && line.slopes.iter().all(|s| s.is_finite());
+        finite.then_some(line)
+    }
+}
+
+impl<'a> Crowd<'a> {
+    pub(super) fn new(evidence: &'a Evidence, which: &[usize], crew: &'a dyn Crew) -> Self {
+        Self {
+            evidence,
+            which: which.to_vec(),
+            crew,
+            noise_counts: evidence.noise_counts.hypot(ROUNDING),
+            starts: Mutex::new(evidence.presses.iter().map(|_| None).collect()),
+        }
     }
 
-    /// Presses whose frame has a solution, and the standard error of each load.
-    fn scales(&self, model: &Model, noise_counts: f64) -> Scales {
-        let Ok(circuit) = LinearCircuit::from_sensor(&model.sensor) else {
-            return Vec::new();
+    /// Starts its inversions where another's ended.
+    pub(super) fn near(self, starts: &[Option<Vec<f64>>]) -> Self {
+        let start = |known: &Option<Vec<f64>>| known.clone().map(Start::Siemens);
+        Self {
+            starts: Mutex::new(starts.iter().map(start).collect()),
+            ..self
+        }
+    }
+
+    /// Where its inversions ended, of each press of the evidence.
+    pub(super) fn ends(self) -> Vec<Option<Vec<f64>>> {
+        let starts = self.starts.into_inner();
+        let starts = starts.unwrap_or_else(PoisonError::into_inner).into_iter();
+        let end = |start| match start {
+            Some(Start::Siemens(siemens)) => Some(siemens),
+            _ => None,
         };
-        let volts = noise_counts * Converter::from_sensor(&model.sensor).lsb_volts();
-        let law = plain_law(model);
-        let evidence = self.evidence;
-        let mut evaluator = Evaluator::new(evidence, self.crew);
-        let mut scales = Scales::new();
-        for &p in self.which {
-            let press = evidence.presses[p];
-            let taxel = press.row * model.sensor.columns() + press.column;
-            let error = evaluator.invert(&model.sensor, &[p], |_, siemens| {
-                let mut point = circuit.point();
-                let error = standard_error_of(&mut point, siemens.values(), taxel, volts).ok()?;
-                // At the label: what is read there may be nothing at all, where the law is steep.
-                let slope =
-                    law.grams_per_siemens(taxel, law.siemens_from_grams(taxel, press.load_g));
-                Some(error * slope.abs())
-            });
-            if let Some(Some(error)) = error
-                .map(|mut e| e.swap_remove(0))
-                .filter(|e| e.is_some_and(f64::is_finite))
-            {
-                scales.push((p, error));
+        starts.map(end).collect()
+    }
+
+    /// The same with at most so many presses, evenly chosen.
+    pub(super) fn thinned(&self, most: usize) -> Self {
+        let stride = self.which.len().div_ceil(most).max(1);
+        let which: Vec<usize> = self.which.iter().copied().step_by(stride).collect();
+        Self::new(self.evidence, &which, self.crew)
+    }
+
+    pub(super) fn label_g(&self, line: &Line) -> f64 {
+        self.evidence.presses[line.press].load_g
+    }
+
+    /// Labels of all its presses, grams.
+    pub(super) fn loads_g(&self) -> Vec<f64> {
+        let loads = self.which.iter().map(|&p| self.evidence.presses[p].load_g);
+        loads.collect()
+    }
+
+    /// Every press about a point of a layout. Nothing where the point is impossible, or leaves more than a fifth of the
+    /// frames without a solution.
+    pub(super) fn linear(&self, layout: &Layout, at: &[f64]) -> Option<Linear> {
+        let parameters = layout.parameters_at(at);
+        let circuits = Circuits::new(layout, at, &parameters)?;
+        let sensor = layout.model(at)?.sensor;
+        let inverter = Inverter::new(self.evidence, &sensor)?;
+        let sigma_volts = self.noise_counts * Converter::from_sensor(&sensor).lsb_volts();
+        let look = |p: usize, siemens: &Frame<Siemens>| {
+            let press = &self.evidence.presses[p];
+            let taxel = press.row * sensor.columns() + press.column;
+            let line = circuits.line(p, taxel, siemens.values(), sigma_volts)?;
+            let stride = siemens.values().len().div_ceil(MOST_LOOKED_AT);
+            let some: Vec<f64> = siemens.values().iter().copied().step_by(stride).collect();
+            Some((line, some))
+        };
+        let batches: Vec<Vec<Job>> = self.which.chunks(BATCH).map(|b| self.jobs(b)).collect();
+        let done = shared_out(self.crew, batches, |mut batch| {
+            let seen = inverter.invert_each(&mut batch, look);
+            Some((seen, batch))
+        })?;
+        let (mut lines, mut conductances) = (Vec::new(), Vec::new());
+        for (seen, batch) in done {
+            self.keep(batch);
+            for (line, some) in seen.into_iter().flatten().flatten() {
+                lines.push(line);
+                conductances.extend(some);
             }
         }
-        scales
+        let failed = self.which.len() - lines.len();
+        (5 * failed <= self.which.len()).then(|| Linear {
+            unloaded: unloaded(conductances),
+            at: at.to_vec(),
+            lines,
+            failed,
+        })
+    }
+
+    fn jobs(&self, which: &[usize]) -> Vec<Job> {
+        let mut starts = self.starts.lock().unwrap_or_else(PoisonError::into_inner);
+        which.iter().map(|&p| (p, starts[p].take())).collect()
+    }
+
+    fn keep(&self, jobs: Vec<Job>) {
+        let mut starts = self.starts.lock().unwrap_or_else(PoisonError::into_inner);
+        for (p, start) in jobs {
+            starts[p] = start;
+        }
+    }
+}
+
+/// The conductance about which most lie, and its standard error: that of unloaded taxels, wherever they are. Found from
+/// below, where no load reaches.
+fn unloaded(mut siemens: Vec<f64>) -> (f64, f64) {
+    siemens.retain(|g| g.is_finite());
+    siemens.sort_by(f64::total_cmp);
+    let mut centre = quantile(siemens.iter().copied(), 0.2).unwrap_or(0.0);
+    let (mut deviation, mut near) = (0.0, 1);
+    for _ in 0..30 {
+        let below = siemens.partition_point(|g| *g < centre);
+        let squares = siemens[..below].iter().map(|g| (g - centre).powi(2));
+        deviation = (squares.sum::<f64>() / below.max(1) as f64).sqrt();
+        let from = siemens.partition_point(|g| *g < centre - 2.5 * deviation);
+        let to = siemens.partition_point(|g| *g <= centre + 2.5 * deviation);
+        if from >= to {
+            break;
+        }
+        near = to - from;
+        let middle = siemens[(from + to) / 2];
+        if middle == centre {
+            break;
+        }
+        centre = middle;
+    }
+    // Of a median, and three times that: the loaded lean on it from above.
+    let error = 3.0 * 1.2533 * deviation / (near as f64).sqrt();
+    (centre, error.hypot(ALIKE * centre).max(1e-15))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn most_of_a_frame_is_unloaded_though_much_of_it_is_not() {
+        let noise = |i: usize| f64::from((i as u32).wrapping_mul(2_654_435_761) >> 8) / 2f64.powi(24) - 0.5;
+        let siemens: Vec<f64> = (0..4000)
+            .map(|i| 1e-6 + 1e-5 * noise(i) + if i % 5 < 2 { 1e-4 * f64::from((i % 97) as u32) / 97.0 } else { 0.0 })
+            .collect();
+        let (centre, error) = unloaded(siemens);
+        assert!((centre - 1e-6).abs() < 1.5 * error, "{centre} ± {error}");
+        assert!(error < 1e-6, "{error}");
+        assert_eq!(unloaded(vec![2e-6; 50]).0, 2e-6);
+        assert_eq!(unloaded(Vec::new()).0, 0.0);
     }
 }

@@ -12,7 +12,7 @@ use crate::circuit::{Converter, LineEnds};
 use crate::solve::Raw;
 
 /// Sums of both switches that a fit starts from besides the believed one, ohms.
-const STARTS_OHMS: [f64; 3] = [2.0, 20.0, 140.0];
+pub(super) const STARTS_OHMS: [f64; 3] = [2.0, 20.0, 140.0];
 /// A model error that the first fits allow, as a share of a reading, so that no start is thrown off by one press.
 const FIRST_SHARE: f64 = 0.03;
 /// Fits that follow while the share settles.
@@ -214,7 +214,7 @@ impl<'a> Readings<'a> {
 }
 
 /// Exponent and scale of a power law through apparent conductances, were the switches this large.
-fn law_at(apparent: &[(f64, f64)], sum_ohms: f64, layout: &Layout) -> (f64, f64) {
+pub(super) fn law_at(apparent: &[(f64, f64)], sum_ohms: f64, layout: &Layout) -> (f64, f64) {
     let pairs: Vec<(f64, f64)> = apparent
         .iter()
         .map(|&(load, g)| {

@@ -1,10 +1,13 @@
-//! Presses made one at a time: nothing else stands on the array, so that a circuit and a law say what every taxel of
-//! the frame must read. The most probable ones follow from the readings themselves, from any start.
+//! The most probable circuit and law.
 //!
-//! Presses in crowded frames, where there are some as well, join in as loads through the inverse.
+//! Presses made one at a time: nothing else stands on the array, so that a circuit and a law say what every taxel of
+//! the frame must read, and they follow from the readings themselves, from any start. Presses in crowded frames are
+//! conductances through the inverse, with the errors that noise gives them there: they join those made one at a time,
+//! and stand alone on read-outs that no exact inverse helps.
 
 mod crowd;
 mod fit;
+mod joint;
 mod known;
 mod lumped;
 mod unknowns;
@@ -13,14 +16,18 @@ mod words;
 use super::evaluate::Evaluator;
 use super::evidence::{Evidence, FEWEST_PRESSES};
 use super::fit_law::LAWS;
-use super::model::no_fit;
+use super::model::{no_fit, with_switches};
 use super::outcome::{HeldOut, Outcome};
 use super::priors::Beliefs;
 use super::{LawChoice, Options, Suspect, suspects};
+use crate::circuit::LinearCircuit;
 use crate::crew::shared_out;
+use crate::sensor::PerLine;
+use crate::solve::Exact;
 use crate::{Crew, Error, Sensor};
-use crowd::Crowd;
+use crowd::{Crowd, Linear};
 use fit::{Fitted, Readings, plain_law};
+use joint::Joint;
 use known::KnownFrames;
 use unknowns::{Layout, Unknown};
 
@@ -28,10 +35,13 @@ use unknowns::{Layout, Unknown};
 const GAIN: [f64; 2] = [9.0, 16.0];
 /// A saturation is told when it is this many standard errors from none.
 const TOLD: f64 = 3.0;
+/// Unloaded conductance that a crowd's fit starts from before it has seen any, siemens.
+const ANY_G_ZERO: f64 = 1e-6;
 /// With this many crowded presses and no fewer than the others, those tell the circuit.
 const MANY_CROWDED: usize = 20;
 
-/// The fit, where presses made one at a time are what there is to fit to; nothing where they are not.
+/// The fit, where presses made one at a time are what there is to fit to, or no exact inverse helps; nothing where
+/// neither holds.
 pub(super) fn calibrate(
     sensor: &Sensor,
     evidence: &Evidence,
@@ -42,8 +52,15 @@ pub(super) fn calibrate(
     let known = KnownFrames::find(evidence, sensor.max_count());
     let (alone, crowded) = (known.presses(), known.crowded.len());
     let enough = alone >= FEWEST_PRESSES && (alone >= crowded || crowded < MANY_CROWDED);
-    (evidence.levels.is_empty() && enough)
+    (evidence.levels.is_empty() && (enough || !has_exact_inverse(sensor)))
         .then(|| Alone::new(sensor, evidence, options, crew).run(&known, progress))
+}
+
+/// Whether frames of a read-out are inverted exactly, whatever its switches are.
+fn has_exact_inverse(sensor: &Sensor) -> bool {
+    let ohms = || PerLine::One(super::priors::USUAL_OHMS);
+    LinearCircuit::from_sensor(&with_switches(sensor, ohms(), ohms()))
+        .is_ok_and(|circuit| Exact::new(&circuit).is_some())
 }
 
 /// What a fit is made with.
@@ -53,12 +70,18 @@ struct Alone<'a> {
     options: &'a Options,
     crew: &'a dyn Crew,
     beliefs: Beliefs,
+    /// What unloaded taxels of crowded frames seem to conduct, siemens.
+    unloaded: f64,
 }
 
 /// Every law fitted, and which is chosen.
 struct Chosen {
     fits: Vec<(&'static str, Fitted)>,
     at: usize,
+    /// Conductances of crowded presses' frames, where Newton's method found them.
+    ends: Vec<Option<Vec<f64>>>,
+    /// Crowded frames alone: where they are linear for the first law.
+    linear: Option<Linear>,
 }
 
 impl Chosen {
@@ -76,6 +99,7 @@ impl<'a> Alone<'a> {
     ) -> Self {
         Self {
             beliefs: Beliefs::of(sensor, options),
+            unloaded: ANY_G_ZERO,
             sensor,
             evidence,
             options,
@@ -85,14 +109,14 @@ impl<'a> Alone<'a> {
 
     /// The fit, its errors and what is to be said of it.
     fn run(
-        &self,
+        mut self,
         known: &KnownFrames,
         progress: &mut dyn FnMut(&str, f64),
     ) -> Result<Outcome, Error> {
         progress("circuit and load law", 0.0);
         let mut suspects = self.gross(known)?;
         let mut kept = self.without(known, &suspects);
-        let mut chosen = self.choose(&kept)?;
+        let mut chosen = self.choose(&kept, None)?;
         let mut estimates = self.estimates(chosen.fitted())?;
         let later: Vec<Suspect> = suspects::after(&self.labelled(&estimates, &suspects));
         if !later.is_empty() && suspects::few(later.len(), self.evidence.presses.len()) {
@@ -101,7 +125,7 @@ impl<'a> Alone<'a> {
                 ..s
             }));
             kept = self.without(known, &suspects);
-            chosen = self.choose(&kept)?;
+            chosen = self.choose(&kept, None)?;
             estimates = self.estimates(chosen.fitted())?;
         }
         for suspect in &mut suspects {
@@ -110,18 +134,20 @@ impl<'a> Alone<'a> {
             }
         }
         suspects.sort_by_key(|s| s.press);
-        let (held_out, laws) = self.held_out(&kept, progress);
+        let (held_out, laws) = self.held_out(&kept, &chosen, progress);
         self.outcome(&kept, &chosen, held_out, laws, suspects)
     }
 
     /// Labels that contradict the others before anything is fitted.
-    fn gross(&self, known: &KnownFrames) -> Result<Vec<Suspect>, Error> {
+    fn gross(&mut self, known: &KnownFrames) -> Result<Vec<Suspect>, Error> {
         let readings = Readings::new(self.evidence, known, self.sensor);
-        let apparent: Vec<(usize, f64, f64)> = readings
-            .apparent(self.sensor)
-            .into_iter()
-            .map(|(p, g)| (p, self.evidence.presses[p].load_g, g))
-            .collect();
+        let apparent: Vec<(usize, f64, f64)> = match known.frames.is_empty() {
+            true => self.through_the_inverse(known, &readings)?,
+            false => {
+                let apparent = readings.apparent(self.sensor).into_iter();
+                apparent.map(|(p, g)| (p, self.evidence.presses[p].load_g, g)).collect()
+            }
+        };
         let suspects = suspects::gross(&apparent);
         match suspects::few(suspects.len(), apparent.len()) {
             true => Ok(suspects),
@@ -146,16 +172,53 @@ impl<'a> Alone<'a> {
             .collect()
     }
 
-    /// Every law that is asked for, fitted to these frames, and the one that they choose.
-    fn choose(&self, known: &KnownFrames) -> Result<Chosen, Error> {
+    /// Press, label and what its taxel conducts over an unloaded one, for presses in crowded frames alone, by the
+    /// switches that are believed in or the first others that leave frames a solution.
+    fn through_the_inverse(
+        &mut self,
+        known: &KnownFrames,
+        readings: &Readings,
+    ) -> Result<Vec<(usize, f64, f64)>, Error> {
+        let crowd = Crowd::new(self.evidence, &known.crowded, self.crew);
+        let joint = Joint { readings, crowd: &crowd };
+        let loads = crowd.loads_g();
+        let layout = Layout::new(self.sensor, self.beliefs, LawChoice::Power, &loads, ANY_G_ZERO);
+        let layout = layout.ok_or_else(|| no_fit("no label is above nothing"))?;
+        let linear = joint.first(&layout).ok_or_else(|| {
+            no_fit("no switch resistance leaves four frames of five with a solution")
+        })?;
+        if linear.unloaded.0 > 0.0 {
+            self.unloaded = linear.unloaded.0;
+        }
+        Ok(joint.pairs(&linear))
+    }
+
+    /// Every law that is asked for, fitted to these frames, and the one that they choose. Crowded frames alone may go on
+    /// from another choice.
+    fn choose(&self, known: &KnownFrames, from: Option<&Chosen>) -> Result<Chosen, Error> {
         let readings = Readings::new(self.evidence, known, self.sensor);
-        let frames = known.frames.iter();
-        let loads: Vec<f64> = frames
-            .flat_map(|f| f.presses.iter().map(|&p| self.evidence.presses[p].load_g))
-            .collect();
-        let g_zero = readings.g_zero(self.sensor);
-        let failed = || no_fit("the readings of presses made one at a time fit no circuit");
+        let mut crowd = Crowd::new(self.evidence, &known.crowded, self.crew);
+        if let Some(from) = from {
+            crowd = crowd.near(&from.ends);
+        }
+        let joint = Joint { readings: &readings, crowd: &crowd };
+        let crowded = known.frames.is_empty();
+        let (loads, g_zero) = match crowded {
+            true => (crowd.loads_g(), self.unloaded),
+            false => {
+                let presses = known.frames.iter().flat_map(|f| &f.presses);
+                let loads = presses.map(|&p| self.evidence.presses[p].load_g).collect();
+                (loads, readings.g_zero(self.sensor))
+            }
+        };
+        let failed = || {
+            no_fit(match crowded {
+                true => "the presses' conductances through the inverse fit no circuit and law",
+                false => "the readings of presses made one at a time fit no circuit",
+            })
+        };
         let mut chosen: Option<Chosen> = None;
+        let mut linear: Option<Linear> = None;
         for (choice, name) in LAWS {
             let wanted = self.options.law == choice;
             if choice != LawChoice::Power && !wanted && self.options.law != LawChoice::Auto {
@@ -165,7 +228,29 @@ impl<'a> Alone<'a> {
             let Some(layout) = layout else { continue };
             let before = chosen.as_ref().map(Chosen::fitted);
             let power = chosen.as_ref().map(|c| &c.fits[0].1);
-            let Some(fitted) = readings.fit(&layout, power) else {
+            let fitted = match crowded {
+                false => readings.fit(&layout, power),
+                true => {
+                    let about = match (power, &linear) {
+                        (Some(power), Some(linear)) => {
+                            Some((linear.carried(&power.layout, &layout), power.share))
+                        }
+                        _ => match from.and_then(|f| Some((f.linear.as_ref()?, f.fits[0].1.share))) {
+                            Some((near, share)) => {
+                                let kept = |p| known.crowded.binary_search(&p).is_ok();
+                                Some((near.with(kept), share))
+                            }
+                            None => joint.start(&layout).map(|linear| (linear, 0.0)),
+                        },
+                    };
+                    let found = about.and_then(|(about, share)| joint.fit(&layout, about, share));
+                    found.map(|(fitted, at)| {
+                        linear.get_or_insert(at);
+                        fitted
+                    })
+                }
+            };
+            let Some(fitted) = fitted else {
                 continue;
             };
             let gain = before.map_or(f64::INFINITY, |b| b.loss - fitted.loss);
@@ -180,6 +265,8 @@ impl<'a> Alone<'a> {
             let chosen = chosen.get_or_insert_with(|| Chosen {
                 fits: Vec::new(),
                 at: 0,
+                ends: Vec::new(),
+                linear: None,
             });
             if enough {
                 chosen.at = chosen.fits.len();
@@ -188,12 +275,18 @@ impl<'a> Alone<'a> {
         }
         let mut chosen = chosen.ok_or_else(failed)?;
         let at = chosen.at;
-        if !known.crowded.is_empty() {
-            let crowd = Crowd::new(self.evidence, &known.crowded, self.crew);
-            if let Some(joint) = crowd.fit(&readings, chosen.fitted()) {
-                chosen.fits[at].1 = joint;
+        if !crowded && !known.crowded.is_empty() {
+            let alone = chosen.fitted();
+            let about = crowd.linear(&alone.layout, &alone.peak.at);
+            let found = about.and_then(|about| joint.fit(&alone.layout, about, alone.share));
+            if let Some((fitted, _)) = found {
+                // What the crowd adds is no reason for another law: that was chosen by the others alone.
+                let loss = alone.loss;
+                chosen.fits[at].1 = Fitted { loss, ..fitted };
             }
         }
+        chosen.linear = linear;
+        chosen.ends = crowd.ends();
         Ok(chosen)
     }
 
@@ -223,6 +316,7 @@ impl<'a> Alone<'a> {
     fn held_out(
         &self,
         known: &KnownFrames,
+        chosen: &Chosen,
         progress: &mut dyn FnMut(&str, f64),
     ) -> (HeldOut, Vec<(String, f64)>) {
         let presses = &self.evidence.presses;
@@ -240,7 +334,7 @@ impl<'a> Alone<'a> {
         progress("held-out presses", 0.5);
         let judged = shared_out(self.crew, (0..folds).collect(), |fold| {
             let held = used.iter().copied().filter(|&p| fold_of(p) == fold);
-            Some(self.judge(&known.with(|p| fold_of(p) != fold), held.collect()))
+            Some(self.judge(&known.with(|p| fold_of(p) != fold), held.collect(), chosen))
         });
         let mut held = HeldOut {
             how: format!(
@@ -266,9 +360,9 @@ impl<'a> Alone<'a> {
     }
 
     /// Errors on the presses of one fold, by a fit and a choice made from the others.
-    fn judge(&self, others: &KnownFrames, held: Vec<usize>) -> Fold {
+    fn judge(&self, others: &KnownFrames, held: Vec<usize>, near: &Chosen) -> Fold {
         let mut fold = Fold::default();
-        let Ok(chosen) = self.choose(others) else {
+        let Ok(chosen) = self.choose(others, Some(near)) else {
             fold.unjudged = held.len();
             return fold;
         };

@@ -27,6 +27,14 @@ pub(super) enum Unknown {
     Source,
 }
 
+impl Unknown {
+    /// Whether it is one of the circuit's, and not of the law.
+    pub(super) fn moves_circuit(self) -> bool {
+        use Unknown::{Gain, Source, Split, Sum};
+        matches!(self, Sum | Split | Gain | Source)
+    }
+}
+
 /// Standard deviation believed of ln g_zero about what is read.
 const G_ZERO: f64 = 1.1;
 /// Inner knots of the spline law, and the least ratio of loads that it is tried with.
