@@ -15,7 +15,7 @@ use crate::circuit::{Converter, LinearCircuit, OperatingPoint};
 use crate::crew::shared_out;
 use crate::solve::influence_of;
 use crate::stats::quantile;
-use crate::{Frame, Siemens};
+use crate::{Frame, Sensor, Siemens};
 
 /// Frames that one worker takes at a time.
 const BATCH: usize = 4;
@@ -233,6 +233,28 @@ impl<'a> Crowd<'a> {
             lines,
             failed,
         })
+    }
+
+    /// What each press's taxel conducts with a sensor's circuit; nothing where its frame has no solution.
+    pub(super) fn siemens(&self, sensor: &Sensor) -> Vec<Option<f64>> {
+        let Some(inverter) = Inverter::new(self.evidence, sensor) else {
+            return vec![None; self.which.len()];
+        };
+        let look = |p: usize, siemens: &Frame<Siemens>| {
+            let press = &self.evidence.presses[p];
+            siemens.at(press.row, press.column)
+        };
+        let batches: Vec<Vec<Job>> = self.which.chunks(BATCH).map(|b| self.jobs(b)).collect();
+        let done = shared_out(self.crew, batches, |mut batch| {
+            let seen = inverter.invert_each(&mut batch, look);
+            Some((seen, batch))
+        });
+        let mut all = Vec::with_capacity(self.which.len());
+        for (seen, batch) in done.unwrap_or_default() {
+            self.keep(batch);
+            all.extend(seen);
+        }
+        all
     }
 
     fn jobs(&self, which: &[usize]) -> Vec<Job> {

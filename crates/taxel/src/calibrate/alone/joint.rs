@@ -42,7 +42,7 @@ impl Joint<'_> {
 
     /// The crowd about the best of several starts.
     pub(super) fn start(&self, layout: &Layout) -> Option<Linear> {
-        let few = self.crowd.thinned(START_PRESSES);
+        let few = self.crowd.thinned(START_PRESSES.min(self.crowd.loads_g().len() / 2));
         let rough = Joint {
             readings: self.readings,
             crowd: &few,
@@ -59,6 +59,10 @@ impl Joint<'_> {
             let loss = rough.loss(layout, &linear, share)?;
             if best.as_ref().is_none_or(|b| loss < b.0) {
                 best = Some((loss, linear.at));
+            }
+            // Where noise explains all that is left, no other start can say more.
+            if share == 0.0 {
+                break;
             }
         }
         self.crowd.linear(layout, &best?.1)

@@ -13,7 +13,6 @@ mod lumped;
 mod unknowns;
 mod words;
 
-use super::evaluate::Evaluator;
 use super::evidence::{Evidence, FEWEST_PRESSES};
 use super::fit_law::LAWS;
 use super::model::{no_fit, with_switches};
@@ -117,7 +116,8 @@ impl<'a> Alone<'a> {
         let mut suspects = self.gross(known)?;
         let mut kept = self.without(known, &suspects);
         let mut chosen = self.choose(&kept, None)?;
-        let mut estimates = self.estimates(chosen.fitted())?;
+        let everything: Vec<usize> = (0..self.evidence.presses.len()).collect();
+        let mut estimates = self.read(&everything, chosen.fitted(), &chosen);
         let later: Vec<Suspect> = suspects::after(&self.labelled(&estimates, &suspects));
         if !later.is_empty() && suspects::few(later.len(), self.evidence.presses.len()) {
             suspects.extend(later.into_iter().map(|s| Suspect {
@@ -126,7 +126,7 @@ impl<'a> Alone<'a> {
             }));
             kept = self.without(known, &suspects);
             chosen = self.choose(&kept, None)?;
-            estimates = self.estimates(chosen.fitted())?;
+            estimates = self.read(&everything, chosen.fitted(), &chosen);
         }
         for suspect in &mut suspects {
             if let Some(says) = estimates[suspect.press].filter(|says| says.is_finite()) {
@@ -290,25 +290,13 @@ impl<'a> Alone<'a> {
         Ok(chosen)
     }
 
-    /// What a fit reads from every press through the inverse, grams; nothing where its frame has no solution.
-    fn estimates(&self, fitted: &Fitted) -> Result<Vec<Option<f64>>, Error> {
-        let which: Vec<usize> = (0..self.evidence.presses.len()).collect();
-        Ok(self.read(&which, fitted))
-    }
-
-    fn read(&self, which: &[usize], fitted: &Fitted) -> Vec<Option<f64>> {
+    /// What a fit reads from presses through the inverse, grams; nothing where a frame has no solution. `near` knows
+    /// about what their frames conduct.
+    fn read(&self, which: &[usize], fitted: &Fitted, near: &Chosen) -> Vec<Option<f64>> {
         let law = plain_law(&fitted.model);
-        let mut evaluator = Evaluator::new(self.evidence, self.crew);
-        let evidence = self.evidence;
-        let look = |i: usize, siemens: &crate::Frame<crate::Siemens>| {
-            let press = &evidence.presses[i];
-            law.grams_from_siemens(0, siemens.at(press.row, press.column))
-        };
-        if let Some(all) = evaluator.invert(&fitted.model.sensor, which, look) {
-            return all.into_iter().map(Some).collect();
-        }
-        let mut one = |&i: &usize| Some(evaluator.invert(&fitted.model.sensor, &[i], look)?[0]);
-        which.iter().map(&mut one).collect()
+        let presses = Crowd::new(self.evidence, which, self.crew).near(&near.ends);
+        let siemens = presses.siemens(&fitted.model.sensor).into_iter();
+        siemens.map(|g| Some(law.grams_from_siemens(0, g?))).collect()
     }
 
     /// Errors on presses that neither fitted nor chose: each fold is read by a fit and a choice made without it. With
@@ -367,7 +355,7 @@ impl<'a> Alone<'a> {
             return fold;
         };
         for (at, (name, fitted)) in chosen.fits.iter().enumerate() {
-            let read = self.read(&held, fitted);
+            let read = self.read(&held, fitted, near);
             let errors: Vec<f64> = held
                 .iter()
                 .zip(&read)
