@@ -33,6 +33,7 @@ pub mod recording;
 mod rows;
 pub mod source;
 mod table;
+mod temporary;
 pub mod text;
 pub mod trials;
 pub mod values;
