@@ -57,8 +57,10 @@ pub(super) struct Scanner<R> {
     held: usize,
     ended: bool,
     begun: bool,
-    /// The data section has come to its end.
+    /// The data section has come to its end, for certain.
     whole: bool,
+    /// Behind a record that says that the data ends, as long as nothing speaks against it.
+    data_end: Option<u64>,
     /// It has chunks.
     chunked: bool,
     places: u32,
@@ -80,6 +82,7 @@ impl<R: Read> Scanner<R> {
             ended: false,
             begun: false,
             whole: false,
+            data_end: None,
             chunked: false,
             places: 0,
             sum: Some(crc32fast::Hasher::new()),
@@ -155,6 +158,7 @@ impl<R: Read> Scanner<R> {
             Fit::Loose => self.goes_on(9 + length)?,
         };
         match good {
+            true if opcode == op::FOOTER => self.footer(length),
             true => Ok(self.record(opcode, length)),
             false => self.lost(),
         }
@@ -162,15 +166,10 @@ impl<R: Read> Scanner<R> {
 
     fn record(&mut self, opcode: u8, length: usize) -> Found {
         self.held = 9 + length;
-        if opcode == op::DATA_END && !self.whole {
-            self.whole = true;
-            let stated = Fields(&self.bytes()[9..]).short().unwrap_or_default() as u32;
-            let sum = self.sum.take().map(crc32fast::Hasher::finalize);
-            self.sum_is_right = sum.filter(|_| stated != 0).map(|sum| sum == stated);
-        }
-        if opcode == op::FOOTER {
-            self.whole = true;
-            return self.end();
+        match opcode {
+            op::DATA_END if !self.whole => self.data_end(length),
+            op::MESSAGE | op::MESSAGE_INDEX | op::ATTACHMENT | op::METADATA => self.data_goes_on(),
+            _ => {}
         }
         if opcode == op::MESSAGE && self.chunked {
             // Where messages are in chunks, one outside is another record whose code was changed.
@@ -179,6 +178,61 @@ impl<R: Read> Scanner<R> {
         match record(opcode, &self.bytes()[9..9 + length]) {
             Some(record) => Found::Record(record.into_owned()),
             None => Found::Unreadable,
+        }
+    }
+
+    /// A record that says that the data ends here: certain where its checksum fits all that came, else once the footer
+    /// agrees.
+    fn data_end(&mut self, length: usize) {
+        let stated = Fields(&self.bytes()[9..]).short().unwrap_or_default() as u32;
+        let sum = self.sum.clone().map(crc32fast::Hasher::finalize);
+        self.sum_is_right = sum.filter(|_| stated != 0).map(|sum| sum == stated);
+        self.whole = self.sum_is_right == Some(true);
+        self.data_end = Some(self.at + (9 + length) as u64);
+    }
+
+    /// What said that the data ends was out of place.
+    fn data_goes_on(&mut self) {
+        if !self.whole {
+            (self.data_end, self.sum_is_right) = (None, None);
+        }
+    }
+
+    /// A footer counts only as the last record of the file, and where the data ends as it says; or where damage before
+    /// it, which was told, may have taken the data's end.
+    fn footer(&mut self, length: usize) -> io::Result<Found> {
+        let end = 9 + length + MAGIC.len();
+        self.fill(end + 1)?;
+        let bytes = self.bytes();
+        let is_last = bytes.len() == end && bytes.ends_with(MAGIC);
+        let start = Fields(&bytes[9..]).long().map(|start| start as u64);
+        let agrees = self.data_end.is_some_and(|data_end| {
+            start == Some(data_end) || start == Some(0) && data_end == self.at
+        });
+        if is_last && (agrees || self.places > 0) {
+            self.whole = true;
+        }
+        if !self.whole {
+            return self.lost();
+        }
+        match self.bytes().len() > end {
+            true => self.behind(end),
+            false => Ok(self.end()),
+        }
+    }
+
+    /// What follows the end of the file belongs to nothing.
+    fn behind(&mut self, end: usize) -> io::Result<Found> {
+        self.pass(end);
+        let mut bytes = 0;
+        loop {
+            self.fill(READ)?;
+            let passed = self.bytes().len();
+            if passed == 0 {
+                return Ok(Found::Lost { bytes });
+            }
+            self.pass(passed);
+            bytes += passed as u64;
         }
     }
 
@@ -213,6 +267,7 @@ impl<R: Read> Scanner<R> {
             return Ok(Found::Packing("lz4".to_owned()));
         }
         let found = header.unpack(&body[header.head()..]);
+        self.data_goes_on();
         self.chunked = true;
         self.held = 9 + length;
         Ok(found)

@@ -1,6 +1,7 @@
 //! What is written comes back, whatever happens to the file.
 
 mod damage;
+mod ends;
 mod told;
 
 use std::path::Path;
