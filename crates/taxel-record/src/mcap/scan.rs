@@ -8,7 +8,8 @@ use std::io::{self, Read};
 use mcap::records::{Record, op};
 
 use super::MAGIC;
-use super::parse::{Fields, Fit, fit, is_chunk_content, record};
+use super::chunk::ChunkHeader;
+use super::parse::{Fields, Fit, fit, record};
 
 /// The longest record and the largest chunk that are read: loads of 4096 x 4096 taxels and the chunk they came to.
 pub(super) const MAX_RECORD: usize = 96 << 20;
@@ -16,8 +17,6 @@ pub(super) const MAX_RECORD: usize = 96 << 20;
 const READ: usize = 64 << 10;
 /// Bytes by which a record is known behind damage.
 const SIGN: usize = 72;
-/// Fixed part of a chunk's header, the word for its packing not counted.
-const CHUNK_HEADER: usize = 40;
 /// Damaged places after which nothing more is looked for: a file of this program has none that a hundred do not tell.
 const MAX_PLACES: u32 = 100_000;
 
@@ -390,80 +389,6 @@ impl<R: Read> Scanner<R> {
             self.ended = read? == 0;
         }
         Ok(())
-    }
-}
-
-/// A chunk's own header.
-struct ChunkHeader<'a> {
-    unpacked: usize,
-    sum: u32,
-    packing: &'a [u8],
-    packed: usize,
-}
-
-impl<'a> ChunkHeader<'a> {
-    fn read(body: &'a [u8]) -> Option<Self> {
-        let mut fields = Fields(body);
-        fields.skip(16)?;
-        Some(Self {
-            unpacked: fields.long()?,
-            sum: fields.short()? as u32,
-            packing: fields.text()?,
-            packed: fields.long()?,
-        })
-    }
-
-    fn head(&self) -> usize {
-        CHUNK_HEADER + self.packing.len()
-    }
-
-    /// Bytes of the record, by the header.
-    fn length(&self) -> Option<usize> {
-        self.packed.checked_add(self.head())
-    }
-
-    /// What it holds, if that is what was written. The length that is stated may be what is damaged.
-    fn unpack(&self, packed: &[u8]) -> Found {
-        let content = match self.packing {
-            b"" => Ok(packed.to_vec()),
-            b"zstd" if self.unpacked <= MAX_RECORD => {
-                unpack(packed, self.unpacked).or_else(|_| unpack(packed, MAX_RECORD))
-            }
-            b"zstd" => unpack(packed, MAX_RECORD),
-            _ => return Found::LostChunk,
-        };
-        let content = match content {
-            Ok(content) => content,
-            Err(true) if self.unpacked > MAX_RECORD => {
-                return Found::TooLarge {
-                    bytes: self.unpacked as u64,
-                };
-            }
-            Err(_) => return Found::LostChunk,
-        };
-        let right = match self.sum {
-            // None was written; the length must do.
-            0 => content.len() == self.unpacked,
-            sum => crc32fast::hash(&content) == sum,
-        };
-        match right && is_chunk_content(&content) {
-            true => Found::Chunk(content),
-            false => Found::LostChunk,
-        }
-    }
-}
-
-/// What was packed, up to a length; else whether that was too short for it.
-fn unpack(packed: &[u8], most: usize) -> Result<Vec<u8>, bool> {
-    let mut content = Vec::with_capacity(most);
-    let mut unpacker = zstd::bulk::Decompressor::new().map_err(|_| false)?;
-    let unpacked = unpacker.decompress_to_buffer(packed, &mut content);
-    match unpacked {
-        Ok(_) => {
-            content.shrink_to_fit();
-            Ok(content)
-        }
-        Err(error) => Err(error.to_string().contains("too small")),
     }
 }
 
