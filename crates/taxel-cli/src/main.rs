@@ -4,6 +4,7 @@
 //! `commands/`; the mathematics is in crate `taxel`, reading and writing in `taxel-record`, pictures in
 //! `taxel-view`.
 
+mod carry;
 mod chain;
 mod commands;
 mod crew;
