@@ -25,6 +25,8 @@ const BATCH: usize = 4;
 const INFLUENCE: f64 = 1e-2;
 /// Conductances of each frame that the unloaded ones are sought among.
 const MOST_LOOKED_AT: usize = 256;
+/// What light loads may shift the mean of unloaded conductances by, of their standard deviation.
+const LEAN: f64 = 0.05;
 /// An unloaded conductance is believed to this share at best: taxels differ.
 const ALIKE: f64 = 0.01;
 
@@ -233,9 +235,9 @@ impl<'a> Crowd<'a> {
             }
         }
         let failed = self.which.len() - lines.len();
-        let per_count: Vec<f64> = lines.iter().map(|l| l.error / self.noise_counts).collect();
-        let rounding = self.rounding_counts * median(&per_count);
-        let (g_zero, error) = unloaded(conductances);
+        let noise = median(&lines.iter().map(|l| l.error).collect::<Vec<f64>>());
+        let rounding = self.rounding_counts * noise / self.noise_counts;
+        let (g_zero, error) = unloaded(conductances, noise);
         (5 * failed <= self.which.len()).then(|| Linear {
             unloaded: (g_zero, error.hypot(rounding)),
             at: at.to_vec(),
@@ -280,30 +282,34 @@ impl<'a> Crowd<'a> {
 }
 
 /// The conductance about which most lie, and its standard error: that of unloaded taxels, wherever they are. Found from
-/// below, where no load reaches.
-fn unloaded(mut siemens: Vec<f64>) -> (f64, f64) {
+/// below, where no load reaches; `noise` is the least that they scatter by, else one of a few whole counts is all.
+fn unloaded(mut siemens: Vec<f64>, noise: f64) -> (f64, f64) {
     siemens.retain(|g| g.is_finite());
     siemens.sort_by(f64::total_cmp);
     let mut centre = quantile(siemens.iter().copied(), 0.2).unwrap_or(0.0);
     let (mut deviation, mut near) = (0.0, 1);
-    for _ in 0..30 {
+    for _ in 0..100 {
         let below = siemens.partition_point(|g| *g < centre);
         let squares = siemens[..below].iter().map(|g| (g - centre).powi(2));
-        deviation = (squares.sum::<f64>() / below.max(1) as f64).sqrt();
+        deviation = (squares.sum::<f64>() / below.max(1) as f64)
+            .sqrt()
+            .max(noise);
         let from = siemens.partition_point(|g| *g < centre - 2.5 * deviation);
         let to = siemens.partition_point(|g| *g <= centre + 2.5 * deviation);
         if from >= to {
             break;
         }
         near = to - from;
-        let middle = siemens[(from + to) / 2];
-        if middle == centre {
+        // Not the median: of whole counts that is one of a few.
+        let mean = siemens[from..to].iter().sum::<f64>() / near as f64;
+        if (mean - centre).abs() <= 1e-6 * deviation {
             break;
         }
-        centre = middle;
+        centre = mean;
     }
-    // Of a median, and three times that: the loaded lean on it from above.
-    let error = 3.0 * 1.2533 * deviation / (near as f64).sqrt();
+    // Loads too light to be told from noise lean on the mean from above, however many there are.
+    let lean = LEAN * deviation;
+    let error = (deviation / (near as f64).sqrt()).hypot(lean);
     (centre, error.hypot(ALIKE * centre).max(1e-15))
 }
 
@@ -325,10 +331,15 @@ mod tests {
                     }
             })
             .collect();
-        let (centre, error) = unloaded(siemens);
+        let (centre, error) = unloaded(siemens, 0.0);
         assert!((centre - 1e-6).abs() < 1.5 * error, "{centre} ± {error}");
         assert!(error < 1e-6, "{error}");
-        assert_eq!(unloaded(vec![2e-6; 50]).0, 2e-6);
-        assert_eq!(unloaded(Vec::new()).0, 0.0);
+        assert_eq!(unloaded(vec![2e-6; 50], 0.0).0, 2e-6);
+        // Noise that rounds to no count, now and then to one, seldom to two.
+        let few: Vec<f64> = (0..1000)
+            .map(|i| 1e-6 * f64::from(u8::from(i % 5 == 0)))
+            .collect();
+        assert!((unloaded(few, 4e-7).0 - 2e-7).abs() < 1e-9);
+        assert_eq!(unloaded(Vec::new(), 0.0).0, 0.0);
     }
 }
