@@ -123,7 +123,7 @@ pub enum Error {
         hint: &'static str,
     },
     /// An array that no sensor has.
-    #[error("cannot read {} as frames of {rows} rows x {columns} columns: a frame has 1 to {limit} taxels\nhint: check rows and columns in the sensor file", .file.display())]
+    #[error("cannot read {} as frames of {rows} rows x {columns} columns: a frame has 1 to {limit} taxels, so that memory stays below 256 MiB\nhint: check rows and columns in the sensor file", .file.display())]
     Size {
         /// The file.
         file: PathBuf,
@@ -325,12 +325,14 @@ pub enum Error {
         cell: usize,
     },
     /// A table too large to be one.
-    #[error("{} has {found} bytes, at most {limit} expected of a table\nhint: is this a recording? presses go in a table of one line a press", .file.display())]
+    #[error("{} has {found} {what}, at most {limit} expected of a table\nhint: is this a recording? presses go in a table of one line a press; a longer one is read in parts", .file.display())]
     TableLength {
         /// The file.
         file: PathBuf,
-        /// Its bytes.
+        /// How many there are.
         found: u64,
+        /// `bytes`, `columns`, …
+        what: &'static str,
         /// The most it may have.
         limit: u64,
     },

@@ -10,7 +10,12 @@ use crate::grid::shortened;
 use crate::source::open_input;
 
 /// The most bytes a table may have; it is held whole.
-pub(crate) const TABLE_BYTES: u64 = 64 << 20;
+const TABLE_BYTES: u64 = 8 << 20;
+/// The most lines a table may have: what is made of a line takes thirty times the shortest line's bytes, and memory is to
+/// stay below 256 MiB.
+const TABLE_LINES: usize = 1 << 18;
+/// The most columns a table may have: ten times those that are known, and room for empty ones of a spreadsheet.
+const TABLE_COLUMNS: usize = 256;
 
 /// A table in memory.
 pub(crate) struct Table {
@@ -36,11 +41,22 @@ impl Table {
         Self::read(input, path, known)
     }
 
+    /// Reads a table of any columns.
+    pub(crate) fn open_any(path: &Path) -> Result<Self, Error> {
+        Self::text(open_input(path)?.0, path)
+    }
+
     pub(crate) fn read(
         input: impl Read,
         path: &Path,
         known: &[&'static str],
     ) -> Result<Self, Error> {
+        let table = Self::text(input, path)?;
+        table.check_names(known)?;
+        Ok(table)
+    }
+
+    fn text(input: impl Read, path: &Path) -> Result<Self, Error> {
         let file = path.to_owned();
         let mut text = Vec::new();
         if let Err(source) = input.take(TABLE_BYTES + 1).read_to_end(&mut text) {
@@ -56,6 +72,7 @@ impl Table {
             return Err(Error::TableLength {
                 file,
                 found,
+                what: "bytes",
                 limit: TABLE_BYTES,
             });
         }
@@ -72,9 +89,20 @@ impl Table {
             Ok(true) => {}
             _ => return Err(table.empty("header")),
         }
+        if header.len() > TABLE_COLUMNS {
+            return Err(table.too_long(header.len(), "columns", TABLE_COLUMNS));
+        }
         table.header = header.iter().map(name_of).collect();
-        table.check_names(known)?;
         Ok(table)
+    }
+
+    fn too_long(&self, found: usize, what: &'static str, limit: usize) -> Error {
+        Error::TableLength {
+            file: self.file.clone(),
+            found: found as u64,
+            what,
+            limit: limit as u64,
+        }
     }
 
     fn reader(&self) -> csv::Reader<&[u8]> {
@@ -167,6 +195,9 @@ impl Table {
                 line,
             };
             row.check_length()?;
+            if out.len() == TABLE_LINES {
+                return Err(self.too_long(TABLE_LINES + 1, "lines or more", TABLE_LINES));
+            }
             out.push(each(&row)?);
         }
         if out.is_empty() {
