@@ -4,6 +4,7 @@
 //! `commands/`; the mathematics is in crate `taxel`, reading and writing in `taxel-record`, pictures in
 //! `taxel-view`.
 
+mod bounded;
 mod chain;
 mod commands;
 mod crew;
@@ -17,6 +18,8 @@ mod lesson;
 mod line_faults;
 mod live;
 mod live_sensor;
+mod memory;
+mod named_files;
 mod out;
 mod outputs;
 mod patience;
