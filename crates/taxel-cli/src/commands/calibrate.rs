@@ -13,7 +13,7 @@ use super::positive::positive;
 use crate::crew::Threads;
 use crate::error::Error;
 use crate::live::time_stamp;
-use crate::outputs::Files;
+use crate::outputs::{Files, check_sensor_ending};
 use crate::progress::Progress;
 use crate::{Exit, out, presses, sensor_file};
 
@@ -110,15 +110,19 @@ impl From<Law> for LawChoice {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     Files::default()
-        .input("sensor", &args.sensor)
-        .maybe_input("table of presses", args.presses.as_ref())
-        .maybe_input("equilibration", args.equilibration.as_ref())
+        .sensor(&args.sensor)
+        .maybe_table("table of presses", args.presses.as_ref())
+        .maybe_table("table of uniform loads", args.equilibration.as_ref())
         .maybe_input("table of pairs", args.pairs.as_ref())
         .maybe_input("recording", args.series.as_ref())
         .maybe_input("file of loads", args.loads.as_ref())
         .output("-o", &args.output)
         .maybe_output("--static-output", args.static_output.as_ref())
         .check()?;
+    check_sensor_ending("-o", &args.output)?;
+    if let Some(file) = &args.static_output {
+        check_sensor_ending("--static-output", file)?;
+    }
     let sensor = sensor_file::load(&args.sensor)?;
     if let (Some(recording), Some(loads)) = (&args.series, &args.loads) {
         return series::run(args, &sensor, recording, loads);
