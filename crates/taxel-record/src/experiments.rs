@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use crate::error::Error;
+use crate::error::{Error, TableError};
 use crate::source::open_input;
 use crate::table::{Row, Table};
 
@@ -243,14 +243,15 @@ impl Taxel<'_> {
         }
         let (rows, columns) = (self.rows, self.columns);
         let at = line.place(cell);
-        Err(Error::OutsideArray {
+        Err(TableError::OutsideArray {
             at,
             label,
             row,
             column,
             rows,
             columns,
-        })
+        }
+        .into())
     }
 }
 

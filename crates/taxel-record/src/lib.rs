@@ -40,7 +40,7 @@ mod xlsx;
 
 pub use atomic::AtomicFile;
 pub use columns::{Column, write_columns};
-pub use error::{Error, Place};
+pub use error::{Error, Place, TableError};
 pub use experiments::{Press, Uniform, read_presses, read_uniform_loads, recordings_named_in};
 pub use integrity::{Damage, Gaps, Integrity};
 pub use mcap::{Event, Losses, McapReader, McapWriter, Tare};

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use csv::ByteRecord;
 
-use crate::error::{Error, Place};
+use crate::error::{Error, Place, TableError};
 use crate::grid::shortened;
 use crate::source::open_input;
 
@@ -69,12 +69,13 @@ impl Table {
         }
         if text.len() as u64 > TABLE_BYTES {
             let found = text.len() as u64;
-            return Err(Error::TableLength {
+            return Err(TableError::TooLong {
                 file,
                 found,
                 what: "bytes",
                 limit: TABLE_BYTES,
-            });
+            }
+            .into());
         }
         if text.starts_with(b"\xEF\xBB\xBF") {
             text.drain(..3);
@@ -97,12 +98,13 @@ impl Table {
     }
 
     fn too_long(&self, found: usize, what: &'static str, limit: usize) -> Error {
-        Error::TableLength {
+        TableError::TooLong {
             file: self.file.clone(),
             found: found as u64,
             what,
             limit: limit as u64,
         }
+        .into()
     }
 
     fn reader(&self) -> csv::Reader<&[u8]> {
@@ -145,7 +147,7 @@ impl Table {
             }
         };
         let (at, found) = (self.header_place(), shortened(name.as_bytes()));
-        Err(Error::UnknownColumn { at, found, hint })
+        Err(TableError::UnknownColumn { at, found, hint }.into())
     }
 
     /// The place of a column in each line, where it exists.
@@ -155,12 +157,13 @@ impl Table {
 
     /// The place of a column in each line.
     pub(crate) fn need(&self, name: &'static str, all: &'static str) -> Result<usize, Error> {
-        self.find(name).ok_or_else(|| Error::MissingColumn {
+        let missing = || TableError::MissingColumn {
             at: self.header_place(),
             missing: name,
             found: shortened_list(&self.header),
             hint: format!("the header must have {all}"),
-        })
+        };
+        Ok(self.find(name).ok_or_else(missing)?)
     }
 
     /// Calls `each` with every line that is not blank, and gives what it made.
@@ -214,11 +217,12 @@ impl Row<'_> {
         if found >= expected && spare.into_iter().all(|cell| cell.trim_ascii().is_empty()) {
             return Ok(());
         }
-        Err(Error::TableShape {
+        Err(TableError::Shape {
             at: self.place(0),
             found: found as u64,
             expected: expected as u64,
-        })
+        }
+        .into())
     }
 
     /// Where a cell begins.
@@ -245,7 +249,7 @@ impl Row<'_> {
     /// A cell's text, without the space around it.
     pub(crate) fn text(&self, cell: usize) -> Result<&str, Error> {
         let bytes = self.record.get(cell).unwrap_or_default();
-        let text = std::str::from_utf8(bytes).map_err(|_| Error::NotText {
+        let text = std::str::from_utf8(bytes).map_err(|_| TableError::NotText {
             at: self.place(cell),
             cell: cell + 1,
         })?;
@@ -268,13 +272,14 @@ impl Row<'_> {
     ) -> Error {
         let bytes = self.record.get(cell).unwrap_or_default();
         let found = shortened(bytes.trim_ascii());
-        Error::Cell {
+        TableError::Cell {
             at: self.place(cell),
             column,
             found,
             expected,
             hint,
         }
+        .into()
     }
 
     /// A whole number, 0 and up.
