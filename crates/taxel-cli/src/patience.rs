@@ -41,12 +41,15 @@ pub(crate) fn watch_pipes(arguments: impl Iterator<Item = PathBuf>) {
         return;
     }
     thread::spawn(move || {
-        thread::sleep(PATIENCE);
-        out::note(&format!(
-            "still at work after {} s: {} may not have said all of it yet",
-            PATIENCE.as_secs(),
-            names.join(", ")
-        ));
+        // Again and again: who comes back to a silent screen should see it too.
+        for turn in 1.. {
+            thread::sleep(PATIENCE);
+            out::note(&format!(
+                "still at work after {} s: {} may not have said all of it yet",
+                turn * PATIENCE.as_secs(),
+                names.join(", ")
+            ));
+        }
     });
 }
 

@@ -343,7 +343,10 @@ fn assemble(card: &Card, networks: Vec<Mlp>) -> Result<Kind, String> {
                 members: members.collect::<Result<_, String>>()?,
             }))
         }
-        other => Err(format!("an unknown kind of model, `{other}`")),
+        other => Err(format!(
+            "an unknown kind of model, `{}`",
+            tensors::shortened(other)
+        )),
     }
 }
 

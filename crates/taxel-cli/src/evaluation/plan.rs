@@ -337,7 +337,11 @@ fn beside(folder: &Path, word: &str) -> PathBuf {
 
 /// What TOML finds wrong, with its place, and with more words where its own are those of its makers.
 fn words_of(error: &toml::de::Error) -> String {
-    let text = error.to_string().trim_end().to_owned();
+    // It quotes the whole line, however long.
+    let quoted = error.to_string();
+    let lines = quoted.trim_end().lines();
+    let short: Vec<String> = lines.map(|line| line.chars().take(160).collect()).collect();
+    let text = short.join("\n");
     match text.contains("invalid type: map, expected a sequence") {
         true => text + "\nwrite [[experiment]], with two brackets: there may be more than one",
         false => text,

@@ -217,6 +217,9 @@ fn a_header_without_sense_is_quoted_in_part() {
     let run = folder.fails("model show m.safetensors");
     assert!(run.err.contains("not a safetensors file"), "{run}");
     assert!(run.err.len() < 300, "{} bytes", run.err.len());
+    folder.write("plan.toml", &"1".repeat(1 << 18));
+    let run = folder.fails("evaluate plan.toml");
+    assert!(run.err.len() < 1500, "{} bytes", run.err.len());
 }
 
 #[test]
