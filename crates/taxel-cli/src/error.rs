@@ -377,6 +377,14 @@ pub(crate) enum Error {
         /// Why.
         why: String,
     },
+    /// A damaged recording in which nothing is whole.
+    #[error("{} holds no frame that is whole: {lost}\nhint: nothing is written; a copy made before the damage is the only way back", .file.display())]
+    NothingRecovered {
+        /// The damaged recording.
+        file: PathBuf,
+        /// What it lacks.
+        lost: String,
+    },
     /// Standard output cannot be written.
     #[error("cannot write to standard output: {0}\nhint: check what reads the other end")]
     Stdout(#[source] io::Error),

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use taxel::{Counts, Frame, Sensor, Siemens, Volts};
 use taxel_record::npy::Element;
 use taxel_record::{
-    FrameSource, Integrity, NpyOptions, NpyReader, NpyWriter, NpzWriter, Skipped, Tare,
-    TextOptions, ValuesReader, ValuesWriter, open_counts,
+    FrameSource, Integrity, LoadsReader, NpyOptions, NpyReader, NpyWriter, NpzWriter, Skipped,
+    Tare, TextOptions, ValuesReader, ValuesWriter, open_counts,
 };
 
 use crate::error::Error;
@@ -42,6 +42,15 @@ impl Input {
     /// Opens it.
     pub(crate) fn open(&self) -> Result<Reading, Error> {
         let (file, options) = (&self.file, self.options);
+        if self.unit != InputUnit::Counts && is_mcap(file) {
+            return Err(Error::Arguments {
+                what: format!(
+                    "--input-unit: {} holds counts, no volts or siemens",
+                    file.display()
+                ),
+                hint: "leave --input-unit out",
+            });
+        }
         let (rows, columns) = (options.rows, options.columns);
         Ok(match self.unit {
             InputUnit::Counts => {
@@ -74,11 +83,31 @@ impl Input {
     }
 }
 
+/// A source of numbers as they are, whatever they are: of `.csv` or `.npy`, or the loads of a recording, newtons.
+pub(crate) fn open_shown(
+    file: &Path,
+    options: TextOptions,
+) -> Result<Box<dyn FrameSource<Shown>>, Error> {
+    match is_mcap(file) {
+        true => Ok(Box::new(LoadsReader::open(file, options)?)),
+        false => open_values(file, options),
+    }
+}
+
 /// A source of numbers that are no counts, `.csv` or `.npy`.
 pub(crate) fn open_values<Q: Send + 'static>(
     file: &Path,
     options: TextOptions,
 ) -> Result<Box<dyn FrameSource<Q>>, Error> {
+    if is_mcap(file) {
+        return Err(Error::Arguments {
+            what: format!(
+                "{} is a recording of counts, where a file of values is expected",
+                file.display()
+            ),
+            hint: "`taxel compensate` makes a file of values (.csv, .npy) of a recording",
+        });
+    }
     Ok(match is_array(file) {
         true => Box::new(NpyReader::open_values(file, NpyOptions::from(options))?),
         false => Box::new(ValuesReader::open(file, options)?),
@@ -117,6 +146,15 @@ impl Reading {
             Reading::Counts(_, frame) => frame.sequence,
             Reading::Volts(_, frame) => frame.sequence,
             Reading::Siemens(_, frame) => frame.sequence,
+        }
+    }
+
+    /// Device time of the frame read last, seconds, where the recording knows it.
+    pub(crate) fn time_secs(&self) -> Option<f64> {
+        match self {
+            Reading::Counts(_, frame) => frame.time_secs,
+            Reading::Volts(_, frame) => frame.time_secs,
+            Reading::Siemens(_, frame) => frame.time_secs,
         }
     }
 
@@ -232,6 +270,11 @@ pub(crate) fn is_array(file: &Path) -> bool {
 /// Whether a file of this name is a recording with times and its sensor.
 pub(crate) fn is_mcap(file: &Path) -> bool {
     extension(file) == "mcap"
+}
+
+/// Whether a file of this name is a table of one row a frame.
+pub(crate) fn is_parquet(file: &Path) -> bool {
+    extension(file) == "parquet"
 }
 
 /// Whether a file of this name needs the number of frames before the first.

@@ -5,6 +5,7 @@
 //! `taxel-view`.
 
 mod bounded;
+mod carry;
 mod chain;
 mod commands;
 mod crew;

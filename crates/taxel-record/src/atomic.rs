@@ -3,42 +3,18 @@
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
-
-use tempfile::NamedTempFile;
+use std::sync::{Arc, OnceLock};
 
 use crate::error::Error;
+pub use crate::temporary::discard_all;
+use crate::temporary::{NotNamed, Temporary, folder_of};
 
 const BUFFER: usize = 256 * 1024;
 
-/// Temporary files of this program: what a signal must not leave behind.
-static TEMPORARIES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
-
-/// Removes every temporary file that is being written, and lets none begin any more: for a program that ends at once
-/// because a signal tells it to.
-pub fn discard_all() {
-    let temporaries = TEMPORARIES.lock().unwrap_or_else(PoisonError::into_inner);
-    for path in temporaries.iter() {
-        let _ = fs::remove_file(path);
-    }
-    std::mem::forget(temporaries);
-}
-
-/// A temporary file that is in the list as long as it is one.
-#[derive(Debug)]
-struct Listed(PathBuf);
-
-impl Drop for Listed {
-    fn drop(&mut self) {
-        let mut temporaries = TEMPORARIES.lock().unwrap_or_else(PoisonError::into_inner);
-        temporaries.retain(|path| *path != self.0);
-    }
-}
-
 /// A file that appears under its name only when [`AtomicFile::commit`] has written all of it to the disk.
 ///
-/// Until then it has a temporary name in the same folder; dropped without `commit`, it is gone and an older
-/// file of the name untouched. When the disk is full, what was written is kept as `<name>.partial`.
+/// Until then it has no name, or a hidden one in the same folder where the system has no files without; dropped
+/// without `commit`, it is gone and an older file of the name untouched. When the disk is full, what was written is kept as `<name>.partial`.
 /// `-`, `/dev/stdout`, pipes and devices are written straight through.
 #[derive(Debug)]
 pub struct AtomicFile {
@@ -58,7 +34,7 @@ pub struct AtomicFile {
 enum Sink {
     Standard(io::Stdout),
     Through(File),
-    Beside(NamedTempFile, Listed),
+    Beside(Temporary),
     Failed,
 }
 
@@ -109,7 +85,7 @@ impl AtomicFile {
 
     /// Whether the file is written beside its target, so that its start can be written again.
     pub fn can_go_back(&self) -> bool {
-        matches!(self.sink, Sink::Beside(..))
+        matches!(self.sink, Sink::Beside(_))
     }
 
     /// Appends `bytes`.
@@ -126,7 +102,8 @@ impl AtomicFile {
     /// [`Error::Write`], naming what is kept.
     pub(crate) fn put_at_start(&mut self, bytes: &[u8]) -> Result<(), Error> {
         let result = self.drain().and_then(|()| match &mut self.sink {
-            Sink::Beside(file, _) => {
+            Sink::Beside(file) => {
+                let file = file.file_mut();
                 file.seek(SeekFrom::Start(0))?;
                 file.write_all(bytes)?;
                 file.seek(SeekFrom::End(0)).map(|_| ())
@@ -149,17 +126,17 @@ impl AtomicFile {
             self.keep();
             return Err(self.error(source));
         }
-        let Sink::Beside(file, listed) = std::mem::replace(&mut self.sink, Sink::Failed) else {
+        let Sink::Beside(file) = std::mem::replace(&mut self.sink, Sink::Failed) else {
             return Ok(());
         };
         let named = match self.new_only {
-            true => file.persist_noclobber(&self.target),
-            false => file.persist(&self.target),
+            true => file.name_new(&self.target),
+            false => file.name_over(&self.target),
         };
-        if let Err(failed) = named {
-            self.sink = Sink::Beside(failed.file, listed);
+        if let Err(NotNamed { file, error }) = named {
+            self.sink = Sink::Beside(file);
             self.keep();
-            return Err(self.error(failed.error));
+            return Err(self.error(error));
         }
         sync_folder(&self.target);
         Ok(())
@@ -184,7 +161,7 @@ impl AtomicFile {
         match &mut self.sink {
             Sink::Standard(out) => out.flush(),
             Sink::Through(file) => file.flush(),
-            Sink::Beside(file, _) => file.as_file().sync_all(),
+            Sink::Beside(file) => file.file().sync_all(),
             Sink::Failed => Err(io::ErrorKind::BrokenPipe.into()),
         }
     }
@@ -218,14 +195,14 @@ impl AtomicFile {
                 return Err(io::ErrorKind::StorageFull.into());
             }
             return match &mut self.sink {
-                Sink::Beside(file, _) => file.write(&bytes[..room]),
+                Sink::Beside(file) => file.file_mut().write(&bytes[..room]),
                 _ => Ok(room),
             };
         }
         match &mut self.sink {
             Sink::Standard(out) => out.write(bytes),
             Sink::Through(file) => file.write(bytes),
-            Sink::Beside(file, _) => file.write(bytes),
+            Sink::Beside(file) => file.file_mut().write(bytes),
             // Told once already; `commit` tells again. What follows, as an archive's end, goes nowhere.
             Sink::Failed => Ok(bytes.len()),
         }
@@ -239,7 +216,7 @@ impl AtomicFile {
 
     /// Gives what was written so far the name `<name>.partial`.
     fn keep(&mut self) {
-        if let Sink::Beside(file, _listed) = std::mem::replace(&mut self.sink, Sink::Failed) {
+        if let Sink::Beside(file) = std::mem::replace(&mut self.sink, Sink::Failed) {
             if self.bytes == 0 {
                 // Nothing is no part of anything; let go, it is gone.
                 return;
@@ -247,7 +224,7 @@ impl AtomicFile {
             let mut name = self.target.clone().into_os_string();
             name.push(".partial");
             let partial = PathBuf::from(name);
-            if file.persist(&partial).is_ok() {
+            if file.name_over(&partial).is_ok() {
                 let _ = self.kept.set(partial);
             }
         }
@@ -291,40 +268,16 @@ fn open_sink(path: &Path) -> io::Result<(PathBuf, Sink)> {
         Some(_) => fs::canonicalize(path)?,
         None => path.to_owned(),
     };
-    let folder = match target.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let (file, listed) = temporary_in(folder)?;
+    let file = Temporary::beside(&target)?;
     if let Some(about) = about {
-        file.as_file().set_permissions(about.permissions())?;
+        file.file().set_permissions(about.permissions())?;
     }
-    Ok((target, Sink::Beside(file, listed)))
-}
-
-fn temporary_in(folder: &Path) -> io::Result<(NamedTempFile, Listed)> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".taxel-").suffix(".tmp");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        // As for any new file; the user's mask takes away from it.
-        builder.permissions(fs::Permissions::from_mode(0o666));
-    }
-    // The list is held meanwhile: no file is there that is not in it.
-    let mut temporaries = TEMPORARIES.lock().unwrap_or_else(PoisonError::into_inner);
-    let file = builder.tempfile_in(folder)?;
-    let path = file.path().to_owned();
-    temporaries.push(path.clone());
-    Ok((file, Listed(path)))
+    Ok((target, Sink::Beside(file)))
 }
 
 /// Makes the new name itself last through a power cut, where the system can.
 fn sync_folder(target: &Path) {
-    let folder = target
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty());
-    if let Ok(folder) = File::open(folder.unwrap_or(Path::new("."))) {
+    if let Ok(folder) = File::open(folder_of(target)) {
         let _ = folder.sync_all();
     }
 }

@@ -443,6 +443,12 @@ pub enum Error {
         /// The topics or fields there are.
         found: Vec<String>,
     },
+    /// A recording of counts alone.
+    #[error("no loads in {}\nhint: `taxel record --loads` records them, `taxel compensate -o FILE.mcap` computes them", .file.display())]
+    NoLoads {
+        /// The file.
+        file: PathBuf,
+    },
     /// A .npz array packed in a way numpy never uses.
     #[error("cannot unpack `{array}` in {}: method {found}, expected 0 (stored) or 8 (deflated)\nhint: write it with numpy.savez or numpy.savez_compressed", .file.display())]
     Packing {

@@ -135,6 +135,21 @@ pub fn read_presses_from(
     })
 }
 
+/// The recordings that a table of presses names, each once, in the order of its lines: to ask them for their sensor
+/// before the table can be read.
+///
+/// # Errors
+/// As [`read_presses`], of the column `recording`.
+pub fn recordings_of(path: impl AsRef<Path>) -> Result<Vec<PathBuf>, Error> {
+    let path = path.as_ref();
+    let table = Table::open(path, &PRESS_COLUMNS)?;
+    let recording = table.need("recording", PRESS_NEEDS)?;
+    let mut named = table.rows("press", |line| beside(path, line, recording))?;
+    let mut seen = std::collections::BTreeSet::new();
+    named.retain(|recording| seen.insert(recording.clone()));
+    Ok(named)
+}
+
 /// Reads `equilibration.csv`: columns `recording,frame,load_g` in any order.
 ///
 /// # Errors

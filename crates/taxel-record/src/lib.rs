@@ -33,6 +33,7 @@ pub mod recording;
 mod rows;
 pub mod source;
 mod table;
+mod temporary;
 pub mod text;
 pub mod trials;
 pub mod values;
@@ -41,9 +42,11 @@ mod xlsx;
 pub use atomic::AtomicFile;
 pub use columns::{Column, write_columns};
 pub use error::{Error, Place, TableError};
-pub use experiments::{Press, Uniform, read_presses, read_uniform_loads, recordings_named_in};
+pub use experiments::{
+    Press, Uniform, read_presses, read_uniform_loads, recordings_named_in, recordings_of,
+};
 pub use integrity::{Damage, Gaps, Integrity};
-pub use mcap::{Event, Losses, McapReader, McapWriter, Tare};
+pub use mcap::{Event, LoadsReader, Losses, McapReader, McapWriter, Tare};
 pub use npy::{NpyOptions, NpyReader, NpyWriter, NpzWriter};
 pub use pairs::{PairOnLine, read_pairs, read_pairs_by_line};
 pub use parquet::ParquetWriter;

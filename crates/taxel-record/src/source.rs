@@ -4,6 +4,7 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::marker::PhantomData;
 use std::path::Path;
+use std::time::SystemTime;
 
 use taxel::{Counts, Frame};
 
@@ -64,6 +65,11 @@ pub trait FrameSource<Q = Counts> {
         None
     }
 
+    /// When the host had the frame read last, where the file knows it.
+    fn host_time(&self) -> Option<SystemTime> {
+        None
+    }
+
     /// The frames one by one, each newly allocated.
     fn frames(self) -> Frames<Self, Q>
     where
@@ -106,6 +112,9 @@ impl<Q, S: FrameSource<Q> + ?Sized> FrameSource<Q> for Box<S> {
     }
     fn device_number(&self) -> Option<u64> {
         (**self).device_number()
+    }
+    fn host_time(&self) -> Option<SystemTime> {
+        (**self).host_time()
     }
 }
 

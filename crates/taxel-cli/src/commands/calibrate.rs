@@ -7,15 +7,18 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use clap::ValueEnum;
+use taxel::Sensor;
 use taxel::calibrate::{LawChoice, Options, Report};
+use taxel_record::recordings_of;
 
 use super::positive::positive;
 use crate::crew::Threads;
 use crate::error::Error;
+use crate::frames::is_mcap;
 use crate::live::time_stamp;
 use crate::outputs::{Files, check_sensor_ending};
 use crate::progress::Progress;
-use crate::{Exit, out, presses, sensor_file};
+use crate::{Exit, live_sensor, out, presses, recorded};
 
 /// Fit switch resistances and load law to labelled presses
 ///
@@ -26,9 +29,9 @@ use crate::{Exit, out, presses, sensor_file};
 /// remembers: creep and hysteresis.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Sensor file (the parts list), or the name of a preset
+    /// Sensor file (the parts list), or the name of a preset; MCAP recordings bring their own
     #[arg(long, value_name = "FILE|PRESET")]
-    sensor: PathBuf,
+    sensor: Option<PathBuf>,
     /// Labelled presses: CSV with recording, frame, row, column (or taxel), load_g
     #[arg(long, value_name = "FILE", required_unless_present_any = ["pairs", "series"])]
     presses: Option<PathBuf>,
@@ -110,7 +113,7 @@ impl From<Law> for LawChoice {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     Files::default()
-        .sensor(&args.sensor)
+        .maybe_sensor(args.sensor.as_ref())
         .maybe_table("table of presses", args.presses.as_ref())
         .maybe_table("table of uniform loads", args.equilibration.as_ref())
         .maybe_input("table of pairs", args.pairs.as_ref())
@@ -123,7 +126,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     if let Some(file) = &args.static_output {
         check_sensor_ending("--static-output", file)?;
     }
-    let sensor = sensor_file::load(&args.sensor)?;
+    let sensor = sensor_of(args)?;
     if let (Some(recording), Some(loads)) = (&args.series, &args.loads) {
         return series::run(args, &sensor, recording, loads);
     }
@@ -169,6 +172,37 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let exit = doubt(report, table, &lines);
     out::note(&format!("wrote {}", args.output.display()));
     Ok(exit)
+}
+
+/// The sensor that is given, else the one that the recordings carry.
+fn sensor_of(args: &Args) -> Result<Sensor, Error> {
+    if args.sensor.is_some() {
+        return Ok(recorded::needed_sensor(args.sensor.as_deref(), None)?.0);
+    }
+    let recordings = match (&args.series, &args.presses) {
+        (Some(recording), _) => vec![recording.clone()],
+        // Standard input is read once.
+        (None, Some(table)) if table.as_os_str() != "-" => recordings_of(table)?,
+        _ => Vec::new(),
+    };
+    let mut carrying = recordings.iter().filter(|file| is_mcap(file));
+    let Some(first) = carrying.next() else {
+        return Ok(recorded::needed_sensor(None, recordings.first().map(PathBuf::as_path))?.0);
+    };
+    let (sensor, _) = recorded::needed_sensor(None, Some(first))?;
+    for other in carrying {
+        if live_sensor::carried(other)?.is_some_and(|found| found.to_toml() != sensor.to_toml()) {
+            return Err(Error::Arguments {
+                what: format!(
+                    "{} and {} carry different sensors",
+                    first.display(),
+                    other.display()
+                ),
+                hint: "--sensor says which is to be calibrated",
+            });
+        }
+    }
+    Ok(sensor)
 }
 
 /// Names labels that the others contradict, by their lines, and says what speaks against using the fit.

@@ -18,15 +18,16 @@ use crate::progress::Progress;
 use crate::recorded::Untared;
 use crate::standard_error::StandardErrors;
 use crate::unit::{InputUnit, MethodName, Unit};
-use crate::{Exit, out, recorded};
+use crate::{Exit, carry, out, recorded};
 use output::{Outputs, marks_file};
 use summary::Summary;
 
 /// Remove the cross-talk from a recording
 ///
 /// Reads frames of counts and writes R lines of C numbers a frame. Beside a file of numbers there is always
-/// one of marks, `<stem>.marks.csv`: how far each number can be trusted. Faulty lines are looked for in a
-/// first pass over the recording. Exit code 3: frames were left out, or did not come to an answer.
+/// one of marks, `<stem>.marks.csv`: how far each number can be trusted. Recordings (.mcap) and tables (.parquet) hold
+/// counts, loads in newtons and marks in one file, and the sensor. Faulty lines are looked for in a first pass over the
+/// recording. Exit code 3: frames were left out, or did not come to an answer.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Recording (.mcap, .txt, .csv, .npy, .npz, - for standard input)
@@ -34,13 +35,13 @@ pub(crate) struct Args {
     /// Sensor file, or the name of a preset; MCAP recordings bring their own
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
-    /// Unit of what is written
+    /// Unit of what is written; .mcap and .parquet hold newtons, g or N given
     #[arg(long, value_enum, default_value_t = Unit::Grams)]
     unit: Unit,
     /// Unit of what is read; volts and siemens are real numbers (.csv, .npy, .npz)
     #[arg(long, value_enum, default_value_t = InputUnit::Counts)]
     input_unit: InputUnit,
-    /// Where to write (.csv, .npy, .npz); without it, numbers go to standard output
+    /// Where to write (.csv, .npy, .npz, .mcap, .parquet); without it, numbers go to standard output
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// How loads are found: auto (what suits the read-out), exact, newton, raw (no compensation), or the file of
@@ -82,7 +83,11 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     input.options.transpose = args.transpose;
     input.options.keep_going = args.keep_going;
     input.options.accept_damage = true;
-    let mut chain = Chain::new(&sensor, &sensor_file, &args.method, args.unit)?;
+    if output::holds_counts(args) {
+        carry::check_bits(args.output.as_deref().unwrap_or(Path::new("-")), &sensor)?;
+    }
+    let unit = output::unit(args);
+    let mut chain = Chain::new(&sensor, &sensor_file, &args.method, unit)?;
     if args.repair || args.no_repair {
         chain.set_repair(args.repair);
     }
@@ -98,7 +103,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         Some(_) => Some(StandardErrors::new(
             &sensor,
             &sensor_file,
-            args.unit,
+            unit,
             survey.faults.level,
         )?),
         None => None,
@@ -131,6 +136,7 @@ fn convert(
     let mut shown = Frame::zeros(sensor.rows(), sensor.columns());
     let mut untared = Untared::new(args.no_tare);
     let (raw, area_mm2) = (args.method == MethodName::Raw, sensor.array.taxel_area_mm2);
+    let unit = output::unit(args);
     while reading.advance()? {
         let outcome = chain.take(&reading)?;
         if let Some(outcome) = &outcome {
@@ -142,15 +148,15 @@ fn convert(
             outputs.write_errors(errors.of(siemens, is_answer, &mut shown))?;
         }
         let loads = shown.values_mut();
-        untared.apply(reading.tare(), raw, args.unit, area_mm2, loads);
+        untared.apply(reading.tare(), raw, unit, area_mm2, loads);
         summary.add_marks(&shown);
-        outputs.write(&shown)?;
+        outputs.write(&shown, &mut reading)?;
         reading.show(&progress);
     }
     drop(progress);
     summary.add_skips(reading.skips());
     summary.add_missing(&args.recording, &reading.integrity());
-    outputs.commit()
+    outputs.commit(&mut reading)
 }
 
 fn needs_count(args: &Args) -> bool {
@@ -172,21 +178,7 @@ fn check(args: &Args) -> Result<(), Error> {
     };
     let output = args.output.as_deref().unwrap_or(Path::new("-"));
     let marks = marks_file(args);
-    let files = [
-        ("-o", Some(output)),
-        ("--marks", args.marks.as_deref()),
-        ("--standard-error", args.standard_error.as_deref()),
-    ];
-    for (option, file) in files {
-        if let Some(file) = file {
-            check_ending(
-                option,
-                file,
-                &NUMBERS,
-                "numbers are written as text or as arrays",
-            )?;
-        }
-    }
+    check_endings(args, output)?;
     Files::default()
         .input("recording", &args.recording)
         .maybe_sensor(args.sensor.as_ref())
@@ -201,6 +193,7 @@ fn check(args: &Args) -> Result<(), Error> {
             "give a file with -o",
         );
     }
+    output::check(args)?;
     let converts = !matches!(
         (args.input_unit, args.unit),
         (InputUnit::Volts, Unit::Volts)
@@ -224,6 +217,28 @@ fn check(args: &Args) -> Result<(), Error> {
             "--standard-error needs an inverse to carry the converter's noise through",
             "read counts or volts, write siemens or loads, with method auto, exact or newton",
         );
+    }
+    Ok(())
+}
+
+fn check_endings(args: &Args, output: &Path) -> Result<(), Error> {
+    let mut endings = NUMBERS.to_vec();
+    endings.extend(["mcap", "parquet"]);
+    check_ending(
+        "-o",
+        output,
+        &endings,
+        "numbers are written as text, as arrays, as a recording or as a table",
+    )?;
+    let files = [
+        ("--marks", &args.marks),
+        ("--standard-error", &args.standard_error),
+    ];
+    for (option, file) in files {
+        if let Some(file) = file {
+            let hint = "numbers are written as text or as arrays";
+            check_ending(option, file, &NUMBERS, hint)?;
+        }
     }
     Ok(())
 }

@@ -1,22 +1,21 @@
 //! `taxel convert`: a recording in another format.
 
-use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, SystemTime};
+use std::time::SystemTime;
 
 use taxel::{Counts, Frame, Sensor};
-use taxel_record::mcap::About;
 use taxel_record::npy::Element;
 use taxel_record::{
-    FrameSource, Losses, McapReader, McapWriter, NpyWriter, NpzWriter, ParquetWriter, Tare,
-    TextOptions, TextWriter, open_counts,
+    FrameSource, McapReader, McapWriter, NpyWriter, NpzWriter, ParquetWriter, TextOptions,
+    TextWriter, open_counts,
 };
 
 use super::positive::positive;
+use crate::carry::{Carry, Clock, USUAL_RATE};
 use crate::error::Error;
 use crate::outputs::{Files, check_ending};
 use crate::progress::Progress;
-use crate::{Exit, frames, live_sensor, out, recorded, sensor_file};
+use crate::{Exit, carry, frames, live_sensor, out, recorded, sensor_file};
 
 /// What can be written.
 const ENDINGS: [&str; 6] = ["mcap", "txt", "csv", "npy", "npz", "parquet"];
@@ -37,7 +36,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
     /// Frames a second of a recording that knows no time
-    #[arg(long, value_name = "N", default_value_t = 100.0, value_parser = positive)]
+    #[arg(long, value_name = "N", default_value_t = USUAL_RATE, value_parser = positive)]
     fps: f64,
     /// Leave out frames that cannot be read, instead of stopping at the first
     #[arg(long)]
@@ -96,11 +95,7 @@ impl Sink {
         Ok(match extension.as_str() {
             "mcap" => Self::Mcap(Box::new(McapWriter::create_at_once(
                 file,
-                &About {
-                    sensor: sensor.clone(),
-                    program: format!("taxel {}", env!("CARGO_PKG_VERSION")),
-                    source: format!("file:{}", args.recording.display()),
-                },
+                &carry::about(sensor, &args.recording),
             )?)),
             "parquet" => Self::Parquet(Box::new(ParquetWriter::create(file, sensor)?)),
             "npy" => Self::Npy(Box::new(NpyWriter::create(file, rows, columns, element)?)),
@@ -161,35 +156,10 @@ fn check(args: &Args) -> Result<(), Error> {
 fn check_bits(args: &Args, sensor: &Sensor) -> Result<(), Error> {
     let ending = args.output.extension().unwrap_or_default();
     let limited = ending.eq_ignore_ascii_case("mcap") || ending.eq_ignore_ascii_case("parquet");
-    match limited && sensor.converter.bits > 16 {
-        true => Err(Error::Arguments {
-            what: format!(
-                "{} holds counts of up to 16 bits, but the converter has {}",
-                args.output.display(),
-                sensor.converter.bits
-            ),
-            hint: "write .npy or .csv",
-        }),
+    match limited {
+        true => carry::check_bits(&args.output, sensor),
         false => Ok(()),
     }
-}
-
-/// When the host had a frame of a recording that knows only seconds.
-fn host_time(begun: SystemTime, secs: f64, args: &Args) -> Result<SystemTime, Error> {
-    let since = Duration::try_from_secs_f64(secs.max(0.0)).ok();
-    let at = since.and_then(|since| begun.checked_add(since));
-    // What a clock of nanoseconds holds: until the year 2554.
-    let at = at.filter(|at| {
-        at.duration_since(SystemTime::UNIX_EPOCH)
-            .is_ok_and(|since| u64::try_from(since.as_nanos()).is_ok())
-    });
-    at.ok_or_else(|| Error::Arguments {
-        what: format!(
-            "{}: a frame at {secs:e} s, beyond what a clock holds",
-            args.recording.display()
-        ),
-        hint: "check --fps and the times in the recording",
-    })
 }
 
 /// Runs the command.
@@ -210,34 +180,32 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         Source::Plain(_) => Element::F8,
     };
     let mut sink = Sink::create(args, &sensor, options, element)?;
-    // Of a recording without times only its file's date is known.
-    let begun = fs::metadata(&args.recording)
-        .and_then(|about| about.modified())
-        .unwrap_or_else(|_| SystemTime::now());
+    let clock = Clock::of(&args.recording, args.fps);
     let progress = Progress::new("converting");
     let mut frame = Frame::zeros(sensor.rows(), sensor.columns());
     let mut count = 0u64;
     let mut carry = Carry::default();
     while source.frames().next_into(&mut frame)? {
-        let secs = *frame.time_secs.get_or_insert(count as f64 / args.fps);
-        let host = match &source {
-            Source::Timed(reader) => reader.host_time(),
-            Source::Plain(_) => host_time(begun, secs, args)?,
-        };
+        let secs = *frame.time_secs.get_or_insert(clock.secs(count));
+        let host = clock.host(source.frames(), secs)?;
         let position = frame.sequence;
         if let Some(number) = source.frames().device_number() {
             // The device's own: a gap in them is all that tells of frames that never came.
             frame.sequence = number;
         }
-        carry.before(&mut sink, source.frames())?;
+        if let Sink::Mcap(writer) = &mut sink {
+            carry.before(writer, source.frames())?;
+        }
         sink.write(&frame, host)
-            .map_err(|error| whole(args, position, error))?;
+            .map_err(|error| carry::whole(&args.recording, &args.output, position, error))?;
         count += 1;
         frames::show(source.frames(), &progress);
     }
     drop(progress);
     let integrity = source.frames().integrity();
-    carry.end(&mut sink, source.frames(), integrity.losses)?;
+    if let Sink::Mcap(writer) = &mut sink {
+        carry.end(writer, source.frames(), integrity.losses)?;
+    }
     sink.commit()?;
     let is_missing = recorded::tell_missing(&args.recording, &integrity);
     let skipped = source.frames().skipped();
@@ -249,64 +217,4 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         true => Exit::Good,
         false => Exit::DataLost,
     })
-}
-
-/// Counts with fractions are the recording's, not the output's.
-fn whole(args: &Args, frame: u64, error: Error) -> Error {
-    match error {
-        Error::Record(taxel_record::Error::Value { found, .. }) => Error::Arguments {
-            what: format!(
-                "{}, frame {frame}: {found}, but {} holds whole counts of up to 16 bits",
-                args.recording.display(),
-                args.output.display()
-            ),
-            hint: "averaged recordings keep their fractions in .npy and .csv",
-        },
-        other => other,
-    }
-}
-
-/// What stands beside the frames of a recording, taken along to a recording.
-#[derive(Default)]
-struct Carry {
-    tare: Option<Tare>,
-}
-
-impl Carry {
-    /// What comes before the next frame.
-    fn before(&mut self, sink: &mut Sink, source: &mut dyn FrameSource) -> Result<(), Error> {
-        let Sink::Mcap(writer) = sink else {
-            return Ok(());
-        };
-        for event in source.take_events() {
-            writer.write_event(&event.kind, &event.text, event.at)?;
-        }
-        if source.tare() != self.tare.as_ref() {
-            let now = source.tare().cloned();
-            let undone = |before: &Tare| Tare::undone(before.from_sequence, before.at);
-            let told = now.clone().or_else(|| self.tare.as_ref().map(undone));
-            if let Some(tare) = told {
-                writer.write_tare(&tare)?;
-            }
-            self.tare = now;
-        }
-        Ok(())
-    }
-
-    /// What comes after the last.
-    fn end(
-        &self,
-        sink: &mut Sink,
-        source: &mut dyn FrameSource,
-        losses: Losses,
-    ) -> Result<(), Error> {
-        let Sink::Mcap(writer) = sink else {
-            return Ok(());
-        };
-        for event in source.take_events() {
-            writer.write_event(&event.kind, &event.text, event.at)?;
-        }
-        writer.set_losses(losses);
-        Ok(())
-    }
 }

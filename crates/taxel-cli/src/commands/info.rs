@@ -9,7 +9,7 @@ use taxel::{Frame, Sensor};
 use taxel_record::{FrameSource, TextOptions, open_counts, shape_of};
 
 use crate::error::Error;
-use crate::frames::{Shown, open_values, show};
+use crate::frames::{open_shown, show};
 use crate::progress::Progress;
 use crate::{Exit, out, recorded};
 use report::{Range, Report};
@@ -29,7 +29,7 @@ pub(crate) struct Args {
     /// Rows of a frame, where there is no sensor
     #[arg(long, value_name = "N", conflicts_with = "sensor")]
     rows: Option<usize>,
-    /// The file holds values, not counts; do not screen
+    /// The file holds values, not counts; do not screen. Of an MCAP recording: its loads, newtons
     #[arg(long)]
     values: bool,
     /// Leave out frames that cannot be read, instead of stopping at the first
@@ -52,12 +52,13 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     report.sensor = from.map(|file| file.display().to_string());
     let file = &args.recording;
     if args.values {
-        let mut source = open_values::<Shown>(file, options)?;
+        let mut source = open_shown(file, options)?;
         pass(&mut source, options, "reading", |frame| {
             report.range.add(frame);
             Ok(())
         })?;
         report.add_skips(source.skipped(), source.skips());
+        report.add_integrity(source.integrity());
     } else {
         counts(file, options, sensor.as_ref(), &mut report)?;
     }

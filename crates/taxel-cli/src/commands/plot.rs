@@ -13,6 +13,7 @@ use taxel_view::{Format, Interpolation};
 
 use super::taxel_address::TaxelAddress;
 use crate::error::Error;
+use crate::frames::is_mcap;
 use crate::outputs::Files;
 use crate::unit::{MethodName, Unit};
 use crate::{Exit, out, recorded};
@@ -50,7 +51,8 @@ pub(crate) struct Args {
     /// Both without and with compensation
     #[arg(long, conflicts_with = "values")]
     before_after: bool,
-    /// The numbers are what they are (loads.csv): nothing is converted, --unit is for the label
+    /// The numbers are what they are (loads.csv; of an MCAP recording its loads, N): nothing is converted, --unit is for
+    /// the label
     #[arg(long)]
     values: bool,
     /// Unit; without it, g where the sensor has a load law, else siemens
@@ -150,7 +152,7 @@ impl<'a> Job<'a> {
         let has_law = sensor.as_ref().is_some_and(|s| s.material.is_some());
         let unit = match (args.values, args.unit) {
             (_, Some(unit)) => Some(unit),
-            (true, None) => None,
+            (true, None) => is_mcap(&args.file).then_some(Unit::Newtons),
             (false, None) => Some(if has_law { Unit::Grams } else { Unit::Siemens }),
         };
         let pitch = sensor.as_ref().map(|sensor| sensor.array.pitch_mm);

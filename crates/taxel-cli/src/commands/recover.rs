@@ -10,7 +10,8 @@ use crate::{Exit, out};
 
 /// Repair a recording that was cut off
 ///
-/// Copies all that is whole to a new file: every chunk whose checksum is right. Exit code 3: something was missing.
+/// Copies all that is whole to a new file: every chunk whose checksum is right. Exit code 3: something was missing; 1:
+/// nothing is whole, and no file is written.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Recording (.mcap)
@@ -36,12 +37,24 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     files.output("-o", &output).check()?;
     let saved = recover(&args.recording, &output)?;
     let lost = words(&saved);
+    if saved.messages == 0 {
+        return Err(Error::NothingRecovered {
+            file: args.recording.clone(),
+            lost,
+        });
+    }
     out::note(&format!(
         "{}: {} frames; {lost}",
         output.display(),
         saved.frames
     ));
-    Ok(match saved.is_all() {
+    if saved.frames == 0 {
+        out::warn(&format!(
+            "{} messages were saved, but none of them is a frame of counts: is it a recording of Taxel?",
+            saved.messages
+        ));
+    }
+    Ok(match saved.is_all() && saved.frames > 0 {
         true => Exit::Good,
         false => Exit::DataLost,
     })
@@ -73,6 +86,7 @@ fn words(saved: &Recovered) -> String {
         lost.push("a byte outside of the frames was changed: its checksum does not fit".to_owned());
     }
     match lost.is_empty() {
+        true if saved.messages == 0 => "nothing was ever recorded in it".to_owned(),
         true => "nothing was missing".to_owned(),
         false => lost.join("; "),
     }

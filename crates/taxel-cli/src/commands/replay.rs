@@ -26,8 +26,8 @@ pub(crate) struct Args {
     /// Sensor file, or the name of a preset; MCAP recordings bring their own
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
-    /// Playback speed; 0: as fast as possible
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    /// Playback speed, times as recorded, 0.001 to 1000; max (or 0): as fast as possible
+    #[arg(long, value_name = "FACTOR|max", default_value = "1", value_parser = speed)]
     speed: f64,
 }
 
@@ -126,14 +126,24 @@ impl Pace {
 /// Times as fast as recorded; slower, nobody would see it move.
 const SPEEDS: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
 
+/// Reads `--speed`; 0 is as fast as can be.
+fn speed(text: &str) -> Result<f64, String> {
+    if text == "max" {
+        return Ok(0.0);
+    }
+    let number = text.parse::<f64>().ok();
+    let known = number.filter(|speed| *speed == 0.0 || SPEEDS.contains(speed));
+    known.ok_or_else(|| {
+        format!(
+            "expected a number from {} to {} times as recorded, or max for as fast as can be",
+            SPEEDS.start(),
+            SPEEDS.end()
+        )
+    })
+}
+
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
-    if args.speed != 0.0 && !SPEEDS.contains(&args.speed) {
-        return Err(Error::Arguments {
-            what: format!("--speed {}: no speed", args.speed),
-            hint: "from 0.001 to 1000 times as recorded, or 0 for as fast as can be",
-        });
-    }
     let sensor = match &args.sensor {
         Some(file) => sensor_file::load(file)?,
         None => live_sensor::of_recording(&args.recording)?.0,

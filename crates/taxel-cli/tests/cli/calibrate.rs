@@ -173,7 +173,7 @@ fn presses_are_asked_for() {
     error: the following required arguments were not provided:
       --presses <FILE>
 
-    Usage: taxel calibrate --sensor <FILE|PRESET> --output <FILE> --presses <FILE>
+    Usage: taxel calibrate --output <FILE> --sensor <FILE|PRESET> --presses <FILE>
 
     For more information, try '--help'.
     ");
@@ -339,4 +339,38 @@ fn pairs_give_their_numbers_with_errors_and_an_absurd_one_is_named() {
         };
         assert!((exponent("q.toml") - exponent("p.toml")).abs() < 0.01);
     }
+}
+
+#[test]
+fn the_parts_list_comes_from_the_recordings_where_none_is_given() {
+    let folder = pressed(40);
+    folder.good("convert calibration.txt --sensor parts.toml -o calibration.mcap");
+    let table = folder.read("experiments.csv");
+    folder.write(
+        "recorded.csv",
+        &table.replace("calibration.txt", "calibration.mcap"),
+    );
+    let given = "calibrate --sensor parts.toml --presses recorded.csv -o a.toml --law power";
+    folder.good(given);
+    let run = folder.good("calibrate --presses recorded.csv -o b.toml --law power");
+    assert!(run.err.contains("as calibration.mcap carries it"), "{run}");
+    assert_eq!(folder.read("a.toml"), folder.read("b.toml"));
+    // Text carries none; and two recordings may carry two.
+    let run = folder.fails("calibrate --presses experiments.csv -o c.toml");
+    assert!(run.err.contains("calibration.txt names no sensor"), "{run}");
+    let other = folder
+        .read("parts.toml")
+        .replace("open_loop_gain = 1e5", "open_loop_gain = 2e5");
+    folder.write("other.toml", &other);
+    folder.good("convert calibration.txt --sensor other.toml -o other.mcap");
+    let (head, rows) = table.split_once('\n').unwrap();
+    let more = rows.replace("calibration.txt", "other.mcap");
+    let both = format!(
+        "{head}\n{}{more}",
+        rows.replace("calibration.txt", "calibration.mcap")
+    );
+    folder.write("both.csv", &both);
+    let run = folder.fails("calibrate --presses both.csv -o c.toml");
+    assert!(run.err.contains("carry different sensors"), "{run}");
+    assert!(!folder.exists("c.toml"));
 }

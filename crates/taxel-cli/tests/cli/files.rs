@@ -1,6 +1,6 @@
 //! What is written and what is not: names that would destroy something, endings that say another format, temporaries.
 
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 use crate::run::Folder;
@@ -153,7 +153,8 @@ fn an_ending_that_cannot_be_written_is_refused_before_any_work() {
         "simulate --sensor sensor.toml --pattern hand -o a",
         "simulate --sensor sensor.toml --pattern hand --unit volts -o a.mcap",
         "simulate --sensor sensor.toml --pattern hand -o a.csv --truth a.mcap",
-        "compensate run.txt --sensor sensor.toml -o a.parquet",
+        "compensate run.txt --sensor sensor.toml -o a.xlsx",
+        "compensate run.txt --sensor sensor.toml -o a.csv --marks a.parquet",
         "compensate run.txt --sensor sensor.toml -o a.csv --marks a.toml",
         "convert run.txt --sensor sensor.toml -o a.xlsx",
         "record sim:sensor.toml?hand -o a.txt --frames 3",
@@ -211,13 +212,13 @@ fn a_simulated_recording_is_one_and_the_same_for_a_seed() {
     assert!(again.err.contains("a.mcap already exists"), "{again}");
 }
 
-/// Sends a signal to a command once a temporary file of it is there; its exit code.
+/// Sends a signal to a command once what it is to have begun is there; its exit code.
 #[cfg(unix)]
 fn signalled(
     folder: &Folder,
     words: &str,
     signal: &str,
-    is_there: impl Fn() -> bool,
+    is_there: impl Fn(&Child) -> bool,
 ) -> Option<i32> {
     let mut child = Command::new(env!("CARGO_BIN_EXE_taxel"))
         .args(words.split_whitespace())
@@ -226,7 +227,7 @@ fn signalled(
         .stderr(Stdio::null())
         .spawn()
         .unwrap();
-    while !is_there() {
+    while !is_there(&child) {
         assert!(child.try_wait().unwrap().is_none(), "{words} has ended");
         std::thread::sleep(Duration::from_millis(5));
     }
@@ -243,15 +244,9 @@ fn signalled(
 fn a_signal_leaves_no_temporary_file_and_no_part() {
     let folder = Folder::new();
     let names = folder.names();
-    let is_there = || {
-        folder
-            .names()
-            .iter()
-            .any(|name| name.starts_with(".taxel-"))
-    };
     for signal in ["-INT", "-TERM", "-HUP"] {
         let words = "simulate --sensor sensor.toml --pattern hand --frames 100000000 -o a.csv";
-        let code = signalled(&folder, words, signal, is_there);
+        let code = signalled(&folder, words, signal, |child| folder.is_written_by(child));
         assert_eq!(code, Some(130), "{signal}");
         assert_eq!(folder.names(), names, "{signal}");
     }
@@ -265,7 +260,7 @@ fn a_signal_ends_a_recording_as_ctrl_c_does() {
         let name = format!("{turn}.mcap");
         let words = format!("record sim:sensor.toml?hand -o {name}");
         let is_there =
-            || std::fs::metadata(folder.path(&name)).is_ok_and(|about| about.len() > 4000);
+            |_: &Child| std::fs::metadata(folder.path(&name)).is_ok_and(|about| about.len() > 4000);
         let code = signalled(&folder, &words, signal, is_there);
         // 3 where the machine was too busy to record every frame.
         assert!(matches!(code, Some(0 | 3)), "{signal}: {code:?}");
@@ -273,4 +268,31 @@ fn a_signal_ends_a_recording_as_ctrl_c_does() {
         let run = folder.taxel(&format!("convert {name} -o {turn}.txt"));
         assert!(matches!(run.code, Some(0 | 3)), "{run}");
     }
+}
+
+/// However a program ends: what it had begun is not there.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_killed_program_leaves_no_temporary_file_and_no_part() {
+    let folder = Folder::new();
+    let names = folder.names();
+    for words in [
+        "simulate --sensor sensor.toml --pattern hand --frames 100000000 -o a.csv",
+        "simulate --sensor sensor.toml --pattern hand --frames 100000000 -o a.mcap",
+        // No frame comes.
+        "record tcp:127.0.0.1:1 --sensor sensor.toml -o a.mcap",
+    ] {
+        let code = signalled(&folder, words, "-KILL", |child| folder.is_written_by(child));
+        assert_eq!(code, None, "{words}");
+        assert_eq!(folder.names(), names, "{words}");
+    }
+    // Nothing stands in the way of the next.
+    folder.good("record sim:sensor.toml?uniform -o a.mcap --frames 3");
+    // Whose first frame is there as soon as its name is.
+    let words = "record sim:sensor.toml?uniform&fps=20 -o b.mcap";
+    let code = signalled(&folder, words, "-KILL", |_| folder.exists("b.mcap"));
+    assert_eq!(code, None);
+    let saved = folder.taxel("recover b.mcap -o c.mcap");
+    assert_eq!(saved.code, Some(3), "{saved}");
+    folder.good("info c.mcap");
 }

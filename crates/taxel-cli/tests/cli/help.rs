@@ -90,13 +90,14 @@ fn flags_of_compensate() {
     Options:
           --sensor <FILE|PRESET>     Sensor file, or the name of a preset; MCAP recordings bring their
                                      own
-          --unit <UNIT>              Unit of what is written [default: g] [possible values: volts,
-                                     siemens, g, N, kPa, MPa]
+          --unit <UNIT>              Unit of what is written; .mcap and .parquet hold newtons, g or N
+                                     given [default: g] [possible values: volts, siemens, g, N, kPa,
+                                     MPa]
           --input-unit <INPUT_UNIT>  Unit of what is read; volts and siemens are real numbers (.csv,
                                      .npy, .npz) [default: counts] [possible values: counts, volts,
                                      siemens]
-      -o, --output <FILE>            Where to write (.csv, .npy, .npz); without it, numbers go to
-                                     standard output
+      -o, --output <FILE>            Where to write (.csv, .npy, .npz, .mcap, .parquet); without it,
+                                     numbers go to standard output
           --method <NAME|MODEL>      How loads are found: auto (what suits the read-out), exact, newton,
                                      raw (no compensation), or the file of a model that `taxel train`
                                      wrote [default: auto]
@@ -129,10 +130,11 @@ fn flags_of_calibrate() {
     ----- stdout -----
     Fit switch resistances and load law to labelled presses
 
-    Usage: taxel calibrate [OPTIONS] --sensor <FILE|PRESET> --output <FILE>
+    Usage: taxel calibrate [OPTIONS] --output <FILE>
 
     Options:
-          --sensor <FILE|PRESET>  Sensor file (the parts list), or the name of a preset
+          --sensor <FILE|PRESET>  Sensor file (the parts list), or the name of a preset; MCAP recordings
+                                  bring their own
           --presses <FILE>        Labelled presses: CSV with recording, frame, row, column (or taxel),
                                   load_g
           --equilibration <FILE>  Frames under the same load everywhere: CSV with recording, frame,
@@ -224,7 +226,8 @@ fn flags_of_info() {
     Options:
           --sensor <FILE|PRESET>  Sensor file, or the name of a preset; MCAP recordings bring their own
           --rows <N>              Rows of a frame, where there is no sensor
-          --values                The file holds values, not counts; do not screen
+          --values                The file holds values, not counts; do not screen. Of an MCAP
+                                  recording: its loads, newtons
           --keep-going            Leave out frames that cannot be read, instead of stopping at the first
           --transpose             The recording has rows and columns swapped
           --json                  Print JSON
@@ -259,8 +262,9 @@ fn flags_of_plot() {
           --column <N>                     A column's values over frames
           --raw                            Without compensation
           --before-after                   Both without and with compensation
-          --values                         The numbers are what they are (loads.csv): nothing is
-                                           converted, --unit is for the label
+          --values                         The numbers are what they are (loads.csv; of an MCAP
+                                           recording its loads, N): nothing is converted, --unit is for
+                                           the label
           --unit <UNIT>                    Unit; without it, g where the sensor has a load law, else
                                            siemens [possible values: volts, siemens, g, N, kPa, MPa]
           --method <NAME|MODEL>            How loads are found: auto, exact, newton, raw, or the file of

@@ -179,7 +179,7 @@ fn what_a_device_sends_is_recorded_and_what_is_lost_is_said() {
     let words =
         format!("record udp:127.0.0.1:{port} --sensor sensor.toml -o heard.mcap --frames 20");
     let recording = Running::start(&folder, &words);
-    wait("file", || folder.exists("heard.mcap"));
+    wait("file", || folder.is_written_by(&recording.child));
     let mut sent = 0;
     let mut recording = recording;
     while recording.child.try_wait().unwrap().is_none() {

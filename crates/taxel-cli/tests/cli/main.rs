@@ -14,6 +14,7 @@ mod live;
 mod look;
 mod record;
 mod recordings;
+mod rewritten;
 mod run;
 mod selftest;
 mod simulate;

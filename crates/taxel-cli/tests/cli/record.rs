@@ -243,7 +243,7 @@ fn one_sender_is_recorded_and_the_other_counted() {
         &folder,
         &format!("record udp:{port} --sensor sensor.toml -o one.mcap --frames 40"),
     );
-    wait("file", || folder.exists("one.mcap"));
+    wait("file", || folder.is_written_by(&running.child));
     let [device, other] = [(); 2].map(|()| UdpSocket::bind("127.0.0.1:0").unwrap());
     let mut number = 0;
     while running.child.try_wait().unwrap().is_none() {

@@ -9,18 +9,18 @@ use taxel_record::{Losses, McapWriter, Tare};
 
 use crate::run::{Folder, SENSOR};
 
-fn at(secs: f64) -> SystemTime {
+pub(crate) fn at(secs: f64) -> SystemTime {
     SystemTime::UNIX_EPOCH + Duration::from_secs_f64(1.7e9 + secs)
 }
 
 /// Counts of a loaded sensor of 4 x 6, drawn once.
-fn counts(folder: &Folder) -> Vec<f64> {
+pub(crate) fn counts(folder: &Folder) -> Vec<f64> {
     folder.good("simulate --sensor sensor.toml --pattern uniform --load-g 200 -o one.txt");
     folder.numbers("one.txt")
 }
 
 /// A recording of frames with these numbers, the same counts in each.
-fn write(
+pub(crate) fn write(
     path: &Path,
     counts: &[f64],
     numbers: &[u64],

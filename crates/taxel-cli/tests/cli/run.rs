@@ -78,6 +78,18 @@ impl Folder {
         names
     }
 
+    /// Whether a program is writing a file in it that has not its name yet: one without any, or a hidden one.
+    pub fn is_written_by(&self, child: &std::process::Child) -> bool {
+        let open = fs::read_dir(format!("/proc/{}/fd", child.id()));
+        let folder = fs::canonicalize(self.folder.path()).unwrap();
+        let nameless = open.into_iter().flatten().flatten().any(|file| {
+            fs::read_link(file.path()).is_ok_and(|to| {
+                to.starts_with(&folder) && to.to_string_lossy().ends_with(" (deleted)")
+            })
+        });
+        nameless || self.names().iter().any(|name| name.starts_with(".taxel-"))
+    }
+
     /// The numbers of a CSV, in order.
     pub fn numbers(&self, name: &str) -> Vec<f64> {
         numbers(&self.read(name))

@@ -12,8 +12,10 @@
 //! source; `taxel/losses` what was lost before the file ([`Losses`]); attachments `taxel/tare` what was taken off and
 //! from which frame on ([`Tare`]).
 
+mod chunk;
 mod grid;
 mod index;
+mod loads;
 mod losses;
 mod parse;
 mod read;
@@ -27,6 +29,7 @@ mod tests;
 mod topics;
 mod write;
 
+pub use loads::LoadsReader;
 pub use losses::Losses;
 pub use read::{Event, McapReader};
 pub use recover::{Recovered, recover};

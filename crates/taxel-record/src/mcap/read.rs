@@ -382,7 +382,7 @@ impl McapReader {
     /// Holds what was found against what the file says of itself.
     fn compare(&mut self) {
         self.count_lost();
-        if !self.in_full || self.scanner.sum_is_right == Some(true) {
+        if !self.in_full {
             return;
         }
         self.damage.checksum = self.scanner.sum_is_right == Some(false);

@@ -51,7 +51,8 @@ impl Recovered {
     }
 }
 
-/// Copies all that is whole in `from` to a new recording `to`, which appears once it is whole itself.
+/// Copies all that is whole in `from` to a new recording `to`, which appears once it is whole itself; where no message
+/// is whole, not at all.
 ///
 /// # Errors
 /// [`Error::Open`], [`Error::NotMcap`] for something that never was a recording, [`Error::Exists`], [`Error::Create`],
@@ -92,11 +93,7 @@ pub fn recover(from: impl AsRef<Path>, to: impl AsRef<Path>) -> Result<Recovered
     copy_all(from, &mut scanner, first, &mut copy, writing)?;
     copy.saved.checksum_differs = scanner.sum_is_right == Some(false);
     copy.saved.was_whole = scanner.is_whole();
-    copy.finish(
-        to,
-        scanner.sum_is_right == Some(true),
-        index.map(|index| index.statistics),
-    )
+    copy.finish(to, index.map(|index| index.statistics))
 }
 
 fn copy_all(
@@ -291,15 +288,15 @@ impl Copy {
         Ok(id)
     }
 
-    /// Ends the new file. `proven`: the old one's checksum fits all of it, so that nothing can be missing.
-    fn finish(
-        mut self,
-        to: &Path,
-        proven: bool,
-        stated: Option<Statistics>,
-    ) -> Result<Recovered, Error> {
-        if let (false, Some(stated)) = (proven, stated) {
+    /// Ends the new file and holds it against what the old one says of itself.
+    fn finish(mut self, to: &Path, stated: Option<Statistics>) -> Result<Recovered, Error> {
+        if let Some(stated) = stated {
             self.saved.messages_lost = stated.message_count.saturating_sub(self.saved.messages);
+        }
+        if self.saved.messages == 0 {
+            // Let go, it leaves nothing. Taken out first: a writer that is dropped ends its file.
+            drop(self.writer.into_inner());
+            return Ok(self.saved);
         }
         let ended = self.writer.finish();
         ended.map_err(|error| Error::Write {

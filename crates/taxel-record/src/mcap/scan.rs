@@ -8,7 +8,8 @@ use std::io::{self, Read};
 use mcap::records::{Record, op};
 
 use super::MAGIC;
-use super::parse::{Fields, Fit, fit, is_chunk_content, record};
+use super::chunk::ChunkHeader;
+use super::parse::{Fields, Fit, fit, record};
 
 /// The longest record and the largest chunk that are read: thirty loads of the largest frame.
 pub(super) const MAX_RECORD: usize = 32 << 20;
@@ -16,8 +17,6 @@ pub(super) const MAX_RECORD: usize = 32 << 20;
 const READ: usize = 64 << 10;
 /// Bytes by which a record is known behind damage.
 const SIGN: usize = 72;
-/// Fixed part of a chunk's header, the word for its packing not counted.
-const CHUNK_HEADER: usize = 40;
 /// Damaged places after which nothing more is looked for: a file of this program has none that a hundred do not tell.
 const MAX_PLACES: u32 = 100_000;
 
@@ -57,8 +56,10 @@ pub(super) struct Scanner<R> {
     held: usize,
     ended: bool,
     begun: bool,
-    /// The data section has come to its end.
+    /// The data section has come to its end, for certain.
     whole: bool,
+    /// Behind a record that says that the data ends, as long as nothing speaks against it.
+    data_end: Option<u64>,
     /// It has chunks.
     chunked: bool,
     places: u32,
@@ -80,6 +81,7 @@ impl<R: Read> Scanner<R> {
             ended: false,
             begun: false,
             whole: false,
+            data_end: None,
             chunked: false,
             places: 0,
             sum: Some(crc32fast::Hasher::new()),
@@ -155,6 +157,7 @@ impl<R: Read> Scanner<R> {
             Fit::Loose => self.goes_on(9 + length)?,
         };
         match good {
+            true if opcode == op::FOOTER => self.footer(length),
             true => Ok(self.record(opcode, length)),
             false => self.lost(),
         }
@@ -162,15 +165,10 @@ impl<R: Read> Scanner<R> {
 
     fn record(&mut self, opcode: u8, length: usize) -> Found {
         self.held = 9 + length;
-        if opcode == op::DATA_END && !self.whole {
-            self.whole = true;
-            let stated = Fields(&self.bytes()[9..]).short().unwrap_or_default() as u32;
-            let sum = self.sum.take().map(crc32fast::Hasher::finalize);
-            self.sum_is_right = sum.filter(|_| stated != 0).map(|sum| sum == stated);
-        }
-        if opcode == op::FOOTER {
-            self.whole = true;
-            return self.end();
+        match opcode {
+            op::DATA_END if !self.whole => self.data_end(length),
+            op::MESSAGE | op::MESSAGE_INDEX | op::ATTACHMENT | op::METADATA => self.data_goes_on(),
+            _ => {}
         }
         if opcode == op::MESSAGE && self.chunked {
             // Where messages are in chunks, one outside is another record whose code was changed.
@@ -179,6 +177,61 @@ impl<R: Read> Scanner<R> {
         match record(opcode, &self.bytes()[9..9 + length]) {
             Some(record) => Found::Record(record.into_owned()),
             None => Found::Unreadable,
+        }
+    }
+
+    /// A record that says that the data ends here: certain where its checksum fits all that came, else once the footer
+    /// agrees.
+    fn data_end(&mut self, length: usize) {
+        let stated = Fields(&self.bytes()[9..]).short().unwrap_or_default() as u32;
+        let sum = self.sum.clone().map(crc32fast::Hasher::finalize);
+        self.sum_is_right = sum.filter(|_| stated != 0).map(|sum| sum == stated);
+        self.whole = self.sum_is_right == Some(true);
+        self.data_end = Some(self.at + (9 + length) as u64);
+    }
+
+    /// What said that the data ends was out of place.
+    fn data_goes_on(&mut self) {
+        if !self.whole {
+            (self.data_end, self.sum_is_right) = (None, None);
+        }
+    }
+
+    /// A footer counts only as the last record of the file, and where the data ends as it says; or where damage before
+    /// it, which was told, may have taken the data's end.
+    fn footer(&mut self, length: usize) -> io::Result<Found> {
+        let end = 9 + length + MAGIC.len();
+        self.fill(end + 1)?;
+        let bytes = self.bytes();
+        let is_last = bytes.len() == end && bytes.ends_with(MAGIC);
+        let start = Fields(&bytes[9..]).long().map(|start| start as u64);
+        let agrees = self.data_end.is_some_and(|data_end| {
+            start == Some(data_end) || start == Some(0) && data_end == self.at
+        });
+        if is_last && (agrees || self.places > 0) {
+            self.whole = true;
+        }
+        if !self.whole {
+            return self.lost();
+        }
+        match self.bytes().len() > end {
+            true => self.behind(end),
+            false => Ok(self.end()),
+        }
+    }
+
+    /// What follows the end of the file belongs to nothing.
+    fn behind(&mut self, end: usize) -> io::Result<Found> {
+        self.pass(end);
+        let mut bytes = 0;
+        loop {
+            self.fill(READ)?;
+            let passed = self.bytes().len();
+            if passed == 0 {
+                return Ok(Found::Lost { bytes });
+            }
+            self.pass(passed);
+            bytes += passed as u64;
         }
     }
 
@@ -213,6 +266,7 @@ impl<R: Read> Scanner<R> {
             return Ok(Found::Packing("lz4".to_owned()));
         }
         let found = header.unpack(&body[header.head()..]);
+        self.data_goes_on();
         self.chunked = true;
         self.held = 9 + length;
         Ok(found)
@@ -335,80 +389,6 @@ impl<R: Read> Scanner<R> {
             self.ended = read? == 0;
         }
         Ok(())
-    }
-}
-
-/// A chunk's own header.
-struct ChunkHeader<'a> {
-    unpacked: usize,
-    sum: u32,
-    packing: &'a [u8],
-    packed: usize,
-}
-
-impl<'a> ChunkHeader<'a> {
-    fn read(body: &'a [u8]) -> Option<Self> {
-        let mut fields = Fields(body);
-        fields.skip(16)?;
-        Some(Self {
-            unpacked: fields.long()?,
-            sum: fields.short()? as u32,
-            packing: fields.text()?,
-            packed: fields.long()?,
-        })
-    }
-
-    fn head(&self) -> usize {
-        CHUNK_HEADER + self.packing.len()
-    }
-
-    /// Bytes of the record, by the header.
-    fn length(&self) -> Option<usize> {
-        self.packed.checked_add(self.head())
-    }
-
-    /// What it holds, if that is what was written. The length that is stated may be what is damaged.
-    fn unpack(&self, packed: &[u8]) -> Found {
-        let content = match self.packing {
-            b"" => Ok(packed.to_vec()),
-            b"zstd" if self.unpacked <= MAX_RECORD => {
-                unpack(packed, self.unpacked).or_else(|_| unpack(packed, MAX_RECORD))
-            }
-            b"zstd" => unpack(packed, MAX_RECORD),
-            _ => return Found::LostChunk,
-        };
-        let content = match content {
-            Ok(content) => content,
-            Err(true) if self.unpacked > MAX_RECORD => {
-                return Found::TooLarge {
-                    bytes: self.unpacked as u64,
-                };
-            }
-            Err(_) => return Found::LostChunk,
-        };
-        let right = match self.sum {
-            // None was written; the length must do.
-            0 => content.len() == self.unpacked,
-            sum => crc32fast::hash(&content) == sum,
-        };
-        match right && is_chunk_content(&content) {
-            true => Found::Chunk(content),
-            false => Found::LostChunk,
-        }
-    }
-}
-
-/// What was packed, up to a length; else whether that was too short for it.
-fn unpack(packed: &[u8], most: usize) -> Result<Vec<u8>, bool> {
-    let mut content = Vec::with_capacity(most);
-    let mut unpacker = zstd::bulk::Decompressor::new().map_err(|_| false)?;
-    let unpacked = unpacker.decompress_to_buffer(packed, &mut content);
-    match unpacked {
-        Ok(_) => {
-            content.shrink_to_fit();
-            Ok(content)
-        }
-        Err(error) => Err(error.to_string().contains("too small")),
     }
 }
 

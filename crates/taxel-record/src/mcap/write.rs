@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant, SystemTime};
 
 use mcap::records::{MessageHeader, Metadata};
@@ -16,7 +15,7 @@ use taxel::{Counts, Frame, Newtons, Sensor};
 
 use super::grid::{Grid, Numeric};
 use super::parse::seal;
-use super::tail::Tail;
+use super::tail::{State, Tail};
 use super::{COUNTS, EVENTS, FIGURES, LOADS, Losses, METADATA, Tare, nanos, topics};
 use crate::error::Error;
 use crate::rows::check_counts;
@@ -66,8 +65,8 @@ pub struct McapWriter {
     frames: u64,
     /// What was lost so far, and what of it the file says already.
     losses: [Losses; 2],
-    /// Bytes of the file.
-    at: Arc<AtomicU64>,
+    /// Of the file.
+    state: Arc<State>,
     /// What it says about itself, to be said again: the format has no checksum for it.
     about: Metadata,
     chunks: u64,
@@ -93,7 +92,8 @@ impl About {
 }
 
 impl McapWriter {
-    /// Begins a recording. An existing file is never overwritten.
+    /// Begins a recording, which is there under its name from its first frame of counts on: without one it leaves
+    /// nothing. An existing file is never overwritten.
     ///
     /// # Errors
     /// [`Error::Create`], [`Error::Write`].
@@ -136,7 +136,7 @@ impl McapWriter {
             anchor: None,
             frames: 0,
             losses: [Losses::default(); 2],
-            at: tail.counter(),
+            state: tail.state(),
             about: about.to_metadata(),
             chunks: 0,
             only_whole: false,
@@ -182,6 +182,10 @@ impl McapWriter {
         self.counts.encode_raw(&mut self.message);
         self.put(COUNTS, frame.sequence, log_time, publish_time)?;
         self.frames += 1;
+        if self.frames == 1 && !self.only_whole {
+            self.state.has_frames();
+            return self.flush();
+        }
         self.flush_if_due()
     }
 
@@ -318,7 +322,7 @@ impl McapWriter {
         self.settle(writer, result)?;
         self.losses[1] = losses;
         self.chunks += 1;
-        let at = self.at.load(Ordering::Relaxed);
+        let at = self.state.bytes();
         if at > self.whole[0].0 {
             self.whole = [(at, self.frames), self.whole[0]];
         }
@@ -375,9 +379,14 @@ impl McapWriter {
     fn fail(&mut self, writer: Writer<Tail>, error: mcap::McapError) -> Error {
         // Not just dropped: that would try to write the index once more. And by the file that is open: another may
         // have its name by now.
-        let lengths = self.whole.map(|(length, _)| length);
-        if let Some(place) = writer.into_inner().make_whole(&lengths) {
-            self.frames = self.whole[place].1;
+        let with_frames = self.whole.iter().filter(|(_, frames)| *frames > 0);
+        let whole: Vec<(u64, u64)> = with_frames.copied().collect();
+        let lengths: Vec<u64> = whole.iter().map(|(length, _)| *length).collect();
+        match writer.into_inner().make_whole(&lengths) {
+            Some(place) => self.frames = whole[place].1,
+            // It never came to have its name.
+            None if whole.is_empty() => self.frames = 0,
+            None => {}
         }
         self.error(error)
     }
@@ -398,6 +407,10 @@ impl McapWriter {
 
     fn error(&self, error: mcap::McapError) -> Error {
         let source = match error {
+            // Another file got the name between the beginning and the first frame.
+            mcap::McapError::Io(source) if source.kind() == io::ErrorKind::AlreadyExists => {
+                return Error::creating(&self.path, source);
+            }
             mcap::McapError::Io(source) => source,
             other => io::Error::other(other),
         };

@@ -1,4 +1,4 @@
-//! Frames of counts as a Parquet table, written: one row a frame.
+//! Frames of counts, of loads, or of both as a Parquet table, written: one row a frame.
 //!
 //! | column | type |
 //! |---|---|
@@ -6,11 +6,14 @@
 //! | `time_secs` | double: device time, NaN where unknown |
 //! | `host_time` | timestamp, µs, UTC |
 //! | `counts` | fixed-size list of rows · columns uint16, row by row |
+//! | `newtons` | fixed-size list of rows · columns double |
+//! | `marks` | fixed-size list of rows · columns uint8: how far each load can be trusted |
 //!
 //! The Parquet crate with its arrow types takes longer to compile than the rest of this program together; this one
 //! table needs one page a column, plain numbers and zstd. Source: the format's specification (parquet-format 2.10).
 
 mod columns;
+mod schema;
 mod thrift;
 
 pub(crate) use columns::write as write_columns;
@@ -18,21 +21,37 @@ pub(crate) use columns::write as write_columns;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use taxel::{Counts, Frame, Sensor};
+use taxel::{Counts, Frame, Newtons, Sensor};
 
 use crate::atomic::AtomicFile;
 use crate::error::Error;
 use crate::rows::check_counts;
+use schema::{Meaning, elements};
 use thrift::{Struct, varint};
 
 const MAGIC: &[u8; 4] = b"PAR1";
 /// Numbers of counts that a group of rows holds, about: what a reader holds at once.
 const GROUP: usize = 1 << 20;
 const LEVEL: i32 = 3;
-/// Arrow's own description of the columns, with the length of the list to be put in: pyarrow wrote it, and readers
-/// that know Arrow find a fixed-size list by it.
-const ARROW_SCHEMA: &[u8] = include_bytes!("arrow.schema");
-const LENGTH_AT: usize = 116;
+/// Arrow's own description of the columns, with the length of the lists to be put in at these places: pyarrow wrote
+/// it, and readers that know Arrow find a fixed-size list by it.
+struct Arrow {
+    schema: &'static [u8],
+    lengths_at: &'static [usize],
+}
+
+static COUNTS: Arrow = Arrow {
+    schema: include_bytes!("arrow.schema"),
+    lengths_at: &[116],
+};
+static LOADS: Arrow = Arrow {
+    schema: include_bytes!("arrow-loads.schema"),
+    lengths_at: &[120, 220],
+};
+static COUNTS_AND_LOADS: Arrow = Arrow {
+    schema: include_bytes!("arrow-counts-loads.schema"),
+    lengths_at: &[124, 216, 308],
+};
 
 /// Physical types.
 const INT32: i32 = 1;
@@ -41,10 +60,35 @@ const DOUBLE: i32 = 5;
 
 /// A column of the table.
 struct Column {
-    path: &'static [&'static str],
+    name: &'static str,
     kind: i32,
+    meaning: Meaning,
+    /// One number a taxel, not one a row.
+    is_list: bool,
     /// Plain numbers of the present group.
     values: Vec<u8>,
+}
+
+impl Column {
+    fn new(name: &'static str, kind: i32, meaning: Meaning, is_list: bool) -> Self {
+        Self {
+            name,
+            kind,
+            meaning,
+            is_list,
+            values: Vec::new(),
+        }
+    }
+
+    fn path(&self) -> Vec<String> {
+        let inner: &[&str] = if self.is_list {
+            &["list", "element"]
+        } else {
+            &[]
+        };
+        let names = std::iter::once(self.name).chain(inner.iter().copied());
+        names.map(str::to_owned).collect()
+    }
 }
 
 /// Where a column of a group went.
@@ -69,80 +113,155 @@ pub struct ParquetWriter {
     at: u64,
     shape: (usize, usize),
     sensor_toml: String,
-    columns: [Column; 4],
+    arrow: &'static Arrow,
+    /// Number, times, then what stands for every taxel.
+    columns: Vec<Column>,
     rows: u64,
+    rows_in_group: usize,
     groups: Vec<Group>,
 }
 
 impl ParquetWriter {
-    /// Begins a table of frames of a sensor.
+    /// Begins a table of a sensor's counts.
     ///
     /// # Errors
     /// [`Error::Create`], [`Error::Write`].
     pub fn create(path: impl AsRef<Path>, sensor: &Sensor) -> Result<Self, Error> {
-        let path = path.as_ref().to_owned();
+        Self::begin(path.as_ref(), sensor, &COUNTS)
+    }
+
+    /// Begins a table of a sensor's loads with their marks, and of its counts too where there are any.
+    ///
+    /// # Errors
+    /// As [`Self::create`].
+    pub fn create_with_loads(
+        path: impl AsRef<Path>,
+        sensor: &Sensor,
+        has_counts: bool,
+    ) -> Result<Self, Error> {
+        let arrow = if has_counts {
+            &COUNTS_AND_LOADS
+        } else {
+            &LOADS
+        };
+        Self::begin(path.as_ref(), sensor, arrow)
+    }
+
+    fn begin(path: &Path, sensor: &Sensor, arrow: &'static Arrow) -> Result<Self, Error> {
+        let path = path.to_owned();
         let mut file = AtomicFile::create(&path)?;
         file.put(MAGIC)?;
-        let column = |path, kind| Column {
-            path,
-            kind,
-            values: Vec::new(),
-        };
+        let mut columns = vec![
+            Column::new("sequence", INT64, Meaning::Plain, false),
+            Column::new("time_secs", DOUBLE, Meaning::Plain, false),
+            Column::new("host_time", INT64, Meaning::Micros, false),
+        ];
+        if !std::ptr::eq(arrow, &LOADS) {
+            columns.push(Column::new("counts", INT32, Meaning::Uint16, true));
+        }
+        if !std::ptr::eq(arrow, &COUNTS) {
+            columns.push(Column::new("newtons", DOUBLE, Meaning::Plain, true));
+            columns.push(Column::new("marks", INT32, Meaning::Uint8, true));
+        }
         Ok(Self {
             file,
             path,
             at: MAGIC.len() as u64,
             shape: (sensor.rows(), sensor.columns()),
             sensor_toml: sensor.to_toml(),
-            columns: [
-                column(&["sequence"], INT64),
-                column(&["time_secs"], DOUBLE),
-                column(&["host_time"], INT64),
-                column(&["counts", "list", "element"], INT32),
-            ],
+            arrow,
+            columns,
             rows: 0,
+            rows_in_group: 0,
             groups: Vec::new(),
         })
     }
 
-    /// Appends a frame.
+    /// Appends a frame to a table of counts.
     ///
     /// # Errors
     /// [`Error::FrameShape`]; [`Error::Value`] for a count that is no whole number of 16 bits; [`Error::Write`].
     pub fn write(&mut self, frame: &Frame<Counts>, host: SystemTime) -> Result<(), Error> {
-        let found = (frame.rows(), frame.columns());
-        if found != self.shape {
-            return Err(Error::FrameShape {
-                file: self.path.clone(),
-                frame: frame.sequence,
-                found,
-                expected: self.shape,
-            });
+        self.put_counts(frame)?;
+        self.end_row(frame.sequence, frame.time_secs, host)
+    }
+
+    /// Appends a frame to a table of loads; `counts` where the table has them.
+    ///
+    /// # Errors
+    /// As [`Self::write`].
+    pub fn write_loads(
+        &mut self,
+        counts: Option<&Frame<Counts>>,
+        loads: &Frame<Newtons>,
+        host: SystemTime,
+    ) -> Result<(), Error> {
+        self.check_shape(loads)?;
+        if let Some(counts) = counts {
+            self.put_counts(counts)?;
         }
-        let micros = host
-            .duration_since(UNIX_EPOCH)
-            .unwrap_or_default()
-            .as_micros() as i64;
-        let [sequence, time, host, counts] = &mut self.columns;
-        sequence
-            .values
-            .extend((frame.sequence as i64).to_le_bytes());
-        let secs = frame.time_secs.unwrap_or(f64::NAN);
-        time.values.extend(secs.to_le_bytes());
-        host.values.extend(micros.to_le_bytes());
+        let newtons = loads.values().iter().flat_map(|load| load.to_le_bytes());
+        self.column("newtons").extend(newtons);
+        let codes = loads.marks().iter().map(|mark| i32::from(mark.code()));
+        let codes = codes.flat_map(i32::to_le_bytes);
+        self.column("marks").extend(codes);
+        self.end_row(loads.sequence, loads.time_secs, host)
+    }
+
+    fn put_counts(&mut self, frame: &Frame<Counts>) -> Result<(), Error> {
+        self.check_shape(frame)?;
         check_counts(
             frame,
             &self.path,
             "the table holds raw counts, whole numbers of up to 16 bits; averaged recordings keep their fractions in .npy",
         )?;
-        for &count in frame.values() {
-            counts.values.extend((count as i32).to_le_bytes());
+        let numbers = frame.values().iter();
+        let bytes = numbers.flat_map(|&count| (count as i32).to_le_bytes());
+        self.column("counts").extend(bytes);
+        Ok(())
+    }
+
+    fn check_shape<Q>(&self, frame: &Frame<Q>) -> Result<(), Error> {
+        let found = (frame.rows(), frame.columns());
+        match found == self.shape {
+            true => Ok(()),
+            false => Err(Error::FrameShape {
+                file: self.path.clone(),
+                frame: frame.sequence,
+                found,
+                expected: self.shape,
+            }),
+        }
+    }
+
+    /// The numbers of a column that the table has.
+    fn column(&mut self, name: &str) -> &mut Vec<u8> {
+        let found = self.columns.iter_mut().find(|column| column.name == name);
+        &mut found.expect("the table was begun with it").values
+    }
+
+    fn end_row(
+        &mut self,
+        sequence: u64,
+        time_secs: Option<f64>,
+        host: SystemTime,
+    ) -> Result<(), Error> {
+        let since = host.duration_since(UNIX_EPOCH).unwrap_or_default();
+        let secs = time_secs.unwrap_or(f64::NAN);
+        let numbers = [
+            (sequence as i64).to_le_bytes(),
+            secs.to_le_bytes(),
+            (since.as_micros() as i64).to_le_bytes(),
+        ];
+        for (column, number) in self.columns.iter_mut().zip(numbers) {
+            column.values.extend(number);
         }
         self.rows += 1;
-        if counts.values.len() >= 4 * GROUP {
-            self.close_group()?;
+        self.rows_in_group += 1;
+        match self.rows_in_group * self.taxels() >= GROUP {
+            true => self.close_group(),
+            false => Ok(()),
         }
-        Ok(())
     }
 
     /// Finishes the file and gives it its name.
@@ -163,7 +282,7 @@ impl ParquetWriter {
     }
 
     fn close_group(&mut self) -> Result<(), Error> {
-        let rows = self.columns[0].values.len() / 8;
+        let rows = std::mem::take(&mut self.rows_in_group);
         if rows == 0 {
             return Ok(());
         }
@@ -173,19 +292,17 @@ impl ParquetWriter {
             rows: rows as u64,
         };
         for column in &mut self.columns {
-            let is_list = column.kind == INT32;
-            let numbers = if is_list { rows * taxels } else { rows };
+            let numbers = if column.is_list { rows * taxels } else { rows };
             let mut page = Vec::with_capacity(column.values.len() + 64);
-            if is_list {
+            if column.is_list {
                 put_levels(&mut page, rows, taxels);
             }
             page.append(&mut column.values);
-            let path = column.path.iter().map(|&name| name.to_owned()).collect();
             let chunk = put_chunk(
                 &mut self.file,
                 &self.path,
                 &mut self.at,
-                path,
+                column.path(),
                 column.kind,
                 numbers,
                 &page,
@@ -200,7 +317,9 @@ impl ParquetWriter {
         let mut out = Vec::new();
         let mut file = Struct::begin(&mut out);
         file.i32(1, 2); // version
-        file.structs(2, &SCHEMA, |element, fields| element.write(fields));
+        file.structs(2, &elements(&self.columns), |element, fields| {
+            element.write(fields);
+        });
         file.i64(3, self.rows as i64);
         file.structs(4, &self.groups, |group, fields| {
             fields.structs(1, &group.chunks, write_chunk);
@@ -208,8 +327,10 @@ impl ParquetWriter {
             fields.i64(2, bytes as i64);
             fields.i64(3, group.rows as i64);
         });
-        let mut arrow = ARROW_SCHEMA.to_vec();
-        arrow[LENGTH_AT..LENGTH_AT + 4].copy_from_slice(&(self.taxels() as u32).to_le_bytes());
+        let mut arrow = self.arrow.schema.to_vec();
+        for &at in self.arrow.lengths_at {
+            arrow[at..at + 4].copy_from_slice(&(self.taxels() as u32).to_le_bytes());
+        }
         let entries = [
             ("ARROW:schema", base64(&arrow)),
             ("taxel.rows", self.shape.0.to_string()),
@@ -304,92 +425,6 @@ fn put_levels(page: &mut Vec<u8>, rows: usize, taxels: usize) {
     }
 }
 
-/// One line of the schema.
-struct Element {
-    kind: Option<i32>,
-    repetition: Option<i32>,
-    name: &'static str,
-    children: Option<i32>,
-    meaning: Meaning,
-}
-
-#[derive(Clone, Copy, PartialEq)]
-enum Meaning {
-    Plain,
-    List,
-    Uint16,
-    Micros,
-}
-
-const fn element(
-    kind: Option<i32>,
-    repetition: Option<i32>,
-    name: &'static str,
-    children: Option<i32>,
-    meaning: Meaning,
-) -> Element {
-    Element {
-        kind,
-        repetition,
-        name,
-        children,
-        meaning,
-    }
-}
-
-const REQUIRED: Option<i32> = Some(0);
-const REPEATED: Option<i32> = Some(2);
-const SCHEMA: [Element; 7] = [
-    element(None, None, "schema", Some(4), Meaning::Plain),
-    element(Some(INT64), REQUIRED, "sequence", None, Meaning::Plain),
-    element(Some(DOUBLE), REQUIRED, "time_secs", None, Meaning::Plain),
-    element(Some(INT64), REQUIRED, "host_time", None, Meaning::Micros),
-    element(None, REQUIRED, "counts", Some(1), Meaning::List),
-    element(None, REPEATED, "list", Some(1), Meaning::Plain),
-    element(Some(INT32), REQUIRED, "element", None, Meaning::Uint16),
-];
-
-impl Element {
-    fn write(&self, fields: &mut Struct) {
-        if let Some(kind) = self.kind {
-            fields.i32(1, kind);
-        }
-        if let Some(repetition) = self.repetition {
-            fields.i32(3, repetition);
-        }
-        fields.text(4, self.name);
-        if let Some(children) = self.children {
-            fields.i32(5, children);
-        }
-        // Once as old readers know it, once as new ones do.
-        match self.meaning {
-            Meaning::Plain => {}
-            Meaning::List => {
-                fields.i32(6, 3);
-                fields.inner(10, |kind| kind.inner(3, |_| ()));
-            }
-            Meaning::Uint16 => {
-                fields.i32(6, 12);
-                fields.inner(10, |kind| {
-                    kind.inner(10, |integer| {
-                        integer.i8(1, 16);
-                        integer.boolean(2, false);
-                    });
-                });
-            }
-            Meaning::Micros => {
-                fields.i32(6, 10);
-                fields.inner(10, |kind| {
-                    kind.inner(8, |time| {
-                        time.boolean(1, true);
-                        time.inner(2, |unit| unit.inner(2, |_| ()));
-                    });
-                });
-            }
-        }
-    }
-}
-
 fn base64(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
@@ -426,7 +461,11 @@ mod tests {
     }
 
     #[test]
-    fn the_length_of_the_list_has_its_place() {
-        assert_eq!(ARROW_SCHEMA[LENGTH_AT..LENGTH_AT + 4], [0; 4]);
+    fn the_lengths_of_the_lists_have_their_places() {
+        for arrow in [&COUNTS, &LOADS, &COUNTS_AND_LOADS] {
+            for &at in arrow.lengths_at {
+                assert_eq!(arrow.schema[at..at + 4], [0; 4]);
+            }
+        }
     }
 }

@@ -135,12 +135,7 @@ impl<'a> Evaluator<'a> {
         let inverter = Inverter::new(self.evidence, sensor)?;
         let batches: Vec<Vec<Job>> = which
             .chunks(BATCH)
-            .map(|batch| {
-                batch
-                    .iter()
-                    .map(|&i| (i, self.starts[i].take()))
-                    .collect()
-            })
+            .map(|batch| batch.iter().map(|&i| (i, self.starts[i].take())).collect())
             .collect();
         let done = shared_out(self.crew, batches, |mut batch| {
             let mut seen = Vec::with_capacity(batch.len());

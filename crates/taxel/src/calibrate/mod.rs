@@ -114,6 +114,9 @@ pub struct Calibration {
     pub report: Report,
 }
 
+/// Effects beside circuit and law are looked for on no more taxels where no exact inverse helps: it would take minutes.
+const MOST_SEARCHED_TAXELS: usize = 400;
+
 /// Fits the circuit's unknowns and the load law to labelled presses, and what uniform frames can tell.
 /// `progress` is called with the stage's name and the share done, 0 to 1.
 ///
@@ -141,9 +144,38 @@ pub fn calibrate_with(
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Calibration, Error> {
     let evidence = evidence::Evidence::new(sensor, data)?;
-    let outcome = match alone::calibrate(sensor, &evidence, options, crew, progress) {
-        Some(outcome) => outcome?,
-        None => choose::search(sensor, &evidence, options, crew, progress)?,
+    let plain = alone::calibrate(sensor, &evidence, options, crew, progress);
+    let mut search = || choose::search(sensor, &evidence, options, crew, progress);
+    let outcome = match plain {
+        None => search()?,
+        Some((plain, true)) => plain?,
+        Some((plain, false)) if alone::has_exact_inverse(sensor) => search_or(plain, search())?,
+        Some((plain, false)) => {
+            let plain = plain?;
+            match plain.unexplained && sensor.rows() * sensor.columns() <= MOST_SEARCHED_TAXELS {
+                true => search()
+                    .ok()
+                    .filter(|s| s.is_better_than(&plain))
+                    .unwrap_or(plain),
+                false => plain,
+            }
+        }
     };
     write::calibration(outcome, sensor, &evidence, options)
+}
+
+/// A search that found no effect beside circuit and law says no more than the most probable ones, where noise explains
+/// what these leave; it chooses laws by few presses.
+fn search_or(
+    plain: Result<outcome::Outcome, Error>,
+    search: Result<outcome::Outcome, Error>,
+) -> Result<outcome::Outcome, Error> {
+    match (plain, search) {
+        (Ok(plain), Ok(search)) => {
+            let more = plain.unexplained || search.findings.iter().any(|f| f.used);
+            Ok(if more { search } else { plain })
+        }
+        (Ok(plain), Err(_)) if !plain.unexplained => Ok(plain),
+        (_, search) => search,
+    }
 }

@@ -7,6 +7,9 @@ use super::levels::Material;
 use super::model::Model;
 use super::{Finding, Parameter, Suspect};
 
+/// One fit is better than another when it is so by this many standard errors.
+const BETTER: f64 = 2.0;
+
 /// Errors on presses that neither fitted nor chose.
 #[derive(Debug, Clone, Default)]
 pub(super) struct HeldOut {
@@ -43,9 +46,23 @@ pub(super) struct Outcome {
     /// By their index in the evidence.
     pub(super) suspects: Vec<Suspect>,
     pub(super) held_out: HeldOut,
+    /// More than noise is left, and effects beside circuit and law were not looked for.
+    pub(super) unexplained: bool,
 }
 
 impl Outcome {
+    /// Whether its held-out presses are clearly nearer to their labels than another fit's.
+    pub(super) fn is_better_than(&self, other: &Outcome) -> bool {
+        let (Some(own), Some(others)) = (self.held_out.mean(), other.held_out.mean()) else {
+            return false;
+        };
+        let error = self
+            .held_out
+            .standard_error()
+            .hypot(other.held_out.standard_error());
+        others - own > BETTER * error
+    }
+
     /// What must be said before this fit is trusted: reasons why it is none, or not quite one.
     pub(super) fn doubts(&self, evidence: &Evidence) -> Vec<String> {
         let unit = evidence

@@ -49,6 +49,7 @@ impl Search<'_> {
             warnings,
             suspects,
             held_out: self.held_out.clone(),
+            unexplained: false,
         })
     }
 

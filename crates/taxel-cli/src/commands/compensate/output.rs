@@ -1,21 +1,49 @@
-//! The files that `compensate` writes: numbers, marks, standard errors.
+//! The files that `compensate` writes: numbers, marks, standard errors; or all of it in a recording or a table.
 
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
-use taxel::{Frame, Sensor};
+use taxel::{Counts, Frame, Newtons, Sensor};
 use taxel_record::npy::Element;
+use taxel_record::{McapWriter, ParquetWriter};
 
 use super::Args;
+use crate::carry::{self, Carry, Clock, USUAL_RATE};
 use crate::error::Error;
-use crate::frames::{FrameWriter, Shown};
+use crate::frames::{FrameWriter, Reading, Shown, is_mcap, is_parquet};
 use crate::out;
+use crate::unit::{InputUnit, Unit};
 
 /// What is written, frame by frame; nothing appears under its name before `commit`.
 pub(super) struct Outputs {
-    numbers: FrameWriter<Shown>,
+    numbers: Numbers,
     marks: Option<FrameWriter<Shown>>,
     errors: Option<FrameWriter<Shown>>,
     codes: Frame<Shown>,
+}
+
+/// Where the numbers go.
+enum Numbers {
+    /// Alone.
+    Frames(FrameWriter<Shown>),
+    /// With their marks, their times and their counts.
+    Together(Box<Together>),
+}
+
+/// A recording or a table.
+struct Together {
+    file: File,
+    clock: Clock,
+    recording: PathBuf,
+    output: PathBuf,
+    counts: Frame<Counts>,
+    loads: Frame<Newtons>,
+    place: u64,
+}
+
+enum File {
+    Mcap(Box<McapWriter>, Carry),
+    Parquet(Box<ParquetWriter>),
 }
 
 impl Outputs {
@@ -25,7 +53,10 @@ impl Outputs {
         let numbers = args.output.as_deref().unwrap_or(Path::new("-"));
         let marks = marks_file(args);
         Ok(Self {
-            numbers: create(numbers, Element::F8)?,
+            numbers: match is_together(args) {
+                true => Numbers::Together(Box::new(Together::create(args, numbers, sensor)?)),
+                false => Numbers::Frames(create(numbers, Element::F8)?),
+            },
             marks: marks.map(|file| create(&file, Element::U1)).transpose()?,
             errors: match &args.standard_error {
                 Some(file) => Some(create(file, Element::F8)?),
@@ -35,8 +66,15 @@ impl Outputs {
         })
     }
 
-    pub(super) fn write(&mut self, shown: &Frame<Shown>) -> Result<(), Error> {
-        self.numbers.write(shown)?;
+    pub(super) fn write(
+        &mut self,
+        shown: &Frame<Shown>,
+        reading: &mut Reading,
+    ) -> Result<(), Error> {
+        match &mut self.numbers {
+            Numbers::Frames(writer) => writer.write(shown)?,
+            Numbers::Together(together) => together.write(shown, reading)?,
+        }
         if let Some(marks) = &mut self.marks {
             let codes = self.codes.values_mut().iter_mut();
             for (code, mark) in codes.zip(shown.marks()) {
@@ -54,20 +92,158 @@ impl Outputs {
         }
     }
 
-    pub(super) fn commit(self) -> Result<(), Error> {
+    pub(super) fn commit(self, reading: &mut Reading) -> Result<(), Error> {
         for writer in [self.marks, self.errors].into_iter().flatten() {
             writer.commit()?;
         }
-        self.numbers.commit()
+        match self.numbers {
+            Numbers::Frames(writer) => writer.commit(),
+            Numbers::Together(together) => together.commit(reading),
+        }
     }
 }
 
-/// Where the marks go: where the user says, else beside the numbers.
+impl Together {
+    fn create(args: &Args, output: &Path, sensor: &Sensor) -> Result<Self, Error> {
+        let (rows, columns) = (sensor.rows(), sensor.columns());
+        let file = match is_mcap(output) {
+            true => {
+                let about = carry::about(sensor, &args.recording);
+                let carry = match args.no_tare {
+                    true => Carry::without_tare(),
+                    false => Carry::default(),
+                };
+                File::Mcap(Box::new(McapWriter::create_at_once(output, &about)?), carry)
+            }
+            false => {
+                let has_counts = args.input_unit == InputUnit::Counts;
+                let writer = ParquetWriter::create_with_loads(output, sensor, has_counts)?;
+                File::Parquet(Box::new(writer))
+            }
+        };
+        Ok(Self {
+            file,
+            clock: Clock::of(&args.recording, USUAL_RATE),
+            recording: args.recording.clone(),
+            output: output.to_owned(),
+            counts: Frame::zeros(rows, columns),
+            loads: Frame::zeros(rows, columns),
+            place: 0,
+        })
+    }
+
+    fn write(&mut self, shown: &Frame<Shown>, reading: &mut Reading) -> Result<(), Error> {
+        self.loads.take_marks(shown);
+        self.loads.values_mut().copy_from_slice(shown.values());
+        let position = reading.sequence();
+        self.loads.sequence = position;
+        let secs = reading.time_secs();
+        let secs = secs.unwrap_or_else(|| self.clock.secs(self.place));
+        self.loads.time_secs = Some(secs);
+        self.place += 1;
+        let written = match reading {
+            Reading::Counts(source, counts) => {
+                self.counts.clone_from(counts);
+                // The device's own: a gap in them is all that tells of frames that never came.
+                let number = source.device_number().unwrap_or(position);
+                (self.counts.sequence, self.loads.sequence) = (number, number);
+                self.counts.time_secs = Some(secs);
+                let host = self.clock.host(&**source, secs)?;
+                if let File::Mcap(writer, carry) = &mut self.file {
+                    carry.before(writer, &mut **source)?;
+                }
+                self.put(true, host)
+            }
+            Reading::Volts(..) | Reading::Siemens(..) => {
+                let host = self.clock.after(secs)?;
+                self.put(false, host)
+            }
+        };
+        written.map_err(|error| carry::whole(&self.recording, &self.output, position, error))
+    }
+
+    fn put(&mut self, has_counts: bool, host: SystemTime) -> Result<(), Error> {
+        match &mut self.file {
+            File::Mcap(writer, _) => {
+                writer.write_counts(&self.counts, host)?;
+                writer.write_loads(&self.loads, host)?;
+            }
+            File::Parquet(writer) => {
+                let counts = has_counts.then_some(&self.counts);
+                writer.write_loads(counts, &self.loads, host)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn commit(self, reading: &mut Reading) -> Result<(), Error> {
+        let losses = reading.integrity().losses;
+        match self.file {
+            File::Mcap(mut writer, carry) => {
+                if let Reading::Counts(source, _) = reading {
+                    carry.end(&mut writer, &mut **source, losses)?;
+                }
+                writer.finish()?;
+            }
+            File::Parquet(writer) => writer.commit()?,
+        }
+        Ok(())
+    }
+}
+
+/// Whether numbers, marks and counts go to one file.
+fn is_together(args: &Args) -> bool {
+    let output = args.output.as_deref();
+    output.is_some_and(|output| is_mcap(output) || is_parquet(output))
+}
+
+/// Whether the output holds raw counts.
+pub(super) fn holds_counts(args: &Args) -> bool {
+    is_together(args) && args.input_unit == InputUnit::Counts
+}
+
+/// The unit of what is written.
+pub(super) fn unit(args: &Args) -> Unit {
+    match is_together(args) {
+        true => Unit::Newtons,
+        false => args.unit,
+    }
+}
+
+/// Refuses what a recording or a table cannot hold.
+pub(super) fn check(args: &Args) -> Result<(), Error> {
+    let Some(output) = args.output.as_deref().filter(|_| is_together(args)) else {
+        return Ok(());
+    };
+    if !matches!(args.unit, Unit::Grams | Unit::Newtons) {
+        return Err(Error::Arguments {
+            what: format!(
+                "{} holds loads in newtons, not {}",
+                output.display(),
+                args.unit.word()
+            ),
+            hint: "leave --unit out, or write .csv, .npy or .npz",
+        });
+    }
+    if is_mcap(output) && args.input_unit != InputUnit::Counts {
+        return Err(Error::Arguments {
+            what: format!(
+                "{} would be a recording without the raw counts, which {} does not hold",
+                output.display(),
+                args.recording.display()
+            ),
+            hint: "write .parquet, .csv, .npy or .npz",
+        });
+    }
+    Ok(())
+}
+
+/// Where the marks go: where the user says, else beside the numbers, unless they are in one file with them.
 pub(super) fn marks_file(args: &Args) -> Option<PathBuf> {
     let beside = || {
         let output = args.output.as_ref()?;
         let is_file = !out::is_stdout(output) && !output.starts_with("/dev");
-        is_file.then(|| output.with_extension("marks.csv"))
+        (is_file && !is_together(args)).then(|| output.with_extension("marks.csv"))
     };
     args.marks.clone().or_else(beside)
 }

@@ -82,7 +82,7 @@ impl Summary {
             sensor: sensor_file.display().to_string(),
             rows: sensor.rows(),
             columns: sensor.columns(),
-            unit: args.unit.word(),
+            unit: super::output::unit(args).word(),
             method: name.ok().filter(|_| solves),
             frames: 0,
             seconds: 0.0,

@@ -6,7 +6,7 @@ use taxel_record::FrameSource;
 use super::Job;
 use crate::chain::{Chain, warn_unsolved};
 use crate::error::Error;
-use crate::frames::{Input, Shown, open_values, show};
+use crate::frames::{Input, Shown, open_shown, show};
 use crate::line_faults::Survey;
 use crate::progress::Progress;
 use crate::recorded::Untared;
@@ -45,7 +45,7 @@ pub(super) fn each(job: &Job<'_>, see: impl FnMut(u64, Stages<'_>)) -> Result<u6
 type Seen = (u64, u64);
 
 fn each_value(job: &Job<'_>, mut see: impl FnMut(u64, Stages<'_>)) -> Result<Seen, Error> {
-    let mut source = open_values::<Shown>(&job.args.file, job.options)?;
+    let mut source = open_shown(&job.args.file, job.options)?;
     let mut frame = Frame::zeros(job.options.rows, job.options.columns);
     let range = job.range();
     let (mut seen, mut read) = (0, 0);

@@ -25,7 +25,7 @@ pub(crate) enum Owner {
 /// A recording that has ended.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Saved {
-    /// The file; it is gone where it held no frame.
+    /// The file; there is none where no frame came.
     pub(crate) path: PathBuf,
     pub(crate) frames: u64,
     /// What became of frames while it was recorded.
@@ -191,7 +191,7 @@ impl Open {
         self.writer.flush_if_due()
     }
 
-    /// Closes the file. One without a frame is not kept: it would only stand in the way of the next.
+    /// Closes the file. One without a frame never had its name: it would only stand in the way of the next.
     pub(super) fn end(mut self, mut error: Option<String>, now: Tally) -> Saved {
         let tally = now.since(&self.before);
         let without_loads = self.without_loads + self.awaited.len() as u64;
@@ -205,10 +205,6 @@ impl Open {
         let frames = self.writer.frames();
         if let (Err(failed), None) = (self.writer.finish(), &error) {
             error = Some(failed.to_string());
-        }
-        if frames == 0 {
-            // Where it stays, the next recording says so.
-            let _ = std::fs::remove_file(&path);
         }
         Saved {
             path,

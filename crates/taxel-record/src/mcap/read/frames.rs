@@ -179,6 +179,9 @@ impl FrameSource<Counts> for McapReader {
     fn device_number(&self) -> Option<u64> {
         self.device_number().map(u64::from)
     }
+    fn host_time(&self) -> Option<SystemTime> {
+        self.start.is_some().then(|| self.host_time())
+    }
     fn skipped(&self) -> usize {
         self.skips.count
     }

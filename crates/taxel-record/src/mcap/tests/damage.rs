@@ -19,7 +19,7 @@ const A_CHUNK: u64 = 5;
 
 /// A whole recording of four chunks, with an event and a tare.
 fn write(path: &Path) {
-    let mut writer = McapWriter::create(path, &about()).unwrap();
+    let mut writer = McapWriter::create_at_once(path, &about()).unwrap();
     for number in 0..FRAMES {
         if number == 10 {
             let tare = Tare {

@@ -136,9 +136,10 @@ fn a_file_renamed_while_it_is_written_is_made_whole_and_another_of_its_name_left
     );
     let tail = crate::mcap::tail::Tail::straight(&path, 12_000).unwrap();
     let mut writer = McapWriter::begin(tail, path.clone(), &about()).unwrap();
+    writer.write_counts(&frame(0), at(0)).unwrap();
     std::fs::rename(&path, &moved).unwrap();
     std::fs::write(&path, vec![b'x'; 100_000]).unwrap();
-    let failed = (0..1000).any(|number| {
+    let failed = (1..1000).any(|number| {
         let written = writer.write_counts(&frame(number), at(number));
         written.and_then(|()| writer.flush()).is_err()
     });
@@ -149,4 +150,35 @@ fn a_file_renamed_while_it_is_written_is_made_whole_and_another_of_its_name_left
     let mut next = Frame::<Counts>::zeros(16, 16);
     while reader.next_into(&mut next).unwrap() {}
     assert!(reader.integrity().is_whole());
+}
+
+#[test]
+fn a_recording_has_its_name_from_its_first_frame_on_and_takes_it_from_nobody() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let mut writer = McapWriter::create(&path, &about()).unwrap();
+    writer.write_event("mark", "before", at(0)).unwrap();
+    writer.write_tare(&tare(0, 0.5)).unwrap();
+    assert!(!path.exists());
+    writer.write_counts(&frame(0), at(0)).unwrap();
+    // As another program finds it, were this one killed now.
+    let mut first = McapReader::open_any(&path).unwrap();
+    let mut next = Frame::<Counts>::zeros(16, 16);
+    assert!(first.next_into(&mut next).unwrap());
+    assert_eq!(first.sensor_toml().unwrap(), about().sensor.to_toml());
+    writer.finish().unwrap();
+    // Without a frame nothing is left, whether it is ended or let go.
+    let none = folder.path().join("none.mcap");
+    let empty = || McapWriter::create(&none, &about()).unwrap();
+    empty().finish().unwrap();
+    drop(empty());
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    // A name that was taken meanwhile is left to who has it.
+    let mut late = empty();
+    std::fs::write(&none, "mine").unwrap();
+    let error = late.write_counts(&frame(0), at(0)).unwrap_err();
+    assert!(matches!(error, crate::Error::Exists { .. }), "{error}");
+    assert_eq!(late.frames(), 0);
+    drop(late);
+    assert_eq!(std::fs::read(&none).unwrap(), b"mine");
 }

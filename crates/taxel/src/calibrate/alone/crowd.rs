@@ -8,7 +8,9 @@ use std::sync::{Mutex, PoisonError};
 
 use super::super::evidence::Evidence;
 use super::super::inverter::{Inverter, Job, Start};
+use super::super::least_squares::median;
 use super::super::posterior::Parameter;
+use super::known::{ROUNDING, rounding_of_a_mean};
 use super::unknowns::Layout;
 use crate::Crew;
 use crate::circuit::{Converter, LinearCircuit, OperatingPoint};
@@ -21,8 +23,6 @@ use crate::{Frame, Sensor, Siemens};
 const BATCH: usize = 4;
 /// Accuracy of λ, of its norm.
 const INFLUENCE: f64 = 1e-2;
-/// Standard deviation of rounding to whole counts.
-const ROUNDING: f64 = 0.289;
 /// Conductances of each frame that the unloaded ones are sought among.
 const MOST_LOOKED_AT: usize = 256;
 /// An unloaded conductance is believed to this share at best: taxels differ.
@@ -34,6 +34,8 @@ pub(super) struct Crowd<'a> {
     which: Vec<usize>,
     crew: &'a dyn Crew,
     noise_counts: f64,
+    /// What the mean of however many readings may be off by, because they are whole counts.
+    rounding_counts: f64,
     /// Of each press of the evidence, what its last inversion left.
     starts: Mutex<Vec<Option<Start>>>,
 }
@@ -66,7 +68,10 @@ impl Linear {
     /// Conductance of a press at other unknowns, to first order.
     pub(super) fn siemens(&self, line: &Line, at: &[f64]) -> f64 {
         let moved = line.slopes.iter().zip(at.iter().zip(&self.at));
-        line.siemens + moved.map(|(slope, (to, from))| slope * (to - from)).sum::<f64>()
+        line.siemens
+            + moved
+                .map(|(slope, (to, from))| slope * (to - from))
+                .sum::<f64>()
     }
 
     /// The same with the presses for which `keep` holds.
@@ -156,6 +161,7 @@ impl<'a> Crowd<'a> {
             which: which.to_vec(),
             crew,
             noise_counts: evidence.noise_counts.hypot(ROUNDING),
+            rounding_counts: rounding_of_a_mean(evidence.noise_counts),
             starts: Mutex::new(evidence.presses.iter().map(|_| None).collect()),
         }
     }
@@ -227,8 +233,11 @@ impl<'a> Crowd<'a> {
             }
         }
         let failed = self.which.len() - lines.len();
+        let per_count: Vec<f64> = lines.iter().map(|l| l.error / self.noise_counts).collect();
+        let rounding = self.rounding_counts * median(&per_count);
+        let (g_zero, error) = unloaded(conductances);
         (5 * failed <= self.which.len()).then(|| Linear {
-            unloaded: unloaded(conductances),
+            unloaded: (g_zero, error.hypot(rounding)),
             at: at.to_vec(),
             lines,
             failed,
@@ -304,9 +313,17 @@ mod tests {
 
     #[test]
     fn most_of_a_frame_is_unloaded_though_much_of_it_is_not() {
-        let noise = |i: usize| f64::from((i as u32).wrapping_mul(2_654_435_761) >> 8) / 2f64.powi(24) - 0.5;
+        let noise =
+            |i: usize| f64::from((i as u32).wrapping_mul(2_654_435_761) >> 8) / 2f64.powi(24) - 0.5;
         let siemens: Vec<f64> = (0..4000)
-            .map(|i| 1e-6 + 1e-5 * noise(i) + if i % 5 < 2 { 1e-4 * f64::from((i % 97) as u32) / 97.0 } else { 0.0 })
+            .map(|i| {
+                1e-6 + 1e-5 * noise(i)
+                    + if i % 5 < 2 {
+                        1e-4 * f64::from((i % 97) as u32) / 97.0
+                    } else {
+                        0.0
+                    }
+            })
             .collect();
         let (centre, error) = unloaded(siemens);
         assert!((centre - 1e-6).abs() < 1.5 * error, "{centre} ± {error}");

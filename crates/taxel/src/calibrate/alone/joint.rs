@@ -42,7 +42,9 @@ impl Joint<'_> {
 
     /// The crowd about the best of several starts.
     pub(super) fn start(&self, layout: &Layout) -> Option<Linear> {
-        let few = self.crowd.thinned(START_PRESSES.min(self.crowd.loads_g().len() / 2));
+        let few = self
+            .crowd
+            .thinned(START_PRESSES.min(self.crowd.loads_g().len() / 2));
         let rough = Joint {
             readings: self.readings,
             crowd: &few,
@@ -83,7 +85,11 @@ impl Joint<'_> {
             .map(|p| p.start)
             .collect();
         let mut linear = self.crowd.linear(layout, &start)?;
-        let pairs: Vec<(f64, f64)> = self.pairs(&linear).into_iter().map(|p| (p.1, p.2)).collect();
+        let pairs: Vec<(f64, f64)> = self
+            .pairs(&linear)
+            .into_iter()
+            .map(|p| (p.1, p.2))
+            .collect();
         let (scale, exponent) = law_at(&pairs, 0.0, layout);
         for (unknown, value) in [
             (Unknown::Scale, scale),
@@ -101,7 +107,13 @@ impl Joint<'_> {
     pub(super) fn pairs(&self, linear: &Linear) -> Vec<(usize, f64, f64)> {
         let lines = linear.lines.iter();
         lines
-            .map(|l| (l.press, self.crowd.label_g(l), l.siemens - linear.unloaded.0))
+            .map(|l| {
+                (
+                    l.press,
+                    self.crowd.label_g(l),
+                    l.siemens - linear.unloaded.0,
+                )
+            })
             .filter(|p| p.1 > 0.0 && p.2 > 0.0)
             .collect()
     }
@@ -127,10 +139,10 @@ impl Joint<'_> {
             let mut to = peak.at.clone();
             let mut next = None;
             for _ in 0..4 {
-                next = self
-                    .crowd
-                    .linear(layout, &to)
-                    .filter(|next| self.loss(layout, next, share).is_some_and(|l| l <= before + SETTLED));
+                next = self.crowd.linear(layout, &to).filter(|next| {
+                    self.loss(layout, next, share)
+                        .is_some_and(|l| l <= before + SETTLED)
+                });
                 if next.is_some() {
                     break;
                 }
@@ -245,7 +257,8 @@ impl Joint<'_> {
     /// The share of a label's conductance that makes the crowd's residuals as large as they should be; 0 where noise does.
     fn share(&self, layout: &Layout, linear: &Linear, at: &[f64]) -> Option<f64> {
         let presses = linear.lines.len();
-        let freedom = presses.saturating_sub(layout.unknowns.len()).max(1) as f64 / presses.max(1) as f64;
+        let freedom =
+            presses.saturating_sub(layout.unknowns.len()).max(1) as f64 / presses.max(1) as f64;
         let size = |share: f64| -> Option<f64> {
             let all = self.residuals(layout, linear, share, at)?;
             Some(robust_deviation(&all[..presses]) / freedom.sqrt())

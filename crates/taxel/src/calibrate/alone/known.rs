@@ -15,7 +15,7 @@ const SHARE: f64 = 0.001;
 /// the screen says: more is load.
 const MOST_NOISE: (f64, f64) = (5e-4, 4.0);
 /// Smallest standard deviation of a reading, counts: rounding alone.
-const ROUNDING: f64 = 0.289;
+pub(super) const ROUNDING: f64 = 0.289;
 /// No mean is believed to less than this, counts.
 const LEAST_MEAN_ERROR: f64 = 0.02;
 
@@ -122,11 +122,7 @@ impl KnownFrames {
         let mut bases = Moments::default();
         known.iter().for_each(|&u| bases.add(u));
         let noise_counts = noise.deviation().max(ROUNDING);
-        // Noise of less than a count leaves readings on the same count: their mean is off by up to exp(−2π²σ²)/π counts
-        // however many they are (Widrow and Kollár, Quantization Noise, 2008: the first harmonic of the rounding error).
-        let before_rounding = (noise_counts.powi(2) - ROUNDING.powi(2)).max(0.0);
-        let harmonic = (-2.0 * PI.powi(2) * before_rounding).exp() / PI;
-        let rounding_counts = harmonic.max(LEAST_MEAN_ERROR);
+        let rounding_counts = rounding_of_a_mean(noise_counts);
         Self {
             frames,
             base_counts: bases.mean(),
@@ -144,6 +140,15 @@ impl KnownFrames {
         self.frames.iter().map(|f| f.presses.len()).sum()
     }
 
+    /// The same with every press counted as one of a crowded frame.
+    pub(super) fn all_crowded(self, presses: usize) -> Self {
+        Self {
+            frames: Vec::new(),
+            crowded: (0..presses).collect(),
+            ..self
+        }
+    }
+
     /// The same with the frames of some presses alone; what unloaded taxels read stays.
     pub(super) fn with(&self, keep: impl Fn(usize) -> bool) -> Self {
         let all_kept = |f: &&KnownFrame| f.presses.iter().all(|&p| keep(p));
@@ -153,6 +158,15 @@ impl KnownFrames {
             ..*self
         }
     }
+}
+
+/// What the mean of however many readings may be off by because they are whole counts, from their standard deviation with
+/// rounding, counts. Noise of less than a count leaves readings on the same count: exp(−2π²σ²)/π (Widrow and Kollár,
+/// Quantization Noise, 2008: the first harmonic of the rounding error).
+pub(super) fn rounding_of_a_mean(noise_counts: f64) -> f64 {
+    let before_rounding = (noise_counts.powi(2) - ROUNDING.powi(2)).max(0.0);
+    let harmonic = (-2.0 * PI.powi(2) * before_rounding).exp() / PI;
+    harmonic.max(LEAST_MEAN_ERROR)
 }
 
 impl KnownFrame {

@@ -34,29 +34,42 @@ use unknowns::{Layout, Unknown};
 const GAIN: [f64; 2] = [9.0, 16.0];
 /// A saturation is told when it is this many standard errors from none.
 const TOLD: f64 = 3.0;
+/// Crowded presses that a fit takes, times the taxels of a frame to the power of one and a half: what an inversion and an
+/// adjoint cost grows so. The others judge the fit.
+const MOST_WORK: f64 = 1.6e7;
+/// An exact inverse leaves the adjoint alone.
+const WITH_EXACT: f64 = 4.0;
+/// It takes so many, however large the array.
+const FEWEST_CROWDED: usize = 24;
 /// Unloaded conductance that a crowd's fit starts from before it has seen any, siemens.
 const ANY_G_ZERO: f64 = 1e-6;
 /// With this many crowded presses and no fewer than the others, those tell the circuit.
 const MANY_CROWDED: usize = 20;
 
-/// The fit, where presses made one at a time are what there is to fit to, or no exact inverse helps; nothing where
-/// neither holds.
+/// The fit to labelled presses alone; nothing where uniform loads are there to tell more. With it, whether the presses
+/// were made one at a time, so that nothing else is to be looked for.
 pub(super) fn calibrate(
     sensor: &Sensor,
     evidence: &Evidence,
     options: &Options,
     crew: &dyn Crew,
     progress: &mut dyn FnMut(&str, f64),
-) -> Option<Result<Outcome, Error>> {
-    let known = KnownFrames::find(evidence, sensor.max_count());
+) -> Option<(Result<Outcome, Error>, bool)> {
+    if !evidence.levels.is_empty() {
+        return None;
+    }
+    let mut known = KnownFrames::find(evidence, sensor.max_count());
     let (alone, crowded) = (known.presses(), known.crowded.len());
-    let enough = alone >= FEWEST_PRESSES && (alone >= crowded || crowded < MANY_CROWDED);
-    (evidence.levels.is_empty() && (enough || !has_exact_inverse(sensor)))
-        .then(|| Alone::new(sensor, evidence, options, crew).run(&known, progress))
+    let one_at_a_time = alone >= FEWEST_PRESSES && (alone >= crowded || crowded < MANY_CROWDED);
+    if !one_at_a_time {
+        known = known.all_crowded(evidence.presses.len());
+    }
+    let fit = Alone::new(sensor, evidence, options, crew).run(&known, progress);
+    Some((fit, one_at_a_time))
 }
 
 /// Whether frames of a read-out are inverted exactly, whatever its switches are.
-fn has_exact_inverse(sensor: &Sensor) -> bool {
+pub(super) fn has_exact_inverse(sensor: &Sensor) -> bool {
     let ohms = || PerLine::One(super::priors::USUAL_OHMS);
     LinearCircuit::from_sensor(&with_switches(sensor, ohms(), ohms()))
         .is_ok_and(|circuit| Exact::new(&circuit).is_some())
@@ -115,6 +128,7 @@ impl<'a> Alone<'a> {
         progress("circuit and load law", 0.0);
         let mut suspects = self.gross(known)?;
         let mut kept = self.without(known, &suspects);
+        let spare = self.spare(&mut kept);
         let mut chosen = self.choose(&kept, None)?;
         let everything: Vec<usize> = (0..self.evidence.presses.len()).collect();
         let mut estimates = self.read(&everything, chosen.fitted(), &chosen);
@@ -124,7 +138,7 @@ impl<'a> Alone<'a> {
                 left_out: true,
                 ..s
             }));
-            kept = self.without(known, &suspects);
+            kept = kept.with(|p| suspects.iter().all(|s| s.press != p));
             chosen = self.choose(&kept, None)?;
             estimates = self.read(&everything, chosen.fitted(), &chosen);
         }
@@ -134,7 +148,10 @@ impl<'a> Alone<'a> {
             }
         }
         suspects.sort_by_key(|s| s.press);
-        let (held_out, laws) = self.held_out(&kept, &chosen, progress);
+        let (held_out, laws) = match spare.is_empty() {
+            true => self.held_out(&kept, &chosen, progress),
+            false => self.judged_by_spare(spare, &chosen),
+        };
         self.outcome(&kept, &chosen, held_out, laws, suspects)
     }
 
@@ -145,7 +162,9 @@ impl<'a> Alone<'a> {
             true => self.through_the_inverse(known, &readings)?,
             false => {
                 let apparent = readings.apparent(self.sensor).into_iter();
-                apparent.map(|(p, g)| (p, self.evidence.presses[p].load_g, g)).collect()
+                apparent
+                    .map(|(p, g)| (p, self.evidence.presses[p].load_g, g))
+                    .collect()
             }
         };
         let suspects = suspects::gross(&apparent);
@@ -161,6 +180,47 @@ impl<'a> Alone<'a> {
 
     fn without(&self, known: &KnownFrames, suspects: &[Suspect]) -> KnownFrames {
         known.with(|p| suspects.iter().all(|s| s.press != p))
+    }
+
+    /// Leaves crowded frames alone no more presses than a fit may take; the others, no more than those.
+    fn spare(&self, known: &mut KnownFrames) -> Vec<usize> {
+        let taxels = (self.sensor.rows() * self.sensor.columns()) as f64;
+        let more = if has_exact_inverse(self.sensor) {
+            WITH_EXACT
+        } else {
+            1.0
+        };
+        let most = ((more * MOST_WORK / taxels.powf(1.5)) as usize).max(FEWEST_CROWDED);
+        if !known.frames.is_empty() || known.crowded.len() <= most {
+            return Vec::new();
+        }
+        let stride = known.crowded.len().div_ceil(most);
+        let all = std::mem::take(&mut known.crowded);
+        let (kept, spare) = (0..all.len()).partition(|i| i % stride == 0);
+        let named = |which: Vec<usize>| which.into_iter().map(|i| all[i]).collect::<Vec<_>>();
+        known.crowded = named(kept);
+        let mut spare = named(spare);
+        spare.truncate(known.crowded.len());
+        spare
+    }
+
+    /// Errors on presses that no fit has seen, and those of each law.
+    fn judged_by_spare(&self, spare: Vec<usize>, chosen: &Chosen) -> (HeldOut, Vec<(String, f64)>) {
+        let fold = self.judged(chosen, chosen, &spare);
+        let laws = fold.laws.into_iter();
+        let held = HeldOut {
+            how: format!(
+                "{} presses that neither fitted nor chose; a fit of this array takes no more than it did",
+                spare.len()
+            ),
+            errors_g: fold.errors_g,
+            unjudged: fold.unjudged,
+        };
+        (
+            held,
+            laws.map(|(name, e)| (name.to_owned(), super::fit::mean(&e)))
+                .collect(),
+        )
     }
 
     /// Label and estimate of every press that is not suspected yet.
@@ -180,9 +240,18 @@ impl<'a> Alone<'a> {
         readings: &Readings,
     ) -> Result<Vec<(usize, f64, f64)>, Error> {
         let crowd = Crowd::new(self.evidence, &known.crowded, self.crew);
-        let joint = Joint { readings, crowd: &crowd };
+        let joint = Joint {
+            readings,
+            crowd: &crowd,
+        };
         let loads = crowd.loads_g();
-        let layout = Layout::new(self.sensor, self.beliefs, LawChoice::Power, &loads, ANY_G_ZERO);
+        let layout = Layout::new(
+            self.sensor,
+            self.beliefs,
+            LawChoice::Power,
+            &loads,
+            ANY_G_ZERO,
+        );
         let layout = layout.ok_or_else(|| no_fit("no label is above nothing"))?;
         let linear = joint.first(&layout).ok_or_else(|| {
             no_fit("no switch resistance leaves four frames of five with a solution")
@@ -201,7 +270,10 @@ impl<'a> Alone<'a> {
         if let Some(from) = from {
             crowd = crowd.near(&from.ends);
         }
-        let joint = Joint { readings: &readings, crowd: &crowd };
+        let joint = Joint {
+            readings: &readings,
+            crowd: &crowd,
+        };
         let crowded = known.frames.is_empty();
         let (loads, g_zero) = match crowded {
             true => (crowd.loads_g(), self.unloaded),
@@ -235,7 +307,8 @@ impl<'a> Alone<'a> {
                         (Some(power), Some(linear)) => {
                             Some((linear.carried(&power.layout, &layout), power.share))
                         }
-                        _ => match from.and_then(|f| Some((f.linear.as_ref()?, f.fits[0].1.share))) {
+                        _ => match from.and_then(|f| Some((f.linear.as_ref()?, f.fits[0].1.share)))
+                        {
                             Some((near, share)) => {
                                 let kept = |p| known.crowded.binary_search(&p).is_ok();
                                 Some((near.with(kept), share))
@@ -296,7 +369,9 @@ impl<'a> Alone<'a> {
         let law = plain_law(&fitted.model);
         let presses = Crowd::new(self.evidence, which, self.crew).near(&near.ends);
         let siemens = presses.siemens(&fitted.model.sensor).into_iter();
-        siemens.map(|g| Some(law.grams_from_siemens(0, g?))).collect()
+        siemens
+            .map(|g| Some(law.grams_from_siemens(0, g?)))
+            .collect()
     }
 
     /// Errors on presses that neither fitted nor chose: each fold is read by a fit and a choice made without it. With
@@ -349,13 +424,20 @@ impl<'a> Alone<'a> {
 
     /// Errors on the presses of one fold, by a fit and a choice made from the others.
     fn judge(&self, others: &KnownFrames, held: Vec<usize>, near: &Chosen) -> Fold {
+        match self.choose(others, Some(near)) {
+            Ok(chosen) => self.judged(&chosen, near, &held),
+            Err(_) => Fold {
+                unjudged: held.len(),
+                ..Fold::default()
+            },
+        }
+    }
+
+    /// Errors of every law's fit on presses that it has not seen.
+    fn judged(&self, chosen: &Chosen, near: &Chosen, held: &[usize]) -> Fold {
         let mut fold = Fold::default();
-        let Ok(chosen) = self.choose(others, Some(near)) else {
-            fold.unjudged = held.len();
-            return fold;
-        };
         for (at, (name, fitted)) in chosen.fits.iter().enumerate() {
-            let read = self.read(&held, fitted, near);
+            let read = self.read(held, fitted, near);
             let errors: Vec<f64> = held
                 .iter()
                 .zip(&read)

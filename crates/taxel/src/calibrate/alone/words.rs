@@ -29,6 +29,7 @@ impl Alone<'_> {
             law: plain_law(&fitted.model),
             material: None,
             findings: findings(fitted, alone, known.crowded.len()),
+            unexplained: alone == 0 && fitted.share > 0.0,
             laws,
             law_name: (*name).to_owned(),
             warnings: self.warnings(fitted, alone),
@@ -61,7 +62,11 @@ impl Alone<'_> {
                     "column and row switch: only their sum, {total} ± {error} Ohm, matters to this read-out, and only it is told"
                 ),
                 _ => format!(
-                    "column and row switch: {alone} presses made one at a time tell their sum, {total} ± {error} Ohm, and hardly how it splits; that rests on {}. Two presses at once on one row (two of its columns), as heavy as they go and both labelled, would tell",
+                    "column and row switch: {} tell their sum, {total} ± {error} Ohm, and hardly how it splits; that rests on {}. Two presses at once on one row (two of its columns), as heavy as they go and both labelled, would tell",
+                    match alone {
+                        0 => "these presses".to_owned(),
+                        _ => format!("{alone} presses made one at a time"),
+                    },
                     match self.sensor.readout.r_mux_column_ohms.is_some() {
                         true => "the sensor file's ratio",
                         false => "the belief that both are alike",
@@ -101,10 +106,13 @@ impl Alone<'_> {
 
 fn findings(fitted: &Fitted, alone: usize, crowded: usize) -> Vec<Finding> {
     let beyond = 100.0 * fitted.share;
-    let text = match crowded {
-        0 => format!("{alone} presses made one at a time; fitted to what the converter reads"),
+    let text = match (alone, crowded) {
+        (_, 0) => format!("{alone} presses made one at a time; fitted to what the converter reads"),
+        (0, _) => format!(
+            "{crowded} presses in crowded frames; fitted to what the inverse gives their taxels, with the noise it has there"
+        ),
         _ => format!(
-            "{alone} presses made one at a time, fitted to what the converter reads, and {crowded} in crowded frames, by their loads"
+            "{alone} presses made one at a time, fitted to what the converter reads, and {crowded} in crowded frames, by the inverse"
         ),
     };
     vec![

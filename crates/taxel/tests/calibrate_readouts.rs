@@ -1,0 +1,132 @@
+//! Calibration on every read-out, and on the mat that most people build: crowded presses, noise, whole counts.
+
+mod every_sensor;
+
+use every_sensor::every_sensor;
+use taxel::Sensor;
+use taxel::calibrate::{Calibration, Options, calibrate};
+use taxel::frame::grams_from_newtons;
+use taxel::pipeline::Pipeline;
+use taxel::sensor::{PerLine, preset};
+use taxel::simulate::{VirtualSensor, labelled_presses, validation_frames};
+use taxel::solve::default_method;
+
+/// A fit error of this many standard errors is none.
+const FOUR: f64 = 4.0;
+
+fn parts_list(truth: &Sensor) -> Sensor {
+    let mut parts = truth.clone();
+    parts.material = None;
+    parts.readout.r_mux_column_ohms = None;
+    parts.readout.r_mux_row_ohms = None;
+    parts
+}
+
+/// Mean absolute error over loaded taxels of frames that were not fitted to, grams.
+fn judged(sensor: &Sensor, truth: &VirtualSensor) -> f64 {
+    let mut pipeline = Pipeline::new(sensor, default_method(sensor).unwrap()).unwrap();
+    let (mut sum, mut count) = (0.0, 0);
+    for (counts, loads) in validation_frames(truth, 4) {
+        let result = pipeline.process(&counts);
+        assert!(result.outcome.is_answer(), "{:?}", result.outcome);
+        let found = result.newtons().unwrap();
+        for (newtons, &load) in found.values().iter().zip(loads.values()) {
+            if load > 0.0 {
+                sum += (grams_from_newtons(*newtons) - load).abs();
+                count += 1;
+            }
+        }
+    }
+    assert!(count > 40, "only {count} loaded taxels");
+    sum / f64::from(count)
+}
+
+/// The fit, and its error over that of the true parameters.
+fn fitted(truth: &Sensor, seed: u64, presses: usize) -> (Calibration, f64) {
+    let real = VirtualSensor::new(truth, seed).unwrap();
+    let data = labelled_presses(&real, presses);
+    let fit = calibrate(
+        &parts_list(truth),
+        &data,
+        &Options::default(),
+        &mut |_, _| {},
+    )
+    .unwrap();
+    let ratio = judged(&fit.sensor, &real) / judged(truth, &real);
+    (fit, ratio)
+}
+
+fn ohms(list: &Option<PerLine>) -> f64 {
+    list.as_ref().unwrap().mean(1)
+}
+
+/// No number without an error unless it was held, none off by more than four of them, and no doubt.
+fn sound(fit: &Calibration, truth: &Sensor, name: &str) {
+    assert_eq!(fit.report.doubts, Vec::<String>::new(), "{name}");
+    let material = truth.material.as_ref().unwrap();
+    for p in &fit.report.parameters {
+        let wanted = match p.name.as_str() {
+            // A spline's factor goes with its bends, which the report says.
+            "material.factor" if fit.report.law == "power" => material.factor,
+            "material.g_zero_siemens" => material.g_zero_siemens,
+            "readout.r_mux_column_ohms" => ohms(&truth.readout.r_mux_column_ohms),
+            "readout.r_mux_row_ohms" => ohms(&truth.readout.r_mux_row_ohms),
+            _ => continue,
+        };
+        let Some(error) = p.standard_error else {
+            assert!(p.held.is_some(), "{name}: {} has no error", p.name);
+            continue;
+        };
+        assert!(
+            error.is_finite() && (p.value - wanted).abs() < FOUR * error,
+            "{name}: {} is {} ± {error}, not {wanted}",
+            p.name,
+            p.value
+        );
+    }
+}
+
+#[test]
+fn the_mat_that_most_people_build_is_calibrated_to_its_noise() {
+    let truth = preset("mat-16x16-cd4067").unwrap();
+    for seed in [1, 3, 5] {
+        let (fit, ratio) = fitted(&truth, seed, 120);
+        sound(&fit, &truth, &format!("seed {seed}"));
+        assert!(
+            ratio < 1.1,
+            "seed {seed}: {ratio:.3} x the error of the truth"
+        );
+    }
+}
+
+#[test]
+fn every_read_out_is_calibrated_to_its_noise() {
+    for (name, truth) in every_sensor(&[12], &[12]).into_iter().skip(3) {
+        let (fit, ratio) = fitted(&truth, 2, 90);
+        sound(&fit, &truth, &name);
+        assert!(ratio < 1.1, "{name}: {ratio:.3} x the error of the truth");
+    }
+}
+
+/// Loads of a law that no circuit can read: every label belongs to another press.
+#[test]
+fn labels_of_other_presses_are_refused() {
+    let truth = preset("mat-16x16-cd4067").unwrap();
+    let real = VirtualSensor::new(&truth, 4).unwrap();
+    let mut data = labelled_presses(&real, 60);
+    let loads: Vec<f64> = data.presses.iter().map(|p| p.load_g).collect();
+    for (i, press) in data.presses.iter_mut().enumerate() {
+        press.load_g = loads[(i * 7 + 23) % loads.len()];
+    }
+    let refused = calibrate(
+        &parts_list(&truth),
+        &data,
+        &Options::default(),
+        &mut |_, _| {},
+    );
+    let told = refused.expect_err("nothing to learn").to_string();
+    assert!(
+        told.contains("labels") || told.contains("guessing"),
+        "{told}"
+    );
+}
