@@ -56,7 +56,7 @@ def calibrate_pairs(rng):
 
 
 def calibrate_series(rng):
-    return Case("calibrate series", ["calibrate", "--sensor", "s.toml", "--series", rng.choice(["r.csv", "r.mcap", "r.npy"]), "--loads", "loads.csv", "--period", "0.1",
+    return Case("calibrate series", ["calibrate", "--sensor", "s.toml", "--series", "series.csv", "--loads", "series-loads.csv", "--period", "0.1",
                                      "--lags", "1", "--plays", "1", *some(rng, "--static-output st.toml"), "-o", "k.toml"], {"k.toml", "st.toml"})
 
 

@@ -55,6 +55,66 @@ pub(crate) enum Error {
         /// The most it may have.
         limit: u64,
     },
+    /// An array whose frames are larger than is read.
+    #[error("{}: {rows} rows x {columns} columns need about {needed_mib} MiB of memory, at most {most_mib} are taken: an array has at most {most_taxels} taxels\nhint: check rows and columns; a larger sensor is read in parts, each with a sensor file of its own", .file.display())]
+    ArrayMemory {
+        /// The sensor file, or the recording that carries it.
+        file: PathBuf,
+        /// Rows of the array.
+        rows: usize,
+        /// Its columns.
+        columns: usize,
+        /// What it would take, MiB.
+        needed_mib: u64,
+        /// The most that is taken, MiB.
+        most_mib: u64,
+        /// The most taxels.
+        most_taxels: usize,
+    },
+    /// More frames than fit in memory.
+    #[error("{}: its {frames} frames of {taxels} taxels take {needed_mib} MiB of memory, at most {most_mib} are taken\nhint: fewer presses, or presses that share frames", .table.display())]
+    FramesMemory {
+        /// The table of presses.
+        table: PathBuf,
+        /// Different frames that it names.
+        frames: usize,
+        /// Taxels of each.
+        taxels: usize,
+        /// What they would take, MiB.
+        needed_mib: usize,
+        /// The most that is taken, MiB.
+        most_mib: usize,
+    },
+    /// More readings than are held at once.
+    #[error("{}: more than {most} readings\nhint: give `frame` in the lines of the table, or split it", .table.display())]
+    TooManyReadings {
+        /// The table of trials.
+        table: PathBuf,
+        /// The most.
+        most: usize,
+    },
+    /// Sensed lines that the exact inverse has no room for.
+    #[error("{}: method exact needs about {needed_mib} MiB of memory for {rows} rows, at most {most_mib} are taken: it works with square matrices of the rows\nhint: `--method newton`, where a command has it, needs less; or let the longer side be the columns", .file.display())]
+    MethodMemory {
+        /// The sensor file, or the recording that carries it.
+        file: PathBuf,
+        /// Rows of the array.
+        rows: usize,
+        /// What it would take, MiB.
+        needed_mib: u64,
+        /// The most that is taken, MiB.
+        most_mib: u64,
+    },
+    /// A text that is longer than such a file may be.
+    #[error("{}: more than the {limit} bytes that {what} may have\nhint: is this the right file?", .file.display())]
+    TextLength {
+        /// The file.
+        file: PathBuf,
+        /// What it should be.
+        what: &'static str,
+        /// The most bytes.
+        limit: u64,
+    },
     /// A file of per-taxel numbers holds more than one number per taxel.
     #[error(
         "{}: {found} lines or more, but the array has {expected} rows\nhint: a file of per-taxel numbers has one line per row", .file.display()
@@ -336,6 +396,8 @@ impl Error {
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Error::Arguments { .. } | Error::TaxelOutside { .. } => 2,
+            // A name that is no picture's.
+            Error::View(taxel_view::Error::UnknownFormat { .. }) => 2,
             _ => 1,
         }
     }

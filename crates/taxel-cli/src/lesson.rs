@@ -63,14 +63,9 @@ impl Lessons {
         }
         if let Some(table) = &from.rows {
             let more = Rows::read_csv(table, sensor.columns())?;
-            for i in 0..more.len() {
-                lessons.rows.push(
-                    more.taxel[i].into(),
-                    more.row_of(i).iter().map(|&v| v.into()),
-                    more.load_g[i].into(),
-                );
-            }
-            lessons.add_source(table, more.len())?;
+            let count = more.len();
+            lessons.rows.append(more);
+            lessons.add_source(table, count)?;
         }
         let file = from.presses.as_ref().or(from.rows.as_ref());
         lessons

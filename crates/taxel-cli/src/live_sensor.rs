@@ -8,7 +8,7 @@ use taxel_record::McapReader;
 
 use crate::error::Error;
 use crate::frames::is_mcap;
-use crate::sensor_file;
+use crate::{memory, sensor_file};
 
 /// The sensor, and where it comes from.
 pub(crate) fn of(address: &Address, given: Option<&Path>) -> Result<(Sensor, PathBuf), Error> {
@@ -39,8 +39,9 @@ pub(crate) fn carried(path: &Path) -> Result<Option<Sensor>, Error> {
     let sensor = sensor.map_err(|source| Error::InFile {
         file: path.to_owned(),
         source,
-    });
-    sensor.map(Some)
+    })?;
+    memory::check_array(path, sensor.rows(), sensor.columns())?;
+    Ok(Some(sensor))
 }
 
 /// The sensor that a recording carries.

@@ -4,6 +4,7 @@
 //! `commands/`; the mathematics is in crate `taxel`, reading and writing in `taxel-record`, pictures in
 //! `taxel-view`.
 
+mod bounded;
 mod carry;
 mod chain;
 mod commands;
@@ -18,6 +19,8 @@ mod lesson;
 mod line_faults;
 mod live;
 mod live_sensor;
+mod memory;
+mod named_files;
 mod out;
 mod outputs;
 mod patience;

@@ -4,20 +4,67 @@ use std::fs;
 use std::path::{Component, Path, PathBuf};
 
 use crate::error::Error;
-use crate::out;
+use crate::{named_files, out};
 
 /// The files of a command, each with what the user calls it.
 #[derive(Debug, Default)]
 pub(crate) struct Files<'a> {
-    inputs: Vec<(&'static str, &'a Path)>,
+    inputs: Vec<Input<'a>>,
     outputs: Vec<(&'static str, &'a Path)>,
+}
+
+/// A file that is read.
+#[derive(Debug)]
+struct Input<'a> {
+    name: &'static str,
+    file: &'a Path,
+    /// How to find the files that it names and that are read with it.
+    names: Option<fn(&Path) -> Vec<PathBuf>>,
 }
 
 impl<'a> Files<'a> {
     /// A file that is read.
-    pub(crate) fn input(mut self, name: &'static str, file: &'a Path) -> Self {
-        self.inputs.push((name, file));
+    pub(crate) fn input(self, name: &'static str, file: &'a Path) -> Self {
+        self.with(name, file, None)
+    }
+
+    fn with(
+        mut self,
+        name: &'static str,
+        file: &'a Path,
+        names: Option<fn(&Path) -> Vec<PathBuf>>,
+    ) -> Self {
+        self.inputs.push(Input { name, file, names });
         self
+    }
+
+    /// A sensor file, or a preset; the files of per-taxel numbers that it names are read with it.
+    pub(crate) fn sensor(self, file: &'a Path) -> Self {
+        self.with("sensor", file, Some(named_files::of_sensor))
+    }
+
+    /// A sensor file that may be read.
+    pub(crate) fn maybe_sensor(self, file: Option<&'a PathBuf>) -> Self {
+        match file {
+            Some(file) => self.sensor(file),
+            None => self,
+        }
+    }
+
+    /// A table that may be read, and the recordings that it names.
+    pub(crate) fn maybe_table(self, name: &'static str, file: Option<&'a PathBuf>) -> Self {
+        match file {
+            Some(file) => self.with(name, file, Some(named_files::of_table)),
+            None => self,
+        }
+    }
+
+    /// The plan of an evaluation that may be read, and everything that it names.
+    pub(crate) fn maybe_plan(self, file: Option<&'a PathBuf>) -> Self {
+        match file {
+            Some(file) => self.with("plan", file, Some(named_files::of_plan)),
+            None => self,
+        }
     }
 
     /// A file that may be read.
@@ -42,21 +89,21 @@ impl<'a> Files<'a> {
         }
     }
 
-    /// Refuses an output that is an input, or another output, under whatever name.
+    /// Refuses an output that is an input, a file that an input names, or another output, under whatever name.
     pub(crate) fn check(&self) -> Result<(), Error> {
         for (place, (option, file)) in self.outputs.iter().enumerate() {
             let Some(identity) = Identity::of(file) else {
                 continue;
             };
-            let read = self.inputs.iter().find(|(_, input)| identity.is(input));
-            if let Some((name, _)) = read {
-                return Err(Error::Arguments {
-                    what: format!(
-                        "{option} {} would replace what is read: it is the {name}",
-                        file.display()
-                    ),
-                    hint: "write to another name",
-                });
+            let replaced = |what: String| Error::Arguments {
+                what: format!(
+                    "{option} {} would replace what is read: it is {what}",
+                    file.display()
+                ),
+                hint: "write to another name",
+            };
+            if let Some(input) = self.inputs.iter().find(|input| identity.is(input.file)) {
+                return Err(replaced(format!("the {}", input.name)));
             }
             let before = self.outputs[..place].iter();
             if let Some((other, name)) = before.clone().find(|(_, output)| identity.is(output)) {
@@ -68,6 +115,37 @@ impl<'a> Files<'a> {
                     ),
                     hint: "write to two names",
                 });
+            }
+        }
+        self.check_named()
+    }
+
+    /// Refuses an output that an input names. Only what is there can be read, so that tables are looked through only where
+    /// an output would replace something.
+    fn check_named(&self) -> Result<(), Error> {
+        let outputs = self.outputs.iter().filter(|(_, file)| file.is_file());
+        let there: Vec<_> = outputs
+            .filter_map(|(option, file)| Some((option, file, Identity::of(file)?)))
+            .collect();
+        if there.is_empty() {
+            return Ok(());
+        }
+        for input in &self.inputs {
+            let Some(names) = input.names else { continue };
+            for named in names(input.file) {
+                let found = there.iter().find(|(.., identity)| identity.is(&named));
+                if let Some((option, file, _)) = found {
+                    return Err(Error::Arguments {
+                        what: format!(
+                            "{option} {} would replace what is read: the {} {} names it ({})",
+                            file.display(),
+                            input.name,
+                            input.file.display(),
+                            named.display()
+                        ),
+                        hint: "write to another name",
+                    });
+                }
             }
         }
         Ok(())
@@ -167,6 +245,17 @@ pub(crate) fn check_ending(
         ),
         hint,
     })
+}
+
+/// Refuses a name that is no sensor file's.
+pub(crate) fn check_sensor_ending(option: &str, file: &Path) -> Result<(), Error> {
+    check_ending(option, file, &["toml"], "a sensor file is TOML")
+}
+
+/// Refuses a name that is no model's.
+pub(crate) fn check_model_ending(option: &str, file: &Path) -> Result<(), Error> {
+    let hint = "a model is kept as safetensors; `taxel model export` writes ONNX";
+    check_ending(option, file, &["safetensors"], hint)
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Labelled presses and uniform loads with the frames that they point to.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use taxel::calibrate::{Data, Press};
@@ -13,12 +13,18 @@ use crate::frames::show;
 use crate::progress::Progress;
 
 /// A frame that a line of a table asks for.
-struct Wanted {
-    recording: PathBuf,
+struct Wanted<'a> {
+    recording: &'a Path,
     frame: usize,
-    table: PathBuf,
+    table: &'a Path,
     line: u64,
 }
+
+/// The most bytes that the frames of a table may take: together with the table they stay below 256 MiB.
+const MOST_BYTES: usize = 160 << 20;
+
+/// Bytes of a taxel of a frame: its number and its mark.
+const TAXEL_BYTES: usize = 9;
 
 /// Reads the frames that a table of presses, and perhaps one of uniform loads, points to.
 pub(crate) fn read(
@@ -48,30 +54,37 @@ pub(crate) fn read_with_lines(
         None => Vec::new(),
     };
     let of_presses = presses.iter().map(|press| Wanted {
-        recording: press.recording.clone(),
+        recording: &press.recording,
         frame: press.frame,
-        table: table.to_owned(),
+        table,
         line: press.line,
     });
     let of_uniform = uniform.iter().map(|load| Wanted {
-        recording: load.recording.clone(),
+        recording: &load.recording,
         frame: load.frame,
-        table: equilibration.unwrap_or(Path::new("")).to_owned(),
+        table: equilibration.unwrap_or(Path::new("")),
         line: load.line,
     });
     let wanted: Vec<Wanted> = of_presses.chain(of_uniform).collect();
+    // A frame of a uniform load is held once for each of its lines.
+    check_memory(table, &wanted, uniform.len(), rows * columns)?;
     let options = TextOptions {
         transpose,
         ..TextOptions::of(sensor)
     };
     let mut found = read_frames(&wanted, options)?;
     let mut data = Data::default();
+    for load in &uniform {
+        let frame = &found[&(load.recording.clone(), load.frame)];
+        data.uniform.push((frame.clone(), load.load_g));
+    }
     let mut places = BTreeMap::new();
     let lines = presses.iter().map(|press| press.line).collect();
     for press in presses {
         let key = (press.recording, press.frame);
-        let frame = *places.entry(key.clone()).or_insert_with(|| {
-            data.frames.push(found[&key].clone());
+        let frame = *places.entry(key).or_insert_with_key(|key| {
+            let frame = found.remove(key).expect("every frame asked for was read");
+            data.frames.push(frame);
             data.frames.len() - 1
         });
         data.presses.push(Press {
@@ -81,13 +94,27 @@ pub(crate) fn read_with_lines(
             load_g: press.load_g,
         });
     }
-    for load in uniform {
-        let key = (load.recording, load.frame);
-        let frame = found.remove(&key).expect("every frame asked for was read");
-        data.uniform.push((frame.clone(), load.load_g));
-        found.insert(key, frame);
-    }
     Ok((data, lines))
+}
+
+/// Refuses a table whose frames do not fit in memory. `again`: frames that are held a second time.
+fn check_memory(table: &Path, wanted: &[Wanted], again: usize, taxels: usize) -> Result<(), Error> {
+    let each: BTreeSet<(&Path, usize)> = wanted
+        .iter()
+        .map(|one| (one.recording, one.frame))
+        .collect();
+    let frames = each.len() + again;
+    let bytes = frames.saturating_mul(taxels * TAXEL_BYTES);
+    match bytes <= MOST_BYTES {
+        true => Ok(()),
+        false => Err(Error::FramesMemory {
+            table: table.to_owned(),
+            frames,
+            taxels,
+            needed_mib: bytes >> 20,
+            most_mib: MOST_BYTES >> 20,
+        }),
+    }
 }
 
 /// Refuses two labels that give one taxel of one frame different loads.
@@ -142,7 +169,7 @@ type FramesByPlace = BTreeMap<(PathBuf, usize), Frame<Counts>>;
 fn read_frames(wanted: &[Wanted], options: TextOptions) -> Result<FramesByPlace, Error> {
     let mut by_recording: BTreeMap<&Path, BTreeMap<usize, &Wanted>> = BTreeMap::new();
     for one in wanted {
-        let frames = by_recording.entry(&one.recording).or_default();
+        let frames = by_recording.entry(one.recording).or_default();
         frames.entry(one.frame).or_insert(one);
     }
     let mut found = FramesByPlace::new();

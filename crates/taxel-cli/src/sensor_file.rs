@@ -1,7 +1,5 @@
 //! `--sensor`: a file or a preset's name, with the per-taxel files beside it read in.
 
-use std::fs;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use taxel::sensor::{PRESETS, PerTaxel, preset};
@@ -9,20 +7,25 @@ use taxel::{Frame, Sensor, Siemens};
 use taxel_record::{FrameSource, TextOptions, ValuesReader};
 
 use crate::error::Error;
+use crate::{bounded, memory};
 
-/// The longest sensor file, bytes: per-taxel numbers of 500 x 500 taxels. What is longer takes fifty times its length to
-/// be understood.
-const LONGEST: u64 = 4 << 20;
+/// The longest sensor file, bytes: per-taxel numbers of 300 x 300 taxels. What is longer takes eighty times its length to
+/// be understood, and memory stays below 256 MiB.
+const LONGEST: u64 = 2 << 20;
 
 /// Refuses what is too long to be a sensor file.
 pub(crate) fn check_length(file: &Path, bytes: u64) -> Result<(), Error> {
     if bytes <= LONGEST {
         return Ok(());
     }
-    Err(Error::SensorLength {
+    Err(too_long(file))
+}
+
+fn too_long(file: &Path) -> Error {
+    Error::SensorLength {
         file: file.to_owned(),
         limit: LONGEST,
-    })
+    }
 }
 
 /// Reads the sensor that `--sensor` names. A file goes before a preset of the same name.
@@ -36,19 +39,9 @@ pub(crate) fn load(name: &Path) -> Result<Sensor, Error> {
     if !is_path {
         return Ok(preset(word)?);
     }
-    let failed = |source| Error::OpenSensor {
-        file: name.to_owned(),
-        presets: PRESETS.map(|(name, _)| name).join(", "),
-        source,
-    };
-    let mut text = String::new();
-    let file = fs::File::open(name).map_err(failed)?;
-    // One byte more than may be, and no more: a device has no end.
-    let read = file.take(LONGEST + 1).read_to_string(&mut text);
-    check_length(name, text.len() as u64)?;
-    read.map_err(failed)?;
-    let mut sensor = Sensor::from_toml(&text).map_err(in_file)?;
+    let mut sensor = Sensor::from_toml(&text_of(name)?).map_err(in_file)?;
     let (rows, columns) = (sensor.rows(), sensor.columns());
+    memory::check_array(name, rows, columns)?;
     if let Some(material) = &mut sensor.material {
         read_in(&mut material.exponent, name, rows, columns)?;
         if let Some(gain) = &mut material.gain {
@@ -58,12 +51,30 @@ pub(crate) fn load(name: &Path) -> Result<Sensor, Error> {
     sensor.checked().map_err(in_file)
 }
 
+/// The text of a sensor file.
+pub(crate) fn text_of(name: &Path) -> Result<String, Error> {
+    match bounded::read_text(name, LONGEST) {
+        Ok(Some(text)) => Ok(text),
+        Ok(None) => Err(too_long(name)),
+        Err(source) => Err(Error::OpenSensor {
+            file: name.to_owned(),
+            presets: PRESETS.map(|(name, _)| name).join(", "),
+            source,
+        }),
+    }
+}
+
+/// A file that a sensor file names: it is in the same folder.
+pub(crate) fn beside(sensor: &Path, name: &str) -> PathBuf {
+    sensor.parent().unwrap_or(Path::new("")).join(name)
+}
+
 /// Puts the numbers of the file beside the sensor file in the place of its name.
 fn read_in(values: &mut PerTaxel, sensor: &Path, rows: usize, columns: usize) -> Result<(), Error> {
     let PerTaxel::File(name) = values else {
         return Ok(());
     };
-    let file: PathBuf = sensor.parent().unwrap_or(Path::new("")).join(&*name);
+    let file = beside(sensor, name);
     // The numbers have no unit; the reader does not ask.
     let mut reader = ValuesReader::<Siemens>::open(&file, TextOptions::new(rows, columns))?;
     let mut frame = Frame::zeros(rows, columns);

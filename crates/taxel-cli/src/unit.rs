@@ -12,6 +12,7 @@ use taxel::solve::{Method, method};
 use taxel_learn::{Learned, Model, with_law};
 
 use crate::error::Error;
+use crate::memory;
 
 /// Quantity and unit of what is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -155,6 +156,7 @@ impl MethodName {
 
     /// The method for a sensor that comes from `file`.
     pub(crate) fn open(&self, sensor: &Sensor, file: &Path) -> Result<Box<dyn Method>, Error> {
+        memory::check_method(sensor, file, self)?;
         match self {
             MethodName::Model(model) => Ok(Box::new(Learned::new(Model::read(model)?, sensor)?)),
             name => method(&name.to_string(), sensor).map_err(|source| Error::InFile {

@@ -93,7 +93,7 @@ pub enum Error {
         source: std::io::Error,
     },
     /// A file that no model needs.
-    #[error("{}: more than the {most} MiB that a model, a checkpoint or a network may have\nhint: is this the right file?", .file.display())]
+    #[error("{}: more than the {most} MiB that a model, a checkpoint, a network or a table of rows may have\nhint: is this the right file?", .file.display())]
     TooLarge {
         /// The file.
         file: PathBuf,

@@ -237,8 +237,10 @@ impl Model {
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
         let (tensors, card) = tensors::from_bytes(bytes, "card")?;
         let card = card.ok_or("a safetensors file without a card")?;
-        let card: Card =
-            serde_json::from_str(&card).map_err(|e| format!("its card cannot be read ({e})"))?;
+        let card: Card = serde_json::from_str(&card).map_err(|error| {
+            let why = tensors::shortened(&error.to_string());
+            format!("its card cannot be read ({why})")
+        })?;
         if card.format != 1 {
             return Err(format!("format {}, but this program reads 1", card.format));
         }
@@ -341,7 +343,10 @@ fn assemble(card: &Card, networks: Vec<Mlp>) -> Result<Kind, String> {
                 members: members.collect::<Result<_, String>>()?,
             }))
         }
-        other => Err(format!("an unknown kind of model, `{other}`")),
+        other => Err(format!(
+            "an unknown kind of model, `{}`",
+            tensors::shortened(other)
+        )),
     }
 }
 

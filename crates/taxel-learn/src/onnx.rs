@@ -202,7 +202,9 @@ impl Reader {
             match field? {
                 Field::Bytes(1, name) => inputs.push(String::from_utf8_lossy(name).into_owned()),
                 Field::Bytes(2, name) => outputs.push(String::from_utf8_lossy(name).into_owned()),
-                Field::Bytes(4, name) => operator = String::from_utf8_lossy(name).into_owned(),
+                Field::Bytes(4, name) => {
+                    operator = tensors::shortened(&String::from_utf8_lossy(name))
+                }
                 Field::Bytes(5, attribute) => {
                     let found = wire::attribute(attribute)?;
                     match found.name.as_str() {

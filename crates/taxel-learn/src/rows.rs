@@ -7,6 +7,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::Error;
+use crate::tensors::{read_file, shortened};
 
 /// Fewest presses that a training is tried with.
 pub const FEWEST_PRESSES: usize = 8;
@@ -52,6 +53,17 @@ impl Rows {
         self.row.extend(row.into_iter().map(|v| v as f32));
         self.load_g.push(load_g as f32);
         assert_eq!(self.row.len(), self.len() * self.columns, "row length");
+    }
+
+    /// Adds all of another table.
+    ///
+    /// # Panics
+    /// When its rows are not as long.
+    pub fn append(&mut self, mut more: Self) {
+        assert_eq!(more.columns, self.columns, "row length");
+        self.taxel.append(&mut more.taxel);
+        self.row.append(&mut more.row);
+        self.load_g.append(&mut more.load_g);
     }
 
     /// The row of one press.
@@ -102,9 +114,13 @@ impl Rows {
     /// # Errors
     /// A file that cannot be read; a line with another number of cells, or with something that is no number.
     pub fn read_csv(path: &Path, columns: usize) -> Result<Self, Error> {
-        let text = std::fs::read_to_string(path).map_err(|source| Error::File {
+        let text = String::from_utf8(read_file(path)?).map_err(|error| Error::Line {
             file: path.to_owned(),
-            source,
+            line: 1 + error.as_bytes()[..error.utf8_error().valid_up_to()]
+                .iter()
+                .filter(|byte| **byte == b'\n')
+                .count(),
+            reason: "not UTF-8 text".to_owned(),
         })?;
         let mut rows = Self::new(columns);
         for (at, line) in text.lines().enumerate() {
@@ -116,19 +132,22 @@ impl Rows {
                 line: at + 1,
                 reason,
             };
+            // One more than there may be tells that there are too many, whatever the length of the line.
             let cells = line
                 .split(',')
+                .take(columns + 3)
                 .enumerate()
                 .map(|(i, cell)| {
                     cell.trim().parse::<f64>().map_err(|_| {
-                        wrong(format!("column {}: `{}` is no number", i + 1, cell.trim()))
+                        let cell = shortened(cell.trim());
+                        wrong(format!("column {}: `{cell}` is no number", i + 1))
                     })
                 })
                 .collect::<Result<Vec<f64>, Error>>()?;
             if cells.len() != columns + 2 {
+                let found = line.split(',').count();
                 return Err(wrong(format!(
-                    "{} cells, expected {}: the taxel, {columns} values of its row, the load",
-                    cells.len(),
+                    "{found} cells, expected {}: the taxel, {columns} values of its row, the load",
                     columns + 2
                 )));
             }

@@ -55,6 +55,15 @@ pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>, Error> {
     }
 }
 
+/// At most 80 characters of a text, with a sign that there is more.
+pub(crate) fn shortened(text: &str) -> String {
+    let mut shown: String = text.chars().take(80).collect();
+    if shown.len() < text.len() {
+        shown.push('…');
+    }
+    shown
+}
+
 /// The numbers of a tensor, of which there must be `expected` where that is given.
 pub(crate) fn numbers(
     tensors: &SafeTensors,
@@ -95,7 +104,10 @@ pub(crate) fn from_bytes<'a>(
     bytes: &'a [u8],
     key: &str,
 ) -> Result<(SafeTensors<'a>, Option<String>), String> {
-    let wrong = |e| format!("not a safetensors file ({e})");
+    // What a header holds that makes no sense is quoted whole, and may be megabytes.
+    let wrong = |e: safetensors::SafeTensorError| {
+        format!("not a safetensors file ({})", shortened(&e.to_string()))
+    };
     // Names, shapes and the card: text that takes ten times its length once it is read.
     if let Some(head) = bytes.first_chunk::<8>() {
         let length = u64::from_le_bytes(*head);

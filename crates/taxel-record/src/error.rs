@@ -1,8 +1,14 @@
 //! What can go wrong between a frame and its file: what, where, both numbers, and what to do.
 
+mod table;
+mod words;
+
 use std::fmt;
 use std::io;
 use std::path::PathBuf;
+
+pub use table::TableError;
+use words::{kept_words, names_words, value_words};
 
 /// A place in a text file, for messages and editors.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -123,7 +129,7 @@ pub enum Error {
         hint: &'static str,
     },
     /// An array that no sensor has.
-    #[error("cannot read {} as frames of {rows} rows x {columns} columns: a frame has 1 to {limit} taxels\nhint: check rows and columns in the sensor file", .file.display())]
+    #[error("cannot read {} as frames of {rows} rows x {columns} columns: a frame has 1 to {limit} taxels, so that memory stays below 256 MiB\nhint: check rows and columns in the sensor file", .file.display())]
     Size {
         /// The file.
         file: PathBuf,
@@ -250,90 +256,9 @@ pub enum Error {
         /// The largest count.
         maximum: f64,
     },
-    /// A table that lacks a column.
-    #[error("no column `{missing}` at {at}: the header has `{found}`\nhint: {hint}")]
-    MissingColumn {
-        /// The header.
-        at: Place,
-        /// The column's name.
-        missing: &'static str,
-        /// The columns there are.
-        found: String,
-        /// The nearest name, or the names that are needed.
-        hint: String,
-    },
-    /// A table with a column that nobody reads.
-    #[error("unknown column `{found}` at {at}\nhint: {hint}")]
-    UnknownColumn {
-        /// The header.
-        at: Place,
-        /// The column's name.
-        found: String,
-        /// The nearest name, or all known ones.
-        hint: String,
-    },
-    /// A table's cell that is not what its column needs.
-    #[error("`{column}` is `{found}` at {at}, but must be {expected}\nhint: {hint}")]
-    Cell {
-        /// Where its line begins.
-        at: Place,
-        /// The table's column.
-        column: &'static str,
-        /// What stands there, shortened.
-        found: String,
-        /// What it must be.
-        expected: &'static str,
-        /// What to do.
-        hint: &'static str,
-    },
-    /// A taxel outside the array.
-    #[error(
-        "taxel outside the array at {at}: `{label}` is row {row}, column {column}, but the array has {rows} rows x {columns} columns, counted from 0\nhint: check the label, `labels` under [array] in the sensor file, and which sensor this is"
-    )]
-    OutsideArray {
-        /// Where its line begins.
-        at: Place,
-        /// What stands in the table.
-        label: String,
-        /// The row that means.
-        row: usize,
-        /// The column that means.
-        column: usize,
-        /// Rows of the array.
-        rows: usize,
-        /// Columns of the array.
-        columns: usize,
-    },
-    /// A table that is not CSV: a line with too many cells, a quote that never ends, bytes that are no text.
-    #[error(
-        "not a table at {at}: {found} cells found, {expected} expected\nhint: one line a press, cells separated by commas; quote a cell that holds a comma"
-    )]
-    TableShape {
-        /// The line.
-        at: Place,
-        /// Its cells.
-        found: u64,
-        /// The header's cells.
-        expected: u64,
-    },
-    /// A table's line that is not UTF-8.
-    #[error("not text at {at}: cell {cell} is not UTF-8\nhint: save the table as CSV UTF-8")]
-    NotText {
-        /// The line.
-        at: Place,
-        /// The cell, from 1.
-        cell: usize,
-    },
-    /// A table too large to be one.
-    #[error("{} has {found} bytes, at most {limit} expected of a table\nhint: is this a recording? presses go in a table of one line a press", .file.display())]
-    TableLength {
-        /// The file.
-        file: PathBuf,
-        /// Its bytes.
-        found: u64,
-        /// The most it may have.
-        limit: u64,
-    },
+    /// What is wrong with a table.
+    #[error(transparent)]
+    Table(#[from] TableError),
     /// A .npy array that does not begin as one.
     #[error("not a .npy array: {}, byte {byte}: found `{found}`, expected {expected}\nhint: write it with numpy.save, without pickled objects", .file.display())]
     NpyHeader {
@@ -566,33 +491,4 @@ impl Error {
                 | Error::RecordingDamaged { .. }
         )
     }
-}
-
-fn kept_words(kept: &Option<PathBuf>) -> String {
-    match kept {
-        Some(kept) => format!(
-            "what was written is kept as {}, an older file is untouched\nhint: make room, then run again",
-            kept.display()
-        ),
-        None => {
-            "nothing is kept\nhint: make room, or check what reads the other end, then run again"
-                .to_owned()
-        }
-    }
-}
-
-fn value_words(value: f64) -> &'static str {
-    if value.is_finite() {
-        "value out of range"
-    } else {
-        "not a finite number"
-    }
-}
-
-fn names_words(names: &[String]) -> String {
-    if names.is_empty() {
-        return "none".to_owned();
-    }
-    let shown: Vec<&str> = names.iter().take(20).map(String::as_str).collect();
-    shown.join(", ")
 }

@@ -1,9 +1,10 @@
 //! Labelled presses: `experiments.csv` (one taxel, one load) and `equilibration.csv` (one load everywhere).
 
+use std::collections::BTreeSet;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use crate::error::Error;
+use crate::error::{Error, TableError};
 use crate::source::open_input;
 use crate::table::{Row, Table};
 
@@ -169,6 +170,23 @@ pub fn read_uniform_loads(path: impl AsRef<Path>) -> Result<Vec<Uniform>, Error>
     })
 }
 
+/// The recordings that any table with a column `recording` names, each once, their paths already relative to the table's
+/// folder: what must not be written to while the table is used.
+///
+/// # Errors
+/// A file that cannot be read as a table with that column.
+pub fn recordings_named_in(path: impl AsRef<Path>) -> Result<Vec<PathBuf>, Error> {
+    let path = path.as_ref();
+    let table = Table::open_any(path)?;
+    let cell = table.need("recording", "recording")?;
+    let mut named = BTreeSet::new();
+    table.rows("line", |line| {
+        named.insert(beside(path, line, cell)?);
+        Ok(())
+    })?;
+    Ok(named.into_iter().collect())
+}
+
 /// A recording's path, relative to the folder of the table.
 pub(crate) fn beside(table: &Path, line: &Row<'_>, cell: usize) -> Result<PathBuf, Error> {
     let name = line.text(cell)?;
@@ -240,14 +258,15 @@ impl Taxel<'_> {
         }
         let (rows, columns) = (self.rows, self.columns);
         let at = line.place(cell);
-        Err(Error::OutsideArray {
+        Err(TableError::OutsideArray {
             at,
             label,
             row,
             column,
             rows,
             columns,
-        })
+        }
+        .into())
     }
 }
 

@@ -41,15 +41,17 @@ mod xlsx;
 
 pub use atomic::AtomicFile;
 pub use columns::{Column, write_columns};
-pub use error::{Error, Place};
-pub use experiments::{Press, Uniform, read_presses, read_uniform_loads, recordings_of};
+pub use error::{Error, Place, TableError};
+pub use experiments::{
+    Press, Uniform, read_presses, read_uniform_loads, recordings_named_in, recordings_of,
+};
 pub use integrity::{Damage, Gaps, Integrity};
 pub use mcap::{Event, LoadsReader, Losses, McapReader, McapWriter, Tare};
 pub use npy::{NpyOptions, NpyReader, NpyWriter, NpzWriter};
 pub use pairs::{PairOnLine, read_pairs, read_pairs_by_line};
 pub use parquet::ParquetWriter;
 pub use recording::{ShapeGuess, open_counts, shape_of};
-pub use source::{FrameSource, Frames, Skipped};
+pub use source::{FrameSource, Frames, MAX_TAXELS, Skipped};
 pub use text::{TextOptions, TextReader, TextWriter};
 pub use trials::{Trial, read_trials};
 pub use values::{ValuesReader, ValuesWriter};

@@ -12,8 +12,9 @@ use crate::error::Error;
 use crate::integrity::Integrity;
 use crate::mcap::{Event, Tare};
 
-/// The most taxels a frame may have: 2²⁴, 128 MiB of values.
-pub const MAX_TAXELS: usize = 1 << 24;
+/// The most taxels a frame may have: 2¹⁸, as of 512 x 512 or 4096 x 64 lines. A command holds up to eighty numbers a
+/// taxel while it solves a frame, and stays below 256 MiB.
+pub const MAX_TAXELS: usize = 1 << 18;
 
 /// How many skipped frames are remembered with their reasons; all are counted.
 pub const SKIPS_REMEMBERED: usize = 100;

@@ -5,12 +5,17 @@ use std::path::{Path, PathBuf};
 
 use csv::ByteRecord;
 
-use crate::error::{Error, Place};
+use crate::error::{Error, Place, TableError};
 use crate::grid::shortened;
 use crate::source::open_input;
 
 /// The most bytes a table may have; it is held whole.
-pub(crate) const TABLE_BYTES: u64 = 64 << 20;
+const TABLE_BYTES: u64 = 8 << 20;
+/// The most lines a table may have: what is made of a line takes thirty times the shortest line's bytes, and memory is to
+/// stay below 256 MiB.
+const TABLE_LINES: usize = 1 << 18;
+/// The most columns a table may have: ten times those that are known, and room for empty ones of a spreadsheet.
+const TABLE_COLUMNS: usize = 256;
 
 /// A table in memory.
 pub(crate) struct Table {
@@ -36,11 +41,22 @@ impl Table {
         Self::read(input, path, known)
     }
 
+    /// Reads a table of any columns.
+    pub(crate) fn open_any(path: &Path) -> Result<Self, Error> {
+        Self::text(open_input(path)?.0, path)
+    }
+
     pub(crate) fn read(
         input: impl Read,
         path: &Path,
         known: &[&'static str],
     ) -> Result<Self, Error> {
+        let table = Self::text(input, path)?;
+        table.check_names(known)?;
+        Ok(table)
+    }
+
+    fn text(input: impl Read, path: &Path) -> Result<Self, Error> {
         let file = path.to_owned();
         let mut text = Vec::new();
         if let Err(source) = input.take(TABLE_BYTES + 1).read_to_end(&mut text) {
@@ -53,11 +69,13 @@ impl Table {
         }
         if text.len() as u64 > TABLE_BYTES {
             let found = text.len() as u64;
-            return Err(Error::TableLength {
+            return Err(TableError::TooLong {
                 file,
                 found,
+                what: "bytes",
                 limit: TABLE_BYTES,
-            });
+            }
+            .into());
         }
         if text.starts_with(b"\xEF\xBB\xBF") {
             text.drain(..3);
@@ -72,9 +90,21 @@ impl Table {
             Ok(true) => {}
             _ => return Err(table.empty("header")),
         }
+        if header.len() > TABLE_COLUMNS {
+            return Err(table.too_long(header.len(), "columns", TABLE_COLUMNS));
+        }
         table.header = header.iter().map(name_of).collect();
-        table.check_names(known)?;
         Ok(table)
+    }
+
+    fn too_long(&self, found: usize, what: &'static str, limit: usize) -> Error {
+        TableError::TooLong {
+            file: self.file.clone(),
+            found: found as u64,
+            what,
+            limit: limit as u64,
+        }
+        .into()
     }
 
     fn reader(&self) -> csv::Reader<&[u8]> {
@@ -117,7 +147,7 @@ impl Table {
             }
         };
         let (at, found) = (self.header_place(), shortened(name.as_bytes()));
-        Err(Error::UnknownColumn { at, found, hint })
+        Err(TableError::UnknownColumn { at, found, hint }.into())
     }
 
     /// The place of a column in each line, where it exists.
@@ -127,12 +157,13 @@ impl Table {
 
     /// The place of a column in each line.
     pub(crate) fn need(&self, name: &'static str, all: &'static str) -> Result<usize, Error> {
-        self.find(name).ok_or_else(|| Error::MissingColumn {
+        let missing = || TableError::MissingColumn {
             at: self.header_place(),
             missing: name,
             found: shortened_list(&self.header),
             hint: format!("the header must have {all}"),
-        })
+        };
+        Ok(self.find(name).ok_or_else(missing)?)
     }
 
     /// Calls `each` with every line that is not blank, and gives what it made.
@@ -167,6 +198,9 @@ impl Table {
                 line,
             };
             row.check_length()?;
+            if out.len() == TABLE_LINES {
+                return Err(self.too_long(TABLE_LINES + 1, "lines or more", TABLE_LINES));
+            }
             out.push(each(&row)?);
         }
         if out.is_empty() {
@@ -183,11 +217,12 @@ impl Row<'_> {
         if found >= expected && spare.into_iter().all(|cell| cell.trim_ascii().is_empty()) {
             return Ok(());
         }
-        Err(Error::TableShape {
+        Err(TableError::Shape {
             at: self.place(0),
             found: found as u64,
             expected: expected as u64,
-        })
+        }
+        .into())
     }
 
     /// Where a cell begins.
@@ -214,7 +249,7 @@ impl Row<'_> {
     /// A cell's text, without the space around it.
     pub(crate) fn text(&self, cell: usize) -> Result<&str, Error> {
         let bytes = self.record.get(cell).unwrap_or_default();
-        let text = std::str::from_utf8(bytes).map_err(|_| Error::NotText {
+        let text = std::str::from_utf8(bytes).map_err(|_| TableError::NotText {
             at: self.place(cell),
             cell: cell + 1,
         })?;
@@ -237,13 +272,14 @@ impl Row<'_> {
     ) -> Error {
         let bytes = self.record.get(cell).unwrap_or_default();
         let found = shortened(bytes.trim_ascii());
-        Error::Cell {
+        TableError::Cell {
             at: self.place(cell),
             column,
             found,
             expected,
             hint,
         }
+        .into()
     }
 
     /// A whole number, 0 and up.

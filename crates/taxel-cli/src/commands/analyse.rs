@@ -183,7 +183,7 @@ fn check(args: &Args) -> Result<(), Error> {
     }
     Files::default()
         .input("recording", &args.recording)
-        .maybe_input("sensor", args.sensor.as_ref())
+        .maybe_sensor(args.sensor.as_ref())
         .maybe_input("model", args.method.file().as_ref())
         .maybe_output("-o", args.output.as_ref())
         .maybe_output("--export", args.export.as_ref())

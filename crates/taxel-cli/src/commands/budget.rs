@@ -15,7 +15,7 @@ use crate::frames::{Input, Shown};
 use crate::line_faults::Survey;
 use crate::progress::Progress;
 use crate::unit::{InputUnit, MethodName, Unit};
-use crate::{Exit, out, sensor_file};
+use crate::{Exit, memory, out, sensor_file};
 
 /// Split a sensor's error by cause; what other parts would make of it
 ///
@@ -126,6 +126,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         }
     }
     let sensor = sensor_file::load(&args.sensor)?;
+    memory::check_method(&sensor, &args.sensor, &MethodName::Auto)?;
     let in_file = |source| Error::InFile {
         file: args.sensor.clone(),
         source,

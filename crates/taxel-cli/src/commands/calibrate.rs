@@ -16,7 +16,7 @@ use crate::crew::Threads;
 use crate::error::Error;
 use crate::frames::is_mcap;
 use crate::live::time_stamp;
-use crate::outputs::Files;
+use crate::outputs::{Files, check_sensor_ending};
 use crate::progress::Progress;
 use crate::{Exit, live_sensor, out, presses, recorded};
 
@@ -113,15 +113,19 @@ impl From<Law> for LawChoice {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     Files::default()
-        .maybe_input("sensor", args.sensor.as_ref())
-        .maybe_input("table of presses", args.presses.as_ref())
-        .maybe_input("equilibration", args.equilibration.as_ref())
+        .maybe_sensor(args.sensor.as_ref())
+        .maybe_table("table of presses", args.presses.as_ref())
+        .maybe_table("table of uniform loads", args.equilibration.as_ref())
         .maybe_input("table of pairs", args.pairs.as_ref())
         .maybe_input("recording", args.series.as_ref())
         .maybe_input("file of loads", args.loads.as_ref())
         .output("-o", &args.output)
         .maybe_output("--static-output", args.static_output.as_ref())
         .check()?;
+    check_sensor_ending("-o", &args.output)?;
+    if let Some(file) = &args.static_output {
+        check_sensor_ending("--static-output", file)?;
+    }
     let sensor = sensor_of(args)?;
     if let (Some(recording), Some(loads)) = (&args.series, &args.loads) {
         return series::run(args, &sensor, recording, loads);

@@ -11,11 +11,12 @@ use taxel::{Counts, Frame, Newtons, Sensor};
 use taxel_learn::Split;
 use taxel_learn::contest::Scores;
 use taxel_record::{FrameSource, TextOptions, open_counts};
+use taxel_view::Format;
 
 use crate::error::Error;
 use crate::frames::open_values;
 use crate::lesson::{Lessons, Sources};
-use crate::outputs::Files;
+use crate::outputs::{Files, check_ending};
 use crate::progress::Progress;
 use crate::{Exit, interrupt, out, sensor_file};
 use contestants::{Contestant, Known};
@@ -96,13 +97,18 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         .fold(Files::default(), |files, file| {
             files.input("recording", file)
         })
-        .input("sensor", &args.sensor)
-        .maybe_input("equilibration", args.equilibration.as_ref())
-        .maybe_input("table of presses", args.from.presses.as_ref())
+        .sensor(&args.sensor)
+        .maybe_table("table of uniform loads", args.equilibration.as_ref())
+        .maybe_table("table of presses", args.from.presses.as_ref())
         .maybe_input("table of rows", args.from.rows.as_ref())
         .maybe_output("-o", args.output.as_ref())
         .maybe_output("--figure", args.figure.as_ref())
         .check()?;
+    if let Some(file) = &args.output {
+        check_ending("-o", file, &["csv"], "the table is written as CSV")?;
+    }
+    let figure = args.figure.as_ref().map(Format::from_extension);
+    figure.transpose()?;
     let sensor = sensor_file::load(&args.sensor)?;
     let lessons = Lessons::read(&args.from, args.equilibration.as_deref(), &sensor)?;
     let whole = Split::new(lessons.rows.len(), 0.15, args.test_share, args.seed);

@@ -181,7 +181,7 @@ fn check(args: &Args) -> Result<(), Error> {
     check_endings(args, output)?;
     Files::default()
         .input("recording", &args.recording)
-        .maybe_input("sensor", args.sensor.as_ref())
+        .maybe_sensor(args.sensor.as_ref())
         .maybe_input("model", args.method.file().as_ref())
         .output("-o", output)
         .maybe_output("--marks", marks.as_ref())

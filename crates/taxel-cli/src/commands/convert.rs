@@ -148,7 +148,7 @@ fn check(args: &Args) -> Result<(), Error> {
     )?;
     let files = Files::default()
         .input("recording", &args.recording)
-        .maybe_input("sensor", args.sensor.as_ref());
+        .maybe_sensor(args.sensor.as_ref());
     files.output("-o", &args.output).check()
 }
 

@@ -15,7 +15,7 @@ use taxel_record::npy::Element;
 use crate::crew::Threads;
 use crate::error::Error;
 use crate::lesson::{Lessons, Sources};
-use crate::outputs::Files;
+use crate::outputs::{Files, check_ending};
 use crate::progress::Progress;
 use crate::{Exit, out, sensor_file};
 
@@ -74,20 +74,15 @@ struct MaybeSources {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     Files::default()
-        .input("sensor", &args.sensor)
-        .maybe_input("table of presses", args.from.presses.as_ref())
+        .sensor(&args.sensor)
+        .maybe_table("table of presses", args.from.presses.as_ref())
         .maybe_input("table of rows", args.from.rows.as_ref())
         .output("-o", &args.output)
         .check()?;
+    check(args)?;
     let sensor = sensor_file::load(&args.sensor)?;
     if let Some(frames) = args.simulate {
         return simulate(args, &sensor, frames);
-    }
-    if args.from.presses.is_none() && args.from.rows.is_none() {
-        return Err(Error::Arguments {
-            what: "nothing to make a set from".to_owned(),
-            hint: "give --presses, --rows, or --simulate",
-        });
     }
     let from = Sources {
         presses: args.from.presses.clone(),
@@ -96,7 +91,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         most_load: args.from.most_load,
     };
     let lessons = Lessons::read(&from, None, &sensor)?;
-    if args.output.extension().is_some_and(|e| e == "npz") {
+    if is_archive(&args.output) {
         write_frames(&args.output, &lessons.data, &sensor)?;
         out::note(&format!(
             "{} presses with their frames, in {}",
@@ -115,14 +110,41 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     Ok(Exit::Good)
 }
 
+/// Refuses, before any work, what cannot be written.
+fn check(args: &Args) -> Result<(), Error> {
+    if args.simulate.is_some() {
+        // A folder, of any name.
+        return Ok(());
+    }
+    let hint = "a table is written as .csv, whole frames as .npz";
+    check_ending("-o", &args.output, &["csv", "txt", "npz"], hint)?;
+    match (&args.from.presses, &args.from.rows) {
+        (None, None) => Err(Error::Arguments {
+            what: "nothing to make a set from".to_owned(),
+            hint: "give --presses, --rows, or --simulate",
+        }),
+        (None, Some(_)) if is_archive(&args.output) => Err(no_frames()),
+        _ => Ok(()),
+    }
+}
+
+fn is_archive(file: &Path) -> bool {
+    file.extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("npz"))
+}
+
+fn no_frames() -> Error {
+    Error::Arguments {
+        what: "rows of the paper's table have no frames".to_owned(),
+        hint: "give --presses, or write a table (.csv)",
+    }
+}
+
 /// One frame a press, and where and what the press was.
 fn write_frames(file: &Path, data: &Data, sensor: &taxel::Sensor) -> Result<(), Error> {
     let presses = &data.presses;
     if presses.is_empty() {
-        return Err(Error::Arguments {
-            what: "rows of the paper's table have no frames".to_owned(),
-            hint: "give --presses, or write a table (.csv)",
-        });
+        return Err(no_frames());
     }
     let mut set = NpzWriter::create(file)?;
     let count = Some(presses.len() as u64);

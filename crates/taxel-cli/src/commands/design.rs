@@ -12,6 +12,7 @@ use taxel::sensor::Topology;
 
 use super::rig::refused;
 use crate::error::Error;
+use crate::outputs::check_sensor_ending;
 use crate::{Exit, out};
 use quantity::{AMPERES, FARADS, GRAMS, HERTZ, OHMS, PERCENT, VOLTS};
 use report::Report;
@@ -197,6 +198,9 @@ const PREAMBLE: &str = "\
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
+    if let Some(file) = &args.output {
+        check_sensor_ending("-o", file)?;
+    }
     let wish = args.wish();
     let proposal = size(&wish).map_err(refused)?;
     if let Some(file) = &args.output {

@@ -40,7 +40,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let output = args.output.as_deref();
     output.map(super::report::check_name).transpose()?;
     Files::default()
-        .maybe_input("plan", args.plan.as_ref())
+        .maybe_plan(args.plan.as_ref())
         .maybe_output("-o", args.output.as_ref())
         .check()?;
     let found = evaluate(args.plan.as_deref(), args.live.as_ref())?;

@@ -8,9 +8,11 @@ use taxel_view::live::{Options as ServerOptions, random_token, token_problem};
 use crate::error::Error;
 use crate::live::{Options, Session, Wanted};
 use crate::unit::MethodName;
-use crate::{Exit, interrupt, live_sensor, out};
+use crate::{Exit, bounded, interrupt, live_sensor, out};
 
 const SIMULATED: &str = "sim:econe?hand";
+/// The longest file with a token, bytes.
+const LONGEST_TOKEN_FILE: u64 = 64 << 10;
 
 /// Show a sensor live in the browser, compensated; record it
 ///
@@ -65,6 +67,9 @@ struct Shown {
 
 /// Runs `taxel live`.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
+    if let Some(file) = &args.record {
+        super::record::check_recording("--record", file)?;
+    }
     show(&args.address, &args.shown, args.record.as_deref(), false)
 }
 
@@ -126,9 +131,15 @@ fn token_of(shown: &Shown) -> Result<Option<String>, Error> {
     let token = match (&shown.token, &shown.token_file) {
         (Some(token), _) => token.clone(),
         (None, Some(file)) => {
-            let text = std::fs::read_to_string(file).map_err(|error| Error::Arguments {
+            let text = bounded::read_text(file, LONGEST_TOKEN_FILE);
+            let text = text.map_err(|error| Error::Arguments {
                 what: format!("cannot read the token in {}: {error}", file.display()),
                 hint: "its first line is the token",
+            })?;
+            let text = text.ok_or_else(|| Error::TextLength {
+                file: file.clone(),
+                what: "a file with a token",
+                limit: LONGEST_TOKEN_FILE,
             })?;
             text.lines().next().unwrap_or_default().trim().to_owned()
         }

@@ -8,7 +8,7 @@ use taxel_learn::{Kind, Model, Split, onnx};
 
 use crate::error::Error;
 use crate::lesson::{Lessons, Sources};
-use crate::outputs::{Files, check_ending};
+use crate::outputs::{Files, check_ending, check_model_ending};
 use crate::{Exit, out, sensor_file};
 
 /// Show a model's card, or exchange it through ONNX
@@ -81,9 +81,12 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
 fn adopt(args: &Import) -> Result<(), Error> {
     Files::default()
         .input("NETWORK", &args.network)
-        .input("--sensor", &args.sensor)
+        .sensor(&args.sensor)
+        .maybe_table("table of presses", args.from.presses.as_ref())
+        .maybe_input("table of rows", args.from.rows.as_ref())
         .output("-o", &args.output)
         .check()?;
+    check_model_ending("-o", &args.output)?;
     let sensor = sensor_file::load(&args.sensor)?;
     let lessons = Lessons::read(&args.from, None, &sensor)?;
     let network = onnx::read(&args.network)?;

@@ -51,7 +51,7 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     Files::default()
         .maybe_input("recording", args.recording.as_ref())
-        .maybe_input("sensor", args.sensor.as_ref())
+        .maybe_sensor(args.sensor.as_ref())
         .maybe_input("file of conductances", args.conductance.as_ref())
         .maybe_output("-o", args.output.as_ref())
         .check()?;

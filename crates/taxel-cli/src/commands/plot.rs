@@ -120,7 +120,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let format = Format::from_extension(&args.output)?;
     Files::default()
         .input("recording", &args.file)
-        .maybe_input("sensor", args.sensor.as_ref())
+        .maybe_sensor(args.sensor.as_ref())
         .maybe_input("model", args.method.file().as_ref())
         .output("-o", &args.output)
         .check()?;

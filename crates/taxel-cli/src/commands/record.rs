@@ -1,6 +1,6 @@
 //! `taxel record`: from a source to a file, without a viewer.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use taxel_acquire::Address;
@@ -63,12 +63,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             hint: "a number above 0",
         });
     }
-    check_ending(
-        "-o",
-        &args.output,
-        &["mcap"],
-        "`taxel convert` makes other formats of a recording",
-    )?;
+    check_recording("-o", &args.output)?;
     let (sensor, sensor_file) = live_sensor::of(&args.address, args.sensor.as_deref())?;
     interrupt::listen();
     let mut session = Session::start(Options {
@@ -106,6 +101,12 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             reason: session.state().1,
         }),
     }
+}
+
+/// Refuses a name that is no recording's.
+pub(crate) fn check_recording(option: &str, file: &Path) -> Result<(), Error> {
+    let hint = "`taxel convert` makes other formats of a recording";
+    check_ending(option, file, &["mcap"], hint)
 }
 
 /// Until there is enough, or no more comes; says how the source stands.

@@ -42,7 +42,7 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     check_name(&args.output)?;
     Files::default()
-        .maybe_input("plan", args.plan.as_ref())
+        .maybe_plan(args.plan.as_ref())
         .output("-o", &args.output)
         .check()?;
     let found = evaluate(args.plan.as_deref(), None)?;

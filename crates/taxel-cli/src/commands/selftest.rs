@@ -72,7 +72,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     Files::default()
         .maybe_input("recording", args.empty.as_ref())
         .maybe_input("recording", args.rubbed.as_ref())
-        .maybe_input("sensor", args.sensor.as_ref())
+        .maybe_sensor(args.sensor.as_ref())
         .maybe_output("-o", args.output.as_ref())
         .check()?;
     let (sensor, health) = match (&args.live, &args.empty, &args.rubbed) {

@@ -1,6 +1,6 @@
 //! `taxel train`: from labelled presses to a model that compensates.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
@@ -13,7 +13,7 @@ use taxel_learn::{Model, Split};
 use crate::crew::Threads;
 use crate::error::Error;
 use crate::lesson::{Lessons, Sources};
-use crate::outputs::Files;
+use crate::outputs::{Files, check_model_ending};
 use crate::progress::Progress;
 use crate::{Exit, interrupt, out, sensor_file};
 
@@ -87,12 +87,15 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             hint: "each is a share of the presses, up to 0.5, and the first more than 0",
         });
     }
+    let checkpoint = (args.kind == Kind::PaperMlp).then(|| checkpoint_of(&args.output));
     Files::default()
-        .input("sensor", &args.sensor)
-        .maybe_input("table of presses", args.from.presses.as_ref())
+        .sensor(&args.sensor)
+        .maybe_table("table of presses", args.from.presses.as_ref())
         .maybe_input("table of rows", args.from.rows.as_ref())
         .output("-o", &args.output)
+        .maybe_output("the checkpoint of", checkpoint.as_ref())
         .check()?;
+    check_model_ending("-o", &args.output)?;
     let sensor = sensor_file::load(&args.sensor)?;
     let lessons = Lessons::read(&args.from, None, &sensor)?;
     let count = match args.kind {
@@ -150,13 +153,20 @@ fn go() -> Go {
     }
 }
 
+/// Where an unfinished training is kept, beside its model.
+fn checkpoint_of(output: &Path) -> PathBuf {
+    let mut name = output.as_os_str().to_owned();
+    name.push(".checkpoint");
+    PathBuf::from(name)
+}
+
 fn paper_mlp(args: &Args, lesson: &Lesson) -> Result<Model, Error> {
     let mut settings = Settings {
         seed: args.seed,
         ..Settings::default()
     };
     settings.epochs = args.epochs.map_or(settings.epochs, |n| n as usize);
-    let beside = PathBuf::from(format!("{}.checkpoint", args.output.display()));
+    let beside = checkpoint_of(&args.output);
     // Epochs may be added to a training; nothing else may change.
     let fingerprints: Vec<&str> = lesson
         .sources

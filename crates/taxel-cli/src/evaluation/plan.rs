@@ -1,7 +1,6 @@
 //! The file that says what to evaluate.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
@@ -11,8 +10,11 @@ use taxel_record::read_trials;
 use taxel_view::report::number;
 
 use crate::error::Error;
-use crate::sensor_file;
 use crate::unit::MethodName;
+use crate::{bounded, sensor_file};
+
+/// The longest plan, bytes.
+const LONGEST: u64 = 1 << 20;
 
 /// A plan as its file has it.
 #[derive(Debug, Deserialize)]
@@ -195,10 +197,7 @@ pub(crate) struct Plan {
 impl Plan {
     /// Reads a plan; paths in it are relative to its folder.
     pub(crate) fn read(file: &Path) -> Result<Self, Error> {
-        let text = fs::read_to_string(file).map_err(|source| Error::OpenPlan {
-            file: file.to_owned(),
-            source,
-        })?;
+        let text = text_of(file)?;
         let refused = |reason: String| Error::Plan {
             file: file.to_owned(),
             reason,
@@ -274,6 +273,59 @@ impl Plan {
     }
 }
 
+/// The text of a plan.
+fn text_of(file: &Path) -> Result<String, Error> {
+    match bounded::read_text(file, LONGEST) {
+        Ok(Some(text)) => Ok(text),
+        Ok(None) => Err(Error::TextLength {
+            file: file.to_owned(),
+            what: "a plan",
+            limit: LONGEST,
+        }),
+        Err(source) => Err(Error::OpenPlan {
+            file: file.to_owned(),
+            source,
+        }),
+    }
+}
+
+/// The files that a plan names.
+#[derive(Debug, Default)]
+pub(crate) struct Names {
+    pub(crate) sensors: Vec<PathBuf>,
+    /// Tables of trials.
+    pub(crate) tables: Vec<PathBuf>,
+    /// Recordings, loads, models.
+    pub(crate) others: Vec<PathBuf>,
+}
+
+/// The files that a plan names, without a look into them.
+pub(crate) fn names(file: &Path) -> Result<Names, Error> {
+    let written: Written = toml::from_str(&text_of(file)?).map_err(|error| Error::Plan {
+        file: file.to_owned(),
+        reason: words_of(&error),
+    })?;
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let mut names = Names::default();
+    names.sensors.push(beside(folder, &written.sensor));
+    for experiment in &written.experiment {
+        let sensors = experiment.sensor.iter().chain(experiment.settings.values());
+        names
+            .sensors
+            .extend(sensors.map(|word| beside(folder, word)));
+        let tables = experiment.trials.iter();
+        names.tables.extend(tables.map(|table| folder.join(table)));
+        let others = [&experiment.recording, &experiment.truth_g];
+        let others = others.into_iter().flatten();
+        names.others.extend(others.map(|other| folder.join(other)));
+        let methods = experiment.methods(folder)?;
+        names
+            .others
+            .extend(methods.iter().filter_map(MethodName::file));
+    }
+    Ok(names)
+}
+
 /// A file of the plan's folder, or a preset's name.
 fn beside(folder: &Path, word: &str) -> PathBuf {
     let file = folder.join(word);
@@ -285,7 +337,11 @@ fn beside(folder: &Path, word: &str) -> PathBuf {
 
 /// What TOML finds wrong, with its place, and with more words where its own are those of its makers.
 fn words_of(error: &toml::de::Error) -> String {
-    let text = error.to_string().trim_end().to_owned();
+    // It quotes the whole line, however long.
+    let quoted = error.to_string();
+    let lines = quoted.trim_end().lines();
+    let short: Vec<String> = lines.map(|line| line.chars().take(160).collect()).collect();
+    let text = short.join("\n");
     match text.contains("invalid type: map, expected a sequence") {
         true => text + "\nwrite [[experiment]], with two brackets: there may be more than one",
         false => text,

@@ -20,6 +20,9 @@ use crate::unit::MethodName;
 /// How many frames that cannot be read are named, of each recording.
 const NAMED: usize = 10;
 
+/// The most readings of one table: they are held together, some 300 bytes each.
+const MOST_READINGS: usize = 1 << 19;
+
 /// What one frame says of a trial.
 #[derive(Debug, Clone)]
 pub(crate) struct Reading {
@@ -120,7 +123,7 @@ impl Reader {
         }
         let mut readings = Vec::new();
         for (recording, numbers) in by_recording {
-            let frames = self.read_one(recording, trials, &numbers, &mut readings)?;
+            let frames = self.read_one(table, recording, trials, &numbers, &mut readings)?;
             let beyond = numbers
                 .iter()
                 .filter_map(|&number| Some((&trials[number], trials[number].frame?)))
@@ -140,6 +143,7 @@ impl Reader {
 
     fn read_one(
         &mut self,
+        table: &Path,
         recording: &Path,
         trials: &[Trial],
         numbers: &[usize],
@@ -152,6 +156,12 @@ impl Reader {
             };
             let wanted: Vec<usize> = numbers.iter().filter(of_frame).copied().collect();
             if !wanted.is_empty() {
+                if readings.len() + wanted.len() > MOST_READINGS {
+                    return Err(Error::TooManyReadings {
+                        table: table.to_owned(),
+                        most: MOST_READINGS,
+                    });
+                }
                 reader.take(frame, index, trials, &wanted, readings);
             } else if reader.remembers {
                 reader.pass(frame);

@@ -18,6 +18,7 @@ use super::details::Details;
 use super::engine::Order;
 use super::recorder::{Owner, Recorder};
 use super::source::Controls;
+use crate::memory;
 use crate::unit::MethodName;
 
 /// The longest note and the longest name that are taken.
@@ -208,10 +209,17 @@ impl Bench {
         Ok(String::new())
     }
 
+    /// Whether the read-out and the memory there is allow a method.
+    fn can_solve_by(&self, name: &str) -> bool {
+        let fits = |name: MethodName| memory::check_method(&self.sensor, Path::new(""), &name);
+        name.parse().is_ok_and(|name| fits(name).is_ok())
+            && solve::method(name, &self.sensor).is_ok()
+    }
+
     fn methods(&self) -> Vec<String> {
         let mut names: Vec<String> = ["exact", "newton", "raw"]
             .into_iter()
-            .filter(|name| solve::method(name, &self.sensor).is_ok())
+            .filter(|name| self.can_solve_by(name))
             .map(str::to_owned)
             .collect();
         names.extend(self.model.iter().map(|model| model.display().to_string()));

@@ -17,6 +17,7 @@ mod source;
 
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime};
 
 use taxel::{Counts, Frame, Sensor};
@@ -82,13 +83,55 @@ fn queue_of(options: &Options) -> usize {
     (MOST_WAITING_BYTES / bytes).clamp(engine::QUEUE, MOST_WAITING)
 }
 
+/// Refuses counts wider than what is recorded and sent.
+fn check_bits(options: &Options) -> Result<(), Error> {
+    let bits = options.sensor.converter.bits;
+    match bits > MOST_BITS {
+        true => Err(Error::TooManyBits {
+            file: options.sensor_file.clone(),
+            bits,
+        }),
+        false => Ok(()),
+    }
+}
+
+/// The server, where there is to be one.
+fn serve(options: &Options, bench: Arc<Bench>) -> Result<Option<Arc<Server>>, Error> {
+    let Some(server) = &options.server else {
+        return Ok(None);
+    };
+    let address = server.address.clone();
+    let started = Server::start(server, bench);
+    let started = started.map_err(|source| Error::Listen { address, source })?;
+    Ok(Some(Arc::new(started)))
+}
+
+/// Whether the source gives frames as fast as they are taken: then it waits for the engine, and nothing is left out.
+fn can_wait(address: &Address) -> bool {
+    matches!(
+        address,
+        Address::File { speed: None, .. }
+            | Address::Sim {
+                frames_per_second: None,
+                ..
+            }
+    )
+}
+
+fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>, Error> {
+    std::thread::Builder::new()
+        .name(name.to_owned())
+        .spawn(run)
+        .map_err(Error::Thread)
+}
+
 /// A source, an engine, a recorder and a server at work. Dropped, all of them end, the recording whole.
 pub(crate) struct Session {
     desk: Arc<Desk>,
     recorder: Arc<Recorder>,
     server: Option<Arc<Server>>,
-    source: Option<std::thread::JoinHandle<()>>,
-    threads: Vec<std::thread::JoinHandle<()>>,
+    source: Option<JoinHandle<()>>,
+    threads: Vec<JoinHandle<()>>,
     finished: bool,
     incoming: Arc<Newest<Arrived>>,
     details: Arc<Details>,
@@ -97,13 +140,7 @@ pub(crate) struct Session {
 impl Session {
     /// Starts everything.
     pub(crate) fn start(options: Options) -> Result<Self, Error> {
-        let bits = options.sensor.converter.bits;
-        if bits > MOST_BITS {
-            return Err(Error::TooManyBits {
-                file: options.sensor_file,
-                bits,
-            });
-        }
+        check_bits(&options)?;
         let desk = Arc::new(Desk::new(&options));
         let incoming = Arc::new(Newest::new(queue_of(&options)));
         let recorder = Arc::new(Recorder::start(&options, desk.clone())?);
@@ -125,29 +162,13 @@ impl Session {
             controls,
             orders,
         ));
-        let server = match &options.server {
-            None => None,
-            Some(server) => {
-                let address = server.address.clone();
-                let started = Server::start(server, bench.clone());
-                let started = started.map_err(|source| Error::Listen { address, source })?;
-                Some(Arc::new(started))
-            }
-        };
-        let mut threads = Vec::new();
-        let spawn = |name: &str, run: Box<dyn FnOnce() + Send>| {
-            std::thread::Builder::new()
-                .name(name.to_owned())
-                .spawn(run)
-                .map_err(Error::Thread)
-        };
+        let server = serve(&options, bench)?;
         let (queue, with) = (incoming.clone(), server.clone());
-        threads.push(spawn(
-            "engine",
-            Box::new(move || engine.run(&queue, with.as_deref())),
-        )?);
         let worker = details.clone();
-        threads.push(spawn("details", Box::new(move || worker.run()))?);
+        let threads = vec![
+            spawn("engine", move || engine.run(&queue, with.as_deref()))?,
+            spawn("details", move || worker.run())?,
+        ];
         if let Some(path) = &options.record {
             recorder.begin(path.clone(), Owner::Operator, options.most)?;
         }
@@ -159,16 +180,9 @@ impl Session {
             told: Default::default(),
             clock: None,
             tare: None,
-            can_wait: matches!(
-                options.address,
-                Address::File { speed: None, .. }
-                    | Address::Sim {
-                        frames_per_second: None,
-                        ..
-                    }
-            ),
+            can_wait: can_wait(&options.address),
         };
-        let source = spawn("source", Box::new(move || run(&mut receiver)))?;
+        let source = spawn("source", move || run(&mut receiver))?;
         Ok(Self {
             desk,
             recorder,

@@ -50,6 +50,25 @@ pub(super) struct Player {
     play: Arc<Mutex<Play>>,
 }
 
+/// What is shown, and how playing stands.
+struct Showing {
+    name: String,
+    frame: Frame<Counts>,
+    /// Second of the frame shown last, and its number.
+    secs: f64,
+    shown: u64,
+    /// Second of a frame that is read but whose time has not come.
+    read: Option<f64>,
+    tally: Tally,
+    /// Recorded seconds, and when they were played: reset whenever pace or place change.
+    clock: Option<(f64, Instant)>,
+    /// What was wished for before.
+    before: Play,
+    ended: bool,
+    /// A frame of this place was shown.
+    shown_one: bool,
+}
+
 fn open(path: &Path, options: TextOptions) -> Result<Reel, Error> {
     let timed = is_mcap(path);
     Ok(match timed {
@@ -111,96 +130,117 @@ impl Player {
         if !self.wishes().playing {
             set_word(intake, false, &name);
         }
-        let mut frame = Frame::zeros(self.options.rows, self.options.columns);
-        // Of the frame shown last; and the second of one that is read but whose time has not come.
-        let (mut secs, mut shown) = (0.0, 0);
-        let mut read = None;
-        let mut tally = Tally::default();
-        // Recorded seconds, and when they were played: reset whenever pace or place change.
-        let mut clock: Option<(f64, Instant)> = None;
-        let mut before = self.wishes();
-        let mut ended = false;
-        let mut shown_one = false;
+        let mut showing = Showing {
+            name,
+            frame: Frame::zeros(self.options.rows, self.options.columns),
+            secs: 0.0,
+            shown: 0,
+            read: None,
+            tally: Tally::default(),
+            clock: None,
+            before: self.wishes(),
+            ended: false,
+            shown_one: false,
+        };
         while !intake.stopped() {
-            let mut wishes = self.wishes();
-            if ended && wishes.playing {
-                // Play at the end begins again.
-                wishes.seek.get_or_insert(0.0);
-            }
-            if let Some(to) = wishes.seek {
-                if let Err(error) = self.seek(to) {
-                    intake.state(State::Ended, &error.to_string());
-                }
-                if ended {
-                    // It came to its end playing; moved away from there it goes on.
-                    wishes.playing = true;
-                    self.set_playing(true);
-                }
-                (clock, ended, shown_one, read) = (None, false, false, None);
-            }
-            let moved = wishes.seek.is_some();
-            let changed = (wishes.playing, wishes.speed) != (before.playing, before.speed);
-            before = wishes;
-            self.tell(intake, &wishes, secs, shown);
-            if !ended && (moved || changed) {
-                clock = None;
-                set_word(intake, wishes.playing, &name);
-                intake.tell();
-            }
+            let wishes = self.obey(&mut showing, intake);
             // Held, it still shows the place that it was moved to.
-            if ended || (!wishes.playing && shown_one) {
-                if wishes.again && read.is_none() {
-                    intake.again(&frame);
+            if showing.ended || (!wishes.playing && showing.shown_one) {
+                if wishes.again && showing.read.is_none() {
+                    intake.again(&showing.frame);
                 }
                 std::thread::sleep(LOOK);
                 continue;
             }
-            if read.is_none() {
-                let why = match self.next(&mut frame) {
-                    Ok(at) => {
-                        read = at;
-                        format!("{name} has ended")
-                    }
-                    Err(error) => error.to_string(),
-                };
-                // Frames that cannot be read are left out, and told as a device's broken ones are.
-                tally.corrupt = self.skipped();
-                intake.tally(tally);
-                if read.is_none() {
-                    self.tell_events(intake);
-                    ended = true;
-                    self.set_playing(false);
-                    wishes.playing = false;
-                    self.tell(intake, &wishes, secs, shown);
-                    intake.state(State::Ended, &why);
-                    if holds {
-                        continue;
-                    }
-                    return;
-                }
-            }
-            let Some(at) = read else { continue };
-            if wishes.playing && shown_one && skips(intake, at - secs) {
-                clock = None;
-            }
-            let (begun, since) = *clock.get_or_insert((at, Instant::now()));
-            if let Some(speed) = wishes.speed {
-                let due = since + Duration::from_secs_f64(((at - begun) / speed).max(0.0));
-                while Instant::now() < due && !intake.stopped() && self.is_as(&wishes) {
-                    std::thread::sleep(LOOK.min(due.saturating_duration_since(Instant::now())));
-                }
-                if shown_one && !self.is_as(&wishes) {
-                    // Not its time any more; it waits for what comes of the wish.
+            if showing.read.is_none() && !self.read_on(&mut showing, wishes, intake) {
+                if holds {
                     continue;
                 }
+                return;
             }
-            self.tell_events(intake);
-            self.tell_tare(intake);
-            tally.frames += 1;
-            intake.frame(&frame, SystemTime::now());
-            intake.tally(tally);
-            (secs, shown, shown_one, read) = (at, frame.sequence, true, None);
+            self.show_when_due(&mut showing, &wishes, intake);
         }
+    }
+
+    /// Does what viewers wish: another place, another pace. Gives what holds now.
+    fn obey(&mut self, showing: &mut Showing, intake: &mut Intake) -> Play {
+        let mut wishes = self.wishes();
+        if showing.ended && wishes.playing {
+            // Play at the end begins again.
+            wishes.seek.get_or_insert(0.0);
+        }
+        if let Some(to) = wishes.seek {
+            if let Err(error) = self.seek(to) {
+                intake.state(State::Ended, &error.to_string());
+            }
+            if showing.ended {
+                // It came to its end playing; moved away from there it goes on.
+                wishes.playing = true;
+                self.set_playing(true);
+            }
+            (showing.clock, showing.read) = (None, None);
+            (showing.ended, showing.shown_one) = (false, false);
+        }
+        let before = showing.before;
+        let changed = (wishes.playing, wishes.speed) != (before.playing, before.speed);
+        showing.before = wishes;
+        self.tell(intake, &wishes, showing.secs, showing.shown);
+        if !showing.ended && (wishes.seek.is_some() || changed) {
+            showing.clock = None;
+            set_word(intake, wishes.playing, &showing.name);
+            intake.tell();
+        }
+        wishes
+    }
+
+    /// Reads the next frame; false at the end, which is told.
+    fn read_on(&mut self, showing: &mut Showing, mut wishes: Play, intake: &mut Intake) -> bool {
+        let why = match self.next(&mut showing.frame) {
+            Ok(at) => {
+                showing.read = at;
+                format!("{} has ended", showing.name)
+            }
+            Err(error) => error.to_string(),
+        };
+        // Frames that cannot be read are left out, and told as a device's broken ones are.
+        showing.tally.corrupt = self.skipped();
+        intake.tally(showing.tally);
+        if showing.read.is_some() {
+            return true;
+        }
+        self.tell_events(intake);
+        showing.ended = true;
+        self.set_playing(false);
+        wishes.playing = false;
+        self.tell(intake, &wishes, showing.secs, showing.shown);
+        intake.state(State::Ended, &why);
+        false
+    }
+
+    /// Shows the frame that was read when its time has come, unless something else is wished for before that.
+    fn show_when_due(&mut self, showing: &mut Showing, wishes: &Play, intake: &mut Intake) {
+        let Some(at) = showing.read else { return };
+        if wishes.playing && showing.shown_one && skips(intake, at - showing.secs) {
+            showing.clock = None;
+        }
+        let (begun, since) = *showing.clock.get_or_insert((at, Instant::now()));
+        if let Some(speed) = wishes.speed {
+            let due = since + Duration::from_secs_f64(((at - begun) / speed).max(0.0));
+            while Instant::now() < due && !intake.stopped() && self.is_as(wishes) {
+                std::thread::sleep(LOOK.min(due.saturating_duration_since(Instant::now())));
+            }
+            if showing.shown_one && !self.is_as(wishes) {
+                // Not its time any more; it waits for what comes of the wish.
+                return;
+            }
+        }
+        self.tell_events(intake);
+        self.tell_tare(intake);
+        showing.tally.frames += 1;
+        intake.frame(&showing.frame, SystemTime::now());
+        intake.tally(showing.tally);
+        (showing.secs, showing.shown) = (at, showing.frame.sequence);
+        (showing.shown_one, showing.read) = (true, None);
     }
 
     fn set_playing(&self, playing: bool) {

@@ -73,6 +73,10 @@ pub(super) fn prepare(options: &Options) -> Result<(Controls, Run), Error> {
     })
 }
 
+/// The longest description of a board, bytes.
+#[cfg(feature = "rpi")]
+const LONGEST_BOARD: u64 = 1 << 20;
+
 /// This machine's own pins.
 #[cfg(feature = "rpi")]
 fn board(path: &Path, sensor: &Sensor) -> Result<Run, Error> {
@@ -82,7 +86,9 @@ fn board(path: &Path, sensor: &Sensor) -> Result<Run, Error> {
         file: path.to_owned(),
         reason,
     };
-    let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
+    let text = crate::bounded::read_text(path, LONGEST_BOARD);
+    let text = text.map_err(|error| wrong(error.to_string()))?;
+    let text = text.ok_or_else(|| wrong(format!("more than {LONGEST_BOARD} bytes")))?;
     let board = config::Board::from_toml(&text).map_err(wrong)?;
     let found = (
         usize::from(board.rows.count),

@@ -61,6 +61,88 @@ fn nothing_that_is_read_or_written_is_replaced() {
     assert_eq!(folder.names(), names);
 }
 
+/// Another name of a file that is there.
+fn link(folder: &Folder, from: &str, to: &str) {
+    std::fs::hard_link(folder.path(from), folder.path(to)).unwrap();
+}
+
+#[test]
+fn nothing_that_an_input_names_is_replaced() {
+    let folder = prepared();
+    folder.write("gain.csv", &"1,1,1,1,1,1\n".repeat(4));
+    let text = format!("{}gain = \"gain.csv\"\n", crate::run::SENSOR);
+    folder.write("uneven.toml", &text);
+    folder.write("even.csv", "recording,frame,load_g\nrun.txt,0,5\n");
+    folder.write("trials.csv", "recording,row,column\nrun.txt,1,2\n");
+    folder.write(
+        "plan.toml",
+        "format = 1\nsensor = \"uneven.toml\"\n[[experiment]]\nkind = \"repeatability\"\nname = \"a\"\ntrials = \"trials.csv\"\n",
+    );
+    for (from, to) in [
+        ("run.txt", "run.csv"),
+        ("run.txt", "run.toml"),
+        ("run.txt", "run.html"),
+        ("run.txt", "run.safetensors.checkpoint"),
+        ("gain.csv", "gain.html"),
+        ("trials.csv", "trials.html"),
+        ("run.txt", "run.png"),
+    ] {
+        link(&folder, from, to);
+    }
+    let names = folder.names();
+    let all = || {
+        names
+            .iter()
+            .map(|name| folder.read(name))
+            .collect::<Vec<_>>()
+    };
+    let before = all();
+    let (uneven, presses) = ("--sensor uneven.toml", "--presses presses.csv");
+    for (words, named) in [
+        (
+            format!("compensate run.txt {uneven} -o gain.csv"),
+            "gain.csv",
+        ),
+        (
+            format!("compensate run.txt {uneven} -o a.csv --standard-error gain.csv"),
+            "gain.csv",
+        ),
+        (
+            format!("calibrate {uneven} {presses} -o run.toml"),
+            "run.txt",
+        ),
+        (
+            format!("calibrate {uneven} {presses} --equilibration even.csv -o run.toml"),
+            "run.txt",
+        ),
+        (format!("dataset {uneven} {presses} -o run.csv"), "run.txt"),
+        (
+            format!("train paper-mlp {uneven} {presses} -o run.safetensors"),
+            "run.txt",
+        ),
+        (
+            format!("compare {uneven} {presses} -o a.csv --figure run.png"),
+            "run.txt",
+        ),
+        ("evaluate plan.toml -o run.html".to_owned(), "run.txt"),
+        ("report plan.toml -o gain.html".to_owned(), "gain.csv"),
+        ("report plan.toml -o trials.html".to_owned(), "trials.csv"),
+    ] {
+        let run = folder.taxel(&words);
+        assert_eq!(run.code, Some(2), "{words}: {run}");
+        let told = format!("names it ({named})");
+        assert!(
+            run.err.contains("would replace") && run.err.contains(&told),
+            "{words}: {run}"
+        );
+    }
+    assert_eq!(folder.names(), names);
+    assert_eq!(all(), before);
+    // A file that is there and that nothing names is replaced as ever.
+    folder.write("old.csv", "x");
+    folder.good(&format!("compensate run.txt {uneven} -o old.csv"));
+}
+
 #[test]
 fn an_ending_that_cannot_be_written_is_refused_before_any_work() {
     let folder = prepared();
@@ -78,10 +160,32 @@ fn an_ending_that_cannot_be_written_is_refused_before_any_work() {
         "record sim:sensor.toml?hand -o a.txt --frames 3",
         "analyse run.txt --sensor sensor.toml --taxel 0,0 --export a.json",
         "recover run.txt -o a.txt",
+        "calibrate --sensor sensor.toml --presses presses.csv -o a.csv",
+        "calibrate --sensor sensor.toml --series run.txt --loads truth.csv -o a.toml --static-output a.csv",
+        "train row-set --sensor sensor.toml --presses presses.csv -o a.onnx",
+        "model import no.onnx --sensor sensor.toml --presses presses.csv -o a.json",
+        "model export no.safetensors -o a.json",
+        "dataset --sensor sensor.toml --presses presses.csv -o a.parquet",
+        "dataset --sensor sensor.toml --presses presses.csv -o a",
+        "compare --sensor sensor.toml --presses presses.csv -o a.xlsx",
+        "design -o a.txt",
+        "live sim:sensor.toml --record a.txt",
+        "simulate --sensor sensor.toml --pattern press -o b.txt --presses a.toml",
+        "simulate --sensor sensor.toml --pattern hand -o b.txt --truth-sensor a.csv",
     ] {
         let run = folder.taxel(words);
         assert_eq!(run.code, Some(2), "{words}: {run}");
         assert!(run.err.contains("expected one of"), "{run}");
+    }
+    // Pictures have words of their own.
+    for words in [
+        "compare --sensor sensor.toml --presses presses.csv --figure a.pdf",
+        "plot run.txt --sensor sensor.toml -o a.pdf",
+        "crosstalk -o a.txt",
+    ] {
+        let run = folder.taxel(words);
+        assert_eq!(run.code, Some(2), "{words}: {run}");
+        assert!(run.err.contains("png, svg"), "{run}");
     }
     assert_eq!(folder.names(), names);
 }

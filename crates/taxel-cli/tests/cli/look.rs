@@ -225,7 +225,7 @@ fn plot_refuses_what_is_not_there() {
     hint: rows and columns are counted from 0
     ");
     insta::assert_snapshot!(folder.taxel(&format!("{sensor} -o p.jpg")), @r"
-    exit code: 1
+    exit code: 2
     ----- stdout -----
 
     ----- stderr -----

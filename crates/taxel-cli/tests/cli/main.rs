@@ -2,6 +2,7 @@
 
 mod analyse;
 mod bad_input;
+mod bounds;
 mod calibrate;
 mod compensate;
 mod design;

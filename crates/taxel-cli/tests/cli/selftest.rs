@@ -212,7 +212,7 @@ fn what_cannot_be_tested_is_refused() {
     For more information, try '--help'.
     ");
     insta::assert_snapshot!(folder.taxel(&format!("{BOTH} -o map.jpg")), @r"
-    exit code: 1
+    exit code: 2
     ----- stdout -----
 
     ----- stderr -----

@@ -3,87 +3,17 @@
 //! load = curve(x) · exp ρ(e(x), Σ_k φ(e(v_k))): one calibration curve, and what the row says about it. The sum of
 //! embeddings is that of Zaheer et al., Deep Sets, 2017.
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+mod eye;
+mod training;
 
 use crate::network::{Mlp, Trace};
 use crate::rows::Rows;
 use crate::scaler::Scaler;
-use crate::train::Trainable;
 
-use super::paper_mlp::{child_seed, half_mean_square, mean_absolute};
-
-/// Features of one reading.
-const FEATURES: usize = 3;
-/// Sums over the row.
-const POOLED: usize = 32;
-
-/// How readings are seen: over the level of an unpressed taxel, linear, square root and logarithm.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Eye {
-    /// Reading of an unpressed taxel, counts.
-    pub dark_counts: f32,
-    /// Typical reading of a pressed taxel over that, counts.
-    pub bright_counts: f32,
-    /// Typical load, grams: the unit of the loss.
-    pub scale_g: f32,
-    /// Of the one curve that suits all presses, load = factor · x^exponent with x over the level of an unpressed
-    /// taxel in units of `bright_counts`: factor, grams.
-    pub factor_g: f32,
-    /// And exponent.
-    pub exponent: f32,
-}
-
-impl Eye {
-    fn of(rows: &Rows) -> Self {
-        let mean = |v: &[f32]| v.iter().map(|&x| f64::from(x)).sum::<f64>() / v.len() as f64;
-        let dark = rows.dark_counts();
-        let bright = (mean(&rows.taxel) as f32 - dark).max(1.0);
-        let logs: Vec<(f64, f64)> = rows
-            .taxel
-            .iter()
-            .zip(&rows.load_g)
-            .map(|(&x, &load)| (f64::from((x - dark) / bright), f64::from(load)))
-            .filter(|(x, load)| *x > 0.02 && *load > 0.0)
-            .map(|(x, load)| (x.ln(), load.ln()))
-            .collect();
-        let (exponent, ln_factor) = line(&logs);
-        Self {
-            dark_counts: dark,
-            bright_counts: bright,
-            scale_g: mean(&rows.load_g) as f32,
-            factor_g: ln_factor.exp() as f32,
-            exponent: exponent as f32,
-        }
-    }
-
-    /// What the one curve makes of a reading, grams.
-    fn curve_g(&self, counts: f32) -> f32 {
-        let x = (counts - self.dark_counts) / self.bright_counts;
-        match x > 0.0 {
-            true => self.factor_g * x.powf(self.exponent),
-            false => 0.0,
-        }
-    }
-
-    fn see(&self, counts: f32) -> [f32; FEATURES] {
-        let x = ((counts - self.dark_counts) / self.bright_counts).max(-0.05);
-        [x, (x + 0.05).sqrt(), (x + 0.051).ln() * 0.3]
-    }
-}
-
-/// Slope and intercept of a straight line by least squares; slope 1 where nothing says otherwise.
-fn line(points: &[(f64, f64)]) -> (f64, f64) {
-    let n = points.len().max(1) as f64;
-    let (mx, my) = points
-        .iter()
-        .fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
-    let (xx, xy) = points.iter().fold((0.0, 0.0), |(a, b), (x, y)| {
-        (a + (x - mx).powi(2), b + (x - mx) * (y - my))
-    });
-    let slope = if xx > 1e-9 { xy / xx } else { 1.0 };
-    (slope, my - slope * mx)
-}
+pub use eye::Eye;
+use eye::FEATURES;
+pub use training::RowSetTraining;
+pub(super) use training::starting_at_nothing;
 
 /// The factor that a network's output stands for: e^y, y held to ±3.
 fn factor(y: f32) -> f32 {
@@ -317,143 +247,12 @@ fn add_embeddings(
     );
 }
 
-/// A network whose answer is nothing until it has learnt something.
-pub(super) fn starting_at_nothing(mut network: Mlp) -> Mlp {
-    let (weights, biases) = network.layer_mut(network.layers() - 1);
-    weights.fill(0.0);
-    biases.fill(0.0);
-    network
-}
-
-/// A row set in training.
-pub struct RowSetTraining<'a> {
-    model: RowSet,
-    train: &'a Rows,
-    check: &'a Rows,
-    rows: Vec<f32>,
-    memory: RowSetMemory,
-    loads: Vec<f32>,
-    by_output: Vec<f32>,
-    by_phi: Vec<f32>,
-}
-
-impl<'a> RowSetTraining<'a> {
-    /// From the training part and the presses to stop by. `seed` draws the start.
-    pub fn new(train: &'a Rows, check: &'a Rows, seed: u64) -> Self {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let mut draw = |widths: &[usize], relu_last| {
-            let mut random = ChaCha8Rng::seed_from_u64(child_seed(&mut random));
-            Mlp::new(widths, relu_last, &mut random)
-        };
-        let mut model = RowSet {
-            eye: Eye::of(train),
-            phi: draw(&[FEATURES, POOLED, POOLED], true),
-            scaler: Scaler::none(FEATURES + POOLED),
-            rho: starting_at_nothing(draw(&[FEATURES + POOLED, 48, 32, 1], false)),
-        };
-        let mut memory = RowSetMemory::default();
-        model.pool(&train.row, train.columns, &mut memory);
-        model.run(train.taxel.iter().copied().zip(0..), &mut memory);
-        model.scaler = Scaler::fit(&memory.inputs, FEATURES + POOLED);
-        Self {
-            model,
-            train,
-            check,
-            rows: Vec::new(),
-            memory: RowSetMemory::default(),
-            loads: Vec::new(),
-            by_output: Vec::new(),
-            by_phi: Vec::new(),
-        }
-    }
-
-    /// The model as it is now.
-    pub fn finish(self) -> RowSet {
-        self.model
-    }
-}
-
-impl Trainable for RowSetTraining<'_> {
-    fn networks(&mut self) -> Vec<&mut Mlp> {
-        vec![&mut self.model.phi, &mut self.model.rho]
-    }
-
-    fn examples(&self) -> usize {
-        self.train.len()
-    }
-
-    fn batch(&mut self, which: &[usize], gradients: &mut [Vec<f32>]) -> f64 {
-        let columns = self.train.columns;
-        self.rows.clear();
-        for &i in which {
-            self.rows.extend_from_slice(self.train.row_of(i));
-        }
-        let (model, memory) = (&self.model, &mut self.memory);
-        model.pool(&self.rows, columns, memory);
-        model.run(
-            which
-                .iter()
-                .enumerate()
-                .map(|(at, &i)| (self.train.taxel[i], at)),
-            memory,
-        );
-        let scale = model.eye.scale_g;
-        let loads = which.iter().map(|&i| self.train.load_g[i] / scale);
-        self.loads.clear();
-        self.loads.extend(
-            memory
-                .rho
-                .output()
-                .iter()
-                .zip(which)
-                .map(|(&y, &i)| model.eye.curve_g(self.train.taxel[i]) * factor(y) / scale),
-        );
-        let loss = half_mean_square(&self.loads, loads, &mut self.by_output);
-        // dL/dy = L, where y is free.
-        for ((by, load), y) in self
-            .by_output
-            .iter_mut()
-            .zip(&self.loads)
-            .zip(memory.rho.output())
-        {
-            *by *= if y.abs() < 3.0 { *load } else { 0.0 };
-        }
-        let [of_phi, of_rho] = gradients else {
-            unreachable!("two networks have two gradients");
-        };
-        model.rho.backward(
-            &memory.inputs,
-            &self.by_output,
-            &mut memory.rho,
-            of_rho,
-            true,
-        );
-        let width = model.pooled_width();
-        let share = 8.0 / columns as f32;
-        self.by_phi.clear();
-        let deviations = &model.scaler.deviation[FEATURES..];
-        for input in memory.rho.input_gradient().chunks_exact(FEATURES + width) {
-            for _ in 0..columns {
-                let by_sum = input[FEATURES..].iter().zip(deviations);
-                self.by_phi.extend(by_sum.map(|(g, d)| share * g / d));
-            }
-        }
-        model
-            .phi
-            .backward(&memory.seen, &self.by_phi, &mut memory.phi, of_phi, false);
-        loss
-    }
-
-    fn check(&mut self) -> f64 {
-        mean_absolute(&self.model.estimate(self.check), &self.check.load_g)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::train::assert_gradient;
-    use rand::RngExt;
+    use crate::train::{Trainable, assert_gradient};
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
 
     fn rows(seed: u64) -> Rows {
         let mut random = ChaCha8Rng::seed_from_u64(seed);

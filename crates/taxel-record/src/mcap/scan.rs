@@ -11,8 +11,8 @@ use super::MAGIC;
 use super::chunk::ChunkHeader;
 use super::parse::{Fields, Fit, fit, record};
 
-/// The longest record and the largest chunk that are read: loads of 4096 x 4096 taxels and the chunk they came to.
-pub(super) const MAX_RECORD: usize = 96 << 20;
+/// The longest record and the largest chunk that are read: thirty loads of the largest frame.
+pub(super) const MAX_RECORD: usize = 32 << 20;
 /// What is asked of the file at once.
 const READ: usize = 64 << 10;
 /// Bytes by which a record is known behind damage.

@@ -1,13 +1,16 @@
 //! Measured points: `n,value`, a line a replicate.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 
 use taxel::design::statistics::student_quantile;
 use taxel::evaluate::spread;
 
+use crate::bounded;
 use crate::error::Error;
+
+/// The longest file of points, bytes: half a million lines.
+const LONGEST: u64 = 4 << 20;
 
 /// Means over the replicates of each N, with their intervals.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,9 +26,15 @@ pub(super) struct Points {
 impl Points {
     /// Reads them. A first line without numbers is a header; a third column names the replicate and is not used.
     pub(super) fn read(file: &Path, volts_per_count: Option<f64>) -> Result<Self, Error> {
-        let text = fs::read_to_string(file).map_err(|source| taxel_record::Error::Open {
+        let text = bounded::read_text(file, LONGEST);
+        let text = text.map_err(|source| taxel_record::Error::Open {
             file: file.to_owned(),
             source,
+        })?;
+        let text = text.ok_or_else(|| Error::TextLength {
+            file: file.to_owned(),
+            what: "a file of points",
+            limit: LONGEST,
         })?;
         let scale = volts_per_count.unwrap_or(1.0);
         let mut by_n: BTreeMap<u64, (f64, Vec<f64>)> = BTreeMap::new();

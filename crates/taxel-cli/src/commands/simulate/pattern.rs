@@ -14,7 +14,7 @@ use super::{Args, OutputUnit};
 use crate::error::Error;
 use crate::frames::{FrameWriter, NUMBERS};
 use crate::out;
-use crate::outputs::{Files, check_ending};
+use crate::outputs::{Files, check_ending, check_sensor_ending};
 use crate::progress::Progress;
 
 /// What presses on the array.
@@ -135,8 +135,14 @@ impl Drawn {
                 "loads are written as text or as arrays",
             )?;
         }
+        if let Some(file) = &self.truth_sensor {
+            check_sensor_ending("--truth-sensor", file)?;
+        }
+        if let Some(file) = &self.presses {
+            check_ending("--presses", file, &["csv"], "labels are a table of text")?;
+        }
         Files::default()
-            .input("sensor", &args.sensor)
+            .sensor(&args.sensor)
             .maybe_input("file of conductances", args.conductance.as_ref())
             .output("-o", args.output())
             .maybe_output("--truth", self.truth.as_ref())
