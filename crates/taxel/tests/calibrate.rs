@@ -76,7 +76,11 @@ fn switches_and_law_come_out_of_presses_from_any_start() {
         let error = judged(&found.sensor, &truth);
         assert!(error < 0.2, "{error} g from {start:?}");
         assert!(
-            found.report.findings.iter().all(|f| !f.used),
+            found
+                .report
+                .findings
+                .iter()
+                .all(|f| !f.used || f.name == "presses"),
             "{}",
             found.report
         );

@@ -145,15 +145,20 @@ pub fn calibrate_with(
 ) -> Result<Calibration, Error> {
     let evidence = evidence::Evidence::new(sensor, data)?;
     let plain = alone::calibrate(sensor, &evidence, options, crew, progress);
-    let mut search = || choose::search(sensor, &evidence, options, crew, progress);
+    let mut search = |unless_plain: bool| {
+        choose::search(sensor, &evidence, options, crew, unless_plain, progress)
+    };
     let outcome = match plain {
-        None => search()?,
+        None => search(false)?,
         Some((plain, true)) => plain?,
-        Some((plain, false)) if alone::has_exact_inverse(sensor) => search_or(plain, search())?,
+        Some((plain, false)) if alone::has_exact_inverse(sensor) => {
+            let explained = plain.as_ref().is_ok_and(|plain| !plain.unexplained);
+            search_or(plain, search(explained))?
+        }
         Some((plain, false)) => {
             let plain = plain?;
             match plain.unexplained && sensor.rows() * sensor.columns() <= MOST_SEARCHED_TAXELS {
-                true => search()
+                true => search(false)
                     .ok()
                     .filter(|s| s.is_better_than(&plain))
                     .unwrap_or(plain),
@@ -171,9 +176,11 @@ fn search_or(
     search: Result<outcome::Outcome, Error>,
 ) -> Result<outcome::Outcome, Error> {
     match (plain, search) {
-        (Ok(plain), Ok(search)) => {
-            let more = plain.unexplained || search.findings.iter().any(|f| f.used);
-            Ok(if more { search } else { plain })
+        (Ok(plain), Ok(search)) if plain.unexplained || search.finds_something() => Ok(search),
+        (Ok(mut plain), Ok(search)) => {
+            // What was looked for in vain is worth knowing.
+            plain.findings.extend(search.findings);
+            Ok(plain)
         }
         (Ok(plain), Err(_)) if !plain.unexplained => Ok(plain),
         (_, search) => search,

@@ -51,6 +51,11 @@ pub(super) struct Outcome {
 }
 
 impl Outcome {
+    /// Whether an effect beside circuit and law is in its model.
+    pub(super) fn finds_something(&self) -> bool {
+        self.findings.iter().any(|f| f.used)
+    }
+
     /// Whether its held-out presses are clearly nearer to their labels than another fit's.
     pub(super) fn is_better_than(&self, other: &Outcome) -> bool {
         let (Some(own), Some(others)) = (self.held_out.mean(), other.held_out.mean()) else {

@@ -38,7 +38,7 @@ const TOLD: f64 = 3.0;
 /// adjoint cost grows so. The others judge the fit.
 const MOST_WORK: f64 = 1.6e7;
 /// An exact inverse leaves the adjoint alone.
-const WITH_EXACT: f64 = 4.0;
+const WITH_EXACT: f64 = 2.0;
 /// It takes so many, however large the array.
 const FEWEST_CROWDED: usize = 24;
 /// Unloaded conductance that a crowd's fit starts from before it has seen any, siemens.
