@@ -37,16 +37,21 @@ pub(super) struct Search<'a> {
 }
 
 /// Everything found from crowded frames and uniform loads. It is judged by presses kept from a search of its own, so
-/// that they took part neither in the fit nor in the choice of effects that they judge.
+/// that they took part neither in the fit nor in the choice of effects that they judge. `unless_plain`: one that finds no
+/// effect beside circuit and law is wanted for what it looked for alone, and not judged.
 pub(super) fn search(
     sensor: &Sensor,
     evidence: &Evidence,
     options: &Options,
     crew: &dyn Crew,
+    unless_plain: bool,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Outcome, Error> {
     let mut search = Search::new(sensor, evidence, options, crew)?;
     search.run(progress)?;
+    if unless_plain && search.findings.iter().all(|f| !f.used) {
+        return search.finish();
+    }
     let folds = options.folds.max(2);
     let (seen, unseen) = evidence.split(folds);
     // A second search takes as long as the first: too long where no exact inverse helps.
