@@ -25,8 +25,9 @@ fn presses_make_a_sensor_that_gives_the_loads_of_other_frames() {
         "calibrate --sensor parts.toml --presses experiments.csv -o calibrated.toml --law power",
     );
     assert!(
-        run.out
-            .contains("held-out presses (12 of 60 presses; every 5th frame, split by press"),
+        run.out.contains(
+            "held-out presses (60 of 60 presses; 5 folds, split by press; each judged by a fit"
+        ),
         "{run}"
     );
     assert!(run.err.ends_with("wrote calibrated.toml\n"), "{run}");
