@@ -31,8 +31,9 @@ struct Score {
     loaded: f64,
     faults: usize,
     marked: usize,
-    covered: f64,
-    judged: f64,
+    /// Of all taxels, and of the loaded ones.
+    covered: [f64; 2],
+    judged: [f64; 2],
 }
 
 fn numbers<T: std::str::FromStr + Clone>(text: Option<String>, usual: &[T]) -> Vec<T> {
@@ -48,7 +49,7 @@ fn main() -> Result<(), Error> {
     let bits = numbers(arguments.next(), &[10, 12, 14, 16]);
     let seeds = numbers(arguments.next(), &(1..=10).collect::<Vec<u64>>());
     println!(
-        "sensor,seed,fit,seconds,error_fitted_g,error_true_g,ratio,coverage_percent,judged,line_faults,readings_marked"
+        "sensor,seed,fit,seconds,error_fitted_g,error_true_g,ratio,coverage_percent,judged,coverage_loaded_percent,judged_loaded,line_faults,readings_marked"
     );
     for (name, sensor) in every_sensor(&sizes, &bits) {
         for &seed in &seeds {
@@ -71,16 +72,23 @@ fn line(truth: &Sensor, seed: u64) -> Result<String, Error> {
     let recordings: Vec<_> = PATTERNS.iter().map(|name| record(&real, name)).collect();
     let with_truth = score(truth, &recordings)?;
     let best = with_truth.error_g / with_truth.loaded;
-    let coverage = 100.0 * with_truth.covered / with_truth.judged;
+    let [(coverage, judged), (coverage_loaded, judged_loaded)] = [0, 1].map(|of| {
+        let judged = with_truth.judged[of];
+        (100.0 * with_truth.covered[of] / judged, judged)
+    });
     let (word, fitted) = match &fit {
-        Ok(fit) => ("good", score(&fit.sensor, &recordings)?),
+        Ok(fit) => {
+            let report = &fit.report;
+            let sound = report.doubts.is_empty() && report.suspects.is_empty();
+            let word = if sound { "good" } else { "doubted" };
+            (word, score(&fit.sensor, &recordings)?)
+        }
         Err(_) => ("refused", Score::default()),
     };
     let error = fitted.error_g / fitted.loaded;
     Ok(format!(
-        "{word},{seconds:.1},{error:.3},{best:.3},{:.2},{coverage:.1},{},{},{}",
+        "{word},{seconds:.1},{error:.3},{best:.3},{:.2},{coverage:.1},{judged},{coverage_loaded:.1},{judged_loaded},{},{}",
         error / best,
-        with_truth.judged,
         with_truth.faults + fitted.faults,
         with_truth.marked + fitted.marked
     ))
@@ -149,10 +157,13 @@ fn cover(
     };
     for (taxel, error) in errors.into_iter().enumerate() {
         if found.marks()[taxel] == Mark::Good && error.is_finite() {
-            let wanted = law.siemens_from_grams(taxel, truth.values()[taxel]);
-            let miss = (found.values()[taxel] - wanted).abs();
-            score.judged += 1.0;
-            score.covered += f64::from(u8::from(miss <= 1.96 * error));
+            let load = truth.values()[taxel];
+            let wanted = law.siemens_from_grams(taxel, load);
+            let within = (found.values()[taxel] - wanted).abs() <= 1.96 * error;
+            for of in 0..=usize::from(load > 0.0) {
+                score.judged[of] += 1.0;
+                score.covered[of] += f64::from(u8::from(within));
+            }
         }
     }
     Ok(())

@@ -116,7 +116,7 @@ impl<'a> Search<'a> {
         if evidence.levels.is_empty() {
             unknowns.push(Unknown::Exponent);
         }
-        if options.open_loop_gain {
+        if options.open_loop_gain && sensor.readout.topology.is_tia() {
             unknowns.push(Unknown::OpenLoopGain);
         }
         if options.r_source {

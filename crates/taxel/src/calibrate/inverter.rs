@@ -8,6 +8,9 @@ use crate::{Counts, Frame, Sensor, Siemens, Volts};
 
 /// Accuracy of inversions while fitting, of the largest conductance: derivatives by differences need it.
 const TOLERANCE: f64 = 1e-6;
+/// Rounds of Newton's method, and restarts in each, after which a frame is taken to have no answer with a circuit that
+/// the fit tries: answers took 12 and 1 at most.
+const LIMITS: (u32, usize) = (20, 2);
 /// Warm starts pay where a scratch is small and outlives a change of the circuit.
 const MOST_REMEMBERED_TAXELS: usize = 16_384;
 
@@ -20,6 +23,24 @@ pub(super) enum Start {
     Scratch(Scratch),
     /// The conductances of the last one: Newton's method keeps too much to have one each.
     Siemens(Vec<f64>),
+}
+
+impl Start {
+    /// The conductances that Newton's method starts from.
+    pub(super) fn siemens(&self) -> Option<&[f64]> {
+        match self {
+            Self::Siemens(siemens) => Some(siemens),
+            Self::Scratch(_) => None,
+        }
+    }
+
+    /// The same, to keep.
+    pub(super) fn into_siemens(self) -> Option<Vec<f64>> {
+        match self {
+            Self::Siemens(siemens) => Some(siemens),
+            Self::Scratch(_) => None,
+        }
+    }
 }
 
 /// The sensor's best method.
@@ -156,6 +177,10 @@ fn method(sensor: &Sensor) -> Option<Best> {
     let circuit = LinearCircuit::from_sensor(sensor).ok()?;
     Some(match Exact::new(&circuit) {
         Some(exact) => Best::Exact(exact.with_tolerance(TOLERANCE)),
-        None => Best::Newton(Newton::new(circuit).with_tolerance(TOLERANCE)),
+        None => Best::Newton(
+            Newton::new(circuit)
+                .with_tolerance(TOLERANCE)
+                .with_limits(LIMITS.0, LIMITS.1),
+        ),
     })
 }

@@ -1,6 +1,5 @@
 //! From siemens to newtons: the load law, and the fit of everything a parts list does not say.
 
-mod alone;
 mod choose;
 mod digits;
 pub mod dynamic;
@@ -17,6 +16,7 @@ mod lines;
 mod model;
 mod outcome;
 mod posterior;
+mod presses;
 mod priors;
 mod report;
 mod spline;
@@ -116,6 +116,8 @@ pub struct Calibration {
 
 /// Effects beside circuit and law are looked for on no more taxels where no exact inverse helps: it would take minutes.
 const MOST_SEARCHED_TAXELS: usize = 400;
+/// Nor are uniform loads asked there.
+const MOST_LEVELLED_TAXELS: usize = 1024;
 
 /// Fits the circuit's unknowns and the load law to labelled presses, and what uniform frames can tell.
 /// `progress` is called with the stage's name and the share done, 0 to 1.
@@ -144,20 +146,30 @@ pub fn calibrate_with(
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Calibration, Error> {
     let evidence = evidence::Evidence::new(sensor, data)?;
-    let plain = alone::calibrate(sensor, &evidence, options, crew, progress);
+    let plain = presses::calibrate(sensor, &evidence, options, crew, progress);
     let mut search = |unless_plain: bool| {
         choose::search(sensor, &evidence, options, crew, unless_plain, progress)
     };
-    let outcome = match plain {
-        None => search(false)?,
-        Some((plain, true)) => plain?,
-        Some((plain, false)) if alone::has_exact_inverse(sensor) => {
+    let exact = presses::has_exact_inverse(sensor, options);
+    let taxels = sensor.rows() * sensor.columns();
+    let mut outcome = match plain {
+        (plain, _) if !evidence.levels.is_empty() => {
+            let search = match exact || taxels <= MOST_LEVELLED_TAXELS {
+                true => search(false).map_err(|error| error.to_string()),
+                false => Err(format!(
+                    "a fit with them would take minutes ({taxels} taxels, no exact inverse)"
+                )),
+            };
+            with_levels_or(plain, search, &evidence)?
+        }
+        (plain, true) => plain?,
+        (plain, false) if exact => {
             let explained = plain.as_ref().is_ok_and(|plain| !plain.unexplained);
             search_or(plain, search(explained))?
         }
-        Some((plain, false)) => {
+        (plain, false) => {
             let plain = plain?;
-            match plain.unexplained && sensor.rows() * sensor.columns() <= MOST_SEARCHED_TAXELS {
+            match plain.unexplained && taxels <= MOST_SEARCHED_TAXELS {
                 true => search(false)
                     .ok()
                     .filter(|s| s.is_better_than(&plain))
@@ -166,7 +178,39 @@ pub fn calibrate_with(
             }
         }
     };
+    if options.open_loop_gain && !sensor.readout.topology.is_tia() {
+        outcome.warnings.push(format!(
+            "{} has no amplifier, so that no gain was looked for",
+            sensor.readout.topology.name()
+        ));
+    }
     write::calibration(outcome, sensor, &evidence, options)
+}
+
+/// Uniform loads tell what presses can't, and the search alone asks them. Where it ends clearly worse than the presses
+/// without them, or nowhere, it lost its way.
+fn with_levels_or(
+    plain: Result<outcome::Outcome, Error>,
+    search: Result<outcome::Outcome, String>,
+    evidence: &evidence::Evidence,
+) -> Result<outcome::Outcome, Error> {
+    let (mut plain, why) = match (plain, search) {
+        (Ok(plain), Ok(search)) if plain.is_better_than(&search) => {
+            let mean = |of: &outcome::Outcome| of.held_out.mean().unwrap_or(f64::NAN);
+            let (with, without) = (mean(&search), mean(&plain));
+            let why =
+                format!("held-out presses are {with:.3} g off with them, {without:.3} g without");
+            (plain, why)
+        }
+        (Ok(plain), Err(why)) => (plain, why),
+        (_, Ok(search)) => return Ok(search),
+        (Err(error), Err(_)) => return Err(error),
+    };
+    let levels = evidence.levels.len();
+    plain.warnings.push(format!(
+        "the uniform loads ({levels} levels) took no part in the fit, so that taxels are taken to be alike: {why}"
+    ));
+    Ok(plain)
 }
 
 /// A search that found no effect beside circuit and law says no more than the most probable ones, where noise explains
@@ -176,7 +220,13 @@ fn search_or(
     search: Result<outcome::Outcome, Error>,
 ) -> Result<outcome::Outcome, Error> {
     match (plain, search) {
-        (Ok(plain), Ok(search)) if plain.unexplained || search.finds_something() => Ok(search),
+        (Ok(plain), Ok(search))
+            if (plain.unexplained || search.finds_something())
+                && search.held_out.mean().is_some()
+                && !plain.is_better_than(&search) =>
+        {
+            Ok(search)
+        }
         (Ok(mut plain), Ok(search)) => {
             // What was looked for in vain is worth knowing.
             plain.findings.extend(search.findings);

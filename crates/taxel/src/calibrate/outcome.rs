@@ -96,6 +96,9 @@ impl Outcome {
                 "{flickering} of {lines} lines come and go in these frames: that is no fault of single joints; look at the supply, the converter and the topology of the sensor file before this calibration is used"
             ));
         }
+        if self.held_out.mean().is_none() {
+            doubts.push("no held-out press could be judged, so that nothing says how good this fit is: label more presses, and check labels and topology".to_owned());
+        }
         if let Some((found, blind)) = self.beside_guessing(evidence)
             && found > 0.5 * blind
         {

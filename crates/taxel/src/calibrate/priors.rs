@@ -9,7 +9,7 @@ use crate::sensor::{PerLine, USUAL_OPEN_LOOP_GAIN};
 pub(super) const USUAL_OHMS: f64 = 10.0;
 pub(super) const WITHIN: f64 = 3.0;
 /// The factor within which column and row switches are believed to be alike, or to differ as the file says.
-pub(super) const ALIKE_WITHIN: f64 = 2.0;
+pub(super) const ALIKE_WITHIN: f64 = 1.4;
 /// Standard deviations of a bend of the law, and of 1/saturation, per kilogram: both are believed to be none.
 pub(super) const BEND: f64 = 0.3;
 pub(super) const SATURATION: f64 = 2.0;

@@ -5,6 +5,7 @@ use std::fmt;
 use super::frame::HELD_FRAMES;
 use super::line_test::{Lines, Thresholds, Verdict, judge};
 use super::short::{AlikePairs, Usual};
+use super::tally::{LineTally, Looked};
 use super::{Axis, Level, LevelScreen, ScreenOptions, median};
 use crate::sensor::ScreenSpec;
 use crate::{Counts, Error, Frame};
@@ -14,10 +15,6 @@ const FEWEST_SILENT: u64 = 20;
 /// Share of a line's length that must have been vouched for, in one frame or another, before its silence alone makes it
 /// dead: a gap between two fingers or soles follows a line for less.
 const COVERED_SHARE: f64 = 0.9;
-/// A line falls silent when it read at least this share of the load beside it in the frame before …
-const ANSWERED_SHARE: f64 = 0.3;
-/// … and that load has changed by no more than this factor since: a hand that moves on changes both.
-const STEADY_FACTOR: f64 = 1.5;
 /// Counts by which a faulty line reads other than the lines beside it.
 const LEAST_DIFFERENCE: f64 = 2.0;
 
@@ -190,39 +187,6 @@ impl LineFaults {
     /// Whether nothing was found.
     pub fn is_empty(&self) -> bool {
         self.faults.is_empty()
-    }
-}
-
-/// What is kept of one line over a recording.
-#[derive(Debug, Clone, Default)]
-struct LineTally {
-    tested: u64,
-    /// Frames in which it had fallen, or was at the ceiling.
-    fallen: u64,
-    /// Frames in which only its silence tells, and of these the frames in which it fell silent under a steady load.
-    silent: u64,
-    fell_silent: u64,
-    vouched_readings: u64,
-    silent_readings: u64,
-    fallen_share_when_in: f64,
-    /// Frames in which it answered to a load.
-    answered: u64,
-    /// Positions along it that were vouched for in some frame.
-    covered: Vec<bool>,
-    median_sum: f64,
-    beside_sum: f64,
-}
-
-impl LineTally {
-    fn of_length(length: usize) -> Self {
-        Self {
-            covered: vec![false; length],
-            ..Self::default()
-        }
-    }
-
-    fn covered_share(&self) -> f64 {
-        self.covered.iter().filter(|&&covered| covered).count() as f64 / self.covered.len() as f64
     }
 }
 
@@ -457,91 +421,6 @@ impl LineScreen {
             median_counts,
             beside,
         })
-    }
-}
-
-/// One frame, the one before it and what they are judged by, along one axis.
-struct Looked<'a> {
-    lines: Lines<'a>,
-    before: Option<Lines<'a>>,
-    thresholds: &'a Thresholds,
-    options: &'a ScreenOptions,
-}
-
-impl Looked<'_> {
-    /// Adds the frame's verdict on a line to its tally.
-    fn tally(&self, line: usize, verdict: &Verdict, tally: &mut LineTally, scratch: &mut Vec<f64>) {
-        let length = self.lines.length as f64;
-        let few = (1.0 - self.options.line_share) / 2.0 * length;
-        tally.answered += u64::from(verdict.responding as f64 > few);
-        if !verdict.testable {
-            return;
-        }
-        tally.tested += 1;
-        tally.vouched_readings += verdict.vouched;
-        tally.silent_readings += verdict.silent;
-        if verdict.vouched > 0 {
-            for (position, covered) in tally.covered.iter_mut().enumerate() {
-                *covered |= self.load_beside(&self.lines, line, position).is_some();
-            }
-        }
-        if !verdict.out {
-            tally.fallen_share_when_in += verdict.fallen_share;
-            return;
-        }
-        if verdict.only_silent {
-            tally.silent += 1;
-            tally.fell_silent += u64::from(self.fell_silent(line));
-        } else {
-            tally.fallen += 1;
-        }
-        let (own, beside) = self.medians(line, verdict.only_silent, scratch);
-        tally.median_sum += own;
-        tally.beside_sum += beside;
-    }
-
-    fn load_beside(&self, lines: &Lines<'_>, line: usize, position: usize) -> Option<f64> {
-        lines.vouched_load(line, position, self.thresholds, self.options)
-    }
-
-    /// Whether a line that is silent answered in the frame before, to much the same load beside it.
-    fn fell_silent(&self, line: usize) -> bool {
-        let Some(before) = &self.before else {
-            return false;
-        };
-        let baseline = self.thresholds.baseline;
-        let (mut vouched, mut fell) = (0, 0);
-        for position in 0..self.lines.length {
-            let Some(now) = self.load_beside(&self.lines, line, position) else {
-                continue;
-            };
-            vouched += 1;
-            let steady = self
-                .load_beside(before, line, position)
-                .map(|then| (then - baseline, (then - baseline) / (now - baseline)))
-                .filter(|(_, change)| (1.0 / STEADY_FACTOR..=STEADY_FACTOR).contains(change));
-            let answered = before.at(line, position) - baseline;
-            fell += u64::from(steady.is_some_and(|(then, _)| answered >= ANSWERED_SHARE * then));
-        }
-        fell as f64 >= self.options.line_share * vouched as f64
-    }
-
-    /// Median readings of a line and of those beside it: where these carry a load, if that is what tells.
-    fn medians(&self, line: usize, by_silence: bool, scratch: &mut Vec<f64>) -> (f64, f64) {
-        let lines = &self.lines;
-        let counts =
-            |position: &usize| !by_silence || self.load_beside(lines, line, *position).is_some();
-        let positions = || (0..lines.length).filter(counts);
-        scratch.clear();
-        scratch.extend(positions().map(|position| lines.at(line, position)));
-        let own = median(scratch).unwrap_or(0.0);
-        scratch.clear();
-        for beside in [line.checked_sub(1), Some(line + 1)].into_iter().flatten() {
-            if beside < lines.count {
-                scratch.extend(positions().map(|position| lines.at(beside, position)));
-            }
-        }
-        (own, median(scratch).unwrap_or(0.0))
     }
 }
 

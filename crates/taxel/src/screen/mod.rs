@@ -47,6 +47,7 @@ mod repair;
 mod report;
 mod short;
 mod spike;
+mod tally;
 
 pub use frame::FrameScreen;
 pub use level::{Level, LevelScreen};

@@ -17,6 +17,8 @@ use crate::{Frame, Siemens, Volts};
 pub struct Newton {
     circuit: LinearCircuit,
     tolerance: f64,
+    rounds: u32,
+    restarts: usize,
 }
 
 const ROUNDS: u32 = 60;
@@ -48,12 +50,21 @@ impl Newton {
         Self {
             circuit,
             tolerance: 1e-9,
+            rounds: ROUNDS,
+            restarts: RESTARTS,
         }
     }
 
     /// Stops when no apparent conductance misfits by more than `tolerance` times the largest (1e-9 otherwise).
     pub fn with_tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
+        self
+    }
+
+    /// Gives up after so many rounds, or restarts of the linear solver within one: a frame that has no answer takes
+    /// all of them, hundreds of times as long as one that has.
+    pub(crate) fn with_limits(mut self, rounds: u32, restarts: usize) -> Self {
+        (self.rounds, self.restarts) = (rounds, restarts);
         self
     }
 }
@@ -414,7 +425,7 @@ impl Newton {
 
     /// Newton's iteration from `memory.g`, whose misfit is known.
     fn descend(&self, memory: &mut Memory, mut size: f64, scale: f64) -> Outcome {
-        for round in 1..=ROUNDS {
+        for round in 1..=self.rounds {
             let residual = largest(&memory.misfit) / scale;
             if residual <= self.tolerance {
                 return Outcome::new(Stop::Converged, round - 1, residual);
@@ -427,7 +438,11 @@ impl Newton {
             };
             size = smaller;
         }
-        Outcome::new(Stop::RoundLimit, ROUNDS, largest(&memory.misfit) / scale)
+        Outcome::new(
+            Stop::RoundLimit,
+            self.rounds,
+            largest(&memory.misfit) / scale,
+        )
     }
 
     /// One damped step; the norm of the misfit after it, if it fell.
@@ -442,9 +457,10 @@ impl Newton {
                     *out *= slope;
                 }
             };
+            let (misfit, step) = (&memory.misfit, &mut memory.step);
             memory
                 .gmres
-                .solve(apply, &memory.misfit, &mut memory.step, tolerance, RESTARTS);
+                .solve(apply, misfit, step, tolerance, self.restarts);
         }
         let mut length = 1.0;
         for _ in 0..30 {

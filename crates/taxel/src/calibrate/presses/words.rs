@@ -6,14 +6,14 @@ use super::super::{Finding, LawChoice, Parameter, Suspect};
 use super::fit::{Fitted, plain_law};
 use super::known::KnownFrames;
 use super::unknowns::Unknown;
-use super::{Alone, Chosen};
+use super::{Chosen, PressFit};
 use crate::Error;
 use crate::sensor::Topology;
 
 /// A posterior this much of its prior has learnt nothing.
 const UNTOLD: f64 = 0.5;
 
-impl Alone<'_> {
+impl PressFit<'_> {
     pub(super) fn outcome(
         &self,
         known: &KnownFrames,

@@ -4,6 +4,7 @@
 //! One inverse and one solve with the adjoint tell all three: λ, the taxel's line of J⁻¹, gives σ_G = σ_V |λ| and
 //! dG/dθ = −λ · ∂V/∂θ, where ∂V/∂θ is what the readings move by while all conductances stay.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use super::super::evidence::Evidence;
@@ -168,31 +169,31 @@ impl<'a> Crowd<'a> {
         }
     }
 
-    /// Starts its inversions where another's ended.
-    pub(super) fn near(self, starts: &[Option<Vec<f64>>]) -> Self {
-        let start = |known: &Option<Vec<f64>>| known.clone().map(Start::Siemens);
-        Self {
-            starts: Mutex::new(starts.iter().map(start).collect()),
-            ..self
+    /// Starts its inversions where another's ended, if any have.
+    pub(super) fn near(self, ends: &[Option<Vec<f64>>]) -> Self {
+        let mut starts = self.starts;
+        let all = starts.get_mut().unwrap_or_else(PoisonError::into_inner);
+        for (start, end) in all.iter_mut().zip(ends) {
+            *start = end.clone().map(Start::Siemens);
         }
+        Self { starts, ..self }
     }
 
     /// Where its inversions ended, of each press of the evidence.
     pub(super) fn ends(self) -> Vec<Option<Vec<f64>>> {
         let starts = self.starts.into_inner();
         let starts = starts.unwrap_or_else(PoisonError::into_inner).into_iter();
-        let end = |start| match start {
-            Some(Start::Siemens(siemens)) => Some(siemens),
-            _ => None,
-        };
-        starts.map(end).collect()
+        starts.map(|start| start?.into_siemens()).collect()
     }
 
     /// The same with at most so many presses, evenly chosen.
     pub(super) fn thinned(&self, most: usize) -> Self {
         let stride = self.which.len().div_ceil(most).max(1);
         let which: Vec<usize> = self.which.iter().copied().step_by(stride).collect();
-        Self::new(self.evidence, &which, self.crew)
+        let starts = self.starts.lock().unwrap_or_else(PoisonError::into_inner);
+        let ends = starts.iter().map(|start| start.as_ref()?.siemens());
+        let ends: Vec<Option<Vec<f64>>> = ends.map(|end| end.map(<[f64]>::to_vec)).collect();
+        Self::new(self.evidence, &which, self.crew).near(&ends)
     }
 
     pub(super) fn label_g(&self, line: &Line) -> f64 {
@@ -211,7 +212,6 @@ impl<'a> Crowd<'a> {
         let parameters = layout.parameters_at(at);
         let circuits = Circuits::new(layout, at, &parameters)?;
         let sensor = layout.model(at)?.sensor;
-        let inverter = Inverter::new(self.evidence, &sensor)?;
         let sigma_volts = self.noise_counts * Converter::from_sensor(&sensor).lsb_volts();
         let look = |p: usize, siemens: &Frame<Siemens>| {
             let press = &self.evidence.presses[p];
@@ -221,24 +221,17 @@ impl<'a> Crowd<'a> {
             let some: Vec<f64> = siemens.values().iter().copied().step_by(stride).collect();
             Some((line, some))
         };
-        let batches: Vec<Vec<Job>> = self.which.chunks(BATCH).map(|b| self.jobs(b)).collect();
-        let done = shared_out(self.crew, batches, |mut batch| {
-            let seen = inverter.invert_each(&mut batch, look);
-            Some((seen, batch))
-        })?;
+        let seen = self.inverted(&sensor, self.which.len() / 5, look)?;
         let (mut lines, mut conductances) = (Vec::new(), Vec::new());
-        for (seen, batch) in done {
-            self.keep(batch);
-            for (line, some) in seen.into_iter().flatten().flatten() {
-                lines.push(line);
-                conductances.extend(some);
-            }
+        for (line, some) in seen.into_iter().flatten() {
+            lines.push(line);
+            conductances.extend(some);
         }
         let failed = self.which.len() - lines.len();
         let noise = median(&lines.iter().map(|l| l.error).collect::<Vec<f64>>());
         let rounding = self.rounding_counts * noise / self.noise_counts;
         let (g_zero, error) = unloaded(conductances, noise);
-        (5 * failed <= self.which.len()).then(|| Linear {
+        Some(Linear {
             unloaded: (g_zero, error.hypot(rounding)),
             at: at.to_vec(),
             lines,
@@ -248,29 +241,51 @@ impl<'a> Crowd<'a> {
 
     /// What each press's taxel conducts with a sensor's circuit; nothing where its frame has no solution.
     pub(super) fn siemens(&self, sensor: &Sensor) -> Vec<Option<f64>> {
-        let Some(inverter) = Inverter::new(self.evidence, sensor) else {
-            return vec![None; self.which.len()];
-        };
         let look = |p: usize, siemens: &Frame<Siemens>| {
             let press = &self.evidence.presses[p];
-            siemens.at(press.row, press.column)
+            Some(siemens.at(press.row, press.column))
         };
+        let all = self.inverted(sensor, self.which.len(), look);
+        all.unwrap_or_else(|| vec![None; self.which.len()])
+    }
+
+    /// What is seen in the conductances of each press's frame; nothing of those without a solution, and nothing at all
+    /// where more have none than may: the others need no look then.
+    fn inverted<T: Send>(
+        &self,
+        sensor: &Sensor,
+        most_failed: usize,
+        look: impl Fn(usize, &Frame<Siemens>) -> Option<T> + Sync,
+    ) -> Option<Vec<Option<T>>> {
+        let inverter = Inverter::new(self.evidence, sensor)?;
+        let failed = AtomicUsize::new(0);
         let batches: Vec<Vec<Job>> = self.which.chunks(BATCH).map(|b| self.jobs(b)).collect();
         let done = shared_out(self.crew, batches, |mut batch| {
-            let seen = inverter.invert_each(&mut batch, look);
-            Some((seen, batch))
-        });
+            let seen: Vec<Option<T>> = inverter
+                .invert_each(&mut batch, &look)
+                .into_iter()
+                .map(Option::flatten)
+                .collect();
+            let without = seen.iter().filter(|seen| seen.is_none()).count();
+            let all = without + failed.fetch_add(without, Ordering::Relaxed);
+            (all <= most_failed).then_some((seen, batch))
+        })?;
         let mut all = Vec::with_capacity(self.which.len());
-        for (seen, batch) in done.unwrap_or_default() {
+        for (seen, batch) in done {
             self.keep(batch);
             all.extend(seen);
         }
-        all
+        Some(all)
     }
 
     fn jobs(&self, which: &[usize]) -> Vec<Job> {
         let mut starts = self.starts.lock().unwrap_or_else(PoisonError::into_inner);
-        which.iter().map(|&p| (p, starts[p].take())).collect()
+        let mut start = |p: usize| match &starts[p] {
+            // It stays: where too many fail, nothing comes back.
+            Some(Start::Siemens(siemens)) => Some(Start::Siemens(siemens.clone())),
+            _ => starts[p].take(),
+        };
+        which.iter().copied().map(|p| (p, start(p))).collect()
     }
 
     fn keep(&self, jobs: Vec<Job>) {

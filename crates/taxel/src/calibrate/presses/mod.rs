@@ -9,6 +9,7 @@ mod crowd;
 mod fit;
 mod joint;
 mod known;
+mod labels;
 mod lumped;
 mod unknowns;
 mod words;
@@ -36,9 +37,9 @@ const GAIN: [f64; 2] = [9.0, 16.0];
 const TOLD: f64 = 3.0;
 /// Crowded presses that a fit takes, times the taxels of a frame to the power of one and a half: what an inversion and an
 /// adjoint cost grows so. The others judge the fit.
-const MOST_WORK: f64 = 1.6e7;
+const MOST_WORK: f64 = 1.0e7;
 /// An exact inverse leaves the adjoint alone.
-const WITH_EXACT: f64 = 2.0;
+const WITH_EXACT: f64 = 3.2;
 /// It takes so many, however large the array.
 const FEWEST_CROWDED: usize = 24;
 /// Unloaded conductance that a crowd's fit starts from before it has seen any, siemens.
@@ -46,37 +47,37 @@ const ANY_G_ZERO: f64 = 1e-6;
 /// With this many crowded presses and no fewer than the others, those tell the circuit.
 const MANY_CROWDED: usize = 20;
 
-/// The fit to labelled presses alone; nothing where uniform loads are there to tell more. With it, whether the presses
-/// were made one at a time, so that nothing else is to be looked for.
+/// The fit to labelled presses alone. With it, whether they were made one at a time, so that nothing else is to be looked
+/// for.
 pub(super) fn calibrate(
     sensor: &Sensor,
     evidence: &Evidence,
     options: &Options,
     crew: &dyn Crew,
     progress: &mut dyn FnMut(&str, f64),
-) -> Option<(Result<Outcome, Error>, bool)> {
-    if !evidence.levels.is_empty() {
-        return None;
-    }
+) -> (Result<Outcome, Error>, bool) {
     let mut known = KnownFrames::find(evidence, sensor.max_count());
     let (alone, crowded) = (known.presses(), known.crowded.len());
     let one_at_a_time = alone >= FEWEST_PRESSES && (alone >= crowded || crowded < MANY_CROWDED);
     if !one_at_a_time {
         known = known.all_crowded(evidence.presses.len());
     }
-    let fit = Alone::new(sensor, evidence, options, crew).run(&known, progress);
-    Some((fit, one_at_a_time))
+    let fit = PressFit::new(sensor, evidence, options, crew).run(&known, progress);
+    (fit, one_at_a_time)
 }
 
-/// Whether frames of a read-out are inverted exactly, whatever its switches are.
-pub(super) fn has_exact_inverse(sensor: &Sensor) -> bool {
+/// Whether frames of a read-out are inverted exactly, whatever its switches are; a source resistor to be found is there.
+pub(super) fn has_exact_inverse(sensor: &Sensor, options: &Options) -> bool {
     let ohms = || PerLine::One(super::priors::USUAL_OHMS);
-    LinearCircuit::from_sensor(&with_switches(sensor, ohms(), ohms()))
-        .is_ok_and(|circuit| Exact::new(&circuit).is_some())
+    let mut sensor = with_switches(sensor, ohms(), ohms());
+    if options.r_source {
+        sensor.readout.r_source_ohms = super::priors::USUAL_OHMS;
+    }
+    LinearCircuit::from_sensor(&sensor).is_ok_and(|circuit| Exact::new(&circuit).is_some())
 }
 
 /// What a fit is made with.
-struct Alone<'a> {
+struct PressFit<'a> {
     sensor: &'a Sensor,
     evidence: &'a Evidence,
     options: &'a Options,
@@ -84,6 +85,8 @@ struct Alone<'a> {
     beliefs: Beliefs,
     /// What unloaded taxels of crowded frames seem to conduct, siemens.
     unloaded: f64,
+    /// Conductances of crowded presses' frames by a first look, where Newton's method found them.
+    first: Vec<Option<Vec<f64>>>,
 }
 
 /// Every law fitted, and which is chosen.
@@ -102,7 +105,7 @@ impl Chosen {
     }
 }
 
-impl<'a> Alone<'a> {
+impl<'a> PressFit<'a> {
     fn new(
         sensor: &'a Sensor,
         evidence: &'a Evidence,
@@ -112,6 +115,7 @@ impl<'a> Alone<'a> {
         Self {
             beliefs: Beliefs::of(sensor, options),
             unloaded: ANY_G_ZERO,
+            first: Vec::new(),
             sensor,
             evidence,
             options,
@@ -126,21 +130,31 @@ impl<'a> Alone<'a> {
         progress: &mut dyn FnMut(&str, f64),
     ) -> Result<Outcome, Error> {
         progress("circuit and load law", 0.0);
-        let mut suspects = self.gross(known)?;
-        let mut kept = self.without(known, &suspects);
-        let spare = self.spare(&mut kept);
+        let (mut kept, mut spare) = self.spare(known);
+        // Presses that neither fit nor judge would cost an inversion each.
+        let mut looked_at = kept.clone();
+        looked_at.crowded.extend(&spare);
+        let mut suspects = self.gross(&looked_at)?;
+        let good = |suspects: &[Suspect], p: usize| suspects.iter().all(|s| s.press != p);
+        kept = kept.with(|p| good(&suspects, p));
+        spare.retain(|&p| good(&suspects, p));
+        let looked_at: Vec<usize> = match spare.is_empty() {
+            true => (0..self.evidence.presses.len()).collect(),
+            false => looked_at.crowded,
+        };
         let mut chosen = self.choose(&kept, None)?;
-        let everything: Vec<usize> = (0..self.evidence.presses.len()).collect();
-        let mut estimates = self.read(&everything, chosen.fitted(), &chosen);
-        let later: Vec<Suspect> = suspects::after(&self.labelled(&estimates, &suspects));
+        let mut estimates = self.read_all(&looked_at, &chosen);
+        let mut later: Vec<Suspect> = suspects::after(&self.labelled(&estimates, &suspects));
+        later.retain(|suspect| self.is_beyond_noise(suspect.press, &chosen));
         if !later.is_empty() && suspects::few(later.len(), self.evidence.presses.len()) {
             suspects.extend(later.into_iter().map(|s| Suspect {
                 left_out: true,
                 ..s
             }));
-            kept = kept.with(|p| suspects.iter().all(|s| s.press != p));
+            kept = kept.with(|p| good(&suspects, p));
+            spare.retain(|&p| good(&suspects, p));
             chosen = self.choose(&kept, None)?;
-            estimates = self.read(&everything, chosen.fitted(), &chosen);
+            estimates = self.read_all(&looked_at, &chosen);
         }
         for suspect in &mut suspects {
             if let Some(says) = estimates[suspect.press].filter(|says| says.is_finite()) {
@@ -155,53 +169,25 @@ impl<'a> Alone<'a> {
         self.outcome(&kept, &chosen, held_out, laws, suspects)
     }
 
-    /// Labels that contradict the others before anything is fitted.
-    fn gross(&mut self, known: &KnownFrames) -> Result<Vec<Suspect>, Error> {
-        let readings = Readings::new(self.evidence, known, self.sensor);
-        let apparent: Vec<(usize, f64, f64)> = match known.frames.is_empty() {
-            true => self.through_the_inverse(known, &readings)?,
-            false => {
-                let apparent = readings.apparent(self.sensor).into_iter();
-                apparent
-                    .map(|(p, g)| (p, self.evidence.presses[p].load_g, g))
-                    .collect()
-            }
-        };
-        let suspects = suspects::gross(&apparent);
-        match suspects::few(suspects.len(), apparent.len()) {
-            true => Ok(suspects),
-            false => Err(no_fit(&format!(
-                "{} of {} labels contradict the others by a factor of 4 or more (are some in other units?)",
-                suspects.len(),
-                apparent.len()
-            ))),
-        }
-    }
-
-    fn without(&self, known: &KnownFrames, suspects: &[Suspect]) -> KnownFrames {
-        known.with(|p| suspects.iter().all(|s| s.press != p))
-    }
-
-    /// Leaves crowded frames alone no more presses than a fit may take; the others, no more than those.
-    fn spare(&self, known: &mut KnownFrames) -> Vec<usize> {
+    /// Leaves crowded frames alone no more presses than a fit may take; the others, no more than those, judge it.
+    fn spare(&self, known: &KnownFrames) -> (KnownFrames, Vec<usize>) {
         let taxels = (self.sensor.rows() * self.sensor.columns()) as f64;
-        let more = if has_exact_inverse(self.sensor) {
+        let more = if has_exact_inverse(self.sensor, self.options) {
             WITH_EXACT
         } else {
             1.0
         };
         let most = ((more * MOST_WORK / taxels.powf(1.5)) as usize).max(FEWEST_CROWDED);
         if !known.frames.is_empty() || known.crowded.len() <= most {
-            return Vec::new();
+            return (known.clone(), Vec::new());
         }
         let stride = known.crowded.len().div_ceil(most);
-        let all = std::mem::take(&mut known.crowded);
-        let (kept, spare) = (0..all.len()).partition(|i| i % stride == 0);
-        let named = |which: Vec<usize>| which.into_iter().map(|i| all[i]).collect::<Vec<_>>();
-        known.crowded = named(kept);
-        let mut spare = named(spare);
-        spare.truncate(known.crowded.len());
-        spare
+        let numbered = known.crowded.iter().copied().enumerate();
+        let (kept, spare): (Vec<_>, Vec<_>) = numbered.partition(|(i, _)| i % stride == 0);
+        let presses = |which: Vec<(usize, usize)>| which.into_iter().map(|(_, p)| p);
+        let kept: Vec<usize> = presses(kept).collect();
+        let spare = presses(spare).take(kept.len()).collect();
+        (known.with(|p| kept.binary_search(&p).is_ok()), spare)
     }
 
     /// Errors on presses that no fit has seen, and those of each law.
@@ -223,53 +209,12 @@ impl<'a> Alone<'a> {
         )
     }
 
-    /// Label and estimate of every press that is not suspected yet.
-    fn labelled(&self, estimates: &[Option<f64>], suspects: &[Suspect]) -> Vec<(usize, f64, f64)> {
-        let presses = self.evidence.presses.iter().zip(estimates).enumerate();
-        presses
-            .filter(|(p, _)| suspects.iter().all(|s| s.press != *p))
-            .filter_map(|(p, (press, says))| says.map(|says| (p, press.load_g, says)))
-            .collect()
-    }
-
-    /// Press, label and what its taxel conducts over an unloaded one, for presses in crowded frames alone, by the
-    /// switches that are believed in or the first others that leave frames a solution.
-    fn through_the_inverse(
-        &mut self,
-        known: &KnownFrames,
-        readings: &Readings,
-    ) -> Result<Vec<(usize, f64, f64)>, Error> {
-        let crowd = Crowd::new(self.evidence, &known.crowded, self.crew);
-        let joint = Joint {
-            readings,
-            crowd: &crowd,
-        };
-        let loads = crowd.loads_g();
-        let layout = Layout::new(
-            self.sensor,
-            self.beliefs,
-            LawChoice::Power,
-            &loads,
-            ANY_G_ZERO,
-        );
-        let layout = layout.ok_or_else(|| no_fit("no label is above nothing"))?;
-        let linear = joint.first(&layout).ok_or_else(|| {
-            no_fit("no switch resistance leaves four frames of five with a solution")
-        })?;
-        if linear.unloaded.0 > 0.0 {
-            self.unloaded = linear.unloaded.0;
-        }
-        Ok(joint.pairs(&linear))
-    }
-
     /// Every law that is asked for, fitted to these frames, and the one that they choose. Crowded frames alone may go on
     /// from another choice.
     fn choose(&self, known: &KnownFrames, from: Option<&Chosen>) -> Result<Chosen, Error> {
         let readings = Readings::new(self.evidence, known, self.sensor);
-        let mut crowd = Crowd::new(self.evidence, &known.crowded, self.crew);
-        if let Some(from) = from {
-            crowd = crowd.near(&from.ends);
-        }
+        let ends = from.map_or(&self.first, |from| &from.ends);
+        let crowd = Crowd::new(self.evidence, &known.crowded, self.crew).near(ends);
         let joint = Joint {
             readings: &readings,
             crowd: &crowd,
@@ -372,6 +317,15 @@ impl<'a> Alone<'a> {
         siemens
             .map(|g| Some(law.grams_from_siemens(0, g?)))
             .collect()
+    }
+
+    /// What the chosen fit reads from presses, at their places among all of the evidence.
+    fn read_all(&self, which: &[usize], chosen: &Chosen) -> Vec<Option<f64>> {
+        let mut all = vec![None; self.evidence.presses.len()];
+        for (&p, says) in which.iter().zip(self.read(which, chosen.fitted(), chosen)) {
+            all[p] = says;
+        }
+        all
     }
 
     /// Errors on presses that neither fitted nor chose: each fold is read by a fit and a choice made without it. With

@@ -6,7 +6,7 @@
 use super::super::least_squares::{robust_deviation, weights};
 use super::super::posterior::{HUBER, Peak, most_probable, prior_loss};
 use super::crowd::{Crowd, Line, Linear};
-use super::fit::{Fitted, Readings, STARTS_OHMS, law_at, plain_law};
+use super::fit::{Fitted, Readings, STARTS_OHMS, law_at, least_share, plain_law};
 use super::unknowns::{Layout, Unknown};
 use crate::calibrate::LoadLaw;
 
@@ -263,17 +263,6 @@ impl Joint<'_> {
             let all = self.residuals(layout, linear, share, at)?;
             Some(robust_deviation(&all[..presses]) / freedom.sqrt())
         };
-        if size(0.0)? <= 1.15 {
-            return Some(0.0);
-        }
-        let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..30 {
-            let middle = 0.5 * (low + high);
-            match size(middle)? > 1.0 {
-                true => low = middle,
-                false => high = middle,
-            }
-        }
-        Some(high)
+        least_share(size)
     }
 }

@@ -198,19 +198,25 @@ impl<'a> Readings<'a> {
             let all = self.residuals(model, share)?;
             Some(robust_deviation(&all[..presses]) / freedom.sqrt())
         };
-        if size(0.0)? <= 1.15 {
-            return Some(0.0);
-        }
-        let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..30 {
-            let middle = 0.5 * (low + high);
-            match size(middle)? > 1.0 {
-                true => low = middle,
-                false => high = middle,
-            }
-        }
-        Some(high)
+        least_share(size)
     }
+}
+
+/// The share at which residuals are as large as one standard deviation, where their size falls with it; 0 where noise
+/// explains them.
+pub(super) fn least_share(size: impl Fn(f64) -> Option<f64>) -> Option<f64> {
+    if size(0.0)? <= 1.15 {
+        return Some(0.0);
+    }
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..30 {
+        let middle = 0.5 * (low + high);
+        match size(middle)? > 1.0 {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    Some(high)
 }
 
 /// Exponent and scale of a power law through apparent conductances, were the switches this large.

@@ -1,0 +1,133 @@
+//! What a recording says of each line, frame by frame.
+
+use super::line_test::{Lines, Thresholds, Verdict};
+use super::{ScreenOptions, median};
+
+/// A line falls silent when it read at least this share of the load beside it in the frame before …
+const ANSWERED_SHARE: f64 = 0.3;
+/// … and that load has changed by no more than this factor since: a hand that moves on changes both.
+const STEADY_FACTOR: f64 = 1.5;
+
+/// What is kept of one line over a recording.
+#[derive(Debug, Clone, Default)]
+pub(super) struct LineTally {
+    pub(super) tested: u64,
+    /// Frames in which it had fallen, or was at the ceiling.
+    pub(super) fallen: u64,
+    /// Frames in which only its silence tells, and of these the frames in which it fell silent under a steady load.
+    pub(super) silent: u64,
+    pub(super) fell_silent: u64,
+    pub(super) vouched_readings: u64,
+    pub(super) silent_readings: u64,
+    pub(super) fallen_share_when_in: f64,
+    /// Frames in which it answered to a load.
+    pub(super) answered: u64,
+    /// Positions along it that were vouched for in some frame.
+    pub(super) covered: Vec<bool>,
+    pub(super) median_sum: f64,
+    pub(super) beside_sum: f64,
+}
+
+impl LineTally {
+    pub(super) fn of_length(length: usize) -> Self {
+        Self {
+            covered: vec![false; length],
+            ..Self::default()
+        }
+    }
+
+    pub(super) fn covered_share(&self) -> f64 {
+        self.covered.iter().filter(|&&covered| covered).count() as f64 / self.covered.len() as f64
+    }
+}
+
+/// One frame, the one before it and what they are judged by, along one axis.
+pub(super) struct Looked<'a> {
+    pub(super) lines: Lines<'a>,
+    pub(super) before: Option<Lines<'a>>,
+    pub(super) thresholds: &'a Thresholds,
+    pub(super) options: &'a ScreenOptions,
+}
+
+impl Looked<'_> {
+    /// Adds the frame's verdict on a line to its tally.
+    pub(super) fn tally(
+        &self,
+        line: usize,
+        verdict: &Verdict,
+        tally: &mut LineTally,
+        scratch: &mut Vec<f64>,
+    ) {
+        let length = self.lines.length as f64;
+        let few = (1.0 - self.options.line_share) / 2.0 * length;
+        tally.answered += u64::from(verdict.responding as f64 > few);
+        if !verdict.testable {
+            return;
+        }
+        tally.tested += 1;
+        tally.vouched_readings += verdict.vouched;
+        tally.silent_readings += verdict.silent;
+        if verdict.vouched > 0 {
+            for (position, covered) in tally.covered.iter_mut().enumerate() {
+                *covered |= self.load_beside(&self.lines, line, position).is_some();
+            }
+        }
+        if !verdict.out {
+            tally.fallen_share_when_in += verdict.fallen_share;
+            return;
+        }
+        if verdict.only_silent {
+            tally.silent += 1;
+            tally.fell_silent += u64::from(self.fell_silent(line));
+        } else {
+            tally.fallen += 1;
+        }
+        let (own, beside) = self.medians(line, verdict.only_silent, scratch);
+        tally.median_sum += own;
+        tally.beside_sum += beside;
+    }
+
+    fn load_beside(&self, lines: &Lines<'_>, line: usize, position: usize) -> Option<f64> {
+        lines.vouched_load(line, position, self.thresholds, self.options)
+    }
+
+    /// Whether a line that is silent answered in the frame before, to much the same load beside it.
+    fn fell_silent(&self, line: usize) -> bool {
+        let Some(before) = &self.before else {
+            return false;
+        };
+        let baseline = self.thresholds.baseline;
+        let (mut vouched, mut fell) = (0, 0);
+        for position in 0..self.lines.length {
+            let Some(now) = self.load_beside(&self.lines, line, position) else {
+                continue;
+            };
+            vouched += 1;
+            let steady = self
+                .load_beside(before, line, position)
+                .map(|then| (then - baseline, (then - baseline) / (now - baseline)))
+                .filter(|(_, change)| (1.0 / STEADY_FACTOR..=STEADY_FACTOR).contains(change));
+            let answered = before.at(line, position) - baseline;
+            fell += u64::from(steady.is_some_and(|(then, _)| answered >= ANSWERED_SHARE * then));
+        }
+        fell as f64 >= self.options.line_share * vouched as f64
+    }
+
+    /// Median readings of a line and of those beside it: where these carry a load, if that is what tells.
+    fn medians(&self, line: usize, by_silence: bool, scratch: &mut Vec<f64>) -> (f64, f64) {
+        let lines = &self.lines;
+        let counts =
+            |position: &usize| !by_silence || self.load_beside(lines, line, *position).is_some();
+        let positions = || (0..lines.length).filter(counts);
+        scratch.clear();
+        scratch.extend(positions().map(|position| lines.at(line, position)));
+        let own = median(scratch).unwrap_or(0.0);
+        scratch.clear();
+        for beside in [line.checked_sub(1), Some(line + 1)].into_iter().flatten() {
+            if beside < lines.count {
+                scratch.extend(positions().map(|position| lines.at(beside, position)));
+            }
+        }
+        (own, median(scratch).unwrap_or(0.0))
+    }
+}
