@@ -7,11 +7,13 @@ use std::hint::black_box;
 
 use common::{inversion, pressed, sensor, stream};
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
-use taxel::Frame;
 use taxel::calibrate::{DynamicLaw, Memory};
 use taxel::circuit::{Circuit, LinearCircuit, OperatingPoint};
-use taxel::sensor::Topology;
-use taxel::solve::{Exact, Method};
+use taxel::pipeline::Pipeline;
+use taxel::sensor::{Topology, preset};
+use taxel::simulate::{Pattern, VirtualSensor};
+use taxel::solve::{Exact, Method, default_method};
+use taxel::{Counts, Frame};
 
 const SIZES: [(usize, usize); 6] = [
     (16, 16),
@@ -159,5 +161,57 @@ fn dynamic(criterion: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, dynamic, forward, exact, newton, strong_cross_talk);
+/// The whole way from counts to newtons: a hand, and a cable that was pulled while it gripped, every reading of which is
+/// stuck at one end or the other. Screening it must not cost what a frame does many times over.
+fn pulled_cable(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("pipeline");
+    for name in ["econe", "mat-32x32-adg732", "mat-16x16-cd4067"] {
+        let sensor = preset(name).expect("shipped");
+        let real = VirtualSensor::new(&sensor, 1).expect("a whole sensor");
+        let hand: Vec<Frame<Counts>> = (60..76)
+            .map(|t| {
+                let loads = Pattern::hand().loads(&sensor.array, 1, t);
+                real.read(&loads, t).counts
+            })
+            .collect();
+        let end = |count: fn(usize, f64) -> f64| {
+            let mut frame = Frame::<Counts>::zeros(sensor.rows(), sensor.columns());
+            for (taxel, value) in frame.values_mut().iter_mut().enumerate() {
+                *value = count(taxel, sensor.max_count());
+            }
+            vec![frame; 16]
+        };
+        let cases = [
+            ("a hand", hand),
+            ("all at zero", end(|_, _| 0.0)),
+            ("all at the ceiling", end(|_, most| most)),
+            (
+                "one end or the other",
+                end(|taxel, most| most * (taxel % 2) as f64),
+            ),
+        ];
+        for (what, frames) in cases {
+            let method = default_method(&sensor).expect("switches are known");
+            let mut pipeline = Pipeline::new(&sensor, method).expect("a whole sensor");
+            let mut order = (0..16).cycle();
+            group.bench_function(BenchmarkId::new(name, what), |bencher| {
+                bencher.iter(|| {
+                    let frame = &frames[order.next().expect("endless")];
+                    black_box(pipeline.process(black_box(frame)).siemens.values());
+                });
+            });
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(
+    benches,
+    dynamic,
+    forward,
+    exact,
+    newton,
+    strong_cross_talk,
+    pulled_cable
+);
 criterion_main!(benches);

@@ -121,3 +121,66 @@ impl Outcome {
         Some((self.held_out.mean()?, mean(&off)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Data, Options, presses};
+    use super::*;
+    use crate::crew::OneByOne;
+    use crate::screen::{Axis, LineFault, LineFaultKind};
+    use crate::sensor::preset;
+    use crate::simulate::{VirtualSensor, labelled_presses};
+
+    /// A fit of a sound 8 × 8 sensor, and what it was fitted to.
+    fn sound() -> (Outcome, Evidence) {
+        let mut sensor = preset("mat-32x32-adg732").unwrap();
+        (sensor.array.rows, sensor.array.columns) = (8, 8);
+        let real = VirtualSensor::new(&sensor, 1).unwrap();
+        let data: Data = labelled_presses(&real, 30);
+        let evidence = Evidence::new(&sensor, &data).unwrap();
+        let options = Options::default();
+        let (fit, _) = presses::calibrate(&sensor, &evidence, &options, &OneByOne, &mut |_, _| ());
+        (fit.unwrap(), evidence)
+    }
+
+    #[test]
+    fn a_fit_that_tells_nothing_never_ends_well() {
+        let (mut fit, mut evidence) = sound();
+        assert_eq!(fit.doubts(&evidence), Vec::<String>::new());
+
+        let good = fit.parameters[0].clone();
+        for bad in [f64::INFINITY, f64::NAN] {
+            fit.parameters[0].standard_error = Some(bad);
+            let doubts = fit.doubts(&evidence).join("\n");
+            assert!(doubts.contains("nothing tells readout.r_mux"), "{doubts}");
+        }
+        fit.parameters[0] = good;
+
+        let judged = std::mem::take(&mut fit.held_out);
+        let doubts = fit.doubts(&evidence).join("\n");
+        assert!(
+            doubts.contains("no held-out press could be judged"),
+            "{doubts}"
+        );
+        fit.held_out = judged;
+
+        for (faulty, doubted) in [(8, false), (9, true)] {
+            let line = |i: usize| LineFault {
+                axis: if i < 8 { Axis::Row } else { Axis::Column },
+                index: i % 8,
+                kind: LineFaultKind::Flickering,
+                faulty: 10,
+                tested: 30,
+                median_counts: 0.0,
+                beside: 100.0,
+            };
+            evidence.faults.faults = (0..faulty).map(line).collect();
+            let doubts = fit.doubts(&evidence).join("\n");
+            assert_eq!(
+                doubts.contains("come and go"),
+                doubted,
+                "{faulty}: {doubts}"
+            );
+        }
+    }
+}

@@ -29,6 +29,12 @@ const GRID_OFFSET: f64 = 0.7;
 /// Factors of an answer nearer to 1 than this (in the logarithm) are the answer itself.
 const SAME_FACTOR: f64 = 0.02;
 
+/// So many steps in a row shorter than this share of Newton's lead nowhere: the derivative is all but singular there.
+const SHORT: f64 = 1e-3;
+const SHORT_STEPS: u32 = 3;
+/// Other multiples of the measured shape to begin from, where the likely ones lead nowhere.
+const OTHER_STARTS: [f64; 6] = [1.0, 0.5, 2.0, 0.2, 5.0, 20.0];
+
 /// A line whose apparent conductances sum to less than this share of their absolute sum is idle.
 const IDLE_LINE: f64 = 0.1;
 
@@ -366,8 +372,26 @@ impl Newton {
             memory.kept.copy_from_slice(&memory.g);
             best = outcome;
         }
+        if !best.stop.is_good() {
+            best = self.begin_elsewhere(memory, best, scale);
+            if best.stop.is_good() && !self.unique() {
+                self.look_for_another(memory, &mut best, scale);
+            }
+        }
         memory.g.copy_from_slice(&memory.kept);
         best
+    }
+
+    /// Newton's iteration from other starts, when the likely ones led nowhere; what is best is in `kept`.
+    fn begin_elsewhere(&self, memory: &mut Memory, failed: Outcome, scale: f64) -> Outcome {
+        for factor in OTHER_STARTS {
+            let found = self.descend_from(memory, Shape::Measured, factor, scale);
+            if let Some(outcome) = found.filter(|outcome| outcome.stop.is_good()) {
+                memory.kept.copy_from_slice(&memory.g);
+                return outcome;
+            }
+        }
+        failed
     }
 
     /// Whether a frame has one answer at most: unselected rows open, and no source resistor between the
@@ -425,12 +449,17 @@ impl Newton {
 
     /// Newton's iteration from `memory.g`, whose misfit is known.
     fn descend(&self, memory: &mut Memory, mut size: f64, scale: f64) -> Outcome {
+        let mut short = 0;
         for round in 1..=self.rounds {
             let residual = largest(&memory.misfit) / scale;
             if residual <= self.tolerance {
                 return Outcome::new(Stop::Converged, round - 1, residual);
             }
-            let Some(smaller) = self.step(memory, size, scale) else {
+            let stepped = self.step(memory, size, scale).filter(|(_, length)| {
+                short = if *length < SHORT { short + 1 } else { 0 };
+                short < SHORT_STEPS
+            });
+            let Some((smaller, _)) = stepped else {
                 // Put the network back to the best point, so that the misfit is that of the answer.
                 memory.trial.copy_from_slice(&memory.g);
                 memory.evaluate();
@@ -445,8 +474,8 @@ impl Newton {
         )
     }
 
-    /// One damped step; the norm of the misfit after it, if it fell.
-    fn step(&self, memory: &mut Memory, size: f64, scale: f64) -> Option<f64> {
+    /// One damped step; the norm of the misfit after it, if it fell, and the share of Newton's step taken.
+    fn step(&self, memory: &mut Memory, size: f64, scale: f64) -> Option<(f64, f64)> {
         let relative = size / (scale * (memory.g.len() as f64).sqrt());
         let tolerance = (0.1 * relative).clamp(1e-10, 1e-2);
         {
@@ -472,7 +501,7 @@ impl Newton {
                 && now < size * (1.0 - 1e-4 * length)
             {
                 memory.g.copy_from_slice(&memory.trial);
-                return Some(now);
+                return Some((now, length));
             }
             length *= 0.5;
         }
