@@ -79,7 +79,7 @@ def lengths(rng, data):
     at = rng.randrange(len(data) - size + 1)
     bits = 8 * size
     value = rng.choice([0, 1, (1 << bits) - 1, (1 << bits - 1) - 1, 1 << bits - 1, (1 << bits) - 8, 1 << rng.randrange(bits), len(data), len(data) + 1])
-    return data[:at] + struct.pack(form, value) + data[at + size:]
+    return data[:at] + struct.pack(form, value & (1 << bits) - 1) + data[at + size:]
 
 
 BYTES = [flips, flips, flips, cut, cut, removed, doubled, moved, filled, inserted, empty, lengths]

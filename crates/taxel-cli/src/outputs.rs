@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Component, Path, PathBuf};
 
 use crate::error::Error;
-use crate::{named_files, out};
+use crate::{named_files, out, patience};
 
 /// The files of a command, each with what the user calls it.
 #[derive(Debug, Default)]
@@ -120,19 +120,17 @@ impl<'a> Files<'a> {
         self.check_named()
     }
 
-    /// Refuses an output that an input names. Only what is there can be read, so that tables are looked through only where
-    /// an output would replace something.
+    /// Refuses an output that an input names; pipes among what inputs name are watched from here on.
     fn check_named(&self) -> Result<(), Error> {
         let outputs = self.outputs.iter().filter(|(_, file)| file.is_file());
         let there: Vec<_> = outputs
             .filter_map(|(option, file)| Some((option, file, Identity::of(file)?)))
             .collect();
-        if there.is_empty() {
-            return Ok(());
-        }
         for input in &self.inputs {
             let Some(names) = input.names else { continue };
-            for named in names(input.file) {
+            let names = names(input.file);
+            patience::watch_named(&names);
+            for named in names {
                 let found = there.iter().find(|(.., identity)| identity.is(&named));
                 if let Some((option, file, _)) = found {
                     return Err(Error::Arguments {

@@ -33,10 +33,25 @@ pub(crate) fn watch_pipes(arguments: impl Iterator<Item = PathBuf>) {
             true if speaks_when_it_likes(Path::new("/dev/stdin")) => {
                 names.push("standard input".to_owned());
             }
-            false if is_pipe(&path) => names.push(path.display().to_string()),
-            _ => {}
+            true => {}
+            false => {
+                let file = of_address(&path);
+                if is_pipe(&file) {
+                    names.push(file.display().to_string());
+                }
+            }
         }
     }
+    tell_of(names);
+}
+
+/// Watches the pipes among files that a file names.
+pub(crate) fn watch_named(files: &[PathBuf]) {
+    let pipes = files.iter().filter(|path| is_pipe(path));
+    tell_of(pipes.map(|path| path.display().to_string()).collect());
+}
+
+fn tell_of(names: Vec<String>) {
     if names.is_empty() {
         return;
     }
@@ -69,6 +84,15 @@ fn read_from(arguments: impl Iterator<Item = PathBuf>) -> Vec<PathBuf> {
         option = Some(text).filter(|text| text.starts_with('-') && text != "-");
     }
     found
+}
+
+/// The file of a live source that is one, `file:NAME?speed=…`, or the name as it is.
+fn of_address(argument: &Path) -> PathBuf {
+    let name = argument
+        .to_str()
+        .and_then(|text| text.strip_prefix("file:"));
+    let name = name.map(|text| text.split_once('?').map_or(text, |(name, _)| name));
+    name.map_or(argument.to_path_buf(), PathBuf::from)
 }
 
 #[cfg(unix)]

@@ -222,14 +222,14 @@ fn a_header_without_sense_is_quoted_in_part() {
     assert!(run.err.len() < 1500, "{} bytes", run.err.len());
 }
 
-#[test]
-fn who_waits_for_standard_input_says_so() {
-    let folder = Folder::new();
+/// The first line that a command says while nothing is said to it.
+fn first_word(folder: &Folder, words: &str) -> String {
     let mut child = Command::new(env!("CARGO_BIN_EXE_taxel"))
-        .args("compensate - --sensor sensor.toml -o a.csv".split(' '))
+        .args(words.split(' '))
         .current_dir(folder.path(""))
         // Held open, and silent.
         .stdin(Stdio::piped())
+        .stdout(Stdio::null())
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
@@ -238,8 +238,46 @@ fn who_waits_for_standard_input_says_so() {
     lines.read_line(&mut told).unwrap();
     child.kill().unwrap();
     child.wait().unwrap();
+    told
+}
+
+#[test]
+fn who_waits_for_standard_input_says_so() {
+    let folder = Folder::new();
+    let told = first_word(&folder, "compensate - --sensor sensor.toml -o a.csv");
     assert!(
         told.contains("standard input may not have said all of it"),
         "{told}"
     );
+}
+
+#[cfg(unix)]
+#[test]
+fn who_waits_for_a_pipe_that_another_file_names_says_so() {
+    let folder = Folder::new();
+    let pipe = folder.path("run.txt");
+    assert!(Command::new("mkfifo").arg(pipe).status().unwrap().success());
+    folder.write(
+        "presses.csv",
+        "recording,frame,row,column,load_g\nrun.txt,0,1,1,100\n",
+    );
+    folder.write(
+        "plan.toml",
+        "format = 1\nsensor = \"sensor.toml\"\n[[experiment]]\nname = \"once\"\nkind = \"repeatability\"\ntrials = \"trials.csv\"\n",
+    );
+    folder.write(
+        "trials.csv",
+        "recording,row,column,experiment\nrun.txt,1,1,a\n",
+    );
+    for words in [
+        "calibrate --sensor sensor.toml --presses presses.csv -o a.toml",
+        "evaluate plan.toml",
+        "record file:run.txt --sensor sensor.toml -o a.mcap",
+    ] {
+        let told = first_word(&folder, words);
+        assert!(
+            told.contains("run.txt may not have said all"),
+            "{words}: {told}"
+        );
+    }
 }

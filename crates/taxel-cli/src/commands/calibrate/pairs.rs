@@ -99,7 +99,7 @@ fn show(args: &Args, fits: &[LawFit], chosen: &LawFit, pairs: usize) -> Result<(
         return out::json(&lines);
     }
     let mut text = format!(
-        "{}\n{pairs} pairs; errors of loads left out one at a time, g\n{:<12} {:>14} {:>16}\n",
+        "{}\n{pairs} pairs; errors of loads left out of the fit, g\n{:<12} {:>14} {:>16}\n",
         Report::table(&chosen.parameters),
         "law",
         "mean absolute",
