@@ -14,7 +14,7 @@ use taxel_record::{Column, TextOptions, shape_of, write_columns};
 use taxel_view::report::{Cell, Table};
 use taxel_view::{Format, Line, LineStyle, Series, cells};
 
-use super::positive::positive;
+use super::positive::{lines, positive};
 use crate::error::Error;
 use crate::outputs::{Files, check_ending};
 use crate::unit::{MethodName, Unit};
@@ -59,7 +59,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "NAME|MODEL", default_value_t, requires = "unit")]
     method: MethodName,
     /// Rows of a frame, where there is no sensor
-    #[arg(long, value_name = "N", conflicts_with = "sensor")]
+    #[arg(long, value_name = "N", conflicts_with = "sensor", value_parser = lines)]
     rows: Option<usize>,
     /// Frames a second, where the recording tells no times
     #[arg(long, value_name = "RATE", value_parser = positive)]

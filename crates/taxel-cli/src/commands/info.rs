@@ -8,6 +8,7 @@ use taxel::screen::{FrameScreen, LineScreen, ScreenOptions, ScreenReport};
 use taxel::{Frame, Sensor};
 use taxel_record::{FrameSource, TextOptions, open_counts, shape_of};
 
+use super::positive::lines;
 use crate::error::Error;
 use crate::frames::{open_shown, show};
 use crate::progress::Progress;
@@ -27,7 +28,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
     /// Rows of a frame, where there is no sensor
-    #[arg(long, value_name = "N", conflicts_with = "sensor")]
+    #[arg(long, value_name = "N", conflicts_with = "sensor", value_parser = lines)]
     rows: Option<usize>,
     /// The file holds values, not counts; do not screen. Of an MCAP recording: its loads, newtons
     #[arg(long)]

@@ -11,6 +11,7 @@ use taxel::Sensor;
 use taxel_record::{AtomicFile, TextOptions, shape_of};
 use taxel_view::{Format, Interpolation};
 
+use super::positive::lines;
 use super::taxel_address::TaxelAddress;
 use crate::error::Error;
 use crate::frames::is_mcap;
@@ -70,7 +71,7 @@ pub(crate) struct Args {
     #[arg(long, value_enum, default_value_t)]
     interpolation: InterpolationName,
     /// Rows of a frame, where there is no sensor
-    #[arg(long, value_name = "N", conflicts_with = "sensor")]
+    #[arg(long, value_name = "N", conflicts_with = "sensor", value_parser = lines)]
     rows: Option<usize>,
     /// Leave the recording's tare on
     #[arg(long)]

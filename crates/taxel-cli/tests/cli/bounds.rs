@@ -206,6 +206,23 @@ fn a_sensor_file_of_the_most_bytes_takes_no_more_than_there_may_be() {
 }
 
 #[test]
+fn more_rows_than_a_sensor_may_have_are_refused() {
+    let folder = Folder::new();
+    folder.write("run.txt", "1,2,3,4,5,6\n");
+    for words in [
+        "info run.txt",
+        "plot run.txt -o a.png",
+        "analyse run.txt --column 1",
+    ] {
+        for rows in ["0", "4097", "18446744073709551615"] {
+            let run = folder.taxel(&format!("{words} --rows {rows}"));
+            assert_eq!(run.code, Some(2), "{run}");
+            assert!(run.err.contains("from 1 to 4096"), "{run}");
+        }
+    }
+}
+
+#[test]
 fn a_header_without_sense_is_quoted_in_part() {
     let folder = Folder::new();
     let word = "F".repeat(1 << 20);

@@ -9,7 +9,7 @@ use crate::{Counts, Frame, Sensor, Siemens, Volts};
 /// Accuracy of inversions while fitting, of the largest conductance: derivatives by differences need it.
 const TOLERANCE: f64 = 1e-6;
 /// Rounds of Newton's method, and restarts in each, after which a frame is taken to have no answer with a circuit that
-/// the fit tries: answers took 12 and 1 at most.
+/// the fit tries: those that have one seldom take more, and a fit does without a fifth of its frames.
 const LIMITS: (u32, usize) = (20, 2);
 /// Warm starts pay where a scratch is small and outlives a change of the circuit.
 const MOST_REMEMBERED_TAXELS: usize = 16_384;
