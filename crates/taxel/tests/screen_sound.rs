@@ -4,26 +4,38 @@ mod every_sensor;
 
 use every_sensor::every_sensor;
 use taxel::screen::{FrameScreen, LineFaults, LineScreen, ScreenOptions};
-use taxel::simulate::{Pattern, VirtualSensor};
+use taxel::simulate::{Grams, Pattern, VirtualSensor};
 use taxel::{Counts, Frame, Mark, Sensor};
 
 const FRAMES: u64 = 40;
 
 const PATTERNS: [&str; 7] = Pattern::NAMES;
 
+/// Frames, and what lies on them.
+type Recording = Vec<(Frame<Counts>, Frame<Grams>)>;
+
 /// A recording of a pattern; the frames are spread over what the pattern does in time.
-fn recording(sensor: &Sensor, pattern: &Pattern, seed: u64) -> Vec<Frame<Counts>> {
+fn recording(sensor: &Sensor, pattern: &Pattern, seed: u64) -> Recording {
     let real = VirtualSensor::new(sensor, seed).unwrap();
     (0..FRAMES)
         .map(|t| {
             let frame = t * 4;
             let loads = pattern.loads(&sensor.array, seed, frame);
-            real.read(&loads, frame).counts
+            (real.read(&loads, frame).counts, loads)
         })
         .collect()
 }
 
-fn line_faults(sensor: &Sensor, frames: &[Frame<Counts>]) -> LineFaults {
+/// Whether a taxel carries nothing and all around it something: in one frame that is what a lost reading looks like.
+fn is_hole(loads: &Frame<Grams>, taxel: usize) -> bool {
+    let (row, column) = (taxel / loads.columns(), taxel % loads.columns());
+    let near = |at: usize, lines: usize| at.saturating_sub(1)..(at + 2).min(lines);
+    near(row, loads.rows())
+        .flat_map(|r| near(column, loads.columns()).map(move |c| (r, c)))
+        .all(|(r, c)| (loads.at(r, c) > 0.0) != ((r, c) == (row, column)))
+}
+
+fn line_faults(sensor: &Sensor, frames: &Recording) -> LineFaults {
     let options = ScreenOptions::from_sensor(sensor);
     let mut lines = LineScreen::new(
         sensor.rows(),
@@ -31,14 +43,14 @@ fn line_faults(sensor: &Sensor, frames: &[Frame<Counts>]) -> LineFaults {
         sensor.max_count(),
         &options,
     );
-    for frame in frames {
+    for (frame, _) in frames {
         lines.observe(frame).unwrap();
     }
     lines.finish()
 }
 
-/// Readings that are neither good nor saturated.
-fn marked(sensor: &Sensor, frames: &[Frame<Counts>], faults: &LineFaults) -> usize {
+/// Readings that are neither good nor saturated, nor holes.
+fn marked(sensor: &Sensor, frames: &Recording, faults: &LineFaults) -> usize {
     let options = ScreenOptions::from_sensor(sensor);
     let mut screen = FrameScreen::new(
         sensor.rows(),
@@ -48,11 +60,14 @@ fn marked(sensor: &Sensor, frames: &[Frame<Counts>], faults: &LineFaults) -> usi
     );
     screen.set_lines(faults);
     let mut marked = 0;
-    for frame in frames {
+    for (frame, loads) in frames {
         let mut frame = frame.clone();
         screen.mark(&mut frame).unwrap();
-        let sound = frame.count(Mark::Good) + frame.count(Mark::Saturated);
-        marked += frame.values().len() - sound;
+        let sound = |mark: &Mark| matches!(mark, Mark::Good | Mark::Saturated);
+        let marks = frame.marks().iter().enumerate();
+        marked += marks
+            .filter(|(taxel, mark)| !sound(mark) && !is_hole(loads, *taxel))
+            .count();
     }
     marked
 }
@@ -64,7 +79,7 @@ fn nothing_is_found_on_a_sound_sensor() {
         Some(_) => (&[8, 16, 32, 64], 10),
         None => (&[8, 16, 32], 2),
     };
-    for (name, sensor) in every_sensor(sizes, &[10, 12, 16]) {
+    for (name, sensor) in every_sensor(sizes, &[10, 12, 14, 16]) {
         for pattern in PATTERNS {
             for seed in 0..seeds {
                 let frames = recording(&sensor, &Pattern::named(pattern).unwrap(), seed);
