@@ -652,13 +652,17 @@ test("pictures", async () => {
   if (!folder) return "skipped: TAXEL_SCREENSHOTS is not set";
   mkdirSync(folder, { recursive: true });
   const server = await live("sim:econe?hand");
-  const sizes = [["dark-1440x900", 1440, 900, "dark"], ["light-820x1180", 820, 1180, "light"]];
+  const sizes = [["dark-1440x900", 1440, 900, "dark"], ["light-820x1180", 820, 1180, "light"], ["phone-390x844", 390, 844, "dark"]];
   for (const [name, width, height, colorScheme] of sizes) {
     const page = await openLive(server, { viewport: { width, height }, colorScheme });
+    // Switches of about 70 Ohm: cross-talk that the eye can see.
+    for (const line of ["column", "row"]) await slide(page, `slider-r_mux_${line}_ohms`, 750);
     const box = await page.locator("#compensated-canvas").boundingBox();
-    for (const [x, y] of [[0.12, 0.12], [0.5, 0.45]]) await page.mouse.click(box.x + x * box.width, box.y + y * box.height);
+    // Under two finger tips.
+    for (const [x, y] of [[0.51, 0.2], [0.79, 0.21]]) await page.mouse.click(box.x + x * box.width, box.y + y * box.height);
     // Some seconds, so that the charts have something to show.
-    await framesCome(page, 180);
+    for (let i = 0; i < 4; i += 1) await framesCome(page, 180);
+    await until(async () => (await shown(page))?.total_newtons > 400, "the hand does not grip");
     await page.screenshot({ path: path.join(folder, `${name}.png`) });
   }
   return folder;

@@ -163,6 +163,26 @@ impl Grid {
         Self::decode(message).map_err(|error| error.to_string())
     }
 
+    /// Whether it holds frames of this shape, (rows, columns); with `transposed`, turned over.
+    ///
+    /// # Errors
+    /// The grid's own shape, and the one expected of it.
+    pub fn check_shape(
+        &self,
+        (rows, columns): (usize, usize),
+        transposed: bool,
+    ) -> Result<(), [(usize, usize); 2]> {
+        let found = (self.rows(), self.column_count as usize);
+        let expected = match transposed {
+            true => (columns, rows),
+            false => (rows, columns),
+        };
+        match found == expected {
+            true => Ok(()),
+            false => Err([found, expected]),
+        }
+    }
+
     /// An empty grid with these fields, one behind the other in each cell. Cells are `pitch_mm` (between rows, between
     /// columns) large.
     pub fn new(columns: usize, pitch_mm: [f64; 2], fields: &[(&str, Numeric)]) -> Self {

@@ -169,19 +169,13 @@ impl LoadsReader {
             reason,
         };
         let grid = Grid::read_from(&message.data).map_err(&wrong)?;
-        let found = (grid.rows(), grid.column_count as usize);
-        let expected = match self.options.transpose {
-            true => (columns, rows),
-            false => (rows, columns),
-        };
-        if found != expected {
-            return Err(Error::FrameShape {
-                file: self.path.clone(),
-                frame: self.frames,
-                found,
-                expected,
-            });
-        }
+        let fits = grid.check_shape((rows, columns), self.options.transpose);
+        fits.map_err(|[found, expected]| Error::FrameShape {
+            file: self.path.clone(),
+            frame: self.frames,
+            found,
+            expected,
+        })?;
         let read = |name: &str| {
             let mut numbers = vec![0.0; rows * columns];
             let field = grid.field(name)?;

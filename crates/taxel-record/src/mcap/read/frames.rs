@@ -19,19 +19,13 @@ impl McapReader {
             frame: self.frames,
             reason: reason.clone(),
         })?;
-        let found = (grid.rows(), grid.column_count as usize);
-        let expected = match self.options.transpose {
-            true => (columns, rows),
-            false => (rows, columns),
-        };
-        if found != expected {
-            return Err(Error::FrameShape {
-                file: self.path.clone(),
-                frame: self.frames,
-                found,
-                expected,
-            });
-        }
+        let fits = grid.check_shape(self.shape, self.options.transpose);
+        fits.map_err(|[found, expected]| Error::FrameShape {
+            file: self.path.clone(),
+            frame: self.frames,
+            found,
+            expected,
+        })?;
         fit_shape(frame, rows, columns);
         let field = grid.field("counts");
         let read = field.is_some_and(|field| grid.read(field, frame.values_mut()));
