@@ -188,7 +188,8 @@ pub(super) fn fit(
     Some(finish(at, now, jacobian, settings))
 }
 
-fn differences(
+/// The derivative of residuals by parameters, one-sided differences by these steps.
+pub(super) fn differences(
     at: &[f64],
     steps: &[f64],
     now: &[f64],

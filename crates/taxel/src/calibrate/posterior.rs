@@ -3,7 +3,7 @@
 //! Levenberg's (1944) and Marquardt's (1963) steps over residuals in standard deviations, Huber's weights (1964) on
 //! those of the data; a prior is a residual that has no outliers. Parameters may have a least value.
 
-use super::least_squares::{normal_equations, solve, weights};
+use super::least_squares::{differences, normal_equations, solve, weights};
 use faer::Side;
 use faer::linalg::solvers::DenseSolveCore;
 
@@ -53,7 +53,8 @@ pub(super) fn most_probable(
     let mut at: Vec<f64> = parameters.iter().map(|p| p.start.max(p.least)).collect();
     let mut now = residuals(&at)?;
     let mut damping = 1e-3;
-    let mut jacobian = differences(parameters, &at, &now, &mut residuals)?;
+    let steps: Vec<f64> = parameters.iter().map(|p| p.step).collect();
+    let mut jacobian = differences(&at, &steps, &now, &mut residuals)?;
     let mut settled = 0;
     for _ in 0..ROUNDS {
         let before = total(parameters, &at, &now);
@@ -68,7 +69,7 @@ pub(super) fn most_probable(
         };
         let gain = before - total(parameters, &there, &moved);
         (at, now) = (there, moved);
-        jacobian = differences(parameters, &at, &now, &mut residuals)?;
+        jacobian = differences(&at, &steps, &now, &mut residuals)?;
         settled = if gain <= SETTLED * (1.0 + before) {
             settled + 1
         } else {
@@ -148,26 +149,6 @@ fn better(
         *damping = damping.max(1e-9) * 8.0;
     }
     None
-}
-
-fn differences(
-    parameters: &[Parameter],
-    at: &[f64],
-    now: &[f64],
-    residuals: &mut impl FnMut(&[f64]) -> Option<Vec<f64>>,
-) -> Option<Vec<Vec<f64>>> {
-    let mut jacobian = vec![vec![0.0; at.len()]; now.len()];
-    for (i, p) in parameters.iter().enumerate() {
-        let (moved, step) = [p.step, -p.step].into_iter().find_map(|step| {
-            let mut there = at.to_vec();
-            there[i] += step;
-            residuals(&there).map(|moved| (moved, step))
-        })?;
-        for (row, (moved, now)) in jacobian.iter_mut().zip(moved.iter().zip(now)) {
-            row[i] = (moved - now) / step;
-        }
-    }
-    Some(jacobian)
 }
 
 fn finish(

@@ -196,6 +196,11 @@ impl<'a> Crowd<'a> {
         Self::new(self.evidence, &which, self.crew).near(&ends)
     }
 
+    /// Whether a press of the evidence is one of its own.
+    pub(super) fn has(&self, press: usize) -> bool {
+        self.which.binary_search(&press).is_ok()
+    }
+
     pub(super) fn label_g(&self, line: &Line) -> f64 {
         self.evidence.presses[line.press].load_g
     }

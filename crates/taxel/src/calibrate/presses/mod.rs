@@ -103,6 +103,18 @@ impl Chosen {
     fn fitted(&self) -> &Fitted {
         &self.fits[self.at].1
     }
+
+    /// Adds what a few crowded presses tell to a fit of presses made one at a time.
+    fn join(&mut self, joint: &Joint) {
+        let alone = self.fitted();
+        let about = joint.crowd.linear(&alone.layout, &alone.peak.at);
+        let found = about.and_then(|about| joint.fit(&alone.layout, about, alone.share));
+        if let Some((fitted, _)) = found {
+            // What the crowd adds is no reason for another law: that was chosen by the others alone.
+            let loss = alone.loss;
+            self.fits[self.at].1 = Fitted { loss, ..fitted };
+        }
+    }
 }
 
 impl<'a> PressFit<'a> {
@@ -248,19 +260,7 @@ impl<'a> PressFit<'a> {
             let fitted = match crowded {
                 false => readings.fit(&layout, power),
                 true => {
-                    let about = match (power, &linear) {
-                        (Some(power), Some(linear)) => {
-                            Some((linear.carried(&power.layout, &layout), power.share))
-                        }
-                        _ => match from.and_then(|f| Some((f.linear.as_ref()?, f.fits[0].1.share)))
-                        {
-                            Some((near, share)) => {
-                                let kept = |p| known.crowded.binary_search(&p).is_ok();
-                                Some((near.with(kept), share))
-                            }
-                            None => joint.start(&layout).map(|linear| (linear, 0.0)),
-                        },
-                    };
+                    let about = self.about(&joint, &layout, power.zip(linear.as_ref()), from);
                     let found = about.and_then(|(about, share)| joint.fit(&layout, about, share));
                     found.map(|(fitted, at)| {
                         linear.get_or_insert(at);
@@ -272,14 +272,7 @@ impl<'a> PressFit<'a> {
                 continue;
             };
             let gain = before.map_or(f64::INFINITY, |b| b.loss - fitted.loss);
-            // A saturation that cannot be told from none would only blur the switches, asked for or not.
-            let enough = match choice {
-                LawChoice::Saturating => {
-                    (wanted || gain > GAIN[0]) && told(&fitted, Unknown::Saturation)
-                }
-                LawChoice::Spline => wanted || gain > GAIN[1],
-                _ => true,
-            };
+            let enough = is_enough(choice, wanted, gain, &fitted);
             let chosen = chosen.get_or_insert_with(|| Chosen {
                 fits: Vec::new(),
                 at: 0,
@@ -292,20 +285,30 @@ impl<'a> PressFit<'a> {
             chosen.fits.push((name, fitted));
         }
         let mut chosen = chosen.ok_or_else(failed)?;
-        let at = chosen.at;
         if !crowded && !known.crowded.is_empty() {
-            let alone = chosen.fitted();
-            let about = crowd.linear(&alone.layout, &alone.peak.at);
-            let found = about.and_then(|about| joint.fit(&alone.layout, about, alone.share));
-            if let Some((fitted, _)) = found {
-                // What the crowd adds is no reason for another law: that was chosen by the others alone.
-                let loss = alone.loss;
-                chosen.fits[at].1 = Fitted { loss, ..fitted };
-            }
+            chosen.join(&joint);
         }
         chosen.linear = linear;
         chosen.ends = crowd.ends();
         Ok(chosen)
+    }
+
+    /// Where a crowd's fit of a law begins, and the share of a label's conductance that it leaves: at the power law's
+    /// end; for the power law itself at another choice's, or at the best of several starts.
+    fn about(
+        &self,
+        joint: &Joint,
+        layout: &Layout,
+        power: Option<(&Fitted, &Linear)>,
+        from: Option<&Chosen>,
+    ) -> Option<(Linear, f64)> {
+        if let Some((power, linear)) = power {
+            return Some((linear.carried(&power.layout, layout), power.share));
+        }
+        match from.and_then(|f| Some((f.linear.as_ref()?, f.fits[0].1.share))) {
+            Some((near, share)) => Some((near.with(|p| joint.crowd.has(p)), share)),
+            None => joint.start(layout).map(|linear| (linear, 0.0)),
+        }
     }
 
     /// What a fit reads from presses through the inverse, grams; nothing where a frame has no solution. `near` knows
@@ -415,6 +418,16 @@ struct Fold {
     errors_g: Vec<f64>,
     unjudged: usize,
     laws: Vec<(&'static str, Vec<f64>)>,
+}
+
+/// Whether a law is so much likelier than the one before that its numbers are worth having. A saturation that cannot be
+/// told from none would only blur the switches, asked for or not.
+fn is_enough(choice: LawChoice, wanted: bool, gain: f64, fitted: &Fitted) -> bool {
+    match choice {
+        LawChoice::Saturating => (wanted || gain > GAIN[0]) && told(fitted, Unknown::Saturation),
+        LawChoice::Spline => wanted || gain > GAIN[1],
+        _ => true,
+    }
 }
 
 /// Whether an unknown is told apart from nothing.
