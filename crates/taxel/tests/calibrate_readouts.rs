@@ -158,8 +158,8 @@ fn with_levels(real: &VirtualSensor) -> Data {
     data
 }
 
-/// A source resistor that is not there, and a floating mat whose uniform frames have no solution to a count: the search
-/// that uniform loads take part in ended at 10 g and at no fit.
+/// A source resistor that is not there, and a floating mat whose uniform frames are hard to invert: the search that uniform
+/// loads take part in ended at 10 g, and at no fit.
 #[test]
 fn uniform_loads_never_make_a_fit_worse() {
     let source = Options {
@@ -183,7 +183,8 @@ fn uniform_loads_never_make_a_fit_worse() {
             fit.report
         );
         let warnings = fit.report.warnings.join("\n");
-        assert!(warnings.contains("took no part in the fit"), "{warnings}");
+        let left_out = warnings.contains("took no part in the fit");
+        assert_eq!(left_out, name == "mat-32x32-adg732", "{name}: {warnings}");
     }
 }
 
