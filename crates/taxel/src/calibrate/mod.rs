@@ -116,7 +116,7 @@ pub struct Calibration {
 
 /// Effects beside circuit and law are looked for on no more taxels where no exact inverse helps: it would take minutes.
 const MOST_SEARCHED_TAXELS: usize = 400;
-/// Nor are uniform loads asked there.
+/// Nor are uniform loads asked there, and of more taxels still where noise explains what they could be asked for.
 const MOST_LEVELLED_TAXELS: usize = 1024;
 
 /// Fits the circuit's unknowns and the load law to labelled presses, and what uniform frames can tell.
@@ -154,11 +154,10 @@ pub fn calibrate_with(
     let taxels = sensor.rows() * sensor.columns();
     let mut outcome = match plain {
         (plain, _) if !evidence.levels.is_empty() => {
-            let search = match exact || taxels <= MOST_LEVELLED_TAXELS {
-                true => search(false).map_err(|error| error.to_string()),
-                false => Err(format!(
-                    "a fit with them would take minutes ({taxels} taxels, no exact inverse)"
-                )),
+            let explained = plain.as_ref().is_ok_and(|plain| !plain.unexplained);
+            let search = match why_without_levels(options, explained, exact, taxels) {
+                None => search(false).map_err(|error| error.to_string()),
+                Some(why) => Err(why),
             };
             with_levels_or(plain, search, &evidence)?
         }
@@ -185,6 +184,25 @@ pub fn calibrate_with(
         ));
     }
     write::calibration(outcome, sensor, &evidence, options)
+}
+
+/// Why uniform loads are not asked, if they are not. `explained`: noise is all that the presses leave without them.
+fn why_without_levels(
+    options: &Options,
+    explained: bool,
+    exact: bool,
+    taxels: usize,
+) -> Option<String> {
+    if explained && (options.r_source || options.open_loop_gain) {
+        // A search with them takes such a number for what the switches are, and is sure of it.
+        return Some("presses alone explain a circuit with what was asked for".to_owned());
+    }
+    let most = match explained {
+        true => MOST_SEARCHED_TAXELS,
+        false => MOST_LEVELLED_TAXELS,
+    };
+    (!exact && taxels > most)
+        .then(|| format!("a fit with them would take minutes ({taxels} taxels, no exact inverse)"))
 }
 
 /// Uniform loads tell what presses can't, and the search alone asks them. Where it ends clearly worse than the presses
