@@ -238,6 +238,15 @@ impl<Q> FrameWriter<Q> {
         })
     }
 
+    /// The same, but infinite numbers are written too: standard errors of what nothing bounds.
+    pub(crate) fn allow_infinity(self) -> Self {
+        match self {
+            Self::Text(writer) => Self::Text(Box::new(writer.allow_infinity())),
+            Self::Npy(writer) => Self::Npy(Box::new(writer.allow_infinity())),
+            Self::Npz(writer) => Self::Npz(Box::new(writer.allow_infinity())),
+        }
+    }
+
     /// Appends a frame.
     pub(crate) fn write(&mut self, frame: &Frame<Q>) -> Result<(), Error> {
         match self {

@@ -72,6 +72,7 @@ impl Survey {
         self.faults.level = found.level;
         self.faults.frames = found.frames;
         self.faults.blank_frames = found.blank_frames;
+        self.faults.held_at_ceiling = found.held_at_ceiling;
     }
 
     /// One line for every faulty line.

@@ -1,5 +1,6 @@
 //! Frames to lines of numbers: the one core behind the two text writers.
 
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 use taxel::{Counts, Frame};
@@ -22,6 +23,7 @@ pub(crate) struct RowWriter {
     extra: ExtraLines,
     closing_comma: bool,
     minimum: f64,
+    maximum: f64,
     frames: u64,
     shape: Option<(usize, usize)>,
     text: Vec<u8>,
@@ -40,11 +42,17 @@ impl RowWriter {
             extra,
             closing_comma,
             minimum,
+            maximum: f64::MAX,
             frames: 0,
             shape: None,
             text: Vec::new(),
             number: zmij::Buffer::new(),
         })
+    }
+
+    /// From here on infinite numbers are written too.
+    pub(crate) fn allow_infinity(&mut self) {
+        self.maximum = f64::INFINITY;
     }
 
     pub(crate) fn write<Q>(&mut self, frame: &Frame<Q>) -> Result<(), Error> {
@@ -53,7 +61,7 @@ impl RowWriter {
             self.file.path(),
             self.frames,
             self.shape,
-            self.minimum,
+            self.minimum..=self.maximum,
         )?;
         self.shape = Some((frame.rows(), frame.columns()));
         if self.extra == ExtraLines::Every {
@@ -118,7 +126,7 @@ pub(crate) fn check_frame<Q>(
     file: &Path,
     number: u64,
     expected: Option<(usize, usize)>,
-    minimum: f64,
+    allowed: RangeInclusive<f64>,
 ) -> Result<(), Error> {
     let found = (frame.rows(), frame.columns());
     if let Some(expected) = expected.filter(|expected| *expected != found) {
@@ -130,7 +138,6 @@ pub(crate) fn check_frame<Q>(
             expected,
         });
     }
-    let allowed = minimum..=f64::MAX;
     match frame.values().iter().position(|v| !allowed.contains(v)) {
         None => Ok(()),
         Some(i) => Err(Error::Value {
@@ -139,8 +146,8 @@ pub(crate) fn check_frame<Q>(
             row: i / frame.columns(),
             column: i % frame.columns(),
             found: frame.values()[i],
-            minimum,
-            maximum: f64::MAX,
+            minimum: *allowed.start(),
+            maximum: *allowed.end(),
             hint: "only numbers that can be read back are written; mark the taxel instead",
         }),
     }

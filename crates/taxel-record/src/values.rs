@@ -95,6 +95,13 @@ impl<Q> ValuesWriter<Q> {
         Self::begin(path.as_ref(), ExtraLines::Every)
     }
 
+    /// The same, but infinite numbers are written too, as `inf`: standard errors of what nothing bounds. Such a file is
+    /// not read back by this library.
+    pub fn allow_infinity(mut self) -> Self {
+        self.rows.allow_infinity();
+        self
+    }
+
     fn begin(path: &Path, extra: ExtraLines) -> Result<Self, Error> {
         Ok(Self {
             rows: RowWriter::create(path, extra, false, -f64::MAX)?,

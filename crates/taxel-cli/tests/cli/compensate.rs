@@ -365,3 +365,40 @@ fn a_reader_that_has_seen_enough_is_no_error() {
         .unwrap();
     assert_eq!(status.code(), Some(0));
 }
+
+/// A taxel pressed beyond the converter in every frame, and a dead line: nothing bounds these from above, or at all.
+#[test]
+fn what_nothing_bounds_has_an_infinite_standard_error_from_the_first_frame_on() {
+    let folder = Folder::new();
+    let mut frame = String::new();
+    for row in 0..4 {
+        let counts = (0..6).map(|column| match (row, column) {
+            (1, 2) => "65535".to_owned(),
+            _ => (30 + row + column).to_string(),
+        });
+        frame += &(counts.collect::<Vec<_>>().join(",") + "\n");
+    }
+    folder.write("run.txt", &frame.repeat(3));
+    folder.write(
+        "dead.toml",
+        &format!("{SENSOR}\n[screen]\ndead_rows = [3]\n"),
+    );
+    for file in ["se.csv", "se.npy", "se.npz"] {
+        let words =
+            format!("compensate run.txt --sensor dead.toml -o a.csv --standard-error {file}");
+        let run = folder.good(&words);
+        assert!(run.err.contains("3 saturated (2)"), "{run}");
+        std::fs::remove_file(folder.path("a.csv")).unwrap();
+    }
+    let text = folder.read("se.csv");
+    for (line, text) in text.lines().enumerate() {
+        let unbounded: Vec<bool> = text.split(',').map(|number| number == "inf").collect();
+        let expected: Vec<bool> = (0..6)
+            .map(|column| line % 4 == 3 || (line % 4, column) == (1, 2))
+            .collect();
+        assert_eq!(unbounded, expected, "line {line}: {text}");
+    }
+    // No load is ever infinite, and the file is not taken for one of loads.
+    let run = folder.fails("plot se.csv --sensor dead.toml --values -o a.png");
+    assert!(run.err.contains("not a finite number"), "{run}");
+}

@@ -21,6 +21,7 @@ pub struct NpyWriter<Q> {
     file: AtomicFile,
     element: Element,
     frames: u64,
+    maximum: f64,
     shape: (usize, usize),
     bytes: Vec<u8>,
     quantity: PhantomData<Q>,
@@ -50,10 +51,18 @@ impl<Q> NpyWriter<Q> {
             file,
             element,
             frames: 0,
+            maximum: f64::MAX,
             shape: (rows, columns),
             bytes: Vec::new(),
             quantity: PhantomData,
         })
+    }
+
+    /// The same, but infinite numbers are written too: standard errors of what nothing bounds. Such a file is not read
+    /// back by this library.
+    pub fn allow_infinity(mut self) -> Self {
+        self.maximum = f64::INFINITY;
+        self
     }
 
     /// Appends a frame.
@@ -68,7 +77,7 @@ impl<Q> NpyWriter<Q> {
             self.element,
             name,
             self.frames,
-            self.shape,
+            (self.shape, self.maximum),
             &mut self.bytes,
         )?;
         self.file.put(&self.bytes)?;
@@ -99,11 +108,15 @@ fn encode<Q>(
     element: Element,
     name: &Path,
     number: u64,
-    shape: (usize, usize),
+    (shape, maximum): ((usize, usize), f64),
     out: &mut Vec<u8>,
 ) -> Result<(), Error> {
-    check_frame(frame, name, number, Some(shape), -f64::MAX)?;
-    if let Some(found) = frame.values().iter().find(|v| !element.holds(**v)) {
+    check_frame(frame, name, number, Some(shape), -f64::MAX..=maximum)?;
+    if let Some(found) = frame
+        .values()
+        .iter()
+        .find(|v| v.is_finite() && !element.holds(**v))
+    {
         let (minimum, maximum) = element.range();
         return Err(Error::DoesNotFit {
             file: name.to_owned(),
@@ -125,6 +138,7 @@ pub struct NpzWriter {
     name: PathBuf,
     kept: Arc<OnceLock<PathBuf>>,
     array: Option<Array>,
+    maximum: f64,
     written: u64,
     bytes: Vec<u8>,
 }
@@ -150,9 +164,16 @@ impl NpzWriter {
             kept: file.kept(),
             archive: ZipWriter::new_stream(file),
             array: None,
+            maximum: f64::MAX,
             written: 0,
             bytes: Vec::new(),
         })
+    }
+
+    /// The same, but infinite numbers are written too, as [`NpyWriter::allow_infinity`].
+    pub fn allow_infinity(mut self) -> Self {
+        self.maximum = f64::INFINITY;
+        self
     }
 
     /// Begins the array `name` of frames of `rows` × `columns`: 3-D for `Some(frames)`, 2-D (one frame) for
@@ -210,7 +231,7 @@ impl NpzWriter {
             array.element,
             &array.shown,
             array.frames,
-            array.shape,
+            (array.shape, self.maximum),
             &mut bytes,
         )?;
         array.frames += 1;

@@ -59,7 +59,7 @@ impl Outputs {
             },
             marks: marks.map(|file| create(&file, Element::U1)).transpose()?,
             errors: match &args.standard_error {
-                Some(file) => Some(create(file, Element::F8)?),
+                Some(file) => Some(create(file, Element::F8)?.allow_infinity()),
                 None => None,
             },
             codes: Frame::zeros(shape.0, shape.1),
