@@ -149,7 +149,7 @@ fn convert(
         }
         let loads = shown.values_mut();
         untared.apply(reading.tare(), raw, unit, area_mm2, loads);
-        summary.add_marks(&shown);
+        summary.add_frame(&shown);
         outputs.write(&shown, &mut reading)?;
         reading.show(&progress);
     }

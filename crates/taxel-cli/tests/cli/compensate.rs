@@ -115,6 +115,7 @@ fn a_summary_for_scripts() {
       "skipped": [],
       "missing": [],
       "measured_share": 1.0,
+      "loads_below_nothing": false,
       "marks": {
         "good": 144
       },
@@ -401,4 +402,23 @@ fn what_nothing_bounds_has_an_infinite_standard_error_from_the_first_frame_on() 
     // No load is ever infinite, and the file is not taken for one of loads.
     let run = folder.fails("plot se.csv --sensor dead.toml --values -o a.png");
     assert!(run.err.contains("not a finite number"), "{run}");
+}
+
+#[test]
+fn loads_below_nothing_are_told_with_the_key_to_look_at() {
+    let folder = recorded();
+    folder.write(
+        "wrong.toml",
+        &SENSOR.replace("inverted = true", "inverted = false"),
+    );
+    let run = folder.taxel("compensate recording.txt --sensor wrong.toml -o a.csv");
+    assert_eq!(run.code, Some(3), "{run}");
+    assert!(
+        run.err.contains("nearly all loads lie below nothing"),
+        "{run}"
+    );
+    assert!(run.err.contains("converter.inverted"), "{run}");
+    folder
+        .good("simulate --sensor sensor.toml --pattern uniform --load-g 0 --frames 6 -o empty.txt");
+    folder.good("compensate empty.txt --sensor sensor.toml -o b.csv");
 }

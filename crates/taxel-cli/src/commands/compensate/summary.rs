@@ -18,6 +18,9 @@ use crate::{Exit, out, recorded};
 
 /// How many frames are named one by one.
 const NAMED: usize = 10;
+/// Loads of which more than this share lies below nothing, and one of them by so many newtons, are of another circuit.
+const BELOW_SHARE: f64 = 0.9;
+const BELOW_NEWTONS: f64 = 0.5;
 
 #[derive(Debug, Serialize)]
 pub(super) struct Summary {
@@ -44,6 +47,10 @@ pub(super) struct Summary {
     missing: Vec<String>,
     /// Share of the taxels, over all frames, whose own reading stands behind their number, 0 to 1.
     measured_share: f64,
+    /// Whether nearly all loads lie below nothing, which no load does.
+    loads_below_nothing: bool,
+    #[serde(skip)]
+    loads: Option<Loads>,
     /// Taxels by mark, over all frames.
     marks: BTreeMap<&'static str, u64>,
     /// What the codes in the file of marks mean.
@@ -55,6 +62,28 @@ pub(super) struct Summary {
     output: Option<String>,
     marks_output: Option<String>,
     standard_error_output: Option<String>,
+}
+
+/// Sums of measured loads above and below nothing, sizes, and the one farthest below.
+#[derive(Debug, Default)]
+struct Loads {
+    above: f64,
+    below: f64,
+    lowest: f64,
+    /// What the lowest must be beyond.
+    limit: f64,
+}
+
+impl Loads {
+    fn add(&mut self, load: f64) {
+        self.above += load.max(0.0);
+        self.below -= load.min(0.0);
+        self.lowest = self.lowest.min(load);
+    }
+
+    fn are_below_nothing(&self) -> bool {
+        self.below > BELOW_SHARE * (self.above + self.below) && self.lowest < -self.limit
+    }
 }
 
 /// A frame and what happened to it.
@@ -72,6 +101,11 @@ impl Summary {
             .method
             .open(&args.method.sensor(sensor), sensor_file)
             .map(|method| method.name());
+        let unit = super::output::unit(args);
+        let loads = unit.is_load().then(|| Loads {
+            limit: unit.of_newtons(BELOW_NEWTONS, sensor.array.taxel_area_mm2),
+            ..Loads::default()
+        });
         let codes = Mark::ALL.map(|mark| (mark.code(), mark.word()));
         let show = |file: &std::path::PathBuf| file.display().to_string();
         for line in survey.lines() {
@@ -82,7 +116,7 @@ impl Summary {
             sensor: sensor_file.display().to_string(),
             rows: sensor.rows(),
             columns: sensor.columns(),
-            unit: super::output::unit(args).word(),
+            unit: unit.word(),
             method: name.ok().filter(|_| solves),
             frames: 0,
             seconds: 0.0,
@@ -94,6 +128,8 @@ impl Summary {
             skipped: Vec::new(),
             missing: Vec::new(),
             measured_share: 0.0,
+            loads_below_nothing: false,
+            loads,
             marks: BTreeMap::new(),
             mark_codes: codes.into(),
             faulty_lines: survey.lines(),
@@ -116,8 +152,13 @@ impl Summary {
         }
     }
 
-    pub(super) fn add_marks(&mut self, frame: &Frame<Shown>) {
+    pub(super) fn add_frame(&mut self, frame: &Frame<Shown>) {
         self.frames += 1;
+        if let Some(loads) = &mut self.loads {
+            let measured = frame.values().iter().zip(frame.marks());
+            let measured = measured.filter(|(_, mark)| **mark == Mark::Good);
+            measured.for_each(|(&load, _)| loads.add(load));
+        }
         for mark in Mark::ALL {
             let count = frame.count(mark) as u64;
             if count > 0 {
@@ -147,6 +188,7 @@ impl Summary {
         let of = |mark: Mark| self.marks.get(mark.word()).copied().unwrap_or(0) as f64;
         let taxels = self.frames as f64 * (self.rows * self.columns) as f64;
         self.measured_share = (of(Mark::Good) + of(Mark::Saturated)) / taxels.max(1.0);
+        self.loads_below_nothing = self.loads.as_ref().is_some_and(Loads::are_below_nothing);
         self.frames_per_second = self.frames as f64 / seconds.max(1e-9);
     }
 
@@ -159,11 +201,18 @@ impl Summary {
             .sum()
     }
 
-    /// 3 when a frame was left out, or has no answer or several, or when nothing in all of them was measured.
+    /// 3 when a frame was left out, or has no answer or several, or when nothing in all of them was measured, or less than
+    /// nothing.
     pub(super) fn exit(&self) -> Exit {
+        let possible = !self.loads_below_nothing;
         let all = self.skipped_frames == 0 && self.missing.is_empty();
         let measured = self.frames == 0 || self.measured_share > 0.0;
-        match all && measured && self.unsolved_frames() == 0 && self.ambiguous_frames == 0 {
+        match all
+            && possible
+            && measured
+            && self.unsolved_frames() == 0
+            && self.ambiguous_frames == 0
+        {
             true => Exit::Good,
             false => Exit::DataLost,
         }
@@ -215,6 +264,12 @@ impl fmt::Display for Summary {
                 f,
                 "{:.1} % of the area measured; the rest is missing from sums",
                 (1000.0 * self.measured_share).floor() / 10.0
+            )?;
+        }
+        if self.loads_below_nothing {
+            writeln!(
+                f,
+                "nearly all loads lie below nothing\nhint: is `converter.inverted` right in the sensor file, and was the offset still that of the calibration?"
             )?;
         }
         if self.skipped_frames > 0 {
