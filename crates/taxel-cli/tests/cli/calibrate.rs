@@ -309,6 +309,20 @@ fn pairs() -> Vec<String> {
 }
 
 #[test]
+fn pairs_with_their_columns_swapped_are_refused() {
+    let folder = pressed(1);
+    let swapped = |line: String| match line.split_once(',') {
+        Some((siemens, load)) if !line.starts_with('c') => format!("{load},{siemens}"),
+        _ => line,
+    };
+    let table: Vec<String> = pairs().into_iter().map(swapped).collect();
+    folder.write("pairs.csv", &(table.join("\n") + "\n"));
+    let run = folder.fails("calibrate --sensor parts.toml --pairs pairs.csv -o p.toml");
+    assert!(run.err.contains("swapped"), "{run}");
+    assert!(!folder.exists("p.toml"));
+}
+
+#[test]
 fn pairs_give_their_numbers_with_errors_and_an_absurd_one_is_named() {
     let folder = pressed(1);
     let mut table = pairs();

@@ -10,7 +10,7 @@ use super::{Finding, Parameter, Suspect};
 /// One fit is better than another when it is so by this many standard errors.
 const BETTER: f64 = 2.0;
 
-/// Errors on presses that neither fitted nor chose.
+/// Errors on presses that did not fit what reads them, nor chose it but where `how` says so.
 #[derive(Debug, Clone, Default)]
 pub(super) struct HeldOut {
     /// Absolute error of each, grams.

@@ -57,7 +57,15 @@ pub(super) fn run(args: &Args, mut sensor: Sensor) -> Result<Exit, Error> {
         )));
     }
     sensor.material = Some(chosen.law.to_material());
-    out::file(&args.output, sensor.to_toml().as_bytes())?;
+    let text = sensor.to_toml();
+    if let Err(error) = Sensor::from_toml(&text) {
+        let error = error.to_string();
+        let what = error.lines().next().unwrap_or_default();
+        return Err(failed(format!(
+            "what fits best is no law of a taxel ({what}); are the columns of conductance and load swapped, or in other units?"
+        )));
+    }
+    out::file(&args.output, text.as_bytes())?;
     show(args, &fits, chosen, kept.len())?;
     for suspect in &suspects {
         let line = read[suspect.press].0;
