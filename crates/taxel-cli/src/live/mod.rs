@@ -106,6 +106,11 @@ fn serve(options: &Options, bench: Arc<Bench>) -> Result<Option<Arc<Server>>, Er
     Ok(Some(Arc::new(started)))
 }
 
+/// Whether the source holds what the disk has no time for: a pipe, and what gives frames as fast as they are taken.
+fn waits_for_disk(address: &Address) -> bool {
+    can_wait(address) || matches!(address, Address::Stdin { .. })
+}
+
 /// Whether the source gives frames as fast as they are taken: then it waits for the engine, and nothing is left out.
 fn can_wait(address: &Address) -> bool {
     matches!(
@@ -181,6 +186,7 @@ impl Session {
             clock: None,
             tare: None,
             can_wait: can_wait(&options.address),
+            waits_for_disk: waits_for_disk(&options.address),
         };
         let source = spawn("source", move || run(&mut receiver))?;
         Ok(Self {

@@ -122,6 +122,7 @@ pub(super) struct Intake {
     pub(super) server: Option<Arc<Server>>,
     /// The source has no pace of its own: it waits rather than lose a frame.
     pub(super) can_wait: bool,
+    pub(super) waits_for_disk: bool,
     /// What has been told of what went wrong, and when.
     pub(super) told: (Tally, Option<Instant>),
     /// The device's time, of the last frame.
@@ -186,11 +187,13 @@ impl Receiver for Intake {
         };
         self.desk.arrived();
         self.look_at_clock(frame);
+        match self.waits_for_disk {
+            true => self.recorder.counts_waiting(&arrived),
+            false => self.recorder.counts(&arrived),
+        }
         if self.can_wait {
-            self.recorder.counts_waiting(&arrived);
             return self.incoming.push_waiting(arrived);
         }
-        self.recorder.counts(&arrived);
         if self.incoming.push(arrived) {
             self.desk.skip();
         }

@@ -149,6 +149,19 @@ fn a_stray_byte_before_a_stream_costs_nothing() {
     assert!(run.err.contains("n.mcap: 40 frames\n"), "{run}");
 }
 
+/// A pipe waits for the disk: many times what the queue holds, as fast as it can be read.
+#[test]
+fn a_pipe_faster_than_the_disk_loses_nothing() {
+    let folder = Folder::new();
+    let run = fed(
+        &folder,
+        "record stdin: --sensor sensor.toml -o fast.mcap",
+        text(20_000).as_bytes(),
+    );
+    assert_eq!(run.code, Some(0), "{run}");
+    assert!(run.err.contains("fast.mcap: 20000 frames\n"), "{run}");
+}
+
 /// What went wrong stands in the recording, and in the exit code.
 #[test]
 fn what_is_lost_is_told_by_the_file_too() {
