@@ -2,7 +2,7 @@
 
 use super::super::model::no_fit;
 use super::super::{LawChoice, Suspect, suspects};
-use super::crowd::{Crowd, Line};
+use super::crowd::Crowd;
 use super::fit::{Readings, plain_law};
 use super::joint::Joint;
 use super::known::KnownFrames;
@@ -60,22 +60,18 @@ impl PressFit<'_> {
             ANY_G_ZERO,
         );
         let layout = layout.ok_or_else(|| no_fit("no label is above nothing"))?;
-        let linear = joint.first(&layout).ok_or_else(|| {
+        let mut linear = joint.first(&layout).ok_or_else(|| {
             no_fit("no switch resistance leaves four frames of five with a solution")
         })?;
         if linear.unloaded.0 > 0.0 {
             self.unloaded = linear.unloaded.0;
         }
-        // Nor does a conductance that noise may have made contradict a label.
-        let clear = |line: &Line| line.siemens - linear.unloaded.0 > CLEAR * line.error;
-        let clear: Vec<usize> = linear
+        // A conductance that noise may have made contradicts no label.
+        let unloaded = linear.unloaded.0;
+        linear
             .lines
-            .iter()
-            .filter(|l| clear(l))
-            .map(|l| l.press)
-            .collect();
-        let mut pairs = joint.pairs(&linear);
-        pairs.retain(|p| clear.binary_search(&p.0).is_ok());
+            .retain(|line| line.siemens - unloaded > CLEAR * line.error);
+        let pairs = joint.pairs(&linear);
         self.first = crowd.ends();
         Ok(pairs)
     }
