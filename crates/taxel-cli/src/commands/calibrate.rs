@@ -24,9 +24,9 @@ use crate::{Exit, live_sensor, out, presses, recorded};
 ///
 /// Reads the parts list (sensor.toml) and presses of known load, and writes the sensor file with the fitted
 /// numbers, their origin and their errors. The report goes to standard output. The error reported is of presses held out: of
-/// those that neither fitted nor chose what judges them; where that can't be had, the report says who chose. Ends with code 3 where the file is written but should not be used
-/// as it is, and where labels were left out because the others contradict them. With --series, also what the material
-/// remembers: creep and hysteresis.
+/// those that neither fitted nor chose what judges them; where that can't be had, the report says who chose. Ends with
+/// code 3 where the file is written but should not be used as it is, and where labels were left out because the others
+/// contradict them. With --series, also what the material remembers: creep and hysteresis.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Sensor file (the parts list), or the name of a preset; MCAP recordings bring their own

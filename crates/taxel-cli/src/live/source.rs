@@ -122,6 +122,7 @@ pub(super) struct Intake {
     pub(super) server: Option<Arc<Server>>,
     /// The source has no pace of its own: it waits rather than lose a frame.
     pub(super) can_wait: bool,
+    /// The source holds what the disk has no time for.
     pub(super) waits_for_disk: bool,
     /// What has been told of what went wrong, and when.
     pub(super) told: (Tally, Option<Instant>),

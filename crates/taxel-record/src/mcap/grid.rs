@@ -3,6 +3,9 @@
 //! Field numbers are those of Foxglove's published schema; `foxglove.Grid.desc` beside this file is its descriptor
 //! (MIT licence, foxglove-schemas-protobuf 0.4.0), which every recording carries.
 
+use std::path::Path;
+
+use crate::error::Error;
 use prost::Message;
 use prost::encoding::{DecodeContext, decode_key, skip_field};
 
@@ -163,15 +166,15 @@ impl Grid {
         Self::decode(message).map_err(|error| error.to_string())
     }
 
-    /// Whether it holds frames of this shape, (rows, columns); with `transposed`, turned over.
-    ///
-    /// # Errors
-    /// The grid's own shape, and the one expected of it.
-    pub fn check_shape(
+    /// Refuses a grid of another shape than (rows, columns), turned over where `transposed`; `file` and `frame` are its
+    /// place.
+    pub(crate) fn check_shape(
         &self,
         (rows, columns): (usize, usize),
         transposed: bool,
-    ) -> Result<(), [(usize, usize); 2]> {
+        file: &Path,
+        frame: u64,
+    ) -> Result<(), Error> {
         let found = (self.rows(), self.column_count as usize);
         let expected = match transposed {
             true => (columns, rows),
@@ -179,7 +182,12 @@ impl Grid {
         };
         match found == expected {
             true => Ok(()),
-            false => Err([found, expected]),
+            false => Err(Error::FrameShape {
+                file: file.to_owned(),
+                frame,
+                found,
+                expected,
+            }),
         }
     }
 

@@ -169,13 +169,12 @@ impl LoadsReader {
             reason,
         };
         let grid = Grid::read_from(&message.data).map_err(&wrong)?;
-        let fits = grid.check_shape((rows, columns), self.options.transpose);
-        fits.map_err(|[found, expected]| Error::FrameShape {
-            file: self.path.clone(),
-            frame: self.frames,
-            found,
-            expected,
-        })?;
+        grid.check_shape(
+            (rows, columns),
+            self.options.transpose,
+            &self.path,
+            self.frames,
+        )?;
         let read = |name: &str| {
             let mut numbers = vec![0.0; rows * columns];
             let field = grid.field(name)?;

@@ -33,14 +33,6 @@ impl Start {
             Self::Scratch(_) => None,
         }
     }
-
-    /// The same, to keep.
-    pub(super) fn into_siemens(self) -> Option<Vec<f64>> {
-        match self {
-            Self::Siemens(siemens) => Some(siemens),
-            Self::Scratch(_) => None,
-        }
-    }
 }
 
 /// The sensor's best method.

@@ -19,13 +19,7 @@ impl McapReader {
             frame: self.frames,
             reason: reason.clone(),
         })?;
-        let fits = grid.check_shape(self.shape, self.options.transpose);
-        fits.map_err(|[found, expected]| Error::FrameShape {
-            file: self.path.clone(),
-            frame: self.frames,
-            found,
-            expected,
-        })?;
+        grid.check_shape(self.shape, self.options.transpose, &self.path, self.frames)?;
         fit_shape(frame, rows, columns);
         let field = grid.field("counts");
         let read = field.is_some_and(|field| grid.read(field, frame.values_mut()));

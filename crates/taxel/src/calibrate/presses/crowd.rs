@@ -180,20 +180,17 @@ impl<'a> Crowd<'a> {
     }
 
     /// Where its inversions ended, of each press of the evidence.
-    pub(super) fn ends(self) -> Vec<Option<Vec<f64>>> {
-        let starts = self.starts.into_inner();
-        let starts = starts.unwrap_or_else(PoisonError::into_inner).into_iter();
-        starts.map(|start| start?.into_siemens()).collect()
+    pub(super) fn ends(&self) -> Vec<Option<Vec<f64>>> {
+        let starts = self.starts.lock().unwrap_or_else(PoisonError::into_inner);
+        let end = |start: &Option<Start>| Some(start.as_ref()?.siemens()?.to_vec());
+        starts.iter().map(end).collect()
     }
 
     /// The same with at most so many presses, evenly chosen.
     pub(super) fn thinned(&self, most: usize) -> Self {
         let stride = self.which.len().div_ceil(most).max(1);
         let which: Vec<usize> = self.which.iter().copied().step_by(stride).collect();
-        let starts = self.starts.lock().unwrap_or_else(PoisonError::into_inner);
-        let ends = starts.iter().map(|start| start.as_ref()?.siemens());
-        let ends: Vec<Option<Vec<f64>>> = ends.map(|end| end.map(<[f64]>::to_vec)).collect();
-        Self::new(self.evidence, &which, self.crew).near(&ends)
+        Self::new(self.evidence, &which, self.crew).near(&self.ends())
     }
 
     /// Whether a press of the evidence is one of its own.
