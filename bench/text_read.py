@@ -1,6 +1,6 @@
 """How fast numpy reads a slice of the recording that `read_speed` makes, for the ratio.
 
-    cargo run --release -p taxel-record --example read_speed folder
+    cargo run --release -p taxel-io --example read_speed folder
     python3 bench/text_read.py folder/read_speed.txt
 """
 

@@ -3,7 +3,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use taxel::{Counts, Frame, Sensor};
-use taxel_record::{TextOptions, open_counts, shape_of};
+use taxel_io::{TextOptions, open_counts, shape_of};
 
 fuzz_target!(|data: &[u8]| {
     let Some((&choice, bytes)) = data.split_first() else {

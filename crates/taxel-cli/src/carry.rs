@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 use taxel::Sensor;
-use taxel_record::mcap::About;
-use taxel_record::{FrameSource, Losses, McapWriter, Tare};
+use taxel_io::mcap::About;
+use taxel_io::{FrameSource, Losses, McapWriter, Tare};
 
 use crate::error::Error;
 
@@ -147,7 +147,7 @@ pub(crate) fn check_bits(output: &Path, sensor: &Sensor) -> Result<(), Error> {
 /// Counts with fractions are the recording's, not the output's.
 pub(crate) fn whole(recording: &Path, output: &Path, frame: u64, error: Error) -> Error {
     match error {
-        Error::Record(taxel_record::Error::Value { found, .. }) => Error::Arguments {
+        Error::Record(taxel_io::Error::Value { found, .. }) => Error::Arguments {
             what: format!(
                 "{}, frame {frame}: {found}, but {} holds whole counts of up to 16 bits",
                 recording.display(),

@@ -11,7 +11,7 @@ use taxel::circuit::NotPassive;
 pub(crate) enum Error {
     /// Reading or writing a recording or a table.
     #[error(transparent)]
-    Record(#[from] taxel_record::Error),
+    Record(#[from] taxel_io::Error),
     /// The mathematics refuses, without a file to blame.
     #[error(transparent)]
     Taxel(#[from] taxel::Error),
@@ -36,7 +36,7 @@ pub(crate) enum Error {
     },
     /// A picture cannot be drawn.
     #[error(transparent)]
-    View(#[from] taxel_view::Error),
+    View(#[from] taxel_plot::Error),
     /// The sensor file cannot be read.
     #[error("cannot open {}: {source}\nhint: --sensor takes a file, or one of the presets {presets}", .file.display())]
     OpenSensor {
@@ -397,7 +397,7 @@ impl Error {
         match self {
             Error::Arguments { .. } | Error::TaxelOutside { .. } => 2,
             // A name that is no picture's.
-            Error::View(taxel_view::Error::UnknownFormat { .. }) => 2,
+            Error::View(taxel_plot::Error::UnknownFormat { .. }) => 2,
             _ => 1,
         }
     }
@@ -406,7 +406,7 @@ impl Error {
     pub(crate) fn is_broken_pipe(&self) -> bool {
         let source = match self {
             Error::Stdout(source) => source,
-            Error::Record(taxel_record::Error::Write { source, .. }) => source,
+            Error::Record(taxel_io::Error::Write { source, .. }) => source,
             _ => return false,
         };
         source.kind() == io::ErrorKind::BrokenPipe

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use taxel::{Counts, Frame, Sensor, Siemens, Volts};
-use taxel_record::npy::Element;
-use taxel_record::{
+use taxel_io::npy::Element;
+use taxel_io::{
     FrameSource, Integrity, LoadsReader, NpyOptions, NpyReader, NpyWriter, NpzWriter, Skipped,
     Tare, TextOptions, ValuesReader, ValuesWriter, open_counts,
 };

@@ -18,7 +18,7 @@ pub(crate) fn guard() {
         if first && LISTENING.load(Ordering::Relaxed) {
             return;
         }
-        taxel_record::atomic::discard_all();
+        taxel_io::atomic::discard_all();
         let folders = FOLDERS.lock().unwrap_or_else(PoisonError::into_inner);
         for folder in folders.iter() {
             let _ = std::fs::remove_dir_all(folder);

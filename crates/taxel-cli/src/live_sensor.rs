@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use taxel::Sensor;
 use taxel_acquire::Address;
-use taxel_record::McapReader;
+use taxel_io::McapReader;
 
 use crate::error::Error;
 use crate::frames::is_mcap;

@@ -1,8 +1,8 @@
 //! The `taxel` command: from raw frames of a resistive pressure-sensor matrix to calibrated loads.
 //!
 //! This file parses, dispatches, and turns one outcome into one exit code. Every verb has its file in
-//! `commands/`; the mathematics is in crate `taxel`, reading and writing in `taxel-record`, pictures in
-//! `taxel-view`.
+//! `commands/`; the mathematics is in crate `taxel`, reading and writing in `taxel-io`, pictures in
+//! `taxel-plot`.
 
 mod bounded;
 mod carry;

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use taxel::Sensor;
 use taxel::sensor::Topology;
-use taxel_record::MAX_TAXELS;
+use taxel_io::MAX_TAXELS;
 
 use crate::error::Error;
 use crate::unit::MethodName;

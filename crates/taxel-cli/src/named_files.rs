@@ -37,7 +37,7 @@ pub(crate) fn of_sensor(file: &Path) -> Vec<PathBuf> {
 /// The recordings that a table of presses, of uniform loads or of trials names.
 pub(crate) fn of_table(file: &Path) -> Vec<PathBuf> {
     match file.is_file() {
-        true => taxel_record::recordings_named_in(file).unwrap_or_default(),
+        true => taxel_io::recordings_named_in(file).unwrap_or_default(),
         false => Vec::new(),
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use taxel_record::AtomicFile;
+use taxel_io::AtomicFile;
 
 use crate::error::Error;
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use taxel::calibrate::{Data, Press};
 use taxel::screen::Axis;
 use taxel::{Counts, Frame, Sensor};
-use taxel_record::{FrameSource, TextOptions, open_counts, read_presses, read_uniform_loads};
+use taxel_io::{FrameSource, TextOptions, open_counts, read_presses, read_uniform_loads};
 
 use crate::error::Error;
 use crate::frames::show;
@@ -118,8 +118,8 @@ fn check_memory(table: &Path, wanted: &[Wanted], again: usize, taxels: usize) ->
 }
 
 /// Refuses two labels that give one taxel of one frame different loads.
-fn refuse_two_loads(table: &Path, presses: &[taxel_record::Press]) -> Result<(), Error> {
-    let mut first: BTreeMap<(&Path, usize, usize, usize), &taxel_record::Press> = BTreeMap::new();
+fn refuse_two_loads(table: &Path, presses: &[taxel_io::Press]) -> Result<(), Error> {
+    let mut first: BTreeMap<(&Path, usize, usize, usize), &taxel_io::Press> = BTreeMap::new();
     for press in presses {
         let key = (
             press.recording.as_path(),
@@ -143,7 +143,7 @@ fn refuse_two_loads(table: &Path, presses: &[taxel_record::Press]) -> Result<(),
 }
 
 /// Refuses a press on a line that the sensor file declares dead.
-fn refuse_dead(sensor: &Sensor, table: &Path, press: &taxel_record::Press) -> Result<(), Error> {
+fn refuse_dead(sensor: &Sensor, table: &Path, press: &taxel_io::Press) -> Result<(), Error> {
     let lines = [
         (Axis::Row, press.row, &sensor.screen.dead_rows),
         (Axis::Column, press.column, &sensor.screen.dead_columns),

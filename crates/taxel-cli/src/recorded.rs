@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use taxel::Sensor;
-use taxel_record::{Integrity, Tare};
+use taxel_io::{Integrity, Tare};
 
 use crate::error::Error;
 use crate::frames::is_mcap;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use taxel::sensor::{PRESETS, PerTaxel, preset};
 use taxel::{Frame, Sensor, Siemens};
-use taxel_record::{FrameSource, TextOptions, ValuesReader};
+use taxel_io::{FrameSource, TextOptions, ValuesReader};
 
 use crate::error::Error;
 use crate::{bounded, memory};

@@ -1,7 +1,7 @@
 //! The main job in ten lines: calibrate a sensor from labelled presses, then turn counts into loads.
 //! README.md has the same in shell. `cargo run -p taxel --example counts_to_newtons`
 //!
-//! The counts come from a virtual sensor here. `taxel_record::open_counts` reads them from a file.
+//! The counts come from a virtual sensor here. `taxel_io::open_counts` reads them from a file.
 
 use taxel::calibrate::{Options, calibrate};
 use taxel::frame::grams_from_newtons;

@@ -10,9 +10,9 @@ use taxel::Sensor;
 use taxel::evaluate::creep::SHORTEST_DRIFT_SECS;
 use taxel::evaluate::fit::Line as Straight;
 use taxel::evaluate::{mean, spread};
-use taxel_record::{Column, TextOptions, shape_of, write_columns};
-use taxel_view::report::{Cell, Table};
-use taxel_view::{Format, Line, LineStyle, Series, cells};
+use taxel_io::{Column, TextOptions, shape_of, write_columns};
+use taxel_plot::report::{Cell, Table};
+use taxel_plot::{Format, Line, LineStyle, Series, cells};
 
 use super::positive::{lines, positive};
 use crate::error::Error;
@@ -362,7 +362,7 @@ fn screened(values: &[f64], marked: &[bool]) -> Vec<f64> {
         .collect()
 }
 
-fn picture(args: &Args, taken: &Taken, report: &Report) -> Result<taxel_view::Picture, Error> {
+fn picture(args: &Args, taken: &Taken, report: &Report) -> Result<taxel_plot::Picture, Error> {
     let (x_label, x) = match &taken.secs {
         Some(secs) => ("time (s)", secs.clone()),
         None => ("frame", taken.sequence.iter().map(|&n| n as f64).collect()),

@@ -9,7 +9,7 @@ use std::time::SystemTime;
 use clap::ValueEnum;
 use taxel::Sensor;
 use taxel::calibrate::{LawChoice, Options, Report};
-use taxel_record::recordings_of;
+use taxel_io::recordings_of;
 
 use super::positive::positive;
 use crate::crew::Threads;

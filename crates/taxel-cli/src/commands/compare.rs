@@ -8,10 +8,10 @@ use std::time::Instant;
 
 use taxel::frame::{grams_from_newtons, newtons_from_grams};
 use taxel::{Counts, Frame, Newtons, Sensor};
+use taxel_io::{FrameSource, TextOptions, open_counts};
 use taxel_learn::Split;
 use taxel_learn::contest::Scores;
-use taxel_record::{FrameSource, TextOptions, open_counts};
-use taxel_view::Format;
+use taxel_plot::Format;
 
 use crate::error::Error;
 use crate::frames::open_values;

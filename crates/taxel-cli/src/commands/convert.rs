@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use taxel::{Counts, Frame, Sensor};
-use taxel_record::npy::Element;
-use taxel_record::{
+use taxel_io::npy::Element;
+use taxel_io::{
     FrameSource, McapReader, McapWriter, NpyWriter, NpzWriter, ParquetWriter, TextOptions,
     TextWriter, open_counts,
 };

@@ -6,7 +6,7 @@ mod setting;
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use taxel_view::{Format, Line, LineStyle, Series};
+use taxel_plot::{Format, Line, LineStyle, Series};
 
 use crate::error::Error;
 use crate::outputs::Files;

@@ -9,8 +9,8 @@ use taxel::calibrate::{Data, Press};
 use taxel::crew::shared_out;
 use taxel::simulate::{Pattern, VirtualSensor};
 use taxel::{Counts, Frame};
-use taxel_record::NpzWriter;
-use taxel_record::npy::Element;
+use taxel_io::NpzWriter;
+use taxel_io::npy::Element;
 
 use crate::crew::Threads;
 use crate::error::Error;

@@ -12,7 +12,7 @@ use taxel::sensor::preset;
 use taxel::simulate::{Faults, Imperfections, Pattern, VirtualSensor, labelled_presses, newtons};
 use taxel::solve::{Method, Raw, default_method};
 use taxel::{Counts, Frame, Newtons, Sensor};
-use taxel_view::{Panel, Sheet};
+use taxel_plot::{Panel, Sheet};
 
 use crate::crew::Threads;
 use crate::error::Error;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use taxel_acquire::Address;
-use taxel_view::report::Report;
+use taxel_plot::report::Report;
 
 use crate::error::Error;
 use crate::evaluation::plan::Plan;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use taxel::screen::{FrameScreen, LineScreen, ScreenOptions, ScreenReport};
 use taxel::{Frame, Sensor};
-use taxel_record::{FrameSource, TextOptions, open_counts, shape_of};
+use taxel_io::{FrameSource, TextOptions, open_counts, shape_of};
 
 use super::positive::lines;
 use crate::error::Error;

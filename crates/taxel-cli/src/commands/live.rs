@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use taxel_acquire::Address;
-use taxel_view::live::{Options as ServerOptions, random_token, token_problem};
+use taxel_server::{Options as ServerOptions, random_token, token_problem};
 
 use crate::error::Error;
 use crate::live::{Options, Session, Wanted};

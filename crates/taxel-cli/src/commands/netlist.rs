@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use taxel::circuit::netlist::{Selection, netlist};
 use taxel::{Frame, Sensor, Siemens};
-use taxel_record::{AtomicFile, FrameSource, TextOptions};
+use taxel_io::{AtomicFile, FrameSource, TextOptions};
 
 use super::taxel_address::TaxelAddress;
 use crate::chain::{Chain, warn_unsolved};

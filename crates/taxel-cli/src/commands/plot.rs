@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use taxel::Sensor;
-use taxel_record::{AtomicFile, TextOptions, shape_of};
-use taxel_view::{Format, Interpolation};
+use taxel_io::{AtomicFile, TextOptions, shape_of};
+use taxel_plot::{Format, Interpolation};
 
 use super::positive::lines;
 use super::taxel_address::TaxelAddress;

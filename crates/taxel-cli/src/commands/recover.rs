@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use taxel_record::mcap::{Recovered, recover};
+use taxel_io::mcap::{Recovered, recover};
 
 use crate::error::Error;
 use crate::outputs::{Files, check_ending};

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use taxel::Frame;
 use taxel_acquire::protocol::taxel1::{Header, encode};
-use taxel_record::{FrameSource, TextOptions, open_counts};
+use taxel_io::{FrameSource, TextOptions, open_counts};
 
 use crate::error::Error;
 use crate::{Exit, interrupt, live_sensor, out, sensor_file};

@@ -4,7 +4,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use taxel_view::report::Report;
+use taxel_plot::report::Report;
 
 use super::evaluate::evaluate;
 use crate::error::Error;

@@ -9,8 +9,8 @@ use clap::ArgGroup;
 use taxel::health::{Health, HealthOptions, SelfTest, Unusable};
 use taxel::{Counts, Frame, Sensor};
 use taxel_acquire::Address;
-use taxel_record::{FrameSource, TextOptions, open_counts};
-use taxel_view::{Format, HealthMap};
+use taxel_io::{FrameSource, TextOptions, open_counts};
+use taxel_plot::{Format, HealthMap};
 
 use super::positive::positive;
 use crate::error::Error;

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use clap::{ArgGroup, ValueEnum};
 use taxel::circuit::{Circuit, LinearCircuit, OperatingPoint};
 use taxel::{Frame, Sensor, Siemens, Volts};
-use taxel_record::{FrameSource, TextOptions};
+use taxel_io::{FrameSource, TextOptions};
 
 use crate::error::Error;
 use crate::frames::{needs_frame_count, open_values, show};

@@ -8,9 +8,9 @@ use taxel::frame::grams_from_newtons;
 use taxel::metric::{TaxelCrossTalk, cross_talk_index, ghost_level, is_usable};
 use taxel::simulate::{Grams, newtons};
 use taxel::{Frame, Newtons};
-use taxel_record::TextOptions;
-use taxel_view::report::{Cell, Figure, Section, Table, number};
-use taxel_view::{Line, LineStyle, Panel, Series, Sheet, cells};
+use taxel_io::TextOptions;
+use taxel_plot::report::{Cell, Figure, Section, Table, number};
+use taxel_plot::{Line, LineStyle, Panel, Series, Sheet, cells};
 
 use super::plan::{Experiment, Plan};
 use super::readings::{Answer, Group, Reader};
@@ -168,7 +168,7 @@ fn places(group: &Group, method: usize) -> Vec<Vec<Pair>> {
 fn pairs(
     plan: &Plan,
     group: &Group,
-    of: impl Fn(&taxel_record::Trial, &super::readings::Reading) -> Option<(f64, Option<f64>)>,
+    of: impl Fn(&taxel_io::Trial, &super::readings::Reading) -> Option<(f64, Option<f64>)>,
 ) -> Result<Vec<Vec<Pair>>, Error> {
     let mut out = Vec::new();
     for one in group.experiments() {

@@ -1,8 +1,8 @@
 //! Does it matter how long the load has been there?
 
 use taxel::evaluate::creep::{Creep, Exponentials, FEWEST, Logarithm, Reading, creep};
-use taxel_view::report::{Cell, Figure, Section, Table, number};
-use taxel_view::{Line, LineStyle, Series, cells};
+use taxel_plot::report::{Cell, Figure, Section, Table, number};
+use taxel_plot::{Line, LineStyle, Series, cells};
 
 use super::plan::{Experiment, Plan, Value};
 use super::readings::Group;

@@ -5,8 +5,8 @@ use taxel::evaluate::sweep::{
 };
 use taxel::metric::cross_talk_drop;
 use taxel::screen::Axis;
-use taxel_view::report::{Cell, Figure, Section, Table};
-use taxel_view::{Line, LineStyle, Series, cells};
+use taxel_plot::report::{Cell, Figure, Section, Table};
+use taxel_plot::{Line, LineStyle, Series, cells};
 
 use super::plan::{Along, Experiment, Plan};
 use super::readings::Group;
@@ -95,7 +95,7 @@ fn check_others(experiment: &Experiment, group: &Group, along: Axis) -> Result<(
         Axis::Row => group.sensor.columns(),
         Axis::Column => group.sensor.rows(),
     };
-    let beyond = |trial: &&taxel_record::Trial| trial.others.is_some_and(|n| n >= taxels);
+    let beyond = |trial: &&taxel_io::Trial| trial.others.is_some_and(|n| n >= taxels);
     match group.trials.iter().find(beyond) {
         Some(trial) => Err(Error::Plan {
             file: experiment.trials.clone().unwrap_or_default(),

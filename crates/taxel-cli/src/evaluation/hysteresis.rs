@@ -1,8 +1,8 @@
 //! Does it matter whether the load grew or fell?
 
 use taxel::evaluate::hysteresis::{Reading, hysteresis};
-use taxel_view::report::{Figure, Section, Table};
-use taxel_view::{Line, Series, cells};
+use taxel_plot::report::{Figure, Section, Table};
+use taxel_plot::{Line, Series, cells};
 
 use super::plan::{Experiment, Plan, Value};
 use super::readings::Group;

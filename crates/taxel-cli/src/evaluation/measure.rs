@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use taxel_acquire::Address;
 use taxel_acquire::transport::State;
-use taxel_record::Trial;
-use taxel_view::report::number;
+use taxel_io::Trial;
+use taxel_plot::report::number;
 
 use super::plan::{Experiment, Plan};
 use crate::enter::{Enter, NoEnter};

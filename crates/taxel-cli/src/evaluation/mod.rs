@@ -15,8 +15,8 @@ mod response;
 use std::collections::{BTreeSet, HashMap};
 use std::path::PathBuf;
 
-use taxel_record::{Trial, read_trials};
-use taxel_view::report::{Report, Section};
+use taxel_io::{Trial, read_trials};
+use taxel_plot::report::{Report, Section};
 
 use crate::error::Error;
 use crate::unit::MethodName;

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use taxel::Sensor;
 use taxel::evaluate::Bootstrap;
-use taxel_record::read_trials;
-use taxel_view::report::number;
+use taxel_io::read_trials;
+use taxel_plot::report::number;
 
 use crate::error::Error;
 use crate::unit::MethodName;

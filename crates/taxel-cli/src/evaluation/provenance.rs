@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 use taxel::Sensor;
 use taxel::sensor::{PerLine, PerTaxel};
-use taxel_view::cells;
-use taxel_view::report::{Section, Table, number};
+use taxel_plot::cells;
+use taxel_plot::report::{Section, Table, number};
 
 use super::plan::Plan;
 use crate::error::Error;

@@ -8,7 +8,7 @@ use taxel::frame::grams_from_newtons;
 use taxel::metric::Figures;
 use taxel::pipeline::{FrameResult, Pipeline};
 use taxel::{Counts, Frame, Mark, Sensor};
-use taxel_record::{FrameSource, TextOptions, Trial, open_counts};
+use taxel_io::{FrameSource, TextOptions, Trial, open_counts};
 
 use super::plan::Value;
 use crate::error::Error;

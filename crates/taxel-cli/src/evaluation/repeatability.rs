@@ -2,8 +2,8 @@
 
 use taxel::evaluate::Bootstrap;
 use taxel::evaluate::repeatability::{OUTLIER_SIGMAS, Reading, difference, repeatability};
-use taxel_view::report::{Cell, Figure, Section, Table};
-use taxel_view::{Line, LineStyle, Series, cells};
+use taxel_plot::report::{Cell, Figure, Section, Table};
+use taxel_plot::{Line, LineStyle, Series, cells};
 
 use super::plan::{Experiment, Plan, Value};
 use super::readings::Group;

@@ -3,8 +3,8 @@
 use taxel::circuit::Converter;
 use taxel::evaluate::response::{Reading, Response, response};
 use taxel::{Counts, Frame};
-use taxel_view::report::{Figure, Section, Table, number};
-use taxel_view::{Line, LineStyle, Series, cells};
+use taxel_plot::report::{Figure, Section, Table, number};
+use taxel_plot::{Line, LineStyle, Series, cells};
 
 use super::plan::{Experiment, Plan, Value};
 use super::readings::Group;

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::json;
 use taxel::{Frame, Mark, Sensor, Siemens};
-use taxel_view::live::FrameMessage;
+use taxel_server::FrameMessage;
 
 use super::newest::Newest;
 use crate::frames::Shown;

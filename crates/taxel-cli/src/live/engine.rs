@@ -10,7 +10,7 @@ use taxel::pipeline::Pipeline;
 use taxel::screen::{Axis, LineFaultKind, LineFaults, LineScreen, ScreenOptions};
 use taxel::solve::Raw;
 use taxel::{Frame, Newtons, Sensor};
-use taxel_view::live::{FrameMessage, Server};
+use taxel_server::{FrameMessage, Server};
 
 use super::desk::{BadLines, Desk};
 use super::details::{Details, Question};
@@ -56,7 +56,7 @@ pub(super) struct Engine {
     is_load: bool,
     tare: Option<Tare>,
     /// The one of the recording that is played.
-    recorded_tare: Option<Arc<taxel_record::Tare>>,
+    recorded_tare: Option<Arc<taxel_io::Tare>>,
     survey: LineScreen,
     surveyed: u32,
     survey_due: Instant,
@@ -240,7 +240,7 @@ impl Engine {
     /// A tare is data: which frames it is the mean of, and what it takes off in all.
     fn tell_tare(&self, last: u64) {
         let Some(tare) = &self.tare else { return };
-        self.recorder.tare(taxel_record::Tare {
+        self.recorder.tare(taxel_io::Tare {
             from_sequence: last + 1,
             at: SystemTime::now(),
             unit: self.unit().to_owned(),
@@ -266,7 +266,7 @@ impl Engine {
     fn untare(&mut self) {
         if self.tare.take().is_some() {
             let from = self.loads.sequence + 1;
-            let undone = taxel_record::Tare::undone(from, SystemTime::now());
+            let undone = taxel_io::Tare::undone(from, SystemTime::now());
             self.recorder.tare(undone);
             self.recorder.event("tare", "tare cleared");
         }
@@ -283,9 +283,8 @@ impl Engine {
         }
         self.recorded_tare.clone_from(recorded);
         let taxels = self.loads.values().len();
-        let fits = |tare: &&Arc<taxel_record::Tare>| {
-            tare.loads.len() == taxels && tare.unit == self.unit()
-        };
+        let fits =
+            |tare: &&Arc<taxel_io::Tare>| tare.loads.len() == taxels && tare.unit == self.unit();
         self.tare = recorded.as_ref().filter(fits).map(|tare| Tare {
             raw: match tare.raw.len() == taxels {
                 true => tare.raw.clone(),

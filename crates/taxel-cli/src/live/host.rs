@@ -10,7 +10,7 @@ use serde_json::json;
 use taxel::{Sensor, solve};
 use taxel_acquire::Address;
 use taxel_acquire::simulated::Knobs;
-use taxel_view::live::{Command, Host};
+use taxel_server::{Command, Host};
 
 use super::Options;
 use super::desk::{Desk, secs};

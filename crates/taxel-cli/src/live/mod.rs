@@ -23,7 +23,7 @@ use std::time::{Duration, Instant, SystemTime};
 use taxel::{Counts, Frame, Sensor};
 use taxel_acquire::Address;
 use taxel_acquire::transport::State;
-use taxel_view::live::{Options as ServerOptions, Server};
+use taxel_server::{Options as ServerOptions, Server};
 
 use crate::error::Error;
 use crate::unit::MethodName;
@@ -49,7 +49,7 @@ pub(crate) struct Arrived {
     frame: Arc<Frame<Counts>>,
     at: SystemTime,
     /// Of a recording: what was taken off when it was made.
-    tare: Option<Option<Arc<taxel_record::Tare>>>,
+    tare: Option<Option<Arc<taxel_io::Tare>>>,
 }
 
 /// What to run.

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant, SystemTime};
 use taxel::{Counts, Frame, Sensor};
 use taxel_acquire::protocol::Tally;
 use taxel_acquire::transport::{Receiver, State};
-use taxel_record::{FrameSource, McapReader, TextOptions, open_counts, shape_of};
+use taxel_io::{FrameSource, McapReader, TextOptions, open_counts, shape_of};
 
 use super::desk;
 use super::source::Intake;

@@ -15,8 +15,8 @@ use std::time::{Duration, Instant, SystemTime};
 
 use taxel::metric::Figures;
 use taxel::{Frame, Newtons};
-use taxel_record::mcap::About;
-use taxel_record::{McapWriter, Tare};
+use taxel_io::mcap::About;
+use taxel_io::{McapWriter, Tare};
 
 use super::desk::{Desk, Recording};
 use super::{Arrived, Options};
@@ -436,7 +436,7 @@ impl<'a> Writing<'a> {
         }
     }
 
-    fn write(&mut self, write: impl FnOnce(&mut Open) -> Result<(), taxel_record::Error>) {
+    fn write(&mut self, write: impl FnOnce(&mut Open) -> Result<(), taxel_io::Error>) {
         if let Some(file) = &mut self.open
             && let Err(error) = write(file)
         {

@@ -10,7 +10,7 @@ use taxel_acquire::Address;
 use taxel_acquire::protocol::{Expected, Protocol, Tally};
 use taxel_acquire::simulated::{Knobs, Simulated};
 use taxel_acquire::transport::{Receiver, State, receive};
-use taxel_view::live::Server;
+use taxel_server::Server;
 
 use super::desk::Desk;
 use super::newest::Newest;
@@ -129,7 +129,7 @@ pub(super) struct Intake {
     /// The device's time, of the last frame.
     pub(super) clock: Option<f64>,
     /// Of a recording: what was taken off the frame that comes.
-    pub(super) tare: Option<Option<Arc<taxel_record::Tare>>>,
+    pub(super) tare: Option<Option<Arc<taxel_io::Tare>>>,
 }
 
 /// A device's clock that goes on by more than this between two frames has jumped, seconds.

@@ -4,8 +4,8 @@ use std::path::Path;
 use std::time::{Duration, SystemTime};
 
 use taxel::{Counts, Frame, Sensor};
-use taxel_record::mcap::About;
-use taxel_record::{Losses, McapWriter, Tare};
+use taxel_io::mcap::About;
+use taxel_io::{Losses, McapWriter, Tare};
 
 use crate::run::{Folder, SENSOR};
 

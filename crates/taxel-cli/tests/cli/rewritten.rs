@@ -1,7 +1,7 @@
 //! Recordings made of recordings: loads beside their counts, what is whole of a damaged one, one sent again.
 
 use taxel::{Counts, Frame, Newtons};
-use taxel_record::{FrameSource, LoadsReader, McapReader, Tare, TextOptions};
+use taxel_io::{FrameSource, LoadsReader, McapReader, Tare, TextOptions};
 
 use crate::recordings::{at, counts, write};
 use crate::run::Folder;

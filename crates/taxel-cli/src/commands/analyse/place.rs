@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use taxel_record::experiments::taxel_of_label;
+use taxel_io::experiments::taxel_of_label;
 
 use crate::error::Error;
 

@@ -2,7 +2,7 @@
 
 use taxel::screen::{FrameScreen, LineFaults, LineScreen, ScreenOptions};
 use taxel::{Counts, Frame, Mark, Sensor};
-use taxel_record::{FrameSource, Integrity, TextOptions, open_counts};
+use taxel_io::{FrameSource, Integrity, TextOptions, open_counts};
 
 use super::Args;
 use crate::chain::Chain;
@@ -120,8 +120,7 @@ pub(super) fn take(
     taken.integrity = reading.integrity();
     let (skipped, first) = reading.skips();
     taken.skipped_frames = skipped;
-    let words =
-        |skip: &taxel_record::Skipped| format!("frame {} left out: {}", skip.frame, skip.error);
+    let words = |skip: &taxel_io::Skipped| format!("frame {} left out: {}", skip.frame, skip.error);
     taken.skipped = first.iter().take(10).map(words).collect();
     Ok(taken)
 }

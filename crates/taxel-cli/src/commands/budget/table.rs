@@ -6,7 +6,7 @@ use taxel::Sensor;
 use taxel::design::budget::{Change, Errors};
 use taxel::sensor::PerLine;
 use taxel::simulate::default_noise_counts;
-use taxel_view::report::number;
+use taxel_plot::report::number;
 
 use super::{Report, SceneReport};
 

@@ -26,7 +26,7 @@ const BLIND: f64 = 0.8;
 /// Fits and writes; the circuit stays as the sensor file has it.
 pub(super) fn run(args: &Args, mut sensor: Sensor) -> Result<Exit, Error> {
     let table = args.pairs.as_deref().unwrap_or(Path::new(""));
-    let read = taxel_record::read_pairs_by_line(table)?;
+    let read = taxel_io::read_pairs_by_line(table)?;
     let all: Vec<(f64, f64)> = read.iter().map(|(_, pair)| *pair).collect();
     let suspects = suspect_pairs(&all);
     let suspected = |i: usize| suspects.iter().any(|s| s.press == i);

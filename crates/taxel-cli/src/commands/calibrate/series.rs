@@ -6,7 +6,7 @@ use serde::Serialize;
 use taxel::calibrate::{DynamicFit, Series, fit_dynamic};
 use taxel::simulate::Grams;
 use taxel::{Counts, Frame, Sensor};
-use taxel_record::{FrameSource, TextOptions, open_counts};
+use taxel_io::{FrameSource, TextOptions, open_counts};
 
 use super::Args;
 use crate::error::Error;

@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::Serialize;
 use taxel_learn::Split;
 use taxel_learn::contest::{Bin, Errors, Scores};
-use taxel_view::{Format, Line, Series};
+use taxel_plot::{Format, Line, Series};
 
 use super::Args;
 use super::contestants::Contestant;

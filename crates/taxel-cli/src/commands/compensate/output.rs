@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use taxel::{Counts, Frame, Newtons, Sensor};
-use taxel_record::npy::Element;
-use taxel_record::{McapWriter, ParquetWriter};
+use taxel_io::npy::Element;
+use taxel_io::{McapWriter, ParquetWriter};
 
 use super::Args;
 use crate::carry::{self, Carry, Clock, USUAL_RATE};

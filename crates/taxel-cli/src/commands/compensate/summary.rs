@@ -7,7 +7,7 @@ use std::path::Path;
 use serde::Serialize;
 use taxel::solve::Outcome;
 use taxel::{Frame, Mark, Sensor};
-use taxel_record::{Integrity, Skipped};
+use taxel_io::{Integrity, Skipped};
 
 use super::Args;
 use super::output::marks_file;

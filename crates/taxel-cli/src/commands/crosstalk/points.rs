@@ -27,7 +27,7 @@ impl Points {
     /// Reads them. A first line without numbers is a header; a third column names the replicate and is not used.
     pub(super) fn read(file: &Path, volts_per_count: Option<f64>) -> Result<Self, Error> {
         let text = bounded::read_text(file, LONGEST);
-        let text = text.map_err(|source| taxel_record::Error::Open {
+        let text = text.map_err(|source| taxel_io::Error::Open {
             file: file.to_owned(),
             source,
         })?;

@@ -8,7 +8,7 @@ use std::path::Path;
 use serde::Serialize;
 use taxel::screen::ScreenReport;
 use taxel::{Frame, Mark};
-use taxel_record::{Event, Integrity, Skipped};
+use taxel_io::{Event, Integrity, Skipped};
 
 use crate::line_faults::FaultyLine;
 

@@ -1,7 +1,7 @@
 //! Frames in the unit to be drawn, without and with compensation.
 
 use taxel::Frame;
-use taxel_record::FrameSource;
+use taxel_io::FrameSource;
 
 use super::Job;
 use crate::chain::{Chain, warn_unsolved};

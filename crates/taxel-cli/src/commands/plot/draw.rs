@@ -1,7 +1,7 @@
 //! Frames and series as pictures.
 
 use taxel::{Frame, Mark};
-use taxel_view::{ContactSheet, Line, Panel, Picture, Series, Sheet};
+use taxel_plot::{ContactSheet, Line, Panel, Picture, Series, Sheet};
 
 use super::Job;
 use super::collect::each;

@@ -10,8 +10,8 @@ use taxel_acquire::Address;
 use taxel_acquire::protocol::Tally;
 use taxel_acquire::simulated::Simulated;
 use taxel_acquire::transport::{Receiver, State};
-use taxel_record::McapWriter;
-use taxel_record::mcap::About;
+use taxel_io::McapWriter;
+use taxel_io::mcap::About;
 
 use super::Args;
 use crate::enter::{Enter, NoEnter};
@@ -251,7 +251,7 @@ fn simulate(
 struct Keeper {
     writer: McapWriter,
     until: Instant,
-    failed: Option<taxel_record::Error>,
+    failed: Option<taxel_io::Error>,
 }
 
 impl Receiver for Keeper {

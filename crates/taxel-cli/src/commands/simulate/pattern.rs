@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf, absolute};
 use clap::ValueEnum;
 use taxel::simulate::{Grams, Imperfections, Pattern, VirtualSensor, labelled_press};
 use taxel::{Frame, Sensor};
-use taxel_record::AtomicFile;
-use taxel_record::npy::Element;
+use taxel_io::AtomicFile;
+use taxel_io::npy::Element;
 
 use super::writer::Writer;
 use super::{Args, OutputUnit};

@@ -5,9 +5,9 @@ use std::time::{Duration, SystemTime};
 
 use taxel::circuit::Converter;
 use taxel::{Counts, Frame, Sensor, Volts};
-use taxel_record::mcap::About;
-use taxel_record::npy::Element;
-use taxel_record::{McapWriter, TextWriter};
+use taxel_io::mcap::About;
+use taxel_io::npy::Element;
+use taxel_io::{McapWriter, TextWriter};
 
 use super::OutputUnit;
 use crate::error::Error;

@@ -1,7 +1,7 @@
 //! What the paper says, and where it contradicts itself.
 
-use taxel_view::cells;
-use taxel_view::report::{Section, Table, number};
+use taxel_plot::cells;
+use taxel_plot::report::{Section, Table, number};
 
 use super::{TITLE, cell};
 

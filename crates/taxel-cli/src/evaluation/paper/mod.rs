@@ -14,9 +14,9 @@ use taxel::metric::cross_talk_drop;
 use taxel::screen::Axis;
 use taxel::simulate::Grams;
 use taxel::{Frame, design::rig};
-use taxel_record::TextOptions;
-use taxel_view::report::{Cell, Figure, Section, Table};
-use taxel_view::{Line, LineStyle, Panel, Series, Sheet, cells};
+use taxel_io::TextOptions;
+use taxel_plot::report::{Cell, Figure, Section, Table};
+use taxel_plot::{Line, LineStyle, Panel, Series, Sheet, cells};
 
 use super::plan::Plan;
 use super::readings::Reader;
@@ -176,7 +176,7 @@ fn before_and_after(plan: &Plan, folder: &Path) -> Result<Section, Error> {
             .unit("g")
             .pitch_mm(plan.sensor.array.pitch_mm))
     });
-    let panels = panels.collect::<Result<Vec<_>, taxel_view::Error>>()?;
+    let panels = panels.collect::<Result<Vec<_>, taxel_plot::Error>>()?;
     Ok(Section {
         title: "Figs. 7, 35 and 36: a hand before and after".to_owned(),
         paragraphs: vec![

@@ -7,12 +7,12 @@ use taxel::calibrate::Data;
 use taxel::sensor::preset;
 use taxel::simulate::{Faults, Grams, Pattern, Tip, VirtualSensor, labelled_presses, press_tips};
 use taxel::{Counts, Frame, Sensor};
+use taxel_io::NpyWriter;
+use taxel_io::npy::Element;
 use taxel_learn::fit::{self, Lesson};
 use taxel_learn::models::paper_mlp::HIDDEN;
 use taxel_learn::train::{Go, Settings};
 use taxel_learn::{Rows, Split};
-use taxel_record::NpyWriter;
-use taxel_record::npy::Element;
 
 use crate::error::Error;
 use crate::out;

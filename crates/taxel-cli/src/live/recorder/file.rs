@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime};
 
 use taxel_acquire::protocol::Tally;
-use taxel_record::{Losses, McapWriter, Tare};
+use taxel_io::{Losses, McapWriter, Tare};
 
 use super::{Arrived, Recording, Solved, Wanted};
 
@@ -147,7 +147,7 @@ impl Open {
         self.awaited.is_empty()
     }
 
-    pub(super) fn counts(&mut self, arrived: &Arrived) -> Result<(), taxel_record::Error> {
+    pub(super) fn counts(&mut self, arrived: &Arrived) -> Result<(), taxel_io::Error> {
         if self.is_full() {
             return Ok(());
         }
@@ -163,7 +163,7 @@ impl Open {
     }
 
     /// Loads of a frame that is in the file; of others they are let go.
-    pub(super) fn solved(&mut self, solved: &Solved) -> Result<(), taxel_record::Error> {
+    pub(super) fn solved(&mut self, solved: &Solved) -> Result<(), taxel_io::Error> {
         if !self.awaited.remove(&solved.sequence) {
             return Ok(());
         }
@@ -179,15 +179,15 @@ impl Open {
         kind: &str,
         text: &str,
         at: SystemTime,
-    ) -> Result<(), taxel_record::Error> {
+    ) -> Result<(), taxel_io::Error> {
         self.writer.write_event(kind, text, at)
     }
 
-    pub(super) fn tare(&mut self, tare: &Tare) -> Result<(), taxel_record::Error> {
+    pub(super) fn tare(&mut self, tare: &Tare) -> Result<(), taxel_io::Error> {
         self.writer.write_tare(tare)
     }
 
-    pub(super) fn flush(&mut self) -> Result<(), taxel_record::Error> {
+    pub(super) fn flush(&mut self) -> Result<(), taxel_io::Error> {
         self.writer.flush_if_due()
     }
 
@@ -216,11 +216,7 @@ impl Open {
     }
 
     /// What is missing stands in the file too.
-    fn tell_losses(
-        &mut self,
-        tally: &Tally,
-        without_loads: u64,
-    ) -> Result<(), taxel_record::Error> {
+    fn tell_losses(&mut self, tally: &Tally, without_loads: u64) -> Result<(), taxel_io::Error> {
         let mut losses = Losses::default();
         losses.lost = tally.lost;
         losses.corrupt = tally.corrupt;

@@ -64,7 +64,7 @@ fn the_end_is_answered_with_what_the_file_has() {
     let saved = bed.recorder.stop().unwrap();
     assert_eq!((saved.frames, saved.error.as_deref()), (100, None));
     // Whole: it can be taken away at once.
-    let reader = taxel_record::McapReader::open_any(&path).unwrap();
+    let reader = taxel_io::McapReader::open_any(&path).unwrap();
     assert_eq!(reader.extent().unwrap().1, 100);
     assert!(bed.recorder.stop().is_none());
     assert_eq!(
@@ -121,7 +121,7 @@ fn a_recorder_that_dies_is_noticed_and_what_it_had_is_whole() {
         .recorder
         .begin(bed.path("b.mcap"), Owner::Operator, None);
     assert!(matches!(refused, Err(Error::RecorderGone)));
-    let reader = taxel_record::McapReader::open_any(&path).unwrap();
+    let reader = taxel_io::McapReader::open_any(&path).unwrap();
     assert_eq!(reader.extent().unwrap().1, 5);
 }
 

@@ -1,0 +1,76 @@
+//! How fast text recordings are read and written: makes about 100 MB of frames as an e-Cone writes them,
+//! reads them back and prints megabytes a second.
+//!
+//! `cargo run --release -p taxel-io --example read_speed [folder]` keeps the recording in `folder`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use taxel::{Counts, Frame};
+use taxel_io::{Error, FrameSource, TextOptions, TextReader, TextWriter};
+
+const ROWS: usize = 64;
+const COLUMNS: usize = 128;
+const BYTES: u64 = 100_000_000;
+
+/// The next of a sequence of 16-bit counts that look random (Knuth's 64-bit generator).
+fn next_count(state: &mut u64) -> f64 {
+    *state = state
+        .wrapping_mul(6_364_136_223_846_793_005)
+        .wrapping_add(1_442_695_040_888_963_407);
+    (*state >> 48) as f64
+}
+
+fn write(path: &Path) -> Result<u64, Error> {
+    let mut writer = TextWriter::create(path)?;
+    let mut frame = Frame::<Counts>::zeros(ROWS, COLUMNS);
+    let mut state = 1;
+    // A number and its comma take 5.8 bytes on average.
+    while writer.frames() * ((ROWS * COLUMNS) as u64 * 58 / 10) < BYTES {
+        let values = frame.values_mut().iter_mut();
+        values.for_each(|value| *value = next_count(&mut state));
+        writer.write(&frame)?;
+    }
+    let frames = writer.frames();
+    writer.commit()?;
+    Ok(frames)
+}
+
+fn read(path: &Path) -> Result<(u64, f64), Error> {
+    let mut options = TextOptions::new(ROWS, COLUMNS);
+    options.max_count = Some(65535.0);
+    let mut reader = TextReader::open(path, options)?;
+    let mut frame = Frame::zeros(ROWS, COLUMNS);
+    let (mut frames, mut sum) = (0, 0.0);
+    while reader.next_into(&mut frame)? {
+        frames += 1;
+        sum += frame.at(ROWS - 1, COLUMNS - 1);
+    }
+    Ok((frames, sum))
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let kept = std::env::args().nth(1).map(PathBuf::from);
+    let temporary = tempfile::tempdir()?;
+    let folder = kept.as_deref().unwrap_or(temporary.path());
+    let path = folder.join("read_speed.txt");
+    let start = Instant::now();
+    let frames = write(&path)?;
+    let wrote = start.elapsed().as_secs_f64();
+    let megabytes = fs::metadata(&path)?.len() as f64 / 1e6;
+    println!("{frames} frames of {ROWS} x {COLUMNS}, {megabytes:.1} MB");
+    println!("wrote  {:7.1} MB/s", megabytes / wrote);
+    let mut best = f64::INFINITY;
+    for _ in 0..5 {
+        let start = Instant::now();
+        assert_eq!(read(&path)?.0, frames);
+        best = best.min(start.elapsed().as_secs_f64());
+    }
+    println!(
+        "read   {:7.1} MB/s (best of 5, file in memory)",
+        megabytes / best
+    );
+    println!("read   {:7.0} frames/s", frames as f64 / best);
+    Ok(())
+}

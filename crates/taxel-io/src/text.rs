@@ -1,0 +1,182 @@
+//! The e-Cone's text recordings: frames of counts as lines of numbers.
+//!
+//! `.txt`: R lines a frame, C comma-separated counts a line, each closed by a comma, frames one behind the
+//! other. `.csv`: the same with one extra line (blank, a header or a time stamp) before each frame.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use taxel::{Counts, Frame, Sensor};
+
+use crate::error::Error;
+use crate::grid::Grid;
+use crate::number::Rule;
+use crate::rows::{ExtraLines, RowWriter};
+use crate::source::{FrameSource, Input, Skipped, open_input};
+
+/// How to read frames from text.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TextOptions {
+    /// Sensed lines of the array.
+    pub rows: usize,
+    /// Driven lines of the array.
+    pub columns: usize,
+    /// The largest count allowed; `None`: any.
+    pub max_count: Option<f64>,
+    /// The file has rows and columns swapped: `columns` lines of `rows` numbers.
+    pub transpose: bool,
+    /// Leave out frames that cannot be read, instead of stopping at the first.
+    pub keep_going: bool,
+    /// Of a damaged `.mcap`, give what is whole and no error at its end: the caller asks
+    /// [`FrameSource::integrity`] and tells what is missing.
+    pub accept_damage: bool,
+    /// Whether each frame has an extra line before it. `None`: `.txt` files have none, the others show it.
+    pub extra_line: Option<bool>,
+}
+
+impl TextOptions {
+    /// Frames of `rows` × `columns`, any count, stopping at the first error.
+    pub fn new(rows: usize, columns: usize) -> Self {
+        Self {
+            rows,
+            columns,
+            max_count: None,
+            transpose: false,
+            keep_going: false,
+            accept_damage: false,
+            extra_line: None,
+        }
+    }
+
+    /// Frames of a sensor, counts up to its converter's largest.
+    pub fn of(sensor: &Sensor) -> Self {
+        Self {
+            max_count: Some(sensor.max_count()),
+            ..Self::new(sensor.rows(), sensor.columns())
+        }
+    }
+
+    /// What the extension says about the extra line, where the caller does not.
+    pub(crate) fn for_file(mut self, path: &Path) -> Self {
+        if self.extra_line.is_none() && extension(path) == "txt" {
+            self.extra_line = Some(false);
+        }
+        self
+    }
+}
+
+/// What follows the last dot, in small letters.
+pub(crate) fn extension(path: &Path) -> String {
+    path.extension()
+        .map(|e| e.to_string_lossy().to_ascii_lowercase())
+        .unwrap_or_default()
+}
+
+/// Reads frames of counts from text. Fractions are allowed (averaged recordings); signs are not.
+///
+/// ```
+/// use taxel_io::{FrameSource, TextOptions, TextReader};
+/// let text = "1,2,3,\n4,5,6,\n";
+/// let reader = TextReader::new(text.as_bytes(), "two lines", TextOptions::new(2, 3))?;
+/// let frame = reader.frames().next().unwrap()?;
+/// assert_eq!(frame.at(1, 0), 4.0);
+/// # Ok::<(), taxel_io::Error>(())
+/// ```
+pub struct TextReader<R = Input> {
+    grid: Grid<R>,
+    shape: (usize, usize),
+    total: Option<u64>,
+}
+
+impl TextReader<Input> {
+    /// Opens a `.txt` or `.csv` recording (`-`: standard input).
+    ///
+    /// # Errors
+    /// [`Error::Open`]; [`Error::Size`] for an array of no or too many taxels.
+    pub fn open(path: impl AsRef<Path>, options: TextOptions) -> Result<Self, Error> {
+        let path = path.as_ref();
+        let (input, total) = open_input(path)?;
+        let mut reader = Self::new(input, path, options.for_file(path))?;
+        reader.total = total;
+        Ok(reader)
+    }
+}
+
+impl<R: Read> TextReader<R> {
+    /// Reads from any stream; `name` stands for the file in messages.
+    ///
+    /// # Errors
+    /// [`Error::Size`] for an array of no or too many taxels.
+    pub fn new(reader: R, name: impl Into<PathBuf>, options: TextOptions) -> Result<Self, Error> {
+        let maximum = options.max_count.unwrap_or(f64::MAX);
+        Ok(Self {
+            grid: Grid::new(reader, &name.into(), options, Rule::Counts { maximum })?,
+            shape: (options.rows, options.columns),
+            total: None,
+        })
+    }
+}
+
+impl<R: Read> FrameSource<Counts> for TextReader<R> {
+    fn shape(&self) -> (usize, usize) {
+        self.shape
+    }
+    fn next_into(&mut self, frame: &mut Frame<Counts>) -> Result<bool, Error> {
+        self.grid.next_into(frame)
+    }
+    fn skipped(&self) -> usize {
+        self.grid.skips().count
+    }
+    fn skips(&self) -> &[Skipped] {
+        &self.grid.skips().first
+    }
+    fn bytes_read(&self) -> u64 {
+        self.grid.bytes()
+    }
+    fn bytes_total(&self) -> Option<u64> {
+        self.total
+    }
+}
+
+/// Writes frames of counts as text: `.csv` with an extra line before each frame (`time_secs=…` or blank),
+/// every other name without.
+pub struct TextWriter {
+    rows: RowWriter,
+}
+
+impl TextWriter {
+    /// Begins the file, which appears with [`TextWriter::commit`].
+    ///
+    /// # Errors
+    /// [`Error::Create`].
+    pub fn create(path: impl AsRef<Path>) -> Result<Self, Error> {
+        let extra = match extension(path.as_ref()).as_str() {
+            "csv" => ExtraLines::Every,
+            _ => ExtraLines::Never,
+        };
+        let rows = RowWriter::create(path.as_ref(), extra, true, 0.0)?;
+        Ok(Self { rows })
+    }
+
+    /// Appends a frame.
+    ///
+    /// # Errors
+    /// [`Error::Write`] (disk full), [`Error::FrameShape`] for a frame of another shape than the first,
+    /// [`Error::Value`] for a count that is negative or not finite.
+    pub fn write(&mut self, frame: &Frame<Counts>) -> Result<(), Error> {
+        self.rows.write(frame)
+    }
+
+    /// Frames written so far.
+    pub fn frames(&self) -> u64 {
+        self.rows.frames()
+    }
+
+    /// Finishes the file and gives it its name.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub fn commit(self) -> Result<(), Error> {
+        self.rows.commit()
+    }
+}

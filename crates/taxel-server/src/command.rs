@@ -1,0 +1,146 @@
+//! What a viewer may ask for.
+
+use serde::Deserialize;
+
+/// One request, `do` in its JSON.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(tag = "do", rename_all = "kebab-case", deny_unknown_fields)]
+#[non_exhaustive]
+pub enum Command {
+    /// Take the present loads for nothing.
+    Tare {
+        /// Though there is load on the sensor.
+        #[serde(default)]
+        force: bool,
+    },
+    /// Forget that.
+    Untare,
+    /// Begin a recording.
+    Record {
+        /// Its name, without a folder.
+        #[serde(default)]
+        name: Option<String>,
+    },
+    /// End the recording.
+    Stop,
+    /// Note something that happens now.
+    Event {
+        /// What.
+        text: String,
+    },
+    /// Find loads another way.
+    Method {
+        /// Its name.
+        name: String,
+    },
+    /// Turn a knob of the simulated source.
+    Slider {
+        /// Which.
+        key: String,
+        /// To where.
+        value: f64,
+    },
+    /// Go on with the file.
+    Play,
+    /// Hold the file.
+    Pause,
+    /// Go to a place in the file.
+    Seek {
+        /// Seconds from its beginning.
+        secs: f64,
+    },
+    /// Play the file faster or slower.
+    Speed {
+        /// 1: as recorded.
+        factor: f64,
+    },
+}
+
+/// Everything that a viewer may send.
+#[derive(Debug, Deserialize)]
+pub(crate) struct Envelope {
+    #[serde(default)]
+    pub id: u64,
+    #[serde(rename = "do")]
+    pub verb: String,
+}
+
+/// What concerns the viewer's own connection.
+#[derive(Debug, PartialEq, Deserialize)]
+#[serde(tag = "do", rename_all = "kebab-case")]
+pub(crate) enum Own {
+    /// A frame has arrived.
+    Got,
+    /// The most frames a second it wants.
+    Rate { frames_per_second: f64 },
+    /// The taxels whose details it wants.
+    Watch { taxels: Vec<(usize, usize)> },
+}
+
+/// A message, taken apart.
+#[derive(Debug, PartialEq)]
+pub(crate) enum Message {
+    Own(Own),
+    Command(u64, Command),
+}
+
+/// The most taxels that a viewer watches.
+const MOST_WATCHED: usize = 16;
+
+/// Reads a viewer's message; on failure the id it had, and why.
+pub(crate) fn parse(text: &str) -> Result<Message, (u64, String)> {
+    let envelope: Envelope =
+        serde_json::from_str(text).map_err(|error| (0, format!("no request: {error}")))?;
+    let id = envelope.id;
+    let failed = |error: serde_json::Error| (id, format!("{}: {error}", envelope.verb));
+    if ["got", "rate", "watch"].contains(&envelope.verb.as_str()) {
+        let own: Own = serde_json::from_str(text).map_err(failed)?;
+        let too_many = matches!(&own, Own::Watch { taxels } if taxels.len() > MOST_WATCHED);
+        if too_many {
+            return Err((id, format!("at most {MOST_WATCHED} taxels can be watched")));
+        }
+        return Ok(Message::Own(own));
+    }
+    let mut value: serde_json::Value = serde_json::from_str(text).map_err(failed)?;
+    if let Some(fields) = value.as_object_mut() {
+        fields.remove("id");
+    }
+    let command = serde_json::from_value(value).map_err(failed)?;
+    Ok(Message::Command(id, command))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn requests_are_read_and_what_is_wrong_is_said() {
+        assert_eq!(
+            parse(r#"{"id":3,"do":"tare"}"#),
+            Ok(Message::Command(3, Command::Tare { force: false }))
+        );
+        assert_eq!(
+            parse(r#"{"do":"got","sequence":9}"#),
+            Ok(Message::Own(Own::Got))
+        );
+        let seek = parse(r#"{"id":1,"do":"seek","secs":2.5}"#);
+        assert_eq!(seek, Ok(Message::Command(1, Command::Seek { secs: 2.5 })));
+        for (text, id, says) in [
+            ("tare", 0, "no request"),
+            (r#"{"id":4,"do":"explode"}"#, 4, "unknown variant"),
+            (r#"{"id":5,"do":"seek"}"#, 5, "missing field"),
+            (r#"{"id":6,"do":"seek","secs":"x"}"#, 6, "invalid type"),
+            (
+                r#"{"id":7,"do":"seek","secs":1,"path":"/"}"#,
+                7,
+                "unknown field",
+            ),
+        ] {
+            let (found, why) = parse(text).unwrap_err();
+            assert_eq!(found, id);
+            assert!(why.contains(says), "{text}: {why}");
+        }
+        let many = format!(r#"{{"id":8,"do":"watch","taxels":{:?}}}"#, vec![[1, 2]; 17]);
+        assert!(parse(&many).is_err());
+    }
+}

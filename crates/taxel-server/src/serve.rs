@@ -1,0 +1,147 @@
+//! Connections in, pages and WebSockets out.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::extract::ws::{CloseFrame, Message, WebSocketUpgrade};
+use axum::extract::{Path, Request, State};
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::middleware::{self, Next};
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+use axum::{Extension, Router};
+use tokio::net::TcpListener;
+use tokio::sync::oneshot;
+
+use crate::connections::{Connections, Known};
+use crate::guard::{self, Refusal};
+use crate::{Shared, assets, client};
+
+/// How often all viewers are told how things stand.
+const STATE_EVERY: Duration = Duration::from_millis(500);
+/// The longest message that a viewer may send.
+const LONGEST_MESSAGE: usize = 16 * 1024;
+/// What a WebSocket without the token is closed with.
+const NO_TOKEN: u16 = 4401;
+
+/// Serves until it is told to stop.
+pub(crate) async fn serve(
+    listener: std::net::TcpListener,
+    shared: Arc<Shared>,
+    stopped: oneshot::Receiver<()>,
+) {
+    let Ok(listener) = TcpListener::from_std(listener) else {
+        return;
+    };
+    let router = Router::new()
+        .route("/", get(page))
+        .route("/model", get(model_page))
+        .route("/assets/{*path}", get(asset))
+        .route("/live", get(live))
+        .layer(middleware::from_fn_with_state(shared.clone(), check))
+        .with_state(shared.clone());
+    let connections = Connections::default();
+    tokio::select! {
+        _ = stopped => {}
+        () = accept(&listener, &router, &connections) => {}
+        () = tell_state(&shared) => {}
+    }
+}
+
+async fn accept(listener: &TcpListener, router: &Router, connections: &Connections) {
+    loop {
+        let Ok((stream, from)) = listener.accept().await else {
+            // Out of file descriptors, mostly: others will be closed.
+            tokio::time::sleep(Duration::from_millis(50)).await;
+            continue;
+        };
+        let _ = stream.set_nodelay(true);
+        connections.take(stream, from.ip(), router);
+    }
+}
+
+async fn tell_state(shared: &Shared) {
+    let mut ticks = tokio::time::interval(STATE_EVERY);
+    loop {
+        ticks.tick().await;
+        shared.tell_all();
+    }
+}
+
+/// Refuses what comes from elsewhere, and lets go who asks for what is not there. A WebSocket without the token is
+/// answered first, so that its page learns why.
+async fn check(
+    State(shared): State<Arc<Shared>>,
+    Extension(known): Extension<Known>,
+    request: Request,
+    next: Next,
+) -> Response {
+    let mut response = match guard::check(&shared, request.headers(), request.uri()) {
+        Err(Refusal::Token) if request.uri().path() == "/live" => next.run(request).await,
+        Err(refusal) => {
+            let status = match refusal {
+                Refusal::Token => StatusCode::UNAUTHORIZED,
+                _ => StatusCode::FORBIDDEN,
+            };
+            (status, refusal.words()).into_response()
+        }
+        Ok(()) => {
+            known.set();
+            next.run(request).await
+        }
+    };
+    if response.status().is_client_error() {
+        let close = HeaderValue::from_static("close");
+        response.headers_mut().insert(header::CONNECTION, close);
+    }
+    assets::guarded(response)
+}
+
+async fn page(State(shared): State<Arc<Shared>>, request: Request) -> Response {
+    page_of("index.html", &shared, &request)
+}
+
+async fn model_page(State(shared): State<Arc<Shared>>, request: Request) -> Response {
+    page_of("model.html", &shared, &request)
+}
+
+/// A page, with the cookie that its files need.
+fn page_of(file: &str, shared: &Shared, request: &Request) -> Response {
+    let mut response = assets::file(file);
+    let cookie = guard::cookie(shared, request.uri());
+    if let Some(cookie) = cookie.and_then(|cookie| HeaderValue::from_str(&cookie).ok()) {
+        response.headers_mut().insert(header::SET_COOKIE, cookie);
+    }
+    response
+}
+
+async fn asset(Path(path): Path<String>) -> Response {
+    assets::file(&path)
+}
+
+async fn live(
+    State(shared): State<Arc<Shared>>,
+    upgrade: WebSocketUpgrade,
+    request: Request,
+) -> Response {
+    let may = guard::check_token(&shared, request.headers(), request.uri());
+    let Ok(seat) = shared.viewers.clone().try_acquire_owned() else {
+        let words = "too many viewers: close one\n";
+        return (StatusCode::SERVICE_UNAVAILABLE, words).into_response();
+    };
+    upgrade
+        .max_message_size(LONGEST_MESSAGE)
+        .max_frame_size(LONGEST_MESSAGE)
+        .on_upgrade(async move |mut socket| {
+            if may.is_err() {
+                let close = CloseFrame {
+                    code: NO_TOKEN,
+                    reason: "the token is missing or wrong".into(),
+                };
+                let _ = socket.send(Message::Close(Some(close))).await;
+                return;
+            }
+            client::attend(socket, &shared).await;
+            drop(seat);
+        })
+}
