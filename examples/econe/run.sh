@@ -2,13 +2,15 @@
 # The main job on files: a virtual e-Cone that differs from its parts list is calibrated from labelled presses and
 # uniform loads, and judged on frames that the calibration never saw.
 #
-#   examples/econe/run.sh [FOLDER]      TAXEL: the command (default: the release build, then `taxel` on the path)
+#   examples/econe/run.sh [FOLDER]      TAXEL: the command (default: what was built here, then `taxel` on the path)
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 folder=${1:-$(mktemp -d)}
 if [ -z "${TAXEL:-}" ]; then
-    TAXEL=$here/../../target/release/taxel
-    [ -x "$TAXEL" ] || TAXEL=taxel
+    TAXEL=taxel
+    for built in debug release; do
+        [ -x "$here/../../target/$built/taxel" ] && TAXEL=$here/../../target/$built/taxel
+    done
 fi
 mkdir -p "$folder"
 cd "$folder"

@@ -51,7 +51,7 @@ impl<'a> FrameResult<'a> {
     pub fn newtons(&self) -> Result<&'a Frame<Newtons>, Error> {
         self.loads.ok_or_else(|| Error::MissingKey {
             key: "material",
-            hint: "calibrate the sensor to find its load law, or ask for conductances".to_owned(),
+            hint: "a load law makes loads of conductances".to_owned(),
         })
     }
 }

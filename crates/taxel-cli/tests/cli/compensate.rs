@@ -241,7 +241,7 @@ fn keep_going_leaves_out_what_cannot_be_read_and_exits_3() {
     warning: frame 2 left out: not a number at broken.txt, line 10, column 5: value 3 of 6 is `three`
     hint: a line is broken, or this is no recording; `--keep-going` leaves its frame out
     warning: frame 5 left out: frame 5 is cut short at broken.txt, line 24, column 1: 3 whole lines found, 4 expected
-    hint: the recording stopped inside a frame; `--keep-going` leaves that frame out
+    hint: the recording stopped inside a frame; `--keep-going` leaves its frame out
     4 frames of 4 rows x 6 columns, method exact, [time] s, [time] frames/s
     all 4 frames converged
     2 frames left out

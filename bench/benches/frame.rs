@@ -1,6 +1,6 @@
-//! One frame: scan, derivative, inverse. `cargo bench -p taxel --bench frame`.
+//! One frame: scan, derivative, inverse. `cargo bench -p taxel-bench`.
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../../crates/taxel/tests/common/mod.rs"]
 mod common;
 
 use std::hint::black_box;
