@@ -1,7 +1,6 @@
-//! The live viewer's server: one page, and a WebSocket that carries frames out and commands in.
+#![doc = include_str!("../README.md")]
 //!
-//! It knows nothing of sensors: a [`Host`] says what is to be seen and does what viewers ask. Every viewer gets the
-//! newest frame when it is ready for one; a viewer that stalls holds up nobody. docs/formats.md describes the messages.
+//! In reading order: a [`Host`] says and does, a [`Server`] listens, a [`FrameMessage`] goes out, a [`Command`] comes in.
 
 mod assets;
 mod client;

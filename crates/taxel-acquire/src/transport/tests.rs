@@ -131,18 +131,13 @@ fn datagrams_are_received_and_a_stranger_s_are_counted_as_corrupt() {
     thread.join().unwrap();
 }
 
-#[cfg(unix)]
+/// Only Linux tells the name of a pseudo-terminal this way.
+#[cfg(target_os = "linux")]
 #[test]
 fn a_serial_line_is_read() {
     let (device, port) = serial2::SerialPort::pair().unwrap();
-    let name = std::fs::read_link(format!(
-        "/proc/self/fd/{}",
-        std::os::fd::AsRawFd::as_raw_fd(&port)
-    ));
-    let Ok(name) = name else {
-        // Only Linux tells the name of a pseudo-terminal this way.
-        return;
-    };
+    let descriptor = std::os::fd::AsRawFd::as_raw_fd(&port);
+    let name = std::fs::read_link(format!("/proc/self/fd/{descriptor}")).unwrap();
     let ear = Ear::default();
     let address = format!("serial:{}?baud=2000000", name.display());
     let thread = ear.listen(address.parse().unwrap());
