@@ -22,6 +22,12 @@ pub use frame::FrameMessage;
 use frame::Sent;
 pub use guard::{random_token, token_problem};
 
+/// Whether a text is a request that a viewer may make. For the fuzz targets.
+#[doc(hidden)]
+pub fn is_request(text: &str) -> bool {
+    command::parse(text).is_ok()
+}
+
 /// What the server shows, and who does what viewers ask for.
 pub trait Host: Send + Sync + 'static {
     /// What a viewer must know first: the message `hello`, as JSON.
