@@ -11,7 +11,7 @@ use taxel::solve::{Outcome, Stop};
 use taxel::{Counts, Frame, Sensor, Siemens, Volts};
 
 use crate::error::Error;
-use crate::frames::{Reading, Shown};
+use crate::frames::{DisplayUnit, Reading};
 use crate::methods::MethodName;
 use crate::units::Unit;
 
@@ -121,7 +121,7 @@ impl Chain {
     }
 
     /// The frame taken in last, in the unit asked for.
-    pub fn show_into(&self, shown: &mut Frame<Shown>) -> Result<(), Error> {
+    pub fn show_into(&self, shown: &mut Frame<DisplayUnit>) -> Result<(), Error> {
         let unit = self.unit;
         match &self.steps {
             Steps::Convert(convert) => copy(&convert.volts, shown, |volts| volts),
@@ -153,7 +153,7 @@ pub fn stop_words(outcome: &Outcome) -> (&'static str, Option<String>) {
     (word, Some(why))
 }
 
-fn copy<Q>(from: &Frame<Q>, to: &mut Frame<Shown>, number: impl Fn(f64) -> f64) {
+fn copy<Q>(from: &Frame<Q>, to: &mut Frame<DisplayUnit>, number: impl Fn(f64) -> f64) {
     to.take_marks(from);
     for (to, from) in to.values_mut().iter_mut().zip(from.values()) {
         *to = number(*from);

@@ -16,7 +16,7 @@ use crate::units::InputUnit;
 
 /// Numbers in the unit that the user asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Shown;
+pub struct DisplayUnit;
 
 /// A file of frames, and how to read it.
 #[derive(Debug, Clone)]
@@ -84,7 +84,10 @@ impl Input {
 }
 
 /// A source of numbers as they are, whatever they are: of `.csv` or `.npy`, or the loads of a recording, newtons.
-pub fn open_shown(file: &Path, options: TextOptions) -> Result<Box<dyn FrameSource<Shown>>, Error> {
+pub fn open_shown(
+    file: &Path,
+    options: TextOptions,
+) -> Result<Box<dyn FrameSource<DisplayUnit>>, Error> {
     match is_mcap(file) {
         true => Ok(Box::new(LoadsReader::open(file, options)?)),
         false => open_values(file, options),

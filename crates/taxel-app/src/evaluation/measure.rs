@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::frames::is_mcap;
 use crate::methods::MethodName;
 use crate::reporter::Reporter;
-use crate::session::{Options, Session, Wanted};
+use crate::session::{Options, RecordTopics, Session};
 
 /// How long a source may be silent.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -57,7 +57,7 @@ pub fn measure(plan: &Plan, address: &Address, operator: &dyn Operator) -> Resul
         sensor_file: plan.sensor_file.clone(),
         method: MethodName::Auto,
         folder: PathBuf::new(),
-        wanted: Wanted {
+        topics: RecordTopics {
             loads: false,
             figures: false,
         },

@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::{Exit, interrupt, out};
 use taxel_app::methods::MethodName;
 use taxel_app::sensor_source;
-use taxel_app::session::{Options, Session, Wanted};
+use taxel_app::session::{Options, RecordTopics, Session};
 use taxel_io::bounded;
 
 const SIMULATED: &str = "sim:econe?hand";
@@ -98,7 +98,7 @@ fn show(
         sensor_file,
         method: shown.method.clone(),
         folder: shown.folder.clone(),
-        wanted: Wanted {
+        topics: RecordTopics {
             loads: shown.loads,
             figures: shown.loads,
         },
@@ -119,7 +119,7 @@ fn show(
             out::note(&text);
             told = text;
         }
-        for line in session.take_told() {
+        for line in session.take_messages() {
             out::note(&line);
         }
         std::thread::sleep(std::time::Duration::from_millis(100));

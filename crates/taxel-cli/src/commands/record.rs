@@ -12,7 +12,7 @@ use crate::outputs::check_ending;
 use crate::{Exit, interrupt, out};
 use taxel_app::methods::MethodName;
 use taxel_app::sensor_source;
-use taxel_app::session::{Options, Saved, Session, Wanted};
+use taxel_app::session::{Options, RecordTopics, SavedRecording, Session};
 
 /// Record a sensor
 ///
@@ -73,7 +73,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         sensor_file,
         method: args.method.clone(),
         folder: PathBuf::new(),
-        wanted: Wanted {
+        topics: RecordTopics {
             loads: args.loads,
             figures: args.figures,
         },
@@ -148,10 +148,10 @@ fn wait_for_end(args: &Args, session: &Session) {
 
 /// What became of the recordings, on standard error; exit code 3 when something is missing in one of them.
 pub(crate) fn conclude(session: &Session) -> Result<Exit, Error> {
-    for line in session.take_told() {
+    for line in session.take_messages() {
         out::note(&line);
     }
-    let whole = |saved: &Saved| saved.error.is_none() && saved.missing().is_empty();
+    let whole = |saved: &SavedRecording| saved.error.is_none() && saved.missing().is_empty();
     Ok(match session.ended().iter().all(whole) {
         true => Exit::Good,
         false => Exit::DataLost,

@@ -18,7 +18,7 @@ use crate::enter::{Enter, NoEnter};
 use crate::error::Error;
 use crate::{interrupt, out};
 use taxel_app::methods::MethodName;
-use taxel_app::session::{Options, Saved, Session, Wanted};
+use taxel_app::session::{Options, RecordTopics, SavedRecording, Session};
 
 /// How long a device may take for its first frame; one that was reset by opening its port starts anew.
 const PATIENCE: Duration = Duration::from_secs(15);
@@ -150,7 +150,7 @@ fn receive(
         sensor_file: sensor_file.to_owned(),
         method: MethodName::default(),
         folder: PathBuf::new(),
-        wanted: Wanted::default(),
+        topics: RecordTopics::default(),
         server: None,
         record: Some(file.to_owned()),
         most: None,
@@ -188,7 +188,7 @@ fn receive(
 /// An error where the recording is not what it should be.
 fn is_whole(session: &Session, address: &Address) -> Result<(), Error> {
     match session.ended().pop() {
-        Some(Saved {
+        Some(SavedRecording {
             error: Some(why),
             path,
             frames,
