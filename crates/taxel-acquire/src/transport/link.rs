@@ -65,6 +65,20 @@ impl Link {
         }
     }
 
+    /// Where it was opened: `address`, with the port that the system chose where that left it to it (`udp:0.0.0.0:0`).
+    pub fn place(&self, address: &Address) -> Address {
+        match (self, address) {
+            (Self::Udp(socket), Address::Udp { bind, protocol }) => Address::Udp {
+                bind: match socket.local_addr() {
+                    Ok(chosen) if bind.ends_with(":0") => chosen.to_string(),
+                    _ => bind.clone(),
+                },
+                protocol: *protocol,
+            },
+            _ => address.clone(),
+        }
+    }
+
     /// Reads some bytes, or a datagram with its sender; 0: there will be no more.
     ///
     /// # Errors
