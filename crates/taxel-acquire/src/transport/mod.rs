@@ -12,7 +12,7 @@ use taxel::{Counts, Frame};
 use crate::protocol::{Decoder, Tally};
 use crate::{Address, Error};
 
-pub use link::Link;
+use link::Link;
 
 /// How it stands with the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
