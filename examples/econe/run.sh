@@ -24,7 +24,7 @@ real="--sensor econe --imperfect uneven --seed 7"
 "$TAXEL" simulate $real --pattern uniform --load-g 50,150,400 --frames 12 --presses equilibration.csv -o uniform.txt
 
 # 2. The parts list, the presses, the uniform loads: a calibrated sensor.
-"$TAXEL" calibrate --sensor "$here/sensor.toml" --presses experiments.csv --equilibration equilibration.csv \
+"$TAXEL" calibrate --sensor "$here/../../crates/taxel/examples/econe-parts.toml" --presses experiments.csv --equilibration equilibration.csv \
     -o calibrated.toml | tee report.txt
 
 # 3. Frames that it is judged on.

@@ -62,7 +62,6 @@ fn of_files(error: &taxel_io::Error) -> Option<&'static str> {
         Error::NoLoads { .. } => {
             "`taxel record --loads` records loads, `taxel compensate -o FILE.mcap` computes them"
         }
-        Error::OpenSensor { .. } => "this is what --sensor names",
         _ => return None,
     })
 }

@@ -1,8 +1,10 @@
 //! A read-out that is none of the five: columns behind diodes (open when not driven), every row with a pull-down of
 //! its own, selected or not. The line ends are given by hand; scan, inverse and standard errors are those of the
-//! library. Writes the conductances and prints a line per frame. docs/real-mats.md tells what comes out of a real mat.
+//! library. Writes the conductances and prints a line per frame. [real-mats.md] tells what comes out of a real mat.
 //!
 //! `cargo run --release -p taxel-io --example own_line_ends -- SENSOR.toml RECORDING.txt G.csv`
+//!
+//! [real-mats.md]: https://github.com/taxel/taxel/blob/main/docs/real-mats.md
 
 use taxel::circuit::{Circuit, Converter, LineEnds, LinearCircuit};
 use taxel::sensor::{Sensor, Topology};

@@ -1,11 +1,22 @@
-//! The mathematics of a resistive pressure-sensor matrix: from a raw frame to newtons.
+#![doc = include_str!("../README.md")]
 //!
-//! Such a sensor is R rows by C columns of pressure-sensitive resistors (taxels) that share lines, so
-//! pressing one taxel changes the reading of others. The circuit is known: [`circuit`] predicts a whole
-//! scan exactly, [`solve`] inverts it, [`calibrate`] finds its unknowns and the load law from labelled
-//! presses, [`screen`] marks readings that cannot be trusted.
+//! # Modules, in reading order
 //!
-//! This crate touches nothing: no files, sockets, threads or clock.
+//! | module | from → to |
+//! |---|---|
+//! | [`frame`] | one scan of all taxels: the quantity is in the type, a mark on every taxel |
+//! | [`sensor`] | what the sensor is: `sensor.toml`, and sensors that are known |
+//! | [`circuit`] | conductances → what a scan reads, and its derivative |
+//! | [`solve`] | what a scan reads → conductances |
+//! | [`screen`] | counts → marks: readings that cannot be trusted |
+//! | [`calibrate`] | labelled presses → the circuit's unknowns, the load law, creep and hysteresis |
+//! | [`pipeline`] | all of these in the order that a stream needs: counts → loads |
+//! | [`simulate`] | a virtual sensor with known loads |
+//! | [`metric`], [`stats`] | figures of merit; median and quantile |
+//! | [`evaluate`] | readings by experiment → repeatability, hysteresis, creep, accuracy |
+//! | [`health`] | frames of a self-test → faults, and what to solder |
+//! | [`design`] | parts → errors by cause, before anything is soldered |
+//! | [`crew`], [`vectors`], [`error`] | workers that a caller may bring; wide registers; what goes wrong |
 
 pub mod calibrate;
 pub mod circuit;

@@ -1,4 +1,6 @@
-//! What the sensor is: `sensor.toml` (docs/formats.md), checked once, complete afterwards.
+//! What the sensor is: `sensor.toml` ([formats.md]), checked once, complete afterwards.
+//!
+//! [formats.md]: https://github.com/taxel/taxel/blob/main/docs/formats.md
 
 mod check;
 mod keys;
@@ -10,7 +12,9 @@ use serde::{Deserialize, Serialize};
 use crate::Error;
 pub use preset::{PRESETS, preset};
 
-/// How each line ends, selected and not: docs/theory.md has the table.
+/// How each line ends, selected and not: [theory.md] has the table.
+///
+/// [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Topology {
@@ -106,7 +110,9 @@ fn default_area() -> f64 {
     1.0
 }
 
-/// The circuit around the array; symbols as in docs/theory.md.
+/// The circuit around the array; symbols as in [theory.md].
+///
+/// [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Readout {
     /// How the lines end.

@@ -16,6 +16,7 @@ mod player;
 mod recorder;
 mod source;
 mod status;
+mod sync;
 
 use std::path::PathBuf;
 use std::sync::Arc;

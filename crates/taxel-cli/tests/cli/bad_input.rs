@@ -219,7 +219,7 @@ fn a_sensor_that_is_not_there() {
 
     ----- stderr -----
     error: cannot open my/sensor.toml: No such file or directory (os error 2)
-    hint: --sensor takes a file, or one of the presets econe, mat-16x16-cd4067, mat-32x32-adg732
+    hint: a sensor is a file, or one of the presets econe, mat-16x16-cd4067, mat-32x32-adg732
     ");
 }
 

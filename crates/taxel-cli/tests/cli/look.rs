@@ -167,7 +167,7 @@ fn info_exits_3_when_frames_are_left_out() {
     no line fault
     ----- stderr -----
     warning: frame 12 left out: frame 12 is cut short at cut.txt, line 50, column 1: 1 whole lines found, 4 expected
-    hint: the recording stopped inside a frame; `--keep-going` leaves its frame out
+    hint: the recording stopped inside a frame
     ");
 }
 

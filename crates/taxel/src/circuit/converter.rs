@@ -124,7 +124,7 @@ pub struct Noise {
 
 impl Noise {
     /// Adds one draw to every taxel; the generator, seeded by the caller, decides it.
-    pub fn add(&self, volts: &mut Frame<Volts>, random: &mut ChaCha8Rng) {
+    pub(crate) fn add(&self, volts: &mut Frame<Volts>, random: &mut ChaCha8Rng) {
         for value in volts.values_mut() {
             *value += self.standard_deviation_volts * normal(random);
         }

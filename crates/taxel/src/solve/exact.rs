@@ -6,7 +6,9 @@
 //! H = S K,  d_c = g_c/(1 − Σ_r H_rc),  S_ij ← −(H diag(d) Hᵀ)_ij,  S_ii such that (S⁻¹)_ii = P_rr.
 //!
 //! Mixed after Anderson, it takes five rounds at 10 Ω. Where it fails (50 Ω and more), the slower but
-//! sturdier iteration of `root.rs` takes over (docs/theory.md).
+//! sturdier iteration of `root.rs` takes over ([theory.md]).
+//!
+//! [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
 
 use super::anderson::Anderson;
 use super::lines::LiveLines;

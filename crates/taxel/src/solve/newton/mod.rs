@@ -207,7 +207,9 @@ impl Newton {
     }
 
     /// Whether a frame has one answer at most: unselected rows open, and no source resistor between the
-    /// driven column and what the unselected ones hang on (docs/theory.md).
+    /// driven column and what the unselected ones hang on ([theory.md]).
+    ///
+    /// [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
     fn unique(&self) -> bool {
         let ends = self.circuit.ends();
         matches!(
