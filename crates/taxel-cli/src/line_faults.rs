@@ -22,7 +22,7 @@ pub(crate) struct Survey {
 impl Survey {
     /// What the sensor file says, without looking at a recording.
     pub(crate) fn declared(sensor: &Sensor) -> Self {
-        let faults = LineFaults::from_spec(&sensor.screen);
+        let faults = LineFaults::from_spec(sensor.screen());
         Self {
             declared: faults.faults.len(),
             faults,

@@ -39,7 +39,7 @@ pub(crate) fn check_array(file: &Path, rows: usize, columns: usize) -> Result<()
 
 /// Refuses an inverse that would take more memory than there may be; `file` is where the sensor comes from.
 pub(crate) fn check_method(sensor: &Sensor, file: &Path, name: &MethodName) -> Result<(), Error> {
-    let readout = &sensor.readout;
+    let readout = sensor.readout();
     let is_exact = readout.topology == Topology::TiaGroundedColumns && readout.r_source_ohms == 0.0;
     if !is_exact || !matches!(name, MethodName::Auto | MethodName::Exact) {
         return Ok(());

@@ -27,7 +27,7 @@ pub(crate) fn sensor(
     };
     out::note(&format!(
         "sensor `{}` as {} carries it",
-        found.name,
+        found.name(),
         recording.display()
     ));
     Ok(Some((found, recording.to_owned())))

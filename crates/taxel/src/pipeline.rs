@@ -104,10 +104,10 @@ impl Pipeline {
         let (rows, columns) = (sensor.rows(), sensor.columns());
         let options = ScreenOptions::from_sensor(sensor);
         let mut screen = FrameScreen::new(rows, columns, sensor.max_count(), &options);
-        screen.set_lines(&LineFaults::from_spec(&sensor.screen));
+        screen.set_lines(&LineFaults::from_spec(sensor.screen()));
         let taxels = rows * columns;
         let gives_loads = method.gives_loads();
-        let material = sensor.material.as_ref();
+        let material = sensor.material();
         Ok(Self {
             converter: Converter::from_sensor(sensor),
             screen,
@@ -122,7 +122,7 @@ impl Pipeline {
                 .and_then(|material| material.dynamic.as_ref())
                 .filter(|_| !gives_loads)
                 .map(|spec| Memory::new(&DynamicLaw::from_spec(spec), taxels)),
-            repair: match sensor.screen.repair {
+            repair: match sensor.screen().repair {
                 true => Repair::Readings,
                 false => Repair::Nothing,
             },

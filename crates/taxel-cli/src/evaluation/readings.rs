@@ -100,10 +100,7 @@ impl Reader {
         Ok(Self {
             converter: Converter::from_sensor(sensor),
             pipelines: methods.iter().map(pipeline).collect::<Result<_, _>>()?,
-            remembers: sensor
-                .material
-                .as_ref()
-                .is_some_and(|m| m.dynamic.is_some()),
+            remembers: sensor.material().is_some_and(|m| m.dynamic.is_some()),
             sensor: sensor.clone(),
             frames_per_second,
             unsolved: 0,
@@ -287,7 +284,7 @@ impl Reader {
         let Some(loads) = self.result(method).loads else {
             return (None, None);
         };
-        let figures = Figures::of(loads, &self.sensor.array);
+        let figures = Figures::of(loads, self.sensor.array());
         let total = grams_from_newtons(figures.total_force_newtons);
         (Some(total), figures.centre_mm)
     }

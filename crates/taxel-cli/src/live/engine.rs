@@ -83,7 +83,7 @@ impl Engine {
         Ok(Self {
             exact,
             raw,
-            is_load: sensor.material.is_some() || matches!(options.method, MethodName::Model(_)),
+            is_load: sensor.material().is_some() || matches!(options.method, MethodName::Model(_)),
             tare: None,
             recorded_tare: None,
             survey: survey(sensor),
@@ -183,7 +183,7 @@ impl Engine {
             }
         }
         match self.is_load {
-            true => Figures::of(&self.loads, &self.sensor.array),
+            true => Figures::of(&self.loads, self.sensor.array()),
             false => Figures {
                 outlier_share: taxel::metric::outlier_share(&self.loads),
                 measured_share: taxel::metric::measured_share(&self.loads),
@@ -212,7 +212,7 @@ impl Engine {
         if done {
             self.tell_tare(arrived.frame.sequence);
         }
-        let pitch = self.sensor.array.pitch_mm;
+        let pitch = self.sensor.array().pitch_mm;
         FrameMessage {
             rows: self.loads.rows(),
             columns: self.loads.columns(),
@@ -368,7 +368,7 @@ fn pipelines(
     let sensor = name.sensor(sensor);
     let method = name.open(&sensor, file)?;
     let raw = Box::new(Raw::from_sensor(&sensor));
-    let lines = LineFaults::from_spec(&sensor.screen);
+    let lines = LineFaults::from_spec(sensor.screen());
     let mut made = [
         Pipeline::new(&sensor, method)?,
         Pipeline::new(&sensor, raw)?,
@@ -390,7 +390,7 @@ fn survey(sensor: &Sensor) -> LineScreen {
 
 fn bad_lines(found: &LineFaults, sensor: &Sensor) -> BadLines {
     let mut lines = BadLines::default();
-    let declared = LineFaults::from_spec(&sensor.screen);
+    let declared = LineFaults::from_spec(sensor.screen());
     for fault in found.faults.iter().chain(&declared.faults) {
         let of_axis = match fault.axis {
             Axis::Row => &mut lines.rows,

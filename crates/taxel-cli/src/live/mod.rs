@@ -85,7 +85,7 @@ fn queue_of(options: &Options) -> usize {
 
 /// Refuses counts wider than what is recorded and sent.
 fn check_bits(options: &Options) -> Result<(), Error> {
-    let bits = options.sensor.converter.bits;
+    let bits = options.sensor.converter().bits;
     match bits > MOST_BITS {
         true => Err(Error::TooManyBits {
             file: options.sensor_file.clone(),
