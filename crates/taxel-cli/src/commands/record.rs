@@ -8,10 +8,11 @@ use taxel_acquire::transport::State;
 
 use super::positive::positive;
 use crate::error::Error;
-use crate::live::{Options, Saved, Session, Wanted};
 use crate::outputs::check_ending;
-use crate::unit::MethodName;
-use crate::{Exit, interrupt, live_sensor, out};
+use crate::{Exit, interrupt, out};
+use taxel_app::methods::MethodName;
+use taxel_app::sensor_source;
+use taxel_app::session::{Options, RecordTopics, SavedRecording, Session};
 
 /// Record a sensor
 ///
@@ -64,7 +65,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         });
     }
     check_recording("-o", &args.output)?;
-    let (sensor, sensor_file) = live_sensor::of(&args.address, args.sensor.as_deref())?;
+    let (sensor, sensor_file) = sensor_source::of(&args.address, args.sensor.as_deref())?;
     interrupt::listen();
     let mut session = Session::start(Options {
         address: args.address.clone(),
@@ -72,7 +73,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         sensor_file,
         method: args.method.clone(),
         folder: PathBuf::new(),
-        wanted: Wanted {
+        topics: RecordTopics {
             loads: args.loads,
             figures: args.figures,
         },
@@ -91,11 +92,12 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         .into_iter()
         .find_map(|saved| Some((saved.error?, saved.path)))
     {
-        Some((why, path)) => Err(Error::RecordingEnded {
+        Some((why, path)) => Err(taxel_app::Error::RecordingEnded {
             name: path.display().to_string(),
             frames: 0,
             why,
-        }),
+        }
+        .into()),
         None => Err(Error::NothingCame {
             address: args.address.to_string(),
             reason: session.state().1,
@@ -146,10 +148,10 @@ fn wait_for_end(args: &Args, session: &Session) {
 
 /// What became of the recordings, on standard error; exit code 3 when something is missing in one of them.
 pub(crate) fn conclude(session: &Session) -> Result<Exit, Error> {
-    for line in session.take_told() {
+    for line in session.take_messages() {
         out::note(&line);
     }
-    let whole = |saved: &Saved| saved.error.is_none() && saved.missing().is_empty();
+    let whole = |saved: &SavedRecording| saved.error.is_none() && saved.missing().is_empty();
     Ok(match session.ended().iter().all(whole) {
         true => Exit::Good,
         false => Exit::DataLost,

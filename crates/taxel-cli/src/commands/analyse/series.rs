@@ -5,12 +5,12 @@ use taxel::{Counts, Frame, Mark, Sensor};
 use taxel_io::{FrameSource, Integrity, TextOptions, open_counts};
 
 use super::Args;
-use crate::chain::Chain;
 use crate::error::Error;
-use crate::frames::{Reading, Shown, show};
 use crate::progress::Progress;
 use crate::recorded::Untared;
-use crate::unit::MethodName;
+use taxel_app::chain::Chain;
+use taxel_app::frames::{DisplayUnit, Reading, show};
+use taxel_app::methods::MethodName;
 
 /// Values that are held at most: 800 MB.
 const MOST_VALUES: usize = 100_000_000;
@@ -97,7 +97,7 @@ pub(super) fn take(
         open_counts(&args.recording, options)?,
         Frame::zeros(options.rows, options.columns),
     );
-    let mut shown = Frame::<Shown>::zeros(options.rows, options.columns);
+    let mut shown = Frame::<DisplayUnit>::zeros(options.rows, options.columns);
     let mut untared = Untared::new(args.no_tare);
     let progress = Progress::new("reading");
     while reading.advance()? {
@@ -133,7 +133,7 @@ impl Taken {
         &mut self,
         args: &Args,
         screened: &Frame<Counts>,
-        shown: Option<&Frame<Shown>>,
+        shown: Option<&Frame<DisplayUnit>>,
         places: &[(String, usize, usize)],
     ) -> Result<(), Error> {
         if (self.sequence.len() + 1) * places.len() > MOST_VALUES {

@@ -8,24 +8,24 @@ use taxel_io::npy::Element;
 use taxel_io::{McapWriter, ParquetWriter};
 
 use super::Args;
-use crate::carry::{self, Carry, Clock, USUAL_RATE};
 use crate::error::Error;
-use crate::frames::{FrameWriter, Reading, Shown, is_mcap, is_parquet};
 use crate::out;
-use crate::unit::{InputUnit, Unit};
+use taxel_app::carry::{self, Carry, Clock, USUAL_RATE};
+use taxel_app::frames::{DisplayUnit, FrameWriter, Reading, is_mcap, is_parquet};
+use taxel_app::units::{InputUnit, Unit};
 
 /// What is written, frame by frame; nothing appears under its name before `commit`.
 pub(super) struct Outputs {
     numbers: Numbers,
-    marks: Option<FrameWriter<Shown>>,
-    errors: Option<FrameWriter<Shown>>,
-    codes: Frame<Shown>,
+    marks: Option<FrameWriter<DisplayUnit>>,
+    errors: Option<FrameWriter<DisplayUnit>>,
+    codes: Frame<DisplayUnit>,
 }
 
 /// Where the numbers go.
 enum Numbers {
     /// Alone.
-    Frames(FrameWriter<Shown>),
+    Frames(FrameWriter<DisplayUnit>),
     /// With their marks, their times and their counts.
     Together(Box<Together>),
 }
@@ -68,7 +68,7 @@ impl Outputs {
 
     pub(super) fn write(
         &mut self,
-        shown: &Frame<Shown>,
+        shown: &Frame<DisplayUnit>,
         reading: &mut Reading,
     ) -> Result<(), Error> {
         match &mut self.numbers {
@@ -85,9 +85,9 @@ impl Outputs {
         Ok(())
     }
 
-    pub(super) fn write_errors(&mut self, errors: &Frame<Shown>) -> Result<(), Error> {
+    pub(super) fn write_errors(&mut self, errors: &Frame<DisplayUnit>) -> Result<(), Error> {
         match &mut self.errors {
-            Some(writer) => writer.write(errors),
+            Some(writer) => Ok(writer.write(errors)?),
             None => Ok(()),
         }
     }
@@ -97,7 +97,7 @@ impl Outputs {
             writer.commit()?;
         }
         match self.numbers {
-            Numbers::Frames(writer) => writer.commit(),
+            Numbers::Frames(writer) => Ok(writer.commit()?),
             Numbers::Together(together) => together.commit(reading),
         }
     }
@@ -132,7 +132,7 @@ impl Together {
         })
     }
 
-    fn write(&mut self, shown: &Frame<Shown>, reading: &mut Reading) -> Result<(), Error> {
+    fn write(&mut self, shown: &Frame<DisplayUnit>, reading: &mut Reading) -> Result<(), Error> {
         self.loads.take_marks(shown);
         self.loads.values_mut().copy_from_slice(shown.values());
         let position = reading.sequence();
@@ -159,7 +159,10 @@ impl Together {
                 self.put(false, host)
             }
         };
-        written.map_err(|error| carry::whole(&self.recording, &self.output, position, error))
+        written.map_err(|error| match error {
+            Error::Io(error) => carry::whole(&self.recording, &self.output, position, error).into(),
+            other => other,
+        })
     }
 
     fn put(&mut self, has_counts: bool, host: SystemTime) -> Result<(), Error> {

@@ -6,8 +6,8 @@ use std::path::Path;
 use taxel::design::statistics::student_quantile;
 use taxel::evaluate::spread;
 
-use crate::bounded;
 use crate::error::Error;
+use taxel_io::bounded;
 
 /// The longest file of points, bytes: half a million lines.
 const LONGEST: u64 = 4 << 20;
@@ -31,7 +31,7 @@ impl Points {
             file: file.to_owned(),
             source,
         })?;
-        let text = text.ok_or_else(|| Error::TextLength {
+        let text = text.ok_or_else(|| taxel_app::Error::TextLength {
             file: file.to_owned(),
             what: "a file of points",
             limit: LONGEST,

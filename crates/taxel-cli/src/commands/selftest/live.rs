@@ -16,9 +16,9 @@ use taxel_io::mcap::About;
 use super::Args;
 use crate::enter::{Enter, NoEnter};
 use crate::error::Error;
-use crate::live::{Options, Saved, Session, Wanted};
-use crate::unit::MethodName;
 use crate::{interrupt, out};
+use taxel_app::methods::MethodName;
+use taxel_app::session::{Options, RecordTopics, SavedRecording, Session};
 
 /// How long a device may take for its first frame; one that was reset by opening its port starts anew.
 const PATIENCE: Duration = Duration::from_secs(15);
@@ -150,7 +150,7 @@ fn receive(
         sensor_file: sensor_file.to_owned(),
         method: MethodName::default(),
         folder: PathBuf::new(),
-        wanted: Wanted::default(),
+        topics: RecordTopics::default(),
         server: None,
         record: Some(file.to_owned()),
         most: None,
@@ -188,16 +188,17 @@ fn receive(
 /// An error where the recording is not what it should be.
 fn is_whole(session: &Session, address: &Address) -> Result<(), Error> {
     match session.ended().pop() {
-        Some(Saved {
+        Some(SavedRecording {
             error: Some(why),
             path,
             frames,
             ..
-        }) => Err(Error::RecordingEnded {
+        }) => Err(taxel_app::Error::RecordingEnded {
             name: path.display().to_string(),
             frames,
             why,
-        }),
+        }
+        .into()),
         Some(saved) if saved.frames > 0 => Ok(()),
         _ => Err(Error::NothingCame {
             address: address.to_string(),

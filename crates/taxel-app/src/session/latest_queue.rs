@@ -1,0 +1,105 @@
+//! A queue that never makes its writer wait: when it is full, the oldest goes.
+
+use std::collections::VecDeque;
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+
+struct Held<T> {
+    items: VecDeque<T>,
+    closed: bool,
+}
+
+/// The newest few of a stream.
+pub(super) struct LatestQueue<T> {
+    held: Mutex<Held<T>>,
+    changed: Condvar,
+    taken: Condvar,
+    most: usize,
+}
+
+impl<T> LatestQueue<T> {
+    pub(super) fn new(most: usize) -> Self {
+        Self {
+            held: Mutex::new(Held {
+                items: VecDeque::with_capacity(most),
+                closed: false,
+            }),
+            changed: Condvar::new(),
+            taken: Condvar::new(),
+            most,
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Held<T>> {
+        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Adds an item; whether the oldest had to go for it.
+    pub(super) fn push(&self, item: T) -> bool {
+        let mut held = self.lock();
+        let full = held.items.len() == self.most;
+        if full {
+            held.items.pop_front();
+        }
+        held.items.push_back(item);
+        drop(held);
+        self.changed.notify_one();
+        full
+    }
+
+    /// Adds an item when there is room for it.
+    pub(super) fn push_waiting(&self, item: T) {
+        let mut held = self.lock();
+        while held.items.len() == self.most && !held.closed {
+            held = self
+                .taken
+                .wait(held)
+                .unwrap_or_else(PoisonError::into_inner);
+        }
+        held.items.push_back(item);
+        drop(held);
+        self.changed.notify_one();
+    }
+
+    /// The oldest there is, waiting for one; `None` when it is closed and empty.
+    pub(super) fn pop(&self) -> Option<T> {
+        let mut held = self.lock();
+        loop {
+            if let Some(item) = held.items.pop_front() {
+                self.taken.notify_one();
+                return Some(item);
+            }
+            if held.closed {
+                return None;
+            }
+            held = self
+                .changed
+                .wait(held)
+                .unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    /// No more will come.
+    pub(super) fn close(&self) {
+        self.lock().closed = true;
+        self.changed.notify_all();
+        self.taken.notify_all();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_newest_stay_and_nobody_waits() {
+        let queue = LatestQueue::new(2);
+        assert!(!queue.push(1));
+        assert!(!queue.push(2));
+        assert!(queue.push(3));
+        queue.close();
+        assert_eq!(
+            [queue.pop(), queue.pop(), queue.pop()],
+            [Some(2), Some(3), None]
+        );
+    }
+}
