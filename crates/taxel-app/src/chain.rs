@@ -35,7 +35,7 @@ impl Chain {
         if unit == Unit::Siemens && name.is_model() {
             return Err(Error::Request {
                 what: format!("{name} estimates loads, not conductances"),
-                hint: "ask for --unit N, or for another --method",
+                hint: "ask for loads, or for another method",
             });
         }
         Ok(Self {
@@ -76,14 +76,14 @@ impl Chain {
                 if self.unit == Unit::Volts {
                     return Err(Error::Request {
                         what: "volts cannot be had from siemens here".to_owned(),
-                        hint: "`taxel simulate --conductance` scans conductances",
+                        hint: "simulate a scan of these conductances",
                     });
                 }
                 if self.unit.is_load() && result.loads.is_none() {
                     return Err(Error::Request {
                         what: "a model estimates loads from what was read, not from siemens"
                             .to_owned(),
-                        hint: "without --method, the sensor's load law is used",
+                        hint: "without a model, the sensor's load law is used",
                     });
                 }
                 return Ok(None);

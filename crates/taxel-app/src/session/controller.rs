@@ -12,7 +12,7 @@ use taxel_acquire::Address;
 use taxel_acquire::simulated::Knobs;
 use taxel_server::{Command, Host};
 
-use super::Options;
+use super::SessionOptions;
 use super::details::Details;
 use super::engine::EngineCommand;
 use super::recorder::{Owner, Recorder};
@@ -95,7 +95,7 @@ const SLIDERS: [Slider; 7] = [
 
 impl LiveController {
     pub(super) fn new(
-        options: &Options,
+        options: &SessionOptions,
         status: Arc<SessionStatus>,
         recorder: Arc<Recorder>,
         details: Arc<Details>,

@@ -10,7 +10,7 @@ use taxel::stats::quantile_of_sorted;
 use taxel_acquire::protocol::Tally;
 use taxel_acquire::transport::State;
 
-use super::Options;
+use super::SessionOptions;
 use super::recorder::{Owner, SavedRecording};
 
 /// A recording in progress, or ended by an error.
@@ -111,7 +111,7 @@ pub(super) struct SessionStatus {
 }
 
 impl SessionStatus {
-    pub(super) fn new(options: &Options) -> Self {
+    pub(super) fn new(options: &SessionOptions) -> Self {
         Self::waiting(&options.address.to_string())
     }
 
