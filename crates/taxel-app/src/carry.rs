@@ -131,7 +131,7 @@ pub fn about(sensor: &Sensor, recording: &Path) -> About {
 
 /// Refuses a converter of more bits than recordings and tables hold.
 pub fn check_bits(output: &Path, sensor: &Sensor) -> Result<(), Error> {
-    let bits = sensor.converter.bits;
+    let bits = sensor.converter().bits;
     match bits > 16 {
         true => Err(Error::Request {
             what: format!(

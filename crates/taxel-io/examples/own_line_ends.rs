@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let circuit = LinearCircuit::new(ends);
     let method = Newton::new(circuit.clone());
-    let mut scratch = method.scratch();
+    let mut solver = method.solver();
     let mut point = circuit.operating_point();
     let converter = Converter::from_sensor(&sensor);
     let mut volts = Frame::<Volts>::zeros(sensor.rows(), sensor.columns());
@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut writer = ValuesWriter::create(&output)?;
     while source.next_into(&mut counts)? {
         converter.volts_from_counts_into(&counts, &mut volts);
-        let outcome = method.solve_into(&volts, &mut siemens, &mut scratch);
+        let outcome = solver.solve_into(&volts, &mut siemens);
         let sigma = ROUNDING * converter.lsb_volts();
         let dense = Uncertainty::Dense;
         let errors = standard_errors_by(dense, &mut *point, siemens.values(), sigma)?;

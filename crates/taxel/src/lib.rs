@@ -24,6 +24,7 @@ pub mod crew;
 mod dense;
 pub mod design;
 pub mod error;
+pub mod estimate;
 pub mod evaluate;
 pub mod frame;
 pub mod health;

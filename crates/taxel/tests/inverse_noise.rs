@@ -158,12 +158,12 @@ fn idle_lines_of_noise_do_not_spoil_a_stream() {
                 standard_deviation_volts: SIGMA_VOLTS,
             };
             let mut random = ChaCha8Rng::seed_from_u64(29);
-            let mut scratch = inversion.method.scratch();
+            let mut solver = inversion.method.solver();
             let mut out = Frame::zeros(12, 16);
             for frame in 0..20 {
                 let mut noisy = volts.clone();
                 noise.add(&mut noisy, &mut random);
-                let outcome = inversion.method.solve_into(&noisy, &mut out, &mut scratch);
+                let outcome = solver.solve_into(&noisy, &mut out);
                 // In a floating array a line without conductance reads alike at every taxel; its noise
                 // can't be explained, and the answer is the nearest.
                 assert!(

@@ -125,7 +125,7 @@ fn readings(
 fn models(group: &Group, along: Axis, found: &Sweep) -> Result<Models, Error> {
     let sensor = &group.sensor;
     let taxel = group.trials[0].taxel.unwrap_or_default();
-    let rest = sensor.material.as_ref().map_or(0.0, |m| m.g_zero_siemens);
+    let rest = sensor.material().map_or(0.0, |m| m.g_zero_siemens);
     let others: Vec<usize> = found.points.iter().map(|point| point.others).collect();
     let first = found.points[0];
     let siemens = siemens_of_volts(sensor, taxel, along, rest, first.others, first.value.value)?;
@@ -148,7 +148,7 @@ fn row(plan: &Plan, group: &Group, found: &Sweep, models: &Models) -> Result<Vec
     let ends = (&found.points[0], &found.points[found.points.len() - 1]);
     let drop = |curve: &[f64]| 100.0 * cross_talk_drop(curve[0], curve[curve.len() - 1]);
     let off = |curve: &[f64]| misfit(&found.points, curve).map(|share| 100.0 * share);
-    let compensated = readings(plan, group, |r| r.answers.first().map(|a| a.siemens))?;
+    let compensated = readings(plan, group, |r| r.answers.first()?.siemens)?;
     let compensated = sweep(&compensated, &plan.bootstrap);
     Ok(cells![
         group.name(),

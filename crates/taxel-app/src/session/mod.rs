@@ -109,8 +109,8 @@ pub type FrameObserver = Box<dyn FnMut(&LiveFrame) + Send>;
 /// A frame that was solved a moment ago.
 #[non_exhaustive]
 pub struct LiveFrame<'a> {
-    /// Conductances of the taxels, with marks.
-    pub siemens: &'a Frame<Siemens>,
+    /// Conductances of the taxels, with marks; none where a learned model estimates the loads.
+    pub siemens: Option<&'a Frame<Siemens>>,
     /// Loads, the tare taken off, with marks; none without a load law.
     pub loads: Option<&'a Frame<Newtons>>,
     /// Total force, peak pressure, contact area, centre of pressure; zeros without a load law.
@@ -133,7 +133,7 @@ fn queue_of(options: &SessionOptions) -> usize {
 
 /// Refuses counts wider than what is recorded and sent.
 fn check_bits(options: &SessionOptions) -> Result<(), Error> {
-    let bits = options.sensor.converter.bits;
+    let bits = options.sensor.converter().bits;
     match bits > MOST_BITS {
         true => Err(Error::TooManyBits {
             file: options.sensor_file.clone(),

@@ -57,7 +57,7 @@ pub(crate) fn run(_: &Args) -> Result<Exit, Error> {
     let real = VirtualSensor::imperfect(&nominal, &imperfections, SEED)?;
     out::result(&format!(
         "a simulated hand grips {} for {FRAMES} frames",
-        nominal.name
+        nominal.name()
     ))?;
     let (recording, faults) = record(&real)?;
     for fault in &faults.faults {
@@ -108,10 +108,11 @@ fn record(real: &VirtualSensor) -> Result<(Vec<Known>, LineFaults), Error> {
 
 /// Fits the circuit and a power law, from the parts list alone.
 fn fit(nominal: &Sensor, presses: &Data) -> Result<Calibration, Error> {
-    let mut parts = nominal.clone();
-    parts.material = None;
-    parts.readout.r_mux_column_ohms = None;
-    parts.readout.r_mux_row_ohms = None;
+    let parts = nominal.edited(|spec| {
+        spec.material = None;
+        spec.readout.r_mux_column_ohms = None;
+        spec.readout.r_mux_row_ohms = None;
+    })?;
     let options = Options {
         law: LawChoice::Power,
         folds: 2,
@@ -174,7 +175,7 @@ impl Compared {
             raw: Way::of(RAW, raw()?, recording, None)?,
             curve: Way::of(CURVE, raw()?, recording, Some(&curve))?,
             exact: Way::of(EXACT, pipeline(default_method(sensor)?)?, recording, None)?,
-            pitch_mm: sensor.array.pitch_mm,
+            pitch_mm: sensor.array().pitch_mm,
         })
     }
 
@@ -239,7 +240,10 @@ fn one_curve(raw: &mut Pipeline, presses: &Data) -> LoadLaw {
         .iter()
         .map(|press| {
             let found = raw.process(&presses.frames[press.frame]);
-            (found.siemens.at(press.row, press.column), press.load_g)
+            (
+                found.siemens.expect("solved").at(press.row, press.column),
+                press.load_g,
+            )
         })
         .collect();
     fit_pairs(&pairs).swap_remove(0).law
@@ -266,7 +270,7 @@ impl Way {
             let result = pipeline.process(&known.counts);
             way.last = match curve {
                 None => result.newtons()?.clone(),
-                Some(law) => result.siemens.map(|taxel, siemens| {
+                Some(law) => result.siemens.expect("solved").map(|taxel, siemens| {
                     newtons_from_grams(law.grams_from_siemens(taxel, siemens))
                 }),
             };

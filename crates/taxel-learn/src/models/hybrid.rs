@@ -43,7 +43,7 @@ impl Scene {
     /// # Errors
     /// A sensor without a load law.
     pub fn look(&mut self, result: FrameResult<'_>) -> Result<(), taxel::Error> {
-        let siemens = result.siemens;
+        let siemens = result.siemens.expect("a pipeline that solves");
         (self.rows, self.columns) = (siemens.rows(), siemens.columns());
         self.siemens.clear();
         self.siemens.extend_from_slice(siemens.values());
@@ -138,7 +138,7 @@ pub struct Physics {
 impl Physics {
     /// Of a calibrated sensor.
     pub fn of(sensor: &taxel::Sensor, law: &LoadLaw) -> Self {
-        let readout = &sensor.readout;
+        let readout = sensor.readout();
         let mean = |list: &Option<taxel::sensor::PerLine>, lines| {
             list.as_ref().map_or(0.0, |list| list.mean(lines))
         };
