@@ -13,7 +13,7 @@ pub mod netlist;
 pub mod simplified;
 
 pub(crate) use converter::normal;
-pub use converter::{Converter, Noise};
+pub use converter::{Converter, Noise, NoiseDraws};
 pub use ends::LineEnds;
 pub use linear::{LinearCircuit, LinearPoint};
 
