@@ -41,6 +41,8 @@ pub enum Hum {
     Found(Vec<Peak>),
     /// None; an amplitude above this one would have been found, counts.
     Below(f64),
+    /// The frames have no times and no rate was given.
+    Untimed,
     /// Why it cannot be judged.
     NotJudged(String),
 }
@@ -169,8 +171,7 @@ impl HumSearch {
 
     pub fn finish(&self, taxels: usize, options: &HealthOptions) -> Hum {
         if self.untimed {
-            let why = "the empty recording has no times";
-            return Hum::NotJudged(why.to_owned());
+            return Hum::Untimed;
         }
         let frames = self.frames.len();
         if frames < FEWEST {
