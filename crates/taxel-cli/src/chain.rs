@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use taxel::calibrate::LoadLaw;
 use taxel::circuit::Converter;
+use taxel::material::LoadLaw;
 use taxel::pipeline::Pipeline;
 use taxel::pipeline::Repair;
 use taxel::screen::{FrameScreen, LineFaults, ScreenOptions, repair};

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use taxel::calibrate::LoadLaw;
-use taxel::circuit::{Circuit, Converter, LinearCircuit, OperatingPoint};
+use taxel::circuit::{Circuit, Converter, LinearCircuit, OperatingPoint, ROUNDING_COUNTS};
 use taxel::frame::newtons_from_grams;
+use taxel::material::LoadLaw;
 use taxel::screen::Level;
 use taxel::solve::standard_errors;
 use taxel::{Frame, Mark, Sensor, Siemens};
@@ -14,7 +14,6 @@ use crate::frames::Shown;
 use crate::unit::Unit;
 
 /// Standard deviation of rounding to whole counts, 1/√12.
-const ROUNDING_COUNTS: f64 = 0.288_675_134_594_812_9;
 
 /// The circuit, and what one reading is uncertain by.
 pub(crate) struct StandardErrors {

@@ -1,7 +1,8 @@
 //! From labelled presses to a model with its card.
 
-use taxel::calibrate::{LoadLaw, Press};
-use taxel::crew::{Crew, shared_out};
+use taxel::calibrate::Press;
+use taxel::material::LoadLaw;
+use taxel::parallel::{Executor, par_map};
 use taxel::pipeline::Pipeline;
 use taxel::solve::default_method;
 use taxel::stats::quantile;
@@ -134,7 +135,7 @@ pub fn room_for(rows: &Rows, copies: usize) -> Result<(), Error> {
     }
 }
 
-/// Trains `members` row sets, shared out to the crew.
+/// Trains `members` row sets, shared out to the executor.
 ///
 /// # Errors
 /// A split that leaves nothing to learn from or to stop by.
@@ -142,11 +143,11 @@ pub fn row_set(
     lesson: &Lesson,
     settings: &Settings,
     members: usize,
-    crew: &dyn Crew,
+    executor: &dyn Executor,
     watch: Watch,
 ) -> Result<Model, Error> {
     let (train_on, check) = lesson.parts()?;
-    let trained = shared_out(crew, (0..members).collect(), |member| {
+    let trained = par_map(executor, (0..members).collect(), |member| {
         let own = Settings {
             seed: settings.seed.wrapping_add(1000 * member as u64),
             ..settings.clone()

@@ -1,7 +1,7 @@
 //! A trained model where a physical inverse would stand: the same trait.
 
-use taxel::calibrate::LoadLaw;
 use taxel::circuit::Converter;
+use taxel::material::LoadLaw;
 use taxel::pipeline::Pipeline;
 use taxel::solve::{Method, Outcome, Scratch, Stop, default_method};
 use taxel::{Frame, Mark, Sensor, Siemens, Volts};

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use taxel::Sensor;
-use taxel::calibrate::LoadLaw;
-use taxel::stats::quantile;
+use taxel::material::LoadLaw;
+use taxel::stats::{mean, quantile, standard_error};
 
 use crate::Error;
 use crate::models::hybrid::{Hybrid, Member, Typical, Verdict};
@@ -67,14 +67,12 @@ impl Held {
         if errors.is_empty() {
             return Self::default();
         }
-        let n = errors.len() as f64;
-        let mean = errors.iter().sum::<f64>() / n;
-        let square = errors.iter().map(|e| e * e).sum::<f64>() / n;
+        let square = mean(errors.iter().map(|e| e * e));
         Self {
             presses: loads.len(),
-            mean_absolute_g: mean,
-            standard_error_g: ((square - mean * mean).max(0.0) / n).sqrt(),
-            root_mean_square_g: square.sqrt(),
+            mean_absolute_g: mean(errors.iter().copied()).unwrap_or(0.0),
+            standard_error_g: standard_error(&errors).unwrap_or(0.0),
+            root_mean_square_g: square.unwrap_or(0.0).sqrt(),
             p95_g: quantile(errors, 0.95).unwrap_or(0.0),
             coverage: interval.coverage(estimates, loads),
         }

@@ -5,6 +5,7 @@ use std::path::Path;
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use taxel::stats::median_high;
 
 use crate::Error;
 use crate::tensors::{read_file, shortened};
@@ -74,12 +75,8 @@ impl Rows {
     /// Reading of an unpressed taxel, counts: the median of all rows (the upper one of the two in the middle: a reading,
     /// and not a mean of two); 0 without any.
     pub fn dark_counts(&self) -> f32 {
-        let mut sorted = self.row.clone();
-        if sorted.is_empty() {
-            return 0.0;
-        }
-        let middle = sorted.len() / 2;
-        *sorted.select_nth_unstable_by(middle, f32::total_cmp).1
+        let mut counts: Vec<f64> = self.row.iter().map(|&counts| f64::from(counts)).collect();
+        median_high(&mut counts).unwrap_or(0.0) as f32
     }
 
     /// Some of the presses.

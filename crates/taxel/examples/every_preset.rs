@@ -9,9 +9,10 @@ mod every_sensor;
 use std::time::Instant;
 
 use every_sensor::every_sensor;
-use taxel::calibrate::{LoadLaw, Options, calibrate};
-use taxel::circuit::{Circuit, Converter, LinearCircuit};
+use taxel::calibrate::{Options, calibrate};
+use taxel::circuit::{Circuit, Converter, LinearCircuit, ROUNDING_COUNTS};
 use taxel::frame::grams_from_newtons;
+use taxel::material::LoadLaw;
 use taxel::pipeline::Pipeline;
 use taxel::screen::{LineScreen, ScreenOptions};
 use taxel::simulate::{Grams, Pattern, VirtualSensor, default_noise_counts, labelled_presses};
@@ -148,7 +149,7 @@ fn cover(
 ) -> Result<(), Error> {
     let law = LoadLaw::from_sensor(sensor)?;
     let converter = Converter::from_sensor(sensor);
-    let noise = default_noise_counts(sensor.converter.bits).hypot(1.0 / 12f64.sqrt());
+    let noise = default_noise_counts(sensor.converter.bits).hypot(ROUNDING_COUNTS);
     let circuit = LinearCircuit::from_sensor(sensor)?;
     let sigma = noise * converter.lsb_volts();
     let Ok((errors, _)) = standard_errors(&mut *circuit.operating_point(), found.values(), sigma)

@@ -112,7 +112,7 @@ pub enum Error {
         /// Table and key.
         key: &'static str,
         /// Which knot, and why.
-        source: crate::calibrate::BadKnots,
+        source: crate::spline::BadKnots,
     },
     /// A preset name nobody ships.
     #[error("no preset sensor is called `{name}`\nhint: {hint}")]

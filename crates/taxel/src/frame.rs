@@ -13,6 +13,9 @@ pub struct Volts;
 /// Taxel conductance, in siemens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Siemens;
+/// Load on a taxel, in grams-force: the unit of labelled presses and of the load law in sensor.toml.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Grams;
 /// Load on a taxel, in newtons.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Newtons;

@@ -1,8 +1,8 @@
 //! From counts to loads in one object: screen, convert, solve, load law, creep and hysteresis, spread.
 
-use crate::calibrate::{DynamicLaw, LoadLaw, Memory, Spread};
 use crate::circuit::Converter;
 use crate::frame::newtons_from_grams;
+use crate::material::{DynamicLaw, HysteresisState, LoadLaw, Spread};
 use crate::screen::{FrameScreen, LineFaults, ScreenOptions, repair, repair_readings, stand_in};
 use crate::solve::{Method, Outcome, Scratch, Stop};
 use crate::{Counts, Error, Frame, Mark, Newtons, Sensor, Siemens, Volts};
@@ -82,7 +82,7 @@ pub struct Pipeline {
     law: Option<LoadLaw>,
     spread: Option<Spread>,
     /// What the material remembers.
-    memory: Option<Memory>,
+    memory: Option<HysteresisState>,
     repair: Repair,
     outcome: Outcome,
     counts: Frame<Counts>,
@@ -121,7 +121,7 @@ impl Pipeline {
             memory: material
                 .and_then(|material| material.dynamic.as_ref())
                 .filter(|_| !gives_loads)
-                .map(|spec| Memory::new(&DynamicLaw::from_spec(spec), taxels)),
+                .map(|spec| HysteresisState::new(&DynamicLaw::from_spec(spec), taxels)),
             repair: match sensor.screen.repair {
                 true => Repair::Readings,
                 false => Repair::Nothing,

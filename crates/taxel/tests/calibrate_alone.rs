@@ -2,8 +2,9 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use taxel::calibrate::{Calibration, Data, LawChoice, LoadLaw, Options, Press, calibrate};
+use taxel::calibrate::{Calibration, Data, LawChoice, Options, Press, calibrate};
 use taxel::circuit::Converter;
+use taxel::material::LoadLaw;
 use taxel::sensor::{PerLine, Sensor, preset};
 use taxel::simulate::{Grams, Pattern, VirtualSensor, labelled_presses};
 use taxel::solve::default_method;

@@ -11,7 +11,7 @@ use embedded_hal::spi::{self, Operation, SpiDevice};
 use taxel::circuit::{Circuit, Converter as Counting, LinearCircuit};
 use taxel::sensor::preset;
 use taxel::simulate::Pattern;
-use taxel::{Counts, Frame, Sensor, Siemens, calibrate::LoadLaw};
+use taxel::{Counts, Frame, Sensor, Siemens, material::LoadLaw};
 
 use super::*;
 

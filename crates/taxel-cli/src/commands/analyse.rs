@@ -8,8 +8,8 @@ use std::path::PathBuf;
 use serde::Serialize;
 use taxel::Sensor;
 use taxel::evaluate::creep::SHORTEST_DRIFT_SECS;
-use taxel::evaluate::fit::Line as Straight;
-use taxel::evaluate::{mean, spread};
+use taxel::stats::Line as Straight;
+use taxel::stats::{mean, standard_deviation};
 use taxel_io::{Column, TextOptions, shape_of, write_columns};
 use taxel_plot::report::{Cell, Table};
 use taxel_plot::{Format, Line, LineStyle, Series, cells};
@@ -276,7 +276,10 @@ fn figures(taken: &Taken, taxel: usize) -> Figures {
 /// Mean, and standard deviation; NaN of too few.
 fn mean_and_spread(values: &[f64]) -> (f64, f64) {
     let mean = mean(values.iter().copied());
-    (mean.unwrap_or(f64::NAN), spread(values).unwrap_or(f64::NAN))
+    (
+        mean.unwrap_or(f64::NAN),
+        standard_deviation(values).unwrap_or(f64::NAN),
+    )
 }
 
 fn text(report: &Report, taken: &Taken) -> String {

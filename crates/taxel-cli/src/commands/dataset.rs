@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use taxel::calibrate::{Data, Press};
-use taxel::crew::shared_out;
+use taxel::parallel::par_map;
 use taxel::simulate::{Pattern, VirtualSensor};
 use taxel::{Counts, Frame};
 use taxel_io::NpzWriter;
@@ -190,7 +190,7 @@ fn simulate(args: &Args, sensor: &taxel::Sensor, frames: u64) -> Result<Exit, Er
     let count = shards.len();
     let progress = Mutex::new(Progress::new("simulating"));
     let (done, failure) = (AtomicU64::new(0), Mutex::new(None));
-    shared_out(&Threads, shards, |shard| {
+    par_map(&Threads, shards, |shard| {
         let range = shard * args.shard..((shard + 1) * args.shard).min(frames);
         let length = range.end - range.start;
         let file = args.output.join(format!("shard-{shard:05}.npz"));

@@ -3,8 +3,9 @@
 use std::path::{Path, absolute};
 use std::time::Instant;
 
-use taxel::calibrate::{Calibration, Data, LawChoice, LoadLaw, Options, calibrate_with, fit_pairs};
+use taxel::calibrate::{Calibration, Data, LawChoice, Options, calibrate_with, fit_pairs};
 use taxel::frame::{grams_from_newtons, newtons_from_grams};
+use taxel::material::LoadLaw;
 use taxel::metric::{deviations_of_frames, ghost_level};
 use taxel::pipeline::Pipeline;
 use taxel::screen::{LineFaults, LineScreen, ScreenOptions};

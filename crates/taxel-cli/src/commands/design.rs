@@ -6,7 +6,7 @@ mod report;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use taxel::design::parts::find_switch;
+use taxel::parts::find_switch;
 use taxel::design::sizing::{Wish, size};
 use taxel::sensor::Topology;
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use taxel::Sensor;
-use taxel::evaluate::Bootstrap;
+use taxel::stats::Bootstrap;
 use taxel_io::read_trials;
 use taxel_plot::report::number;
 

@@ -1,7 +1,7 @@
 //! Does the same load read the same?
 
-use taxel::evaluate::Bootstrap;
 use taxel::evaluate::repeatability::{OUTLIER_SIGMAS, Reading, difference, repeatability};
+use taxel::stats::Bootstrap;
 use taxel_plot::report::{Cell, Figure, Section, Table};
 use taxel_plot::{Line, LineStyle, Series, cells};
 
@@ -99,7 +99,7 @@ fn marked(groups: &[Group]) -> Vec<Vec<Vec<f64>>> {
     let flag = |reading: &&super::readings::Reading| f64::from(u8::from(!reading.is_measured()));
     let of = |group: &Group| {
         let experiments = group.experiments();
-        match experiments.len() < Bootstrap::FEWEST {
+        match experiments.len() < Bootstrap::MIN_EXPERIMENTS {
             true => experiments.concat().iter().map(|r| vec![flag(r)]).collect(),
             false => experiments
                 .iter()

@@ -78,7 +78,7 @@ pub(super) fn section(
                 group.name().to_owned(),
                 level.load,
                 level.value,
-                level.spread,
+                level.standard_deviation,
                 100.0 * level.saturated_share,
             ]);
         }

@@ -5,7 +5,7 @@
 
 mod training;
 
-use taxel::calibrate::LoadLaw;
+use taxel::material::LoadLaw;
 use taxel::pipeline::FrameResult;
 use taxel::solve::Raw;
 use taxel::stats::median;

@@ -157,7 +157,7 @@ impl<T: Real> Mlp<T> {
             T::of(1.0),
             Par::Seq,
         );
-        taxel::vectors::leave();
+        taxel::simd::zero_upper();
     }
 
     fn advance(&self, layer: usize, input: &[T], output: &mut [T]) {
@@ -202,7 +202,7 @@ impl<T: Real> Mlp<T> {
                 T::of(1.0),
                 Par::Seq,
             );
-            taxel::vectors::leave();
+            taxel::simd::zero_upper();
             for row in trace.upstream.chunks_exact(fan_out) {
                 for (sum, value) in by_biases.iter_mut().zip(row) {
                     *sum += *value;
@@ -218,7 +218,7 @@ impl<T: Real> Mlp<T> {
                     T::of(1.0),
                     Par::Seq,
                 );
-                taxel::vectors::leave();
+                taxel::simd::zero_upper();
                 if layer > 0 {
                     std::mem::swap(&mut trace.upstream, &mut trace.downstream);
                 }

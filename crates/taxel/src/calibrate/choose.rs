@@ -11,7 +11,7 @@ use super::priors::Beliefs;
 use super::{Finding, Options};
 use crate::circuit::LinearCircuit;
 use crate::solve::Exact;
-use crate::{Crew, Error, Sensor};
+use crate::{Error, Executor, Sensor};
 
 /// Offsets below this many counts are taken for none.
 pub(super) const LEAST_OFFSET_COUNTS: f64 = 1.0;
@@ -43,11 +43,11 @@ pub(super) fn search(
     sensor: &Sensor,
     evidence: &Evidence,
     options: &Options,
-    crew: &dyn Crew,
+    executor: &dyn Executor,
     unless_plain: bool,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Outcome, Error> {
-    let mut search = Search::new(sensor, evidence, options, crew)?;
+    let mut search = Search::new(sensor, evidence, options, executor)?;
     search.run(progress)?;
     if unless_plain && search.findings.iter().all(|f| !f.used) {
         return search.finish();
@@ -61,7 +61,7 @@ pub(super) fn search(
         search.judged_by_folds()
     } else {
         progress("held-out presses", 0.7);
-        let other = Search::new(sensor, &seen, options, crew).and_then(|mut other| {
+        let other = Search::new(sensor, &seen, options, executor).and_then(|mut other| {
             other.run(&mut |_, _| ())?;
             Ok(other.judge_unseen(&unseen, folds))
         });
@@ -82,10 +82,10 @@ impl<'a> Search<'a> {
         sensor: &Sensor,
         evidence: &'a Evidence,
         options: &Options,
-        crew: &'a dyn Crew,
+        executor: &'a dyn Executor,
     ) -> Result<Self, Error> {
         let few = evidence.thinned(START_PRESSES);
-        let mut evaluator = Evaluator::new(&few, crew);
+        let mut evaluator = Evaluator::new(&few, executor);
         let blank = Model {
             sensor: sensor.clone(),
             spread: None,
@@ -124,7 +124,7 @@ impl<'a> Search<'a> {
             model.sensor.readout.r_source_ohms = model.sensor.readout.r_source_ohms.max(1.0);
         }
         Ok(Self {
-            evaluator: Evaluator::new(evidence, crew),
+            evaluator: Evaluator::new(evidence, executor),
             model,
             unknowns,
             best: None,
@@ -249,7 +249,7 @@ impl<'a> Search<'a> {
         model.law.g_zero = law.g_zero;
         for (i, press) in unseen.presses.iter().enumerate() {
             let one = unseen.part(&[i]);
-            let estimates = Evaluator::new(&one, self.evaluator.crew).estimates(&model);
+            let estimates = Evaluator::new(&one, self.evaluator.executor).estimates(&model);
             match estimates.as_deref() {
                 Some([estimate]) => held.errors_g.push((estimate.load_g - press.load_g).abs()),
                 _ => held.unjudged += 1,
@@ -261,7 +261,7 @@ impl<'a> Search<'a> {
     /// Everything once more, now that the model has all its parts.
     fn settle(&mut self, progress: &mut dyn FnMut(&str, f64), care: Care) -> Result<(), Error> {
         if self.can_separate() {
-            let mut evaluator = Evaluator::new(self.evaluator.evidence, self.evaluator.crew);
+            let mut evaluator = Evaluator::new(self.evaluator.evidence, self.evaluator.executor);
             std::mem::swap(&mut evaluator, &mut self.evaluator);
             self.separate_with(&mut evaluator, progress);
             std::mem::swap(&mut evaluator, &mut self.evaluator);
@@ -309,7 +309,7 @@ impl<'a> Search<'a> {
         let mut before = self.model.mean_ohms();
         let mut offset_error = f64::INFINITY;
         for turn in 0..MOST_TURNS {
-            let mut evaluator = Evaluator::new(&few, self.evaluator.crew);
+            let mut evaluator = Evaluator::new(&few, self.evaluator.executor);
             look_around(&mut evaluator, &self.model).ok_or_else(failed)?;
             if !evaluator.has_unloaded() {
                 // Nothing is ever unloaded: the presses must do.
@@ -350,7 +350,7 @@ impl<'a> Search<'a> {
         }
         if self.by_presses && self.can_separate() {
             for _ in 0..3 {
-                let mut evaluator = Evaluator::new(&few, self.evaluator.crew);
+                let mut evaluator = Evaluator::new(&few, self.evaluator.executor);
                 self.separate_with(&mut evaluator, progress);
                 self.model = refine(&mut evaluator, &self.model, &self.unknowns, Care::Full)
                     .ok_or_else(failed)?

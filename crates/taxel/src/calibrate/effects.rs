@@ -185,7 +185,7 @@ impl Search<'_> {
             self.note("spread", false, "its fit did not converge".to_owned());
             return Ok(());
         };
-        let spread = fitted.model.spread.unwrap_or(super::Spread::new([0.0; 3]));
+        let spread = fitted.model.spread.unwrap_or(crate::material::Spread::new([0.0; 3]));
         let away = 1.0 - spread.kept();
         let used = is_better(gain, errors) && away > 0.0;
         self.note(

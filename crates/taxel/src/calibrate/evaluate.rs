@@ -2,11 +2,11 @@
 
 use super::evidence::Evidence;
 use super::inverter::{Inverter, Job, Start};
-use super::law::LoadLaw;
 use super::levels::{Levels, Material};
 use super::model::Model;
 use crate::circuit::LineEnds;
-use crate::crew::{Crew, shared_out};
+use crate::material::LoadLaw;
+use crate::parallel::{Executor, par_map};
 use crate::sensor::{PerLine, ScanOrder};
 use crate::{Frame, Sensor, Siemens};
 
@@ -59,7 +59,7 @@ impl Inverted {
 /// Computes what models say, and remembers the last few inversions.
 pub(super) struct Evaluator<'a> {
     pub(super) evidence: &'a Evidence,
-    pub(super) crew: &'a dyn Crew,
+    pub(super) executor: &'a dyn Executor,
     /// Per press: whether nothing else is near.
     pub(super) isolated: Vec<bool>,
     /// Per press: unloaded taxels of its frame.
@@ -74,11 +74,11 @@ pub(super) struct Evaluator<'a> {
 }
 
 impl<'a> Evaluator<'a> {
-    pub(super) fn new(evidence: &'a Evidence, crew: &'a dyn Crew) -> Self {
+    pub(super) fn new(evidence: &'a Evidence, executor: &'a dyn Executor) -> Self {
         let frames = evidence.frames.len() + evidence.levels.len();
         Self {
             evidence,
-            crew,
+            executor,
             isolated: vec![false; evidence.presses.len()],
             unloaded: vec![Vec::new(); evidence.presses.len()],
             ghost_grams_per_siemens: 0.0,
@@ -104,7 +104,7 @@ impl<'a> Evaluator<'a> {
             .iter()
             .flat_map(|&i| all.ghosts[i].iter().map(|ghost| ghost.0))
             .collect();
-        let mut part = Evaluator::new(evidence, self.crew);
+        let mut part = Evaluator::new(evidence, self.executor);
         part.isolated = which.iter().map(|&i| self.isolated[i]).collect();
         part.unloaded = which.iter().map(|&i| self.unloaded[i].clone()).collect();
         part.ghost_grams_per_siemens = self.ghost_grams_per_siemens;
@@ -137,7 +137,7 @@ impl<'a> Evaluator<'a> {
             .chunks(BATCH)
             .map(|batch| batch.iter().map(|&i| (i, self.starts[i].take())).collect())
             .collect();
-        let done = shared_out(self.crew, batches, |mut batch| {
+        let done = par_map(self.executor, batches, |mut batch| {
             let mut seen = Vec::with_capacity(batch.len());
             inverter.invert(&mut batch, |i, siemens| seen.push(look(i, siemens)))?;
             Some((seen, batch))

@@ -6,6 +6,7 @@ use super::fit_law::fit_law;
 use super::least_squares::{Fit, Settings, fit, median, robust_deviation, step};
 use super::model::{Model, Unknown, any_moves_frames, with_switches};
 use crate::sensor::PerLine;
+use crate::stats;
 
 /// Smallest scatter that residuals of a class are scaled by, grams.
 const LEAST_SCATTER_G: f64 = 1e-3;
@@ -117,13 +118,11 @@ impl Score {
 }
 
 pub(super) fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len().max(1) as f64
+    stats::mean(values.iter().copied()).unwrap_or(0.0)
 }
 
 pub(super) fn standard_error(values: &[f64]) -> f64 {
-    let n = values.len().max(2) as f64;
-    let m = mean(values);
-    (values.iter().map(|v| (v - m).powi(2)).sum::<f64>() / (n * (n - 1.0))).sqrt()
+    stats::standard_error(values).unwrap_or(0.0)
 }
 
 /// Switch resistances tried as a start, ohms, ascending: too large a one makes frames infeasible.

@@ -1,11 +1,11 @@
 //! A load law from plain pairs of conductance and load.
 
 use super::LawChoice;
-use super::law::LoadLaw;
 use super::least_squares::{Fit, Settings, fit, median, theil_sen};
-use super::spline::Spline;
 use super::suspects;
 use super::{Parameter, Suspect};
+use crate::material::LoadLaw;
+use crate::material::Spline;
 
 /// Laws that can be fitted, with their names in reports.
 pub(super) const LAWS: [(LawChoice, &str); 3] = [

@@ -197,10 +197,10 @@ impl Levels<'_> {
         if rows == 0 {
             return None;
         }
-        let design = crate::dense::view(&design, rows, size);
-        let wanted = crate::dense::view(&wanted, rows, 1);
-        crate::dense::multiply(normal.as_mut(), design.transpose(), design);
-        crate::dense::multiply(right.as_mut(), design.transpose(), wanted);
+        let design = crate::linalg::view(&design, rows, size);
+        let wanted = crate::linalg::view(&wanted, rows, 1);
+        crate::linalg::multiply(normal.as_mut(), design.transpose(), design);
+        crate::linalg::multiply(right.as_mut(), design.transpose(), wanted);
         for (i, &(step, deviation)) in prior.iter().enumerate() {
             let weight = 1.0 / (deviation * deviation);
             normal[(i, i)] += weight;

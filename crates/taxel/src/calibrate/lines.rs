@@ -4,7 +4,7 @@ use super::evaluate::Evaluator;
 use super::inverter::{Inverter, Job};
 use super::model::{LEAST_OHMS, Model};
 use crate::Mark;
-use crate::crew::shared_out;
+use crate::parallel::par_map;
 use crate::sensor::PerLine;
 
 /// How far lines are believed to differ from their mean (a standard deviation, relative to it).
@@ -113,6 +113,6 @@ fn slopes(evaluator: &mut Evaluator, model: &Model, ohms: &[f64]) -> Option<Vec<
             })
             .collect::<Option<Vec<Vec<Vec<f64>>>>>()
     };
-    let slopes = shared_out(evaluator.crew, batches, work)?;
+    let slopes = par_map(evaluator.executor, batches, work)?;
     Some(slopes.into_iter().flatten().collect())
 }

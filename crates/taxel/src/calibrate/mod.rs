@@ -1,15 +1,14 @@
-//! From siemens to newtons: the load law, and the fit of everything a parts list does not say.
+//! The fit of everything that a parts list does not say: the circuit's unknowns and the laws of [`crate::material`].
 
 mod choose;
 mod digits;
-pub mod dynamic;
+mod dynamic;
 mod effects;
 mod evaluate;
 mod evidence;
 mod fit;
 mod fit_law;
 mod inverter;
-mod law;
 mod least_squares;
 mod levels;
 mod lines;
@@ -19,19 +18,14 @@ mod posterior;
 mod presses;
 mod priors;
 mod report;
-mod spline;
-mod spread;
 mod suspects;
 mod write;
 
-pub use dynamic::{DynamicFit, DynamicLaw, Memory, Series, fit_dynamic};
+pub use dynamic::{DynamicFit, LoadSeries, fit_dynamic};
 pub use fit_law::{LawFit, fit_pairs, suspect_pairs};
-pub use law::LoadLaw;
 pub use report::{Finding, Parameter, Report, Suspect};
-pub use spline::{BadKnots, Spline};
-pub use spread::Spread;
 
-use crate::crew::{Crew, OneByOne};
+use crate::parallel::{Executor, Serial};
 use crate::{Counts, Error, Frame, Sensor};
 
 /// One labelled taxel: a known load on it in a frame of otherwise unknown loads.
@@ -131,10 +125,10 @@ pub fn calibrate(
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Calibration, Error> {
-    calibrate_with(sensor, data, options, &OneByOne, progress)
+    calibrate_with(sensor, data, options, &Serial, progress)
 }
 
-/// [`calibrate`] with a crew that frames are shared out to; the answer does not depend on its size.
+/// [`calibrate`] with a executor that frames are shared out to; the answer does not depend on its size.
 ///
 /// # Errors
 /// As [`calibrate`].
@@ -142,13 +136,13 @@ pub fn calibrate_with(
     sensor: &Sensor,
     data: &Data,
     options: &Options,
-    crew: &dyn Crew,
+    executor: &dyn Executor,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Calibration, Error> {
     let evidence = evidence::Evidence::new(sensor, data)?;
-    let plain = presses::calibrate(sensor, &evidence, options, crew, progress);
+    let plain = presses::calibrate(sensor, &evidence, options, executor, progress);
     let mut search = |unless_plain: bool| {
-        choose::search(sensor, &evidence, options, crew, unless_plain, progress)
+        choose::search(sensor, &evidence, options, executor, unless_plain, progress)
     };
     let exact = presses::has_exact_inverse(sensor, options);
     let taxels = sensor.rows() * sensor.columns();

@@ -1,8 +1,8 @@
 //! The model that is fitted: circuit, converter, material, and the numbers in it that can move.
 
 use super::priors::{BEND, Beliefs, SATURATION};
-use super::spline::Spline;
-use super::spread::Spread;
+use crate::material::Spline;
+use crate::material::Spread;
 use crate::sensor::PerLine;
 use crate::{Error, Sensor};
 

@@ -2,10 +2,10 @@
 
 use super::evidence::{Evidence, UNIT_DOUBT};
 use super::fit::{mean, standard_error};
-use super::law::LoadLaw;
 use super::levels::Material;
 use super::model::Model;
 use super::{Finding, Parameter, Suspect};
+use crate::material::LoadLaw;
 
 /// One fit is better than another when it is so by this many standard errors.
 const BETTER: f64 = 2.0;
@@ -126,7 +126,7 @@ impl Outcome {
 mod tests {
     use super::super::{Data, Options, presses};
     use super::*;
-    use crate::crew::OneByOne;
+    use crate::parallel::Serial;
     use crate::screen::{Axis, LineFault, LineFaultKind};
     use crate::sensor::preset;
     use crate::simulate::{VirtualSensor, labelled_presses};
@@ -139,7 +139,7 @@ mod tests {
         let data: Data = labelled_presses(&real, 30);
         let evidence = Evidence::new(&sensor, &data).unwrap();
         let options = Options::default();
-        let (fit, _) = presses::calibrate(&sensor, &evidence, &options, &OneByOne, &mut |_, _| ());
+        let (fit, _) = presses::calibrate(&sensor, &evidence, &options, &Serial, &mut |_, _| ());
         (fit.unwrap(), evidence)
     }
 

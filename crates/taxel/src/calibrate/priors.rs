@@ -2,7 +2,7 @@
 
 use super::Options;
 use crate::Sensor;
-use crate::design::parts::SWITCHES;
+use crate::parts::SWITCHES;
 use crate::sensor::{PerLine, USUAL_OPEN_LOOP_GAIN};
 
 /// A switch of which nothing is known, ohms, and the factor within which that is believed (one standard deviation).

@@ -3,10 +3,10 @@
 use super::choose::Search;
 use super::evidence::Evidence;
 use super::fit::{Fitted, mean};
-use super::law::LoadLaw;
 use super::model::{Model, Unknown, no_fit};
 use super::outcome::Outcome;
 use super::{Calibration, Options, Parameter, Report, suspects};
+use crate::material::LoadLaw;
 use crate::screen::Axis;
 use crate::sensor::{Bend, Material, PerLine, PerTaxel, Provenance};
 use crate::stats::quantile;

@@ -2,7 +2,7 @@
 //! forwards (J·v) and backwards (Jᵀ·w). A handful of m×m×n products each, as the scan itself.
 
 use super::linear::{LinearPoint, symmetrise};
-use crate::dense::{multiply, multiply_add, view, view_mut};
+use crate::linalg::{multiply, multiply_add, view, view_mut};
 
 /// Scratch and the partial derivatives of V_out by P_rr, Q_cc, K_rc.
 pub(super) struct Work {

@@ -3,7 +3,7 @@
 use super::ends::LEAK_SIEMENS;
 use super::{Circuit, LineEnds, NotPassive, OperatingPoint};
 use crate::Error;
-use crate::dense::{Spd, mirror, multiply, multiply_lower, sum, view, view_mut};
+use crate::linalg::{Spd, mirror, multiply, multiply_lower, sum, view, view_mut};
 use crate::sensor::{Sensor, Topology};
 
 /// A sensor's circuit, ready to be solved for any conductances.

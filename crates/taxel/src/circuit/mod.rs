@@ -11,7 +11,7 @@ pub mod netlist;
 pub mod simplified;
 
 pub(crate) use converter::normal;
-pub use converter::{Converter, Noise};
+pub use converter::{Converter, Noise, ROUNDING_COUNTS};
 pub use ends::LineEnds;
 pub use linear::{LinearCircuit, LinearPoint};
 

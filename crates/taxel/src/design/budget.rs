@@ -12,8 +12,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
-use crate::calibrate::LoadLaw;
 use crate::circuit::{Circuit, Converter, LinearCircuit, Noise};
+use crate::material::LoadLaw;
 use crate::sensor::{PerLine, Sensor, Topology};
 use crate::simulate::{DEFAULT_PEAK_G, Kind, Pattern, default_noise_counts};
 use crate::solve::{Method, Raw, default_method};

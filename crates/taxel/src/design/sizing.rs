@@ -7,9 +7,9 @@ use serde::Serialize;
 
 use super::Error;
 use super::budget::{Budget, Cause, Errors, Scene, predict};
-use super::parts::{e24_at_most, e24_nearest, gain_at};
-use crate::calibrate::LoadLaw;
+use crate::parts::{e24_at_most, e24_nearest, gain_at};
 use crate::circuit::{Converter, LinearCircuit};
+use crate::material::LoadLaw;
 use crate::sensor::{
     Array, ConverterSpec, Material, PerLine, Readout, ScanOrder, ScreenSpec, Sensor, Topology,
 };

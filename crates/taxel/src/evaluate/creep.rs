@@ -1,7 +1,7 @@
 //! Does it matter how long the load has been there?
 
-use super::fit::{Line, golden};
-use super::{Bootstrap, Estimate, mean, spread};
+use super::power::golden;
+use crate::stats::{Bootstrap, Estimate, Line, mean, standard_deviation};
 
 /// A reading and when it was taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -152,7 +152,7 @@ fn exponentials(hold: &[Reading]) -> Option<Exponentials> {
         .min_by(better);
     let values: Vec<f64> = hold.iter().map(|r| r.value).collect();
     // Where nothing is left, nothing can be told apart.
-    let nothing = 1e-9 * spread(&values)?;
+    let nothing = 1e-9 * standard_deviation(&values)?;
     Some(match two {
         Some(two) if one.residual > nothing && two.residual < CLEARLY_LESS * one.residual => two,
         _ => one,

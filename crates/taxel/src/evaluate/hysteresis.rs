@@ -1,6 +1,6 @@
 //! Does it matter whether the load grew or fell?
 
-use super::{Bootstrap, Estimate, mean};
+use crate::stats::{Bootstrap, Estimate, mean};
 
 /// A reading under a known load, in the order in which they were taken.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,6 +1,6 @@
 //! Does the same load read the same? (The paper's Figs. 19 and 20 and its Table IV.)
 
-use super::{Bootstrap, Estimate, mean, median, spread};
+use crate::stats::{Bootstrap, Estimate, SIGMA_PER_MAD, mean, median, standard_deviation};
 
 /// One reading of the load that is repeated.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -11,7 +11,7 @@ pub struct Reading {
     pub marked: bool,
 }
 
-/// A reading further than this many robust standard deviations (1.4826 times the median of |value − median of its
+/// A reading further than this many robust standard deviations ([`SIGMA_PER_MAD`] times the median of |value − median of its
 /// experiment| over all unmarked readings) from the median of its experiment is an outlier: Hampel's identifier, wide enough for Gaussian noise to lose
 /// one reading in 1.7 million.
 pub const OUTLIER_SIGMAS: f64 = 5.0;
@@ -37,7 +37,7 @@ pub struct Repeatability {
     pub variation_between: Option<f64>,
     /// Mean of the readings that are no outliers, in their unit.
     pub mean: Option<Estimate>,
-    /// Whether single readings stood for experiments, there being fewer than [`Bootstrap::FEWEST`] of those.
+    /// Whether single readings stood for experiments, there being fewer than [`Bootstrap::MIN_EXPERIMENTS`] of those.
     pub over_readings: bool,
 }
 
@@ -64,7 +64,7 @@ pub fn repeatability(
     };
     // One scatter for all: that of the few readings of one experiment would be a matter of luck.
     let scatter = median(experiments.iter().zip(&centres).flat_map(off)).unwrap_or(0.0);
-    let reach = OUTLIER_SIGMAS * (1.4826 * scatter).max(resolution);
+    let reach = OUTLIER_SIGMAS * (SIGMA_PER_MAD * scatter).max(resolution);
     let mut judged = Vec::new();
     let (mut marked, mut far) = (0, 0);
     for (experiment, (readings, centre)) in experiments.iter().zip(&centres).enumerate() {
@@ -82,7 +82,7 @@ pub fn repeatability(
     }
     let readings = judged.iter().map(Vec::len).sum();
     let filled = judged.iter().filter(|group| !group.is_empty()).count();
-    let over_readings = filled < Bootstrap::FEWEST;
+    let over_readings = filled < Bootstrap::MIN_EXPERIMENTS;
     if over_readings {
         judged = judged.concat().into_iter().map(|one| vec![one]).collect();
     }
@@ -99,7 +99,7 @@ pub fn repeatability(
         outlier_share: bootstrap.estimate(&judged, share)?,
         variation: bootstrap.estimate(&judged, |all| variation(all, false)),
         variation_filtered: bootstrap.estimate(&judged, |all| variation(all, true)),
-        variation_between: spread(&means)
+        variation_between: standard_deviation(&means)
             .zip(mean(means.iter().copied()))
             .map(|(s, m)| s / m.abs()),
         mean: bootstrap.estimate(&judged, |all| {
@@ -129,7 +129,7 @@ fn variation(all: &[Judged], filtered: bool) -> Option<f64> {
     let each = by_experiment(all, filtered);
     mean(each.iter().filter_map(|values| {
         let centre = mean(values.iter().copied())?;
-        Some(spread(values)? / centre.abs())
+        Some(standard_deviation(values)? / centre.abs())
     }))
 }
 

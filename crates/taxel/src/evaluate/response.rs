@@ -1,7 +1,7 @@
 //! How the reading follows the load, and where it ends. (The paper's Figs. 24 and 25.)
 
-use super::fit::{Line, Power};
-use super::{Bootstrap, Estimate, mean, spread};
+use super::Power;
+use crate::stats::{Bootstrap, Estimate, Line, mean, standard_deviation};
 
 /// A reading under a known load.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,7 +22,7 @@ pub struct Level {
     /// Mean value, and its interval over experiments.
     pub value: Estimate,
     /// Standard deviation of the readings; `None` of a single one.
-    pub spread: Option<f64>,
+    pub standard_deviation: Option<f64>,
     /// Share of the readings at the converter's end, 0 to 1.
     pub saturated_share: f64,
 }
@@ -67,7 +67,7 @@ pub fn response(experiments: &[Vec<Reading>], bootstrap: &Bootstrap) -> Option<R
     let power = Power::fit(&points);
     let non_linearity = |some: &[Reading]| non_linearity_percent(&usable(some, saturates_at));
     let lowest = levels.first().filter(|level| level.load == 0.0);
-    let lowest = lowest.and_then(|level| level.spread);
+    let lowest = lowest.and_then(|level| level.standard_deviation);
     let smallest = lowest.and_then(|sigma| match &power {
         // Readings may fall with the load: the rise has the law's sign.
         Some(power) => power.x_of_rise(3.0 * sigma * power.factor.signum()),
@@ -114,7 +114,7 @@ fn levels(experiments: &[Vec<Reading>], bootstrap: &Bootstrap) -> Vec<Level> {
         Some(Level {
             load,
             value,
-            spread: spread(&values),
+            standard_deviation: standard_deviation(&values),
             saturated_share: mean(all.iter().map(|r| f64::from(u8::from(r.saturated))))?,
         })
     };

@@ -1,11 +1,11 @@
 //! What do other pressed taxels of the line do to one? (The paper's Figs. 28, 29 and 31.)
 
-use super::{Bootstrap, Estimate, mean};
 use crate::circuit::simplified::{Amplifier, v_out_alike};
 use crate::circuit::{Circuit, LinearCircuit};
 use crate::metric::cross_talk_drop;
 use crate::screen::Axis;
 use crate::sensor::USUAL_OPEN_LOOP_GAIN;
+use crate::stats::{Bootstrap, Estimate, mean};
 use crate::{Error, Frame, Sensor, Siemens};
 
 /// A reading of one taxel with others of its line pressed.

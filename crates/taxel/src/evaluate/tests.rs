@@ -6,6 +6,7 @@ use super::accuracy::Pair;
 use super::*;
 use crate::screen::Axis;
 use crate::sensor::preset;
+use crate::stats::{Bootstrap, Line, mean};
 
 const QUICK: Bootstrap = Bootstrap {
     seed: 1,
@@ -278,14 +279,14 @@ proptest! {
     #[test]
     fn a_line_through_points_of_a_line_is_that_line(offset in -1e3f64..1e3, slope in -1e3f64..1e3) {
         let points: Vec<_> = (0..5).map(|i| f64::from(i) * 3.0).map(|x| (x, offset + slope * x)).collect();
-        let line = fit::Line::fit(&points).unwrap();
+        let line = Line::fit(&points).unwrap();
         prop_assert!((line.slope - slope).abs() < 1e-6 && (line.offset - offset).abs() < 1e-6);
     }
 
     #[test]
     fn a_power_law_is_found_from_its_points(factor in 0.1f64..100.0, exponent in 0.3f64..2.5, offset in -10.0f64..10.0) {
         let points: Vec<_> = (0..8).map(f64::from).map(|x: f64| (x, offset + factor * x.powf(exponent))).collect();
-        let power = fit::Power::fit(&points).unwrap();
+        let power = Power::fit(&points).unwrap();
         prop_assert!((power.exponent - exponent).abs() < 1e-5, "{power:?}");
         prop_assert!((power.factor / factor - 1.0).abs() < 1e-4, "{power:?}");
         let rise = power.at(3.0) - power.at(0.0);

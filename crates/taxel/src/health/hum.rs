@@ -15,6 +15,7 @@ use std::f64::consts::{LN_2, TAU};
 use super::HealthOptions;
 use super::quiet::median;
 use crate::sensor::ScanOrder;
+use crate::stats::SIGMA_PER_MAD;
 use crate::{Counts, Frame};
 
 /// The mains, and the double that rectifiers and lamps leave, hertz.
@@ -127,7 +128,7 @@ impl HumSearch {
                 for value in &mut values {
                     *value = (*value - usual).abs();
                 }
-                spreads.push(1.4826 * median(&mut values));
+                spreads.push(SIGMA_PER_MAD * median(&mut values));
                 usual
             })
             .collect();

@@ -1,18 +1,16 @@
 //! What every taxel reads without a load, and how much that varies.
 
 use super::HealthOptions;
+use crate::circuit::ROUNDING_COUNTS;
+use crate::stats::SIGMA_PER_MAD;
 use crate::{Counts, Frame};
 
 /// Frames kept for the medians. A longer recording is thinned evenly.
 const KEPT: usize = 64;
-/// A standard deviation over the median absolute deviation of normal numbers.
-const SIGMA_OVER_MAD: f64 = 1.482_602_218_505_602;
 /// Where this share of the readings is 0, the lower half of the noise is cut off.
 const CUT_OFF_SHARE: f64 = 0.2;
 /// Share of normal numbers below the mean and one standard deviation.
 const UPPER_SHARE: f64 = 0.841_344_746;
-/// Noise is never taken to be less than the quantisation of one count, 1/√12, counts.
-const QUANTISATION: f64 = 0.288_675_134_594_812_9;
 
 /// Collects the empty recording in constant memory: at most 64 of its frames, evenly spread.
 #[derive(Debug, Clone, Default)]
@@ -86,8 +84,8 @@ impl Quiet {
                 *value = (*value - middle).abs();
             }
             counts.push(middle);
-            let around = SIGMA_OVER_MAD * median(&mut values);
-            noise.push(around.max(above).max(QUANTISATION));
+            let around = SIGMA_PER_MAD * median(&mut values);
+            noise.push(around.max(above).max(ROUNDING_COUNTS));
         }
         let loaded = noise.iter().map(|&noise| {
             (screen.loaded_sigmas * noise).max(screen.loaded_share_of_range * max_count)
@@ -95,7 +93,7 @@ impl Quiet {
         let typical_counts = median(&mut counts.clone());
         let mut off: Vec<f64> = counts.iter().map(|c| (c - typical_counts).abs()).collect();
         Unloaded {
-            unevenness: SIGMA_OVER_MAD * median(&mut off),
+            unevenness: SIGMA_PER_MAD * median(&mut off),
             loaded: loaded.collect(),
             masked: mask(&counts, columns, options.shorted_share * max_count),
             typical_counts,
@@ -123,7 +121,7 @@ fn typical(noise: &[f64]) -> f64 {
         .iter()
         .filter(|&&n| (middle / 2.0..=2.0 * middle).contains(&n));
     let (sum, count) = usual.fold((0.0, 0.0), |(sum, count), n| (sum + n, count + 1.0));
-    (sum / f64::max(count, 1.0)).max(QUANTISATION)
+    (sum / f64::max(count, 1.0)).max(ROUNDING_COUNTS)
 }
 
 /// The lines of taxels that read `shorted` counts or more; of lines that do so over more than half of their length, those

@@ -3,8 +3,8 @@
 use super::line_test::Thresholds;
 use super::{
     Axis, Level, LevelScreen, LineFaults, ScreenOptions, SpaceSpikes, check_shape, lines_dropped,
-    median,
 };
+use crate::stats::{SIGMA_PER_MAD, median_high};
 use crate::{Counts, Error, Frame, Mark};
 
 /// A taxel that read at least this share of the range may be saturated in the next frame.
@@ -217,14 +217,14 @@ impl FrameScreen {
             }
             let mut around = Around::of(frame, i / self.columns, i % self.columns);
             let len = around.len;
-            let Some(middle) = median(&mut around.values[..len]).filter(|_| len >= 3) else {
+            let Some(middle) = median_high(&mut around.values[..len]).filter(|_| len >= 3) else {
                 continue;
             };
             let mut spread = around.values;
             for value in &mut spread[..len] {
                 *value = (*value - middle).abs();
             }
-            let scale = 1.4826 * median(&mut spread[..len]).unwrap_or(0.0);
+            let scale = SIGMA_PER_MAD * median_high(&mut spread[..len]).unwrap_or(0.0);
             let height = (middle - thresholds.baseline).max(0.0);
             let distance = (frame.values()[i] - middle).abs();
             if distance > spikes.sigmas * thresholds.noise + spikes.share * height

@@ -1,14 +1,13 @@
 //! What an unloaded taxel reads, and how much a reading varies by itself.
 
 use super::{ScreenOptions, check_shape};
+use crate::circuit::ROUNDING_COUNTS;
 use crate::{Counts, Error, Frame};
 
 /// Readings needed below the ceiling of unloaded ones before a baseline is stated.
 const FEWEST_READINGS: u64 = 32;
 /// Differences needed before the noise is taken from them.
 const FEWEST_DIFFERENCES: u64 = 200;
-/// Noise is never taken to be less than the quantisation of one count, 1/√12, counts.
-const QUANTISATION: f64 = 0.288_675_134_594_812_9;
 /// Median of |z| for a standard normal z.
 const MEDIAN_ABSOLUTE_NORMAL: f64 = 0.674_489_750_196_081_7;
 /// Median of |max(0, z) − max(0, z')| for two standard normal numbers (by simulation).
@@ -166,7 +165,7 @@ impl LevelScreen {
         });
         let level = Level {
             baseline_counts: self.fixed_baseline.unwrap_or(mode * self.width),
-            noise_counts: noise.max(QUANTISATION),
+            noise_counts: noise.max(ROUNDING_COUNTS),
         };
         Some((level, cut_off))
     }
@@ -184,7 +183,10 @@ impl LevelScreen {
         };
         let from_differences = interpolated_median(&self.differences) / median_of_one;
         Level {
-            noise_counts: rough.noise_counts.min(from_differences).max(QUANTISATION),
+            noise_counts: rough
+                .noise_counts
+                .min(from_differences)
+                .max(ROUNDING_COUNTS),
             ..rough
         }
     }

@@ -6,8 +6,9 @@ use super::frame::HELD_FRAMES;
 use super::line_test::{Lines, Thresholds, Verdict, judge};
 use super::short::{AlikePairs, Usual};
 use super::tally::{LineTally, Looked};
-use super::{Axis, Level, LevelScreen, ScreenOptions, median};
+use super::{Axis, Level, LevelScreen, ScreenOptions};
 use crate::sensor::ScreenSpec;
+use crate::stats::median_high;
 use crate::{Counts, Error, Frame};
 
 /// Silent readings between loaded ones, over a recording, before silence counts for anything.
@@ -319,7 +320,7 @@ impl LineScreen {
             for (line, usual) in (0..lines.count).zip(&mut usual) {
                 self.scratch.clear();
                 self.scratch.extend(lines.of_line(line));
-                *usual = median(&mut self.scratch).unwrap_or(0.0) - baseline;
+                *usual = median_high(&mut self.scratch).unwrap_or(0.0) - baseline;
             }
         }
     }

@@ -80,13 +80,3 @@ fn check_shape<Q>(
         columns,
     })
 }
-
-/// The middle value of `values` (the upper one of the two middle ones for an even number), which are reordered.
-fn median(values: &mut [f64]) -> Option<f64> {
-    if values.is_empty() {
-        return None;
-    }
-    let middle = values.len() / 2;
-    let (_, value, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
-    Some(*value)
-}

@@ -1,6 +1,6 @@
 //! Replacing what was not measured, where that is asked for.
 
-use super::median;
+use crate::stats::median_high;
 use crate::{Frame, Mark};
 
 /// Whether a value is worth replacing: what was not measured. A saturated reading is a lower bound, and an
@@ -168,7 +168,7 @@ fn median_on_ring<Q>(
             see(r, column + radius);
         }
     }
-    let value = median(&mut scratch[before..]);
+    let value = median_high(&mut scratch[before..]);
     scratch.truncate(before);
     value
 }

@@ -100,7 +100,7 @@ impl AlikePairs {
         let share = |i: usize| self.alike[i] as f64 / self.loaded[i].max(1) as f64;
         let enough = |i: &usize| self.loaded[*i] >= options.short_readings;
         let mut shares: Vec<f64> = (0..self.loaded.len()).filter(enough).map(share).collect();
-        let typical_share = super::median(&mut shares).unwrap_or(1.0);
+        let typical_share = crate::stats::median_high(&mut shares).unwrap_or(1.0);
         if shares.len() < 3 || typical_share > options.short_share / 2.0 {
             return Vec::new();
         }

@@ -1,7 +1,8 @@
 //! What a recording says of each line, frame by frame.
 
+use super::ScreenOptions;
 use super::line_test::{Lines, Thresholds, Verdict};
-use super::{ScreenOptions, median};
+use crate::stats::median_high;
 
 /// A line falls silent when it read at least this share of the load beside it in the frame before …
 const ANSWERED_SHARE: f64 = 0.3;
@@ -121,13 +122,13 @@ impl Looked<'_> {
         let positions = || (0..lines.length).filter(counts);
         scratch.clear();
         scratch.extend(positions().map(|position| lines.at(line, position)));
-        let own = median(scratch).unwrap_or(0.0);
+        let own = median_high(scratch).unwrap_or(0.0);
         scratch.clear();
         for beside in [line.checked_sub(1), Some(line + 1)].into_iter().flatten() {
             if beside < lines.count {
                 scratch.extend(positions().map(|position| lines.at(beside, position)));
             }
         }
-        (own, median(scratch).unwrap_or(0.0))
+        (own, median_high(scratch).unwrap_or(0.0))
     }
 }

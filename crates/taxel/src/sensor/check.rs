@@ -1,8 +1,8 @@
 //! Every number of a sensor file possible.
 
+use super::MAX_DYNAMIC_TERMS;
 use super::{DynamicSpec, PerLine, PerTaxel, Sensor, plausible};
 use crate::Error;
-use crate::calibrate::dynamic::MOST_TERMS;
 
 /// Refuses numbers that no sensor can have.
 pub(super) fn values(sensor: &Sensor) -> Result<(), Error> {
@@ -261,7 +261,7 @@ fn material(sensor: &Sensor) -> Result<(), Error> {
         }
     }
     if let Some(bend) = &material.bend {
-        crate::calibrate::Spline::new(&bend.ln_load_g, &bend.ln_siemens).map_err(|source| {
+        crate::spline::Spline::new(&bend.ln_load_g, &bend.ln_siemens).map_err(|source| {
             Error::Knots {
                 key: "material.bend.ln_load_g",
                 source,
@@ -308,11 +308,11 @@ fn check_dynamic(dynamic: &DynamicSpec) -> Result<(), Error> {
             &dynamic.play_weight,
         ),
     ] {
-        if values.len() != of.len() || values.len() > MOST_TERMS {
+        if values.len() != of.len() || values.len() > MAX_DYNAMIC_TERMS {
             return Err(Error::ListLength {
                 key,
                 found: values.len(),
-                expected: of.len().min(MOST_TERMS),
+                expected: of.len().min(MAX_DYNAMIC_TERMS),
                 unit: "weights",
                 unit_one: "weight",
             });

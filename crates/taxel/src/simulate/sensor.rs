@@ -3,8 +3,8 @@
 use rand::RngExt;
 
 use super::{Grams, Imperfections, Pattern, Purpose, generator, imperfect};
-use crate::calibrate::{LoadLaw, Spread};
 use crate::circuit::{Circuit, Converter, LinearCircuit, Noise};
+use crate::material::{LoadLaw, Spread};
 use crate::{Counts, Error, Frame, Sensor, Siemens, Volts};
 
 /// One simulated scan, from the taxels to the counts.

@@ -14,7 +14,7 @@ use super::network::Network;
 use super::root::Root;
 use super::{Infeasible, Method, Outcome, Scratch, Stop};
 use crate::circuit::{LineEnds, LinearCircuit};
-use crate::dense::{multiply_lower, view, view_mut};
+use crate::linalg::{multiply_lower, view, view_mut};
 use crate::sensor::Topology;
 use crate::{Frame, Siemens, Volts};
 

@@ -1,6 +1,6 @@
 //! Restarted GMRES (Saad and Schultz 1986) for the matrix-free Newton step.
 
-use crate::dense::dot;
+use crate::linalg::dot;
 
 /// Memory for systems of one size.
 pub(super) struct Gmres {

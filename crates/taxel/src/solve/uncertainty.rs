@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::gmres::Gmres;
 use crate::circuit::{NotPassive, OperatingPoint, normal};
-use crate::dense::view;
+use crate::linalg::view;
 
 /// How standard errors were computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -5,6 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 use taxel::Sensor;
 use taxel::calibrate::{LawFit, Parameter, Report, Suspect, fit_pairs, suspect_pairs};
+use taxel::stats::{mean, median};
 
 use super::{Args, Law};
 use crate::error::Error;
@@ -84,12 +85,9 @@ pub(super) fn run(args: &Args, mut sensor: Sensor) -> Result<Exit, Error> {
 
 /// Mean distance of the loads from their median, grams.
 fn guessing(pairs: &[(f64, f64)]) -> f64 {
-    let mut loads: Vec<f64> = pairs.iter().map(|p| p.1).collect();
-    loads.sort_by(f64::total_cmp);
-    let Some(&middle) = loads.get(loads.len() / 2) else {
-        return 0.0;
-    };
-    loads.iter().map(|l| (l - middle).abs()).sum::<f64>() / loads.len() as f64
+    let loads = || pairs.iter().map(|p| p.1);
+    let middle = median(loads()).unwrap_or(0.0);
+    mean(loads().map(|load| (load - middle).abs())).unwrap_or(0.0)
 }
 
 fn show(args: &Args, fits: &[LawFit], chosen: &LawFit, pairs: usize) -> Result<(), Error> {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde::Serialize;
-use taxel::calibrate::{DynamicFit, Series, fit_dynamic};
+use taxel::calibrate::{DynamicFit, LoadSeries, fit_dynamic};
 use taxel::simulate::Grams;
 use taxel::{Counts, Frame, Sensor};
 use taxel_io::{FrameSource, TextOptions, open_counts};
@@ -45,7 +45,7 @@ pub(super) fn run(
     let frames = read_frames(recording, options)?;
     let truths = read_loads(loads, options)?;
     let secs = times(&frames, args.period, recording)?;
-    let series = Series {
+    let series = LoadSeries {
         secs: &secs,
         frames: &frames,
         loads: &truths,

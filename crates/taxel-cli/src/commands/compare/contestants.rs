@@ -1,6 +1,7 @@
 //! Who takes part, each having learnt from the same presses.
 
-use taxel::calibrate::{Data, LoadLaw, Options, Press, calibrate_with, fit_pairs};
+use taxel::calibrate::{Data, Options, Press, calibrate_with, fit_pairs};
+use taxel::material::LoadLaw;
 use taxel::pipeline::Pipeline;
 use taxel::solve::{Method, Raw, default_method};
 use taxel::stats::median;

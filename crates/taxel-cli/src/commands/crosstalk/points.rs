@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use taxel::design::statistics::student_quantile;
-use taxel::evaluate::spread;
+use taxel::stats::{mean, standard_deviation, student_quantile};
 
 use crate::bounded;
 use crate::error::Error;
@@ -79,13 +78,13 @@ impl Points {
         };
         for (n, values) in groups {
             let count = values.len() as f64;
-            let mean = values.iter().sum::<f64>() / count;
+            let mean = mean(values.iter().copied()).unwrap_or(f64::NAN);
             points.n.push(n);
             points.mean.push(mean);
             // Of one value there is none, and no bar.
             points
                 .half
-                .push(spread(&values).map_or(f64::NAN, |deviation| {
+                .push(standard_deviation(&values).map_or(f64::NAN, |deviation| {
                     student_quantile(0.975, count - 1.0) * deviation / count.sqrt()
                 }));
         }

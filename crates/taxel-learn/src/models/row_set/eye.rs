@@ -1,5 +1,7 @@
 //! How a row set sees a reading, and what one calibration curve makes of it.
 
+use taxel::stats::{Line, mean};
+
 use crate::rows::Rows;
 
 /// Features of one reading.
@@ -61,13 +63,11 @@ impl Eye {
 
 /// Slope and intercept of a straight line by least squares; slope 1 where nothing says otherwise.
 fn line(points: &[(f64, f64)]) -> (f64, f64) {
-    let n = points.len().max(1) as f64;
-    let (mx, my) = points
-        .iter()
-        .fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
-    let (xx, xy) = points.iter().fold((0.0, 0.0), |(a, b), (x, y)| {
-        (a + (x - mx).powi(2), b + (x - mx) * (y - my))
-    });
-    let slope = if xx > 1e-9 { xy / xx } else { 1.0 };
-    (slope, my - slope * mx)
+    Line::fit(points).map_or_else(
+        || {
+            let rise = mean(points.iter().map(|(x, y)| y - x));
+            (1.0, rise.unwrap_or(0.0))
+        },
+        |line| (line.slope, line.offset),
+    )
 }

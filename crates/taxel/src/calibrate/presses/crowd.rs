@@ -11,11 +11,12 @@ use super::super::evidence::Evidence;
 use super::super::inverter::{Inverter, Job, Start};
 use super::super::least_squares::median;
 use super::super::posterior::Parameter;
-use super::known::{ROUNDING, rounding_of_a_mean};
+use super::known::rounding_of_a_mean;
 use super::unknowns::Layout;
-use crate::Crew;
+use crate::Executor;
+use crate::circuit::ROUNDING_COUNTS;
 use crate::circuit::{Converter, LinearCircuit, OperatingPoint};
-use crate::crew::shared_out;
+use crate::parallel::par_map;
 use crate::solve::influence_of;
 use crate::stats::quantile;
 use crate::{Frame, Sensor, Siemens};
@@ -35,7 +36,7 @@ const ALIKE: f64 = 0.01;
 pub(super) struct Crowd<'a> {
     evidence: &'a Evidence,
     which: Vec<usize>,
-    crew: &'a dyn Crew,
+    executor: &'a dyn Executor,
     noise_counts: f64,
     /// What the mean of however many readings may be off by, because they are whole counts.
     rounding_counts: f64,
@@ -158,12 +159,12 @@ impl Circuits {
 }
 
 impl<'a> Crowd<'a> {
-    pub(super) fn new(evidence: &'a Evidence, which: &[usize], crew: &'a dyn Crew) -> Self {
+    pub(super) fn new(evidence: &'a Evidence, which: &[usize], executor: &'a dyn Executor) -> Self {
         Self {
             evidence,
             which: which.to_vec(),
-            crew,
-            noise_counts: evidence.noise_counts.hypot(ROUNDING),
+            executor,
+            noise_counts: evidence.noise_counts.hypot(ROUNDING_COUNTS),
             rounding_counts: rounding_of_a_mean(evidence.noise_counts),
             starts: Mutex::new(evidence.presses.iter().map(|_| None).collect()),
         }
@@ -190,7 +191,7 @@ impl<'a> Crowd<'a> {
     pub(super) fn thinned(&self, most: usize) -> Self {
         let stride = self.which.len().div_ceil(most).max(1);
         let which: Vec<usize> = self.which.iter().copied().step_by(stride).collect();
-        Self::new(self.evidence, &which, self.crew).near(&self.ends())
+        Self::new(self.evidence, &which, self.executor).near(&self.ends())
     }
 
     /// Whether a press of the evidence is one of its own.
@@ -262,7 +263,7 @@ impl<'a> Crowd<'a> {
         let inverter = Inverter::new(self.evidence, sensor)?;
         let failed = AtomicUsize::new(0);
         let batches: Vec<Vec<Job>> = self.which.chunks(BATCH).map(|b| self.jobs(b)).collect();
-        let done = shared_out(self.crew, batches, |mut batch| {
+        let done = par_map(self.executor, batches, |mut batch| {
             let seen: Vec<Option<T>> = inverter
                 .invert_each(&mut batch, &look)
                 .into_iter()

@@ -7,8 +7,8 @@ use super::super::posterior::{Peak, most_probable};
 use super::known::KnownFrames;
 use super::lumped;
 use super::unknowns::Layout;
-use crate::calibrate::LoadLaw;
 use crate::circuit::{Converter, LineEnds};
+use crate::material::LoadLaw;
 use crate::solve::Raw;
 
 /// Sums of both switches that a fit starts from besides the believed one, ohms.

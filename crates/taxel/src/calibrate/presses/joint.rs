@@ -8,7 +8,7 @@ use super::super::posterior::{HUBER, Peak, most_probable, prior_loss};
 use super::crowd::{Crowd, Line, Linear};
 use super::fit::{Fitted, Readings, STARTS_OHMS, law_at, least_share, plain_law};
 use super::unknowns::{Layout, Unknown};
-use crate::calibrate::LoadLaw;
+use crate::material::LoadLaw;
 
 /// Times that everything is made linear anew: on the way, and where a start is judged.
 const ROUNDS: usize = 10;

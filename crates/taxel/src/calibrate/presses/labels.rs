@@ -46,7 +46,7 @@ impl PressFit<'_> {
         known: &KnownFrames,
         readings: &Readings,
     ) -> Result<Vec<(usize, f64, f64)>, Error> {
-        let crowd = Crowd::new(self.evidence, &known.crowded, self.crew);
+        let crowd = Crowd::new(self.evidence, &known.crowded, self.executor);
         let joint = Joint {
             readings,
             crowd: &crowd,

@@ -21,10 +21,10 @@ use super::outcome::{HeldOut, Outcome};
 use super::priors::Beliefs;
 use super::{LawChoice, Options, Suspect, suspects};
 use crate::circuit::LinearCircuit;
-use crate::crew::shared_out;
+use crate::parallel::par_map;
 use crate::sensor::PerLine;
 use crate::solve::Exact;
-use crate::{Crew, Error, Sensor};
+use crate::{Error, Executor, Sensor};
 use crowd::{Crowd, Linear};
 use fit::{Fitted, Readings, plain_law};
 use joint::Joint;
@@ -53,7 +53,7 @@ pub(super) fn calibrate(
     sensor: &Sensor,
     evidence: &Evidence,
     options: &Options,
-    crew: &dyn Crew,
+    executor: &dyn Executor,
     progress: &mut dyn FnMut(&str, f64),
 ) -> (Result<Outcome, Error>, bool) {
     let mut known = KnownFrames::find(evidence, sensor.max_count());
@@ -62,7 +62,7 @@ pub(super) fn calibrate(
     if !one_at_a_time {
         known = known.all_crowded(evidence.presses.len());
     }
-    let fit = PressFit::new(sensor, evidence, options, crew).run(&known, progress);
+    let fit = PressFit::new(sensor, evidence, options, executor).run(&known, progress);
     (fit, one_at_a_time)
 }
 
@@ -81,7 +81,7 @@ struct PressFit<'a> {
     sensor: &'a Sensor,
     evidence: &'a Evidence,
     options: &'a Options,
-    crew: &'a dyn Crew,
+    executor: &'a dyn Executor,
     beliefs: Beliefs,
     /// What unloaded taxels of crowded frames seem to conduct, siemens.
     unloaded: f64,
@@ -122,7 +122,7 @@ impl<'a> PressFit<'a> {
         sensor: &'a Sensor,
         evidence: &'a Evidence,
         options: &'a Options,
-        crew: &'a dyn Crew,
+        executor: &'a dyn Executor,
     ) -> Self {
         Self {
             beliefs: Beliefs::of(sensor, options),
@@ -131,7 +131,7 @@ impl<'a> PressFit<'a> {
             sensor,
             evidence,
             options,
-            crew,
+            executor,
         }
     }
 
@@ -226,7 +226,7 @@ impl<'a> PressFit<'a> {
     fn choose(&self, known: &KnownFrames, from: Option<&Chosen>) -> Result<Chosen, Error> {
         let readings = Readings::new(self.evidence, known, self.sensor);
         let ends = from.map_or(&self.first, |from| &from.ends);
-        let crowd = Crowd::new(self.evidence, &known.crowded, self.crew).near(ends);
+        let crowd = Crowd::new(self.evidence, &known.crowded, self.executor).near(ends);
         let joint = Joint {
             readings: &readings,
             crowd: &crowd,
@@ -315,7 +315,7 @@ impl<'a> PressFit<'a> {
     /// about what their frames conduct.
     fn read(&self, which: &[usize], fitted: &Fitted, near: &Chosen) -> Vec<Option<f64>> {
         let law = plain_law(&fitted.model);
-        let presses = Crowd::new(self.evidence, which, self.crew).near(&near.ends);
+        let presses = Crowd::new(self.evidence, which, self.executor).near(&near.ends);
         let siemens = presses.siemens(&fitted.model.sensor).into_iter();
         siemens
             .map(|g| Some(law.grams_from_siemens(0, g?)))
@@ -352,7 +352,7 @@ impl<'a> PressFit<'a> {
         let folds = self.options.folds.clamp(2, frames.len().max(2));
         let fold_of = |p: usize| frames.partition_point(|&f| f < presses[p].frame) % folds;
         progress("held-out presses", 0.5);
-        let judged = shared_out(self.crew, (0..folds).collect(), |fold| {
+        let judged = par_map(self.executor, (0..folds).collect(), |fold| {
             let held = used.iter().copied().filter(|&p| fold_of(p) == fold);
             Some(self.judge(&known.with(|p| fold_of(p) != fold), held.collect(), chosen))
         });

@@ -1,6 +1,6 @@
 //! The same sensor built of other parts.
 
-use crate::design::parts::{CONVERTER_BITS, GAIN_BANDWIDTHS_HZ, SWITCHES, gain_at};
+use crate::parts::{CONVERTER_BITS, GAIN_BANDWIDTHS_HZ, SWITCHES, gain_at};
 use crate::sensor::{PerLine, Sensor};
 use crate::simulate::default_noise_counts;
 
@@ -30,7 +30,7 @@ pub enum Change {
     },
 }
 
-/// Every part of [`crate::design::parts`] that a sensor could have, when `taxels_per_second` are read.
+/// Every part of [`crate::parts`] that a sensor could have, when `taxels_per_second` are read.
 pub fn changes(sensor: &Sensor, taxels_per_second: f64) -> Vec<Change> {
     let mut changes = switches();
     if sensor.readout.topology.is_tia() {

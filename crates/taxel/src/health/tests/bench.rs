@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::calibrate::LoadLaw;
 use crate::circuit::{Circuit, Converter, LinearCircuit, Noise, normal};
 use crate::health::{Health, HealthOptions, SelfTest, Unusable};
+use crate::material::LoadLaw;
 use crate::screen::Axis;
 use crate::sensor::{ScanOrder, preset};
 use crate::simulate::{Imperfections, default_noise_counts, imperfect};

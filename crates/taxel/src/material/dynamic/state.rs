@@ -1,13 +1,14 @@
 //! What all taxels of an array remember, and the inverse of the law, frame by frame.
 
 use super::{DynamicLaw, Step};
+use crate::sensor::MAX_DYNAMIC_TERMS;
 
 /// Taxels worked on together: all that they remember stays in the first cache.
 const BLOCK: usize = 256;
 
 /// What the taxels of an array remember. Before the first frame all loads are 0 and always were: begin without load.
 #[derive(Debug, Clone)]
-pub struct Memory {
+pub struct HysteresisState {
     law: DynamicLaw,
     taxels: usize,
     /// Seconds of the frame before; `None` before the first.
@@ -18,7 +19,7 @@ pub struct Memory {
     plays: Vec<Vec<f64>>,
 }
 
-impl Memory {
+impl HysteresisState {
     /// Nothing remembered.
     pub fn new(law: &DynamicLaw, taxels: usize) -> Self {
         Self {
@@ -67,11 +68,11 @@ impl Memory {
         for first in (0..self.taxels).step_by(BLOCK) {
             let block = first..(first + BLOCK).min(self.taxels);
             let acting = &mut grams[block.clone()];
-            let mut lags: [&mut [f64]; super::MOST_TERMS] = Default::default();
+            let mut lags: [&mut [f64]; MAX_DYNAMIC_TERMS] = Default::default();
             for (slot, list) in lags.iter_mut().zip(&mut self.lags) {
                 *slot = &mut list[block.clone()];
             }
-            let mut plays: [&mut [f64]; super::MOST_TERMS] = Default::default();
+            let mut plays: [&mut [f64]; MAX_DYNAMIC_TERMS] = Default::default();
             for (slot, list) in plays.iter_mut().zip(&mut self.plays) {
                 *slot = &mut list[block.clone()];
             }
@@ -101,8 +102,8 @@ fn invert(
     step: &Step,
     acting: &[f64],
     before: &[f64],
-    lags: &[&mut [f64]; super::MOST_TERMS],
-    plays: &[&mut [f64]; super::MOST_TERMS],
+    lags: &[&mut [f64]; MAX_DYNAMIC_TERMS],
+    plays: &[&mut [f64]; MAX_DYNAMIC_TERMS],
     loads: &mut [f64; BLOCK],
     slack: &mut [f64; BLOCK],
 ) {
@@ -144,8 +145,8 @@ fn remember(
     step: &Step,
     loads: &[f64; BLOCK],
     before: &mut [f64],
-    lags: &mut [&mut [f64]; super::MOST_TERMS],
-    plays: &mut [&mut [f64]; super::MOST_TERMS],
+    lags: &mut [&mut [f64]; MAX_DYNAMIC_TERMS],
+    plays: &mut [&mut [f64]; MAX_DYNAMIC_TERMS],
 ) {
     let count = before.len();
     let loads = &loads[..count];

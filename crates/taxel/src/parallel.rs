@@ -1,4 +1,4 @@
-//! Who does work that can be shared out: the library starts no threads, its caller may.
+//! Work that can be done in parallel: the library starts no threads, its caller may.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -6,29 +6,29 @@ use std::sync::{Mutex, PoisonError};
 /// Workers that a caller brings, for the few things that take seconds.
 ///
 /// ```
-/// use taxel::crew::{OneByOne, shared_out};
-/// assert_eq!(shared_out(&OneByOne, vec![1, 2, 3], |n| Some(n * n)), Some(vec![1, 4, 9]));
-/// assert_eq!(shared_out(&OneByOne, vec![1, 2, 3], |n| (n != 2).then_some(n)), None);
+/// use taxel::parallel::{Serial, par_map};
+/// assert_eq!(par_map(&Serial, vec![1, 2, 3], |n| Some(n * n)), Some(vec![1, 4, 9]));
+/// assert_eq!(par_map(&Serial, vec![1, 2, 3], |n| (n != 2).then_some(n)), None);
 /// ```
-pub trait Crew: Sync {
+pub trait Executor: Sync {
     /// Does every job from 0 to `jobs` − 1 once, in any order, on any thread; returns when all are done.
     fn each(&self, jobs: usize, job: &(dyn Fn(usize) + Sync));
 }
 
-/// A crew of one: the caller's own thread.
+/// An executor of one: the caller's own thread.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct OneByOne;
+pub struct Serial;
 
-impl Crew for OneByOne {
+impl Executor for Serial {
     fn each(&self, jobs: usize, job: &(dyn Fn(usize) + Sync)) {
         (0..jobs).for_each(job);
     }
 }
 
 /// Does something to every item; answers keep the order of the items. Nothing as soon as one item has no answer.
-/// What an item gives must not depend on the others, so that the size of the crew cannot matter.
-pub fn shared_out<I: Send, T: Send>(
-    crew: &dyn Crew,
+/// What an item gives must not depend on the others, so that the size of the executor cannot matter.
+pub fn par_map<I: Send, T: Send>(
+    executor: &dyn Executor,
     items: Vec<I>,
     work: impl Fn(I) -> Option<T> + Sync,
 ) -> Option<Vec<T>> {
@@ -37,7 +37,7 @@ pub fn shared_out<I: Send, T: Send>(
         .map(|item| Mutex::new((Some(item), None)))
         .collect();
     let failed = AtomicBool::new(false);
-    crew.each(slots.len(), &|i| {
+    executor.each(slots.len(), &|i| {
         if failed.load(Ordering::Relaxed) {
             return;
         }
@@ -55,12 +55,12 @@ pub fn shared_out<I: Send, T: Send>(
 
 #[cfg(test)]
 mod tests {
-    use super::{Crew, OneByOne, shared_out};
+    use super::{Executor, Serial, par_map};
 
     /// Does the last job first.
     struct Backwards;
 
-    impl Crew for Backwards {
+    impl Executor for Backwards {
         fn each(&self, jobs: usize, job: &(dyn Fn(usize) + Sync)) {
             (0..jobs).rev().for_each(job);
         }
@@ -68,15 +68,13 @@ mod tests {
 
     #[test]
     fn answers_keep_the_order_of_the_items() {
-        let squares = shared_out(&Backwards, (0..100).collect(), |i: u32| Some(i * i));
+        let squares = par_map(&Backwards, (0..100).collect(), |i: u32| Some(i * i));
         assert_eq!(squares, Some((0..100).map(|i| i * i).collect()));
     }
 
     #[test]
     fn one_item_without_an_answer_leaves_none() {
-        let answers = shared_out(&OneByOne, (0..100).collect(), |i: u32| {
-            (i != 57).then_some(i)
-        });
+        let answers = par_map(&Serial, (0..100).collect(), |i: u32| (i != 57).then_some(i));
         assert_eq!(answers, None);
     }
 }

@@ -2,20 +2,20 @@
 
 use std::cmp::Ordering;
 
-use super::{DynamicLaw, MOST_TERMS, One};
-use crate::calibrate::LoadLaw;
-use crate::calibrate::fit_law::fit_each;
-use crate::calibrate::least_squares::{self, Settings, median, robust_deviation};
+use super::fit_law::fit_each;
+use super::least_squares::{self, Settings, median, robust_deviation};
 use crate::circuit::Converter;
+use crate::frame::Grams;
+use crate::material::{DynamicLaw, ForwardState, LoadLaw};
 use crate::screen::stand_in;
-use crate::sensor::PerLine;
-use crate::simulate::Grams;
+use crate::sensor::{MAX_DYNAMIC_TERMS, PerLine};
 use crate::solve::default_method;
+use crate::stats::Line;
 use crate::{Counts, Error, Frame, Sensor};
 
 /// A recording whose loads are known all the time, from rest.
 #[derive(Debug, Clone, Copy)]
-pub struct Series<'a> {
+pub struct LoadSeries<'a> {
     /// Time of each frame, seconds, ascending.
     pub secs: &'a [f64],
     /// The frames.
@@ -62,12 +62,17 @@ const FIXED: usize = 5;
 /// that do not ascend, no circuit that explains the frames.
 pub fn fit_dynamic(
     sensor: &Sensor,
-    series: &Series<'_>,
+    series: &LoadSeries<'_>,
     lags: usize,
     plays: usize,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<DynamicFit, Error> {
-    let task = Task::new(sensor, series, lags.min(MOST_TERMS), plays.min(MOST_TERMS))?;
+    let task = Task::new(
+        sensor,
+        series,
+        lags.min(MAX_DYNAMIC_TERMS),
+        plays.min(MAX_DYNAMIC_TERMS),
+    )?;
     let mut best: Option<(f64, least_squares::Fit)> = None;
     for (turn, stretch) in [1.0, 3.0, 1.0 / 3.0].into_iter().enumerate() {
         progress("creep and hysteresis", turn as f64 / 3.0);
@@ -90,7 +95,7 @@ pub fn fit_dynamic(
 /// Everything that the residuals need.
 struct Task<'a> {
     sensor: &'a Sensor,
-    series: &'a Series<'a>,
+    series: &'a LoadSeries<'a>,
     lags: usize,
     plays: usize,
     /// Ever loaded, and never.
@@ -110,7 +115,7 @@ struct Solved {
 impl<'a> Task<'a> {
     fn new(
         sensor: &'a Sensor,
-        series: &'a Series<'a>,
+        series: &'a LoadSeries<'a>,
         lags: usize,
         plays: usize,
     ) -> Result<Self, Error> {
@@ -180,7 +185,7 @@ impl<'a> Task<'a> {
                 }
             }
         }
-        let line = crate::evaluate::fit::Line::fit(&points).ok_or_else(no_fit)?;
+        let line = Line::fit(&points).ok_or_else(no_fit)?;
         Ok((line.offset.exp(), line.slope.clamp(0.2, 2.0)))
     }
 
@@ -272,11 +277,11 @@ impl<'a> Task<'a> {
             .collect();
         let mut residuals = Vec::new();
         for (&taxel, siemens) in self.loaded.iter().zip(&solved.loaded) {
-            let mut one = One::default();
+            let mut state = ForwardState::default();
             for ((frame, step), &found) in self.series.loads.iter().zip(&steps).zip(siemens) {
                 let load = frame.values()[taxel];
-                one.advance(step, load);
-                let model = law.siemens_from_grams(0, one.acting(step, load));
+                state.advance(step, load);
+                let model = law.siemens_from_grams(0, state.acting(step, load));
                 let sigma = self.sigma.hypot(RELATIVE * (found - law.g_zero));
                 residuals.push((model - found) / sigma);
             }
@@ -375,7 +380,7 @@ fn with_switches(sensor: &Sensor, column_ohms: f64, row_ohms: f64) -> Sensor {
 }
 
 /// Refuses what cannot be fitted to.
-fn check(sensor: &Sensor, series: &Series<'_>) -> Result<(), Error> {
+fn check(sensor: &Sensor, series: &LoadSeries<'_>) -> Result<(), Error> {
     let frames = series.frames.len();
     if series.loads.len() != frames || series.secs.len() != frames || frames < FEWEST_FRAMES {
         return Err(Error::SeriesLength {
@@ -417,7 +422,7 @@ fn no_fit() -> Error {
 }
 
 /// Taxels to fit to: the loaded ones evenly by their peak, and some of those that never are.
-fn choose(sensor: &Sensor, series: &Series<'_>) -> Result<(Vec<usize>, Vec<usize>), Error> {
+fn choose(sensor: &Sensor, series: &LoadSeries<'_>) -> Result<(Vec<usize>, Vec<usize>), Error> {
     let taxels = sensor.rows() * sensor.columns();
     let mut peaks = vec![0.0f64; taxels];
     for frame in series.loads {
@@ -441,3 +446,6 @@ fn choose(sensor: &Sensor, series: &Series<'_>) -> Result<(Vec<usize>, Vec<usize
     };
     Ok((some(loaded, MOST_TAXELS), some(ghosts, MOST_GHOSTS)))
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,8 +1,8 @@
 //! The load law: what load a taxel's conductance stands for, and the other way round.
 
-use super::spline::Spline;
 use crate::Error;
 use crate::sensor::{Bend, Material, PerTaxel, Sensor};
+use crate::spline::Spline;
 
 /// G = g_zero + gain · factor · S(load)^exponent · e^bend(ln load), with S(L) = L/(1 + L/saturation).
 ///

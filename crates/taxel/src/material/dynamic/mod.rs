@@ -13,16 +13,11 @@
 //! creep", IEE Proc. Control Theory Appl. 148:185, 2001. Both are driven by F, which makes the inverse of one time step a
 //! closed form: given what is remembered, x is a straight line in F with one kink for each play.
 
-mod fit;
-mod memory;
+mod state;
 
-pub use fit::{DynamicFit, Series, fit_dynamic};
-pub use memory::Memory;
+pub use state::HysteresisState;
 
-use crate::sensor::DynamicSpec;
-
-/// Lags and plays at most, each.
-pub const MOST_TERMS: usize = 8;
+use crate::sensor::{DynamicSpec, MAX_DYNAMIC_TERMS};
 
 /// What a material remembers, the same for every taxel.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -57,8 +52,8 @@ impl DynamicLaw {
         }
     }
 
-    /// One step of `secs` seconds.
-    fn step(&self, secs: f64) -> Step {
+    /// ForwardState step of `secs` seconds.
+    pub(crate) fn step(&self, secs: f64) -> Step {
         let mut step = Step {
             lags: self.lags.len(),
             plays: self.plays.len(),
@@ -95,13 +90,13 @@ impl DynamicLaw {
     /// When there is not one time for each load.
     pub fn acting(&self, secs: &[f64], loads: &[f64]) -> Vec<f64> {
         assert_eq!(secs.len(), loads.len(), "a time for each load");
-        let mut one = One::default();
+        let mut state = ForwardState::default();
         let mut before = secs.first().copied().unwrap_or_default();
         let each = secs.iter().zip(loads).map(|(&now, &load)| {
             let step = self.step(now - before);
             before = now;
-            one.advance(&step, load);
-            one.acting(&step, load)
+            state.advance(&step, load);
+            state.acting(&step, load)
         });
         each.collect()
     }
@@ -110,31 +105,31 @@ impl DynamicLaw {
 /// The numbers of one time step, shared by all taxels: the load runs straight from frame to frame, for which
 /// sᵢ ← keep·sᵢ + old·F(before) + new·F is exact.
 #[derive(Debug, Clone, Copy, Default)]
-struct Step {
+pub(crate) struct Step {
     lags: usize,
     plays: usize,
-    weight: [f64; MOST_TERMS],
-    keep: [f64; MOST_TERMS],
-    old: [f64; MOST_TERMS],
-    new: [f64; MOST_TERMS],
+    weight: [f64; MAX_DYNAMIC_TERMS],
+    keep: [f64; MAX_DYNAMIC_TERMS],
+    old: [f64; MAX_DYNAMIC_TERMS],
+    new: [f64; MAX_DYNAMIC_TERMS],
     /// dx/dF while no play moves.
     slope: f64,
-    play_weight: [f64; MOST_TERMS],
-    half_width: [f64; MOST_TERMS],
+    play_weight: [f64; MAX_DYNAMIC_TERMS],
+    half_width: [f64; MAX_DYNAMIC_TERMS],
     /// Share of its way that F is held back by once play j moves as well.
-    give: [f64; MOST_TERMS],
+    give: [f64; MAX_DYNAMIC_TERMS],
 }
 
 /// What one taxel remembers, for the law forwards.
 #[derive(Debug, Clone, Copy, Default)]
-struct One {
+pub(crate) struct ForwardState {
     load: f64,
-    lags: [f64; MOST_TERMS],
-    plays: [f64; MOST_TERMS],
+    lags: [f64; MAX_DYNAMIC_TERMS],
+    plays: [f64; MAX_DYNAMIC_TERMS],
 }
 
-impl One {
-    fn advance(&mut self, step: &Step, load: f64) {
+impl ForwardState {
+    pub(crate) fn advance(&mut self, step: &Step, load: f64) {
         for i in 0..step.lags {
             self.lags[i] =
                 step.keep[i] * self.lags[i] + step.old[i] * self.load + step.new[i] * load;
@@ -146,7 +141,7 @@ impl One {
         self.load = load;
     }
 
-    fn acting(&self, step: &Step, load: f64) -> f64 {
+    pub(crate) fn acting(&self, step: &Step, load: f64) -> f64 {
         let sum = |weights: &[f64], values: &[f64]| -> f64 {
             weights.iter().zip(values).map(|(w, v)| w * v).sum()
         };

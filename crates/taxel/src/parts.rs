@@ -69,10 +69,10 @@ pub struct UnknownSwitch {
 /// When none has the name: the nearest, and all of them.
 ///
 /// ```
-/// use taxel::design::parts::find_switch;
+/// use taxel::parts::find_switch;
 /// assert_eq!(find_switch("adg732")?.typical_ohms, 4.0);
 /// assert!(find_switch("CD74HC4076").unwrap_err().hint.contains("did you mean `CD74HC4067`?"));
-/// # Ok::<(), taxel::design::parts::UnknownSwitch>(())
+/// # Ok::<(), taxel::parts::UnknownSwitch>(())
 /// ```
 pub fn find_switch(name: &str) -> Result<&'static Switch, UnknownSwitch> {
     let plain = |text: &str| -> String {

@@ -1,41 +1,6 @@
-//! Curves through readings: a straight line, a power law.
+//! A power law through readings.
 
-/// value = offset + slope · x.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Line {
-    /// Value at x = 0.
-    pub offset: f64,
-    /// Value per unit of x.
-    pub slope: f64,
-    /// Share of the values' variance that the line explains, 0 to 1.
-    pub r_squared: f64,
-}
-
-impl Line {
-    /// Least squares; `None` with fewer than two different x.
-    pub fn fit(points: &[(f64, f64)]) -> Option<Self> {
-        let n = points.len() as f64;
-        let mean_x = points.iter().map(|p| p.0).sum::<f64>() / n;
-        let mean_y = points.iter().map(|p| p.1).sum::<f64>() / n;
-        let xx: f64 = points.iter().map(|p| (p.0 - mean_x).powi(2)).sum();
-        let xy: f64 = points.iter().map(|p| (p.0 - mean_x) * (p.1 - mean_y)).sum();
-        let yy: f64 = points.iter().map(|p| (p.1 - mean_y).powi(2)).sum();
-        if xx.is_nan() || xx <= 1e-24 * mean_x * mean_x {
-            return None;
-        }
-        let slope = xy / xx;
-        Some(Self {
-            offset: mean_y - slope * mean_x,
-            slope,
-            r_squared: if yy > 0.0 { slope * xy / yy } else { 1.0 },
-        })
-    }
-
-    /// The line's value.
-    pub fn at(&self, x: f64) -> f64 {
-        self.offset + self.slope * x
-    }
-}
+use crate::stats::Line;
 
 /// value = offset + factor · x^exponent, x ≥ 0.
 #[derive(Debug, Clone, Copy, PartialEq)]

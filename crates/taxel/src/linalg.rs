@@ -10,7 +10,7 @@ use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::triangular_inverse::invert_lower_triangular;
 use faer::{Accum, MatMut, MatRef, Par};
 
-use crate::vectors;
+use crate::simd;
 
 /// A row-major slice seen as a matrix.
 pub(crate) fn view(values: &[f64], rows: usize, columns: usize) -> MatRef<'_, f64> {
@@ -25,7 +25,7 @@ pub(crate) fn view_mut(values: &mut [f64], rows: usize, columns: usize) -> MatMu
 /// out ← a b.
 pub(crate) fn multiply(out: MatMut<'_, f64>, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
     matmul(out, Accum::Replace, a, b, 1.0, Par::Seq);
-    vectors::leave();
+    simd::zero_upper();
 }
 
 /// out ← out + factor · a b.
@@ -36,7 +36,7 @@ pub(crate) fn multiply_add(
     factor: f64,
 ) {
     matmul(out, Accum::Add, a, b, factor, Par::Seq);
-    vectors::leave();
+    simd::zero_upper();
 }
 
 /// Lower triangle of out ← a b, for a product known to be symmetric. The upper triangle is untouched.
@@ -52,7 +52,7 @@ pub(crate) fn multiply_lower(out: MatMut<'_, f64>, a: MatRef<'_, f64>, b: MatRef
         1.0,
         Par::Seq,
     );
-    vectors::leave();
+    simd::zero_upper();
 }
 
 /// Copies the lower triangle of a row-major n×n matrix to the upper one.
@@ -64,7 +64,7 @@ pub(crate) fn mirror(values: &mut [f64], n: usize) {
     }
 }
 
-/// Partial sums side by side, so that the compiler may use vectors.
+/// Partial sums side by side, so that the compiler may use simd.
 const LANES: usize = 8;
 
 /// Σ a b.
@@ -141,7 +141,7 @@ impl Spd {
             Default::default(),
         )
         .is_ok();
-        vectors::leave();
+        simd::zero_upper();
         done
     }
 
@@ -154,7 +154,7 @@ impl Spd {
             Par::Seq,
             MemStack::new(&mut self.memory),
         );
-        vectors::leave();
+        simd::zero_upper();
         // faer writes the lower triangle of a column-major matrix: the upper of ours.
         for i in 1..n {
             for j in 0..i {
@@ -172,7 +172,7 @@ impl Spd {
             MatRef::from_column_major_slice(&self.factor, n, n),
             Par::Seq,
         );
-        vectors::leave();
+        simd::zero_upper();
         for (j, value) in out.iter_mut().enumerate() {
             let line = &triangle[j * n + j..(j + 1) * n];
             *value = dot(line, line);

@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::stats::quantile_of_sorted;
+use super::quantile_of_sorted;
 
 /// A figure and how far to trust it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,7 +64,7 @@ impl Default for Bootstrap {
 
 impl Bootstrap {
     /// The fewest experiments that give an interval.
-    pub const FEWEST: usize = 3;
+    pub const MIN_EXPERIMENTS: usize = 3;
 
     /// A figure of all readings, and its interval over the experiments that they come from. `None` where the readings
     /// do not give the figure; draws that do not give it are left out.
@@ -87,7 +87,7 @@ impl Bootstrap {
         let values = figures(&all)?;
         let filled: Vec<&Vec<T>> = experiments.iter().filter(|one| !one.is_empty()).collect();
         let count = filled.len();
-        if count < Self::FEWEST {
+        if count < Self::MIN_EXPERIMENTS {
             return Some(values.map(|value| Estimate::alone(value, count)));
         }
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
