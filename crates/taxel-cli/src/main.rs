@@ -4,32 +4,18 @@
 //! `commands/`; the mathematics is in crate `taxel`, reading and writing in `taxel-io`, pictures in
 //! `taxel-plot`.
 
-mod bounded;
-mod carry;
-mod chain;
 mod commands;
-mod crew;
 mod enter;
 mod error;
-mod evaluation;
-mod frames;
 mod help;
 mod interrupt;
-mod lesson;
-mod line_faults;
-mod live;
-mod live_sensor;
-mod memory;
-mod named_files;
 mod out;
 mod outputs;
 mod patience;
-mod presses;
 mod progress;
 mod recorded;
-mod sensor_file;
-mod standard_error;
-mod unit;
+mod training_files;
+mod values;
 
 use std::process::ExitCode;
 

@@ -5,6 +5,8 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use taxel::solve::Outcome;
+use taxel_app::chain::stop_words;
 use taxel_io::AtomicFile;
 
 use crate::error::Error;
@@ -40,7 +42,12 @@ pub(crate) fn is_stdout(path: &Path) -> bool {
 
 /// Writes a whole file, or leaves what was there.
 pub(crate) fn file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    let mut file = AtomicFile::create(path)?;
-    file.put(bytes)?;
-    Ok(file.commit()?)
+    Ok(AtomicFile::write_whole(path, bytes)?)
+}
+
+/// Warns of a frame that came to no answer.
+pub(crate) fn warn_unsolved(frame: u64, outcome: &Outcome) {
+    if let (word, Some(why)) = stop_words(outcome) {
+        warn(&format!("frame {frame}: {word}: {why}"));
+    }
 }

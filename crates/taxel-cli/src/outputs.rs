@@ -4,7 +4,8 @@ use std::fs;
 use std::path::{Component, Path, PathBuf};
 
 use crate::error::Error;
-use crate::{named_files, out, patience};
+use crate::{out, patience};
+use taxel_app::named_files;
 
 /// The files of a command, each with what the user calls it.
 #[derive(Debug, Default)]

@@ -3,7 +3,9 @@
 use std::io::{self, IsTerminal};
 use std::time::{Duration, Instant};
 
+use crate::out;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use taxel_app::{Reporter, Stage};
 
 const QUIET: Duration = Duration::from_secs(1);
 const STEPS: u64 = 1000;
@@ -44,13 +46,6 @@ impl Progress {
         self.bar.is_some()
     }
 
-    /// The share done by bytes read; nothing where the whole is unknown.
-    pub(crate) fn set_bytes(&self, read: u64, total: Option<u64>) {
-        if let Some(total) = total.filter(|&total| total > 0) {
-            self.set(read as f64 / total as f64);
-        }
-    }
-
     /// The share done, 0 to 1, of a stage with its own name.
     pub(crate) fn stage(&self, name: &str, share: f64) {
         if let Some(bar) = &self.bar {
@@ -65,5 +60,28 @@ impl Drop for Progress {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
+    }
+}
+
+impl Stage for Progress {
+    fn set(&self, share: f64) {
+        self.set(share);
+    }
+}
+
+/// Tells on standard error what the library tells.
+pub(crate) struct Terminal;
+
+impl Reporter for Terminal {
+    fn note(&self, text: &str) {
+        out::note(text);
+    }
+
+    fn warn(&self, text: &str) {
+        out::warn(text);
+    }
+
+    fn stage(&self, name: &str) -> Box<dyn Stage + '_> {
+        Box::new(Progress::new(name))
     }
 }

@@ -6,13 +6,15 @@ use taxel::Sensor;
 use taxel_io::{Integrity, Tare};
 
 use crate::error::Error;
-use crate::frames::is_mcap;
-use crate::unit::Unit;
-use crate::{live_sensor, out, sensor_file};
+use crate::out;
+use taxel_app::frames::is_mcap;
+use taxel_app::sensor_source;
+use taxel_app::units::Unit;
+use taxel_io::sensor_file;
 
 /// The sensor that is given, else the one that the recording carries; with where it comes from. `None` where neither
 /// says one.
-pub(crate) fn sensor(
+pub fn sensor(
     given: Option<&Path>,
     recording: Option<&Path>,
 ) -> Result<Option<(Sensor, PathBuf)>, Error> {
@@ -22,7 +24,7 @@ pub(crate) fn sensor(
     let Some(recording) = recording.filter(|file| is_mcap(file)) else {
         return Ok(None);
     };
-    let Some(found) = live_sensor::carried(recording)? else {
+    let Some(found) = sensor_source::carried(recording)? else {
         return Ok(None);
     };
     out::note(&format!(
@@ -34,7 +36,7 @@ pub(crate) fn sensor(
 }
 
 /// As [`sensor`], where there must be one.
-pub(crate) fn needed_sensor(
+pub fn needed_sensor(
     given: Option<&Path>,
     recording: Option<&Path>,
 ) -> Result<(Sensor, PathBuf), Error> {
@@ -49,7 +51,7 @@ pub(crate) fn needed_sensor(
 }
 
 /// Says what is missing from a recording; whether anything is.
-pub(crate) fn tell_missing(file: &Path, integrity: &Integrity) -> bool {
+pub fn tell_missing(file: &Path, integrity: &Integrity) -> bool {
     for words in integrity.words() {
         out::warn(&format!("{}: {words}", file.display()));
     }
@@ -58,7 +60,7 @@ pub(crate) fn tell_missing(file: &Path, integrity: &Integrity) -> bool {
 
 /// Takes a recording's tare off loads, and says once that it does.
 #[derive(Debug, Default)]
-pub(crate) struct Untared {
+pub struct Untared {
     /// It was asked that nothing is taken off.
     off: bool,
     told: bool,
@@ -66,12 +68,12 @@ pub(crate) struct Untared {
 
 impl Untared {
     /// `off`: nothing is to be taken off.
-    pub(crate) fn new(off: bool) -> Self {
+    pub fn new(off: bool) -> Self {
         Self { off, told: false }
     }
 
     /// Takes off what was taken off while it was recorded. `raw`: the loads are not compensated.
-    pub(crate) fn apply(
+    pub fn apply(
         &mut self,
         tare: Option<&Tare>,
         raw: bool,

@@ -62,6 +62,16 @@ impl AtomicFile {
         })
     }
 
+    /// Writes a whole file, or leaves what was there.
+    ///
+    /// # Errors
+    /// [`Error::Create`] and [`Error::Write`].
+    pub fn write_whole(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), Error> {
+        let mut file = Self::create(path)?;
+        file.put(bytes)?;
+        file.commit()
+    }
+
     /// Begins the file `path`, which must not be there: not now and not when it is committed.
     ///
     /// # Errors

@@ -18,6 +18,7 @@
 //! [`open_counts`] chooses by the extension.
 
 pub mod atomic;
+pub mod bounded;
 pub mod columns;
 pub mod error;
 pub mod experiments;
@@ -31,6 +32,7 @@ pub mod pairs;
 pub mod parquet;
 pub mod recording;
 mod rows;
+pub mod sensor_file;
 pub mod source;
 mod table;
 mod temporary;

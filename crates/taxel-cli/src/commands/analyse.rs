@@ -17,10 +17,12 @@ use taxel_plot::{Format, Line, LineStyle, Series, cells};
 use super::positive::{lines, positive};
 use crate::error::Error;
 use crate::outputs::{Files, check_ending};
-use crate::unit::{MethodName, Unit};
+use crate::values;
 use crate::{Exit, out, recorded};
 use place::{Place, Range, Wanted};
 use series::{Taken, take};
+use taxel_app::methods::MethodName;
+use taxel_app::units::Unit;
 
 /// Taxels whose lines stand in the table one by one.
 const LISTED: usize = 20;
@@ -53,7 +55,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "R..R,C..C")]
     region: Option<Range>,
     /// Unit of the values; other than counts they need a sensor
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = values::unit())]
     unit: Option<Unit>,
     /// How loads are found: auto, exact, newton, raw, or the file of a model that `taxel train` wrote
     #[arg(long, value_name = "NAME|MODEL", default_value_t, requires = "unit")]

@@ -11,8 +11,9 @@ use taxel::{Frame, Sensor, Siemens, Volts};
 
 use crate::error::Error;
 use crate::progress::Progress;
-use crate::unit::MethodName;
-use crate::{Exit, out, sensor_file};
+use crate::{Exit, out};
+use taxel_app::methods::MethodName;
+use taxel_io::sensor_file;
 
 /// Time scan and inverse of a sensor on this machine
 ///
@@ -62,7 +63,7 @@ struct Times {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let sensor = sensor_file::load(&args.sensor)?;
-    let in_file = |source| Error::InFile {
+    let in_file = |source| taxel_app::Error::InFile {
         file: args.sensor.clone(),
         source,
     };

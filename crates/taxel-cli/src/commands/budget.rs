@@ -9,13 +9,17 @@ use serde::Serialize;
 use taxel::design::budget::{Budget, Cause, Change, Errors, Part, Scene, changes};
 use taxel::{Frame, Sensor};
 
-use crate::chain::{Chain, warn_unsolved};
 use crate::error::Error;
-use crate::frames::{Input, Shown};
-use crate::line_faults::Survey;
-use crate::progress::Progress;
-use crate::unit::{InputUnit, MethodName, Unit};
-use crate::{Exit, memory, out, sensor_file};
+use crate::out::warn_unsolved;
+use crate::progress::{Progress, Terminal};
+use crate::{Exit, out};
+use taxel_app::chain::Chain;
+use taxel_app::frames::{Input, Shown};
+use taxel_app::line_survey::Survey;
+use taxel_app::methods;
+use taxel_app::methods::MethodName;
+use taxel_app::units::{InputUnit, Unit};
+use taxel_io::sensor_file;
 
 /// Split a sensor's error by cause; what other parts would make of it
 ///
@@ -126,8 +130,8 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         }
     }
     let sensor = sensor_file::load(&args.sensor)?;
-    memory::check_method(&sensor, &args.sensor, &MethodName::Auto)?;
-    let in_file = |source| Error::InFile {
+    methods::check_memory(&sensor, &args.sensor, &MethodName::Auto)?;
+    let in_file = |source| taxel_app::Error::InFile {
         file: args.sensor.clone(),
         source,
     };
@@ -214,7 +218,7 @@ fn report_of(
 fn scene_of(of: &FrameOf, sensor: &Sensor, file: &Path) -> Result<Scene, Error> {
     let input = Input::new(&of.file, InputUnit::Counts, sensor);
     let mut chain = Chain::new(sensor, file, &MethodName::Auto, Unit::Siemens)?;
-    chain.set_lines(&Survey::of(&input, sensor)?.faults);
+    chain.set_lines(&Survey::of(&input, sensor, &Terminal)?.faults);
     let mut reading = input.open()?;
     let mut read = 0;
     while reading.advance()? {
@@ -231,10 +235,11 @@ fn scene_of(of: &FrameOf, sensor: &Sensor, file: &Path) -> Result<Scene, Error> 
         }
         read += 1;
     }
-    Err(Error::NoFrame {
+    Err(taxel_app::Error::NoFrame {
         asked_by: "--frame".to_owned(),
         file: of.file.clone(),
         wanted: of.frame,
         found: read,
-    })
+    }
+    .into())
 }

@@ -12,13 +12,14 @@ use taxel::calibrate::{LawChoice, Options, Report};
 use taxel_io::recordings_of;
 
 use super::positive::positive;
-use crate::crew::Threads;
 use crate::error::Error;
-use crate::frames::is_mcap;
-use crate::live::time_stamp;
 use crate::outputs::{Files, check_sensor_ending};
-use crate::progress::Progress;
-use crate::{Exit, live_sensor, out, presses, recorded};
+use crate::progress::{Progress, Terminal};
+use crate::{Exit, out, recorded};
+use taxel_app::executor::Threads;
+use taxel_app::frames::is_mcap;
+use taxel_app::session::time_stamp;
+use taxel_app::{presses, sensor_source};
 
 /// Fit switch resistances and load law to labelled presses
 ///
@@ -138,6 +139,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         args.equilibration.as_deref(),
         args.transpose,
         &sensor,
+        &Terminal,
     )?;
     let names = [Some(table), args.equilibration.as_ref()];
     let options = Options {
@@ -158,7 +160,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let calibration = taxel::calibrate::calibrate_with(
         &sensor, &data, &options, &Threads, &mut show,
     )
-    .map_err(|source| Error::InFile {
+    .map_err(|source| taxel_app::Error::InFile {
         file: table.clone(),
         source,
     })?;
@@ -191,7 +193,7 @@ fn sensor_of(args: &Args) -> Result<Sensor, Error> {
     };
     let (sensor, _) = recorded::needed_sensor(None, Some(first))?;
     for other in carrying {
-        if live_sensor::carried(other)?.is_some_and(|found| found.to_toml() != sensor.to_toml()) {
+        if sensor_source::carried(other)?.is_some_and(|found| found.to_toml() != sensor.to_toml()) {
             return Err(Error::Arguments {
                 what: format!(
                     "{} and {} carry different sensors",

@@ -14,13 +14,15 @@ use taxel_learn::contest::Scores;
 use taxel_plot::Format;
 
 use crate::error::Error;
-use crate::frames::open_values;
-use crate::lesson::{Lessons, Sources};
 use crate::outputs::{Files, check_ending};
-use crate::progress::Progress;
-use crate::{Exit, interrupt, out, sensor_file};
+use crate::progress::{Progress, Terminal};
+use crate::training_files::Sources;
+use crate::{Exit, interrupt, out};
 use contestants::{Contestant, Known};
 use table::Table;
+use taxel_app::frames::open_values;
+use taxel_app::training_set::TrainingSet;
+use taxel_io::sensor_file;
 
 /// Compare ways from counts to loads on your own data
 ///
@@ -110,14 +112,19 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let figure = args.figure.as_ref().map(Format::from_extension);
     figure.transpose()?;
     let sensor = sensor_file::load(&args.sensor)?;
-    let lessons = Lessons::read(&args.from, args.equilibration.as_deref(), &sensor)?;
-    let whole = Split::new(lessons.rows.len(), 0.15, args.test_share, args.seed);
+    let training_set = TrainingSet::read(
+        &args.from.files(),
+        args.equilibration.as_deref(),
+        &sensor,
+        &Terminal,
+    )?;
+    let whole = Split::new(training_set.rows.len(), 0.15, args.test_share, args.seed);
     let mut known = Vec::new();
     for (recording, truth) in args.recordings.iter().zip(&args.truth) {
         read_known(recording, truth, &sensor, &mut known)?;
     }
     interrupt::listen();
-    let mut table = Table::new(args, &lessons, &whole, known.len());
+    let mut table = Table::new(args, &training_set, &whole, known.len());
     let all = whole.train.len() + whole.check.len();
     let sizes = match args.most_presses.is_empty() {
         true => vec![all],
@@ -132,7 +139,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             split.train.len() + split.check.len()
         ));
         let mut show = |name: &str, share: f64| progress.stage(name, share);
-        let contestants = contestants::all(args, &sensor, &lessons, &split, &mut show)?;
+        let contestants = contestants::all(args, &sensor, &training_set, &split, &mut show)?;
         drop(progress);
         if interrupt::asked() {
             // Networks that learnt half as long as they should would stand beside ways that need no learning.
@@ -219,12 +226,13 @@ fn read_known(
             }),
             (false, false) => break,
             (more_counts, _) => {
-                return Err(Error::NoFrame {
+                return Err(taxel_app::Error::NoFrame {
                     asked_by: "--truth".to_owned(),
                     file: if more_counts { truth } else { recording }.to_owned(),
                     wanted: at,
                     found: at,
-                });
+                }
+                .into());
             }
         }
         at += 1;

@@ -9,18 +9,21 @@ use std::time::Instant;
 use taxel::solve::Outcome;
 use taxel::{Frame, Sensor};
 
-use crate::chain::Chain;
 use crate::error::Error;
-use crate::frames::{Input, NUMBERS, Reading, needs_frame_count};
-use crate::line_faults::Survey;
 use crate::outputs::{Files, check_ending};
-use crate::progress::Progress;
+use crate::progress::{Progress, Terminal};
 use crate::recorded::Untared;
-use crate::standard_error::StandardErrors;
-use crate::unit::{InputUnit, MethodName, Unit};
-use crate::{Exit, carry, out, recorded};
+use crate::values;
+use crate::{Exit, out, recorded};
 use output::{Outputs, marks_file};
 use summary::Summary;
+use taxel_app::carry;
+use taxel_app::chain::Chain;
+use taxel_app::frames::{Input, NUMBERS, Reading, needs_frame_count};
+use taxel_app::line_survey::Survey;
+use taxel_app::methods::MethodName;
+use taxel_app::standard_error::StandardErrors;
+use taxel_app::units::{InputUnit, Unit};
 
 /// Remove the cross-talk from a recording
 ///
@@ -36,10 +39,10 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
     /// Unit of what is written; .mcap and .parquet hold newtons, g or N given
-    #[arg(long, value_enum, default_value_t = Unit::Grams)]
+    #[arg(long, value_parser = values::unit(), default_value_t = Unit::Grams)]
     unit: Unit,
     /// Unit of what is read; volts and siemens are real numbers (.csv, .npy, .npz)
-    #[arg(long, value_enum, default_value_t = InputUnit::Counts)]
+    #[arg(long, value_parser = values::input_unit(), default_value_t = InputUnit::Counts)]
     input_unit: InputUnit,
     /// Where to write (.csv, .npy, .npz, .mcap, .parquet); without it, numbers go to standard output
     #[arg(short, long, value_name = "FILE")]
@@ -92,12 +95,12 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         chain.set_repair(args.repair);
     }
     let mut survey = match args.input_unit {
-        InputUnit::Counts => Survey::of(&input, &sensor)?,
+        InputUnit::Counts => Survey::of(&input, &sensor, &Terminal)?,
         _ => Survey::declared(&sensor),
     };
     chain.set_lines(&survey.faults);
     if survey.frames.is_none() && needs_count(args) && input.can_be_read_twice() {
-        survey.frames = Some(input.count_frames()?);
+        survey.frames = Some(input.count_frames(&Terminal)?);
     }
     let errors = match &args.standard_error {
         Some(_) => Some(StandardErrors::new(

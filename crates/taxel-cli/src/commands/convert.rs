@@ -11,11 +11,13 @@ use taxel_io::{
 };
 
 use super::positive::positive;
-use crate::carry::{Carry, Clock, USUAL_RATE};
 use crate::error::Error;
 use crate::outputs::{Files, check_ending};
 use crate::progress::Progress;
-use crate::{Exit, carry, frames, live_sensor, out, recorded, sensor_file};
+use crate::{Exit, out, recorded};
+use taxel_app::carry::{Carry, Clock, USUAL_RATE};
+use taxel_app::{carry, frames, sensor_source};
+use taxel_io::sensor_file;
 
 /// What can be written.
 const ENDINGS: [&str; 6] = ["mcap", "txt", "csv", "npy", "npz", "parquet"];
@@ -157,7 +159,7 @@ fn check_bits(args: &Args, sensor: &Sensor) -> Result<(), Error> {
     let ending = args.output.extension().unwrap_or_default();
     let limited = ending.eq_ignore_ascii_case("mcap") || ending.eq_ignore_ascii_case("parquet");
     match limited {
-        true => carry::check_bits(&args.output, sensor),
+        true => Ok(carry::check_bits(&args.output, sensor)?),
         false => Ok(()),
     }
 }
@@ -167,7 +169,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     check(args)?;
     let sensor = match &args.sensor {
         Some(file) => sensor_file::load(file)?,
-        None => live_sensor::of_recording(&args.recording)?.0,
+        None => sensor_source::of_recording(&args.recording)?.0,
     };
     check_bits(args, &sensor)?;
     let mut options = TextOptions::of(&sensor);
@@ -196,8 +198,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         if let Sink::Mcap(writer) = &mut sink {
             carry.before(writer, source.frames())?;
         }
-        sink.write(&frame, host)
-            .map_err(|error| carry::whole(&args.recording, &args.output, position, error))?;
+        sink.write(&frame, host).map_err(|error| match error {
+            Error::Io(error) => carry::whole(&args.recording, &args.output, position, error).into(),
+            other => other,
+        })?;
         count += 1;
         frames::show(source.frames(), &progress);
     }

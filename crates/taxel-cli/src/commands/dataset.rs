@@ -12,12 +12,13 @@ use taxel::{Counts, Frame};
 use taxel_io::NpzWriter;
 use taxel_io::npy::Element;
 
-use crate::crew::Threads;
 use crate::error::Error;
-use crate::lesson::{Lessons, Sources};
 use crate::outputs::{Files, check_ending};
-use crate::progress::Progress;
-use crate::{Exit, out, sensor_file};
+use crate::progress::{Progress, Terminal};
+use crate::{Exit, out};
+use taxel_app::executor::Threads;
+use taxel_app::training_set::{TrainingFiles, TrainingSet};
+use taxel_io::sensor_file;
 
 /// Make a training set
 ///
@@ -54,7 +55,7 @@ pub(crate) struct Args {
     output: PathBuf,
 }
 
-/// [`Sources`], none of which is needed for a simulation.
+/// The same as elsewhere, none of which is needed for a simulation.
 #[derive(Debug, clap::Args)]
 struct MaybeSources {
     /// Labelled presses: CSV with recording, frame, row, column (or taxel), load_g
@@ -84,26 +85,26 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     if let Some(frames) = args.simulate {
         return simulate(args, &sensor, frames);
     }
-    let from = Sources {
+    let from = TrainingFiles {
         presses: args.from.presses.clone(),
         rows: args.from.rows.clone(),
         transpose: args.from.transpose,
-        most_load: args.from.most_load,
+        max_load_g: args.from.most_load,
     };
-    let lessons = Lessons::read(&from, None, &sensor)?;
+    let training_set = TrainingSet::read(&from, None, &sensor, &Terminal)?;
     if is_archive(&args.output) {
-        write_frames(&args.output, &lessons.data, &sensor)?;
+        write_frames(&args.output, &training_set.data, &sensor)?;
         out::note(&format!(
             "{} presses with their frames, in {}",
-            lessons.data.presses.len(),
+            training_set.data.presses.len(),
             args.output.display()
         ));
         return Ok(Exit::Good);
     }
-    out::file(&args.output, lessons.rows.to_csv().as_bytes())?;
+    out::file(&args.output, training_set.rows.to_csv().as_bytes())?;
     out::note(&format!(
         "{} presses, {} columns, in {}",
-        lessons.rows.len(),
+        training_set.rows.len(),
         sensor.columns() + 2,
         args.output.display()
     ));
@@ -177,7 +178,7 @@ fn simulate(args: &Args, sensor: &taxel::Sensor, frames: u64) -> Result<Exit, Er
             hint: "known: blobs, hand, fingers, feet, random, press, uniform",
         });
     };
-    let in_file = |source| Error::InFile {
+    let in_file = |source| taxel_app::Error::InFile {
         file: args.sensor.clone(),
         source,
     };

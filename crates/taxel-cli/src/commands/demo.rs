@@ -15,10 +15,10 @@ use taxel::solve::{Method, Raw, default_method};
 use taxel::{Counts, Frame, Newtons, Sensor};
 use taxel_plot::{Panel, Sheet};
 
-use crate::crew::Threads;
 use crate::error::Error;
 use crate::progress::Progress;
 use crate::{Exit, out};
+use taxel_app::executor::Threads;
 
 /// Watch the whole chain at work on a simulated hand
 ///

@@ -5,11 +5,18 @@ use std::path::{Path, PathBuf};
 use taxel_acquire::Address;
 use taxel_plot::report::Report;
 
+use crate::enter::{Enter, NoEnter};
 use crate::error::Error;
-use crate::evaluation::plan::Plan;
-use crate::evaluation::{self, Evaluation, measure, paper};
 use crate::outputs::Files;
-use crate::{Exit, out};
+use crate::progress::Terminal;
+use crate::{Exit, interrupt, out};
+use taxel_app::evaluation::measure::Operator;
+use taxel_app::{Reporter, Stage};
+
+#[path = "../../examples/econe_paper/reproduction/mod.rs"]
+mod paper;
+use taxel_app::evaluation::plan::Plan;
+use taxel_app::evaluation::{self, Evaluation, measure};
 
 /// Evaluate a sensor by a plan: repeatability, response, hysteresis, creep, cross-talk, accuracy
 ///
@@ -58,14 +65,69 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
 /// By the plan, or without one by the paper.
 pub(super) fn evaluate(plan: Option<&Path>, live: Option<&Address>) -> Result<Evaluation, Error> {
     let Some(plan) = plan else {
-        return paper::run();
+        return in_scratch_folder();
     };
     let plan = Plan::read(plan)?;
     if let Some(address) = live {
-        let made = measure::measure(&plan, address)?;
+        if matches!(address, Address::Stdin { .. }) {
+            return Err(Error::Arguments {
+                what: "standard input cannot be both the sensor and the Enter key".to_owned(),
+                hint: "make the recordings with `taxel record stdin:`",
+            });
+        }
+        interrupt::listen();
+        let made = measure::measure(&plan, address, &AtEnter(Enter::listen()))?;
         out::note(&format!("{made} recordings made"));
     }
-    evaluation::run(&plan)
+    Ok(evaluation::run(&plan, &Terminal)?)
+}
+
+/// The paper, simulated in a folder that goes with the program.
+fn in_scratch_folder() -> Result<Evaluation, Error> {
+    let folder = tempfile::tempdir().map_err(taxel_app::Error::Scratch)?;
+    interrupt::remove_at_end(folder.path());
+    Ok(paper::run(folder.path(), &Terminal)?)
+}
+
+/// The person at the terminal, who presses Enter when ready and Ctrl-C to end.
+struct AtEnter(Enter);
+
+impl Reporter for AtEnter {
+    fn note(&self, text: &str) {
+        out::note(text);
+    }
+
+    fn warn(&self, text: &str) {
+        out::warn(text);
+    }
+
+    fn stage(&self, name: &str) -> Box<dyn Stage + '_> {
+        Terminal.stage(name)
+    }
+}
+
+impl Operator for AtEnter {
+    fn wait(&self) -> Result<(), taxel_app::Error> {
+        let (what, hint) = match self.0.wait() {
+            Ok(()) => return Ok(()),
+            Err(NoEnter::Ended) => (
+                "nobody can press Enter: standard input has ended",
+                "run it in a terminal; what was recorded is kept, and a next run goes on from there",
+            ),
+            Err(NoEnter::Stopped) => (
+                "ended by Ctrl-C",
+                "what was recorded is kept, and a next run goes on from there",
+            ),
+        };
+        Err(taxel_app::Error::Request {
+            what: what.to_owned(),
+            hint,
+        })
+    }
+
+    fn has_ended(&self) -> bool {
+        interrupt::asked()
+    }
 }
 
 /// A report for a terminal.

@@ -10,10 +10,10 @@ use taxel_io::{FrameSource, TextOptions, open_counts, shape_of};
 
 use super::positive::lines;
 use crate::error::Error;
-use crate::frames::{open_shown, show};
 use crate::progress::Progress;
 use crate::{Exit, out, recorded};
 use report::{Range, Report};
+use taxel_app::frames::{open_shown, show};
 
 /// Summarise a recording
 ///

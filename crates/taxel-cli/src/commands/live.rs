@@ -6,9 +6,11 @@ use taxel_acquire::Address;
 use taxel_server::{Options as ServerOptions, random_token, token_problem};
 
 use crate::error::Error;
-use crate::live::{Options, Session, Wanted};
-use crate::unit::MethodName;
-use crate::{Exit, bounded, interrupt, live_sensor, out};
+use crate::{Exit, interrupt, out};
+use taxel_app::methods::MethodName;
+use taxel_app::sensor_source;
+use taxel_app::session::{Options, Session, Wanted};
+use taxel_io::bounded;
 
 const SIMULATED: &str = "sim:econe?hand";
 /// The longest file with a token, bytes.
@@ -88,7 +90,7 @@ fn show(
     record: Option<&Path>,
     held: bool,
 ) -> Result<Exit, Error> {
-    let (sensor, sensor_file) = live_sensor::of(address, shown.sensor.as_deref())?;
+    let (sensor, sensor_file) = sensor_source::of(address, shown.sensor.as_deref())?;
     interrupt::listen();
     let mut session = Session::start(Options {
         address: address.clone(),
@@ -136,7 +138,7 @@ fn token_of(shown: &Shown) -> Result<Option<String>, Error> {
                 what: format!("cannot read the token in {}: {error}", file.display()),
                 hint: "its first line is the token",
             })?;
-            let text = text.ok_or_else(|| Error::TextLength {
+            let text = text.ok_or_else(|| taxel_app::Error::TextLength {
                 file: file.clone(),
                 what: "a file with a token",
                 limit: LONGEST_TOKEN_FILE,

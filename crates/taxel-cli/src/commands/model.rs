@@ -7,9 +7,12 @@ use taxel_learn::fit::{self, Lesson};
 use taxel_learn::{Kind, Model, Split, onnx};
 
 use crate::error::Error;
-use crate::lesson::{Lessons, Sources};
 use crate::outputs::{Files, check_ending, check_model_ending};
-use crate::{Exit, out, sensor_file};
+use crate::progress::Terminal;
+use crate::training_files::Sources;
+use crate::{Exit, out};
+use taxel_app::training_set::TrainingSet;
+use taxel_io::sensor_file;
 
 /// Show a model's card, or exchange it through ONNX
 #[derive(Debug, clap::Args)]
@@ -88,14 +91,14 @@ fn adopt(args: &Import) -> Result<(), Error> {
         .check()?;
     check_model_ending("-o", &args.output)?;
     let sensor = sensor_file::load(&args.sensor)?;
-    let lessons = Lessons::read(&args.from, None, &sensor)?;
+    let training_set = TrainingSet::read(&args.from.files(), None, &sensor, &Terminal)?;
     let network = onnx::read(&args.network)?;
-    let split = Split::new(lessons.rows.len(), 0.5, 0.5, 1);
+    let split = Split::new(training_set.rows.len(), 0.5, 0.5, 1);
     let lesson = Lesson {
         sensor: &sensor,
-        rows: &lessons.rows,
+        rows: &training_set.rows,
         split: &split,
-        sources: lessons.sources.clone(),
+        sources: training_set.sources.clone(),
     };
     let model = fit::adopt(&lesson, network)?;
     let held = &model.card.held_out;

@@ -7,13 +7,16 @@ use taxel::{Frame, Sensor, Siemens};
 use taxel_io::{AtomicFile, FrameSource, TextOptions};
 
 use super::taxel_address::TaxelAddress;
-use crate::chain::{Chain, warn_unsolved};
 use crate::error::Error;
-use crate::frames::{Input, Shown, open_values};
-use crate::line_faults::Survey;
+use crate::out::warn_unsolved;
 use crate::outputs::Files;
-use crate::unit::{InputUnit, MethodName, Unit};
+use crate::progress::Terminal;
 use crate::{Exit, out, recorded};
+use taxel_app::chain::Chain;
+use taxel_app::frames::{Input, Shown, open_values};
+use taxel_app::line_survey::Survey;
+use taxel_app::methods::MethodName;
+use taxel_app::units::{InputUnit, Unit};
 
 /// Conductance of an unloaded taxel where the sensor file has no load law, siemens.
 const UNLOADED_SIEMENS: f64 = 1e-6;
@@ -73,10 +76,11 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         true => Selection::Scan,
         false => Selection::Taxel { row, column },
     };
-    let text = netlist(&sensor, &siemens, selection).map_err(|source| Error::InFile {
-        file: sensor_file.clone(),
-        source,
-    })?;
+    let text =
+        netlist(&sensor, &siemens, selection).map_err(|source| taxel_app::Error::InFile {
+            file: sensor_file.clone(),
+            source,
+        })?;
     match &args.output {
         Some(output) => {
             let mut file = AtomicFile::create(output)?;
@@ -120,7 +124,7 @@ fn behind_counts(
 ) -> Result<Frame<Siemens>, Error> {
     let input = Input::new(file, InputUnit::Counts, sensor);
     let mut chain = Chain::new(sensor, from, &MethodName::Auto, Unit::Siemens)?;
-    chain.set_lines(&Survey::of(&input, sensor)?.faults);
+    chain.set_lines(&Survey::of(&input, sensor, &Terminal)?.faults);
     let mut reading = input.open()?;
     let mut read = 0;
     while reading.advance()? {
@@ -138,10 +142,11 @@ fn behind_counts(
 }
 
 fn no_frame(args: &Args, file: &Path, found: u64) -> Error {
-    Error::NoFrame {
+    taxel_app::Error::NoFrame {
         asked_by: "--frame".to_owned(),
         file: file.to_owned(),
         wanted: args.frame,
         found,
     }
+    .into()
 }

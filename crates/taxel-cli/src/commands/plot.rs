@@ -14,11 +14,13 @@ use taxel_plot::{Format, Interpolation};
 use super::positive::lines;
 use super::taxel_address::TaxelAddress;
 use crate::error::Error;
-use crate::frames::is_mcap;
 use crate::outputs::Files;
-use crate::unit::{MethodName, Unit};
+use crate::values;
 use crate::{Exit, out, recorded};
 use frame_range::FrameRange;
+use taxel_app::frames::is_mcap;
+use taxel_app::methods::MethodName;
+use taxel_app::units::Unit;
 
 /// Draw frames, or values over frames
 ///
@@ -57,7 +59,7 @@ pub(crate) struct Args {
     #[arg(long)]
     values: bool,
     /// Unit; without it, g where the sensor has a load law, else siemens
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = values::unit())]
     unit: Option<Unit>,
     /// How loads are found: auto, exact, newton, raw, or the file of a model that `taxel train` wrote
     #[arg(

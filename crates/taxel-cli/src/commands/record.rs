@@ -8,10 +8,11 @@ use taxel_acquire::transport::State;
 
 use super::positive::positive;
 use crate::error::Error;
-use crate::live::{Options, Saved, Session, Wanted};
 use crate::outputs::check_ending;
-use crate::unit::MethodName;
-use crate::{Exit, interrupt, live_sensor, out};
+use crate::{Exit, interrupt, out};
+use taxel_app::methods::MethodName;
+use taxel_app::sensor_source;
+use taxel_app::session::{Options, Saved, Session, Wanted};
 
 /// Record a sensor
 ///
@@ -64,7 +65,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         });
     }
     check_recording("-o", &args.output)?;
-    let (sensor, sensor_file) = live_sensor::of(&args.address, args.sensor.as_deref())?;
+    let (sensor, sensor_file) = sensor_source::of(&args.address, args.sensor.as_deref())?;
     interrupt::listen();
     let mut session = Session::start(Options {
         address: args.address.clone(),
@@ -91,11 +92,12 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         .into_iter()
         .find_map(|saved| Some((saved.error?, saved.path)))
     {
-        Some((why, path)) => Err(Error::RecordingEnded {
+        Some((why, path)) => Err(taxel_app::Error::RecordingEnded {
             name: path.display().to_string(),
             frames: 0,
             why,
-        }),
+        }
+        .into()),
         None => Err(Error::NothingCame {
             address: args.address.to_string(),
             reason: session.state().1,

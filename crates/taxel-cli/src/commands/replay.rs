@@ -10,7 +10,9 @@ use taxel_acquire::protocol::taxel1::{Header, encode};
 use taxel_io::{FrameSource, TextOptions, open_counts};
 
 use crate::error::Error;
-use crate::{Exit, interrupt, live_sensor, out, sensor_file};
+use crate::{Exit, interrupt, out};
+use taxel_app::sensor_source;
+use taxel_io::sensor_file;
 
 /// Send a recording as a device would, in protocol taxel-1
 ///
@@ -50,7 +52,7 @@ impl Out {
                 hint: "udp:127.0.0.1:9000",
             });
         };
-        let failed = |source| Error::Listen {
+        let failed = |source| taxel_app::Error::Listen {
             address: address.to_owned(),
             source,
         };
@@ -146,7 +148,7 @@ fn speed(text: &str) -> Result<f64, String> {
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let sensor = match &args.sensor {
         Some(file) => sensor_file::load(file)?,
-        None => live_sensor::of_recording(&args.recording)?.0,
+        None => sensor_source::of_recording(&args.recording)?.0,
     };
     if sensor.converter.bits > 16 {
         return Err(Error::Arguments {

@@ -8,9 +8,9 @@ use taxel_plot::report::Report;
 
 use super::evaluate::evaluate;
 use crate::error::Error;
-use crate::evaluation::Evaluation;
 use crate::outputs::Files;
 use crate::{Exit, out};
+use taxel_app::evaluation::Evaluation;
 
 /// Browsers that print pages without a window.
 const BROWSERS: [&str; 5] = [

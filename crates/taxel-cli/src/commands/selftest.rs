@@ -14,11 +14,13 @@ use taxel_plot::{Format, HealthMap};
 
 use super::positive::positive;
 use crate::error::Error;
-use crate::frames::show;
 use crate::outputs::Files;
 use crate::progress::Progress;
-use crate::{Exit, live_sensor, out, sensor_file};
+use crate::{Exit, out};
 use report::Report;
+use taxel_app::frames::show;
+use taxel_app::sensor_source;
+use taxel_io::sensor_file;
 
 /// Test a sensor: open, shorted, stuck, noisy and flickering lines and taxels
 ///
@@ -77,7 +79,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         .check()?;
     let (sensor, health) = match (&args.live, &args.empty, &args.rubbed) {
         (Some(address), _, _) => {
-            let (sensor, file) = live_sensor::of(address, args.sensor.as_deref())?;
+            let (sensor, file) = sensor_source::of(address, args.sensor.as_deref())?;
             let recordings = live::record(args, address, &sensor, &file)?;
             let health = test(args, &sensor, &recordings.empty, &recordings.rubbed)?;
             (sensor, health)
@@ -85,7 +87,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         (None, Some(empty), Some(rubbed)) => {
             let sensor = match &args.sensor {
                 Some(file) => sensor_file::load(file)?,
-                None => live_sensor::of_recording(empty)?.0,
+                None => sensor_source::of_recording(empty)?.0,
             };
             let health = test(args, &sensor, empty, rubbed)?;
             (sensor, health)

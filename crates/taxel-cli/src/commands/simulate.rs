@@ -12,9 +12,10 @@ use taxel::{Frame, Sensor, Siemens, Volts};
 use taxel_io::{FrameSource, TextOptions};
 
 use crate::error::Error;
-use crate::frames::{needs_frame_count, open_values, show};
 use crate::progress::Progress;
-use crate::{Exit, out, sensor_file};
+use crate::{Exit, out};
+use taxel_app::frames::{needs_frame_count, open_values, show};
+use taxel_io::sensor_file;
 use writer::Writer;
 
 /// Record with a virtual sensor
@@ -83,10 +84,11 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
 
 /// Scans every frame of a file of conductances; gives back how many there were.
 fn scan_file(args: &Args, sensor: &Sensor, file: &Path) -> Result<u64, Error> {
-    let circuit = LinearCircuit::from_sensor(sensor).map_err(|source| Error::InFile {
-        file: args.sensor.clone(),
-        source,
-    })?;
+    let circuit =
+        LinearCircuit::from_sensor(sensor).map_err(|source| taxel_app::Error::InFile {
+            file: args.sensor.clone(),
+            source,
+        })?;
     let options = TextOptions {
         transpose: args.transpose,
         ..TextOptions::of(sensor)

@@ -10,12 +10,14 @@ use taxel_learn::models::paper_mlp::{COPIES, HIDDEN};
 use taxel_learn::train::{Checkpoint, Epoch, Go, Settings};
 use taxel_learn::{Model, Split};
 
-use crate::crew::Threads;
 use crate::error::Error;
-use crate::lesson::{Lessons, Sources};
 use crate::outputs::{Files, check_model_ending};
-use crate::progress::Progress;
-use crate::{Exit, interrupt, out, sensor_file};
+use crate::progress::{Progress, Terminal};
+use crate::training_files::Sources;
+use crate::{Exit, interrupt, out};
+use taxel_app::executor::Threads;
+use taxel_app::training_set::TrainingSet;
+use taxel_io::sensor_file;
 
 /// Train a network on labelled presses
 ///
@@ -97,11 +99,11 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         .check()?;
     check_model_ending("-o", &args.output)?;
     let sensor = sensor_file::load(&args.sensor)?;
-    let lessons = Lessons::read(&args.from, None, &sensor)?;
+    let training_set = TrainingSet::read(&args.from.files(), None, &sensor, &Terminal)?;
     let count = match args.kind {
         // Rows of the paper's table have no frame to invert.
-        Kind::Hybrid => lessons.data.presses.len(),
-        _ => lessons.rows.len(),
+        Kind::Hybrid => training_set.data.presses.len(),
+        _ => training_set.rows.len(),
     };
     if args.kind == Kind::Hybrid && count == 0 {
         return Err(Error::Arguments {
@@ -112,9 +114,9 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let split = Split::new(count, args.check_share, args.test_share, args.seed);
     let lesson = Lesson {
         sensor: &sensor,
-        rows: &lessons.rows,
+        rows: &training_set.rows,
         split: &split,
-        sources: lessons.sources.clone(),
+        sources: training_set.sources.clone(),
     };
     interrupt::listen();
     let model = match args.kind {
@@ -124,8 +126,8 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             let progress = Progress::new("training");
             fit::hybrid(
                 &lesson,
-                &lessons.data.frames,
-                &lessons.data.presses,
+                &training_set.data.frames,
+                &training_set.data.presses,
                 args.seed,
                 &mut |share| {
                     progress.set(share);

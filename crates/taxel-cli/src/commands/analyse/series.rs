@@ -5,12 +5,12 @@ use taxel::{Counts, Frame, Mark, Sensor};
 use taxel_io::{FrameSource, Integrity, TextOptions, open_counts};
 
 use super::Args;
-use crate::chain::Chain;
 use crate::error::Error;
-use crate::frames::{Reading, Shown, show};
 use crate::progress::Progress;
 use crate::recorded::Untared;
-use crate::unit::MethodName;
+use taxel_app::chain::Chain;
+use taxel_app::frames::{Reading, Shown, show};
+use taxel_app::methods::MethodName;
 
 /// Values that are held at most: 800 MB.
 const MOST_VALUES: usize = 100_000_000;

@@ -42,9 +42,12 @@ pub(super) fn run(args: &Args, mut sensor: Sensor) -> Result<Exit, Error> {
         Law::Saturating => Some("saturating"),
         Law::Spline => Some("spline"),
     };
-    let failed = |reason: String| Error::InFile {
-        file: table.to_owned(),
-        source: taxel::Error::NoLaw { reason },
+    let failed = |reason: String| -> Error {
+        taxel_app::Error::InFile {
+            file: table.to_owned(),
+            source: taxel::Error::NoLaw { reason },
+        }
+        .into()
     };
     let chosen = fits
         .iter()

@@ -10,9 +10,9 @@ use taxel_io::{FrameSource, TextOptions, open_counts};
 
 use super::Args;
 use crate::error::Error;
-use crate::frames::{open_values, show};
 use crate::progress::Progress;
 use crate::{Exit, out};
+use taxel_app::frames::{open_values, show};
 
 /// The report.
 #[derive(Debug, Serialize)]
@@ -53,11 +53,12 @@ pub(super) fn run(
     let progress = Progress::new("fitting");
     let (lags, plays) = (args.lags.into(), args.plays.into());
     let mut stage = |name: &str, share| progress.stage(name, share);
-    let found =
-        fit_dynamic(sensor, &series, lags, plays, &mut stage).map_err(|source| Error::InFile {
+    let found = fit_dynamic(sensor, &series, lags, plays, &mut stage).map_err(|source| {
+        taxel_app::Error::InFile {
             file: recording.to_owned(),
             source,
-        })?;
+        }
+    })?;
     drop(progress);
     write(args, &found, recording, loads)?;
     let report = Report {

@@ -13,10 +13,10 @@ use taxel_learn::train::{Go, Settings};
 use taxel_learn::{Kind, Learned, Model, Rows, Split, with_law};
 
 use super::{Args, grams};
-use crate::crew::Threads;
 use crate::error::Error;
-use crate::lesson::Lessons;
 use crate::{interrupt, out};
+use taxel_app::executor::Threads;
+use taxel_app::training_set::TrainingSet;
 
 /// A frame and the loads that were on it.
 pub(super) struct Known {
@@ -44,7 +44,7 @@ const FEWEST_FOR_PHYSICS: usize = 8;
 struct Ring<'a> {
     args: &'a Args,
     sensor: Sensor,
-    lessons: &'a Lessons,
+    training_set: &'a TrainingSet,
     split: &'a Split,
     /// Presses to learn from that have frames, and those to judge by.
     known: Vec<usize>,
@@ -55,11 +55,11 @@ struct Ring<'a> {
 pub(super) fn all(
     args: &Args,
     sensor: &Sensor,
-    lessons: &Lessons,
+    training_set: &TrainingSet,
     split: &Split,
     show: &mut dyn FnMut(&str, f64),
 ) -> Result<Vec<Contestant>, Error> {
-    let frames = lessons.data.presses.len();
+    let frames = training_set.data.presses.len();
     // After Ctrl-C nobody's turn comes: what has begun is thrown away.
     let wanted =
         |name: &str| !interrupt::asked() && !args.without.iter().any(|without| without == name);
@@ -71,7 +71,7 @@ pub(super) fn all(
     let mut ring = Ring {
         args,
         sensor: sensor.clone(),
-        lessons,
+        training_set,
         split,
         known,
         judged: with_frames(&split.test),
@@ -124,7 +124,7 @@ impl Ring<'_> {
     fn presses(&self, which: &[usize]) -> Vec<Press> {
         which
             .iter()
-            .map(|&i| self.lessons.data.presses[i])
+            .map(|&i| self.training_set.data.presses[i])
             .collect()
     }
 
@@ -140,7 +140,7 @@ impl Ring<'_> {
         let mut scores = Scores::default();
         for press in self.presses(&self.judged) {
             pipeline.begin_anew();
-            let result = pipeline.process(&self.lessons.data.frames[press.frame]);
+            let result = pipeline.process(&self.training_set.data.frames[press.frame]);
             let at = press.row * sensor.columns() + press.column;
             scores.add_press(grams(result.newtons()?.values()[at]), press.load_g);
         }
@@ -160,7 +160,7 @@ impl Ring<'_> {
         let mut pipeline = Pipeline::new(&self.sensor, Box::new(raw.clone()))?;
         let mut pairs = Vec::new();
         for press in self.presses(&self.known) {
-            let result = pipeline.process(&self.lessons.data.frames[press.frame]);
+            let result = pipeline.process(&self.training_set.data.frames[press.frame]);
             pairs.push((result.siemens.at(press.row, press.column), press.load_g));
         }
         let law = match name {
@@ -177,16 +177,16 @@ impl Ring<'_> {
 
     fn calibrate(&self, show: &mut dyn FnMut(&str, f64)) -> Result<Sensor, Error> {
         let data = Data {
-            frames: self.lessons.data.frames.clone(),
+            frames: self.training_set.data.frames.clone(),
             presses: self.presses(&self.known),
-            uniform: self.lessons.data.uniform.clone(),
+            uniform: self.training_set.data.uniform.clone(),
         };
         let options = Options::default();
         let found = calibrate_with(&self.sensor, &data, &options, &Threads, &mut |_, share| {
             show("exact", 0.3 * share);
         });
         Ok(found
-            .map_err(|source| Error::InFile {
+            .map_err(|source| taxel_app::Error::InFile {
                 file: self.args.from.presses.clone().unwrap_or_default(),
                 source,
             })?
@@ -196,10 +196,14 @@ impl Ring<'_> {
     fn network(&self, name: &str, leaky: bool) -> Result<Contestant, Error> {
         let (rows, split) = match leaky {
             true => {
-                fit::room_for(&self.lessons.rows, self.args.copies as usize)?;
-                leaky_rows(&self.lessons.rows, self.split, self.args.copies as usize)
+                fit::room_for(&self.training_set.rows, self.args.copies as usize)?;
+                leaky_rows(
+                    &self.training_set.rows,
+                    self.split,
+                    self.args.copies as usize,
+                )
             }
-            false => (self.lessons.rows.clone(), self.split.clone()),
+            false => (self.training_set.rows.clone(), self.split.clone()),
         };
         let lesson = Lesson {
             sensor: &self.sensor,
@@ -268,7 +272,7 @@ impl Ring<'_> {
 
     fn hybrid(&self, calibrated: &Sensor) -> Result<Contestant, Error> {
         let presses = self.presses(&self.known);
-        let rows = self.lessons.rows.part(&self.known);
+        let rows = self.training_set.rows.part(&self.known);
         let split = Split {
             train: (0..presses.len()).collect(),
             ..Split::default()
@@ -279,7 +283,7 @@ impl Ring<'_> {
             split: &split,
             sources: Vec::new(),
         };
-        let frames = &self.lessons.data.frames;
+        let frames = &self.training_set.data.frames;
         let model = fit::hybrid(&lesson, frames, &presses, self.args.seed, &mut |_| go())?;
         let note = model
             .card

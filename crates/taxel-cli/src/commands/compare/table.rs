@@ -11,8 +11,8 @@ use taxel_plot::{Format, Line, Series};
 use super::Args;
 use super::contestants::Contestant;
 use crate::error::Error;
-use crate::lesson::Lessons;
 use crate::out;
+use taxel_app::training_set::TrainingSet;
 
 /// One way from counts to loads.
 #[derive(Debug, Serialize)]
@@ -40,8 +40,16 @@ pub(super) struct Table {
 }
 
 impl Table {
-    pub(super) fn new(args: &Args, lessons: &Lessons, split: &Split, frames: usize) -> Self {
-        let names = lessons.sources.iter().map(|source| source.name.clone());
+    pub(super) fn new(
+        args: &Args,
+        training_set: &TrainingSet,
+        split: &Split,
+        frames: usize,
+    ) -> Self {
+        let names = training_set
+            .sources
+            .iter()
+            .map(|source| source.name.clone());
         let recordings = args.recordings.iter().map(|r| r.display().to_string());
         Self {
             sources: names.chain(recordings).collect(),

@@ -8,11 +8,11 @@ use taxel_io::npy::Element;
 use taxel_io::{McapWriter, ParquetWriter};
 
 use super::Args;
-use crate::carry::{self, Carry, Clock, USUAL_RATE};
 use crate::error::Error;
-use crate::frames::{FrameWriter, Reading, Shown, is_mcap, is_parquet};
 use crate::out;
-use crate::unit::{InputUnit, Unit};
+use taxel_app::carry::{self, Carry, Clock, USUAL_RATE};
+use taxel_app::frames::{FrameWriter, Reading, Shown, is_mcap, is_parquet};
+use taxel_app::units::{InputUnit, Unit};
 
 /// What is written, frame by frame; nothing appears under its name before `commit`.
 pub(super) struct Outputs {
@@ -87,7 +87,7 @@ impl Outputs {
 
     pub(super) fn write_errors(&mut self, errors: &Frame<Shown>) -> Result<(), Error> {
         match &mut self.errors {
-            Some(writer) => writer.write(errors),
+            Some(writer) => Ok(writer.write(errors)?),
             None => Ok(()),
         }
     }
@@ -97,7 +97,7 @@ impl Outputs {
             writer.commit()?;
         }
         match self.numbers {
-            Numbers::Frames(writer) => writer.commit(),
+            Numbers::Frames(writer) => Ok(writer.commit()?),
             Numbers::Together(together) => together.commit(reading),
         }
     }
@@ -159,7 +159,10 @@ impl Together {
                 self.put(false, host)
             }
         };
-        written.map_err(|error| carry::whole(&self.recording, &self.output, position, error))
+        written.map_err(|error| match error {
+            Error::Io(error) => carry::whole(&self.recording, &self.output, position, error).into(),
+            other => other,
+        })
     }
 
     fn put(&mut self, has_counts: bool, host: SystemTime) -> Result<(), Error> {

@@ -11,10 +11,11 @@ use taxel_io::{Integrity, Skipped};
 
 use super::Args;
 use super::output::marks_file;
-use crate::chain::{stop_words, warn_unsolved};
-use crate::frames::Shown;
-use crate::line_faults::{FaultyLine, Survey};
+use crate::out::warn_unsolved;
 use crate::{Exit, out, recorded};
+use taxel_app::chain::stop_words;
+use taxel_app::frames::Shown;
+use taxel_app::line_survey::{FaultyLine, Survey};
 
 /// How many frames are named one by one.
 const NAMED: usize = 10;
@@ -95,8 +96,8 @@ struct NamedFrame {
 
 impl Summary {
     pub(super) fn new(args: &Args, sensor: &Sensor, sensor_file: &Path, survey: &Survey) -> Self {
-        let solves = args.unit != crate::unit::Unit::Volts
-            && args.input_unit != crate::unit::InputUnit::Siemens;
+        let solves = args.unit != taxel_app::units::Unit::Volts
+            && args.input_unit != taxel_app::units::InputUnit::Siemens;
         let name = args
             .method
             .open(&args.method.sensor(sensor), sensor_file)

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use taxel::stats::{mean, standard_deviation, student_quantile};
 
-use crate::bounded;
 use crate::error::Error;
+use taxel_io::bounded;
 
 /// The longest file of points, bytes: half a million lines.
 const LONGEST: u64 = 4 << 20;
@@ -30,7 +30,7 @@ impl Points {
             file: file.to_owned(),
             source,
         })?;
-        let text = text.ok_or_else(|| Error::TextLength {
+        let text = text.ok_or_else(|| taxel_app::Error::TextLength {
             file: file.to_owned(),
             what: "a file of points",
             limit: LONGEST,

@@ -10,7 +10,7 @@ use taxel::screen::ScreenReport;
 use taxel::{Frame, Mark};
 use taxel_io::{Event, Integrity, Skipped};
 
-use crate::line_faults::FaultyLine;
+use taxel_app::line_survey::FaultyLine;
 
 /// How many frames left out, and how many events, are named one by one.
 const NAMED: usize = 10;

@@ -4,13 +4,15 @@ use taxel::Frame;
 use taxel_io::FrameSource;
 
 use super::Job;
-use crate::chain::{Chain, warn_unsolved};
 use crate::error::Error;
-use crate::frames::{Input, Shown, open_shown, show};
-use crate::line_faults::Survey;
-use crate::progress::Progress;
+use crate::out::warn_unsolved;
+use crate::progress::{Progress, Terminal};
 use crate::recorded::Untared;
-use crate::unit::{InputUnit, MethodName};
+use taxel_app::chain::Chain;
+use taxel_app::frames::{Input, Shown, open_shown, show};
+use taxel_app::line_survey::Survey;
+use taxel_app::methods::MethodName;
+use taxel_app::units::InputUnit;
 
 /// One frame to be drawn: as it was read, and with the cross-talk removed, where each is asked for.
 pub(super) struct Stages<'a> {
@@ -28,7 +30,7 @@ pub(super) fn each(job: &Job<'_>, see: impl FnMut(u64, Stages<'_>)) -> Result<u6
     if seen > 0 {
         return Ok(seen);
     }
-    Err(Error::NoFrame {
+    Err(taxel_app::Error::NoFrame {
         asked_by: if range.is_one() {
             "--frame"
         } else {
@@ -38,7 +40,8 @@ pub(super) fn each(job: &Job<'_>, see: impl FnMut(u64, Stages<'_>)) -> Result<u6
         file: job.args.file.clone(),
         wanted: range.first,
         found: read,
-    })
+    }
+    .into())
 }
 
 /// How many frames were shown, and how many were read.
@@ -72,7 +75,7 @@ fn each_count(job: &Job<'_>, mut see: impl FnMut(u64, Stages<'_>)) -> Result<See
     let name = &job.sensor_file;
     let mut input = Input::new(&job.args.file, InputUnit::Counts, sensor);
     input.options = job.options;
-    let survey = Survey::of(&input, sensor)?;
+    let survey = Survey::of(&input, sensor, &Terminal)?;
     let chain = |method: &MethodName| -> Result<Chain, Error> {
         let mut chain = Chain::new(sensor, name, method, unit)?;
         chain.set_lines(&survey.faults);

@@ -6,7 +6,7 @@ use taxel_plot::{ContactSheet, Line, Panel, Picture, Series, Sheet};
 use super::Job;
 use super::collect::each;
 use crate::error::Error;
-use crate::frames::Shown;
+use taxel_app::frames::Shown;
 
 /// Words for what is drawn.
 const RAW: &str = "as read";

@@ -16,9 +16,9 @@ use taxel_io::mcap::About;
 use super::Args;
 use crate::enter::{Enter, NoEnter};
 use crate::error::Error;
-use crate::live::{Options, Saved, Session, Wanted};
-use crate::unit::MethodName;
 use crate::{interrupt, out};
+use taxel_app::methods::MethodName;
+use taxel_app::session::{Options, Saved, Session, Wanted};
 
 /// How long a device may take for its first frame; one that was reset by opening its port starts anew.
 const PATIENCE: Duration = Duration::from_secs(15);
@@ -193,11 +193,12 @@ fn is_whole(session: &Session, address: &Address) -> Result<(), Error> {
             path,
             frames,
             ..
-        }) => Err(Error::RecordingEnded {
+        }) => Err(taxel_app::Error::RecordingEnded {
             name: path.display().to_string(),
             frames,
             why,
-        }),
+        }
+        .into()),
         Some(saved) if saved.frames > 0 => Ok(()),
         _ => Err(Error::NothingCame {
             address: address.to_string(),

@@ -12,10 +12,10 @@ use taxel_io::npy::Element;
 use super::writer::Writer;
 use super::{Args, OutputUnit};
 use crate::error::Error;
-use crate::frames::{FrameWriter, NUMBERS};
 use crate::out;
 use crate::outputs::{Files, check_ending, check_sensor_ending};
 use crate::progress::Progress;
+use taxel_app::frames::{FrameWriter, NUMBERS};
 
 /// What presses on the array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -156,7 +156,7 @@ impl Drawn {
 pub(super) fn record(args: &Args, sensor: &Sensor, name: Name) -> Result<u64, Error> {
     let drawn = &args.drawn;
     check(drawn)?;
-    let real = virtual_sensor(sensor, drawn).map_err(|source| Error::InFile {
+    let real = virtual_sensor(sensor, drawn).map_err(|source| taxel_app::Error::InFile {
         file: args.sensor.clone(),
         source,
     })?;

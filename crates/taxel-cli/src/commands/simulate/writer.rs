@@ -11,7 +11,7 @@ use taxel_io::{McapWriter, TextWriter};
 
 use super::OutputUnit;
 use crate::error::Error;
-use crate::frames::{FrameWriter, is_array, is_mcap};
+use taxel_app::frames::{FrameWriter, is_array, is_mcap};
 
 /// A file of frames of volts or counts.
 pub(super) enum Writer {
@@ -54,9 +54,11 @@ impl Writer {
     /// Appends a frame as the circuit gives it, through the converter where counts are asked for.
     pub(super) fn write(&mut self, volts: &Frame<Volts>) -> Result<(), Error> {
         match self {
-            Self::Volts(writer) => writer.write(volts),
+            Self::Volts(writer) => Ok(writer.write(volts)?),
             Self::Text(writer, converter) => Ok(writer.write(&converter.counts_from_volts(volts))?),
-            Self::Array(writer, converter) => writer.write(&converter.counts_from_volts(volts)),
+            Self::Array(writer, converter) => {
+                Ok(writer.write(&converter.counts_from_volts(volts))?)
+            }
             Self::Recording(writer, converter) => {
                 record(writer, &converter.counts_from_volts(volts))
             }
@@ -70,18 +72,18 @@ impl Writer {
         counts: &Frame<Counts>,
     ) -> Result<(), Error> {
         match self {
-            Self::Volts(writer) => writer.write(volts),
+            Self::Volts(writer) => Ok(writer.write(volts)?),
             Self::Text(writer, _) => Ok(writer.write(counts)?),
-            Self::Array(writer, _) => writer.write(counts),
+            Self::Array(writer, _) => Ok(writer.write(counts)?),
             Self::Recording(writer, _) => record(writer, counts),
         }
     }
 
     pub(super) fn commit(self) -> Result<(), Error> {
         match self {
-            Self::Volts(writer) => writer.commit(),
+            Self::Volts(writer) => Ok(writer.commit()?),
             Self::Text(writer, _) => Ok(writer.commit()?),
-            Self::Array(writer, _) => writer.commit(),
+            Self::Array(writer, _) => Ok(writer.commit()?),
             Self::Recording(writer, _) => Ok(writer.finish()?),
         }
     }

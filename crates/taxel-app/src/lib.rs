@@ -1,0 +1,34 @@
+//! What a person does with a sensor: watch it live, record it, compensate a recording, evaluate it by a plan.
+//!
+//! It joins the mathematics (`taxel`) with devices, files, models, pictures and the viewer, and is what every door stands
+//! on: the `taxel` command, a program of your own. It prints nothing and never ends the program: what is to be told goes
+//! to a [`Reporter`], what fails comes back as an [`Error`].
+//!
+//! | module | what it does |
+//! |---|---|
+//! | [`session`] | from a source to viewers and a file, while it happens |
+//! | [`evaluation`] | from a plan and its recordings to a report |
+//! | [`chain`] | from frames of a file to numbers in a unit, one frame at a time |
+//! | [`frames`] | files of frames by their extension |
+//! | [`sensor_source`] | the sensor of a source: of a file, a preset, or what a recording brings |
+//! | [`line_survey`], [`presses`], [`training_set`] | what is read before the work: faulty lines, labelled presses, what a model learns from |
+
+pub mod carry;
+pub mod chain;
+pub mod error;
+pub mod evaluation;
+pub mod executor;
+pub mod frames;
+pub mod line_survey;
+pub mod methods;
+pub mod named_files;
+pub mod presses;
+pub mod reporter;
+pub mod sensor_source;
+pub mod session;
+pub mod standard_error;
+pub mod training_set;
+pub mod units;
+
+pub use error::Error;
+pub use reporter::{Reporter, Silent, Stage};

@@ -1,0 +1,123 @@
+//! The first pass over a recording: which lines cannot be trusted.
+
+use serde::Serialize;
+use taxel::Sensor;
+use taxel::screen::{LineFault, LineFaultKind, LineFaults, LineScreen, ScreenOptions};
+
+use crate::error::Error;
+use crate::frames::{Input, Reading};
+use crate::reporter::Reporter;
+
+/// What the first pass found.
+#[derive(Debug, Clone, Default)]
+pub struct Survey {
+    /// Faulty lines: those of the sensor file, and those found in the recording.
+    pub faults: LineFaults,
+    /// How many of them the sensor file declares; they come first.
+    pub declared: usize,
+    /// Frames of the recording, where it was read.
+    pub frames: Option<u64>,
+}
+
+impl Survey {
+    /// What the sensor file says, without looking at a recording.
+    pub fn declared(sensor: &Sensor) -> Self {
+        let faults = LineFaults::from_spec(&sensor.screen);
+        Self {
+            declared: faults.faults.len(),
+            faults,
+            frames: None,
+        }
+    }
+
+    /// Reads a recording of counts through for line faults. A pipe and other quantities are not looked at.
+    pub fn of(input: &Input, sensor: &Sensor, reporter: &dyn Reporter) -> Result<Self, Error> {
+        let mut survey = Self::declared(sensor);
+        if !input.can_be_read_twice() {
+            return Ok(survey);
+        }
+        let Reading::Counts(mut source, mut frame) = input.open()? else {
+            return Ok(survey);
+        };
+        let options = ScreenOptions::from_sensor(sensor);
+        let mut screen = LineScreen::new(
+            sensor.rows(),
+            sensor.columns(),
+            sensor.max_count(),
+            &options,
+        );
+        let stage = reporter.stage("looking for line faults");
+        let mut frames = 0;
+        while source.next_into(&mut frame)? {
+            screen.observe(&frame)?;
+            frames += 1;
+            crate::frames::show(&source, &*stage);
+        }
+        survey.add(screen.finish());
+        survey.frames = Some(frames);
+        Ok(survey)
+    }
+
+    /// Adds what was found; where the sensor file says something about a line, that holds.
+    fn add(&mut self, found: LineFaults) {
+        let declared = &mut self.faults.faults;
+        for fault in found.faults {
+            let known = declared[..self.declared]
+                .iter()
+                .any(|known| (known.axis, known.index) == (fault.axis, fault.index));
+            if !known {
+                declared.push(fault);
+            }
+        }
+        self.faults.level = found.level;
+        self.faults.frames = found.frames;
+        self.faults.blank_frames = found.blank_frames;
+        self.faults.held_at_ceiling = found.held_at_ceiling;
+    }
+
+    /// One line for every faulty line.
+    pub fn lines(&self) -> Vec<FaultyLine> {
+        let faults = self.faults.faults.iter().enumerate();
+        faults
+            .map(|(i, fault)| FaultyLine::new(fault, i < self.declared))
+            .collect()
+    }
+}
+
+/// A faulty line in a summary.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FaultyLine {
+    axis: String,
+    index: usize,
+    fault: &'static str,
+    /// The line it is shorted with.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    with: Option<usize>,
+    /// `sensor file` or `recording`.
+    source: &'static str,
+    /// In words, with the evidence.
+    pub text: String,
+}
+
+impl FaultyLine {
+    /// Puts a fault into words; `declared`: the sensor file says it.
+    pub fn new(fault: &LineFault, declared: bool) -> Self {
+        let (word, with) = match fault.kind {
+            LineFaultKind::Dead => ("dead", None),
+            LineFaultKind::Flickering => ("flickering", None),
+            LineFaultKind::Shorted { with } => ("shorted", Some(with)),
+        };
+        let (axis, index) = (fault.axis, fault.index);
+        Self {
+            axis: axis.to_string(),
+            index,
+            fault: word,
+            with,
+            source: if declared { "sensor file" } else { "recording" },
+            text: match declared {
+                true => format!("{axis} {index} is {word}: the sensor file says so"),
+                false => fault.to_string(),
+            },
+        }
+    }
+}

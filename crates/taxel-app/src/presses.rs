@@ -1,0 +1,204 @@
+//! Labelled presses and uniform loads with the frames that they point to.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use taxel::calibrate::{Data, Press};
+use taxel::screen::Axis;
+use taxel::{Counts, Frame, Sensor};
+use taxel_io::{FrameSource, TextOptions, open_counts, read_presses, read_uniform_loads};
+
+use crate::error::Error;
+use crate::frames::show;
+use crate::reporter::Reporter;
+
+/// A frame that a line of a table asks for.
+struct Wanted<'a> {
+    recording: &'a Path,
+    frame: usize,
+    table: &'a Path,
+    line: u64,
+}
+
+/// The most bytes that the frames of a table may take: together with the table they stay below 256 MiB.
+const MOST_BYTES: usize = 160 << 20;
+
+/// Bytes of a taxel of a frame: its number and its mark.
+const TAXEL_BYTES: usize = 9;
+
+/// Reads the frames that a table of presses, and perhaps one of uniform loads, points to.
+pub fn read(
+    table: &Path,
+    equilibration: Option<&Path>,
+    transpose: bool,
+    sensor: &Sensor,
+    reporter: &dyn Reporter,
+) -> Result<Data, Error> {
+    Ok(read_with_lines(table, equilibration, transpose, sensor, reporter)?.0)
+}
+
+/// [`read`], and the line of the table, from 1, of each press.
+pub fn read_with_lines(
+    table: &Path,
+    equilibration: Option<&Path>,
+    transpose: bool,
+    sensor: &Sensor,
+    reporter: &dyn Reporter,
+) -> Result<(Data, Vec<u64>), Error> {
+    let (rows, columns) = (sensor.rows(), sensor.columns());
+    let presses = read_presses(table, rows, columns, sensor.array.labels.as_deref())?;
+    for press in &presses {
+        refuse_dead(sensor, table, press)?;
+    }
+    refuse_two_loads(table, &presses)?;
+    let uniform = match equilibration {
+        Some(table) => read_uniform_loads(table)?,
+        None => Vec::new(),
+    };
+    let of_presses = presses.iter().map(|press| Wanted {
+        recording: &press.recording,
+        frame: press.frame,
+        table,
+        line: press.line,
+    });
+    let of_uniform = uniform.iter().map(|load| Wanted {
+        recording: &load.recording,
+        frame: load.frame,
+        table: equilibration.unwrap_or(Path::new("")),
+        line: load.line,
+    });
+    let wanted: Vec<Wanted> = of_presses.chain(of_uniform).collect();
+    // A frame of a uniform load is held once for each of its lines.
+    check_memory(table, &wanted, uniform.len(), rows * columns)?;
+    let options = TextOptions {
+        transpose,
+        ..TextOptions::of(sensor)
+    };
+    let mut found = read_frames(&wanted, options, reporter)?;
+    let mut data = Data::default();
+    for load in &uniform {
+        let frame = &found[&(load.recording.clone(), load.frame)];
+        data.uniform.push((frame.clone(), load.load_g));
+    }
+    let mut places = BTreeMap::new();
+    let lines = presses.iter().map(|press| press.line).collect();
+    for press in presses {
+        let key = (press.recording, press.frame);
+        let frame = *places.entry(key).or_insert_with_key(|key| {
+            let frame = found.remove(key).expect("every frame asked for was read");
+            data.frames.push(frame);
+            data.frames.len() - 1
+        });
+        data.presses.push(Press {
+            frame,
+            row: press.row,
+            column: press.column,
+            load_g: press.load_g,
+        });
+    }
+    Ok((data, lines))
+}
+
+/// Refuses a table whose frames do not fit in memory. `again`: frames that are held a second time.
+fn check_memory(table: &Path, wanted: &[Wanted], again: usize, taxels: usize) -> Result<(), Error> {
+    let each: BTreeSet<(&Path, usize)> = wanted
+        .iter()
+        .map(|one| (one.recording, one.frame))
+        .collect();
+    let frames = each.len() + again;
+    let bytes = frames.saturating_mul(taxels * TAXEL_BYTES);
+    match bytes <= MOST_BYTES {
+        true => Ok(()),
+        false => Err(Error::FramesMemory {
+            table: table.to_owned(),
+            frames,
+            taxels,
+            needed_mib: bytes >> 20,
+            most_mib: MOST_BYTES >> 20,
+        }),
+    }
+}
+
+/// Refuses two labels that give one taxel of one frame different loads.
+fn refuse_two_loads(table: &Path, presses: &[taxel_io::Press]) -> Result<(), Error> {
+    let mut first: BTreeMap<(&Path, usize, usize, usize), &taxel_io::Press> = BTreeMap::new();
+    for press in presses {
+        let key = (
+            press.recording.as_path(),
+            press.frame,
+            press.row,
+            press.column,
+        );
+        let before = first.entry(key).or_insert(press);
+        if before.load_g != press.load_g {
+            return Err(Error::TwoLoads {
+                table: table.to_owned(),
+                lines: [before.line, press.line],
+                row: press.row,
+                column: press.column,
+                frame: press.frame,
+                loads_g: [before.load_g, press.load_g],
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a press on a line that the sensor file declares dead.
+fn refuse_dead(sensor: &Sensor, table: &Path, press: &taxel_io::Press) -> Result<(), Error> {
+    let lines = [
+        (Axis::Row, press.row, &sensor.screen.dead_rows),
+        (Axis::Column, press.column, &sensor.screen.dead_columns),
+    ];
+    for (axis, index, dead) in lines {
+        if dead.contains(&index) {
+            return Err(Error::DeadTaxel {
+                table: table.to_owned(),
+                line: press.line,
+                row: press.row,
+                column: press.column,
+                axis,
+                index,
+            });
+        }
+    }
+    Ok(())
+}
+
+type FramesByPlace = BTreeMap<(PathBuf, usize), Frame<Counts>>;
+
+/// Reads every frame asked for, each recording once.
+fn read_frames(
+    wanted: &[Wanted],
+    options: TextOptions,
+    reporter: &dyn Reporter,
+) -> Result<FramesByPlace, Error> {
+    let mut by_recording: BTreeMap<&Path, BTreeMap<usize, &Wanted>> = BTreeMap::new();
+    for one in wanted {
+        let frames = by_recording.entry(one.recording).or_default();
+        frames.entry(one.frame).or_insert(one);
+    }
+    let mut found = FramesByPlace::new();
+    for (recording, mut frames) in by_recording {
+        let mut source = open_counts(recording, options)?;
+        let stage = reporter.stage("reading presses");
+        let mut frame = Frame::zeros(options.rows, options.columns);
+        let mut position = 0;
+        while !frames.is_empty() && source.next_into(&mut frame)? {
+            if frames.remove(&position).is_some() {
+                found.insert((recording.to_owned(), position), frame.clone());
+            }
+            position += 1;
+            show(&source, &*stage);
+        }
+        if let Some((_, missing)) = frames.pop_first() {
+            return Err(Error::NoFrame {
+                asked_by: format!("{}, line {}", missing.table.display(), missing.line),
+                file: recording.to_owned(),
+                wanted: missing.frame as u64,
+                found: position as u64,
+            });
+        }
+    }
+    Ok(found)
+}

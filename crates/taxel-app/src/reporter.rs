@@ -1,0 +1,38 @@
+//! Who hears how long work goes on and what was left out: a terminal, a window, a notebook, nobody.
+
+/// Hears of work in progress.
+pub trait Reporter {
+    /// Something worth a line.
+    fn note(&self, _text: &str) {}
+
+    /// Something is missing, or not as it should be; the work goes on.
+    fn warn(&self, _text: &str) {}
+
+    /// A stage of the work begins. It ends when what is given is dropped.
+    fn stage(&self, _name: &str) -> Box<dyn Stage + '_> {
+        Box::new(Silent)
+    }
+}
+
+/// A stage of the work, while it goes on.
+pub trait Stage {
+    /// The share that is done, 0 to 1.
+    fn set(&self, _share: f64) {}
+}
+
+impl dyn Stage + '_ {
+    /// The share done by bytes read; nothing where the whole is unknown.
+    pub fn set_bytes(&self, read: u64, total: Option<u64>) {
+        if let Some(total) = total.filter(|&total| total > 0) {
+            self.set(read as f64 / total as f64);
+        }
+    }
+}
+
+/// Nobody hears anything.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Silent;
+
+impl Reporter for Silent {}
+
+impl Stage for Silent {}

@@ -1,0 +1,58 @@
+//! Which sensor a source is of: `--sensor`, or what the source brings.
+
+use std::path::{Path, PathBuf};
+
+use taxel::Sensor;
+use taxel_acquire::Address;
+use taxel_io::McapReader;
+
+use crate::error::Error;
+use crate::frames::is_mcap;
+use taxel_io::sensor_file;
+
+/// The sensor, and where it comes from.
+pub fn of(address: &Address, given: Option<&Path>) -> Result<(Sensor, PathBuf), Error> {
+    if let Some(file) = given {
+        return Ok((sensor_file::load(file)?, file.to_owned()));
+    }
+    match address {
+        Address::Sim { sensor, .. } => {
+            let file = PathBuf::from(sensor);
+            Ok((sensor_file::load(&file)?, file))
+        }
+        Address::File { path, .. } => of_recording(path),
+        other => Err(Error::Request {
+            what: format!("{other} names no sensor"),
+            hint: "pass --sensor with a sensor file or the name of a preset (econe, mat-16x16-cd4067, mat-32x32-adg732)",
+        }),
+    }
+}
+
+/// The sensor that a recording (.mcap) carries, if it carries one.
+pub fn carried(path: &Path) -> Result<Option<Sensor>, Error> {
+    let reader = McapReader::open_any(path)?;
+    let Some(text) = reader.sensor_toml() else {
+        return Ok(None);
+    };
+    sensor_file::check_length(path, text.len() as u64)?;
+    let sensor = Sensor::from_toml(text).and_then(Sensor::checked);
+    let sensor = sensor.map_err(|source| taxel_io::Error::Sensor {
+        file: path.to_owned(),
+        source,
+    })?;
+    sensor_file::check_array(path, sensor.rows(), sensor.columns())?;
+    Ok(Some(sensor))
+}
+
+/// The sensor that a recording carries.
+pub fn of_recording(path: &Path) -> Result<(Sensor, PathBuf), Error> {
+    if is_mcap(path)
+        && let Some(sensor) = carried(path)?
+    {
+        return Ok((sensor, path.to_owned()));
+    }
+    Err(Error::Request {
+        what: format!("{} names no sensor", path.display()),
+        hint: "pass --sensor with a sensor file or the name of a preset (econe, mat-16x16-cd4067, mat-32x32-adg732)",
+    })
+}

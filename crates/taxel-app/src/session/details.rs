@@ -1,0 +1,150 @@
+//! How far a taxel's load can be trusted: standard errors, worked out beside the stream while somebody looks.
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use serde_json::json;
+use taxel::{Frame, Mark, Sensor, Siemens};
+use taxel_server::FrameMessage;
+
+use super::newest::Newest;
+use crate::frames::Shown;
+use crate::standard_error::StandardErrors;
+use crate::units::Unit;
+
+/// How often they are worked out, and for how long after somebody asked.
+const EVERY: Duration = Duration::from_millis(450);
+const ASKED_FOR: Duration = Duration::from_secs(2);
+
+/// A frame as viewers got it, its conductances, and the sensor that they are of.
+pub(super) struct Question {
+    pub(super) siemens: Frame<Siemens>,
+    /// Whether the inverse came to one answer.
+    pub(super) is_answer: bool,
+    pub(super) sensor: Arc<Sensor>,
+    pub(super) is_load: bool,
+    pub(super) shown: FrameMessage,
+}
+
+/// All of one frame: what is shown together was together.
+struct Answer {
+    siemens: Frame<Siemens>,
+    frame: FrameMessage,
+    errors: Option<(Frame<Shown>, Vec<Mark>)>,
+}
+
+struct Asked {
+    last: Option<Instant>,
+    due: Instant,
+}
+
+/// Questions from the engine, answers for viewers.
+pub(super) struct Details {
+    questions: Newest<Question>,
+    answer: Mutex<Option<Answer>>,
+    asked: Mutex<Asked>,
+    file: PathBuf,
+}
+
+impl Details {
+    pub(super) fn new(file: PathBuf) -> Self {
+        Self {
+            questions: Newest::new(1),
+            answer: Mutex::new(None),
+            asked: Mutex::new(Asked {
+                last: None,
+                due: Instant::now(),
+            }),
+            file,
+        }
+    }
+
+    /// Whether it is time for a question.
+    pub(super) fn is_wanted(&self) -> bool {
+        let mut asked = self.asked.lock().unwrap_or_else(PoisonError::into_inner);
+        let now = Instant::now();
+        let looks = asked.last.is_some_and(|last| now - last < ASKED_FOR);
+        if !looks || now < asked.due {
+            return false;
+        }
+        asked.due = now + EVERY;
+        true
+    }
+
+    pub(super) fn ask(&self, question: Question) {
+        self.questions.push(question);
+    }
+
+    pub(super) fn close(&self) {
+        self.questions.close();
+    }
+
+    /// Answers questions until there are no more.
+    pub(super) fn run(&self) {
+        let mut known: Option<(Arc<Sensor>, Option<StandardErrors>)> = None;
+        while let Some(question) = self.questions.pop() {
+            let same = known
+                .as_ref()
+                .is_some_and(|(sensor, _)| Arc::ptr_eq(sensor, &question.sensor));
+            if !same {
+                let unit = match question.is_load {
+                    true => Unit::Newtons,
+                    false => Unit::Siemens,
+                };
+                let errors = StandardErrors::new(&question.sensor, &self.file, unit, None).ok();
+                known = Some((question.sensor.clone(), errors));
+            }
+            let Some((_, errors)) = &mut known else {
+                continue;
+            };
+            let siemens = question.siemens;
+            let mut shown = siemens.map(|_, value| value);
+            let errors = errors.as_mut().map(|errors| {
+                let errors = errors.of(&siemens, question.is_answer, &mut shown).clone();
+                (errors, shown.marks().to_vec())
+            });
+            let mut answer = self.answer.lock().unwrap_or_else(PoisonError::into_inner);
+            *answer = Some(Answer {
+                siemens,
+                frame: question.shown,
+                errors,
+            });
+        }
+    }
+
+    /// The message `details`.
+    pub(super) fn json(&self, taxels: &[(usize, usize)]) -> String {
+        let mut asked = self.asked.lock().unwrap_or_else(PoisonError::into_inner);
+        asked.last = Some(Instant::now());
+        drop(asked);
+        let answer = self.answer.lock().unwrap_or_else(PoisonError::into_inner);
+        let found: Vec<_> = taxels
+            .iter()
+            .filter_map(|&(row, column)| {
+                let answer = answer.as_ref()?;
+                if row >= answer.siemens.rows() || column >= answer.siemens.columns() {
+                    return None;
+                }
+                let at = row * answer.siemens.columns() + column;
+                let frame = &answer.frame;
+                let mut mark = frame.marks[at];
+                let mut error = None;
+                if let Some((errors, marks)) = &answer.errors {
+                    // More uncertain than it is large: that is said, and the error is none that could be shown.
+                    if mark == Mark::Good.code() && marks[at] == Mark::Unresolved {
+                        mark = Mark::Unresolved.code();
+                    }
+                    let is_measured = [Mark::Good, Mark::Unfamiliar].map(Mark::code).contains(&mark);
+                    error = Some(errors.values()[at]).filter(|_| is_measured);
+                }
+                Some(json!({
+                    "row": row, "column": column, "sequence": frame.sequence, "load": frame.loads[at],
+                    "raw": frame.raw[at], "counts": frame.counts[at], "mark": mark,
+                    "siemens": answer.siemens.values()[at], "standard_error_newtons": error,
+                }))
+            })
+            .collect();
+        json!({ "kind": "details", "taxels": found }).to_string()
+    }
+}

@@ -1,0 +1,416 @@
+//! Counts to loads, frame after frame: screen, inverse, load law, tare, figures.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::mpsc::Receiver;
+use std::time::{Duration, Instant, SystemTime};
+
+use taxel::metric::Figures;
+use taxel::pipeline::Pipeline;
+use taxel::screen::{Axis, LineFaultKind, LineFaults, LineScreen, ScreenOptions};
+use taxel::solve::Raw;
+use taxel::{Frame, Newtons, Sensor};
+use taxel_server::{FrameMessage, Server};
+
+use super::desk::{BadLines, Desk};
+use super::details::{Details, Question};
+use super::newest::Newest;
+use super::recorder::{Recorder, Solved};
+use super::{Arrived, Options};
+use crate::error::Error;
+use crate::methods::MethodName;
+
+/// Frames that may wait for the engine.
+pub(super) const QUEUE: usize = 4;
+/// Frames that a tare is the mean of.
+const TARE_FRAMES: u32 = 20;
+/// Frames that lines are judged by, and the time between two of them.
+const SURVEY_FRAMES: u32 = 100;
+const SURVEY_EVERY: Duration = Duration::from_millis(50);
+/// How long frames of before are on their way after a knob was turned.
+const TURNED: Duration = Duration::from_millis(30);
+
+/// What the engine is told.
+pub(super) enum Order {
+    Method(MethodName),
+    Tare,
+    Untare,
+    /// The sensor has changed: a knob of a simulated one.
+    Sensor(Box<Sensor>),
+}
+
+/// What a tare takes off, raw and compensated; and while it is being taken, how many frames are in it.
+struct Tare {
+    raw: Vec<f64>,
+    loads: Vec<f64>,
+    frames: u32,
+    first: u64,
+}
+
+pub(super) struct Engine {
+    sensor: Arc<Sensor>,
+    file: PathBuf,
+    method: MethodName,
+    exact: Pipeline,
+    raw: Pipeline,
+    is_load: bool,
+    tare: Option<Tare>,
+    /// The one of the recording that is played.
+    recorded_tare: Option<Arc<taxel_io::Tare>>,
+    survey: LineScreen,
+    surveyed: u32,
+    survey_due: Instant,
+    loads: Frame<Newtons>,
+    desk: Arc<Desk>,
+    recorder: Arc<Recorder>,
+    details: Arc<Details>,
+    orders: Receiver<Order>,
+    /// Frames on their way were scanned before a knob was turned.
+    blind_until: Option<Instant>,
+}
+
+impl Engine {
+    pub(super) fn new(
+        options: &Options,
+        desk: Arc<Desk>,
+        recorder: Arc<Recorder>,
+        details: Arc<Details>,
+        orders: Receiver<Order>,
+    ) -> Result<Self, Error> {
+        let (sensor, file) = (&options.sensor, &options.sensor_file);
+        let [exact, raw] = pipelines(sensor, file, &options.method)?;
+        desk.set_method(exact_name(&exact, &options.method));
+        Ok(Self {
+            exact,
+            raw,
+            is_load: sensor.material.is_some() || matches!(options.method, MethodName::Model(_)),
+            tare: None,
+            recorded_tare: None,
+            survey: survey(sensor),
+            surveyed: 0,
+            survey_due: Instant::now(),
+            loads: Frame::zeros(sensor.rows(), sensor.columns()),
+            sensor: Arc::new(sensor.clone()),
+            file: file.clone(),
+            method: options.method.clone(),
+            desk,
+            recorder,
+            details,
+            orders,
+            blind_until: None,
+        })
+    }
+
+    /// Works until the queue is closed.
+    pub(super) fn run(&mut self, incoming: &Newest<Arrived>, server: Option<&Server>) {
+        while let Some(arrived) = incoming.pop() {
+            while let Ok(order) = self.orders.try_recv() {
+                self.obey(order);
+            }
+            if self.blind_until.is_some_and(|until| Instant::now() < until) {
+                continue;
+            }
+            let wanted = self.recorder.wants();
+            let awaited = server.is_some_and(Server::is_awaited);
+            self.look_at_lines(&arrived);
+            self.take_recorded_tare(&arrived);
+            let tares = self
+                .tare
+                .as_ref()
+                .is_some_and(|tare| tare.frames < TARE_FRAMES);
+            // Without viewers and without loads in the file nobody needs them; with viewers each frame keeps the
+            // inverse warm for the next.
+            if server.is_none() && !wanted.any() {
+                continue;
+            }
+            let figures = self.solve(&arrived);
+            if wanted.any() {
+                let loads = wanted.loads.then_some(&self.loads);
+                let solved = Solved {
+                    loads: loads.cloned(),
+                    figures,
+                    sequence: arrived.frame.sequence,
+                    at: arrived.at,
+                };
+                self.recorder.solved(solved, server.is_none());
+            }
+            self.desk.set_total(
+                self.is_load
+                    .then(|| figures.total_force_newtons + self.tared_total()),
+            );
+            if let Some(server) = server.filter(|_| awaited || tares) {
+                let message = self.message(&arrived, &figures);
+                if self.details.is_wanted() {
+                    self.details.ask(Question {
+                        siemens: self.exact.result().siemens.clone(),
+                        is_answer: self.exact.result().outcome.is_answer(),
+                        sensor: self.sensor.clone(),
+                        is_load: self.is_load,
+                        shown: message.clone(),
+                    });
+                }
+                server.publish(message);
+            }
+            self.desk.add_delay(arrived.at);
+        }
+    }
+
+    /// What the tare takes off in all.
+    fn tared_total(&self) -> f64 {
+        self.tare
+            .as_ref()
+            .map_or(0.0, |tare| tare.loads.iter().sum())
+    }
+
+    /// Fills `loads`: newtons, or siemens where there is no load law.
+    fn solve(&mut self, arrived: &Arrived) -> Figures {
+        let result = self.exact.process(&arrived.frame);
+        self.is_load &= result.loads.is_some();
+        match result.loads.filter(|_| self.is_load) {
+            Some(loads) => self.loads.clone_from(loads),
+            None => {
+                self.loads.take_marks(result.siemens);
+                let siemens = result.siemens.values();
+                self.loads.values_mut().copy_from_slice(siemens);
+            }
+        }
+        if let Some(tare) = &mut self.tare {
+            if tare.frames < TARE_FRAMES {
+                add_mean(&mut tare.loads, self.loads.values(), tare.frames);
+            }
+            for (load, zero) in self.loads.values_mut().iter_mut().zip(&tare.loads) {
+                *load -= zero;
+            }
+        }
+        match self.is_load {
+            true => Figures::of(&self.loads, &self.sensor.array),
+            false => Figures {
+                outlier_share: taxel::metric::outlier_share(&self.loads),
+                measured_share: taxel::metric::measured_share(&self.loads),
+                ..Figures::default()
+            },
+        }
+    }
+
+    fn message(&mut self, arrived: &Arrived, figures: &Figures) -> FrameMessage {
+        let result = self.raw.process(&arrived.frame);
+        let mut raw = match result.loads.filter(|_| self.is_load) {
+            Some(loads) => loads.values().to_vec(),
+            None => result.siemens.values().to_vec(),
+        };
+        let mut done = false;
+        if let Some(tare) = &mut self.tare {
+            if tare.frames < TARE_FRAMES {
+                add_mean(&mut tare.raw, &raw, tare.frames);
+                tare.frames += 1;
+                done = tare.frames == TARE_FRAMES;
+            }
+            for (load, zero) in raw.iter_mut().zip(&tare.raw) {
+                *load -= zero;
+            }
+        }
+        if done {
+            self.tell_tare(arrived.frame.sequence);
+        }
+        let pitch = self.sensor.array.pitch_mm;
+        FrameMessage {
+            rows: self.loads.rows(),
+            columns: self.loads.columns(),
+            is_load: self.is_load,
+            is_tared: self.tare.is_some(),
+            is_raw: self.method == MethodName::Raw,
+            sequence: arrived.frame.sequence,
+            device_secs: arrived.frame.time_secs,
+            at: Some(arrived.at),
+            total_newtons: figures.total_force_newtons,
+            peak_kilopascals: figures.peak_kilopascals,
+            contact_area_mm2: figures.contact_area_mm2,
+            centre: figures
+                .centre_mm
+                .map(|[down, across]| [down / pitch[0], across / pitch[1]]),
+            outlier_share: figures.outlier_share,
+            frames_per_second: self.desk.frames_per_second(),
+            counts: arrived.frame.values().iter().map(|&v| v as u16).collect(),
+            raw: raw.iter().map(|&v| v as f32).collect(),
+            loads: self.loads.values().iter().map(|&v| v as f32).collect(),
+            marks: self.loads.marks().iter().map(|mark| mark.code()).collect(),
+        }
+    }
+
+    /// A tare is data: which frames it is the mean of, and what it takes off in all.
+    fn tell_tare(&self, last: u64) {
+        let Some(tare) = &self.tare else { return };
+        self.recorder.tare(taxel_io::Tare {
+            from_sequence: last + 1,
+            at: SystemTime::now(),
+            unit: self.unit().to_owned(),
+            loads: tare.loads.clone(),
+            raw: tare.raw.clone(),
+        });
+        let total: f64 = tare.loads.iter().sum();
+        let unit = self.unit();
+        self.recorder.event(
+            "tare",
+            &format!(
+                "tare: the mean of {} frames from {} to {last}, {total:.4} {unit} in all",
+                tare.frames, tare.first
+            ),
+        );
+    }
+
+    fn unit(&self) -> &'static str {
+        if self.is_load { "N" } else { "S" }
+    }
+
+    /// Nothing is taken off any more.
+    fn untare(&mut self) {
+        if self.tare.take().is_some() {
+            let from = self.loads.sequence + 1;
+            let undone = taxel_io::Tare::undone(from, SystemTime::now());
+            self.recorder.tare(undone);
+            self.recorder.event("tare", "tare cleared");
+        }
+        self.desk.set_tare(false);
+    }
+
+    /// Of a recording: what was taken off when it was made is taken off when it is played.
+    fn take_recorded_tare(&mut self, arrived: &Arrived) {
+        let Some(recorded) = &arrived.tare else {
+            return;
+        };
+        if *recorded == self.recorded_tare {
+            return;
+        }
+        self.recorded_tare.clone_from(recorded);
+        let taxels = self.loads.values().len();
+        let fits =
+            |tare: &&Arc<taxel_io::Tare>| tare.loads.len() == taxels && tare.unit == self.unit();
+        self.tare = recorded.as_ref().filter(fits).map(|tare| Tare {
+            raw: match tare.raw.len() == taxels {
+                true => tare.raw.clone(),
+                false => vec![0.0; taxels],
+            },
+            loads: tare.loads.clone(),
+            frames: TARE_FRAMES,
+            first: tare.from_sequence,
+        });
+        self.desk.set_tare(self.tare.is_some());
+    }
+
+    /// Looks for faulty lines in frames now and then.
+    fn look_at_lines(&mut self, arrived: &Arrived) {
+        let now = Instant::now();
+        if now < self.survey_due || self.survey.observe(&arrived.frame).is_err() {
+            return;
+        }
+        self.survey_due = now + SURVEY_EVERY;
+        self.surveyed += 1;
+        if self.surveyed < SURVEY_FRAMES {
+            return;
+        }
+        let faults = self.survey.finish();
+        self.survey = survey(&self.sensor);
+        self.surveyed = 0;
+        self.exact.set_lines(&faults);
+        self.raw.set_lines(&faults);
+        self.desk.set_bad_lines(bad_lines(&faults, &self.sensor));
+    }
+
+    fn obey(&mut self, order: Order) {
+        match order {
+            Order::Tare => {
+                let taxels = self.loads.values().len();
+                self.tare = Some(Tare {
+                    raw: vec![0.0; taxels],
+                    loads: vec![0.0; taxels],
+                    frames: 0,
+                    first: self.loads.sequence + 1,
+                });
+                self.desk.set_tare(true);
+            }
+            Order::Untare => self.untare(),
+            Order::Method(method) => self.rebuild(self.sensor.clone(), method),
+            Order::Sensor(sensor) => {
+                self.rebuild(Arc::new(*sensor), self.method.clone());
+                self.blind_until = Some(Instant::now() + TURNED);
+            }
+        }
+    }
+
+    /// Another sensor or method; where they do not go together, all stays as it was.
+    fn rebuild(&mut self, sensor: Arc<Sensor>, method: MethodName) {
+        if let Ok([exact, raw]) = pipelines(&sensor, &self.file, &method) {
+            self.desk.set_method(exact_name(&exact, &method));
+            (self.exact, self.raw) = (exact, raw);
+            if method != self.method {
+                // Zero by one method is not zero by another.
+                self.untare();
+            }
+            (self.sensor, self.method) = (sensor, method);
+            self.survey = survey(&self.sensor);
+            self.surveyed = 0;
+        }
+    }
+}
+
+fn exact_name(pipeline: &Pipeline, method: &MethodName) -> String {
+    match method {
+        MethodName::Auto => pipeline.method_name().to_owned(),
+        other => other.to_string(),
+    }
+}
+
+fn pipelines(
+    sensor: &Sensor,
+    file: &std::path::Path,
+    name: &MethodName,
+) -> Result<[Pipeline; 2], Error> {
+    let sensor = name.sensor(sensor);
+    let method = name.open(&sensor, file)?;
+    let raw = Box::new(Raw::from_sensor(&sensor));
+    let lines = LineFaults::from_spec(&sensor.screen);
+    let mut made = [
+        Pipeline::new(&sensor, method)?,
+        Pipeline::new(&sensor, raw)?,
+    ];
+    for pipeline in &mut made {
+        pipeline.set_lines(&lines);
+    }
+    Ok(made)
+}
+
+fn survey(sensor: &Sensor) -> LineScreen {
+    LineScreen::new(
+        sensor.rows(),
+        sensor.columns(),
+        sensor.max_count(),
+        &ScreenOptions::from_sensor(sensor),
+    )
+}
+
+fn bad_lines(found: &LineFaults, sensor: &Sensor) -> BadLines {
+    let mut lines = BadLines::default();
+    let declared = LineFaults::from_spec(&sensor.screen);
+    for fault in found.faults.iter().chain(&declared.faults) {
+        let of_axis = match fault.axis {
+            Axis::Row => &mut lines.rows,
+            Axis::Column => &mut lines.columns,
+        };
+        of_axis.push(fault.index);
+        if let LineFaultKind::Shorted { with } = fault.kind {
+            of_axis.push(with);
+        }
+    }
+    for lines in [&mut lines.rows, &mut lines.columns] {
+        lines.sort_unstable();
+        lines.dedup();
+    }
+    lines
+}
+
+/// The mean of `frames` + 1 frames from that of `frames`.
+fn add_mean(mean: &mut [f64], values: &[f64], frames: u32) {
+    for (mean, value) in mean.iter_mut().zip(values) {
+        *mean += (value - *mean) / f64::from(frames + 1);
+    }
+}

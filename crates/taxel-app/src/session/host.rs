@@ -1,0 +1,496 @@
+//! What viewers are told and what they may do.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::Sender;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant, SystemTime};
+
+use serde_json::json;
+use taxel::{Sensor, solve};
+use taxel_acquire::Address;
+use taxel_acquire::simulated::Knobs;
+use taxel_server::{Command, Host};
+
+use super::Options;
+use super::desk::{Desk, secs};
+use super::details::Details;
+use super::engine::Order;
+use super::recorder::{Owner, Recorder};
+use super::source::Controls;
+use crate::methods::MethodName;
+
+/// The longest note and the longest name that are taken.
+const LONGEST_TEXT: usize = 500;
+const LONGEST_NAME: usize = 80;
+/// File systems count bytes, of which a letter may have several.
+const LONGEST_BYTES: usize = 240;
+/// The most that may stand on a sensor that is tared: noise, and a light glove.
+const TARED_NEWTONS: f64 = 0.5;
+/// Between two beginnings of a recording: files are not made by the hundred.
+const BETWEEN: Duration = Duration::from_secs(1);
+const SPEEDS: std::ops::RangeInclusive<f64> = 0.01..=100.0;
+
+/// The instrument as viewers see it.
+pub(super) struct Bench {
+    sensor: Sensor,
+    address: Address,
+    folder: PathBuf,
+    model: Option<PathBuf>,
+    desk: Arc<Desk>,
+    recorder: Arc<Recorder>,
+    details: Arc<Details>,
+    controls: Controls,
+    orders: Mutex<Sender<Order>>,
+    /// The inverse is told of the knobs.
+    inverse_knows: Mutex<bool>,
+    /// When a viewer began a recording last.
+    begun: Mutex<Option<Instant>>,
+}
+
+/// A knob in the page: key, label, unit, least, most, step, logarithmic.
+type Slider = (
+    &'static str,
+    &'static str,
+    &'static str,
+    f64,
+    f64,
+    f64,
+    bool,
+);
+
+const SLIDERS: [Slider; 7] = [
+    (
+        "r_mux_column_ohms",
+        "Column switch",
+        "Ω",
+        0.1,
+        500.0,
+        0.1,
+        true,
+    ),
+    ("r_mux_row_ohms", "Row switch", "Ω", 0.1, 500.0, 0.1, true),
+    (
+        "open_loop_gain",
+        "Amplifier gain",
+        "",
+        100.0,
+        1e6,
+        1.0,
+        true,
+    ),
+    ("noise_counts", "Noise", "counts", 0.0, 100.0, 0.1, false),
+    ("dead_row", "Dead row", "", 0.0, 1.0, 1.0, false),
+    ("dead_column", "Dead column", "", 0.0, 1.0, 1.0, false),
+    (
+        "inverse_knows",
+        "Compensate with the true circuit",
+        "",
+        0.0,
+        1.0,
+        1.0,
+        false,
+    ),
+];
+
+impl Bench {
+    pub(super) fn new(
+        options: &Options,
+        desk: Arc<Desk>,
+        recorder: Arc<Recorder>,
+        details: Arc<Details>,
+        controls: Controls,
+        orders: Sender<Order>,
+    ) -> Self {
+        let bench = Self {
+            sensor: options.sensor.clone(),
+            address: options.address.clone(),
+            folder: options.folder.clone(),
+            model: match &options.method {
+                MethodName::Model(model) => Some(model.clone()),
+                _ => None,
+            },
+            desk,
+            recorder,
+            details,
+            controls,
+            orders: Mutex::new(orders),
+            inverse_knows: Mutex::new(true),
+            begun: Mutex::new(None),
+        };
+        bench.desk.set_sliders(bench.values());
+        bench
+    }
+
+    fn order(&self, order: Order) {
+        let orders = self.orders.lock().unwrap_or_else(PoisonError::into_inner);
+        let _ = orders.send(order);
+    }
+
+    fn knobs(&self) -> Option<Knobs> {
+        match &self.controls {
+            Controls::Knobs(knobs) => Some(*knobs.lock().unwrap_or_else(PoisonError::into_inner)),
+            _ => None,
+        }
+    }
+
+    fn knows(&self) -> bool {
+        *self
+            .inverse_knows
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Every slider that this sensor has, and where it stands.
+    fn values(&self) -> BTreeMap<&'static str, f64> {
+        let Some(knobs) = self.knobs() else {
+            return BTreeMap::new();
+        };
+        let flag = |on: bool| f64::from(u8::from(on));
+        let mut values = BTreeMap::from([
+            ("r_mux_column_ohms", knobs.r_mux_column_ohms),
+            ("r_mux_row_ohms", knobs.r_mux_row_ohms),
+            ("noise_counts", knobs.noise_counts),
+            ("dead_row", flag(knobs.dead_row)),
+            ("dead_column", flag(knobs.dead_column)),
+            ("inverse_knows", flag(self.knows())),
+        ]);
+        if self.sensor.readout.topology.is_tia() {
+            values.insert("open_loop_gain", knobs.open_loop_gain);
+        }
+        values
+    }
+
+    fn slide(&self, key: &str, value: f64) -> Result<String, String> {
+        let Controls::Knobs(knobs) = &self.controls else {
+            return Err("this source has no sliders".to_owned());
+        };
+        let slider = SLIDERS.iter().find(|slider| slider.0 == key);
+        let Some(&(key, label, _, least, most, ..)) = slider else {
+            return Err(format!("no slider is called {key}"));
+        };
+        if !(least..=most).contains(&value) {
+            return Err(format!("{label}: {value}, expected {least} to {most}"));
+        }
+        let turned = {
+            let mut knobs = knobs.lock().unwrap_or_else(PoisonError::into_inner);
+            match key {
+                "r_mux_column_ohms" => knobs.r_mux_column_ohms = value,
+                "r_mux_row_ohms" => knobs.r_mux_row_ohms = value,
+                "open_loop_gain" => knobs.open_loop_gain = value,
+                "noise_counts" => knobs.noise_counts = value,
+                "dead_row" => knobs.dead_row = value >= 0.5,
+                "dead_column" => knobs.dead_column = value >= 0.5,
+                _ => {
+                    let mut knows = self
+                        .inverse_knows
+                        .lock()
+                        .unwrap_or_else(PoisonError::into_inner);
+                    *knows = value >= 0.5;
+                }
+            }
+            *knobs
+        };
+        let known = match self.knows() {
+            true => turned.apply(&self.sensor),
+            false => self.sensor.clone(),
+        };
+        self.order(Order::Sensor(Box::new(known)));
+        self.desk.set_sliders(self.values());
+        Ok(String::new())
+    }
+
+    fn play(&self, change: impl FnOnce(&mut super::player::Play)) -> Result<String, String> {
+        let Controls::Player(play) = &self.controls else {
+            return Err("the source is no file".to_owned());
+        };
+        change(&mut play.lock().unwrap_or_else(PoisonError::into_inner));
+        Ok(String::new())
+    }
+
+    /// Whether the read-out and the memory there is allow a method.
+    fn can_solve_by(&self, name: &str) -> bool {
+        let fits =
+            |name: MethodName| crate::methods::check_memory(&self.sensor, Path::new(""), &name);
+        name.parse().is_ok_and(|name| fits(name).is_ok())
+            && solve::method(name, &self.sensor).is_ok()
+    }
+
+    fn methods(&self) -> Vec<String> {
+        let mut names: Vec<String> = ["exact", "newton", "raw"]
+            .into_iter()
+            .filter(|name| self.can_solve_by(name))
+            .map(str::to_owned)
+            .collect();
+        names.extend(self.model.iter().map(|model| model.display().to_string()));
+        names
+    }
+
+    /// The method of that name: one of those offered, so that no viewer names a file.
+    fn method(&self, name: &str) -> Result<MethodName, String> {
+        match self.methods().iter().any(|known| known == name) {
+            true => name.parse(),
+            false => Err(format!("no method is called {name}")),
+        }
+    }
+
+    fn record(&self, name: Option<String>) -> Result<String, String> {
+        let mut begun = self.begun.lock().unwrap_or_else(PoisonError::into_inner);
+        if begun.is_some_and(|begun| begun.elapsed() < BETWEEN) {
+            return Err("a recording was begun this second: wait a moment".to_owned());
+        }
+        let path = self
+            .folder
+            .join(recording_name(name.as_deref(), &self.folder)?);
+        std::fs::create_dir_all(&self.folder)
+            .map_err(|error| format!("{}: {error}", self.folder.display()))?;
+        let shown = path.display().to_string();
+        match self.recorder.begin(path, Owner::Viewer, None) {
+            Ok(()) => {
+                *begun = Some(Instant::now());
+                Ok(format!("recording to {shown}"))
+            }
+            Err(error) => Err(error.to_string()),
+        }
+    }
+
+    /// Takes what stands on the sensor for nothing, where next to nothing does.
+    fn tare(&self, force: bool) -> Result<String, String> {
+        let total = self.desk.total().unwrap_or(0.0);
+        if !force && total.abs() > TARED_NEWTONS {
+            return Err(format!(
+                "{total:.1} N stand on the sensor: a tare would take them off everything that follows. Take the load \
+                 off first, or tare anyway."
+            ));
+        }
+        self.order(Order::Tare);
+        Ok(match total.abs() > TARED_NEWTONS {
+            true => format!("Tared with {total:.1} N on the sensor"),
+            false => String::new(),
+        })
+    }
+
+    /// Ends a viewer's recording; that of the command line ends there.
+    fn stop(&self) -> Result<String, String> {
+        if self.recorder.owner() == Some(Owner::Operator) {
+            return Err("this recording was begun on the command line, and ends there".to_owned());
+        }
+        match self.recorder.stop() {
+            None => Err("nothing is being recorded".to_owned()),
+            Some(saved) if saved.error.is_some() || saved.frames == 0 => Err(saved.for_viewers()),
+            Some(saved) => Ok(saved.for_viewers()),
+        }
+    }
+}
+
+impl Host for Bench {
+    fn hello(&self) -> String {
+        let array = &self.sensor.array;
+        let kind = match self.controls {
+            Controls::Device => "device",
+            Controls::Knobs(_) => "sim",
+            Controls::Player(_) => "file",
+        };
+        let values = self.values();
+        let sliders: Vec<_> = SLIDERS
+            .iter()
+            .filter_map(|(key, label, unit, min, max, step, logarithmic)| {
+                Some(json!({
+                    "key": key, "label": label, "unit": unit, "min": min, "max": max, "step": step,
+                    "value": values.get(key)?, "logarithmic": logarithmic,
+                }))
+            })
+            .collect();
+        json!({
+            "kind": "hello",
+            "protocol": 1,
+            "program": format!("taxel {}", env!("CARGO_PKG_VERSION")),
+            "sensor": {
+                "name": self.sensor.name,
+                "rows": array.rows,
+                "columns": array.columns,
+                "pitch_mm": array.pitch_mm,
+                "taxel_area_mm2": array.taxel_area_mm2,
+                "bits": self.sensor.converter.bits,
+                "max_count": self.sensor.max_count(),
+                "has_load_law": self.sensor.material.is_some() || self.model.is_some(),
+            },
+            "source": { "address": self.address.to_string(), "type": kind },
+            "methods": self.methods(),
+            "can_record": true,
+            "sliders": sliders,
+            "file": self.desk.file(),
+        })
+        .to_string()
+    }
+
+    fn state(&self, viewers: usize) -> String {
+        self.desk.json(viewers)
+    }
+
+    fn joined(&self) {
+        let _ = self.play(|play| play.again = true);
+    }
+
+    fn news(&self) -> Vec<String> {
+        self.desk.take_news()
+    }
+
+    fn details(&self, taxels: &[(usize, usize)]) -> String {
+        self.details.json(taxels)
+    }
+
+    fn command(&self, command: Command) -> Result<String, String> {
+        match command {
+            Command::Tare { force } => self.tare(force),
+            Command::Untare => {
+                self.order(Order::Untare);
+                Ok(String::new())
+            }
+            Command::Record { name } => self.record(name),
+            Command::Stop => self.stop(),
+            Command::Event { text } => {
+                let text: String = text.trim().chars().take(LONGEST_TEXT).collect();
+                if text.is_empty() {
+                    return Err("an event needs some words".to_owned());
+                }
+                self.recorder.event("mark", &text);
+                self.desk.note(&text);
+                Ok(String::new())
+            }
+            Command::Method { name } => {
+                self.order(Order::Method(self.method(&name)?));
+                Ok(String::new())
+            }
+            Command::Slider { key, value } => self.slide(&key, value),
+            Command::Play => self.play(|play| play.playing = true),
+            Command::Pause => self.play(|play| play.playing = false),
+            Command::Seek { secs } if secs.is_finite() && secs >= 0.0 => {
+                self.play(|play| play.seek = Some(secs))
+            }
+            Command::Seek { secs } => Err(format!("{secs} s is no place in a recording")),
+            Command::Speed { factor } if SPEEDS.contains(&factor) => {
+                self.play(|play| play.speed = Some(factor))
+            }
+            Command::Speed { factor } => Err(format!(
+                "{factor} is no speed, expected {} to {}",
+                SPEEDS.start(),
+                SPEEDS.end()
+            )),
+            _ => Err("this program does not know that".to_owned()),
+        }
+    }
+}
+
+/// The file name for a recording: the viewer's, or the time. Never a path.
+fn recording_name(name: Option<&str>, folder: &Path) -> Result<String, String> {
+    let name = name.map(str::trim).filter(|name| !name.is_empty());
+    let Some(name) = name else {
+        let stamp = time_stamp(SystemTime::now());
+        let free = (0..1000)
+            .map(|n| match n {
+                0 => format!("{stamp}.mcap"),
+                n => format!("{stamp}-{n}.mcap"),
+            })
+            .find(|name| !folder.join(name).exists());
+        return free.ok_or_else(|| "too many recordings this second".to_owned());
+    };
+    let stem = name.strip_suffix(".mcap").unwrap_or(name);
+    let allowed = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | ' ');
+    let problem = if stem.is_empty() {
+        "a name needs a letter or a digit".to_owned()
+    } else if stem.chars().count() > LONGEST_NAME || stem.len() > LONGEST_BYTES {
+        format!(
+            "{} characters, at most {LONGEST_NAME}",
+            stem.chars().count()
+        )
+    } else if stem.starts_with(['.', '-']) {
+        "it begins with a dot or a hyphen".to_owned()
+    } else if let Some(other) = stem.chars().find(|&c| !allowed(c)) {
+        format!("it has a '{}'", other.escape_default())
+    } else {
+        return Ok(format!("{stem}.mcap"));
+    };
+    Err(format!(
+        "'{name}' cannot be a recording's name: {problem}. Use letters, digits, space, - _ . ({LONGEST_NAME} characters)"
+    ))
+}
+
+/// `2026-11-21-101500`, in UTC.
+pub fn time_stamp(at: SystemTime) -> String {
+    let total = secs(at) as u64;
+    let (days, of_day) = (total / 86_400, total % 86_400);
+    // Civil date from days since 1970: Howard Hinnant, "chrono-compatible low-level date algorithms".
+    let z = days as i64 + 719_468;
+    let era = z.div_euclid(146_097);
+    let of_era = z.rem_euclid(146_097);
+    let year_of_era = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
+    let day_of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let shifted = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * shifted + 2) / 5 + 1;
+    let month = if shifted < 10 {
+        shifted + 3
+    } else {
+        shifted - 9
+    };
+    let year = year_of_era + era * 400 + i64::from(month <= 2);
+    format!(
+        "{year}-{month:02}-{day:02}-{:02}{:02}{:02}",
+        of_day / 3600,
+        of_day / 60 % 60,
+        of_day % 60
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::{Duration, UNIX_EPOCH};
+
+    #[test]
+    fn names_stay_inside_the_folder() {
+        let folder = Path::new("no such folder");
+        assert_eq!(
+            recording_name(Some("grip 1"), folder),
+            Ok("grip 1.mcap".to_owned())
+        );
+        assert_eq!(
+            recording_name(Some("grip.mcap"), folder),
+            Ok("grip.mcap".to_owned())
+        );
+        assert_eq!(
+            recording_name(Some("subject \u{e9} 2"), folder),
+            Ok("subject \u{e9} 2.mcap".to_owned())
+        );
+        for name in [
+            "../x",
+            "a/b",
+            "a\\b",
+            "/etc/passwd",
+            ".hidden",
+            "..",
+            "nul\0",
+            "c:x",
+            ".mcap",
+            "-rf",
+            "a\u{202e}b",
+            "a\nb",
+            &"x".repeat(81),
+        ] {
+            assert!(recording_name(Some(name), folder).is_err(), "{name}");
+        }
+        assert!(
+            recording_name(Some(" "), folder)
+                .unwrap()
+                .ends_with(".mcap")
+        );
+    }
+
+    #[test]
+    fn time_stamps_are_dates() {
+        let at = |secs| time_stamp(UNIX_EPOCH + Duration::from_secs(secs));
+        assert_eq!(at(0), "1970-01-01-000000");
+        assert_eq!(at(951_827_696), "2000-02-29-123456");
+        assert_eq!(at(1_795_255_200), "2026-11-21-100000");
+    }
+}

@@ -1,0 +1,283 @@
+//! From a source to viewers and a file, while it happens.
+//!
+//!     source ──▶ recorder ──▶ file            one thread each; arrows are bounded queues
+//!        └─────▶ engine ───▶ viewers
+//!
+//! A device never waits: the recorder's queue is long, and a disk that cannot keep up ends the recording, not the
+//! reading; the engine takes the newest frames and leaves out what it has no time for.
+
+mod desk;
+mod details;
+mod engine;
+mod host;
+mod newest;
+mod player;
+mod recorder;
+mod source;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant, SystemTime};
+
+use taxel::{Counts, Frame, Sensor};
+use taxel_acquire::Address;
+use taxel_acquire::transport::State;
+use taxel_server::{Options as ServerOptions, Server};
+
+use crate::error::Error;
+use crate::methods::MethodName;
+use desk::Desk;
+use details::Details;
+use engine::Engine;
+use host::Bench;
+pub use host::time_stamp;
+use newest::Newest;
+use recorder::Owner;
+use recorder::Recorder;
+pub use recorder::{Saved, Wanted};
+
+/// Bits of a count in recordings and in what viewers get.
+const MOST_BITS: u32 = 16;
+/// Frames whose loads are wanted and that may wait for the engine, and the memory for them.
+const MOST_WAITING: usize = 8192;
+const MOST_WAITING_BYTES: usize = 64 << 20;
+
+/// A frame of counts on its way.
+#[derive(Clone)]
+pub struct Arrived {
+    frame: Arc<Frame<Counts>>,
+    at: SystemTime,
+    /// Of a recording: what was taken off when it was made.
+    tare: Option<Option<Arc<taxel_io::Tare>>>,
+}
+
+/// What to run.
+pub struct Options {
+    /// Where frames come from.
+    pub address: Address,
+    /// The sensor that they are of.
+    pub sensor: Sensor,
+    /// Where the sensor comes from, for messages.
+    pub sensor_file: PathBuf,
+    /// How loads are found.
+    pub method: MethodName,
+    /// Where recordings go.
+    pub folder: PathBuf,
+    /// What is recorded beside the counts.
+    pub wanted: Wanted,
+    /// A recording to begin with.
+    pub record: Option<PathBuf>,
+    /// The most frames of that.
+    pub most: Option<u64>,
+    /// A file is held at its first frame.
+    pub held: bool,
+    /// The server; none for a recording without viewers.
+    pub server: Option<ServerOptions>,
+}
+
+/// Frames that may wait for the engine. Viewers want the newest; a recording without viewers wants the loads of every
+/// frame, late ones too, as far as memory goes.
+fn queue_of(options: &Options) -> usize {
+    if options.server.is_some() || !options.wanted.any() {
+        return engine::QUEUE;
+    }
+    let bytes = 9 * options.sensor.rows() * options.sensor.columns();
+    (MOST_WAITING_BYTES / bytes).clamp(engine::QUEUE, MOST_WAITING)
+}
+
+/// Refuses counts wider than what is recorded and sent.
+fn check_bits(options: &Options) -> Result<(), Error> {
+    let bits = options.sensor.converter.bits;
+    match bits > MOST_BITS {
+        true => Err(Error::TooManyBits {
+            file: options.sensor_file.clone(),
+            bits,
+        }),
+        false => Ok(()),
+    }
+}
+
+/// The server, where there is to be one.
+fn serve(options: &Options, bench: Arc<Bench>) -> Result<Option<Arc<Server>>, Error> {
+    let Some(server) = &options.server else {
+        return Ok(None);
+    };
+    let address = server.address.clone();
+    let started = Server::start(server, bench);
+    let started = started.map_err(|source| Error::Listen { address, source })?;
+    Ok(Some(Arc::new(started)))
+}
+
+/// Whether the source holds what the disk has no time for: a pipe, and what gives frames as fast as they are taken.
+fn waits_for_disk(address: &Address) -> bool {
+    can_wait(address) || matches!(address, Address::Stdin { .. })
+}
+
+/// Whether the source gives frames as fast as they are taken: then it waits for the engine, and nothing is left out.
+fn can_wait(address: &Address) -> bool {
+    matches!(
+        address,
+        Address::File { speed: None, .. }
+            | Address::Sim {
+                frames_per_second: None,
+                ..
+            }
+    )
+}
+
+fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>, Error> {
+    std::thread::Builder::new()
+        .name(name.to_owned())
+        .spawn(run)
+        .map_err(Error::Thread)
+}
+
+/// A source, an engine, a recorder and a server at work. Dropped, all of them end, the recording whole.
+pub struct Session {
+    desk: Arc<Desk>,
+    recorder: Arc<Recorder>,
+    server: Option<Arc<Server>>,
+    source: Option<JoinHandle<()>>,
+    threads: Vec<JoinHandle<()>>,
+    finished: bool,
+    incoming: Arc<Newest<Arrived>>,
+    details: Arc<Details>,
+}
+
+impl Session {
+    /// Starts everything.
+    pub fn start(options: Options) -> Result<Self, Error> {
+        check_bits(&options)?;
+        let desk = Arc::new(Desk::new(&options));
+        let incoming = Arc::new(Newest::new(queue_of(&options)));
+        let recorder = Arc::new(Recorder::start(&options, desk.clone())?);
+        let (controls, run) = source::prepare(&options)?;
+        let (orders, taken) = std::sync::mpsc::channel();
+        let details = Arc::new(Details::new(options.sensor_file.clone()));
+        let mut engine = Engine::new(
+            &options,
+            desk.clone(),
+            recorder.clone(),
+            details.clone(),
+            taken,
+        )?;
+        let bench = Arc::new(Bench::new(
+            &options,
+            desk.clone(),
+            recorder.clone(),
+            details.clone(),
+            controls,
+            orders,
+        ));
+        let server = serve(&options, bench)?;
+        let (queue, with) = (incoming.clone(), server.clone());
+        let worker = details.clone();
+        let threads = vec![
+            spawn("engine", move || engine.run(&queue, with.as_deref()))?,
+            spawn("details", move || worker.run())?,
+        ];
+        if let Some(path) = &options.record {
+            recorder.begin(path.clone(), Owner::Operator, options.most)?;
+        }
+        let mut receiver = source::Intake {
+            desk: desk.clone(),
+            recorder: recorder.clone(),
+            incoming: incoming.clone(),
+            server: server.clone(),
+            told: Default::default(),
+            clock: None,
+            tare: None,
+            can_wait: can_wait(&options.address),
+            waits_for_disk: waits_for_disk(&options.address),
+        };
+        let source = spawn("source", move || run(&mut receiver))?;
+        Ok(Self {
+            desk,
+            recorder,
+            server,
+            source: Some(source),
+            threads,
+            finished: false,
+            incoming,
+            details,
+        })
+    }
+
+    /// The addresses of the page.
+    pub fn urls(&self) -> Vec<String> {
+        self.server
+            .as_ref()
+            .map_or_else(Vec::new, |server| server.urls())
+    }
+
+    /// How the source stands, in words.
+    pub fn state(&self) -> (State, String) {
+        self.desk.device()
+    }
+
+    /// Frames received; lost, corrupt and repeated ones.
+    pub fn tally(&self) -> taxel_acquire::protocol::Tally {
+        self.desk.tally()
+    }
+
+    /// The recording as it stands: frames, bytes, and why it ended early, if it did.
+    pub fn recording(&self) -> Option<desk::Recording> {
+        self.recorder.check();
+        self.desk.recording()
+    }
+
+    /// Lines that the command line should say: recordings that begin and end, devices.
+    pub fn take_told(&self) -> Vec<String> {
+        self.desk.take_told()
+    }
+
+    /// Recordings that have ended.
+    pub fn ended(&self) -> Vec<Saved> {
+        self.desk.ended()
+    }
+
+    /// Begins a recording of at most `most` frames; it must not exist.
+    pub fn record(&self, file: &std::path::Path, most: Option<u64>) -> Result<(), Error> {
+        self.recorder.begin(file.to_owned(), Owner::Operator, most)
+    }
+
+    /// Ends the recording and gives what is in it, when the file is closed.
+    pub fn stop_recording(&self) -> Option<Saved> {
+        self.recorder.stop()
+    }
+
+    /// Ends everything and waits for the recording to be whole: first the source, then the engine when it has had
+    /// every frame that waits, then the recorder.
+    pub fn end(&mut self) {
+        self.desk.stop();
+        // Standard input may never say that it has ended: its thread goes with the program.
+        if let Some(source) = self.source.take() {
+            let patience = Instant::now() + Duration::from_secs(2);
+            while !source.is_finished() && Instant::now() < patience {
+                std::thread::sleep(Duration::from_millis(5));
+            }
+            if source.is_finished() {
+                let _ = source.join();
+            }
+        }
+        self.incoming.close();
+        self.details.close();
+        for thread in self.threads.drain(..) {
+            if thread.join().is_err() {
+                self.desk
+                    .tell("error: a thread failed; what it did is missing".to_owned());
+            }
+        }
+        if !std::mem::replace(&mut self.finished, true) {
+            self.recorder.finish();
+        }
+        self.server = None;
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        self.end();
+    }
+}

@@ -1,0 +1,223 @@
+//! Where frames come from: a device, a file, a virtual sensor.
+
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant, SystemTime};
+
+use taxel::simulate::Pattern;
+use taxel::{Counts, Frame, Sensor};
+use taxel_acquire::Address;
+use taxel_acquire::protocol::{Expected, Protocol, Tally};
+use taxel_acquire::simulated::{Knobs, Simulated};
+use taxel_acquire::transport::{Receiver, State, receive};
+use taxel_server::Server;
+
+use super::desk::Desk;
+use super::newest::Newest;
+use super::player::{Play, Player};
+use super::recorder::Recorder;
+use super::{Arrived, Options};
+use crate::error::Error;
+
+/// What can be done with the source while it runs.
+#[derive(Clone)]
+pub(super) enum Controls {
+    /// Nothing: a device.
+    Device,
+    /// Knobs of a virtual sensor.
+    Knobs(Arc<Mutex<Knobs>>),
+    /// A file's player.
+    Player(Arc<Mutex<Play>>),
+}
+
+type Run = Box<dyn FnOnce(&mut Intake) + Send>;
+
+/// Makes the source ready; what comes back runs until it is stopped.
+pub(super) fn prepare(options: &Options) -> Result<(Controls, Run), Error> {
+    Ok(match &options.address {
+        Address::Sim {
+            pattern,
+            frames_per_second,
+            seed,
+            ..
+        } => {
+            let pattern = Pattern::named(pattern).expect("the address was checked");
+            let source = Simulated::new(&options.sensor, pattern, *seed, *frames_per_second)?;
+            let knobs = source.knobs();
+            let run: Run = Box::new(move |intake| source.run(intake));
+            (Controls::Knobs(knobs), run)
+        }
+        Address::File { path, speed } => {
+            let player = Player::open(path, &options.sensor, *speed, !options.held)?;
+            let play = player.play();
+            let run: Run = Box::new(move |intake| player.run(intake));
+            (Controls::Player(play), run)
+        }
+        Address::Board { path } => (Controls::Device, board(path, &options.sensor)?),
+        address => {
+            let protocol = match address {
+                Address::Serial { protocol, .. }
+                | Address::Udp { protocol, .. }
+                | Address::Tcp { protocol, .. }
+                | Address::Stdin { protocol } => *protocol,
+                _ => Protocol::Auto,
+            };
+            let expected = Expected::of(&options.sensor);
+            let address = address.clone();
+            let run: Run = Box::new(move |intake| {
+                let mut decoder = protocol.decoder(expected);
+                receive(&address, &mut *decoder, intake);
+            });
+            (Controls::Device, run)
+        }
+    })
+}
+
+/// The longest description of a board, bytes.
+#[cfg(feature = "rpi")]
+const LONGEST_BOARD: u64 = 1 << 20;
+
+/// This machine's own pins.
+#[cfg(feature = "rpi")]
+fn board(path: &Path, sensor: &Sensor) -> Result<Run, Error> {
+    use taxel_acquire::scan::{config, rpi};
+
+    let wrong = |reason| Error::Board {
+        file: path.to_owned(),
+        reason,
+    };
+    let text = taxel_io::bounded::read_text(path, LONGEST_BOARD);
+    let text = text.map_err(|error| wrong(error.to_string()))?;
+    let text = text.ok_or_else(|| wrong(format!("more than {LONGEST_BOARD} bytes")))?;
+    let board = config::Board::from_toml(&text).map_err(wrong)?;
+    let found = (
+        usize::from(board.rows.count),
+        usize::from(board.columns.count),
+    );
+    if found != (sensor.rows(), sensor.columns()) {
+        return Err(wrong(format!(
+            "{} rows x {} columns, but the sensor has {} x {}",
+            found.0,
+            found.1,
+            sensor.rows(),
+            sensor.columns()
+        )));
+    }
+    Ok(Box::new(move |intake| rpi::receive(&board, intake)))
+}
+
+#[cfg(not(feature = "rpi"))]
+fn board(path: &Path, _: &Sensor) -> Result<Run, Error> {
+    Err(Error::Board {
+        file: path.to_owned(),
+        reason: "this program was built without `--features rpi`".to_owned(),
+    })
+}
+
+/// Takes frames in: to the recorder, then to the engine; a device's wait for neither.
+pub(super) struct Intake {
+    pub(super) desk: Arc<Desk>,
+    pub(super) recorder: Arc<Recorder>,
+    pub(super) incoming: Arc<Newest<Arrived>>,
+    pub(super) server: Option<Arc<Server>>,
+    /// The source has no pace of its own: it waits rather than lose a frame.
+    pub(super) can_wait: bool,
+    /// The source holds what the disk has no time for.
+    pub(super) waits_for_disk: bool,
+    /// What has been told of what went wrong, and when.
+    pub(super) told: (Tally, Option<Instant>),
+    /// The device's time, of the last frame.
+    pub(super) clock: Option<f64>,
+    /// Of a recording: what was taken off the frame that comes.
+    pub(super) tare: Option<Option<Arc<taxel_io::Tare>>>,
+}
+
+/// A device's clock that goes on by more than this between two frames has jumped, seconds.
+const LONGEST_STEP: f64 = 3600.0;
+
+/// What goes wrong is told this often.
+const LOSSES_EVERY: Duration = Duration::from_secs(1);
+
+impl Intake {
+    /// A frame that was shown before, for those who have come since.
+    pub(super) fn again(&self, frame: &Frame<Counts>) {
+        self.incoming.push(Arrived {
+            frame: Arc::new(frame.clone()),
+            at: SystemTime::now(),
+            tare: self.tare.clone(),
+        });
+    }
+
+    /// Notes in the recording a device's clock that jumps.
+    fn look_at_clock(&mut self, frame: &Frame<Counts>) {
+        let Some(secs) = frame.time_secs else { return };
+        if let Some(last) = self.clock.replace(secs)
+            && !(0.0..=LONGEST_STEP).contains(&(secs - last))
+        {
+            let text = format!("the device's clock jumps from {last:.3} s to {secs:.3} s");
+            self.recorder.event("clock", &text);
+        }
+    }
+
+    /// Notes in the recording, about when, what went wrong since the last note.
+    fn tell_losses(&mut self, tally: Tally, now: bool) {
+        let (told, at) = self.told;
+        if !now && at.is_some_and(|at| at.elapsed() < LOSSES_EVERY) {
+            return;
+        }
+        let troubles = tally.since(&told).troubles();
+        if !troubles.is_empty() {
+            self.recorder.event("loss", &troubles.join(", "));
+            self.told = (tally, Some(Instant::now()));
+        }
+    }
+
+    pub(super) fn tell(&self) {
+        if let Some(server) = &self.server {
+            server.tell_state();
+        }
+    }
+}
+
+impl Receiver for Intake {
+    fn frame(&mut self, frame: &Frame<Counts>, at: SystemTime) {
+        let arrived = Arrived {
+            frame: Arc::new(frame.clone()),
+            at,
+            tare: self.tare.clone(),
+        };
+        self.desk.arrived();
+        self.look_at_clock(frame);
+        match self.waits_for_disk {
+            true => self.recorder.counts_waiting(&arrived),
+            false => self.recorder.counts(&arrived),
+        }
+        if self.can_wait {
+            return self.incoming.push_waiting(arrived);
+        }
+        if self.incoming.push(arrived) {
+            self.desk.skip();
+        }
+    }
+
+    fn state(&mut self, state: State, text: &str) {
+        let (before, _) = self.desk.device();
+        self.desk.set_device(state, text);
+        if before != state {
+            self.recorder.event("device", text);
+            self.tell();
+        }
+        if state == State::Ended {
+            self.tell_losses(self.desk.tally(), true);
+        }
+    }
+
+    fn tally(&mut self, tally: Tally) {
+        self.desk.set_tally(tally);
+        self.tell_losses(tally, self.stopped());
+    }
+
+    fn stopped(&self) -> bool {
+        self.desk.is_stopped()
+    }
+}

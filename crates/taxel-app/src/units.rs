@@ -1,0 +1,141 @@
+//! Quantities and units of what is read and written.
+
+use std::fmt;
+
+use taxel::frame::grams_from_newtons;
+use taxel::metric::kilopascals_from_newtons;
+
+/// Quantity and unit of what is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum InputUnit {
+    /// What the converter gave
+    Counts,
+    /// V_out of the read-out circuit
+    Volts,
+    /// Conductances, cross-talk already removed
+    Siemens,
+}
+
+/// Quantity and unit of what is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unit {
+    /// V_out of the read-out circuit
+    Volts,
+    /// Conductance of a taxel
+    Siemens,
+    /// Load, grams-force
+    Grams,
+    /// Load, newtons
+    Newtons,
+    /// Mean pressure on the taxel's area, kilopascals
+    Kilopascals,
+    /// Mean pressure on the taxel's area, megapascals
+    Megapascals,
+}
+
+impl InputUnit {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Counts, Self::Volts, Self::Siemens];
+
+    /// Its word.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Counts => "counts",
+            Self::Volts => "volts",
+            Self::Siemens => "siemens",
+        }
+    }
+
+    /// What it is, in a few words.
+    pub fn description(self) -> &'static str {
+        match self {
+            Self::Counts => "What the converter gave",
+            Self::Volts => "V_out of the read-out circuit",
+            Self::Siemens => "Conductances, cross-talk already removed",
+        }
+    }
+}
+
+impl Unit {
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::Volts,
+        Self::Siemens,
+        Self::Grams,
+        Self::Newtons,
+        Self::Kilopascals,
+        Self::Megapascals,
+    ];
+
+    /// What it is, in a few words.
+    pub fn description(self) -> &'static str {
+        match self {
+            Self::Volts => "V_out of the read-out circuit",
+            Self::Siemens => "Conductance of a taxel",
+            Self::Grams => "Load, grams-force",
+            Self::Newtons => "Load, newtons",
+            Self::Kilopascals => "Mean pressure on the taxel's area, kilopascals",
+            Self::Megapascals => "Mean pressure on the taxel's area, megapascals",
+        }
+    }
+
+    /// Its word.
+    pub fn word(self) -> &'static str {
+        match self {
+            Unit::Volts => "volts",
+            Unit::Siemens => "siemens",
+            Unit::Grams => "g",
+            Unit::Newtons => "N",
+            Unit::Kilopascals => "kPa",
+            Unit::Megapascals => "MPa",
+        }
+    }
+
+    /// The unit as it stands beside a colour bar.
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Unit::Volts => "V",
+            Unit::Siemens => "S",
+            Unit::Kilopascals => "kPa",
+            Unit::Megapascals => "MPa",
+            Unit::Grams | Unit::Newtons => self.word(),
+        }
+    }
+
+    /// What is measured in it.
+    pub fn quantity(self) -> &'static str {
+        match self {
+            Unit::Volts => "voltage",
+            Unit::Siemens => "conductance",
+            Unit::Grams | Unit::Newtons => "load",
+            Unit::Kilopascals | Unit::Megapascals => "pressure",
+        }
+    }
+
+    /// Whether the load law is needed to get there.
+    pub fn is_load(self) -> bool {
+        !matches!(self, Unit::Volts | Unit::Siemens)
+    }
+
+    /// A load in this unit.
+    pub fn of_newtons(self, newtons: f64, area_mm2: f64) -> f64 {
+        match self {
+            Unit::Grams => grams_from_newtons(newtons),
+            Unit::Kilopascals => kilopascals_from_newtons(newtons, area_mm2),
+            Unit::Megapascals => 1e-3 * kilopascals_from_newtons(newtons, area_mm2),
+            Unit::Newtons | Unit::Volts | Unit::Siemens => newtons,
+        }
+    }
+}
+
+impl fmt::Display for Unit {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(self.word())
+    }
+}
+
+impl fmt::Display for InputUnit {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(self.word())
+    }
+}
