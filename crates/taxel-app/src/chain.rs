@@ -11,7 +11,7 @@ use taxel::solve::{Outcome, Stop};
 use taxel::{Counts, Frame, Sensor, Siemens, Volts};
 
 use crate::error::Error;
-use crate::frames::{Reading, Shown};
+use crate::frames::{FrameReader, Shown};
 use crate::methods::MethodName;
 use crate::units::Unit;
 
@@ -74,35 +74,36 @@ impl Chain {
     pub fn set_repair(&mut self, repair: bool) {
         match &mut self.steps {
             Steps::Convert(convert) => convert.repair = repair,
-            Steps::Solve(pipeline) => pipeline.set_repair(match repair {
-                true => Repair::Everything,
-                false => Repair::Nothing,
+            Steps::Solve(pipeline) => pipeline.set_repair(if repair {
+                Repair::Everything
+            } else {
+                Repair::Nothing
             }),
         }
     }
 
     /// Takes in the frame read last. What comes back says how the inverse went, where there was one.
-    pub fn take(&mut self, reading: &Reading) -> Result<Option<Outcome>, Error> {
+    pub fn take(&mut self, reading: &FrameReader) -> Result<Option<Outcome>, Error> {
         let outcome = match (&mut self.steps, reading) {
-            (Steps::Convert(convert), Reading::Counts(_, counts)) => {
+            (Steps::Convert(convert), FrameReader::Counts(_, counts)) => {
                 convert.take(counts)?;
                 None
             }
-            (Steps::Convert(convert), Reading::Volts(_, volts)) => {
+            (Steps::Convert(convert), FrameReader::Volts(_, volts)) => {
                 convert.volts.clone_from(volts);
                 None
             }
-            (Steps::Solve(pipeline), Reading::Counts(_, counts)) => {
+            (Steps::Solve(pipeline), FrameReader::Counts(_, counts)) => {
                 Some(pipeline.process(counts).outcome.clone())
             }
-            (Steps::Solve(pipeline), Reading::Volts(_, volts)) => {
+            (Steps::Solve(pipeline), FrameReader::Volts(_, volts)) => {
                 Some(pipeline.process_volts(volts).outcome.clone())
             }
-            (Steps::Solve(pipeline), Reading::Siemens(_, siemens)) => {
+            (Steps::Solve(pipeline), FrameReader::Siemens(_, siemens)) => {
                 pipeline.process_siemens(siemens);
                 None
             }
-            (Steps::Convert(_), Reading::Siemens(..)) => {
+            (Steps::Convert(_), FrameReader::Siemens(..)) => {
                 return Err(Error::Request {
                     what: "volts cannot be had from siemens here".to_owned(),
                     hint: "`taxel simulate --conductance` scans conductances",
@@ -154,7 +155,7 @@ pub fn stop_words(outcome: &Outcome) -> (&'static str, Option<String>) {
 }
 
 fn copy<Q>(from: &Frame<Q>, to: &mut Frame<Shown>, number: impl Fn(f64) -> f64) {
-    to.take_marks(from);
+    to.copy_meta_from(from);
     for (to, from) in to.values_mut().iter_mut().zip(from.values()) {
         *to = number(*from);
     }

@@ -14,11 +14,11 @@ pub const TAXEL_BYTES: u64 = 640;
 
 /// The longest sensor file, bytes: per-taxel numbers of 300 x 300 taxels. What is longer takes eighty times its length to
 /// be understood, and memory stays below 256 MiB.
-const LONGEST: u64 = 2 << 20;
+const MAX: u64 = 2 << 20;
 
 /// Refuses what is too long to be a sensor file.
 pub fn check_length(file: &Path, bytes: u64) -> Result<(), Error> {
-    if bytes <= LONGEST {
+    if bytes <= MAX {
         return Ok(());
     }
     Err(too_long(file))
@@ -27,7 +27,7 @@ pub fn check_length(file: &Path, bytes: u64) -> Result<(), Error> {
 fn too_long(file: &Path) -> Error {
     Error::SensorLength {
         file: file.to_owned(),
-        limit: LONGEST,
+        limit: MAX,
     }
 }
 
@@ -56,7 +56,7 @@ pub fn load(name: &Path) -> Result<Sensor, Error> {
 
 /// The text of a sensor file.
 pub fn text_of(name: &Path) -> Result<String, Error> {
-    match bounded::read_text(name, LONGEST) {
+    match bounded::read_text(name, MAX) {
         Ok(Some(text)) => Ok(text),
         Ok(None) => Err(too_long(name)),
         Err(source) => Err(Error::OpenSensor {
@@ -68,7 +68,7 @@ pub fn text_of(name: &Path) -> Result<String, Error> {
 }
 
 /// A file that a sensor file names: it is in the same folder.
-pub fn beside(sensor: &Path, name: &str) -> PathBuf {
+pub fn next_to(sensor: &Path, name: &str) -> PathBuf {
     sensor.parent().unwrap_or(Path::new("")).join(name)
 }
 
@@ -77,7 +77,7 @@ fn read_in(values: &mut PerTaxel, sensor: &Path, rows: usize, columns: usize) ->
     let PerTaxel::File(name) = values else {
         return Ok(());
     };
-    let file = beside(sensor, name);
+    let file = next_to(sensor, name);
     // The numbers have no unit; the reader does not ask.
     let mut reader = ValuesReader::<Siemens>::open(&file, TextOptions::new(rows, columns))?;
     let mut frame = Frame::zeros(rows, columns);
@@ -99,15 +99,16 @@ fn read_in(values: &mut PerTaxel, sensor: &Path, rows: usize, columns: usize) ->
 /// Refuses an array whose frames are larger than is read; `file` is where it is described.
 pub fn check_array(file: &Path, rows: usize, columns: usize) -> Result<(), Error> {
     let taxels = rows.saturating_mul(columns);
-    match taxels <= MAX_TAXELS {
-        true => Ok(()),
-        false => Err(Error::ArrayMemory {
+    if taxels <= MAX_TAXELS {
+        Ok(())
+    } else {
+        Err(Error::ArrayMemory {
             file: file.to_owned(),
             rows,
             columns,
             needed_mib: (taxels as u64).saturating_mul(TAXEL_BYTES) >> 20,
             most_mib: MAX_MEMORY_MIB,
             most_taxels: MAX_TAXELS,
-        }),
+        })
     }
 }

@@ -7,8 +7,8 @@ use taxel::solve::{Method, Outcome, Scratch, Stop, default_method};
 use taxel::{Frame, Mark, Sensor, Siemens, Volts};
 
 use crate::Error;
-use crate::model::{Kind, Model, with_law};
-use crate::models::hybrid::{FEATURES, HybridMemory, LEAST_G, Physics, Scene};
+use crate::model::{Model, ModelKind, with_law};
+use crate::models::hybrid::{FEATURES, FrameFeatures, HybridMemory, MIN_G, Physics};
 use crate::models::paper_mlp::PaperMemory;
 use crate::models::row_set::RowSetMemory;
 
@@ -30,7 +30,7 @@ struct Memory {
     row_sets: Vec<RowSetMemory>,
     hybrid: HybridMemory,
     features: Vec<[f32; FEATURES]>,
-    scene: Scene,
+    frame_features: FrameFeatures,
     pipeline: Option<Pipeline>,
 }
 
@@ -48,7 +48,7 @@ impl Learned {
                 sensor: (sensor.rows(), sensor.columns()),
             });
         }
-        if let Kind::PaperMlp(network) = &model.kind
+        if let ModelKind::PaperMlp(network) = &model.kind
             && network.columns() != sensor.columns()
         {
             return Err(Error::Width {
@@ -61,7 +61,7 @@ impl Learned {
         let sensor = with_law(sensor.clone());
         let law = LoadLaw::from_sensor(&sensor)?;
         let physics = match model.kind {
-            Kind::Hybrid(_) => {
+            ModelKind::Hybrid(_) => {
                 // Tells of a missing circuit now, not at the first frame.
                 default_method(&sensor)?;
                 Some(Physics::of(&sensor, &law))
@@ -94,11 +94,11 @@ impl Learned {
         memory.loads.clear();
         memory.loads.resize(memory.taxels.len(), 0.0);
         match &self.model.kind {
-            Kind::PaperMlp(model) => {
+            ModelKind::PaperMlp(model) => {
                 let loads = model.estimate_frame(&memory.counts, &memory.taxels, &mut memory.paper);
                 memory.loads.copy_from_slice(loads);
             }
-            Kind::RowSet(members) => {
+            ModelKind::RowSet(members) => {
                 memory.row_sets.resize_with(members.len(), Default::default);
                 for (member, own) in members.iter().zip(&mut memory.row_sets) {
                     let loads = member.estimate_frame(&memory.counts, columns, &memory.taxels, own);
@@ -107,13 +107,13 @@ impl Learned {
                     }
                 }
             }
-            Kind::Hybrid(_) => {}
+            ModelKind::Hybrid(_) => {}
         }
     }
 
     /// Loads of the listed taxels by the physics and the network on what is left, grams.
     fn by_physics(&self, volts: &Frame<Volts>, memory: &mut Memory) -> Outcome {
-        let (Kind::Hybrid(hybrid), Some(physics)) = (&self.model.kind, &self.physics) else {
+        let (ModelKind::Hybrid(hybrid), Some(physics)) = (&self.model.kind, &self.physics) else {
             return Outcome::new(Stop::Direct, 0, 0.0);
         };
         let Memory {
@@ -125,14 +125,14 @@ impl Learned {
         };
         let result = pipeline.process_volts(volts);
         let outcome = result.outcome.clone();
-        if memory.scene.look(result).is_err() {
+        if memory.frame_features.look(result).is_err() {
             return Outcome::new(Stop::Stalled, 0, 0.0);
         }
         memory.taxels.clear();
         memory.features.clear();
         let columns = self.sensor.columns();
-        for (at, &load) in memory.scene.loads_g.iter().enumerate() {
-            if load >= LEAST_G {
+        for (at, &load) in memory.frame_features.loads_g.iter().enumerate() {
+            if load >= MIN_G {
                 memory.taxels.push((at / columns, at % columns));
             }
         }
@@ -140,13 +140,13 @@ impl Learned {
         for &(row, column) in &memory.taxels {
             memory
                 .features
-                .push(memory.scene.features(row, column, physics));
+                .push(memory.frame_features.features(row, column, physics));
             memory
                 .member
-                .push(memory.scene.loads_g[row * columns + column]);
+                .push(memory.frame_features.loads_g[row * columns + column]);
         }
         hybrid.correct(&memory.features, &mut memory.member, &mut memory.hybrid);
-        memory.loads.clone_from(&memory.scene.loads_g);
+        memory.loads.clone_from(&memory.frame_features.loads_g);
         for (&(row, column), &load) in memory.taxels.iter().zip(&memory.member) {
             memory.loads[row * columns + column] = load;
         }
@@ -201,7 +201,7 @@ impl Method for Learned {
             row_sets: Vec::new(),
             hybrid: HybridMemory::default(),
             features: Vec::new(),
-            scene: Scene::default(),
+            frame_features: FrameFeatures::default(),
             pipeline: self.pipeline(),
         })
     }
@@ -217,7 +217,7 @@ impl Method for Learned {
         if let (true, Some(pipeline)) = (cold, &mut memory.pipeline) {
             pipeline.begin_anew();
         }
-        siemens.take_marks(volts);
+        siemens.copy_meta_from(volts);
         let columns = self.sensor.columns();
         memory.counts.clear();
         let counts = |volts: f64| self.converter.count_from_volt(volts) as f32;
@@ -225,7 +225,7 @@ impl Method for Learned {
             .counts
             .extend(volts.values().iter().map(|&v| counts(v)));
         let outcome = match &self.model.kind {
-            Kind::Hybrid(_) => {
+            ModelKind::Hybrid(_) => {
                 let outcome = self.by_physics(volts, memory);
                 for (taxel, (g, &load)) in siemens
                     .values_mut()
@@ -263,7 +263,7 @@ impl Method for Learned {
 impl Learned {
     /// Marks estimates from inputs unlike those of the training.
     fn mark_unfamiliar(&self, memory: &Memory, siemens: &mut Frame<Siemens>) {
-        if matches!(&self.model.kind, Kind::Hybrid(hybrid) if hybrid.members.is_empty()) {
+        if matches!(&self.model.kind, ModelKind::Hybrid(hybrid) if hybrid.members.is_empty()) {
             return;
         }
         let columns = self.sensor.columns();

@@ -11,7 +11,7 @@ use crate::Error;
 use crate::tensors::{read_file, shortened};
 
 /// Fewest presses that a training is tried with.
-pub const FEWEST_PRESSES: usize = 8;
+pub const MIN_PRESSES: usize = 8;
 
 /// Presses as rows of readings. One entry a press: copies are made where they are needed, never stored.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -176,10 +176,10 @@ impl Rows {
     /// # Errors
     /// Too few presses, a number that is not finite, a constant, a load below zero or beyond the limit.
     pub fn check(&self, most_load_g: f64) -> Result<(), Error> {
-        if self.len() < FEWEST_PRESSES {
+        if self.len() < MIN_PRESSES {
             return Err(Error::TooFewPresses {
                 found: self.len(),
-                needed: FEWEST_PRESSES,
+                needed: MIN_PRESSES,
             });
         }
         for press in 0..self.len() {

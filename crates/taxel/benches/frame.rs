@@ -44,10 +44,10 @@ fn forward(criterion: &mut Criterion) {
         });
         let direction = siemens.values().to_vec();
         group.bench_function(BenchmarkId::new("derivative", &name), |bencher| {
-            bencher.iter(|| point.derivative_into(black_box(&direction), &mut volts));
+            bencher.iter(|| point.jvp_into(black_box(&direction), &mut volts));
         });
         group.bench_function(BenchmarkId::new("adjoint", &name), |bencher| {
-            bencher.iter(|| point.adjoint_into(black_box(&direction), &mut volts));
+            bencher.iter(|| point.vjp_into(black_box(&direction), &mut volts));
         });
     }
     group.finish();

@@ -109,9 +109,10 @@ fn measure(size: (usize, usize)) -> Result<Row, Box<dyn Error>> {
             taxel % size.1,
         ));
     });
-    let ngspice = match taxels <= NGSPICE_TAXELS {
-        true => ngspice(&sensor, &siemens)?,
-        false => None,
+    let ngspice = if taxels <= NGSPICE_TAXELS {
+        ngspice(&sensor, &siemens)?
+    } else {
+        None
     };
     Ok(Row {
         size,

@@ -9,7 +9,7 @@ mod every_sensor;
 use std::time::Instant;
 
 use every_sensor::every_sensor;
-use taxel::calibrate::{Options, calibrate};
+use taxel::calibrate::{CalibrationOptions, calibrate};
 use taxel::circuit::{Circuit, Converter, LinearCircuit, ROUNDING_COUNTS};
 use taxel::frame::grams_from_newtons;
 use taxel::material::LoadLaw;
@@ -68,7 +68,12 @@ fn line(truth: &Sensor, seed: u64) -> Result<String, Error> {
     parts.readout.r_mux_row_ohms = None;
     let presses = labelled_presses(&real, PRESSES);
     let begun = Instant::now();
-    let fit = calibrate(&parts, &presses, &Options::default(), &mut |_, _| ());
+    let fit = calibrate(
+        &parts,
+        &presses,
+        &CalibrationOptions::default(),
+        &mut |_, _| (),
+    );
     let seconds = begun.elapsed().as_secs_f64();
     let recordings: Vec<_> = PATTERNS.iter().map(|name| record(&real, name)).collect();
     let with_truth = score(truth, &recordings)?;

@@ -227,7 +227,7 @@ impl<Q> Frame<Q> {
     }
 
     /// Takes over marks, sequence and time of another frame of the same shape.
-    pub fn take_marks<P>(&mut self, other: &Frame<P>) {
+    pub fn copy_meta_from<P>(&mut self, other: &Frame<P>) {
         self.marks.copy_from_slice(&other.marks);
         self.sequence = other.sequence;
         self.time_secs = other.time_secs;

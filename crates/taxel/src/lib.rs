@@ -21,9 +21,10 @@ pub mod pipeline;
 pub mod calibrate;
 pub mod design;
 pub mod evaluate;
-pub mod health;
+
 pub mod metric;
 pub mod parts;
+pub mod selftest;
 pub mod simulate;
 
 mod linalg;

@@ -138,18 +138,20 @@ pub fn e24_nearest(ohms: f64) -> f64 {
     let below = e24_at_most(ohms);
     // The next value is at most a tenth higher (and some rounding).
     let above = e24_at_most(below * 1.16);
-    match ohms / below <= above / ohms {
-        true => below,
-        false => above,
+    if ohms / below <= above / ohms {
+        below
+    } else {
+        above
     }
 }
 
 /// Divided where that is exact, so that 2.2 in the third decade is 2200 and not 2200.0000000000005.
 fn in_decade(value: f64, decade: i32) -> f64 {
     let tenths = (value * 10.0).round();
-    match decade >= 1 {
-        true => tenths * 10f64.powi(decade - 1),
-        false => tenths / 10f64.powi(1 - decade),
+    if decade >= 1 {
+        tenths * 10f64.powi(decade - 1)
+    } else {
+        tenths / 10f64.powi(1 - decade)
     }
 }
 

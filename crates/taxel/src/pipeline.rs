@@ -122,9 +122,10 @@ impl Pipeline {
                 .and_then(|material| material.dynamic.as_ref())
                 .filter(|_| !gives_loads)
                 .map(|spec| HysteresisState::new(&DynamicLaw::from_spec(spec), taxels)),
-            repair: match sensor.screen.repair {
-                true => Repair::Readings,
-                false => Repair::Nothing,
+            repair: if sensor.screen.repair {
+                Repair::Readings
+            } else {
+                Repair::Nothing
             },
             outcome: Outcome::new(Stop::Direct, 0, 0.0),
             counts: Frame::zeros(rows, columns),
@@ -167,7 +168,7 @@ impl Pipeline {
     /// # Panics
     /// When the frame's shape is not the sensor's.
     pub fn process(&mut self, counts: &Frame<Counts>) -> FrameResult<'_> {
-        self.counts.take_marks(counts);
+        self.counts.copy_meta_from(counts);
         self.counts.values.copy_from_slice(counts.values());
         self.screen
             .mark(&mut self.counts)
@@ -183,7 +184,7 @@ impl Pipeline {
     /// # Panics
     /// When the frame's shape is not the sensor's.
     pub fn process_volts(&mut self, volts: &Frame<Volts>) -> FrameResult<'_> {
-        self.volts.take_marks(volts);
+        self.volts.copy_meta_from(volts);
         self.volts.values.copy_from_slice(volts.values());
         self.solve();
         self.find_loads()
@@ -194,7 +195,7 @@ impl Pipeline {
     /// # Panics
     /// When the frame's shape is not the sensor's.
     pub fn process_siemens(&mut self, siemens: &Frame<Siemens>) -> FrameResult<'_> {
-        self.siemens.take_marks(siemens);
+        self.siemens.copy_meta_from(siemens);
         self.siemens.values.copy_from_slice(siemens.values());
         self.outcome = Outcome::new(Stop::Direct, 0, 0.0);
         self.find_loads()
@@ -239,7 +240,7 @@ impl Pipeline {
 
     fn find_loads(&mut self) -> FrameResult<'_> {
         if let Some(law) = &self.law {
-            self.loads.take_marks(&self.siemens);
+            self.loads.copy_meta_from(&self.siemens);
             let siemens = self.siemens.values.iter().enumerate();
             for (grams, (taxel, &siemens)) in self.grams.iter_mut().zip(siemens) {
                 *grams = law.grams_from_siemens(taxel, siemens);
@@ -264,9 +265,10 @@ impl Pipeline {
             }
             let loads = self.loads.values.iter_mut().zip(&self.loads.marks);
             for ((load, mark), &grams) in loads.zip(&self.grams) {
-                *load = match unexplained || is_lost(*mark) {
-                    true => 0.0,
-                    false => newtons_from_grams(grams),
+                *load = if unexplained || is_lost(*mark) {
+                    0.0
+                } else {
+                    newtons_from_grams(grams)
                 };
             }
             self.repair.run(&mut self.loads, &mut self.around);

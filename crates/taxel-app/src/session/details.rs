@@ -88,9 +88,10 @@ impl Details {
                 .as_ref()
                 .is_some_and(|(sensor, _)| Arc::ptr_eq(sensor, &question.sensor));
             if !same {
-                let unit = match question.is_load {
-                    true => Unit::Newtons,
-                    false => Unit::Siemens,
+                let unit = if question.is_load {
+                    Unit::Newtons
+                } else {
+                    Unit::Siemens
                 };
                 let errors = StandardErrors::new(&question.sensor, &self.file, unit, None).ok();
                 known = Some((question.sensor.clone(), errors));

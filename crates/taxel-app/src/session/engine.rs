@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant, SystemTime};
 
-use taxel::metric::Figures;
+use taxel::metric::FrameFigures;
 use taxel::pipeline::Pipeline;
 use taxel::screen::{Axis, LineFaultKind, LineFaults, LineScreen, ScreenOptions};
 use taxel::solve::Raw;
@@ -163,13 +163,13 @@ impl Engine {
     }
 
     /// Fills `loads`: newtons, or siemens where there is no load law.
-    fn solve(&mut self, arrived: &Arrived) -> Figures {
+    fn solve(&mut self, arrived: &Arrived) -> FrameFigures {
         let result = self.exact.process(&arrived.frame);
         self.is_load &= result.loads.is_some();
         match result.loads.filter(|_| self.is_load) {
             Some(loads) => self.loads.clone_from(loads),
             None => {
-                self.loads.take_marks(result.siemens);
+                self.loads.copy_meta_from(result.siemens);
                 let siemens = result.siemens.values();
                 self.loads.values_mut().copy_from_slice(siemens);
             }
@@ -182,17 +182,18 @@ impl Engine {
                 *load -= zero;
             }
         }
-        match self.is_load {
-            true => Figures::of(&self.loads, &self.sensor.array),
-            false => Figures {
+        if self.is_load {
+            FrameFigures::of(&self.loads, &self.sensor.array)
+        } else {
+            FrameFigures {
                 outlier_share: taxel::metric::outlier_share(&self.loads),
                 measured_share: taxel::metric::measured_share(&self.loads),
-                ..Figures::default()
-            },
+                ..FrameFigures::default()
+            }
         }
     }
 
-    fn message(&mut self, arrived: &Arrived, figures: &Figures) -> FrameMessage {
+    fn message(&mut self, arrived: &Arrived, figures: &FrameFigures) -> FrameMessage {
         let result = self.raw.process(&arrived.frame);
         let mut raw = match result.loads.filter(|_| self.is_load) {
             Some(loads) => loads.values().to_vec(),
@@ -286,9 +287,10 @@ impl Engine {
         let fits =
             |tare: &&Arc<taxel_io::Tare>| tare.loads.len() == taxels && tare.unit == self.unit();
         self.tare = recorded.as_ref().filter(fits).map(|tare| Tare {
-            raw: match tare.raw.len() == taxels {
-                true => tare.raw.clone(),
-                false => vec![0.0; taxels],
+            raw: if tare.raw.len() == taxels {
+                tare.raw.clone()
+            } else {
+                vec![0.0; taxels]
             },
             loads: tare.loads.clone(),
             frames: TARE_FRAMES,

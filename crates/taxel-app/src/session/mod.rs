@@ -38,10 +38,10 @@ use recorder::Recorder;
 pub use recorder::{Saved, Wanted};
 
 /// Bits of a count in recordings and in what viewers get.
-const MOST_BITS: u32 = 16;
+const MAX_BITS: u32 = 16;
 /// Frames whose loads are wanted and that may wait for the engine, and the memory for them.
-const MOST_WAITING: usize = 8192;
-const MOST_WAITING_BYTES: usize = 64 << 20;
+const MAX_WAITING: usize = 8192;
+const MAX_WAITING_BYTES: usize = 64 << 20;
 
 /// A frame of counts on its way.
 #[derive(Clone)]
@@ -83,18 +83,19 @@ fn queue_of(options: &Options) -> usize {
         return engine::QUEUE;
     }
     let bytes = 9 * options.sensor.rows() * options.sensor.columns();
-    (MOST_WAITING_BYTES / bytes).clamp(engine::QUEUE, MOST_WAITING)
+    (MAX_WAITING_BYTES / bytes).clamp(engine::QUEUE, MAX_WAITING)
 }
 
 /// Refuses counts wider than what is recorded and sent.
 fn check_bits(options: &Options) -> Result<(), Error> {
     let bits = options.sensor.converter.bits;
-    match bits > MOST_BITS {
-        true => Err(Error::TooManyBits {
+    if bits > MAX_BITS {
+        Err(Error::TooManyBits {
             file: options.sensor_file.clone(),
             bits,
-        }),
-        false => Ok(()),
+        })
+    } else {
+        Ok(())
     }
 }
 
@@ -217,8 +218,8 @@ impl Session {
     }
 
     /// Frames received; lost, corrupt and repeated ones.
-    pub fn tally(&self) -> taxel_acquire::protocol::Tally {
-        self.desk.tally()
+    pub fn link_stats(&self) -> taxel_acquire::protocol::LinkStats {
+        self.desk.link_stats()
     }
 
     /// The recording as it stands: frames, bytes, and why it ended early, if it did.

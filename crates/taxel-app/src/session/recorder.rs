@@ -13,7 +13,7 @@ use std::sync::mpsc::{
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
-use taxel::metric::Figures;
+use taxel::metric::FrameFigures;
 use taxel::{Frame, Newtons};
 use taxel_io::mcap::About;
 use taxel_io::{McapWriter, Tare};
@@ -63,7 +63,7 @@ enum Item {
 /// Loads and figures of a frame.
 pub(super) struct Solved {
     pub(super) loads: Option<Frame<Newtons>>,
-    pub(super) figures: Figures,
+    pub(super) figures: FrameFigures,
     pub(super) sequence: u64,
     pub(super) at: SystemTime,
 }
@@ -187,7 +187,13 @@ impl Recorder {
         }
         let begun = McapWriter::create(path, &self.about);
         let writer = begun.inspect_err(|_| self.shared.set(Phase::Idle))?;
-        let open = Open::new(writer, owner, most, self.wanted, self.shared.desk.tally());
+        let open = Open::new(
+            writer,
+            owner,
+            most,
+            self.wanted,
+            self.shared.desk.link_stats(),
+        );
         self.shared.desk.set_recording(Some(open.status(None)));
         if owner == Owner::Viewer {
             let path = open.path().display();
@@ -258,12 +264,13 @@ impl Recorder {
     /// Loads that the disk has no time for are left out, and counted at the end; `waits`: until it has.
     pub(super) fn solved(&self, solved: Solved, waits: bool) {
         let item = Item::Solved(Box::new(solved));
-        let gone = match waits {
-            true => self.items.send(item).is_err(),
-            false => matches!(
+        let gone = if waits {
+            self.items.send(item).is_err()
+        } else {
+            matches!(
                 self.items.try_send(item),
                 Err(TrySendError::Disconnected(_))
-            ),
+            )
         };
         if gone {
             self.died();
@@ -465,7 +472,7 @@ impl<'a> Writing<'a> {
     /// Closes the file, tells how it went, and is ready for the next.
     fn end(&mut self, error: Option<String>) {
         let saved = self.open.take().map(|file| {
-            let saved = file.end(error, self.shared.desk.tally());
+            let saved = file.end(error, self.shared.desk.link_stats());
             self.shared.desk.saved(saved.clone());
             self.shared.set(Phase::Idle);
             saved

@@ -141,11 +141,10 @@ impl<R: Read> Grid<R> {
     fn shape_hint(&self, found: usize) -> &'static str {
         let begins = self.progress.lines == 0 && self.frame == 0;
         if begins && found == self.frame_lines {
-            return match self.options.transpose {
-                false => "rows and columns are swapped in this file; read it with `--transpose`",
-                true => {
-                    "rows and columns are not swapped in this file; read it without `--transpose`"
-                }
+            return if self.options.transpose {
+                "rows and columns are not swapped in this file; read it without `--transpose`"
+            } else {
+                "rows and columns are swapped in this file; read it with `--transpose`"
             };
         }
         if begins {
@@ -171,9 +170,10 @@ pub(crate) fn shortened(text: &[u8]) -> String {
     let whole = String::from_utf8_lossy(&text[..text.len().min(160)]);
     let mut short = String::new();
     for letter in whole.chars().take(32) {
-        match letter.is_control() {
-            true => short.extend(letter.escape_default()),
-            false => short.push(letter),
+        if letter.is_control() {
+            short.extend(letter.escape_default())
+        } else {
+            short.push(letter)
         }
     }
     if whole.chars().nth(32).is_some() {

@@ -163,9 +163,10 @@ impl<T: Real> Mlp<T> {
     fn advance(&self, layer: usize, input: &[T], output: &mut [T]) {
         self.products(layer, input, output);
         let biases = self.layer(layer).1;
-        match self.has_relu(layer) {
-            true => add_and_relu(output, biases),
-            false => add(output, biases),
+        if self.has_relu(layer) {
+            add_and_relu(output, biases)
+        } else {
+            add(output, biases)
         }
     }
 

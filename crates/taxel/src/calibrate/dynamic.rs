@@ -40,12 +40,12 @@ pub struct DynamicFit {
 }
 
 /// Taxels that are fitted to at most; more add time, not accuracy.
-const MOST_TAXELS: usize = 60;
+const MAX_TAXELS: usize = 60;
 /// Taxels without load that tell the circuit by their ghosts.
-const MOST_GHOSTS: usize = 12;
+const MAX_GHOSTS: usize = 12;
 /// Fewer loaded taxels do not tell lags, plays and circuit apart.
-const FEWEST_TAXELS: usize = 10;
-const FEWEST_FRAMES: usize = 50;
+const MIN_TAXELS: usize = 10;
+const MIN_FRAMES: usize = 50;
 /// What a law cannot be expected to explain, share of the conductance.
 const RELATIVE: f64 = 1e-3;
 /// Prior of every logarithm around its start: wide, but finite where the data says nothing.
@@ -382,12 +382,12 @@ fn with_switches(sensor: &Sensor, column_ohms: f64, row_ohms: f64) -> Sensor {
 /// Refuses what cannot be fitted to.
 fn check(sensor: &Sensor, series: &LoadSeries<'_>) -> Result<(), Error> {
     let frames = series.frames.len();
-    if series.loads.len() != frames || series.secs.len() != frames || frames < FEWEST_FRAMES {
+    if series.loads.len() != frames || series.secs.len() != frames || frames < MIN_FRAMES {
         return Err(Error::SeriesLength {
             frames,
             loads: series.loads.len(),
             times: series.secs.len(),
-            fewest: FEWEST_FRAMES,
+            fewest: MIN_FRAMES,
         });
     }
     if let Some(n) = (1..frames)
@@ -432,10 +432,10 @@ fn choose(sensor: &Sensor, series: &LoadSeries<'_>) -> Result<(Vec<usize>, Vec<u
     }
     let mut loaded: Vec<usize> = (0..taxels).filter(|&t| peaks[t] > 0.0).collect();
     let ghosts: Vec<usize> = (0..taxels).filter(|&t| peaks[t] <= 0.0).collect();
-    if loaded.len() < FEWEST_TAXELS || ghosts.is_empty() {
+    if loaded.len() < MIN_TAXELS || ghosts.is_empty() {
         return Err(Error::SeriesTaxels {
             loaded: loaded.len(),
-            fewest: FEWEST_TAXELS,
+            fewest: MIN_TAXELS,
             unloaded: ghosts.len(),
         });
     }
@@ -444,7 +444,7 @@ fn choose(sensor: &Sensor, series: &LoadSeries<'_>) -> Result<(Vec<usize>, Vec<u
         let count = list.len().min(most);
         (0..count).map(|i| list[i * list.len() / count]).collect()
     };
-    Ok((some(loaded, MOST_TAXELS), some(ghosts, MOST_GHOSTS)))
+    Ok((some(loaded, MAX_TAXELS), some(ghosts, MAX_GHOSTS)))
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ const TOLERANCE: f64 = 1e-6;
 /// the fit tries: those that have one seldom take more, and a fit does without a fifth of its frames.
 const LIMITS: (u32, usize) = (20, 2);
 /// Warm starts pay where a scratch is small and outlives a change of the circuit.
-const MOST_REMEMBERED_TAXELS: usize = 16_384;
+const MAX_REMEMBERED_TAXELS: usize = 16_384;
 
 /// A frame's number (presses first, then levels) and what its last inversion left.
 pub(super) type Job = (usize, Option<Start>);
@@ -131,7 +131,7 @@ impl<'a> Inverter<'a> {
     ) -> bool {
         match &self.method {
             Best::Exact(exact) => {
-                let few = self.shape.0 * self.shape.1 <= MOST_REMEMBERED_TAXELS;
+                let few = self.shape.0 * self.shape.1 <= MAX_REMEMBERED_TAXELS;
                 let own = match start {
                     Some(Start::Scratch(own)) if few => own,
                     _ if few => {

@@ -23,15 +23,15 @@ mod write;
 
 pub use dynamic::{DynamicFit, LoadSeries, fit_dynamic};
 pub use fit_law::{LawFit, fit_pairs, suspect_pairs};
-pub use report::{Finding, Parameter, Report, Suspect};
+pub use report::{CalibrationReport, EffectFinding, Parameter, Suspect};
 
 use crate::parallel::{Executor, Serial};
 use crate::{Counts, Error, Frame, Sensor};
 
 /// One labelled taxel: a known load on it in a frame of otherwise unknown loads.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Press {
-    /// Index into [`Data::frames`].
+pub struct PressLabel {
+    /// Index into [`CalibrationData::frames`].
     pub frame: usize,
     /// Row of the taxel, from 0.
     pub row: usize,
@@ -43,11 +43,11 @@ pub struct Press {
 
 /// What there is to fit to.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Data {
+pub struct CalibrationData {
     /// The frames that presses point into.
     pub frames: Vec<Frame<Counts>>,
     /// Labelled presses.
-    pub presses: Vec<Press>,
+    pub presses: Vec<PressLabel>,
     /// Frames under a uniform load, and the load on every taxel in grams.
     pub uniform: Vec<(Frame<Counts>, f64)>,
 }
@@ -68,7 +68,7 @@ pub enum LawChoice {
 
 /// What to fit, and how.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Options {
+pub struct CalibrationOptions {
     /// The load law.
     pub law: LawChoice,
     /// One switch resistance per line; otherwise only where uniform frames are there to tell them apart.
@@ -85,7 +85,7 @@ pub struct Options {
     pub files: Vec<String>,
 }
 
-impl Default for Options {
+impl Default for CalibrationOptions {
     fn default() -> Self {
         Self {
             law: LawChoice::Auto,
@@ -105,13 +105,13 @@ pub struct Calibration {
     /// The sensor with the fitted numbers and their provenance.
     pub sensor: Sensor,
     /// What was found.
-    pub report: Report,
+    pub report: CalibrationReport,
 }
 
 /// Effects beside circuit and law are looked for on no more taxels where no exact inverse helps: it would take minutes.
-const MOST_SEARCHED_TAXELS: usize = 400;
+const MAX_SEARCHED_TAXELS: usize = 400;
 /// Nor are uniform loads asked there, and of more taxels still where noise explains what they could be asked for.
-const MOST_LEVELLED_TAXELS: usize = 1024;
+const MAX_LEVELLED_TAXELS: usize = 1024;
 
 /// Fits the circuit's unknowns and the load law to labelled presses, and what uniform frames can tell.
 /// `progress` is called with the stage's name and the share done, 0 to 1.
@@ -121,8 +121,8 @@ const MOST_LEVELLED_TAXELS: usize = 1024;
 /// wrong shape, no circuit that explains the frames.
 pub fn calibrate(
     sensor: &Sensor,
-    data: &Data,
-    options: &Options,
+    data: &CalibrationData,
+    options: &CalibrationOptions,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Calibration, Error> {
     calibrate_with(sensor, data, options, &Serial, progress)
@@ -134,8 +134,8 @@ pub fn calibrate(
 /// As [`calibrate`].
 pub fn calibrate_with(
     sensor: &Sensor,
-    data: &Data,
-    options: &Options,
+    data: &CalibrationData,
+    options: &CalibrationOptions,
     executor: &dyn Executor,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Calibration, Error> {
@@ -162,12 +162,13 @@ pub fn calibrate_with(
         }
         (plain, false) => {
             let plain = plain?;
-            match plain.unexplained && taxels <= MOST_SEARCHED_TAXELS {
-                true => search(false)
+            if plain.unexplained && taxels <= MAX_SEARCHED_TAXELS {
+                search(false)
                     .ok()
                     .filter(|s| s.is_better_than(&plain))
-                    .unwrap_or(plain),
-                false => plain,
+                    .unwrap_or(plain)
+            } else {
+                plain
             }
         }
     };
@@ -182,7 +183,7 @@ pub fn calibrate_with(
 
 /// Why uniform loads are not asked, if they are not. `explained`: noise is all that the presses leave without them.
 fn why_without_levels(
-    options: &Options,
+    options: &CalibrationOptions,
     explained: bool,
     exact: bool,
     taxels: usize,
@@ -191,9 +192,10 @@ fn why_without_levels(
         // A search with them takes such a number for what the switches are, and is sure of it.
         return Some("presses alone explain a circuit with what was asked for".to_owned());
     }
-    let most = match explained {
-        true => MOST_SEARCHED_TAXELS,
-        false => MOST_LEVELLED_TAXELS,
+    let most = if explained {
+        MAX_SEARCHED_TAXELS
+    } else {
+        MAX_LEVELLED_TAXELS
     };
     (!exact && taxels > most)
         .then(|| format!("a fit with them would take minutes ({taxels} taxels, no exact inverse)"))

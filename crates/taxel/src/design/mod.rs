@@ -30,12 +30,13 @@ impl Error {
 
     /// Refuses what is not a finite number above 0.
     fn unless_positive(name: &str, value: f64, hint: &'static str) -> Result<(), Self> {
-        match value.is_finite() && value > 0.0 {
-            true => Ok(()),
-            false => Err(Self::new(
+        if value.is_finite() && value > 0.0 {
+            Ok(())
+        } else {
+            Err(Self::new(
                 format!("{name} is {value}, but must be a finite number above 0"),
                 hint,
-            )),
+            ))
         }
     }
 }

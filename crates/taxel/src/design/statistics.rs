@@ -4,7 +4,7 @@ use super::Error;
 use crate::stats::{normal_quantile, student_quantile};
 
 /// More experiments than this are no plan.
-const MOST: u64 = 100_000_000;
+const MAX: u64 = 100_000_000;
 
 /// The number of repetitions after which the mean of a quantity that scatters by `spread` (standard deviation) is
 /// known to ± `margin`, both in the same unit, with this `confidence` (0 to 1): the least n ≥ 2 with
@@ -36,7 +36,7 @@ pub fn experiments_for_mean(spread: f64, margin: f64, confidence: f64) -> Result
     let mut high = 2;
     while !enough(high) {
         high *= 2;
-        if high > MOST {
+        if high > MAX {
             return Err(too_many(margin, spread));
         }
     }
@@ -44,9 +44,10 @@ pub fn experiments_for_mean(spread: f64, margin: f64, confidence: f64) -> Result
     // enough() holds from the answer on: both factors fall as n grows.
     while low + 1 < high {
         let middle = low + (high - low) / 2;
-        match enough(middle) {
-            true => high = middle,
-            false => low = middle,
+        if enough(middle) {
+            high = middle
+        } else {
+            low = middle
         }
     }
     Ok(high)
@@ -86,28 +87,30 @@ pub fn readings_for_shares(a: f64, b: f64, confidence: f64, power: f64) -> Resul
     let apart = (a * (1.0 - a) + b * (1.0 - b)).sqrt();
     let z = normal_quantile(0.5 * (1.0 + confidence)) * alike + normal_quantile(power) * apart;
     let n = (z / (a - b)).powi(2).ceil();
-    match n <= MOST as f64 {
-        true => Ok(n as u64),
-        false => Err(too_many(a, b)),
+    if n <= MAX as f64 {
+        Ok(n as u64)
+    } else {
+        Err(too_many(a, b))
     }
 }
 
 fn check_share(name: &str, value: f64) -> Result<(), Error> {
-    match (0.5..1.0).contains(&value) {
-        true => Ok(()),
-        false => Err(Error::new(
+    if (0.5..1.0).contains(&value) {
+        Ok(())
+    } else {
+        Err(Error::new(
             format!(
                 "{name} is {} %, but must be from 50 to below 100 %",
                 100.0 * value
             ),
             "95 is usual; certainty takes forever",
-        )),
+        ))
     }
 }
 
 fn too_many(a: f64, b: f64) -> Error {
     Error::new(
-        format!("{a} and {b}: more than {MOST} experiments"),
+        format!("{a} and {b}: more than {MAX} experiments"),
         "a wider margin, or a larger difference",
     )
 }

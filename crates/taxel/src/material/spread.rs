@@ -13,7 +13,7 @@ pub struct Spread {
 }
 
 /// Rounds of refinement; the error falls by the share that leaves (at most a half) each, and faster at first.
-const MOST_ROUNDS: usize = 60;
+const MAX_ROUNDS: usize = 60;
 
 impl Spread {
     /// From sensor.toml's three shares.
@@ -31,12 +31,12 @@ impl Spread {
     }
 
     /// The loads that the taxels feel, from the loads put on them; row by row, any unit.
-    pub fn apply(&self, columns: usize, loads: &[f64], felt: &mut [f64]) {
+    pub fn apply(&self, columns: usize, loads: &[f64], effective: &mut [f64]) {
         let rows = loads.len() / columns;
         let kept = self.kept();
         for r in 0..rows {
             let here = &loads[r * columns..(r + 1) * columns];
-            let out = &mut felt[r * columns..(r + 1) * columns];
+            let out = &mut effective[r * columns..(r + 1) * columns];
             for (out, load) in out.iter_mut().zip(here) {
                 *out = kept * load;
             }
@@ -56,17 +56,17 @@ impl Spread {
 
     /// The loads put on the taxels, from those felt: the same equations solved to 1e-9 of the largest load.
     /// `work` is scratch of the same length.
-    pub fn undo(&self, columns: usize, felt: &[f64], loads: &mut [f64], work: &mut [f64]) {
-        let largest = felt.iter().fold(0f64, |most, x| most.max(x.abs()));
+    pub fn undo(&self, columns: usize, effective: &[f64], loads: &mut [f64], work: &mut [f64]) {
+        let largest = effective.iter().fold(0f64, |most, x| most.max(x.abs()));
         let kept = self.kept();
-        for (load, felt) in loads.iter_mut().zip(felt) {
-            *load = felt / kept;
+        for (load, effective) in loads.iter_mut().zip(effective) {
+            *load = effective / kept;
         }
-        for _ in 0..MOST_ROUNDS {
+        for _ in 0..MAX_ROUNDS {
             self.apply(columns, loads, work);
             let mut left = 0f64;
-            for ((load, felt), now) in loads.iter_mut().zip(felt).zip(work.iter()) {
-                let error = felt - now;
+            for ((load, effective), now) in loads.iter_mut().zip(effective).zip(work.iter()) {
+                let error = effective - now;
                 left = left.max(error.abs());
                 *load += error;
             }
@@ -97,13 +97,13 @@ mod tests {
         let (rows, columns) = (7, 9);
         let mut loads = vec![0.0; rows * columns];
         loads[3 * columns + 4] = 100.0;
-        let (mut felt, mut back, mut work) = (loads.clone(), loads.clone(), loads.clone());
-        spread.apply(columns, &loads, &mut felt);
-        assert!((felt.iter().sum::<f64>() - 100.0).abs() < 1e-12);
-        assert!((felt[2 * columns + 4] - 6.0).abs() < 1e-12);
-        assert!((felt[3 * columns + 5] - 5.0).abs() < 1e-12);
-        assert!((felt[2 * columns + 3] - 0.4).abs() < 1e-12);
-        spread.undo(columns, &felt, &mut back, &mut work);
+        let (mut effective, mut back, mut work) = (loads.clone(), loads.clone(), loads.clone());
+        spread.apply(columns, &loads, &mut effective);
+        assert!((effective.iter().sum::<f64>() - 100.0).abs() < 1e-12);
+        assert!((effective[2 * columns + 4] - 6.0).abs() < 1e-12);
+        assert!((effective[3 * columns + 5] - 5.0).abs() < 1e-12);
+        assert!((effective[2 * columns + 3] - 0.4).abs() < 1e-12);
+        spread.undo(columns, &effective, &mut back, &mut work);
         for (back, load) in back.iter().zip(&loads) {
             assert!((back - load).abs() < 1e-6);
         }
@@ -112,10 +112,10 @@ mod tests {
     #[test]
     fn a_single_line_spreads_along_itself() {
         let spread = Spread::new([0.1, 0.1, 0.0]);
-        let mut felt = vec![0.0; 3];
-        spread.apply(1, &[0.0, 1.0, 0.0], &mut felt);
-        assert_eq!(felt, [0.1, 0.6, 0.1]);
-        spread.apply(3, &[0.0, 1.0, 0.0], &mut felt);
-        assert_eq!(felt, [0.1, 0.6, 0.1]);
+        let mut effective = vec![0.0; 3];
+        spread.apply(1, &[0.0, 1.0, 0.0], &mut effective);
+        assert_eq!(effective, [0.1, 0.6, 0.1]);
+        spread.apply(3, &[0.0, 1.0, 0.0], &mut effective);
+        assert_eq!(effective, [0.1, 0.6, 0.1]);
     }
 }

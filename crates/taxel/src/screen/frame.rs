@@ -1,6 +1,6 @@
 //! Single readings that cannot be trusted, frame by frame.
 
-use super::line_test::Thresholds;
+use super::line_state::Thresholds;
 use super::{
     Axis, Level, LevelScreen, LineFaults, ScreenOptions, SpaceSpikes, check_shape, lines_dropped,
 };
@@ -175,9 +175,10 @@ impl FrameScreen {
                 let i = row * self.columns + column;
                 let value = frame.values()[i];
                 let run = &mut self.at_ceiling[i];
-                *run = match value >= thresholds.ceiling {
-                    true => run.saturating_add(1),
-                    false => 0,
+                *run = if value >= thresholds.ceiling {
+                    run.saturating_add(1)
+                } else {
+                    0
                 };
                 if frame.marks()[i] != Mark::Good {
                     continue;

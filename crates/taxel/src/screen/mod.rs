@@ -37,10 +37,11 @@
 //! # Ok::<(), taxel::Error>(())
 //! ```
 
+mod axis;
 mod frame;
 mod level;
 mod line;
-mod line_test;
+mod line_state;
 mod mask;
 mod options;
 mod repair;
@@ -49,10 +50,11 @@ mod short;
 mod spike;
 mod tally;
 
+pub use axis::Axis;
 pub use frame::FrameScreen;
 pub use level::{Level, LevelScreen};
 pub use line::{LineFault, LineFaultKind, LineFaults, LineScreen};
-pub use line_test::{Axis, lines_dropped};
+pub use line_state::lines_dropped;
 pub use mask::{CountsMask, MaskCount};
 pub use options::{ScreenOptions, SpaceSpikes, TimeSpikes};
 pub(crate) use repair::{fill, stand_in};

@@ -127,9 +127,10 @@ impl ValidSums {
         let (mut none, mut some) = (0, self.rows.max(self.columns));
         while some - none > 1 {
             let middle = none.midpoint(some);
-            match self.within(sums, row, column, middle) > 0.0 {
-                true => some = middle,
-                false => none = middle,
+            if self.within(sums, row, column, middle) > 0.0 {
+                some = middle
+            } else {
+                none = middle
             }
         }
         some

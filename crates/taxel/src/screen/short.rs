@@ -1,7 +1,7 @@
 //! Lines shorted together read alike, frame after frame.
 
 use super::ScreenOptions;
-use super::line_test::{Lines, Thresholds};
+use super::line_state::{LineReadings, Thresholds};
 
 /// Share of their length along which two lines must have been alike under a load: a hand that lies still makes two
 /// lines alike for as long as it lies there, but not all along.
@@ -59,7 +59,7 @@ impl AlikePairs {
     /// is on each position of all lines anyway (nothing, or the cross-talk of an array with floating lines).
     pub fn observe(
         &mut self,
-        lines: &Lines<'_>,
+        lines: &LineReadings<'_>,
         line: usize,
         thresholds: &Thresholds,
         options: &ScreenOptions,

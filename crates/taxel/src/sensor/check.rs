@@ -6,11 +6,13 @@ use crate::Error;
 
 /// Refuses numbers that no sensor can have.
 pub(super) fn values(sensor: &Sensor) -> Result<(), Error> {
-    let positive =
-        |key: &str, value: f64, hint: &'static str| match value.is_finite() && value > 0.0 {
-            true => Ok(()),
-            false => Err(range(key, value, "a finite number above 0", hint)),
-        };
+    let positive = |key: &str, value: f64, hint: &'static str| {
+        if value.is_finite() && value > 0.0 {
+            Ok(())
+        } else {
+            Err(range(key, value, "a finite number above 0", hint))
+        }
+    };
     let readout = &sensor.readout;
     let array = &sensor.array;
     let (rows, columns) = (array.rows, array.columns);

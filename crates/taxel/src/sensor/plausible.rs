@@ -11,12 +11,12 @@ const BELOW_ZERO: f64 = 0.1;
 /// Refuses them.
 pub(super) fn numbers(sensor: &Sensor) -> Result<(), Error> {
     let (readout, converter) = (&sensor.readout, &sensor.converter);
-    let within = |key: &str, value: f64, (least, most): (f64, f64), expected, hint| match (least
-        ..=most)
-        .contains(&value)
-    {
-        true => Ok(()),
-        false => Err(range(key, value, expected, hint)),
+    let within = |key: &str, value: f64, (least, most): (f64, f64), expected, hint| {
+        if (least..=most).contains(&value) {
+            Ok(())
+        } else {
+            Err(range(key, value, expected, hint))
+        }
     };
     within(
         "converter.full_scale_volts",

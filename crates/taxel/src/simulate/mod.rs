@@ -34,8 +34,8 @@ mod sensor;
 pub use imperfect::{Imperfections, imperfect};
 pub use labelled::{calibration_data, labelled_presses, uniform_levels, validation_frames};
 pub use mechanism::{Tip, press_tips};
-pub use pattern::{DEFAULT_PEAK_G, Kind, LabelledPress, Pattern, labelled_press};
-pub use sensor::{Faults, Reading, VirtualSensor, default_noise_counts};
+pub use pattern::{DEFAULT_PEAK_G, LabelledPress, Pattern, PatternKind, labelled_press};
+pub use sensor::{ReadingFaults, SimulatedScan, VirtualSensor, default_noise_counts};
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -187,7 +187,7 @@ impl Method for Exact {
         let cold = scratch.take_cold();
         let memory: &mut Memory = scratch.get();
         memory.warm &= !cold;
-        siemens.take_marks(volts);
+        siemens.copy_meta_from(volts);
         if memory.live.update(volts) {
             memory.warm = false;
             memory.strong_before.clear();
@@ -431,9 +431,10 @@ fn start(
                 Some(stretch) => packed[at] * stretch[i] * stretch[j],
                 None => 0.0,
             };
-            packed[at] = match i == j && kept == 0.0 {
-                true => 1.0 / network.p[i],
-                false => kept,
+            packed[at] = if i == j && kept == 0.0 {
+                1.0 / network.p[i]
+            } else {
+                kept
             };
             at += 1;
         }

@@ -21,9 +21,10 @@ impl Raw {
         let divider = !readout.topology.is_tia();
         Self {
             v_test_volts: readout.v_test_volts,
-            ohms: match divider {
-                true => readout.r_pull_down_ohms.unwrap_or_default(),
-                false => -readout.r_feedback_ohms.unwrap_or_default(),
+            ohms: if divider {
+                readout.r_pull_down_ohms.unwrap_or_default()
+            } else {
+                -readout.r_feedback_ohms.unwrap_or_default()
             },
             divider,
         }
@@ -55,7 +56,7 @@ impl Method for Raw {
         siemens: &mut Frame<Siemens>,
         _: &mut Scratch,
     ) -> Outcome {
-        siemens.take_marks(volts);
+        siemens.copy_meta_from(volts);
         for ((g, &v), mark) in siemens
             .values
             .iter_mut()

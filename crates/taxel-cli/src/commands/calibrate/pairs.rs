@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 use taxel::Sensor;
-use taxel::calibrate::{LawFit, Parameter, Report, Suspect, fit_pairs, suspect_pairs};
+use taxel::calibrate::{CalibrationReport, LawFit, Parameter, Suspect, fit_pairs, suspect_pairs};
 use taxel::stats::{mean, median};
 
 use super::{Args, Law};
@@ -80,9 +80,10 @@ pub(super) fn run(args: &Args, mut sensor: Sensor) -> Result<Exit, Error> {
         out::warn(&format!("{}, line {line}: {suspect}", table.display()));
     }
     out::note(&format!("wrote {}", args.output.display()));
-    Ok(match suspects.is_empty() {
-        true => Exit::Good,
-        false => Exit::DataLost,
+    Ok(if suspects.is_empty() {
+        Exit::Good
+    } else {
+        Exit::DataLost
     })
 }
 
@@ -109,7 +110,7 @@ fn show(args: &Args, fits: &[LawFit], chosen: &LawFit, pairs: usize) -> Result<(
     }
     let mut text = format!(
         "{}\n{pairs} pairs; errors of loads left out of the fit, g\n{:<12} {:>14} {:>16}\n",
-        Report::table(&chosen.parameters),
+        CalibrationReport::table(&chosen.parameters),
         "law",
         "mean absolute",
         "root mean square"

@@ -14,9 +14,9 @@ const LOADED_DEVIATIONS: f64 = 7.0;
 const SHARE: f64 = 0.001;
 /// Largest standard deviation believed of a reading, as a share of the converter's range, and as a multiple of what
 /// the screen says: more is load.
-const MOST_NOISE: (f64, f64) = (5e-4, 4.0);
+const MAX_NOISE: (f64, f64) = (5e-4, 4.0);
 /// No mean is believed to less than this, counts.
-const LEAST_MEAN_ERROR: f64 = 0.02;
+const MIN_MEAN_ERROR: f64 = 0.02;
 
 /// A frame of which every load is known.
 #[derive(Debug, Clone, Default)]
@@ -86,7 +86,7 @@ impl KnownFrames {
         let groups = grouped(evidence);
         let columns = evidence.frames.first().map_or(1, Frame::columns);
         let first = usual(evidence, &groups, columns, 0..groups.len());
-        let most = (MOST_NOISE.0 * max_count).max(MOST_NOISE.1 * evidence.noise_counts);
+        let most = (MAX_NOISE.0 * max_count).max(MAX_NOISE.1 * evidence.noise_counts);
         let noise = deviation(evidence, &groups, columns, &first).min(most.max(1.0));
         let quiet: Vec<usize> = (0..groups.len())
             .filter(|&i| {
@@ -165,7 +165,7 @@ impl KnownFrames {
 pub(super) fn rounding_of_a_mean(noise_counts: f64) -> f64 {
     let before_rounding = (noise_counts.powi(2) - ROUNDING_COUNTS.powi(2)).max(0.0);
     let harmonic = (-2.0 * PI.powi(2) * before_rounding).exp() / PI;
-    harmonic.max(LEAST_MEAN_ERROR)
+    harmonic.max(MIN_MEAN_ERROR)
 }
 
 impl KnownFrame {
@@ -230,9 +230,10 @@ fn usual(
                 let group = &groups[i];
                 let counts = &evidence.frames[group.presses[0]];
                 let (row, column) = (t / columns, t % columns);
-                let touched = match strip {
-                    true => group.rows.contains(&row) && group.columns.contains(&column),
-                    false => group.crosses(row, column),
+                let touched = if strip {
+                    group.rows.contains(&row) && group.columns.contains(&column)
+                } else {
+                    group.crosses(row, column)
                 };
                 if !touched && counts.marks()[t] == Mark::Good {
                     values.push(counts.values()[t]);

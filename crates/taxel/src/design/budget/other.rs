@@ -78,9 +78,10 @@ impl Change {
                     .noise_counts
                     .unwrap_or_else(|| default_noise_counts(converter.bits));
                 let scale = 2f64.powi(*bits as i32 - converter.bits as i32);
-                converter.noise_counts = Some(match counts > 0.0 && *bits != converter.bits {
-                    true => (counts * scale).max(0.3),
-                    false => counts,
+                converter.noise_counts = Some(if counts > 0.0 && *bits != converter.bits {
+                    (counts * scale).max(0.3)
+                } else {
+                    counts
                 });
                 converter.bits = *bits;
             }

@@ -111,7 +111,7 @@ impl Newton {
         let cold = scratch.take_cold();
         let memory: &mut Memory = scratch.get();
         memory.warm &= !cold;
-        siemens.take_marks(volts);
+        siemens.copy_meta_from(volts);
         if memory.live.update(volts) {
             memory.reshape(ends);
         }
@@ -296,7 +296,7 @@ impl Newton {
         {
             let (point, slope) = (memory.point.as_mut()?, &memory.slope);
             let apply = |v: &[f64], out: &mut [f64]| {
-                point.derivative_into(v, out);
+                point.jvp_into(v, out);
                 for (out, slope) in out.iter_mut().zip(slope) {
                     *out *= slope;
                 }

@@ -1,6 +1,6 @@
 //! What every taxel reads without a load, and how much that varies.
 
-use super::HealthOptions;
+use super::SelfTestOptions;
 use crate::circuit::ROUNDING_COUNTS;
 use crate::stats::SIGMA_PER_MAD;
 use crate::{Counts, Frame};
@@ -63,9 +63,9 @@ impl Quiet {
         self.seen += 1;
     }
 
-    /// Medians. [`HealthOptions::shorted_share`] of the range without a load is a short: a taxel that is shorted ties its row to its
+    /// Medians. [`SelfTestOptions::shorted_share`] of the range without a load is a short: a taxel that is shorted ties its row to its
     /// column, which then read what the other one does, so that both are masked; a whole line at the end masks itself.
-    pub fn unloaded(&self, columns: usize, max_count: f64, options: &HealthOptions) -> Unloaded {
+    pub fn unloaded(&self, columns: usize, max_count: f64, options: &SelfTestOptions) -> Unloaded {
         let screen = &options.screen;
         let taxels = self.kept.first().map_or(0, Vec::len);
         let mut values = Vec::with_capacity(KEPT);
@@ -76,9 +76,10 @@ impl Quiet {
             let middle = median(&mut values);
             let at_zero = values.iter().filter(|&&v| v < 0.5).count();
             let is_cut_off = at_zero as f64 >= CUT_OFF_SHARE * values.len() as f64;
-            let above = match is_cut_off {
-                true => upper(&mut values) - middle,
-                false => 0.0,
+            let above = if is_cut_off {
+                upper(&mut values) - middle
+            } else {
+                0.0
             };
             for value in &mut values {
                 *value = (*value - middle).abs();
@@ -108,9 +109,10 @@ impl Quiet {
 /// The value that 16 of 100 exceed: one standard deviation above the middle, also where the lower half is cut off at 0.
 fn upper(values: &mut [f64]) -> f64 {
     let at = (UPPER_SHARE * values.len() as f64) as usize;
-    match at < values.len() {
-        true => *values.select_nth_unstable_by(at, f64::total_cmp).1,
-        false => 0.0,
+    if at < values.len() {
+        *values.select_nth_unstable_by(at, f64::total_cmp).1
+    } else {
+        0.0
     }
 }
 
@@ -174,7 +176,7 @@ mod tests {
             quiet.observe(&Frame::filled(1, 1, f64::from(k)));
         }
         assert!((33..=KEPT).contains(&quiet.kept.len()));
-        let unloaded = quiet.unloaded(1, 65_535.0, &HealthOptions::default());
+        let unloaded = quiet.unloaded(1, 65_535.0, &SelfTestOptions::default());
         assert!((unloaded.counts[0] - 500.0).abs() < 20.0);
     }
 }

@@ -8,17 +8,17 @@
 //! | `settling` | readings that keep a share of the one before |
 //! | `hum` | the mains in the readings |
 //! | `codes` | codes that the converter never gives |
-//! | `judge` | the list of findings, one for every taxel or line, the largest first |
+//! | `classify` | the list of findings, one for every taxel or line, the largest first |
 //!
 //! Dead, flickering and shorted lines are looked for by [`crate::screen::LineScreen`] as well, and readings stuck at an
 //! end by [`crate::screen::FrameScreen`]. Everything streams: memory is bounded whatever the length of the recordings.
 //!
 //! ```
-//! use taxel::health::{Fault, HealthOptions, SelfTest};
+//! use taxel::selftest::{Fault, SelfTestOptions, SelfTest};
 //! use taxel::{Counts, Frame};
 //!
 //! // An array of 8 x 8 taxels whose column 5 is open: it reads 0 where the others read about 25.
-//! let mut test = SelfTest::new(8, 8, 65_535.0, &HealthOptions::default());
+//! let mut test = SelfTest::new(8, 8, 65_535.0, &SelfTestOptions::default());
 //! let frame = |load: f64, at: usize, k: u64| -> Frame<Counts> {
 //!     let value = |taxel: usize| match (taxel % 8, (taxel / 8).abs_diff(at)) {
 //!         (5, _) => 0.0,
@@ -38,11 +38,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod classify;
 mod codes;
 mod ends;
 mod finding;
 mod hum;
-mod judge;
 mod options;
 mod quiet;
 mod response;
@@ -54,7 +54,7 @@ mod unusable;
 pub use codes::{CodeFault, Codes};
 pub use finding::{Fault, Finding, Place};
 pub use hum::{Hum, Peak};
-pub use options::HealthOptions;
+pub use options::SelfTestOptions;
 pub use settling::Settling;
 pub use unusable::Unusable;
 
@@ -65,7 +65,7 @@ use ends::Ends;
 use hum::HumSearch;
 use quiet::{Quiet, Unloaded};
 use response::Response;
-use settling::Memory;
+use settling::CarryOver;
 
 /// What the self-test found.
 #[derive(Debug, Clone, PartialEq)]
@@ -122,7 +122,7 @@ impl Health {
 struct Rubbed {
     unloaded: Unloaded,
     response: Response,
-    memory: Memory,
+    carry_over: CarryOver,
     lines: LineScreen,
     screen: FrameScreen,
 }
@@ -133,7 +133,7 @@ pub struct SelfTest {
     rows: usize,
     columns: usize,
     max_count: f64,
-    options: HealthOptions,
+    options: SelfTestOptions,
     quiet: Quiet,
     hum: HumSearch,
     codes: CodeCount,
@@ -155,7 +155,7 @@ struct Moved {
 
 impl SelfTest {
     /// For frames of this shape and a converter whose largest count is `max_count`.
-    pub fn new(rows: usize, columns: usize, max_count: f64, options: &HealthOptions) -> Self {
+    pub fn new(rows: usize, columns: usize, max_count: f64, options: &SelfTestOptions) -> Self {
         let screen = &options.screen;
         Self {
             rows,
@@ -223,7 +223,7 @@ impl SelfTest {
         }
         rubbed.lines.observe(&self.marked)?;
         rubbed.response.observe(frame, unloaded, options);
-        rubbed.memory.observe(frame, unloaded, options);
+        rubbed.carry_over.observe(frame, unloaded, options);
         Ok(())
     }
 
@@ -242,7 +242,7 @@ impl SelfTest {
         Rubbed {
             unloaded,
             response: Response::new(self.rows, self.columns),
-            memory: Memory::new(),
+            carry_over: CarryOver::new(),
             lines: LineScreen::new(self.rows, self.columns, self.max_count, &screen),
             screen: FrameScreen::new(self.rows, self.columns, self.max_count, &screen),
         }
@@ -285,7 +285,7 @@ impl SelfTest {
             });
         };
         self.check_loads(rubbed)?;
-        Ok(judge::judge(self, rubbed))
+        Ok(classify::classify(self, rubbed))
     }
 
     fn check_loads(&self, rubbed: &Rubbed) -> Result<(), Unusable> {
@@ -316,7 +316,7 @@ impl Moved {
         frame: &Frame<Counts>,
         number: u64,
         max_count: f64,
-        options: &HealthOptions,
+        options: &SelfTestOptions,
     ) {
         if number <= options.fewest_frames {
             self.first.observe(frame);

@@ -2,6 +2,7 @@
 
 use taxel::frame::{grams_from_newtons, newtons_from_grams};
 use taxel::metric::{Deviations, deviations, ghost_level};
+use taxel::stats::{mean, standard_error};
 use taxel::{Frame, Mark, Newtons};
 
 use crate::Error;
@@ -111,14 +112,8 @@ impl Scores {
     pub fn of_presses(&self) -> Option<Errors> {
         let found = deviations(self.presses.iter().copied())?;
         let mut errors = Errors::of(&found);
-        let n = found.count as f64;
-        let variance: f64 = self
-            .presses
-            .iter()
-            .map(|(e, l)| ((e - l).abs() - found.mean_absolute).powi(2))
-            .sum::<f64>()
-            / (n - 1.0).max(1.0);
-        errors.standard_error_g = Some((variance / n).sqrt());
+        let sizes: Vec<f64> = self.presses.iter().map(|(e, l)| (e - l).abs()).collect();
+        errors.standard_error_g = Some(standard_error(&sizes).unwrap_or(0.0));
         Some(errors)
     }
 
@@ -145,17 +140,16 @@ impl Scores {
 
     /// Error against the load; of taxels of frames where there are some, else of presses.
     pub fn by_load(&self) -> Vec<Bin> {
-        let pairs: Vec<(f64, f64)> = match self.taxels.is_empty() {
-            true => self
-                .presses
+        let pairs: Vec<(f64, f64)> = if self.taxels.is_empty() {
+            self.presses
                 .iter()
                 .map(|&(e, l)| ((e - l).abs(), l))
-                .collect(),
-            false => self
-                .taxels
+                .collect()
+        } else {
+            self.taxels
                 .iter()
                 .map(|&(e, l, _)| ((e - l).abs(), l))
-                .collect(),
+                .collect()
         };
         binned(&pairs, &LOAD_BINS_G)
     }
@@ -175,16 +169,14 @@ fn binned(pairs: &[(f64, f64)], bounds: &[f64]) -> Vec<Bin> {
     bounds
         .windows(2)
         .map(|w| {
-            let errors: Vec<f64> = pairs
+            let errors = pairs
                 .iter()
                 .filter(|(_, x)| (w[0]..w[1]).contains(x))
-                .map(|(e, _)| *e)
-                .collect();
+                .map(|(e, _)| *e);
             Bin {
                 from_g: w[0],
                 to_g: w[1],
-                mean_absolute_g: (!errors.is_empty())
-                    .then(|| errors.iter().sum::<f64>() / errors.len() as f64),
+                mean_absolute_g: mean(errors),
             }
         })
         .collect()

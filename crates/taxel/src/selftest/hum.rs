@@ -12,7 +12,7 @@
 
 use std::f64::consts::{LN_2, TAU};
 
-use super::HealthOptions;
+use super::SelfTestOptions;
 use super::quiet::median;
 use crate::sensor::ScanOrder;
 use crate::stats::SIGMA_PER_MAD;
@@ -25,9 +25,9 @@ const REACH_HZ: f64 = 1.0;
 /// Frames from which the usual reading of a taxel is taken before the search begins.
 const WARM_UP: usize = 16;
 /// Fewest frames of the search.
-const FEWEST: usize = 32;
+const MIN: usize = 32;
 /// Most frames of the search: 5 MB.
-const MOST: usize = 1 << 16;
+const MAX: usize = 1 << 16;
 /// Points of the alias band.
 const BAND_POINTS: usize = 512;
 /// A second peak below this share of the largest is an alias of it, not hum of its own.
@@ -78,7 +78,7 @@ pub(super) struct HumSearch {
 }
 
 impl HumSearch {
-    pub fn new(options: &HealthOptions) -> Self {
+    pub fn new(options: &SelfTestOptions) -> Self {
         Self {
             order: options.scan_order,
             rate: options.frames_per_second,
@@ -112,7 +112,7 @@ impl HumSearch {
             }
             return;
         }
-        if self.frames.len() < MOST {
+        if self.frames.len() < MAX {
             self.frames.push((time, self.reduce(frame)));
         }
     }
@@ -168,15 +168,15 @@ impl HumSearch {
         sums
     }
 
-    pub fn finish(&self, taxels: usize, options: &HealthOptions) -> Hum {
+    pub fn finish(&self, taxels: usize, options: &SelfTestOptions) -> Hum {
         if self.untimed {
             let why = "the empty recording has no times; --rate says how many frames a second";
             return Hum::NotJudged(why.to_owned());
         }
         let frames = self.frames.len();
-        if frames < FEWEST {
+        if frames < MIN {
             return Hum::NotJudged(format!(
-                "{frames} frames after the first {WARM_UP} of the empty recording; it takes {FEWEST}"
+                "{frames} frames after the first {WARM_UP} of the empty recording; it takes {MIN}"
             ));
         }
         let duration = self.frames[frames - 1].0 - self.frames[0].0;

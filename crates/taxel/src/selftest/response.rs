@@ -1,6 +1,6 @@
 //! Which taxels and lines answer when they are pressed.
 
-use super::HealthOptions;
+use super::SelfTestOptions;
 use super::quiet::Unloaded;
 use crate::screen::Axis;
 use crate::{Counts, Frame};
@@ -9,7 +9,7 @@ use crate::{Counts, Frame};
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Answers {
     /// Frames in which they vouch.
-    pub vouched: u32,
+    pub supported: u32,
     /// Of these, frames in which it was silent.
     pub silent: u32,
     /// Sum of the loads vouched for, counts.
@@ -19,12 +19,12 @@ pub(super) struct Answers {
 }
 
 impl Answers {
-    fn add(&mut self, height: f64, vouched: f64, quiet: f64, share: f64) {
-        if vouched > 0.0 {
-            self.vouched += 1;
-            self.silent += u32::from(height <= quiet.max(share * vouched));
-            self.expected += vouched;
-            self.given += height.clamp(0.0, vouched);
+    fn add(&mut self, height: f64, supported: f64, quiet: f64, share: f64) {
+        if supported > 0.0 {
+            self.supported += 1;
+            self.silent += u32::from(height <= quiet.max(share * supported));
+            self.expected += supported;
+            self.given += height.clamp(0.0, supported);
         }
     }
 
@@ -36,7 +36,7 @@ impl Answers {
 
     /// Share of silent frames, 0 to 1.
     pub fn silent_share(&self) -> f64 {
-        f64::from(self.silent) / f64::from(self.vouched.max(1))
+        f64::from(self.silent) / f64::from(self.supported.max(1))
     }
 }
 
@@ -82,7 +82,12 @@ impl Response {
         }
     }
 
-    pub fn observe(&mut self, frame: &Frame<Counts>, unloaded: &Unloaded, options: &HealthOptions) {
+    pub fn observe(
+        &mut self,
+        frame: &Frame<Counts>,
+        unloaded: &Unloaded,
+        options: &SelfTestOptions,
+    ) {
         self.frames += 1;
         for (taxel, &value) in frame.values().iter().enumerate() {
             let height = value - unloaded.counts[taxel];
@@ -107,13 +112,13 @@ impl Response {
                 }
             }
             let all = sides.into_iter().flatten().flatten();
-            let mut vouched = all.clone().fold(f64::INFINITY, f64::min);
-            if all.count() < 3 && vouched < options.corner_factor * unloaded.loaded[taxel] {
-                vouched = 0.0;
+            let mut supported = all.clone().fold(f64::INFINITY, f64::min);
+            if all.count() < 3 && supported < options.corner_factor * unloaded.loaded[taxel] {
+                supported = 0.0;
             }
-            self.around[taxel].add(height, vouched, quiet, share);
-            let vouched = self.close_load(row, column);
-            self.close[taxel].add(height, vouched, quiet, share);
+            self.around[taxel].add(height, supported, quiet, share);
+            let supported = self.close_load(row, column);
+            self.close[taxel].add(height, supported, quiet, share);
         }
     }
 
@@ -172,25 +177,25 @@ impl Response {
     }
 
     /// How a line as a whole answered the lines beside it, and at how many of its positions they vouched often enough.
-    fn answers_of(&self, axis: Axis, index: usize, options: &HealthOptions) -> (Answers, usize) {
+    fn answers_of(&self, axis: Axis, index: usize, options: &SelfTestOptions) -> (Answers, usize) {
         let of_axis = &self.across[usize::from(axis == Axis::Column)];
         let (mut all, mut judged) = (Answers::default(), 0);
         for taxel in self.line(axis, index) {
             let answers = of_axis[taxel];
-            judged += usize::from(answers.vouched >= options.vouched_frames);
-            all.vouched += answers.vouched;
+            judged += usize::from(answers.supported >= options.supported_frames);
+            all.supported += answers.supported;
             all.silent += answers.silent;
         }
         (all, judged)
     }
 
     /// Share of the readings on a line that the lines beside it vouch for and that are silent, 0 to 1.
-    pub fn silent_share(&self, axis: Axis, index: usize, options: &HealthOptions) -> f64 {
+    pub fn silent_share(&self, axis: Axis, index: usize, options: &SelfTestOptions) -> f64 {
         self.answers_of(axis, index, options).0.silent_share()
     }
 
     /// Whether a line never answered although those beside it did, over enough of its length.
-    pub fn is_open(&self, axis: Axis, index: usize, options: &HealthOptions) -> bool {
+    pub fn is_open(&self, axis: Axis, index: usize, options: &SelfTestOptions) -> bool {
         let (all, judged) = self.answers_of(axis, index, options);
         let positions = self.line(axis, index).count();
         let enough = (options.line_tested_share * positions as f64).max(4.0);

@@ -4,15 +4,15 @@
 //! occur between counts that often do is the converter's: a bit that is stuck, a resolution that is less than stated
 //! (steps of 2^k), or a comparator that prefers even codes.
 
-use super::HealthOptions;
+use super::SelfTestOptions;
 use crate::{Counts, Frame};
 
 /// Converters of more bits are not looked at: their codes are too many to be visited.
-const MOST_CODES: f64 = 262_144.0;
+const MAX_CODES: f64 = 262_144.0;
 /// Codes on either side that a code is compared with.
 const SIDE: usize = 4;
 /// Codes between well-visited ones before odd ones are compared with even ones.
-const FEWEST_PAIRS: usize = 32;
+const MIN_PAIRS: usize = 32;
 /// Standard errors by which odd codes must differ from even ones.
 const ODD_SIGMAS: f64 = 6.0;
 
@@ -67,7 +67,7 @@ pub(super) struct CodeCount {
 
 impl CodeCount {
     pub fn new(max_count: f64) -> Self {
-        let codes = if max_count < MOST_CODES {
+        let codes = if max_count < MAX_CODES {
             max_count as usize + 1
         } else {
             0
@@ -87,7 +87,7 @@ impl CodeCount {
         }
     }
 
-    pub fn finish(&self, options: &HealthOptions) -> Codes {
+    pub fn finish(&self, options: &SelfTestOptions) -> Codes {
         if self.counts.is_empty() {
             return Codes::NotJudged("the converter has more than 18 bits".to_owned());
         }
@@ -107,11 +107,12 @@ impl CodeCount {
         }));
         let judged = self.judged(least);
         if judged.is_empty() {
-            return match faults.is_empty() {
-                true => Codes::NotJudged(format!(
+            return if faults.is_empty() {
+                Codes::NotJudged(format!(
                     "no count between counts that were read {least} times: press longer"
-                )),
-                false => Codes::Judged(faults, 0),
+                ))
+            } else {
+                Codes::Judged(faults, 0)
             };
         }
         // Whole missing blocks and steps explain single missing codes.
@@ -183,10 +184,10 @@ impl CodeCount {
         };
         let last = self.counts.len().saturating_sub(SIDE);
         // Next to a gap between the unloaded readings and the lightest load there is a gap, not a code.
-        let beside = |c: usize| self.counts[c - 1].min(self.counts[c + 1]) >= least;
+        let next_to = |c: usize| self.counts[c - 1].min(self.counts[c + 1]) >= least;
         (SIDE..last)
             .filter(|&c| {
-                beside(c)
+                next_to(c)
                     && often(&self.counts[c - SIDE..c])
                     && often(&self.counts[c + 1..=c + SIDE])
             })
@@ -204,7 +205,7 @@ impl CodeCount {
     }
 
     /// Every odd code beside the mean of its even neighbours, every code weighing alike.
-    fn odd(&self, judged: &[usize], options: &HealthOptions) -> Option<CodeFault> {
+    fn odd(&self, judged: &[usize], options: &SelfTestOptions) -> Option<CodeFault> {
         let shares: Vec<f64> = judged
             .iter()
             .filter(|&&c| c % 2 == 1)
@@ -215,7 +216,7 @@ impl CodeCount {
                 odd / (odd + even).max(1.0)
             })
             .collect();
-        if shares.len() < FEWEST_PAIRS {
+        if shares.len() < MIN_PAIRS {
             return None;
         }
         let count = shares.len() as f64;
@@ -249,7 +250,7 @@ mod tests {
             let values = (0..4096).map(reading).collect();
             codes.observe(&Frame::new(64, 64, values).unwrap());
         }
-        match codes.finish(&HealthOptions::default()) {
+        match codes.finish(&SelfTestOptions::default()) {
             Codes::Judged(faults, judged) => {
                 assert!(judged > 1000 || !faults.is_empty());
                 faults
@@ -307,12 +308,12 @@ mod tests {
         let mut codes = CodeCount::new(1023.0);
         codes.observe(&Frame::filled(4, 4, 1.0));
         assert!(matches!(
-            codes.finish(&HealthOptions::default()),
+            codes.finish(&SelfTestOptions::default()),
             Codes::NotJudged(_)
         ));
         codes.observe(&Frame::filled(4, 4, 1.5));
         assert!(
-            matches!(codes.finish(&HealthOptions::default()), Codes::NotJudged(why) if why.contains("whole"))
+            matches!(codes.finish(&SelfTestOptions::default()), Codes::NotJudged(why) if why.contains("whole"))
         );
     }
 }

@@ -311,9 +311,9 @@ fn hum_is_not_judged_without_times_or_where_it_stands_still() {
         matches!(&hum, Hum::NotJudged(why) if why.contains("no times")),
         "{hum:?}"
     );
-    let options = HealthOptions {
+    let options = SelfTestOptions {
         frames_per_second: Some(47.0),
-        ..HealthOptions::of(&bench.sensor)
+        ..SelfTestOptions::of(&bench.sensor)
     };
     let hum = bench.test_with(&options).unwrap().hum;
     assert!(matches!(hum, Hum::Below(counts) if counts < 1.0), "{hum:?}");
@@ -359,7 +359,7 @@ fn codes_that_never_occur_are_found_in_readings() {
 fn a_part_that_was_not_pressed_is_said() {
     let mut bench = econe(1);
     bench.rubbed_frames = 400;
-    let mut test = SelfTest::new(24, 32, 65_535.0, &HealthOptions::default());
+    let mut test = SelfTest::new(24, 32, 65_535.0, &SelfTestOptions::default());
     for frame in bench.frames(false) {
         test.observe_empty(&frame).unwrap();
     }
@@ -377,7 +377,7 @@ fn a_part_that_was_not_pressed_is_said() {
 #[test]
 fn recordings_that_are_swapped_short_or_of_another_shape_are_refused() {
     let bench = econe(3);
-    let options = HealthOptions::default();
+    let options = SelfTestOptions::default();
     let run = |empty: &[Frame<Counts>], rubbed: &[Frame<Counts>]| {
         let mut test = SelfTest::new(24, 32, 65_535.0, &options);
         for frame in empty {

@@ -1,39 +1,14 @@
 //! Is this line out in this very frame?
 
-use std::fmt;
-
-use super::{Level, LineFaults, ScreenOptions};
+use super::{Axis, Level, LineFaults, ScreenOptions};
 use crate::{Counts, Frame};
 
 /// A line of fewer taxels has no readings to tell its own fault from that of a taxel.
-const SHORTEST_LINE: usize = 4;
-
-/// Rows (sensed lines) or columns (driven lines).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Axis {
-    /// Sensed lines.
-    Row,
-    /// Driven lines.
-    Column,
-}
-
-impl Axis {
-    /// Both.
-    pub const BOTH: [Axis; 2] = [Axis::Row, Axis::Column];
-}
-
-impl fmt::Display for Axis {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Axis::Row => "row",
-            Axis::Column => "column",
-        })
-    }
-}
+const MIN_LINE: usize = 4;
 
 /// The readings of one frame, seen as lines along one axis.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Lines<'a> {
+pub(super) struct LineReadings<'a> {
     values: &'a [f64],
     /// How many lines.
     pub count: usize,
@@ -43,7 +18,7 @@ pub(super) struct Lines<'a> {
     stride: usize,
 }
 
-impl<'a> Lines<'a> {
+impl<'a> LineReadings<'a> {
     pub fn of(frame: &'a Frame<Counts>, axis: Axis) -> Self {
         let (rows, columns) = (frame.rows(), frame.columns());
         let (count, length, line_stride, stride) = match axis {
@@ -68,7 +43,7 @@ impl<'a> Lines<'a> {
     }
 
     /// The reading beside a line that tells of a real load there, counts. On an array with floating lines none does.
-    pub fn vouched_load(
+    pub fn supported_load(
         &self,
         line: usize,
         position: usize,
@@ -76,16 +51,17 @@ impl<'a> Lines<'a> {
         options: &ScreenOptions,
     ) -> Option<f64> {
         let real = |load: &f64| *load > thresholds.really_loaded && *load < thresholds.ceiling;
-        match options.floating {
-            true => None,
-            false => self.vouched(line, position).filter(real),
+        if options.floating {
+            None
+        } else {
+            self.supported(line, position).filter(real)
         }
     }
 
     /// The load that both sides of a line vouch for: the smaller of the two sides, each taken at its greater of
     /// the two nearest lines (so that a second bad line beside this one does not hide it). A line at the edge
     /// has one side only, and nobody vouches for it.
-    fn vouched(&self, line: usize, position: usize) -> Option<f64> {
+    fn supported(&self, line: usize, position: usize) -> Option<f64> {
         if line == 0 || line + 1 >= self.count {
             return None;
         }
@@ -129,9 +105,10 @@ impl Thresholds {
         let really = (options.real_load_sigmas * noise)
             .max(options.real_load_share_of_range * max_count)
             .max(above);
-        let least = match options.floating {
-            true => options.unloaded_counts.unwrap_or(0.0).min(baseline),
-            false => baseline,
+        let least = if options.floating {
+            options.unloaded_counts.unwrap_or(0.0).min(baseline)
+        } else {
+            baseline
         };
         // What is out reads 0 and half a bell of noise above it: it must fit below the floor.
         let far_enough =
@@ -159,7 +136,7 @@ impl Thresholds {
 
 /// What one frame says about one line.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct Verdict {
+pub(super) struct LineVerdict {
     /// Whether this frame can tell.
     pub testable: bool,
     /// Whether the line is out: fallen, silent, or at the ceiling.
@@ -169,7 +146,7 @@ pub(super) struct Verdict {
     /// Readings on which it answers to a load.
     pub responding: u64,
     /// Readings that both sides vouch a load for.
-    pub vouched: u64,
+    pub supported: u64,
     /// Of these, silent ones.
     pub silent: u64,
     /// Share of the line's readings that have fallen below the baseline.
@@ -180,14 +157,14 @@ pub(super) struct Verdict {
 /// there is something to fall from), or when it is silent at nearly all places where the lines on both sides carry a
 /// real load and responds nowhere else; or when nearly all of its readings are at the ceiling and those beside it are
 /// not. Of fewer than four readings no line can be told.
-pub(super) fn judge(
-    lines: &Lines<'_>,
+pub(super) fn classify(
+    lines: &LineReadings<'_>,
     line: usize,
     thresholds: &Thresholds,
     options: &ScreenOptions,
-) -> Verdict {
-    let mut verdict = Verdict::default();
-    if lines.length < SHORTEST_LINE {
+) -> LineVerdict {
+    let mut verdict = LineVerdict::default();
+    if lines.length < MIN_LINE {
         return verdict;
     }
     let (mut fallen, mut ceiling) = (0u64, 0u64);
@@ -196,35 +173,35 @@ pub(super) fn judge(
         fallen += u64::from(thresholds.floor.is_some_and(|floor| value < floor));
         verdict.responding += u64::from(value > thresholds.loaded && value < thresholds.ceiling);
         ceiling += u64::from(value >= thresholds.ceiling);
-        if let Some(load) = lines.vouched_load(line, position, thresholds, options) {
-            verdict.vouched += 1;
+        if let Some(load) = lines.supported_load(line, position, thresholds, options) {
+            verdict.supported += 1;
             verdict.silent += u64::from(value <= thresholds.silence(load, options));
         }
     }
     let length = lines.length as f64;
     let share = options.line_share;
     verdict.fallen_share = fallen as f64 / length;
-    let enough_vouched =
-        verdict.vouched as f64 >= (options.vouched_share * length).max(SHORTEST_LINE as f64);
-    let silent = enough_vouched
-        && verdict.silent as f64 >= share * verdict.vouched as f64
+    let enough_supported =
+        verdict.supported as f64 >= (options.supported_share * length).max(MIN_LINE as f64);
+    let silent = enough_supported
+        && verdict.silent as f64 >= share * verdict.supported as f64
         && verdict.responding as f64 <= (1.0 - share) / 2.0 * length;
-    verdict.testable = thresholds.floor.is_some() || enough_vouched;
+    verdict.testable = thresholds.floor.is_some() || enough_supported;
     let at_ceiling =
-        ceiling as f64 >= share * length && !beside_at_ceiling(lines, line, thresholds);
+        ceiling as f64 >= share * length && !next_to_at_ceiling(lines, line, thresholds);
     let is_fallen = verdict.fallen_share >= share;
     verdict.out = is_fallen || silent || at_ceiling;
     verdict.only_silent = silent && !is_fallen && !at_ceiling;
     verdict.testable |= verdict.out;
     if at_ceiling {
         // Not silent, but no answer to the load beside it either.
-        (verdict.vouched, verdict.silent) = (0, 0);
+        (verdict.supported, verdict.silent) = (0, 0);
     }
     verdict
 }
 
 /// Whether a line beside this one is at the ceiling on more than half of its length as well.
-fn beside_at_ceiling(lines: &Lines<'_>, line: usize, thresholds: &Thresholds) -> bool {
+fn next_to_at_ceiling(lines: &LineReadings<'_>, line: usize, thresholds: &Thresholds) -> bool {
     let full = |other: usize| {
         let at_end = lines.of_line(other).filter(|&v| v >= thresholds.ceiling);
         2 * at_end.count() > lines.length
@@ -245,10 +222,10 @@ pub fn lines_dropped(
     out.clear();
     let thresholds = Thresholds::new(level, max_count, options);
     for axis in Axis::BOTH {
-        let lines = Lines::of(frame, axis);
+        let lines = LineReadings::of(frame, axis);
         let indices = faults.flickering(axis).filter(|&line| line < lines.count);
         for line in indices {
-            if judge(&lines, line, &thresholds, options).out {
+            if classify(&lines, line, &thresholds, options).out {
                 out.push((axis, line));
             }
         }

@@ -9,7 +9,7 @@ pub(super) const FEATURES: usize = 3;
 
 /// How readings are seen: over the level of an unpressed taxel, linear, square root and logarithm.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Eye {
+pub struct RowFeatures {
     /// Reading of an unpressed taxel, counts.
     pub dark_counts: f32,
     /// Typical reading of a pressed taxel over that, counts.
@@ -23,7 +23,7 @@ pub struct Eye {
     pub exponent: f32,
 }
 
-impl Eye {
+impl RowFeatures {
     pub(super) fn of(rows: &Rows) -> Self {
         let mean = |v: &[f32]| v.iter().map(|&x| f64::from(x)).sum::<f64>() / v.len() as f64;
         let dark = rows.dark_counts();
@@ -49,9 +49,10 @@ impl Eye {
     /// What the one curve makes of a reading, grams.
     pub(super) fn curve_g(&self, counts: f32) -> f32 {
         let x = (counts - self.dark_counts) / self.bright_counts;
-        match x > 0.0 {
-            true => self.factor_g * x.powf(self.exponent),
-            false => 0.0,
+        if x > 0.0 {
+            self.factor_g * x.powf(self.exponent)
+        } else {
+            0.0
         }
     }
 

@@ -6,7 +6,7 @@ use crate::sensor::{ScanOrder, Sensor, Topology};
 /// Thresholds of the self-test. Shares are 0 to 1. Those of [`ScreenOptions`] hold as well: what is loaded, what is
 /// silent, what is at an end of the converter, and all that makes a line dead, flickering or shorted.
 #[derive(Debug, Clone, PartialEq)]
-pub struct HealthOptions {
+pub struct SelfTestOptions {
     /// Thresholds of the screen.
     pub screen: ScreenOptions,
     /// In which order the taxels of a frame are read, for mains hum. Settling is looked for in both orders.
@@ -24,7 +24,7 @@ pub struct HealthOptions {
     /// … on at least this share of its length. 0.5: gaps in a hand do not follow one line over half of the array.
     pub line_tested_share: f64,
     /// A taxel (or a position on a line) can be judged when its surroundings were loaded in this many frames. 5.
-    pub vouched_frames: u32,
+    pub supported_frames: u32,
     /// The neighbours of a taxel in a corner vouch for it when they exceed what is loaded by this factor. 8: it has
     /// only two sides, and a contact that ends between them is weak at its edge.
     pub corner_factor: f64,
@@ -69,7 +69,7 @@ pub struct HealthOptions {
     pub loaded_share: f64,
 }
 
-impl Default for HealthOptions {
+impl Default for SelfTestOptions {
     fn default() -> Self {
         Self {
             // A whole hand leaves cross-talk on an open taxel: less than a tenth of the load around it is silence.
@@ -83,7 +83,7 @@ impl Default for HealthOptions {
             line_end_share: 0.95,
             open_share: 0.95,
             line_tested_share: 0.5,
-            vouched_frames: 5,
+            supported_frames: 5,
             corner_factor: 8.0,
             flicker_share: 0.1,
             flicker_frames: 5,
@@ -105,7 +105,7 @@ impl Default for HealthOptions {
     }
 }
 
-impl HealthOptions {
+impl SelfTestOptions {
     /// The defaults, with the scan order of a sensor file. What its `[screen]` declares is not taken over: the test
     /// looks for itself.
     pub fn of(sensor: &Sensor) -> Self {

@@ -16,7 +16,7 @@
 //! error is that of a jackknife over eight blocks of lines (Efron and Stein 1981, *Annals of Statistics* 9:586), as frames
 //! of one rub are no independent draws.
 
-use super::HealthOptions;
+use super::SelfTestOptions;
 use super::quiet::Unloaded;
 use crate::sensor::ScanOrder;
 use crate::{Counts, Frame};
@@ -24,9 +24,9 @@ use crate::{Counts, Frame};
 const UNKNOWNS: usize = 4;
 const BLOCKS: usize = 8;
 /// Loaded predecessors that a block needs to have a say.
-const FEWEST: u64 = 20;
+const MIN: u64 = 20;
 /// Blocks that must have a say.
-const FEWEST_BLOCKS: usize = 4;
+const MIN_BLOCKS: usize = 4;
 
 /// The share of its predecessor that a reading keeps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,11 +90,11 @@ struct Wraps {
 
 /// Follows the rubbed recording in both orders.
 #[derive(Debug, Clone)]
-pub(super) struct Memory {
+pub(super) struct CarryOver {
     wraps: [Wraps; 2],
 }
 
-impl Memory {
+impl CarryOver {
     pub fn new() -> Self {
         let of = |order| Wraps {
             order,
@@ -105,7 +105,12 @@ impl Memory {
         }
     }
 
-    pub fn observe(&mut self, frame: &Frame<Counts>, unloaded: &Unloaded, options: &HealthOptions) {
+    pub fn observe(
+        &mut self,
+        frame: &Frame<Counts>,
+        unloaded: &Unloaded,
+        options: &SelfTestOptions,
+    ) {
         for wraps in &mut self.wraps {
             wraps.observe(frame, unloaded, options);
         }
@@ -120,7 +125,7 @@ impl Memory {
 }
 
 impl Wraps {
-    fn observe(&mut self, frame: &Frame<Counts>, unloaded: &Unloaded, options: &HealthOptions) {
+    fn observe(&mut self, frame: &Frame<Counts>, unloaded: &Unloaded, options: &SelfTestOptions) {
         let (rows, columns) = (frame.rows(), frame.columns());
         let (lines, length) = match self.order {
             ScanOrder::RowByRow => (rows, columns),
@@ -142,16 +147,16 @@ impl Wraps {
             let first = taxel(line, 0);
             let loads = lasts.map(|last| height(last) > unloaded.loaded[last]);
             let at_end = |taxel: usize| frame.values()[taxel] >= ceiling;
-            let beside = [line - 1, line, line + 1].map(|line| taxel(line, 1));
+            let next_to = [line - 1, line, line + 1].map(|line| taxel(line, 1));
             let masked = lasts.iter().chain([&first]).any(|&t| unloaded.masked[t]);
-            let beside_free = !masked && beside.iter().all(|&t| height(t) <= unloaded.loaded[t]);
+            let next_to_free = !masked && next_to.iter().all(|&t| height(t) <= unloaded.loaded[t]);
             // A reading that keeps more than half of the one before is stuck, or loaded itself.
             let largest = x.iter().copied().fold(0.0, f64::max);
             let plausible = height(first) <= 0.5 * largest + unloaded.loaded[first];
             if !loads.contains(&true)
                 || lasts.iter().any(|&last| at_end(last))
                 || at_end(first)
-                || !beside_free
+                || !next_to_free
                 || !plausible
             {
                 continue;
@@ -163,9 +168,9 @@ impl Wraps {
     }
 
     fn finish(&self) -> Option<Settling> {
-        let told = |block: &&Sums| block.loaded >= FEWEST;
-        let blocks: Vec<&Sums> = self.blocks.iter().filter(told).collect();
-        if blocks.len() < FEWEST_BLOCKS {
+        let enough = |block: &&Sums| block.loaded >= MIN;
+        let blocks: Vec<&Sums> = self.blocks.iter().filter(enough).collect();
+        if blocks.len() < MIN_BLOCKS {
             return None;
         }
         let mut all = Sums::default();

@@ -16,38 +16,38 @@ const GAP_SPREADS: f64 = 9.0;
 const VISIBLE_NOISE: f64 = 2.0;
 
 /// Findings so far, and which taxels they explain.
-struct Judge<'a> {
+struct Classifier<'a> {
     test: &'a SelfTest,
     rubbed: &'a Rubbed,
     findings: Vec<Finding>,
     explained: Vec<bool>,
 }
 
-pub(super) fn judge(test: &SelfTest, rubbed: &Rubbed) -> Health {
+pub(super) fn classify(test: &SelfTest, rubbed: &Rubbed) -> Health {
     let taxels = test.rows * test.columns;
-    let mut judge = Judge {
+    let mut found = Classifier {
         test,
         rubbed,
         findings: Vec::new(),
         explained: vec![false; taxels],
     };
     let faults = rubbed.lines.finish();
-    judge.lines_at_an_end();
-    judge.shorted_taxels();
-    judge.open_lines(&faults);
-    judge.shorted_lines(&faults);
-    judge.flickering_lines(&faults);
-    judge.silent_edges();
-    judge.taxels();
-    judge.stray_readings();
-    let settling = rubbed.memory.finish();
+    found.lines_at_an_end();
+    found.shorted_taxels();
+    found.open_lines(&faults);
+    found.shorted_lines(&faults);
+    found.flickering_lines(&faults);
+    found.silent_edges();
+    found.taxels();
+    found.stray_readings();
+    let settling = rubbed.carry_over.finish();
     let hum = test.hum.finish(taxels, &test.options);
     let codes = test.codes.finish(&test.options);
-    judge.settling(settling);
-    judge.hum(&hum);
-    judge.codes(&codes);
-    let tested_share = judge.not_pressed();
-    let mut findings = judge.findings;
+    found.settling(settling);
+    found.hum(&hum);
+    found.codes(&codes);
+    let tested_share = found.not_pressed();
+    let mut findings = found.findings;
     let order = |f: &Finding| (std::cmp::Reverse(f.taxels.len()), f.fault);
     findings.sort_by_key(order);
     Health {
@@ -65,7 +65,7 @@ pub(super) fn judge(test: &SelfTest, rubbed: &Rubbed) -> Health {
     }
 }
 
-impl Judge<'_> {
+impl Classifier<'_> {
     fn count(&self, axis: Axis) -> usize {
         match axis {
             Axis::Row => self.test.rows,
@@ -205,7 +205,7 @@ impl Judge<'_> {
                 "alike in {:.1} % of {} loaded readings; the typical pair of {axis}s in {:.1} %",
                 100.0 * fault.faulty as f64 / fault.tested.max(1) as f64,
                 fault.tested,
-                100.0 * fault.beside
+                100.0 * fault.next_to
             );
             self.add(
                 Fault::LinesShorted,
@@ -328,7 +328,7 @@ impl Judge<'_> {
         let usual = unloaded.counts[taxel];
         let tally = &self.test.ends.taxels[taxel];
         let answers = self.rubbed.response.around[taxel];
-        let vouched = answers.vouched >= options.vouched_frames;
+        let supported = answers.supported >= options.supported_frames;
         let away = (usual - unloaded.typical_counts).abs();
         let would_show = unloaded.typical_noise >= 1.0 || away > unloaded.loaded[taxel];
         if tally.is_constant() && would_show {
@@ -336,11 +336,11 @@ impl Judge<'_> {
             return Some((Fault::TaxelStuck, evidence));
         }
         let given = answers.given_share();
-        if vouched && given <= options.screen.silent_share {
+        if supported && given <= options.screen.silent_share {
             let evidence = format!(
                 "reads {:.0} % of what is around it, in {} frames in which all of that was loaded",
                 100.0 * given,
-                answers.vouched
+                answers.supported
             );
             return Some((Fault::TaxelOpen, evidence));
         }
@@ -355,7 +355,7 @@ impl Judge<'_> {
         if often && close.silent_share() >= options.flicker_share {
             let evidence = format!(
                 "silent in {} of {} frames in which all around it was loaded, and not in the others",
-                close.silent, close.vouched
+                close.silent, close.supported
             );
             return Some((Fault::TaxelFlickering, evidence));
         }
@@ -474,7 +474,7 @@ impl Judge<'_> {
         let unknown = |taxel: &usize| {
             !self.explained[*taxel]
                 && response.loaded[*taxel] == 0
-                && response.around[*taxel].vouched < options.vouched_frames
+                && response.around[*taxel].supported < options.supported_frames
         };
         let taxels: Vec<usize> = self.whole().into_iter().filter(unknown).collect();
         let share = taxels.len() as f64 / self.explained.len() as f64;

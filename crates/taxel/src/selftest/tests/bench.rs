@@ -6,9 +6,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::circuit::{Circuit, Converter, LinearCircuit, Noise, normal};
-use crate::health::{Health, HealthOptions, SelfTest, Unusable};
 use crate::material::LoadLaw;
 use crate::screen::Axis;
+use crate::selftest::{Health, SelfTest, SelfTestOptions, Unusable};
 use crate::sensor::{ScanOrder, preset};
 use crate::simulate::{Imperfections, default_noise_counts, imperfect};
 use crate::{Counts, Frame, Sensor};
@@ -80,10 +80,10 @@ impl Bench {
     }
 
     pub fn test(&self) -> Result<Health, Unusable> {
-        self.test_with(&HealthOptions::of(&self.sensor))
+        self.test_with(&SelfTestOptions::of(&self.sensor))
     }
 
-    pub fn test_with(&self, options: &HealthOptions) -> Result<Health, Unusable> {
+    pub fn test_with(&self, options: &SelfTestOptions) -> Result<Health, Unusable> {
         let (rows, columns) = (self.sensor.rows(), self.sensor.columns());
         let mut test = SelfTest::new(rows, columns, self.sensor.max_count(), options);
         for frame in self.frames(false) {
