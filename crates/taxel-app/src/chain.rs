@@ -11,7 +11,7 @@ use taxel::solve::{Outcome, Stop};
 use taxel::{Counts, Frame, Sensor, Siemens, Volts};
 
 use crate::error::Error;
-use crate::frames::{FrameReader, Shown};
+use crate::frames::{DisplayUnit, FrameReader};
 use crate::methods::MethodName;
 use crate::units::Unit;
 
@@ -106,7 +106,7 @@ impl Chain {
             (Steps::Convert(_), FrameReader::Siemens(..)) => {
                 return Err(Error::Request {
                     what: "volts cannot be had from siemens here".to_owned(),
-                    hint: "`taxel simulate --conductance` scans conductances",
+                    hint: "simulate a scan of these conductances",
                 });
             }
         };
@@ -122,7 +122,7 @@ impl Chain {
     }
 
     /// The frame taken in last, in the unit asked for.
-    pub fn show_into(&self, shown: &mut Frame<Shown>) -> Result<(), Error> {
+    pub fn show_into(&self, shown: &mut Frame<DisplayUnit>) -> Result<(), Error> {
         let unit = self.unit;
         match &self.steps {
             Steps::Convert(convert) => copy(&convert.volts, shown, |volts| volts),
@@ -154,7 +154,7 @@ pub fn stop_words(outcome: &Outcome) -> (&'static str, Option<String>) {
     (word, Some(why))
 }
 
-fn copy<Q>(from: &Frame<Q>, to: &mut Frame<Shown>, number: impl Fn(f64) -> f64) {
+fn copy<Q>(from: &Frame<Q>, to: &mut Frame<DisplayUnit>, number: impl Fn(f64) -> f64) {
     to.copy_meta_from(from);
     for (to, from) in to.values_mut().iter_mut().zip(from.values()) {
         *to = number(*from);

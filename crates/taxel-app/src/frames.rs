@@ -16,7 +16,7 @@ use crate::units::InputUnit;
 
 /// Numbers in the unit that the user asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Shown;
+pub struct DisplayUnit;
 
 /// A file of frames, and how to read it.
 #[derive(Debug, Clone)]
@@ -44,11 +44,8 @@ impl Input {
         let (file, options) = (&self.file, self.options);
         if self.unit != InputUnit::Counts && is_mcap(file) {
             return Err(Error::Request {
-                what: format!(
-                    "--input-unit: {} holds counts, no volts or siemens",
-                    file.display()
-                ),
-                hint: "leave --input-unit out",
+                what: format!("{} holds counts, no volts or siemens", file.display()),
+                hint: "read it as counts",
             });
         }
         let (rows, columns) = (options.rows, options.columns);
@@ -84,7 +81,10 @@ impl Input {
 }
 
 /// A source of numbers as they are, whatever they are: of `.csv` or `.npy`, or the loads of a recording, newtons.
-pub fn open_shown(file: &Path, options: TextOptions) -> Result<Box<dyn FrameSource<Shown>>, Error> {
+pub fn open_shown(
+    file: &Path,
+    options: TextOptions,
+) -> Result<Box<dyn FrameSource<DisplayUnit>>, Error> {
     if is_mcap(file) {
         Ok(Box::new(LoadsReader::open(file, options)?))
     } else {
@@ -103,7 +103,7 @@ pub fn open_values<Q: Send + 'static>(
                 "{} is a recording of counts, where a file of values is expected",
                 file.display()
             ),
-            hint: "`taxel compensate` makes a file of values (.csv, .npy) of a recording",
+            hint: "compensated, a recording becomes a file of values (.csv, .npy)",
         });
     }
     Ok(if is_array(file) {

@@ -10,7 +10,7 @@ use taxel::solve::standard_errors;
 use taxel::{Frame, Mark, Sensor, Siemens};
 
 use crate::error::Error;
-use crate::frames::Shown;
+use crate::frames::DisplayUnit;
 use crate::units::Unit;
 
 /// The circuit, and what one reading is uncertain by.
@@ -22,7 +22,7 @@ pub struct StandardErrors {
     sigma_volts: f64,
     /// Standard deviation of a reading, counts: of the sensor file, else of the recording, else of rounding.
     pub noise_counts: f64,
-    errors: Frame<Shown>,
+    errors: Frame<DisplayUnit>,
 }
 
 impl StandardErrors {
@@ -69,8 +69,8 @@ impl StandardErrors {
         &mut self,
         siemens: &Frame<Siemens>,
         is_answer: bool,
-        shown: &mut Frame<Shown>,
-    ) -> &Frame<Shown> {
+        shown: &mut Frame<DisplayUnit>,
+    ) -> &Frame<DisplayUnit> {
         let found = standard_errors(&mut *self.point, siemens.values(), self.sigma_volts);
         let unbounded = || vec![f64::INFINITY; siemens.values().len()];
         let errors = found.map_or_else(|_| unbounded(), |(errors, _)| errors);

@@ -8,8 +8,8 @@ use serde_json::json;
 use taxel::{Frame, Mark, Sensor, Siemens};
 use taxel_server::FrameMessage;
 
-use super::newest::Newest;
-use crate::frames::Shown;
+use super::latest_queue::LatestQueue;
+use crate::frames::DisplayUnit;
 use crate::standard_error::StandardErrors;
 use crate::units::Unit;
 
@@ -18,7 +18,7 @@ const EVERY: Duration = Duration::from_millis(450);
 const ASKED_FOR: Duration = Duration::from_secs(2);
 
 /// A frame as viewers got it, its conductances, and the sensor that they are of.
-pub(super) struct Question {
+pub(super) struct DetailsRequest {
     pub(super) siemens: Frame<Siemens>,
     /// Whether the inverse came to one answer.
     pub(super) is_answer: bool,
@@ -31,7 +31,7 @@ pub(super) struct Question {
 struct Answer {
     siemens: Frame<Siemens>,
     frame: FrameMessage,
-    errors: Option<(Frame<Shown>, Vec<Mark>)>,
+    errors: Option<(Frame<DisplayUnit>, Vec<Mark>)>,
 }
 
 struct Asked {
@@ -41,7 +41,7 @@ struct Asked {
 
 /// Questions from the engine, answers for viewers.
 pub(super) struct Details {
-    questions: Newest<Question>,
+    questions: LatestQueue<DetailsRequest>,
     answer: Mutex<Option<Answer>>,
     asked: Mutex<Asked>,
     file: PathBuf,
@@ -50,7 +50,7 @@ pub(super) struct Details {
 impl Details {
     pub(super) fn new(file: PathBuf) -> Self {
         Self {
-            questions: Newest::new(1),
+            questions: LatestQueue::new(1),
             answer: Mutex::new(None),
             asked: Mutex::new(Asked {
                 last: None,
@@ -60,7 +60,7 @@ impl Details {
         }
     }
 
-    /// Whether it is time for a question.
+    /// Whether it is time for a request.
     pub(super) fn is_wanted(&self) -> bool {
         let mut asked = self.asked.lock().unwrap_or_else(PoisonError::into_inner);
         let now = Instant::now();
@@ -72,8 +72,8 @@ impl Details {
         true
     }
 
-    pub(super) fn ask(&self, question: Question) {
-        self.questions.push(question);
+    pub(super) fn ask(&self, request: DetailsRequest) {
+        self.questions.push(request);
     }
 
     pub(super) fn close(&self) {
@@ -83,32 +83,32 @@ impl Details {
     /// Answers questions until there are no more.
     pub(super) fn run(&self) {
         let mut known: Option<(Arc<Sensor>, Option<StandardErrors>)> = None;
-        while let Some(question) = self.questions.pop() {
+        while let Some(request) = self.questions.pop() {
             let same = known
                 .as_ref()
-                .is_some_and(|(sensor, _)| Arc::ptr_eq(sensor, &question.sensor));
+                .is_some_and(|(sensor, _)| Arc::ptr_eq(sensor, &request.sensor));
             if !same {
-                let unit = if question.is_load {
+                let unit = if request.is_load {
                     Unit::Newtons
                 } else {
                     Unit::Siemens
                 };
-                let errors = StandardErrors::new(&question.sensor, &self.file, unit, None).ok();
-                known = Some((question.sensor.clone(), errors));
+                let errors = StandardErrors::new(&request.sensor, &self.file, unit, None).ok();
+                known = Some((request.sensor.clone(), errors));
             }
             let Some((_, errors)) = &mut known else {
                 continue;
             };
-            let siemens = question.siemens;
+            let siemens = request.siemens;
             let mut shown = siemens.map(|_, value| value);
             let errors = errors.as_mut().map(|errors| {
-                let errors = errors.of(&siemens, question.is_answer, &mut shown).clone();
+                let errors = errors.of(&siemens, request.is_answer, &mut shown).clone();
                 (errors, shown.marks().to_vec())
             });
             let mut answer = self.answer.lock().unwrap_or_else(PoisonError::into_inner);
             *answer = Some(Answer {
                 siemens,
-                frame: question.shown,
+                frame: request.shown,
                 errors,
             });
         }

@@ -12,11 +12,11 @@ use taxel::solve::Raw;
 use taxel::{Frame, Newtons, Sensor};
 use taxel_server::{FrameMessage, Server};
 
-use super::desk::{BadLines, Desk};
-use super::details::{Details, Question};
-use super::newest::Newest;
-use super::recorder::{Recorder, Solved};
-use super::{Arrived, Options};
+use super::details::{Details, DetailsRequest};
+use super::latest_queue::LatestQueue;
+use super::recorder::{Recorder, SolvedFrame};
+use super::status::{BadLines, SessionStatus};
+use super::{FrameObserver, LiveFrame, SessionOptions, TimestampedFrame};
 use crate::error::Error;
 use crate::methods::MethodName;
 
@@ -31,7 +31,7 @@ const SURVEY_EVERY: Duration = Duration::from_millis(50);
 const TURNED: Duration = Duration::from_millis(30);
 
 /// What the engine is told.
-pub(super) enum Order {
+pub(super) enum EngineCommand {
     Method(MethodName),
     Tare,
     Untare,
@@ -61,25 +61,27 @@ pub(super) struct Engine {
     surveyed: u32,
     survey_due: Instant,
     loads: Frame<Newtons>,
-    desk: Arc<Desk>,
+    status: Arc<SessionStatus>,
     recorder: Arc<Recorder>,
     details: Arc<Details>,
-    orders: Receiver<Order>,
+    commands: Receiver<EngineCommand>,
+    observer: Option<FrameObserver>,
     /// Frames on their way were scanned before a knob was turned.
     blind_until: Option<Instant>,
 }
 
 impl Engine {
     pub(super) fn new(
-        options: &Options,
-        desk: Arc<Desk>,
+        options: &SessionOptions,
+        status: Arc<SessionStatus>,
         recorder: Arc<Recorder>,
         details: Arc<Details>,
-        orders: Receiver<Order>,
+        commands: Receiver<EngineCommand>,
+        observer: Option<FrameObserver>,
     ) -> Result<Self, Error> {
         let (sensor, file) = (&options.sensor, &options.sensor_file);
         let [exact, raw] = pipelines(sensor, file, &options.method)?;
-        desk.set_method(exact_name(&exact, &options.method));
+        status.set_method(exact_name(&exact, &options.method));
         Ok(Self {
             exact,
             raw,
@@ -93,19 +95,24 @@ impl Engine {
             sensor: Arc::new(sensor.clone()),
             file: file.clone(),
             method: options.method.clone(),
-            desk,
+            status,
             recorder,
             details,
-            orders,
+            commands,
+            observer,
             blind_until: None,
         })
     }
 
     /// Works until the queue is closed.
-    pub(super) fn run(&mut self, incoming: &Newest<Arrived>, server: Option<&Server>) {
+    pub(super) fn run(
+        &mut self,
+        incoming: &LatestQueue<TimestampedFrame>,
+        server: Option<&Server>,
+    ) {
         while let Some(arrived) = incoming.pop() {
-            while let Ok(order) = self.orders.try_recv() {
-                self.obey(order);
+            while let Ok(command) = self.commands.try_recv() {
+                self.apply(command);
             }
             if self.blind_until.is_some_and(|until| Instant::now() < until) {
                 continue;
@@ -120,13 +127,14 @@ impl Engine {
                 .is_some_and(|tare| tare.frames < TARE_FRAMES);
             // Without viewers and without loads in the file nobody needs them; with viewers each frame keeps the
             // inverse warm for the next.
-            if server.is_none() && !wanted.any() {
+            if server.is_none() && !wanted.any() && self.observer.is_none() {
                 continue;
             }
             let figures = self.solve(&arrived);
+            self.show_observer(arrived.at, &figures);
             if wanted.any() {
                 let loads = wanted.loads.then_some(&self.loads);
-                let solved = Solved {
+                let solved = SolvedFrame {
                     loads: loads.cloned(),
                     figures,
                     sequence: arrived.frame.sequence,
@@ -134,14 +142,14 @@ impl Engine {
                 };
                 self.recorder.solved(solved, server.is_none());
             }
-            self.desk.set_total(
+            self.status.set_total(
                 self.is_load
                     .then(|| figures.total_force_newtons + self.tared_total()),
             );
             if let Some(server) = server.filter(|_| awaited || tares) {
                 let message = self.message(&arrived, &figures);
                 if self.details.is_wanted() {
-                    self.details.ask(Question {
+                    self.details.ask(DetailsRequest {
                         siemens: self.exact.result().siemens.clone(),
                         is_answer: self.exact.result().outcome.is_answer(),
                         sensor: self.sensor.clone(),
@@ -151,8 +159,23 @@ impl Engine {
                 }
                 server.publish(message);
             }
-            self.desk.add_delay(arrived.at);
+            self.status.add_delay(arrived.at);
         }
+    }
+
+    /// Calls who wants every frame.
+    fn show_observer(&mut self, at: SystemTime, figures: &FrameFigures) {
+        let Some(observe) = &mut self.observer else {
+            return;
+        };
+        let result = self.exact.result();
+        observe(&LiveFrame {
+            siemens: result.siemens,
+            loads: self.is_load.then_some(&self.loads),
+            figures,
+            is_answer: result.outcome.is_answer(),
+            at,
+        });
     }
 
     /// What the tare takes off in all.
@@ -163,7 +186,7 @@ impl Engine {
     }
 
     /// Fills `loads`: newtons, or siemens where there is no load law.
-    fn solve(&mut self, arrived: &Arrived) -> FrameFigures {
+    fn solve(&mut self, arrived: &TimestampedFrame) -> FrameFigures {
         let result = self.exact.process(&arrived.frame);
         self.is_load &= result.loads.is_some();
         match result.loads.filter(|_| self.is_load) {
@@ -193,7 +216,7 @@ impl Engine {
         }
     }
 
-    fn message(&mut self, arrived: &Arrived, figures: &FrameFigures) -> FrameMessage {
+    fn message(&mut self, arrived: &TimestampedFrame, figures: &FrameFigures) -> FrameMessage {
         let result = self.raw.process(&arrived.frame);
         let mut raw = match result.loads.filter(|_| self.is_load) {
             Some(loads) => loads.values().to_vec(),
@@ -230,7 +253,7 @@ impl Engine {
                 .centre_mm
                 .map(|[down, across]| [down / pitch[0], across / pitch[1]]),
             outlier_share: figures.outlier_share,
-            frames_per_second: self.desk.frames_per_second(),
+            frames_per_second: self.status.frames_per_second(),
             counts: arrived.frame.values().iter().map(|&v| v as u16).collect(),
             raw: raw.iter().map(|&v| v as f32).collect(),
             loads: self.loads.values().iter().map(|&v| v as f32).collect(),
@@ -271,11 +294,11 @@ impl Engine {
             self.recorder.tare(undone);
             self.recorder.event("tare", "tare cleared");
         }
-        self.desk.set_tare(false);
+        self.status.set_tare(false);
     }
 
     /// Of a recording: what was taken off when it was made is taken off when it is played.
-    fn take_recorded_tare(&mut self, arrived: &Arrived) {
+    fn take_recorded_tare(&mut self, arrived: &TimestampedFrame) {
         let Some(recorded) = &arrived.tare else {
             return;
         };
@@ -296,11 +319,11 @@ impl Engine {
             frames: TARE_FRAMES,
             first: tare.from_sequence,
         });
-        self.desk.set_tare(self.tare.is_some());
+        self.status.set_tare(self.tare.is_some());
     }
 
     /// Looks for faulty lines in frames now and then.
-    fn look_at_lines(&mut self, arrived: &Arrived) {
+    fn look_at_lines(&mut self, arrived: &TimestampedFrame) {
         let now = Instant::now();
         if now < self.survey_due || self.survey.observe(&arrived.frame).is_err() {
             return;
@@ -315,12 +338,12 @@ impl Engine {
         self.surveyed = 0;
         self.exact.set_lines(&faults);
         self.raw.set_lines(&faults);
-        self.desk.set_bad_lines(bad_lines(&faults, &self.sensor));
+        self.status.set_bad_lines(bad_lines(&faults, &self.sensor));
     }
 
-    fn obey(&mut self, order: Order) {
-        match order {
-            Order::Tare => {
+    fn apply(&mut self, command: EngineCommand) {
+        match command {
+            EngineCommand::Tare => {
                 let taxels = self.loads.values().len();
                 self.tare = Some(Tare {
                     raw: vec![0.0; taxels],
@@ -328,11 +351,11 @@ impl Engine {
                     frames: 0,
                     first: self.loads.sequence + 1,
                 });
-                self.desk.set_tare(true);
+                self.status.set_tare(true);
             }
-            Order::Untare => self.untare(),
-            Order::Method(method) => self.rebuild(self.sensor.clone(), method),
-            Order::Sensor(sensor) => {
+            EngineCommand::Untare => self.untare(),
+            EngineCommand::Method(method) => self.rebuild(self.sensor.clone(), method),
+            EngineCommand::Sensor(sensor) => {
                 self.rebuild(Arc::new(*sensor), self.method.clone());
                 self.blind_until = Some(Instant::now() + TURNED);
             }
@@ -342,7 +365,7 @@ impl Engine {
     /// Another sensor or method; where they do not go together, all stays as it was.
     fn rebuild(&mut self, sensor: Arc<Sensor>, method: MethodName) {
         if let Ok([exact, raw]) = pipelines(&sensor, &self.file, &method) {
-            self.desk.set_method(exact_name(&exact, &method));
+            self.status.set_method(exact_name(&exact, &method));
             (self.exact, self.raw) = (exact, raw);
             if method != self.method {
                 // Zero by one method is not zero by another.

@@ -1,41 +1,44 @@
 //! From a source to viewers and a file, while it happens.
 //!
-//!     source ──▶ recorder ──▶ file            one thread each; arrows are bounded queues
-//!        └─────▶ engine ───▶ viewers
+//! ```text
+//! source ──▶ recorder ──▶ file            one thread each; arrows are bounded queues
+//!    └─────▶ engine ───▶ viewers
+//! ```
 //!
 //! A device never waits: the recorder's queue is long, and a disk that cannot keep up ends the recording, not the
 //! reading; the engine takes the newest frames and leaves out what it has no time for.
 
-mod desk;
+mod controller;
 mod details;
 mod engine;
-mod host;
-mod newest;
+mod latest_queue;
 mod player;
 mod recorder;
 mod source;
+mod status;
 
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime};
 
-use taxel::{Counts, Frame, Sensor};
+use taxel::metric::FrameFigures;
+use taxel::{Counts, Frame, Newtons, Sensor, Siemens};
 use taxel_acquire::Address;
 use taxel_acquire::transport::State;
 use taxel_server::{Options as ServerOptions, Server};
 
 use crate::error::Error;
 use crate::methods::MethodName;
-use desk::Desk;
+use controller::LiveController;
+pub use controller::time_stamp;
 use details::Details;
 use engine::Engine;
-use host::Bench;
-pub use host::time_stamp;
-use newest::Newest;
+use latest_queue::LatestQueue;
 use recorder::Owner;
 use recorder::Recorder;
-pub use recorder::{Saved, Wanted};
+pub use recorder::{RecordTopics, SavedRecording};
+use status::SessionStatus;
 
 /// Bits of a count in recordings and in what viewers get.
 const MAX_BITS: u32 = 16;
@@ -45,15 +48,16 @@ const MAX_WAITING_BYTES: usize = 64 << 20;
 
 /// A frame of counts on its way.
 #[derive(Clone)]
-pub struct Arrived {
+pub struct TimestampedFrame {
     frame: Arc<Frame<Counts>>,
     at: SystemTime,
     /// Of a recording: what was taken off when it was made.
     tare: Option<Option<Arc<taxel_io::Tare>>>,
 }
 
-/// What to run.
-pub struct Options {
+/// What to run: [`SessionOptions::new`], and what is to be different.
+#[non_exhaustive]
+pub struct SessionOptions {
     /// Where frames come from.
     pub address: Address,
     /// The sensor that they are of.
@@ -62,24 +66,64 @@ pub struct Options {
     pub sensor_file: PathBuf,
     /// How loads are found.
     pub method: MethodName,
-    /// Where recordings go.
+    /// Where viewers' recordings go.
     pub folder: PathBuf,
     /// What is recorded beside the counts.
-    pub wanted: Wanted,
+    pub topics: RecordTopics,
     /// A recording to begin with.
     pub record: Option<PathBuf>,
     /// The most frames of that.
-    pub most: Option<u64>,
+    pub max_frames: Option<u64>,
     /// A file is held at its first frame.
     pub held: bool,
-    /// The server; none for a recording without viewers.
+    /// The server; none for a session without viewers.
     pub server: Option<ServerOptions>,
+    /// Called with every frame that is solved, on the engine's thread. One that takes longer than a frame lasts makes the
+    /// engine leave frames out, never the recording.
+    pub observer: Option<FrameObserver>,
+}
+
+impl SessionOptions {
+    /// A session that only reads: no viewers, no recording.
+    pub fn new(address: Address, sensor: Sensor, sensor_file: impl Into<PathBuf>) -> Self {
+        Self {
+            address,
+            sensor,
+            sensor_file: sensor_file.into(),
+            method: MethodName::Auto,
+            folder: PathBuf::from("recordings"),
+            topics: RecordTopics::default(),
+            record: None,
+            max_frames: None,
+            held: false,
+            server: None,
+            observer: None,
+        }
+    }
+}
+
+/// What is called with every frame that is solved.
+pub type FrameObserver = Box<dyn FnMut(&LiveFrame) + Send>;
+
+/// A frame that was solved a moment ago.
+#[non_exhaustive]
+pub struct LiveFrame<'a> {
+    /// Conductances of the taxels, with marks.
+    pub siemens: &'a Frame<Siemens>,
+    /// Loads, the tare taken off, with marks; none without a load law.
+    pub loads: Option<&'a Frame<Newtons>>,
+    /// Total force, peak pressure, contact area, centre of pressure; zeros without a load law.
+    pub figures: &'a FrameFigures,
+    /// Whether the inverse came to an answer.
+    pub is_answer: bool,
+    /// When the frame arrived.
+    pub at: SystemTime,
 }
 
 /// Frames that may wait for the engine. Viewers want the newest; a recording without viewers wants the loads of every
 /// frame, late ones too, as far as memory goes.
-fn queue_of(options: &Options) -> usize {
-    if options.server.is_some() || !options.wanted.any() {
+fn queue_of(options: &SessionOptions) -> usize {
+    if options.server.is_some() || !options.topics.any() {
         return engine::QUEUE;
     }
     let bytes = 9 * options.sensor.rows() * options.sensor.columns();
@@ -87,7 +131,7 @@ fn queue_of(options: &Options) -> usize {
 }
 
 /// Refuses counts wider than what is recorded and sent.
-fn check_bits(options: &Options) -> Result<(), Error> {
+fn check_bits(options: &SessionOptions) -> Result<(), Error> {
     let bits = options.sensor.converter.bits;
     if bits > MAX_BITS {
         Err(Error::TooManyBits {
@@ -100,12 +144,15 @@ fn check_bits(options: &Options) -> Result<(), Error> {
 }
 
 /// The server, where there is to be one.
-fn serve(options: &Options, bench: Arc<Bench>) -> Result<Option<Arc<Server>>, Error> {
+fn serve(
+    options: &SessionOptions,
+    controller: Arc<LiveController>,
+) -> Result<Option<Arc<Server>>, Error> {
     let Some(server) = &options.server else {
         return Ok(None);
     };
     let address = server.address.clone();
-    let started = Server::start(server, bench);
+    let started = Server::start(server, controller);
     let started = started.map_err(|source| Error::Listen { address, source })?;
     Ok(Some(Arc::new(started)))
 }
@@ -136,42 +183,48 @@ fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> Result<JoinHandle<(
 
 /// A source, an engine, a recorder and a server at work. Dropped, all of them end, the recording whole.
 pub struct Session {
-    desk: Arc<Desk>,
+    status: Arc<SessionStatus>,
     recorder: Arc<Recorder>,
     server: Option<Arc<Server>>,
     source: Option<JoinHandle<()>>,
     threads: Vec<JoinHandle<()>>,
     finished: bool,
-    incoming: Arc<Newest<Arrived>>,
+    incoming: Arc<LatestQueue<TimestampedFrame>>,
     details: Arc<Details>,
 }
 
 impl Session {
     /// Starts everything.
-    pub fn start(options: Options) -> Result<Self, Error> {
+    ///
+    /// # Errors
+    /// A sensor or a method that makes no sense, a source that cannot be opened, a recording that exists, an address that
+    /// cannot be listened on.
+    pub fn start(mut options: SessionOptions) -> Result<Self, Error> {
         check_bits(&options)?;
-        let desk = Arc::new(Desk::new(&options));
-        let incoming = Arc::new(Newest::new(queue_of(&options)));
-        let recorder = Arc::new(Recorder::start(&options, desk.clone())?);
+        let observer = options.observer.take();
+        let status = Arc::new(SessionStatus::new(&options));
+        let incoming = Arc::new(LatestQueue::new(queue_of(&options)));
+        let recorder = Arc::new(Recorder::start(&options, status.clone())?);
         let (controls, run) = source::prepare(&options)?;
-        let (orders, taken) = std::sync::mpsc::channel();
+        let (commands, taken) = std::sync::mpsc::channel();
         let details = Arc::new(Details::new(options.sensor_file.clone()));
         let mut engine = Engine::new(
             &options,
-            desk.clone(),
+            status.clone(),
             recorder.clone(),
             details.clone(),
             taken,
+            observer,
         )?;
-        let bench = Arc::new(Bench::new(
+        let controller = Arc::new(LiveController::new(
             &options,
-            desk.clone(),
+            status.clone(),
             recorder.clone(),
             details.clone(),
             controls,
-            orders,
+            commands,
         ));
-        let server = serve(&options, bench)?;
+        let server = serve(&options, controller)?;
         let (queue, with) = (incoming.clone(), server.clone());
         let worker = details.clone();
         let threads = vec![
@@ -179,10 +232,10 @@ impl Session {
             spawn("details", move || worker.run())?,
         ];
         if let Some(path) = &options.record {
-            recorder.begin(path.clone(), Owner::Operator, options.most)?;
+            recorder.begin(path.clone(), Owner::Operator, options.max_frames)?;
         }
-        let mut receiver = source::Intake {
-            desk: desk.clone(),
+        let mut receiver = source::FrameSink {
+            status: status.clone(),
             recorder: recorder.clone(),
             incoming: incoming.clone(),
             server: server.clone(),
@@ -194,7 +247,7 @@ impl Session {
         };
         let source = spawn("source", move || run(&mut receiver))?;
         Ok(Self {
-            desk,
+            status,
             recorder,
             server,
             source: Some(source),
@@ -214,28 +267,28 @@ impl Session {
 
     /// How the source stands, in words.
     pub fn state(&self) -> (State, String) {
-        self.desk.device()
+        self.status.device()
     }
 
     /// Frames received; lost, corrupt and repeated ones.
     pub fn link_stats(&self) -> taxel_acquire::protocol::LinkStats {
-        self.desk.link_stats()
+        self.status.link_stats()
     }
 
     /// The recording as it stands: frames, bytes, and why it ended early, if it did.
-    pub fn recording(&self) -> Option<desk::Recording> {
+    pub fn recording(&self) -> Option<status::Recording> {
         self.recorder.check();
-        self.desk.recording()
+        self.status.recording()
     }
 
     /// Lines that the command line should say: recordings that begin and end, devices.
-    pub fn take_told(&self) -> Vec<String> {
-        self.desk.take_told()
+    pub fn take_messages(&self) -> Vec<String> {
+        self.status.take_messages()
     }
 
     /// Recordings that have ended.
-    pub fn ended(&self) -> Vec<Saved> {
-        self.desk.ended()
+    pub fn ended(&self) -> Vec<SavedRecording> {
+        self.status.ended()
     }
 
     /// Begins a recording of at most `most` frames; it must not exist.
@@ -244,14 +297,14 @@ impl Session {
     }
 
     /// Ends the recording and gives what is in it, when the file is closed.
-    pub fn stop_recording(&self) -> Option<Saved> {
+    pub fn stop_recording(&self) -> Option<SavedRecording> {
         self.recorder.stop()
     }
 
     /// Ends everything and waits for the recording to be whole: first the source, then the engine when it has had
     /// every frame that waits, then the recorder.
     pub fn end(&mut self) {
-        self.desk.stop();
+        self.status.stop();
         // Standard input may never say that it has ended: its thread goes with the program.
         if let Some(source) = self.source.take() {
             let patience = Instant::now() + Duration::from_secs(2);
@@ -266,7 +319,7 @@ impl Session {
         self.details.close();
         for thread in self.threads.drain(..) {
             if thread.join().is_err() {
-                self.desk
+                self.status
                     .tell("error: a thread failed; what it did is missing".to_owned());
             }
         }

@@ -9,8 +9,8 @@ use taxel_acquire::protocol::LinkStats;
 use taxel_acquire::transport::{Receiver, State};
 use taxel_io::{FrameSource, McapReader, TextOptions, open_counts, shape_of};
 
-use super::desk;
-use super::source::Intake;
+use super::source::FrameSink;
+use super::status;
 use crate::error::Error;
 use crate::frames::is_mcap;
 
@@ -22,7 +22,7 @@ const LOOK: Duration = Duration::from_millis(20);
 
 /// What the player is to do.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Play {
+pub(super) struct PlaybackRequest {
     pub(super) playing: bool,
     /// `None`: as fast as can be.
     pub(super) speed: Option<f64>,
@@ -32,7 +32,7 @@ pub(super) struct Play {
 }
 
 /// A recording with times, or with none.
-enum Reel {
+enum PlaybackSource {
     Timed(Box<McapReader>),
     Plain {
         frames: Box<dyn FrameSource + Send>,
@@ -44,10 +44,10 @@ enum Reel {
 pub(super) struct Player {
     path: PathBuf,
     options: TextOptions,
-    reel: Reel,
+    source: PlaybackSource,
     /// Seconds and frames, where they are known.
     extent: Option<(f64, u64)>,
-    play: Arc<Mutex<Play>>,
+    play: Arc<Mutex<PlaybackRequest>>,
 }
 
 /// What is shown, and how playing stands.
@@ -63,18 +63,18 @@ struct Showing {
     /// Recorded seconds, and when they were played: reset whenever pace or place change.
     clock: Option<(f64, Instant)>,
     /// What was wished for before.
-    before: Play,
+    before: PlaybackRequest,
     ended: bool,
     /// A frame of this place was shown.
     shown_one: bool,
 }
 
-fn open(path: &Path, options: TextOptions) -> Result<Reel, Error> {
+fn open(path: &Path, options: TextOptions) -> Result<PlaybackSource, Error> {
     let timed = is_mcap(path);
     Ok(if timed {
-        Reel::Timed(Box::new(McapReader::open(path, options)?))
+        PlaybackSource::Timed(Box::new(McapReader::open(path, options)?))
     } else {
-        Reel::Plain {
+        PlaybackSource::Plain {
             frames: open_counts(path, options)?,
             at: 0,
         }
@@ -91,19 +91,19 @@ impl Player {
     ) -> Result<Self, Error> {
         let mut options = TextOptions::of(sensor);
         options.keep_going = true;
-        let reel = open(path, options)?;
-        let extent = match &reel {
-            Reel::Timed(reader) => reader.extent(),
-            Reel::Plain { .. } => shape_of(path)?
+        let source = open(path, options)?;
+        let extent = match &source {
+            PlaybackSource::Timed(reader) => reader.extent(),
+            PlaybackSource::Plain { .. } => shape_of(path)?
                 .frames
                 .map(|frames| (frames as f64 / USUAL_RATE, frames)),
         };
         Ok(Self {
             path: path.to_owned(),
             options,
-            reel,
+            source,
             extent,
-            play: Arc::new(Mutex::new(Play {
+            play: Arc::new(Mutex::new(PlaybackRequest {
                 playing,
                 speed,
                 seek: None,
@@ -112,24 +112,24 @@ impl Player {
         })
     }
 
-    pub(super) fn play(&self) -> Arc<Mutex<Play>> {
+    pub(super) fn play(&self) -> Arc<Mutex<PlaybackRequest>> {
         self.play.clone()
     }
 
-    fn wishes(&self) -> Play {
+    fn requested(&self) -> PlaybackRequest {
         let mut play = self.play.lock().unwrap_or_else(PoisonError::into_inner);
-        let wishes = *play;
+        let requested = *play;
         (play.seek, play.again) = (None, false);
-        wishes
+        requested
     }
 
     /// Plays until it is stopped; without viewers until the recording ends.
-    pub(super) fn run(mut self, intake: &mut Intake) {
-        let holds = intake.server.is_some();
+    pub(super) fn run(mut self, sink: &mut FrameSink) {
+        let holds = sink.server.is_some();
         let name = self.path.display().to_string();
-        intake.state(State::Live, &format!("playing {name}"));
-        if !self.wishes().playing {
-            set_word(intake, false, &name);
+        sink.state(State::Live, &format!("playing {name}"));
+        if !self.requested().playing {
+            set_word(sink, false, &name);
         }
         let mut showing = Showing {
             name,
@@ -139,63 +139,68 @@ impl Player {
             read: None,
             link_stats: LinkStats::default(),
             clock: None,
-            before: self.wishes(),
+            before: self.requested(),
             ended: false,
             shown_one: false,
         };
-        while !intake.stopped() {
-            let wishes = self.obey(&mut showing, intake);
+        while !sink.stopped() {
+            let requested = self.apply(&mut showing, sink);
             // Held, it still shows the place that it was moved to.
-            if showing.ended || (!wishes.playing && showing.shown_one) {
-                if wishes.again && showing.read.is_none() {
-                    intake.again(&showing.frame);
+            if showing.ended || (!requested.playing && showing.shown_one) {
+                if requested.again && showing.read.is_none() {
+                    sink.again(&showing.frame);
                 }
                 std::thread::sleep(LOOK);
                 continue;
             }
-            if showing.read.is_none() && !self.read_on(&mut showing, wishes, intake) {
+            if showing.read.is_none() && !self.read_on(&mut showing, requested, sink) {
                 if holds {
                     continue;
                 }
                 return;
             }
-            self.show_when_due(&mut showing, &wishes, intake);
+            self.show_when_due(&mut showing, &requested, sink);
         }
     }
 
     /// Does what viewers wish: another place, another pace. Gives what holds now.
-    fn obey(&mut self, showing: &mut Showing, intake: &mut Intake) -> Play {
-        let mut wishes = self.wishes();
-        if showing.ended && wishes.playing {
-            // Play at the end begins again.
-            wishes.seek.get_or_insert(0.0);
+    fn apply(&mut self, showing: &mut Showing, sink: &mut FrameSink) -> PlaybackRequest {
+        let mut requested = self.requested();
+        if showing.ended && requested.playing {
+            // PlaybackRequest at the end begins again.
+            requested.seek.get_or_insert(0.0);
         }
-        if let Some(to) = wishes.seek {
+        if let Some(to) = requested.seek {
             if let Err(error) = self.seek(to) {
-                intake.state(State::Ended, &error.to_string());
+                sink.state(State::Ended, &error.to_string());
             }
             if showing.ended {
                 // It came to its end playing; moved away from there it goes on.
-                wishes.playing = true;
+                requested.playing = true;
                 self.set_playing(true);
             }
             (showing.clock, showing.read) = (None, None);
             (showing.ended, showing.shown_one) = (false, false);
         }
         let before = showing.before;
-        let changed = (wishes.playing, wishes.speed) != (before.playing, before.speed);
-        showing.before = wishes;
-        self.tell(intake, &wishes, showing.secs, showing.shown);
-        if !showing.ended && (wishes.seek.is_some() || changed) {
+        let changed = (requested.playing, requested.speed) != (before.playing, before.speed);
+        showing.before = requested;
+        self.tell(sink, &requested, showing.secs, showing.shown);
+        if !showing.ended && (requested.seek.is_some() || changed) {
             showing.clock = None;
-            set_word(intake, wishes.playing, &showing.name);
-            intake.tell();
+            set_word(sink, requested.playing, &showing.name);
+            sink.tell();
         }
-        wishes
+        requested
     }
 
     /// Reads the next frame; false at the end, which is told.
-    fn read_on(&mut self, showing: &mut Showing, mut wishes: Play, intake: &mut Intake) -> bool {
+    fn read_on(
+        &mut self,
+        showing: &mut Showing,
+        mut requested: PlaybackRequest,
+        sink: &mut FrameSink,
+    ) -> bool {
         let why = match self.next(&mut showing.frame) {
             Ok(at) => {
                 showing.read = at;
@@ -205,41 +210,46 @@ impl Player {
         };
         // Frames that cannot be read are left out, and told as a device's broken ones are.
         showing.link_stats.corrupt = self.skipped();
-        intake.link_stats(showing.link_stats);
+        sink.link_stats(showing.link_stats);
         if showing.read.is_some() {
             return true;
         }
-        self.tell_events(intake);
+        self.tell_events(sink);
         showing.ended = true;
         self.set_playing(false);
-        wishes.playing = false;
-        self.tell(intake, &wishes, showing.secs, showing.shown);
-        intake.state(State::Ended, &why);
+        requested.playing = false;
+        self.tell(sink, &requested, showing.secs, showing.shown);
+        sink.state(State::Ended, &why);
         false
     }
 
     /// Shows the frame that was read when its time has come, unless something else is wished for before that.
-    fn show_when_due(&mut self, showing: &mut Showing, wishes: &Play, intake: &mut Intake) {
+    fn show_when_due(
+        &mut self,
+        showing: &mut Showing,
+        requested: &PlaybackRequest,
+        sink: &mut FrameSink,
+    ) {
         let Some(at) = showing.read else { return };
-        if wishes.playing && showing.shown_one && skips(intake, at - showing.secs) {
+        if requested.playing && showing.shown_one && skips(sink, at - showing.secs) {
             showing.clock = None;
         }
         let (begun, since) = *showing.clock.get_or_insert((at, Instant::now()));
-        if let Some(speed) = wishes.speed {
+        if let Some(speed) = requested.speed {
             let due = since + Duration::from_secs_f64(((at - begun) / speed).max(0.0));
-            while Instant::now() < due && !intake.stopped() && self.is_as(wishes) {
+            while Instant::now() < due && !sink.stopped() && self.is_as(requested) {
                 std::thread::sleep(LOOK.min(due.saturating_duration_since(Instant::now())));
             }
-            if showing.shown_one && !self.is_as(wishes) {
+            if showing.shown_one && !self.is_as(requested) {
                 // Not its time any more; it waits for what comes of the wish.
                 return;
             }
         }
-        self.tell_events(intake);
-        self.tell_tare(intake);
+        self.tell_events(sink);
+        self.tell_tare(sink);
         showing.link_stats.frames += 1;
-        intake.frame(&showing.frame, SystemTime::now());
-        intake.link_stats(showing.link_stats);
+        sink.frame(&showing.frame, SystemTime::now());
+        sink.link_stats(showing.link_stats);
         (showing.secs, showing.shown) = (at, showing.frame.sequence);
         (showing.shown_one, showing.read) = (true, None);
     }
@@ -250,16 +260,16 @@ impl Player {
     }
 
     /// Whether nobody has asked for anything else meanwhile.
-    fn is_as(&self, wishes: &Play) -> bool {
+    fn is_as(&self, requested: &PlaybackRequest) -> bool {
         let now = self.play.lock().unwrap_or_else(PoisonError::into_inner);
-        now.seek.is_none() && now.playing == wishes.playing && now.speed == wishes.speed
+        now.seek.is_none() && now.playing == requested.playing && now.speed == requested.speed
     }
 
-    fn tell(&self, intake: &Intake, wishes: &Play, secs: f64, frame: u64) {
+    fn tell(&self, sink: &FrameSink, requested: &PlaybackRequest, secs: f64, frame: u64) {
         let (duration_secs, frames) = self.extent.unwrap_or((secs, frame + 1));
-        intake.desk.set_player(desk::Player {
-            playing: wishes.playing,
-            speed: wishes.speed.unwrap_or(0.0),
+        sink.status.set_player(status::Player {
+            playing: requested.playing,
+            speed: requested.speed.unwrap_or(0.0),
             position_secs: secs,
             duration_secs,
             frame,
@@ -268,42 +278,42 @@ impl Player {
     }
 
     /// What happened when the frame shown next was recorded.
-    fn tell_events(&mut self, intake: &Intake) {
-        let Reel::Timed(reader) = &mut self.reel else {
+    fn tell_events(&mut self, sink: &FrameSink) {
+        let PlaybackSource::Timed(reader) = &mut self.source else {
             return;
         };
         for event in reader.take_events() {
-            intake.desk.note(&event.text);
+            sink.status.note(&event.text);
         }
     }
 
     /// What was taken off the frame shown next, when it was recorded.
-    fn tell_tare(&self, intake: &mut Intake) {
-        let Reel::Timed(reader) = &self.reel else {
+    fn tell_tare(&self, sink: &mut FrameSink) {
+        let PlaybackSource::Timed(reader) = &self.source else {
             return;
         };
-        let known = intake.tare.as_ref().and_then(Option::as_deref);
+        let known = sink.tare.as_ref().and_then(Option::as_deref);
         let tare = reader.tare().filter(|tare| !tare.is_undone());
-        if intake.tare.is_none() || known != tare {
-            intake.tare = Some(tare.cloned().map(Arc::new));
+        if sink.tare.is_none() || known != tare {
+            sink.tare = Some(tare.cloned().map(Arc::new));
         }
     }
 
     fn skipped(&self) -> u64 {
-        let skipped = match &self.reel {
-            Reel::Timed(reader) => reader.skipped(),
-            Reel::Plain { frames, .. } => frames.skipped(),
+        let skipped = match &self.source {
+            PlaybackSource::Timed(reader) => reader.skipped(),
+            PlaybackSource::Plain { frames, .. } => frames.skipped(),
         };
         skipped as u64
     }
 
     /// The next frame, and its second.
     fn next(&mut self, frame: &mut Frame<Counts>) -> Result<Option<f64>, Error> {
-        Ok(match &mut self.reel {
-            Reel::Timed(reader) => reader
+        Ok(match &mut self.source {
+            PlaybackSource::Timed(reader) => reader
                 .next_into(frame)?
                 .then(|| frame.time_secs.unwrap_or_default()),
-            Reel::Plain { frames, at } => frames.next_into(frame)?.then(|| {
+            PlaybackSource::Plain { frames, at } => frames.next_into(frame)?.then(|| {
                 *at += 1;
                 let secs = (*at - 1) as f64 / USUAL_RATE;
                 frame.time_secs = Some(secs);
@@ -314,12 +324,12 @@ impl Player {
 
     /// By the index where there is one; else from the beginning on, frame by frame.
     fn seek(&mut self, to: f64) -> Result<(), Error> {
-        if let Reel::Timed(reader) = &mut self.reel
+        if let PlaybackSource::Timed(reader) = &mut self.source
             && reader.seek(to)?
         {
             return Ok(());
         }
-        self.reel = open(&self.path, self.options)?;
+        self.source = open(&self.path, self.options)?;
         let mut frame = Frame::zeros(self.options.rows, self.options.columns);
         for _ in 0..(to * USUAL_RATE) as u64 {
             if self.next(&mut frame)?.is_none() {
@@ -330,18 +340,17 @@ impl Player {
     }
 }
 
-fn set_word(intake: &Intake, playing: bool, name: &str) {
+fn set_word(sink: &FrameSink, playing: bool, name: &str) {
     let word = if playing { "live" } else { "paused" };
     let text = format!("playing {name}");
-    intake.desk.set_device_word(State::Live, word, &text);
+    sink.status.set_device_word(State::Live, word, &text);
 }
 
 /// Whether the time to the next frame is not waited for: a device was away, or its clock jumped.
-fn skips(intake: &Intake, secs: f64) -> bool {
+fn skips(sink: &FrameSink, secs: f64) -> bool {
     let skips = !(0.0..=MAX_GAP).contains(&secs);
     if skips {
-        intake
-            .desk
+        sink.status
             .note(&format!("{secs:.1} s in the recording are skipped"));
     }
     skips

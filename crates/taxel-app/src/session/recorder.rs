@@ -18,22 +18,22 @@ use taxel::{Frame, Newtons};
 use taxel_io::mcap::About;
 use taxel_io::{McapWriter, Tare};
 
-use super::desk::{Desk, Recording};
-use super::{Arrived, Options};
+use super::status::{Recording, SessionStatus};
+use super::{SessionOptions, TimestampedFrame};
 use crate::error::Error;
 use file::Open;
-pub use file::{Owner, Saved};
+pub use file::{Owner, SavedRecording};
 
 /// What is recorded beside the counts.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Wanted {
+pub struct RecordTopics {
     /// Compensated loads.
     pub loads: bool,
     /// Total force and the like.
     pub figures: bool,
 }
 
-impl Wanted {
+impl RecordTopics {
     pub(super) fn any(self) -> bool {
         self.loads || self.figures
     }
@@ -48,12 +48,12 @@ const LOADS_WITHIN: Duration = Duration::from_secs(1);
 
 enum Item {
     Begin(Box<Open>),
-    Counts(Arrived),
-    Solved(Box<Solved>),
+    Counts(TimestampedFrame),
+    SolvedFrame(Box<SolvedFrame>),
     Event(&'static str, String, SystemTime),
     Tare(Box<Tare>),
     /// End the recording; the answer comes when the file is closed.
-    Stop(Sender<Option<Saved>>),
+    Stop(Sender<Option<SavedRecording>>),
     /// The same, and the thread ends too: no loads are on their way any more.
     Finish,
     #[cfg(test)]
@@ -61,7 +61,7 @@ enum Item {
 }
 
 /// Loads and figures of a frame.
-pub(super) struct Solved {
+pub(super) struct SolvedFrame {
     pub(super) loads: Option<Frame<Newtons>>,
     pub(super) figures: FrameFigures,
     pub(super) sequence: u64,
@@ -90,7 +90,7 @@ enum Phase {
 /// What both ends see.
 struct Shared {
     phase: AtomicU8,
-    desk: Arc<Desk>,
+    status: Arc<SessionStatus>,
     /// What is taken off now: a recording that begins has it too.
     tare: Mutex<Option<Tare>>,
 }
@@ -131,25 +131,28 @@ pub(super) struct Recorder {
     /// Held while a recording is begun or ended: one at a time.
     control: Mutex<()>,
     about: About,
-    wanted: Wanted,
+    wanted: RecordTopics,
     thread: Mutex<Option<std::thread::JoinHandle<()>>>,
 }
 
 impl Recorder {
-    pub(super) fn start(options: &Options, desk: Arc<Desk>) -> Result<Self, Error> {
+    pub(super) fn start(
+        options: &SessionOptions,
+        status: Arc<SessionStatus>,
+    ) -> Result<Self, Error> {
         let about = About {
             sensor: options.sensor.clone(),
             program: format!("taxel {}", env!("CARGO_PKG_VERSION")),
             source: options.address.to_string(),
         };
-        Self::new(about, options.wanted, desk)
+        Self::new(about, options.topics, status)
     }
 
-    fn new(about: About, wanted: Wanted, desk: Arc<Desk>) -> Result<Self, Error> {
+    fn new(about: About, wanted: RecordTopics, status: Arc<SessionStatus>) -> Result<Self, Error> {
         let (items, received) = sync_channel(QUEUE);
         let shared = Arc::new(Shared {
             phase: AtomicU8::new(Phase::Idle as u8),
-            desk,
+            status,
             tare: Mutex::new(None),
         });
         let with = shared.clone();
@@ -182,7 +185,7 @@ impl Recorder {
             return Err(Error::RecorderGone);
         }
         if !self.shared.go(Phase::Idle, Phase::Beginning) {
-            let name = self.shared.desk.recording().unwrap_or_default().name;
+            let name = self.shared.status.recording().unwrap_or_default().name;
             return Err(Error::AlreadyRecording { name });
         }
         let begun = McapWriter::create(path, &self.about);
@@ -192,13 +195,13 @@ impl Recorder {
             owner,
             most,
             self.wanted,
-            self.shared.desk.link_stats(),
+            self.shared.status.link_stats(),
         );
-        self.shared.desk.set_recording(Some(open.status(None)));
+        self.shared.status.set_recording(Some(open.status(None)));
         if owner == Owner::Viewer {
             let path = open.path().display();
             self.shared
-                .desk
+                .status
                 .tell(format!("a viewer begins to record to {path}"));
         }
         if self.items.send(Item::Begin(Box::new(open))).is_err() {
@@ -210,7 +213,7 @@ impl Recorder {
     }
 
     /// Ends the file and gives what is in it, when it is closed; `None` when there is none.
-    pub(super) fn stop(&self) -> Option<Saved> {
+    pub(super) fn stop(&self) -> Option<SavedRecording> {
         let one = self.control.lock().unwrap_or_else(PoisonError::into_inner);
         let goes_on = self.shared.go(Phase::Recording, Phase::Closing);
         if !goes_on && matches!(self.shared.phase(), Phase::Idle | Phase::Dead) {
@@ -229,10 +232,10 @@ impl Recorder {
     }
 
     /// What is wanted beside the counts now.
-    pub(super) fn wants(&self) -> Wanted {
+    pub(super) fn wants(&self) -> RecordTopics {
         match self.shared.phase() {
             Phase::Recording | Phase::Closing => self.wanted,
-            _ => Wanted::default(),
+            _ => RecordTopics::default(),
         }
     }
 
@@ -242,18 +245,18 @@ impl Recorder {
             Phase::Idle | Phase::Dead => None,
             _ => self
                 .shared
-                .desk
+                .status
                 .recording()
                 .map(|recording| recording.owner),
         }
     }
 
-    pub(super) fn counts(&self, arrived: &Arrived) {
+    pub(super) fn counts(&self, arrived: &TimestampedFrame) {
         self.put(|| Item::Counts(arrived.clone()));
     }
 
     /// The same from a source that can wait for the disk.
-    pub(super) fn counts_waiting(&self, arrived: &Arrived) {
+    pub(super) fn counts_waiting(&self, arrived: &TimestampedFrame) {
         if self.shared.phase() == Phase::Recording
             && self.items.send(Item::Counts(arrived.clone())).is_err()
         {
@@ -262,8 +265,8 @@ impl Recorder {
     }
 
     /// Loads that the disk has no time for are left out, and counted at the end; `waits`: until it has.
-    pub(super) fn solved(&self, solved: Solved, waits: bool) {
-        let item = Item::Solved(Box::new(solved));
+    pub(super) fn solved(&self, solved: SolvedFrame, waits: bool) {
+        let item = Item::SolvedFrame(Box::new(solved));
         let gone = if waits {
             self.items.send(item).is_err()
         } else {
@@ -323,14 +326,14 @@ impl Recorder {
             Ok(()) => "the recording thread ended".to_owned(),
             Err(panic) => format!("the recording thread failed: {}", words_of(&*panic)),
         };
-        let status = self.shared.desk.recording().unwrap_or_default();
-        self.shared.desk.saved(Saved {
+        let status = self.shared.status.recording().unwrap_or_default();
+        self.shared.status.saved(SavedRecording {
             error: Some(why),
-            ..Saved::of(status)
+            ..SavedRecording::of(status)
         });
     }
 
-    /// Writes what waits and ends; a thread that failed is told of on the desk.
+    /// Writes what waits and ends; a thread that failed is told of in the status.
     pub(super) fn finish(&self) {
         if self.items.send(Item::Finish).is_err() {
             return self.died();
@@ -343,13 +346,13 @@ impl Recorder {
         if let Some(thread) = thread
             && let Err(panic) = thread.join()
         {
-            let status = self.shared.desk.recording().unwrap_or_default();
-            self.shared.desk.saved(Saved {
+            let status = self.shared.status.recording().unwrap_or_default();
+            self.shared.status.saved(SavedRecording {
                 error: Some(format!(
                     "the recording thread failed: {}",
                     words_of(&*panic)
                 )),
-                ..Saved::of(status)
+                ..SavedRecording::of(status)
             });
         }
     }
@@ -370,7 +373,7 @@ struct Writing<'a> {
     shared: &'a Shared,
     open: Option<Open>,
     /// Who waits for the end, and since when nothing has come.
-    closing: Option<(Sender<Option<Saved>>, Instant)>,
+    closing: Option<(Sender<Option<SavedRecording>>, Instant)>,
     told: Instant,
 }
 
@@ -405,7 +408,7 @@ impl<'a> Writing<'a> {
                 && self.told.elapsed() > LOOK
             {
                 self.told = Instant::now();
-                self.shared.desk.set_recording(Some(file.status(None)));
+                self.shared.status.set_recording(Some(file.status(None)));
             }
         }
     }
@@ -432,7 +435,7 @@ impl<'a> Writing<'a> {
                     self.told = Instant::now() - LOOK;
                 }
             }
-            Item::Solved(solved) => {
+            Item::SolvedFrame(solved) => {
                 self.write(|file| file.solved(&solved));
                 if let Some((_, since)) = &mut self.closing {
                     *since = Instant::now();
@@ -472,8 +475,8 @@ impl<'a> Writing<'a> {
     /// Closes the file, tells how it went, and is ready for the next.
     fn end(&mut self, error: Option<String>) {
         let saved = self.open.take().map(|file| {
-            let saved = file.end(error, self.shared.desk.link_stats());
-            self.shared.desk.saved(saved.clone());
+            let saved = file.end(error, self.shared.status.link_stats());
+            self.shared.status.saved(saved.clone());
             self.shared.set(Phase::Idle);
             saved
         });

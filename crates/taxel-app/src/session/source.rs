@@ -12,11 +12,11 @@ use taxel_acquire::simulated::{Simulated, SimulationParameters};
 use taxel_acquire::transport::{Receiver, State, receive};
 use taxel_server::Server;
 
-use super::desk::Desk;
-use super::newest::Newest;
-use super::player::{Play, Player};
+use super::latest_queue::LatestQueue;
+use super::player::{PlaybackRequest, Player};
 use super::recorder::Recorder;
-use super::{Arrived, Options};
+use super::status::SessionStatus;
+use super::{SessionOptions, TimestampedFrame};
 use crate::error::Error;
 
 /// What can be done with the source while it runs.
@@ -27,13 +27,13 @@ pub(super) enum Controls {
     /// Knobs of a virtual sensor.
     Simulation(Arc<Mutex<SimulationParameters>>),
     /// A file's player.
-    Player(Arc<Mutex<Play>>),
+    Player(Arc<Mutex<PlaybackRequest>>),
 }
 
-type Run = Box<dyn FnOnce(&mut Intake) + Send>;
+type Run = Box<dyn FnOnce(&mut FrameSink) + Send>;
 
 /// Makes the source ready; what comes back runs until it is stopped.
-pub(super) fn prepare(options: &Options) -> Result<(Controls, Run), Error> {
+pub(super) fn prepare(options: &SessionOptions) -> Result<(Controls, Run), Error> {
     Ok(match &options.address {
         Address::Sim {
             pattern,
@@ -44,13 +44,13 @@ pub(super) fn prepare(options: &Options) -> Result<(Controls, Run), Error> {
             let pattern = Pattern::named(pattern).expect("the address was checked");
             let source = Simulated::new(&options.sensor, pattern, *seed, *frames_per_second)?;
             let parameters = source.parameters();
-            let run: Run = Box::new(move |intake| source.run(intake));
+            let run: Run = Box::new(move |sink| source.run(sink));
             (Controls::Simulation(parameters), run)
         }
         Address::File { path, speed } => {
             let player = Player::open(path, &options.sensor, *speed, !options.held)?;
             let play = player.play();
-            let run: Run = Box::new(move |intake| player.run(intake));
+            let run: Run = Box::new(move |sink| player.run(sink));
             (Controls::Player(play), run)
         }
         Address::Board { path } => (Controls::Device, board(path, &options.sensor)?),
@@ -64,9 +64,9 @@ pub(super) fn prepare(options: &Options) -> Result<(Controls, Run), Error> {
             };
             let expected = Expected::of(&options.sensor);
             let address = address.clone();
-            let run: Run = Box::new(move |intake| {
+            let run: Run = Box::new(move |sink| {
                 let mut decoder = protocol.decoder(expected);
-                receive(&address, &mut *decoder, intake);
+                receive(&address, &mut *decoder, sink);
             });
             (Controls::Device, run)
         }
@@ -103,7 +103,7 @@ fn board(path: &Path, sensor: &Sensor) -> Result<Run, Error> {
             sensor.columns()
         )));
     }
-    Ok(Box::new(move |intake| rpi::receive(&board, intake)))
+    Ok(Box::new(move |sink| rpi::receive(&board, sink)))
 }
 
 #[cfg(not(feature = "rpi"))]
@@ -115,10 +115,10 @@ fn board(path: &Path, _: &Sensor) -> Result<Run, Error> {
 }
 
 /// Takes frames in: to the recorder, then to the engine; a device's wait for neither.
-pub(super) struct Intake {
-    pub(super) desk: Arc<Desk>,
+pub(super) struct FrameSink {
+    pub(super) status: Arc<SessionStatus>,
     pub(super) recorder: Arc<Recorder>,
-    pub(super) incoming: Arc<Newest<Arrived>>,
+    pub(super) incoming: Arc<LatestQueue<TimestampedFrame>>,
     pub(super) server: Option<Arc<Server>>,
     /// The source has no pace of its own: it waits rather than lose a frame.
     pub(super) can_wait: bool,
@@ -138,10 +138,10 @@ const MAX_STEP: f64 = 3600.0;
 /// What goes wrong is told this often.
 const LOSSES_EVERY: Duration = Duration::from_secs(1);
 
-impl Intake {
+impl FrameSink {
     /// A frame that was shown before, for those who have come since.
     pub(super) fn again(&self, frame: &Frame<Counts>) {
-        self.incoming.push(Arrived {
+        self.incoming.push(TimestampedFrame {
             frame: Arc::new(frame.clone()),
             at: SystemTime::now(),
             tare: self.tare.clone(),
@@ -179,14 +179,14 @@ impl Intake {
     }
 }
 
-impl Receiver for Intake {
+impl Receiver for FrameSink {
     fn frame(&mut self, frame: &Frame<Counts>, at: SystemTime) {
-        let arrived = Arrived {
+        let arrived = TimestampedFrame {
             frame: Arc::new(frame.clone()),
             at,
             tare: self.tare.clone(),
         };
-        self.desk.arrived();
+        self.status.arrived();
         self.look_at_clock(frame);
         if self.waits_for_disk {
             self.recorder.counts_waiting(&arrived)
@@ -197,28 +197,28 @@ impl Receiver for Intake {
             return self.incoming.push_waiting(arrived);
         }
         if self.incoming.push(arrived) {
-            self.desk.skip();
+            self.status.skip();
         }
     }
 
     fn state(&mut self, state: State, text: &str) {
-        let (before, _) = self.desk.device();
-        self.desk.set_device(state, text);
+        let (before, _) = self.status.device();
+        self.status.set_device(state, text);
         if before != state {
             self.recorder.event("device", text);
             self.tell();
         }
         if state == State::Ended {
-            self.tell_losses(self.desk.link_stats(), true);
+            self.tell_losses(self.status.link_stats(), true);
         }
     }
 
     fn link_stats(&mut self, link_stats: LinkStats) {
-        self.desk.set_link_stats(link_stats);
+        self.status.set_link_stats(link_stats);
         self.tell_losses(link_stats, self.stopped());
     }
 
     fn stopped(&self) -> bool {
-        self.desk.is_stopped()
+        self.status.is_stopped()
     }
 }

@@ -14,7 +14,7 @@ use crate::out::warn_unsolved;
 use crate::progress::{Progress, Terminal};
 use crate::{Exit, out};
 use taxel_app::chain::Chain;
-use taxel_app::frames::{Input, Shown};
+use taxel_app::frames::{DisplayUnit, Input};
 use taxel_app::line_survey::Survey;
 use taxel_app::methods;
 use taxel_app::methods::MethodName;
@@ -227,7 +227,7 @@ fn scene_of(of: &FrameOf, sensor: &Sensor, file: &Path) -> Result<BudgetScene, E
             if let Some(outcome) = chain.take(&reading)? {
                 warn_unsolved(read, &outcome);
             }
-            let mut shown = Frame::<Shown>::zeros(sensor.rows(), sensor.columns());
+            let mut shown = Frame::<DisplayUnit>::zeros(sensor.rows(), sensor.columns());
             chain.show_into(&mut shown)?;
             return Ok(BudgetScene {
                 name: format!("frame {} of {}", of.frame, of.file.display()),

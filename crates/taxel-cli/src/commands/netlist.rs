@@ -13,7 +13,7 @@ use crate::outputs::Files;
 use crate::progress::Terminal;
 use crate::{Exit, out, recorded};
 use taxel_app::chain::Chain;
-use taxel_app::frames::{Input, Shown, open_values};
+use taxel_app::frames::{DisplayUnit, Input, open_values};
 use taxel_app::line_survey::Survey;
 use taxel_app::methods::MethodName;
 use taxel_app::units::{InputUnit, Unit};
@@ -133,7 +133,7 @@ fn behind_counts(
             if let Some(outcome) = chain.take(&reading)? {
                 warn_unsolved(read, &outcome);
             }
-            let mut shown = Frame::<Shown>::zeros(sensor.rows(), sensor.columns());
+            let mut shown = Frame::<DisplayUnit>::zeros(sensor.rows(), sensor.columns());
             chain.show_into(&mut shown)?;
             return Ok(shown.map(|_, siemens| siemens.max(0.0)));
         }

@@ -7,7 +7,7 @@ use std::time::{Instant, SystemTime};
 use taxel_acquire::protocol::LinkStats;
 use taxel_io::{Losses, McapWriter, Tare};
 
-use super::{Arrived, Recording, Solved, Wanted};
+use super::{RecordTopics, Recording, SolvedFrame, TimestampedFrame};
 
 /// Frames whose loads may be on their way: beyond, they are taken for left out.
 const MAX_AWAITED: usize = 100_000;
@@ -24,7 +24,7 @@ pub enum Owner {
 
 /// A recording that has ended.
 #[derive(Debug, Clone, Default)]
-pub struct Saved {
+pub struct SavedRecording {
     /// The file; there is none where no frame came.
     pub path: PathBuf,
     /// Frames that are in it.
@@ -37,7 +37,7 @@ pub struct Saved {
     pub error: Option<String>,
 }
 
-impl Saved {
+impl SavedRecording {
     /// Of a recording whose end nobody saw.
     pub(super) fn of(status: Recording) -> Self {
         Self {
@@ -97,7 +97,7 @@ pub(super) struct Open {
     begun: Instant,
     owner: Owner,
     most: Option<u64>,
-    wanted: Wanted,
+    wanted: RecordTopics,
     /// Frames whose loads are wanted and have not come.
     awaited: HashSet<u64>,
     without_loads: u64,
@@ -110,7 +110,7 @@ impl Open {
         writer: McapWriter,
         owner: Owner,
         most: Option<u64>,
-        wanted: Wanted,
+        wanted: RecordTopics,
         before: LinkStats,
     ) -> Self {
         Self {
@@ -149,7 +149,7 @@ impl Open {
         self.awaited.is_empty()
     }
 
-    pub(super) fn counts(&mut self, arrived: &Arrived) -> Result<(), taxel_io::Error> {
+    pub(super) fn counts(&mut self, arrived: &TimestampedFrame) -> Result<(), taxel_io::Error> {
         if self.is_full() {
             return Ok(());
         }
@@ -165,7 +165,7 @@ impl Open {
     }
 
     /// Loads of a frame that is in the file; of others they are let go.
-    pub(super) fn solved(&mut self, solved: &Solved) -> Result<(), taxel_io::Error> {
+    pub(super) fn solved(&mut self, solved: &SolvedFrame) -> Result<(), taxel_io::Error> {
         if !self.awaited.remove(&solved.sequence) {
             return Ok(());
         }
@@ -194,7 +194,7 @@ impl Open {
     }
 
     /// Closes the file. One without a frame never had its name: it would only stand in the way of the next.
-    pub(super) fn end(mut self, mut error: Option<String>, now: LinkStats) -> Saved {
+    pub(super) fn end(mut self, mut error: Option<String>, now: LinkStats) -> SavedRecording {
         let link_stats = now.since(&self.before);
         let without_loads = self.without_loads + self.awaited.len() as u64;
         let path = self.path().to_owned();
@@ -208,7 +208,7 @@ impl Open {
         if let (Err(failed), None) = (self.writer.finish(), &error) {
             error = Some(failed.to_string());
         }
-        Saved {
+        SavedRecording {
             path,
             frames,
             link_stats,
@@ -231,10 +231,10 @@ impl Open {
         losses.left_out = without_loads;
         losses.other_senders = link_stats.strangers;
         self.writer.set_losses(losses);
-        let missing = Saved {
+        let missing = SavedRecording {
             link_stats: *link_stats,
             without_loads,
-            ..Saved::default()
+            ..SavedRecording::default()
         };
         match missing.missing() {
             missing if missing.is_empty() => Ok(()),

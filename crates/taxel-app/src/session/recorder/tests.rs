@@ -6,20 +6,20 @@ use taxel::sensor::preset;
 
 struct Bed {
     recorder: Recorder,
-    desk: Arc<Desk>,
+    status: Arc<SessionStatus>,
     folder: tempfile::TempDir,
 }
 
-fn bed(wanted: Wanted) -> Bed {
-    let desk = Arc::new(Desk::waiting("a test"));
+fn bed(wanted: RecordTopics) -> Bed {
+    let status = Arc::new(SessionStatus::waiting("a test"));
     let about = About {
         sensor: preset("mat-16x16-cd4067").unwrap(),
         program: "test".to_owned(),
         source: "test".to_owned(),
     };
     Bed {
-        recorder: Recorder::new(about, wanted, desk.clone()).unwrap(),
-        desk,
+        recorder: Recorder::new(about, wanted, status.clone()).unwrap(),
+        status,
         folder: tempfile::tempdir().unwrap(),
     }
 }
@@ -33,7 +33,7 @@ impl Bed {
         for sequence in sequences {
             let mut frame = Frame::<Counts>::zeros(16, 16);
             frame.sequence = sequence;
-            self.recorder.counts_waiting(&Arrived {
+            self.recorder.counts_waiting(&TimestampedFrame {
                 frame: Arc::new(frame),
                 at: SystemTime::now(),
                 tare: None,
@@ -42,7 +42,7 @@ impl Bed {
     }
 
     fn solved(&self, sequence: u64) {
-        let solved = Solved {
+        let solved = SolvedFrame {
             loads: None,
             figures: FrameFigures::default(),
             sequence,
@@ -54,7 +54,7 @@ impl Bed {
 
 #[test]
 fn the_end_is_answered_with_what_the_file_has() {
-    let bed = bed(Wanted::default());
+    let bed = bed(RecordTopics::default());
     let path = bed.path("a.mcap");
     bed.frames(0..3);
     bed.recorder
@@ -68,7 +68,7 @@ fn the_end_is_answered_with_what_the_file_has() {
     assert_eq!(reader.extent().unwrap().1, 100);
     assert!(bed.recorder.stop().is_none());
     assert_eq!(
-        bed.desk.take_told(),
+        bed.status.take_messages(),
         [format!("{}: 100 frames", path.display())]
     );
     // The next one needs no waiting.
@@ -88,7 +88,7 @@ fn the_end_is_answered_with_what_the_file_has() {
 
 #[test]
 fn no_more_frames_than_asked_for() {
-    let bed = bed(Wanted::default());
+    let bed = bed(RecordTopics::default());
     bed.recorder
         .begin(bed.path("a.mcap"), Owner::Operator, Some(7))
         .unwrap();
@@ -98,7 +98,7 @@ fn no_more_frames_than_asked_for() {
 
 #[test]
 fn a_recorder_that_dies_is_noticed_and_what_it_had_is_whole() {
-    let bed = bed(Wanted::default());
+    let bed = bed(RecordTopics::default());
     let path = bed.path("a.mcap");
     bed.recorder
         .begin(path.clone(), Owner::Operator, None)
@@ -106,17 +106,17 @@ fn a_recorder_that_dies_is_noticed_and_what_it_had_is_whole() {
     bed.frames(0..5);
     bed.recorder.items.send(Item::Panic).unwrap();
     // Whoever comes first: the source, the command line, the end.
-    while bed.desk.ended().is_empty() {
+    while bed.status.ended().is_empty() {
         bed.frames(5..6);
         bed.recorder.check();
     }
     bed.recorder.finish();
-    let ended = bed.desk.ended();
+    let ended = bed.status.ended();
     assert_eq!(ended.len(), 1);
     let why = ended[0].error.clone().unwrap();
     assert!(why.contains("asked for by a test"), "{why}");
-    assert!(bed.desk.recording().unwrap().error.is_some());
-    assert!(bed.desk.take_told()[0].starts_with("error: recording "));
+    assert!(bed.status.recording().unwrap().error.is_some());
+    assert!(bed.status.take_messages()[0].starts_with("error: recording "));
     let refused = bed
         .recorder
         .begin(bed.path("b.mcap"), Owner::Operator, None);
@@ -127,7 +127,7 @@ fn a_recorder_that_dies_is_noticed_and_what_it_had_is_whole() {
 
 #[test]
 fn loads_that_never_come_are_counted() {
-    let bed = bed(Wanted {
+    let bed = bed(RecordTopics {
         loads: false,
         figures: true,
     });
@@ -152,16 +152,16 @@ fn loads_that_never_come_are_counted() {
 /// A disk that is too slow ends the recording, and what was in the queue is in the file.
 #[test]
 fn a_queue_that_is_full_ends_the_recording_with_what_it_holds() {
-    let bed = bed(Wanted::default());
+    let bed = bed(RecordTopics::default());
     bed.recorder
         .begin(bed.path("a.mcap"), Owner::Operator, None)
         .unwrap();
     bed.frames(0..3);
     assert!(bed.recorder.shared.go(Phase::Recording, Phase::Overrun));
-    while bed.desk.ended().is_empty() {
+    while bed.status.ended().is_empty() {
         std::thread::sleep(Duration::from_millis(1));
     }
-    let ended = &bed.desk.ended()[0];
+    let ended = &bed.status.ended()[0];
     assert_eq!(ended.frames, 3);
     assert!(
         ended
@@ -179,7 +179,7 @@ fn a_queue_that_is_full_ends_the_recording_with_what_it_holds() {
 
 #[test]
 fn a_stop_while_many_begin_and_end_is_always_answered() {
-    let bed = bed(Wanted::default());
+    let bed = bed(RecordTopics::default());
     std::thread::scope(|scope| {
         for thread in 0..3 {
             let bed = &bed;

@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::progress::Progress;
 use crate::recorded::Untared;
 use taxel_app::chain::Chain;
-use taxel_app::frames::{FrameReader, Shown, show};
+use taxel_app::frames::{DisplayUnit, FrameReader, show};
 use taxel_app::methods::MethodName;
 
 /// Values that are held at most: 800 MB.
@@ -97,7 +97,7 @@ pub(super) fn take(
         open_counts(&args.recording, options)?,
         Frame::zeros(options.rows, options.columns),
     );
-    let mut shown = Frame::<Shown>::zeros(options.rows, options.columns);
+    let mut shown = Frame::<DisplayUnit>::zeros(options.rows, options.columns);
     let mut untared = Untared::new(args.no_tare);
     let progress = Progress::new("reading");
     while reading.advance()? {
@@ -130,7 +130,7 @@ impl Taken {
         &mut self,
         args: &Args,
         screened: &Frame<Counts>,
-        shown: Option<&Frame<Shown>>,
+        shown: Option<&Frame<DisplayUnit>>,
         places: &[(String, usize, usize)],
     ) -> Result<(), Error> {
         if (self.sequence.len() + 1) * places.len() > MAX_VALUES {

@@ -11,21 +11,21 @@ use super::Args;
 use crate::error::Error;
 use crate::out;
 use taxel_app::carry::{self, Carry, Clock, USUAL_RATE};
-use taxel_app::frames::{FrameReader, FrameWriter, Shown, is_mcap, is_parquet};
+use taxel_app::frames::{DisplayUnit, FrameReader, FrameWriter, is_mcap, is_parquet};
 use taxel_app::units::{InputUnit, Unit};
 
 /// What is written, frame by frame; nothing appears under its name before `commit`.
 pub(super) struct Outputs {
     numbers: Numbers,
-    marks: Option<FrameWriter<Shown>>,
-    errors: Option<FrameWriter<Shown>>,
-    codes: Frame<Shown>,
+    marks: Option<FrameWriter<DisplayUnit>>,
+    errors: Option<FrameWriter<DisplayUnit>>,
+    codes: Frame<DisplayUnit>,
 }
 
 /// Where the numbers go.
 enum Numbers {
     /// Alone.
-    Frames(FrameWriter<Shown>),
+    Frames(FrameWriter<DisplayUnit>),
     /// With their marks, their times and their counts.
     Together(Box<Together>),
 }
@@ -69,7 +69,7 @@ impl Outputs {
 
     pub(super) fn write(
         &mut self,
-        shown: &Frame<Shown>,
+        shown: &Frame<DisplayUnit>,
         reading: &mut FrameReader,
     ) -> Result<(), Error> {
         match &mut self.numbers {
@@ -86,7 +86,7 @@ impl Outputs {
         Ok(())
     }
 
-    pub(super) fn write_errors(&mut self, errors: &Frame<Shown>) -> Result<(), Error> {
+    pub(super) fn write_errors(&mut self, errors: &Frame<DisplayUnit>) -> Result<(), Error> {
         match &mut self.errors {
             Some(writer) => Ok(writer.write(errors)?),
             None => Ok(()),
@@ -131,7 +131,11 @@ impl Together {
         })
     }
 
-    fn write(&mut self, shown: &Frame<Shown>, reading: &mut FrameReader) -> Result<(), Error> {
+    fn write(
+        &mut self,
+        shown: &Frame<DisplayUnit>,
+        reading: &mut FrameReader,
+    ) -> Result<(), Error> {
         self.loads.copy_meta_from(shown);
         self.loads.values_mut().copy_from_slice(shown.values());
         let position = reading.sequence();

@@ -14,7 +14,7 @@ use super::output::marks_file;
 use crate::out::warn_unsolved;
 use crate::{Exit, out, recorded};
 use taxel_app::chain::stop_words;
-use taxel_app::frames::Shown;
+use taxel_app::frames::DisplayUnit;
 use taxel_app::line_survey::{FaultyLine, Survey};
 
 /// How many frames are named one by one.
@@ -153,7 +153,7 @@ impl Summary {
         }
     }
 
-    pub(super) fn add_frame(&mut self, frame: &Frame<Shown>) {
+    pub(super) fn add_frame(&mut self, frame: &Frame<DisplayUnit>) {
         self.frames += 1;
         if let Some(loads) = &mut self.loads {
             let measured = frame.values().iter().zip(frame.marks());

@@ -9,15 +9,15 @@ use crate::out::warn_unsolved;
 use crate::progress::{Progress, Terminal};
 use crate::recorded::Untared;
 use taxel_app::chain::Chain;
-use taxel_app::frames::{Input, Shown, open_shown, show};
+use taxel_app::frames::{DisplayUnit, Input, open_shown, show};
 use taxel_app::line_survey::Survey;
 use taxel_app::methods::MethodName;
 use taxel_app::units::InputUnit;
 
 /// One frame to be drawn: as it was read, and with the cross-talk removed, where each is asked for.
 pub(super) struct Stages<'a> {
-    pub(super) raw: Option<&'a Frame<Shown>>,
-    pub(super) compensated: Option<&'a Frame<Shown>>,
+    pub(super) raw: Option<&'a Frame<DisplayUnit>>,
+    pub(super) compensated: Option<&'a Frame<DisplayUnit>>,
 }
 
 /// Shows every frame of the job's range to `see`; gives back how many there were.

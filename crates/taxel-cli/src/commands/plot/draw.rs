@@ -6,7 +6,7 @@ use taxel_plot::{ContactSheet, Line, Panel, Picture, Series, Sheet};
 use super::Job;
 use super::collect::each;
 use crate::error::Error;
-use taxel_app::frames::Shown;
+use taxel_app::frames::DisplayUnit;
 
 /// Words for what is drawn.
 const RAW: &str = "as read";
@@ -14,7 +14,7 @@ const COMPENSATED: &str = "cross-talk removed";
 
 /// One frame in full, or several on a contact sheet.
 pub(super) fn frames(job: &Job<'_>) -> Result<Picture, Error> {
-    let mut kept: Vec<(String, Frame<Shown>)> = Vec::new();
+    let mut kept: Vec<(String, Frame<DisplayUnit>)> = Vec::new();
     let (wants_raw, wants_compensated) = job.stages();
     let both = wants_raw && wants_compensated;
     each(job, |number, stages| {
@@ -51,8 +51,8 @@ pub(super) fn frames(job: &Job<'_>) -> Result<Picture, Error> {
 }
 
 /// Whether one range of colours shows something of every frame: no peak is over 10 times another.
-fn are_comparable(frames: &[(String, Frame<Shown>)]) -> bool {
-    let peak = |(_, frame): &(String, Frame<Shown>)| {
+fn are_comparable(frames: &[(String, Frame<DisplayUnit>)]) -> bool {
+    let peak = |(_, frame): &(String, Frame<DisplayUnit>)| {
         let sizes = frame.values().iter().map(|value| value.abs());
         sizes.fold(0.0, f64::max)
     };
@@ -60,7 +60,11 @@ fn are_comparable(frames: &[(String, Frame<Shown>)]) -> bool {
     frames.iter().all(|frame| largest <= 10.0 * peak(frame))
 }
 
-fn panel<'a>(job: &Job<'_>, title: &str, frame: &'a Frame<Shown>) -> Result<Panel<'a>, Error> {
+fn panel<'a>(
+    job: &Job<'_>,
+    title: &str,
+    frame: &'a Frame<DisplayUnit>,
+) -> Result<Panel<'a>, Error> {
     let panel = Panel::new(frame.rows(), frame.columns(), frame.values())?
         .marks(frame.marks())?
         .title(title)
@@ -153,7 +157,7 @@ pub(super) fn series(job: &Job<'_>, taxels: &[(usize, usize)]) -> Result<Picture
     Ok(series.picture()?)
 }
 
-fn value(frame: &Frame<Shown>, row: usize, column: usize) -> f64 {
+fn value(frame: &Frame<DisplayUnit>, row: usize, column: usize) -> f64 {
     let lost = [Mark::Open, Mark::Stuck, Mark::Spike, Mark::Flickering];
     if lost.contains(&frame.mark_at(row, column)) {
         f64::NAN

@@ -346,7 +346,6 @@ mod tests {
             inside += coverage(&apart) / TRIALS as f64;
             by_training += coverage(&estimates(&found.model, &known)) / TRIALS as f64;
         }
-        println!("new presses inside: {inside:.3}; set by the training presses: {by_training:.3}");
         // One quantile from 60 presses scatters by 0.038, the mean of 12 by 0.011.
         assert!((0.88..0.96).contains(&inside), "{inside}");
         assert!(by_training < inside - 0.02, "{by_training} {inside}");

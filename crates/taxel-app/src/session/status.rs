@@ -10,8 +10,8 @@ use taxel::stats::quantile_of_sorted;
 use taxel_acquire::protocol::LinkStats;
 use taxel_acquire::transport::State;
 
-use super::Options;
-use super::recorder::{Owner, Saved};
+use super::SessionOptions;
+use super::recorder::{Owner, SavedRecording};
 
 /// A recording in progress, or ended by an error.
 #[derive(Debug, Clone, Serialize, Default)]
@@ -62,7 +62,7 @@ pub(super) struct BadLines {
 
 /// The message `state`.
 #[derive(Debug, Clone, Serialize)]
-struct Status {
+struct StateMessage {
     kind: &'static str,
     device: Device,
     frames_per_second: f64,
@@ -99,26 +99,26 @@ const NEWS: usize = 1000;
 /// The time that the frame rate is an average of.
 const RATE_OVER: Duration = Duration::from_secs(1);
 
-pub(super) struct Desk {
-    status: Mutex<Status>,
+pub(super) struct SessionStatus {
+    state: Mutex<StateMessage>,
     /// Messages that viewers have not had.
     news: Mutex<Vec<String>>,
     /// Lines for the command line.
     told: Mutex<Vec<String>>,
     /// Recordings that have ended.
-    ended: Mutex<Vec<Saved>>,
+    ended: Mutex<Vec<SavedRecording>>,
     stopped: AtomicBool,
 }
 
-impl Desk {
-    pub(super) fn new(options: &Options) -> Self {
+impl SessionStatus {
+    pub(super) fn new(options: &SessionOptions) -> Self {
         Self::waiting(&options.address.to_string())
     }
 
     /// Before anything has come from this address.
     pub(super) fn waiting(address: &str) -> Self {
         Self {
-            status: Mutex::new(Status {
+            state: Mutex::new(StateMessage {
                 kind: "state",
                 device: Device {
                     state: State::Waiting.word(),
@@ -175,12 +175,12 @@ impl Desk {
     }
 
     /// What the command line has not said yet.
-    pub(super) fn take_told(&self) -> Vec<String> {
+    pub(super) fn take_messages(&self) -> Vec<String> {
         std::mem::take(&mut *self.told.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// A recording has ended, well or not.
-    pub(super) fn saved(&self, saved: Saved) {
+    pub(super) fn saved(&self, saved: SavedRecording) {
         let word = if saved.error.is_some() { "error: " } else { "" };
         self.tell(format!("{word}{}", saved.words()));
         // A page shows why one ended that nobody ended; one that ended well it shows no more.
@@ -197,15 +197,15 @@ impl Desk {
     }
 
     /// Recordings that have ended.
-    pub(super) fn ended(&self) -> Vec<Saved> {
+    pub(super) fn ended(&self) -> Vec<SavedRecording> {
         self.ended
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
             .clone()
     }
 
-    fn lock(&self) -> MutexGuard<'_, Status> {
-        self.status.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> MutexGuard<'_, StateMessage> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     pub(super) fn stop(&self) {

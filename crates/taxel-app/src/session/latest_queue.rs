@@ -9,14 +9,14 @@ struct Held<T> {
 }
 
 /// The newest few of a stream.
-pub(super) struct Newest<T> {
+pub(super) struct LatestQueue<T> {
     held: Mutex<Held<T>>,
     changed: Condvar,
     taken: Condvar,
     most: usize,
 }
 
-impl<T> Newest<T> {
+impl<T> LatestQueue<T> {
     pub(super) fn new(most: usize) -> Self {
         Self {
             held: Mutex::new(Held {
@@ -92,7 +92,7 @@ mod tests {
 
     #[test]
     fn the_newest_stay_and_nobody_waits() {
-        let queue = Newest::new(2);
+        let queue = LatestQueue::new(2);
         assert!(!queue.push(1));
         assert!(!queue.push(2));
         assert!(queue.push(3));

@@ -12,12 +12,12 @@ use taxel_acquire::Address;
 use taxel_acquire::simulated::SimulationParameters;
 use taxel_server::{Command, Host};
 
-use super::Options;
-use super::desk::{Desk, secs};
+use super::SessionOptions;
 use super::details::Details;
-use super::engine::Order;
+use super::engine::EngineCommand;
 use super::recorder::{Owner, Recorder};
 use super::source::Controls;
+use super::status::{SessionStatus, secs};
 use crate::methods::MethodName;
 
 /// The longest note and the longest name that are taken.
@@ -32,16 +32,16 @@ const BETWEEN: Duration = Duration::from_secs(1);
 const SPEEDS: std::ops::RangeInclusive<f64> = 0.01..=100.0;
 
 /// The instrument as viewers see it.
-pub(super) struct Bench {
+pub(super) struct LiveController {
     sensor: Sensor,
     address: Address,
     folder: PathBuf,
     model: Option<PathBuf>,
-    desk: Arc<Desk>,
+    status: Arc<SessionStatus>,
     recorder: Arc<Recorder>,
     details: Arc<Details>,
     controls: Controls,
-    orders: Mutex<Sender<Order>>,
+    commands: Mutex<Sender<EngineCommand>>,
     /// The inverse is told of the knobs.
     inverse_knows: Mutex<bool>,
     /// When a viewer began a recording last.
@@ -93,16 +93,16 @@ const SLIDERS: [Slider; 7] = [
     ),
 ];
 
-impl Bench {
+impl LiveController {
     pub(super) fn new(
-        options: &Options,
-        desk: Arc<Desk>,
+        options: &SessionOptions,
+        status: Arc<SessionStatus>,
         recorder: Arc<Recorder>,
         details: Arc<Details>,
         controls: Controls,
-        orders: Sender<Order>,
+        commands: Sender<EngineCommand>,
     ) -> Self {
-        let bench = Self {
+        let controller = Self {
             sensor: options.sensor.clone(),
             address: options.address.clone(),
             folder: options.folder.clone(),
@@ -110,21 +110,21 @@ impl Bench {
                 MethodName::Model(model) => Some(model.clone()),
                 _ => None,
             },
-            desk,
+            status,
             recorder,
             details,
             controls,
-            orders: Mutex::new(orders),
+            commands: Mutex::new(commands),
             inverse_knows: Mutex::new(true),
             begun: Mutex::new(None),
         };
-        bench.desk.set_sliders(bench.values());
-        bench
+        controller.status.set_sliders(controller.values());
+        controller
     }
 
-    fn order(&self, order: Order) {
-        let orders = self.orders.lock().unwrap_or_else(PoisonError::into_inner);
-        let _ = orders.send(order);
+    fn command(&self, command: EngineCommand) {
+        let commands = self.commands.lock().unwrap_or_else(PoisonError::into_inner);
+        let _ = commands.send(command);
     }
 
     fn parameters(&self) -> Option<SimulationParameters> {
@@ -198,12 +198,15 @@ impl Bench {
         } else {
             self.sensor.clone()
         };
-        self.order(Order::Sensor(Box::new(known)));
-        self.desk.set_sliders(self.values());
+        self.command(EngineCommand::Sensor(Box::new(known)));
+        self.status.set_sliders(self.values());
         Ok(String::new())
     }
 
-    fn play(&self, change: impl FnOnce(&mut super::player::Play)) -> Result<String, String> {
+    fn play(
+        &self,
+        change: impl FnOnce(&mut super::player::PlaybackRequest),
+    ) -> Result<String, String> {
         let Controls::Player(play) = &self.controls else {
             return Err("the source is no file".to_owned());
         };
@@ -260,14 +263,14 @@ impl Bench {
 
     /// Takes what stands on the sensor for nothing, where next to nothing does.
     fn tare(&self, force: bool) -> Result<String, String> {
-        let total = self.desk.total().unwrap_or(0.0);
+        let total = self.status.total().unwrap_or(0.0);
         if !force && total.abs() > TARED_NEWTONS {
             return Err(format!(
                 "{total:.1} N stand on the sensor: a tare would take them off everything that follows. Take the load \
                  off first, or tare anyway."
             ));
         }
-        self.order(Order::Tare);
+        self.command(EngineCommand::Tare);
         Ok(if total.abs() > TARED_NEWTONS {
             format!("Tared with {total:.1} N on the sensor")
         } else {
@@ -288,7 +291,7 @@ impl Bench {
     }
 }
 
-impl Host for Bench {
+impl Host for LiveController {
     fn hello(&self) -> String {
         let array = &self.sensor.array;
         let kind = match self.controls {
@@ -324,13 +327,13 @@ impl Host for Bench {
             "methods": self.methods(),
             "can_record": true,
             "sliders": sliders,
-            "file": self.desk.file(),
+            "file": self.status.file(),
         })
         .to_string()
     }
 
     fn state(&self, viewers: usize) -> String {
-        self.desk.json(viewers)
+        self.status.json(viewers)
     }
 
     fn joined(&self) {
@@ -338,7 +341,7 @@ impl Host for Bench {
     }
 
     fn news(&self) -> Vec<String> {
-        self.desk.take_news()
+        self.status.take_news()
     }
 
     fn details(&self, taxels: &[(usize, usize)]) -> String {
@@ -349,7 +352,7 @@ impl Host for Bench {
         match command {
             Command::Tare { force } => self.tare(force),
             Command::Untare => {
-                self.order(Order::Untare);
+                self.command(EngineCommand::Untare);
                 Ok(String::new())
             }
             Command::Record { name } => self.record(name),
@@ -360,11 +363,11 @@ impl Host for Bench {
                     return Err("an event needs some words".to_owned());
                 }
                 self.recorder.event("mark", &text);
-                self.desk.note(&text);
+                self.status.note(&text);
                 Ok(String::new())
             }
             Command::Method { name } => {
-                self.order(Order::Method(self.method(&name)?));
+                self.command(EngineCommand::Method(self.method(&name)?));
                 Ok(String::new())
             }
             Command::Slider { key, value } => self.slide(&key, value),
