@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
 use taxel::Sensor;
-use taxel::sensor::PerLine;
+use taxel::sensor::{PerLine, USUAL_OPEN_LOOP_GAIN};
 use taxel::simulate::{Pattern, VirtualSensor, default_noise_counts};
 
 use crate::Error;
@@ -31,53 +31,45 @@ pub struct SimulationParameters {
 impl SimulationParameters {
     /// As the sensor file says.
     pub fn of(sensor: &Sensor) -> Self {
+        let (readout, converter) = (sensor.readout(), sensor.converter());
         let mean = |ohms: &Option<PerLine>, lines| ohms.as_ref().map_or(0.0, |o| o.mean(lines));
         Self {
-            r_mux_column_ohms: mean(&sensor.readout.r_mux_column_ohms, sensor.columns()),
-            r_mux_row_ohms: mean(&sensor.readout.r_mux_row_ohms, sensor.rows()),
-            open_loop_gain: sensor.readout.open_loop_gain.unwrap_or(1e5),
-            noise_counts: sensor
-                .converter
+            r_mux_column_ohms: mean(&readout.r_mux_column_ohms, sensor.columns()),
+            r_mux_row_ohms: mean(&readout.r_mux_row_ohms, sensor.rows()),
+            open_loop_gain: readout.open_loop_gain().unwrap_or(USUAL_OPEN_LOOP_GAIN),
+            noise_counts: converter
                 .noise_counts
-                .unwrap_or_else(|| default_noise_counts(sensor.converter.bits)),
+                .unwrap_or_else(|| default_noise_counts(converter.bits)),
             dead_row: false,
             dead_column: false,
         }
     }
 
     /// The sensor with these knobs; what is not turned stays as the file says, line by line.
-    pub fn apply(&self, sensor: &Sensor) -> Sensor {
-        let mut turned = sensor.clone();
+    ///
+    /// # Errors
+    /// A knob beyond what physics allows.
+    pub fn apply(&self, sensor: &Sensor) -> Result<Sensor, taxel::Error> {
         let nominal = Self::of(sensor);
-        let readout = &mut turned.readout;
-        let pairs = [
-            (
-                &mut readout.r_mux_column_ohms,
-                self.r_mux_column_ohms,
-                nominal.r_mux_column_ohms,
-            ),
-            (
-                &mut readout.r_mux_row_ohms,
-                self.r_mux_row_ohms,
-                nominal.r_mux_row_ohms,
-            ),
-        ];
-        for (ohms, here, there) in pairs {
-            if here != there {
-                *ohms = Some(PerLine::One(here));
+        sensor.edited(|turned| {
+            let readout = &mut turned.readout;
+            if self.r_mux_column_ohms != nominal.r_mux_column_ohms {
+                readout.r_mux_column_ohms = Some(PerLine::One(self.r_mux_column_ohms));
             }
-        }
-        if readout.topology.is_tia() {
-            readout.open_loop_gain = Some(self.open_loop_gain);
-        }
-        turned.converter.noise_counts = Some(self.noise_counts);
-        if self.dead_row {
-            turned.screen.dead_rows.push(sensor.rows() / 3);
-        }
-        if self.dead_column {
-            turned.screen.dead_columns.push(sensor.columns() / 3);
-        }
-        turned
+            if self.r_mux_row_ohms != nominal.r_mux_row_ohms {
+                readout.r_mux_row_ohms = Some(PerLine::One(self.r_mux_row_ohms));
+            }
+            if readout.topology.is_tia() {
+                readout.open_loop_gain = Some(self.open_loop_gain);
+            }
+            turned.converter.noise_counts = Some(self.noise_counts);
+            if self.dead_row {
+                turned.screen.dead_rows.push(sensor.rows() / 3);
+            }
+            if self.dead_column {
+                turned.screen.dead_columns.push(sensor.columns() / 3);
+            }
+        })
     }
 }
 
@@ -125,7 +117,7 @@ impl Simulated {
         };
         let mut link_stats = LinkStats::default();
         let mut told = begun;
-        receiver.state(State::Live, &format!("simulated {}", self.sensor.name));
+        receiver.state(State::Live, &format!("simulated {}", self.sensor.name()));
         for number in 0u64.. {
             if receiver.stopped() {
                 return;
@@ -137,7 +129,9 @@ impl Simulated {
             if parameters != turned {
                 turned = parameters;
                 // A knob beyond what physics allows leaves the sensor as it was.
-                if let Ok(sensor) = VirtualSensor::new(&parameters.apply(&self.sensor), self.seed) {
+                let sensor = parameters.apply(&self.sensor);
+                let turned = sensor.and_then(|sensor| VirtualSensor::new(&sensor, self.seed));
+                if let Ok(sensor) = turned {
                     virtual_sensor = sensor;
                 }
             }
@@ -146,7 +140,7 @@ impl Simulated {
                 None => begun.elapsed().as_secs_f64(),
             };
             let shape = (100.0 * secs) as u64;
-            let array = &self.sensor.array;
+            let array = self.sensor.array();
             let loads = self.pattern.loads(array, self.seed, shape);
             let mut counts = virtual_sensor.read(&loads, number).counts;
             if let Some(rate) = self.frames_per_second {
@@ -214,8 +208,8 @@ mod tests {
     #[test]
     fn knobs_that_nobody_turned_leave_the_sensor_alone() {
         let sensor = preset("econe").unwrap();
-        let turned = SimulationParameters::of(&sensor).apply(&sensor);
-        assert_eq!(turned.readout, sensor.readout);
-        assert_eq!(turned.screen, sensor.screen);
+        let turned = SimulationParameters::of(&sensor).apply(&sensor).unwrap();
+        assert_eq!(turned.readout(), sensor.readout());
+        assert_eq!(turned.screen(), sensor.screen());
     }
 }

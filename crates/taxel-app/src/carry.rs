@@ -131,7 +131,7 @@ pub fn about(sensor: &Sensor, recording: &Path) -> About {
 
 /// Refuses a converter of more bits than recordings and tables hold.
 pub fn check_bits(output: &Path, sensor: &Sensor) -> Result<(), Error> {
-    let bits = sensor.converter.bits;
+    let bits = sensor.converter().bits;
     if bits > 16 {
         Err(Error::Request {
             what: format!(

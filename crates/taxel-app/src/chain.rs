@@ -58,7 +58,7 @@ impl Chain {
         Ok(Self {
             steps,
             unit,
-            area_mm2: sensor.array.taxel_area_mm2,
+            area_mm2: sensor.array().taxel_area_mm2,
         })
     }
 
@@ -166,13 +166,13 @@ impl Convert {
         let (rows, columns) = (sensor.rows(), sensor.columns());
         let options = ScreenOptions::from_sensor(sensor);
         let mut screen = FrameScreen::new(rows, columns, sensor.max_count(), &options);
-        screen.set_lines(&LineFaults::from_spec(&sensor.screen));
+        screen.set_lines(&LineFaults::from_spec(sensor.screen()));
         Self {
             screen,
             converter: Converter::from_sensor(sensor),
             counts: Frame::zeros(rows, columns),
             volts: Frame::zeros(rows, columns),
-            repair: sensor.screen.repair,
+            repair: sensor.screen().repair,
             around: Vec::new(),
         }
     }

@@ -22,7 +22,7 @@ pub struct Survey {
 impl Survey {
     /// What the sensor file says, without looking at a recording.
     pub fn declared(sensor: &Sensor) -> Self {
-        let faults = LineFaults::from_spec(&sensor.screen);
+        let faults = LineFaults::from_spec(sensor.screen());
         Self {
             declared: faults.faults.len(),
             faults,

@@ -5,8 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
-use taxel::Sensor;
-use taxel::sensor::PerTaxel;
+use taxel::sensor::{PerTaxel, SensorSpec};
 
 use crate::evaluation::plan;
 use taxel_io::sensor_file;
@@ -17,7 +16,7 @@ pub fn of_sensor(file: &Path) -> Vec<PathBuf> {
         return Vec::new();
     }
     let text = sensor_file::text_of(file);
-    let Some(sensor) = text.ok().and_then(|text| Sensor::from_toml(&text).ok()) else {
+    let Some(sensor) = text.ok().and_then(|text| SensorSpec::from_toml(&text).ok()) else {
         return Vec::new();
     };
     let Some(material) = sensor.material else {
@@ -29,7 +28,7 @@ pub fn of_sensor(file: &Path) -> Vec<PathBuf> {
         .flatten()
         .filter_map(|value| match value {
             PerTaxel::File(name) => Some(sensor_file::next_to(file, &name)),
-            PerTaxel::One(_) | PerTaxel::Each(_) => None,
+            _ => None,
         });
     named.collect()
 }

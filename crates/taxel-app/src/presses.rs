@@ -46,7 +46,7 @@ pub fn read_with_lines(
     reporter: &dyn Reporter,
 ) -> Result<(CalibrationData, Vec<u64>), Error> {
     let (rows, columns) = (sensor.rows(), sensor.columns());
-    let presses = read_presses(table, rows, columns, sensor.array.labels.as_deref())?;
+    let presses = read_presses(table, rows, columns, sensor.array().labels.as_deref())?;
     for press in &presses {
         refuse_dead(sensor, table, press)?;
     }
@@ -148,8 +148,8 @@ fn refuse_two_loads(table: &Path, presses: &[taxel_io::Press]) -> Result<(), Err
 /// Refuses a press on a line that the sensor file declares dead.
 fn refuse_dead(sensor: &Sensor, table: &Path, press: &taxel_io::Press) -> Result<(), Error> {
     let lines = [
-        (Axis::Row, press.row, &sensor.screen.dead_rows),
-        (Axis::Column, press.column, &sensor.screen.dead_columns),
+        (Axis::Row, press.row, &sensor.screen().dead_rows),
+        (Axis::Column, press.column, &sensor.screen().dead_columns),
     ];
     for (axis, index, dead) in lines {
         if dead.contains(&index) {

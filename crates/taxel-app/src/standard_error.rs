@@ -40,7 +40,7 @@ impl StandardErrors {
             file: file.to_owned(),
             source,
         };
-        let declared = sensor.converter.noise_counts;
+        let declared = sensor.converter().noise_counts;
         let noise_counts = match (declared, level) {
             (Some(noise), _) => noise.hypot(ROUNDING_COUNTS),
             (None, Some(level)) => level.noise_counts,
@@ -55,7 +55,7 @@ impl StandardErrors {
                 None
             },
             unit,
-            area_mm2: sensor.array.taxel_area_mm2,
+            area_mm2: sensor.array().taxel_area_mm2,
             sigma_volts: noise_counts * Converter::from_sensor(sensor).lsb_volts(),
             noise_counts,
             errors: Frame::zeros(sensor.rows(), sensor.columns()),

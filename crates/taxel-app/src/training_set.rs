@@ -100,7 +100,7 @@ pub fn screen(data: &mut CalibrationData, sensor: &Sensor) -> Result<usize, Erro
     for frame in &data.frames {
         lines.observe(frame)?;
     }
-    let faults = lines.finish().with_declared(&sensor.screen);
+    let faults = lines.finish().with_declared(sensor.screen());
     let mut screen = FrameScreen::new(rows, columns, sensor.max_count(), &options);
     screen.set_lines(&faults);
     let mut lost = vec![false; data.presses.len()];

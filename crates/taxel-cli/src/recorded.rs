@@ -30,7 +30,7 @@ pub fn sensor(
     };
     out::note(&format!(
         "sensor `{}` as {} carries it",
-        found.name,
+        found.name(),
         recording.display()
     ));
     Ok(Some((found, recording.to_owned())))

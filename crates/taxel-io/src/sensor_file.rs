@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::{Error, FrameSource, MAX_TAXELS, TextOptions, ValuesReader, bounded};
-use taxel::sensor::{PRESETS, PerTaxel, preset};
+use taxel::sensor::{PRESETS, SensorSpec, preset};
 use taxel::{Frame, Sensor, Siemens};
 
 /// The most memory that reading and solving may take, MiB.
@@ -42,16 +42,11 @@ pub fn load(name: &Path) -> Result<Sensor, Error> {
     if !is_path {
         return preset(word).map_err(Error::Preset);
     }
-    let mut sensor = Sensor::from_toml(&text_of(name)?).map_err(in_file)?;
-    let (rows, columns) = (sensor.rows(), sensor.columns());
+    let mut spec = SensorSpec::from_toml(&text_of(name)?).map_err(in_file)?;
+    let (rows, columns) = (spec.array.rows, spec.array.columns);
     check_array(name, rows, columns)?;
-    if let Some(material) = &mut sensor.material {
-        read_in(&mut material.exponent, name, rows, columns)?;
-        if let Some(gain) = &mut material.gain {
-            read_in(gain, name, rows, columns)?;
-        }
-    }
-    sensor.checked().map_err(in_file)
+    spec.resolve(|file| per_taxel(&next_to(name, file), rows, columns))?;
+    Sensor::try_from(spec).map_err(in_file)
 }
 
 /// The text of a sensor file.
@@ -72,27 +67,23 @@ pub fn next_to(sensor: &Path, name: &str) -> PathBuf {
     sensor.parent().unwrap_or(Path::new("")).join(name)
 }
 
-/// Puts the numbers of the file beside the sensor file in the place of its name.
-fn read_in(values: &mut PerTaxel, sensor: &Path, rows: usize, columns: usize) -> Result<(), Error> {
-    let PerTaxel::File(name) = values else {
-        return Ok(());
-    };
-    let file = next_to(sensor, name);
+/// The numbers of a file beside the sensor file, one for each taxel.
+fn per_taxel(file: &Path, rows: usize, columns: usize) -> Result<Vec<f64>, Error> {
     // The numbers have no unit; the reader does not ask.
-    let mut reader = ValuesReader::<Siemens>::open(&file, TextOptions::new(rows, columns))?;
+    let mut reader = ValuesReader::<Siemens>::open(file, TextOptions::new(rows, columns))?;
     let mut frame = Frame::zeros(rows, columns);
+    let lines = |found| Error::PerTaxelLines {
+        file: file.to_owned(),
+        found,
+        expected: rows,
+    };
     if !reader.next_into(&mut frame)? {
-        return Ok(());
+        return Err(lines(0));
     }
-    let lines = frame.values().chunks_exact(columns);
-    *values = PerTaxel::Each(lines.map(<[f64]>::to_vec).collect());
+    let numbers = frame.values().to_vec();
     match reader.next_into(&mut frame) {
-        Ok(false) => Ok(()),
-        _ => Err(Error::PerTaxelLines {
-            file,
-            found: rows + 1,
-            expected: rows,
-        }),
+        Ok(false) => Ok(numbers),
+        _ => Err(lines(rows + 1)),
     }
 }
 

@@ -157,13 +157,16 @@ impl Learned {
 /// Refuses a sensor that reads the same loads as other counts, by what an owner knows of it.
 fn same_parts(own: &Sensor, other: &Sensor) -> Result<(), Error> {
     let parts = |sensor: &Sensor| {
-        let (readout, converter) = (&sensor.readout, &sensor.converter);
+        let (readout, converter) = (sensor.readout(), sensor.converter());
         let number = |value: Option<f64>| value.map_or("absent".to_owned(), |v| v.to_string());
         [
             ("readout.topology", readout.topology.name().to_owned()),
             ("readout.v_test_volts", readout.v_test_volts.to_string()),
-            ("readout.r_feedback_ohms", number(readout.r_feedback_ohms)),
-            ("readout.r_pull_down_ohms", number(readout.r_pull_down_ohms)),
+            ("readout.r_feedback_ohms", number(readout.r_feedback_ohms())),
+            (
+                "readout.r_pull_down_ohms",
+                number(readout.r_pull_down_ohms()),
+            ),
             ("converter.bits", converter.bits.to_string()),
             (
                 "converter.full_scale_volts",

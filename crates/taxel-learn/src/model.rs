@@ -270,11 +270,13 @@ impl Model {
 
 /// A sensor with a linear law of 1 µS a gram where none is known: a network's loads need one to be carried as
 /// conductances.
-pub fn with_law(mut sensor: Sensor) -> Sensor {
-    if sensor.material.is_none() {
-        sensor.material = Some(LoadLaw::power(0.0, 1e-6, 1.0).to_material());
+pub fn with_law(sensor: Sensor) -> Sensor {
+    if sensor.material().is_some() {
+        return sensor;
     }
-    sensor
+    let law = LoadLaw::power(0.0, 1e-6, 1.0).to_material();
+    let with_law = sensor.edited(|spec| spec.material = Some(law));
+    with_law.expect("a microsiemens a gram is a law")
 }
 
 fn fill(tensors: &safetensors::SafeTensors, name: &str, values: &mut [f32]) -> Result<(), String> {

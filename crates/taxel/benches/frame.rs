@@ -170,7 +170,7 @@ fn pulled_cable(criterion: &mut Criterion) {
         let real = VirtualSensor::new(&sensor, 1).expect("a whole sensor");
         let hand: Vec<Frame<Counts>> = (60..76)
             .map(|t| {
-                let loads = Pattern::hand().loads(&sensor.array, 1, t);
+                let loads = Pattern::hand().loads(sensor.array(), 1, t);
                 real.read(&loads, t).counts
             })
             .collect();

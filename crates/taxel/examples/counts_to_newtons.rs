@@ -16,7 +16,7 @@ fn main() -> Result<(), taxel::Error> {
     let real = VirtualSensor::new(&preset("econe")?, 1)?;
     let presses = labelled_presses(&real, 120);
     let hand = Pattern::hand().with_peak_g(600.0);
-    let loads = hand.loads(&parts.array, 1, 68);
+    let loads = hand.loads(parts.array(), 1, 68);
     let counts = real.read(&loads, 68).counts;
 
     let fit = calibrate(

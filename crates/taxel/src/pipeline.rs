@@ -103,10 +103,10 @@ impl Pipeline {
         let (rows, columns) = (sensor.rows(), sensor.columns());
         let options = ScreenOptions::from_sensor(sensor);
         let mut screen = FrameScreen::new(rows, columns, sensor.max_count(), &options);
-        screen.set_lines(&LineFaults::from_spec(&sensor.screen));
+        screen.set_lines(&LineFaults::from_spec(sensor.screen()));
         let taxels = rows * columns;
         let gives_loads = method.gives_loads();
-        let material = sensor.material.as_ref();
+        let material = sensor.material();
         Ok(Self {
             converter: Converter::from_sensor(sensor),
             screen,
@@ -121,7 +121,7 @@ impl Pipeline {
                 .and_then(|material| material.dynamic.as_ref())
                 .filter(|_| !gives_loads)
                 .map(|spec| HysteresisState::new(&DynamicLaw::from_spec(spec), taxels)),
-            repair: if sensor.screen.repair {
+            repair: if sensor.screen().repair {
                 Repair::Readings
             } else {
                 Repair::Nothing

@@ -14,21 +14,28 @@ use taxel::{Counts, Error, Frame};
 
 /// The e-Cone's circuit with other lines and switches, and 3 counts of noise.
 fn truth((rows, columns): (usize, usize), (column, row): (f64, f64), seed: u64) -> VirtualSensor {
-    let mut sensor = preset("econe").unwrap();
-    (sensor.array.rows, sensor.array.columns) = (rows, columns);
-    sensor.readout.r_mux_column_ohms = Some(PerLine::One(column));
-    sensor.readout.r_mux_row_ohms = Some(PerLine::One(row));
-    sensor.converter.noise_counts = Some(3.0);
+    let sensor = preset("econe")
+        .unwrap()
+        .edited(|spec| {
+            (spec.array.rows, spec.array.columns) = (rows, columns);
+            spec.readout.r_mux_column_ohms = Some(PerLine::One(column));
+            spec.readout.r_mux_row_ohms = Some(PerLine::One(row));
+            spec.converter.noise_counts = Some(3.0);
+        })
+        .unwrap();
     VirtualSensor::new(&sensor, seed).unwrap()
 }
 
 /// What its owner knows, and perhaps a guess of the switches.
 fn parts(truth: &VirtualSensor, guess: Option<f64>) -> Sensor {
-    let mut sensor = truth.sensor().clone();
-    sensor.readout.r_mux_column_ohms = guess.map(PerLine::One);
-    sensor.readout.r_mux_row_ohms = guess.map(PerLine::One);
-    sensor.material = None;
-    sensor
+    truth
+        .sensor()
+        .edited(|spec| {
+            spec.readout.r_mux_column_ohms = guess.map(PerLine::One);
+            spec.readout.r_mux_row_ohms = guess.map(PerLine::One);
+            spec.material = None;
+        })
+        .unwrap()
 }
 
 /// Presses of 12 to 600 g with nothing else on the array.
@@ -83,7 +90,7 @@ fn of_hand(sensor: &Sensor, truth: &VirtualSensor) -> f64 {
     let hand = Pattern::hand().with_peak_g(600.0);
     let (mut sum, mut count) = (0.0, 0);
     for frame in [50, 80, 110] {
-        let loads = hand.loads(&truth.sensor().array, truth.seed(), frame);
+        let loads = hand.loads(truth.sensor().array(), truth.seed(), frame);
         let found = read(sensor, &truth.read(&loads, frame).counts);
         for (found, load) in found
             .iter()
@@ -140,7 +147,7 @@ fn the_minimum_is_found_whatever_the_size_and_the_draw() {
             found.report
         );
         let sum = |sensor: &Sensor| {
-            let readout = &sensor.readout;
+            let readout = sensor.readout();
             let one = |list: &Option<PerLine>| list.as_ref().unwrap().at(0);
             one(&readout.r_mux_column_ohms) + one(&readout.r_mux_row_ohms)
         };
@@ -333,7 +340,7 @@ fn gain_and_source_stay_within_belief() {
     };
     let data = alone(&truth, 30);
     let found = calibrate(&parts(&truth, None), &data, &options, &mut |_, _| ()).unwrap();
-    let gain = found.sensor.readout.open_loop_gain.unwrap();
+    let gain = found.sensor.readout().open_loop_gain().unwrap();
     assert!((1e3..1e7).contains(&gain), "{gain}");
     let errors = found.report.parameters.iter();
     assert!(

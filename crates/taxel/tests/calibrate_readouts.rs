@@ -15,11 +15,13 @@ use taxel::{Frame, Sensor};
 const FOUR: f64 = 4.0;
 
 fn parts_list(truth: &Sensor) -> Sensor {
-    let mut parts = truth.clone();
-    parts.material = None;
-    parts.readout.r_mux_column_ohms = None;
-    parts.readout.r_mux_row_ohms = None;
-    parts
+    truth
+        .edited(|spec| {
+            spec.material = None;
+            spec.readout.r_mux_column_ohms = None;
+            spec.readout.r_mux_row_ohms = None;
+        })
+        .unwrap()
 }
 
 /// Mean absolute error over loaded taxels of frames that were not fitted to, grams.
@@ -63,14 +65,14 @@ fn ohms(list: &Option<PerLine>) -> f64 {
 /// No number without an error unless it was held, none off by more than four of them, and no doubt.
 fn sound(fit: &Calibration, truth: &Sensor, name: &str) {
     assert_eq!(fit.report.doubts, Vec::<String>::new(), "{name}");
-    let material = truth.material.as_ref().unwrap();
+    let material = truth.material().unwrap();
     for p in &fit.report.parameters {
         let wanted = match p.name.as_str() {
             // A spline's factor goes with its bends, which the report says.
             "material.factor" if fit.report.law == "power" => material.factor,
             "material.g_zero_siemens" => material.g_zero_siemens,
-            "readout.r_mux_column_ohms" => ohms(&truth.readout.r_mux_column_ohms),
-            "readout.r_mux_row_ohms" => ohms(&truth.readout.r_mux_row_ohms),
+            "readout.r_mux_column_ohms" => ohms(&truth.readout().r_mux_column_ohms),
+            "readout.r_mux_row_ohms" => ohms(&truth.readout().r_mux_row_ohms),
             _ => continue,
         };
         let Some(error) = p.standard_error else {

@@ -31,8 +31,12 @@ fn any_sensor() -> impl Strategy<Value = (Sensor, u64)> {
                             .collect();
                         Some(PerLine::Each(list))
                     };
-                    sensor.readout.r_mux_column_ohms = lines(columns);
-                    sensor.readout.r_mux_row_ohms = lines(rows);
+                    sensor = sensor
+                        .edited(|spec| {
+                            spec.readout.r_mux_column_ohms = lines(columns);
+                            spec.readout.r_mux_row_ohms = lines(rows);
+                        })
+                        .unwrap();
                 }
                 (sensor, seed)
             },
@@ -110,8 +114,11 @@ proptest! {
     /// Rayleigh: between the driven line and the sensed one, more conductance never lowers the current
     /// when nothing but these two lines is held.
     #[test]
-    fn more_conductance_never_lowers_a_floating_reading((mut sensor, seed) in any_sensor()) {
-        sensor.readout = common::sensor(Topology::DividerFloating, 2, 2, 70.0, 0.0).readout;
+    fn more_conductance_never_lowers_a_floating_reading((sensor, seed) in any_sensor()) {
+        let floating = common::sensor(Topology::DividerFloating, 2, 2, 70.0, 0.0);
+        let sensor = sensor
+            .edited(|spec| spec.readout = floating.spec().readout.clone())
+            .unwrap();
         let circuit = LinearCircuit::from_sensor(&sensor).unwrap();
         let siemens = pressed(sensor.rows(), sensor.columns(), 0.6, seed);
         let mut random = ChaCha8Rng::seed_from_u64(seed);

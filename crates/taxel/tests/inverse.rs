@@ -189,8 +189,12 @@ fn unequal_switches_are_no_obstacle() {
         let each = (0..lines).map(|i| 5.0 + (i * 7 % 11) as f64).collect();
         Some(taxel::sensor::PerLine::Each(each))
     };
-    sensor.readout.r_mux_column_ohms = unequal(40);
-    sensor.readout.r_mux_row_ohms = unequal(24);
+    sensor = sensor
+        .edited(|spec| {
+            spec.readout.r_mux_column_ohms = unequal(40);
+            spec.readout.r_mux_row_ohms = unequal(24);
+        })
+        .unwrap();
     let truth = pressed(24, 40, 0.3, 4);
     let volts = LinearCircuit::from_sensor(&sensor)
         .unwrap()

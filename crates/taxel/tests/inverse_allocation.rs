@@ -65,16 +65,19 @@ fn neither_does_one_of_the_size_of_the_e_cone_with_dead_lines() {
 /// Counts to loads with all that a sensor file can ask for: screen, inverse, law, creep and hysteresis, spread.
 #[test]
 fn neither_does_the_whole_pipeline_with_a_material_that_remembers() {
-    let mut sensor = preset("econe").unwrap();
-    let material = sensor.material.as_mut().unwrap();
-    material.spread = Some([0.02, 0.02, 0.005]);
-    material.dynamic = Some(DynamicSpec {
-        lag_weight: vec![0.08, 0.07],
-        lag_secs: vec![0.8, 8.0],
-        play_weight: vec![0.07, 0.07],
-        play_g: vec![5.0, 15.0],
-        period_secs: 0.01,
-    });
+    let mut dynamic = DynamicSpec::new(0.01);
+    dynamic.lag_weight = vec![0.08, 0.07];
+    dynamic.lag_secs = vec![0.8, 8.0];
+    dynamic.play_weight = vec![0.07, 0.07];
+    dynamic.play_g = vec![5.0, 15.0];
+    let sensor = preset("econe")
+        .unwrap()
+        .edited(|spec| {
+            let material = spec.material.as_mut().unwrap();
+            material.spread = Some([0.02, 0.02, 0.005]);
+            material.dynamic = Some(dynamic);
+        })
+        .unwrap();
     let real = VirtualSensor::new(&sensor, 1).unwrap();
     let hand = Pattern::hand();
     let frames: Vec<_> = real

@@ -132,7 +132,7 @@ impl SpiDevice for Spi {
 /// What the circuit's own scan predicts, in counts.
 fn predicted(sensor: &Sensor) -> Frame<Counts> {
     let law = LoadLaw::from_sensor(sensor).unwrap();
-    let loads = Pattern::hand().loads(&sensor.array, 3, 80);
+    let loads = Pattern::hand().loads(sensor.array(), 3, 80);
     let siemens: Frame<Siemens> = loads.map(|taxel, grams| law.siemens_from_grams(taxel, grams));
     let volts = LinearCircuit::from_sensor(sensor)
         .unwrap()
@@ -206,7 +206,11 @@ fn a_mat_through_two_multiplexers_reads_as_the_circuit_predicts() {
 #[test]
 fn the_e_cone_through_shift_registers_and_spi_reads_as_the_circuit_predicts() {
     let mut sensor = preset("econe").unwrap();
-    sensor.converter.bits = 12;
+    sensor = sensor
+        .edited(|spec| {
+            spec.converter.bits = 12;
+        })
+        .unwrap();
     let board = board(&sensor, true);
     let [data, clock, latch] = pins::<3>(&board, 0);
     let mut scanner = Scanner::new(

@@ -324,7 +324,7 @@ impl Whole {
         let sum = |frame: &Frame<Newtons>| frame.values().iter().sum::<f64>();
         let last = self.total.last_mut().expect("one was begun");
         last.push(pair(sum(truth), sum(loads)));
-        let centre = |frame| taxel::metric::FrameFigures::of(frame, &sensor.array).centre_mm;
+        let centre = |frame| taxel::metric::FrameFigures::of(frame, sensor.array()).centre_mm;
         if let (Some(known), Some(found)) = (centre(truth), centre(loads)) {
             self.centre.last_mut().expect("one was begun").push(Pair {
                 truth: 0.0,
@@ -442,7 +442,7 @@ fn index_map(sensor: &taxel::Sensor, mut maps: Vec<(String, Vec<f64>)>) -> Resul
     let mut panels = Vec::new();
     for (name, each) in &maps {
         let panel = Panel::new(sensor.rows(), sensor.columns(), each)?.title(name.as_str());
-        let pitch = sensor.array.pitch_mm;
+        let pitch = sensor.array().pitch_mm;
         panels.push(panel.quantity("cross-talk index").pitch_mm(pitch));
     }
     Ok(Figure {

@@ -128,7 +128,7 @@ fn readings(
 fn models(group: &Group, along: Axis, found: &Sweep) -> Result<Models, Error> {
     let sensor = &group.sensor;
     let taxel = group.trials[0].taxel.unwrap_or_default();
-    let rest = sensor.material.as_ref().map_or(0.0, |m| m.g_zero_siemens);
+    let rest = sensor.material().map_or(0.0, |m| m.g_zero_siemens);
     let others: Vec<usize> = found.points.iter().map(|point| point.others).collect();
     let first = found.points[0];
     let siemens = siemens_of_volts(sensor, taxel, along, rest, first.others, first.value.value)?;

@@ -462,7 +462,7 @@ fn check_settings(experiment: &Experiment, sensor: &Sensor) -> Result<(), String
     let (Some(table), false) = (&experiment.trials, experiment.settings.is_empty()) else {
         return Ok(());
     };
-    let labels = sensor.array.labels.as_deref();
+    let labels = sensor.array().labels.as_deref();
     let Ok(trials) = read_trials(table, sensor.rows(), sensor.columns(), labels) else {
         return Ok(());
     };

@@ -113,10 +113,7 @@ impl<'a> Reader<'a> {
         Ok(Self {
             converter: Converter::from_sensor(sensor),
             pipelines: methods.iter().map(pipeline).collect::<Result<_, _>>()?,
-            remembers: sensor
-                .material
-                .as_ref()
-                .is_some_and(|m| m.dynamic.is_some()),
+            remembers: sensor.material().is_some_and(|m| m.dynamic.is_some()),
             sensor: sensor.clone(),
             frames_per_second,
             reporter,
@@ -302,7 +299,7 @@ impl<'a> Reader<'a> {
         let Some(loads) = self.result(method).loads else {
             return (None, None);
         };
-        let figures = FrameFigures::of(loads, &self.sensor.array);
+        let figures = FrameFigures::of(loads, self.sensor.array());
         let total = grams_from_newtons(figures.total_force_newtons);
         (Some(total), figures.centre_mm)
     }

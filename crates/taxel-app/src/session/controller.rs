@@ -157,7 +157,7 @@ impl LiveController {
             ("dead_column", flag(parameters.dead_column)),
             ("inverse_knows", flag(self.knows())),
         ]);
-        if self.sensor.readout.topology.is_tia() {
+        if self.sensor.readout().topology.is_tia() {
             values.insert("open_loop_gain", parameters.open_loop_gain);
         }
         values
@@ -194,7 +194,9 @@ impl LiveController {
             *parameters
         };
         let known = if self.knows() {
-            turned.apply(&self.sensor)
+            turned
+                .apply(&self.sensor)
+                .unwrap_or_else(|_| self.sensor.clone())
         } else {
             self.sensor.clone()
         };
@@ -293,7 +295,7 @@ impl LiveController {
 
 impl Host for LiveController {
     fn hello(&self) -> String {
-        let array = &self.sensor.array;
+        let array = self.sensor.array();
         let kind = match self.controls {
             Controls::Device => "device",
             Controls::Simulation(_) => "sim",
@@ -314,14 +316,14 @@ impl Host for LiveController {
             "protocol": 1,
             "program": format!("taxel {}", env!("CARGO_PKG_VERSION")),
             "sensor": {
-                "name": self.sensor.name,
+                "name": self.sensor.name(),
                 "rows": array.rows,
                 "columns": array.columns,
                 "pitch_mm": array.pitch_mm,
                 "taxel_area_mm2": array.taxel_area_mm2,
-                "bits": self.sensor.converter.bits,
+                "bits": self.sensor.converter().bits,
                 "max_count": self.sensor.max_count(),
-                "has_load_law": self.sensor.material.is_some() || self.model.is_some(),
+                "has_load_law": self.sensor.material().is_some() || self.model.is_some(),
             },
             "source": { "address": self.address.to_string(), "type": kind },
             "methods": self.methods(),

@@ -85,7 +85,7 @@ impl Engine {
         Ok(Self {
             exact,
             raw,
-            is_load: sensor.material.is_some() || matches!(options.method, MethodName::Model(_)),
+            is_load: sensor.material().is_some() || matches!(options.method, MethodName::Model(_)),
             tare: None,
             recorded_tare: None,
             survey: survey(sensor),
@@ -206,7 +206,7 @@ impl Engine {
             }
         }
         if self.is_load {
-            FrameFigures::of(&self.loads, &self.sensor.array)
+            FrameFigures::of(&self.loads, self.sensor.array())
         } else {
             FrameFigures {
                 outlier_share: taxel::metric::outlier_share(&self.loads),
@@ -236,7 +236,7 @@ impl Engine {
         if done {
             self.tell_tare(arrived.frame.sequence);
         }
-        let pitch = self.sensor.array.pitch_mm;
+        let pitch = self.sensor.array().pitch_mm;
         FrameMessage {
             rows: self.loads.rows(),
             columns: self.loads.columns(),
@@ -393,7 +393,7 @@ fn pipelines(
     let sensor = name.sensor(sensor);
     let method = name.open(&sensor, file)?;
     let raw = Box::new(Raw::from_sensor(&sensor));
-    let lines = LineFaults::from_spec(&sensor.screen);
+    let lines = LineFaults::from_spec(sensor.screen());
     let mut made = [
         Pipeline::new(&sensor, method)?,
         Pipeline::new(&sensor, raw)?,
@@ -415,7 +415,7 @@ fn survey(sensor: &Sensor) -> LineScreen {
 
 fn bad_lines(found: &LineFaults, sensor: &Sensor) -> BadLines {
     let mut lines = BadLines::default();
-    let declared = LineFaults::from_spec(&sensor.screen);
+    let declared = LineFaults::from_spec(sensor.screen());
     for fault in found.faults.iter().chain(&declared.faults) {
         let of_axis = match fault.axis {
             Axis::Row => &mut lines.rows,

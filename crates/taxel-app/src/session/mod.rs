@@ -132,7 +132,7 @@ fn queue_of(options: &SessionOptions) -> usize {
 
 /// Refuses counts wider than what is recorded and sent.
 fn check_bits(options: &SessionOptions) -> Result<(), Error> {
-    let bits = options.sensor.converter.bits;
+    let bits = options.sensor.converter().bits;
     if bits > MAX_BITS {
         Err(Error::TooManyBits {
             file: options.sensor_file.clone(),

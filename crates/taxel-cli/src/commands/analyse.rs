@@ -140,7 +140,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let options = options(args, sensor.as_ref())?;
     let labels = sensor
         .as_ref()
-        .and_then(|sensor| sensor.array.labels.clone());
+        .and_then(|sensor| sensor.array().labels.clone());
     let wanted = Wanted {
         taxels: &args.taxel,
         row: args.row,

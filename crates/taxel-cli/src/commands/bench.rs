@@ -80,7 +80,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let inverse_warm_us = bench.inverse(&*method, &mut scratch, false);
     drop(progress);
     let report = Report {
-        sensor: match sensor.name.as_str() {
+        sensor: match sensor.name() {
             "" => args.sensor.display().to_string(),
             name => name.to_owned(),
         },

@@ -147,7 +147,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         report_of(&budget, scene, args.rate, done).map_err(in_file)
     });
     let report = Report {
-        sensor: match sensor.name.as_str() {
+        sensor: match sensor.name() {
             "" => args.sensor.display().to_string(),
             name => name.to_owned(),
         },

@@ -139,7 +139,10 @@ fn convert(
     let progress = Progress::new("compensating");
     let mut shown = Frame::zeros(sensor.rows(), sensor.columns());
     let mut untared = Untared::new(args.no_tare);
-    let (raw, area_mm2) = (args.method == MethodName::Raw, sensor.array.taxel_area_mm2);
+    let (raw, area_mm2) = (
+        args.method == MethodName::Raw,
+        sensor.array().taxel_area_mm2,
+    );
     let unit = output::unit(args);
     while reading.advance()? {
         let outcome = chain.take(&reading)?;

@@ -62,7 +62,7 @@ pub(crate) fn run(_: &Args) -> Result<Exit, Error> {
     let real = VirtualSensor::imperfect(&nominal, &imperfections, SEED)?;
     out::result(&format!(
         "a simulated hand grips {} for {FRAMES} frames",
-        nominal.name
+        nominal.name()
     ))?;
     let (recording, faults) = record(&real)?;
     for fault in &faults.faults {
@@ -113,10 +113,11 @@ fn record(real: &VirtualSensor) -> Result<(Vec<Known>, LineFaults), Error> {
 
 /// Fits the circuit and a power law, from the parts list alone.
 fn fit(nominal: &Sensor, presses: &CalibrationData) -> Result<Calibration, Error> {
-    let mut parts = nominal.clone();
-    parts.material = None;
-    parts.readout.r_mux_column_ohms = None;
-    parts.readout.r_mux_row_ohms = None;
+    let parts = nominal.edited(|spec| {
+        spec.material = None;
+        spec.readout.r_mux_column_ohms = None;
+        spec.readout.r_mux_row_ohms = None;
+    })?;
     let options = CalibrationOptions {
         law: LawChoice::Power,
         folds: 2,
@@ -180,7 +181,7 @@ impl Compared {
             raw: Way::of(RAW, raw()?, recording, None)?,
             curve: Way::of(CURVE, raw()?, recording, Some(&curve))?,
             exact: Way::of(EXACT, pipeline(default_method(sensor)?)?, recording, None)?,
-            pitch_mm: sensor.array.pitch_mm,
+            pitch_mm: sensor.array().pitch_mm,
         })
     }
 

@@ -153,13 +153,13 @@ impl<'a> Job<'a> {
             None => shape_without_sensor(&args.file, args.rows, args.transpose)?,
         };
         options.transpose = args.transpose;
-        let has_law = sensor.as_ref().is_some_and(|s| s.material.is_some());
+        let has_law = sensor.as_ref().is_some_and(|s| s.material().is_some());
         let unit = match (args.values, args.unit) {
             (_, Some(unit)) => Some(unit),
             (true, None) => is_mcap(&args.file).then_some(Unit::Newtons),
             (false, None) => Some(if has_law { Unit::Grams } else { Unit::Siemens }),
         };
-        let pitch = sensor.as_ref().map(|sensor| sensor.array.pitch_mm);
+        let pitch = sensor.as_ref().map(|sensor| sensor.array().pitch_mm);
         Ok(Self {
             args,
             sensor,

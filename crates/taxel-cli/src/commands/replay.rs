@@ -150,16 +150,16 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         Some(file) => sensor_file::load(file)?,
         None => sensor_source::of_recording(&args.recording)?.0,
     };
-    if sensor.converter.bits > 16 {
+    if sensor.converter().bits > 16 {
         return Err(Error::Arguments {
             what: format!(
                 "the converter has {} bits, but protocol taxel-1 sends up to 16",
-                sensor.converter.bits
+                sensor.converter().bits
             ),
             hint: "a sensor file with bits of at most 16 reads the recording as well, if its counts are that small",
         });
     }
-    let bits = match sensor.converter.bits {
+    let bits = match sensor.converter().bits {
         0..=8 => 8,
         9..=10 => 10,
         11..=12 => 12,

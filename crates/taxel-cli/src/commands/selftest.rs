@@ -102,7 +102,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let report = Report::new(&sensor, &health);
     if let (Some(file), Some(format)) = (&args.output, format) {
         let map = HealthMap::of(&health).title(report.title());
-        let picture = map.pitch_mm(sensor.array.pitch_mm).picture();
+        let picture = map.pitch_mm(sensor.array().pitch_mm).picture();
         out::file(file, &picture.render(format)?)?;
         out::note(&format!("wrote {}", file.display()));
     }

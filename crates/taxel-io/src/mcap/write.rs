@@ -115,7 +115,7 @@ impl McapWriter {
     }
 
     pub(super) fn begin(tail: Tail, path: PathBuf, about: &About) -> Result<Self, Error> {
-        let array = &about.sensor.array;
+        let array = about.sensor.array();
         let mut recording = Self {
             writer: None,
             counts: Grid::new(

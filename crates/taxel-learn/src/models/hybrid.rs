@@ -138,7 +138,7 @@ pub struct Physics {
 impl Physics {
     /// Of a calibrated sensor.
     pub fn of(sensor: &taxel::Sensor, law: &LoadLaw) -> Self {
-        let readout = &sensor.readout;
+        let readout = sensor.readout();
         let mean = |list: &Option<taxel::sensor::PerLine>, lines| {
             list.as_ref().map_or(0.0, |list| list.mean(lines))
         };

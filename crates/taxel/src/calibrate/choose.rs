@@ -116,12 +116,14 @@ impl<'a> Search<'a> {
         if evidence.levels.is_empty() {
             unknowns.push(Unknown::Exponent);
         }
-        if options.open_loop_gain && sensor.readout.topology.is_tia() {
+        if options.open_loop_gain && sensor.readout().topology.is_tia() {
             unknowns.push(Unknown::OpenLoopGain);
         }
         if options.r_source {
             unknowns.push(Unknown::Source);
-            model.sensor.readout.r_source_ohms = model.sensor.readout.r_source_ohms.max(1.0);
+            model.sensor.try_out(|spec| {
+                spec.readout.r_source_ohms = spec.readout.r_source_ohms.max(1.0);
+            });
         }
         Ok(Self {
             evaluator: Evaluator::new(evidence, executor),
@@ -269,7 +271,7 @@ impl<'a> Search<'a> {
         }
         self.look()?;
         if self.can_separate() && !self.by_presses {
-            let with_offset = self.model.sensor.converter.offset_volts != 0.0;
+            let with_offset = self.model.sensor.converter().offset_volts != 0.0;
             if let Some((model, _)) =
                 switches_by_ghosts(&mut self.evaluator, &self.model, with_offset)
             {
@@ -437,9 +439,9 @@ fn feasible(evaluator: &mut Evaluator, mut model: Model) -> Option<Model> {
         for (unknown, list) in [
             (
                 Unknown::Columns,
-                model.sensor.readout.r_mux_column_ohms.clone(),
+                model.sensor.readout().r_mux_column_ohms.clone(),
             ),
-            (Unknown::Rows, model.sensor.readout.r_mux_row_ohms.clone()),
+            (Unknown::Rows, model.sensor.readout().r_mux_row_ohms.clone()),
         ] {
             model.set(unknown, -0.15 * list?.at(0))?;
         }

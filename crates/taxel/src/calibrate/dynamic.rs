@@ -132,7 +132,7 @@ impl<'a> Task<'a> {
             start: Vec::new(),
         };
         let ohms = |line: &Option<PerLine>, lines| line.as_ref().map_or(10.0, |l| l.mean(lines));
-        let readout = &sensor.readout;
+        let readout = sensor.readout();
         let switches = [
             ohms(&readout.r_mux_column_ohms, sensor.columns()),
             ohms(&readout.r_mux_row_ohms, sensor.rows()),
@@ -301,13 +301,11 @@ impl<'a> Task<'a> {
         let logs = &found.parameters;
         let (law, dynamic) = self.law(logs);
         let (column_ohms, row_ohms) = (logs[0].exp(), logs[1].exp());
-        let mut sensor = with_switches(self.sensor, column_ohms, row_ohms);
-        let mut best_static = sensor.clone();
+        let sensor = with_switches(self.sensor, column_ohms, row_ohms);
         let mut material = law.to_material();
         material.dynamic = Some(dynamic.to_spec());
-        sensor.material = Some(material);
         let solved = self.invert(column_ohms, row_ohms).ok_or_else(no_fit)?;
-        best_static.material = Some(self.best_static(&solved).to_material());
+        let best_static = self.best_static(&solved).to_material();
         let squares = found.residuals.iter().map(|r| r * r).sum::<f64>();
         let names = self.names();
         let errors = (0..logs.len()).map(|i| found.covariance[i][i].sqrt());
@@ -316,8 +314,8 @@ impl<'a> Task<'a> {
             .zip(logs.iter().map(|log| log.exp()))
             .zip(errors);
         Ok(DynamicFit {
-            sensor: sensor.checked()?,
-            best_static: best_static.checked()?,
+            sensor: sensor.edited(|spec| spec.material = Some(material))?,
+            best_static: sensor.edited(|spec| spec.material = Some(best_static))?,
             residual: (squares / found.residuals.len() as f64).sqrt(),
             taxels: self.loaded.len(),
             parameters: parameters
@@ -374,8 +372,10 @@ impl<'a> Task<'a> {
 
 fn with_switches(sensor: &Sensor, column_ohms: f64, row_ohms: f64) -> Sensor {
     let mut sensor = sensor.clone();
-    sensor.readout.r_mux_column_ohms = Some(PerLine::One(column_ohms));
-    sensor.readout.r_mux_row_ohms = Some(PerLine::One(row_ohms));
+    sensor.try_out(|spec| {
+        spec.readout.r_mux_column_ohms = Some(PerLine::One(column_ohms));
+        spec.readout.r_mux_row_ohms = Some(PerLine::One(row_ohms));
+    });
     sensor
 }
 

@@ -216,7 +216,9 @@ impl Search<'_> {
         let mut best: Option<(Model, f64, bool)> = None;
         for order in [ScanOrder::RowByRow, ScanOrder::ColumnByColumn] {
             let mut model = self.model.clone();
-            model.sensor.converter.scan_order = order;
+            model
+                .sensor
+                .try_out(|spec| spec.converter.scan_order = order);
             let Some(found) = refine_alone(&mut self.evaluator, &model, &[Unknown::Memory]) else {
                 continue;
             };
@@ -227,7 +229,7 @@ impl Search<'_> {
         let Some((model, _, clear)) = best else {
             return Ok(());
         };
-        let order = model.sensor.converter.scan_order;
+        let order = model.sensor.converter().scan_order;
         let memory = model.get(Unknown::Memory);
         if !clear || memory < MIN_SHARE {
             self.note(

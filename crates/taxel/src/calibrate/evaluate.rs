@@ -448,13 +448,13 @@ fn patch(siemens: &Frame<Siemens>, row: usize, column: usize) -> Vec<f64> {
 
 /// Everything that an inversion depends on.
 pub(super) fn key(sensor: &Sensor) -> Vec<u64> {
-    let readout = &sensor.readout;
+    let readout = sensor.readout();
     let mut key: Vec<u64> = vec![
-        readout.open_loop_gain.unwrap_or(0.0).to_bits(),
+        readout.open_loop_gain().unwrap_or(0.0).to_bits(),
         readout.r_source_ohms.to_bits(),
-        sensor.converter.offset_volts.to_bits(),
-        sensor.converter.memory.to_bits(),
-        u64::from(sensor.converter.scan_order == ScanOrder::ColumnByColumn),
+        sensor.converter().offset_volts.to_bits(),
+        sensor.converter().memory.to_bits(),
+        u64::from(sensor.converter().scan_order == ScanOrder::ColumnByColumn),
     ];
     for list in [&readout.r_mux_column_ohms, &readout.r_mux_row_ohms] {
         match list {

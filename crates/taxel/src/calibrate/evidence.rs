@@ -49,7 +49,7 @@ impl Evidence {
         for frame in data.frames.iter().chain(data.uniform.iter().map(|u| &u.0)) {
             lines.observe(frame)?;
         }
-        let faults = lines.finish().with_declared(&sensor.screen);
+        let faults = lines.finish().with_declared(sensor.screen());
         let mut screen = FrameScreen::new(rows, columns, sensor.max_count(), &options);
         screen.set_lines(&faults);
         let mut stuck = 0;
@@ -88,7 +88,7 @@ impl Evidence {
             origin,
             levels: levels(&uniform),
             faults,
-            noise_counts: sensor.converter.noise_counts.unwrap_or(noise).max(0.3),
+            noise_counts: sensor.converter().noise_counts.unwrap_or(noise).max(0.3),
             left_out,
             stuck_share: stuck as f64 / readings.max(1) as f64,
         })
@@ -222,7 +222,7 @@ fn warnings(sensor: &Sensor, presses: &[PressLabel], repeated: usize) -> Vec<Str
         ));
     }
     let heaviest = presses.iter().map(|p| p.load_g).fold(0.0, f64::max);
-    let pascals = crate::frame::newtons_from_grams(heaviest) / sensor.array.taxel_area_mm2 * 1e6;
+    let pascals = crate::frame::newtons_from_grams(heaviest) / sensor.array().taxel_area_mm2 * 1e6;
     if heaviest < MIN_GRAMS {
         warnings.push(format!(
             "{UNIT_DOUBT}the heaviest of all labels is {heaviest:.3} g; are these kg?"
@@ -230,7 +230,7 @@ fn warnings(sensor: &Sensor, presses: &[PressLabel], repeated: usize) -> Vec<Str
     } else if pascals > MAX_PASCALS {
         warnings.push(format!(
             "{UNIT_DOUBT}the heaviest label, {heaviest:.0} g on a taxel of {} mm², is {:.0} MPa; are these mg?",
-            sensor.array.taxel_area_mm2,
+            sensor.array().taxel_area_mm2,
             pascals / 1e6
         ));
     }

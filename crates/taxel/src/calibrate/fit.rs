@@ -143,7 +143,7 @@ pub(super) fn coarse(evaluator: &mut Evaluator, model: &Model) -> Option<Model> 
         .iter()
         .map(|&ohms| (PerLine::One(ohms), PerLine::One(ohms)))
         .collect();
-    let readout = &model.sensor.readout;
+    let readout = model.sensor.readout();
     if let (Some(column), Some(row)) = (&readout.r_mux_column_ohms, &readout.r_mux_row_ohms) {
         starts.push((column.clone(), row.clone()));
     }

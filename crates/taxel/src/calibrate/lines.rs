@@ -21,16 +21,18 @@ fn resistances(model: &Model) -> Vec<f64> {
         let values = values.as_ref().expect("a start has been found");
         (0..n).map(|i| values.at(i)).collect()
     };
-    let mut all = list(&model.sensor.readout.r_mux_column_ohms, columns);
-    all.extend(list(&model.sensor.readout.r_mux_row_ohms, rows));
+    let mut all = list(&model.sensor.readout().r_mux_column_ohms, columns);
+    all.extend(list(&model.sensor.readout().r_mux_row_ohms, rows));
     all
 }
 
 fn with_resistances(model: &Model, all: &[f64]) -> Model {
     let mut model = model.clone();
     let (column, row) = all.split_at(model.sensor.columns());
-    model.sensor.readout.r_mux_column_ohms = Some(PerLine::Each(column.to_vec()));
-    model.sensor.readout.r_mux_row_ohms = Some(PerLine::Each(row.to_vec()));
+    model.sensor.try_out(|spec| {
+        spec.readout.r_mux_column_ohms = Some(PerLine::Each(column.to_vec()));
+        spec.readout.r_mux_row_ohms = Some(PerLine::Each(row.to_vec()));
+    });
     model
 }
 

@@ -172,10 +172,10 @@ pub fn calibrate_with(
             }
         }
     };
-    if options.open_loop_gain && !sensor.readout.topology.is_tia() {
+    if options.open_loop_gain && !sensor.readout().topology.is_tia() {
         outcome.warnings.push(format!(
             "{} has no amplifier, so that no gain was looked for",
-            sensor.readout.topology.name()
+            sensor.readout().topology.name()
         ));
     }
     write::calibration(outcome, sensor, &evidence, options)

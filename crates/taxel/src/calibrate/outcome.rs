@@ -133,8 +133,12 @@ mod tests {
 
     /// A fit of a sound 8 × 8 sensor, and what it was fitted to.
     fn sound() -> (Outcome, Evidence) {
-        let mut sensor = preset("mat-32x32-adg732").unwrap();
-        (sensor.array.rows, sensor.array.columns) = (8, 8);
+        let sensor = preset("mat-32x32-adg732")
+            .unwrap()
+            .edited(|spec| {
+                (spec.array.rows, spec.array.columns) = (8, 8);
+            })
+            .unwrap();
         let real = VirtualSensor::new(&sensor, 1).unwrap();
         let data: CalibrationData = labelled_presses(&real, 30);
         let evidence = Evidence::new(&sensor, &data).unwrap();

@@ -33,8 +33,8 @@ pub(super) struct Beliefs {
 impl Beliefs {
     /// What a parts list and the options say.
     pub(super) fn of(sensor: &Sensor, options: &CalibrationOptions) -> Self {
-        let readout = &sensor.readout;
-        let usual = named_switch(&sensor.name).unwrap_or(USUAL_OHMS);
+        let readout = sensor.readout();
+        let usual = named_switch(sensor.name()).unwrap_or(USUAL_OHMS);
         let mean = |list: &Option<PerLine>, lines| {
             let mean = list.as_ref().map(|l| l.mean(lines));
             mean.filter(|ohms| *ohms >= MIN_SWITCH_OHMS)
@@ -42,7 +42,7 @@ impl Beliefs {
         let column = mean(&readout.r_mux_column_ohms, sensor.columns());
         let row = mean(&readout.r_mux_row_ohms, sensor.rows());
         let factor = WITHIN.ln();
-        let gain = readout.open_loop_gain.unwrap_or(USUAL_OPEN_LOOP_GAIN);
+        let gain = readout.open_loop_gain().unwrap_or(USUAL_OPEN_LOOP_GAIN);
         let source = if readout.r_source_ohms > 0.0 {
             readout.r_source_ohms
         } else {
@@ -87,15 +87,17 @@ mod tests {
 
     #[test]
     fn a_part_in_the_name_is_believed_and_numbers_in_the_file_more() {
-        let mut sensor = preset("mat-16x16-cd4067").unwrap();
-        let of = |sensor: &Sensor| Beliefs::of(sensor, &CalibrationOptions::default());
-        sensor.readout.r_mux_column_ohms = None;
-        sensor.readout.r_mux_row_ohms = None;
-        assert_eq!(of(&sensor).column_ohms, 70.0);
-        sensor.readout.r_mux_row_ohms = Some(PerLine::One(3.0));
-        assert_eq!((of(&sensor).column_ohms, of(&sensor).row_ohms), (3.0, 3.0));
-        sensor.readout.r_mux_row_ohms = None;
-        sensor.name = "mine".to_owned();
-        assert_eq!(of(&sensor).row_ohms, USUAL_OHMS);
+        let of = |name: Option<&str>, row: Option<f64>| {
+            let sensor = preset("mat-16x16-cd4067").unwrap().edited(|spec| {
+                spec.readout.r_mux_column_ohms = None;
+                spec.readout.r_mux_row_ohms = row.map(PerLine::One);
+                spec.name = name.unwrap_or(&spec.name).to_owned();
+            });
+            let beliefs = Beliefs::of(&sensor.unwrap(), &CalibrationOptions::default());
+            (beliefs.column_ohms, beliefs.row_ohms)
+        };
+        assert_eq!(of(None, None).0, 70.0);
+        assert_eq!(of(None, Some(3.0)), (3.0, 3.0));
+        assert_eq!(of(Some("mine"), None).1, USUAL_OHMS);
     }
 }

@@ -23,7 +23,7 @@ pub struct Converter {
 impl Converter {
     /// The converter of a sensor.
     pub fn from_sensor(sensor: &Sensor) -> Self {
-        let spec = &sensor.converter;
+        let spec = sensor.converter();
         let lsb = spec.full_scale_volts / sensor.max_count();
         Self {
             volts_per_count: if spec.inverted { -lsb } else { lsb },

@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use crate::circuit::{Circuit, Converter, LinearCircuit, Noise};
 use crate::material::LoadLaw;
-use crate::sensor::{PerLine, Sensor, Topology};
+use crate::sensor::{PerLine, Sense, Sensor, SensorSpec, Topology};
 use crate::simulate::{DEFAULT_PEAK_G, Pattern, PatternKind, default_noise_counts};
 use crate::solve::{Method, Raw, default_method};
 use crate::{Counts, Error, Frame, Mark, Siemens, Volts};
@@ -56,7 +56,7 @@ impl Cause {
     /// The causes that a sensor's read-out can have.
     pub fn of(sensor: &Sensor) -> Vec<Cause> {
         use Cause::{Bits, ColumnSwitches, Divider, Gain, Noise, Range, RowSwitches, Source};
-        if sensor.readout.topology.is_tia() {
+        if sensor.readout().topology.is_tia() {
             vec![
                 ColumnSwitches,
                 RowSwitches,
@@ -187,12 +187,11 @@ impl Budget {
     /// For a sensor; noise is drawn `draws` times from `seed`.
     ///
     /// # Errors
-    /// A number outside its physical range, a gain that is still the name of a file.
+    /// A number outside its physical range.
     pub fn new(sensor: &Sensor, draws: u32, seed: u64) -> Result<Self, Error> {
-        let mut sensor = sensor.clone().checked()?;
         // Known, and undone exactly: docs/design.md.
-        sensor.converter.memory = 0.0;
-        let law = match sensor.material {
+        let sensor = sensor.edited(|spec| spec.converter.memory = 0.0)?;
+        let law = match sensor.material() {
             Some(_) => Some(LoadLaw::from_sensor(&sensor)?),
             None => None,
         };
@@ -218,10 +217,8 @@ impl Budget {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn with(&self, change: impl FnOnce(&mut Sensor)) -> Result<Self, Error> {
-        let mut sensor = self.sensor.clone();
-        change(&mut sensor);
-        Self::new(&sensor, self.draws, self.seed)
+    pub fn with(&self, change: impl FnOnce(&mut SensorSpec)) -> Result<Self, Error> {
+        Self::new(&self.sensor.edited(change)?, self.draws, self.seed)
     }
 
     /// A hand that grips: frame 80 of the pattern `hand`, seed 7, at its natural pressure.
@@ -237,7 +234,7 @@ impl Budget {
     }
 
     fn scene(&self, name: &str, pattern: &Pattern) -> BudgetScene {
-        let peak = pattern.peak_of(&self.sensor.array);
+        let peak = pattern.peak_of(self.sensor.array());
         let linear;
         let law = match &self.law {
             Some(law) => law,
@@ -246,7 +243,7 @@ impl Budget {
                 &linear
             }
         };
-        let loads = pattern.loads(&self.sensor.array, 7, 80);
+        let loads = pattern.loads(self.sensor.array(), 7, 80);
         BudgetScene {
             name: name.to_owned(),
             siemens: loads.map(|taxel, load| law.siemens_from_grams(taxel, load).max(0.0)),
@@ -303,27 +300,33 @@ impl Budget {
         let circuit = LinearCircuit::from_sensor(&self.sensor)?;
         let mut sensor = self.sensor.clone();
         let has = |cause| causes.contains(&cause);
-        let readout = &mut sensor.readout;
-        if !has(Cause::ColumnSwitches) {
-            readout.r_mux_column_ohms = Some(PerLine::One(IDEAL_OHMS));
-        }
-        if !has(Cause::RowSwitches) {
-            readout.r_mux_row_ohms = Some(PerLine::One(IDEAL_OHMS));
-        }
-        if !has(Cause::Source) {
-            readout.r_source_ohms = 0.0;
-        }
-        if !has(Cause::Gain) {
-            readout.open_loop_gain = Some(IDEAL_GAIN);
-        }
-        if !readout.topology.is_tia() && !has(Cause::Divider) {
+        sensor.try_out(|spec| {
+            let readout = &mut spec.readout;
+            if !has(Cause::ColumnSwitches) {
+                readout.r_mux_column_ohms = Some(PerLine::One(IDEAL_OHMS));
+            }
+            if !has(Cause::RowSwitches) {
+                readout.r_mux_row_ohms = Some(PerLine::One(IDEAL_OHMS));
+            }
+            if !has(Cause::Source) {
+                readout.r_source_ohms = 0.0;
+            }
+            if !has(Cause::Gain) {
+                readout.open_loop_gain = Some(IDEAL_GAIN);
+            }
+        });
+        if let Sense::PullDown { r_pull_down_ohms } = sensor.readout().sense
+            && !has(Cause::Divider)
+        {
             // A virtual ground that fills as much of the converter as the divider does.
             let largest = largest_of(predict(&self.sensor, &circuit, siemens)?.values());
-            let r_k = readout.r_pull_down_ohms.unwrap_or_default();
-            readout.topology = Topology::TiaGroundedColumns;
-            readout.r_feedback_ohms = Some(r_k);
-            readout.v_test_volts = largest / (r_k * largest_of(siemens.values()));
-            sensor.converter.inverted = true;
+            sensor.try_out(|spec| {
+                spec.readout.topology = Topology::TiaGroundedColumns;
+                spec.readout.r_feedback_ohms = Some(r_pull_down_ohms);
+                spec.readout.v_test_volts =
+                    largest / (r_pull_down_ohms * largest_of(siemens.values()));
+                spec.converter.inverted = true;
+            });
         }
         Ok(sensor)
     }
@@ -364,7 +367,7 @@ pub(super) fn predict(
     circuit: &LinearCircuit,
     siemens: &Frame<Siemens>,
 ) -> Result<Frame<Volts>, Error> {
-    let rows = sensor.readout.r_mux_row_ohms.as_ref();
+    let rows = sensor.readout().r_mux_row_ohms.as_ref();
     circuit.predict(siemens).map_err(|_| Error::OutOfRange {
         key: "readout.r_mux_row_ohms".to_owned(),
         found: rows.map_or(0.0, |ohms| ohms.mean(sensor.rows())),
@@ -390,9 +393,9 @@ fn read(
     let mut noisy = volts.clone();
     if has(Cause::Noise) {
         let counts = sensor
-            .converter
+            .converter()
             .noise_counts
-            .unwrap_or_else(|| default_noise_counts(sensor.converter.bits));
+            .unwrap_or_else(|| default_noise_counts(sensor.converter().bits));
         let standard_deviation_volts = counts * converter.lsb_volts();
         Noise {
             standard_deviation_volts,

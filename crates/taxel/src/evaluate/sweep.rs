@@ -157,11 +157,11 @@ pub fn equation_6_volts(
     others: &[usize],
 ) -> Vec<f64> {
     let amplifier = Amplifier {
-        v_test_volts: sensor.readout.v_test_volts,
-        r_feedback_ohms: sensor.readout.r_feedback_ohms.unwrap_or(f64::NAN),
+        v_test_volts: sensor.readout().v_test_volts,
+        r_feedback_ohms: sensor.readout().r_feedback_ohms().unwrap_or(f64::NAN),
         open_loop_gain: sensor
-            .readout
-            .open_loop_gain
+            .readout()
+            .open_loop_gain()
             .unwrap_or(USUAL_OPEN_LOOP_GAIN),
     };
     let at = |count| v_out_alike(amplifier, r_other_ohms, r_other_ohms, count);

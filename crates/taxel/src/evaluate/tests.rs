@@ -198,8 +198,12 @@ fn two_exponentials_are_told_apart_and_one_is_not_split() {
 
 #[test]
 fn the_full_circuit_of_a_row_is_its_closed_form() {
-    let mut sensor = preset("econe").unwrap();
-    sensor.readout.r_source_ohms = 100.0;
+    let sensor = preset("econe")
+        .unwrap()
+        .edited(|spec| {
+            spec.readout.r_source_ohms = 100.0;
+        })
+        .unwrap();
     let others = [0, 1, 5, 9, 127];
     let found =
         sweep::full_circuit_volts(&sensor, (20, 40), Axis::Row, 1e-3, 0.0, &others).unwrap();

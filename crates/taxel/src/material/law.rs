@@ -1,7 +1,7 @@
 //! The load law: what load a taxel's conductance stands for, and the other way round.
 
 use crate::Error;
-use crate::sensor::{Bend, Material, PerTaxel, Sensor};
+use crate::sensor::{Bend, Material, MaterialSpec, PerTaxel, Sensor};
 use crate::spline::Spline;
 
 /// G = g_zero + gain · factor · S(load)^exponent · e^bend(ln load), with S(L) = L/(1 + L/saturation).
@@ -38,9 +38,9 @@ impl LoadLaw {
     /// The law of a sensor's material.
     ///
     /// # Errors
-    /// [`Error::MissingKey`] without a material, or where gain or exponent are still the name of a file.
+    /// [`Error::MissingKey`] without a material.
     pub fn from_sensor(sensor: &Sensor) -> Result<Self, Error> {
-        let material = sensor.material.as_ref().ok_or_else(|| Error::MissingKey {
+        let material = sensor.material().ok_or_else(|| Error::MissingKey {
             key: "material",
             hint: "calibrate the sensor to find its load law, or ask for conductances".to_owned(),
         })?;
@@ -50,28 +50,16 @@ impl LoadLaw {
     /// The law of a material.
     ///
     /// # Errors
-    /// [`Error::MissingKey`] where gain or exponent are still the name of a file, [`Error::Knots`] where those of its
-    /// bend do not ascend.
-    pub fn from_material(material: &Material) -> Result<Self, Error> {
-        let list = |values: &PerTaxel, key| match values {
-            PerTaxel::One(value) => Ok(vec![*value]),
-            PerTaxel::Each(rows) => Ok(rows.concat()),
-            PerTaxel::File(name) => Err(Error::MissingKey {
-                key,
-                hint: format!("its numbers are in the file `{name}`, which has not been read"),
-            }),
-        };
-        let gain = match &material.gain {
-            Some(gain) => list(gain, "material.gain")?,
-            None => vec![1.0],
-        };
+    /// [`Error::Knots`] where those of its bend do not ascend.
+    fn from_material(material: &Material) -> Result<Self, Error> {
         Ok(Self {
             g_zero: material.g_zero_siemens,
-            ln_scale: gain
+            ln_scale: material
+                .gain
                 .iter()
                 .map(|gain| (gain * material.factor).ln())
                 .collect(),
-            exponent: list(&material.exponent, "material.exponent")?,
+            exponent: material.exponent.clone(),
             saturation_load_g: material.saturation_load_g,
             bend: match &material.bend {
                 Some(bend) => Some(Spline::new(&bend.ln_load_g, &bend.ln_siemens).map_err(
@@ -86,23 +74,16 @@ impl LoadLaw {
     }
 
     /// The material of a law that is the same for every taxel (the first taxel's, where it is not).
-    pub fn to_material(&self) -> Material {
-        Material {
-            g_zero_siemens: self.g_zero,
-            factor: self.ln_scale[0].exp(),
-            exponent: PerTaxel::One(self.exponent[0]),
-            gain: None,
-            saturation_load_g: self.saturation_load_g,
-            bend: self.bend.as_ref().map(|bend| {
-                let (ln_load_g, ln_siemens) = bend.knots();
-                Bend {
-                    ln_load_g: ln_load_g.to_vec(),
-                    ln_siemens: ln_siemens.to_vec(),
-                }
-            }),
-            spread: None,
-            dynamic: None,
-        }
+    pub fn to_material(&self) -> MaterialSpec {
+        let mut material =
+            MaterialSpec::new(self.ln_scale[0].exp(), PerTaxel::One(self.exponent[0]));
+        material.g_zero_siemens = self.g_zero;
+        material.saturation_load_g = self.saturation_load_g;
+        material.bend = self.bend.as_ref().map(|bend| {
+            let (ln_load_g, ln_siemens) = bend.knots();
+            Bend::new(ln_load_g.to_vec(), ln_siemens.to_vec())
+        });
+        material
     }
 
     fn of(values: &[f64], taxel: usize) -> f64 {

@@ -51,7 +51,7 @@ mod tests {
 
     #[test]
     fn two_loads_on_the_e_cone() {
-        let array = preset("econe").unwrap().array;
+        let array = preset("econe").unwrap().array().clone();
         let mut loads = Frame::zeros(64, 128);
         loads.values_mut()[128] = 1.0;
         loads.values_mut()[128 + 4] = 3.0;

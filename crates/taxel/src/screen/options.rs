@@ -118,7 +118,7 @@ impl Default for ScreenOptions {
 impl ScreenOptions {
     /// The defaults for a sensor: its mask, and how far its read-out lets lines be judged by what they read.
     pub fn from_sensor(sensor: &Sensor) -> Self {
-        let floating = sensor.readout.topology == Topology::DividerFloating;
+        let floating = sensor.readout().topology == Topology::DividerFloating;
         Self {
             floating,
             unloaded_counts: if floating {
@@ -126,7 +126,7 @@ impl ScreenOptions {
             } else {
                 None
             },
-            ..Self::from_spec(&sensor.screen)
+            ..Self::from_spec(sensor.screen())
         }
     }
 
@@ -144,7 +144,7 @@ impl ScreenOptions {
 
 /// The lowest reading of the empty array, counts; `None` while circuit or material are not known.
 fn least_unloaded_counts(sensor: &Sensor) -> Option<f64> {
-    let g_zero = sensor.material.as_ref()?.g_zero_siemens;
+    let g_zero = sensor.material()?.g_zero_siemens;
     let circuit = LinearCircuit::from_sensor(sensor).ok()?;
     let siemens = Frame::<Siemens>::filled(sensor.rows(), sensor.columns(), g_zero);
     let volts = circuit.predict(&siemens).ok()?;

@@ -110,10 +110,10 @@ impl SelfTestOptions {
     /// looks for itself.
     pub fn of(sensor: &Sensor) -> Self {
         let mut options = Self {
-            scan_order: sensor.converter.scan_order,
+            scan_order: sensor.converter().scan_order,
             ..Self::default()
         };
-        options.screen.floating = sensor.readout.topology == Topology::DividerFloating;
+        options.screen.floating = sensor.readout().topology == Topology::DividerFloating;
         options
     }
 }

@@ -68,7 +68,7 @@ fn mats(seed: u64) -> [Bench; 2] {
 fn faults_of_the_shipped_mats_are_named_and_nothing_else() {
     for seed in SEEDS {
         for bench in mats(seed) {
-            let (size, name) = (bench.sensor.rows(), bench.sensor.name.clone());
+            let (size, name) = (bench.sensor.rows(), bench.sensor.name().to_owned());
             let row = 2 + seed as usize;
             let at = |row: usize, column: usize| row * size + column;
             let cases = [
@@ -167,7 +167,12 @@ fn a_noisy_line_is_one_finding_and_an_edge_that_reads_0_is_silent() {
             dead: vec![(Axis::Row, 0), (Axis::Column, 31)],
             ..Broken::default()
         });
-        bench.sensor.material.as_mut().unwrap().g_zero_siemens = 0.0;
+        bench.sensor = bench
+            .sensor
+            .edited(|spec| {
+                spec.material.as_mut().unwrap().g_zero_siemens = 0.0;
+            })
+            .unwrap();
         let wanted = ["line-silent at column 31", "line-silent at row 0"];
         assert_eq!(bench.found(), wanted, "{seed}");
     }
@@ -239,8 +244,13 @@ fn what_a_reading_keeps_of_the_one_before_is_found_within_its_error() {
             (ScanOrder::RowByRow, 0.15),
         ] {
             let mut bench = econe(seed);
-            bench.sensor.converter.memory = share;
-            bench.sensor.converter.scan_order = order;
+            bench.sensor = bench
+                .sensor
+                .edited(|spec| {
+                    spec.converter.memory = share;
+                    spec.converter.scan_order = order;
+                })
+                .unwrap();
             let health = bench.test().unwrap();
             let found = health.settling.unwrap();
             let off = (found.share - share).abs();

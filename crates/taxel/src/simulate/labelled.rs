@@ -17,13 +17,13 @@ pub fn labelled_presses(sensor: &VirtualSensor, count: usize) -> CalibrationData
         }
     };
     let lines = [
-        sound(spec.rows(), &spec.screen.dead_rows),
-        sound(spec.columns(), &spec.screen.dead_columns),
+        sound(spec.rows(), &spec.screen().dead_rows),
+        sound(spec.columns(), &spec.screen().dead_columns),
     ];
     let mut data = CalibrationData::default();
     for frame in 0..count {
         let press = press_among(
-            &spec.array,
+            spec.array(),
             DEFAULT_PEAK_G,
             sensor.seed(),
             frame as u64,
@@ -47,7 +47,7 @@ pub fn uniform_levels(
     levels_g: &[f64],
     frames: usize,
 ) -> Vec<(Frame<Counts>, f64)> {
-    let array = &sensor.sensor().array;
+    let array = sensor.sensor().array();
     let each = levels_g
         .iter()
         .flat_map(|&level| std::iter::repeat_n(level, frames));
@@ -83,7 +83,7 @@ pub fn validation_frames(
     let pattern = Pattern::new(PatternKind::Blobs { least: 5, most: 12 });
     (0..count as u64)
         .map(|frame| {
-            let loads = pattern.loads(&sensor.sensor().array, sensor.seed(), frame);
+            let loads = pattern.loads(sensor.sensor().array(), sensor.seed(), frame);
             let reading = sensor.read_for(Purpose::ValidationReading, &loads, frame);
             (reading.counts, loads)
         })
@@ -109,7 +109,7 @@ mod tests {
         assert_eq!((data.frames.len(), data.presses.len()), (40, 40));
         let levels: Vec<f64> = data.uniform.iter().map(|(_, level)| *level).collect();
         assert_eq!(levels, [50.0, 50.0, 150.0, 150.0]);
-        let screen = &sensor.sensor().screen;
+        let screen = sensor.sensor().screen();
         assert_eq!((screen.dead_rows.len(), screen.dead_columns.len()), (6, 6));
         for (i, press) in data.presses.iter().enumerate() {
             assert_eq!(press.frame, i);

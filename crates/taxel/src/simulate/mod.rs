@@ -14,7 +14,7 @@
 //! use taxel::simulate::{Pattern, VirtualSensor, newtons};
 //! use taxel::{frame::grams_from_newtons, metric::deviations_of_frames, pipeline::Pipeline, sensor::preset, solve};
 //! let sensor = preset("econe")?;
-//! let hand = Pattern::hand().loads(&sensor.array, 7, 80);
+//! let hand = Pattern::hand().loads(sensor.array(), 7, 80);
 //! let counts = VirtualSensor::new(&sensor, 7)?.read(&hand, 80).counts;
 //! for method in [Box::new(solve::Raw::from_sensor(&sensor)), solve::default_method(&sensor)?] {
 //!     let mut pipeline = Pipeline::new(&sensor, method)?;

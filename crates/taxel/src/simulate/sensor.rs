@@ -67,20 +67,19 @@ impl VirtualSensor {
     /// A number outside its physical range, a switch resistance or a load law that is missing, a gain or exponent
     /// that is still the name of a file.
     pub fn new(truth: &Sensor, seed: u64) -> Result<Self, Error> {
-        let sensor = truth.clone().checked()?;
+        let sensor = truth.clone();
         let converter = Converter::from_sensor(&sensor);
         let noise_counts = sensor
-            .converter
+            .converter()
             .noise_counts
-            .unwrap_or_else(|| default_noise_counts(sensor.converter.bits));
+            .unwrap_or_else(|| default_noise_counts(sensor.converter().bits));
         Ok(Self {
             seed,
             faults: ReadingFaults::default(),
             period_secs: None,
             law: LoadLaw::from_sensor(&sensor)?,
             spread: sensor
-                .material
-                .as_ref()
+                .material()
                 .and_then(|material| material.spread)
                 .map(Spread::new),
             circuit: LinearCircuit::from_sensor(&sensor)?,
@@ -101,7 +100,7 @@ impl VirtualSensor {
         imperfections: &Imperfections,
         seed: u64,
     ) -> Result<Self, Error> {
-        let truth = imperfect(nominal, imperfections, seed);
+        let truth = imperfect(nominal, imperfections, seed)?;
         Ok(Self::new(&truth, seed)?.with_faults(imperfections.faults))
     }
 
@@ -142,7 +141,7 @@ impl VirtualSensor {
         frames: std::ops::Range<u64>,
     ) -> impl Iterator<Item = (Frame<Grams>, SimulatedScan)> + 'a {
         frames.map(move |frame| {
-            let loads = pattern.loads(&self.sensor.array, self.seed, frame);
+            let loads = pattern.loads(self.sensor.array(), self.seed, frame);
             let reading = self.read(&loads, frame);
             (loads, reading)
         })
@@ -154,7 +153,7 @@ impl VirtualSensor {
         loads: &Frame<Grams>,
         frame: u64,
     ) -> SimulatedScan {
-        let array = &self.sensor.array;
+        let array = self.sensor.array();
         assert_eq!(
             (loads.rows(), loads.columns()),
             (array.rows, array.columns),
@@ -212,7 +211,7 @@ impl VirtualSensor {
     /// Takes the taxels of lines that carry no current in this frame out of the circuit. Draws the same number of
     /// times whatever it finds.
     fn break_lines(&self, siemens: &mut Frame<Siemens>, random: &mut rand_chacha::ChaCha8Rng) {
-        let screen = &self.sensor.screen;
+        let screen = self.sensor.screen();
         let mut out = |_: &&usize| -> bool { random.random::<f64>() < self.faults.flicker_share };
         let mut rows = screen.dead_rows.clone();
         rows.extend(screen.flickering_rows.iter().filter(&mut out));

@@ -1,7 +1,7 @@
 //! No compensation: what most programs do, and what every other method is compared with.
 
 use super::{Method, Outcome, Scratch, Stop};
-use crate::sensor::Sensor;
+use crate::sensor::{Sense, Sensor};
 use crate::{Frame, Mark, Siemens, Volts};
 
 /// G = |V_out|/(V_t·R_k), or G = V/(R_p·(V_t − V)) for a divider: each taxel as if it were alone and the
@@ -17,15 +17,16 @@ pub struct Raw {
 impl Raw {
     /// The raw reading of a sensor. Needs no switch resistances.
     pub fn from_sensor(sensor: &Sensor) -> Self {
-        let readout = &sensor.readout;
-        let divider = !readout.topology.is_tia();
+        let readout = sensor.readout();
+        let (ohms, divider) = match readout.sense {
+            Sense::Amplifier {
+                r_feedback_ohms, ..
+            } => (-r_feedback_ohms, false),
+            Sense::PullDown { r_pull_down_ohms } => (r_pull_down_ohms, true),
+        };
         Self {
             v_test_volts: readout.v_test_volts,
-            ohms: if divider {
-                readout.r_pull_down_ohms.unwrap_or_default()
-            } else {
-                -readout.r_feedback_ohms.unwrap_or_default()
-            },
+            ohms,
             divider,
         }
     }

@@ -18,10 +18,13 @@ pub fn every_sensor(sizes: &[usize], bits: &[u32]) -> Vec<(String, Sensor)> {
         };
         for &size in sizes {
             for &bits in bits {
-                let mut sensor = parts.clone();
-                sensor.readout.topology = topology;
-                (sensor.array.rows, sensor.array.columns) = (size, size);
-                sensor.converter.bits = bits;
+                let sensor = parts
+                    .edited(|spec| {
+                        spec.readout.topology = topology;
+                        (spec.array.rows, spec.array.columns) = (size, size);
+                        spec.converter.bits = bits;
+                    })
+                    .unwrap();
                 let name = format!("{} {size}x{size} {bits} bits", topology.name());
                 sensors.push((name, sensor));
             }

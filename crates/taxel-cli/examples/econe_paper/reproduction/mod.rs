@@ -108,9 +108,11 @@ fn table_five(sensor: &Sensor) -> Result<Section, Error> {
     );
     let x: Vec<f64> = others.iter().map(|&n| n as f64).collect();
     for (i, ohms) in [0.0f64, 4.0, 10.0, 70.0].into_iter().enumerate() {
-        let mut sensor = sensor.clone();
-        sensor.readout.r_mux_column_ohms = Some(taxel::sensor::PerLine::One(ohms.max(1e-3)));
-        sensor.readout.r_mux_row_ohms = Some(taxel::sensor::PerLine::One(ohms.max(1e-3)));
+        let switches = Some(taxel::sensor::PerLine::One(ohms.max(1e-3)));
+        let sensor = sensor.edited(|spec| {
+            spec.readout.r_mux_column_ohms = switches.clone();
+            spec.readout.r_mux_row_ohms = switches;
+        })?;
         let full = full_circuit_volts(&sensor, (32, 64), Axis::Row, 1e-3, 0.0, &others)?;
         let six = equation_6_volts(&sensor, 1000.0, full[0], &others);
         let drop = |curve: &[f64]| 100.0 * cross_talk_drop(curve[0], curve[20]);
@@ -173,7 +175,7 @@ fn before_and_after(plan: &Plan, folder: &Path) -> Result<Section, Error> {
             .title(*name)
             .quantity("load")
             .unit("g")
-            .pitch_mm(plan.sensor.array.pitch_mm))
+            .pitch_mm(plan.sensor.array().pitch_mm))
     });
     let panels = panels.collect::<Result<Vec<_>, taxel_plot::Error>>()?;
     Ok(Section {

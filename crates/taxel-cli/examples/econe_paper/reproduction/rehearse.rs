@@ -90,14 +90,9 @@ note = "Twelve gripping hands, each an experiment; the loads of all taxels are k
 /// Writes everything that the plan needs; gives the number of presses that the network learnt from.
 pub(super) fn write_all(folder: &Path, seed: u64, reporter: &dyn Reporter) -> Result<usize, Error> {
     let sensor = preset("econe")?;
-    let with = |change: fn(&mut Sensor)| {
-        let mut other = sensor.clone();
-        change(&mut other);
-        other
-    };
-    let r_k = with(|sensor| sensor.readout.r_feedback_ohms = Some(22_000.0));
-    let v_test = with(|sensor| sensor.readout.v_test_volts = 0.01);
-    let r_v = with(|sensor| sensor.readout.r_source_ohms = 1000.0);
+    let r_k = sensor.edited(|spec| spec.readout.r_feedback_ohms = Some(22_000.0))?;
+    let v_test = sensor.edited(|spec| spec.readout.v_test_volts = 0.01)?;
+    let r_v = sensor.edited(|spec| spec.readout.r_source_ohms = 1000.0)?;
     for (name, sensor) in [
         ("sensor", &sensor),
         ("sensor-r-k", &r_k),
@@ -145,7 +140,7 @@ fn repeatability(folder: &Path, sensor: &Sensor, seed: u64) -> Result<(), Error>
         taxels: 1,
         load_g: SWEEP_G,
     };
-    let loads = press_tips(&sensor.array, &[tip], 0.0, seed, 0);
+    let loads = press_tips(sensor.array(), &[tip], 0.0, seed, 0);
     for (setting, share, seed) in [("before", 0.22, seed), ("after", 0.05, seed + 1)] {
         let virtual_sensor = VirtualSensor::new(sensor, seed)?.with_faults(ReadingFaults {
             stuck_share: share,
@@ -182,7 +177,7 @@ fn response(folder: &Path, settings: &[(&str, &Sensor)], seed: u64) -> Result<()
                     taxels: 2,
                     load_g,
                 };
-                let loads = press_tips(&sensor.array, &[tip], MISALIGNMENT, seed, 100 + area);
+                let loads = press_tips(sensor.array(), &[tip], MISALIGNMENT, seed, 100 + area);
                 for _ in 0..3 {
                     let _ = writeln!(
                         table,
@@ -217,7 +212,7 @@ fn sweep(folder: &Path, along: &str, settings: &[(&str, &Sensor)], seed: u64) ->
                 };
                 for others in (0..=MAX_OTHERS).rev() {
                     let tips: Vec<_> = (0..=others).map(tip).collect();
-                    let loads = press_tips(&sensor.array, &tips, MISALIGNMENT, seed, placement);
+                    let loads = press_tips(sensor.array(), &tips, MISALIGNMENT, seed, placement);
                     for _ in 0..READINGS {
                         let _ = writeln!(
                             table,
@@ -242,7 +237,7 @@ fn hands(folder: &Path, sensor: &Sensor, seed: u64) -> Result<(), Error> {
     let mut truths =
         NpyWriter::<Grams>::create(folder.join("hand-load-g.npy"), rows, columns, Element::F8)?;
     for hand in 0..12 {
-        let loads = Pattern::hand().loads(&sensor.array, seed + hand, 80);
+        let loads = Pattern::hand().loads(sensor.array(), seed + hand, 80);
         frames.push(virtual_sensor.read(&loads, hand).counts);
         truths.write(&loads)?;
     }

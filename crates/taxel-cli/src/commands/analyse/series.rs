@@ -67,7 +67,7 @@ pub(super) fn take(
         None => largest(args, options)?,
     };
     let spec = sensor
-        .map(|sensor| sensor.screen.clone())
+        .map(|sensor| sensor.screen().clone())
         .unwrap_or_default();
     let screening = sensor.map_or_else(ScreenOptions::default, ScreenOptions::from_sensor);
     let faults = line_faults(args, options, max_count, &screening)?;
@@ -110,7 +110,10 @@ pub(super) fn take(
             chain.take(&reading)?;
             chain.show_into(&mut shown)?;
             if let (Some(sensor), Some(unit)) = (sensor, args.unit) {
-                let (raw, area) = (args.method == MethodName::Raw, sensor.array.taxel_area_mm2);
+                let (raw, area) = (
+                    args.method == MethodName::Raw,
+                    sensor.array().taxel_area_mm2,
+                );
                 untared.apply(reading.tare(), raw, unit, area, shown.values_mut());
             }
         }

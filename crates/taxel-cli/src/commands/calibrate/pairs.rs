@@ -25,7 +25,7 @@ struct LawLine<'a> {
 const BLIND: f64 = 0.8;
 
 /// Fits and writes; the circuit stays as the sensor file has it.
-pub(super) fn run(args: &Args, mut sensor: Sensor) -> Result<Exit, Error> {
+pub(super) fn run(args: &Args, sensor: Sensor) -> Result<Exit, Error> {
     let table = args.pairs.as_deref().unwrap_or(Path::new(""));
     let read = taxel_io::read_pairs_by_line(table)?;
     let all: Vec<(f64, f64)> = read.iter().map(|(_, pair)| *pair).collect();
@@ -60,16 +60,15 @@ pub(super) fn run(args: &Args, mut sensor: Sensor) -> Result<Exit, Error> {
             "loads left out are {error:.1} g off on average, and guessing their median would be {blind:.1} g off"
         )));
     }
-    sensor.material = Some(chosen.law.to_material());
-    let text = sensor.to_toml();
-    if let Err(error) = Sensor::from_toml(&text) {
+    let law = chosen.law.to_material();
+    let sensor = sensor.edited(|spec| spec.material = Some(law)).map_err(|error| {
         let error = error.to_string();
         let what = error.lines().next().unwrap_or_default();
-        return Err(failed(format!(
+        failed(format!(
             "what fits best is no law of a taxel ({what}); are the columns of conductance and load swapped, or in other units?"
-        )));
-    }
-    out::file(&args.output, text.as_bytes())?;
+        ))
+    })?;
+    out::file(&args.output, sensor.to_toml().as_bytes())?;
     show(args, &fits, chosen, kept.len())?;
     for suspect in &suspects {
         let line = read[suspect.press].0;

@@ -87,16 +87,15 @@ pub(super) fn run(
 
 fn write(args: &Args, found: &DynamicFit, recording: &Path, loads: &Path) -> Result<(), Error> {
     let signed = |sensor: &Sensor| {
-        let mut sensor = sensor.clone();
-        sensor.provenance = Some(taxel::sensor::Provenance {
-            program: format!("taxel {}", env!("CARGO_PKG_VERSION")),
-            date: super::today(),
-            data: [recording, loads]
-                .map(|file| file.display().to_string())
-                .to_vec(),
-            ..Default::default()
-        });
-        sensor.to_toml()
+        let mut provenance = taxel::sensor::Provenance::default();
+        provenance.program = format!("taxel {}", env!("CARGO_PKG_VERSION"));
+        provenance.date = super::today();
+        provenance.data = [recording, loads]
+            .map(|file| file.display().to_string())
+            .to_vec();
+        let mut spec = sensor.spec().clone();
+        spec.provenance = Some(provenance);
+        spec.to_toml()
     };
     if let Some(file) = &args.static_output {
         out::file(file, signed(&found.best_static).as_bytes())?;

@@ -90,7 +90,9 @@ pub(super) fn all(
         show("exact", 0.0);
         let found = ring.calibrate(show)?;
         // Faulty lines are nobody's to estimate.
-        ring.sensor.screen = found.screen.clone();
+        ring.sensor = ring
+            .sensor
+            .edited(|spec| spec.screen = found.screen().clone())?;
         calibrated = Some(found);
     }
     let mut all = Vec::new();
@@ -174,8 +176,9 @@ impl Ring<'_> {
                 .next()
                 .map_or_else(|| straight(&pairs), |fit| fit.law),
         };
-        let mut sensor = self.sensor.clone();
-        sensor.material = Some(law.to_material());
+        let sensor = self
+            .sensor
+            .edited(|spec| spec.material = Some(law.to_material()))?;
         self.with_frames(name, &sensor, Box::new(raw), String::new())
     }
 
@@ -278,10 +281,8 @@ impl Ring<'_> {
     }
 
     fn pipeline(&self, model: Model) -> Result<Pipeline, Error> {
-        let mut sensor = self.sensor.clone();
         // Loads are the network's own; the file's law would only bend them there and back.
-        sensor.material = None;
-        let sensor = with_law(sensor);
+        let sensor = with_law(self.sensor.edited(|spec| spec.material = None)?);
         Ok(Pipeline::new(
             &sensor,
             Box::new(Learned::new(model, &sensor)?),

@@ -104,7 +104,7 @@ impl Summary {
             .map(|method| method.name());
         let unit = super::output::unit(args);
         let loads = unit.is_load().then(|| Loads {
-            limit: unit.of_newtons(BELOW_NEWTONS, sensor.array.taxel_area_mm2),
+            limit: unit.of_newtons(BELOW_NEWTONS, sensor.array().taxel_area_mm2),
             ..Loads::default()
         });
         let codes = Mark::ALL.map(|mark| (mark.code(), mark.word()));

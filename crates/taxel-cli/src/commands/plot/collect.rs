@@ -110,7 +110,7 @@ fn each_count(job: &Job<'_>, mut see: impl FnMut(u64, Stages<'_>)) -> Result<See
                 }
                 chain.show_into(shown)?;
                 let raw = i == 0 || job.args.method == MethodName::Raw;
-                let area = sensor.array.taxel_area_mm2;
+                let area = sensor.array().taxel_area_mm2;
                 untared.apply(reading.tare(), raw, unit, area, shown.values_mut());
             }
             let stages = Stages {

@@ -83,7 +83,7 @@ fn caption(job: &Job<'_>) -> String {
         .file_name()
         .unwrap_or_default()
         .to_string_lossy();
-    let sensor = job.sensor.as_ref().map_or("", |sensor| &sensor.name);
+    let sensor = job.sensor.as_ref().map_or("", |sensor| sensor.name());
     let how = match (job.args.values, job.stages()) {
         (false, (false, true)) => ", cross-talk removed",
         (false, (true, false)) => ", no compensation",

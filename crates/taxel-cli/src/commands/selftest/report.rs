@@ -120,7 +120,7 @@ impl Report {
         let settling = health.settling;
         let (hum, codes) = (&health.hum, &health.codes);
         Self {
-            sensor: sensor.name.clone(),
+            sensor: sensor.name().to_owned(),
             rows: health.rows,
             columns: health.columns,
             healthy: health.is_good(),

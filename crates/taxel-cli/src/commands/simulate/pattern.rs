@@ -180,7 +180,7 @@ pub(super) fn record(args: &Args, sensor: &Sensor, name: Name) -> Result<u64, Er
     let progress = Progress::new("simulating");
     for frame in 0..drawn.frames {
         let pattern = height(name, drawn, frame);
-        let loads = pattern.loads(&sensor.array, drawn.seed, frame);
+        let loads = pattern.loads(sensor.array(), drawn.seed, frame);
         let reading = real.read(&loads, frame);
         writer.write_reading(&reading.volts, &reading.counts)?;
         if let Some(truth) = &mut truth {
@@ -310,8 +310,8 @@ impl Labels {
                 return;
             }
             Name::Press => {
-                let peak = pattern.peak_of(&sensor.array);
-                let press = labelled_press(&sensor.array, peak, seed, frame);
+                let peak = pattern.peak_of(sensor.array());
+                let press = labelled_press(sensor.array(), peak, seed, frame);
                 Some((press.row * columns + press.column, press.load_g))
             }
             _ => loads

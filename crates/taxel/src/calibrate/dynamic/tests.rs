@@ -18,8 +18,12 @@ type Recorded = (Sensor, Vec<f64>, Vec<Frame<Counts>>, Vec<Frame<Grams>>);
 
 /// A small sensor whose material remembers, and a recording of it: blobs that wander, grow and go.
 fn remembering(seed: u64, frames: usize) -> Recorded {
-    let mut sensor = preset("econe").unwrap();
-    (sensor.array.rows, sensor.array.columns) = (12, 12);
+    let sensor = preset("econe")
+        .unwrap()
+        .edited(|spec| {
+            (spec.array.rows, spec.array.columns) = (12, 12);
+        })
+        .unwrap();
     let pattern = Pattern::named("blobs").unwrap().with_peak_g(200.0);
     let secs: Vec<f64> = (0..frames).map(|n| 0.1 * n as f64).collect();
     // A pattern's frames are drawn one by one; joined by straight lines they are a movement. The last two rows stay free.
@@ -27,7 +31,7 @@ fn remembering(seed: u64, frames: usize) -> Recorded {
     let shape = |k: usize| match k {
         0 => Frame::<Grams>::zeros(12, 12),
         k => {
-            let mut loads = pattern.loads(&sensor.array, seed, k as u64);
+            let mut loads = pattern.loads(sensor.array(), seed, k as u64);
             loads.values_mut()[120..].fill(0.0);
             loads
         }
@@ -88,10 +92,13 @@ fn error(sensor: &Sensor, counts: &[Frame<Counts>], loads: &[Frame<Grams>]) -> f
 #[test]
 fn a_material_that_remembers_is_found_and_undone() {
     let (truth, secs, counts, loads) = remembering(3, 600);
-    let mut parts = truth.clone();
-    parts.material = None;
-    parts.readout.r_mux_column_ohms = Some(crate::sensor::PerLine::One(5.0));
-    parts.readout.r_mux_row_ohms = Some(crate::sensor::PerLine::One(5.0));
+    let parts = truth
+        .edited(|spec| {
+            spec.material = None;
+            spec.readout.r_mux_column_ohms = Some(crate::sensor::PerLine::One(5.0));
+            spec.readout.r_mux_row_ohms = Some(crate::sensor::PerLine::One(5.0));
+        })
+        .unwrap();
     let series = LoadSeries {
         secs: &secs,
         frames: &counts,
@@ -114,9 +121,13 @@ fn a_material_that_remembers_is_found_and_undone() {
 #[test]
 fn a_frame_that_nothing_explains_leaves_no_memory() {
     let (mut sensor, _, counts, _) = remembering(3, 80);
-    sensor.readout.r_mux_column_ohms = Some(crate::sensor::PerLine::One(70.0));
-    sensor.readout.r_mux_row_ohms = Some(crate::sensor::PerLine::One(70.0));
-    sensor.material.as_mut().unwrap().dynamic = Some(law().to_spec());
+    sensor = sensor
+        .edited(|spec| {
+            spec.readout.r_mux_column_ohms = Some(crate::sensor::PerLine::One(70.0));
+            spec.readout.r_mux_row_ohms = Some(crate::sensor::PerLine::One(70.0));
+            spec.material.as_mut().unwrap().dynamic = Some(law().to_spec());
+        })
+        .unwrap();
     // More current in every row than 70 Ohm let through.
     let mut impossible = Frame::<Counts>::filled(12, 12, 60_000.0);
     impossible.time_secs = Some(7.85);

@@ -119,10 +119,14 @@ mod tests {
     fn a_few_thick_lines_read_what_the_whole_array_reads() {
         for topology in Topology::ALL {
             for (rows, columns) in [(5, 7), (7, 5), (1, 6), (6, 1), (2, 2)] {
-                let mut sensor = preset("econe").unwrap();
-                (sensor.array.rows, sensor.array.columns) = (rows, columns);
-                sensor.readout.topology = topology;
-                sensor.readout.r_pull_down_ohms = Some(1000.0);
+                let sensor = preset("econe")
+                    .unwrap()
+                    .edited(|spec| {
+                        (spec.array.rows, spec.array.columns) = (rows, columns);
+                        spec.readout.topology = topology;
+                        spec.readout.r_pull_down_ohms = Some(1000.0);
+                    })
+                    .unwrap();
                 let circuit = LinearCircuit::from_sensor(&sensor).unwrap();
                 let labelled = [(rows - 1, 0), (0, columns - 1)];
                 let frame = KnownFrame::placed(&labelled);

@@ -71,7 +71,7 @@ pub(super) fn has_exact_inverse(sensor: &Sensor, options: &CalibrationOptions) -
     let ohms = || PerLine::One(super::priors::USUAL_OHMS);
     let mut sensor = with_switches(sensor, ohms(), ohms());
     if options.r_source {
-        sensor.readout.r_source_ohms = super::priors::USUAL_OHMS;
+        sensor.try_out(|spec| spec.readout.r_source_ohms = super::priors::USUAL_OHMS);
     }
     LinearCircuit::from_sensor(&sensor).is_ok_and(|circuit| Exact::new(&circuit).is_some())
 }

@@ -201,15 +201,18 @@ impl Layout {
         let (column, row) = self.ohms(at);
         let mut sensor = self.sensor.clone();
         let (columns, rows) = (sensor.columns(), sensor.rows());
-        let readout = &mut sensor.readout;
-        readout.r_mux_column_ohms = Some(scaled(readout.r_mux_column_ohms.take(), columns, column));
-        readout.r_mux_row_ohms = Some(scaled(readout.r_mux_row_ohms.take(), rows, row));
-        if self.beliefs.gain.is_some() {
-            readout.open_loop_gain = Some(self.value(at, Unknown::Gain).exp());
-        }
-        if self.beliefs.source.is_some() {
-            readout.r_source_ohms = self.value(at, Unknown::Source).exp();
-        }
+        sensor.try_out(|spec| {
+            let readout = &mut spec.readout;
+            readout.r_mux_column_ohms =
+                Some(scaled(readout.r_mux_column_ohms.take(), columns, column));
+            readout.r_mux_row_ohms = Some(scaled(readout.r_mux_row_ohms.take(), rows, row));
+            if self.beliefs.gain.is_some() {
+                readout.open_loop_gain = Some(self.value(at, Unknown::Gain).exp());
+            }
+            if self.beliefs.source.is_some() {
+                readout.r_source_ohms = self.value(at, Unknown::Source).exp();
+            }
+        });
         let mut bends = vec![0.0; self.knots.len()];
         for (i, bend) in bends.iter_mut().enumerate() {
             if self.position(Unknown::Bend(i)).is_some() {

@@ -50,7 +50,7 @@ impl PressFit<'_> {
         let (column, row) = fitted.layout.ohms(&fitted.peak.at);
         let sum = column + row;
         let index = |u| fitted.layout.position(u);
-        let topology = self.sensor.readout.topology;
+        let topology = self.sensor.readout().topology;
         if let Some(split) = index(Unknown::Split)
             && fitted.peak.error(split) > UNTOLD * fitted.layout.beliefs.ln_ratio().1
         {
@@ -67,7 +67,7 @@ impl PressFit<'_> {
                         0 => "these presses".to_owned(),
                         _ => format!("{alone} presses made one at a time"),
                     },
-                    if self.sensor.readout.r_mux_column_ohms.is_some() {
+                    if self.sensor.readout().r_mux_column_ohms.is_some() {
 "the sensor file's ratio"
 } else {
 "the belief that both are alike"
@@ -170,9 +170,9 @@ fn parameters(fitted: &Fitted) -> Vec<Parameter> {
         ),
         Parameter::fitted("readout.r_mux_row_ohms", row, row * of_row, "Ohm"),
     ];
-    let readout = &fitted.model.sensor.readout;
+    let readout = fitted.model.sensor.readout();
     if layout.position(Unknown::Gain).is_some() {
-        let gain = readout.open_loop_gain.unwrap_or_default();
+        let gain = readout.open_loop_gain().unwrap_or_default();
         list.push(Parameter::fitted(
             "readout.open_loop_gain",
             gain,

@@ -268,8 +268,8 @@ pub(super) fn least_v_test(wish: &Wish, resolution: &[Resolution; 2]) -> Option<
 pub(super) fn warnings(wish: &Wish, proposal: &Proposal) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let [lightest, fullest] = &proposal.resolution;
-    let readout = &proposal.sensor.readout;
-    if let Some(r_k) = readout.r_feedback_ohms
+    let readout = proposal.sensor.readout();
+    if let Some(r_k) = readout.r_feedback_ohms()
         && (fullest.volts >= wish.full_scale_volts || proposal.fullest_share >= 1.0)
     {
         let at_ceiling = wish.full_scale_volts / (readout.v_test_volts * r_k);
@@ -309,7 +309,7 @@ pub(super) fn warnings(wish: &Wish, proposal: &Proposal) -> Vec<Warning> {
         }
     }
     warnings.extend(worse_compensated(wish, &proposal.ghosts));
-    if let (Some(gain), Some(r_k)) = (proposal.gain, readout.r_feedback_ohms)
+    if let (Some(gain), Some(r_k)) = (proposal.gain, readout.r_feedback_ohms())
         && r_k / (1.0 + gain) > wish.switch_ohms
     {
         warnings.push(Warning::LowGain {

@@ -42,14 +42,18 @@ pub struct Broken {
 
 /// A sensor of `rows` × `columns` made of a preset, uneven by a tenth in switches and material.
 pub fn sensor(name: &str, rows: usize, columns: usize, seed: u64) -> Sensor {
-    let mut sensor = preset(name).unwrap();
-    (sensor.array.rows, sensor.array.columns) = (rows, columns);
+    let sensor = preset(name)
+        .unwrap()
+        .edited(|spec| {
+            (spec.array.rows, spec.array.columns) = (rows, columns);
+        })
+        .unwrap();
     let uneven = Imperfections {
         mux_sd: 0.1,
         gain_sd: 0.1,
         ..Imperfections::default()
     };
-    imperfect(&sensor, &uneven, seed)
+    imperfect(&sensor, &uneven, seed).unwrap()
 }
 
 /// A sensor, its faults, and how it is recorded.
@@ -116,7 +120,7 @@ impl Bench {
         let law = LoadLaw::from_sensor(&self.sensor).unwrap();
         let circuit = LinearCircuit::from_sensor(&self.sensor).unwrap();
         let converter = Converter::from_sensor(&self.sensor);
-        let bits = self.sensor.converter.bits;
+        let bits = self.sensor.converter().bits;
         let noise = Noise {
             standard_deviation_volts: default_noise_counts(bits) * converter.lsb_volts(),
         };
@@ -241,7 +245,7 @@ impl Bench {
         let (rows, columns) = (self.sensor.rows(), self.sensor.columns());
         let taxels = volts.len() as f64;
         for (taxel, volt) in volts.iter_mut().enumerate() {
-            let index = match self.sensor.converter.scan_order {
+            let index = match self.sensor.converter().scan_order {
                 ScanOrder::RowByRow => taxel,
                 ScanOrder::ColumnByColumn => taxel % columns * rows + taxel / columns,
             };

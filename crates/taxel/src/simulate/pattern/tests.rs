@@ -64,7 +64,7 @@ fn drawings_that_fit_keep_off_the_edge_and_turn_with_the_array() {
 
 #[test]
 fn hands_feet_and_fingers_press_as_hard_as_people_do() {
-    let array = preset("econe").unwrap().array;
+    let array = preset("econe").unwrap().array().clone();
     let mut ranges = [[f64::INFINITY, 0.0]; 3];
     for seed in 0..20 {
         let force =
@@ -87,7 +87,7 @@ fn hands_feet_and_fingers_press_as_hard_as_people_do() {
 
 #[test]
 fn a_grip_rests_squeezes_holds_and_lets_go() {
-    let array = preset("econe").unwrap().array;
+    let array = preset("econe").unwrap().array().clone();
     let force = |frame| {
         let loads = Pattern::hand().loads(&array, 1, frame);
         total_force_newtons(&newtons(&loads))
