@@ -19,12 +19,8 @@ fn main() -> Result<(), taxel::Error> {
     let loads = hand.loads(parts.array(), 1, 68);
     let counts = real.read(&loads, 68).counts;
 
-    let fit = calibrate(
-        &parts,
-        &presses,
-        &CalibrationOptions::default(),
-        &mut |_, _| (),
-    )?;
+    let options = CalibrationOptions::default();
+    let fit = calibrate(&parts, &presses, &options, &mut |_, _| ())?;
     let mut pipeline = Pipeline::new(&fit.sensor, default_method(&fit.sensor)?)?;
     let result = pipeline.process(&counts);
     let (outcome, found) = (result.outcome, result.newtons()?);
