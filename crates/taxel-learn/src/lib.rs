@@ -1,8 +1,8 @@
 //! Learned compensation for a resistive pressure-sensor matrix: the paper's network, better ones, and an honest
-//! contest with physics.
+//! benchmark against physics.
 
+pub mod benchmark;
 mod checkpoint;
-pub mod contest;
 mod error;
 pub mod fit;
 mod method;
@@ -18,5 +18,5 @@ pub mod trust;
 
 pub use error::Error;
 pub use method::Learned;
-pub use model::{Card, Held, Kind, Model, NOT_FOR, Source, with_law};
+pub use model::{Card, Model, ModelKind, NOT_FOR, Source, TestErrors, with_law};
 pub use rows::{Rows, Split};

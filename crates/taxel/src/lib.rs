@@ -2,31 +2,40 @@
 //!
 //! Such a sensor is R rows by C columns of pressure-sensitive resistors (taxels) that share lines, so
 //! pressing one taxel changes the reading of others. The circuit is known: [`circuit`] predicts a whole
-//! scan exactly, [`solve`] inverts it, [`calibrate`] finds its unknowns and the load law from labelled
-//! presses, [`screen`] marks readings that cannot be trusted.
+//! scan exactly, [`solve`] inverts it, [`material`] turns conductances into loads, [`calibrate`] finds the unknowns of
+//! both from labelled presses, [`screen`] marks readings that cannot be trusted.
 //!
 //! This crate touches nothing: no files, sockets, threads or clock.
 
-pub mod calibrate;
-pub mod circuit;
-pub mod crew;
-mod dense;
-pub mod design;
 pub mod error;
-pub mod estimate;
-pub mod evaluate;
 pub mod frame;
-pub mod health;
-pub mod metric;
-pub mod pipeline;
-pub mod screen;
 pub mod sensor;
-pub mod simulate;
-pub mod solve;
-pub mod stats;
-pub mod vectors;
 
-pub use crew::Crew;
+pub mod circuit;
+pub mod material;
+pub mod screen;
+pub mod solve;
+
+pub mod estimate;
+pub mod pipeline;
+
+pub mod calibrate;
+pub mod design;
+pub mod evaluate;
+
+pub mod metric;
+pub mod parts;
+pub mod selftest;
+pub mod simulate;
+
+mod linalg;
+pub mod parallel;
+#[doc(hidden)]
+pub mod simd;
+mod spline;
+pub mod stats;
+
 pub use error::Error;
-pub use frame::{Counts, Frame, Mark, Newtons, Siemens, Volts};
+pub use frame::{Counts, Frame, Grams, Mark, Newtons, Siemens, Volts};
+pub use parallel::Executor;
 pub use sensor::Sensor;

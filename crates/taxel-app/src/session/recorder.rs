@@ -13,7 +13,7 @@ use std::sync::mpsc::{
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
-use taxel::metric::Figures;
+use taxel::metric::FrameFigures;
 use taxel::{Frame, Newtons};
 use taxel_io::mcap::About;
 use taxel_io::{McapWriter, Tare};
@@ -63,7 +63,7 @@ enum Item {
 /// Loads and figures of a frame.
 pub(super) struct SolvedFrame {
     pub(super) loads: Option<Frame<Newtons>>,
-    pub(super) figures: Figures,
+    pub(super) figures: FrameFigures,
     pub(super) sequence: u64,
     pub(super) at: SystemTime,
 }
@@ -190,7 +190,13 @@ impl Recorder {
         }
         let begun = McapWriter::create(path, &self.about);
         let writer = begun.inspect_err(|_| self.shared.set(Phase::Idle))?;
-        let open = Open::new(writer, owner, most, self.wanted, self.shared.status.tally());
+        let open = Open::new(
+            writer,
+            owner,
+            most,
+            self.wanted,
+            self.shared.status.link_stats(),
+        );
         self.shared.status.set_recording(Some(open.status(None)));
         if owner == Owner::Viewer {
             let path = open.path().display();
@@ -261,12 +267,13 @@ impl Recorder {
     /// Loads that the disk has no time for are left out, and counted at the end; `waits`: until it has.
     pub(super) fn solved(&self, solved: SolvedFrame, waits: bool) {
         let item = Item::SolvedFrame(Box::new(solved));
-        let gone = match waits {
-            true => self.items.send(item).is_err(),
-            false => matches!(
+        let gone = if waits {
+            self.items.send(item).is_err()
+        } else {
+            matches!(
                 self.items.try_send(item),
                 Err(TrySendError::Disconnected(_))
-            ),
+            )
         };
         if gone {
             self.died();
@@ -468,7 +475,7 @@ impl<'a> Writing<'a> {
     /// Closes the file, tells how it went, and is ready for the next.
     fn end(&mut self, error: Option<String>) {
         let saved = self.open.take().map(|file| {
-            let saved = file.end(error, self.shared.status.tally());
+            let saved = file.end(error, self.shared.status.link_stats());
             self.shared.status.saved(saved.clone());
             self.shared.set(Phase::Idle);
             saved
