@@ -7,8 +7,8 @@ use std::hint::black_box;
 
 use common::{inversion, pressed, sensor, stream};
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
-use taxel::calibrate::{DynamicLaw, Memory};
 use taxel::circuit::{Circuit, LinearCircuit, OperatingPoint};
+use taxel::material::{DynamicLaw, HysteresisState};
 use taxel::pipeline::Pipeline;
 use taxel::sensor::{Topology, preset};
 use taxel::simulate::{Pattern, VirtualSensor};
@@ -44,10 +44,10 @@ fn forward(criterion: &mut Criterion) {
         });
         let direction = siemens.values().to_vec();
         group.bench_function(BenchmarkId::new("derivative", &name), |bencher| {
-            bencher.iter(|| point.derivative_into(black_box(&direction), &mut volts));
+            bencher.iter(|| point.jvp_into(black_box(&direction), &mut volts));
         });
         group.bench_function(BenchmarkId::new("adjoint", &name), |bencher| {
-            bencher.iter(|| point.adjoint_into(black_box(&direction), &mut volts));
+            bencher.iter(|| point.vjp_into(black_box(&direction), &mut volts));
         });
     }
     group.finish();
@@ -138,7 +138,7 @@ fn dynamic(criterion: &mut Criterion) {
         plays: vec![(0.07, 5.0), (0.07, 15.0), (0.07, 40.0)],
         period_secs: 0.01,
     };
-    let mut memory = Memory::new(&law, 64 * 128);
+    let mut memory = HysteresisState::new(&law, 64 * 128);
     // Acting loads that rise and fall, so that plays move both ways.
     let acting = |frame: usize| -> Vec<f64> {
         let phase = |taxel: usize| 0.05 * frame as f64 + 0.01 * taxel as f64;

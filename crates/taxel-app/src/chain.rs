@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use taxel::calibrate::LoadLaw;
+use taxel::material::LoadLaw;
 use taxel::pipeline::{Pipeline, Repair};
 use taxel::screen::LineFaults;
 use taxel::solve::{Outcome, Stop};
 use taxel::{Frame, Sensor, Siemens};
 
 use crate::error::Error;
-use crate::frames::{DisplayUnit, Reading};
+use crate::frames::{DisplayUnit, FrameReader};
 use crate::methods::MethodName;
 use crate::units::Unit;
 
@@ -67,11 +67,11 @@ impl Chain {
     ///
     /// # Errors
     /// Conductances, where they are not what the chain begins with.
-    pub fn take(&mut self, reading: &Reading) -> Result<Option<Outcome>, Error> {
+    pub fn take(&mut self, reading: &FrameReader) -> Result<Option<Outcome>, Error> {
         let result = match reading {
-            Reading::Counts(_, counts) => self.pipeline.process(counts),
-            Reading::Volts(_, volts) => self.pipeline.process_volts(volts),
-            Reading::Siemens(_, siemens) => {
+            FrameReader::Counts(_, counts) => self.pipeline.process(counts),
+            FrameReader::Volts(_, volts) => self.pipeline.process_volts(volts),
+            FrameReader::Siemens(_, siemens) => {
                 let result = self.pipeline.process_siemens(siemens);
                 if self.unit == Unit::Volts {
                     return Err(Error::Request {
@@ -132,7 +132,7 @@ pub fn stop_words(outcome: &Outcome) -> (&'static str, Option<String>) {
 }
 
 fn copy<Q>(from: &Frame<Q>, to: &mut Frame<DisplayUnit>, number: impl Fn(f64) -> f64) {
-    to.take_marks(from);
+    to.copy_meta_from(from);
     for (to, from) in to.values_mut().iter_mut().zip(from.values()) {
         *to = number(*from);
     }

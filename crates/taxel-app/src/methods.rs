@@ -132,14 +132,15 @@ pub fn check_memory(sensor: &Sensor, file: &Path, name: &MethodName) -> Result<(
     let rows = sensor.rows() as u64;
     let needed_mib =
         mib(rows * rows, PAIR_BYTES) + mib((sensor.rows() * sensor.columns()) as u64, TAXEL_BYTES);
-    match needed_mib <= MAX_MEMORY_MIB {
-        true => Ok(()),
-        false => Err(Error::MethodMemory {
+    if needed_mib <= MAX_MEMORY_MIB {
+        Ok(())
+    } else {
+        Err(Error::MethodMemory {
             file: file.to_owned(),
             rows: sensor.rows(),
             needed_mib,
             most_mib: MAX_MEMORY_MIB,
-        }),
+        })
     }
 }
 

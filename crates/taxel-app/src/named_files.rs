@@ -27,7 +27,7 @@ pub fn of_sensor(file: &Path) -> Vec<PathBuf> {
         .into_iter()
         .flatten()
         .filter_map(|value| match value {
-            PerTaxel::File(name) => Some(sensor_file::beside(file, &name)),
+            PerTaxel::File(name) => Some(sensor_file::next_to(file, &name)),
             _ => None,
         });
     named.collect()
@@ -35,9 +35,10 @@ pub fn of_sensor(file: &Path) -> Vec<PathBuf> {
 
 /// The recordings that a table of presses, of uniform loads or of trials names.
 pub fn of_table(file: &Path) -> Vec<PathBuf> {
-    match file.is_file() {
-        true => taxel_io::recordings_named_in(file).unwrap_or_default(),
-        false => Vec::new(),
+    if file.is_file() {
+        taxel_io::recordings_named_in(file).unwrap_or_default()
+    } else {
+        Vec::new()
     }
 }
 

@@ -9,6 +9,7 @@
 use taxel::circuit::{Circuit, Converter, LineEnds, LinearCircuit};
 use taxel::sensor::{Sensor, Topology};
 use taxel::solve::{Method, Newton, Uncertainty, standard_errors_by};
+use taxel::stats::median;
 use taxel::{Frame, Volts};
 use taxel_io::{TextOptions, ValuesWriter, open_counts};
 
@@ -51,14 +52,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let pairs = siemens.values().iter().zip(&errors);
             pairs.filter(|(g, e)| of(**g, **e)).count() as f64 / errors.len() as f64
         };
-        let mut sorted = siemens.values().to_vec();
-        sorted.sort_by(f64::total_cmp);
         println!(
             "{:5}  {:10.10}  {:8.1e}  {:12.2e}  {:6.1} %  {:11.1} %",
             counts.sequence,
             format!("{:?}", outcome.stop),
             outcome.residual,
-            sorted[sorted.len() / 2],
+            median(siemens.values().iter().copied()).unwrap_or(f64::NAN),
             100.0 * share(&|g, _| g < 0.0),
             100.0 * share(&|g, e| e > g.abs())
         );

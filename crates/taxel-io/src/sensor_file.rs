@@ -14,11 +14,11 @@ pub const TAXEL_BYTES: u64 = 640;
 
 /// The longest sensor file, bytes: per-taxel numbers of 300 x 300 taxels. What is longer takes eighty times its length to
 /// be understood, and memory stays below 256 MiB.
-const LONGEST: u64 = 2 << 20;
+const MAX: u64 = 2 << 20;
 
 /// Refuses what is too long to be a sensor file.
 pub fn check_length(file: &Path, bytes: u64) -> Result<(), Error> {
-    if bytes <= LONGEST {
+    if bytes <= MAX {
         return Ok(());
     }
     Err(too_long(file))
@@ -27,7 +27,7 @@ pub fn check_length(file: &Path, bytes: u64) -> Result<(), Error> {
 fn too_long(file: &Path) -> Error {
     Error::SensorLength {
         file: file.to_owned(),
-        limit: LONGEST,
+        limit: MAX,
     }
 }
 
@@ -45,13 +45,13 @@ pub fn load(name: &Path) -> Result<Sensor, Error> {
     let mut spec = SensorSpec::from_toml(&text_of(name)?).map_err(in_file)?;
     let (rows, columns) = (spec.array.rows, spec.array.columns);
     check_array(name, rows, columns)?;
-    spec.resolve(|file| per_taxel(&beside(name, file), rows, columns))?;
+    spec.resolve(|file| per_taxel(&next_to(name, file), rows, columns))?;
     Sensor::try_from(spec).map_err(in_file)
 }
 
 /// The text of a sensor file.
 pub fn text_of(name: &Path) -> Result<String, Error> {
-    match bounded::read_text(name, LONGEST) {
+    match bounded::read_text(name, MAX) {
         Ok(Some(text)) => Ok(text),
         Ok(None) => Err(too_long(name)),
         Err(source) => Err(Error::OpenSensor {
@@ -63,7 +63,7 @@ pub fn text_of(name: &Path) -> Result<String, Error> {
 }
 
 /// A file that a sensor file names: it is in the same folder.
-pub fn beside(sensor: &Path, name: &str) -> PathBuf {
+pub fn next_to(sensor: &Path, name: &str) -> PathBuf {
     sensor.parent().unwrap_or(Path::new("")).join(name)
 }
 
@@ -90,15 +90,16 @@ fn per_taxel(file: &Path, rows: usize, columns: usize) -> Result<Vec<f64>, Error
 /// Refuses an array whose frames are larger than is read; `file` is where it is described.
 pub fn check_array(file: &Path, rows: usize, columns: usize) -> Result<(), Error> {
     let taxels = rows.saturating_mul(columns);
-    match taxels <= MAX_TAXELS {
-        true => Ok(()),
-        false => Err(Error::ArrayMemory {
+    if taxels <= MAX_TAXELS {
+        Ok(())
+    } else {
+        Err(Error::ArrayMemory {
             file: file.to_owned(),
             rows,
             columns,
             needed_mib: (taxels as u64).saturating_mul(TAXEL_BYTES) >> 20,
             most_mib: MAX_MEMORY_MIB,
             most_taxels: MAX_TAXELS,
-        }),
+        })
     }
 }

@@ -1,16 +1,16 @@
 //! A trained model in a pipeline: loads straight from a scan.
 
-use taxel::calibrate::LoadLaw;
 use taxel::circuit::Converter;
 use taxel::estimate::LoadEstimator;
 use taxel::frame::newtons_from_grams;
+use taxel::material::LoadLaw;
 use taxel::pipeline::Pipeline;
 use taxel::solve::{Outcome, Stop, default_method};
 use taxel::{Frame, Mark, Newtons, Sensor, Volts};
 
 use crate::Error;
-use crate::model::{Kind, Model, with_law};
-use crate::models::hybrid::{FEATURES, HybridMemory, LEAST_G, Physics, Scene};
+use crate::model::{Model, ModelKind, with_law};
+use crate::models::hybrid::{FEATURES, FrameFeatures, HybridMemory, MIN_G, Physics};
 use crate::models::paper_mlp::PaperMemory;
 use crate::models::row_set::RowSetMemory;
 
@@ -40,7 +40,7 @@ struct Buffers {
     row_sets: Vec<RowSetMemory>,
     hybrid: HybridMemory,
     features: Vec<[f32; FEATURES]>,
-    scene: Scene,
+    frame_features: FrameFeatures,
 }
 
 impl Learned {
@@ -57,7 +57,7 @@ impl Learned {
                 sensor: (sensor.rows(), sensor.columns()),
             });
         }
-        if let Kind::PaperMlp(network) = &model.kind
+        if let ModelKind::PaperMlp(network) = &model.kind
             && network.columns() != sensor.columns()
         {
             return Err(Error::Width {
@@ -77,7 +77,7 @@ impl Learned {
             buffers: Buffers::default(),
             pipeline: None,
         };
-        if let Kind::Hybrid(_) = learned.known.model.kind {
+        if let ModelKind::Hybrid(_) = learned.known.model.kind {
             // As in training, the network corrects a law of its own where the sensor has none.
             let sensor = with_law(sensor.clone());
             learned.known.physics = Some(Physics::of(&sensor, &LoadLaw::from_sensor(&sensor)?));
@@ -99,12 +99,12 @@ impl Known {
         buffers.loads.clear();
         buffers.loads.resize(buffers.taxels.len(), 0.0);
         match &self.model.kind {
-            Kind::PaperMlp(model) => {
+            ModelKind::PaperMlp(model) => {
                 let loads =
                     model.estimate_frame(&buffers.counts, &buffers.taxels, &mut buffers.paper);
                 buffers.loads.copy_from_slice(loads);
             }
-            Kind::RowSet(members) => {
+            ModelKind::RowSet(members) => {
                 buffers
                     .row_sets
                     .resize_with(members.len(), Default::default);
@@ -116,7 +116,7 @@ impl Known {
                     }
                 }
             }
-            Kind::Hybrid(_) => {}
+            ModelKind::Hybrid(_) => {}
         }
     }
 
@@ -127,19 +127,19 @@ impl Known {
         pipeline: &mut Pipeline,
         buffers: &mut Buffers,
     ) -> Outcome {
-        let (Kind::Hybrid(hybrid), Some(physics)) = (&self.model.kind, &self.physics) else {
+        let (ModelKind::Hybrid(hybrid), Some(physics)) = (&self.model.kind, &self.physics) else {
             return Outcome::new(Stop::Direct, 0, 0.0);
         };
         let result = pipeline.process_volts(volts);
         let outcome = result.outcome.clone();
-        if buffers.scene.look(result).is_err() {
+        if buffers.frame_features.look(result).is_err() {
             return Outcome::new(Stop::Stalled, 0, 0.0);
         }
         buffers.taxels.clear();
         buffers.features.clear();
         let columns = self.columns;
-        for (at, &load) in buffers.scene.loads_g.iter().enumerate() {
-            if load >= LEAST_G {
+        for (at, &load) in buffers.frame_features.loads_g.iter().enumerate() {
+            if load >= MIN_G {
                 buffers.taxels.push((at / columns, at % columns));
             }
         }
@@ -147,13 +147,13 @@ impl Known {
         for &(row, column) in &buffers.taxels {
             buffers
                 .features
-                .push(buffers.scene.features(row, column, physics));
+                .push(buffers.frame_features.features(row, column, physics));
             buffers
                 .member
-                .push(buffers.scene.loads_g[row * columns + column]);
+                .push(buffers.frame_features.loads_g[row * columns + column]);
         }
         hybrid.correct(&buffers.features, &mut buffers.member, &mut buffers.hybrid);
-        buffers.loads.clone_from(&buffers.scene.loads_g);
+        buffers.loads.clone_from(&buffers.frame_features.loads_g);
         for (&(row, column), &load) in buffers.taxels.iter().zip(&buffers.member) {
             buffers.loads[row * columns + column] = load;
         }
@@ -199,7 +199,7 @@ impl LoadEstimator for Learned {
 
     fn estimate_into(&mut self, volts: &Frame<Volts>, loads: &mut Frame<Newtons>) -> Outcome {
         let (known, buffers) = (&self.known, &mut self.buffers);
-        loads.take_marks(volts);
+        loads.copy_meta_from(volts);
         buffers.counts.clear();
         let counts = |volts: f64| known.converter.count_from_volt(volts) as f32;
         buffers
@@ -242,7 +242,7 @@ impl LoadEstimator for Learned {
 impl Known {
     /// Marks estimates from inputs unlike those of the training.
     fn mark_unfamiliar(&self, buffers: &Buffers, marks: &mut [Mark]) {
-        if matches!(&self.model.kind, Kind::Hybrid(hybrid) if hybrid.members.is_empty()) {
+        if matches!(&self.model.kind, ModelKind::Hybrid(hybrid) if hybrid.members.is_empty()) {
             return;
         }
         let columns = self.columns;

@@ -9,9 +9,10 @@ mod every_sensor;
 use std::time::Instant;
 
 use every_sensor::every_sensor;
-use taxel::calibrate::{LoadLaw, Options, calibrate};
-use taxel::circuit::{Circuit, Converter, LinearCircuit};
+use taxel::calibrate::{CalibrationOptions, calibrate};
+use taxel::circuit::{Circuit, Converter, LinearCircuit, ROUNDING_COUNTS};
 use taxel::frame::grams_from_newtons;
+use taxel::material::LoadLaw;
 use taxel::pipeline::Pipeline;
 use taxel::screen::{LineScreen, ScreenOptions};
 use taxel::simulate::{Grams, Pattern, VirtualSensor, default_noise_counts, labelled_presses};
@@ -70,7 +71,12 @@ fn line(truth: &Sensor, seed: u64) -> Result<String, Error> {
         .unwrap();
     let presses = labelled_presses(&real, PRESSES);
     let begun = Instant::now();
-    let fit = calibrate(&parts, &presses, &Options::default(), &mut |_, _| ());
+    let fit = calibrate(
+        &parts,
+        &presses,
+        &CalibrationOptions::default(),
+        &mut |_, _| (),
+    );
     let seconds = begun.elapsed().as_secs_f64();
     let recordings: Vec<_> = PATTERNS.iter().map(|name| record(&real, name)).collect();
     let with_truth = score(truth, &recordings)?;
@@ -151,7 +157,7 @@ fn cover(
 ) -> Result<(), Error> {
     let law = LoadLaw::from_sensor(sensor)?;
     let converter = Converter::from_sensor(sensor);
-    let noise = default_noise_counts(sensor.converter().bits).hypot(1.0 / 12f64.sqrt());
+    let noise = default_noise_counts(sensor.converter().bits).hypot(ROUNDING_COUNTS);
     let circuit = LinearCircuit::from_sensor(sensor)?;
     let sigma = noise * converter.lsb_volts();
     let Ok((errors, _)) = standard_errors(&mut *circuit.operating_point(), found.values(), sigma)

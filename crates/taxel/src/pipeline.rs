@@ -1,10 +1,10 @@
 //! From counts to loads in one object: screen, convert, solve, load law, creep and hysteresis, spread; or to volts
 //! alone, or to loads by an estimator.
 
-use crate::calibrate::{DynamicLaw, LoadLaw, Memory, Spread};
 use crate::circuit::Converter;
 use crate::estimate::LoadEstimator;
 use crate::frame::newtons_from_grams;
+use crate::material::{DynamicLaw, HysteresisState, LoadLaw, Spread};
 use crate::screen::{FrameScreen, LineFaults, ScreenOptions, repair, repair_readings, stand_in};
 use crate::sensor::Material;
 use crate::solve::{Method, Outcome, Solver, Stop};
@@ -107,7 +107,7 @@ struct FromSiemens {
     law: LoadLaw,
     spread: Option<Spread>,
     /// What the material remembers.
-    memory: Option<Memory>,
+    memory: Option<HysteresisState>,
     grams: Vec<f64>,
     undone: Vec<f64>,
     work: Vec<f64>,
@@ -205,7 +205,7 @@ impl Pipeline {
     /// # Panics
     /// When the frame's shape is not the sensor's.
     pub fn process(&mut self, counts: &Frame<Counts>) -> FrameResult<'_> {
-        self.counts.take_marks(counts);
+        self.counts.copy_meta_from(counts);
         self.counts.values.copy_from_slice(counts.values());
         self.screen
             .mark(&mut self.counts)
@@ -220,7 +220,7 @@ impl Pipeline {
     /// # Panics
     /// When the frame's shape is not the sensor's.
     pub fn process_volts(&mut self, volts: &Frame<Volts>) -> FrameResult<'_> {
-        self.volts.take_marks(volts);
+        self.volts.copy_meta_from(volts);
         self.volts.values.copy_from_slice(volts.values());
         self.finish()
     }
@@ -230,7 +230,7 @@ impl Pipeline {
     /// # Panics
     /// When the frame's shape is not the sensor's.
     pub fn process_siemens(&mut self, siemens: &Frame<Siemens>) -> FrameResult<'_> {
-        self.siemens.take_marks(siemens);
+        self.siemens.copy_meta_from(siemens);
         self.siemens.values.copy_from_slice(siemens.values());
         self.outcome = Outcome::new(Stop::Direct, 0, 0.0);
         self.has_siemens = true;
@@ -318,7 +318,7 @@ impl Pipeline {
         } = &mut self.stage
         {
             let unexplained = matches!(self.outcome.stop, Stop::Infeasible(_));
-            self.loads.take_marks(&self.siemens);
+            self.loads.copy_meta_from(&self.siemens);
             material.find_loads(
                 &self.siemens,
                 unexplained,
@@ -338,7 +338,7 @@ impl FromSiemens {
         Ok(Self {
             law: LoadLaw::from_sensor(sensor)?,
             spread: material.spread.map(Spread::new),
-            memory: dynamic.map(|spec| Memory::new(&DynamicLaw::from_spec(spec), taxels)),
+            memory: dynamic.map(|spec| HysteresisState::new(&DynamicLaw::from_spec(spec), taxels)),
             grams: vec![0.0; taxels],
             undone: vec![0.0; taxels],
             work: vec![0.0; taxels],

@@ -12,6 +12,7 @@ mod spec;
 
 pub use preset::{PRESETS, preset};
 pub use resolved::{Material, Readout, Sense, USUAL_OPEN_LOOP_GAIN};
+pub(crate) use spec::MAX_DYNAMIC_TERMS;
 pub use spec::{
     Array, Bend, ConverterSpec, DynamicSpec, MaterialSpec, PerLine, PerTaxel, Provenance,
     ReadoutSpec, ScanOrder, ScreenSpec, SensorSpec, Topology,

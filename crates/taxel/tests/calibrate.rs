@@ -1,6 +1,6 @@
 //! Calibration of simulated sensors: what was drawn is found, what was not drawn is not, and bad data is named.
 
-use taxel::calibrate::{Data, Options, Press, calibrate};
+use taxel::calibrate::{CalibrationData, CalibrationOptions, PressLabel, calibrate};
 use taxel::frame::grams_from_newtons;
 use taxel::pipeline::Pipeline;
 use taxel::sensor::{PerLine, ScreenSpec, Sensor, preset};
@@ -56,8 +56,8 @@ fn judged(calibrated: &Sensor, truth: &VirtualSensor) -> f64 {
     sum / f64::from(count)
 }
 
-fn fit(sensor: &Sensor, data: &Data) -> Result<taxel::calibrate::Calibration, Error> {
-    calibrate(sensor, data, &Options::default(), &mut |_, _| {})
+fn fit(sensor: &Sensor, data: &CalibrationData) -> Result<taxel::calibrate::Calibration, Error> {
+    calibrate(sensor, data, &CalibrationOptions::default(), &mut |_, _| {})
 }
 
 #[test]
@@ -184,13 +184,13 @@ fn bad_data_is_named() {
     let truth = VirtualSensor::new(&nominal(), 7).unwrap();
     let data = labelled_presses(&truth, 30);
     let sensor = parts_list(truth.sensor());
-    let outside = Press {
+    let outside = PressLabel {
         row: 16,
         ..data.presses[0]
     };
     let error = fit(
         &sensor,
-        &Data {
+        &CalibrationData {
             presses: vec![outside],
             ..data.clone()
         },
@@ -207,7 +207,7 @@ fn bad_data_is_named() {
         ),
         "{error}"
     );
-    let few = Data {
+    let few = CalibrationData {
         presses: data.presses[..4].to_vec(),
         ..data.clone()
     };
@@ -232,7 +232,7 @@ fn bad_data_is_named() {
         fit(&sensor, &negative).unwrap_err(),
         Error::PressLoad { .. }
     ));
-    let silent = Data {
+    let silent = CalibrationData {
         frames: data.frames.iter().map(|f| f.map(|_, _| 24.0)).collect(),
         ..data
     };

@@ -11,7 +11,7 @@ use embedded_hal::spi::{self, Operation, SpiDevice};
 use taxel::circuit::{Circuit, Converter as Counting, LinearCircuit};
 use taxel::sensor::preset;
 use taxel::simulate::Pattern;
-use taxel::{Counts, Frame, Sensor, Siemens, calibrate::LoadLaw};
+use taxel::{Counts, Frame, Sensor, Siemens, material::LoadLaw};
 
 use super::*;
 
@@ -40,15 +40,14 @@ impl Board {
     }
 
     fn column(&self) -> usize {
-        match self.uses_register {
-            true => {
-                let high: Vec<usize> = (0..self.latched.len())
-                    .filter(|&output| self.latched[output])
-                    .collect();
-                assert_eq!(high.len(), 1, "exactly one column is driven: {high:?}");
-                high[0]
-            }
-            false => self.number(&self.column_pins),
+        if self.uses_register {
+            let high: Vec<usize> = (0..self.latched.len())
+                .filter(|&output| self.latched[output])
+                .collect();
+            assert_eq!(high.len(), 1, "exactly one column is driven: {high:?}");
+            high[0]
+        } else {
+            self.number(&self.column_pins)
         }
     }
 
@@ -73,9 +72,10 @@ impl Board {
         self.conversions += 1;
         let settled = self.since_column_ns >= self.settles_in_ns;
         let (row, column) = (self.number(&self.row_pins), self.column());
-        match settled {
-            true => self.counts.at(row, column) as u16,
-            false => 0,
+        if settled {
+            self.counts.at(row, column) as u16
+        } else {
+            0
         }
     }
 }

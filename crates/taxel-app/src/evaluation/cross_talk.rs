@@ -1,7 +1,7 @@
 //! What do other pressed taxels of the line do to one?
 
 use taxel::evaluate::sweep::{
-    Reading, Sweep, equation_6_volts, full_circuit_volts, misfit, siemens_of_volts, sweep,
+    Sweep, SweepReading, equation_6_volts, full_circuit_volts, misfit, siemens_of_volts, sweep,
 };
 use taxel::metric::cross_talk_drop;
 use taxel::screen::Axis;
@@ -112,14 +112,17 @@ fn check_others(experiment: &Experiment, group: &Group, along: Axis) -> Result<(
 fn readings(
     plan: &Plan,
     group: &Group,
-    value: impl Fn(&super::readings::Reading) -> Option<f64>,
-) -> Result<Vec<Vec<Reading>>, Error> {
-    group.collect(super::readings::Reading::is_measured, |trial, reading| {
-        Ok(Reading {
-            others: trial.others.unwrap_or_default(),
-            value: value(reading).ok_or_else(|| no_law(plan))?,
-        })
-    })
+    value: impl Fn(&super::readings::TrialReading) -> Option<f64>,
+) -> Result<Vec<Vec<SweepReading>>, Error> {
+    group.collect(
+        super::readings::TrialReading::is_measured,
+        |trial, reading| {
+            Ok(SweepReading {
+                others: trial.others.unwrap_or_default(),
+                value: value(reading).ok_or_else(|| no_law(plan))?,
+            })
+        },
+    )
 }
 
 fn models(group: &Group, along: Axis, found: &Sweep) -> Result<Models, Error> {

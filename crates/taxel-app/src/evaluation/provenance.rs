@@ -125,9 +125,10 @@ fn switches(values: Option<&PerLine>, lines: usize) -> String {
     let (least, most) = each
         .iter()
         .fold((f64::MAX, f64::MIN), |(a, b), &v| (a.min(v), b.max(v)));
-    match least == most {
-        true => format!("{} Ω", number(least)),
-        false => format!("{} to {} Ω", number(least), number(most)),
+    if least == most {
+        format!("{} Ω", number(least))
+    } else {
+        format!("{} to {} Ω", number(least), number(most))
     }
 }
 

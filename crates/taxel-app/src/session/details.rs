@@ -88,9 +88,10 @@ impl Details {
                 .as_ref()
                 .is_some_and(|(sensor, _)| Arc::ptr_eq(sensor, &request.sensor));
             if !same {
-                let unit = match request.is_load {
-                    true => Unit::Newtons,
-                    false => Unit::Siemens,
+                let unit = if request.is_load {
+                    Unit::Newtons
+                } else {
+                    Unit::Siemens
                 };
                 let errors = StandardErrors::new(&request.sensor, &self.file, unit, None).ok();
                 known = Some((request.sensor.clone(), errors));

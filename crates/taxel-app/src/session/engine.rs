@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant, SystemTime};
 
-use taxel::metric::Figures;
+use taxel::metric::FrameFigures;
 use taxel::pipeline::Pipeline;
 use taxel::screen::{Axis, LineFaultKind, LineFaults, LineScreen, ScreenOptions};
 use taxel::solve::Raw;
@@ -165,7 +165,7 @@ impl Engine {
     }
 
     /// Calls who wants every frame.
-    fn show_observer(&mut self, at: SystemTime, figures: &Figures) {
+    fn show_observer(&mut self, at: SystemTime, figures: &FrameFigures) {
         let Some(observe) = &mut self.observer else {
             return;
         };
@@ -187,13 +187,13 @@ impl Engine {
     }
 
     /// Fills `loads`: newtons, or siemens where there is no load law.
-    fn solve(&mut self, arrived: &TimestampedFrame) -> Figures {
+    fn solve(&mut self, arrived: &TimestampedFrame) -> FrameFigures {
         let result = self.exact.process(&arrived.frame);
         self.is_load &= result.loads.is_some();
         match (result.loads.filter(|_| self.is_load), result.siemens) {
             (Some(loads), _) => self.loads.clone_from(loads),
             (None, Some(siemens)) => {
-                self.loads.take_marks(siemens);
+                self.loads.copy_meta_from(siemens);
                 self.loads.values_mut().copy_from_slice(siemens.values());
             }
             (None, None) => {}
@@ -206,17 +206,18 @@ impl Engine {
                 *load -= zero;
             }
         }
-        match self.is_load {
-            true => Figures::of(&self.loads, self.sensor.array()),
-            false => Figures {
+        if self.is_load {
+            FrameFigures::of(&self.loads, self.sensor.array())
+        } else {
+            FrameFigures {
                 outlier_share: taxel::metric::outlier_share(&self.loads),
                 measured_share: taxel::metric::measured_share(&self.loads),
-                ..Figures::default()
-            },
+                ..FrameFigures::default()
+            }
         }
     }
 
-    fn message(&mut self, arrived: &TimestampedFrame, figures: &Figures) -> FrameMessage {
+    fn message(&mut self, arrived: &TimestampedFrame, figures: &FrameFigures) -> FrameMessage {
         let result = self.raw.process(&arrived.frame);
         let mut raw = match (result.loads.filter(|_| self.is_load), result.siemens) {
             (Some(loads), _) => loads.values().to_vec(),
@@ -310,9 +311,10 @@ impl Engine {
         let fits =
             |tare: &&Arc<taxel_io::Tare>| tare.loads.len() == taxels && tare.unit == self.unit();
         self.tare = recorded.as_ref().filter(fits).map(|tare| Tare {
-            raw: match tare.raw.len() == taxels {
-                true => tare.raw.clone(),
-                false => vec![0.0; taxels],
+            raw: if tare.raw.len() == taxels {
+                tare.raw.clone()
+            } else {
+                vec![0.0; taxels]
             },
             loads: tare.loads.clone(),
             frames: TARE_FRAMES,

@@ -38,7 +38,7 @@ const STREAM: usize = 8;
 /// How long each of the three is repeated.
 const BUDGET: Duration = Duration::from_millis(650);
 /// Fewest repeats, however long they take.
-const FEWEST: usize = 5;
+const MIN: usize = 5;
 
 #[derive(Debug, Serialize)]
 struct Report {
@@ -91,9 +91,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         inverse_warm_us,
         frames_per_second: 1e6 / inverse_warm_us.median,
     };
-    match args.json {
-        true => out::json(&report)?,
-        false => out::result(&report.table())?,
+    if args.json {
+        out::json(&report)?
+    } else {
+        out::result(&report.table())?
     }
     if bench.unsolved > 0 {
         out::warn(&format!(
@@ -231,7 +232,7 @@ fn repeat(mut work: impl FnMut(usize)) -> Times {
     work(0);
     let started = Instant::now();
     let mut times = Vec::new();
-    while times.len() < FEWEST || started.elapsed() < BUDGET {
+    while times.len() < MIN || started.elapsed() < BUDGET {
         let begin = Instant::now();
         work(times.len() + 1);
         times.push(begin.elapsed().as_secs_f64() * 1e6);
@@ -254,9 +255,10 @@ fn pressed(sensor: &Sensor, i: usize) -> Frame<Siemens> {
     };
     Frame::<Siemens>::zeros(sensor.rows(), sensor.columns()).map(|_, _| {
         let (is_pressed, ohms, phase) = (random() < 0.3, random(), random());
-        match is_pressed {
-            true => (1.0 + 0.05 * (turn + 6.3 * phase).sin()) / (500.0 + 2500.0 * ohms),
-            false => 1e-6,
+        if is_pressed {
+            (1.0 + 0.05 * (turn + 6.3 * phase).sin()) / (500.0 + 2500.0 * ohms)
+        } else {
+            1e-6
         }
     })
 }

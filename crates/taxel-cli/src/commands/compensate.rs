@@ -19,7 +19,7 @@ use output::{Outputs, marks_file};
 use summary::Summary;
 use taxel_app::carry;
 use taxel_app::chain::Chain;
-use taxel_app::frames::{Input, NUMBERS, Reading, needs_frame_count};
+use taxel_app::frames::{FrameReader, Input, NUMBERS, needs_frame_count};
 use taxel_app::line_survey::Survey;
 use taxel_app::methods::MethodName;
 use taxel_app::standard_error::StandardErrors;
@@ -118,9 +118,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let reading = input.open()?;
     convert(args, reading, chain, errors, outputs, &sensor, &mut summary)?;
     summary.finish(started.elapsed().as_secs_f64());
-    match args.json {
-        true => out::json(&summary)?,
-        false => out::note(&summary.to_string()),
+    if args.json {
+        out::json(&summary)?
+    } else {
+        out::note(&summary.to_string())
     }
     Ok(summary.exit())
 }
@@ -128,7 +129,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
 /// Frame by frame, in constant memory.
 fn convert(
     args: &Args,
-    mut reading: Reading,
+    mut reading: FrameReader,
     mut chain: Chain,
     mut errors: Option<StandardErrors>,
     mut outputs: Outputs,

@@ -3,13 +3,18 @@
 use std::path::{Path, absolute};
 use std::time::Instant;
 
-use taxel::calibrate::{Calibration, Data, LawChoice, LoadLaw, Options, calibrate_with, fit_pairs};
+use taxel::calibrate::{
+    Calibration, CalibrationData, CalibrationOptions, LawChoice, calibrate_with, fit_pairs,
+};
 use taxel::frame::{grams_from_newtons, newtons_from_grams};
+use taxel::material::LoadLaw;
 use taxel::metric::{deviations_of_frames, ghost_level};
 use taxel::pipeline::Pipeline;
 use taxel::screen::{LineFaults, LineScreen, ScreenOptions};
 use taxel::sensor::preset;
-use taxel::simulate::{Faults, Imperfections, Pattern, VirtualSensor, labelled_presses, newtons};
+use taxel::simulate::{
+    Imperfections, Pattern, ReadingFaults, VirtualSensor, labelled_presses, newtons,
+};
 use taxel::solve::{Method, Raw, default_method};
 use taxel::{Counts, Frame, Newtons, Sensor};
 use taxel_plot::{Panel, Sheet};
@@ -48,9 +53,9 @@ pub(crate) fn run(_: &Args) -> Result<Exit, Error> {
     let nominal = preset("econe")?;
     let imperfections = Imperfections {
         dead_columns: 1,
-        faults: Faults {
+        faults: ReadingFaults {
             stuck_share: 5e-4,
-            ..Faults::default()
+            ..ReadingFaults::default()
         },
         ..Imperfections::default()
     };
@@ -107,16 +112,16 @@ fn record(real: &VirtualSensor) -> Result<(Vec<Known>, LineFaults), Error> {
 }
 
 /// Fits the circuit and a power law, from the parts list alone.
-fn fit(nominal: &Sensor, presses: &Data) -> Result<Calibration, Error> {
+fn fit(nominal: &Sensor, presses: &CalibrationData) -> Result<Calibration, Error> {
     let parts = nominal.edited(|spec| {
         spec.material = None;
         spec.readout.r_mux_column_ohms = None;
         spec.readout.r_mux_row_ohms = None;
     })?;
-    let options = Options {
+    let options = CalibrationOptions {
         law: LawChoice::Power,
         folds: 2,
-        ..Options::default()
+        ..CalibrationOptions::default()
     };
     let progress = Progress::new("fitting");
     let mut show = |stage: &str, share| progress.stage(stage, share);
@@ -132,9 +137,10 @@ const EXACT: (&str, &str) = ("exact", "the circuit undone, then the load law");
 
 /// Grams for a table: one decimal from 1 g on, two below.
 fn short(grams: f64) -> String {
-    match grams >= 1.0 {
-        true => format!("{grams:.1}"),
-        false => format!("{grams:.2}"),
+    if grams >= 1.0 {
+        format!("{grams:.1}")
+    } else {
+        format!("{grams:.2}")
     }
 }
 
@@ -161,7 +167,7 @@ impl Compared {
     fn new(
         sensor: &Sensor,
         faults: &LineFaults,
-        presses: &Data,
+        presses: &CalibrationData,
         recording: &[Known],
     ) -> Result<Self, Error> {
         let pipeline = |method: Box<dyn Method>| -> Result<Pipeline, Error> {
@@ -234,7 +240,7 @@ impl Compared {
 }
 
 /// The best curve through load against reading, as it would be fitted without a circuit.
-fn one_curve(raw: &mut Pipeline, presses: &Data) -> LoadLaw {
+fn one_curve(raw: &mut Pipeline, presses: &CalibrationData) -> LoadLaw {
     let pairs: Vec<(f64, f64)> = presses
         .presses
         .iter()

@@ -72,9 +72,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         });
     }
     let siemens = conductances(args, &sensor, &sensor_file)?;
-    let selection = match args.scan {
-        true => Selection::Scan,
-        false => Selection::Taxel { row, column },
+    let selection = if args.scan {
+        Selection::Scan
+    } else {
+        Selection::Taxel { row, column }
     };
     let text =
         netlist(&sensor, &siemens, selection).map_err(|source| taxel_app::Error::InFile {

@@ -142,9 +142,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
 impl<'a> Job<'a> {
     fn new(args: &'a Args) -> Result<Self, Error> {
         let given = args.sensor.as_deref();
-        let found = match args.values {
-            true => recorded::sensor(given, None)?,
-            false => Some(recorded::needed_sensor(given, Some(&args.file))?),
+        let found = if args.values {
+            recorded::sensor(given, None)?
+        } else {
+            Some(recorded::needed_sensor(given, Some(&args.file))?)
         };
         let (sensor, sensor_file) = found.unzip();
         let mut options = match &sensor {
@@ -234,8 +235,9 @@ fn shape_without_sensor(
         });
     };
     let columns = guess.columns.unwrap_or(1);
-    Ok(match transpose {
-        false => TextOptions::new(rows, columns),
-        true => TextOptions::new(columns, rows),
+    Ok(if transpose {
+        TextOptions::new(columns, rows)
+    } else {
+        TextOptions::new(rows, columns)
     })
 }

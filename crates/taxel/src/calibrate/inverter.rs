@@ -12,7 +12,7 @@ const TOLERANCE: f64 = 1e-6;
 /// the fit tries: those that have one seldom take more, and a fit does without a fifth of its frames.
 const LIMITS: (u32, usize) = (20, 2);
 /// Warm starts pay where a state is small and outlives a change of the circuit.
-const MOST_REMEMBERED_TAXELS: usize = 16_384;
+const MAX_REMEMBERED_TAXELS: usize = 16_384;
 
 /// A frame's number (presses first, then levels) and what its last inversion left.
 pub(super) type Job = (usize, Option<Start>);
@@ -133,7 +133,7 @@ impl<'a> Inverter<'a> {
         } = work;
         match &self.method {
             Best::Exact(exact) => {
-                if self.shape.0 * self.shape.1 > MOST_REMEMBERED_TAXELS {
+                if self.shape.0 * self.shape.1 > MAX_REMEMBERED_TAXELS {
                     let state = shared.get_or_insert_with(|| exact.state());
                     state.forget();
                     return exact.solve_with(volts, siemens, state).stop.is_good();

@@ -1,8 +1,8 @@
 //! The model that is fitted: circuit, converter, material, and the numbers in it that can move.
 
 use super::priors::{BEND, Beliefs, SATURATION};
-use super::spline::Spline;
-use super::spread::Spread;
+use crate::material::Spline;
+use crate::material::Spread;
 use crate::sensor::{PerLine, USUAL_OPEN_LOOP_GAIN};
 use crate::{Error, Sensor};
 
@@ -256,7 +256,7 @@ impl Model {
 }
 
 /// Least resistance that a switch is believed to have, ohms.
-pub(super) const LEAST_OHMS: f64 = 0.02;
+pub(super) const MIN_OHMS: f64 = 0.02;
 
 /// Adds to every resistance; one of many lines stops at the least, nothing is answered when all would.
 fn shift(list: &mut Option<PerLine>, ohms: f64) -> Option<()> {
@@ -268,8 +268,8 @@ fn shift(list: &mut Option<PerLine>, ohms: f64) -> Option<()> {
     let mut stopped = 0;
     for value in values.iter_mut() {
         *value += ohms;
-        if *value < LEAST_OHMS {
-            *value = LEAST_OHMS;
+        if *value < MIN_OHMS {
+            *value = MIN_OHMS;
             stopped += 1;
         }
     }

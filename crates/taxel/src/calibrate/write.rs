@@ -3,10 +3,10 @@
 use super::choose::Search;
 use super::evidence::Evidence;
 use super::fit::{Fitted, mean};
-use super::law::LoadLaw;
 use super::model::{Model, Unknown, no_fit};
 use super::outcome::Outcome;
-use super::{Calibration, Options, Parameter, Report, suspects};
+use super::{Calibration, CalibrationOptions, CalibrationReport, Parameter, suspects};
+use crate::material::LoadLaw;
 use crate::screen::Axis;
 use crate::sensor::{Bend, MaterialSpec, PerLine, PerTaxel, Provenance, SensorSpec};
 use crate::stats::quantile;
@@ -64,9 +64,10 @@ impl Search<'_> {
             .map(|(i, (press, says))| (i, press.load_g, says.load_g))
             .collect();
         let found = suspects::after(&labelled);
-        match suspects::few(found.len(), labelled.len()) {
-            true => found,
-            false => Vec::new(),
+        if suspects::few(found.len(), labelled.len()) {
+            found
+        } else {
+            Vec::new()
         }
     }
 
@@ -198,7 +199,7 @@ pub(super) fn calibration(
     outcome: Outcome,
     known: &Sensor,
     evidence: &Evidence,
-    options: &Options,
+    options: &CalibrationOptions,
 ) -> Result<Calibration, Error> {
     let found = outcome
         .model
@@ -232,9 +233,14 @@ fn write_found(spec: &mut SensorSpec, outcome: &Outcome, evidence: &Evidence) {
     screen.repair |= evidence.stuck_share > 0.0 && evidence.stuck_share < 0.05;
 }
 
-fn report(outcome: Outcome, known: &Sensor, sensor: &Sensor, evidence: &Evidence) -> Report {
+fn report(
+    outcome: Outcome,
+    known: &Sensor,
+    sensor: &Sensor,
+    evidence: &Evidence,
+) -> CalibrationReport {
     let held = &outcome.held_out;
-    let mut report = Report {
+    let mut report = CalibrationReport {
         presses: evidence.presses.len() - outcome.suspects.iter().filter(|s| s.left_out).count(),
         left_out: evidence.left_out.clone(),
         doubts: outcome.doubts(evidence),
@@ -294,9 +300,10 @@ fn material(outcome: &Outcome, columns: usize) -> MaterialSpec {
                 .iter()
                 .map(|s| (s - material.intercept).exp())
                 .collect();
-            let exponent = match model.law.own_exponents {
-                true => each(&law.exponent),
-                false => PerTaxel::One(material.exponent),
+            let exponent = if model.law.own_exponents {
+                each(&law.exponent)
+            } else {
+                PerTaxel::One(material.exponent)
             };
             (material.intercept.exp(), exponent, Some(each(&gain)))
         }
@@ -319,7 +326,7 @@ fn material(outcome: &Outcome, columns: usize) -> MaterialSpec {
     }
 }
 
-fn provenance(report: &Report, options: &Options) -> Provenance {
+fn provenance(report: &CalibrationReport, options: &CalibrationOptions) -> Provenance {
     let parameters = report.parameters.iter();
     Provenance {
         program: format!("taxel {}", env!("CARGO_PKG_VERSION")),

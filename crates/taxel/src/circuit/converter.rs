@@ -6,6 +6,9 @@ use rand_chacha::ChaCha8Rng;
 use crate::sensor::{ScanOrder, Sensor};
 use crate::{Counts, Frame, Mark, Volts};
 
+/// Standard deviation of what rounding to whole counts adds, counts: 1/√12.
+pub const ROUNDING_COUNTS: f64 = 0.288_675_134_594_812_9;
+
 /// The analogue-to-digital converter: gain, offset, inversion, memory, clipping, quantisation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Converter {

@@ -12,10 +12,10 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
-use crate::calibrate::LoadLaw;
 use crate::circuit::{Circuit, Converter, LinearCircuit, Noise};
+use crate::material::LoadLaw;
 use crate::sensor::{PerLine, Sense, Sensor, SensorSpec, Topology};
-use crate::simulate::{DEFAULT_PEAK_G, Kind, Pattern, default_noise_counts};
+use crate::simulate::{DEFAULT_PEAK_G, Pattern, PatternKind, default_noise_counts};
 use crate::solve::{Method, Raw, default_method};
 use crate::{Counts, Error, Frame, Mark, Siemens, Volts};
 
@@ -56,8 +56,8 @@ impl Cause {
     /// The causes that a sensor's read-out can have.
     pub fn of(sensor: &Sensor) -> Vec<Cause> {
         use Cause::{Bits, ColumnSwitches, Divider, Gain, Noise, Range, RowSwitches, Source};
-        match sensor.readout().topology.is_tia() {
-            true => vec![
+        if sensor.readout().topology.is_tia() {
+            vec![
                 ColumnSwitches,
                 RowSwitches,
                 Source,
@@ -65,8 +65,9 @@ impl Cause {
                 Range,
                 Bits,
                 Noise,
-            ],
-            false => vec![
+            ]
+        } else {
+            vec![
                 Divider,
                 ColumnSwitches,
                 RowSwitches,
@@ -74,7 +75,7 @@ impl Cause {
                 Range,
                 Bits,
                 Noise,
-            ],
+            ]
         }
     }
 
@@ -100,14 +101,14 @@ impl Cause {
 
 /// A frame whose conductances are known.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Scene {
+pub struct BudgetScene {
     /// What it is.
     pub name: String,
     /// Conductance of every taxel, siemens.
     pub siemens: Frame<Siemens>,
 }
 
-impl Scene {
+impl BudgetScene {
     /// Taxels above [`LOADED_SHARE`] of the best conductor, and the conductance of that, siemens.
     pub fn loaded(&self) -> (usize, f64) {
         let values = self.siemens.values();
@@ -119,7 +120,7 @@ impl Scene {
 
 /// Errors of one kind over a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct Figures {
+pub struct ErrorFigures {
     /// Mean absolute error of the loaded taxels.
     pub mean: f64,
     /// Largest absolute error of any taxel.
@@ -128,12 +129,13 @@ pub struct Figures {
     pub ghost: f64,
 }
 
-impl Figures {
+impl ErrorFigures {
     fn add(&mut self, error: f64, loaded: bool) {
         self.worst = self.worst.max(error.abs());
-        match loaded {
-            true => self.mean += error.abs(),
-            false => self.ghost = self.ghost.max(error),
+        if loaded {
+            self.mean += error.abs()
+        } else {
+            self.ghost = self.ghost.max(error)
         }
     }
 }
@@ -142,9 +144,9 @@ impl Figures {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Errors {
     /// In percent of the frame's largest conductance.
-    pub percent: Figures,
+    pub percent: ErrorFigures,
     /// In grams, where the sensor has a load law. Loads below 0 count as 0, as in a pipeline.
-    pub grams: Option<Figures>,
+    pub grams: Option<ErrorFigures>,
     /// Taxels whose reading stood at the converter's ceiling, the most of all draws.
     pub saturated: usize,
     /// Draws of the noise that were taken.
@@ -220,18 +222,18 @@ impl Budget {
     }
 
     /// A hand that grips: frame 80 of the pattern `hand`, seed 7, at its natural pressure.
-    pub fn typical(&self) -> Scene {
+    pub fn typical(&self) -> BudgetScene {
         self.scene("a gripping hand", &Pattern::hand())
     }
 
     /// Every taxel under `full_load_g` grams (without one: 600).
-    pub fn worst(&self, full_load_g: Option<f64>) -> Scene {
+    pub fn worst(&self, full_load_g: Option<f64>) -> BudgetScene {
         let load = full_load_g.unwrap_or(DEFAULT_PEAK_G);
         let name = format!("every taxel under {load} g");
-        self.scene(&name, &Pattern::new(Kind::Uniform).with_peak_g(load))
+        self.scene(&name, &Pattern::new(PatternKind::Uniform).with_peak_g(load))
     }
 
-    fn scene(&self, name: &str, pattern: &Pattern) -> Scene {
+    fn scene(&self, name: &str, pattern: &Pattern) -> BudgetScene {
         let peak = pattern.peak_of(self.sensor.array());
         let linear;
         let law = match &self.law {
@@ -242,7 +244,7 @@ impl Budget {
             }
         };
         let loads = pattern.loads(self.sensor.array(), 7, 80);
-        Scene {
+        BudgetScene {
             name: name.to_owned(),
             siemens: loads.map(|taxel, load| law.siemens_from_grams(taxel, load).max(0.0)),
         }
@@ -256,7 +258,7 @@ impl Budget {
     ///
     /// # Panics
     /// When the scene's shape is not the sensor's.
-    pub fn raw(&self, scene: &Scene, causes: &[Cause]) -> Result<Errors, Error> {
+    pub fn raw(&self, scene: &BudgetScene, causes: &[Cause]) -> Result<Errors, Error> {
         let sensor = self.with_causes(causes, &scene.siemens)?;
         self.errors(scene, &sensor, causes, &Raw::from_sensor(&sensor))
     }
@@ -269,7 +271,7 @@ impl Budget {
     ///
     /// # Panics
     /// As [`Self::raw`].
-    pub fn compensated(&self, scene: &Scene, causes: &[Cause]) -> Result<Errors, Error> {
+    pub fn compensated(&self, scene: &BudgetScene, causes: &[Cause]) -> Result<Errors, Error> {
         let method = default_method(&self.sensor)?;
         self.errors(scene, &self.sensor, causes, &*method)
     }
@@ -278,7 +280,7 @@ impl Budget {
     ///
     /// # Errors
     /// As [`Self::raw`].
-    pub fn split(&self, scene: &Scene) -> Result<Vec<Part>, Error> {
+    pub fn split(&self, scene: &BudgetScene) -> Result<Vec<Part>, Error> {
         let all = Cause::of(&self.sensor);
         all.iter()
             .map(|&cause| {
@@ -331,16 +333,17 @@ impl Budget {
 
     fn errors(
         &self,
-        scene: &Scene,
+        scene: &BudgetScene,
         sensor: &Sensor,
         causes: &[Cause],
         method: &dyn Method,
     ) -> Result<Errors, Error> {
         let volts = predict(sensor, &LinearCircuit::from_sensor(sensor)?, &scene.siemens)?;
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
-        let draws = match causes.contains(&Cause::Noise) {
-            true => self.draws,
-            false => 1,
+        let draws = if causes.contains(&Cause::Noise) {
+            self.draws
+        } else {
+            1
         };
         let mut sum = Sum::new(self.law.as_ref());
         for _ in 0..draws {
@@ -348,9 +351,10 @@ impl Budget {
             let solved = method.solve(&read);
             let saturated = read.marks().iter().filter(|m| **m == Mark::Saturated);
             sum.saturated = sum.saturated.max(saturated.count());
-            match solved.outcome.stop.is_good() {
-                true => sum.add(&scene.siemens, &solved.frame),
-                false => sum.unsolved += 1,
+            if solved.outcome.stop.is_good() {
+                sum.add(&scene.siemens, &solved.frame)
+            } else {
+                sum.unsolved += 1
             }
         }
         Ok(sum.finish(draws))
@@ -418,8 +422,8 @@ fn read(
 /// Errors in the making.
 struct Sum<'a> {
     law: Option<&'a LoadLaw>,
-    percent: Figures,
-    grams: Figures,
+    percent: ErrorFigures,
+    grams: ErrorFigures,
     loaded: u64,
     saturated: usize,
     unsolved: u32,
@@ -429,8 +433,8 @@ impl<'a> Sum<'a> {
     fn new(law: Option<&'a LoadLaw>) -> Self {
         Self {
             law,
-            percent: Figures::default(),
-            grams: Figures::default(),
+            percent: ErrorFigures::default(),
+            grams: ErrorFigures::default(),
             loaded: 0,
             saturated: 0,
             unsolved: 0,

@@ -6,10 +6,10 @@ mod timing;
 use serde::Serialize;
 
 use super::Error;
-use super::budget::{Budget, Cause, Errors, Scene, predict};
-use super::parts::{e24_at_most, e24_nearest, gain_at};
-use crate::calibrate::LoadLaw;
+use super::budget::{Budget, BudgetScene, Cause, Errors, predict};
 use crate::circuit::{Converter, LinearCircuit};
+use crate::material::LoadLaw;
+use crate::parts::{e24_at_most, e24_nearest, gain_at};
 use crate::sensor::{
     Array, ConverterSpec, MaterialSpec, PerLine, ReadoutSpec, Sense, Sensor, SensorSpec, Topology,
 };
@@ -351,7 +351,7 @@ fn ghosts(wish: &Wish, sensor: &Sensor) -> Result<Vec<Ghost>, crate::Error> {
         .into_iter()
         .map(|(name, siemens)| {
             let name = name.to_owned();
-            let scene = Scene { name, siemens };
+            let scene = BudgetScene { name, siemens };
             Ok(Ghost {
                 raw: budget.raw(&scene, &all)?,
                 compensated: budget.compensated(&scene, &all)?,

@@ -1,10 +1,10 @@
 //! Every number of a sensor file possible.
 
 use super::{
-    ConverterSpec, DynamicSpec, PerLine, PerTaxel, Sense, SensorSpec, plausible, resolved,
+    ConverterSpec, DynamicSpec, MAX_DYNAMIC_TERMS, PerLine, PerTaxel, Sense, SensorSpec, plausible,
+    resolved,
 };
 use crate::Error;
-use crate::calibrate::dynamic::MOST_TERMS;
 
 /// Refuses numbers that no sensor can have.
 pub(super) fn values(sensor: &SensorSpec) -> Result<(), Error> {
@@ -240,7 +240,7 @@ fn material(sensor: &SensorSpec) -> Result<(), Error> {
     per_taxel(sensor, "material.exponent", Some(&material.exponent))?;
     per_taxel(sensor, "material.gain", material.gain.as_ref())?;
     if let Some(bend) = &material.bend {
-        crate::calibrate::Spline::new(&bend.ln_load_g, &bend.ln_siemens).map_err(|source| {
+        crate::spline::Spline::new(&bend.ln_load_g, &bend.ln_siemens).map_err(|source| {
             Error::Knots {
                 key: "material.bend.ln_load_g",
                 source,
@@ -315,11 +315,11 @@ fn check_dynamic(dynamic: &DynamicSpec) -> Result<(), Error> {
             &dynamic.play_weight,
         ),
     ] {
-        if values.len() != of.len() || values.len() > MOST_TERMS {
+        if values.len() != of.len() || values.len() > MAX_DYNAMIC_TERMS {
             return Err(Error::ListLength {
                 key,
                 found: values.len(),
-                expected: of.len().min(MOST_TERMS),
+                expected: of.len().min(MAX_DYNAMIC_TERMS),
                 unit: "weights",
                 unit_one: "weight",
             });

@@ -217,7 +217,10 @@ pub struct MaterialSpec {
     pub dynamic: Option<DynamicSpec>,
 }
 
-/// Creep and hysteresis, as [`crate::calibrate::DynamicLaw`] defines them; the same for every taxel.
+/// Lags and plays of a material at most, each.
+pub(crate) const MAX_DYNAMIC_TERMS: usize = 8;
+
+/// Creep and hysteresis, as [`crate::material::DynamicLaw`] defines them; the same for every taxel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct DynamicSpec {

@@ -2,7 +2,7 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use super::{Faults, Purpose, generator};
+use super::{Purpose, ReadingFaults, generator};
 use crate::circuit::normal;
 use crate::sensor::{MaterialSpec, PerLine, PerTaxel, SensorSpec};
 use crate::{Error, Sensor};
@@ -41,7 +41,7 @@ pub struct Imperfections {
     /// How many columns come and go.
     pub flickering_columns: usize,
     /// Stuck readings, and how often flickering lines are out.
-    pub faults: Faults,
+    pub faults: ReadingFaults,
 }
 
 impl Imperfections {
@@ -55,9 +55,9 @@ impl Imperfections {
             open_loop_gain: Some(5000.0),
             dead_rows: 1,
             flickering_columns: 1,
-            faults: Faults {
+            faults: ReadingFaults {
                 stuck_share: 0.002,
-                ..Faults::default()
+                ..ReadingFaults::default()
             },
             ..Self::default()
         }
@@ -75,7 +75,7 @@ impl Imperfections {
             memory: 0.003,
             dead_rows: 0,
             flickering_columns: 0,
-            faults: Faults::default(),
+            faults: ReadingFaults::default(),
             ..Self::uneven()
         }
     }

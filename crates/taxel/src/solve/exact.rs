@@ -16,7 +16,7 @@ use super::network::Network;
 use super::root::Root;
 use super::{Infeasible, Method, Outcome, Solver, Stop};
 use crate::circuit::{LineEnds, LinearCircuit};
-use crate::dense::{multiply_lower, view, view_mut};
+use crate::linalg::{multiply_lower, view, view_mut};
 use crate::sensor::Topology;
 use crate::{Frame, Siemens, Volts};
 
@@ -218,7 +218,7 @@ impl Exact {
             (self.ends.row_selected.len(), columns),
             "the frame has the sensor's shape"
         );
-        siemens.take_marks(volts);
+        siemens.copy_meta_from(volts);
         if state.live.update(volts) {
             state.warm = false;
             state.strong_before.clear();
@@ -459,9 +459,10 @@ fn start(
                 Some(stretch) => packed[at] * stretch[i] * stretch[j],
                 None => 0.0,
             };
-            packed[at] = match i == j && kept == 0.0 {
-                true => 1.0 / network.p[i],
-                false => kept,
+            packed[at] = if i == j && kept == 0.0 {
+                1.0 / network.p[i]
+            } else {
+                kept
             };
             at += 1;
         }

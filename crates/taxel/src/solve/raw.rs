@@ -56,7 +56,7 @@ impl Solver for Raw {
     fn forget(&mut self) {}
 
     fn solve_into(&mut self, volts: &Frame<Volts>, siemens: &mut Frame<Siemens>) -> Outcome {
-        siemens.take_marks(volts);
+        siemens.copy_meta_from(volts);
         for ((g, &v), mark) in siemens
             .values
             .iter_mut()

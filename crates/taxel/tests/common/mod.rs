@@ -40,9 +40,12 @@ pub fn sensor(
 pub fn pressed(rows: usize, columns: usize, fraction: f64, seed: u64) -> Frame<Siemens> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let values = (0..rows * columns)
-        .map(|_| match random.random::<f64>() < fraction {
-            true => 1.0 / random.random_range(500.0..3000.0),
-            false => 1e-6,
+        .map(|_| {
+            if random.random::<f64>() < fraction {
+                1.0 / random.random_range(500.0..3000.0)
+            } else {
+                1e-6
+            }
         })
         .collect();
     Frame::new(rows, columns, values).expect("shape")
@@ -70,9 +73,10 @@ pub fn nodal_volts(
     let mut matrix = Mat::<f64>::zeros(rows + columns, rows + columns);
     let mut sources = Mat::<f64>::zeros(rows + columns, 2);
     for r in 0..rows {
-        matrix[(r, r)] += match r == row {
-            true => ends.row_selected[r],
-            false => leak(ends.row_unselected[r]),
+        matrix[(r, r)] += if r == row {
+            ends.row_selected[r]
+        } else {
+            leak(ends.row_unselected[r])
         };
         for c in 0..columns {
             let (value, node) = (g.at(r, c), rows + c);

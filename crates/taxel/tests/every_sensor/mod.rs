@@ -11,9 +11,10 @@ pub fn every_sensor(sizes: &[usize], bits: &[u32]) -> Vec<(String, Sensor)> {
         .map(|(name, _)| ((*name).to_owned(), preset(name).unwrap()))
         .collect();
     for topology in Topology::ALL {
-        let parts = match topology.is_tia() {
-            true => preset("mat-32x32-adg732").unwrap(),
-            false => preset("mat-16x16-cd4067").unwrap(),
+        let parts = if topology.is_tia() {
+            preset("mat-32x32-adg732").unwrap()
+        } else {
+            preset("mat-16x16-cd4067").unwrap()
         };
         for &size in sizes {
             for &bits in bits {

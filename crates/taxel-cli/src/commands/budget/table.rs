@@ -116,13 +116,14 @@ impl Report {
         }
         write!(f, "\n{:<NAME$}", "")?;
         for _ in kinds {
-            match self.grams {
-                true => write!(
+            if self.grams {
+                write!(
                     f,
                     "  {:>8}{:>8}{:>8}{:>8}",
                     "mean g", "worst g", "ghost g", "mean %"
-                )?,
-                false => write!(f, "  {:>8}{:>8}{:>8}", "mean %", "worst %", "ghost %")?,
+                )?
+            } else {
+                write!(f, "  {:>8}{:>8}{:>8}", "mean %", "worst %", "ghost %")?
             }
         }
         writeln!(f)
@@ -162,9 +163,10 @@ impl Report {
         if let Some(taxels) = saturated.filter(|&taxels| taxels > 0) {
             notes.push(format!("{taxels} saturated"));
         }
-        match notes.is_empty() {
-            true => writeln!(f),
-            false => writeln!(f, "  {}", notes.join(", ")),
+        if notes.is_empty() {
+            writeln!(f)
+        } else {
+            writeln!(f, "  {}", notes.join(", "))
         }
     }
 }

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use serde::Serialize;
-use taxel::calibrate::{DynamicFit, Series, fit_dynamic};
-use taxel::simulate::Grams;
+use taxel::Grams;
+use taxel::calibrate::{DynamicFit, LoadSeries, fit_dynamic};
 use taxel::{Counts, Frame, Sensor};
 use taxel_io::{FrameSource, TextOptions, open_counts};
 
@@ -45,7 +45,7 @@ pub(super) fn run(
     let frames = read_frames(recording, options)?;
     let truths = read_loads(loads, options)?;
     let secs = times(&frames, args.period, recording)?;
-    let series = Series {
+    let series = LoadSeries {
         secs: &secs,
         frames: &frames,
         loads: &truths,
@@ -76,9 +76,10 @@ pub(super) fn run(
             })
             .collect(),
     };
-    match args.json {
-        true => out::json(&report)?,
-        false => out::result(&text(&report))?,
+    if args.json {
+        out::json(&report)?
+    } else {
+        out::result(&text(&report))?
     }
     out::note(&format!("wrote {}", args.output.display()));
     Ok(Exit::Good)

@@ -1,15 +1,20 @@
 //! Who takes part, each having learnt from the same presses.
 
-use taxel::calibrate::{Data, LoadLaw, Options, Press, calibrate_with, fit_pairs};
+use std::ops::ControlFlow;
+
+use taxel::calibrate::{
+    CalibrationData, CalibrationOptions, PressLabel, calibrate_with, fit_pairs,
+};
+use taxel::material::LoadLaw;
 use taxel::pipeline::Pipeline;
 use taxel::solve::{Raw, default_method};
 use taxel::stats::median;
 use taxel::{Counts, Frame, Newtons, Sensor};
-use taxel_learn::contest::Scores;
-use taxel_learn::fit::{self, Lesson};
+use taxel_learn::benchmark::Scores;
+use taxel_learn::fit::{self, TrainingData};
 use taxel_learn::models::paper_mlp::HIDDEN;
-use taxel_learn::train::{Go, Settings};
-use taxel_learn::{Kind, Learned, Model, Rows, Split};
+use taxel_learn::train::Settings;
+use taxel_learn::{Learned, Model, ModelKind, Rows, Split};
 
 use super::{Args, grams};
 use crate::error::Error;
@@ -37,7 +42,7 @@ pub(super) struct Contestant {
 }
 
 /// Presses with frames that a calibration needs at least.
-const FEWEST_FOR_PHYSICS: usize = 8;
+const MIN_FOR_PHYSICS: usize = 8;
 
 /// What every contestant is given.
 struct Ring<'a> {
@@ -76,9 +81,9 @@ pub(super) fn all(
         judged: with_frames(&split.test),
     };
     let mut calibrated = None;
-    if physics && ring.known.len() < FEWEST_FOR_PHYSICS {
+    if physics && ring.known.len() < MIN_FOR_PHYSICS {
         out::warn(&format!(
-            "exact and hybrid left out: {} of the presses to learn from have whole frames, and a calibration needs {FEWEST_FOR_PHYSICS}",
+            "exact and hybrid left out: {} of the presses to learn from have whole frames, and a calibration needs {MIN_FOR_PHYSICS}",
             ring.known.len()
         ));
     } else if physics {
@@ -122,7 +127,7 @@ pub(super) fn all(
 }
 
 impl Ring<'_> {
-    fn presses(&self, which: &[usize]) -> Vec<Press> {
+    fn presses(&self, which: &[usize]) -> Vec<PressLabel> {
         which
             .iter()
             .map(|&i| self.training_set.data.presses[i])
@@ -180,12 +185,12 @@ impl Ring<'_> {
     }
 
     fn calibrate(&self, show: &mut dyn FnMut(&str, f64)) -> Result<Sensor, Error> {
-        let data = Data {
+        let data = CalibrationData {
             frames: self.training_set.data.frames.clone(),
             presses: self.presses(&self.known),
             uniform: self.training_set.data.uniform.clone(),
         };
-        let options = Options::default();
+        let options = CalibrationOptions::default();
         let found = calibrate_with(&self.sensor, &data, &options, &Threads, &mut |_, share| {
             show("exact", 0.3 * share);
         });
@@ -198,18 +203,17 @@ impl Ring<'_> {
     }
 
     fn network(&self, name: &str, leaky: bool) -> Result<Contestant, Error> {
-        let (rows, split) = match leaky {
-            true => {
-                fit::room_for(&self.training_set.rows, self.args.copies as usize)?;
-                leaky_rows(
-                    &self.training_set.rows,
-                    self.split,
-                    self.args.copies as usize,
-                )
-            }
-            false => (self.training_set.rows.clone(), self.split.clone()),
+        let (rows, split) = if leaky {
+            fit::room_for(&self.training_set.rows, self.args.copies as usize)?;
+            leaky_rows(
+                &self.training_set.rows,
+                self.split,
+                self.args.copies as usize,
+            )
+        } else {
+            (self.training_set.rows.clone(), self.split.clone())
         };
-        let lesson = Lesson {
+        let training_data = TrainingData {
             sensor: &self.sensor,
             rows: &rows,
             split: &split,
@@ -223,19 +227,32 @@ impl Ring<'_> {
                     ..Settings::default()
                 };
                 let copies = if leaky { 1 } else { self.args.copies as usize };
-                fit::paper_mlp(&lesson, &settings, &HIDDEN, copies, None, &mut |_, _| go())?
+                fit::paper_mlp(
+                    &training_data,
+                    &settings,
+                    &HIDDEN,
+                    copies,
+                    None,
+                    &mut |_, _| go(),
+                )?
             }
             _ => {
                 let mut settings = fit::row_set_settings();
                 settings.seed = self.args.seed;
-                fit::row_set(&lesson, &settings, fit::MEMBERS, &Threads, &|_, _, _| go())?
+                fit::row_set(
+                    &training_data,
+                    &settings,
+                    fit::MEMBERS,
+                    &Threads,
+                    &|_, _, _| go(),
+                )?
             }
         };
         let judged = rows.part(&split.test);
         let estimates = match &model.kind {
-            Kind::PaperMlp(model) => model.estimate(&judged),
-            Kind::RowSet(members) => fit::mean_estimate(members, &judged),
-            Kind::Hybrid(_) => Vec::new(),
+            ModelKind::PaperMlp(model) => model.estimate(&judged),
+            ModelKind::RowSet(members) => fit::mean_estimate(members, &judged),
+            ModelKind::Hybrid(_) => Vec::new(),
         };
         let mut scores = Scores::default();
         for (estimate, load) in estimates.into_iter().zip(&judged.load_g) {
@@ -248,15 +265,17 @@ impl Ring<'_> {
             100.0 * model.card.held_out.coverage
         );
         Ok(Contestant {
-            name: match leaky {
-                true => format!("{name}, leaky split"),
-                false => name.to_owned(),
+            name: if leaky {
+                format!("{name}, leaky split")
+            } else {
+                name.to_owned()
             },
             learnt_from,
             // What the leaky split says is wrong; what the network does with frames is the same.
-            pipeline: match leaky {
-                true => None,
-                false => Some(self.pipeline(model)?),
+            pipeline: if leaky {
+                None
+            } else {
+                Some(self.pipeline(model)?)
             },
             scores,
             note,
@@ -275,14 +294,20 @@ impl Ring<'_> {
             train: (0..presses.len()).collect(),
             ..Split::default()
         };
-        let lesson = Lesson {
+        let training_data = TrainingData {
             sensor: calibrated,
             rows: &rows,
             split: &split,
             sources: Vec::new(),
         };
         let frames = &self.training_set.data.frames;
-        let model = fit::hybrid(&lesson, frames, &presses, self.args.seed, &mut |_| go())?;
+        let model = fit::hybrid(
+            &training_data,
+            frames,
+            &presses,
+            self.args.seed,
+            &mut |_| go(),
+        )?;
         let note = model
             .card
             .verdict
@@ -300,10 +325,11 @@ impl Ring<'_> {
     }
 }
 
-fn go() -> Go {
-    match interrupt::asked() {
-        true => Go::Stop,
-        false => Go::On,
+fn go() -> ControlFlow<()> {
+    if interrupt::asked() {
+        ControlFlow::Break(())
+    } else {
+        ControlFlow::Continue(())
     }
 }
 

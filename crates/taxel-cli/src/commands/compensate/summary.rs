@@ -206,14 +206,11 @@ impl Summary {
         let possible = !self.loads_below_nothing;
         let all = self.skipped_frames == 0 && self.missing.is_empty();
         let measured = self.frames == 0 || self.measured_share > 0.0;
-        match all
-            && possible
-            && measured
-            && self.unsolved_frames() == 0
-            && self.ambiguous_frames == 0
+        if all && possible && measured && self.unsolved_frames() == 0 && self.ambiguous_frames == 0
         {
-            true => Exit::Good,
-            false => Exit::DataLost,
+            Exit::Good
+        } else {
+            Exit::DataLost
         }
     }
 }

@@ -186,12 +186,13 @@ impl Report {
 
     fn seen_ghosts(&self, f: &mut fmt::Formatter) -> fmt::Result {
         for ghost in &self.ghosts {
-            let shown = |errors: &Errors| match errors.is_known() {
-                false => "no answer".to_owned(),
-                true => {
+            let shown = |errors: &Errors| {
+                if errors.is_known() {
                     let grams = errors.grams.map_or(0.0, |grams| grams.ghost);
                     let percent = errors.percent.ghost;
                     format!("{} g ({} %)", short(grams), short(percent))
+                } else {
+                    "no answer".to_owned()
                 }
             };
             line(f, "ghost, raw", &shown(&ghost.raw), &ghost.name)?;

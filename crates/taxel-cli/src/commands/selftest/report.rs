@@ -5,7 +5,7 @@ use std::fmt;
 
 use serde::Serialize;
 use taxel::Sensor;
-use taxel::health::{Codes, Fault, Finding, Health, Hum, Place};
+use taxel::selftest::{Codes, Fault, Finding, Health, Hum, Place};
 use taxel::sensor::ScanOrder;
 
 /// Findings of one kind on single taxels that are written out.

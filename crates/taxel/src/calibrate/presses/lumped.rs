@@ -85,12 +85,12 @@ pub(super) fn read(
     }
     let volts = LinearCircuit::new(thick).predict(&siemens).ok()?;
     let at = |row: usize, column: usize| volts.at(row, column);
-    let beside = |spare: Option<usize>, at: &dyn Fn(usize) -> f64| spare.map_or(f64::NAN, at);
+    let next_to = |spare: Option<usize>, at: &dyn Fn(usize) -> f64| spare.map_or(f64::NAN, at);
     let on_rows: Vec<f64> = (0..frame.rows.len())
-        .map(|row| beside(columns.spare, &|column| at(row, column)))
+        .map(|row| next_to(columns.spare, &|column| at(row, column)))
         .collect();
     let on_columns: Vec<f64> = (0..frame.columns.len())
-        .map(|column| beside(rows.spare, &|row| at(row, column)))
+        .map(|column| next_to(rows.spare, &|row| at(row, column)))
         .collect();
     let elsewhere = match (rows.spare, columns.spare) {
         (Some(row), Some(column)) => at(row, column),

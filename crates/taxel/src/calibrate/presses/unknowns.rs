@@ -39,7 +39,7 @@ impl Unknown {
 const G_ZERO: f64 = 1.1;
 /// Inner knots of the spline law, and the least ratio of loads that it is tried with.
 const INNER_KNOTS: usize = 3;
-const LEAST_RANGE: f64 = 3.0;
+const MIN_RANGE: f64 = 3.0;
 
 /// Which unknowns there are, and where they start.
 #[derive(Debug, Clone)]
@@ -81,7 +81,7 @@ impl Layout {
         match law {
             LawChoice::Saturating => unknowns.push(Unknown::Saturation),
             LawChoice::Spline => {
-                if most - least < LEAST_RANGE.ln() {
+                if most - least < MIN_RANGE.ln() {
                     return None;
                 }
                 // Too few light presses to bend by: knots begin where a twentieth of the loads lie below.

@@ -1,6 +1,6 @@
 //! The same sensor built of other parts.
 
-use crate::design::parts::{CONVERTER_BITS, GAIN_BANDWIDTHS_HZ, SWITCHES, gain_at};
+use crate::parts::{CONVERTER_BITS, GAIN_BANDWIDTHS_HZ, SWITCHES, gain_at};
 use crate::sensor::{PerLine, Sensor, SensorSpec};
 use crate::simulate::default_noise_counts;
 
@@ -30,7 +30,7 @@ pub enum Change {
     },
 }
 
-/// Every part of [`crate::design::parts`] that a sensor could have, when `taxels_per_second` are read.
+/// Every part of [`crate::parts`] that a sensor could have, when `taxels_per_second` are read.
 pub fn changes(sensor: &Sensor, taxels_per_second: f64) -> Vec<Change> {
     let mut changes = switches();
     if sensor.readout().topology.is_tia() {
@@ -78,9 +78,10 @@ impl Change {
                     .noise_counts
                     .unwrap_or_else(|| default_noise_counts(converter.bits));
                 let scale = 2f64.powi(*bits as i32 - converter.bits as i32);
-                converter.noise_counts = Some(match counts > 0.0 && *bits != converter.bits {
-                    true => (counts * scale).max(0.3),
-                    false => counts,
+                converter.noise_counts = Some(if counts > 0.0 && *bits != converter.bits {
+                    (counts * scale).max(0.3)
+                } else {
+                    counts
                 });
                 converter.bits = *bits;
             }

@@ -50,11 +50,13 @@ fn nothing_saturates_within_the_range_it_was_sized_for() {
         for _ in 0..20 {
             let share: f64 = random.random();
             let range = (1.0 / wish.taxel_ohms.1)..=(1.0 / wish.taxel_ohms.0);
-            let frame =
-                Frame::<Siemens>::zeros(6, 9).map(|_, _| match random.random::<f64>() < share {
-                    true => random.random_range(range.clone()),
-                    false => unloaded(&wish),
-                });
+            let frame = Frame::<Siemens>::zeros(6, 9).map(|_, _| {
+                if random.random::<f64>() < share {
+                    random.random_range(range.clone())
+                } else {
+                    unloaded(&wish)
+                }
+            });
             let volts: Frame<Volts> = circuit.predict(&frame).unwrap();
             let largest = volts.values().iter().fold(0.0f64, |m, v| m.max(v.abs()));
             assert!(

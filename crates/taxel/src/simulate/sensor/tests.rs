@@ -1,4 +1,4 @@
-use super::super::{Kind, newtons};
+use super::super::{PatternKind, newtons};
 use super::*;
 use crate::metric::deviations_of_frames;
 use crate::pipeline::Pipeline;
@@ -9,7 +9,7 @@ fn econe() -> Sensor {
     preset("econe").unwrap()
 }
 
-fn error_g(truth: &Sensor, loads: &Frame<Grams>, reading: &Reading) -> f64 {
+fn error_g(truth: &Sensor, loads: &Frame<Grams>, reading: &SimulatedScan) -> f64 {
     let mut pipeline = Pipeline::new(truth, default_method(truth).unwrap()).unwrap();
     let estimate = pipeline.process(&reading.counts).newtons().unwrap();
     let error = deviations_of_frames(estimate, &newtons(loads), |_, load| load > 0.0);
@@ -113,7 +113,7 @@ fn dead_lines_read_nothing_flickering_ones_sometimes_and_stuck_readings_are_at_a
             spec.screen.flickering_columns = vec![64];
         })
         .unwrap();
-    let faults = Faults {
+    let faults = ReadingFaults {
         stuck_share: 0.002,
         flicker_share: 0.5,
     };
@@ -141,7 +141,7 @@ fn the_true_sensor_recovers_the_loads_to_within_noise() {
     let sensor = econe();
     for (seed, pattern) in [
         (1, Pattern::hand()),
-        (2, Pattern::new(Kind::Blobs { least: 5, most: 12 })),
+        (2, Pattern::new(PatternKind::Blobs { least: 5, most: 12 })),
         (3, Pattern::named("random").unwrap()),
     ] {
         let loads = pattern.loads(sensor.array(), seed, 80);

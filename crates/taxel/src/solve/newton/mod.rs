@@ -109,7 +109,7 @@ impl Newton {
             (ends.row_selected.len(), columns),
             "the frame has the sensor's shape"
         );
-        siemens.take_marks(volts);
+        siemens.copy_meta_from(volts);
         if state.live.update(volts) {
             state.reshape(ends);
         }
@@ -293,7 +293,7 @@ impl Newton {
         {
             let (point, slope) = (state.point.as_mut()?, &state.slope);
             let apply = |v: &[f64], out: &mut [f64]| {
-                point.derivative_into(v, out);
+                point.jvp_into(v, out);
                 for (out, slope) in out.iter_mut().zip(slope) {
                     *out *= slope;
                 }

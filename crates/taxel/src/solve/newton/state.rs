@@ -4,6 +4,7 @@ use super::super::gmres::{Gmres, norm};
 use super::super::lines::LiveLines;
 use super::super::path::OwnPath;
 use crate::circuit::{LineEnds, LinearCircuit, LinearPoint, OperatingPoint};
+use crate::stats::median_high;
 
 const DEPTH: usize = 60;
 /// Keeps the factor 1, at which an answer explains itself, away from the grid of factors tried.
@@ -186,15 +187,14 @@ impl SolverState {
     /// distance of ln |G| from its median, which is small when the unpressed taxels look alike.
     pub(super) fn unlikeliness(&mut self) -> (bool, f64) {
         let least = self.g.iter().fold(0f64, |least, g| least.min(*g));
-        let middle = self.g.len() / 2;
         for (out, g) in self.step.iter_mut().zip(&self.g) {
             *out = g.abs().max(1e-15).ln();
         }
-        let median = *self.step.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let middle = median_high(&mut self.step).unwrap_or(0.0);
         for value in &mut self.step {
-            *value = (*value - median).abs();
+            *value = (*value - middle).abs();
         }
-        let scatter = *self.step.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let scatter = median_high(&mut self.step).unwrap_or(0.0);
         (-least > 1e-3 * largest(&self.g), scatter)
     }
 }
