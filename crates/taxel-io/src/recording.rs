@@ -8,8 +8,9 @@ use crate::lines::{Line, Lines};
 use crate::mcap::McapReader;
 use crate::npy::{NpyOptions, NpyReader, layout_of};
 use crate::number::{count_fields, is_blank};
+use crate::options::{ReadOptions, extension};
 use crate::source::{FrameSource, open_input};
-use crate::text::{TextOptions, TextReader, extension};
+use crate::text::TextReader;
 
 /// Opens a recording of counts: `.txt`, `.csv`, `.npy`, `.npz` (its first array), `.mcap`; `-` is text on standard
 /// input.
@@ -18,7 +19,7 @@ use crate::text::{TextOptions, TextReader, extension};
 /// [`Error::Open`], [`Error::UnknownFormat`], and for arrays all that their header can be wrong in.
 pub fn open_counts(
     path: impl AsRef<Path>,
-    options: TextOptions,
+    options: ReadOptions,
 ) -> Result<Box<dyn FrameSource + Send>, Error> {
     let path = path.as_ref();
     Ok(match format_of(path)? {

@@ -8,7 +8,7 @@ use taxel::frame::grams_from_newtons;
 use taxel::metric::{TaxelCrossTalk, cross_talk_index, ghost_level, is_usable};
 use taxel::simulate::{Grams, newtons};
 use taxel::{Frame, Newtons};
-use taxel_io::TextOptions;
+use taxel_io::ReadOptions;
 use taxel_plot::report::{Cell, Figure, Section, Table, number};
 use taxel_plot::{Line, LineStyle, Panel, Series, Sheet, cells};
 
@@ -251,7 +251,7 @@ pub(super) fn of_whole_frames(
     let methods = experiment.methods(plan.folder())?;
     files.extend(methods.iter().filter_map(MethodName::file));
     let mut reader = Reader::new(&sensor, &file, &methods, plan.frames_per_second, reporter)?;
-    let mut options = TextOptions::of(&sensor);
+    let mut options = ReadOptions::of(&sensor);
     options.max_count = None;
     let mut truths = open_values::<Grams>(&truth_file, options)?;
     let mut truth = Frame::<Grams>::zeros(sensor.rows(), sensor.columns());

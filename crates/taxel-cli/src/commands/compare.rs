@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use taxel::frame::{grams_from_newtons, newtons_from_grams};
 use taxel::{Counts, Frame, Newtons, Sensor};
-use taxel_io::{FrameSource, TextOptions, open_counts};
+use taxel_io::{FrameSource, ReadOptions, open_counts};
 use taxel_learn::Split;
 use taxel_learn::benchmark::Scores;
 use taxel_plot::Format;
@@ -211,7 +211,7 @@ fn read_known(
     sensor: &Sensor,
     known: &mut Vec<Known>,
 ) -> Result<(), Error> {
-    let options = TextOptions::of(sensor);
+    let options = ReadOptions::of(sensor);
     let mut counts_of = open_counts(recording, options)?;
     let mut loads_of = open_values::<Newtons>(truth, options)?;
     let mut counts = Frame::<Counts>::zeros(sensor.rows(), sensor.columns());

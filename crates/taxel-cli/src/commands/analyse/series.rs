@@ -2,7 +2,7 @@
 
 use taxel::screen::{FrameScreen, LineFaults, LineScreen, ScreenOptions};
 use taxel::{Counts, Frame, Mark, Sensor};
-use taxel_io::{FrameSource, Integrity, TextOptions, open_counts};
+use taxel_io::{FrameSource, Integrity, ReadOptions, open_counts};
 
 use super::Args;
 use crate::error::Error;
@@ -59,7 +59,7 @@ impl Taken {
 pub(super) fn take(
     args: &Args,
     sensor: Option<&Sensor>,
-    options: TextOptions,
+    options: ReadOptions,
     places: &[(String, usize, usize)],
 ) -> Result<Taken, Error> {
     let max_count = match options.max_count {
@@ -168,7 +168,7 @@ impl Taken {
 
 fn line_faults(
     args: &Args,
-    options: TextOptions,
+    options: ReadOptions,
     max_count: f64,
     screening: &ScreenOptions,
 ) -> Result<LineFaults, Error> {
@@ -180,7 +180,7 @@ fn line_faults(
 }
 
 /// Without a sensor file the largest count stands for the converter's end.
-fn largest(args: &Args, options: TextOptions) -> Result<f64, Error> {
+fn largest(args: &Args, options: ReadOptions) -> Result<f64, Error> {
     let mut most = 1.0f64;
     each(args, options, "range", |frame| {
         most = frame.values().iter().copied().fold(most, f64::max);
@@ -192,7 +192,7 @@ fn largest(args: &Args, options: TextOptions) -> Result<f64, Error> {
 
 fn each(
     args: &Args,
-    options: TextOptions,
+    options: ReadOptions,
     name: &str,
     mut see: impl FnMut(&Frame<Counts>) -> Result<(), Error>,
 ) -> Result<(), Error> {
