@@ -141,29 +141,34 @@ fn shape_of_text(path: &Path) -> Result<ShapeGuess, Error> {
         }
     }
     if guess.columns.is_none() {
-        let file = path.to_owned();
-        if let Some((line, found)) = first {
-            return Err(Error::NoNumbers {
-                at: Place {
-                    file,
-                    line,
-                    column: 1,
-                },
-                hint: if found.contains(',') {
-                    "frames of counts as text are lines of numbers and nothing else"
-                } else {
-                    "numbers of a frame are separated by commas; `tr -s ' \\t' ','` puts them in"
-                },
-                found,
-            });
-        }
-        return Err(Error::Empty {
+        return Err(no_numbers(path, first));
+    }
+    Ok(guess)
+}
+
+/// No line of the file is one of numbers; `first` is the first that is not blank, with its number.
+fn no_numbers(path: &Path, first: Option<(u64, String)>) -> Error {
+    let file = path.to_owned();
+    let Some((line, found)) = first else {
+        return Error::Empty {
             file,
             what: "line of numbers",
             found: 0,
-        });
+        };
+    };
+    Error::NoNumbers {
+        at: Place {
+            file,
+            line,
+            column: 1,
+        },
+        hint: if found.contains(',') {
+            "frames of counts as text are lines of numbers and nothing else"
+        } else {
+            "numbers of a frame are separated by commas; `tr -s ' \\t' ','` puts them in"
+        },
+        found,
     }
-    Ok(guess)
 }
 
 /// Before the number of columns is known, words are no line of a frame.

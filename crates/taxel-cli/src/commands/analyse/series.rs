@@ -55,6 +55,21 @@ impl Taken {
     }
 }
 
+/// What makes the unit that is asked for of counts.
+fn chain_of(
+    args: &Args,
+    sensor: Option<&Sensor>,
+    faults: &LineFaults,
+) -> Result<Option<Chain>, Error> {
+    let (Some(sensor), Some(unit)) = (sensor, args.unit) else {
+        return Ok(None);
+    };
+    let file = args.sensor.as_deref().unwrap_or(&args.recording);
+    let mut chain = Chain::new(sensor, file, &args.method, unit)?;
+    chain.set_lines(faults);
+    Ok(Some(chain))
+}
+
 /// Reads the recording twice: for faulty lines, then for values.
 pub(super) fn take(
     args: &Args,
@@ -74,15 +89,7 @@ pub(super) fn take(
     let mut screen = FrameScreen::new(options.rows, options.columns, max_count, &screening);
     screen.set_lines(&LineFaults::from_spec(&spec));
     screen.set_lines(&faults);
-    let mut chain = match (sensor, args.unit) {
-        (Some(sensor), Some(unit)) => {
-            let file = args.sensor.as_deref().unwrap_or(&args.recording);
-            let mut chain = Chain::new(sensor, file, &args.method, unit)?;
-            chain.set_lines(&faults);
-            Some(chain)
-        }
-        _ => None,
-    };
+    let mut chain = chain_of(args, sensor, &faults)?;
     let mut taken = Taken {
         names: places.iter().map(|place| place.0.clone()).collect(),
         sequence: Vec::new(),
