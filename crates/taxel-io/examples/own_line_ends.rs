@@ -1,8 +1,10 @@
 //! A read-out that is none of the five: columns behind diodes (open when not driven), every row with a pull-down of
 //! its own, selected or not. The line ends are given by hand; scan, inverse and standard errors are those of the
-//! library. Writes the conductances and prints a line per frame. docs/real-mats.md tells what comes out of a real mat.
+//! library. Writes the conductances and prints a line per frame. [real-mats.md] tells what comes out of a real mat.
 //!
 //! `cargo run --release -p taxel-io --example own_line_ends -- SENSOR.toml RECORDING.txt G.csv`
+//!
+//! [real-mats.md]: https://github.com/taxel/taxel/blob/main/docs/real-mats.md
 
 use taxel::circuit::{Circuit, Converter, LineEnds, LinearCircuit};
 use taxel::sensor::{Sensor, Topology};
@@ -30,7 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let circuit = LinearCircuit::new(ends);
     let method = Newton::new(circuit.clone());
-    let mut scratch = method.scratch();
+    let mut solver = method.solver();
     let mut point = circuit.operating_point();
     let converter = Converter::from_sensor(&sensor);
     let mut volts = Frame::<Volts>::zeros(sensor.rows(), sensor.columns());
@@ -41,7 +43,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut writer = ValuesWriter::create(&output)?;
     while source.next_into(&mut counts)? {
         converter.volts_from_counts_into(&counts, &mut volts);
-        let outcome = method.solve_into(&volts, &mut siemens, &mut scratch);
+        let outcome = solver.solve_into(&volts, &mut siemens);
         let sigma = ROUNDING * converter.lsb_volts();
         let dense = Uncertainty::Dense;
         let errors = standard_errors_by(dense, &mut *point, siemens.values(), sigma)?;

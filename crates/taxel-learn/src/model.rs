@@ -268,8 +268,8 @@ impl Model {
     }
 }
 
-/// A sensor with a linear law of 1 µS a gram where none is known: a network's loads need one to be carried as
-/// conductances.
+/// A sensor with a linear law of 1 µS a gram where none is known: for a hybrid to correct, and to show raw readings
+/// beside loads.
 pub fn with_law(sensor: Sensor) -> Sensor {
     if sensor.material().is_some() {
         return sensor;

@@ -1,7 +1,6 @@
-//! The live viewer's server: one page, and a WebSocket that carries frames out and commands in.
+#![doc = include_str!("../README.md")]
 //!
-//! It knows nothing of sensors: a [`Host`] says what is to be seen and does what viewers ask. Every viewer gets the
-//! newest frame when it is ready for one; a viewer that stalls holds up nobody. docs/formats.md describes the messages.
+//! In reading order: a [`Host`] says and does, a [`Server`] listens, a [`FrameMessage`] goes out, a [`Command`] comes in.
 
 mod assets;
 mod client;
@@ -22,6 +21,12 @@ pub use command::Command;
 pub use frame::FrameMessage;
 use frame::Sent;
 pub use guard::{random_token, token_problem};
+
+/// Whether a text is a request that a viewer may make. For the fuzz targets.
+#[doc(hidden)]
+pub fn is_request(text: &str) -> bool {
+    command::parse(text).is_ok()
+}
 
 /// What the server shows, and who does what viewers ask for.
 pub trait Host: Send + Sync + 'static {

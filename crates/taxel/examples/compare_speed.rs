@@ -84,19 +84,17 @@ fn measure(size: (usize, usize)) -> Result<Row, Box<dyn Error>> {
         .ok_or("the e-Cone's circuit")?
         .with_tolerance(1e-6);
     let frames = stream(&circuit, &siemens, 32);
-    let (mut out, mut scratch) = (Frame::zeros(size.0, size.1), method.scratch());
+    let (mut out, mut solver) = (Frame::zeros(size.0, size.1), method.solver());
     let mut rounds = (0, 0);
     let cold = time(runs, || {
-        scratch.forget();
-        rounds.0 = method.solve_into(&frames[0], &mut out, &mut scratch).rounds;
+        solver.forget();
+        rounds.0 = solver.solve_into(&frames[0], &mut out).rounds;
     });
     let error = relative_error(&out, &siemens);
     let mut order = (1..32).chain((0..31).rev()).cycle();
     let warm = time(runs, || {
         let at = order.next().expect("endless");
-        rounds.1 = method
-            .solve_into(&frames[at], &mut out, &mut scratch)
-            .rounds;
+        rounds.1 = solver.solve_into(&frames[at], &mut out).rounds;
     });
 
     let mut taxel = 0;

@@ -12,7 +12,7 @@ use taxel::simulate::{Pattern, VirtualSensor, labelled_presses, newtons};
 use taxel::solve::default_method;
 
 fn main() -> Result<(), taxel::Error> {
-    let parts = Sensor::from_toml(include_str!("../../../examples/econe/sensor.toml"))?;
+    let parts = Sensor::from_toml(include_str!("econe-parts.toml"))?;
     let real = VirtualSensor::new(&preset("econe")?, 1)?;
     let presses = labelled_presses(&real, 120);
     let hand = Pattern::hand().with_peak_g(600.0);

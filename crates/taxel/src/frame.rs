@@ -107,6 +107,14 @@ impl Mark {
 }
 
 /// One value of quantity `Q` per taxel, row by row, with a quality mark each.
+///
+/// A frame of one quantity is not taken for one of another:
+///
+/// ```compile_fail,E0308
+/// use taxel::{Frame, Siemens, Volts};
+/// fn conductances(_: &Frame<Siemens>) {}
+/// conductances(&Frame::<Volts>::zeros(2, 3));
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame<Q> {
     rows: usize,

@@ -1,5 +1,7 @@
-//! What the sensor is: `sensor.toml` (docs/formats.md) as it stands ([`SensorSpec`]), and the sensor that it tells of,
+//! What the sensor is: `sensor.toml` ([formats.md]) as it stands ([`SensorSpec`]), and the sensor that it tells of,
 //! checked once and complete afterwards ([`Sensor`]).
+//!
+//! [formats.md]: https://github.com/taxel/taxel/blob/main/docs/formats.md
 
 mod check;
 mod keys;

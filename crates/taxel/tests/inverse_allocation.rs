@@ -8,23 +8,23 @@ use taxel::circuit::{Circuit, LinearCircuit};
 use taxel::pipeline::Pipeline;
 use taxel::sensor::{DynamicSpec, Topology, preset};
 use taxel::simulate::{Pattern, VirtualSensor};
-use taxel::solve::{Method, method};
+use taxel::solve::{Method, Solver, method};
 use taxel::{Frame, Mark, Volts};
 
-/// Allocations of the second and the third frame on one scratch, the third from a cold start.
+/// Allocations of the second and the third frame by one solver, the third from a cold start.
 fn allocations(method: &dyn Method, frames: [&Frame<Volts>; 2]) -> [u64; 2] {
-    let mut scratch = method.scratch();
+    let mut solver = method.solver();
     let mut out = Frame::zeros(frames[0].rows(), frames[0].columns());
-    let mut solve = |frame, scratch: &mut _| {
+    let mut solve = |frame, solver: &mut dyn Solver| {
         measure(|| {
-            method.solve_into(frame, &mut out, scratch);
+            solver.solve_into(frame, &mut out);
         })
         .count_total
     };
-    solve(frames[0], &mut scratch);
-    let warm = solve(frames[1], &mut scratch);
-    scratch.forget();
-    [warm, solve(frames[0], &mut scratch)]
+    solve(frames[0], &mut *solver);
+    let warm = solve(frames[1], &mut *solver);
+    solver.forget();
+    [warm, solve(frames[0], &mut *solver)]
 }
 
 #[test]

@@ -76,18 +76,18 @@ fn lines_that_die_and_come_back_do_so_within_a_stream() {
         let (rows, columns) = (inversion.sensor.rows(), inversion.sensor.columns());
         let truth = pressed(rows, columns, 0.4, 12);
         let good = inversion.circuit.predict(&truth).unwrap();
-        let mut scratch = inversion.method.scratch();
+        let mut solver = inversion.method.solver();
         let mut out = Frame::zeros(rows, columns);
-        inversion.method.solve_into(&good, &mut out, &mut scratch);
+        solver.solve_into(&good, &mut out);
         let mut dead = good.clone();
         dead.marks_mut()[..columns].fill(Mark::Open);
-        let outcome = inversion.method.solve_into(&dead, &mut out, &mut scratch);
+        let outcome = solver.solve_into(&dead, &mut out);
         // What the dead row drained is now the others' to explain, which may be impossible; not a panic.
         assert!(
             out.values()[..columns].iter().all(|&g| g == 0.0),
             "{outcome:?}"
         );
-        let outcome = inversion.method.solve_into(&good, &mut out, &mut scratch);
+        let outcome = solver.solve_into(&good, &mut out);
         assert!(outcome.stop.is_good(), "{}: {outcome:?}", inversion.label);
         assert!(relative_error(&out, &truth) < 1e-7, "{}", inversion.label);
     }

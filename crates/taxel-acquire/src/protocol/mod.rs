@@ -7,7 +7,9 @@
 //! | [`econe`] | the e-Cone's text: rows one after the other |
 //! | [`auto`] | whichever of them the first bytes look like |
 //!
-//! docs/formats.md describes them byte by byte.
+//! [formats.md] describes them byte by byte.
+//!
+//! [formats.md]: https://github.com/taxel/taxel/blob/main/docs/formats.md
 
 pub mod auto;
 pub mod econe;

@@ -229,7 +229,7 @@ fn what_is_wrong_is_said_with_both_numbers() {
 /// What the sketch in examples/firmware sends, as its own encoder wrote it.
 #[test]
 fn the_sketch_s_packets_are_read() {
-    let bytes = include_bytes!("../../../../testdata/taxel-1/arduino-16x16.bin");
+    let bytes = include_bytes!("../../testdata/arduino-16x16.bin");
     let expected = Expected {
         rows: 16,
         columns: 16,

@@ -12,7 +12,7 @@ use taxel::{Counts, Frame};
 use crate::protocol::{Decoder, LinkStats};
 use crate::{Address, Error};
 
-pub use link::Link;
+use link::Link;
 
 /// How it stands with the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -82,7 +82,8 @@ pub fn receive(address: &Address, decoder: &mut dyn Decoder, receiver: &mut dyn 
         let broken = match Link::open(address, PATIENCE) {
             Ok(link) => {
                 let before = decoder.link_stats().frames;
-                let ended = read(link, address, decoder, &mut watch, receiver);
+                let place = link.place(address);
+                let ended = read(link, &place, decoder, &mut watch, receiver);
                 if decoder.link_stats().frames > before {
                     wait = FIRST_WAIT;
                 }

@@ -54,6 +54,15 @@ impl Ear {
         })
     }
 
+    /// The socket that was opened for `udp:HOST:0`.
+    fn port(&self) -> std::net::SocketAddr {
+        self.wait("an open socket", |heard| !heard.states.is_empty());
+        let heard = self.heard.lock().unwrap();
+        let (_, text) = &heard.states[0];
+        let place = text.strip_suffix(" is open, nothing yet").unwrap();
+        place.strip_prefix("udp:").unwrap().parse().unwrap()
+    }
+
     fn wait(&self, what: &str, enough: impl Fn(&Heard) -> bool) {
         let begun = Instant::now();
         while !enough(&self.heard.lock().unwrap()) {
@@ -109,14 +118,10 @@ fn a_device_that_goes_away_is_heard_again_when_it_comes_back() {
 
 #[test]
 fn datagrams_are_received_and_a_stranger_s_are_counted_as_corrupt() {
-    let port = UdpSocket::bind("127.0.0.1:0")
-        .unwrap()
-        .local_addr()
-        .unwrap();
     let ear = Ear::default();
-    let thread = ear.listen(format!("udp:{port}").parse().unwrap());
+    let thread = ear.listen("udp:127.0.0.1:0".parse().unwrap());
+    let port = ear.port();
     let device = UdpSocket::bind("127.0.0.1:0").unwrap();
-    ear.wait("an open socket", |heard| !heard.states.is_empty());
     for sequence in 0..5 {
         device.send_to(&packet(sequence), port).unwrap();
     }
@@ -134,18 +139,13 @@ fn datagrams_are_received_and_a_stranger_s_are_counted_as_corrupt() {
     thread.join().unwrap();
 }
 
-#[cfg(unix)]
+/// Only Linux tells the name of a pseudo-terminal this way.
+#[cfg(target_os = "linux")]
 #[test]
 fn a_serial_line_is_read() {
     let (device, port) = serial2::SerialPort::pair().unwrap();
-    let name = std::fs::read_link(format!(
-        "/proc/self/fd/{}",
-        std::os::fd::AsRawFd::as_raw_fd(&port)
-    ));
-    let Ok(name) = name else {
-        // Only Linux tells the name of a pseudo-terminal this way.
-        return;
-    };
+    let descriptor = std::os::fd::AsRawFd::as_raw_fd(&port);
+    let name = std::fs::read_link(format!("/proc/self/fd/{descriptor}")).unwrap();
     let ear = Ear::default();
     let address = format!("serial:{}?baud=2000000", name.display());
     let thread = ear.listen(address.parse().unwrap());
@@ -180,14 +180,10 @@ fn a_port_that_is_not_there_is_tried_again_and_named() {
 /// Two devices on one port: the first whose datagrams make frames is heard, the other counted.
 #[test]
 fn datagrams_of_one_sender_are_taken() {
-    let port = UdpSocket::bind("127.0.0.1:0")
-        .unwrap()
-        .local_addr()
-        .unwrap();
     let ear = Ear::default();
-    let thread = ear.listen(format!("udp:{port}").parse().unwrap());
+    let thread = ear.listen("udp:127.0.0.1:0".parse().unwrap());
+    let port = ear.port();
     let [device, other] = [(); 2].map(|()| UdpSocket::bind("127.0.0.1:0").unwrap());
-    ear.wait("an open socket", |heard| !heard.states.is_empty());
     device.send_to(&packet(0), port).unwrap();
     ear.wait("the first frame", |heard| heard.sequences == [0]);
     for sequence in 1..6 {

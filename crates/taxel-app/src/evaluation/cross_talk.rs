@@ -151,7 +151,7 @@ fn row(plan: &Plan, group: &Group, found: &Sweep, models: &Models) -> Result<Vec
     let ends = (&found.points[0], &found.points[found.points.len() - 1]);
     let drop = |curve: &[f64]| 100.0 * cross_talk_drop(curve[0], curve[curve.len() - 1]);
     let off = |curve: &[f64]| misfit(&found.points, curve).map(|share| 100.0 * share);
-    let compensated = readings(plan, group, |r| r.answers.first().map(|a| a.siemens))?;
+    let compensated = readings(plan, group, |r| r.answers.first()?.siemens)?;
     let compensated = sweep(&compensated, &plan.bootstrap);
     Ok(cells![
         group.name(),

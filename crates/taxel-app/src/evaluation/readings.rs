@@ -47,7 +47,7 @@ pub struct TrialReading {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Answer {
     /// Conductance of the taxel.
-    pub siemens: f64,
+    pub siemens: Option<f64>,
     /// Where the sensor has a load law.
     pub grams: Option<f64>,
     /// Load of the whole frame, grams.
@@ -67,7 +67,7 @@ impl TrialReading {
         match value {
             Value::Counts => Some(self.counts),
             Value::Volts => Some(self.volts),
-            Value::Siemens => self.answers.first().map(|answer| answer.siemens),
+            Value::Siemens => self.answers.first()?.siemens,
             Value::Grams => self.answers.first()?.grams,
         }
     }
@@ -102,14 +102,7 @@ impl<'a> Reader<'a> {
         frames_per_second: Option<f64>,
         reporter: &'a dyn Reporter,
     ) -> Result<Self, Error> {
-        let pipeline = |method: &MethodName| {
-            let for_method = method.sensor(sensor);
-            let opened = method.open(&for_method, file)?;
-            Pipeline::new(&for_method, opened).map_err(|source| Error::InFile {
-                file: file.to_owned(),
-                source,
-            })
-        };
+        let pipeline = |method: &MethodName| method.pipeline(sensor, file);
         Ok(Self {
             converter: Converter::from_sensor(sensor),
             pipelines: methods.iter().map(pipeline).collect::<Result<_, _>>()?,
@@ -243,7 +236,7 @@ impl<'a> Reader<'a> {
                 let taxel = taxel_of(trial).unwrap_or(0);
                 marks[place] = result.volts.marks()[taxel];
                 answers[place].push(Answer {
-                    siemens: result.siemens.values()[taxel],
+                    siemens: result.siemens.map(|siemens| siemens.values()[taxel]),
                     grams: result
                         .loads
                         .map(|loads| grams_from_newtons(loads.values()[taxel])),

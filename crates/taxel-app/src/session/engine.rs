@@ -10,6 +10,7 @@ use taxel::pipeline::Pipeline;
 use taxel::screen::{Axis, LineFaultKind, LineFaults, LineScreen, ScreenOptions};
 use taxel::solve::Raw;
 use taxel::{Frame, Newtons, Sensor};
+use taxel_learn::with_law;
 use taxel_server::{FrameMessage, Server};
 
 use super::details::{Details, DetailsRequest};
@@ -150,7 +151,7 @@ impl Engine {
                 let message = self.message(&arrived, &figures);
                 if self.details.is_wanted() {
                     self.details.ask(DetailsRequest {
-                        siemens: self.exact.result().siemens.clone(),
+                        siemens: self.exact.result().siemens.cloned(),
                         is_answer: self.exact.result().outcome.is_answer(),
                         sensor: self.sensor.clone(),
                         is_load: self.is_load,
@@ -189,13 +190,13 @@ impl Engine {
     fn solve(&mut self, arrived: &TimestampedFrame) -> FrameFigures {
         let result = self.exact.process(&arrived.frame);
         self.is_load &= result.loads.is_some();
-        match result.loads.filter(|_| self.is_load) {
-            Some(loads) => self.loads.clone_from(loads),
-            None => {
-                self.loads.copy_meta_from(result.siemens);
-                let siemens = result.siemens.values();
-                self.loads.values_mut().copy_from_slice(siemens);
+        match (result.loads.filter(|_| self.is_load), result.siemens) {
+            (Some(loads), _) => self.loads.clone_from(loads),
+            (None, Some(siemens)) => {
+                self.loads.copy_meta_from(siemens);
+                self.loads.values_mut().copy_from_slice(siemens.values());
             }
+            (None, None) => {}
         }
         if let Some(tare) = &mut self.tare {
             if tare.frames < TARE_FRAMES {
@@ -218,9 +219,9 @@ impl Engine {
 
     fn message(&mut self, arrived: &TimestampedFrame, figures: &FrameFigures) -> FrameMessage {
         let result = self.raw.process(&arrived.frame);
-        let mut raw = match result.loads.filter(|_| self.is_load) {
-            Some(loads) => loads.values().to_vec(),
-            None => result.siemens.values().to_vec(),
+        let mut raw = match (result.loads.filter(|_| self.is_load), result.siemens) {
+            (Some(loads), _) => loads.values().to_vec(),
+            (None, siemens) => siemens.map_or_else(Vec::new, |siemens| siemens.values().to_vec()),
         };
         let mut done = false;
         if let Some(tare) = &mut self.tare {
@@ -390,13 +391,16 @@ fn pipelines(
     file: &std::path::Path,
     name: &MethodName,
 ) -> Result<[Pipeline; 2], Error> {
-    let sensor = name.sensor(sensor);
-    let method = name.open(&sensor, file)?;
-    let raw = Box::new(Raw::from_sensor(&sensor));
     let lines = LineFaults::from_spec(sensor.screen());
+    let raw = Box::new(Raw::from_sensor(sensor));
     let mut made = [
-        Pipeline::new(&sensor, method)?,
-        Pipeline::new(&sensor, raw)?,
+        name.pipeline(sensor, file)?,
+        if name.is_model() {
+            // Raw readings stand beside loads: without a law of the sensor's own, as if 1 uS were a gram.
+            Pipeline::new(&with_law(sensor.clone()), raw)?
+        } else {
+            Pipeline::new(sensor, raw)?
+        },
     ];
     for pipeline in &mut made {
         pipeline.set_lines(&lines);

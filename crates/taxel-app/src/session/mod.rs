@@ -16,6 +16,7 @@ mod player;
 mod recorder;
 mod source;
 mod status;
+mod sync;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -108,8 +109,8 @@ pub type FrameObserver = Box<dyn FnMut(&LiveFrame) + Send>;
 /// A frame that was solved a moment ago.
 #[non_exhaustive]
 pub struct LiveFrame<'a> {
-    /// Conductances of the taxels, with marks.
-    pub siemens: &'a Frame<Siemens>,
+    /// Conductances of the taxels, with marks; none where a learned model estimates the loads.
+    pub siemens: Option<&'a Frame<Siemens>>,
     /// Loads, the tare taken off, with marks; none without a load law.
     pub loads: Option<&'a Frame<Newtons>>,
     /// Total force, peak pressure, contact area, centre of pressure; zeros without a load law.

@@ -5,14 +5,15 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 use taxel::circuit::{Circuit, LinearCircuit, OperatingPoint};
-use taxel::solve::{Method, Scratch};
+use taxel::estimate::LoadEstimator;
+use taxel::solve::Solver;
 use taxel::stats::median_in_place;
 use taxel::{Frame, Sensor, Siemens, Volts};
 
 use crate::error::Error;
 use crate::progress::Progress;
 use crate::{Exit, out};
-use taxel_app::methods::MethodName;
+use taxel_app::methods::{MethodName, Opened};
 use taxel_io::sensor_file;
 
 /// Time scan and inverse of a sensor on this machine
@@ -68,16 +69,14 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         source,
     };
     let circuit = LinearCircuit::from_sensor(&sensor).map_err(in_file)?;
-    let sensor = args.method.sensor(&sensor);
-    let method = args.method.open(&sensor, &args.sensor)?;
+    let mut work = Work::new(args.method.open(&sensor, &args.sensor)?);
     let progress = Progress::new("timing");
     let mut bench = Bench::new(&sensor, &circuit)?;
     let scan_us = bench.scan();
     progress.set(0.33);
-    let mut scratch = method.scratch();
-    let inverse_cold_us = bench.inverse(&*method, &mut scratch, true);
+    let inverse_cold_us = bench.inverse(&mut work, true);
     progress.set(0.66);
-    let inverse_warm_us = bench.inverse(&*method, &mut scratch, false);
+    let inverse_warm_us = bench.inverse(&mut work, false);
     drop(progress);
     let report = Report {
         sensor: match sensor.name() {
@@ -86,7 +85,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         },
         rows: sensor.rows(),
         columns: sensor.columns(),
-        method: method.name(),
+        method: work.name,
         scan_us,
         inverse_cold_us,
         inverse_warm_us,
@@ -129,6 +128,32 @@ impl Report {
             line("inverse, warm", self.inverse_warm_us),
             self.frames_per_second
         )
+    }
+}
+
+/// What is timed beside the scan.
+struct Work {
+    name: &'static str,
+    way: Way,
+}
+
+enum Way {
+    Solve(Box<dyn Solver>),
+    Estimate(Box<dyn LoadEstimator>),
+}
+
+impl Work {
+    fn new(opened: Opened) -> Self {
+        match opened {
+            Opened::Method(method) => Self {
+                name: method.name(),
+                way: Way::Solve(method.solver()),
+            },
+            Opened::Estimator(estimator) => Self {
+                name: estimator.name(),
+                way: Way::Estimate(estimator),
+            },
+        }
     }
 }
 
@@ -177,13 +202,25 @@ impl Bench {
         })
     }
 
-    fn inverse(&mut self, method: &dyn Method, scratch: &mut Scratch, cold: bool) -> Times {
-        let mut out = self.siemens[0].clone();
+    fn inverse(&mut self, work: &mut Work, cold: bool) -> Times {
+        let mut siemens = self.siemens[0].clone();
+        let mut loads = siemens.map(|_, _| 0.0);
         repeat(|i| {
-            if cold {
-                scratch.forget();
-            }
-            let outcome = method.solve_into(&self.volts[i % STREAM], &mut out, scratch);
+            let volts = &self.volts[i % STREAM];
+            let outcome = match &mut work.way {
+                Way::Solve(solver) => {
+                    if cold {
+                        solver.forget();
+                    }
+                    solver.solve_into(volts, &mut siemens)
+                }
+                Way::Estimate(estimator) => {
+                    if cold {
+                        estimator.forget();
+                    }
+                    estimator.estimate_into(volts, &mut loads)
+                }
+            };
             self.solved += 1;
             self.unsolved += usize::from(!outcome.stop.is_good());
         })

@@ -246,7 +246,10 @@ fn one_curve(raw: &mut Pipeline, presses: &CalibrationData) -> LoadLaw {
         .iter()
         .map(|press| {
             let found = raw.process(&presses.frames[press.frame]);
-            (found.siemens.at(press.row, press.column), press.load_g)
+            (
+                found.siemens.expect("solved").at(press.row, press.column),
+                press.load_g,
+            )
         })
         .collect();
     fit_pairs(&pairs).swap_remove(0).law
@@ -273,7 +276,7 @@ impl Way {
             let result = pipeline.process(&known.counts);
             way.last = match curve {
                 None => result.newtons()?.clone(),
-                Some(law) => result.siemens.map(|taxel, siemens| {
+                Some(law) => result.siemens.expect("solved").map(|taxel, siemens| {
                     newtons_from_grams(law.grams_from_siemens(taxel, siemens))
                 }),
             };

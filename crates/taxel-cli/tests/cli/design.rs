@@ -109,7 +109,7 @@ fn a_budget_refuses_what_is_no_sensor_and_no_number() {
 
     ----- stderr -----
     error: cannot open none.toml: No such file or directory (os error 2)
-    hint: --sensor takes a file, or one of the presets econe, mat-16x16-cd4067, mat-32x32-adg732
+    hint: a sensor is a file, or one of the presets econe, mat-16x16-cd4067, mat-32x32-adg732
     ");
     insta::assert_snapshot!(folder.fails("budget sensor.toml --rate 0"), @r"
     exit code: 2
@@ -297,7 +297,7 @@ fn a_rig_is_compressed_for_a_pressure_or_a_load() {
 
     ----- stderr -----
     error: a load of 0.0098 N is less than the moving parts weigh, 0.0167 N
-    hint: use lighter parts (--offset), or a smaller tip for the same pressure
+    hint: use lighter parts, or a smaller tip for the same pressure
     ");
     for words in [
         "--load 132",

@@ -43,7 +43,7 @@ impl FrameFeatures {
     /// # Errors
     /// A sensor without a load law.
     pub fn look(&mut self, result: FrameResult<'_>) -> Result<(), taxel::Error> {
-        let siemens = result.siemens;
+        let siemens = result.siemens.expect("a pipeline that solves");
         (self.rows, self.columns) = (siemens.rows(), siemens.columns());
         self.siemens.clear();
         self.siemens.extend_from_slice(siemens.values());

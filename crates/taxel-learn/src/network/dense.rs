@@ -2,7 +2,8 @@
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
-use rand::{Rng, RngExt};
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 use super::Real;
 
@@ -43,7 +44,12 @@ impl<T: Real> Mlp<T> {
     ///
     /// # Panics
     /// With fewer than two widths.
-    pub fn new(widths: &[usize], relu_last: bool, random: &mut impl Rng) -> Self {
+    pub fn drawn(widths: &[usize], relu_last: bool, seed: u64) -> Self {
+        Self::new(widths, relu_last, &mut ChaCha8Rng::seed_from_u64(seed))
+    }
+
+    /// [`Mlp::drawn`] from a generator that others draw from as well.
+    pub(crate) fn new(widths: &[usize], relu_last: bool, random: &mut impl Rng) -> Self {
         let mut network = Self::zeros(widths, relu_last);
         for layer in 0..network.layers() {
             let (fan_in, fan_out) = (widths[layer], widths[layer + 1]);
@@ -270,8 +276,6 @@ fn gate<T: Real>(gradient: &mut [T], outputs: &[T]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand::SeedableRng;
-    use rand_chacha::ChaCha8Rng;
 
     fn loss(network: &Mlp<f64>, inputs: &[f64], trace: &mut Trace<f64>) -> f64 {
         network.forward(inputs, trace);

@@ -194,7 +194,7 @@ impl<'a> Task<'a> {
         let sensor = with_switches(self.sensor, column_ohms, row_ohms);
         let method = default_method(&sensor).ok()?;
         let converter = Converter::from_sensor(&sensor);
-        let (mut scratch, mut around) = (method.scratch(), Vec::new());
+        let (mut solver, mut around) = (method.solver(), Vec::new());
         let mut volts = Frame::zeros(sensor.rows(), sensor.columns());
         let mut siemens = Frame::zeros(sensor.rows(), sensor.columns());
         let mut solved = Solved {
@@ -204,7 +204,7 @@ impl<'a> Task<'a> {
         for frame in self.series.frames {
             converter.volts_from_counts_into(frame, &mut volts);
             stand_in(&mut volts, &mut around);
-            let outcome = method.solve_into(&volts, &mut siemens, &mut scratch);
+            let outcome = solver.solve_into(&volts, &mut siemens);
             if !outcome.stop.is_good() {
                 return None;
             }

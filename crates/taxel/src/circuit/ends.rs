@@ -1,4 +1,6 @@
-//! How each line ends, selected and not: the table of docs/theory.md as numbers.
+//! How each line ends, selected and not: the table of [theory.md] as numbers.
+//!
+//! [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
 
 use crate::Error;
 use crate::sensor::{PerLine, Sense, Sensor, Topology};

@@ -10,7 +10,9 @@ use crate::sensor::{Sensor, Topology};
 ///
 /// With d = g_cu + Gᵀ1, H = G diag(d)⁻¹, S = diag(G1 + g_ru) − H diag(d) Hᵀ:
 /// P = S⁻¹, K = P H, Q_cc = 1/d_c + (HᵀK)_cc, and V_out of a taxel is a function of P_rr, Q_cc, K_rc
-/// (docs/theory.md). With fewer columns than rows, the same over columns.
+/// ([theory.md]). With fewer columns than rows, the same over columns.
+///
+/// [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearCircuit {
     ends: LineEnds,

@@ -1,7 +1,9 @@
-//! Forward: what a scan of given conductances reads. docs/theory.md has the derivation.
+//! Forward: what a scan of given conductances reads. [theory.md] has the derivation.
 //!
 //! A reading is `converter(noise(circuit(G)))`; the three are separate parts: [`LinearCircuit`] (every
 //! topology whose parts are linear), [`Noise`], [`Converter`].
+//!
+//! [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
 
 mod converter;
 mod derivative;
@@ -11,7 +13,7 @@ pub mod netlist;
 pub mod simplified;
 
 pub(crate) use converter::normal;
-pub use converter::{Converter, Noise, ROUNDING_COUNTS};
+pub use converter::{Converter, Noise, NoiseDraws, ROUNDING_COUNTS};
 pub use ends::LineEnds;
 pub use linear::{LinearCircuit, LinearPoint};
 

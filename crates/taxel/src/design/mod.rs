@@ -3,7 +3,9 @@
 //! [`budget`] splits a sensor's error by what causes it and asks what other [`parts`](crate::parts) would make of it. [`sizing`]
 //! proposes a test voltage and a feedback or pull-down resistor from what the taxels do. [`rig`] turns springs and tips
 //! into pressures, and [`statistics`] says how many experiments a statement needs. All of it is arithmetic on the same
-//! circuit that [`crate::circuit`] scans and [`crate::solve`] inverts; docs/design.md defines every number.
+//! circuit that [`crate::circuit`] scans and [`crate::solve`] inverts; [design.md] defines every number.
+//!
+//! [design.md]: https://github.com/taxel/taxel/blob/main/docs/design.md
 
 pub mod budget;
 pub mod rig;

@@ -42,7 +42,7 @@ impl LoadLaw {
     pub fn from_sensor(sensor: &Sensor) -> Result<Self, Error> {
         let material = sensor.material().ok_or_else(|| Error::MissingKey {
             key: "material",
-            hint: "calibrate the sensor to find its load law, or ask for conductances".to_owned(),
+            hint: "a load law makes loads of conductances".to_owned(),
         })?;
         Self::from_material(material)
     }

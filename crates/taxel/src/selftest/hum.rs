@@ -42,6 +42,8 @@ pub enum Hum {
     Found(Vec<Peak>),
     /// None; an amplitude above this one would have been found, counts.
     Below(f64),
+    /// The frames have no times and no rate was given.
+    Untimed,
     /// Why it cannot be judged.
     NotJudged(String),
 }
@@ -170,8 +172,7 @@ impl HumSearch {
 
     pub fn finish(&self, taxels: usize, options: &SelfTestOptions) -> Hum {
         if self.untimed {
-            let why = "the empty recording has no times";
-            return Hum::NotJudged(why.to_owned());
+            return Hum::Untimed;
         }
         let frames = self.frames.len();
         if frames < MIN {

@@ -8,7 +8,7 @@ use crate::Error;
 /// The amplifier's open-loop gain where a sensor file gives none.
 pub const USUAL_OPEN_LOOP_GAIN: f64 = 1e5;
 
-/// What the sensed row ends in; symbols as in docs/theory.md.
+/// What the sensed row ends in; symbols as in [theory.md](https://github.com/taxel/taxel/blob/main/docs/theory.md).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Sense {

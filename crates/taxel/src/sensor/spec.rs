@@ -1,11 +1,11 @@
-//! What a sensor file says (docs/formats.md), key by key.
+//! What a sensor file says ([formats.md](https://github.com/taxel/taxel/blob/main/docs/formats.md)), key by key.
 
 use serde::{Deserialize, Serialize};
 
 use super::keys;
 use crate::Error;
 
-/// How each line ends, selected and not: docs/theory.md has the table.
+/// How each line ends, selected and not: [theory.md](https://github.com/taxel/taxel/blob/main/docs/theory.md) has the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -103,7 +103,7 @@ fn default_area() -> f64 {
     1.0
 }
 
-/// The circuit around the array; symbols as in docs/theory.md.
+/// The circuit around the array; symbols as in [theory.md](https://github.com/taxel/taxel/blob/main/docs/theory.md).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ReadoutSpec {

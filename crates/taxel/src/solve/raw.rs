@@ -1,6 +1,6 @@
 //! No compensation: what most programs do, and what every other method is compared with.
 
-use super::{Method, Outcome, Scratch, Stop};
+use super::{Method, Outcome, Solver, Stop};
 use crate::sensor::{Sense, Sensor};
 use crate::{Frame, Mark, Siemens, Volts};
 
@@ -47,16 +47,15 @@ impl Method for Raw {
         "raw"
     }
 
-    fn scratch(&self) -> Scratch {
-        Scratch::new(())
+    fn solver(&self) -> Box<dyn Solver> {
+        Box::new(self.clone())
     }
+}
 
-    fn solve_into(
-        &self,
-        volts: &Frame<Volts>,
-        siemens: &mut Frame<Siemens>,
-        _: &mut Scratch,
-    ) -> Outcome {
+impl Solver for Raw {
+    fn forget(&mut self) {}
+
+    fn solve_into(&mut self, volts: &Frame<Volts>, siemens: &mut Frame<Siemens>) -> Outcome {
         siemens.copy_meta_from(volts);
         for ((g, &v), mark) in siemens
             .values

@@ -7,14 +7,14 @@ use taxel::calibrate::{
 };
 use taxel::material::LoadLaw;
 use taxel::pipeline::Pipeline;
-use taxel::solve::{Method, Raw, default_method};
+use taxel::solve::{Raw, default_method};
 use taxel::stats::median;
 use taxel::{Counts, Frame, Newtons, Sensor};
 use taxel_learn::benchmark::Scores;
 use taxel_learn::fit::{self, TrainingData};
 use taxel_learn::models::paper_mlp::HIDDEN;
 use taxel_learn::train::Settings;
-use taxel_learn::{Learned, Model, ModelKind, Rows, Split, with_law};
+use taxel_learn::{Learned, Model, ModelKind, Rows, Split};
 
 use super::{Args, grams};
 use crate::error::Error;
@@ -115,8 +115,8 @@ pub(super) fn all(
     }
     if let Some(calibrated) = calibrated {
         if wanted("exact") {
-            let method = default_method(&calibrated)?;
-            all.push(ring.with_frames("exact", &calibrated, method, String::new())?);
+            let pipeline = Pipeline::new(&calibrated, default_method(&calibrated)?)?;
+            all.push(ring.with_frames("exact", pipeline, String::new())?);
         }
         if wanted("hybrid") {
             show("hybrid", 0.9);
@@ -138,16 +138,14 @@ impl Ring<'_> {
     fn with_frames(
         &self,
         name: &str,
-        sensor: &Sensor,
-        method: Box<dyn Method>,
+        mut pipeline: Pipeline,
         note: String,
     ) -> Result<Contestant, Error> {
-        let mut pipeline = Pipeline::new(sensor, method)?;
         let mut scores = Scores::default();
         for press in self.presses(&self.judged) {
             pipeline.begin_anew();
             let result = pipeline.process(&self.training_set.data.frames[press.frame]);
-            let at = press.row * sensor.columns() + press.column;
+            let at = press.row * self.sensor.columns() + press.column;
             scores.add_press(grams(result.newtons()?.values()[at]), press.load_g);
         }
         pipeline.begin_anew();
@@ -167,7 +165,10 @@ impl Ring<'_> {
         let mut pairs = Vec::new();
         for press in self.presses(&self.known) {
             let result = pipeline.process(&self.training_set.data.frames[press.frame]);
-            pairs.push((result.siemens.at(press.row, press.column), press.load_g));
+            pairs.push((
+                result.siemens.expect("solved").at(press.row, press.column),
+                press.load_g,
+            ));
         }
         let law = match name {
             "none" => straight(&pairs),
@@ -179,7 +180,8 @@ impl Ring<'_> {
         let sensor = self
             .sensor
             .edited(|spec| spec.material = Some(law.to_material()))?;
-        self.with_frames(name, &sensor, Box::new(raw), String::new())
+        let pipeline = Pipeline::new(&sensor, Box::new(raw))?;
+        self.with_frames(name, pipeline, String::new())
     }
 
     fn calibrate(&self, show: &mut dyn FnMut(&str, f64)) -> Result<Sensor, Error> {
@@ -281,12 +283,8 @@ impl Ring<'_> {
     }
 
     fn pipeline(&self, model: Model) -> Result<Pipeline, Error> {
-        // Loads are the network's own; the file's law would only bend them there and back.
-        let sensor = with_law(self.sensor.edited(|spec| spec.material = None)?);
-        Ok(Pipeline::new(
-            &sensor,
-            Box::new(Learned::new(model, &sensor)?),
-        )?)
+        let learned = Learned::new(model, &self.sensor)?;
+        Ok(Pipeline::with_estimator(&self.sensor, Box::new(learned)))
     }
 
     fn hybrid(&self, calibrated: &Sensor) -> Result<Contestant, Error> {
@@ -321,8 +319,9 @@ impl Ring<'_> {
                     verdict.physics_g, verdict.hybrid_g, verdict.standard_errors
                 )
             });
-        let method = Box::new(Learned::new(model, calibrated)?);
-        self.with_frames("hybrid", calibrated, method, note)
+        let learned = Box::new(Learned::new(model, calibrated)?);
+        let pipeline = Pipeline::with_estimator(calibrated, learned);
+        self.with_frames("hybrid", pipeline, note)
     }
 }
 

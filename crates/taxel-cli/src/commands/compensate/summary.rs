@@ -98,10 +98,8 @@ impl Summary {
     pub(super) fn new(args: &Args, sensor: &Sensor, sensor_file: &Path, survey: &Survey) -> Self {
         let solves = args.unit != taxel_app::units::Unit::Volts
             && args.input_unit != taxel_app::units::InputUnit::Siemens;
-        let name = args
-            .method
-            .open(&args.method.sensor(sensor), sensor_file)
-            .map(|method| method.name());
+        let pipeline = args.method.pipeline(sensor, sensor_file);
+        let name = pipeline.map(|pipeline| pipeline.method_name());
         let unit = super::output::unit(args);
         let loads = unit.is_load().then(|| Loads {
             limit: unit.of_newtons(BELOW_NEWTONS, sensor.array().taxel_area_mm2),

@@ -205,6 +205,8 @@ impl Report {
     }
 }
 
+const UNTIMED: &str = "the empty recording has no times; --rate says how many frames a second";
+
 fn hum_report(hum: &Hum) -> HumReport {
     let mut report = HumReport {
         peaks: Vec::new(),
@@ -222,6 +224,7 @@ fn hum_report(hum: &Hum) -> HumReport {
             report.peaks = peaks.collect();
         }
         Hum::Below(counts) => report.below_counts = Some(*counts),
+        Hum::Untimed => report.not_judged = Some(UNTIMED.to_owned()),
         Hum::NotJudged(why) => report.not_judged = Some(why.clone()),
     }
     report

@@ -14,7 +14,7 @@ fn law() -> DynamicLaw {
 /// Time, load, conductance of one taxel, from an independent implementation (numpy) of the same equations; its
 /// parameters are those of [`law`] with g_zero 1 µS, factor 8.6 µS, exponent 0.806.
 fn golden() -> Vec<[f64; 3]> {
-    let text = include_str!("../../../../../testdata/dynamic/golden.csv");
+    let text = include_str!("golden.csv");
     let lines = text
         .lines()
         .filter(|line| line.starts_with(|c: char| c.is_ascii_digit()));

@@ -6,11 +6,7 @@
 mod file;
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicU8, Ordering};
-use std::sync::mpsc::{
-    Receiver, RecvTimeoutError, Sender, SyncSender, TrySendError, channel, sync_channel,
-};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
 use taxel::metric::FrameFigures;
@@ -19,6 +15,10 @@ use taxel_io::mcap::About;
 use taxel_io::{McapWriter, Tare};
 
 use super::status::{Recording, SessionStatus};
+use super::sync::{
+    AtomicU8, Builder, JoinHandle, Mutex, MutexGuard, Ordering, Receiver, RecvTimeoutError, Sender,
+    SyncSender, TrySendError, channel, sync_channel, unit_tests,
+};
 use super::{SessionOptions, TimestampedFrame};
 use crate::error::Error;
 use file::Open;
@@ -132,7 +132,7 @@ pub(super) struct Recorder {
     control: Mutex<()>,
     about: About,
     wanted: RecordTopics,
-    thread: Mutex<Option<std::thread::JoinHandle<()>>>,
+    thread: Mutex<Option<JoinHandle<()>>>,
 }
 
 impl Recorder {
@@ -145,18 +145,23 @@ impl Recorder {
             program: format!("taxel {}", env!("CARGO_PKG_VERSION")),
             source: options.address.to_string(),
         };
-        Self::new(about, options.topics, status)
+        Self::new(about, options.topics, status, QUEUE)
     }
 
-    fn new(about: About, wanted: RecordTopics, status: Arc<SessionStatus>) -> Result<Self, Error> {
-        let (items, received) = sync_channel(QUEUE);
+    pub(super) fn new(
+        about: About,
+        wanted: RecordTopics,
+        status: Arc<SessionStatus>,
+        queue: usize,
+    ) -> Result<Self, Error> {
+        let (items, received) = sync_channel(queue);
         let shared = Arc::new(Shared {
             phase: AtomicU8::new(Phase::Idle as u8),
             status,
             tare: Mutex::new(None),
         });
         let with = shared.clone();
-        let thread = std::thread::Builder::new()
+        let thread = Builder::new()
             .name("recorder".to_owned())
             .spawn(move || Writing::new(&with).run(&received))
             .map_err(Error::Thread)?;
@@ -396,11 +401,7 @@ impl<'a> Writing<'a> {
                     return self.end(None);
                 }
                 Ok(item) => self.take(item),
-                Err(RecvTimeoutError::Timeout) if overrun => {
-                    let why =
-                        format!("the disk is slower than the sensor: {QUEUE} frames were waiting");
-                    self.end(Some(why));
-                }
+                Err(RecvTimeoutError::Timeout) if overrun => self.end(None),
                 Err(RecvTimeoutError::Timeout) => self.flush(),
             }
             self.close_if_complete();
@@ -474,6 +475,10 @@ impl<'a> Writing<'a> {
 
     /// Closes the file, tells how it went, and is ready for the next.
     fn end(&mut self, error: Option<String>) {
+        // Frames were refused, whoever ends it now and why.
+        let overrun = self.shared.phase() == Phase::Overrun;
+        let slow = || format!("the disk is slower than the sensor: {QUEUE} frames were waiting");
+        let error = error.or_else(|| overrun.then(slow));
         let saved = self.open.take().map(|file| {
             let saved = file.end(error, self.shared.status.link_stats());
             self.shared.status.saved(saved.clone());
@@ -486,5 +491,6 @@ impl<'a> Writing<'a> {
     }
 }
 
-#[cfg(test)]
-mod tests;
+unit_tests! {
+    mod tests;
+}

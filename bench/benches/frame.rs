@@ -1,6 +1,6 @@
-//! One frame: scan, derivative, inverse. `cargo bench -p taxel --bench frame`.
+//! One frame: scan, derivative, inverse. `cargo bench -p taxel-bench`.
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../../crates/taxel/tests/common/mod.rs"]
 mod common;
 
 use std::hint::black_box;
@@ -63,18 +63,18 @@ fn exact(criterion: &mut Criterion) {
             .with_tolerance(1e-6);
         let frames = stream(&circuit, &pressed(size.0, size.1, 0.3, 1), 16);
         let mut out = Frame::zeros(size.0, size.1);
-        let mut scratch = method.scratch();
+        let mut solver = method.solver();
         group.bench_function(BenchmarkId::new("cold", &name), |bencher| {
             bencher.iter(|| {
-                scratch.forget();
-                method.solve_into(black_box(&frames[0]), &mut out, &mut scratch)
+                solver.forget();
+                solver.solve_into(black_box(&frames[0]), &mut out)
             });
         });
         let mut order = (0..16).chain((1..15).rev()).cycle();
         group.bench_function(BenchmarkId::new("warm", &name), |bencher| {
             bencher.iter_batched(
                 || order.next().expect("endless"),
-                |at| method.solve_into(black_box(&frames[at]), &mut out, &mut scratch),
+                |at| solver.solve_into(black_box(&frames[at]), &mut out),
                 BatchSize::PerIteration,
             );
         });
@@ -97,14 +97,12 @@ fn newton(criterion: &mut Criterion) {
             .predict(&pressed(size.0, size.1, 0.3, 1))
             .expect("passive");
         let mut out = Frame::zeros(size.0, size.1);
-        let mut scratch = inversion.method.scratch();
+        let mut solver = inversion.method.solver();
         let name = format!("{} {}x{}", topology.name(), size.0, size.1);
         group.bench_function(BenchmarkId::new("cold", name), |bencher| {
             bencher.iter(|| {
-                scratch.forget();
-                inversion
-                    .method
-                    .solve_into(black_box(&volts), &mut out, &mut scratch)
+                solver.forget();
+                solver.solve_into(black_box(&volts), &mut out)
             });
         });
     }
@@ -122,13 +120,11 @@ fn strong_cross_talk(criterion: &mut Criterion) {
             .predict(&pressed(64, 128, 0.3, 1))
             .expect("passive");
         let mut out = Frame::zeros(64, 128);
-        let mut scratch = inversion.method.scratch();
+        let mut solver = inversion.method.solver();
         group.bench_function(name, |bencher| {
             bencher.iter(|| {
-                scratch.forget();
-                inversion
-                    .method
-                    .solve_into(black_box(&volts), &mut out, &mut scratch)
+                solver.forget();
+                solver.solve_into(black_box(&volts), &mut out)
             });
         });
     }
@@ -197,7 +193,12 @@ fn pulled_cable(criterion: &mut Criterion) {
             group.bench_function(BenchmarkId::new(name, what), |bencher| {
                 bencher.iter(|| {
                     let frame = &frames[order.next().expect("endless")];
-                    black_box(pipeline.process(black_box(frame)).siemens.values());
+                    black_box(
+                        pipeline
+                            .process(black_box(frame))
+                            .siemens
+                            .map(Frame::values),
+                    );
                 });
             });
         }

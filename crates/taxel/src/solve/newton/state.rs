@@ -24,7 +24,7 @@ pub(super) enum Shape {
 /// Factors at which the sum of the readings is the measured one.
 pub(super) type Crossings = [Option<f64>; 2];
 
-pub(super) struct Memory {
+pub(crate) struct SolverState {
     pub(super) live: LiveLines,
     pub(super) warm: bool,
     pub(super) point: Option<LinearPoint>,
@@ -40,8 +40,8 @@ pub(super) struct Memory {
     pub(super) gmres: Gmres,
 }
 
-impl Memory {
-    pub(super) fn new() -> Self {
+impl SolverState {
+    pub(crate) fn new() -> Self {
         Self {
             live: LiveLines::default(),
             warm: false,
@@ -57,6 +57,11 @@ impl Memory {
             step: Vec::new(),
             gmres: Gmres::new(0, 0),
         }
+    }
+
+    /// Makes the next solve start cold.
+    pub(crate) fn forget(&mut self) {
+        self.warm = false;
     }
 
     pub(super) fn reshape(&mut self, all: &LineEnds) {
