@@ -10,8 +10,8 @@ use taxel::{Frame, Mark};
 use crate::error::Error;
 use crate::lines::{Line, Lines};
 use crate::number::{Rule, count_fields, count_numbers, is_blank, parse_line};
+use crate::options::TextOptions;
 use crate::source::{MAX_TAXELS, SkipLog, Skipped, fit_shape};
-use crate::text::TextOptions;
 pub(crate) use faults::shortened;
 
 /// What stands before a frame's lines in the `.csv` form.

@@ -18,15 +18,18 @@
 
 pub mod atomic;
 pub mod bounded;
+mod column;
 pub mod columns;
 pub mod error;
 pub mod experiments;
+mod extras;
 mod grid;
 pub mod integrity;
 mod lines;
 pub mod mcap;
 pub mod npy;
 mod number;
+mod options;
 pub mod pairs;
 pub mod parquet;
 pub mod recording;
@@ -41,13 +44,15 @@ pub mod values;
 mod xlsx;
 
 pub use atomic::AtomicFile;
-pub use columns::{Column, write_columns};
+pub use column::Column;
+pub use columns::write_columns;
 pub use error::{Error, Place, ShapeFault, TableError};
 pub use experiments::{
     Press, Uniform, read_presses, read_uniform_loads, recordings_named_in, recordings_of,
 };
+pub use extras::{Event, Losses, Tare};
 pub use integrity::{Damage, Gaps, Integrity};
-pub use mcap::{Event, LoadsReader, Losses, McapReader, McapWriter, Tare};
+pub use mcap::{LoadsReader, McapReader, McapWriter};
 pub use npy::{NpyOptions, NpyReader, NpyWriter, NpzWriter};
 pub use pairs::{PairOnLine, read_pairs, read_pairs_by_line};
 pub use parquet::ParquetWriter;

@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 use taxel::{Counts, Frame, Mark};
 
 use crate::error::{Error, ShapeFault};
+use crate::options::{TextOptions, extension};
 use crate::source::{FrameSource, Input, MAX_TAXELS, SkipLog, Skipped, fit_shape, open_input};
-use crate::text::{TextOptions, extension};
 pub use element::Element;
 use header::{Header, fill};
 pub use write::{NpyWriter, NpzWriter};

@@ -8,8 +8,9 @@ use crate::lines::{Line, Lines};
 use crate::mcap::McapReader;
 use crate::npy::{NpyOptions, NpyReader, layout_of};
 use crate::number::{count_fields, is_blank};
+use crate::options::{TextOptions, extension};
 use crate::source::{FrameSource, open_input};
-use crate::text::{TextOptions, TextReader, extension};
+use crate::text::TextReader;
 
 /// Opens a recording of counts: `.txt`, `.csv`, `.npy`, `.npz` (its first array), `.mcap`; `-` is text on standard
 /// input.

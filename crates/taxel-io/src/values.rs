@@ -9,9 +9,9 @@ use taxel::Frame;
 use crate::error::Error;
 use crate::grid::Grid;
 use crate::number::Rule;
+use crate::options::TextOptions;
 use crate::rows::{ExtraLines, RowWriter};
 use crate::source::{FrameSource, Input, Skipped, open_input};
-use crate::text::TextOptions;
 
 /// Reads frames of quantity `Q`, in its unit; signs and fractions are allowed, NaN and infinities are not.
 /// `max_count` of the options is not looked at.

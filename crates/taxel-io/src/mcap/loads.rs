@@ -15,8 +15,8 @@ use super::sought;
 use super::topics::topic_of;
 use crate::error::Error;
 use crate::integrity::{Damage, Integrity};
+use crate::options::TextOptions;
 use crate::source::{FrameSource, Skipped, fit_shape, open_file};
-use crate::text::TextOptions;
 
 /// Reads the loads that were recorded beside the counts: newtons, with their marks, as they stand in the file (what a
 /// tare took off is taken off).

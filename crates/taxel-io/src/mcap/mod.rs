@@ -29,11 +29,10 @@ mod tests;
 mod topics;
 mod write;
 
+pub use crate::extras::{Event, Losses, Tare};
 pub use loads::LoadsReader;
-pub use losses::Losses;
-pub use read::{Event, McapReader};
+pub use read::McapReader;
 pub use recover::{Recovered, recover};
-pub use tare::Tare;
 pub use write::{About, McapWriter};
 
 /// Topic of the counts.

@@ -13,34 +13,22 @@ use serde::Deserialize;
 
 use super::grid::Grid;
 use super::index::Index;
-use super::losses::{self, Losses};
+use super::losses;
 use super::parse::{self, Records};
 use super::scan::{Found, MAX_RECORD, Scanner};
-use super::tare::{self, Tare};
+use super::tare;
 use super::topics::Topics;
 use super::{METADATA, sought};
 use crate::error::Error;
+use crate::extras::{Losses, Tare};
 use crate::integrity::{Damage, Gaps};
+use crate::options::TextOptions;
 use crate::source::{MAX_TAXELS, SkipLog, open_file};
-use crate::text::TextOptions;
 
 /// The longest event, its longest text, and how many wait to be taken: more is no note of a person.
 const EVENT_BYTES: usize = 64 << 10;
 const EVENT_TEXT: usize = 4 << 10;
 const EVENTS_WAITING: usize = 10_000;
-
-/// Something that happened during a recording.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Event {
-    /// When, by the host's clock.
-    pub at: SystemTime,
-    /// Seconds since the recording's first frame, by the same clock; negative before it.
-    pub secs: f64,
-    /// `tare`, `mark`, `device`.
-    pub kind: String,
-    /// What, in words.
-    pub text: String,
-}
 
 /// Reads the counts of a recording. A damaged chunk costs its own frames; what is missing is told by
 /// [`crate::FrameSource::integrity`], and at the end by [`Error::RecordingDamaged`] where the options do not accept it. Of a

@@ -10,9 +10,10 @@ use mcap::records::Record;
 use super::index::Index;
 use super::read::McapReader;
 use super::scan::{Found, Scanner};
-use super::tare::{self, Tare};
+use super::tare;
 use super::{METADATA, parse};
 use crate::error::Error;
+use crate::extras::Tare;
 use crate::source::open_file;
 
 impl McapReader {

@@ -4,42 +4,13 @@ use std::time::{Duration, SystemTime};
 
 use mcap::Attachment;
 
+use crate::extras::Tare;
+
 /// Name of the attachment.
 pub(super) const NAME: &str = "taxel/tare";
 const MEDIA_TYPE: &str = "application/json";
 
-/// What each taxel shows without load, taken off from a frame on; or that nothing is taken off any more.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Tare {
-    /// The device's number of the first frame that it applies to.
-    pub from_sequence: u64,
-    /// When it was taken, by the host's clock.
-    pub at: SystemTime,
-    /// Unit of the numbers: `N`, or `S` where the sensor has no load law.
-    pub unit: String,
-    /// What is taken off the compensated numbers, a taxel each, row by row; empty: nothing any more.
-    pub loads: Vec<f64>,
-    /// What is taken off the numbers that are not compensated; empty where that is unknown.
-    pub raw: Vec<f64>,
-}
-
 impl Tare {
-    /// That nothing is taken off from that frame on.
-    pub fn undone(from_sequence: u64, at: SystemTime) -> Self {
-        Self {
-            from_sequence,
-            at,
-            unit: "N".to_owned(),
-            loads: Vec::new(),
-            raw: Vec::new(),
-        }
-    }
-
-    /// Whether it takes nothing off.
-    pub fn is_undone(&self) -> bool {
-        self.loads.is_empty()
-    }
-
     pub(super) fn to_attachment(&self) -> Attachment<'static> {
         let log_time = super::nanos(self.at);
         let json = serde_json::json!({

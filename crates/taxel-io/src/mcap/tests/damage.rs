@@ -11,8 +11,8 @@ use super::{about, at, frame};
 use crate::error::Error;
 use crate::mcap::index::Index;
 use crate::mcap::{McapReader, McapWriter, Tare, recover};
+use crate::options::TextOptions;
 use crate::source::FrameSource;
-use crate::text::TextOptions;
 
 const FRAMES: u64 = 20;
 const A_CHUNK: u64 = 5;

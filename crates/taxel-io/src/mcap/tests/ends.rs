@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::{about, at, frame};
 use crate::mcap::{MAGIC, McapReader, McapWriter, PLAIN_END, recover};
+use crate::options::TextOptions;
 use crate::source::FrameSource;
-use crate::text::TextOptions;
 use taxel::{Counts, Frame};
 
 const FRAMES: u64 = 12;

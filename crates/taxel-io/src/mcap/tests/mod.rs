@@ -14,8 +14,8 @@ use super::tail::Tail;
 use super::write::{About, McapWriter};
 use crate::error::Error;
 use crate::mcap::{LoadsReader, McapReader, Recovered, recover};
+use crate::options::TextOptions;
 use crate::source::FrameSource;
-use crate::text::TextOptions;
 use taxel::Mark;
 use taxel::sensor::preset;
 

@@ -7,8 +7,8 @@ use taxel::{Counts, Frame, Newtons};
 
 use super::{about, at, frame};
 use crate::mcap::{Losses, McapReader, McapWriter, Tare};
+use crate::options::TextOptions;
 use crate::source::FrameSource;
-use crate::text::TextOptions;
 
 fn tare(from: u64, newtons: f64) -> Tare {
     Tare {

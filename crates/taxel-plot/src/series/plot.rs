@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::colour::{ColourMap, hex};
 use crate::colour_bar::{Beyond, ColourBar, HAIRLINE, LABEL_SIZE, TICK};
-use crate::panel_layout::{TITLE_LEADING, TITLE_SIZE};
+use crate::heatmap::layout::{TITLE_LEADING, TITLE_SIZE};
 use crate::picture::{PNG_SCALE, Picture};
 use crate::raster::position;
 use crate::scale::{Scale, drawable, finite_range};
