@@ -1,12 +1,12 @@
-//! How frames are read from files.
+//! How frames are read, whatever the format.
 
 use std::path::Path;
 
 use taxel::Sensor;
 
-/// How to read frames from text.
+/// How to read frames from a file.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TextOptions {
+pub struct ReadOptions {
     /// Sensed lines of the array.
     pub rows: usize,
     /// Driven lines of the array.
@@ -24,7 +24,7 @@ pub struct TextOptions {
     pub extra_line: Option<bool>,
 }
 
-impl TextOptions {
+impl ReadOptions {
     /// Frames of `rows` × `columns`, any count, stopping at the first error.
     pub fn new(rows: usize, columns: usize) -> Self {
         Self {
@@ -56,7 +56,7 @@ impl TextOptions {
 }
 
 /// What follows the last dot, in small letters.
-pub(crate) fn extension(path: &Path) -> String {
+pub fn extension(path: &Path) -> String {
     path.extension()
         .map(|e| e.to_string_lossy().to_ascii_lowercase())
         .unwrap_or_default()

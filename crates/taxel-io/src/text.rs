@@ -11,18 +11,16 @@ use taxel::{Counts, Frame};
 use crate::error::Error;
 use crate::grid::Grid;
 use crate::number::Rule;
-use crate::options::extension;
+use crate::options::{ReadOptions, extension};
 use crate::rows::{ExtraLines, RowWriter};
 use crate::source::{FrameSource, Input, Skipped, open_input};
-
-pub use crate::options::TextOptions;
 
 /// Reads frames of counts from text. Fractions are allowed (averaged recordings); signs are not.
 ///
 /// ```
-/// use taxel_io::{FrameSource, TextOptions, TextReader};
+/// use taxel_io::{FrameSource, ReadOptions, TextReader};
 /// let text = "1,2,3,\n4,5,6,\n";
-/// let reader = TextReader::new(text.as_bytes(), "two lines", TextOptions::new(2, 3))?;
+/// let reader = TextReader::new(text.as_bytes(), "two lines", ReadOptions::new(2, 3))?;
 /// let frame = reader.frames().next().unwrap()?;
 /// assert_eq!(frame.at(1, 0), 4.0);
 /// # Ok::<(), taxel_io::Error>(())
@@ -38,7 +36,7 @@ impl TextReader<Input> {
     ///
     /// # Errors
     /// [`Error::Open`]; [`Error::Size`] for an array of no or too many taxels.
-    pub fn open(path: impl AsRef<Path>, options: TextOptions) -> Result<Self, Error> {
+    pub fn open(path: impl AsRef<Path>, options: ReadOptions) -> Result<Self, Error> {
         let path = path.as_ref();
         let (input, total) = open_input(path)?;
         let mut reader = Self::new(input, path, options.for_file(path))?;
@@ -52,7 +50,7 @@ impl<R: Read> TextReader<R> {
     ///
     /// # Errors
     /// [`Error::Size`] for an array of no or too many taxels.
-    pub fn new(reader: R, name: impl Into<PathBuf>, options: TextOptions) -> Result<Self, Error> {
+    pub fn new(reader: R, name: impl Into<PathBuf>, options: ReadOptions) -> Result<Self, Error> {
         let maximum = options.max_count.unwrap_or(f64::MAX);
         Ok(Self {
             grid: Grid::new(reader, &name.into(), options, Rule::Counts { maximum })?,

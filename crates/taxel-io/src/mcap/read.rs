@@ -13,17 +13,16 @@ use serde::Deserialize;
 
 use super::grid::Grid;
 use super::index::Index;
-use super::losses;
 use super::parse::{self, Records};
 use super::scan::{Found, MAX_RECORD, Scanner};
-use super::tare;
 use super::topics::Topics;
 use super::{METADATA, sought};
 use crate::error::Error;
-use crate::extras::{Losses, Tare};
 use crate::integrity::{Damage, Gaps};
-use crate::options::TextOptions;
+use crate::losses::{self, Losses};
+use crate::options::ReadOptions;
 use crate::source::{MAX_TAXELS, SkipLog, open_file};
+use crate::tare::{self, Tare};
 
 /// The longest event, its longest text, and how many wait to be taken: more is no note of a person.
 const EVENT_BYTES: usize = 64 << 10;
@@ -47,7 +46,7 @@ pub struct McapReader {
     /// The next frame, read ahead to know its shape.
     pub(super) ahead: Option<Ahead>,
     shape: (usize, usize),
-    options: TextOptions,
+    options: ReadOptions,
     /// Position of the next frame.
     pub(super) frames: u64,
     host: SystemTime,
@@ -124,7 +123,7 @@ impl McapReader {
     ///
     /// # Errors
     /// [`Error::Open`], [`Error::NotMcap`], [`Error::NoCounts`], [`Error::FrameShape`].
-    pub fn open(path: impl AsRef<Path>, options: TextOptions) -> Result<Self, Error> {
+    pub fn open(path: impl AsRef<Path>, options: ReadOptions) -> Result<Self, Error> {
         let mut reader = Self::open_any(path)?;
         reader.options = options;
         let (rows, columns) = reader.shape;
@@ -165,7 +164,7 @@ impl McapReader {
                     source,
                 })?;
         }
-        let mut options = TextOptions::new(1, 1);
+        let mut options = ReadOptions::new(1, 1);
         options.keep_going = true;
         let mut reader = Self {
             path,

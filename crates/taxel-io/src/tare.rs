@@ -4,15 +4,44 @@ use std::time::{Duration, SystemTime};
 
 use mcap::Attachment;
 
-use crate::extras::Tare;
-
 /// Name of the attachment.
-pub(super) const NAME: &str = "taxel/tare";
+pub(crate) const NAME: &str = "taxel/tare";
 const MEDIA_TYPE: &str = "application/json";
 
+/// What each taxel shows without load, taken off from a frame on; or that nothing is taken off any more.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tare {
+    /// The device's number of the first frame that it applies to.
+    pub from_sequence: u64,
+    /// When it was taken, by the host's clock.
+    pub at: SystemTime,
+    /// Unit of the numbers: `N`, or `S` where the sensor has no load law.
+    pub unit: String,
+    /// What is taken off the compensated numbers, a taxel each, row by row; empty: nothing any more.
+    pub loads: Vec<f64>,
+    /// What is taken off the numbers that are not compensated; empty where that is unknown.
+    pub raw: Vec<f64>,
+}
+
 impl Tare {
-    pub(super) fn to_attachment(&self) -> Attachment<'static> {
-        let log_time = super::nanos(self.at);
+    /// That nothing is taken off from that frame on.
+    pub fn undone(from_sequence: u64, at: SystemTime) -> Self {
+        Self {
+            from_sequence,
+            at,
+            unit: "N".to_owned(),
+            loads: Vec::new(),
+            raw: Vec::new(),
+        }
+    }
+
+    /// Whether it takes nothing off.
+    pub fn is_undone(&self) -> bool {
+        self.loads.is_empty()
+    }
+
+    pub(crate) fn to_attachment(&self) -> Attachment<'static> {
+        let log_time = crate::event::nanos(self.at);
         let json = serde_json::json!({
             "from_sequence": self.from_sequence,
             "unit": self.unit,
@@ -29,7 +58,7 @@ impl Tare {
     }
 
     /// Of an attachment's data; `None` where it is no tare.
-    pub(super) fn from_attachment(log_time: u64, data: &[u8]) -> Option<Self> {
+    pub(crate) fn from_attachment(log_time: u64, data: &[u8]) -> Option<Self> {
         let json: serde_json::Value = serde_json::from_slice(data).ok()?;
         let numbers = |key: &str| -> Option<Vec<f64>> {
             json[key].as_array()?.iter().map(|n| n.as_f64()).collect()

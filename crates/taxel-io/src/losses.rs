@@ -1,54 +1,12 @@
-//! What a recording holds beside its frames: what happened, what was tared, what was lost.
+//! What a recording says that it has not.
 
-use std::time::SystemTime;
+use std::collections::BTreeMap;
 
+use mcap::records::Metadata;
 use serde::Serialize;
 
-/// Something that happened during a recording.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Event {
-    /// When, by the host's clock.
-    pub at: SystemTime,
-    /// Seconds since the recording's first frame, by the same clock; negative before it.
-    pub secs: f64,
-    /// `tare`, `mark`, `device`.
-    pub kind: String,
-    /// What, in words.
-    pub text: String,
-}
-
-/// What each taxel shows without load, taken off from a frame on; or that nothing is taken off any more.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Tare {
-    /// The device's number of the first frame that it applies to.
-    pub from_sequence: u64,
-    /// When it was taken, by the host's clock.
-    pub at: SystemTime,
-    /// Unit of the numbers: `N`, or `S` where the sensor has no load law.
-    pub unit: String,
-    /// What is taken off the compensated numbers, a taxel each, row by row; empty: nothing any more.
-    pub loads: Vec<f64>,
-    /// What is taken off the numbers that are not compensated; empty where that is unknown.
-    pub raw: Vec<f64>,
-}
-
-impl Tare {
-    /// That nothing is taken off from that frame on.
-    pub fn undone(from_sequence: u64, at: SystemTime) -> Self {
-        Self {
-            from_sequence,
-            at,
-            unit: "N".to_owned(),
-            loads: Vec::new(),
-            raw: Vec::new(),
-        }
-    }
-
-    /// Whether it takes nothing off.
-    pub fn is_undone(&self) -> bool {
-        self.loads.is_empty()
-    }
-}
+/// Name of the metadata record.
+pub(crate) const NAME: &str = "taxel/losses";
 
 /// What was lost between the sensor and the file, counted while it was recorded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -112,9 +70,63 @@ impl Losses {
             })
             .collect()
     }
+
+    pub(crate) fn to_metadata(self) -> Metadata {
+        let counts = self.counts().into_iter();
+        Metadata {
+            name: NAME.to_owned(),
+            metadata: counts
+                .map(|(key, count)| (key.to_owned(), count.to_string()))
+                .collect(),
+        }
+    }
+
+    /// Of a record of that name; a key that is missing, or no number, counts nothing.
+    pub(crate) fn from_metadata(metadata: &BTreeMap<String, String>) -> Self {
+        let count = |key: &str| {
+            metadata
+                .get(key)
+                .and_then(|text| text.parse().ok())
+                .unwrap_or(0)
+        };
+        Self {
+            lost: count("lost"),
+            corrupt: count("corrupt"),
+            restarts: count("restarts"),
+            outages: count("outages"),
+            skipped: count("skipped"),
+            left_out: count("left_out"),
+            other_senders: count("other_senders"),
+        }
+    }
 }
 
 fn plural(what: &str) -> String {
     let words: Vec<String> = what.split(" or ").map(|word| format!("{word}s")).collect();
     words.join(" or ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_count_comes_back_and_is_said() {
+        let losses = Losses {
+            lost: 1,
+            corrupt: 2,
+            restarts: 3,
+            outages: 4,
+            skipped: 5,
+            left_out: 6,
+            other_senders: u64::MAX,
+        };
+        let metadata = losses.to_metadata();
+        assert_eq!(Losses::from_metadata(&metadata.metadata), losses);
+        let words = losses.words();
+        assert_eq!(words.len(), 7);
+        assert_eq!(words[0], "1 frame never came");
+        assert_eq!(words[1], "2 packets or lines came broken");
+        assert!(Losses::default().is_none() && Losses::default().words().is_empty());
+    }
 }
