@@ -95,6 +95,14 @@ impl<'a> Options<'a> {
         }
     }
 
+    /// Refuses an address that does not name the place.
+    fn needs(&self, place: &str, what: &str) -> Result<(), Error> {
+        if place.is_empty() {
+            return Err(self.error(format!("it names no {what}"), HINT));
+        }
+        Ok(())
+    }
+
     fn take(&mut self, key: &str) -> Option<&'a str> {
         let at = self.left.iter().position(|(k, _)| *k == key)?;
         Some(self.left.remove(at).1)
@@ -184,56 +192,18 @@ impl FromStr for Address {
                 .map(|part| part.split_once('=').unwrap_or((part, "")))
                 .collect(),
         };
-        let needs = |what: &str| {
-            if place.is_empty() {
-                Err(options.error(format!("it names no {what}"), HINT))
-            } else {
-                Ok(())
-            }
-        };
         match kind {
-            "serial" => {
-                needs("port")?;
-                let baud = options.number("baud")?.unwrap_or(DEFAULT_BAUD);
-                let protocol = options.protocol()?;
-                options.done(&["baud", "protocol"])?;
-                Ok(Self::Serial {
-                    port: place.to_owned(),
-                    baud,
-                    protocol,
-                })
-            }
-            "udp" | "tcp" => {
-                let port = place.rsplit_once(':').map(|(_, port)| port.parse::<u16>());
-                if !matches!(port, Some(Ok(_))) {
-                    let hint = format!("{kind}:host:port, such as {kind}:0.0.0.0:9000");
-                    return Err(options.error("it has no port number".to_owned(), &hint));
-                }
-                let protocol = options.protocol()?;
-                options.done(&["protocol"])?;
-                let place = place.to_owned();
-                Ok(match kind {
-                    "udp" => Self::Udp {
-                        bind: place,
-                        protocol,
-                    },
-                    _ => Self::Tcp {
-                        host: place,
-                        protocol,
-                    },
-                })
-            }
+            "serial" => serial(place, options),
+            "udp" | "tcp" => network(kind, place, options),
             "file" => {
-                needs("recording")?;
+                options.needs(place, "recording")?;
                 let speed = options.pace("speed", 1.0)?;
                 options.done(&["speed"])?;
-                Ok(Self::File {
-                    path: place.into(),
-                    speed,
-                })
+                let path = place.into();
+                Ok(Self::File { path, speed })
             }
             "rpi" => {
-                needs("board file")?;
+                options.needs(place, "board file")?;
                 options.done(&[])?;
                 Ok(Self::Board { path: place.into() })
             }
@@ -242,27 +212,7 @@ impl FromStr for Address {
                 options.done(&["protocol"])?;
                 Ok(Self::Stdin { protocol })
             }
-            "sim" => {
-                needs("sensor")?;
-                let bare = options.left.iter().position(|(_, value)| value.is_empty());
-                let pattern = bare.map_or("hand", |at| options.left.remove(at).0);
-                if Pattern::named(pattern).is_none() {
-                    let hint = match nearest(pattern, &Pattern::NAMES) {
-                        Some(near) => format!("did you mean {near}?"),
-                        None => Pattern::NAMES.join(", "),
-                    };
-                    return Err(options.error(format!("no pattern is called {pattern}"), &hint));
-                }
-                let frames_per_second = options.pace("fps", 100.0)?;
-                let seed = options.number("seed")?.unwrap_or(1);
-                options.done(&["fps", "seed"])?;
-                Ok(Self::Sim {
-                    sensor: place.to_owned(),
-                    pattern: pattern.to_owned(),
-                    frames_per_second,
-                    seed,
-                })
-            }
+            "sim" => simulated(place, options),
             _ => {
                 let hint = match nearest(kind, &KINDS) {
                     Some(near) if !kind.is_empty() => format!("did you mean {near}:?"),
@@ -273,6 +223,63 @@ impl FromStr for Address {
             }
         }
     }
+}
+
+fn serial(place: &str, mut options: Options) -> Result<Address, Error> {
+    options.needs(place, "port")?;
+    let baud = options.number("baud")?.unwrap_or(DEFAULT_BAUD);
+    let protocol = options.protocol()?;
+    options.done(&["baud", "protocol"])?;
+    Ok(Address::Serial {
+        port: place.to_owned(),
+        baud,
+        protocol,
+    })
+}
+
+/// `udp:` and `tcp:`.
+fn network(kind: &str, place: &str, mut options: Options) -> Result<Address, Error> {
+    let port = place.rsplit_once(':').map(|(_, port)| port.parse::<u16>());
+    if !matches!(port, Some(Ok(_))) {
+        let hint = format!("{kind}:host:port, such as {kind}:0.0.0.0:9000");
+        return Err(options.error("it has no port number".to_owned(), &hint));
+    }
+    let protocol = options.protocol()?;
+    options.done(&["protocol"])?;
+    let place = place.to_owned();
+    Ok(if kind == "udp" {
+        Address::Udp {
+            bind: place,
+            protocol,
+        }
+    } else {
+        Address::Tcp {
+            host: place,
+            protocol,
+        }
+    })
+}
+
+fn simulated(place: &str, mut options: Options) -> Result<Address, Error> {
+    options.needs(place, "sensor")?;
+    let bare = options.left.iter().position(|(_, value)| value.is_empty());
+    let pattern = bare.map_or("hand", |at| options.left.remove(at).0);
+    if Pattern::named(pattern).is_none() {
+        let hint = match nearest(pattern, &Pattern::NAMES) {
+            Some(near) => format!("did you mean {near}?"),
+            None => Pattern::NAMES.join(", "),
+        };
+        return Err(options.error(format!("no pattern is called {pattern}"), &hint));
+    }
+    let frames_per_second = options.pace("fps", 100.0)?;
+    let seed = options.number("seed")?.unwrap_or(1);
+    options.done(&["fps", "seed"])?;
+    Ok(Address::Sim {
+        sensor: place.to_owned(),
+        pattern: pattern.to_owned(),
+        frames_per_second,
+        seed,
+    })
 }
 
 impl fmt::Display for Address {

@@ -5,17 +5,9 @@ use std::fmt::Write;
 use std::path::Path;
 
 use crate::atomic::AtomicFile;
+use crate::column::Column;
 use crate::error::Error;
 use crate::{parquet, xlsx};
-
-/// A column; a number that is not finite is an empty cell (in Parquet it stays what it is).
-#[derive(Debug, Clone, PartialEq)]
-pub struct Column {
-    /// Its name.
-    pub name: String,
-    /// Its numbers, as many as every other column has.
-    pub values: Vec<f64>,
-}
 
 /// Writes columns of equal length, in the format of the name.
 ///

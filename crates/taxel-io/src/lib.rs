@@ -18,6 +18,7 @@
 
 pub mod atomic;
 pub mod bounded;
+mod column;
 pub mod columns;
 pub mod error;
 mod event;
@@ -45,7 +46,8 @@ pub mod values;
 mod xlsx;
 
 pub use atomic::AtomicFile;
-pub use columns::{Column, write_columns};
+pub use column::Column;
+pub use columns::write_columns;
 pub use error::{Error, Place, ShapeFault, TableError};
 pub use experiments::{
     Press, Uniform, read_presses, read_uniform_loads, recordings_named_in, recordings_of,

@@ -10,7 +10,7 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
 use crate::atomic::AtomicFile;
-use crate::columns::Column;
+use crate::column::Column;
 use crate::error::Error;
 
 /// What a sheet holds.

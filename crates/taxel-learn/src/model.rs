@@ -284,8 +284,9 @@ fn fill(tensors: &safetensors::SafeTensors, name: &str, values: &mut [f32]) -> R
     Ok(())
 }
 
-fn assemble(card: &Card, networks: Vec<Mlp>) -> Result<ModelKind, String> {
-    let scaler = |at: usize, width: usize| match card.scalers.get(at) {
+/// The scaler of a card's network, which takes so many numbers.
+fn scaler(card: &Card, at: usize, width: usize) -> Result<Scaler, String> {
+    match card.scalers.get(at) {
         Some(s) if s.mean.len() == width && s.deviation.len() == width => {
             if s.deviation.iter().all(|&d| d != 0.0) {
                 Ok(s.clone())
@@ -294,8 +295,18 @@ fn assemble(card: &Card, networks: Vec<Mlp>) -> Result<ModelKind, String> {
             }
         }
         _ => Err(format!("no scaler of {width} numbers for network {at}")),
-    };
-    let widths = |network: &Mlp| (network.widths()[0], *network.widths().last().unwrap_or(&0));
+    }
+}
+
+/// Numbers that a network takes and gives.
+fn widths(network: &Mlp) -> (usize, usize) {
+    (
+        network.widths()[0],
+        network.widths().last().copied().unwrap_or(0),
+    )
+}
+
+fn assemble(card: &Card, networks: Vec<Mlp>) -> Result<ModelKind, String> {
     match card.kind.as_str() {
         "paper-mlp" => {
             let [network] = <[Mlp; 1]>::try_from(networks)
@@ -303,53 +314,57 @@ fn assemble(card: &Card, networks: Vec<Mlp>) -> Result<ModelKind, String> {
             if network.widths()[0] < 2 || widths(&network).1 != 1 {
                 return Err(format!("a paper-mlp of widths {:?}", network.widths()));
             }
-            let scaler = scaler(0, network.widths()[0])?;
+            let scaler = scaler(card, 0, network.widths()[0])?;
             Ok(ModelKind::PaperMlp(PaperMlp { network, scaler }))
         }
-        "row-set" => {
-            let mut members = Vec::new();
-            let mut networks = networks.into_iter();
-            while let (Some(phi), Some(rho)) = (networks.next(), networks.next()) {
-                let at = members.len();
-                let member = RowSet {
-                    eye: *card.eyes.get(at).ok_or("a row-set without its eye")?,
-                    scaler: scaler(at, rho.widths()[0])?,
-                    phi,
-                    rho,
-                };
-                member.check()?;
-                members.push(member);
-            }
-            if members.is_empty() {
-                Err("a row-set without networks".to_owned())
-            } else {
-                Ok(ModelKind::RowSet(members))
-            }
-        }
-        "hybrid" => {
-            let features = crate::models::hybrid::FEATURES;
-            if let Some(odd) = networks.iter().find(|n| widths(n) != (features, 1)) {
-                return Err(format!("a hybrid of widths {:?}", odd.widths()));
-            }
-            let members = networks.into_iter().enumerate().map(|(at, network)| {
-                let typical = card.typicals.get(at).ok_or(
-                    "a hybrid of a former version, whose interval was too narrow: train it again",
-                )?;
-                Ok(Member {
-                    scaler: scaler(at, features)?,
-                    typical: *typical,
-                    network,
-                })
-            });
-            Ok(ModelKind::Hybrid(Hybrid {
-                members: members.collect::<Result<_, String>>()?,
-            }))
-        }
+        "row-set" => assemble_row_set(card, networks),
+        "hybrid" => assemble_hybrid(card, networks),
         other => Err(format!(
             "an unknown kind of model, `{}`",
             tensors::shortened(other)
         )),
     }
+}
+
+fn assemble_row_set(card: &Card, networks: Vec<Mlp>) -> Result<ModelKind, String> {
+    let mut members = Vec::new();
+    let mut networks = networks.into_iter();
+    while let (Some(phi), Some(rho)) = (networks.next(), networks.next()) {
+        let at = members.len();
+        let member = RowSet {
+            eye: *card.eyes.get(at).ok_or("a row-set without its eye")?,
+            scaler: scaler(card, at, rho.widths()[0])?,
+            phi,
+            rho,
+        };
+        member.check()?;
+        members.push(member);
+    }
+    if members.is_empty() {
+        return Err("a row-set without networks".to_owned());
+    }
+    Ok(ModelKind::RowSet(members))
+}
+
+fn assemble_hybrid(card: &Card, networks: Vec<Mlp>) -> Result<ModelKind, String> {
+    let features = crate::models::hybrid::FEATURES;
+    if let Some(odd) = networks.iter().find(|n| widths(n) != (features, 1)) {
+        return Err(format!("a hybrid of widths {:?}", odd.widths()));
+    }
+    let members = networks.into_iter().enumerate().map(|(at, network)| {
+        let typical = card
+            .typicals
+            .get(at)
+            .ok_or("a hybrid of a former version, whose interval was too narrow: train it again")?;
+        Ok(Member {
+            scaler: scaler(card, at, features)?,
+            typical: *typical,
+            network,
+        })
+    });
+    Ok(ModelKind::Hybrid(Hybrid {
+        members: members.collect::<Result<_, String>>()?,
+    }))
 }
 
 #[cfg(test)]

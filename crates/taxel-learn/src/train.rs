@@ -115,26 +115,15 @@ pub fn train(
     let mut history: Vec<Epoch> = Vec::new();
     if let Some(from) = from {
         history.clone_from(&from.epochs);
-        for ((network, optimiser), memory) in model
-            .networks()
-            .into_iter()
-            .zip(&mut optimisers)
-            .zip(&from.networks)
-        {
-            network.parameters_mut().copy_from_slice(&memory[0]);
-            optimiser.restore(&memory[1], &memory[2], from.steps);
-        }
+        resume(model, &mut optimisers, from);
         kept = from.networks.iter().map(|m| m[3].clone()).collect();
     }
     while history.len() < settings.epochs && !has_stalled(&history, settings) {
         let number = history.len();
         let order = epoch_order(settings, number, model.examples());
         if settings.anneal {
-            let share = number as f64 / settings.epochs as f64;
-            let rate = settings.adam.rate * 0.5 * (1.0 + (std::f64::consts::PI * share).cos());
-            optimisers
-                .iter_mut()
-                .for_each(|o| o.set_rate(rate.max(settings.adam.rate * 1e-2)));
+            let rate = annealed_rate(settings, number);
+            optimisers.iter_mut().for_each(|o| o.set_rate(rate));
         }
         let mut sum = 0.0;
         for which in order.chunks(settings.batch) {
@@ -157,19 +146,7 @@ pub fn train(
         if epoch.best || settings.stop_by_loss {
             kept.clone_from(&now);
         }
-        let checkpoint = || Checkpoint {
-            epochs: history.clone(),
-            networks: now
-                .iter()
-                .zip(&optimisers)
-                .zip(&kept)
-                .map(|((now, optimiser), kept)| {
-                    let (mean, square, _) = optimiser.memory();
-                    [now.clone(), mean.to_vec(), square.to_vec(), kept.clone()]
-                })
-                .collect(),
-            steps: optimisers.first().map_or(0, |o| o.memory().2),
-        };
+        let checkpoint = || checkpoint_of(&history, &now, &optimisers, &kept);
         if watch(&epoch, &checkpoint).is_break() || !epoch.loss.is_finite() {
             break;
         }
@@ -178,6 +155,42 @@ pub fn train(
         network.parameters_mut().copy_from_slice(kept);
     }
     history
+}
+
+/// Sets networks and optimisers to what a checkpoint kept.
+fn resume(model: &mut impl Trainable, optimisers: &mut [Adam], from: &Checkpoint) {
+    let networks = model.networks().into_iter().zip(optimisers);
+    for ((network, optimiser), state) in networks.zip(&from.networks) {
+        network.parameters_mut().copy_from_slice(&state[0]);
+        optimiser.restore(&state[1], &state[2], from.steps);
+    }
+}
+
+/// The rate of an epoch (from 0) that falls along a half cosine, to a hundredth at least.
+fn annealed_rate(settings: &Settings, epoch: usize) -> f64 {
+    let share = epoch as f64 / settings.epochs as f64;
+    let rate = settings.adam.rate * 0.5 * (1.0 + (std::f64::consts::PI * share).cos());
+    rate.max(settings.adam.rate * 1e-2)
+}
+
+/// What is needed to go on: parameters as they are (`now`) and the best so far (`kept`), network by network.
+fn checkpoint_of(
+    history: &[Epoch],
+    now: &[Vec<f32>],
+    optimisers: &[Adam],
+    kept: &[Vec<f32>],
+) -> Checkpoint {
+    let networks = now.iter().zip(optimisers).zip(kept);
+    Checkpoint {
+        epochs: history.to_vec(),
+        networks: networks
+            .map(|((now, optimiser), kept)| {
+                let (mean, square, _) = optimiser.memory();
+                [now.clone(), mean.to_vec(), square.to_vec(), kept.clone()]
+            })
+            .collect(),
+        steps: optimisers.first().map_or(0, |o| o.memory().2),
+    }
 }
 
 /// The order of the examples in an epoch (from 0). It depends on nothing before it, so that a resumed training is the

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::thrift::Struct;
 use super::{DOUBLE, MAGIC, put_chunk, write_chunk};
 use crate::atomic::AtomicFile;
-use crate::columns::Column;
+use crate::column::Column;
 use crate::error::Error;
 
 /// Writes columns of equal length as one group of rows; what is not finite stays what it is.

@@ -159,8 +159,46 @@ impl Levels<'_> {
         let (levels, lines) = (self.ln_siemens.len(), slopes.len());
         // Free: every line, and the mean of every level (the material's law, and the loads' scale).
         let size = lines + levels;
+        let (design, wanted) = self.line_equations(slopes, material)?;
+        let rows = wanted.len();
+        let design = crate::linalg::view(&design, rows, size);
+        let wanted = crate::linalg::view(&wanted, rows, 1);
         let mut normal = Mat::<f64>::zeros(size, size);
         let mut right = Mat::<f64>::zeros(size, 1);
+        crate::linalg::multiply(normal.as_mut(), design.transpose(), design);
+        crate::linalg::multiply(right.as_mut(), design.transpose(), wanted);
+        for (i, &(step, deviation)) in prior.iter().enumerate() {
+            let weight = 1.0 / (deviation * deviation);
+            normal[(i, i)] += weight;
+            right[(i, 0)] += weight * step;
+        }
+        for (group, deviation) in groups {
+            let n = group.len() as f64;
+            let weight = 1.0 / (deviation * deviation * n * n);
+            let mean: f64 = group.clone().map(|i| prior[i].0).sum();
+            for i in group.clone() {
+                right[(i, 0)] += weight * mean;
+                for j in group.clone() {
+                    normal[(i, j)] += weight;
+                }
+            }
+        }
+        for l in 0..levels {
+            normal[(lines + l, lines + l)] += 1e-6;
+        }
+        let solved = normal.llt(Side::Lower).ok()?.solve(&right);
+        Some((0..lines).map(|i| solved[(i, 0)]).collect())
+    }
+
+    /// The equations of [`Self::line_step`], whitened: rows of (lines, levels), one after another, and their right sides;
+    /// nothing without any.
+    fn line_equations(
+        &self,
+        slopes: &[Vec<Vec<f64>>],
+        material: &TaxelMaterial,
+    ) -> Option<(Vec<f64>, Vec<f64>)> {
+        let (levels, lines) = (self.ln_siemens.len(), slopes.len());
+        let size = lines + levels;
         let centre: Vec<f64> = (0..levels)
             .map(|l| {
                 let values: Vec<f64> = self
@@ -196,35 +234,7 @@ impl Levels<'_> {
                 wanted.push(y);
             }
         }
-        let rows = wanted.len();
-        if rows == 0 {
-            return None;
-        }
-        let design = crate::linalg::view(&design, rows, size);
-        let wanted = crate::linalg::view(&wanted, rows, 1);
-        crate::linalg::multiply(normal.as_mut(), design.transpose(), design);
-        crate::linalg::multiply(right.as_mut(), design.transpose(), wanted);
-        for (i, &(step, deviation)) in prior.iter().enumerate() {
-            let weight = 1.0 / (deviation * deviation);
-            normal[(i, i)] += weight;
-            right[(i, 0)] += weight * step;
-        }
-        for (group, deviation) in groups {
-            let n = group.len() as f64;
-            let weight = 1.0 / (deviation * deviation * n * n);
-            let mean: f64 = group.clone().map(|i| prior[i].0).sum();
-            for i in group.clone() {
-                right[(i, 0)] += weight * mean;
-                for j in group.clone() {
-                    normal[(i, j)] += weight;
-                }
-            }
-        }
-        for l in 0..levels {
-            normal[(lines + l, lines + l)] += 1e-6;
-        }
-        let solved = normal.llt(Side::Lower).ok()?.solve(&right);
-        Some((0..lines).map(|i| solved[(i, 0)]).collect())
+        (!wanted.is_empty()).then_some((design, wanted))
     }
 
     fn residual(&self, level: usize, taxel: usize, material: &TaxelMaterial) -> f64 {

@@ -87,65 +87,25 @@ impl Search<'_> {
         let levels = "equilibration";
         let column = mean_ohms(&readout.r_mux_column_ohms, sensor.columns());
         let row = mean_ohms(&readout.r_mux_row_ohms, sensor.rows());
-        let mut list = vec![
-            number(
-                "readout.r_mux_column_ohms",
-                column,
-                Unknown::Columns,
-                1.0,
-                "Ohm",
-                unloaded,
-            ),
-            number(
-                "readout.r_mux_row_ohms",
-                row,
-                Unknown::Rows,
-                1.0,
-                "Ohm",
-                unloaded,
-            ),
-        ];
+        let name = "readout.r_mux_column_ohms";
+        let mut list = vec![number(name, column, Unknown::Columns, 1.0, "Ohm", unloaded)];
+        let name = "readout.r_mux_row_ohms";
+        list.push(number(name, row, Unknown::Rows, 1.0, "Ohm", unloaded));
+        let file = "the sensor file";
         if self.unknowns.contains(&Unknown::OpenLoopGain) {
             let gain = readout.open_loop_gain().unwrap_or(0.0);
             let name = "readout.open_loop_gain";
-            list.push(number(
-                name,
-                gain,
-                Unknown::OpenLoopGain,
-                gain,
-                "",
-                "the sensor file",
-            ));
+            list.push(number(name, gain, Unknown::OpenLoopGain, gain, "", file));
         }
         if self.unknowns.contains(&Unknown::Source) {
             let ohms = readout.r_source_ohms;
             let name = "readout.r_source_ohms";
-            list.push(number(
-                name,
-                ohms,
-                Unknown::Source,
-                ohms,
-                "Ohm",
-                "the sensor file",
-            ));
+            list.push(number(name, ohms, Unknown::Source, ohms, "Ohm", file));
         }
-        list.push(number(
-            "material.factor",
-            factor,
-            Unknown::Factor,
-            factor,
-            "S/g^exponent",
-            levels,
-        ));
-        let exponent = mean(&law.exponent);
-        list.push(number(
-            "material.exponent",
-            exponent,
-            Unknown::Exponent,
-            1.0,
-            "",
-            levels,
-        ));
+        let (name, unit) = ("material.factor", "S/g^exponent");
+        list.push(number(name, factor, Unknown::Factor, factor, unit, levels));
+        let (name, exponent) = ("material.exponent", mean(&law.exponent));
+        list.push(number(name, exponent, Unknown::Exponent, 1.0, "", levels));
         let name = "material.g_zero_siemens";
         list.push(match self.evaluator.g_zero_error(&self.model) {
             Some(error) => Parameter::fitted(name, law.g_zero, error, "S"),
@@ -154,13 +114,14 @@ impl Search<'_> {
         if let Some(half) = law.saturation_load_g {
             let relative = half / self.model.law.saturation.max(1e-9);
             let name = "material.saturation_load_g";
+            let start = "the start";
             list.push(number(
                 name,
                 half,
                 Unknown::Saturation,
                 relative,
                 "g",
-                "the start",
+                start,
             ));
         }
         list

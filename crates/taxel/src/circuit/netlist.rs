@@ -92,7 +92,7 @@ pub fn netlist(
             &sensor.readout().r_mux_column_ohms,
         )?,
         r_row: switch("readout.r_mux_row_ohms", &sensor.readout().r_mux_row_ohms)?,
-        sensor: &sensor,
+        sensor,
         text: String::new(),
     };
     writer.head(&taxels);

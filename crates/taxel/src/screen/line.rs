@@ -272,6 +272,17 @@ impl LineScreen {
             self.blank_frames += 1;
             return Ok(());
         }
+        self.tally(frame, &thresholds);
+        match &mut self.previous {
+            Some(previous) => previous.values.copy_from_slice(frame.values()),
+            None => self.previous = Some(frame.clone()),
+        }
+        Ok(())
+    }
+
+    /// Adds what the frame says of every line and of every two neighbours.
+    fn tally(&mut self, frame: &Frame<Counts>, thresholds: &Thresholds) {
+        let (of_rows, of_columns) = self.verdicts.split_at(self.rows.len());
         for (axis, verdicts, tallies, pairs) in [
             (Axis::Row, of_rows, &mut self.rows, &mut self.row_pairs),
             (
@@ -287,7 +298,7 @@ impl LineScreen {
                     .previous
                     .as_ref()
                     .map(|frame| LineReadings::of(frame, axis)),
-                thresholds: &thresholds,
+                thresholds,
                 options: &self.options,
             };
             for (line, (verdict, tally)) in verdicts.iter().zip(tallies).enumerate() {
@@ -305,14 +316,9 @@ impl LineScreen {
                 positions: across,
             };
             for line in 0..looked.lines.count.saturating_sub(1) {
-                pairs.observe(&looked.lines, line, &thresholds, &self.options, &usual);
+                pairs.observe(&looked.lines, line, thresholds, &self.options, &usual);
             }
         }
-        match &mut self.previous {
-            Some(previous) => previous.values.copy_from_slice(frame.values()),
-            None => self.previous = Some(frame.clone()),
-        }
-        Ok(())
     }
 
     /// Medians of all lines.

@@ -64,65 +64,68 @@ fn mats(seed: u64) -> [Bench; 2] {
     })
 }
 
+/// One fault each in a mat of so many lines, and the finding it deserves.
+fn single_faults(size: usize, row: usize) -> [(Broken, String); 7] {
+    let at = |row: usize, column: usize| row * size + column;
+    [
+        (
+            Broken {
+                dead: vec![(Axis::Row, row)],
+                ..Broken::default()
+            },
+            format!("line-open at row {row}"),
+        ),
+        (
+            Broken {
+                dead: vec![(Axis::Column, row + 1)],
+                ..Broken::default()
+            },
+            format!("line-open at column {}", row + 1),
+        ),
+        (
+            Broken {
+                flickering: vec![(Axis::Column, row)],
+                ..Broken::default()
+            },
+            format!("line-flickering at column {row}"),
+        ),
+        (
+            Broken {
+                at: vec![(Axis::Row, row, 1.0)],
+                ..Broken::default()
+            },
+            format!("line-at-supply at row {row}"),
+        ),
+        (
+            Broken {
+                shorted_rows: vec![row],
+                ..Broken::default()
+            },
+            format!("lines-shorted at rows {row} and {}", row + 1),
+        ),
+        (
+            Broken {
+                noisy: vec![(at(row, 5), 30.0)],
+                ..Broken::default()
+            },
+            format!("taxel-noisy at taxel at row {row}, column 5"),
+        ),
+        (
+            Broken {
+                siemens: vec![(at(row, 7), 0.2)],
+                ..Broken::default()
+            },
+            format!("taxel-shorted at taxel at row {row}, column 7"),
+        ),
+    ]
+}
+
 #[test]
 fn faults_of_the_shipped_mats_are_named_and_nothing_else() {
     for seed in SEEDS {
         for bench in mats(seed) {
             let (size, name) = (bench.sensor.rows(), bench.sensor.name().to_owned());
-            let row = 2 + seed as usize;
-            let at = |row: usize, column: usize| row * size + column;
-            let cases = [
-                (
-                    Broken {
-                        dead: vec![(Axis::Row, row)],
-                        ..Broken::default()
-                    },
-                    format!("line-open at row {row}"),
-                ),
-                (
-                    Broken {
-                        dead: vec![(Axis::Column, row + 1)],
-                        ..Broken::default()
-                    },
-                    format!("line-open at column {}", row + 1),
-                ),
-                (
-                    Broken {
-                        flickering: vec![(Axis::Column, row)],
-                        ..Broken::default()
-                    },
-                    format!("line-flickering at column {row}"),
-                ),
-                (
-                    Broken {
-                        at: vec![(Axis::Row, row, 1.0)],
-                        ..Broken::default()
-                    },
-                    format!("line-at-supply at row {row}"),
-                ),
-                (
-                    Broken {
-                        shorted_rows: vec![row],
-                        ..Broken::default()
-                    },
-                    format!("lines-shorted at rows {row} and {}", row + 1),
-                ),
-                (
-                    Broken {
-                        noisy: vec![(at(row, 5), 30.0)],
-                        ..Broken::default()
-                    },
-                    format!("taxel-noisy at taxel at row {row}, column 5"),
-                ),
-                (
-                    Broken {
-                        siemens: vec![(at(row, 7), 0.2)],
-                        ..Broken::default()
-                    },
-                    format!("taxel-shorted at taxel at row {row}, column 7"),
-                ),
-            ];
-            for (broken, wanted) in cases {
+            for (broken, wanted) in single_faults(size, 2 + seed as usize) {
                 let bench = Bench {
                     sensor: bench.sensor.clone(),
                     broken,

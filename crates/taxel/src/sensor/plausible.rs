@@ -56,6 +56,11 @@ pub(super) fn numbers(sensor: &SensorSpec) -> Result<(), Error> {
     if let Some(material) = &sensor.material {
         plausible_material(sensor, material, &within)?;
     }
+    mask(sensor)
+}
+
+/// The screen's bounds of a reading: counts that the converter has, the lower one below the upper one.
+fn mask(sensor: &SensorSpec) -> Result<(), Error> {
     let screen = &sensor.screen;
     let most = sensor.max_count();
     for (key, counts) in [

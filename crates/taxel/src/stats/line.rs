@@ -50,10 +50,10 @@ mod tests {
         );
         // By hand: means 1 and 4/3, xx = 2, xy = 1, yy = 2/3.
         let found = Line::fit(&[(0.0, 1.0), (1.0, 1.0), (2.0, 2.0)]).unwrap();
-        assert!((found.slope - 0.5).abs() < 1e-15);
-        assert!((found.offset - 5.0 / 6.0).abs() < 1e-15);
-        assert!((found.r_squared - 0.75).abs() < 1e-15);
-        assert!((found.at(2.0) - 11.0 / 6.0).abs() < 1e-15);
+        assert!((found.slope - 0.5).abs() < 1e-12);
+        assert!((found.offset - 5.0 / 6.0).abs() < 1e-12);
+        assert!((found.r_squared - 0.75).abs() < 1e-12);
+        assert!((found.at(2.0) - 11.0 / 6.0).abs() < 1e-12);
         assert_eq!(Line::fit(&[(3.0, 1.0), (3.0, 2.0)]), None);
         assert_eq!(Line::fit(&[]), None);
     }

@@ -104,6 +104,28 @@ impl Chosen {
         &self.fits[self.at].1
     }
 
+    /// Adds one more law's fit, and takes it where it says enough more than the one taken so far.
+    fn add(
+        all: &mut Option<Self>,
+        (choice, name): (LawChoice, &'static str),
+        wanted: bool,
+        fitted: Fitted,
+    ) {
+        let before = all.as_ref().map(Self::fitted);
+        let gain = before.map_or(f64::INFINITY, |b| b.loss - fitted.loss);
+        let enough = is_enough(choice, wanted, gain, &fitted);
+        let chosen = all.get_or_insert_with(|| Self {
+            fits: Vec::new(),
+            at: 0,
+            ends: Vec::new(),
+            linear: None,
+        });
+        if enough {
+            chosen.at = chosen.fits.len();
+        }
+        chosen.fits.push((name, fitted));
+    }
+
     /// Adds what a few crowded presses tell to a fit of presses made one at a time.
     fn join(&mut self, joint: &Joint) {
         let alone = self.fitted();
@@ -257,7 +279,6 @@ impl<'a> PressFit<'a> {
             }
             let layout = Layout::new(self.sensor, self.beliefs, choice, &loads, g_zero);
             let Some(layout) = layout else { continue };
-            let before = chosen.as_ref().map(Chosen::fitted);
             let power = chosen.as_ref().map(|c| &c.fits[0].1);
             let fitted = if crowded {
                 let about = self.about(&joint, &layout, power.zip(linear.as_ref()), from);
@@ -269,21 +290,9 @@ impl<'a> PressFit<'a> {
             } else {
                 readings.fit(&layout, power)
             };
-            let Some(fitted) = fitted else {
-                continue;
-            };
-            let gain = before.map_or(f64::INFINITY, |b| b.loss - fitted.loss);
-            let enough = is_enough(choice, wanted, gain, &fitted);
-            let chosen = chosen.get_or_insert_with(|| Chosen {
-                fits: Vec::new(),
-                at: 0,
-                ends: Vec::new(),
-                linear: None,
-            });
-            if enough {
-                chosen.at = chosen.fits.len();
+            if let Some(fitted) = fitted {
+                Chosen::add(&mut chosen, (choice, name), wanted, fitted);
             }
-            chosen.fits.push((name, fitted));
         }
         let mut chosen = chosen.ok_or_else(failed)?;
         if !crowded && !known.crowded.is_empty() {

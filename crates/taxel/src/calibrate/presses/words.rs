@@ -134,41 +134,37 @@ fn findings(fitted: &Fitted, alone: usize, crowded: usize) -> Vec<EffectFinding>
     ]
 }
 
+/// Standard error of a weighted sum of unknowns.
+fn error_of(fitted: &Fitted, weights: &[f64]) -> f64 {
+    let mut sum = 0.0;
+    for (a, line) in weights.iter().zip(&fitted.peak.covariance) {
+        for (b, covariance) in weights.iter().zip(line) {
+            sum += a * b * covariance;
+        }
+    }
+    f64::max(sum, 0.0).sqrt()
+}
+
+/// The same of a few unknowns.
+fn error_of_some(fitted: &Fitted, list: &[(Unknown, f64)]) -> f64 {
+    let weigh = |u: &Unknown| list.iter().find(|w| w.0 == *u).map_or(0.0, |w| w.1);
+    let weights: Vec<f64> = fitted.layout.unknowns.iter().map(weigh).collect();
+    error_of(fitted, &weights)
+}
+
 fn parameters(fitted: &Fitted) -> Vec<Parameter> {
     let (layout, peak) = (&fitted.layout, &fitted.peak);
-    let n = layout.unknowns.len();
-    // Standard error of a weighted sum of unknowns.
-    let error_of = |weights: &[f64]| {
-        let mut sum = 0.0;
-        for i in 0..n {
-            for j in 0..n {
-                sum += weights[i] * weights[j] * peak.covariance[i][j];
-            }
-        }
-        f64::max(sum, 0.0).sqrt()
-    };
-    let weights = |list: &[(Unknown, f64)]| -> Vec<f64> {
-        let weigh = |u: &Unknown| list.iter().find(|w| w.0 == *u).map_or(0.0, |w| w.1);
-        layout.unknowns.iter().map(weigh).collect()
-    };
     let (column, row) = layout.ohms(&peak.at);
     let share = column / (column + row);
-    let of_column = error_of(&weights(&[
-        (Unknown::Sum, 1.0),
-        (Unknown::Split, 1.0 - share),
-    ]));
-    let of_row = error_of(&weights(&[(Unknown::Sum, 1.0), (Unknown::Split, -share)]));
-    let one = |unknown| error_of(&weights(&[(unknown, 1.0)]));
+    let ohms = |name, ohms, split| {
+        let relative = error_of_some(fitted, &[(Unknown::Sum, 1.0), (Unknown::Split, split)]);
+        Parameter::fitted(name, ohms, ohms * relative, "Ohm")
+    };
+    let one = |unknown| error_of_some(fitted, &[(unknown, 1.0)]);
     let law = plain_law(&fitted.model);
-    let factor = law.ln_scale[0].exp();
     let mut list = vec![
-        Parameter::fitted(
-            "readout.r_mux_column_ohms",
-            column,
-            column * of_column,
-            "Ohm",
-        ),
-        Parameter::fitted("readout.r_mux_row_ohms", row, row * of_row, "Ohm"),
+        ohms("readout.r_mux_column_ohms", column, 1.0 - share),
+        ohms("readout.r_mux_row_ohms", row, -share),
     ];
     let readout = fitted.model.sensor.readout();
     if layout.position(Unknown::Gain).is_some() {
@@ -189,15 +185,17 @@ fn parameters(fitted: &Fitted) -> Vec<Parameter> {
             "Ohm",
         ));
     }
+    let factor = law.ln_scale[0].exp();
     list.push(Parameter::fitted(
         "material.factor",
         factor,
-        factor * error_of(&layout.ln_factor_weights()),
+        factor * error_of(fitted, &layout.ln_factor_weights()),
         "S/g^exponent",
     ));
+    let (name, exponent) = ("material.exponent", law.exponent[0]);
     list.push(Parameter::fitted(
-        "material.exponent",
-        law.exponent[0],
+        name,
+        exponent,
         one(Unknown::Exponent),
         "",
     ));

@@ -101,38 +101,18 @@ impl fmt::Display for Warning {
                 lightest_volts,
                 noise_volts,
                 least_v_test_volts,
-            } => {
-                let (lightest, noise) = (1e3 * lightest_volts, 1e3 * noise_volts);
-                write!(
-                    f,
-                    "noise makes ghosts: with the whole row pressed it is {noise:.2} mV, and the lightest load reads \
-                     {lightest:.2} mV, less than {:.0} times as much\nhint: ",
-                    2.0 * SIGMAS
-                )?;
-                match least_v_test_volts {
-                    Some(volts) => write!(f, "a test voltage of {volts:.3} V or more"),
-                    None => write!(f, "more bits, or a narrower range of taxel resistances"),
-                }
-            }
+            } => ghosts_by_noise(f, lightest_volts, noise_volts, least_v_test_volts),
             Warning::Unsettled {
                 needed_secs,
                 available_secs,
                 frames_per_second,
                 full_row,
-            } => {
-                let pressed = if full_row {
-                    "with the whole row pressed"
-                } else {
-                    "with one taxel pressed"
-                };
-                write!(
-                    f,
-                    "{pressed} a reading settles in {:.2} µs, but has {:.2} µs\nhint: {frames_per_second:.2} frames/s \
-                     or fewer, a faster amplifier, or fewer bits",
-                    1e6 * needed_secs,
-                    1e6 * available_secs
-                )
-            }
+            } => unsettled(
+                f,
+                [needed_secs, available_secs],
+                frames_per_second,
+                full_row,
+            ),
             Warning::LowGain {
                 gain,
                 input_ohms,
@@ -144,6 +124,47 @@ impl fmt::Display for Warning {
             ),
         }
     }
+}
+
+/// [`Warning::GhostsByNoise`] in words.
+fn ghosts_by_noise(
+    f: &mut fmt::Formatter,
+    lightest_volts: f64,
+    noise_volts: f64,
+    least_v_test_volts: Option<f64>,
+) -> fmt::Result {
+    let (lightest, noise) = (1e3 * lightest_volts, 1e3 * noise_volts);
+    write!(
+        f,
+        "noise makes ghosts: with the whole row pressed it is {noise:.2} mV, and the lightest load reads \
+     {lightest:.2} mV, less than {:.0} times as much\nhint: ",
+        2.0 * SIGMAS
+    )?;
+    match least_v_test_volts {
+        Some(volts) => write!(f, "a test voltage of {volts:.3} V or more"),
+        None => write!(f, "more bits, or a narrower range of taxel resistances"),
+    }
+}
+
+/// [`Warning::Unsettled`] in words.
+fn unsettled(
+    f: &mut fmt::Formatter,
+    [needed_secs, available_secs]: [f64; 2],
+    frames_per_second: f64,
+    full_row: bool,
+) -> fmt::Result {
+    let pressed = if full_row {
+        "with the whole row pressed"
+    } else {
+        "with one taxel pressed"
+    };
+    write!(
+        f,
+        "{pressed} a reading settles in {:.2} µs, but has {:.2} µs\nhint: {frames_per_second:.2} frames/s \
+     or fewer, a faster amplifier, or fewer bits",
+        1e6 * needed_secs,
+        1e6 * available_secs
+    )
 }
 
 /// All quantities that must be above 0, with their units.
