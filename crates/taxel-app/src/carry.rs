@@ -59,7 +59,7 @@ impl Clock {
                 "{}: a frame at {secs:e} s, beyond what a clock holds",
                 self.recording.display()
             ),
-            hint: "check --fps and the times in the recording",
+            hint: "check the frame rate and the times in the recording",
         })
     }
 }

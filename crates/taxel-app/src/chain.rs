@@ -105,7 +105,7 @@ impl Chain {
             (Steps::Convert(_), Reading::Siemens(..)) => {
                 return Err(Error::Request {
                     what: "volts cannot be had from siemens here".to_owned(),
-                    hint: "`taxel simulate --conductance` scans conductances",
+                    hint: "simulate a scan of these conductances",
                 });
             }
         };

@@ -58,7 +58,7 @@ pub enum Error {
         most: usize,
     },
     /// Sensed lines that the exact inverse has no room for.
-    #[error("{}: method exact needs about {needed_mib} MiB of memory for {rows} rows, at most {most_mib} are taken: it works with square matrices of the rows\nhint: `--method newton`, where a command has it, needs less; or let the longer side be the columns", .file.display())]
+    #[error("{}: method exact needs about {needed_mib} MiB of memory for {rows} rows, at most {most_mib} are taken: it works with square matrices of the rows\nhint: the method newton needs less; or let the longer side be the columns", .file.display())]
     MethodMemory {
         /// The sensor file, or the recording that carries it.
         file: PathBuf,
@@ -230,7 +230,7 @@ pub enum Error {
     #[error(transparent)]
     Acquire(#[from] taxel_acquire::Error),
     /// A board that cannot be scanned.
-    #[error("{}: {reason}\nhint: docs/live.md has a board's description; `cargo install --features rpi` on the board", .file.display())]
+    #[error("{}: {reason}\nhint: docs/live.md has a board's description", .file.display())]
     Board {
         /// The description.
         file: PathBuf,
@@ -239,7 +239,7 @@ pub enum Error {
     },
     /// The viewer's server cannot listen.
     #[error(
-        "cannot listen on {address}: {source}\nhint: another program may have the port; --listen 127.0.0.1:0 takes any that is free"
+        "cannot listen on {address}: {source}\nhint: another program may have the port; port 0 takes any that is free"
     )]
     Listen {
         /// Where.
@@ -284,6 +284,12 @@ pub enum Error {
         frames: u64,
         /// Why.
         why: String,
+    },
+    /// Nothing says which sensor it is.
+    #[error("{source_name} names no sensor")]
+    NoSensor {
+        /// What the frames come from.
+        source_name: String,
     },
     /// What was asked for contradicts itself or what is there.
     #[error("{what}\nhint: {hint}")]

@@ -44,11 +44,8 @@ impl Input {
         let (file, options) = (&self.file, self.options);
         if self.unit != InputUnit::Counts && is_mcap(file) {
             return Err(Error::Request {
-                what: format!(
-                    "--input-unit: {} holds counts, no volts or siemens",
-                    file.display()
-                ),
-                hint: "leave --input-unit out",
+                what: format!("{} holds counts, no volts or siemens", file.display()),
+                hint: "read it as counts",
             });
         }
         let (rows, columns) = (options.rows, options.columns);
@@ -105,7 +102,7 @@ pub fn open_values<Q: Send + 'static>(
                 "{} is a recording of counts, where a file of values is expected",
                 file.display()
             ),
-            hint: "`taxel compensate` makes a file of values (.csv, .npy) of a recording",
+            hint: "compensated, a recording becomes a file of values (.csv, .npy)",
         });
     }
     Ok(match is_array(file) {

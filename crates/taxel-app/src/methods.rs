@@ -42,7 +42,7 @@ impl FromStr for MethodName {
             }
             other => {
                 return Err(format!(
-                    "no method `{other}`; known: auto, exact, newton, raw, or the file of a model that `taxel train` wrote"
+                    "no method `{other}`; known: auto, exact, newton, raw, or the file of a trained model"
                 ));
             }
         })

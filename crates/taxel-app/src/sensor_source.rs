@@ -21,9 +21,8 @@ pub fn of(address: &Address, given: Option<&Path>) -> Result<(Sensor, PathBuf), 
             Ok((sensor_file::load(&file)?, file))
         }
         Address::File { path, .. } => of_recording(path),
-        other => Err(Error::Request {
-            what: format!("{other} names no sensor"),
-            hint: "pass --sensor with a sensor file or the name of a preset (econe, mat-16x16-cd4067, mat-32x32-adg732)",
+        other => Err(Error::NoSensor {
+            source_name: other.to_string(),
         }),
     }
 }
@@ -51,8 +50,7 @@ pub fn of_recording(path: &Path) -> Result<(Sensor, PathBuf), Error> {
     {
         return Ok((sensor, path.to_owned()));
     }
-    Err(Error::Request {
-        what: format!("{} names no sensor", path.display()),
-        hint: "pass --sensor with a sensor file or the name of a preset (econe, mat-16x16-cd4067, mat-32x32-adg732)",
+    Err(Error::NoSensor {
+        source_name: path.display().to_string(),
     })
 }

@@ -8,6 +8,7 @@ mod commands;
 mod enter;
 mod error;
 mod help;
+mod hints;
 mod interrupt;
 mod out;
 mod outputs;
@@ -119,7 +120,7 @@ fn main() -> ExitCode {
         // Who reads our output has read enough.
         Err(error) if error.is_broken_pipe() => ExitCode::SUCCESS,
         Err(error) => {
-            out::note(&format!("error: {error}"));
+            out::note(&format!("error: {}", hints::told(&error)));
             ExitCode::from(error.exit_code())
         }
     }

@@ -6,6 +6,7 @@ use taxel::Sensor;
 use taxel_io::{Integrity, Tare};
 
 use crate::error::Error;
+use crate::hints::SENSOR;
 use crate::out;
 use taxel_app::frames::is_mcap;
 use taxel_app::sensor_source;
@@ -46,7 +47,7 @@ pub fn needed_sensor(
             Some(file) => format!("{} names no sensor, and none is given", file.display()),
             None => "no sensor is given".to_owned(),
         },
-        hint: "--sensor takes a sensor file or the name of a preset (econe, mat-16x16-cd4067, mat-32x32-adg732)",
+        hint: SENSOR,
     })
 }
 

@@ -33,7 +33,7 @@ impl fmt::Display for Place {
 #[non_exhaustive]
 pub enum Error {
     /// The sensor file cannot be read.
-    #[error("cannot open {}: {source}\nhint: --sensor takes a file, or one of the presets {presets}", .file.display())]
+    #[error("cannot open {}: {source}\nhint: a sensor is a file, or one of the presets {presets}", .file.display())]
     OpenSensor {
         /// The file.
         file: PathBuf,
@@ -215,7 +215,7 @@ pub enum Error {
     },
     /// A frame that goes on where its extra line should be.
     #[error(
-        "frame {frame} has no extra line before it at {at}: line {found} of {expected} of the frame before it?\nhint: every frame so far began with an extra line; one is missing, or a line is doubled; `--keep-going` leaves the frame out"
+        "frame {frame} has no extra line before it at {at}: line {found} of {expected} of the frame before it?\nhint: every frame so far began with an extra line; one is missing, or a line is doubled"
     )]
     NoExtraLine {
         /// The line that should be the extra one.
@@ -236,8 +236,8 @@ pub enum Error {
         found: usize,
         /// Numbers it should have.
         expected: usize,
-        /// What to do.
-        hint: &'static str,
+        /// What is the matter with its shape.
+        hint: ShapeFault,
     },
     /// A line that no frame could have.
     #[error(
@@ -267,7 +267,7 @@ pub enum Error {
     },
     /// NaN, an infinity, or a number beyond ±1.8e308.
     #[error(
-        "not a finite number at {at}: value {number} of {expected} is `{found}`\nhint: a reading that is missing or broken; `--keep-going` leaves its frame out"
+        "not a finite number at {at}: value {number} of {expected} is `{found}`\nhint: a reading that is missing or broken"
     )]
     NotFinite {
         /// Where it begins.
@@ -337,8 +337,8 @@ pub enum Error {
         found: String,
         /// The shape that is needed.
         expected: String,
-        /// What to do.
-        hint: &'static str,
+        /// What is the matter with its shape.
+        hint: ShapeFault,
     },
     /// A .npy array that ends early.
     #[error("{} is cut short in frame {frame}: {found} bytes of data found, {expected} expected\nhint: {hint}", .file.display())]
@@ -429,7 +429,7 @@ pub enum Error {
         found: Vec<String>,
     },
     /// A recording that cannot be written on or read on.
-    #[error("cannot go on in recording {} after {frames} frames: {source}\nhint: what is before that is whole; on a full disk make room, for a damaged file try `taxel recover`", .file.display())]
+    #[error("cannot go on in recording {} after {frames} frames: {source}\nhint: what is before that is whole; on a full disk make room; of a damaged file the rest can be recovered", .file.display())]
     Recording {
         /// The file.
         file: PathBuf,
@@ -439,7 +439,7 @@ pub enum Error {
         source: io::Error,
     },
     /// A recording whose writer was killed.
-    #[error("recording {} has no end: it was cut off after {frames} frames, at byte {bytes}\nhint: `taxel recover` makes a whole file of what is there; `--keep-going` reads as far as it goes", .file.display())]
+    #[error("recording {} has no end: it was cut off after {frames} frames, at byte {bytes}\nhint: what is there can be recovered", .file.display())]
     RecordingCut {
         /// The file.
         file: PathBuf,
@@ -449,7 +449,7 @@ pub enum Error {
         bytes: u64,
     },
     /// A recording whose file was damaged since; everything that is whole in it was given.
-    #[error("recording {} is damaged: {what}\nhint: `--keep-going` does without what is missing; `taxel recover` makes a whole file of the rest", .file.display())]
+    #[error("recording {} is damaged: {what}\nhint: the rest can be recovered", .file.display())]
     RecordingDamaged {
         /// The file.
         file: PathBuf,
@@ -465,7 +465,7 @@ pub enum Error {
         found: String,
     },
     /// A message of a recording that is no frame.
-    #[error("frame {frame} of {} cannot be read: {reason}\nhint: another program wrote it in another way; `--keep-going` leaves it out", .file.display())]
+    #[error("frame {frame} of {} cannot be read: {reason}\nhint: another program wrote it in another way", .file.display())]
     Message {
         /// The file.
         file: PathBuf,
@@ -501,7 +501,7 @@ pub enum Error {
         found: Vec<String>,
     },
     /// A recording of counts alone.
-    #[error("no loads in {}\nhint: `taxel record --loads` records them, `taxel compensate -o FILE.mcap` computes them", .file.display())]
+    #[error("no loads in {}: it holds counts alone", .file.display())]
     NoLoads {
         /// The file.
         file: PathBuf,
@@ -516,6 +516,46 @@ pub enum Error {
         /// The method.
         found: String,
     },
+}
+
+/// What is the matter with a frame's or a recording's shape; as text, a hint.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ShapeFault {
+    /// Rows and columns are swapped in the file.
+    Swapped,
+    /// They are not, and were to be read swapped.
+    NotSwapped,
+    /// It is another array's.
+    OtherSensor,
+    /// A line is torn or lost.
+    Torn,
+    /// A blank line stands between frames.
+    BlankLines,
+    /// An array of so many dimensions holds no frames.
+    Dimensions,
+    /// No frame lies together in it.
+    FortranOrder,
+}
+
+impl fmt::Display for ShapeFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Swapped => "rows and columns are swapped in this file",
+            Self::NotSwapped => "rows and columns are not swapped in this file",
+            Self::OtherSensor => {
+                "the recording is of another sensor; check rows and columns in the sensor file"
+            }
+            Self::Torn => "a line was torn or lost",
+            Self::BlankLines => {
+                "blank lines between frames are the .csv form; name the file .csv, or read it with an extra line"
+            }
+            Self::Dimensions => "reshape the array with numpy.reshape",
+            Self::FortranOrder => {
+                "write numpy.ascontiguousarray(frames): in Fortran order no frame lies together"
+            }
+        })
+    }
 }
 
 impl Error {

@@ -43,7 +43,7 @@ mod xlsx;
 
 pub use atomic::AtomicFile;
 pub use columns::{Column, write_columns};
-pub use error::{Error, Place, TableError};
+pub use error::{Error, Place, ShapeFault, TableError};
 pub use experiments::{
     Press, Uniform, read_presses, read_uniform_loads, recordings_named_in, recordings_of,
 };

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use taxel::{Counts, Frame, Mark};
 
-use crate::error::Error;
+use crate::error::{Error, ShapeFault};
 use crate::source::{FrameSource, Input, MAX_TAXELS, SkipLog, Skipped, fit_shape, open_input};
 use crate::text::{TextOptions, extension};
 pub use element::Element;
@@ -224,7 +224,7 @@ impl<Q, R: Read> NpyReader<Q, R> {
             found: values[i],
             minimum: self.least,
             maximum: self.most,
-            hint: "a reading that is missing or broken; `--keep-going` leaves its frame out",
+            hint: "a reading that is missing or broken",
         })
     }
 
@@ -248,7 +248,7 @@ impl<Q, R: Read> NpyReader<Q, R> {
             frame: self.frame,
             found: self.bytes,
             expected: self.layout.data,
-            hint: "the file was copied or written in part; `--keep-going` reads the frames before",
+            hint: "the file was copied or written in part",
         }
     }
 }
@@ -319,17 +319,14 @@ fn layout(header: &Header, file: &Path, options: &NpyOptions) -> Result<Layout, 
         [frames, rows, columns] => (frames, rows, columns),
         _ => {
             let expected = "(rows, columns) or (frames, rows, columns)".to_owned();
-            return Err(wrong(expected, "reshape the array with numpy.reshape"));
+            return Err(wrong(expected, ShapeFault::Dimensions));
         }
     };
     // With one line of one frame both orders are the same.
     let fortran = header.fortran_order && (frames > 1 || (rows > 1 && columns > 1));
     if fortran && header.shape.len() == 3 {
         let expected = "3-D in C order".to_owned();
-        return Err(wrong(
-            expected,
-            "write numpy.ascontiguousarray(frames): in Fortran order no frame lies together",
-        ));
+        return Err(wrong(expected, ShapeFault::FortranOrder));
     }
     if let Some(expected) = options.shape {
         check_shape((rows, columns), expected, options.transpose).map_err(|hint| {
@@ -374,12 +371,12 @@ fn data_bytes(element: Element, frames: u64, rows: u64, columns: u64) -> Option<
     bytes.checked_mul(frames).filter(|_| sensible)
 }
 
-/// The hint, where the shape is not the expected one.
+/// What is the matter, where the shape is not the expected one.
 fn check_shape(
     found: (u64, u64),
     expected: (usize, usize),
     transpose: bool,
-) -> Result<(), &'static str> {
+) -> Result<(), ShapeFault> {
     let expected = (expected.0 as u64, expected.1 as u64);
     let swapped = (expected.1, expected.0);
     let (wanted, other) = if transpose {
@@ -391,11 +388,9 @@ fn check_shape(
         return Ok(());
     }
     Err(match (found == other, transpose) {
-        (true, false) => "rows and columns are swapped in this file; read it with `--transpose`",
-        (true, true) => {
-            "rows and columns are not swapped in this file; read it without `--transpose`"
-        }
-        _ => "the recording is of another sensor; check rows and columns in the sensor file",
+        (true, false) => ShapeFault::Swapped,
+        (true, true) => ShapeFault::NotSwapped,
+        _ => ShapeFault::OtherSensor,
     })
 }
 

@@ -38,7 +38,7 @@ pub enum Error {
     },
     /// A load beyond what the caller said to be possible.
     #[error(
-        "press {press}: a load of {load_g} g, beyond the {limit_g} g that are possible\nhint: loads are grams-force on one taxel; raise --most-load if this one is right"
+        "press {press}: a load of {load_g} g, beyond the {limit_g} g that are possible\nhint: loads are grams-force on one taxel"
     )]
     LoadOutOfRange {
         /// Index of the press, from 0.
@@ -69,7 +69,7 @@ pub enum Error {
         reason: String,
     },
     /// A file that is no model of ours.
-    #[error("{}: {reason}\nhint: models are written by `taxel train`", .file.display())]
+    #[error("{}: {reason}\nhint: is this a model of this program?", .file.display())]
     NotAModel {
         /// The file.
         file: PathBuf,
@@ -131,9 +131,7 @@ pub enum Error {
         most: u64,
     },
     /// A checkpoint whose numbers are not those of the training.
-    #[error(
-        "the checkpoint does not fit the training: {0}\nhint: train from the beginning, without --resume"
-    )]
+    #[error("the checkpoint does not fit the training: {0}\nhint: train from the beginning")]
     Checkpoint(String),
     /// A model for another array.
     #[error("the model is for {} rows x {} columns, but the sensor has {} x {}", .model.0, .model.1, .sensor.0, .sensor.1)]

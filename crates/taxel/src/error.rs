@@ -132,7 +132,7 @@ pub enum Error {
     },
     /// A labelled press that points outside the data.
     #[error(
-        "a press is labelled row {row}, column {column} in frame {frame}, but the array has {rows} rows x {columns} columns and there are {frames} frames\nhint: rows, columns and frames count from 0; swapped labels mean a swapped recording (--transpose)"
+        "a press is labelled row {row}, column {column} in frame {frame}, but the array has {rows} rows x {columns} columns and there are {frames} frames\nhint: rows, columns and frames count from 0; swapped labels mean a swapped recording"
     )]
     PressOutside {
         /// Row of the label.

@@ -51,8 +51,7 @@ impl<'a> FrameResult<'a> {
     pub fn newtons(&self) -> Result<&'a Frame<Newtons>, Error> {
         self.loads.ok_or_else(|| Error::MissingKey {
             key: "material",
-            hint: "run `taxel calibrate` to find the load law, or ask for --unit siemens"
-                .to_owned(),
+            hint: "calibrate the sensor to find its load law, or ask for conductances".to_owned(),
         })
     }
 }

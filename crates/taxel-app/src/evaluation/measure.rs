@@ -12,9 +12,8 @@ use taxel_plot::report::number;
 use super::plan::{Experiment, Plan};
 use crate::error::Error;
 use crate::frames::is_mcap;
-use crate::methods::MethodName;
 use crate::reporter::Reporter;
-use crate::session::{Options, RecordTopics, Session};
+use crate::session::{Session, SessionOptions};
 
 /// How long a source may be silent.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -51,21 +50,11 @@ pub fn measure(plan: &Plan, address: &Address, operator: &dyn Operator) -> Resul
         "{} recordings to make; Enter begins one, Ctrl-C ends: what was recorded is kept",
         wanted.len(),
     ));
-    let mut session = Session::start(Options {
-        address: address.clone(),
-        sensor: plan.sensor.clone(),
-        sensor_file: plan.sensor_file.clone(),
-        method: MethodName::Auto,
-        folder: PathBuf::new(),
-        topics: RecordTopics {
-            loads: false,
-            figures: false,
-        },
-        server: None,
-        record: None,
-        most: None,
-        held: false,
-    })?;
+    let mut session = Session::start(SessionOptions::new(
+        address.clone(),
+        plan.sensor.clone(),
+        &plan.sensor_file,
+    ))?;
     for (number, one) in wanted.iter().enumerate() {
         operator.note(&format!(
             "[{}/{}] {}: {}, then Enter",

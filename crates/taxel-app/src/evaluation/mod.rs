@@ -203,6 +203,6 @@ fn no_law(plan: &Plan) -> Error {
             "{}: loads are asked for, but the sensor file has no [material]",
             plan.file.display()
         ),
-        hint: "run `taxel calibrate`, or look at another value: counts, volts, siemens",
+        hint: "calibrate the sensor, or look at another value: counts, volts, siemens",
     }
 }

@@ -14,7 +14,7 @@ use taxel_server::{
     SourceKind, State, ViewerBackend,
 };
 
-use super::Options;
+use super::SessionOptions;
 use super::details::Details;
 use super::engine::EngineCommand;
 use super::recorder::{Owner, Recorder};
@@ -53,7 +53,7 @@ pub(super) struct LiveController {
 
 impl LiveController {
     pub(super) fn new(
-        options: &Options,
+        options: &SessionOptions,
         status: Arc<SessionStatus>,
         recorder: Arc<Recorder>,
         details: Arc<Details>,

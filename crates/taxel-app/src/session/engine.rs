@@ -16,7 +16,7 @@ use super::details::{Details, DetailsRequest};
 use super::latest_queue::LatestQueue;
 use super::recorder::{Recorder, SolvedFrame};
 use super::status::SessionStatus;
-use super::{Options, TimestampedFrame};
+use super::{FrameObserver, LiveFrame, SessionOptions, TimestampedFrame};
 use crate::error::Error;
 use crate::methods::MethodName;
 
@@ -65,17 +65,19 @@ pub(super) struct Engine {
     recorder: Arc<Recorder>,
     details: Arc<Details>,
     commands: Receiver<EngineCommand>,
+    observer: Option<FrameObserver>,
     /// Frames on their way were scanned before a knob was turned.
     blind_until: Option<Instant>,
 }
 
 impl Engine {
     pub(super) fn new(
-        options: &Options,
+        options: &SessionOptions,
         status: Arc<SessionStatus>,
         recorder: Arc<Recorder>,
         details: Arc<Details>,
         commands: Receiver<EngineCommand>,
+        observer: Option<FrameObserver>,
     ) -> Result<Self, Error> {
         let (sensor, file) = (&options.sensor, &options.sensor_file);
         let [exact, raw] = pipelines(sensor, file, &options.method)?;
@@ -97,6 +99,7 @@ impl Engine {
             recorder,
             details,
             commands,
+            observer,
             blind_until: None,
         })
     }
@@ -124,10 +127,11 @@ impl Engine {
                 .is_some_and(|tare| tare.frames < TARE_FRAMES);
             // Without viewers and without loads in the file nobody needs them; with viewers each frame keeps the
             // inverse warm for the next.
-            if server.is_none() && !wanted.any() {
+            if server.is_none() && !wanted.any() && self.observer.is_none() {
                 continue;
             }
             let figures = self.solve(&arrived);
+            self.show_observer(arrived.at, &figures);
             if wanted.any() {
                 let loads = wanted.loads.then_some(&self.loads);
                 let solved = SolvedFrame {
@@ -157,6 +161,21 @@ impl Engine {
             }
             self.status.add_delay(arrived.at);
         }
+    }
+
+    /// Calls who wants every frame.
+    fn show_observer(&mut self, at: SystemTime, figures: &Figures) {
+        let Some(observe) = &mut self.observer else {
+            return;
+        };
+        let result = self.exact.result();
+        observe(&LiveFrame {
+            siemens: result.siemens,
+            loads: self.is_load.then_some(&self.loads),
+            figures,
+            is_answer: result.outcome.is_answer(),
+            at,
+        });
     }
 
     /// What the tare takes off in all.

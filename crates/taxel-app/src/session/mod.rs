@@ -1,7 +1,9 @@
 //! From a source to viewers and a file, while it happens.
 //!
-//!     source ──▶ recorder ──▶ file            one thread each; arrows are bounded queues
-//!        └─────▶ engine ───▶ viewers
+//! ```text
+//! source ──▶ recorder ──▶ file            one thread each; arrows are bounded queues
+//!    └─────▶ engine ───▶ viewers
+//! ```
 //!
 //! A device never waits: the recorder's queue is long, and a disk that cannot keep up ends the recording, not the
 //! reading; the engine takes the newest frames and leaves out what it has no time for.
@@ -21,7 +23,8 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime};
 
-use taxel::{Counts, Frame, Sensor};
+use taxel::metric::Figures;
+use taxel::{Counts, Frame, Newtons, Sensor, Siemens};
 use taxel_acquire::Address;
 use taxel_acquire::transport::State;
 use taxel_server::{Options as ServerOptions, Server};
@@ -53,8 +56,9 @@ pub struct TimestampedFrame {
     tare: Option<Option<Arc<taxel_io::Tare>>>,
 }
 
-/// What to run.
-pub struct Options {
+/// What to run: [`SessionOptions::new`], and what is to be different.
+#[non_exhaustive]
+pub struct SessionOptions {
     /// Where frames come from.
     pub address: Address,
     /// The sensor that they are of.
@@ -63,23 +67,63 @@ pub struct Options {
     pub sensor_file: PathBuf,
     /// How loads are found.
     pub method: MethodName,
-    /// Where recordings go.
+    /// Where viewers' recordings go.
     pub folder: PathBuf,
     /// What is recorded beside the counts.
     pub topics: RecordTopics,
     /// A recording to begin with.
     pub record: Option<PathBuf>,
     /// The most frames of that.
-    pub most: Option<u64>,
+    pub max_frames: Option<u64>,
     /// A file is held at its first frame.
     pub held: bool,
-    /// The server; none for a recording without viewers.
+    /// The server; none for a session without viewers.
     pub server: Option<ServerOptions>,
+    /// Called with every frame that is solved, on the engine's thread. One that takes longer than a frame lasts makes the
+    /// engine leave frames out, never the recording.
+    pub observer: Option<FrameObserver>,
+}
+
+impl SessionOptions {
+    /// A session that only reads: no viewers, no recording.
+    pub fn new(address: Address, sensor: Sensor, sensor_file: impl Into<PathBuf>) -> Self {
+        Self {
+            address,
+            sensor,
+            sensor_file: sensor_file.into(),
+            method: MethodName::Auto,
+            folder: PathBuf::from("recordings"),
+            topics: RecordTopics::default(),
+            record: None,
+            max_frames: None,
+            held: false,
+            server: None,
+            observer: None,
+        }
+    }
+}
+
+/// What is called with every frame that is solved.
+pub type FrameObserver = Box<dyn FnMut(&LiveFrame) + Send>;
+
+/// A frame that was solved a moment ago.
+#[non_exhaustive]
+pub struct LiveFrame<'a> {
+    /// Conductances of the taxels, with marks.
+    pub siemens: &'a Frame<Siemens>,
+    /// Loads, the tare taken off, with marks; none without a load law.
+    pub loads: Option<&'a Frame<Newtons>>,
+    /// Total force, peak pressure, contact area, centre of pressure; zeros without a load law.
+    pub figures: &'a Figures,
+    /// Whether the inverse came to an answer.
+    pub is_answer: bool,
+    /// When the frame arrived.
+    pub at: SystemTime,
 }
 
 /// Frames that may wait for the engine. Viewers want the newest; a recording without viewers wants the loads of every
 /// frame, late ones too, as far as memory goes.
-fn queue_of(options: &Options) -> usize {
+fn queue_of(options: &SessionOptions) -> usize {
     if options.server.is_some() || !options.topics.any() {
         return engine::QUEUE;
     }
@@ -88,7 +132,7 @@ fn queue_of(options: &Options) -> usize {
 }
 
 /// Refuses counts wider than what is recorded and sent.
-fn check_bits(options: &Options) -> Result<(), Error> {
+fn check_bits(options: &SessionOptions) -> Result<(), Error> {
     let bits = options.sensor.converter.bits;
     match bits > MOST_BITS {
         true => Err(Error::TooManyBits {
@@ -100,7 +144,10 @@ fn check_bits(options: &Options) -> Result<(), Error> {
 }
 
 /// The server, where there is to be one.
-fn serve(options: &Options, controller: Arc<LiveController>) -> Result<Option<Arc<Server>>, Error> {
+fn serve(
+    options: &SessionOptions,
+    controller: Arc<LiveController>,
+) -> Result<Option<Arc<Server>>, Error> {
     let Some(server) = &options.server else {
         return Ok(None);
     };
@@ -148,8 +195,13 @@ pub struct Session {
 
 impl Session {
     /// Starts everything.
-    pub fn start(options: Options) -> Result<Self, Error> {
+    ///
+    /// # Errors
+    /// A sensor or a method that makes no sense, a source that cannot be opened, a recording that exists, an address that
+    /// cannot be listened on.
+    pub fn start(mut options: SessionOptions) -> Result<Self, Error> {
         check_bits(&options)?;
+        let observer = options.observer.take();
         let status = Arc::new(SessionStatus::new(&options));
         let incoming = Arc::new(LatestQueue::new(queue_of(&options)));
         let recorder = Arc::new(Recorder::start(&options, status.clone())?);
@@ -162,6 +214,7 @@ impl Session {
             recorder.clone(),
             details.clone(),
             taken,
+            observer,
         )?;
         let controller = Arc::new(LiveController::new(
             &options,
@@ -179,7 +232,7 @@ impl Session {
             spawn("details", move || worker.run())?,
         ];
         if let Some(path) = &options.record {
-            recorder.begin(path.clone(), Owner::Operator, options.most)?;
+            recorder.begin(path.clone(), Owner::Operator, options.max_frames)?;
         }
         let mut receiver = source::FrameSink {
             status: status.clone(),

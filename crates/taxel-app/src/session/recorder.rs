@@ -19,7 +19,7 @@ use taxel_io::mcap::About;
 use taxel_io::{McapWriter, Tare};
 
 use super::status::{Recording, SessionStatus};
-use super::{Options, TimestampedFrame};
+use super::{SessionOptions, TimestampedFrame};
 use crate::error::Error;
 use file::Open;
 pub use file::{Owner, SavedRecording};
@@ -136,7 +136,10 @@ pub(super) struct Recorder {
 }
 
 impl Recorder {
-    pub(super) fn start(options: &Options, status: Arc<SessionStatus>) -> Result<Self, Error> {
+    pub(super) fn start(
+        options: &SessionOptions,
+        status: Arc<SessionStatus>,
+    ) -> Result<Self, Error> {
         let about = About {
             sensor: options.sensor.clone(),
             program: format!("taxel {}", env!("CARGO_PKG_VERSION")),

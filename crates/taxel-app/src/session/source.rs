@@ -16,7 +16,7 @@ use super::latest_queue::LatestQueue;
 use super::player::{PlaybackRequest, Player};
 use super::recorder::Recorder;
 use super::status::SessionStatus;
-use super::{Options, TimestampedFrame};
+use super::{SessionOptions, TimestampedFrame};
 use crate::error::Error;
 
 /// What can be done with the source while it runs.
@@ -33,7 +33,7 @@ pub(super) enum Controls {
 type Run = Box<dyn FnOnce(&mut FrameSink) + Send>;
 
 /// Makes the source ready; what comes back runs until it is stopped.
-pub(super) fn prepare(options: &Options) -> Result<(Controls, Run), Error> {
+pub(super) fn prepare(options: &SessionOptions) -> Result<(Controls, Run), Error> {
     Ok(match &options.address {
         Address::Sim {
             pattern,

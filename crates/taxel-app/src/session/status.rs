@@ -13,7 +13,7 @@ use taxel_server::{
     State as StateMessage, TareStatus,
 };
 
-use super::Options;
+use super::SessionOptions;
 use super::recorder::{Owner, SavedRecording};
 
 /// A recording in progress, or ended by an error.
@@ -72,7 +72,7 @@ pub(super) struct SessionStatus {
 }
 
 impl SessionStatus {
-    pub(super) fn new(options: &Options) -> Self {
+    pub(super) fn new(options: &SessionOptions) -> Self {
         Self::waiting(&options.address.to_string())
     }
 

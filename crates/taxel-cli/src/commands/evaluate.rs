@@ -69,17 +69,28 @@ pub(super) fn evaluate(plan: Option<&Path>, live: Option<&Address>) -> Result<Ev
     };
     let plan = Plan::read(plan)?;
     if let Some(address) = live {
-        if matches!(address, Address::Stdin { .. }) {
-            return Err(Error::Arguments {
-                what: "standard input cannot be both the sensor and the Enter key".to_owned(),
-                hint: "make the recordings with `taxel record stdin:`",
-            });
-        }
+        check_live(address)?;
         interrupt::listen();
         let made = measure::measure(&plan, address, &AtEnter(Enter::listen()))?;
         out::note(&format!("{made} recordings made"));
     }
     Ok(evaluation::run(&plan, &Terminal)?)
+}
+
+/// Refuses a source of which nothing can be made with the Enter key.
+fn check_live(address: &Address) -> Result<(), Error> {
+    let (what, hint) = match address {
+        Address::File { path, .. } => (
+            format!("{} is a recording, not a live sensor", path.display()),
+            "name it in the table of trials, without --live",
+        ),
+        Address::Stdin { .. } => (
+            "standard input cannot be both the sensor and the Enter key".to_owned(),
+            "make the recordings with `taxel record stdin:`",
+        ),
+        _ => return Ok(()),
+    };
+    Err(Error::Arguments { what, hint })
 }
 
 /// The paper, simulated in a folder that goes with the program.

@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::{Exit, interrupt, out};
 use taxel_app::methods::MethodName;
 use taxel_app::sensor_source;
-use taxel_app::session::{Options, RecordTopics, Session};
+use taxel_app::session::{RecordTopics, Session, SessionOptions};
 use taxel_io::bounded;
 
 const SIMULATED: &str = "sim:econe?hand";
@@ -92,24 +92,20 @@ fn show(
 ) -> Result<Exit, Error> {
     let (sensor, sensor_file) = sensor_source::of(address, shown.sensor.as_deref())?;
     interrupt::listen();
-    let mut session = Session::start(Options {
-        address: address.clone(),
-        sensor,
-        sensor_file,
-        method: shown.method.clone(),
-        folder: shown.folder.clone(),
-        topics: RecordTopics {
-            loads: shown.loads,
-            figures: shown.loads,
-        },
-        server: Some(ServerOptions {
-            token: token_of(shown)?.or_else(|| needs_token(&shown.listen)),
-            address: shown.listen.clone(),
-        }),
-        record: record.map(Path::to_owned),
-        most: None,
-        held,
-    })?;
+    let mut options = SessionOptions::new(address.clone(), sensor, sensor_file);
+    options.method = shown.method.clone();
+    options.folder = shown.folder.clone();
+    options.topics = RecordTopics {
+        loads: shown.loads,
+        figures: shown.loads,
+    };
+    options.server = Some(ServerOptions {
+        token: token_of(shown)?.or_else(|| needs_token(&shown.listen)),
+        address: shown.listen.clone(),
+    });
+    options.record = record.map(Path::to_owned);
+    options.held = held;
+    let mut session = Session::start(options)?;
     out::result(&session.urls().join("\n"))?;
     out::note(&format!("{address}; Ctrl-C ends it"));
     let mut told = String::new();

@@ -12,7 +12,7 @@ use crate::outputs::check_ending;
 use crate::{Exit, interrupt, out};
 use taxel_app::methods::MethodName;
 use taxel_app::sensor_source;
-use taxel_app::session::{Options, RecordTopics, SavedRecording, Session};
+use taxel_app::session::{RecordTopics, SavedRecording, Session, SessionOptions};
 
 /// Record a sensor
 ///
@@ -67,21 +67,15 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     check_recording("-o", &args.output)?;
     let (sensor, sensor_file) = sensor_source::of(&args.address, args.sensor.as_deref())?;
     interrupt::listen();
-    let mut session = Session::start(Options {
-        address: args.address.clone(),
-        sensor,
-        sensor_file,
-        method: args.method.clone(),
-        folder: PathBuf::new(),
-        topics: RecordTopics {
-            loads: args.loads,
-            figures: args.figures,
-        },
-        server: None,
-        record: Some(args.output.clone()),
-        most: args.frames,
-        held: false,
-    })?;
+    let mut options = SessionOptions::new(args.address.clone(), sensor, sensor_file);
+    options.method = args.method.clone();
+    options.topics = RecordTopics {
+        loads: args.loads,
+        figures: args.figures,
+    };
+    options.record = Some(args.output.clone());
+    options.max_frames = args.frames;
+    let mut session = Session::start(options)?;
     wait_for_end(args, &session);
     session.end();
     let ended = session.ended();

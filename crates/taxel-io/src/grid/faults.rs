@@ -3,7 +3,7 @@
 use std::io::Read;
 
 use super::Grid;
-use crate::error::{Error, Place};
+use crate::error::{Error, Place, ShapeFault};
 use crate::lines::Line;
 use crate::number::{Fault, Rule, Why, count_fields};
 
@@ -36,10 +36,8 @@ impl<R: Read> Grid<R> {
             found: self.progress.lines,
             expected: self.frame_lines,
             hint: match how {
-                "stopped" => {
-                    "the recording stopped inside a frame; `--keep-going` leaves that frame out"
-                }
-                _ => "the next frame begins there; `--keep-going` leaves the short one out",
+                "stopped" => "the recording stopped inside a frame",
+                _ => "the next frame begins there",
             },
         }
     }
@@ -63,7 +61,7 @@ impl<R: Read> Grid<R> {
             at,
             found: 0,
             expected: self.line_numbers,
-            hint: "blank lines between frames are the .csv form; name the file .csv, or read it with an extra line",
+            hint: ShapeFault::BlankLines,
         }
     }
 
@@ -138,31 +136,30 @@ impl<R: Read> Grid<R> {
         }
     }
 
-    fn shape_hint(&self, found: usize) -> &'static str {
+    fn shape_hint(&self, found: usize) -> ShapeFault {
         let begins = self.progress.lines == 0 && self.frame == 0;
         if begins && found == self.frame_lines {
-            return match self.options.transpose {
-                false => "rows and columns are swapped in this file; read it with `--transpose`",
-                true => {
-                    "rows and columns are not swapped in this file; read it without `--transpose`"
-                }
+            return if self.options.transpose {
+                ShapeFault::NotSwapped
+            } else {
+                ShapeFault::Swapped
             };
         }
         if begins {
-            "the recording is of another sensor; check rows and columns in the sensor file"
+            ShapeFault::OtherSensor
         } else {
-            "a line was torn or lost; `--keep-going` leaves its frame out"
+            ShapeFault::Torn
         }
     }
 }
 
 fn word_hint(found: &str) -> &'static str {
     if found.is_empty() {
-        "a value is missing between two commas; `--keep-going` leaves its frame out"
+        "a value is missing between two commas"
     } else if found.contains([';', '\t', ' ']) {
         "values are separated by commas"
     } else {
-        "a line is broken, or this is no recording; `--keep-going` leaves its frame out"
+        "a line is broken, or this is no recording"
     }
 }
 

@@ -42,8 +42,7 @@ impl LoadLaw {
     pub fn from_sensor(sensor: &Sensor) -> Result<Self, Error> {
         let material = sensor.material.as_ref().ok_or_else(|| Error::MissingKey {
             key: "material",
-            hint: "run `taxel calibrate` to find the load law, or ask for --unit siemens"
-                .to_owned(),
+            hint: "calibrate the sensor to find its load law, or ask for conductances".to_owned(),
         })?;
         Self::from_material(material)
     }

@@ -180,14 +180,14 @@ impl Search<'_> {
         }
         if self.options.per_line && !self.separated {
             warnings.push(
-                "one resistance per line was asked for, but only uniform frames at two levels or more (--equilibration) can tell lines apart".to_owned(),
+                "one resistance per line was asked for, but only uniform frames at two levels or more can tell lines apart".to_owned(),
             );
         }
         if let Some(error) = fitted.error_of(Unknown::Saturation)
             && self.model.law.saturation < 2.0 * error
         {
             warnings.push(
-                "these presses do not tell a saturation from none: `--law power` says as much with a number less".to_owned(),
+                "these presses do not tell a saturation from none: a power law says as much with a number less".to_owned(),
             );
         }
     }

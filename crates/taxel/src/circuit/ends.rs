@@ -39,7 +39,7 @@ impl LineEnds {
             list.clone().ok_or_else(|| Error::MissingKey {
                 key,
                 hint:
-                    "run `taxel calibrate`, or take the switch's on-resistance from its data sheet"
+                    "calibrate the sensor, or take the switch's on-resistance from its data sheet"
                         .to_owned(),
             })
         };

@@ -109,7 +109,7 @@ impl Rig {
                     "a load of {newtons:.4} N is less than the moving parts weigh, {:.4} N",
                     self.offset_newtons
                 ),
-                "use lighter parts (--offset), or a smaller tip for the same pressure",
+                "use lighter parts, or a smaller tip for the same pressure",
             ));
         }
         Ok((newtons - self.offset_newtons) / self.newtons_per_mm)

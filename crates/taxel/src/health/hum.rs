@@ -169,7 +169,7 @@ impl HumSearch {
 
     pub fn finish(&self, taxels: usize, options: &HealthOptions) -> Hum {
         if self.untimed {
-            let why = "the empty recording has no times; --rate says how many frames a second";
+            let why = "the empty recording has no times";
             return Hum::NotJudged(why.to_owned());
         }
         let frames = self.frames.len();

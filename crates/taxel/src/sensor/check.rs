@@ -184,7 +184,7 @@ fn per_line(
     unit_one: &'static str,
 ) -> Result<(), Error> {
     let bad = |value: f64| !value.is_finite() || value <= 0.0;
-    let hint = "a switch's on-resistance; a CD74HC4067 has 70, an ADG732 has 4; without the key, `taxel calibrate` finds it";
+    let hint = "a switch's on-resistance; a CD74HC4067 has 70, an ADG732 has 4; without the key, a calibration finds it";
     match list {
         Some(PerLine::One(value)) if bad(*value) => {
             Err(range(key, *value, "a finite number above 0", hint))

@@ -125,7 +125,7 @@ impl Stop {
 /// Which number of the circuit is too large for the frame.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error(
-    "no conductances explain this frame: {number} is {ohms:.4} Ohm, but {line} allows less than {limit_ohms:.4} Ohm\nhint: {number} is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; run `taxel calibrate`"
+    "no conductances explain this frame: {number} is {ohms:.4} Ohm, but {line} allows less than {limit_ohms:.4} Ohm\nhint: {number} is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; calibrate the sensor"
 )]
 pub struct Infeasible {
     /// The key in sensor.toml.

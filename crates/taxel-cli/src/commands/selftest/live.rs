@@ -17,8 +17,7 @@ use super::Args;
 use crate::enter::{Enter, NoEnter};
 use crate::error::Error;
 use crate::{interrupt, out};
-use taxel_app::methods::MethodName;
-use taxel_app::session::{Options, RecordTopics, SavedRecording, Session};
+use taxel_app::session::{SavedRecording, Session, SessionOptions};
 
 /// How long a device may take for its first frame; one that was reset by opening its port starts anew.
 const PATIENCE: Duration = Duration::from_secs(15);
@@ -144,18 +143,9 @@ fn receive(
     length: Duration,
     file: &Path,
 ) -> Result<(), Error> {
-    let mut session = Session::start(Options {
-        address: address.clone(),
-        sensor: sensor.clone(),
-        sensor_file: sensor_file.to_owned(),
-        method: MethodName::default(),
-        folder: PathBuf::new(),
-        topics: RecordTopics::default(),
-        server: None,
-        record: Some(file.to_owned()),
-        most: None,
-        held: false,
-    })?;
+    let mut options = SessionOptions::new(address.clone(), sensor.clone(), sensor_file);
+    options.record = Some(file.to_owned());
+    let mut session = Session::start(options)?;
     let (begun, mut first) = (Instant::now(), None);
     let mut told = String::new();
     loop {

@@ -1,0 +1,90 @@
+//! What a person at the command can type after an error: the library's errors know no options and no verbs.
+
+use crate::error::Error;
+
+/// The error as it is printed: what the library says, and what helps here.
+pub(crate) fn told(error: &Error) -> String {
+    let text = error.to_string();
+    let Some(help) = help(error) else {
+        return text;
+    };
+    if text.contains("\nhint: ") {
+        format!("{text}; {help}")
+    } else {
+        format!("{text}\nhint: {help}")
+    }
+}
+
+fn help(error: &Error) -> Option<&'static str> {
+    use taxel_app::Error as App;
+    match error {
+        Error::Io(error) | Error::App(App::Io(error)) => of_files(error),
+        Error::Taxel(error) | Error::App(App::Taxel(error) | App::InFile { source: error, .. }) => {
+            of_mathematics(error)
+        }
+        Error::Learn(error) | Error::App(App::Learn(error) | App::Lesson { source: error, .. }) => {
+            of_models(error)
+        }
+        Error::App(App::NoSensor { .. }) => Some(SENSOR),
+        Error::App(App::MethodMemory { .. }) => Some("`--method newton`, where a command has it"),
+        Error::App(App::Board { .. }) => Some("`cargo install --features rpi` on the board"),
+        Error::App(App::Listen { .. }) => Some("`--listen 127.0.0.1:0`"),
+        _ => None,
+    }
+}
+
+/// Where a sensor may come from.
+pub(crate) const SENSOR: &str = "--sensor takes a sensor file or the name of a preset (econe, mat-16x16-cd4067, mat-32x32-adg732)";
+
+fn of_files(error: &taxel_io::Error) -> Option<&'static str> {
+    use taxel_io::{Error, ShapeFault};
+    Some(match error {
+        Error::Sensor { source, .. } => return of_mathematics(source),
+        Error::LineShape { hint, .. } | Error::NpyShape { hint, .. } => match hint {
+            ShapeFault::Swapped => "read it with `--transpose`",
+            ShapeFault::NotSwapped => "read it without `--transpose`",
+            ShapeFault::Torn => FRAME_OUT,
+            _ => return None,
+        },
+        Error::CutShort { .. }
+        | Error::NoExtraLine { .. }
+        | Error::NotFinite { .. }
+        | Error::Value { .. }
+        | Error::Word { .. }
+        | Error::Message { .. } => FRAME_OUT,
+        Error::NpyCutShort { .. } => "`--keep-going` reads the frames before",
+        Error::RecordingCut { .. } => {
+            "`taxel recover` makes a whole file of it; `--keep-going` reads as far as it goes"
+        }
+        Error::RecordingDamaged { .. } => {
+            "`taxel recover` makes a whole file of it; `--keep-going` does without what is missing"
+        }
+        Error::NoLoads { .. } => {
+            "`taxel record --loads` records loads, `taxel compensate -o FILE.mcap` computes them"
+        }
+        Error::OpenSensor { .. } => "this is what --sensor names",
+        _ => return None,
+    })
+}
+
+const FRAME_OUT: &str = "`--keep-going` leaves its frame out";
+
+fn of_mathematics(error: &taxel::Error) -> Option<&'static str> {
+    Some(match error {
+        taxel::Error::MissingKey { key, .. } if *key == "material" => {
+            "`taxel calibrate` finds the law; `--unit siemens` asks for conductances"
+        }
+        taxel::Error::PressOutside { .. } => "`--transpose` reads rows as columns",
+        _ => return None,
+    })
+}
+
+fn of_models(error: &taxel_learn::Error) -> Option<&'static str> {
+    use taxel_learn::Error;
+    Some(match error {
+        Error::LoadOutOfRange { .. } => "raise --most-load if this one is right",
+        Error::Checkpoint(..) => "leave --resume out",
+        Error::NotAModel { .. } => "`taxel train` writes models",
+        _ => return None,
+    })
+}
