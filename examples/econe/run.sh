@@ -2,13 +2,15 @@
 # The main job on files: a virtual e-Cone that differs from its parts list is calibrated from labelled presses and
 # uniform loads, and judged on frames that the calibration never saw.
 #
-#   examples/econe/run.sh [FOLDER]      TAXEL: the command (default: the release build, then `taxel` on the path)
+#   examples/econe/run.sh [FOLDER]      TAXEL: the command (default: what was built here, then `taxel` on the path)
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 folder=${1:-$(mktemp -d)}
 if [ -z "${TAXEL:-}" ]; then
-    TAXEL=$here/../../target/release/taxel
-    [ -x "$TAXEL" ] || TAXEL=taxel
+    TAXEL=taxel
+    for built in debug release; do
+        [ -x "$here/../../target/$built/taxel" ] && TAXEL=$here/../../target/$built/taxel
+    done
 fi
 mkdir -p "$folder"
 cd "$folder"
@@ -22,7 +24,7 @@ real="--sensor econe --imperfect uneven --seed 7"
 "$TAXEL" simulate $real --pattern uniform --load-g 50,150,400 --frames 12 --presses equilibration.csv -o uniform.txt
 
 # 2. The parts list, the presses, the uniform loads: a calibrated sensor.
-"$TAXEL" calibrate --sensor "$here/sensor.toml" --presses experiments.csv --equilibration equilibration.csv \
+"$TAXEL" calibrate --sensor "$here/../../crates/taxel/examples/econe-parts.toml" --presses experiments.csv --equilibration equilibration.csv \
     -o calibrated.toml | tee report.txt
 
 # 3. Frames that it is judged on.

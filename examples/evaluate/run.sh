@@ -2,13 +2,15 @@
 # Every kind of experiment on a virtual mat: makes recordings and tables of trials as a person at a mat would, and evaluates
 # them by plan.toml. A few seconds.
 #
-#   examples/evaluate/run.sh [FOLDER]      TAXEL: the command (default: the release build, then `taxel` on the path)
+#   examples/evaluate/run.sh [FOLDER]      TAXEL: the command (default: what was built here, then `taxel` on the path)
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 folder=${1:-$(mktemp -d)}
 if [ -z "${TAXEL:-}" ]; then
-    TAXEL=$here/../../target/release/taxel
-    [ -x "$TAXEL" ] || TAXEL=taxel
+    TAXEL=taxel
+    for built in debug release; do
+        [ -x "$here/../../target/$built/taxel" ] && TAXEL=$here/../../target/$built/taxel
+    done
 fi
 mkdir -p "$folder"
 cp "$here/plan.toml" "$here/sensor.toml" "$folder"

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Compares the encoder's bytes with testdata/taxel-1/arduino-16x16.bin and builds the sketch without the Arduino IDE.
+# Compares the encoder's bytes with crates/taxel-acquire/testdata/arduino-16x16.bin and builds the sketch without the Arduino IDE.
 #
 #   examples/firmware/build.sh [FOLDER]     FOLDER gets mat_16x16.elf and .hex (default: a temporary one)
 #
@@ -26,11 +26,11 @@ command -v g++ >/dev/null || absent g++ "nothing was checked"
 g++ -std=c++11 -O1 -Wall -Wextra -Wconversion -Werror -fsanitize=address,undefined -o "$work/test" \
     "$here/test_taxel1.cpp"
 "$work/test" >"$work/frames.bin"
-if ! cmp "$work/frames.bin" "$here/../../testdata/taxel-1/arduino-16x16.bin"; then
-    echo "the encoder's bytes are not those of testdata/taxel-1/arduino-16x16.bin" >&2
+if ! cmp "$work/frames.bin" "$here/../../crates/taxel-acquire/testdata/arduino-16x16.bin"; then
+    echo "the encoder's bytes are not those of crates/taxel-acquire/testdata/arduino-16x16.bin" >&2
     exit 1
 fi
-echo "encoder: $(wc -c <"$work/frames.bin") bytes, as in testdata/taxel-1/arduino-16x16.bin"
+echo "encoder: $(wc -c <"$work/frames.bin") bytes, as in crates/taxel-acquire/testdata/arduino-16x16.bin"
 
 for tool in avr-gcc avr-g++ avr-gcc-ar avr-objcopy avr-size; do
     command -v "$tool" >/dev/null || absent "$tool" "the sketch was not built"

@@ -1,5 +1,5 @@
 // Writes three known frames to standard output, as the sketch would send them: what
-// testdata/taxel-1/arduino-16x16.bin holds. Fails when the clock does not go on across its wrap.
+// crates/taxel-acquire/testdata/arduino-16x16.bin holds. Fails when the clock does not go on across its wrap.
 // SPDX-License-Identifier: MIT OR Apache-2.0
 #include <stdio.h>
 

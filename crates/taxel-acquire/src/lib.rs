@@ -1,4 +1,10 @@
-//! From hardware to frames of counts.
+#![cfg_attr(feature = "std", doc = include_str!("../README.md"))]
+#![cfg_attr(
+    not(feature = "std"),
+    doc = "From hardware to frames of counts: scanning on the device itself."
+)]
+//!
+//! # Modules, in reading order
 //!
 //! | module | from → to |
 //! |---|---|
@@ -21,7 +27,6 @@ pub mod simulated;
 #[cfg(feature = "std")]
 pub mod transport;
 
-#[cfg(feature = "std")]
 #[cfg(feature = "std")]
 pub use address::Address;
 #[cfg(feature = "std")]

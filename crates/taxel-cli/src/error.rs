@@ -90,7 +90,7 @@ impl Error {
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Error::Arguments { .. } | Error::TaxelOutside { .. } => 2,
-            Error::App(taxel_app::Error::Request { .. }) => 2,
+            Error::App(taxel_app::Error::Request { .. } | taxel_app::Error::NoSensor { .. }) => 2,
             // A name that is no picture's.
             Error::Plot(taxel_plot::Error::UnknownFormat { .. })
             | Error::App(taxel_app::Error::Plot(taxel_plot::Error::UnknownFormat { .. })) => 2,

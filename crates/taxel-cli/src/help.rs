@@ -242,7 +242,8 @@ mod tests {
 
     fn names() -> BTreeSet<String> {
         let command = Cli::command();
-        let verbs = command.get_subcommands().map(Command::get_name);
+        let shown = command.get_subcommands().filter(|verb| !verb.is_hide_set());
+        let verbs = shown.map(Command::get_name);
         verbs.map(str::to_owned).collect()
     }
 

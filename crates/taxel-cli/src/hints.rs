@@ -62,7 +62,6 @@ fn of_files(error: &taxel_io::Error) -> Option<&'static str> {
         Error::NoLoads { .. } => {
             "`taxel record --loads` records loads, `taxel compensate -o FILE.mcap` computes them"
         }
-        Error::OpenSensor { .. } => "this is what --sensor names",
         _ => return None,
     })
 }
@@ -72,7 +71,7 @@ const FRAME_OUT: &str = "`--keep-going` leaves its frame out";
 fn of_mathematics(error: &taxel::Error) -> Option<&'static str> {
     Some(match error {
         taxel::Error::MissingKey { key, .. } if *key == "material" => {
-            "`taxel calibrate` finds the law; `--unit siemens` asks for conductances"
+            "`taxel calibrate` finds one, `--unit siemens` does without"
         }
         taxel::Error::PressOutside { .. } => "`--transpose` reads rows as columns",
         _ => return None,

@@ -67,6 +67,9 @@ enum Command {
     Crosstalk(commands::crosstalk::Args),
     Bench(bench::Args),
     Demo(demo::Args),
+    #[cfg(feature = "manual")]
+    #[command(hide = true)]
+    Manual(commands::manual::Args),
 }
 
 /// How a command that did not fail ended.
@@ -113,6 +116,8 @@ fn main() -> ExitCode {
         Command::Train(args) => train::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Model(args) => model::run(&args),
+        #[cfg(feature = "manual")]
+        Command::Manual(args) => commands::manual::run(&args),
     };
     match result {
         Ok(Exit::Good) => ExitCode::SUCCESS,

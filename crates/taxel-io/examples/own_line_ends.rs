@@ -1,12 +1,15 @@
 //! A read-out that is none of the five: columns behind diodes (open when not driven), every row with a pull-down of
 //! its own, selected or not. The line ends are given by hand; scan, inverse and standard errors are those of the
-//! library. Writes the conductances and prints a line per frame. docs/real-mats.md tells what comes out of a real mat.
+//! library. Writes the conductances and prints a line per frame. [real-mats.md] tells what comes out of a real mat.
 //!
 //! `cargo run --release -p taxel-io --example own_line_ends -- SENSOR.toml RECORDING.txt G.csv`
+//!
+//! [real-mats.md]: https://github.com/taxel/taxel/blob/main/docs/real-mats.md
 
 use taxel::circuit::{Circuit, Converter, LineEnds, LinearCircuit};
 use taxel::sensor::{Sensor, Topology};
 use taxel::solve::{Method, Newton, Uncertainty, standard_errors_by};
+use taxel::stats::median;
 use taxel::{Frame, Volts};
 use taxel_io::{TextOptions, ValuesWriter, open_counts};
 
@@ -29,7 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let circuit = LinearCircuit::new(ends);
     let method = Newton::new(circuit.clone());
-    let mut scratch = method.scratch();
+    let mut solver = method.solver();
     let mut point = circuit.operating_point();
     let converter = Converter::from_sensor(&sensor);
     let mut volts = Frame::<Volts>::zeros(sensor.rows(), sensor.columns());
@@ -40,7 +43,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut writer = ValuesWriter::create(&output)?;
     while source.next_into(&mut counts)? {
         converter.volts_from_counts_into(&counts, &mut volts);
-        let outcome = method.solve_into(&volts, &mut siemens, &mut scratch);
+        let outcome = solver.solve_into(&volts, &mut siemens);
         let sigma = ROUNDING * converter.lsb_volts();
         let dense = Uncertainty::Dense;
         let errors = standard_errors_by(dense, &mut *point, siemens.values(), sigma)?;
@@ -49,14 +52,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let pairs = siemens.values().iter().zip(&errors);
             pairs.filter(|(g, e)| of(**g, **e)).count() as f64 / errors.len() as f64
         };
-        let mut sorted = siemens.values().to_vec();
-        sorted.sort_by(f64::total_cmp);
         println!(
             "{:5}  {:10.10}  {:8.1e}  {:12.2e}  {:6.1} %  {:11.1} %",
             counts.sequence,
             format!("{:?}", outcome.stop),
             outcome.residual,
-            sorted[sorted.len() / 2],
+            median(siemens.values().iter().copied()).unwrap_or(f64::NAN),
             100.0 * share(&|g, _| g < 0.0),
             100.0 * share(&|g, e| e > g.abs())
         );

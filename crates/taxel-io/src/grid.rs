@@ -115,9 +115,10 @@ impl<R: Read> Grid<R> {
                 limit: MAX_TAXELS,
             });
         }
-        let (frame_lines, line_numbers) = match options.transpose {
-            false => (rows, columns),
-            true => (columns, rows),
+        let (frame_lines, line_numbers) = if options.transpose {
+            (columns, rows)
+        } else {
+            (rows, columns)
         };
         Ok(Self {
             lines: Lines::new(reader, line_limit(rows.max(columns))),
@@ -242,9 +243,10 @@ impl<R: Read> Grid<R> {
     fn one_line(&mut self, line: Line, k: usize, values: &mut [f64]) -> Result<(), Error> {
         let text = self.lines.text(line);
         let n = self.line_numbers;
-        let out = match self.options.transpose {
-            false => &mut values[k * n..(k + 1) * n],
-            true => &mut self.column[..],
+        let out = if self.options.transpose {
+            &mut self.column[..]
+        } else {
+            &mut values[k * n..(k + 1) * n]
         };
         if let Err(fault) = parse_line(text, out, self.rule) {
             return Err(self.broken(line, fault));
@@ -272,9 +274,10 @@ impl<R: Read> Grid<R> {
                 Line::TooLong { .. } => self.progress.lines += 1,
                 line => {
                     let text = self.lines.text(line);
-                    let begins = match enough {
-                        true => self.kind_of(text).is_some(),
-                        false => self.begins_next(text),
+                    let begins = if enough {
+                        self.kind_of(text).is_some()
+                    } else {
+                        self.begins_next(text)
                     };
                     if begins {
                         self.lines.unread();

@@ -1,7 +1,6 @@
-//! Recordings of a resistive pressure-sensor matrix: frames to files and back, one file a format.
+#![doc = include_str!("../README.md")]
 //!
-//! Readers stream: a recording of any length takes the memory of one frame and one buffer. Writers go
-//! through [`AtomicFile`]: a file is whole, or its old content is untouched.
+//! # Modules, in reading order
 //!
 //! | module | format |
 //! |---|---|

@@ -195,9 +195,10 @@ impl<Q, R: Read> NpyReader<Q, R> {
             }
             left -= held;
             element.decode(piece, self.header.big_endian, |value| {
-                let place = match across {
-                    false => i,
-                    true => i % inner * outer + i / inner,
+                let place = if across {
+                    i % inner * outer + i / inner
+                } else {
+                    i
                 };
                 values[place] = value;
                 i += 1;
@@ -212,9 +213,10 @@ impl<Q, R: Read> NpyReader<Q, R> {
             return Ok(());
         };
         let columns = self.shape().1;
-        let (row, column) = match self.options.transpose {
-            false => (i / columns, i % columns),
-            true => (i % columns, i / columns),
+        let (row, column) = if self.options.transpose {
+            (i % columns, i / columns)
+        } else {
+            (i / columns, i % columns)
         };
         Err(Error::Value {
             file: self.file.clone(),
@@ -255,9 +257,10 @@ impl<Q, R: Read> NpyReader<Q, R> {
 
 impl<Q, R: Read> FrameSource<Q> for NpyReader<Q, R> {
     fn shape(&self) -> (usize, usize) {
-        match self.options.transpose {
-            false => (self.layout.rows, self.layout.columns),
-            true => (self.layout.columns, self.layout.rows),
+        if self.options.transpose {
+            (self.layout.columns, self.layout.rows)
+        } else {
+            (self.layout.rows, self.layout.columns)
         }
     }
 

@@ -148,11 +148,10 @@ fn shape_of_text(path: &Path) -> Result<ShapeGuess, Error> {
                     line,
                     column: 1,
                 },
-                hint: match found.contains(',') {
-                    true => "frames of counts as text are lines of numbers and nothing else",
-                    false => {
-                        "numbers of a frame are separated by commas; `tr -s ' \\t' ','` puts them in"
-                    }
+                hint: if found.contains(',') {
+                    "frames of counts as text are lines of numbers and nothing else"
+                } else {
+                    "numbers of a frame are separated by commas; `tr -s ' \\t' ','` puts them in"
                 },
                 found,
             });

@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .flat_map(|i| [&[rows.taxel[i]], rows.row_of(i)].concat())
         .collect();
     let model = PaperMlp {
-        network: Mlp::new(&[129, 160, 480, 240, 1], false, &mut random),
+        network: Mlp::drawn(&[129, 160, 480, 240, 1], false, 5),
         scaler: Scaler::fit(&inputs, 129),
     };
     let outputs: Vec<f32> = model.estimate(&rows).iter().map(|&y| y as f32).collect();

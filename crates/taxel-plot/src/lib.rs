@@ -1,23 +1,9 @@
-//! Pictures of frames: heatmaps, before-and-after sheets, contact sheets and plots over time, as PNG or SVG.
+#![doc = include_str!("../README.md")]
 //!
-//! Values go in, a [`Picture`] comes out; the caller writes its bytes. Every picture is composed once, as SVG, and a
-//! PNG is that SVG rasterised with the font that this crate carries, so it looks the same on every machine.
+//! # In reading order
 //!
-//! ```
-//! use taxel::Frame;
-//! use taxel::frame::Siemens;
-//! use taxel_plot::{Panel, Sheet};
-//!
-//! let before = Frame::<Siemens>::filled(4, 8, 2e-6);
-//! let after = Frame::<Siemens>::filled(4, 8, 1e-6);
-//! let picture = Sheet::new(vec![
-//!     Panel::of(&before).title("as read"),
-//!     Panel::of(&after).title("cross-talk removed"),
-//! ])?
-//! .picture()?;
-//! assert!(picture.svg().contains("µS"));
-//! # Ok::<(), taxel_plot::Error>(())
-//! ```
+//! [`Panel`]s make a [`Sheet`] or a [`ContactSheet`], [`Line`]s make a [`Series`], a self-test a [`HealthMap`]; each
+//! gives a [`Picture`]. [`report`] puts tables and pictures on one page.
 
 mod colour;
 mod colour_bar;

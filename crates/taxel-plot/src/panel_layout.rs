@@ -20,12 +20,12 @@ pub(crate) const NOTE_SIZE: f64 = 9.5;
 pub(crate) const NOTE_LEADING: f64 = 13.0;
 const GAP: f64 = 3.0;
 const BAR_GAP: f64 = 14.0;
-const SHORTEST_BAR: f64 = 110.0;
-const LONGEST_BAR_BELOW: f64 = 240.0;
+const MIN_BAR: f64 = 110.0;
+const MAX_BAR_BELOW: f64 = 240.0;
 const NARROWEST_PANEL: f64 = 150.0;
 const NOTE_INDENT: f64 = 14.0;
-const LARGEST_TAXEL: f64 = 120.0;
-const THINNEST_PLOT: f64 = 12.0;
+const MAX_TAXEL: f64 = 120.0;
+const MIN_PLOT: f64 = 12.0;
 
 /// The largest plot that there is room for.
 #[derive(Debug, Clone, Copy)]
@@ -48,11 +48,11 @@ pub(crate) fn plot_size(panel: &Panel<'_>, room: Room) -> (f64, f64) {
     let (columns, rows) = (panel.grid.columns as f64, panel.grid.rows as f64);
     let mut side = (room.width / (columns * across))
         .min(room.height / (rows * down))
-        .min(LARGEST_TAXEL);
+        .min(MAX_TAXEL);
     if side >= 1.0 {
         side = (side * 2.0).floor() / 2.0;
     }
-    let thinnest = THINNEST_PLOT.min(room.height).min(room.width);
+    let thinnest = MIN_PLOT.min(room.height).min(room.width);
     (
         (columns * across * side).max(thinnest),
         (rows * down * side).max(thinnest),
@@ -85,11 +85,11 @@ pub(crate) fn draw_heatmap(
 
 /// The colour bar of a plot of that size: below a plot too low for one beside it.
 fn bar_beside(panel: &Panel<'_>, range: (f64, f64), (width, height): (f64, f64)) -> ColourBar {
-    let horizontal = height < SHORTEST_BAR * 0.9 && width > height;
+    let horizontal = height < MIN_BAR * 0.9 && width > height;
     let length = if horizontal {
-        width.clamp(SHORTEST_BAR, LONGEST_BAR_BELOW)
+        width.clamp(MIN_BAR, MAX_BAR_BELOW)
     } else {
-        height.max(SHORTEST_BAR)
+        height.max(MIN_BAR)
     };
     let labels = (panel.quantity.as_str(), panel.unit.as_str());
     let beyond = Beyond::of(panel.grid.values, range);

@@ -1,8 +1,7 @@
-//! The live viewer's server: one page, and a WebSocket that carries frames out and commands in.
+#![doc = include_str!("../README.md")]
 //!
-//! It knows nothing of sensors: a [`ViewerBackend`] says what is to be seen and does what viewers ask. Every viewer gets
-//! the newest frame when it is ready for one; a viewer that stalls holds up nobody. What goes over the wire has a type
-//! each: [`Message`] and [`FrameMessage`] to the page, [`Command`] from it.
+//! It knows nothing of sensors: a [`ViewerBackend`] says what is to be seen and does what viewers ask. In reading order: a
+//! [`ViewerBackend`] says and does, a [`Server`] listens, a [`Message`] and a [`FrameMessage`] go out, a [`Command`] comes in.
 
 mod assets;
 mod client;
@@ -29,6 +28,12 @@ pub use messages::{
     MarkMeaning, Message, PROTOCOL, Player, RecordingStatus, Refused, Reply, SensorFacts, Severity,
     Slider, SliderKind, SourceFacts, SourceKind, State, TareStatus, TaxelDetails, mark_meanings,
 };
+
+/// Whether a text is a request that a viewer may make. For the fuzz targets.
+#[doc(hidden)]
+pub fn is_request(text: &str) -> bool {
+    command::parse(text).is_ok()
+}
 
 /// What the server shows, and who does what viewers ask for.
 pub trait ViewerBackend: Send + Sync + 'static {

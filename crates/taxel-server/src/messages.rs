@@ -94,8 +94,8 @@ pub struct TaxelDetails {
     pub counts: u16,
     /// Code of the mark.
     pub mark: u8,
-    /// Conductance with the cross-talk removed, siemens.
-    pub siemens: f64,
+    /// Conductance with the cross-talk removed, siemens; `None` where loads are estimated without one.
+    pub siemens: Option<f64>,
     /// Standard error of `load`, newtons; `None` where it means nothing.
     pub standard_error_newtons: Option<f64>,
 }

@@ -170,11 +170,10 @@ fn a_stalled_viewer_holds_up_nobody() {
     good.send(rate.clone()).unwrap();
     stalled.send(rate).unwrap();
     for sequence in 0..50 {
-        let begun = Instant::now();
         server.publish(frame(sequence));
         loop {
+            // A viewer that waits for nothing fails here, by its read's time-out.
             let message = next(&mut good, Message::is_binary).into_data();
-            assert!(begun.elapsed() < Duration::from_secs(5));
             let got = u64::from_le_bytes(message[8..16].try_into().unwrap());
             good.send(Message::text(format!(r#"{{"do":"got","sequence":{got}}}"#)))
                 .unwrap();

@@ -346,7 +346,7 @@ export const details = {
       "raw": 0.0,
       "counts": 0,
       "mark": 1,
-      "siemens": 0.0,
+      "siemens": null,
       "standard_error_newtons": null
     }
   ]

@@ -123,7 +123,8 @@ declare namespace Wire {
     raw: number;
     counts: number;
     mark: number;
-    siemens: number;
+    /** null where loads are estimated without one. */
+    siemens: number | null;
     /** null where it means nothing. */
     standard_error_newtons: number | null;
   }

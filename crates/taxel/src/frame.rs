@@ -13,6 +13,9 @@ pub struct Volts;
 /// Taxel conductance, in siemens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Siemens;
+/// Load on a taxel, in grams-force: the unit of labelled presses and of the load law in sensor.toml.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Grams;
 /// Load on a taxel, in newtons.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Newtons;
@@ -104,6 +107,14 @@ impl Mark {
 }
 
 /// One value of quantity `Q` per taxel, row by row, with a quality mark each.
+///
+/// A frame of one quantity is not taken for one of another:
+///
+/// ```compile_fail,E0308
+/// use taxel::{Frame, Siemens, Volts};
+/// fn conductances(_: &Frame<Siemens>) {}
+/// conductances(&Frame::<Volts>::zeros(2, 3));
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame<Q> {
     rows: usize,
@@ -224,7 +235,7 @@ impl<Q> Frame<Q> {
     }
 
     /// Takes over marks, sequence and time of another frame of the same shape.
-    pub fn take_marks<P>(&mut self, other: &Frame<P>) {
+    pub fn copy_meta_from<P>(&mut self, other: &Frame<P>) {
         self.marks.copy_from_slice(&other.marks);
         self.sequence = other.sequence;
         self.time_secs = other.time_secs;

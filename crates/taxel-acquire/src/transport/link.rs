@@ -13,8 +13,7 @@ const CONNECT: Duration = Duration::from_secs(3);
 
 /// Bytes from a device.
 #[derive(Debug)]
-#[non_exhaustive]
-pub enum Link {
+pub(super) enum Link {
     /// A serial port.
     Serial(SerialPort),
     /// A socket that listens for datagrams.
@@ -30,7 +29,7 @@ impl Link {
     ///
     /// # Errors
     /// What the system says; [`io::ErrorKind::Unsupported`] for sources that are no link (files, `rpi:`, `sim:`).
-    pub fn open(address: &Address, patience: Duration) -> io::Result<Self> {
+    pub(super) fn open(address: &Address, patience: Duration) -> io::Result<Self> {
         match address {
             Address::Serial { port, baud, .. } => {
                 let mut port = SerialPort::open(port, *baud)?;
@@ -65,11 +64,25 @@ impl Link {
         }
     }
 
+    /// Where it was opened: `address`, with the port that the system chose where that left it to it (`udp:0.0.0.0:0`).
+    pub(super) fn place(&self, address: &Address) -> Address {
+        match (self, address) {
+            (Self::Udp(socket), Address::Udp { bind, protocol }) => Address::Udp {
+                bind: match socket.local_addr() {
+                    Ok(chosen) if bind.ends_with(":0") => chosen.to_string(),
+                    _ => bind.clone(),
+                },
+                protocol: *protocol,
+            },
+            _ => address.clone(),
+        }
+    }
+
     /// Reads some bytes, or a datagram with its sender; 0: there will be no more.
     ///
     /// # Errors
     /// What the system says; a time-out when nothing came.
-    pub fn read(&mut self, bytes: &mut [u8]) -> io::Result<(usize, Option<SocketAddr>)> {
+    pub(super) fn read(&mut self, bytes: &mut [u8]) -> io::Result<(usize, Option<SocketAddr>)> {
         if let Self::Udp(socket) = self {
             return match socket.recv_from(bytes)? {
                 (0, _) => Err(io::Error::from(io::ErrorKind::WouldBlock)),

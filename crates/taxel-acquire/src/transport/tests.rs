@@ -19,7 +19,7 @@ const EXPECTED: Expected = Expected {
 struct Heard {
     sequences: Vec<u64>,
     states: Vec<(State, String)>,
-    tally: Tally,
+    link_stats: LinkStats,
 }
 
 #[derive(Clone, Default)]
@@ -36,8 +36,8 @@ impl Receiver for Ear {
         let mut heard = self.heard.lock().unwrap();
         heard.states.push((state, text.to_owned()));
     }
-    fn tally(&mut self, tally: Tally) {
-        self.heard.lock().unwrap().tally = tally;
+    fn link_stats(&mut self, link_stats: LinkStats) {
+        self.heard.lock().unwrap().link_stats = link_stats;
     }
     fn stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
@@ -52,6 +52,15 @@ impl Ear {
             let mut decoder = Protocol::Taxel1.decoder(EXPECTED);
             receive(&address, &mut *decoder, &mut ear);
         })
+    }
+
+    /// The socket that was opened for `udp:HOST:0`.
+    fn port(&self) -> std::net::SocketAddr {
+        self.wait("an open socket", |heard| !heard.states.is_empty());
+        let heard = self.heard.lock().unwrap();
+        let (_, text) = &heard.states[0];
+        let place = text.strip_suffix(" is open, nothing yet").unwrap();
+        place.strip_prefix("udp:").unwrap().parse().unwrap()
     }
 
     fn wait(&self, what: &str, enough: impl Fn(&Heard) -> bool) {
@@ -100,27 +109,26 @@ fn a_device_that_goes_away_is_heard_again_when_it_comes_back() {
     ear.stop.store(true, Ordering::Relaxed);
     thread.join().unwrap();
     // What the last tally says is said at the end, too: half a frame was broken, the device was away once.
-    let tally = ear.heard.lock().unwrap().tally;
-    assert_eq!((tally.lost, tally.corrupt, tally.outages), (5, 1, 1));
+    let link_stats = ear.heard.lock().unwrap().link_stats;
+    assert_eq!(
+        (link_stats.lost, link_stats.corrupt, link_stats.outages),
+        (5, 1, 1)
+    );
 }
 
 #[test]
 fn datagrams_are_received_and_a_stranger_s_are_counted_as_corrupt() {
-    let port = UdpSocket::bind("127.0.0.1:0")
-        .unwrap()
-        .local_addr()
-        .unwrap();
     let ear = Ear::default();
-    let thread = ear.listen(format!("udp:{port}").parse().unwrap());
+    let thread = ear.listen("udp:127.0.0.1:0".parse().unwrap());
+    let port = ear.port();
     let device = UdpSocket::bind("127.0.0.1:0").unwrap();
-    ear.wait("an open socket", |heard| !heard.states.is_empty());
     for sequence in 0..5 {
         device.send_to(&packet(sequence), port).unwrap();
     }
     device.send_to(b"\0hello there\0", port).unwrap();
     device.send_to(&packet(5), port).unwrap();
     ear.wait("frames", |heard| heard.sequences == [0, 1, 2, 3, 4, 5]);
-    ear.wait("tally", |heard| heard.tally.corrupt == 1);
+    ear.wait("tally", |heard| heard.link_stats.corrupt == 1);
     ear.wait("words", |heard| {
         heard.states.last().unwrap().0 == State::Live
     });
@@ -131,18 +139,13 @@ fn datagrams_are_received_and_a_stranger_s_are_counted_as_corrupt() {
     thread.join().unwrap();
 }
 
-#[cfg(unix)]
+/// Only Linux tells the name of a pseudo-terminal this way.
+#[cfg(target_os = "linux")]
 #[test]
 fn a_serial_line_is_read() {
     let (device, port) = serial2::SerialPort::pair().unwrap();
-    let name = std::fs::read_link(format!(
-        "/proc/self/fd/{}",
-        std::os::fd::AsRawFd::as_raw_fd(&port)
-    ));
-    let Ok(name) = name else {
-        // Only Linux tells the name of a pseudo-terminal this way.
-        return;
-    };
+    let descriptor = std::os::fd::AsRawFd::as_raw_fd(&port);
+    let name = std::fs::read_link(format!("/proc/self/fd/{descriptor}")).unwrap();
     let ear = Ear::default();
     let address = format!("serial:{}?baud=2000000", name.display());
     let thread = ear.listen(address.parse().unwrap());
@@ -177,14 +180,10 @@ fn a_port_that_is_not_there_is_tried_again_and_named() {
 /// Two devices on one port: the first whose datagrams make frames is heard, the other counted.
 #[test]
 fn datagrams_of_one_sender_are_taken() {
-    let port = UdpSocket::bind("127.0.0.1:0")
-        .unwrap()
-        .local_addr()
-        .unwrap();
     let ear = Ear::default();
-    let thread = ear.listen(format!("udp:{port}").parse().unwrap());
+    let thread = ear.listen("udp:127.0.0.1:0".parse().unwrap());
+    let port = ear.port();
     let [device, other] = [(); 2].map(|()| UdpSocket::bind("127.0.0.1:0").unwrap());
-    ear.wait("an open socket", |heard| !heard.states.is_empty());
     device.send_to(&packet(0), port).unwrap();
     ear.wait("the first frame", |heard| heard.sequences == [0]);
     for sequence in 1..6 {
@@ -193,7 +192,7 @@ fn datagrams_of_one_sender_are_taken() {
     }
     ear.wait("frames", |heard| heard.sequences == [0, 1, 2, 3, 4, 5]);
     ear.wait("strangers", |heard| {
-        heard.tally.strangers == 5 && heard.tally.repeated == 0
+        heard.link_stats.strangers == 5 && heard.link_stats.repeated == 0
     });
     ear.wait("words", |heard| {
         heard
@@ -207,7 +206,7 @@ fn datagrams_of_one_sender_are_taken() {
     });
     other.send_to(&packet(200), port).unwrap();
     ear.wait("the other", |heard| {
-        heard.sequences.len() == 7 && heard.tally.outages == 1
+        heard.sequences.len() == 7 && heard.link_stats.outages == 1
     });
     ear.stop.store(true, Ordering::Relaxed);
     thread.join().unwrap();

@@ -151,7 +151,7 @@ fn pairs_of_totals(plan: &Plan, group: &Group, method: usize) -> Result<Vec<Vec<
 
 /// Distances from a known place: the truth is 0.
 fn places(group: &Group, method: usize) -> Vec<Vec<Pair>> {
-    let distance = |reading: &&super::readings::Reading| {
+    let distance = |reading: &&super::readings::TrialReading| {
         let (x, y) = group.trials[reading.trial].place_mm?;
         let [down, across] = reading.answers[method].centre_mm?;
         Some(Pair {
@@ -169,7 +169,7 @@ fn places(group: &Group, method: usize) -> Vec<Vec<Pair>> {
 fn pairs(
     plan: &Plan,
     group: &Group,
-    of: impl Fn(&taxel_io::Trial, &super::readings::Reading) -> Option<(f64, Option<f64>)>,
+    of: impl Fn(&taxel_io::Trial, &super::readings::TrialReading) -> Option<(f64, Option<f64>)>,
 ) -> Result<Vec<Vec<Pair>>, Error> {
     let mut out = Vec::new();
     for one in group.experiments() {
@@ -186,9 +186,10 @@ fn pairs(
 }
 
 fn range_name(method: &str, (from, to): (f64, f64)) -> String {
-    match to.is_finite() {
-        true => format!("{method}, {} to {} g", number(from), number(to)),
-        false => format!("{method}, from {} g", number(from)),
+    if to.is_finite() {
+        format!("{method}, {} to {} g", number(from), number(to))
+    } else {
+        format!("{method}, from {} g", number(from))
     }
 }
 
@@ -323,7 +324,7 @@ impl Whole {
         let sum = |frame: &Frame<Newtons>| frame.values().iter().sum::<f64>();
         let last = self.total.last_mut().expect("one was begun");
         last.push(pair(sum(truth), sum(loads)));
-        let centre = |frame| taxel::metric::Figures::of(frame, &sensor.array).centre_mm;
+        let centre = |frame| taxel::metric::FrameFigures::of(frame, sensor.array()).centre_mm;
         if let (Some(known), Some(found)) = (centre(truth), centre(loads)) {
             self.centre.last_mut().expect("one was begun").push(Pair {
                 truth: 0.0,
@@ -441,7 +442,7 @@ fn index_map(sensor: &taxel::Sensor, mut maps: Vec<(String, Vec<f64>)>) -> Resul
     let mut panels = Vec::new();
     for (name, each) in &maps {
         let panel = Panel::new(sensor.rows(), sensor.columns(), each)?.title(name.as_str());
-        let pitch = sensor.array.pitch_mm;
+        let pitch = sensor.array().pitch_mm;
         panels.push(panel.quantity("cross-talk index").pitch_mm(pitch));
     }
     Ok(Figure {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use taxel::Sensor;
-use taxel::evaluate::Bootstrap;
+use taxel::stats::Bootstrap;
 use taxel_io::read_trials;
 use taxel_plot::report::number;
 
@@ -14,7 +14,7 @@ use crate::methods::MethodName;
 use taxel_io::{bounded, sensor_file};
 
 /// The longest plan, bytes.
-const LONGEST: u64 = 1 << 20;
+const MAX: u64 = 1 << 20;
 
 /// A plan as its file has it.
 #[derive(Debug, Deserialize)]
@@ -180,9 +180,10 @@ impl Experiment {
             _ => &["auto"],
         };
         let given = self.methods.iter().map(String::as_str);
-        let names: Vec<&str> = match self.methods.is_empty() {
-            true => usual.to_vec(),
-            false => given.collect(),
+        let names: Vec<&str> = if self.methods.is_empty() {
+            usual.to_vec()
+        } else {
+            given.collect()
         };
         let parsed = names.iter().map(|name| match name.parse() {
             Ok(MethodName::Model(file)) => Ok(MethodName::Model(folder.join(file))),
@@ -251,7 +252,7 @@ impl Plan {
             }
         }
         let defaults = Bootstrap::default();
-        let sensor_file = beside(folder, &written.sensor);
+        let sensor_file = next_to(folder, &written.sensor);
         let sensor = sensor_file::load(&sensor_file)?;
         for experiment in &written.experiment {
             check_settings(experiment, &sensor).map_err(refused)?;
@@ -290,19 +291,19 @@ impl Plan {
         let Some(word) = word else {
             return Ok((self.sensor.clone(), self.sensor_file.clone()));
         };
-        let file = beside(self.folder(), word);
+        let file = next_to(self.folder(), word);
         Ok((sensor_file::load(&file)?, file))
     }
 }
 
 /// The text of a plan.
 fn text_of(file: &Path) -> Result<String, Error> {
-    match bounded::read_text(file, LONGEST) {
+    match bounded::read_text(file, MAX) {
         Ok(Some(text)) => Ok(text),
         Ok(None) => Err(Error::TextLength {
             file: file.to_owned(),
             what: "a plan",
-            limit: LONGEST,
+            limit: MAX,
         }),
         Err(source) => Err(Error::OpenPlan {
             file: file.to_owned(),
@@ -330,12 +331,12 @@ pub fn names(file: &Path) -> Result<Names, Error> {
     })?;
     let folder = file.parent().unwrap_or(Path::new(""));
     let mut names = Names::default();
-    names.sensors.push(beside(folder, &written.sensor));
+    names.sensors.push(next_to(folder, &written.sensor));
     for experiment in &written.experiment {
         let sensors = experiment.sensor.iter().chain(experiment.settings.values());
         names
             .sensors
-            .extend(sensors.map(|word| beside(folder, word)));
+            .extend(sensors.map(|word| next_to(folder, word)));
         let tables = experiment.trials.iter();
         names.tables.extend(tables.map(|table| folder.join(table)));
         let others = [&experiment.recording, &experiment.truth_g];
@@ -350,11 +351,12 @@ pub fn names(file: &Path) -> Result<Names, Error> {
 }
 
 /// A file of the plan's folder, or a preset's name.
-fn beside(folder: &Path, word: &str) -> PathBuf {
+fn next_to(folder: &Path, word: &str) -> PathBuf {
     let file = folder.join(word);
-    match file.exists() || word.contains(['.', '/']) {
-        true => file,
-        false => PathBuf::from(word),
+    if file.exists() || word.contains(['.', '/']) {
+        file
+    } else {
+        PathBuf::from(word)
     }
 }
 
@@ -365,9 +367,10 @@ fn words_of(error: &toml::de::Error) -> String {
     let lines = quoted.trim_end().lines();
     let short: Vec<String> = lines.map(|line| line.chars().take(160).collect()).collect();
     let text = short.join("\n");
-    match text.contains("invalid type: map, expected a sequence") {
-        true => text + "\nwrite [[experiment]], with two brackets: there may be more than one",
-        false => text,
+    if text.contains("invalid type: map, expected a sequence") {
+        text + "\nwrite [[experiment]], with two brackets: there may be more than one"
+    } else {
+        text
     }
 }
 
@@ -432,9 +435,10 @@ fn check_keys(experiment: &Experiment) -> Result<(), String> {
             "{key} applies to {}, and this experiment is {}{}",
             applies_to(key),
             kind.word(),
-            match whole {
-                true => " of a recording with all loads",
-                false => " by a table of trials",
+            if whole {
+                " of a recording with all loads"
+            } else {
+                " by a table of trials"
             }
         )),
         None => Ok(()),
@@ -458,7 +462,7 @@ fn check_settings(experiment: &Experiment, sensor: &Sensor) -> Result<(), String
     let (Some(table), false) = (&experiment.trials, experiment.settings.is_empty()) else {
         return Ok(());
     };
-    let labels = sensor.array.labels.as_deref();
+    let labels = sensor.array().labels.as_deref();
     let Ok(trials) = read_trials(table, sensor.rows(), sensor.columns(), labels) else {
         return Ok(());
     };

@@ -39,10 +39,11 @@ pub(super) fn about(plan: &Plan) -> Vec<(String, String)> {
 
 /// A sensor, line by line.
 fn describe(sensor: &Sensor) -> Vec<(String, String)> {
-    let (array, readout, converter) = (&sensor.array, &sensor.readout, &sensor.converter);
+    let spec = sensor.spec();
+    let (array, readout, converter) = (&spec.array, &spec.readout, &spec.converter);
     let line = |what: &str, said: String| (what.to_owned(), said);
     let mut about = vec![
-        line("sensor", sensor.name.clone()),
+        line("sensor", spec.name.clone()),
         line(
             "array",
             format!(
@@ -88,7 +89,7 @@ fn describe(sensor: &Sensor) -> Vec<(String, String)> {
             if converter.inverted { ", inverted" } else { "" }
         ),
     ));
-    let material = match &sensor.material {
+    let material = match &spec.material {
         Some(material) => {
             let exponent = match &material.exponent {
                 PerTaxel::One(exponent) => number(*exponent),
@@ -124,9 +125,10 @@ fn switches(values: Option<&PerLine>, lines: usize) -> String {
     let (least, most) = each
         .iter()
         .fold((f64::MAX, f64::MIN), |(a, b), &v| (a.min(v), b.max(v)));
-    match least == most {
-        true => format!("{} Ω", number(least)),
-        false => format!("{} to {} Ω", number(least), number(most)),
+    if least == most {
+        format!("{} Ω", number(least))
+    } else {
+        format!("{} to {} Ω", number(least), number(most))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Does the same load read the same?
 
-use taxel::evaluate::Bootstrap;
-use taxel::evaluate::repeatability::{OUTLIER_SIGMAS, Reading, difference, repeatability};
+use taxel::evaluate::repeatability::{OUTLIER_SIGMAS, RepeatedReading, difference, repeatability};
+use taxel::stats::Bootstrap;
 use taxel_plot::report::{Cell, Figure, Section, Table};
 use taxel_plot::{Line, LineStyle, Series, cells};
 
@@ -82,11 +82,11 @@ pub(super) fn section(
     })
 }
 
-fn readings(plan: &Plan, group: &Group, value: Value) -> Result<Vec<Vec<Reading>>, Error> {
+fn readings(plan: &Plan, group: &Group, value: Value) -> Result<Vec<Vec<RepeatedReading>>, Error> {
     group.collect(
         |_| true,
         |_, reading| {
-            Ok(Reading {
+            Ok(RepeatedReading {
                 value: reading.value(value).ok_or_else(|| no_law(plan))?,
                 marked: !reading.is_measured(),
             })
@@ -96,15 +96,17 @@ fn readings(plan: &Plan, group: &Group, value: Value) -> Result<Vec<Vec<Reading>
 
 /// 1 for a marked reading, 0 for another, of each setting.
 fn marked(groups: &[Group]) -> Vec<Vec<Vec<f64>>> {
-    let flag = |reading: &&super::readings::Reading| f64::from(u8::from(!reading.is_measured()));
+    let flag =
+        |reading: &&super::readings::TrialReading| f64::from(u8::from(!reading.is_measured()));
     let of = |group: &Group| {
         let experiments = group.experiments();
-        match experiments.len() < Bootstrap::FEWEST {
-            true => experiments.concat().iter().map(|r| vec![flag(r)]).collect(),
-            false => experiments
+        if experiments.len() < Bootstrap::MIN_EXPERIMENTS {
+            experiments.concat().iter().map(|r| vec![flag(r)]).collect()
+        } else {
+            experiments
                 .iter()
                 .map(|one| one.iter().map(flag).collect())
-                .collect(),
+                .collect()
         }
     };
     groups.iter().map(of).collect()

@@ -1,7 +1,7 @@
 //! How the reading follows the load, and where it ends.
 
 use taxel::circuit::Converter;
-use taxel::evaluate::response::{Reading, Response, response};
+use taxel::evaluate::response::{LoadReading, Response, response};
 use taxel::{Counts, Frame};
 use taxel_plot::report::{Figure, Section, Table, number};
 use taxel_plot::{Line, LineStyle, Series, cells};
@@ -78,7 +78,7 @@ pub(super) fn section(
                 group.name().to_owned(),
                 level.load,
                 level.value,
-                level.spread,
+                level.standard_deviation,
                 100.0 * level.saturated_share,
             ]);
         }
@@ -107,11 +107,11 @@ fn usable(found: &Response) -> String {
     format!("{} to {}", number(from), number(found.largest_usable))
 }
 
-fn readings(plan: &Plan, group: &Group, value: Value) -> Result<Vec<Vec<Reading>>, Error> {
+fn readings(plan: &Plan, group: &Group, value: Value) -> Result<Vec<Vec<LoadReading>>, Error> {
     // What is no measurement says nothing of the response; what is saturated says where it ends.
-    let keep = |reading: &super::readings::Reading| !reading.marked || reading.saturated;
+    let keep = |reading: &super::readings::TrialReading| !reading.marked || reading.saturated;
     group.collect(keep, |trial, reading| {
-        Ok(Reading {
+        Ok(LoadReading {
             load: trial.load_g.unwrap_or_default(),
             value: reading.value(value).ok_or_else(|| no_law(plan))?,
             saturated: reading.saturated,
@@ -189,7 +189,7 @@ fn figure(plan: &Plan, group: &Group, value: Value, found: &Response) -> Result<
 }
 
 /// Half the length of an interval, for an error bar.
-pub(super) fn half(estimate: &taxel::evaluate::Estimate) -> f64 {
+pub(super) fn half(estimate: &taxel::stats::Estimate) -> f64 {
     estimate
         .interval
         .map_or(0.0, |(low, high)| (high - low) / 2.0)

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use taxel::{Sensor, solve};
 use taxel_acquire::Address;
-use taxel_acquire::simulated::Knobs;
+use taxel_acquire::simulated::SimulationParameters;
 use taxel_server::{
     Command, Details as DetailsMessage, Event, Hello, Refused, Reply, SensorFacts, SourceFacts,
     SourceKind, State, ViewerBackend,
@@ -24,10 +24,10 @@ use super::status::{SessionStatus, secs};
 use crate::methods::MethodName;
 
 /// The longest note and the longest name that are taken.
-const LONGEST_TEXT: usize = 500;
-const LONGEST_NAME: usize = 80;
+const MAX_TEXT: usize = 500;
+const MAX_NAME: usize = 80;
 /// File systems count bytes, of which a letter may have several.
-const LONGEST_BYTES: usize = 240;
+const MAX_BYTES: usize = 240;
 /// The most that may stand on a sensor that is tared: noise, and a light glove.
 const TARED_NEWTONS: f64 = 0.5;
 /// Between two beginnings of a recording: files are not made by the hundred.
@@ -85,9 +85,11 @@ impl LiveController {
         let _ = commands.send(command);
     }
 
-    fn knobs(&self) -> Option<Knobs> {
+    fn parameters(&self) -> Option<SimulationParameters> {
         match &self.controls {
-            Controls::Knobs(knobs) => Some(*knobs.lock().unwrap_or_else(PoisonError::into_inner)),
+            Controls::Simulation(parameters) => {
+                Some(*parameters.lock().unwrap_or_else(PoisonError::into_inner))
+            }
             _ => None,
         }
     }
@@ -100,16 +102,16 @@ impl LiveController {
     }
 
     fn simulation(&self) -> Option<Simulation> {
-        let knobs = self.knobs()?;
+        let parameters = self.parameters()?;
         Some(Simulation {
-            knobs,
+            parameters,
             inverse_knows: self.knows(),
         })
     }
 
     /// What can be changed of a source that is this sensor, simulated.
     fn changes(&self) -> impl Iterator<Item = Change> {
-        let has_gain = self.sensor.readout.topology.is_tia();
+        let has_gain = self.sensor.readout().topology.is_tia();
         let all = Change::ALL.into_iter();
         all.filter(move |&change| change != Change::Gain || has_gain)
     }
@@ -124,7 +126,7 @@ impl LiveController {
     }
 
     fn slide(&self, key: &str, value: f64) -> Result<Reply, Refused> {
-        let Controls::Knobs(knobs) = &self.controls else {
+        let Controls::Simulation(parameters) = &self.controls else {
             return Err(Refused::because("this source has no sliders"));
         };
         let Some(change) = Change::of_key(key) else {
@@ -140,20 +142,21 @@ impl LiveController {
             )));
         }
         let known = {
-            let mut knobs = knobs.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut parameters = parameters.lock().unwrap_or_else(PoisonError::into_inner);
             let mut knows = self
                 .inverse_knows
                 .lock()
                 .unwrap_or_else(PoisonError::into_inner);
             let mut simulation = Simulation {
-                knobs: *knobs,
+                parameters: *parameters,
                 inverse_knows: *knows,
             };
             change.set(&mut simulation, value);
-            *knobs = simulation.knobs;
+            *parameters = simulation.parameters;
             *knows = simulation.inverse_knows;
             if simulation.inverse_knows {
-                simulation.knobs.apply(&self.sensor)
+                let turned = simulation.parameters.apply(&self.sensor);
+                turned.unwrap_or_else(|_| self.sensor.clone())
             } else {
                 self.sensor.clone()
             }
@@ -194,9 +197,10 @@ impl LiveController {
 
     /// The method of that name: one of those offered, so that no viewer names a file.
     fn method(&self, name: &str) -> Result<MethodName, String> {
-        match self.methods().iter().any(|known| known == name) {
-            true => name.parse(),
-            false => Err(format!("no method is called {name}")),
+        if self.methods().iter().any(|known| known == name) {
+            name.parse()
+        } else {
+            Err(format!("no method is called {name}"))
         }
     }
 
@@ -258,18 +262,18 @@ impl LiveController {
 
 impl ViewerBackend for LiveController {
     fn hello(&self) -> Hello {
-        let array = &self.sensor.array;
+        let array = self.sensor.array();
         let kind = match self.controls {
             Controls::Device => SourceKind::Device,
-            Controls::Knobs(_) => SourceKind::Sim,
+            Controls::Simulation(_) => SourceKind::Sim,
             Controls::Player(_) => SourceKind::File,
         };
-        let mut sensor = SensorFacts::new(self.sensor.name.clone(), array.rows, array.columns);
+        let mut sensor = SensorFacts::new(self.sensor.name(), array.rows, array.columns);
         sensor.pitch_mm = array.pitch_mm;
         sensor.taxel_area_mm2 = array.taxel_area_mm2;
-        sensor.bits = self.sensor.converter.bits;
+        sensor.bits = self.sensor.converter().bits;
         sensor.max_count = self.sensor.max_count();
-        sensor.has_load_law = self.sensor.material.is_some() || self.model.is_some();
+        sensor.has_load_law = self.sensor.material().is_some() || self.model.is_some();
         let program = format!("taxel {}", env!("CARGO_PKG_VERSION"));
         let source = SourceFacts::new(self.address.to_string(), kind);
         let mut hello = Hello::new(program, sensor, source);
@@ -309,7 +313,7 @@ impl ViewerBackend for LiveController {
             Command::Record { name } => self.record(name),
             Command::Stop => self.stop(),
             Command::Event { text } => {
-                let text: String = text.trim().chars().take(LONGEST_TEXT).collect();
+                let text: String = text.trim().chars().take(MAX_TEXT).collect();
                 if text.is_empty() {
                     return Err(Refused::because("an event needs some words"));
                 }
@@ -360,11 +364,8 @@ fn recording_name(name: Option<&str>, folder: &Path) -> Result<String, String> {
     let allowed = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | ' ');
     let problem = if stem.is_empty() {
         "a name needs a letter or a digit".to_owned()
-    } else if stem.chars().count() > LONGEST_NAME || stem.len() > LONGEST_BYTES {
-        format!(
-            "{} characters, at most {LONGEST_NAME}",
-            stem.chars().count()
-        )
+    } else if stem.chars().count() > MAX_NAME || stem.len() > MAX_BYTES {
+        format!("{} characters, at most {MAX_NAME}", stem.chars().count())
     } else if stem.starts_with(['.', '-']) {
         "it begins with a dot or a hyphen".to_owned()
     } else if let Some(other) = stem.chars().find(|&c| !allowed(c)) {
@@ -373,7 +374,7 @@ fn recording_name(name: Option<&str>, folder: &Path) -> Result<String, String> {
         return Ok(format!("{stem}.mcap"));
     };
     Err(format!(
-        "'{name}' cannot be a recording's name: {problem}. Use letters, digits, space, - _ . ({LONGEST_NAME} characters)"
+        "'{name}' cannot be a recording's name: {problem}. Use letters, digits, space, - _ . ({MAX_NAME} characters)"
     ))
 }
 

@@ -1,7 +1,9 @@
 //! A queue that never makes its writer wait: when it is full, the oldest goes.
 
 use std::collections::VecDeque;
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::PoisonError;
+
+use super::sync::{Condvar, Mutex, MutexGuard, unit_tests};
 
 struct Held<T> {
     items: VecDeque<T>,
@@ -86,20 +88,21 @@ impl<T> LatestQueue<T> {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+unit_tests! {
+    mod tests {
+        use super::*;
 
-    #[test]
-    fn the_newest_stay_and_nobody_waits() {
-        let queue = LatestQueue::new(2);
-        assert!(!queue.push(1));
-        assert!(!queue.push(2));
-        assert!(queue.push(3));
-        queue.close();
-        assert_eq!(
-            [queue.pop(), queue.pop(), queue.pop()],
-            [Some(2), Some(3), None]
-        );
+        #[test]
+        fn the_newest_stay_and_nobody_waits() {
+            let queue = LatestQueue::new(2);
+            assert!(!queue.push(1));
+            assert!(!queue.push(2));
+            assert!(queue.push(3));
+            queue.close();
+            assert_eq!(
+                [queue.pop(), queue.pop(), queue.pop()],
+                [Some(2), Some(3), None]
+            );
+        }
     }
 }

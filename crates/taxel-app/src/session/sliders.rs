@@ -1,12 +1,12 @@
 //! What viewers may change of a simulated source: each once, with its name, its range and where it stands.
 
-use taxel_acquire::simulated::Knobs;
+use taxel_acquire::simulated::SimulationParameters;
 use taxel_server::{Slider, SliderKind};
 
 /// A simulated source, and whether the inverse is told of what is changed about it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Simulation {
-    pub(super) knobs: Knobs,
+    pub(super) parameters: SimulationParameters,
     pub(super) inverse_knows: bool,
 }
 
@@ -92,12 +92,12 @@ impl Change {
     pub(super) fn value(self, of: &Simulation) -> f64 {
         let flag = |on: bool| f64::from(u8::from(on));
         match self {
-            Change::ColumnSwitch => of.knobs.r_mux_column_ohms,
-            Change::RowSwitch => of.knobs.r_mux_row_ohms,
-            Change::Gain => of.knobs.open_loop_gain,
-            Change::Noise => of.knobs.noise_counts,
-            Change::DeadRow => flag(of.knobs.dead_row),
-            Change::DeadColumn => flag(of.knobs.dead_column),
+            Change::ColumnSwitch => of.parameters.r_mux_column_ohms,
+            Change::RowSwitch => of.parameters.r_mux_row_ohms,
+            Change::Gain => of.parameters.open_loop_gain,
+            Change::Noise => of.parameters.noise_counts,
+            Change::DeadRow => flag(of.parameters.dead_row),
+            Change::DeadColumn => flag(of.parameters.dead_column),
             Change::InverseKnows => flag(of.inverse_knows),
         }
     }
@@ -105,12 +105,12 @@ impl Change {
     pub(super) fn set(self, of: &mut Simulation, value: f64) {
         let on = value >= 0.5;
         match self {
-            Change::ColumnSwitch => of.knobs.r_mux_column_ohms = value,
-            Change::RowSwitch => of.knobs.r_mux_row_ohms = value,
-            Change::Gain => of.knobs.open_loop_gain = value,
-            Change::Noise => of.knobs.noise_counts = value,
-            Change::DeadRow => of.knobs.dead_row = on,
-            Change::DeadColumn => of.knobs.dead_column = on,
+            Change::ColumnSwitch => of.parameters.r_mux_column_ohms = value,
+            Change::RowSwitch => of.parameters.r_mux_row_ohms = value,
+            Change::Gain => of.parameters.open_loop_gain = value,
+            Change::Noise => of.parameters.noise_counts = value,
+            Change::DeadRow => of.parameters.dead_row = on,
+            Change::DeadColumn => of.parameters.dead_column = on,
             Change::InverseKnows => of.inverse_knows = on,
         }
     }
@@ -130,7 +130,7 @@ mod tests {
     #[test]
     fn every_change_is_read_back() {
         let mut simulation = Simulation {
-            knobs: Knobs::of(&taxel::sensor::preset("econe").unwrap()),
+            parameters: SimulationParameters::of(&taxel::sensor::preset("econe").unwrap()),
             inverse_knows: false,
         };
         for change in Change::ALL {

@@ -6,7 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use taxel::stats::quantile_of_sorted;
-use taxel_acquire::protocol::Tally;
+use taxel_acquire::protocol::LinkStats;
 use taxel_acquire::transport::State;
 use taxel_server::{
     BadLines, DeviceState, DeviceStatus, Event, FileFacts, Latency, Player, RecordingStatus,
@@ -46,7 +46,7 @@ struct Known {
     message: StateMessage,
     recording: Option<Recording>,
     device: State,
-    tally: Tally,
+    link_stats: LinkStats,
     /// Newtons on the sensor, without any tare.
     total: Option<f64>,
     arrivals: VecDeque<Instant>,
@@ -85,7 +85,7 @@ impl SessionStatus {
                 message,
                 recording: None,
                 device: State::Waiting,
-                tally: Tally::default(),
+                link_stats: LinkStats::default(),
                 total: None,
                 arrivals: VecDeque::new(),
                 delays_ms: VecDeque::new(),
@@ -201,16 +201,16 @@ impl SessionStatus {
         }
     }
 
-    pub(super) fn set_tally(&self, tally: Tally) {
+    pub(super) fn set_link_stats(&self, link_stats: LinkStats) {
         let mut status = self.lock();
-        status.tally = tally;
-        status.message.lost = tally.lost;
-        status.message.corrupt = tally.corrupt;
-        status.message.repeated = tally.repeated;
+        status.link_stats = link_stats;
+        status.message.lost = link_stats.lost;
+        status.message.corrupt = link_stats.corrupt;
+        status.message.repeated = link_stats.repeated;
     }
 
-    pub(super) fn tally(&self) -> Tally {
-        self.lock().tally
+    pub(super) fn link_stats(&self) -> LinkStats {
+        self.lock().link_stats
     }
 
     pub(super) fn skip(&self) {

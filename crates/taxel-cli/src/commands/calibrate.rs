@@ -8,7 +8,7 @@ use std::time::SystemTime;
 
 use clap::ValueEnum;
 use taxel::Sensor;
-use taxel::calibrate::{LawChoice, Options, Report};
+use taxel::calibrate::{CalibrationOptions, CalibrationReport, LawChoice};
 use taxel_io::recordings_of;
 
 use super::positive::positive;
@@ -142,7 +142,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         &Terminal,
     )?;
     let names = [Some(table), args.equilibration.as_ref()];
-    let options = Options {
+    let options = CalibrationOptions {
         law: args.law.into(),
         per_line: args.per_line,
         open_loop_gain: args.fit_gain,
@@ -167,9 +167,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     drop(progress);
     out::file(&args.output, calibration.sensor.to_toml().as_bytes())?;
     let report = &calibration.report;
-    match args.json {
-        true => out::json(report)?,
-        false => out::result(&report.to_string())?,
+    if args.json {
+        out::json(report)?
+    } else {
+        out::result(&report.to_string())?
     }
     let exit = doubt(report, table, &lines);
     out::note(&format!("wrote {}", args.output.display()));
@@ -208,7 +209,7 @@ fn sensor_of(args: &Args) -> Result<Sensor, Error> {
 }
 
 /// Names labels that the others contradict, by their lines, and says what speaks against using the fit.
-fn doubt(report: &Report, table: &Path, lines: &[u64]) -> Exit {
+fn doubt(report: &CalibrationReport, table: &Path, lines: &[u64]) -> Exit {
     for suspect in &report.suspects {
         out::warn(&format!(
             "{}, line {}: {suspect}",
@@ -219,9 +220,10 @@ fn doubt(report: &Report, table: &Path, lines: &[u64]) -> Exit {
     for doubt in &report.doubts {
         out::warn(doubt);
     }
-    match report.doubts.is_empty() && report.suspects.iter().all(|s| !s.left_out) {
-        true => Exit::Good,
-        false => Exit::DataLost,
+    if report.doubts.is_empty() && report.suspects.iter().all(|s| !s.left_out) {
+        Exit::Good
+    } else {
+        Exit::DataLost
     }
 }
 

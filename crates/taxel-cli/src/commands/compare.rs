@@ -10,7 +10,7 @@ use taxel::frame::{grams_from_newtons, newtons_from_grams};
 use taxel::{Counts, Frame, Newtons, Sensor};
 use taxel_io::{FrameSource, TextOptions, open_counts};
 use taxel_learn::Split;
-use taxel_learn::contest::Scores;
+use taxel_learn::benchmark::Scores;
 use taxel_plot::Format;
 
 use crate::error::Error;
@@ -126,9 +126,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     interrupt::listen();
     let mut table = Table::new(args, &training_set, &whole, known.len());
     let all = whole.train.len() + whole.check.len();
-    let sizes = match args.most_presses.is_empty() {
-        true => vec![all],
-        false => args.most_presses.iter().map(|&n| n as usize).collect(),
+    let sizes = if args.most_presses.is_empty() {
+        vec![all]
+    } else {
+        args.most_presses.iter().map(|&n| n as usize).collect()
     };
     for size in sizes {
         let mut split = whole.clone();
@@ -162,9 +163,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     if let Some(file) = &args.figure {
         table.draw(file)?;
     }
-    match args.json {
-        true => out::json(&table)?,
-        false => out::result(&table.to_string())?,
+    if args.json {
+        out::json(&table)?
+    } else {
+        out::result(&table.to_string())?
     }
     for file in [&args.output, &args.figure].into_iter().flatten() {
         out::note(&format!("wrote {}", file.display()));

@@ -57,9 +57,10 @@ enum Source {
 impl Source {
     fn open(file: &Path, options: TextOptions) -> Result<Self, Error> {
         let timed = frames::is_mcap(file);
-        Ok(match timed {
-            true => Self::Timed(Box::new(McapReader::open(file, options)?)),
-            false => Self::Plain(open_counts(file, options)?),
+        Ok(if timed {
+            Self::Timed(Box::new(McapReader::open(file, options)?))
+        } else {
+            Self::Plain(open_counts(file, options)?)
         })
     }
 
@@ -158,9 +159,10 @@ fn check(args: &Args) -> Result<(), Error> {
 fn check_bits(args: &Args, sensor: &Sensor) -> Result<(), Error> {
     let ending = args.output.extension().unwrap_or_default();
     let limited = ending.eq_ignore_ascii_case("mcap") || ending.eq_ignore_ascii_case("parquet");
-    match limited {
-        true => Ok(carry::check_bits(&args.output, sensor)?),
-        false => Ok(()),
+    if limited {
+        Ok(carry::check_bits(&args.output, sensor)?)
+    } else {
+        Ok(())
     }
 }
 
@@ -217,8 +219,9 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         out::warn(&left_out.error.to_string());
     }
     out::note(&format!("wrote {}: {count} frames", args.output.display()));
-    Ok(match skipped == 0 && !is_missing {
-        true => Exit::Good,
-        false => Exit::DataLost,
+    Ok(if skipped == 0 && !is_missing {
+        Exit::Good
+    } else {
+        Exit::DataLost
     })
 }

@@ -15,9 +15,9 @@ use points::Points;
 use setting::Setting;
 
 /// Settings compared in one picture, as in the paper's interactive model.
-const MOST_SETTINGS: usize = 4;
+const MAX_SETTINGS: usize = 4;
 /// Other pressed taxels, at most: more than any row has.
-const MOST_OTHERS: usize = 1024;
+const MAX_OTHERS: usize = 1024;
 
 /// Draw V_out against the number N of other pressed taxels of a row
 ///
@@ -67,27 +67,28 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         .maybe_input("file of points", args.points.as_ref())
         .maybe_output("-o", args.output.as_ref())
         .check()?;
-    if args.setting.len() > MOST_SETTINGS {
+    if args.setting.len() > MAX_SETTINGS {
         return Err(Error::Arguments {
             what: format!(
-                "{} settings, but at most {MOST_SETTINGS} fit a picture",
+                "{} settings, but at most {MAX_SETTINGS} fit a picture",
                 args.setting.len()
             ),
             hint: "draw the others in a second picture",
         });
     }
-    if args.others > MOST_OTHERS {
+    if args.others > MAX_OTHERS {
         return Err(Error::Arguments {
             what: format!(
-                "--others {}, but at most {MOST_OTHERS} are computed",
+                "--others {}, but at most {MAX_OTHERS} are computed",
                 args.others
             ),
             hint: "the paper's rows have 128 taxels",
         });
     }
-    let settings = match args.setting.is_empty() {
-        true => Setting::defaults(),
-        false => args.setting.clone(),
+    let settings = if args.setting.is_empty() {
+        Setting::defaults()
+    } else {
+        args.setting.clone()
     };
     let points = match &args.points {
         Some(file) => Some(Points::read(file, args.volts_per_count)?),

@@ -67,16 +67,16 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     for skipped in &report.skipped {
         out::warn(skipped);
     }
-    match args.json {
-        true => out::json(&report)?,
-        false => out::result(&report.to_string())?,
+    if args.json {
+        out::json(&report)?
+    } else {
+        out::result(&report.to_string())?
     }
-    Ok(
-        match report.skipped_frames == 0 && report.missing.is_empty() {
-            true => Exit::Good,
-            false => Exit::DataLost,
-        },
-    )
+    Ok(if report.skipped_frames == 0 && report.missing.is_empty() {
+        Exit::Good
+    } else {
+        Exit::DataLost
+    })
 }
 
 /// How to read the file, and whether its rows are known.

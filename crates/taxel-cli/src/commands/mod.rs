@@ -15,6 +15,8 @@ pub(crate) mod devices;
 pub(crate) mod evaluate;
 pub(crate) mod info;
 pub(crate) mod live;
+#[cfg(feature = "manual")]
+pub(crate) mod manual;
 pub(crate) mod model;
 pub(crate) mod netlist;
 pub(crate) mod plot;

@@ -72,9 +72,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         });
     }
     let siemens = conductances(args, &sensor, &sensor_file)?;
-    let selection = match args.scan {
-        true => Selection::Scan,
-        false => Selection::Taxel { row, column },
+    let selection = if args.scan {
+        Selection::Scan
+    } else {
+        Selection::Taxel { row, column }
     };
     let text =
         netlist(&sensor, &siemens, selection).map_err(|source| taxel_app::Error::InFile {
@@ -110,7 +111,7 @@ fn conductances(args: &Args, sensor: &Sensor, from: &Path) -> Result<Frame<Sieme
     if let Some(file) = &args.recording {
         return behind_counts(args, sensor, from, file);
     }
-    let unloaded = sensor.material.as_ref().map(|m| m.g_zero_siemens);
+    let unloaded = sensor.material().map(|m| m.g_zero_siemens);
     let unloaded = unloaded.filter(|&g| g > 0.0).unwrap_or(UNLOADED_SIEMENS);
     Ok(Frame::filled(rows, columns, unloaded))
 }

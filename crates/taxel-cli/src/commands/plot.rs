@@ -142,9 +142,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
 impl<'a> Job<'a> {
     fn new(args: &'a Args) -> Result<Self, Error> {
         let given = args.sensor.as_deref();
-        let found = match args.values {
-            true => recorded::sensor(given, None)?,
-            false => Some(recorded::needed_sensor(given, Some(&args.file))?),
+        let found = if args.values {
+            recorded::sensor(given, None)?
+        } else {
+            Some(recorded::needed_sensor(given, Some(&args.file))?)
         };
         let (sensor, sensor_file) = found.unzip();
         let mut options = match &sensor {
@@ -152,13 +153,13 @@ impl<'a> Job<'a> {
             None => shape_without_sensor(&args.file, args.rows, args.transpose)?,
         };
         options.transpose = args.transpose;
-        let has_law = sensor.as_ref().is_some_and(|s| s.material.is_some());
+        let has_law = sensor.as_ref().is_some_and(|s| s.material().is_some());
         let unit = match (args.values, args.unit) {
             (_, Some(unit)) => Some(unit),
             (true, None) => is_mcap(&args.file).then_some(Unit::Newtons),
             (false, None) => Some(if has_law { Unit::Grams } else { Unit::Siemens }),
         };
-        let pitch = sensor.as_ref().map(|sensor| sensor.array.pitch_mm);
+        let pitch = sensor.as_ref().map(|sensor| sensor.array().pitch_mm);
         Ok(Self {
             args,
             sensor,
@@ -234,8 +235,9 @@ fn shape_without_sensor(
         });
     };
     let columns = guess.columns.unwrap_or(1);
-    Ok(match transpose {
-        false => TextOptions::new(rows, columns),
-        true => TextOptions::new(columns, rows),
+    Ok(if transpose {
+        TextOptions::new(columns, rows)
+    } else {
+        TextOptions::new(rows, columns)
     })
 }

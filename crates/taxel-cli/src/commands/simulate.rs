@@ -94,9 +94,10 @@ fn scan_file(args: &Args, sensor: &Sensor, file: &Path) -> Result<u64, Error> {
         ..TextOptions::of(sensor)
     };
     let output = args.output();
-    let frames = match needs_frame_count(output) {
-        true => Some(count(file, options)?),
-        false => None,
+    let frames = if needs_frame_count(output) {
+        Some(count(file, options)?)
+    } else {
+        None
     };
     let unit = args.unit.unwrap_or(OutputUnit::Volts);
     let mut writer = Writer::create(output, sensor, unit, frames)?;
@@ -132,7 +133,7 @@ fn scan(
             source,
         })?;
     point.predict_into(volts.values_mut());
-    volts.take_marks(siemens);
+    volts.copy_meta_from(siemens);
     Ok(())
 }
 

@@ -26,7 +26,7 @@ fn a_truncated_frame() {
 
     ----- stderr -----
     error: frame 1 is cut short at r.txt, line 6, column 1: 1 whole lines found, 4 expected
-    hint: the recording stopped inside a frame; `--keep-going` leaves that frame out
+    hint: the recording stopped inside a frame; `--keep-going` leaves its frame out
     ");
     insta::assert_snapshot!(compensate(&format!("{FRAME}24,25,26,27,28,29,\n")), @r"
     exit code: 1
@@ -34,7 +34,7 @@ fn a_truncated_frame() {
 
     ----- stderr -----
     error: frame 1 is cut short at r.txt, line 6, column 1: 1 whole lines found, 4 expected
-    hint: the recording stopped inside a frame; `--keep-going` leaves that frame out
+    hint: the recording stopped inside a frame; `--keep-going` leaves its frame out
     ");
 }
 
@@ -167,7 +167,7 @@ fn resistances_that_cannot_be() {
 
     ----- stderr -----
     error: bad.toml: sensor file: `readout.r_mux_row_ohms` is 0, but must be a finite number above 0
-    hint: a switch's on-resistance; a CD74HC4067 has 70, an ADG732 has 4; without the key, `taxel calibrate` finds it
+    hint: a switch's on-resistance; a CD74HC4067 has 70, an ADG732 has 4; without the key, a calibration finds it
     ");
     insta::assert_snapshot!(with_sensor("r_mux_row_ohms = 10.0", "r_mux_row_ohms = [9.0, 10.0]"), @r"
     exit code: 1
@@ -219,7 +219,7 @@ fn a_sensor_that_is_not_there() {
 
     ----- stderr -----
     error: cannot open my/sensor.toml: No such file or directory (os error 2)
-    hint: --sensor takes a file, or one of the presets econe, mat-16x16-cd4067, mat-32x32-adg732
+    hint: a sensor is a file, or one of the presets econe, mat-16x16-cd4067, mat-32x32-adg732
     ");
 }
 
@@ -235,7 +235,7 @@ fn a_sensor_without_what_the_unit_needs() {
 
     ----- stderr -----
     error: no-law.toml: sensor file: `material` is missing
-    hint: run `taxel calibrate` to find the load law, or ask for --unit siemens
+    hint: a load law makes loads of conductances; `taxel calibrate` finds one, `--unit siemens` does without
     ");
     let run = folder.taxel("compensate r.txt --sensor no-law.toml --unit siemens");
     assert_eq!(run.code, Some(0), "{run}");

@@ -239,9 +239,9 @@ fn keep_going_leaves_out_what_cannot_be_read_and_exits_3() {
 
     ----- stderr -----
     warning: frame 2 left out: not a number at broken.txt, line 10, column 5: value 3 of 6 is `three`
-    hint: a line is broken, or this is no recording; `--keep-going` leaves its frame out
+    hint: a line is broken, or this is no recording
     warning: frame 5 left out: frame 5 is cut short at broken.txt, line 24, column 1: 3 whole lines found, 4 expected
-    hint: the recording stopped inside a frame; `--keep-going` leaves that frame out
+    hint: the recording stopped inside a frame
     4 frames of 4 rows x 6 columns, method exact, [time] s, [time] frames/s
     all 4 frames converged
     2 frames left out
@@ -268,17 +268,17 @@ fn a_frame_that_no_circuit_explains_is_written_as_0_and_exits_3() {
 
     ----- stderr -----
     warning: frame 0: infeasible: no conductances explain this frame: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is 4000.0200 Ohm, but row 0 allows less than 559.8522 Ohm
-    hint: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; run `taxel calibrate`
+    hint: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; calibrate the sensor
     warning: frame 1: infeasible: no conductances explain this frame: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is 4000.0200 Ohm, but row 0 allows less than 713.7282 Ohm
-    hint: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; run `taxel calibrate`
+    hint: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; calibrate the sensor
     warning: frame 2: infeasible: no conductances explain this frame: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is 4000.0200 Ohm, but row 0 allows less than 384.1116 Ohm
-    hint: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; run `taxel calibrate`
+    hint: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; calibrate the sensor
     warning: frame 3: infeasible: no conductances explain this frame: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is 4000.0200 Ohm, but row 0 allows less than 574.3576 Ohm
-    hint: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; run `taxel calibrate`
+    hint: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; calibrate the sensor
     warning: frame 4: infeasible: no conductances explain this frame: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is 4000.0200 Ohm, but row 0 allows less than 349.8851 Ohm
-    hint: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; run `taxel calibrate`
+    hint: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; calibrate the sensor
     warning: frame 5: infeasible: no conductances explain this frame: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is 4000.0200 Ohm, but row 0 allows less than 450.0429 Ohm
-    hint: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; run `taxel calibrate`
+    hint: r_mux_row_ohms (with r_feedback_ohms/(1 + open_loop_gain) or r_pull_down_ohms) is too large, or v_test_volts, the feedback or pull-down resistor, or full_scale_volts is wrong; calibrate the sensor
     6 frames of 4 rows x 6 columns, method exact, [time] s, [time] frames/s
     inverse: 6 infeasible
     6 frames without an answer

@@ -109,7 +109,7 @@ fn a_budget_refuses_what_is_no_sensor_and_no_number() {
 
     ----- stderr -----
     error: cannot open none.toml: No such file or directory (os error 2)
-    hint: --sensor takes a file, or one of the presets econe, mat-16x16-cd4067, mat-32x32-adg732
+    hint: a sensor is a file, or one of the presets econe, mat-16x16-cd4067, mat-32x32-adg732
     ");
     insta::assert_snapshot!(folder.fails("budget sensor.toml --rate 0"), @r"
     exit code: 2
@@ -218,7 +218,7 @@ fn a_design_refuses_nonsense_and_names_the_nearest_part() {
     ----- stdout -----
 
     ----- stderr -----
-    error: invalid value '3000..500' for '--taxel <LEAST..MOST>': from 3000 to 500 Ω
+    error: invalid value '3000..500' for '--taxel <MIN..MAX>': from 3000 to 500 Ω
     hint: both above 0, and the smaller first: pressing lowers the resistance
 
     For more information, try '--help'.
@@ -297,7 +297,7 @@ fn a_rig_is_compressed_for_a_pressure_or_a_load() {
 
     ----- stderr -----
     error: a load of 0.0098 N is less than the moving parts weigh, 0.0167 N
-    hint: use lighter parts (--offset), or a smaller tip for the same pressure
+    hint: use lighter parts, or a smaller tip for the same pressure
     ");
     for words in [
         "--load 132",

@@ -167,7 +167,7 @@ fn info_exits_3_when_frames_are_left_out() {
     no line fault
     ----- stderr -----
     warning: frame 12 left out: frame 12 is cut short at cut.txt, line 50, column 1: 1 whole lines found, 4 expected
-    hint: the recording stopped inside a frame; `--keep-going` leaves that frame out
+    hint: the recording stopped inside a frame
     ");
 }
 
@@ -292,7 +292,7 @@ fn bench_gives_the_keys_that_scripts_read() {
 
     ----- stderr -----
     error: unknown.toml: sensor file: `readout.r_mux_row_ohms` is missing
-    hint: run `taxel calibrate`, or take the switch's on-resistance from its data sheet
+    hint: calibrate the sensor, or take the switch's on-resistance from its data sheet
     ");
 }
 

@@ -248,15 +248,12 @@ fn every_signal_that_ends_a_program_ends_a_recording_whole() {
 #[test]
 fn one_sender_is_recorded_and_the_other_counted() {
     let folder = Folder::new();
-    let port = UdpSocket::bind("127.0.0.1:0")
-        .unwrap()
-        .local_addr()
-        .unwrap();
     let mut running = Running::start(
         &folder,
-        &format!("record udp:{port} --sensor sensor.toml -o one.mcap --frames 40"),
+        "record udp:127.0.0.1:0 --sensor sensor.toml -o one.mcap --frames 40",
     );
-    wait("file", || folder.is_written_by(&running.child));
+    let (place, _said) = running.place();
+    let port = place.strip_prefix("udp:").unwrap();
     let [device, other] = [(); 2].map(|()| UdpSocket::bind("127.0.0.1:0").unwrap());
     let mut number = 0;
     while running.child.try_wait().unwrap().is_none() {

@@ -197,7 +197,7 @@ fn what_cannot_be_tested_is_refused() {
 
     ----- stderr -----
     error: empty.txt names no sensor
-    hint: pass --sensor with a sensor file or the name of a preset (econe, mat-16x16-cd4067, mat-32x32-adg732)
+    hint: --sensor takes a sensor file or the name of a preset (econe, mat-16x16-cd4067, mat-32x32-adg732)
     ");
     insta::assert_snapshot!(folder.taxel("selftest --empty empty.txt --sensor sensor.toml"), @r"
     exit code: 2

@@ -184,9 +184,10 @@ impl LoadsReader {
         let codes = read("mark").unwrap_or_else(|| vec![0.0; rows * columns]);
         fit_shape(frame, rows, columns);
         for place in 0..rows * columns {
-            let from = match self.options.transpose {
-                true => (place % columns) * rows + place / columns,
-                false => place,
+            let from = if self.options.transpose {
+                (place % columns) * rows + place / columns
+            } else {
+                place
             };
             frame.values_mut()[place] = newtons[from];
             let mark = Mark::ALL.into_iter();

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | `/taxel/counts` | `foxglove.Grid` (protobuf) | counts, one `counts` a cell (uint16) |
 //! | `/taxel/loads` | `foxglove.Grid` (protobuf) | `newtons` (float32) and `mark` (uint8) a cell |
-//! | `/taxel/figures` | `taxel.Figures` (JSON) | total force, peak, contact area, centre of pressure |
+//! | `/taxel/figures` | `taxel.FrameFigures` (JSON) | total force, peak, contact area, centre of pressure |
 //! | `/taxel/events` | `taxel.Event` (JSON) | tare, marks set by hand, links lost and found |
 //!
 //! The log time of a message is the host's when the frame was complete; its publish time is the device's clock, set

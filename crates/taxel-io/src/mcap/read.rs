@@ -140,9 +140,10 @@ impl McapReader {
         let mut reader = Self::open_any(path)?;
         reader.options = options;
         let (rows, columns) = reader.shape;
-        let found = match options.transpose {
-            true => (columns, rows),
-            false => (rows, columns),
+        let found = if options.transpose {
+            (columns, rows)
+        } else {
+            (rows, columns)
         };
         let expected = (options.rows, options.columns);
         if found != expected {
@@ -215,16 +216,17 @@ impl McapReader {
     fn begin(&mut self) -> Result<(), Error> {
         self.ahead = self.read_grid()?;
         let Some(ahead) = &self.ahead else {
-            return Err(match self.damage.cut {
-                true => Error::RecordingCut {
+            return Err(if self.damage.cut {
+                Error::RecordingCut {
                     file: self.path.clone(),
                     frames: 0,
                     bytes: self.scanner.position(),
-                },
-                false => Error::NoCounts {
+                }
+            } else {
+                Error::NoCounts {
                     file: self.path.clone(),
                     found: self.topics.names(),
-                },
+                }
             });
         };
         self.start = Some(ahead.log_time);

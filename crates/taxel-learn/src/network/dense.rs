@@ -2,7 +2,8 @@
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
-use rand::{Rng, RngExt};
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 use super::Real;
 
@@ -43,7 +44,12 @@ impl<T: Real> Mlp<T> {
     ///
     /// # Panics
     /// With fewer than two widths.
-    pub fn new(widths: &[usize], relu_last: bool, random: &mut impl Rng) -> Self {
+    pub fn drawn(widths: &[usize], relu_last: bool, seed: u64) -> Self {
+        Self::new(widths, relu_last, &mut ChaCha8Rng::seed_from_u64(seed))
+    }
+
+    /// [`Mlp::drawn`] from a generator that others draw from as well.
+    pub(crate) fn new(widths: &[usize], relu_last: bool, random: &mut impl Rng) -> Self {
         let mut network = Self::zeros(widths, relu_last);
         for layer in 0..network.layers() {
             let (fan_in, fan_out) = (widths[layer], widths[layer + 1]);
@@ -157,15 +163,16 @@ impl<T: Real> Mlp<T> {
             T::of(1.0),
             Par::Seq,
         );
-        taxel::vectors::leave();
+        taxel::simd::zero_upper();
     }
 
     fn advance(&self, layer: usize, input: &[T], output: &mut [T]) {
         self.products(layer, input, output);
         let biases = self.layer(layer).1;
-        match self.has_relu(layer) {
-            true => add_and_relu(output, biases),
-            false => add(output, biases),
+        if self.has_relu(layer) {
+            add_and_relu(output, biases)
+        } else {
+            add(output, biases)
         }
     }
 
@@ -202,7 +209,7 @@ impl<T: Real> Mlp<T> {
                 T::of(1.0),
                 Par::Seq,
             );
-            taxel::vectors::leave();
+            taxel::simd::zero_upper();
             for row in trace.upstream.chunks_exact(fan_out) {
                 for (sum, value) in by_biases.iter_mut().zip(row) {
                     *sum += *value;
@@ -218,7 +225,7 @@ impl<T: Real> Mlp<T> {
                     T::of(1.0),
                     Par::Seq,
                 );
-                taxel::vectors::leave();
+                taxel::simd::zero_upper();
                 if layer > 0 {
                     std::mem::swap(&mut trace.upstream, &mut trace.downstream);
                 }
@@ -269,8 +276,6 @@ fn gate<T: Real>(gradient: &mut [T], outputs: &[T]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand::SeedableRng;
-    use rand_chacha::ChaCha8Rng;
 
     fn loss(network: &Mlp<f64>, inputs: &[f64], trace: &mut Trace<f64>) -> f64 {
         network.forward(inputs, trace);

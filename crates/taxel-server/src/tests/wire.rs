@@ -115,7 +115,7 @@ fn details() -> Details {
         raw: 0.75,
         counts: 1234,
         mark: 0,
-        siemens: 1.5e-5,
+        siemens: Some(1.5e-5),
         standard_error_newtons: Some(0.0625),
         ..TaxelDetails::at(1, 2)
     };

@@ -120,7 +120,7 @@ export class Panel {
     byId("taxel-pressure").textContent = newtons ? `${fixed(one.load * perTaxel, this.loadDecimals(perTaxel, sensor))} ${pressure.text}` : "–";
     byId("taxel-raw").textContent = `${fixed(one.raw * force.factor, decimals)} ${force.text}`;
     byId("taxel-crosstalk").textContent = `${fixed((one.raw - one.load) * force.factor, decimals)} ${force.text}`;
-    byId("taxel-siemens").textContent = siemens(newtons ? one.siemens : one.load);
+    byId("taxel-siemens").textContent = siemens(newtons ? one.siemens ?? NaN : one.load);
     byId("taxel-counts").textContent = `${one.counts} / ${sensor.max_count}`;
     this.drawTaxel(frame, at, force);
   }

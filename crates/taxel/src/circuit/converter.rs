@@ -1,10 +1,13 @@
 //! From read-out volts to counts and back, and the noise in between.
 
-use rand::RngExt;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::sensor::{ScanOrder, Sensor};
 use crate::{Counts, Frame, Mark, Volts};
+
+/// Standard deviation of what rounding to whole counts adds, counts: 1/√12.
+pub const ROUNDING_COUNTS: f64 = 0.288_675_134_594_812_9;
 
 /// The analogue-to-digital converter: gain, offset, inversion, memory, clipping, quantisation.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,7 +23,7 @@ pub struct Converter {
 impl Converter {
     /// The converter of a sensor.
     pub fn from_sensor(sensor: &Sensor) -> Self {
-        let spec = &sensor.converter;
+        let spec = sensor.converter();
         let lsb = spec.full_scale_volts / sensor.max_count();
         Self {
             volts_per_count: if spec.inverted { -lsb } else { lsb },
@@ -123,11 +126,33 @@ pub struct Noise {
 }
 
 impl Noise {
+    /// Draws of it, decided by the seed.
+    pub fn draws(self, seed: u64) -> NoiseDraws {
+        NoiseDraws {
+            noise: self,
+            random: ChaCha8Rng::seed_from_u64(seed),
+        }
+    }
+
     /// Adds one draw to every taxel; the generator, seeded by the caller, decides it.
-    pub fn add(&self, volts: &mut Frame<Volts>, random: &mut ChaCha8Rng) {
+    pub(crate) fn add(&self, volts: &mut Frame<Volts>, random: &mut ChaCha8Rng) {
         for value in volts.values_mut() {
             *value += self.standard_deviation_volts * normal(random);
         }
+    }
+}
+
+/// Draws of [`Noise`], one after the other: the same seed gives the same ones.
+#[derive(Debug, Clone)]
+pub struct NoiseDraws {
+    noise: Noise,
+    random: ChaCha8Rng,
+}
+
+impl NoiseDraws {
+    /// Adds one draw to every taxel.
+    pub fn add(&mut self, volts: &mut Frame<Volts>) {
+        self.noise.add(volts, &mut self.random);
     }
 }
 

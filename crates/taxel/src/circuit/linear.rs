@@ -3,14 +3,16 @@
 use super::ends::LEAK_SIEMENS;
 use super::{Circuit, LineEnds, NotPassive, OperatingPoint};
 use crate::Error;
-use crate::dense::{Spd, mirror, multiply, multiply_lower, sum, view, view_mut};
+use crate::linalg::{Spd, mirror, multiply, multiply_lower, sum, view, view_mut};
 use crate::sensor::{Sensor, Topology};
 
 /// A sensor's circuit, ready to be solved for any conductances.
 ///
 /// With d = g_cu + Gᵀ1, H = G diag(d)⁻¹, S = diag(G1 + g_ru) − H diag(d) Hᵀ:
 /// P = S⁻¹, K = P H, Q_cc = 1/d_c + (HᵀK)_cc, and V_out of a taxel is a function of P_rr, Q_cc, K_rc
-/// (docs/theory.md). With fewer columns than rows, the same over columns.
+/// ([theory.md]). With fewer columns than rows, the same over columns.
+///
+/// [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearCircuit {
     ends: LineEnds,
@@ -84,9 +86,10 @@ impl LinearPoint {
         let (rows, columns) = (ends.row_selected.len(), ends.column_selected.len());
         let transposed = columns < rows;
         let (small, large) = (rows.min(columns), rows.max(columns));
-        let (small_end, large_end) = match transposed {
-            false => (ends.row_unselected.clone(), ends.column_unselected.clone()),
-            true => (ends.column_unselected.clone(), ends.row_unselected.clone()),
+        let (small_end, large_end) = if transposed {
+            (ends.column_unselected.clone(), ends.row_unselected.clone())
+        } else {
+            (ends.row_unselected.clone(), ends.column_unselected.clone())
         };
         Self {
             ends,
@@ -147,9 +150,10 @@ impl LinearPoint {
         let g = &self.conductance;
         for (i, line) in g.chunks_exact(n).enumerate() {
             let sum = sum(line);
-            let total = match self.floating() && sum > LEAK_SIEMENS {
-                true => sum,
-                false => sum + self.small_end[i],
+            let total = if self.floating() && sum > LEAK_SIEMENS {
+                sum
+            } else {
+                sum + self.small_end[i]
             };
             self.schur[i * m + i] += total;
             self.totals[i] = total;
@@ -194,9 +198,10 @@ impl LinearPoint {
         for i in 0..m {
             let diagonal = self.p[i * m + i];
             for j in 0..n {
-                match self.transposed {
-                    false => visit(i * n + j, i * n + j, i, j, diagonal, self.q[j]),
-                    true => visit(i * n + j, j * m + i, j, i, self.q[j], diagonal),
+                if self.transposed {
+                    visit(i * n + j, j * m + i, j, i, self.q[j], diagonal)
+                } else {
+                    visit(i * n + j, i * n + j, i, j, diagonal, self.q[j])
                 }
             }
         }
@@ -258,11 +263,11 @@ impl OperatingPoint for LinearPoint {
         }
     }
 
-    fn derivative_into(&mut self, direction: &[f64], out: &mut [f64]) {
+    fn jvp_into(&mut self, direction: &[f64], out: &mut [f64]) {
         super::derivative::forward(self, direction, out);
     }
 
-    fn adjoint_into(&mut self, weights: &[f64], out: &mut [f64]) {
+    fn vjp_into(&mut self, weights: &[f64], out: &mut [f64]) {
         super::derivative::adjoint(self, weights, out);
     }
 }

@@ -49,10 +49,12 @@ pub fn ghost_level<Q>(
 ///
 /// Source: ours, after the percentage of a pressed taxel's reading that its unpressed neighbours show, by which
 /// fabric arrays are compared. Restricted to shared lines because that is where the circuit of
-/// docs/theory.md puts cross-talk to first order: over the whole array the index would shrink as the array grows.
+/// [theory.md] puts cross-talk to first order: over the whole array the index would shrink as the array grows.
 ///
 /// # Errors
 /// [`Error::Shape`] when the two frames differ in shape.
+///
+/// [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
 pub fn cross_talk_index<Q>(
     estimate: &Frame<Q>,
     truth: &Frame<Q>,

@@ -18,7 +18,7 @@ fn bed(wanted: RecordTopics) -> Bed {
         source: "test".to_owned(),
     };
     Bed {
-        recorder: Recorder::new(about, wanted, status.clone()).unwrap(),
+        recorder: Recorder::new(about, wanted, status.clone(), QUEUE).unwrap(),
         status,
         folder: tempfile::tempdir().unwrap(),
     }
@@ -44,7 +44,7 @@ impl Bed {
     fn solved(&self, sequence: u64) {
         let solved = SolvedFrame {
             loads: None,
-            figures: Figures::default(),
+            figures: FrameFigures::default(),
             sequence,
             at: SystemTime::now(),
         };
@@ -175,6 +175,23 @@ fn a_queue_that_is_full_ends_the_recording_with_what_it_holds() {
         .unwrap();
     bed.frames(3..5);
     assert_eq!(bed.recorder.stop().unwrap().frames, 2);
+}
+
+/// Whoever is first, the queue's end or a viewer: that frames were refused is said.
+#[test]
+fn a_stop_right_after_the_queue_was_full_says_so() {
+    let bed = bed(RecordTopics::default());
+    bed.recorder
+        .begin(bed.path("a.mcap"), Owner::Operator, None)
+        .unwrap();
+    bed.frames(0..3);
+    assert!(bed.recorder.shared.go(Phase::Recording, Phase::Overrun));
+    if let Some(saved) = bed.recorder.stop() {
+        assert!(saved.error.unwrap().contains("slower than the sensor"));
+    }
+    let ended = bed.status.ended();
+    assert_eq!(ended.len(), 1);
+    assert!(ended[0].error.is_some(), "{}", ended[0].words());
 }
 
 #[test]

@@ -9,11 +9,11 @@ use crate::error::Error;
 use crate::progress::Progress;
 use crate::recorded::Untared;
 use taxel_app::chain::Chain;
-use taxel_app::frames::{DisplayUnit, Reading, show};
+use taxel_app::frames::{DisplayUnit, FrameReader, show};
 use taxel_app::methods::MethodName;
 
 /// Values that are held at most: 800 MB.
-const MOST_VALUES: usize = 100_000_000;
+const MAX_VALUES: usize = 100_000_000;
 
 /// What was read.
 pub(super) struct Taken {
@@ -67,7 +67,7 @@ pub(super) fn take(
         None => largest(args, options)?,
     };
     let spec = sensor
-        .map(|sensor| sensor.screen.clone())
+        .map(|sensor| sensor.screen().clone())
         .unwrap_or_default();
     let screening = sensor.map_or_else(ScreenOptions::default, ScreenOptions::from_sensor);
     let faults = line_faults(args, options, max_count, &screening)?;
@@ -93,7 +93,7 @@ pub(super) fn take(
         skipped: Vec::new(),
         integrity: Integrity::default(),
     };
-    let mut reading = Reading::Counts(
+    let mut reading = FrameReader::Counts(
         open_counts(&args.recording, options)?,
         Frame::zeros(options.rows, options.columns),
     );
@@ -101,7 +101,7 @@ pub(super) fn take(
     let mut untared = Untared::new(args.no_tare);
     let progress = Progress::new("reading");
     while reading.advance()? {
-        let Reading::Counts(_, counts) = &mut reading else {
+        let FrameReader::Counts(_, counts) = &mut reading else {
             unreachable!("it was opened as counts");
         };
         let mut screened = counts.clone();
@@ -110,7 +110,10 @@ pub(super) fn take(
             chain.take(&reading)?;
             chain.show_into(&mut shown)?;
             if let (Some(sensor), Some(unit)) = (sensor, args.unit) {
-                let (raw, area) = (args.method == MethodName::Raw, sensor.array.taxel_area_mm2);
+                let (raw, area) = (
+                    args.method == MethodName::Raw,
+                    sensor.array().taxel_area_mm2,
+                );
                 untared.apply(reading.tare(), raw, unit, area, shown.values_mut());
             }
         }
@@ -133,10 +136,10 @@ impl Taken {
         shown: Option<&Frame<DisplayUnit>>,
         places: &[(String, usize, usize)],
     ) -> Result<(), Error> {
-        if (self.sequence.len() + 1) * places.len() > MOST_VALUES {
+        if (self.sequence.len() + 1) * places.len() > MAX_VALUES {
             return Err(Error::Arguments {
                 what: format!(
-                    "{} taxels over {} frames are more values than are held, {MOST_VALUES}",
+                    "{} taxels over {} frames are more values than are held, {MAX_VALUES}",
                     places.len(),
                     self.sequence.len() + 1
                 ),

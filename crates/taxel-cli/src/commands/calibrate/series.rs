@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use serde::Serialize;
-use taxel::calibrate::{DynamicFit, Series, fit_dynamic};
-use taxel::simulate::Grams;
+use taxel::Grams;
+use taxel::calibrate::{DynamicFit, LoadSeries, fit_dynamic};
 use taxel::{Counts, Frame, Sensor};
 use taxel_io::{FrameSource, TextOptions, open_counts};
 
@@ -45,7 +45,7 @@ pub(super) fn run(
     let frames = read_frames(recording, options)?;
     let truths = read_loads(loads, options)?;
     let secs = times(&frames, args.period, recording)?;
-    let series = Series {
+    let series = LoadSeries {
         secs: &secs,
         frames: &frames,
         loads: &truths,
@@ -76,9 +76,10 @@ pub(super) fn run(
             })
             .collect(),
     };
-    match args.json {
-        true => out::json(&report)?,
-        false => out::result(&text(&report))?,
+    if args.json {
+        out::json(&report)?
+    } else {
+        out::result(&text(&report))?
     }
     out::note(&format!("wrote {}", args.output.display()));
     Ok(Exit::Good)
@@ -86,16 +87,15 @@ pub(super) fn run(
 
 fn write(args: &Args, found: &DynamicFit, recording: &Path, loads: &Path) -> Result<(), Error> {
     let signed = |sensor: &Sensor| {
-        let mut sensor = sensor.clone();
-        sensor.provenance = Some(taxel::sensor::Provenance {
-            program: format!("taxel {}", env!("CARGO_PKG_VERSION")),
-            date: super::today(),
-            data: [recording, loads]
-                .map(|file| file.display().to_string())
-                .to_vec(),
-            ..Default::default()
-        });
-        sensor.to_toml()
+        let mut provenance = taxel::sensor::Provenance::default();
+        provenance.program = format!("taxel {}", env!("CARGO_PKG_VERSION"));
+        provenance.date = super::today();
+        provenance.data = [recording, loads]
+            .map(|file| file.display().to_string())
+            .to_vec();
+        let mut spec = sensor.spec().clone();
+        spec.provenance = Some(provenance);
+        spec.to_toml()
     };
     if let Some(file) = &args.static_output {
         out::file(file, signed(&found.best_static).as_bytes())?;

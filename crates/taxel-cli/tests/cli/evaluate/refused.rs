@@ -369,7 +369,7 @@ fn loads_need_a_load_law_and_truths() {
     let run = folder.fails("evaluate plan.toml");
     assert!(
         run.err
-            .contains("has no [material]\nhint: run `taxel calibrate`"),
+            .contains("has no [material]\nhint: calibrate the sensor"),
         "{run}"
     );
     folder.plan("[[experiment]]\nkind = \"repeatability\"\nname = \"a\"\ntrials = \"t.csv\"\nvalue = \"grams\"\nsensor = \"plain.toml\"\n");

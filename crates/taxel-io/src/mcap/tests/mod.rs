@@ -7,7 +7,7 @@ mod told;
 use std::path::Path;
 use std::time::{Duration, SystemTime};
 
-use taxel::metric::Figures;
+use taxel::metric::FrameFigures;
 use taxel::{Counts, Frame, Newtons};
 
 use super::tail::Tail;
@@ -78,9 +78,10 @@ fn loads_come_back_with_their_marks() {
             assert!(reader.next_into(&mut found).unwrap());
             let written = loads(number);
             for place in 0..256 {
-                let from = match transpose {
-                    true => 16 * (place % 16) + place / 16,
-                    false => place,
+                let from = if transpose {
+                    16 * (place % 16) + place / 16
+                } else {
+                    place
                 };
                 assert_eq!(found.values()[place], written.values()[from]);
                 assert_eq!(found.marks()[place], written.marks()[from]);
@@ -110,7 +111,7 @@ fn what_is_recorded_comes_back_with_times_events_and_sensor() {
         let loads = loads(number);
         writer.write_counts(&frame(number), at(number)).unwrap();
         writer.write_loads(&loads, at(number)).unwrap();
-        let figures = Figures::of(&loads, &about().sensor.array);
+        let figures = FrameFigures::of(&loads, about().sensor.array());
         writer.write_figures(&figures, number, at(number)).unwrap();
         if number == 7 {
             writer

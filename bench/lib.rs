@@ -1,0 +1,1 @@
+//! Benchmarks, apart from the crates so that their tests build without criterion.
