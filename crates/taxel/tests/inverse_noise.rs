@@ -3,7 +3,7 @@
 mod common;
 
 use common::{inversion, pressed};
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use taxel::circuit::{Circuit, LinearCircuit, Noise};
 use taxel::sensor::Topology;
@@ -33,7 +33,7 @@ fn standard_errors_agree_with_the_scatter_of_noisy_solves() {
     let mut squares = vec![0.0; 64];
     for _ in 0..solves {
         let mut noisy = volts.clone();
-        noise.add(&mut noisy, &mut random);
+        noise.add(&mut noisy, &mut || random.random());
         let solved = inversion.method.solve(&noisy);
         assert!(solved.outcome.stop.is_good());
         for ((sum, found), true_g) in squares
@@ -116,7 +116,7 @@ fn noisy_round_trips_stay_within_five_standard_errors() {
                 let noise = Noise {
                     standard_deviation_volts: SIGMA_VOLTS,
                 };
-                noise.add(&mut volts, &mut random);
+                noise.add(&mut volts, &mut || random.random());
                 let solved = inversion.method.solve(&volts);
                 assert!(
                     solved.outcome.stop.is_good(),
@@ -162,7 +162,7 @@ fn idle_lines_of_noise_do_not_spoil_a_stream() {
             let mut out = Frame::zeros(12, 16);
             for frame in 0..20 {
                 let mut noisy = volts.clone();
-                noise.add(&mut noisy, &mut random);
+                noise.add(&mut noisy, &mut || random.random());
                 let outcome = inversion.method.solve_into(&noisy, &mut out, &mut scratch);
                 // In a floating array a line without conductance reads alike at every taxel; its noise
                 // can't be explained, and the answer is the nearest.

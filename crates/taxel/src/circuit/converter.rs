@@ -123,16 +123,20 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// Adds one draw to every taxel; the generator, seeded by the caller, decides it.
-    pub(crate) fn add(&self, volts: &mut Frame<Volts>, random: &mut ChaCha8Rng) {
+    /// Adds one draw to every taxel; the caller's generator of numbers from 0 to below 1 decides it, two a taxel.
+    pub fn add(&self, volts: &mut Frame<Volts>, uniform: &mut impl FnMut() -> f64) {
         for value in volts.values_mut() {
-            *value += self.standard_deviation_volts * normal(random);
+            *value += self.standard_deviation_volts * normal_of(uniform(), uniform());
         }
     }
 }
 
-/// A standard normal number (Box and Muller 1958).
+/// A standard normal number.
 pub(crate) fn normal(random: &mut ChaCha8Rng) -> f64 {
-    let (u, v): (f64, f64) = (random.random(), random.random());
+    normal_of(random.random(), random.random())
+}
+
+/// Of two uniform numbers (Box and Muller 1958).
+fn normal_of(u: f64, v: f64) -> f64 {
     (-2.0 * (1.0 - u).ln()).sqrt() * (2.0 * std::f64::consts::PI * v).cos()
 }

@@ -8,7 +8,7 @@
 
 mod other;
 
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
@@ -393,7 +393,7 @@ fn read(
         Noise {
             standard_deviation_volts,
         }
-        .add(&mut noisy, random);
+        .add(&mut noisy, &mut || random.random());
     }
     let counts: Frame<Counts> = noisy.map(|_, volts| {
         let mut count = converter.count_from_volt(volts);

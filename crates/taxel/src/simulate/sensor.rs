@@ -168,7 +168,7 @@ impl VirtualSensor {
             .predict(&connected)
             .expect("no conductance is negative");
         let mut noisy = volts.clone();
-        self.noise.add(&mut noisy, &mut random);
+        self.noise.add(&mut noisy, &mut || random.random());
         let mut counts = self.converter.counts_from_volts(&noisy);
         if self.faults.stuck_share > 0.0 {
             for count in counts.values_mut() {
