@@ -7,8 +7,8 @@ use std::hint::black_box;
 
 use common::{inversion, pressed, sensor, stream};
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
-use taxel::calibrate::{DynamicLaw, Memory};
 use taxel::circuit::{Circuit, LinearCircuit, OperatingPoint};
+use taxel::material::{DynamicLaw, HysteresisState};
 use taxel::pipeline::Pipeline;
 use taxel::sensor::{Topology, preset};
 use taxel::simulate::{Pattern, VirtualSensor};
@@ -44,10 +44,10 @@ fn forward(criterion: &mut Criterion) {
         });
         let direction = siemens.values().to_vec();
         group.bench_function(BenchmarkId::new("derivative", &name), |bencher| {
-            bencher.iter(|| point.derivative_into(black_box(&direction), &mut volts));
+            bencher.iter(|| point.jvp_into(black_box(&direction), &mut volts));
         });
         group.bench_function(BenchmarkId::new("adjoint", &name), |bencher| {
-            bencher.iter(|| point.adjoint_into(black_box(&direction), &mut volts));
+            bencher.iter(|| point.vjp_into(black_box(&direction), &mut volts));
         });
     }
     group.finish();
@@ -63,18 +63,18 @@ fn exact(criterion: &mut Criterion) {
             .with_tolerance(1e-6);
         let frames = stream(&circuit, &pressed(size.0, size.1, 0.3, 1), 16);
         let mut out = Frame::zeros(size.0, size.1);
-        let mut scratch = method.scratch();
+        let mut solver = method.solver();
         group.bench_function(BenchmarkId::new("cold", &name), |bencher| {
             bencher.iter(|| {
-                scratch.forget();
-                method.solve_into(black_box(&frames[0]), &mut out, &mut scratch)
+                solver.forget();
+                solver.solve_into(black_box(&frames[0]), &mut out)
             });
         });
         let mut order = (0..16).chain((1..15).rev()).cycle();
         group.bench_function(BenchmarkId::new("warm", &name), |bencher| {
             bencher.iter_batched(
                 || order.next().expect("endless"),
-                |at| method.solve_into(black_box(&frames[at]), &mut out, &mut scratch),
+                |at| solver.solve_into(black_box(&frames[at]), &mut out),
                 BatchSize::PerIteration,
             );
         });
@@ -97,14 +97,12 @@ fn newton(criterion: &mut Criterion) {
             .predict(&pressed(size.0, size.1, 0.3, 1))
             .expect("passive");
         let mut out = Frame::zeros(size.0, size.1);
-        let mut scratch = inversion.method.scratch();
+        let mut solver = inversion.method.solver();
         let name = format!("{} {}x{}", topology.name(), size.0, size.1);
         group.bench_function(BenchmarkId::new("cold", name), |bencher| {
             bencher.iter(|| {
-                scratch.forget();
-                inversion
-                    .method
-                    .solve_into(black_box(&volts), &mut out, &mut scratch)
+                solver.forget();
+                solver.solve_into(black_box(&volts), &mut out)
             });
         });
     }
@@ -122,13 +120,11 @@ fn strong_cross_talk(criterion: &mut Criterion) {
             .predict(&pressed(64, 128, 0.3, 1))
             .expect("passive");
         let mut out = Frame::zeros(64, 128);
-        let mut scratch = inversion.method.scratch();
+        let mut solver = inversion.method.solver();
         group.bench_function(name, |bencher| {
             bencher.iter(|| {
-                scratch.forget();
-                inversion
-                    .method
-                    .solve_into(black_box(&volts), &mut out, &mut scratch)
+                solver.forget();
+                solver.solve_into(black_box(&volts), &mut out)
             });
         });
     }
@@ -142,7 +138,7 @@ fn dynamic(criterion: &mut Criterion) {
         plays: vec![(0.07, 5.0), (0.07, 15.0), (0.07, 40.0)],
         period_secs: 0.01,
     };
-    let mut memory = Memory::new(&law, 64 * 128);
+    let mut memory = HysteresisState::new(&law, 64 * 128);
     // Acting loads that rise and fall, so that plays move both ways.
     let acting = |frame: usize| -> Vec<f64> {
         let phase = |taxel: usize| 0.05 * frame as f64 + 0.01 * taxel as f64;
@@ -170,7 +166,7 @@ fn pulled_cable(criterion: &mut Criterion) {
         let real = VirtualSensor::new(&sensor, 1).expect("a whole sensor");
         let hand: Vec<Frame<Counts>> = (60..76)
             .map(|t| {
-                let loads = Pattern::hand().loads(&sensor.array, 1, t);
+                let loads = Pattern::hand().loads(sensor.array(), 1, t);
                 real.read(&loads, t).counts
             })
             .collect();
@@ -197,7 +193,12 @@ fn pulled_cable(criterion: &mut Criterion) {
             group.bench_function(BenchmarkId::new(name, what), |bencher| {
                 bencher.iter(|| {
                     let frame = &frames[order.next().expect("endless")];
-                    black_box(pipeline.process(black_box(frame)).siemens.values());
+                    black_box(
+                        pipeline
+                            .process(black_box(frame))
+                            .siemens
+                            .map(Frame::values),
+                    );
                 });
             });
         }

@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use taxel::calibrate::LoadLaw;
+use taxel::material::LoadLaw;
 use taxel::pipeline::Pipeline;
 use taxel::solve::default_method;
 use taxel::{Counts, Frame, Sensor};

@@ -184,9 +184,12 @@ impl FromStr for Address {
                 .map(|part| part.split_once('=').unwrap_or((part, "")))
                 .collect(),
         };
-        let needs = |what: &str| match place.is_empty() {
-            true => Err(options.error(format!("it names no {what}"), HINT)),
-            false => Ok(()),
+        let needs = |what: &str| {
+            if place.is_empty() {
+                Err(options.error(format!("it names no {what}"), HINT))
+            } else {
+                Ok(())
+            }
         };
         match kind {
             "serial" => {

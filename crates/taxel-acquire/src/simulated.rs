@@ -4,16 +4,16 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
 use taxel::Sensor;
-use taxel::sensor::PerLine;
+use taxel::sensor::{PerLine, USUAL_OPEN_LOOP_GAIN};
 use taxel::simulate::{Pattern, VirtualSensor, default_noise_counts};
 
 use crate::Error;
-use crate::protocol::Tally;
+use crate::protocol::LinkStats;
 use crate::transport::{Receiver, State};
 
 /// What can be turned while it runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Knobs {
+pub struct SimulationParameters {
     /// R_c, on-resistance of every column switch, ohms.
     pub r_mux_column_ohms: f64,
     /// R_r, on-resistance of every row switch, ohms.
@@ -28,56 +28,48 @@ pub struct Knobs {
     pub dead_column: bool,
 }
 
-impl Knobs {
+impl SimulationParameters {
     /// As the sensor file says.
     pub fn of(sensor: &Sensor) -> Self {
+        let (readout, converter) = (sensor.readout(), sensor.converter());
         let mean = |ohms: &Option<PerLine>, lines| ohms.as_ref().map_or(0.0, |o| o.mean(lines));
         Self {
-            r_mux_column_ohms: mean(&sensor.readout.r_mux_column_ohms, sensor.columns()),
-            r_mux_row_ohms: mean(&sensor.readout.r_mux_row_ohms, sensor.rows()),
-            open_loop_gain: sensor.readout.open_loop_gain.unwrap_or(1e5),
-            noise_counts: sensor
-                .converter
+            r_mux_column_ohms: mean(&readout.r_mux_column_ohms, sensor.columns()),
+            r_mux_row_ohms: mean(&readout.r_mux_row_ohms, sensor.rows()),
+            open_loop_gain: readout.open_loop_gain().unwrap_or(USUAL_OPEN_LOOP_GAIN),
+            noise_counts: converter
                 .noise_counts
-                .unwrap_or_else(|| default_noise_counts(sensor.converter.bits)),
+                .unwrap_or_else(|| default_noise_counts(converter.bits)),
             dead_row: false,
             dead_column: false,
         }
     }
 
     /// The sensor with these knobs; what is not turned stays as the file says, line by line.
-    pub fn apply(&self, sensor: &Sensor) -> Sensor {
-        let mut turned = sensor.clone();
+    ///
+    /// # Errors
+    /// A knob beyond what physics allows.
+    pub fn apply(&self, sensor: &Sensor) -> Result<Sensor, taxel::Error> {
         let nominal = Self::of(sensor);
-        let readout = &mut turned.readout;
-        let pairs = [
-            (
-                &mut readout.r_mux_column_ohms,
-                self.r_mux_column_ohms,
-                nominal.r_mux_column_ohms,
-            ),
-            (
-                &mut readout.r_mux_row_ohms,
-                self.r_mux_row_ohms,
-                nominal.r_mux_row_ohms,
-            ),
-        ];
-        for (ohms, here, there) in pairs {
-            if here != there {
-                *ohms = Some(PerLine::One(here));
+        sensor.edited(|turned| {
+            let readout = &mut turned.readout;
+            if self.r_mux_column_ohms != nominal.r_mux_column_ohms {
+                readout.r_mux_column_ohms = Some(PerLine::One(self.r_mux_column_ohms));
             }
-        }
-        if readout.topology.is_tia() {
-            readout.open_loop_gain = Some(self.open_loop_gain);
-        }
-        turned.converter.noise_counts = Some(self.noise_counts);
-        if self.dead_row {
-            turned.screen.dead_rows.push(sensor.rows() / 3);
-        }
-        if self.dead_column {
-            turned.screen.dead_columns.push(sensor.columns() / 3);
-        }
-        turned
+            if self.r_mux_row_ohms != nominal.r_mux_row_ohms {
+                readout.r_mux_row_ohms = Some(PerLine::One(self.r_mux_row_ohms));
+            }
+            if readout.topology.is_tia() {
+                readout.open_loop_gain = Some(self.open_loop_gain);
+            }
+            turned.converter.noise_counts = Some(self.noise_counts);
+            if self.dead_row {
+                turned.screen.dead_rows.push(sensor.rows() / 3);
+            }
+            if self.dead_column {
+                turned.screen.dead_columns.push(sensor.columns() / 3);
+            }
+        })
     }
 }
 
@@ -87,7 +79,7 @@ pub struct Simulated {
     pattern: Pattern,
     seed: u64,
     frames_per_second: Option<f64>,
-    knobs: Arc<Mutex<Knobs>>,
+    parameters: Arc<Mutex<SimulationParameters>>,
 }
 
 impl Simulated {
@@ -107,34 +99,39 @@ impl Simulated {
             pattern,
             seed,
             frames_per_second,
-            knobs: Arc::new(Mutex::new(Knobs::of(sensor))),
+            parameters: Arc::new(Mutex::new(SimulationParameters::of(sensor))),
         })
     }
 
     /// The knobs, to be turned from anywhere.
-    pub fn knobs(&self) -> Arc<Mutex<Knobs>> {
-        self.knobs.clone()
+    pub fn parameters(&self) -> Arc<Mutex<SimulationParameters>> {
+        self.parameters.clone()
     }
 
     /// Scans until it is stopped. Patterns were drawn for 100 frames a second: at another rate they move as fast.
     pub fn run(&self, receiver: &mut dyn Receiver) {
         let begun = Instant::now();
-        let mut turned = Knobs::of(&self.sensor);
+        let mut turned = SimulationParameters::of(&self.sensor);
         let Ok(mut virtual_sensor) = VirtualSensor::new(&self.sensor, self.seed) else {
             return receiver.state(State::Ended, "the sensor cannot be simulated");
         };
-        let mut tally = Tally::default();
+        let mut link_stats = LinkStats::default();
         let mut told = begun;
-        receiver.state(State::Live, &format!("simulated {}", self.sensor.name));
+        receiver.state(State::Live, &format!("simulated {}", self.sensor.name()));
         for number in 0u64.. {
             if receiver.stopped() {
                 return;
             }
-            let knobs = *self.knobs.lock().unwrap_or_else(PoisonError::into_inner);
-            if knobs != turned {
-                turned = knobs;
+            let parameters = *self
+                .parameters
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner);
+            if parameters != turned {
+                turned = parameters;
                 // A knob beyond what physics allows leaves the sensor as it was.
-                if let Ok(sensor) = VirtualSensor::new(&knobs.apply(&self.sensor), self.seed) {
+                let sensor = parameters.apply(&self.sensor);
+                let turned = sensor.and_then(|sensor| VirtualSensor::new(&sensor, self.seed));
+                if let Ok(sensor) = turned {
                     virtual_sensor = sensor;
                 }
             }
@@ -143,7 +140,7 @@ impl Simulated {
                 None => begun.elapsed().as_secs_f64(),
             };
             let shape = (100.0 * secs) as u64;
-            let array = &self.sensor.array;
+            let array = self.sensor.array();
             let loads = self.pattern.loads(array, self.seed, shape);
             let mut counts = virtual_sensor.read(&loads, number).counts;
             if let Some(rate) = self.frames_per_second {
@@ -155,11 +152,11 @@ impl Simulated {
             }
             counts.sequence = number;
             counts.time_secs = Some(secs);
-            tally.frames += 1;
+            link_stats.frames += 1;
             receiver.frame(&counts, SystemTime::now());
             if told.elapsed() > Duration::from_millis(50) {
                 told = Instant::now();
-                receiver.tally(tally);
+                receiver.link_stats(link_stats);
             }
         }
     }
@@ -174,18 +171,18 @@ mod tests {
     /// Takes some frames, and turns a knob in the middle.
     struct Taker {
         frames: Vec<Frame<Counts>>,
-        knobs: Arc<Mutex<Knobs>>,
+        parameters: Arc<Mutex<SimulationParameters>>,
     }
 
     impl Receiver for Taker {
         fn frame(&mut self, frame: &Frame<Counts>, _: SystemTime) {
             self.frames.push(frame.clone());
             if self.frames.len() == 3 {
-                self.knobs.lock().unwrap().dead_row = true;
+                self.parameters.lock().unwrap().dead_row = true;
             }
         }
         fn state(&mut self, _: State, _: &str) {}
-        fn tally(&mut self, _: Tally) {}
+        fn link_stats(&mut self, _: LinkStats) {}
         fn stopped(&self) -> bool {
             self.frames.len() == 6
         }
@@ -198,7 +195,7 @@ mod tests {
         let source = source.unwrap();
         let mut taker = Taker {
             frames: Vec::new(),
-            knobs: source.knobs(),
+            parameters: source.parameters(),
         };
         source.run(&mut taker);
         let row = |frame: &Frame<Counts>| (0..16).map(|c| frame.at(5, c)).sum::<f64>();
@@ -211,8 +208,8 @@ mod tests {
     #[test]
     fn knobs_that_nobody_turned_leave_the_sensor_alone() {
         let sensor = preset("econe").unwrap();
-        let turned = Knobs::of(&sensor).apply(&sensor);
-        assert_eq!(turned.readout, sensor.readout);
-        assert_eq!(turned.screen, sensor.screen);
+        let turned = SimulationParameters::of(&sensor).apply(&sensor).unwrap();
+        assert_eq!(turned.readout(), sensor.readout());
+        assert_eq!(turned.screen(), sensor.screen());
     }
 }

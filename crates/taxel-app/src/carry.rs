@@ -131,16 +131,17 @@ pub fn about(sensor: &Sensor, recording: &Path) -> About {
 
 /// Refuses a converter of more bits than recordings and tables hold.
 pub fn check_bits(output: &Path, sensor: &Sensor) -> Result<(), Error> {
-    let bits = sensor.converter.bits;
-    match bits > 16 {
-        true => Err(Error::Request {
+    let bits = sensor.converter().bits;
+    if bits > 16 {
+        Err(Error::Request {
             what: format!(
                 "{} holds counts of up to 16 bits, but the converter has {bits}",
                 output.display()
             ),
             hint: "write .npy or .csv",
-        }),
-        false => Ok(()),
+        })
+    } else {
+        Ok(())
     }
 }
 

@@ -3,12 +3,12 @@
 use std::num::NonZero;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use taxel::Crew;
+use taxel::Executor;
 
 /// As many threads as the machine has cores, each taking the next job.
 pub struct Threads;
 
-impl Crew for Threads {
+impl Executor for Threads {
     fn each(&self, jobs: usize, job: &(dyn Fn(usize) + Sync)) {
         let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
         let next = AtomicUsize::new(0);

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use taxel::{Counts, Frame, Sensor, Siemens, Volts};
 use taxel_io::npy::Element;
 use taxel_io::{
-    FrameSource, Integrity, LoadsReader, NpyOptions, NpyReader, NpyWriter, NpzWriter, Skipped,
-    Tare, TextOptions, ValuesReader, ValuesWriter, open_counts,
+    FrameSource, Integrity, LoadsReader, NpyOptions, NpyReader, NpyWriter, NpzWriter, ReadOptions,
+    Skipped, Tare, ValuesReader, ValuesWriter, open_counts,
 };
 
 use crate::error::Error;
@@ -26,7 +26,7 @@ pub struct Input {
     /// What its numbers are.
     pub unit: InputUnit,
     /// Shape, range, and what to do about a frame that cannot be read.
-    pub options: TextOptions,
+    pub options: ReadOptions,
 }
 
 impl Input {
@@ -35,12 +35,12 @@ impl Input {
         Self {
             file: file.to_owned(),
             unit,
-            options: TextOptions::of(sensor),
+            options: ReadOptions::of(sensor),
         }
     }
 
     /// Opens it.
-    pub fn open(&self) -> Result<Reading, Error> {
+    pub fn open(&self) -> Result<FrameReader, Error> {
         let (file, options) = (&self.file, self.options);
         if self.unit != InputUnit::Counts && is_mcap(file) {
             return Err(Error::Request {
@@ -51,13 +51,13 @@ impl Input {
         let (rows, columns) = (options.rows, options.columns);
         Ok(match self.unit {
             InputUnit::Counts => {
-                Reading::Counts(open_counts(file, options)?, Frame::zeros(rows, columns))
+                FrameReader::Counts(open_counts(file, options)?, Frame::zeros(rows, columns))
             }
             InputUnit::Volts => {
-                Reading::Volts(open_values(file, options)?, Frame::zeros(rows, columns))
+                FrameReader::Volts(open_values(file, options)?, Frame::zeros(rows, columns))
             }
             InputUnit::Siemens => {
-                Reading::Siemens(open_values(file, options)?, Frame::zeros(rows, columns))
+                FrameReader::Siemens(open_values(file, options)?, Frame::zeros(rows, columns))
             }
         })
     }
@@ -83,18 +83,19 @@ impl Input {
 /// A source of numbers as they are, whatever they are: of `.csv` or `.npy`, or the loads of a recording, newtons.
 pub fn open_shown(
     file: &Path,
-    options: TextOptions,
+    options: ReadOptions,
 ) -> Result<Box<dyn FrameSource<DisplayUnit>>, Error> {
-    match is_mcap(file) {
-        true => Ok(Box::new(LoadsReader::open(file, options)?)),
-        false => open_values(file, options),
+    if is_mcap(file) {
+        Ok(Box::new(LoadsReader::open(file, options)?))
+    } else {
+        open_values(file, options)
     }
 }
 
 /// A source of numbers that are no counts, `.csv` or `.npy`.
 pub fn open_values<Q: Send + 'static>(
     file: &Path,
-    options: TextOptions,
+    options: ReadOptions,
 ) -> Result<Box<dyn FrameSource<Q>>, Error> {
     if is_mcap(file) {
         return Err(Error::Request {
@@ -105,9 +106,10 @@ pub fn open_values<Q: Send + 'static>(
             hint: "compensated, a recording becomes a file of values (.csv, .npy)",
         });
     }
-    Ok(match is_array(file) {
-        true => Box::new(NpyReader::open_values(file, NpyOptions::from(options))?),
-        false => Box::new(ValuesReader::open(file, options)?),
+    Ok(if is_array(file) {
+        Box::new(NpyReader::open_values(file, NpyOptions::from(options))?)
+    } else {
+        Box::new(ValuesReader::open(file, options)?)
     })
 }
 
@@ -118,7 +120,7 @@ fn extension(path: &Path) -> String {
 }
 
 /// An open file and the frame read last.
-pub enum Reading {
+pub enum FrameReader {
     /// What the converter gave.
     Counts(Box<dyn FrameSource + Send>, Frame<Counts>),
     /// What the circuit gave.
@@ -127,66 +129,66 @@ pub enum Reading {
     Siemens(Box<dyn FrameSource<Siemens>>, Frame<Siemens>),
 }
 
-impl Reading {
+impl FrameReader {
     /// Reads the next frame; false at the end.
     pub fn advance(&mut self) -> Result<bool, Error> {
         Ok(match self {
-            Reading::Counts(source, frame) => source.next_into(frame)?,
-            Reading::Volts(source, frame) => source.next_into(frame)?,
-            Reading::Siemens(source, frame) => source.next_into(frame)?,
+            FrameReader::Counts(source, frame) => source.next_into(frame)?,
+            FrameReader::Volts(source, frame) => source.next_into(frame)?,
+            FrameReader::Siemens(source, frame) => source.next_into(frame)?,
         })
     }
 
     /// Position of the frame read last in its recording, from 0.
     pub fn sequence(&self) -> u64 {
         match self {
-            Reading::Counts(_, frame) => frame.sequence,
-            Reading::Volts(_, frame) => frame.sequence,
-            Reading::Siemens(_, frame) => frame.sequence,
+            FrameReader::Counts(_, frame) => frame.sequence,
+            FrameReader::Volts(_, frame) => frame.sequence,
+            FrameReader::Siemens(_, frame) => frame.sequence,
         }
     }
 
     /// Device time of the frame read last, seconds, where the recording knows it.
     pub fn time_secs(&self) -> Option<f64> {
         match self {
-            Reading::Counts(_, frame) => frame.time_secs,
-            Reading::Volts(_, frame) => frame.time_secs,
-            Reading::Siemens(_, frame) => frame.time_secs,
+            FrameReader::Counts(_, frame) => frame.time_secs,
+            FrameReader::Volts(_, frame) => frame.time_secs,
+            FrameReader::Siemens(_, frame) => frame.time_secs,
         }
     }
 
     /// How many frames were left out, and the first of them.
     pub fn skips(&self) -> (usize, &[Skipped]) {
         match self {
-            Reading::Counts(source, _) => (source.skipped(), source.skips()),
-            Reading::Volts(source, _) => (source.skipped(), source.skips()),
-            Reading::Siemens(source, _) => (source.skipped(), source.skips()),
+            FrameReader::Counts(source, _) => (source.skipped(), source.skips()),
+            FrameReader::Volts(source, _) => (source.skipped(), source.skips()),
+            FrameReader::Siemens(source, _) => (source.skipped(), source.skips()),
         }
     }
 
     /// What is known to be missing.
     pub fn integrity(&self) -> Integrity {
         match self {
-            Reading::Counts(source, _) => source.integrity(),
-            Reading::Volts(source, _) => source.integrity(),
-            Reading::Siemens(source, _) => source.integrity(),
+            FrameReader::Counts(source, _) => source.integrity(),
+            FrameReader::Volts(source, _) => source.integrity(),
+            FrameReader::Siemens(source, _) => source.integrity(),
         }
     }
 
     /// What was taken off the loads of the frame read last, while it was recorded.
     pub fn tare(&self) -> Option<&Tare> {
         match self {
-            Reading::Counts(source, _) => source.tare(),
-            Reading::Volts(..) | Reading::Siemens(..) => None,
+            FrameReader::Counts(source, _) => source.tare(),
+            FrameReader::Volts(..) | FrameReader::Siemens(..) => None,
         }
     }
 
     /// Tells how much was read.
     pub fn show(&self, stage: &dyn Stage) {
         match self {
-            Reading::Counts(source, _) => show(source, stage),
-            Reading::Volts(source, _) => show(source, stage),
-            Reading::Siemens(source, _) => show(source, stage),
+            FrameReader::Counts(source, _) => show(source, stage),
+            FrameReader::Volts(source, _) => show(source, stage),
+            FrameReader::Siemens(source, _) => show(source, stage),
         }
     }
 }

@@ -5,7 +5,7 @@ use taxel::Sensor;
 use taxel::screen::{LineFault, LineFaultKind, LineFaults, LineScreen, ScreenOptions};
 
 use crate::error::Error;
-use crate::frames::{Input, Reading};
+use crate::frames::{FrameReader, Input};
 use crate::reporter::Reporter;
 
 /// What the first pass found.
@@ -22,7 +22,7 @@ pub struct Survey {
 impl Survey {
     /// What the sensor file says, without looking at a recording.
     pub fn declared(sensor: &Sensor) -> Self {
-        let faults = LineFaults::from_spec(&sensor.screen);
+        let faults = LineFaults::from_spec(sensor.screen());
         Self {
             declared: faults.faults.len(),
             faults,
@@ -36,7 +36,7 @@ impl Survey {
         if !input.can_be_read_twice() {
             return Ok(survey);
         }
-        let Reading::Counts(mut source, mut frame) = input.open()? else {
+        let FrameReader::Counts(mut source, mut frame) = input.open()? else {
             return Ok(survey);
         };
         let options = ScreenOptions::from_sensor(sensor);
@@ -114,9 +114,10 @@ impl FaultyLine {
             fault: word,
             with,
             source: if declared { "sensor file" } else { "recording" },
-            text: match declared {
-                true => format!("{axis} {index} is {word}: the sensor file says so"),
-                false => fault.to_string(),
+            text: if declared {
+                format!("{axis} {index} is {word}: the sensor file says so")
+            } else {
+                fault.to_string()
             },
         }
     }

@@ -5,10 +5,12 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use taxel::Sensor;
+use taxel::estimate::LoadEstimator;
+use taxel::pipeline::Pipeline;
 use taxel::sensor::Topology;
 use taxel::solve::{Method, method};
 use taxel_io::sensor_file::{MAX_MEMORY_MIB, TAXEL_BYTES};
-use taxel_learn::{Learned, Model, with_law};
+use taxel_learn::{Learned, Model};
 
 use crate::error::Error;
 
@@ -26,6 +28,14 @@ pub enum MethodName {
     Raw,
     /// A model that `taxel train` wrote
     Model(PathBuf),
+}
+
+/// What a name of a method stands for.
+pub enum Opened {
+    /// Volts to conductances.
+    Method(Box<dyn Method>),
+    /// Volts to loads.
+    Estimator(Box<dyn LoadEstimator>),
 }
 
 impl FromStr for MethodName {
@@ -70,24 +80,42 @@ impl MethodName {
         }
     }
 
-    /// The method for a sensor that comes from `file`.
-    pub fn open(&self, sensor: &Sensor, file: &Path) -> Result<Box<dyn Method>, Error> {
-        check_memory(sensor, file, self)?;
-        match self {
-            MethodName::Model(model) => Ok(Box::new(Learned::new(Model::read(model)?, sensor)?)),
-            name => method(&name.to_string(), sensor).map_err(|source| Error::InFile {
-                file: file.to_owned(),
-                source,
-            }),
+    /// Whether it estimates loads, and no conductances.
+    pub fn is_model(&self) -> bool {
+        matches!(self, MethodName::Model(_))
+    }
+
+    /// Counts to loads by it, for a sensor that comes from `file`; to conductances where the sensor has no load law.
+    ///
+    /// # Errors
+    /// A model that cannot be read or does not suit the sensor; a circuit that is not known.
+    pub fn pipeline(&self, sensor: &Sensor, file: &Path) -> Result<Pipeline, Error> {
+        match self.open(sensor, file)? {
+            Opened::Method(method) => {
+                Pipeline::new(sensor, method).map_err(|source| Error::InFile {
+                    file: file.to_owned(),
+                    source,
+                })
+            }
+            Opened::Estimator(estimator) => Ok(Pipeline::with_estimator(sensor, estimator)),
         }
     }
 
-    /// The sensor as the method needs it: a network's loads need a law, any law, to be carried.
-    pub fn sensor(&self, sensor: &Sensor) -> Sensor {
-        match self {
-            MethodName::Model(_) => with_law(sensor.clone()),
-            _ => sensor.clone(),
+    /// What stands behind the name, for a sensor that comes from `file`.
+    ///
+    /// # Errors
+    /// As [`Self::pipeline`].
+    pub fn open(&self, sensor: &Sensor, file: &Path) -> Result<Opened, Error> {
+        check_memory(sensor, file, self)?;
+        if let MethodName::Model(model) = self {
+            let learned = Learned::new(Model::read(model)?, sensor)?;
+            return Ok(Opened::Estimator(Box::new(learned)));
         }
+        let method = method(&self.to_string(), sensor).map_err(|source| Error::InFile {
+            file: file.to_owned(),
+            source,
+        })?;
+        Ok(Opened::Method(method))
     }
 }
 
@@ -96,7 +124,7 @@ const PAIR_BYTES: u64 = 80;
 
 /// Refuses an inverse that would take more memory than there may be; `file` is where the sensor comes from.
 pub fn check_memory(sensor: &Sensor, file: &Path, name: &MethodName) -> Result<(), Error> {
-    let readout = &sensor.readout;
+    let readout = sensor.readout();
     let is_exact = readout.topology == Topology::TiaGroundedColumns && readout.r_source_ohms == 0.0;
     if !is_exact || !matches!(name, MethodName::Auto | MethodName::Exact) {
         return Ok(());
@@ -104,14 +132,15 @@ pub fn check_memory(sensor: &Sensor, file: &Path, name: &MethodName) -> Result<(
     let rows = sensor.rows() as u64;
     let needed_mib =
         mib(rows * rows, PAIR_BYTES) + mib((sensor.rows() * sensor.columns()) as u64, TAXEL_BYTES);
-    match needed_mib <= MAX_MEMORY_MIB {
-        true => Ok(()),
-        false => Err(Error::MethodMemory {
+    if needed_mib <= MAX_MEMORY_MIB {
+        Ok(())
+    } else {
+        Err(Error::MethodMemory {
             file: file.to_owned(),
             rows: sensor.rows(),
             needed_mib,
             most_mib: MAX_MEMORY_MIB,
-        }),
+        })
     }
 }
 

@@ -5,8 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
-use taxel::Sensor;
-use taxel::sensor::PerTaxel;
+use taxel::sensor::{PerTaxel, SensorSpec};
 
 use crate::evaluation::plan;
 use taxel_io::sensor_file;
@@ -17,7 +16,7 @@ pub fn of_sensor(file: &Path) -> Vec<PathBuf> {
         return Vec::new();
     }
     let text = sensor_file::text_of(file);
-    let Some(sensor) = text.ok().and_then(|text| Sensor::from_toml(&text).ok()) else {
+    let Some(sensor) = text.ok().and_then(|text| SensorSpec::from_toml(&text).ok()) else {
         return Vec::new();
     };
     let Some(material) = sensor.material else {
@@ -28,17 +27,18 @@ pub fn of_sensor(file: &Path) -> Vec<PathBuf> {
         .into_iter()
         .flatten()
         .filter_map(|value| match value {
-            PerTaxel::File(name) => Some(sensor_file::beside(file, &name)),
-            PerTaxel::One(_) | PerTaxel::Each(_) => None,
+            PerTaxel::File(name) => Some(sensor_file::next_to(file, &name)),
+            _ => None,
         });
     named.collect()
 }
 
 /// The recordings that a table of presses, of uniform loads or of trials names.
 pub fn of_table(file: &Path) -> Vec<PathBuf> {
-    match file.is_file() {
-        true => taxel_io::recordings_named_in(file).unwrap_or_default(),
-        false => Vec::new(),
+    if file.is_file() {
+        taxel_io::recordings_named_in(file).unwrap_or_default()
+    } else {
+        Vec::new()
     }
 }
 

@@ -3,10 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use taxel::calibrate::{Data, Press};
+use taxel::calibrate::{CalibrationData, PressLabel};
 use taxel::screen::Axis;
 use taxel::{Counts, Frame, Sensor};
-use taxel_io::{FrameSource, TextOptions, open_counts, read_presses, read_uniform_loads};
+use taxel_io::{FrameSource, ReadOptions, open_counts, read_presses, read_uniform_loads};
 
 use crate::error::Error;
 use crate::frames::show;
@@ -21,7 +21,7 @@ struct Wanted<'a> {
 }
 
 /// The most bytes that the frames of a table may take: together with the table they stay below 256 MiB.
-const MOST_BYTES: usize = 160 << 20;
+const MAX_BYTES: usize = 160 << 20;
 
 /// Bytes of a taxel of a frame: its number and its mark.
 const TAXEL_BYTES: usize = 9;
@@ -33,7 +33,7 @@ pub fn read(
     transpose: bool,
     sensor: &Sensor,
     reporter: &dyn Reporter,
-) -> Result<Data, Error> {
+) -> Result<CalibrationData, Error> {
     Ok(read_with_lines(table, equilibration, transpose, sensor, reporter)?.0)
 }
 
@@ -44,9 +44,9 @@ pub fn read_with_lines(
     transpose: bool,
     sensor: &Sensor,
     reporter: &dyn Reporter,
-) -> Result<(Data, Vec<u64>), Error> {
+) -> Result<(CalibrationData, Vec<u64>), Error> {
     let (rows, columns) = (sensor.rows(), sensor.columns());
-    let presses = read_presses(table, rows, columns, sensor.array.labels.as_deref())?;
+    let presses = read_presses(table, rows, columns, sensor.array().labels.as_deref())?;
     for press in &presses {
         refuse_dead(sensor, table, press)?;
     }
@@ -70,12 +70,12 @@ pub fn read_with_lines(
     let wanted: Vec<Wanted> = of_presses.chain(of_uniform).collect();
     // A frame of a uniform load is held once for each of its lines.
     check_memory(table, &wanted, uniform.len(), rows * columns)?;
-    let options = TextOptions {
+    let options = ReadOptions {
         transpose,
-        ..TextOptions::of(sensor)
+        ..ReadOptions::of(sensor)
     };
     let mut found = read_frames(&wanted, options, reporter)?;
-    let mut data = Data::default();
+    let mut data = CalibrationData::default();
     for load in &uniform {
         let frame = &found[&(load.recording.clone(), load.frame)];
         data.uniform.push((frame.clone(), load.load_g));
@@ -89,7 +89,7 @@ pub fn read_with_lines(
             data.frames.push(frame);
             data.frames.len() - 1
         });
-        data.presses.push(Press {
+        data.presses.push(PressLabel {
             frame,
             row: press.row,
             column: press.column,
@@ -107,15 +107,16 @@ fn check_memory(table: &Path, wanted: &[Wanted], again: usize, taxels: usize) ->
         .collect();
     let frames = each.len() + again;
     let bytes = frames.saturating_mul(taxels * TAXEL_BYTES);
-    match bytes <= MOST_BYTES {
-        true => Ok(()),
-        false => Err(Error::FramesMemory {
+    if bytes <= MAX_BYTES {
+        Ok(())
+    } else {
+        Err(Error::FramesMemory {
             table: table.to_owned(),
             frames,
             taxels,
             needed_mib: bytes >> 20,
-            most_mib: MOST_BYTES >> 20,
-        }),
+            most_mib: MAX_BYTES >> 20,
+        })
     }
 }
 
@@ -147,8 +148,8 @@ fn refuse_two_loads(table: &Path, presses: &[taxel_io::Press]) -> Result<(), Err
 /// Refuses a press on a line that the sensor file declares dead.
 fn refuse_dead(sensor: &Sensor, table: &Path, press: &taxel_io::Press) -> Result<(), Error> {
     let lines = [
-        (Axis::Row, press.row, &sensor.screen.dead_rows),
-        (Axis::Column, press.column, &sensor.screen.dead_columns),
+        (Axis::Row, press.row, &sensor.screen().dead_rows),
+        (Axis::Column, press.column, &sensor.screen().dead_columns),
     ];
     for (axis, index, dead) in lines {
         if dead.contains(&index) {
@@ -170,7 +171,7 @@ type FramesByPlace = BTreeMap<(PathBuf, usize), Frame<Counts>>;
 /// Reads every frame asked for, each recording once.
 fn read_frames(
     wanted: &[Wanted],
-    options: TextOptions,
+    options: ReadOptions,
     reporter: &dyn Reporter,
 ) -> Result<FramesByPlace, Error> {
     let mut by_recording: BTreeMap<&Path, BTreeMap<usize, &Wanted>> = BTreeMap::new();

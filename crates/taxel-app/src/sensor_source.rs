@@ -34,8 +34,7 @@ pub fn carried(path: &Path) -> Result<Option<Sensor>, Error> {
         return Ok(None);
     };
     sensor_file::check_length(path, text.len() as u64)?;
-    let sensor = Sensor::from_toml(text).and_then(Sensor::checked);
-    let sensor = sensor.map_err(|source| taxel_io::Error::Sensor {
+    let sensor = Sensor::from_toml(text).map_err(|source| taxel_io::Error::Sensor {
         file: path.to_owned(),
         source,
     })?;

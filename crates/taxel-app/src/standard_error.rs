@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use taxel::calibrate::LoadLaw;
-use taxel::circuit::{Circuit, Converter, LinearCircuit, OperatingPoint};
+use taxel::circuit::{Circuit, Converter, LinearCircuit, OperatingPoint, ROUNDING_COUNTS};
 use taxel::frame::newtons_from_grams;
+use taxel::material::LoadLaw;
 use taxel::screen::Level;
 use taxel::solve::standard_errors;
 use taxel::{Frame, Mark, Sensor, Siemens};
@@ -12,9 +12,6 @@ use taxel::{Frame, Mark, Sensor, Siemens};
 use crate::error::Error;
 use crate::frames::DisplayUnit;
 use crate::units::Unit;
-
-/// Standard deviation of rounding to whole counts, 1/√12.
-const ROUNDING_COUNTS: f64 = 0.288_675_134_594_812_9;
 
 /// The circuit, and what one reading is uncertain by.
 pub struct StandardErrors {
@@ -43,7 +40,7 @@ impl StandardErrors {
             file: file.to_owned(),
             source,
         };
-        let declared = sensor.converter.noise_counts;
+        let declared = sensor.converter().noise_counts;
         let noise_counts = match (declared, level) {
             (Some(noise), _) => noise.hypot(ROUNDING_COUNTS),
             (None, Some(level)) => level.noise_counts,
@@ -52,12 +49,13 @@ impl StandardErrors {
         let circuit = LinearCircuit::from_sensor(sensor).map_err(in_file)?;
         Ok(Self {
             point: circuit.operating_point(),
-            law: match unit.is_load() {
-                true => Some(LoadLaw::from_sensor(sensor).map_err(in_file)?),
-                false => None,
+            law: if unit.is_load() {
+                Some(LoadLaw::from_sensor(sensor).map_err(in_file)?)
+            } else {
+                None
             },
             unit,
-            area_mm2: sensor.array.taxel_area_mm2,
+            area_mm2: sensor.array().taxel_area_mm2,
             sigma_volts: noise_counts * Converter::from_sensor(sensor).lsb_volts(),
             noise_counts,
             errors: Frame::zeros(sensor.rows(), sensor.columns()),
@@ -80,9 +78,10 @@ impl StandardErrors {
             let value = siemens.values()[i];
             let mark = &mut shown.marks_mut()[i];
             let is_bounded = is_answer && matches!(*mark, Mark::Good | Mark::Unresolved);
-            self.errors.values_mut()[i] = match is_bounded && error.is_finite() {
-                true => self.in_unit(i, value, error),
-                false => f64::INFINITY,
+            self.errors.values_mut()[i] = if is_bounded && error.is_finite() {
+                self.in_unit(i, value, error)
+            } else {
+                f64::INFINITY
             };
             if *mark == Mark::Good && (error.is_nan() || error > value.abs()) {
                 *mark = Mark::Unresolved;

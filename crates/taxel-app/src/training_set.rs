@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use taxel::calibrate::Data;
+use taxel::calibrate::CalibrationData;
 use taxel::screen::{FrameScreen, LineScreen, ScreenOptions, repair_readings};
 use taxel::{Mark, Sensor};
 use taxel_learn::{Rows, Source};
@@ -27,7 +27,7 @@ pub struct TrainingFiles {
 /// Presses read and checked.
 pub struct TrainingSet {
     /// Those of `--presses`, with their frames.
-    pub data: Data,
+    pub data: CalibrationData,
     /// All of them: those of `--presses` first, then those of `--rows`.
     pub rows: Rows,
     /// Their files.
@@ -43,7 +43,7 @@ impl TrainingSet {
         reporter: &dyn Reporter,
     ) -> Result<Self, Error> {
         let mut training_set = Self {
-            data: Data::default(),
+            data: CalibrationData::default(),
             rows: Rows::new(sensor.columns()),
             sources: Vec::new(),
         };
@@ -93,14 +93,14 @@ impl TrainingSet {
 
 /// Screens the frames of presses in place (stuck readings and spikes get the median around them) and leaves out the
 /// presses whose own reading is lost; says how many.
-pub fn screen(data: &mut Data, sensor: &Sensor) -> Result<usize, Error> {
+pub fn screen(data: &mut CalibrationData, sensor: &Sensor) -> Result<usize, Error> {
     let options = ScreenOptions::from_sensor(sensor);
     let (rows, columns) = (sensor.rows(), sensor.columns());
     let mut lines = LineScreen::new(rows, columns, sensor.max_count(), &options);
     for frame in &data.frames {
         lines.observe(frame)?;
     }
-    let faults = lines.finish().with_declared(&sensor.screen);
+    let faults = lines.finish().with_declared(sensor.screen());
     let mut screen = FrameScreen::new(rows, columns, sensor.max_count(), &options);
     screen.set_lines(&faults);
     let mut lost = vec![false; data.presses.len()];
@@ -121,7 +121,7 @@ pub fn screen(data: &mut Data, sensor: &Sensor) -> Result<usize, Error> {
 }
 
 /// The row of every press, as the paper's table has it.
-pub fn rows_of(data: &Data, columns: usize) -> Rows {
+pub fn rows_of(data: &CalibrationData, columns: usize) -> Rows {
     let mut rows = Rows::new(columns);
     for press in &data.presses {
         let frame = &data.frames[press.frame];

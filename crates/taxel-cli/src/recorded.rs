@@ -30,7 +30,7 @@ pub fn sensor(
     };
     out::note(&format!(
         "sensor `{}` as {} carries it",
-        found.name,
+        found.name(),
         recording.display()
     ));
     Ok(Some((found, recording.to_owned())))
@@ -92,13 +92,12 @@ impl Untared {
         if !self.told {
             self.told = true;
             let from = tare.from_sequence;
-            out::note(&match self.off {
-                true => {
-                    format!("the tare of the recording, from frame number {from} on, is left out")
-                }
-                false => format!(
+            out::note(&if self.off {
+                format!("the tare of the recording, from frame number {from} on, is left out")
+            } else {
+                format!(
                     "the tare of the recording is taken off, from frame number {from} on (--no-tare leaves it out)"
-                ),
+                )
             });
         }
         if !self.off {

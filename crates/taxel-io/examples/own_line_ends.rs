@@ -9,8 +9,9 @@
 use taxel::circuit::{Circuit, Converter, LineEnds, LinearCircuit};
 use taxel::sensor::{Sensor, Topology};
 use taxel::solve::{Method, Newton, Uncertainty, standard_errors_by};
+use taxel::stats::median;
 use taxel::{Frame, Volts};
-use taxel_io::{TextOptions, ValuesWriter, open_counts};
+use taxel_io::{ReadOptions, ValuesWriter, open_counts};
 
 /// Standard deviation of rounding to whole counts.
 const ROUNDING: f64 = 0.289;
@@ -31,18 +32,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let circuit = LinearCircuit::new(ends);
     let method = Newton::new(circuit.clone());
-    let mut scratch = method.scratch();
+    let mut solver = method.solver();
     let mut point = circuit.operating_point();
     let converter = Converter::from_sensor(&sensor);
     let mut volts = Frame::<Volts>::zeros(sensor.rows(), sensor.columns());
     let mut siemens = volts.map(|_, _| 0.0);
     println!("frame  stop        residual  median G (S)  negative  error > value");
-    let mut source = open_counts(recording, TextOptions::of(&sensor))?;
+    let mut source = open_counts(recording, ReadOptions::of(&sensor))?;
     let mut counts = Frame::zeros(sensor.rows(), sensor.columns());
     let mut writer = ValuesWriter::create(&output)?;
     while source.next_into(&mut counts)? {
         converter.volts_from_counts_into(&counts, &mut volts);
-        let outcome = method.solve_into(&volts, &mut siemens, &mut scratch);
+        let outcome = solver.solve_into(&volts, &mut siemens);
         let sigma = ROUNDING * converter.lsb_volts();
         let dense = Uncertainty::Dense;
         let errors = standard_errors_by(dense, &mut *point, siemens.values(), sigma)?;
@@ -51,14 +52,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let pairs = siemens.values().iter().zip(&errors);
             pairs.filter(|(g, e)| of(**g, **e)).count() as f64 / errors.len() as f64
         };
-        let mut sorted = siemens.values().to_vec();
-        sorted.sort_by(f64::total_cmp);
         println!(
             "{:5}  {:10.10}  {:8.1e}  {:12.2e}  {:6.1} %  {:11.1} %",
             counts.sequence,
             format!("{:?}", outcome.stop),
             outcome.residual,
-            sorted[sorted.len() / 2],
+            median(siemens.values().iter().copied()).unwrap_or(f64::NAN),
             100.0 * share(&|g, _| g < 0.0),
             100.0 * share(&|g, e| e > g.abs())
         );

@@ -139,9 +139,10 @@ impl AtomicFile {
         let Sink::Beside(file) = std::mem::replace(&mut self.sink, Sink::Failed) else {
             return Ok(());
         };
-        let named = match self.new_only {
-            true => file.name_new(&self.target),
-            false => file.name_over(&self.target),
+        let named = if self.new_only {
+            file.name_new(&self.target)
+        } else {
+            file.name_over(&self.target)
         };
         if let Err(NotNamed { file, error }) = named {
             self.sink = Sink::Beside(file);
@@ -278,7 +279,7 @@ fn open_sink(path: &Path) -> io::Result<(PathBuf, Sink)> {
         Some(_) => fs::canonicalize(path)?,
         None => path.to_owned(),
     };
-    let file = Temporary::beside(&target)?;
+    let file = Temporary::next_to(&target)?;
     if let Some(about) = about {
         file.file().set_permissions(about.permissions())?;
     }

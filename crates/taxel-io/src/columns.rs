@@ -40,9 +40,12 @@ pub fn write_columns(path: impl AsRef<Path>, columns: &[Column]) -> Result<(), E
 
 fn write_csv(path: &Path, columns: &[Column]) -> Result<(), Error> {
     let mut file = AtomicFile::create(path)?;
-    let quoted = |column: &Column| match column.name.contains([',', '"']) {
-        true => format!("\"{}\"", column.name.replace('"', "\"\"")),
-        false => column.name.clone(),
+    let quoted = |column: &Column| {
+        if column.name.contains([',', '"']) {
+            format!("\"{}\"", column.name.replace('"', "\"\""))
+        } else {
+            column.name.clone()
+        }
     };
     let names: Vec<String> = columns.iter().map(quoted).collect();
     file.put(format!("{}\n", names.join(",")).as_bytes())?;

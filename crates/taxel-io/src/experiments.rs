@@ -120,7 +120,7 @@ pub fn read_presses_from(
         let (row, column) = taxel.read(line)?;
         let area = line.optional(area)?.and(area);
         Ok(Press {
-            recording: beside(path, line, recording)?,
+            recording: next_to(path, line, recording)?,
             frame: line.index(frame, "frame")?,
             row,
             column,
@@ -144,7 +144,7 @@ pub fn recordings_of(path: impl AsRef<Path>) -> Result<Vec<PathBuf>, Error> {
     let path = path.as_ref();
     let table = Table::open(path, &PRESS_COLUMNS)?;
     let recording = table.need("recording", PRESS_NEEDS)?;
-    let mut named = table.rows("press", |line| beside(path, line, recording))?;
+    let mut named = table.rows("press", |line| next_to(path, line, recording))?;
     let mut seen = std::collections::BTreeSet::new();
     named.retain(|recording| seen.insert(recording.clone()));
     Ok(named)
@@ -162,7 +162,7 @@ pub fn read_uniform_loads(path: impl AsRef<Path>) -> Result<Vec<Uniform>, Error>
     let load = table.need("load_g", UNIFORM_NEEDS)?;
     table.rows("load", |line| {
         Ok(Uniform {
-            recording: beside(path, line, recording)?,
+            recording: next_to(path, line, recording)?,
             frame: line.index(frame, "frame")?,
             load_g: line.amount(load, "load_g")?,
             line: line.line,
@@ -181,14 +181,14 @@ pub fn recordings_named_in(path: impl AsRef<Path>) -> Result<Vec<PathBuf>, Error
     let cell = table.need("recording", "recording")?;
     let mut named = BTreeSet::new();
     table.rows("line", |line| {
-        named.insert(beside(path, line, cell)?);
+        named.insert(next_to(path, line, cell)?);
         Ok(())
     })?;
     Ok(named.into_iter().collect())
 }
 
 /// A recording's path, relative to the folder of the table.
-pub(crate) fn beside(table: &Path, line: &Row<'_>, cell: usize) -> Result<PathBuf, Error> {
+pub(crate) fn next_to(table: &Path, line: &Row<'_>, cell: usize) -> Result<PathBuf, Error> {
     let name = line.text(cell)?;
     if name.is_empty() {
         let hint = "paths are relative to this table's folder";

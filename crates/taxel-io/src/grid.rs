@@ -10,8 +10,8 @@ use taxel::{Frame, Mark};
 use crate::error::Error;
 use crate::lines::{Line, Lines};
 use crate::number::{Rule, count_fields, count_numbers, is_blank, parse_line};
+use crate::options::ReadOptions;
 use crate::source::{MAX_TAXELS, SkipLog, Skipped, fit_shape};
-use crate::text::TextOptions;
 pub(crate) use faults::shortened;
 
 /// What stands before a frame's lines in the `.csv` form.
@@ -83,7 +83,7 @@ impl Progress {
 pub(crate) struct Grid<R> {
     lines: Lines<R>,
     file: PathBuf,
-    options: TextOptions,
+    options: ReadOptions,
     rule: Rule,
     frame_lines: usize,
     line_numbers: usize,
@@ -102,10 +102,10 @@ impl<R: Read> Grid<R> {
     pub(crate) fn new(
         reader: R,
         file: &Path,
-        options: TextOptions,
+        options: ReadOptions,
         rule: Rule,
     ) -> Result<Self, Error> {
-        let TextOptions { rows, columns, .. } = options;
+        let ReadOptions { rows, columns, .. } = options;
         if !(1..=MAX_TAXELS).contains(&rows.saturating_mul(columns)) {
             let file = file.to_owned();
             return Err(Error::Size {
@@ -115,9 +115,10 @@ impl<R: Read> Grid<R> {
                 limit: MAX_TAXELS,
             });
         }
-        let (frame_lines, line_numbers) = match options.transpose {
-            false => (rows, columns),
-            true => (columns, rows),
+        let (frame_lines, line_numbers) = if options.transpose {
+            (columns, rows)
+        } else {
+            (rows, columns)
         };
         Ok(Self {
             lines: Lines::new(reader, line_limit(rows.max(columns))),
@@ -242,9 +243,10 @@ impl<R: Read> Grid<R> {
     fn one_line(&mut self, line: Line, k: usize, values: &mut [f64]) -> Result<(), Error> {
         let text = self.lines.text(line);
         let n = self.line_numbers;
-        let out = match self.options.transpose {
-            false => &mut values[k * n..(k + 1) * n],
-            true => &mut self.column[..],
+        let out = if self.options.transpose {
+            &mut self.column[..]
+        } else {
+            &mut values[k * n..(k + 1) * n]
         };
         if let Err(fault) = parse_line(text, out, self.rule) {
             return Err(self.broken(line, fault));
@@ -272,9 +274,10 @@ impl<R: Read> Grid<R> {
                 Line::TooLong { .. } => self.progress.lines += 1,
                 line => {
                     let text = self.lines.text(line);
-                    let begins = match enough {
-                        true => self.kind_of(text).is_some(),
-                        false => self.begins_next(text),
+                    let begins = if enough {
+                        self.kind_of(text).is_some()
+                    } else {
+                        self.begins_next(text)
                     };
                     if begins {
                         self.lines.unread();

@@ -4,7 +4,7 @@ use std::io::{self, ErrorKind, Read};
 
 const FIRST_BUFFER: usize = 256 * 1024;
 /// A line is read to its end to go on behind it, but not for ever: a device may have no line ends at all.
-const LONGEST_GONE: u64 = 64 << 20;
+const MAX_GONE: u64 = 64 << 20;
 
 /// What the stream gave.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -140,7 +140,7 @@ impl<R: Read> Lines<R> {
     fn discard(&mut self) -> io::Result<Line> {
         let mut bytes = 0u64;
         loop {
-            if bytes > LONGEST_GONE {
+            if bytes > MAX_GONE {
                 let why = format!("a line that does not end in {bytes} bytes: this is no text");
                 return Err(io::Error::new(ErrorKind::InvalidData, why));
             }

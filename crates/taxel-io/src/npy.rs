@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 use taxel::{Counts, Frame, Mark};
 
 use crate::error::{Error, ShapeFault};
+use crate::options::{ReadOptions, extension};
 use crate::source::{FrameSource, Input, MAX_TAXELS, SkipLog, Skipped, fit_shape, open_input};
-use crate::text::{TextOptions, extension};
 pub use element::Element;
 use header::{Header, fill};
 pub use write::{NpyWriter, NpzWriter};
@@ -33,8 +33,8 @@ pub struct NpyOptions {
     pub array: Option<String>,
 }
 
-impl From<TextOptions> for NpyOptions {
-    fn from(options: TextOptions) -> Self {
+impl From<ReadOptions> for NpyOptions {
+    fn from(options: ReadOptions) -> Self {
         Self {
             shape: Some((options.rows, options.columns)),
             max_count: options.max_count,
@@ -195,9 +195,10 @@ impl<Q, R: Read> NpyReader<Q, R> {
             }
             left -= held;
             element.decode(piece, self.header.big_endian, |value| {
-                let place = match across {
-                    false => i,
-                    true => i % inner * outer + i / inner,
+                let place = if across {
+                    i % inner * outer + i / inner
+                } else {
+                    i
                 };
                 values[place] = value;
                 i += 1;
@@ -212,9 +213,10 @@ impl<Q, R: Read> NpyReader<Q, R> {
             return Ok(());
         };
         let columns = self.shape().1;
-        let (row, column) = match self.options.transpose {
-            false => (i / columns, i % columns),
-            true => (i % columns, i / columns),
+        let (row, column) = if self.options.transpose {
+            (i % columns, i / columns)
+        } else {
+            (i / columns, i % columns)
         };
         Err(Error::Value {
             file: self.file.clone(),
@@ -255,9 +257,10 @@ impl<Q, R: Read> NpyReader<Q, R> {
 
 impl<Q, R: Read> FrameSource<Q> for NpyReader<Q, R> {
     fn shape(&self) -> (usize, usize) {
-        match self.options.transpose {
-            false => (self.layout.rows, self.layout.columns),
-            true => (self.layout.columns, self.layout.rows),
+        if self.options.transpose {
+            (self.layout.columns, self.layout.rows)
+        } else {
+            (self.layout.rows, self.layout.columns)
         }
     }
 

@@ -149,9 +149,10 @@ pub(crate) fn is_blank(line: &[u8]) -> bool {
 
 /// Appends the shortest text that reads back as the same number; `inf` for what nothing bounds.
 pub(crate) fn push_number(out: &mut Vec<u8>, buffer: &mut zmij::Buffer, value: f64) {
-    let text = match value.is_finite() {
-        true => buffer.format_finite(value),
-        false => buffer.format(value),
+    let text = if value.is_finite() {
+        buffer.format_finite(value)
+    } else {
+        buffer.format(value)
     };
     out.extend_from_slice(text.strip_suffix(".0").unwrap_or(text).as_bytes());
 }

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::{Error, FrameSource, MAX_TAXELS, TextOptions, ValuesReader, bounded};
-use taxel::sensor::{PRESETS, PerTaxel, preset};
+use crate::{Error, FrameSource, MAX_TAXELS, ReadOptions, ValuesReader, bounded};
+use taxel::sensor::{PRESETS, SensorSpec, preset};
 use taxel::{Frame, Sensor, Siemens};
 
 /// The most memory that reading and solving may take, MiB.
@@ -14,11 +14,11 @@ pub const TAXEL_BYTES: u64 = 640;
 
 /// The longest sensor file, bytes: per-taxel numbers of 300 x 300 taxels. What is longer takes eighty times its length to
 /// be understood, and memory stays below 256 MiB.
-const LONGEST: u64 = 2 << 20;
+const MAX: u64 = 2 << 20;
 
 /// Refuses what is too long to be a sensor file.
 pub fn check_length(file: &Path, bytes: u64) -> Result<(), Error> {
-    if bytes <= LONGEST {
+    if bytes <= MAX {
         return Ok(());
     }
     Err(too_long(file))
@@ -27,7 +27,7 @@ pub fn check_length(file: &Path, bytes: u64) -> Result<(), Error> {
 fn too_long(file: &Path) -> Error {
     Error::SensorLength {
         file: file.to_owned(),
-        limit: LONGEST,
+        limit: MAX,
     }
 }
 
@@ -42,21 +42,16 @@ pub fn load(name: &Path) -> Result<Sensor, Error> {
     if !is_path {
         return preset(word).map_err(Error::Preset);
     }
-    let mut sensor = Sensor::from_toml(&text_of(name)?).map_err(in_file)?;
-    let (rows, columns) = (sensor.rows(), sensor.columns());
+    let mut spec = SensorSpec::from_toml(&text_of(name)?).map_err(in_file)?;
+    let (rows, columns) = (spec.array.rows, spec.array.columns);
     check_array(name, rows, columns)?;
-    if let Some(material) = &mut sensor.material {
-        read_in(&mut material.exponent, name, rows, columns)?;
-        if let Some(gain) = &mut material.gain {
-            read_in(gain, name, rows, columns)?;
-        }
-    }
-    sensor.checked().map_err(in_file)
+    spec.resolve(|file| per_taxel(&next_to(name, file), rows, columns))?;
+    Sensor::try_from(spec).map_err(in_file)
 }
 
 /// The text of a sensor file.
 pub fn text_of(name: &Path) -> Result<String, Error> {
-    match bounded::read_text(name, LONGEST) {
+    match bounded::read_text(name, MAX) {
         Ok(Some(text)) => Ok(text),
         Ok(None) => Err(too_long(name)),
         Err(source) => Err(Error::OpenSensor {
@@ -68,46 +63,43 @@ pub fn text_of(name: &Path) -> Result<String, Error> {
 }
 
 /// A file that a sensor file names: it is in the same folder.
-pub fn beside(sensor: &Path, name: &str) -> PathBuf {
+pub fn next_to(sensor: &Path, name: &str) -> PathBuf {
     sensor.parent().unwrap_or(Path::new("")).join(name)
 }
 
-/// Puts the numbers of the file beside the sensor file in the place of its name.
-fn read_in(values: &mut PerTaxel, sensor: &Path, rows: usize, columns: usize) -> Result<(), Error> {
-    let PerTaxel::File(name) = values else {
-        return Ok(());
-    };
-    let file = beside(sensor, name);
+/// The numbers of a file beside the sensor file, one for each taxel.
+fn per_taxel(file: &Path, rows: usize, columns: usize) -> Result<Vec<f64>, Error> {
     // The numbers have no unit; the reader does not ask.
-    let mut reader = ValuesReader::<Siemens>::open(&file, TextOptions::new(rows, columns))?;
+    let mut reader = ValuesReader::<Siemens>::open(file, ReadOptions::new(rows, columns))?;
     let mut frame = Frame::zeros(rows, columns);
+    let lines = |found| Error::PerTaxelLines {
+        file: file.to_owned(),
+        found,
+        expected: rows,
+    };
     if !reader.next_into(&mut frame)? {
-        return Ok(());
+        return Err(lines(0));
     }
-    let lines = frame.values().chunks_exact(columns);
-    *values = PerTaxel::Each(lines.map(<[f64]>::to_vec).collect());
+    let numbers = frame.values().to_vec();
     match reader.next_into(&mut frame) {
-        Ok(false) => Ok(()),
-        _ => Err(Error::PerTaxelLines {
-            file,
-            found: rows + 1,
-            expected: rows,
-        }),
+        Ok(false) => Ok(numbers),
+        _ => Err(lines(rows + 1)),
     }
 }
 
 /// Refuses an array whose frames are larger than is read; `file` is where it is described.
 pub fn check_array(file: &Path, rows: usize, columns: usize) -> Result<(), Error> {
     let taxels = rows.saturating_mul(columns);
-    match taxels <= MAX_TAXELS {
-        true => Ok(()),
-        false => Err(Error::ArrayMemory {
+    if taxels <= MAX_TAXELS {
+        Ok(())
+    } else {
+        Err(Error::ArrayMemory {
             file: file.to_owned(),
             rows,
             columns,
             needed_mib: (taxels as u64).saturating_mul(TAXEL_BYTES) >> 20,
             most_mib: MAX_MEMORY_MIB,
             most_taxels: MAX_TAXELS,
-        }),
+        })
     }
 }

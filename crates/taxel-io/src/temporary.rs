@@ -55,7 +55,7 @@ pub(crate) struct NotNamed {
 
 impl Temporary {
     /// A new file in the folder that `target` is to be in.
-    pub(crate) fn beside(target: &Path) -> io::Result<Self> {
+    pub(crate) fn next_to(target: &Path) -> io::Result<Self> {
         let folder = folder_of(target);
         #[cfg(target_os = "linux")]
         // Not every file system can; whatever else is wrong, the hidden file is told it too.
@@ -232,7 +232,7 @@ mod tests {
     /// Both kinds, each as it comes out of its beginning.
     fn kinds(folder: &Path) -> Vec<Temporary> {
         let hidden = Temporary::Hidden(hidden_in(folder).unwrap());
-        vec![Temporary::beside(&folder.join("a")).unwrap(), hidden]
+        vec![Temporary::next_to(&folder.join("a")).unwrap(), hidden]
     }
 
     #[test]

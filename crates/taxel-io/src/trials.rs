@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::error::Error;
-use crate::experiments::{Taxel, beside};
+use crate::experiments::{Taxel, next_to};
 use crate::table::{Row, Table};
 
 /// One line of a table of trials.
@@ -96,7 +96,7 @@ pub fn read_trials(
             has_taxel |= line.optional(cell)?.is_some();
         }
         Ok(Trial {
-            recording: beside(path, line, recording)?,
+            recording: next_to(path, line, recording)?,
             frame: index(line, frame, "frame")?,
             taxel: has_taxel.then(|| taxel.read(line)).transpose()?,
             load_g: amount(line, load, "load_g")?,

@@ -14,8 +14,8 @@ use crate::columns::Column;
 use crate::error::Error;
 
 /// What a sheet holds.
-const MOST_ROWS: usize = 1_048_576;
-const MOST_COLUMNS: usize = 16_384;
+const MAX_ROWS: usize = 1_048_576;
+const MAX_COLUMNS: usize = 16_384;
 
 const TYPES: &str = r#"<?xml version="1.0" encoding="UTF-8" standalone="yes"?>
 <Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types"><Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/><Default Extension="xml" ContentType="application/xml"/><Override PartName="/xl/workbook.xml" ContentType="application/vnd.openxmlformats-officedocument.spreadsheetml.sheet.main+xml"/><Override PartName="/xl/worksheets/sheet1.xml" ContentType="application/vnd.openxmlformats-officedocument.spreadsheetml.worksheet+xml"/></Types>"#;
@@ -31,13 +31,13 @@ const SHEET: &str = r#"<?xml version="1.0" encoding="UTF-8" standalone="yes"?>
 /// Writes columns of equal length below a line of names.
 pub(crate) fn write(path: &Path, columns: &[Column]) -> Result<(), Error> {
     let rows = columns.first().map_or(0, |column| column.values.len());
-    if rows + 1 > MOST_ROWS || columns.len() > MOST_COLUMNS {
+    if rows + 1 > MAX_ROWS || columns.len() > MAX_COLUMNS {
         return Err(Error::SheetSize {
             file: path.to_owned(),
             rows: rows + 1,
             columns: columns.len(),
-            most_rows: MOST_ROWS,
-            most_columns: MOST_COLUMNS,
+            most_rows: MAX_ROWS,
+            most_columns: MAX_COLUMNS,
         });
     }
     let file = AtomicFile::create(path)?;

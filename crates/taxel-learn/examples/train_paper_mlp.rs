@@ -5,11 +5,12 @@
 
 use std::error::Error;
 use std::fs;
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
 use taxel_learn::models::paper_mlp::{HIDDEN, PaperTraining};
-use taxel_learn::train::{Go, Settings, Trainable, epoch_order, train};
+use taxel_learn::train::{Settings, Trainable, epoch_order, train};
 use taxel_learn::{Rows, Split};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -51,7 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             begun.elapsed().as_secs_f64()
         );
         begun = Instant::now();
-        Go::On
+        ControlFlow::Continue(())
     });
     fs::write(folder.join("losses.txt"), losses)?;
     time_frame(&training.finish(), &known);

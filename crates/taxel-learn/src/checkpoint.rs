@@ -91,11 +91,12 @@ impl Checkpoint {
     /// [`Error::Checkpoint`] with both numbers.
     pub fn check(&self, parameters: &[usize]) -> Result<(), Error> {
         let found: Vec<usize> = self.networks.iter().map(|parts| parts[0].len()).collect();
-        match found == parameters {
-            true => Ok(()),
-            false => Err(Error::Checkpoint(format!(
+        if found == parameters {
+            Ok(())
+        } else {
+            Err(Error::Checkpoint(format!(
                 "its networks have {found:?} parameters, expected {parameters:?}"
-            ))),
+            )))
         }
     }
 }

@@ -1,19 +1,22 @@
 //! From labelled presses to a model with its card.
 
-use taxel::calibrate::{LoadLaw, Press};
-use taxel::crew::{Crew, shared_out};
+use std::ops::ControlFlow;
+
+use taxel::calibrate::PressLabel;
+use taxel::material::LoadLaw;
+use taxel::parallel::{Executor, par_map};
 use taxel::pipeline::Pipeline;
 use taxel::solve::default_method;
 use taxel::stats::quantile;
 use taxel::{Counts, Frame, Sensor};
 
-use crate::model::{Card, Held, Kind, Model, NOT_FOR, Source};
-use crate::models::hybrid::{Example, Hybrid, LEAST_G, Physics, Scene, Trained};
+use crate::model::{Card, Model, ModelKind, NOT_FOR, Source, TestErrors};
+use crate::models::hybrid::{Example, FrameFeatures, Hybrid, MIN_G, Physics, Trained};
 use crate::models::paper_mlp::{PaperMlp, PaperTraining};
 use crate::models::row_set::{RowSet, RowSetTraining};
 use crate::network::AdamSettings;
 use crate::rows::{Rows, Split};
-use crate::train::{Checkpoint, Epoch, Go, Settings, Trainable, train};
+use crate::train::{Checkpoint, Epoch, EpochWatch, Settings, Trainable, train};
 use crate::trust::{Familiar, Interval};
 use crate::{Error, with_law};
 
@@ -21,8 +24,8 @@ use crate::{Error, with_law};
 pub const LEVEL: f64 = 0.9;
 /// Row sets whose mean is taken.
 pub const MEMBERS: usize = 3;
-/// Fewest presses to learn from: what is left of [`crate::rows::FEWEST_PRESSES`] when the usual shares are taken off.
-const FEWEST_TO_LEARN: usize = 4;
+/// Fewest presses to learn from: what is left of [`crate::rows::MIN_PRESSES`] when the usual shares are taken off.
+const MIN_TO_LEARN: usize = 4;
 /// Most memory that the copies of the presses may take, bytes.
 const MAX_COPIES_BYTES: usize = 2 << 30;
 /// Parts that a hybrid is cross-validated in.
@@ -31,7 +34,7 @@ const FOLDS: usize = 5;
 const HYBRID_EPOCHS: usize = 300;
 
 /// What a model is trained with.
-pub struct Lesson<'a> {
+pub struct TrainingData<'a> {
     /// The sensor, as far as it is known.
     pub sensor: &'a Sensor,
     /// Presses, as rows of readings.
@@ -43,7 +46,7 @@ pub struct Lesson<'a> {
 }
 
 /// Told of every epoch: which network, of how many, and how it went; may say stop. Called from any thread.
-pub type Watch<'a> = &'a (dyn Fn(usize, usize, &Epoch) -> Go + Sync);
+pub type Watch<'a> = &'a (dyn Fn(usize, usize, &Epoch) -> ControlFlow<()> + Sync);
 
 /// How row sets are trained: longer than it seems to pay, with a falling rate.
 pub fn row_set_settings() -> Settings {
@@ -68,14 +71,14 @@ pub fn row_set_settings() -> Settings {
 /// # Errors
 /// A split that leaves nothing to learn from or to stop by, more copies than memory, a checkpoint of another network.
 pub fn paper_mlp(
-    lesson: &Lesson,
+    training_data: &TrainingData,
     settings: &Settings,
     hidden: &[usize],
     copies: usize,
     from: Option<&Checkpoint>,
-    watch: &mut dyn FnMut(&Epoch, &dyn Fn() -> Checkpoint) -> Go,
+    watch: &mut EpochWatch<'_>,
 ) -> Result<Model, Error> {
-    let (train_on, check) = lesson.parts()?;
+    let (train_on, check) = training_data.parts()?;
     room_for(&train_on, copies)?;
     let mut training = PaperTraining::new(&train_on, &check, hidden, copies, settings.seed);
     if let Some(from) = from {
@@ -89,10 +92,10 @@ pub fn paper_mlp(
     }
     let history = train(&mut training, settings, from, watch);
     let model = training.finish();
-    let judged = lesson.judge(|rows| model.estimate(rows));
-    let mut card = lesson.card(settings, copies, judged);
+    let tested = training_data.test(|rows| model.estimate(rows));
+    let mut card = training_data.card(settings, copies, tested);
     card.epochs = history.last().copied().into_iter().collect();
-    Ok(finish(card, Kind::PaperMlp(model)))
+    Ok(finish(card, ModelKind::PaperMlp(model)))
 }
 
 /// A network that was trained elsewhere, with a card: presses that it was not trained with set its threshold and its
@@ -100,17 +103,17 @@ pub fn paper_mlp(
 ///
 /// # Errors
 /// A network for another number of columns.
-pub fn adopt(lesson: &Lesson, model: PaperMlp) -> Result<Model, Error> {
-    if model.columns() != lesson.rows.columns {
+pub fn adopt(training_data: &TrainingData, model: PaperMlp) -> Result<Model, Error> {
+    if model.columns() != training_data.rows.columns {
         return Err(Error::Width {
             what: "the network".to_owned(),
             found: model.columns(),
-            expected: lesson.rows.columns,
+            expected: training_data.rows.columns,
         });
     }
-    let judged = lesson.judge(|rows| model.estimate(rows));
-    let card = lesson.card(&Settings::default(), 0, judged);
-    Ok(finish(card, Kind::PaperMlp(model)))
+    let tested = training_data.test(|rows| model.estimate(rows));
+    let card = training_data.card(&Settings::default(), 0, tested);
+    Ok(finish(card, ModelKind::PaperMlp(model)))
 }
 
 /// Refuses copies that memory has no room for.
@@ -122,31 +125,32 @@ pub fn room_for(rows: &Rows, copies: usize) -> Result<(), Error> {
     let bytes = [copies, values, size_of::<f32>()]
         .into_iter()
         .fold(rows.len(), usize::saturating_mul);
-    match bytes > MAX_COPIES_BYTES {
-        true => Err(Error::Copies {
+    if bytes > MAX_COPIES_BYTES {
+        Err(Error::Copies {
             presses: rows.len(),
             copies,
             values,
             found: bytes as u64 >> 20,
             most: MAX_COPIES_BYTES as u64 >> 20,
-        }),
-        false => Ok(()),
+        })
+    } else {
+        Ok(())
     }
 }
 
-/// Trains `members` row sets, shared out to the crew.
+/// Trains `members` row sets, shared out to the executor.
 ///
 /// # Errors
 /// A split that leaves nothing to learn from or to stop by.
 pub fn row_set(
-    lesson: &Lesson,
+    training_data: &TrainingData,
     settings: &Settings,
     members: usize,
-    crew: &dyn Crew,
+    executor: &dyn Executor,
     watch: Watch,
 ) -> Result<Model, Error> {
-    let (train_on, check) = lesson.parts()?;
-    let trained = shared_out(crew, (0..members).collect(), |member| {
+    let (train_on, check) = training_data.parts()?;
+    let trained = par_map(executor, (0..members).collect(), |member| {
         let own = Settings {
             seed: settings.seed.wrapping_add(1000 * member as u64),
             ..settings.clone()
@@ -159,10 +163,10 @@ pub fn row_set(
     })
     .unwrap_or_default();
     let (models, last): (Vec<RowSet>, Vec<Option<Epoch>>) = trained.into_iter().unzip();
-    let judged = lesson.judge(|rows| mean_estimate(&models, rows));
-    let mut card = lesson.card(settings, 1, judged);
+    let tested = training_data.test(|rows| mean_estimate(&models, rows));
+    let mut card = training_data.card(settings, 1, tested);
     card.epochs = last.into_iter().flatten().collect();
-    Ok(finish(card, Kind::RowSet(models)))
+    Ok(finish(card, ModelKind::RowSet(models)))
 }
 
 /// The mean of what some row sets say of presses, grams, not clipped.
@@ -183,20 +187,21 @@ pub fn mean_estimate(models: &[RowSet], rows: &Rows) -> Vec<f64> {
 /// # Errors
 /// A sensor that is not calibrated.
 pub fn hybrid(
-    lesson: &Lesson,
+    training_data: &TrainingData,
     frames: &[Frame<Counts>],
-    presses: &[Press],
+    presses: &[PressLabel],
     seed: u64,
-    progress: &mut dyn FnMut(f64) -> Go,
+    progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Model, Error> {
-    let sensor = with_law(lesson.sensor.clone());
+    let sensor = with_law(training_data.sensor.clone());
     let examples = examples(&sensor, frames, presses)?;
-    let mut known: Vec<usize> = [&lesson.split.train[..], &lesson.split.check].concat();
+    let mut known: Vec<usize> =
+        [&training_data.split.train[..], &training_data.split.check].concat();
     known.sort_unstable();
     let known: Vec<Example> = known.iter().map(|&i| examples[i]).collect();
     let usable: Vec<Example> = known
         .iter()
-        .filter(|e| e.physics_g >= LEAST_G)
+        .filter(|e| e.physics_g >= MIN_G)
         .copied()
         .collect();
     let trained = Hybrid::train(&usable, FOLDS, HYBRID_EPOCHS, seed, progress);
@@ -219,13 +224,13 @@ pub fn hybrid(
         seed,
         ..Settings::default()
     };
-    let test = &lesson.split.test;
-    let held_out = Held::new(&estimate(test), &loads(test), &interval);
-    let mut card = lesson.card(&settings, 1, (interval, held_out));
+    let test = &training_data.split.test;
+    let held_out = TestErrors::new(&estimate(test), &loads(test), &interval);
+    let mut card = training_data.card(&settings, 1, (interval, held_out));
     card.threshold_counts = 0.0;
     card.verdict = Some(trained.verdict);
     card.epochs = trained.epochs;
-    Ok(finish(card, Kind::Hybrid(model)))
+    Ok(finish(card, ModelKind::Hybrid(model)))
 }
 
 /// The hybrid's interval, set by estimates of networks that did not know the press (nor its frame), not by those of the
@@ -236,13 +241,15 @@ fn interval(known: &[Example], trained: &Trained) -> Interval {
     let mut out_of_fold = trained.out_of_fold_g.iter();
     let (mut estimates, mut loads) = (Vec::new(), Vec::new());
     for example in known {
-        let apart = match example.physics_g >= LEAST_G {
-            true => out_of_fold.next().copied().flatten(),
-            false => Some(example.physics_g),
+        let apart = if example.physics_g >= MIN_G {
+            out_of_fold.next().copied().flatten()
+        } else {
+            Some(example.physics_g)
         };
-        let estimate = match trained.verdict.used {
-            true => apart,
-            false => Some(example.physics_g),
+        let estimate = if trained.verdict.used {
+            apart
+        } else {
+            Some(example.physics_g)
         };
         if let Some(estimate) = estimate {
             estimates.push(f64::from(estimate));
@@ -256,19 +263,19 @@ fn interval(known: &[Example], trained: &Trained) -> Interval {
 fn examples(
     sensor: &Sensor,
     frames: &[Frame<Counts>],
-    presses: &[Press],
+    presses: &[PressLabel],
 ) -> Result<Vec<Example>, Error> {
     let law = LoadLaw::from_sensor(sensor)?;
     let physics = Physics::of(sensor, &law);
     let mut pipeline = Pipeline::new(sensor, default_method(sensor)?)?;
-    let mut scene = Scene::default();
+    let mut frame_features = FrameFeatures::default();
     let mut examples = Vec::with_capacity(presses.len());
     for press in presses {
         pipeline.begin_anew();
-        scene.look(pipeline.process(&frames[press.frame]))?;
+        frame_features.look(pipeline.process(&frames[press.frame]))?;
         examples.push(Example {
-            features: scene.features(press.row, press.column, &physics),
-            physics_g: scene.loads_g[press.row * sensor.columns() + press.column],
+            features: frame_features.features(press.row, press.column, &physics),
+            physics_g: frame_features.loads_g[press.row * sensor.columns() + press.column],
             load_g: press.load_g as f32,
             frame: press.frame,
         });
@@ -276,21 +283,21 @@ fn examples(
     Ok(examples)
 }
 
-fn finish(card: Card, kind: Kind) -> Model {
+fn finish(card: Card, kind: ModelKind) -> Model {
     let mut model = Model { card, kind };
     model.describe();
     model
 }
 
-impl Lesson<'_> {
+impl TrainingData<'_> {
     fn parts(&self) -> Result<(Rows, Rows), Error> {
         let (train, check) = (self.split.train.len(), self.split.check.len());
-        if train < FEWEST_TO_LEARN || check == 0 {
+        if train < MIN_TO_LEARN || check == 0 {
             return Err(Error::Split {
                 presses: train + check + self.split.test.len(),
                 train,
                 check,
-                needed: FEWEST_TO_LEARN,
+                needed: MIN_TO_LEARN,
             });
         }
         Ok((
@@ -300,12 +307,12 @@ impl Lesson<'_> {
     }
 
     /// The interval that the presses to stop by set, and the errors on those to judge by.
-    fn judge(&self, estimate: impl Fn(&Rows) -> Vec<f64>) -> (Interval, Held) {
+    fn test(&self, estimate: impl Fn(&Rows) -> Vec<f64>) -> (Interval, TestErrors) {
         let doubles = |values: &[f32]| -> Vec<f64> { values.iter().map(|&v| v.into()).collect() };
         let check = self.rows.part(&self.split.check);
         let test = self.rows.part(&self.split.test);
         let interval = Interval::fit(LEVEL, &estimate(&check), &doubles(&check.load_g));
-        let held_out = Held::new(&estimate(&test), &doubles(&test.load_g), &interval);
+        let held_out = TestErrors::new(&estimate(&test), &doubles(&test.load_g), &interval);
         (interval, held_out)
     }
 
@@ -313,7 +320,7 @@ impl Lesson<'_> {
         &self,
         settings: &Settings,
         copies: usize,
-        (interval, held_out): (Interval, Held),
+        (interval, held_out): (Interval, TestErrors),
     ) -> Card {
         let familiar = Familiar::fit(self.rows);
         Card {

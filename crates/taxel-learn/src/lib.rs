@@ -8,14 +8,14 @@
 //! | [`models`] | the paper's network, one that cannot know the order of a row, a network on top of the physics |
 //! | [`train`] | one loop for every model |
 //! | [`fit`] | presses → a model with its card |
-//! | [`Model`], [`Learned`] | the model's file; a model as a way to invert |
+//! | [`Model`], [`Learned`] | the model's file; a model as an estimator of loads |
 //! | [`trust`] | how far an estimate can be trusted |
-//! | [`contest`] | models beside physics, on the same frames |
+//! | [`benchmark`] | models beside physics, on the same frames |
 //! | [`onnx`] | networks of other programs, both ways |
 //! | [`network`], [`scaler`] | what models are made of |
 
+pub mod benchmark;
 mod checkpoint;
-pub mod contest;
 mod error;
 pub mod fit;
 mod method;
@@ -31,5 +31,5 @@ pub mod trust;
 
 pub use error::Error;
 pub use method::Learned;
-pub use model::{Card, Held, Kind, Model, NOT_FOR, Source, with_law};
+pub use model::{Card, Model, ModelKind, NOT_FOR, Source, TestErrors, with_law};
 pub use rows::{Rows, Split};

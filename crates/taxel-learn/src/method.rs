@@ -1,27 +1,37 @@
-//! A trained model where a physical inverse would stand: the same trait.
+//! A trained model in a pipeline: loads straight from a scan.
 
-use taxel::calibrate::LoadLaw;
 use taxel::circuit::Converter;
+use taxel::estimate::LoadEstimator;
+use taxel::frame::newtons_from_grams;
+use taxel::material::LoadLaw;
 use taxel::pipeline::Pipeline;
-use taxel::solve::{Method, Outcome, Scratch, Stop, default_method};
-use taxel::{Frame, Mark, Sensor, Siemens, Volts};
+use taxel::solve::{Outcome, Stop, default_method};
+use taxel::{Frame, Mark, Newtons, Sensor, Volts};
 
 use crate::Error;
-use crate::model::{Kind, Model, with_law};
-use crate::models::hybrid::{FEATURES, HybridMemory, LEAST_G, Physics, Scene};
+use crate::model::{Model, ModelKind, with_law};
+use crate::models::hybrid::{FEATURES, FrameFeatures, HybridMemory, MIN_G, Physics};
 use crate::models::paper_mlp::PaperMemory;
 use crate::models::row_set::RowSetMemory;
 
-/// A model as a [`Method`]: loads, carried as the conductances that the sensor's load law gives them.
+/// A model as a [`LoadEstimator`].
 pub struct Learned {
+    known: Known,
+    buffers: Buffers,
+    /// The physics that a hybrid corrects.
+    pipeline: Option<Pipeline>,
+}
+
+/// What does not change from frame to frame.
+struct Known {
     model: Model,
-    sensor: Sensor,
+    columns: usize,
     converter: Converter,
-    law: LoadLaw,
     physics: Option<Physics>,
 }
 
-struct Memory {
+#[derive(Default)]
+struct Buffers {
     counts: Vec<f32>,
     taxels: Vec<(usize, usize)>,
     loads: Vec<f32>,
@@ -30,8 +40,7 @@ struct Memory {
     row_sets: Vec<RowSetMemory>,
     hybrid: HybridMemory,
     features: Vec<[f32; FEATURES]>,
-    scene: Scene,
-    pipeline: Option<Pipeline>,
+    frame_features: FrameFeatures,
 }
 
 impl Learned {
@@ -48,7 +57,7 @@ impl Learned {
                 sensor: (sensor.rows(), sensor.columns()),
             });
         }
-        if let Kind::PaperMlp(network) = &model.kind
+        if let ModelKind::PaperMlp(network) = &model.kind
             && network.columns() != sensor.columns()
         {
             return Err(Error::Width {
@@ -58,97 +67,95 @@ impl Learned {
             });
         }
         same_parts(&own, sensor)?;
-        let sensor = with_law(sensor.clone());
-        let law = LoadLaw::from_sensor(&sensor)?;
-        let physics = match model.kind {
-            Kind::Hybrid(_) => {
-                // Tells of a missing circuit now, not at the first frame.
-                default_method(&sensor)?;
-                Some(Physics::of(&sensor, &law))
-            }
-            _ => None,
+        let mut learned = Self {
+            known: Known {
+                columns: sensor.columns(),
+                converter: Converter::from_sensor(sensor),
+                physics: None,
+                model,
+            },
+            buffers: Buffers::default(),
+            pipeline: None,
         };
-        Ok(Self {
-            converter: Converter::from_sensor(&sensor),
-            model,
-            law,
-            physics,
-            sensor,
-        })
+        if let ModelKind::Hybrid(_) = learned.known.model.kind {
+            // As in training, the network corrects a law of its own where the sensor has none.
+            let sensor = with_law(sensor.clone());
+            learned.known.physics = Some(Physics::of(&sensor, &LoadLaw::from_sensor(&sensor)?));
+            learned.pipeline = Some(Pipeline::new(&sensor, default_method(&sensor)?)?);
+        }
+        Ok(learned)
     }
 
     /// The model.
     pub fn model(&self) -> &Model {
-        &self.model
+        &self.known.model
     }
+}
 
-    fn pipeline(&self) -> Option<Pipeline> {
-        self.physics.as_ref()?;
-        let method = default_method(&self.sensor).ok()?;
-        Pipeline::new(&self.sensor, method).ok()
-    }
-
+impl Known {
     /// Loads of the listed taxels by a network over rows, grams; `counts` are the frame's.
-    fn by_rows(&self, memory: &mut Memory) {
-        let columns = self.sensor.columns();
-        memory.loads.clear();
-        memory.loads.resize(memory.taxels.len(), 0.0);
+    fn by_rows(&self, buffers: &mut Buffers) {
+        let columns = self.columns;
+        buffers.loads.clear();
+        buffers.loads.resize(buffers.taxels.len(), 0.0);
         match &self.model.kind {
-            Kind::PaperMlp(model) => {
-                let loads = model.estimate_frame(&memory.counts, &memory.taxels, &mut memory.paper);
-                memory.loads.copy_from_slice(loads);
+            ModelKind::PaperMlp(model) => {
+                let loads =
+                    model.estimate_frame(&buffers.counts, &buffers.taxels, &mut buffers.paper);
+                buffers.loads.copy_from_slice(loads);
             }
-            Kind::RowSet(members) => {
-                memory.row_sets.resize_with(members.len(), Default::default);
-                for (member, own) in members.iter().zip(&mut memory.row_sets) {
-                    let loads = member.estimate_frame(&memory.counts, columns, &memory.taxels, own);
-                    for (sum, load) in memory.loads.iter_mut().zip(loads) {
+            ModelKind::RowSet(members) => {
+                buffers
+                    .row_sets
+                    .resize_with(members.len(), Default::default);
+                for (member, own) in members.iter().zip(&mut buffers.row_sets) {
+                    let loads =
+                        member.estimate_frame(&buffers.counts, columns, &buffers.taxels, own);
+                    for (sum, load) in buffers.loads.iter_mut().zip(loads) {
                         *sum += load / members.len() as f32;
                     }
                 }
             }
-            Kind::Hybrid(_) => {}
+            ModelKind::Hybrid(_) => {}
         }
     }
 
     /// Loads of the listed taxels by the physics and the network on what is left, grams.
-    fn by_physics(&self, volts: &Frame<Volts>, memory: &mut Memory) -> Outcome {
-        let (Kind::Hybrid(hybrid), Some(physics)) = (&self.model.kind, &self.physics) else {
+    fn by_physics(
+        &self,
+        volts: &Frame<Volts>,
+        pipeline: &mut Pipeline,
+        buffers: &mut Buffers,
+    ) -> Outcome {
+        let (ModelKind::Hybrid(hybrid), Some(physics)) = (&self.model.kind, &self.physics) else {
             return Outcome::new(Stop::Direct, 0, 0.0);
-        };
-        let Memory {
-            pipeline: Some(pipeline),
-            ..
-        } = memory
-        else {
-            return Outcome::new(Stop::Stalled, 0, 0.0);
         };
         let result = pipeline.process_volts(volts);
         let outcome = result.outcome.clone();
-        if memory.scene.look(result).is_err() {
+        if buffers.frame_features.look(result).is_err() {
             return Outcome::new(Stop::Stalled, 0, 0.0);
         }
-        memory.taxels.clear();
-        memory.features.clear();
-        let columns = self.sensor.columns();
-        for (at, &load) in memory.scene.loads_g.iter().enumerate() {
-            if load >= LEAST_G {
-                memory.taxels.push((at / columns, at % columns));
+        buffers.taxels.clear();
+        buffers.features.clear();
+        let columns = self.columns;
+        for (at, &load) in buffers.frame_features.loads_g.iter().enumerate() {
+            if load >= MIN_G {
+                buffers.taxels.push((at / columns, at % columns));
             }
         }
-        memory.member.clear();
-        for &(row, column) in &memory.taxels {
-            memory
+        buffers.member.clear();
+        for &(row, column) in &buffers.taxels {
+            buffers
                 .features
-                .push(memory.scene.features(row, column, physics));
-            memory
+                .push(buffers.frame_features.features(row, column, physics));
+            buffers
                 .member
-                .push(memory.scene.loads_g[row * columns + column]);
+                .push(buffers.frame_features.loads_g[row * columns + column]);
         }
-        hybrid.correct(&memory.features, &mut memory.member, &mut memory.hybrid);
-        memory.loads.clone_from(&memory.scene.loads_g);
-        for (&(row, column), &load) in memory.taxels.iter().zip(&memory.member) {
-            memory.loads[row * columns + column] = load;
+        hybrid.correct(&buffers.features, &mut buffers.member, &mut buffers.hybrid);
+        buffers.loads.clone_from(&buffers.frame_features.loads_g);
+        for (&(row, column), &load) in buffers.taxels.iter().zip(&buffers.member) {
+            buffers.loads[row * columns + column] = load;
         }
         outcome
     }
@@ -157,13 +164,16 @@ impl Learned {
 /// Refuses a sensor that reads the same loads as other counts, by what an owner knows of it.
 fn same_parts(own: &Sensor, other: &Sensor) -> Result<(), Error> {
     let parts = |sensor: &Sensor| {
-        let (readout, converter) = (&sensor.readout, &sensor.converter);
+        let (readout, converter) = (sensor.readout(), sensor.converter());
         let number = |value: Option<f64>| value.map_or("absent".to_owned(), |v| v.to_string());
         [
             ("readout.topology", readout.topology.name().to_owned()),
             ("readout.v_test_volts", readout.v_test_volts.to_string()),
-            ("readout.r_feedback_ohms", number(readout.r_feedback_ohms)),
-            ("readout.r_pull_down_ohms", number(readout.r_pull_down_ohms)),
+            ("readout.r_feedback_ohms", number(readout.r_feedback_ohms())),
+            (
+                "readout.r_pull_down_ohms",
+                number(readout.r_pull_down_ohms()),
+            ),
             ("converter.bits", converter.bits.to_string()),
             (
                 "converter.full_scale_volts",
@@ -182,103 +192,71 @@ fn same_parts(own: &Sensor, other: &Sensor) -> Result<(), Error> {
     }
 }
 
-impl Method for Learned {
+impl LoadEstimator for Learned {
     fn name(&self) -> &'static str {
-        self.model.kind.name()
+        self.known.model.kind.name()
     }
 
-    fn gives_loads(&self) -> bool {
-        true
-    }
-
-    fn scratch(&self) -> Scratch {
-        Scratch::new(Memory {
-            counts: Vec::new(),
-            taxels: Vec::new(),
-            loads: Vec::new(),
-            member: Vec::new(),
-            paper: PaperMemory::default(),
-            row_sets: Vec::new(),
-            hybrid: HybridMemory::default(),
-            features: Vec::new(),
-            scene: Scene::default(),
-            pipeline: self.pipeline(),
-        })
-    }
-
-    fn solve_into(
-        &self,
-        volts: &Frame<Volts>,
-        siemens: &mut Frame<Siemens>,
-        scratch: &mut Scratch,
-    ) -> Outcome {
-        let cold = scratch.take_cold();
-        let memory: &mut Memory = scratch.get();
-        if let (true, Some(pipeline)) = (cold, &mut memory.pipeline) {
-            pipeline.begin_anew();
-        }
-        siemens.take_marks(volts);
-        let columns = self.sensor.columns();
-        memory.counts.clear();
-        let counts = |volts: f64| self.converter.count_from_volt(volts) as f32;
-        memory
+    fn estimate_into(&mut self, volts: &Frame<Volts>, loads: &mut Frame<Newtons>) -> Outcome {
+        let (known, buffers) = (&self.known, &mut self.buffers);
+        loads.copy_meta_from(volts);
+        buffers.counts.clear();
+        let counts = |volts: f64| known.converter.count_from_volt(volts) as f32;
+        buffers
             .counts
             .extend(volts.values().iter().map(|&v| counts(v)));
-        let outcome = match &self.model.kind {
-            Kind::Hybrid(_) => {
-                let outcome = self.by_physics(volts, memory);
-                for (taxel, (g, &load)) in siemens
-                    .values_mut()
-                    .iter_mut()
-                    .zip(&memory.loads)
-                    .enumerate()
-                {
-                    *g = self.law.siemens_from_grams(taxel, f64::from(load));
-                }
-                outcome
+        let outcome = if let Some(pipeline) = &mut self.pipeline {
+            let outcome = known.by_physics(volts, pipeline, buffers);
+            for (load, &grams) in loads.values_mut().iter_mut().zip(&buffers.loads) {
+                *load = newtons_from_grams(f64::from(grams));
             }
-            _ => {
-                let threshold = self.model.card.threshold_counts as f32;
-                memory.taxels.clear();
-                for (at, &count) in memory.counts.iter().enumerate() {
-                    if count >= threshold {
-                        memory.taxels.push((at / columns, at % columns));
-                    }
+            outcome
+        } else {
+            let threshold = known.model.card.threshold_counts as f32;
+            let columns = known.columns;
+            buffers.taxels.clear();
+            for (at, &count) in buffers.counts.iter().enumerate() {
+                if count >= threshold {
+                    buffers.taxels.push((at / columns, at % columns));
                 }
-                self.by_rows(memory);
-                siemens.values_mut().fill(self.law.g_zero);
-                for (&(row, column), &load) in memory.taxels.iter().zip(&memory.loads) {
-                    let at = row * columns + column;
-                    let load = f64::from(load.max(0.0));
-                    siemens.values_mut()[at] = self.law.siemens_from_grams(at, load);
-                }
-                Outcome::new(Stop::Direct, 0, 0.0)
             }
+            known.by_rows(buffers);
+            loads.values_mut().fill(0.0);
+            for (&(row, column), &grams) in buffers.taxels.iter().zip(&buffers.loads) {
+                let load = newtons_from_grams(f64::from(grams.max(0.0)));
+                loads.values_mut()[row * columns + column] = load;
+            }
+            Outcome::new(Stop::Direct, 0, 0.0)
         };
-        self.mark_unfamiliar(memory, siemens);
+        known.mark_unfamiliar(buffers, loads.marks_mut());
         outcome
+    }
+
+    fn forget(&mut self) {
+        if let Some(pipeline) = &mut self.pipeline {
+            pipeline.begin_anew();
+        }
     }
 }
 
-impl Learned {
+impl Known {
     /// Marks estimates from inputs unlike those of the training.
-    fn mark_unfamiliar(&self, memory: &Memory, siemens: &mut Frame<Siemens>) {
-        if matches!(&self.model.kind, Kind::Hybrid(hybrid) if hybrid.members.is_empty()) {
+    fn mark_unfamiliar(&self, buffers: &Buffers, marks: &mut [Mark]) {
+        if matches!(&self.model.kind, ModelKind::Hybrid(hybrid) if hybrid.members.is_empty()) {
             return;
         }
-        let columns = self.sensor.columns();
+        let columns = self.columns;
         let familiar = &self.model.card.familiar;
         let mut row_seen = (usize::MAX, true);
-        for &(row, column) in &memory.taxels {
+        for &(row, column) in &buffers.taxels {
             let at = row * columns + column;
             if row_seen.0 != row {
-                let values = &memory.counts[row * columns..(row + 1) * columns];
+                let values = &buffers.counts[row * columns..(row + 1) * columns];
                 row_seen = (row, familiar.knows_row(values));
             }
-            let known = row_seen.1 && familiar.knows_taxel(memory.counts[at]);
-            let mark = &mut siemens.marks_mut()[at];
-            if !known && *mark == Mark::Good {
-                *mark = Mark::Unfamiliar;
+            let known = row_seen.1 && familiar.knows_taxel(buffers.counts[at]);
+            if !known && marks[at] == Mark::Good {
+                marks[at] = Mark::Unfamiliar;
             }
         }
     }

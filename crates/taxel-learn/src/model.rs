@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use taxel::Sensor;
-use taxel::calibrate::LoadLaw;
-use taxel::stats::quantile;
+use taxel::material::LoadLaw;
+use taxel::stats::{mean, quantile, standard_error};
 
 use crate::Error;
-use crate::models::hybrid::{Hybrid, Member, Typical, Verdict};
+use crate::models::hybrid::{CvResult, Hybrid, Member, Typical};
 use crate::models::paper_mlp::PaperMlp;
-use crate::models::row_set::{Eye, RowSet};
+use crate::models::row_set::{RowFeatures, RowSet};
 use crate::network::Mlp;
 use crate::rows::Split;
 use crate::scaler::Scaler;
@@ -19,7 +19,7 @@ use crate::trust::{Familiar, Interval};
 
 /// What a model computes with.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Kind {
+pub enum ModelKind {
     /// The paper's network.
     PaperMlp(PaperMlp),
     /// The mean of a few row sets.
@@ -28,20 +28,20 @@ pub enum Kind {
     Hybrid(Hybrid),
 }
 
-impl Kind {
+impl ModelKind {
     /// The word for it.
     pub fn name(&self) -> &'static str {
         match self {
-            Kind::PaperMlp(_) => "paper-mlp",
-            Kind::RowSet(_) => "row-set",
-            Kind::Hybrid(_) => "hybrid",
+            ModelKind::PaperMlp(_) => "paper-mlp",
+            ModelKind::RowSet(_) => "row-set",
+            ModelKind::Hybrid(_) => "hybrid",
         }
     }
 }
 
 /// Errors on presses that no choice was made with.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Held {
+pub struct TestErrors {
     /// Presses.
     pub presses: usize,
     /// Mean absolute error, grams.
@@ -56,7 +56,7 @@ pub struct Held {
     pub coverage: f64,
 }
 
-impl Held {
+impl TestErrors {
     /// Of estimates (clipped at zero) and true loads, grams.
     pub fn new(estimates: &[f64], loads: &[f64], interval: &Interval) -> Self {
         let errors: Vec<f64> = estimates
@@ -67,14 +67,12 @@ impl Held {
         if errors.is_empty() {
             return Self::default();
         }
-        let n = errors.len() as f64;
-        let mean = errors.iter().sum::<f64>() / n;
-        let square = errors.iter().map(|e| e * e).sum::<f64>() / n;
+        let square = mean(errors.iter().map(|e| e * e));
         Self {
             presses: loads.len(),
-            mean_absolute_g: mean,
-            standard_error_g: ((square - mean * mean).max(0.0) / n).sqrt(),
-            root_mean_square_g: square.sqrt(),
+            mean_absolute_g: mean(errors.iter().copied()).unwrap_or(0.0),
+            standard_error_g: standard_error(&errors).unwrap_or(0.0),
+            root_mean_square_g: square.unwrap_or(0.0).sqrt(),
             p95_g: quantile(errors, 0.95).unwrap_or(0.0),
             coverage: interval.coverage(estimates, loads),
         }
@@ -116,7 +114,7 @@ pub struct Card {
     /// Standardisation of inputs, one for each network (the row set: one for each pair).
     pub scalers: Vec<Scaler>,
     /// How row sets see readings.
-    pub eyes: Vec<Eye>,
+    pub eyes: Vec<RowFeatures>,
     /// The sensor file, whole.
     pub sensor: String,
     /// Readings below this are no load, counts.
@@ -136,12 +134,12 @@ pub struct Card {
     /// What inputs it knows.
     pub familiar: Familiar,
     /// Errors on presses that no choice was made with.
-    pub held_out: Held,
+    pub held_out: TestErrors,
     /// The error that a hybrid's physics typically has, as each of its networks knows it.
     #[serde(default)]
     pub typicals: Vec<Typical>,
     /// What the cross-validation said of a hybrid.
-    pub verdict: Option<Verdict>,
+    pub verdict: Option<CvResult>,
     /// What it must not be used for.
     pub not_for: Vec<String>,
 }
@@ -152,7 +150,7 @@ pub struct Model {
     /// What it is.
     pub card: Card,
     /// What it computes with.
-    pub kind: Kind,
+    pub kind: ModelKind,
 }
 
 /// What every card says.
@@ -174,9 +172,9 @@ impl Model {
     /// The networks, in the order of the file.
     fn networks(&self) -> Vec<&Mlp> {
         match &self.kind {
-            Kind::PaperMlp(model) => vec![&model.network],
-            Kind::RowSet(members) => members.iter().flat_map(|m| [&m.phi, &m.rho]).collect(),
-            Kind::Hybrid(model) => model.members.iter().map(|m| &m.network).collect(),
+            ModelKind::PaperMlp(model) => vec![&model.network],
+            ModelKind::RowSet(members) => members.iter().flat_map(|m| [&m.phi, &m.rho]).collect(),
+            ModelKind::Hybrid(model) => model.members.iter().map(|m| &m.network).collect(),
         }
     }
 
@@ -189,13 +187,13 @@ impl Model {
             .map(|n| (n.widths().to_vec(), n.relu_last()))
             .collect();
         self.card.typicals = match &self.kind {
-            Kind::Hybrid(model) => model.members.iter().map(|m| m.typical).collect(),
+            ModelKind::Hybrid(model) => model.members.iter().map(|m| m.typical).collect(),
             _ => Vec::new(),
         };
         (self.card.scalers, self.card.eyes) = match &self.kind {
-            Kind::PaperMlp(model) => (vec![model.scaler.clone()], Vec::new()),
-            Kind::RowSet(members) => members.iter().map(|m| (m.scaler.clone(), m.eye)).unzip(),
-            Kind::Hybrid(model) => {
+            ModelKind::PaperMlp(model) => (vec![model.scaler.clone()], Vec::new()),
+            ModelKind::RowSet(members) => members.iter().map(|m| (m.scaler.clone(), m.eye)).unzip(),
+            ModelKind::Hybrid(model) => {
                 let scalers = model.members.iter().map(|m| m.scaler.clone());
                 (scalers.collect(), Vec::new())
             }
@@ -270,13 +268,15 @@ impl Model {
     }
 }
 
-/// A sensor with a linear law of 1 µS a gram where none is known: a network's loads need one to be carried as
-/// conductances.
-pub fn with_law(mut sensor: Sensor) -> Sensor {
-    if sensor.material.is_none() {
-        sensor.material = Some(LoadLaw::power(0.0, 1e-6, 1.0).to_material());
+/// A sensor with a linear law of 1 µS a gram where none is known: for a hybrid to correct, and to show raw readings
+/// beside loads.
+pub fn with_law(sensor: Sensor) -> Sensor {
+    if sensor.material().is_some() {
+        return sensor;
     }
-    sensor
+    let law = LoadLaw::power(0.0, 1e-6, 1.0).to_material();
+    let with_law = sensor.edited(|spec| spec.material = Some(law));
+    with_law.expect("a microsiemens a gram is a law")
 }
 
 fn fill(tensors: &safetensors::SafeTensors, name: &str, values: &mut [f32]) -> Result<(), String> {
@@ -284,12 +284,13 @@ fn fill(tensors: &safetensors::SafeTensors, name: &str, values: &mut [f32]) -> R
     Ok(())
 }
 
-fn assemble(card: &Card, networks: Vec<Mlp>) -> Result<Kind, String> {
+fn assemble(card: &Card, networks: Vec<Mlp>) -> Result<ModelKind, String> {
     let scaler = |at: usize, width: usize| match card.scalers.get(at) {
         Some(s) if s.mean.len() == width && s.deviation.len() == width => {
-            match s.deviation.iter().all(|&d| d != 0.0) {
-                true => Ok(s.clone()),
-                false => Err(format!("the scaler of network {at} divides by 0")),
+            if s.deviation.iter().all(|&d| d != 0.0) {
+                Ok(s.clone())
+            } else {
+                Err(format!("the scaler of network {at} divides by 0"))
             }
         }
         _ => Err(format!("no scaler of {width} numbers for network {at}")),
@@ -303,7 +304,7 @@ fn assemble(card: &Card, networks: Vec<Mlp>) -> Result<Kind, String> {
                 return Err(format!("a paper-mlp of widths {:?}", network.widths()));
             }
             let scaler = scaler(0, network.widths()[0])?;
-            Ok(Kind::PaperMlp(PaperMlp { network, scaler }))
+            Ok(ModelKind::PaperMlp(PaperMlp { network, scaler }))
         }
         "row-set" => {
             let mut members = Vec::new();
@@ -319,9 +320,10 @@ fn assemble(card: &Card, networks: Vec<Mlp>) -> Result<Kind, String> {
                 member.check()?;
                 members.push(member);
             }
-            match members.is_empty() {
-                true => Err("a row-set without networks".to_owned()),
-                false => Ok(Kind::RowSet(members)),
+            if members.is_empty() {
+                Err("a row-set without networks".to_owned())
+            } else {
+                Ok(ModelKind::RowSet(members))
             }
         }
         "hybrid" => {
@@ -339,7 +341,7 @@ fn assemble(card: &Card, networks: Vec<Mlp>) -> Result<Kind, String> {
                     network,
                 })
             });
-            Ok(Kind::Hybrid(Hybrid {
+            Ok(ModelKind::Hybrid(Hybrid {
                 members: members.collect::<Result<_, String>>()?,
             }))
         }
@@ -368,7 +370,7 @@ mod tests {
         };
         let split = Split::new(20, 0.2, 0.2, 1);
         let sensor = taxel::sensor::preset("mat-16x16-cd4067").unwrap();
-        let lesson = crate::fit::Lesson {
+        let training_data = crate::fit::TrainingData {
             sensor: &sensor,
             rows: &rows,
             split: &split,
@@ -378,7 +380,7 @@ mod tests {
             network: Mlp::zeros(&[5, 3, 1], false),
             scaler: Scaler::none(5),
         };
-        let model = crate::fit::adopt(&lesson, network).unwrap();
+        let model = crate::fit::adopt(&training_data, network).unwrap();
         assert_eq!(Model::from_bytes(&model.to_bytes()).unwrap(), model);
         let mut card = model.card.clone();
         for widths in [

@@ -48,9 +48,10 @@ pub fn export(model: &PaperMlp) -> Vec<u8> {
         let (weights, biases) = network.layer(layer);
         let (w, b) = (format!("weight_{layer}"), format!("bias_{layer}"));
         let from = format!("layer_{layer}_in");
-        let to = match last {
-            true => "load_g".to_owned(),
-            false => format!("layer_{layer}_sum"),
+        let to = if last {
+            "load_g".to_owned()
+        } else {
+            format!("layer_{layer}_sum")
         };
         graph.node("Gemm", &[&from, &w, &b], &to);
         if !last {
@@ -321,9 +322,10 @@ impl Reader {
         let [rows, columns] = weights.shape.as_slice() else {
             return Err(format!("weights of shape {:?}", weights.shape));
         };
-        let (fan_in, fan_out) = match transposed {
-            true => (*columns, *rows),
-            false => (*rows, *columns),
+        let (fan_in, fan_out) = if transposed {
+            (*columns, *rows)
+        } else {
+            (*rows, *columns)
         };
         if fan_in.checked_mul(fan_out) != Some(weights.values.len()) || weights.values.is_empty() {
             return Err(format!(
@@ -342,11 +344,12 @@ impl Reader {
                 "a layer of {fan_in} inputs after one of {before} outputs"
             ));
         }
-        let values = match transposed {
-            false => weights.values.clone(),
-            true => (0..fan_in * fan_out)
+        let values = if transposed {
+            (0..fan_in * fan_out)
                 .map(|i| weights.values[(i % fan_out) * fan_in + i / fan_out])
-                .collect(),
+                .collect()
+        } else {
+            weights.values.clone()
         };
         let biases = match biases {
             Some(b) if b.values.len() == fan_out => b.values.clone(),

@@ -5,12 +5,13 @@ use std::path::Path;
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use taxel::stats::median_high;
 
 use crate::Error;
 use crate::tensors::{read_file, shortened};
 
 /// Fewest presses that a training is tried with.
-pub const FEWEST_PRESSES: usize = 8;
+pub const MIN_PRESSES: usize = 8;
 
 /// Presses as rows of readings. One entry a press: copies are made where they are needed, never stored.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -74,12 +75,8 @@ impl Rows {
     /// Reading of an unpressed taxel, counts: the median of all rows (the upper one of the two in the middle: a reading,
     /// and not a mean of two); 0 without any.
     pub fn dark_counts(&self) -> f32 {
-        let mut sorted = self.row.clone();
-        if sorted.is_empty() {
-            return 0.0;
-        }
-        let middle = sorted.len() / 2;
-        *sorted.select_nth_unstable_by(middle, f32::total_cmp).1
+        let mut counts: Vec<f64> = self.row.iter().map(|&counts| f64::from(counts)).collect();
+        median_high(&mut counts).unwrap_or(0.0) as f32
     }
 
     /// Some of the presses.
@@ -179,10 +176,10 @@ impl Rows {
     /// # Errors
     /// Too few presses, a number that is not finite, a constant, a load below zero or beyond the limit.
     pub fn check(&self, most_load_g: f64) -> Result<(), Error> {
-        if self.len() < FEWEST_PRESSES {
+        if self.len() < MIN_PRESSES {
             return Err(Error::TooFewPresses {
                 found: self.len(),
-                needed: FEWEST_PRESSES,
+                needed: MIN_PRESSES,
             });
         }
         for press in 0..self.len() {

@@ -46,12 +46,13 @@ pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>, Error> {
     std::fs::File::open(path)
         .and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes))
         .map_err(failed)?;
-    match bytes.len() as u64 > MAX_BYTES {
-        true => Err(Error::TooLarge {
+    if bytes.len() as u64 > MAX_BYTES {
+        Err(Error::TooLarge {
             file: path.to_owned(),
             most: MAX_BYTES >> 20,
-        }),
-        false => Ok(bytes),
+        })
+    } else {
+        Ok(bytes)
     }
 }
 

@@ -1,5 +1,7 @@
 //! One loop that trains every model: batches in a seeded order, Adam, stop, keep the best.
 
+use std::ops::ControlFlow;
+
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
@@ -85,14 +87,8 @@ pub struct Checkpoint {
     pub steps: u64,
 }
 
-/// Whether to go on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Go {
-    /// Another epoch.
-    On,
-    /// Stop here and keep the best so far.
-    Stop,
-}
+/// Sees every epoch, with what is needed to go on from it, and says whether to.
+pub type EpochWatch<'a> = dyn FnMut(&Epoch, &dyn Fn() -> Checkpoint) -> ControlFlow<()> + 'a;
 
 /// Trains a model; it ends with its best parameters on the presses kept aside (with `stop_by_loss`: its last).
 /// `watch` is told of every epoch, with what is needed to go on from it.
@@ -103,7 +99,7 @@ pub fn train(
     model: &mut impl Trainable,
     settings: &Settings,
     from: Option<&Checkpoint>,
-    watch: &mut dyn FnMut(&Epoch, &dyn Fn() -> Checkpoint) -> Go,
+    watch: &mut EpochWatch<'_>,
 ) -> Vec<Epoch> {
     let counts: Vec<usize> = model
         .networks()
@@ -174,7 +170,7 @@ pub fn train(
                 .collect(),
             steps: optimisers.first().map_or(0, |o| o.memory().2),
         };
-        if watch(&epoch, &checkpoint) == Go::Stop || !epoch.loss.is_finite() {
+        if watch(&epoch, &checkpoint).is_break() || !epoch.loss.is_finite() {
             break;
         }
     }
@@ -250,16 +246,20 @@ fn squares(values: &[f32]) -> f64 {
 
 /// Whether the last `patience` epochs brought no progress.
 fn has_stalled(history: &[Epoch], settings: &Settings) -> bool {
-    let value = |e: &Epoch| match settings.stop_by_loss {
-        true => e.loss,
-        false => e.check_g,
+    let value = |e: &Epoch| {
+        if settings.stop_by_loss {
+            e.loss
+        } else {
+            e.check_g
+        }
     };
     let mut best = f64::INFINITY;
     let mut without = 0;
     for epoch in history {
-        match value(epoch) > best - settings.tolerance {
-            true => without += 1,
-            false => without = 0,
+        if value(epoch) > best - settings.tolerance {
+            without += 1
+        } else {
+            without = 0
         }
         best = best.min(value(epoch));
     }

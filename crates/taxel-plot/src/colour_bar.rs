@@ -110,9 +110,10 @@ impl ColourBar {
 
     /// Draws it with its top left corner at `x`, `y`.
     pub(crate) fn draw(&self, canvas: &mut Canvas, x: f64, y: f64) -> Result<(), Error> {
-        let (width, height) = match self.horizontal {
-            true => (self.length, THICKNESS),
-            false => (THICKNESS, self.length),
+        let (width, height) = if self.horizontal {
+            (self.length, THICKNESS)
+        } else {
+            (THICKNESS, self.length)
         };
         let bar = Rect {
             x,
@@ -123,9 +124,10 @@ impl ColourBar {
         canvas.image(bar, &self.gradient()?, false);
         canvas.frame(bar, HAIRLINE);
         self.draw_arrows(canvas, bar);
-        match self.horizontal {
-            true => self.draw_below(canvas, bar),
-            false => self.draw_beside(canvas, bar),
+        if self.horizontal {
+            self.draw_below(canvas, bar)
+        } else {
+            self.draw_beside(canvas, bar)
         }
         Ok(())
     }

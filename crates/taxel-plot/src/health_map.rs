@@ -2,12 +2,12 @@
 
 mod glyph;
 
-use taxel::health::{Fault, Finding, Health, Place};
 use taxel::screen::Axis;
+use taxel::selftest::{Fault, Finding, Health, Place};
 
 use crate::MARGIN;
 use crate::colour_bar::{HAIRLINE, LABEL_SIZE, TICK};
-use crate::panel_layout::{NOTE_LEADING, NOTE_SIZE, TITLE_LEADING, TITLE_SIZE};
+use crate::heatmap::layout::{NOTE_LEADING, NOTE_SIZE, TITLE_LEADING, TITLE_SIZE};
 use crate::picture::Picture;
 use crate::svg::{Anchor, Canvas, INK, Rect, number};
 use crate::text;
@@ -17,9 +17,9 @@ use glyph::{Glyph, Look, draw_glyph, rectangle};
 /// The largest plot, in points, and the smallest text column beside or below it.
 const ROOM: (f64, f64) = (520.0, 400.0);
 const NARROWEST: f64 = 300.0;
-const LARGEST_TAXEL: f64 = 24.0;
+const MAX_TAXEL: f64 = 24.0;
 /// A glyph is at least this large, so that a single taxel of many is seen.
-const SMALLEST_GLYPH: f64 = 7.0;
+const MIN_GLYPH: f64 = 7.0;
 const SOUND: &str = "#eef0f1";
 const GRID: &str = "#ffffff";
 const GAP: f64 = 3.0;
@@ -33,11 +33,11 @@ const LISTED: usize = 8;
 /// with a sign of their own, and a legend that names them. Row 0 is at the top.
 ///
 /// ```
-/// use taxel::health::{HealthOptions, SelfTest};
+/// use taxel::selftest::{SelfTestOptions, SelfTest};
 /// use taxel::{Counts, Frame};
 /// use taxel_plot::HealthMap;
 ///
-/// let mut test = SelfTest::new(8, 8, 1023.0, &HealthOptions::default());
+/// let mut test = SelfTest::new(8, 8, 1023.0, &SelfTestOptions::default());
 /// for _ in 0..16 {
 ///     test.observe_empty(&Frame::<Counts>::filled(8, 8, 5.0))?;
 /// }
@@ -142,7 +142,7 @@ impl<'a> HealthMap<'a> {
         let (columns, rows) = (self.health.columns as f64, self.health.rows as f64);
         let mut side = (ROOM.0 / (columns * across))
             .min(ROOM.1 / (rows * down))
-            .min(LARGEST_TAXEL);
+            .min(MAX_TAXEL);
         if side >= 1.0 {
             side = (2.0 * side).floor() / 2.0;
         }
@@ -264,9 +264,9 @@ impl<'a> HealthMap<'a> {
         for finding in &self.health.findings {
             if let Place::Taxel { row, column } = finding.place {
                 let cell = self.cell(plot, row, column);
-                let side = cell.width.min(cell.height).max(SMALLEST_GLYPH);
+                let side = cell.width.min(cell.height).max(MIN_GLYPH);
                 let centre = (cell.x + cell.width / 2.0, cell.y + cell.height / 2.0);
-                let is_small = cell.width.min(cell.height) < SMALLEST_GLYPH;
+                let is_small = cell.width.min(cell.height) < MIN_GLYPH;
                 draw_glyph(canvas, centre, side, &look(finding.fault), is_small);
             }
         }
@@ -341,14 +341,14 @@ fn listed(fault: Fault, findings: &[&Finding]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use taxel::health::{HealthOptions, SelfTest};
+    use taxel::selftest::{SelfTest, SelfTestOptions};
     use taxel::{Counts, Frame};
 
     use super::*;
 
     /// An array that nothing was found on, and then these findings.
     fn health(rows: usize, columns: usize, findings: Vec<(Fault, Place, Vec<usize>)>) -> Health {
-        let mut test = SelfTest::new(rows, columns, 1023.0, &HealthOptions::default());
+        let mut test = SelfTest::new(rows, columns, 1023.0, &SelfTestOptions::default());
         for _ in 0..16 {
             test.observe_empty(&Frame::<Counts>::filled(rows, columns, 5.0))
                 .unwrap();

@@ -12,7 +12,7 @@ use crate::svg::Canvas;
 /// Pixels per SVG point in a PNG.
 pub const PNG_SCALE: u32 = 2;
 /// Most pixels of a PNG.
-const MOST_PIXELS: u64 = 100_000_000;
+const MAX_PIXELS: u64 = 100_000_000;
 
 /// What a picture is written as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -104,9 +104,9 @@ impl Picture {
         let too_large = Error::TooLarge {
             width,
             height,
-            limit: MOST_PIXELS,
+            limit: MAX_PIXELS,
         };
-        if width * height > MOST_PIXELS {
+        if width * height > MAX_PIXELS {
             return Err(too_large);
         }
         let tree = parse(&self.svg)?;
@@ -226,7 +226,7 @@ mod tests {
             Error::TooLarge {
                 width: 40_000,
                 height: 40_000,
-                limit: MOST_PIXELS
+                limit: MAX_PIXELS
             }
         );
     }

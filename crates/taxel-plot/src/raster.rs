@@ -23,7 +23,7 @@ impl Default for Interpolation {
 /// Pixels a side of a taxel that is not interpolated: keeps its edges sharp where a viewer smooths.
 const NEAREST_FACTOR: usize = 8;
 /// Enlargement stops at this many pixels a side.
-const LARGEST_SIDE: usize = 2048;
+const MAX_SIDE: usize = 2048;
 /// Table index in place of a colour where the value is not finite.
 const BLANK: u8 = 255;
 
@@ -115,7 +115,7 @@ pub(crate) fn heatmap_png(
     range: (f64, f64),
     limit: usize,
 ) -> Result<Vec<u8>, Error> {
-    let limit = limit.min(LARGEST_SIDE);
+    let limit = limit.min(MAX_SIDE);
     let (factor, pixels) = match interpolation {
         Interpolation::Bilinear(asked) => {
             let factor = factor_within(limit, asked, grid);
@@ -149,9 +149,12 @@ fn repeat(taxels: &[u8], columns: usize, factor: usize) -> Vec<u8> {
 fn indices(values: &[f64], range: (f64, f64)) -> Vec<u8> {
     values
         .iter()
-        .map(|&value| match value.is_finite() {
-            true => (f64::from(index_of(position(value, range))) * (254.0 / 255.0)).round() as u8,
-            false => BLANK,
+        .map(|&value| {
+            if value.is_finite() {
+                (f64::from(index_of(position(value, range))) * (254.0 / 255.0)).round() as u8
+            } else {
+                BLANK
+            }
         })
         .collect()
 }
@@ -251,8 +254,8 @@ mod tests {
     #[test]
     fn a_large_array_is_not_enlarged() {
         let values = vec![0.0; 3000];
-        assert_eq!(factor_within(LARGEST_SIDE, 10, grid(&values, 3000)), 1);
-        assert_eq!(factor_within(LARGEST_SIDE, 10, grid(&values, 60)), 10);
+        assert_eq!(factor_within(MAX_SIDE, 10, grid(&values, 3000)), 1);
+        assert_eq!(factor_within(MAX_SIDE, 10, grid(&values, 60)), 10);
     }
 
     proptest! {

@@ -6,7 +6,7 @@ mod page;
 use std::fmt::{self, Write};
 
 use serde::{Serialize, Serializer};
-use taxel::evaluate::Estimate;
+use taxel::stats::Estimate;
 
 use crate::picture::Picture;
 
@@ -168,9 +168,10 @@ pub fn number(value: f64) -> String {
     // 0.32125 is a little less than that in binary: a person rounds what is written, up.
     let value = value * (1.0 + 4.0 * f64::EPSILON);
     let text = format!("{value:.digits$}");
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text,
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
     }
 }
 

@@ -1,7 +1,7 @@
 //! Ranges of values, and the power of ten that lets their labels fit.
 
 /// Beyond this magnitude values are drawn as if they were this large.
-const LARGEST: f64 = 1e300;
+const MAX_MAGNITUDE: f64 = 1e300;
 /// Ranges narrower than this are treated as a single value.
 const NARROWEST: f64 = 1e-290;
 
@@ -47,8 +47,8 @@ pub(crate) fn drawable(range: Option<(f64, f64)>) -> (f64, f64) {
     let Some((a, b)) = range.filter(|(a, b)| a.is_finite() && b.is_finite()) else {
         return (0.0, 1.0);
     };
-    let low = a.min(b).clamp(-LARGEST, LARGEST);
-    let high = a.max(b).clamp(-LARGEST, LARGEST);
+    let low = a.min(b).clamp(-MAX_MAGNITUDE, MAX_MAGNITUDE);
+    let high = a.max(b).clamp(-MAX_MAGNITUDE, MAX_MAGNITUDE);
     let largest = low.abs().max(high.abs());
     if high - low > NARROWEST.max(1e-9 * largest) {
         (low, high)

@@ -1,7 +1,7 @@
 //! A few heatmaps in one picture: before and after, measured against estimated.
 
 use crate::heatmap::Panel;
-use crate::panel_layout::{NOTE_LEADING, NOTE_SIZE, PanelLayout, Room, plot_size};
+use crate::heatmap::layout::{NOTE_LEADING, NOTE_SIZE, PanelLayout, Room, plot_size};
 use crate::picture::Picture;
 use crate::scale::{drawable, union};
 use crate::svg::{Anchor, Canvas};
@@ -22,7 +22,7 @@ pub enum Arrangement {
 const GAP: f64 = 22.0;
 /// Arrays wider than this, in proportion to their height, are stacked.
 const WIDE: f64 = 1.5;
-const MOST_ABREAST: usize = 3;
+const MAX_ABREAST: usize = 3;
 const STACKED: Room = Room {
     width: 520.0,
     height: 300.0,
@@ -158,8 +158,8 @@ impl<'a> Sheet<'a> {
         let (mut width, mut y) = (0.0_f64, MARGIN);
         for (panels, layouts) in self
             .panels
-            .chunks(MOST_ABREAST)
-            .zip(layouts.chunks(MOST_ABREAST))
+            .chunks(MAX_ABREAST)
+            .zip(layouts.chunks(MAX_ABREAST))
         {
             let drop = layouts
                 .iter()

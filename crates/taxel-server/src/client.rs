@@ -126,9 +126,10 @@ impl Viewer<'_> {
     fn wait_for_frames(&mut self, waits: bool) {
         if waits != self.is_counted {
             self.is_counted = waits;
-            match waits {
-                true => self.shared.waiting.fetch_add(1, Ordering::Relaxed),
-                false => self.shared.waiting.fetch_sub(1, Ordering::Relaxed),
+            if waits {
+                self.shared.waiting.fetch_add(1, Ordering::Relaxed)
+            } else {
+                self.shared.waiting.fetch_sub(1, Ordering::Relaxed)
             };
         }
     }

@@ -85,7 +85,7 @@ pub(crate) enum Message {
 }
 
 /// The most taxels that a viewer watches.
-const MOST_WATCHED: usize = 16;
+const MAX_WATCHED: usize = 16;
 
 /// Reads a viewer's message; on failure the id it had, and why.
 pub(crate) fn parse(text: &str) -> Result<Message, (u64, String)> {
@@ -95,9 +95,9 @@ pub(crate) fn parse(text: &str) -> Result<Message, (u64, String)> {
     let failed = |error: serde_json::Error| (id, format!("{}: {error}", envelope.verb));
     if ["got", "rate", "watch"].contains(&envelope.verb.as_str()) {
         let own: Own = serde_json::from_str(text).map_err(failed)?;
-        let too_many = matches!(&own, Own::Watch { taxels } if taxels.len() > MOST_WATCHED);
+        let too_many = matches!(&own, Own::Watch { taxels } if taxels.len() > MAX_WATCHED);
         if too_many {
-            return Err((id, format!("at most {MOST_WATCHED} taxels can be watched")));
+            return Err((id, format!("at most {MAX_WATCHED} taxels can be watched")));
         }
         return Ok(Message::Own(own));
     }

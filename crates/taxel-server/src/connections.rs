@@ -21,8 +21,8 @@ use tokio::task::AbortHandle;
 use tokio::time::{Sleep, sleep};
 
 /// The most connections at once, pages and their files included; and of one address.
-const MOST: usize = 96;
-const MOST_OF_ONE: usize = 48;
+const MAX: usize = 96;
+const MAX_OF_ONE: usize = 48;
 /// A connection that asks for nothing in this time is closed.
 const HEADERS_WITHIN: Duration = Duration::from_secs(10);
 /// One that takes nothing for this long, too.
@@ -60,8 +60,8 @@ impl Connections {
         let mut open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
         open.retain(|one| !one.task.is_finished());
         let of_one = open.iter().filter(|one| one.from == from).count();
-        let crowded = of_one >= MOST_OF_ONE;
-        if crowded || open.len() >= MOST {
+        let crowded = of_one >= MAX_OF_ONE;
+        if crowded || open.len() >= MAX {
             let gives_way = |one: &One| !one.known.is_set() && (!crowded || one.from == from);
             let Some(at) = open.iter().position(gives_way) else {
                 return;

@@ -10,8 +10,8 @@ fn cookie_name(shared: &Shared) -> String {
     format!("taxel_token_{}", shared.address.port())
 }
 
-const SHORTEST_TOKEN: usize = 8;
-const LONGEST_TOKEN: usize = 200;
+const MIN_TOKEN: usize = 8;
+const MAX_TOKEN: usize = 200;
 
 /// What is wrong with a token that somebody chose; none where it will do.
 pub fn token_problem(token: &str) -> Option<String> {
@@ -23,9 +23,8 @@ pub fn token_problem(token: &str) -> Option<String> {
             other.escape_default()
         ));
     }
-    (!(SHORTEST_TOKEN..=LONGEST_TOKEN).contains(&length)).then(|| {
-        format!("the token has {length} characters, expected {SHORTEST_TOKEN} to {LONGEST_TOKEN}")
-    })
+    (!(MIN_TOKEN..=MAX_TOKEN).contains(&length))
+        .then(|| format!("the token has {length} characters, expected {MIN_TOKEN} to {MAX_TOKEN}"))
 }
 
 /// A token that nobody guesses: 128 bits.
@@ -86,9 +85,10 @@ pub(crate) fn check_token(shared: &Shared, headers: &HeaderMap, uri: &Uri) -> Re
         return Ok(());
     };
     let given = token_in_query(uri).or_else(|| token_in_cookie(&cookie_name(shared), headers));
-    match given.is_some_and(|given| same(given, token)) {
-        true => Ok(()),
-        false => Err(Refusal::Token),
+    if given.is_some_and(|given| same(given, token)) {
+        Ok(())
+    } else {
+        Err(Refusal::Token)
     }
 }
 

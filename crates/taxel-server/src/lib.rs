@@ -57,7 +57,7 @@ pub struct Options {
 }
 
 /// The most viewers at once.
-pub const MOST_VIEWERS: usize = 32;
+pub const MAX_VIEWERS: usize = 32;
 /// Messages that wait for a slow viewer before it loses some.
 const TEXTS: usize = 64;
 
@@ -76,7 +76,7 @@ struct Shared {
 impl Shared {
     fn state(&self) -> String {
         self.host
-            .state(MOST_VIEWERS - self.viewers.available_permits())
+            .state(MAX_VIEWERS - self.viewers.available_permits())
     }
 
     /// News and how things stand, to all viewers.
@@ -123,7 +123,7 @@ impl Server {
             address: listener.local_addr()?,
             frames: watch::Sender::new(None),
             texts: broadcast::Sender::new(TEXTS),
-            viewers: Arc::new(Semaphore::new(MOST_VIEWERS)),
+            viewers: Arc::new(Semaphore::new(MAX_VIEWERS)),
             waiting: AtomicUsize::new(0),
         });
         let runtime = tokio::runtime::Builder::new_current_thread()
@@ -182,9 +182,10 @@ fn places_of(address: SocketAddr) -> Vec<SocketAddr> {
         return vec![address];
     }
     let v4 = address.is_ipv4();
-    let own = match v4 {
-        true => IpAddr::from([127, 0, 0, 1]),
-        false => IpAddr::from([0, 0, 0, 0, 0, 0, 0, 1]),
+    let own = if v4 {
+        IpAddr::from([127, 0, 0, 1])
+    } else {
+        IpAddr::from([0, 0, 0, 0, 0, 0, 0, 1])
     };
     let mut found: Vec<IpAddr> = NETWORKS.iter().filter_map(|there| way_to(there)).collect();
     // A server on every IPv6 address is mostly reached by IPv4 too; the other way round it is not.

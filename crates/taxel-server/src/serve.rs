@@ -20,7 +20,7 @@ use crate::{Shared, assets, client};
 /// How often all viewers are told how things stand.
 const STATE_EVERY: Duration = Duration::from_millis(500);
 /// The longest message that a viewer may send.
-const LONGEST_MESSAGE: usize = 16 * 1024;
+const MAX_MESSAGE: usize = 16 * 1024;
 /// What a WebSocket without the token is closed with.
 const NO_TOKEN: u16 = 4401;
 
@@ -130,8 +130,8 @@ async fn live(
         return (StatusCode::SERVICE_UNAVAILABLE, words).into_response();
     };
     upgrade
-        .max_message_size(LONGEST_MESSAGE)
-        .max_frame_size(LONGEST_MESSAGE)
+        .max_message_size(MAX_MESSAGE)
+        .max_frame_size(MAX_MESSAGE)
         .on_upgrade(async move |mut socket| {
             if may.is_err() {
                 let close = CloseFrame {

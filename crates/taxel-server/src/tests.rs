@@ -116,15 +116,16 @@ fn ask(server: &Server, request: &str) -> String {
 fn get(server: &Server, path: &str, headers: &str) -> String {
     let host = server.address();
     let close = "Connection: close\r\n";
-    match headers.contains("Host:") {
-        true => ask(
+    if headers.contains("Host:") {
+        ask(
             server,
             &format!("GET {path} HTTP/1.1\r\n{close}{headers}\r\n"),
-        ),
-        false => ask(
+        )
+    } else {
+        ask(
             server,
             &format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n{close}{headers}\r\n"),
-        ),
+        )
     }
 }
 
@@ -312,7 +313,7 @@ fn floods_and_giants_are_cut_off_and_the_rest_goes_on() {
 #[test]
 fn there_is_an_end_to_viewers_and_to_silent_connections() {
     let (server, _) = start(None);
-    let mut viewers: Vec<Viewer> = (0..MOST_VIEWERS).map(|_| view(&server, "")).collect();
+    let mut viewers: Vec<Viewer> = (0..MAX_VIEWERS).map(|_| view(&server, "")).collect();
     let url = format!("ws://{}/live", server.address());
     let refused = tungstenite::connect(&url);
     assert!(

@@ -14,6 +14,7 @@ use taxel::circuit::netlist::{Selection, netlist};
 use taxel::circuit::{LinearCircuit, OperatingPoint};
 use taxel::sensor::{Sensor, Topology};
 use taxel::solve::{Exact, Method};
+use taxel::stats::{Line, median};
 use taxel::{Frame, Siemens};
 
 const SIZES: [(usize, usize); 6] = [
@@ -45,7 +46,7 @@ fn time(runs: usize, mut work: impl FnMut()) -> Timing {
     seconds.sort_by(f64::total_cmp);
     Timing {
         least: seconds[0],
-        median: seconds[runs / 2],
+        median: median(seconds.iter().copied()).unwrap_or(f64::NAN),
     }
 }
 
@@ -83,19 +84,17 @@ fn measure(size: (usize, usize)) -> Result<Row, Box<dyn Error>> {
         .ok_or("the e-Cone's circuit")?
         .with_tolerance(1e-6);
     let frames = stream(&circuit, &siemens, 32);
-    let (mut out, mut scratch) = (Frame::zeros(size.0, size.1), method.scratch());
+    let (mut out, mut solver) = (Frame::zeros(size.0, size.1), method.solver());
     let mut rounds = (0, 0);
     let cold = time(runs, || {
-        scratch.forget();
-        rounds.0 = method.solve_into(&frames[0], &mut out, &mut scratch).rounds;
+        solver.forget();
+        rounds.0 = solver.solve_into(&frames[0], &mut out).rounds;
     });
     let error = relative_error(&out, &siemens);
     let mut order = (1..32).chain((0..31).rev()).cycle();
     let warm = time(runs, || {
         let at = order.next().expect("endless");
-        rounds.1 = method
-            .solve_into(&frames[at], &mut out, &mut scratch)
-            .rounds;
+        rounds.1 = solver.solve_into(&frames[at], &mut out).rounds;
     });
 
     let mut taxel = 0;
@@ -108,9 +107,10 @@ fn measure(size: (usize, usize)) -> Result<Row, Box<dyn Error>> {
             taxel % size.1,
         ));
     });
-    let ngspice = match taxels <= NGSPICE_TAXELS {
-        true => ngspice(&sensor, &siemens)?,
-        false => None,
+    let ngspice = if taxels <= NGSPICE_TAXELS {
+        ngspice(&sensor, &siemens)?
+    } else {
+        None
     };
     Ok(Row {
         size,
@@ -153,14 +153,7 @@ fn exponent(rows: &[Row], seconds: impl Fn(&Row) -> f64) -> f64 {
         .iter()
         .map(|row| (((row.size.0 * row.size.1) as f64).ln(), seconds(row).ln()))
         .collect();
-    let n = points.len() as f64;
-    let (x, y) = points
-        .iter()
-        .fold((0.0, 0.0), |(x, y), p| (x + p.0 / n, y + p.1 / n));
-    let (across, along) = points.iter().fold((0.0, 0.0), |(across, along), p| {
-        (across + (p.0 - x) * (p.1 - y), along + (p.0 - x).powi(2))
-    });
-    across / along
+    Line::fit(&points).map_or(f64::NAN, |line| line.slope)
 }
 
 fn main() -> Result<(), Box<dyn Error>> {

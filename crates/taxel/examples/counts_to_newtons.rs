@@ -3,7 +3,7 @@
 //!
 //! The counts come from a virtual sensor here. `taxel_io::open_counts` reads them from a file.
 
-use taxel::calibrate::{Options, calibrate};
+use taxel::calibrate::{CalibrationOptions, calibrate};
 use taxel::frame::grams_from_newtons;
 use taxel::metric::deviations_of_frames;
 use taxel::pipeline::Pipeline;
@@ -16,10 +16,11 @@ fn main() -> Result<(), taxel::Error> {
     let real = VirtualSensor::new(&preset("econe")?, 1)?;
     let presses = labelled_presses(&real, 120);
     let hand = Pattern::hand().with_peak_g(600.0);
-    let loads = hand.loads(&parts.array, 1, 68);
+    let loads = hand.loads(parts.array(), 1, 68);
     let counts = real.read(&loads, 68).counts;
 
-    let fit = calibrate(&parts, &presses, &Options::default(), &mut |_, _| ())?;
+    let options = CalibrationOptions::default();
+    let fit = calibrate(&parts, &presses, &options, &mut |_, _| ())?;
     let mut pipeline = Pipeline::new(&fit.sensor, default_method(&fit.sensor)?)?;
     let result = pipeline.process(&counts);
     let (outcome, found) = (result.outcome, result.newtons()?);

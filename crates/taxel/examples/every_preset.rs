@@ -9,9 +9,10 @@ mod every_sensor;
 use std::time::Instant;
 
 use every_sensor::every_sensor;
-use taxel::calibrate::{LoadLaw, Options, calibrate};
-use taxel::circuit::{Circuit, Converter, LinearCircuit};
+use taxel::calibrate::{CalibrationOptions, calibrate};
+use taxel::circuit::{Circuit, Converter, LinearCircuit, ROUNDING_COUNTS};
 use taxel::frame::grams_from_newtons;
+use taxel::material::LoadLaw;
 use taxel::pipeline::Pipeline;
 use taxel::screen::{LineScreen, ScreenOptions};
 use taxel::simulate::{Grams, Pattern, VirtualSensor, default_noise_counts, labelled_presses};
@@ -61,13 +62,21 @@ fn main() -> Result<(), Error> {
 
 fn line(truth: &Sensor, seed: u64) -> Result<String, Error> {
     let real = VirtualSensor::new(truth, seed)?;
-    let mut parts = truth.clone();
-    parts.material = None;
-    parts.readout.r_mux_column_ohms = None;
-    parts.readout.r_mux_row_ohms = None;
+    let parts = truth
+        .edited(|spec| {
+            spec.material = None;
+            spec.readout.r_mux_column_ohms = None;
+            spec.readout.r_mux_row_ohms = None;
+        })
+        .unwrap();
     let presses = labelled_presses(&real, PRESSES);
     let begun = Instant::now();
-    let fit = calibrate(&parts, &presses, &Options::default(), &mut |_, _| ());
+    let fit = calibrate(
+        &parts,
+        &presses,
+        &CalibrationOptions::default(),
+        &mut |_, _| (),
+    );
     let seconds = begun.elapsed().as_secs_f64();
     let recordings: Vec<_> = PATTERNS.iter().map(|name| record(&real, name)).collect();
     let with_truth = score(truth, &recordings)?;
@@ -98,7 +107,7 @@ type Recording = Vec<(Frame<Counts>, Frame<Grams>)>;
 
 fn record(real: &VirtualSensor, pattern: &str) -> Recording {
     let pattern = Pattern::named(pattern).expect("a known pattern");
-    let array = &real.sensor().array;
+    let array = real.sensor().array();
     (FIRST..FIRST + FRAMES)
         .map(|t| {
             let loads = pattern.loads(array, real.seed(), t);
@@ -116,7 +125,7 @@ fn score(sensor: &Sensor, recordings: &[Recording]) -> Result<Score, Error> {
         for (counts, _) in recording {
             lines.observe(counts)?;
         }
-        let faults = lines.finish().with_declared(&sensor.screen);
+        let faults = lines.finish().with_declared(sensor.screen());
         score.faults += faults.faults.len();
         let mut pipeline = Pipeline::new(sensor, default_method(sensor)?)?;
         pipeline.set_lines(&faults);
@@ -132,7 +141,7 @@ fn score(sensor: &Sensor, recordings: &[Recording]) -> Result<Score, Error> {
             }
             // The dense derivative of a large array takes seconds.
             if number == 0 && truth.values().len() <= 1024 {
-                cover(sensor, result.siemens, truth, &mut score)?;
+                cover(sensor, result.siemens.expect("solved"), truth, &mut score)?;
             }
         }
     }
@@ -148,7 +157,7 @@ fn cover(
 ) -> Result<(), Error> {
     let law = LoadLaw::from_sensor(sensor)?;
     let converter = Converter::from_sensor(sensor);
-    let noise = default_noise_counts(sensor.converter.bits).hypot(1.0 / 12f64.sqrt());
+    let noise = default_noise_counts(sensor.converter().bits).hypot(ROUNDING_COUNTS);
     let circuit = LinearCircuit::from_sensor(sensor)?;
     let sigma = noise * converter.lsb_volts();
     let Ok((errors, _)) = standard_errors(&mut *circuit.operating_point(), found.values(), sigma)

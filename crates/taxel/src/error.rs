@@ -112,7 +112,7 @@ pub enum Error {
         /// Table and key.
         key: &'static str,
         /// Which knot, and why.
-        source: crate::calibrate::BadKnots,
+        source: crate::spline::BadKnots,
     },
     /// A preset name nobody ships.
     #[error("no preset sensor is called `{name}`\nhint: {hint}")]
@@ -270,8 +270,9 @@ pub enum Error {
 
 /// A number as it is read: not with three hundred digits.
 fn plain(number: f64) -> String {
-    match number == 0.0 || !number.is_finite() || (1e-5..1e15).contains(&number.abs()) {
-        true => number.to_string(),
-        false => format!("{number:e}"),
+    if number == 0.0 || !number.is_finite() || (1e-5..1e15).contains(&number.abs()) {
+        number.to_string()
+    } else {
+        format!("{number:e}")
     }
 }

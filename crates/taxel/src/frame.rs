@@ -13,6 +13,9 @@ pub struct Volts;
 /// Taxel conductance, in siemens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Siemens;
+/// Load on a taxel, in grams-force: the unit of labelled presses and of the load law in sensor.toml.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Grams;
 /// Load on a taxel, in newtons.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Newtons;
@@ -232,7 +235,7 @@ impl<Q> Frame<Q> {
     }
 
     /// Takes over marks, sequence and time of another frame of the same shape.
-    pub fn take_marks<P>(&mut self, other: &Frame<P>) {
+    pub fn copy_meta_from<P>(&mut self, other: &Frame<P>) {
         self.marks.copy_from_slice(&other.marks);
         self.sequence = other.sequence;
         self.time_secs = other.time_secs;

@@ -8,35 +8,46 @@
 //! | [`sensor`] | what the sensor is: `sensor.toml`, and sensors that are known |
 //! | [`circuit`] | conductances → what a scan reads, and its derivative |
 //! | [`solve`] | what a scan reads → conductances |
+//! | [`material`] | conductances → loads: load law, spread to neighbours, creep and hysteresis |
 //! | [`screen`] | counts → marks: readings that cannot be trusted |
 //! | [`calibrate`] | labelled presses → the circuit's unknowns, the load law, creep and hysteresis |
 //! | [`pipeline`] | all of these in the order that a stream needs: counts → loads |
 //! | [`simulate`] | a virtual sensor with known loads |
-//! | [`metric`], [`stats`] | figures of merit; median and quantile |
+//! | [`metric`], [`stats`] | figures of merit; one definition of each statistic |
 //! | [`evaluate`] | readings by experiment → repeatability, hysteresis, creep, accuracy |
-//! | [`health`] | frames of a self-test → faults, and what to solder |
+//! | [`selftest`] | frames of a self-test → faults, and what to solder |
 //! | [`design`] | parts → errors by cause, before anything is soldered |
-//! | [`crew`], [`vectors`], [`error`] | workers that a caller may bring; wide registers; what goes wrong |
+//! | [`parallel`], [`parts`], [`error`] | workers that a caller may bring; parts to buy; what goes wrong |
+
+pub mod error;
+pub mod frame;
+pub mod sensor;
+
+pub mod circuit;
+pub mod material;
+pub mod screen;
+pub mod solve;
+
+pub mod estimate;
+pub mod pipeline;
 
 pub mod calibrate;
-pub mod circuit;
-pub mod crew;
-mod dense;
 pub mod design;
-pub mod error;
 pub mod evaluate;
-pub mod frame;
-pub mod health;
-pub mod metric;
-pub mod pipeline;
-pub mod screen;
-pub mod sensor;
-pub mod simulate;
-pub mod solve;
-pub mod stats;
-pub mod vectors;
 
-pub use crew::Crew;
+pub mod metric;
+pub mod parts;
+pub mod selftest;
+pub mod simulate;
+
+mod linalg;
+pub mod parallel;
+#[doc(hidden)]
+pub mod simd;
+mod spline;
+pub mod stats;
+
 pub use error::Error;
-pub use frame::{Counts, Frame, Mark, Newtons, Siemens, Volts};
+pub use frame::{Counts, Frame, Grams, Mark, Newtons, Siemens, Volts};
+pub use parallel::Executor;
 pub use sensor::Sensor;

@@ -1,10 +1,13 @@
-//! From counts to loads in one object: screen, convert, solve, load law, creep and hysteresis, spread.
+//! From counts to loads in one object: screen, convert, solve, load law, creep and hysteresis, spread; or to volts
+//! alone, or to loads by an estimator.
 
-use crate::calibrate::{DynamicLaw, LoadLaw, Memory, Spread};
 use crate::circuit::Converter;
+use crate::estimate::LoadEstimator;
 use crate::frame::newtons_from_grams;
+use crate::material::{DynamicLaw, HysteresisState, LoadLaw, Spread};
 use crate::screen::{FrameScreen, LineFaults, ScreenOptions, repair, repair_readings, stand_in};
-use crate::solve::{Method, Outcome, Scratch, Stop};
+use crate::sensor::Material;
+use crate::solve::{Method, Outcome, Solver, Stop};
 use crate::{Counts, Error, Frame, Mark, Newtons, Sensor, Siemens, Volts};
 
 /// What is replaced by the median of its neighbours, and marked [`Mark::Interpolated`].
@@ -36,10 +39,11 @@ pub struct FrameResult<'a> {
     pub outcome: &'a Outcome,
     /// What was read, volts.
     pub volts: &'a Frame<Volts>,
-    /// Conductances with the cross-talk removed, siemens; repaired where that was asked for.
-    pub siemens: &'a Frame<Siemens>,
+    /// Conductances with the cross-talk removed, siemens; repaired where that was asked for. `None` where none were
+    /// solved for: of an estimator, and of a pipeline that ends at volts.
+    pub siemens: Option<&'a Frame<Siemens>>,
     /// Loads with the spread undone, newtons; repaired where that was asked for. Not cut off at zero: noise about
-    /// an unloaded taxel adds up to nothing in a sum. `None` where the sensor has no load law.
+    /// an unloaded taxel adds up to nothing in a sum. `None` where the sensor has no load law, and at volts.
     pub loads: Option<&'a Frame<Newtons>>,
 }
 
@@ -76,65 +80,88 @@ impl<'a> FrameResult<'a> {
 pub struct Pipeline {
     converter: Converter,
     screen: FrameScreen,
-    method: Box<dyn Method>,
-    scratch: Scratch,
-    law: Option<LoadLaw>,
-    spread: Option<Spread>,
-    /// What the material remembers.
-    memory: Option<Memory>,
+    stage: Stage,
     repair: Repair,
     outcome: Outcome,
+    has_siemens: bool,
     counts: Frame<Counts>,
     volts: Frame<Volts>,
     siemens: Frame<Siemens>,
+    loads: Frame<Newtons>,
+    around: Vec<f64>,
+}
+
+/// What comes after the volts.
+enum Stage {
+    Nothing,
+    Solve {
+        name: &'static str,
+        solver: Box<dyn Solver>,
+        material: Option<Box<FromSiemens>>,
+    },
+    Estimate(Box<dyn LoadEstimator>),
+}
+
+/// From conductances to loads.
+struct FromSiemens {
+    law: LoadLaw,
+    spread: Option<Spread>,
+    /// What the material remembers.
+    memory: Option<HysteresisState>,
     grams: Vec<f64>,
     undone: Vec<f64>,
     work: Vec<f64>,
-    loads: Frame<Newtons>,
-    around: Vec<f64>,
 }
 
 impl Pipeline {
     /// For one sensor and a method. Without a material it stops at conductances.
     ///
     /// # Errors
-    /// [`Error::MissingKey`] when gain or exponent are still the name of a file.
+    /// [`Error::Knots`] when the bend of the load law has none.
     pub fn new(sensor: &Sensor, method: Box<dyn Method>) -> Result<Self, Error> {
+        let material = sensor.material();
+        let stage = Stage::Solve {
+            name: method.name(),
+            solver: method.solver(),
+            material: material
+                .map(|material| FromSiemens::new(sensor, material).map(Box::new))
+                .transpose()?,
+        };
+        Ok(Self::ending_in(sensor, stage))
+    }
+
+    /// For one sensor and an estimator of its loads.
+    pub fn with_estimator(sensor: &Sensor, estimator: Box<dyn LoadEstimator>) -> Self {
+        Self::ending_in(sensor, Stage::Estimate(estimator))
+    }
+
+    /// For one sensor, of which nothing is solved: screened read-out volts.
+    pub fn to_volts(sensor: &Sensor) -> Self {
+        Self::ending_in(sensor, Stage::Nothing)
+    }
+
+    fn ending_in(sensor: &Sensor, stage: Stage) -> Self {
         let (rows, columns) = (sensor.rows(), sensor.columns());
         let options = ScreenOptions::from_sensor(sensor);
         let mut screen = FrameScreen::new(rows, columns, sensor.max_count(), &options);
-        screen.set_lines(&LineFaults::from_spec(&sensor.screen));
-        let taxels = rows * columns;
-        let gives_loads = method.gives_loads();
-        let material = sensor.material.as_ref();
-        Ok(Self {
+        screen.set_lines(&LineFaults::from_spec(sensor.screen()));
+        Self {
             converter: Converter::from_sensor(sensor),
             screen,
-            scratch: method.scratch(),
-            method,
-            law: material.map(|_| LoadLaw::from_sensor(sensor)).transpose()?,
-            spread: material
-                .and_then(|material| material.spread)
-                .filter(|_| !gives_loads)
-                .map(Spread::new),
-            memory: material
-                .and_then(|material| material.dynamic.as_ref())
-                .filter(|_| !gives_loads)
-                .map(|spec| Memory::new(&DynamicLaw::from_spec(spec), taxels)),
-            repair: match sensor.screen.repair {
-                true => Repair::Readings,
-                false => Repair::Nothing,
+            stage,
+            repair: if sensor.screen().repair {
+                Repair::Readings
+            } else {
+                Repair::Nothing
             },
             outcome: Outcome::new(Stop::Direct, 0, 0.0),
+            has_siemens: false,
             counts: Frame::zeros(rows, columns),
             volts: Frame::zeros(rows, columns),
             siemens: Frame::zeros(rows, columns),
-            grams: vec![0.0; taxels],
-            undone: vec![0.0; taxels],
-            work: vec![0.0; taxels],
             loads: Frame::zeros(rows, columns),
             around: Vec::with_capacity((rows + 1) * (columns + 1) + 2 * (rows + columns)),
-        })
+        }
     }
 
     /// Replaces what was not measured by the median of its neighbours, or not; the sensor file says otherwise.
@@ -142,9 +169,13 @@ impl Pipeline {
         self.repair = repair;
     }
 
-    /// The name of the method.
+    /// The name of the method or estimator; `none` where nothing is solved.
     pub fn method_name(&self) -> &'static str {
-        self.method.name()
+        match &self.stage {
+            Stage::Nothing => "none",
+            Stage::Solve { name, .. } => name,
+            Stage::Estimate(estimator) => estimator.name(),
+        }
     }
 
     /// Tells the screen which lines are faulty in this recording, beside those of the sensor file.
@@ -155,9 +186,17 @@ impl Pipeline {
     /// Makes the next frame the first: where a recording jumps, or another begins. What the material remembers is taken to
     /// be nothing.
     pub fn begin_anew(&mut self) {
-        self.scratch.forget();
-        if let Some(memory) = &mut self.memory {
-            memory.forget();
+        match &mut self.stage {
+            Stage::Nothing => {}
+            Stage::Solve {
+                solver, material, ..
+            } => {
+                solver.forget();
+                if let Some(memory) = material.as_mut().and_then(|m| m.memory.as_mut()) {
+                    memory.forget();
+                }
+            }
+            Stage::Estimate(estimator) => estimator.forget(),
         }
     }
 
@@ -166,15 +205,14 @@ impl Pipeline {
     /// # Panics
     /// When the frame's shape is not the sensor's.
     pub fn process(&mut self, counts: &Frame<Counts>) -> FrameResult<'_> {
-        self.counts.take_marks(counts);
+        self.counts.copy_meta_from(counts);
         self.counts.values.copy_from_slice(counts.values());
         self.screen
             .mark(&mut self.counts)
             .expect("the frame has the sensor's shape");
         self.converter
             .volts_from_counts_into(&self.counts, &mut self.volts);
-        self.solve();
-        self.find_loads()
+        self.finish()
     }
 
     /// The same for one frame of read-out volts: no screen, no converter.
@@ -182,52 +220,70 @@ impl Pipeline {
     /// # Panics
     /// When the frame's shape is not the sensor's.
     pub fn process_volts(&mut self, volts: &Frame<Volts>) -> FrameResult<'_> {
-        self.volts.take_marks(volts);
+        self.volts.copy_meta_from(volts);
         self.volts.values.copy_from_slice(volts.values());
-        self.solve();
-        self.find_loads()
+        self.finish()
     }
 
-    /// Takes a frame of conductances as it is, for the load law alone.
+    /// Takes a frame of conductances as it is, for the load law alone; an estimator has none.
     ///
     /// # Panics
     /// When the frame's shape is not the sensor's.
     pub fn process_siemens(&mut self, siemens: &Frame<Siemens>) -> FrameResult<'_> {
-        self.siemens.take_marks(siemens);
+        self.siemens.copy_meta_from(siemens);
         self.siemens.values.copy_from_slice(siemens.values());
         self.outcome = Outcome::new(Stop::Direct, 0, 0.0);
-        self.find_loads()
+        self.has_siemens = true;
+        self.find_loads();
+        self.result()
     }
 
     /// The last frame's result again.
     pub fn result(&self) -> FrameResult<'_> {
+        let has_loads = match &self.stage {
+            Stage::Nothing => false,
+            Stage::Solve { material, .. } => material.is_some(),
+            Stage::Estimate(_) => !self.has_siemens,
+        };
         FrameResult {
             outcome: &self.outcome,
             volts: &self.volts,
-            siemens: &self.siemens,
-            loads: self.law.is_some().then_some(&self.loads),
+            siemens: self.has_siemens.then_some(&self.siemens),
+            loads: has_loads.then_some(&self.loads),
         }
     }
 
+    /// From the volts on.
+    fn finish(&mut self) -> FrameResult<'_> {
+        self.has_siemens = matches!(self.stage, Stage::Solve { .. });
+        match &self.stage {
+            Stage::Nothing => {
+                self.outcome = Outcome::new(Stop::Direct, 0, 0.0);
+                self.repair.run(&mut self.volts, &mut self.around);
+            }
+            Stage::Solve { .. } => {
+                self.solve();
+                self.find_loads();
+            }
+            Stage::Estimate(_) => self.estimate(),
+        }
+        self.result()
+    }
+
     fn solve(&mut self) {
+        let Stage::Solve { solver, .. } = &mut self.stage else {
+            return;
+        };
         stand_in(&mut self.volts, &mut self.around);
-        self.outcome = self
-            .method
-            .solve_into(&self.volts, &mut self.siemens, &mut self.scratch);
+        self.outcome = solver.solve_into(&self.volts, &mut self.siemens);
         if !self.outcome.stop.is_good() {
             // An answer that is none is no start for the next frame.
-            self.scratch.forget();
+            solver.forget();
         }
         if matches!(self.outcome.stop, Stop::Infeasible(_)) {
             self.siemens.values.fill(0.0);
         }
-        if !self.outcome.is_answer() {
-            for mark in &mut self.siemens.marks {
-                if mark.is_measured() || *mark == Mark::Interpolated {
-                    *mark = Mark::Unresolved;
-                }
-            }
-        }
+        mark_unresolved(&self.outcome, &mut self.siemens.marks);
         // The stand-in served the rest of the network; for the taxel itself it is no measurement.
         for (value, mark) in self.siemens.values.iter_mut().zip(&self.siemens.marks) {
             if matches!(mark, Mark::Stuck | Mark::Spike) {
@@ -236,42 +292,107 @@ impl Pipeline {
         }
     }
 
-    fn find_loads(&mut self) -> FrameResult<'_> {
-        if let Some(law) = &self.law {
-            self.loads.take_marks(&self.siemens);
-            let siemens = self.siemens.values.iter().enumerate();
-            for (grams, (taxel, &siemens)) in self.grams.iter_mut().zip(siemens) {
-                *grams = law.grams_from_siemens(taxel, siemens);
+    fn estimate(&mut self) {
+        let Stage::Estimate(estimator) = &mut self.stage else {
+            return;
+        };
+        stand_in(&mut self.volts, &mut self.around);
+        self.outcome = estimator.estimate_into(&self.volts, &mut self.loads);
+        if !self.outcome.stop.is_good() {
+            estimator.forget();
+        }
+        mark_unresolved(&self.outcome, &mut self.loads.marks);
+        let unexplained = matches!(self.outcome.stop, Stop::Infeasible(_));
+        for (load, mark) in self.loads.values.iter_mut().zip(&self.loads.marks) {
+            if unexplained || is_lost(*mark) {
+                *load = 0.0;
             }
+        }
+        self.repair.run(&mut self.loads, &mut self.around);
+    }
+
+    fn find_loads(&mut self) {
+        if let Stage::Solve {
+            material: Some(material),
+            ..
+        } = &mut self.stage
+        {
             let unexplained = matches!(self.outcome.stop, Stop::Infeasible(_));
-            let marks = &self.loads.marks;
-            if let Some(memory) = &mut self.memory {
-                // Numbers of a frame that nothing explains are none to remember.
-                let is_lost = |taxel: usize| unexplained || is_lost(marks[taxel]);
-                memory.loads_from_acting(self.siemens.time_secs, &mut self.grams, is_lost);
-            }
-            if let Some(spread) = self.spread.filter(|_| !unexplained) {
-                // A lost taxel in the middle of a load would look like a hole that its neighbours fill.
-                fill_lost(&mut self.loads, &mut self.grams, &mut self.around);
-                spread.undo(
-                    self.loads.columns(),
-                    &self.grams,
-                    &mut self.undone,
-                    &mut self.work,
-                );
-                self.grams.copy_from_slice(&self.undone);
-            }
-            let loads = self.loads.values.iter_mut().zip(&self.loads.marks);
-            for ((load, mark), &grams) in loads.zip(&self.grams) {
-                *load = match unexplained || is_lost(*mark) {
-                    true => 0.0,
-                    false => newtons_from_grams(grams),
-                };
-            }
+            self.loads.copy_meta_from(&self.siemens);
+            material.find_loads(
+                &self.siemens,
+                unexplained,
+                &mut self.loads,
+                &mut self.around,
+            );
             self.repair.run(&mut self.loads, &mut self.around);
         }
         self.repair.run(&mut self.siemens, &mut self.around);
-        self.result()
+    }
+}
+
+impl FromSiemens {
+    fn new(sensor: &Sensor, material: &Material) -> Result<Self, Error> {
+        let taxels = sensor.rows() * sensor.columns();
+        let dynamic = material.dynamic.as_ref();
+        Ok(Self {
+            law: LoadLaw::from_sensor(sensor)?,
+            spread: material.spread.map(Spread::new),
+            memory: dynamic.map(|spec| HysteresisState::new(&DynamicLaw::from_spec(spec), taxels)),
+            grams: vec![0.0; taxels],
+            undone: vec![0.0; taxels],
+            work: vec![0.0; taxels],
+        })
+    }
+
+    /// Loads of a frame whose marks they have already.
+    fn find_loads(
+        &mut self,
+        siemens: &Frame<Siemens>,
+        unexplained: bool,
+        loads: &mut Frame<Newtons>,
+        around: &mut Vec<f64>,
+    ) {
+        let each = siemens.values.iter().enumerate();
+        for (grams, (taxel, &siemens)) in self.grams.iter_mut().zip(each) {
+            *grams = self.law.grams_from_siemens(taxel, siemens);
+        }
+        if let Some(memory) = &mut self.memory {
+            // Numbers of a frame that nothing explains are none to remember.
+            let is_lost = |taxel: usize| unexplained || is_lost(loads.marks[taxel]);
+            memory.loads_from_acting(siemens.time_secs, &mut self.grams, is_lost);
+        }
+        if let Some(spread) = self.spread.filter(|_| !unexplained) {
+            // A lost taxel in the middle of a load would look like a hole that its neighbours fill.
+            fill_lost(loads, &mut self.grams, around);
+            spread.undo(
+                loads.columns(),
+                &self.grams,
+                &mut self.undone,
+                &mut self.work,
+            );
+            self.grams.copy_from_slice(&self.undone);
+        }
+        let each = loads.values.iter_mut().zip(&loads.marks);
+        for ((load, mark), &grams) in each.zip(&self.grams) {
+            *load = if unexplained || is_lost(*mark) {
+                0.0
+            } else {
+                newtons_from_grams(grams)
+            };
+        }
+    }
+}
+
+/// Marks what was measured where the frame has no answer.
+fn mark_unresolved(outcome: &Outcome, marks: &mut [Mark]) {
+    if outcome.is_answer() {
+        return;
+    }
+    for mark in marks {
+        if mark.is_measured() || *mark == Mark::Interpolated {
+            *mark = Mark::Unresolved;
+        }
     }
 }
 

@@ -1,4 +1,5 @@
-//! What the sensor is: `sensor.toml` ([formats.md]), checked once, complete afterwards.
+//! What the sensor is: `sensor.toml` ([formats.md]) as it stands ([`SensorSpec`]), and the sensor that it tells of,
+//! checked once and complete afterwards ([`Sensor`]).
 //!
 //! [formats.md]: https://github.com/taxel/taxel/blob/main/docs/formats.md
 
@@ -6,374 +7,148 @@ mod check;
 mod keys;
 mod plausible;
 mod preset;
+mod resolved;
+mod spec;
 
-use serde::{Deserialize, Serialize};
+pub use preset::{PRESETS, preset};
+pub use resolved::{Material, Readout, Sense, USUAL_OPEN_LOOP_GAIN};
+pub(crate) use spec::MAX_DYNAMIC_TERMS;
+pub use spec::{
+    Array, Bend, ConverterSpec, DynamicSpec, MaterialSpec, PerLine, PerTaxel, Provenance,
+    ReadoutSpec, ScanOrder, ScreenSpec, SensorSpec, Topology,
+};
 
 use crate::Error;
-pub use preset::{PRESETS, preset};
 
-/// How each line ends, selected and not: [theory.md] has the table.
+/// A sensor: array, read-out, converter, material. Every number in it was checked, nothing in it is the name of a
+/// file, and nobody can alter it: a changed sensor is made by [`Sensor::edited`].
 ///
-/// [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Topology {
-    /// The e-Cone: unselected columns grounded, unselected rows open, inverting amplifier.
-    TiaGroundedColumns,
-    /// Zero-potential method: every row at an amplifier's virtual ground.
-    TiaZeroPotential,
-    /// Unselected columns grounded, selected row over a pull-down.
-    DividerGroundedColumns,
-    /// Most home-made mats: unselected lines open, selected row over a pull-down.
-    DividerFloating,
-    /// Voltage-feedback method: unselected columns follow the sensed voltage.
-    DividerVoltageFeedback,
-}
-
-impl Topology {
-    /// All five.
-    pub const ALL: [Topology; 5] = [
-        Topology::TiaGroundedColumns,
-        Topology::TiaZeroPotential,
-        Topology::DividerGroundedColumns,
-        Topology::DividerFloating,
-        Topology::DividerVoltageFeedback,
-    ];
-
-    /// Its name in sensor.toml.
-    pub fn name(self) -> &'static str {
-        match self {
-            Topology::TiaGroundedColumns => "tia-grounded-columns",
-            Topology::TiaZeroPotential => "tia-zero-potential",
-            Topology::DividerGroundedColumns => "divider-grounded-columns",
-            Topology::DividerFloating => "divider-floating",
-            Topology::DividerVoltageFeedback => "divider-voltage-feedback",
-        }
-    }
-
-    /// Whether the sensed row ends in an inverting amplifier (else in a pull-down resistor).
-    pub fn is_tia(self) -> bool {
-        matches!(
-            self,
-            Topology::TiaGroundedColumns | Topology::TiaZeroPotential
-        )
-    }
-}
-
-/// A resistance that all lines share, or one per line, in ohms.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum PerLine {
-    /// The same for every line.
-    One(f64),
-    /// One per line, in order.
-    Each(Vec<f64>),
-}
-
-impl PerLine {
-    /// The value of line `i`.
-    pub fn at(&self, i: usize) -> f64 {
-        match self {
-            PerLine::One(value) => *value,
-            PerLine::Each(values) => values[i],
-        }
-    }
-
-    /// Mean over `lines` lines.
-    pub fn mean(&self, lines: usize) -> f64 {
-        (0..lines).map(|i| self.at(i)).sum::<f64>() / lines as f64
-    }
-}
-
-/// Geometry of the array.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Array {
-    /// Sensed lines.
-    pub rows: usize,
-    /// Driven lines.
-    pub columns: usize,
-    /// Distance between rows and between columns, mm.
-    #[serde(default = "default_pitch")]
-    pub pitch_mm: [f64; 2],
-    /// Area that one taxel's load acts on, mm² (load to pressure).
-    #[serde(default = "default_area")]
-    pub taxel_area_mm2: f64,
-    /// The map of labels like `C7` to taxels: the columns' letters in order (`"ABCD…"`); the digits are the row.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub labels: Option<String>,
-}
-
-fn default_pitch() -> [f64; 2] {
-    [1.0, 1.0]
-}
-fn default_area() -> f64 {
-    1.0
-}
-
-/// The circuit around the array; symbols as in [theory.md].
-///
-/// [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Readout {
-    /// How the lines end.
-    pub topology: Topology,
-    /// V_t, volts.
-    pub v_test_volts: f64,
-    /// R_k, ohms (`tia-*`).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub r_feedback_ohms: Option<f64>,
-    /// A at the scan rate (`tia-*`), a pure number.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub open_loop_gain: Option<f64>,
-    /// R_c, on-resistance of the column multiplexer, ohms.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub r_mux_column_ohms: Option<PerLine>,
-    /// R_r, on-resistance of the row multiplexer, ohms.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub r_mux_row_ohms: Option<PerLine>,
-    /// R_v, extra series resistance of the driven column, ohms.
-    #[serde(default)]
-    pub r_source_ohms: f64,
-    /// R_p, pull-down of a divider read-out, ohms (`divider-*`).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub r_pull_down_ohms: Option<f64>,
-}
-
-/// From read-out volts to counts.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ConverterSpec {
-    /// Resolution; the largest count is 2^bits − 1.
-    pub bits: u32,
-    /// Volts at the largest count.
-    pub full_scale_volts: f64,
-    /// Counts grow as V_out falls (`tia-*`).
-    #[serde(default)]
-    pub inverted: bool,
-    /// What the converter reads when the circuit gives nothing, volts.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub offset_volts: f64,
-    /// Standard deviation of the noise of one reading, counts.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub noise_counts: Option<f64>,
-    /// Share of its predecessor in the scan that a reading keeps (0 to 1).
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub memory: f64,
-    /// Which taxel is read after which: along a row first, or along a column first.
-    #[serde(default, skip_serializing_if = "is_default")]
-    pub scan_order: ScanOrder,
-}
-
-/// The order in which the taxels of a frame are read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ScanOrder {
-    /// Row 0 column 0, row 0 column 1, …
-    #[default]
-    RowByRow,
-    /// Row 0 column 0, row 1 column 0, …
-    ColumnByColumn,
-}
-
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
-}
-fn is_default<T: Default + PartialEq>(value: &T) -> bool {
-    *value == T::default()
-}
-
-/// One number for all taxels, one per taxel (row by row), or the name of a CSV file that holds them.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum PerTaxel {
-    /// The same for every taxel.
-    One(f64),
-    /// R lists of C numbers.
-    Each(Vec<Vec<f64>>),
-    /// A file of R lines of C numbers, beside the sensor file.
-    File(String),
-}
-
-/// The load law of a taxel: G = g_zero + gain · factor · load_g ^ exponent, or a monotone spline.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Material {
-    /// Conductance of an unloaded taxel, siemens.
-    #[serde(default)]
-    pub g_zero_siemens: f64,
-    /// Siemens per gram^exponent.
-    pub factor: f64,
-    /// Exponent of the load, a pure number; one for all or one per taxel.
-    pub exponent: PerTaxel,
-    /// Relative gain of a taxel, a pure number (from equilibration).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub gain: Option<PerTaxel>,
-    /// Load at which the material has lost half of its response, grams: a load L acts as L/(1 + L/this).
-    /// Absent: it does not saturate.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub saturation_load_g: Option<f64>,
-    /// Bend of the law away from the power law. Absent: none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bend: Option<Bend>,
-    /// Mechanical spread: the share of a taxel's load that each neighbour takes, `[along its column (one row
-    /// away), along its row (one column away), diagonal]`. The taxel keeps the rest. Absent: none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub spread: Option<[f64; 3]>,
-    /// What the material remembers: creep and hysteresis. Absent: nothing.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub dynamic: Option<DynamicSpec>,
-}
-
-/// Creep and hysteresis, as [`crate::calibrate::DynamicLaw`] defines them; the same for every taxel.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct DynamicSpec {
-    /// Weight of each lag, a pure number.
-    #[serde(default)]
-    pub lag_weight: Vec<f64>,
-    /// Time constant of each lag, seconds.
-    #[serde(default)]
-    pub lag_secs: Vec<f64>,
-    /// Weight of each play, a pure number.
-    #[serde(default)]
-    pub play_weight: Vec<f64>,
-    /// Half-width of each play, grams, ascending.
-    #[serde(default)]
-    pub play_g: Vec<f64>,
-    /// Seconds between frames that tell no time.
-    pub period_secs: f64,
-}
-
-/// A smooth correction added to the logarithm of the power law: a natural cubic spline, straight beyond its ends.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Bend {
-    /// Knots, ln of the load in grams, ascending.
-    pub ln_load_g: Vec<f64>,
-    /// What is added to ln(G − g_zero) at each knot, a pure number.
-    pub ln_siemens: Vec<f64>,
-}
-
-/// Lines and readings that are known to be bad.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct ScreenSpec {
-    /// Rows that say nothing.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub dead_rows: Vec<usize>,
-    /// Columns that say nothing.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub dead_columns: Vec<usize>,
-    /// Rows that come and go.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub flickering_rows: Vec<usize>,
-    /// Columns that come and go.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub flickering_columns: Vec<usize>,
-    /// The paper's mask: readings below this many counts are outliers.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub low_counts: Option<f64>,
-    /// The paper's mask: readings above this many counts are outliers.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub high_counts: Option<f64>,
-    /// Replace single lost readings (stuck, spikes) by the median of their neighbours, and mark them `interpolated`.
-    #[serde(default, skip_serializing_if = "is_default")]
-    pub repair: bool,
-}
-
-/// Where fitted numbers come from, and how good the fit is.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Provenance {
-    /// Version of the program that fitted.
-    #[serde(default)]
-    pub program: String,
-    /// Date of the fit, ISO 8601.
-    #[serde(default)]
-    pub date: String,
-    /// Files fitted to.
-    #[serde(default)]
-    pub data: Vec<String>,
-    /// Labelled presses used.
-    #[serde(default)]
-    pub presses: usize,
-    /// Cross-validated mean absolute error of the labelled loads, grams.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub cross_validated_error_g: Option<f64>,
-    /// How the cross-validation was split.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub cross_validation: Option<String>,
-    /// Standard errors of fitted numbers, by name, in the number's unit.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub standard_errors: Vec<(String, f64)>,
-    /// Numbers that were held and not fitted, by name, and what held them.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub held: Vec<(String, String)>,
-    /// What was looked for, whether it was found, and its size.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub findings: Vec<String>,
-}
-
-/// A sensor: array, read-out, converter, material. The whole of `sensor.toml`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// ```
+/// use taxel::sensor::{PerLine, preset};
+/// let sensor = preset("econe")?;
+/// let warm = sensor.edited(|spec| spec.readout.r_mux_row_ohms = Some(PerLine::One(5.0)))?;
+/// assert_eq!(warm.readout().r_mux_row_ohms, Some(PerLine::One(5.0)));
+/// // No sensor has a switch of less than nothing.
+/// assert!(sensor.edited(|spec| spec.readout.r_mux_row_ohms = Some(PerLine::One(-5.0))).is_err());
+/// # Ok::<(), taxel::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
 pub struct Sensor {
-    /// Version of the format; 1.
-    pub format: u32,
-    /// What people call it.
-    #[serde(default)]
-    pub name: String,
-    /// Geometry.
-    pub array: Array,
-    /// Circuit.
-    pub readout: Readout,
-    /// Converter.
-    pub converter: ConverterSpec,
-    /// Load law, once known.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub material: Option<Material>,
-    /// Known faults.
-    #[serde(default, skip_serializing_if = "is_default")]
-    pub screen: ScreenSpec,
-    /// Where fitted numbers come from.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub provenance: Option<Provenance>,
+    spec: SensorSpec,
+    readout: Readout,
+    material: Option<Material>,
 }
 
-/// The amplifier's open-loop gain where a sensor file gives none.
-pub const USUAL_OPEN_LOOP_GAIN: f64 = 1e5;
+impl TryFrom<SensorSpec> for Sensor {
+    type Error = Error;
+
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// A number outside its physical range, a list whose length does not fit the array, a missing resistor;
+    /// [`Error::MissingKey`] where numbers are still the name of a file ([`SensorSpec::resolve`]).
+    fn try_from(spec: SensorSpec) -> Result<Self, Error> {
+        spec.check()?;
+        Self::complete(spec)
+    }
+}
 
 impl Sensor {
     /// Reads the text of a sensor.toml and checks every number in it.
     ///
     /// # Errors
-    /// Not TOML, an unknown key (with the nearest known one), an unknown topology, a number outside its
-    /// physical range, a list whose length does not fit the array.
+    /// Not TOML, an unknown key (with the nearest known one), an unknown topology; as [`Sensor::try_from`].
     pub fn from_toml(text: &str) -> Result<Self, Error> {
-        keys::check(text)?;
-        let sensor: Sensor = toml::from_str(text).map_err(|error| keys::not_toml(&error))?;
-        sensor.checked()
+        Self::complete(SensorSpec::from_toml(text)?)
     }
 
-    /// The same sensor, every number checked.
+    /// The same sensor with something changed, every number checked again.
     ///
     /// # Errors
-    /// As [`Sensor::from_toml`].
-    pub fn checked(self) -> Result<Self, Error> {
-        check::values(&self)?;
-        Ok(self)
+    /// As [`Sensor::try_from`].
+    pub fn edited(&self, edit: impl FnOnce(&mut SensorSpec)) -> Result<Self, Error> {
+        let mut spec = self.spec.clone();
+        edit(&mut spec);
+        Self::try_from(spec)
+    }
+
+    /// A candidate of a fit: its numbers move by small steps and may leave what a sensor can have for a while. What a fit
+    /// answers is checked again, by [`Sensor::edited`].
+    ///
+    /// # Panics
+    /// When the edit takes away a part that the read-out needs.
+    pub(crate) fn try_out(&mut self, edit: impl FnOnce(&mut SensorSpec)) {
+        edit(&mut self.spec);
+        (self.readout, self.material) =
+            resolved::resolve(&self.spec).expect("a fit moves numbers and takes no part away");
+    }
+
+    fn complete(spec: SensorSpec) -> Result<Self, Error> {
+        let (readout, material) = resolved::resolve(&spec)?;
+        Ok(Self {
+            spec,
+            readout,
+            material,
+        })
+    }
+
+    /// What its sensor file says: to look at, and to write.
+    pub fn spec(&self) -> &SensorSpec {
+        &self.spec
     }
 
     /// The text of its sensor.toml.
     pub fn to_toml(&self) -> String {
-        toml::to_string(self).expect("a sensor is plain data")
+        self.spec.to_toml()
+    }
+
+    /// What people call it.
+    pub fn name(&self) -> &str {
+        &self.spec.name
+    }
+
+    /// Geometry.
+    pub fn array(&self) -> &Array {
+        &self.spec.array
+    }
+
+    /// Circuit.
+    pub fn readout(&self) -> &Readout {
+        &self.readout
+    }
+
+    /// Converter.
+    pub fn converter(&self) -> &ConverterSpec {
+        &self.spec.converter
+    }
+
+    /// Load law, once known.
+    pub fn material(&self) -> Option<&Material> {
+        self.material.as_ref()
+    }
+
+    /// Known faults.
+    pub fn screen(&self) -> &ScreenSpec {
+        &self.spec.screen
+    }
+
+    /// Where fitted numbers come from.
+    pub fn provenance(&self) -> Option<&Provenance> {
+        self.spec.provenance.as_ref()
     }
 
     /// Sensed lines.
     pub fn rows(&self) -> usize {
-        self.array.rows
+        self.spec.array.rows
     }
 
     /// Driven lines.
     pub fn columns(&self) -> usize {
-        self.array.columns
+        self.spec.array.columns
     }
 
     /// The largest count of the converter, 2^bits − 1.
     pub fn max_count(&self) -> f64 {
-        (2f64).powi(self.converter.bits as i32) - 1.0
+        self.spec.max_count()
     }
 }

@@ -1,9 +1,9 @@
 //! Calibration of simulated sensors: what was drawn is found, what was not drawn is not, and bad data is named.
 
-use taxel::calibrate::{Data, Options, Press, calibrate};
+use taxel::calibrate::{CalibrationData, CalibrationOptions, PressLabel, calibrate};
 use taxel::frame::grams_from_newtons;
 use taxel::pipeline::Pipeline;
-use taxel::sensor::{PerLine, Sensor, preset};
+use taxel::sensor::{PerLine, ScreenSpec, Sensor, preset};
 use taxel::simulate::{
     Imperfections, VirtualSensor, calibration_data, labelled_presses, validation_frames,
 };
@@ -12,27 +12,29 @@ use taxel::{Error, Frame};
 
 /// A 16×24 array with the e-Cone's circuit.
 fn nominal() -> Sensor {
-    let mut sensor = preset("econe").unwrap();
-    sensor.array.rows = 16;
-    sensor.array.columns = 24;
-    sensor.readout.r_mux_column_ohms = Some(PerLine::One(12.0));
-    sensor.readout.r_mux_row_ohms = Some(PerLine::One(9.0));
-    sensor.checked().unwrap()
+    preset("econe")
+        .unwrap()
+        .edited(|spec| {
+            spec.array.rows = 16;
+            spec.array.columns = 24;
+            spec.readout.r_mux_column_ohms = Some(PerLine::One(12.0));
+            spec.readout.r_mux_row_ohms = Some(PerLine::One(9.0));
+        })
+        .unwrap()
 }
 
 /// What its owner knows: neither switches nor material.
 fn parts_list(truth: &Sensor) -> Sensor {
-    Sensor {
-        readout: taxel::sensor::Readout {
-            r_mux_column_ohms: None,
-            r_mux_row_ohms: None,
-            ..nominal().readout
-        },
-        converter: nominal().converter,
-        material: None,
-        screen: Default::default(),
-        ..truth.clone()
-    }
+    truth
+        .edited(|spec| {
+            spec.readout = nominal().spec().readout.clone();
+            spec.readout.r_mux_column_ohms = None;
+            spec.readout.r_mux_row_ohms = None;
+            spec.converter = nominal().converter().clone();
+            spec.material = None;
+            spec.screen = ScreenSpec::default();
+        })
+        .unwrap()
 }
 
 /// Mean absolute error over loaded taxels of frames that were not fitted to, grams.
@@ -54,8 +56,8 @@ fn judged(calibrated: &Sensor, truth: &VirtualSensor) -> f64 {
     sum / f64::from(count)
 }
 
-fn fit(sensor: &Sensor, data: &Data) -> Result<taxel::calibrate::Calibration, Error> {
-    calibrate(sensor, data, &Options::default(), &mut |_, _| {})
+fn fit(sensor: &Sensor, data: &CalibrationData) -> Result<taxel::calibrate::Calibration, Error> {
+    calibrate(sensor, data, &CalibrationOptions::default(), &mut |_, _| {})
 }
 
 #[test]
@@ -64,11 +66,14 @@ fn switches_and_law_come_out_of_presses_from_any_start() {
     let data = labelled_presses(&truth, 90);
     let mut answers = Vec::new();
     for start in [None, Some(1.0), Some(100.0)] {
-        let mut sensor = parts_list(truth.sensor());
-        sensor.readout.r_mux_column_ohms = start.map(PerLine::One);
-        sensor.readout.r_mux_row_ohms = start.map(PerLine::One);
+        let sensor = parts_list(truth.sensor())
+            .edited(|spec| {
+                spec.readout.r_mux_column_ohms = start.map(PerLine::One);
+                spec.readout.r_mux_row_ohms = start.map(PerLine::One);
+            })
+            .unwrap();
         let found = fit(&sensor, &data).unwrap();
-        let readout = &found.sensor.readout;
+        let readout = found.sensor.readout();
         answers.push([
             readout.r_mux_column_ohms.as_ref().unwrap().at(0),
             readout.r_mux_row_ohms.as_ref().unwrap().at(0),
@@ -111,7 +116,7 @@ fn uneven_switches_and_material_come_out_of_uniform_loads() {
     let found = fit(&parts_list(truth.sensor()), &data).unwrap();
     let error = judged(&found.sensor, &truth);
     assert!(error < 0.5, "{error} g\n{}", found.report);
-    let list = |sensor: &Sensor| match &sensor.readout.r_mux_column_ohms {
+    let list = |sensor: &Sensor| match &sensor.readout().r_mux_column_ohms {
         Some(PerLine::Each(values)) => values.clone(),
         other => panic!("one per column, not {other:?}"),
     };
@@ -135,8 +140,11 @@ fn spread_memory_and_exponents_are_found_and_undone() {
         ..Imperfections::default()
     };
     // Large enough that most presses have nothing near them.
-    let mut large = nominal();
-    (large.array.rows, large.array.columns) = (40, 60);
+    let large = nominal()
+        .edited(|spec| {
+            (spec.array.rows, spec.array.columns) = (40, 60);
+        })
+        .unwrap();
     let truth = VirtualSensor::imperfect(&large, &imperfections, 23).unwrap();
     let data = calibration_data(&truth, 120, &[50.0, 150.0, 300.0], 4);
     let found = fit(&parts_list(truth.sensor()), &data).unwrap();
@@ -152,7 +160,7 @@ fn spread_memory_and_exponents_are_found_and_undone() {
         "{}",
         found.report
     );
-    let material = found.sensor.material.as_ref().unwrap();
+    let material = found.sensor.material().unwrap();
     let [row, column, _] = material.spread.unwrap();
     assert!(
         (row - 0.06).abs() < 0.006 && (column - 0.05).abs() < 0.006,
@@ -168,7 +176,7 @@ fn the_fitted_sensor_survives_its_file() {
     let found = fit(&parts_list(truth.sensor()), &labelled_presses(&truth, 60)).unwrap();
     let again = Sensor::from_toml(&found.sensor.to_toml()).unwrap();
     assert_eq!(again, found.sensor);
-    assert_eq!(again.provenance.unwrap().presses, 60);
+    assert_eq!(again.provenance().unwrap().presses, 60);
 }
 
 #[test]
@@ -176,13 +184,13 @@ fn bad_data_is_named() {
     let truth = VirtualSensor::new(&nominal(), 7).unwrap();
     let data = labelled_presses(&truth, 30);
     let sensor = parts_list(truth.sensor());
-    let outside = Press {
+    let outside = PressLabel {
         row: 16,
         ..data.presses[0]
     };
     let error = fit(
         &sensor,
-        &Data {
+        &CalibrationData {
             presses: vec![outside],
             ..data.clone()
         },
@@ -199,7 +207,7 @@ fn bad_data_is_named() {
         ),
         "{error}"
     );
-    let few = Data {
+    let few = CalibrationData {
         presses: data.presses[..4].to_vec(),
         ..data.clone()
     };
@@ -208,8 +216,8 @@ fn bad_data_is_named() {
         matches!(error, Error::TooFewPresses { found: 4, .. }),
         "{error}"
     );
-    let mut dead = sensor.clone();
-    dead.screen.dead_rows = vec![data.presses[0].row];
+    let dead = vec![data.presses[0].row];
+    let dead = sensor.edited(|spec| spec.screen.dead_rows = dead).unwrap();
     let error = fit(&dead, &data).unwrap_err();
     assert!(matches!(error, Error::PressOnDeadLine { .. }), "{error}");
     let mut small = data.clone();
@@ -224,7 +232,7 @@ fn bad_data_is_named() {
         fit(&sensor, &negative).unwrap_err(),
         Error::PressLoad { .. }
     ));
-    let silent = Data {
+    let silent = CalibrationData {
         frames: data.frames.iter().map(|f| f.map(|_, _| 24.0)).collect(),
         ..data
     };

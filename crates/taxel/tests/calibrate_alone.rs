@@ -2,8 +2,11 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use taxel::calibrate::{Calibration, Data, LawChoice, LoadLaw, Options, Press, calibrate};
+use taxel::calibrate::{
+    Calibration, CalibrationData, CalibrationOptions, LawChoice, PressLabel, calibrate,
+};
 use taxel::circuit::Converter;
+use taxel::material::LoadLaw;
 use taxel::sensor::{PerLine, Sensor, preset};
 use taxel::simulate::{Grams, Pattern, VirtualSensor, labelled_presses};
 use taxel::solve::default_method;
@@ -11,28 +14,35 @@ use taxel::{Counts, Error, Frame};
 
 /// The e-Cone's circuit with other lines and switches, and 3 counts of noise.
 fn truth((rows, columns): (usize, usize), (column, row): (f64, f64), seed: u64) -> VirtualSensor {
-    let mut sensor = preset("econe").unwrap();
-    (sensor.array.rows, sensor.array.columns) = (rows, columns);
-    sensor.readout.r_mux_column_ohms = Some(PerLine::One(column));
-    sensor.readout.r_mux_row_ohms = Some(PerLine::One(row));
-    sensor.converter.noise_counts = Some(3.0);
+    let sensor = preset("econe")
+        .unwrap()
+        .edited(|spec| {
+            (spec.array.rows, spec.array.columns) = (rows, columns);
+            spec.readout.r_mux_column_ohms = Some(PerLine::One(column));
+            spec.readout.r_mux_row_ohms = Some(PerLine::One(row));
+            spec.converter.noise_counts = Some(3.0);
+        })
+        .unwrap();
     VirtualSensor::new(&sensor, seed).unwrap()
 }
 
 /// What its owner knows, and perhaps a guess of the switches.
 fn parts(truth: &VirtualSensor, guess: Option<f64>) -> Sensor {
-    let mut sensor = truth.sensor().clone();
-    sensor.readout.r_mux_column_ohms = guess.map(PerLine::One);
-    sensor.readout.r_mux_row_ohms = guess.map(PerLine::One);
-    sensor.material = None;
-    sensor
+    truth
+        .sensor()
+        .edited(|spec| {
+            spec.readout.r_mux_column_ohms = guess.map(PerLine::One);
+            spec.readout.r_mux_row_ohms = guess.map(PerLine::One);
+            spec.material = None;
+        })
+        .unwrap()
 }
 
 /// Presses of 12 to 600 g with nothing else on the array.
-fn alone(truth: &VirtualSensor, count: usize) -> Data {
+fn alone(truth: &VirtualSensor, count: usize) -> CalibrationData {
     let mut random = ChaCha8Rng::seed_from_u64(truth.seed() + 1000);
     let (rows, columns) = (truth.sensor().rows(), truth.sensor().columns());
-    let mut data = Data::default();
+    let mut data = CalibrationData::default();
     for frame in 0..count {
         let (row, column) = (
             random.random_range(0..rows),
@@ -43,7 +53,7 @@ fn alone(truth: &VirtualSensor, count: usize) -> Data {
         loads.values_mut()[row * columns + column] = load_g;
         data.frames
             .push(truth.read(&loads, 10_000 + frame as u64).counts);
-        data.presses.push(Press {
+        data.presses.push(PressLabel {
             frame,
             row,
             column,
@@ -66,7 +76,7 @@ fn read(sensor: &Sensor, counts: &Frame<Counts>) -> Vec<f64> {
 }
 
 /// Mean absolute error of the labelled presses, grams.
-fn of_labels(sensor: &Sensor, data: &Data) -> f64 {
+fn of_labels(sensor: &Sensor, data: &CalibrationData) -> f64 {
     let columns = sensor.columns();
     let errors = data.presses.iter().map(|press| {
         let loads = read(sensor, &data.frames[press.frame]);
@@ -80,7 +90,7 @@ fn of_hand(sensor: &Sensor, truth: &VirtualSensor) -> f64 {
     let hand = Pattern::hand().with_peak_g(600.0);
     let (mut sum, mut count) = (0.0, 0);
     for frame in [50, 80, 110] {
-        let loads = hand.loads(&truth.sensor().array, truth.seed(), frame);
+        let loads = hand.loads(truth.sensor().array(), truth.seed(), frame);
         let found = read(sensor, &truth.read(&loads, frame).counts);
         for (found, load) in found
             .iter()
@@ -94,11 +104,11 @@ fn of_hand(sensor: &Sensor, truth: &VirtualSensor) -> f64 {
     sum / f64::from(count)
 }
 
-fn fit(sensor: &Sensor, data: &Data, law: LawChoice) -> Calibration {
-    let options = Options {
+fn fit(sensor: &Sensor, data: &CalibrationData, law: LawChoice) -> Calibration {
+    let options = CalibrationOptions {
         law,
         folds: 3,
-        ..Options::default()
+        ..CalibrationOptions::default()
     };
     calibrate(sensor, data, &options, &mut |_, _| ()).unwrap()
 }
@@ -137,7 +147,7 @@ fn the_minimum_is_found_whatever_the_size_and_the_draw() {
             found.report
         );
         let sum = |sensor: &Sensor| {
-            let readout = &sensor.readout;
+            let readout = sensor.readout();
             let one = |list: &Option<PerLine>| list.as_ref().unwrap().at(0);
             one(&readout.r_mux_column_ohms) + one(&readout.r_mux_row_ohms)
         };
@@ -225,7 +235,7 @@ fn a_few_crowded_presses_join_in() {
     let apart = fit(&parts(&truth, None), &data, LawChoice::Power);
     let crowd = labelled_presses(&truth, 12);
     for (press, frame) in crowd.presses.iter().zip(crowd.frames) {
-        data.presses.push(Press {
+        data.presses.push(PressLabel {
             frame: data.frames.len(),
             ..*press
         });
@@ -290,7 +300,7 @@ fn a_label_said_ten_times_is_one_label_and_two_loads_are_none() {
     let error = calibrate(
         &parts(&truth, None),
         &two,
-        &Options::default(),
+        &CalibrationOptions::default(),
         &mut |_, _| (),
     );
     assert!(matches!(error, Err(Error::PressTwice { .. })), "{error:?}");
@@ -312,7 +322,7 @@ fn units_of_all_labels_and_one_load_for_all_are_doubted() {
     let error = calibrate(
         &parts(&truth, None),
         &one,
-        &Options::default(),
+        &CalibrationOptions::default(),
         &mut |_, _| (),
     );
     assert!(matches!(error, Err(Error::OneLoad { .. })), "{error:?}");
@@ -321,16 +331,16 @@ fn units_of_all_labels_and_one_load_for_all_are_doubted() {
 #[test]
 fn gain_and_source_stay_within_belief() {
     let truth = truth((8, 8), (10.0, 10.0), 8);
-    let options = Options {
+    let options = CalibrationOptions {
         law: LawChoice::Power,
         open_loop_gain: true,
         r_source: true,
         folds: 2,
-        ..Options::default()
+        ..CalibrationOptions::default()
     };
     let data = alone(&truth, 30);
     let found = calibrate(&parts(&truth, None), &data, &options, &mut |_, _| ()).unwrap();
-    let gain = found.sensor.readout.open_loop_gain.unwrap();
+    let gain = found.sensor.readout().open_loop_gain().unwrap();
     assert!((1e3..1e7).contains(&gain), "{gain}");
     let errors = found.report.parameters.iter();
     assert!(

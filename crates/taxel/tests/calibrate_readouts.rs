@@ -3,7 +3,7 @@
 mod every_sensor;
 
 use every_sensor::every_sensor;
-use taxel::calibrate::{Calibration, Data, Options, calibrate};
+use taxel::calibrate::{Calibration, CalibrationData, CalibrationOptions, calibrate};
 use taxel::frame::grams_from_newtons;
 use taxel::pipeline::Pipeline;
 use taxel::sensor::{PerLine, preset};
@@ -15,11 +15,13 @@ use taxel::{Frame, Sensor};
 const FOUR: f64 = 4.0;
 
 fn parts_list(truth: &Sensor) -> Sensor {
-    let mut parts = truth.clone();
-    parts.material = None;
-    parts.readout.r_mux_column_ohms = None;
-    parts.readout.r_mux_row_ohms = None;
-    parts
+    truth
+        .edited(|spec| {
+            spec.material = None;
+            spec.readout.r_mux_column_ohms = None;
+            spec.readout.r_mux_row_ohms = None;
+        })
+        .unwrap()
 }
 
 /// Mean absolute error over loaded taxels of frames that were not fitted to, grams.
@@ -48,7 +50,7 @@ fn fitted(truth: &Sensor, seed: u64, presses: usize) -> (Calibration, f64) {
     let fit = calibrate(
         &parts_list(truth),
         &data,
-        &Options::default(),
+        &CalibrationOptions::default(),
         &mut |_, _| {},
     )
     .unwrap();
@@ -63,14 +65,14 @@ fn ohms(list: &Option<PerLine>) -> f64 {
 /// No number without an error unless it was held, none off by more than four of them, and no doubt.
 fn sound(fit: &Calibration, truth: &Sensor, name: &str) {
     assert_eq!(fit.report.doubts, Vec::<String>::new(), "{name}");
-    let material = truth.material.as_ref().unwrap();
+    let material = truth.material().unwrap();
     for p in &fit.report.parameters {
         let wanted = match p.name.as_str() {
             // A spline's factor goes with its bends, which the report says.
             "material.factor" if fit.report.law == "power" => material.factor,
             "material.g_zero_siemens" => material.g_zero_siemens,
-            "readout.r_mux_column_ohms" => ohms(&truth.readout.r_mux_column_ohms),
-            "readout.r_mux_row_ohms" => ohms(&truth.readout.r_mux_row_ohms),
+            "readout.r_mux_column_ohms" => ohms(&truth.readout().r_mux_column_ohms),
+            "readout.r_mux_row_ohms" => ohms(&truth.readout().r_mux_row_ohms),
             _ => continue,
         };
         let Some(error) = p.standard_error else {
@@ -121,7 +123,7 @@ fn labels_of_other_presses_are_refused() {
     let refused = calibrate(
         &parts_list(&truth),
         &data,
-        &Options::default(),
+        &CalibrationOptions::default(),
         &mut |_, _| {},
     );
     let told = refused.expect_err("nothing to learn").to_string();
@@ -146,7 +148,7 @@ fn noise_accuses_no_label() {
 }
 
 /// Labelled presses, and two uniform loads of 20 frames each.
-fn with_levels(real: &VirtualSensor) -> Data {
+fn with_levels(real: &VirtualSensor) -> CalibrationData {
     let mut data = labelled_presses(real, 120);
     let (rows, columns) = (real.sensor().rows(), real.sensor().columns());
     for load_g in [100.0, 300.0] {
@@ -162,14 +164,14 @@ fn with_levels(real: &VirtualSensor) -> Data {
 /// loads take part in ended at 10 g, and at no fit.
 #[test]
 fn uniform_loads_never_make_a_fit_worse() {
-    let source = Options {
+    let source = CalibrationOptions {
         r_source: true,
-        ..Options::default()
+        ..CalibrationOptions::default()
     };
     // A resistor that is looked for takes its share of the columns' switches, which presses hardly tell from it.
     for (name, options, limit) in [
         ("mat-32x32-adg732", &source, 2.9),
-        ("mat-16x16-cd4067", &Options::default(), 1.1),
+        ("mat-16x16-cd4067", &CalibrationOptions::default(), 1.1),
         ("mat-16x16-cd4067", &source, 1.1),
     ] {
         let truth = preset(name).unwrap();
@@ -192,9 +194,9 @@ fn uniform_loads_never_make_a_fit_worse() {
 fn a_gain_is_not_looked_for_where_there_is_no_amplifier() {
     let truth = preset("mat-16x16-cd4067").unwrap();
     let real = VirtualSensor::new(&truth, 1).unwrap();
-    let options = Options {
+    let options = CalibrationOptions {
         open_loop_gain: true,
-        ..Options::default()
+        ..CalibrationOptions::default()
     };
     let data = labelled_presses(&real, 60);
     let fit = calibrate(&parts_list(&truth), &data, &options, &mut |_, _| {}).unwrap();

@@ -31,8 +31,12 @@ fn any_sensor() -> impl Strategy<Value = (Sensor, u64)> {
                             .collect();
                         Some(PerLine::Each(list))
                     };
-                    sensor.readout.r_mux_column_ohms = lines(columns);
-                    sensor.readout.r_mux_row_ohms = lines(rows);
+                    sensor = sensor
+                        .edited(|spec| {
+                            spec.readout.r_mux_column_ohms = lines(columns);
+                            spec.readout.r_mux_row_ohms = lines(rows);
+                        })
+                        .unwrap();
                 }
                 (sensor, seed)
             },
@@ -76,7 +80,7 @@ proptest! {
         let mut point = circuit.point();
         point.set(siemens.values()).unwrap();
         let mut slope = vec![0.0; taxels];
-        point.derivative_into(&direction, &mut slope);
+        point.jvp_into(&direction, &mut slope);
         let base = predict(&circuit, &siemens);
         let error = |step: f64| {
             let moved = siemens.map(|i, g| g + step * direction[i]);
@@ -99,8 +103,8 @@ proptest! {
         let mut point = circuit.point();
         point.set(siemens.values()).unwrap();
         let (mut forward, mut adjoint) = (vec![0.0; taxels], vec![0.0; taxels]);
-        point.derivative_into(&v, &mut forward);
-        point.adjoint_into(&w, &mut adjoint);
+        point.jvp_into(&v, &mut forward);
+        point.vjp_into(&w, &mut adjoint);
         let left: f64 = forward.iter().zip(&w).map(|(a, b)| a * b).sum();
         let right: f64 = adjoint.iter().zip(&v).map(|(a, b)| a * b).sum();
         let scale: f64 = forward.iter().zip(&w).map(|(a, b)| (a * b).abs()).sum();
@@ -110,8 +114,11 @@ proptest! {
     /// Rayleigh: between the driven line and the sensed one, more conductance never lowers the current
     /// when nothing but these two lines is held.
     #[test]
-    fn more_conductance_never_lowers_a_floating_reading((mut sensor, seed) in any_sensor()) {
-        sensor.readout = common::sensor(Topology::DividerFloating, 2, 2, 70.0, 0.0).readout;
+    fn more_conductance_never_lowers_a_floating_reading((sensor, seed) in any_sensor()) {
+        let floating = common::sensor(Topology::DividerFloating, 2, 2, 70.0, 0.0);
+        let sensor = sensor
+            .edited(|spec| spec.readout = floating.spec().readout.clone())
+            .unwrap();
         let circuit = LinearCircuit::from_sensor(&sensor).unwrap();
         let siemens = pressed(sensor.rows(), sensor.columns(), 0.6, seed);
         let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -191,9 +198,10 @@ fn node_currents_sum_to_nil() {
     let siemens = pressed(6, 9, 0.5, 8);
     let (_, nodes) = nodal_volts(circuit.ends(), &siemens, 2, 3);
     for r in 0..6 {
-        let end = match r == 2 {
-            true => circuit.ends().row_selected[r],
-            false => circuit.ends().row_unselected[r],
+        let end = if r == 2 {
+            circuit.ends().row_selected[r]
+        } else {
+            circuit.ends().row_unselected[r]
         };
         let current: f64 = (0..9)
             .map(|c| siemens.at(r, c) * (nodes[6 + c] - nodes[r]))

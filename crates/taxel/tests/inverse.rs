@@ -47,10 +47,10 @@ proptest! {
             let before = inversion.circuit.predict(&pressed(rows, columns, 0.4, !seed)).unwrap();
             let truth = pressed(rows, columns, 0.4, seed);
             let volts = inversion.circuit.predict(&truth).unwrap();
-            let mut scratch = inversion.method.scratch();
+            let mut solver = inversion.method.solver();
             let mut warm = Frame::zeros(rows, columns);
-            inversion.method.solve_into(&before, &mut warm, &mut scratch);
-            let outcome = inversion.method.solve_into(&volts, &mut warm, &mut scratch);
+            solver.solve_into(&before, &mut warm);
+            let outcome = solver.solve_into(&volts, &mut warm);
             prop_assert!(outcome.stop.is_good(), "{}: {outcome:?}", inversion.label);
             let cold = inversion.method.solve(&volts).frame;
             let apart = relative_error(&warm, &cold);
@@ -59,15 +59,15 @@ proptest! {
     }
 
     #[test]
-    fn the_same_scratch_gives_the_same_bits(seed in any::<u64>()) {
+    fn the_same_solver_gives_the_same_bits(seed in any::<u64>()) {
         for inversion in inversions(70.0) {
             let (rows, columns) = (inversion.sensor.rows(), inversion.sensor.columns());
             let volts = inversion.circuit.predict(&pressed(rows, columns, 0.4, seed)).unwrap();
-            let mut scratch = inversion.method.scratch();
+            let mut solver = inversion.method.solver();
             let (mut first, mut second) = (Frame::zeros(rows, columns), Frame::zeros(rows, columns));
-            let one = inversion.method.solve_into(&volts, &mut first, &mut scratch);
-            scratch.forget();
-            let two = inversion.method.solve_into(&volts, &mut second, &mut scratch);
+            let one = solver.solve_into(&volts, &mut first);
+            solver.forget();
+            let two = solver.solve_into(&volts, &mut second);
             prop_assert_eq!(&first, &second, "{}", inversion.label);
             prop_assert_eq!(one, two, "{}", inversion.label);
             prop_assert_eq!(&first, &inversion.method.solve(&volts).frame, "{}", inversion.label);
@@ -189,8 +189,12 @@ fn unequal_switches_are_no_obstacle() {
         let each = (0..lines).map(|i| 5.0 + (i * 7 % 11) as f64).collect();
         Some(taxel::sensor::PerLine::Each(each))
     };
-    sensor.readout.r_mux_column_ohms = unequal(40);
-    sensor.readout.r_mux_row_ohms = unequal(24);
+    sensor = sensor
+        .edited(|spec| {
+            spec.readout.r_mux_column_ohms = unequal(40);
+            spec.readout.r_mux_row_ohms = unequal(24);
+        })
+        .unwrap();
     let truth = pressed(24, 40, 0.3, 4);
     let volts = LinearCircuit::from_sensor(&sensor)
         .unwrap()
@@ -210,12 +214,12 @@ fn a_looser_tolerance_is_kept_warm_and_cold() {
             let circuit = LinearCircuit::from_sensor(&sensor).unwrap();
             let (loose, tight) = (Exact::new(&circuit).unwrap(), Exact::new(&circuit).unwrap());
             let loose = loose.with_tolerance(1e-6);
-            let (mut warm, mut cold) = (loose.scratch(), loose.scratch());
+            let (mut warm, mut cold) = (loose.solver(), loose.solver());
             let mut out = Frame::zeros(shape.0, shape.1);
             for volts in common::stream(&circuit, &pressed(shape.0, shape.1, fraction, 3), 6) {
                 let truth = tight.solve(&volts).frame;
-                for scratch in [&mut warm, &mut cold] {
-                    let outcome = loose.solve_into(&volts, &mut out, scratch);
+                for solver in [&mut warm, &mut cold] {
+                    let outcome = solver.solve_into(&volts, &mut out);
                     assert!(outcome.stop.is_good());
                     let error = relative_error(&out, &truth);
                     assert!(

@@ -8,23 +8,23 @@ use taxel::circuit::{Circuit, LinearCircuit};
 use taxel::pipeline::Pipeline;
 use taxel::sensor::{DynamicSpec, Topology, preset};
 use taxel::simulate::{Pattern, VirtualSensor};
-use taxel::solve::{Method, method};
+use taxel::solve::{Method, Solver, method};
 use taxel::{Frame, Mark, Volts};
 
-/// Allocations of the second and the third frame on one scratch, the third from a cold start.
+/// Allocations of the second and the third frame by one solver, the third from a cold start.
 fn allocations(method: &dyn Method, frames: [&Frame<Volts>; 2]) -> [u64; 2] {
-    let mut scratch = method.scratch();
+    let mut solver = method.solver();
     let mut out = Frame::zeros(frames[0].rows(), frames[0].columns());
-    let mut solve = |frame, scratch: &mut _| {
+    let mut solve = |frame, solver: &mut dyn Solver| {
         measure(|| {
-            method.solve_into(frame, &mut out, scratch);
+            solver.solve_into(frame, &mut out);
         })
         .count_total
     };
-    solve(frames[0], &mut scratch);
-    let warm = solve(frames[1], &mut scratch);
-    scratch.forget();
-    [warm, solve(frames[0], &mut scratch)]
+    solve(frames[0], &mut *solver);
+    let warm = solve(frames[1], &mut *solver);
+    solver.forget();
+    [warm, solve(frames[0], &mut *solver)]
 }
 
 #[test]
@@ -65,16 +65,19 @@ fn neither_does_one_of_the_size_of_the_e_cone_with_dead_lines() {
 /// Counts to loads with all that a sensor file can ask for: screen, inverse, law, creep and hysteresis, spread.
 #[test]
 fn neither_does_the_whole_pipeline_with_a_material_that_remembers() {
-    let mut sensor = preset("econe").unwrap();
-    let material = sensor.material.as_mut().unwrap();
-    material.spread = Some([0.02, 0.02, 0.005]);
-    material.dynamic = Some(DynamicSpec {
-        lag_weight: vec![0.08, 0.07],
-        lag_secs: vec![0.8, 8.0],
-        play_weight: vec![0.07, 0.07],
-        play_g: vec![5.0, 15.0],
-        period_secs: 0.01,
-    });
+    let mut dynamic = DynamicSpec::new(0.01);
+    dynamic.lag_weight = vec![0.08, 0.07];
+    dynamic.lag_secs = vec![0.8, 8.0];
+    dynamic.play_weight = vec![0.07, 0.07];
+    dynamic.play_g = vec![5.0, 15.0];
+    let sensor = preset("econe")
+        .unwrap()
+        .edited(|spec| {
+            let material = spec.material.as_mut().unwrap();
+            material.spread = Some([0.02, 0.02, 0.005]);
+            material.dynamic = Some(dynamic);
+        })
+        .unwrap();
     let real = VirtualSensor::new(&sensor, 1).unwrap();
     let hand = Pattern::hand();
     let frames: Vec<_> = real

@@ -32,7 +32,7 @@ fn dead_lines_are_left_out_as_if_the_sensor_had_none() {
         let truth = pressed(rows, columns, 0.4, 11);
         let smaller = inversion(
             whole.method.name(),
-            whole.sensor.readout.topology,
+            whole.sensor.readout().topology,
             (rows - 2, columns - 1),
             30.0,
             0.0,
@@ -76,18 +76,18 @@ fn lines_that_die_and_come_back_do_so_within_a_stream() {
         let (rows, columns) = (inversion.sensor.rows(), inversion.sensor.columns());
         let truth = pressed(rows, columns, 0.4, 12);
         let good = inversion.circuit.predict(&truth).unwrap();
-        let mut scratch = inversion.method.scratch();
+        let mut solver = inversion.method.solver();
         let mut out = Frame::zeros(rows, columns);
-        inversion.method.solve_into(&good, &mut out, &mut scratch);
+        solver.solve_into(&good, &mut out);
         let mut dead = good.clone();
         dead.marks_mut()[..columns].fill(Mark::Open);
-        let outcome = inversion.method.solve_into(&dead, &mut out, &mut scratch);
+        let outcome = solver.solve_into(&dead, &mut out);
         // What the dead row drained is now the others' to explain, which may be impossible; not a panic.
         assert!(
             out.values()[..columns].iter().all(|&g| g == 0.0),
             "{outcome:?}"
         );
-        let outcome = inversion.method.solve_into(&good, &mut out, &mut scratch);
+        let outcome = solver.solve_into(&good, &mut out);
         assert!(outcome.stop.is_good(), "{}: {outcome:?}", inversion.label);
         assert!(relative_error(&out, &truth) < 1e-7, "{}", inversion.label);
     }
@@ -155,7 +155,7 @@ fn check_saturated(inversion: &Inversion, truth: &Frame<Siemens>) {
             // rows are nearly untouched. In a floating one everything hangs together.
             let row = at / 16 * 16..(at / 16 + 1) * 16;
             let clean = volts.marks()[row].iter().all(|&mark| mark == Mark::Good);
-            let topology = inversion.sensor.readout.topology;
+            let topology = inversion.sensor.readout().topology;
             if topology == Topology::DividerFloating || (!clean && !topology.is_tia()) {
                 continue;
             }
@@ -217,8 +217,12 @@ fn mistaken(topology: Topology, column_ohms: f64, row_ohms: f64) -> (Sensor, Fra
     let mut sensor = common::sensor(topology, 24, 32, 10.0, 0.0);
     let circuit = LinearCircuit::from_sensor(&sensor).unwrap();
     let volts = circuit.predict(&pressed(24, 32, 0.6, 9)).unwrap();
-    sensor.readout.r_mux_column_ohms = Some(taxel::sensor::PerLine::One(column_ohms));
-    sensor.readout.r_mux_row_ohms = Some(taxel::sensor::PerLine::One(row_ohms));
+    sensor = sensor
+        .edited(|spec| {
+            spec.readout.r_mux_column_ohms = Some(taxel::sensor::PerLine::One(column_ohms));
+            spec.readout.r_mux_row_ohms = Some(taxel::sensor::PerLine::One(row_ohms));
+        })
+        .unwrap();
     (sensor, volts)
 }
 
@@ -285,7 +289,11 @@ fn a_divider_that_reads_more_than_its_path_lets_through_is_named() {
         let mut truth = Frame::filled(8, 8, 1e-6);
         truth.values_mut()[19] = 1.0 / 100.0;
         let volts = circuit.predict(&truth).unwrap();
-        sensor.readout.r_mux_row_ohms = Some(taxel::sensor::PerLine::One(400.0));
+        sensor = sensor
+            .edited(|spec| {
+                spec.readout.r_mux_row_ohms = Some(taxel::sensor::PerLine::One(400.0));
+            })
+            .unwrap();
         let newton = Newton::new(LinearCircuit::from_sensor(&sensor).unwrap());
         let found = infeasible(&newton, &volts);
         assert!(found.number.contains("r_mux_row_ohms"), "{found}");

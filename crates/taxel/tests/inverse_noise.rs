@@ -3,8 +3,6 @@
 mod common;
 
 use common::{inversion, pressed};
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use taxel::circuit::{Circuit, LinearCircuit, Noise};
 use taxel::sensor::Topology;
 use taxel::solve::{Uncertainty, standard_errors, standard_errors_by};
@@ -29,11 +27,11 @@ fn standard_errors_agree_with_the_scatter_of_noisy_solves() {
     let noise = Noise {
         standard_deviation_volts: SIGMA_VOLTS,
     };
-    let mut random = ChaCha8Rng::seed_from_u64(17);
+    let mut draws = noise.draws(17);
     let mut squares = vec![0.0; 64];
     for _ in 0..solves {
         let mut noisy = volts.clone();
-        noise.add(&mut noisy, &mut || random.random());
+        draws.add(&mut noisy);
         let solved = inversion.method.solve(&noisy);
         assert!(solved.outcome.stop.is_good());
         for ((sum, found), true_g) in squares
@@ -108,15 +106,15 @@ fn noisy_round_trips_stay_within_five_standard_errors() {
     for topology in Topology::ALL {
         for &name in common::methods(topology) {
             let inversion = inversion(name, topology, (12, 16), 30.0, 0.0);
-            let mut random = ChaCha8Rng::seed_from_u64(23);
+            let noise = Noise {
+                standard_deviation_volts: SIGMA_VOLTS,
+            };
+            let mut draws = noise.draws(23);
             for seed in 0..10 {
                 let truth = pressed(12, 16, 0.3, seed);
                 let errors = predicted(&inversion.circuit, &truth);
                 let mut volts = inversion.circuit.predict(&truth).unwrap();
-                let noise = Noise {
-                    standard_deviation_volts: SIGMA_VOLTS,
-                };
-                noise.add(&mut volts, &mut || random.random());
+                draws.add(&mut volts);
                 let solved = inversion.method.solve(&volts);
                 assert!(
                     solved.outcome.stop.is_good(),
@@ -157,13 +155,13 @@ fn idle_lines_of_noise_do_not_spoil_a_stream() {
             let noise = Noise {
                 standard_deviation_volts: SIGMA_VOLTS,
             };
-            let mut random = ChaCha8Rng::seed_from_u64(29);
-            let mut scratch = inversion.method.scratch();
+            let mut draws = noise.draws(29);
+            let mut solver = inversion.method.solver();
             let mut out = Frame::zeros(12, 16);
             for frame in 0..20 {
                 let mut noisy = volts.clone();
-                noise.add(&mut noisy, &mut || random.random());
-                let outcome = inversion.method.solve_into(&noisy, &mut out, &mut scratch);
+                draws.add(&mut noisy);
+                let outcome = solver.solve_into(&noisy, &mut out);
                 // In a floating array a line without conductance reads alike at every taxel; its noise
                 // can't be explained, and the answer is the nearest.
                 assert!(

@@ -53,7 +53,7 @@ fn every_case_is_complete() {
     let cases = golden::cases();
     assert!(!cases.is_empty());
     for case in &cases {
-        let sign = if case.sensor.readout.topology.is_tia() {
+        let sign = if case.sensor.readout().topology.is_tia() {
             -1.0
         } else {
             1.0

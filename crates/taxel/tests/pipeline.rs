@@ -8,9 +8,12 @@ use taxel::solve::{Stop, default_method};
 use taxel::{Counts, Frame, Mark, Sensor};
 
 fn econe(rows: usize, columns: usize) -> Sensor {
-    let mut sensor = preset("econe").unwrap();
-    (sensor.array.rows, sensor.array.columns) = (rows, columns);
-    sensor
+    preset("econe")
+        .unwrap()
+        .edited(|spec| {
+            (spec.array.rows, spec.array.columns) = (rows, columns);
+        })
+        .unwrap()
 }
 
 fn pipeline(sensor: &Sensor) -> Pipeline {
@@ -27,41 +30,49 @@ fn lone_press(sensor: &Sensor, taxel: usize, load_g: f64, seed: u64) -> Frame<Co
 
 #[test]
 fn a_frame_that_nothing_explains_is_zero_and_unresolved() {
-    let mut sensor = econe(12, 12);
-    sensor.readout.r_mux_row_ohms = Some(PerLine::One(70.0));
+    let sensor = econe(12, 12)
+        .edited(|spec| {
+            spec.readout.r_mux_row_ohms = Some(PerLine::One(70.0));
+        })
+        .unwrap();
     let mut pipeline = pipeline(&sensor);
     // More current in every row than 70 Ohm let through.
     let result = pipeline.process(&Frame::filled(12, 12, 60_000.0));
     assert!(matches!(result.outcome.stop, Stop::Infeasible(_)));
     assert!(!result.outcome.is_answer());
-    for marks in [result.siemens.marks(), result.newtons().unwrap().marks()] {
+    for marks in [
+        result.siemens.unwrap().marks(),
+        result.newtons().unwrap().marks(),
+    ] {
         assert!(marks.iter().all(|&mark| mark == Mark::Unresolved));
     }
     assert!(result.newtons().unwrap().values().iter().all(|&v| v == 0.0));
-    let figures = taxel::metric::Figures::of(result.newtons().unwrap(), &sensor.array);
+    let figures = taxel::metric::FrameFigures::of(result.newtons().unwrap(), sensor.array());
     assert_eq!(figures.measured_share, 0.0);
 }
 
 #[test]
 fn a_result_stays_what_it_is_however_often_it_is_looked_at() {
-    let mut sensor = econe(16, 16);
-    sensor.screen.repair = true;
-    let material = sensor.material.as_mut().unwrap();
-    material.spread = Some([0.03, 0.03, 0.01]);
+    let sensor = econe(16, 16)
+        .edited(|spec| {
+            spec.screen.repair = true;
+            spec.material.as_mut().unwrap().spread = Some([0.03, 0.03, 0.01]);
+        })
+        .unwrap();
     let real = VirtualSensor::new(&sensor, 4).unwrap();
     let mut pipeline = pipeline(&sensor);
     for t in 0..6 {
-        let loads = Pattern::hand().loads(&sensor.array, 4, 60 + t);
+        let loads = Pattern::hand().loads(sensor.array(), 4, 60 + t);
         let mut counts = real.read(&loads, t).counts;
         counts.values_mut()[100] = 0.0;
         let first = pipeline.process(&counts);
-        let siemens = first.siemens.clone();
+        let siemens = first.siemens.unwrap().clone();
         let loads = first.newtons().unwrap().clone();
         assert_eq!(siemens.marks(), loads.marks());
         assert_eq!(loads.marks()[100], Mark::Interpolated);
         let again = pipeline.result();
         assert_eq!(again.newtons().unwrap(), &loads);
-        assert_eq!(again.siemens, &siemens);
+        assert_eq!(again.siemens.unwrap(), &siemens);
     }
 }
 
@@ -110,7 +121,11 @@ fn a_press_beyond_the_converter_is_a_lower_bound_also_when_it_stands_there_all_a
         let sensor = preset(name).unwrap();
         let mut sensor = sensor;
         // A converter that ends early.
-        sensor.converter.full_scale_volts /= 20.0;
+        sensor = sensor
+            .edited(|spec| {
+                spec.converter.full_scale_volts /= 20.0;
+            })
+            .unwrap();
         let frames: Vec<_> = (0..6)
             .map(|seed| lone_press(&sensor, taxel, 900.0, seed))
             .collect();
@@ -132,7 +147,7 @@ fn a_press_beyond_the_converter_is_a_lower_bound_also_when_it_stands_there_all_a
             assert_eq!(loads.marks()[taxel], Mark::Saturated, "{name} {t}");
             assert!(loads.values()[taxel] > 0.1, "{name} {t}");
             // Without a first pass the third frame tells.
-            let mark = live.process(frame).siemens.marks()[taxel];
+            let mark = live.process(frame).siemens.unwrap().marks()[taxel];
             assert_eq!(mark == Mark::Saturated, t >= 2, "{name} {t}: {mark:?}");
         }
     }
@@ -147,7 +162,7 @@ fn strips_read_as_well_as_any_other_array() {
             let pattern = Pattern::named("random").unwrap();
             let frames: Vec<_> = (0..30)
                 .map(|t| {
-                    let loads = pattern.loads(&sensor.array, seed, t);
+                    let loads = pattern.loads(sensor.array(), seed, t);
                     (real.read(&loads, t).counts, loads)
                 })
                 .collect();

@@ -20,7 +20,7 @@ fn recording(sensor: &Sensor, pattern: &Pattern, seed: u64) -> Recording {
     (0..FRAMES)
         .map(|t| {
             let frame = t * 4;
-            let loads = pattern.loads(&sensor.array, seed, frame);
+            let loads = pattern.loads(sensor.array(), seed, frame);
             (real.read(&loads, frame).counts, loads)
         })
         .collect()

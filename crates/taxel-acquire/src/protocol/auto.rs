@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use taxel::{Counts, Frame};
 
-use super::{Decoder, Expected, Fault, Protocol, Tally};
+use super::{Decoder, Expected, FrameFault, LinkStats, Protocol};
 
 /// The protocols that are tried.
 const TRIED: [Protocol; 3] = [Protocol::Taxel1, Protocol::Lines, Protocol::EconeText];
@@ -22,8 +22,8 @@ pub struct Auto {
     /// That one alone reads.
     sure: bool,
     /// The tally up to where the present reading began, and those of the decoders then.
-    before: Tally,
-    began: Vec<Tally>,
+    before: LinkStats,
+    began: Vec<LinkStats>,
     /// What is added to the found decoder's sequence numbers, and the next number.
     shift: u64,
     next: u64,
@@ -40,8 +40,8 @@ impl Auto {
             decoders: TRIED.map(|protocol| protocol.decoder(expected)).into(),
             found: None,
             sure: false,
-            before: Tally::default(),
-            began: vec![Tally::default(); TRIED.len()],
+            before: LinkStats::default(),
+            began: vec![LinkStats::default(); TRIED.len()],
             shift: 0,
             next: 0,
             bytes: 0,
@@ -52,10 +52,8 @@ impl Auto {
 
     /// The decoder that speaks for all: the one that found frames, else the one that such bytes are for.
     fn likely(&self) -> usize {
-        self.found.unwrap_or(match 10 * self.binary > self.bytes {
-            true => 0,
-            false => 1,
-        })
+        self.found
+            .unwrap_or(if 10 * self.binary > self.bytes { 0 } else { 1 })
     }
 
     /// Hands bytes to one decoder; whether frames came of it.
@@ -98,14 +96,14 @@ impl Auto {
         if !self.sure {
             return;
         }
-        let tally = self.tally();
+        let link_stats = self.link_stats();
         self.sure = false;
-        self.before = tally;
+        self.before = link_stats;
         for (one, decoder) in self.decoders.iter_mut().enumerate() {
             if self.found != Some(one) {
                 decoder.forget();
             }
-            self.began[one] = decoder.tally();
+            self.began[one] = decoder.link_stats();
         }
     }
 }
@@ -151,13 +149,13 @@ impl Decoder for Auto {
         }
     }
 
-    fn tally(&self) -> Tally {
+    fn link_stats(&self) -> LinkStats {
         let one = self.likely();
         self.before
-            .and(&self.decoders[one].tally().since(&self.began[one]))
+            .and(&self.decoders[one].link_stats().since(&self.began[one]))
     }
 
-    fn last_fault(&self) -> Option<&Fault> {
+    fn last_fault(&self) -> Option<&FrameFault> {
         self.decoders[self.likely()].last_fault()
     }
 

@@ -11,7 +11,7 @@ use std::time::Duration;
 use taxel::{Counts, Frame};
 
 use super::fields::{LineBuffer, Pace, Rows, counts, was_numbers};
-use super::{Decoder, Expected, Fault, Tally};
+use super::{Decoder, Expected, FrameFault, LinkStats};
 
 /// Reads the e-Cone's text.
 pub struct EconeText {
@@ -45,7 +45,7 @@ impl EconeText {
     fn give_up(&mut self) {
         let begun = self.buffer.forget();
         if !self.rows.cut() && begun && !self.damaged {
-            self.rows.blame(Fault::Broken {
+            self.rows.blame(FrameFault::Broken {
                 what: "a line that ended before its end",
             });
         }
@@ -74,15 +74,14 @@ impl Decoder for EconeText {
                 ..
             } = rows.expected;
             if numbers && fields.len() == columns {
-                match *damaged {
-                    true => *next += 1,
-                    false => {
-                        rows.put(*next, fields, take);
-                        // Whole, or refused for a count out of range.
-                        let done = rows.seen.iter().all(|seen| !seen);
-                        *damaged = done && *next + 1 < last;
-                        *next += 1;
-                    }
+                if *damaged {
+                    *next += 1
+                } else {
+                    rows.put(*next, fields, take);
+                    // Whole, or refused for a count out of range.
+                    let done = rows.seen.iter().all(|seen| !seen);
+                    *damaged = done && *next + 1 < last;
+                    *next += 1;
                 }
             } else if line.is_some_and(|line| line.iter().all(u8::is_ascii_whitespace)) {
                 rows.cut();
@@ -92,14 +91,14 @@ impl Decoder for EconeText {
             {
                 // A header: rows that are missing before it do not come any more.
                 *header = true;
-                rows.tally.passed_over += 1;
+                rows.link_stats.passed_over += 1;
                 rows.cut();
                 (*next, *damaged) = (0, false);
             } else if *next > 0 || whole {
                 let commas = line.map_or(columns, |l| l.iter().filter(|b| **b == b',').count());
                 *next += ((commas + columns / 2) / columns).max(1);
                 if !std::mem::replace(damaged, true) {
-                    rows.blame(Fault::Fields {
+                    rows.blame(FrameFault::Fields {
                         found: fields.len(),
                         columns,
                         taxels: rows.expected.taxels(),
@@ -111,7 +110,7 @@ impl Decoder for EconeText {
                 *headed = std::mem::take(header);
             }
         });
-        pace.frames(rows.tally.frames);
+        pace.frames(rows.link_stats.frames);
     }
 
     fn forget(&mut self) {
@@ -124,11 +123,11 @@ impl Decoder for EconeText {
         }
     }
 
-    fn tally(&self) -> Tally {
-        self.rows.tally
+    fn link_stats(&self) -> LinkStats {
+        self.rows.link_stats
     }
 
-    fn last_fault(&self) -> Option<&Fault> {
+    fn last_fault(&self) -> Option<&FrameFault> {
         self.rows.fault.as_ref()
     }
 

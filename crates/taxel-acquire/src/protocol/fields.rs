@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use taxel::{Counts, Frame};
 
-use super::{Expected, Fault, Tally};
+use super::{Expected, FrameFault, LinkStats};
 
 /// Bytes to lines. A line longer than any of a frame is passed over.
 #[derive(Debug)]
@@ -92,13 +92,13 @@ pub(super) struct Pace {
 
 impl Pace {
     /// The periods that the usual one is the median of, and how many it takes to know it.
-    const MOST: usize = 9;
-    const FEWEST: usize = 3;
+    const MAX_PERIODS: usize = 9;
+    const MIN: usize = 3;
 
     /// A datagram has come; whether it is too late to belong to the same frame as the one before.
     pub fn datagram(&mut self, after: Duration) -> bool {
         self.since += after;
-        if self.periods.len() < Self::FEWEST {
+        if self.periods.len() < Self::MIN {
             return false;
         }
         let mut sorted = self.periods.clone();
@@ -112,7 +112,7 @@ impl Pace {
         if new == 0 {
             return;
         }
-        if self.periods.len() == Self::MOST {
+        if self.periods.len() == Self::MAX_PERIODS {
             self.periods.remove(0);
         }
         self.periods.push(self.since / new);
@@ -148,8 +148,8 @@ pub(super) struct Rows {
     pub expected: Expected,
     pub frame: Frame<Counts>,
     pub seen: Vec<bool>,
-    pub tally: Tally,
-    pub fault: Option<Fault>,
+    pub link_stats: LinkStats,
+    pub fault: Option<FrameFault>,
 }
 
 impl Rows {
@@ -158,13 +158,13 @@ impl Rows {
             frame: expected.frame(),
             seen: vec![false; expected.rows],
             expected,
-            tally: Tally::default(),
+            link_stats: LinkStats::default(),
             fault: None,
         }
     }
 
-    pub fn blame(&mut self, fault: Fault) {
-        self.tally.corrupt += 1;
+    pub fn blame(&mut self, fault: FrameFault) {
+        self.link_stats.corrupt += 1;
         self.fault = Some(fault);
         self.seen.fill(false);
     }
@@ -174,7 +174,7 @@ impl Rows {
         let found = self.seen.iter().filter(|seen| **seen).count();
         if found > 0 {
             let expected = self.expected.rows;
-            self.blame(Fault::Rows { found, expected });
+            self.blame(FrameFault::Rows { found, expected });
         }
         found > 0
     }
@@ -183,7 +183,7 @@ impl Rows {
     pub fn put(&mut self, row: usize, counts: &[u64], take: &mut dyn FnMut(&Frame<Counts>)) {
         let largest = self.expected.max_count;
         if let Some(&found) = counts.iter().find(|count| **count > largest) {
-            return self.blame(Fault::Range { found, largest });
+            return self.blame(FrameFault::Range { found, largest });
         }
         let from = row * self.expected.columns;
         for (value, &count) in self.frame.values_mut()[from..].iter_mut().zip(counts) {
@@ -193,8 +193,8 @@ impl Rows {
         self.seen[row..row + rows].fill(true);
         if self.seen.iter().all(|seen| *seen) {
             // A broken frame leaves a gap.
-            self.frame.sequence = self.tally.frames + self.tally.corrupt;
-            self.tally.frames += 1;
+            self.frame.sequence = self.link_stats.frames + self.link_stats.corrupt;
+            self.link_stats.frames += 1;
             self.seen.fill(false);
             take(&self.frame);
         }

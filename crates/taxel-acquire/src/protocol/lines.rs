@@ -9,7 +9,7 @@ use std::time::Duration;
 use taxel::{Counts, Frame};
 
 use super::fields::{LineBuffer, Pace, Rows, counts, was_numbers};
-use super::{Decoder, Expected, Fault, Tally};
+use super::{Decoder, Expected, FrameFault, LinkStats};
 
 /// Reads text lines.
 pub struct Lines {
@@ -39,7 +39,7 @@ impl Lines {
     fn give_up(&mut self) {
         let begun = self.buffer.forget();
         if !self.rows.cut() && begun {
-            self.rows.blame(Fault::Broken {
+            self.rows.blame(FrameFault::Broken {
                 what: "a line that ended before its end",
             });
         }
@@ -65,13 +65,13 @@ impl Decoder for Lines {
         } = self;
         buffer.feed(bytes, &mut |line, whole| {
             let Some(line) = line else {
-                return rows.blame(Fault::Broken {
+                return rows.blame(FrameFault::Broken {
                     what: "a line longer than a frame of this sensor",
                 });
             };
             let was_meant = whole && was_numbers(line, rows.expected.columns);
             if !is_meant(line) && !was_meant {
-                rows.tally.passed_over += u64::from(!line.trim_ascii().is_empty());
+                rows.link_stats.passed_over += u64::from(!line.trim_ascii().is_empty());
                 return;
             }
             let numbers = counts(line, fields);
@@ -100,20 +100,21 @@ impl Decoder for Lines {
                 }
             } else if whole {
                 // Before the first line end it may have been the rest of a line.
-                rows.blame(match numbers {
-                    true => Fault::Fields {
+                rows.blame(if numbers {
+                    FrameFault::Fields {
                         found: fields.len(),
                         columns,
                         taxels,
-                    },
-                    false => Fault::Broken {
+                    }
+                } else {
+                    FrameFault::Broken {
                         what: "a line with something that is no count",
-                    },
+                    }
                 });
                 *damaged = true;
             }
         });
-        pace.frames(rows.tally.frames);
+        pace.frames(rows.link_stats.frames);
     }
 
     fn forget(&mut self) {
@@ -126,11 +127,11 @@ impl Decoder for Lines {
         }
     }
 
-    fn tally(&self) -> Tally {
-        self.rows.tally
+    fn link_stats(&self) -> LinkStats {
+        self.rows.link_stats
     }
 
-    fn last_fault(&self) -> Option<&Fault> {
+    fn last_fault(&self) -> Option<&FrameFault> {
         self.rows.fault.as_ref()
     }
 

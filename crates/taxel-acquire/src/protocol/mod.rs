@@ -25,7 +25,7 @@ use taxel::{Counts, Frame, Sensor};
 
 /// Frames and what became of them.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Tally {
+pub struct LinkStats {
     /// Whole frames handed on.
     pub frames: u64,
     /// Frames that never came, by their sequence numbers.
@@ -44,7 +44,7 @@ pub struct Tally {
     pub strangers: u64,
 }
 
-impl Tally {
+impl LinkStats {
     /// What came after `before`.
     pub fn since(&self, before: &Self) -> Self {
         self.with(before, u64::saturating_sub)
@@ -93,7 +93,7 @@ impl Tally {
 /// Why something that came was no frame.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Fault {
+pub enum FrameFault {
     /// Checksum, framing or packing.
     Broken {
         /// What, in words.
@@ -143,7 +143,7 @@ pub enum Fault {
     },
 }
 
-impl fmt::Display for Fault {
+impl fmt::Display for FrameFault {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Self::Broken { what } => write!(f, "a broken frame: {what}"),
@@ -227,10 +227,10 @@ pub trait Decoder: Send {
     fn datagram(&mut self, _after: Duration) {}
 
     /// What has come so far.
-    fn tally(&self) -> Tally;
+    fn link_stats(&self) -> LinkStats;
 
     /// The last thing that was no frame.
-    fn last_fault(&self) -> Option<&Fault>;
+    fn last_fault(&self) -> Option<&FrameFault>;
 
     /// The protocol's name.
     fn name(&self) -> &'static str;

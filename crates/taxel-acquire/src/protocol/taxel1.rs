@@ -15,7 +15,7 @@
 use taxel::{Counts, Frame};
 
 use super::order::Order;
-use super::{Decoder, Expected, Fault, Tally};
+use super::{Decoder, Expected, FrameFault, LinkStats};
 
 const VERSION: u8 = 1;
 const HEADER: usize = 20;
@@ -82,8 +82,8 @@ pub struct Taxel1 {
     order: Order,
     /// The sensor that is listened to, from its first frame on.
     sensor: Option<u16>,
-    tally: Tally,
-    fault: Option<Fault>,
+    link_stats: LinkStats,
+    fault: Option<FrameFault>,
 }
 
 impl Taxel1 {
@@ -96,7 +96,7 @@ impl Taxel1 {
             overlong: false,
             order: Order::default(),
             sensor: None,
-            tally: Tally::default(),
+            link_stats: LinkStats::default(),
             fault: None,
         }
     }
@@ -112,13 +112,13 @@ impl Taxel1 {
         if !self.packet.is_empty() && !self.overlong {
             match self.read_packet() {
                 Ok(sequence) => {
-                    if let Some(place) = self.order.place(sequence, &mut self.tally) {
+                    if let Some(place) = self.order.place(sequence, &mut self.link_stats) {
                         self.frame.sequence = place;
                         take(&self.frame);
                     }
                 }
-                Err(fault @ Fault::Sensor { .. }) => {
-                    self.tally.strangers += 1;
+                Err(fault @ FrameFault::Sensor { .. }) => {
+                    self.link_stats.strangers += 1;
                     self.fault = Some(fault);
                 }
                 Err(fault) => self.blame(fault),
@@ -128,21 +128,21 @@ impl Taxel1 {
         self.overlong = false;
     }
 
-    fn blame(&mut self, fault: Fault) {
-        self.tally.corrupt += 1;
+    fn blame(&mut self, fault: FrameFault) {
+        self.link_stats.corrupt += 1;
         self.fault = Some(fault);
     }
 
-    fn check_sensor(&self, found: u16) -> Result<(), Fault> {
+    fn check_sensor(&self, found: u16) -> Result<(), FrameFault> {
         match self.sensor {
-            Some(expected) if expected != found => Err(Fault::Sensor { found, expected }),
+            Some(expected) if expected != found => Err(FrameFault::Sensor { found, expected }),
             _ => Ok(()),
         }
     }
 
     /// Checks the packet and fills the frame; its sequence number.
-    fn read_packet(&mut self) -> Result<u32, Fault> {
-        let broken = |what| Fault::Broken { what };
+    fn read_packet(&mut self) -> Result<u32, FrameFault> {
+        let broken = |what| FrameFault::Broken { what };
         let length = cobs::decode_in_place(&mut self.packet)
             .map_err(|_| broken("its bytes do not fit together"))?;
         let packet = &self.packet[..length];
@@ -154,7 +154,7 @@ impl Taxel1 {
             return Err(broken("its checksum is wrong"));
         }
         if body[0] != VERSION {
-            return Err(Fault::Version { found: body[0] });
+            return Err(FrameFault::Version { found: body[0] });
         }
         let u16_at = |at: usize| u16::from_le_bytes([body[at], body[at + 1]]);
         let sensor = u16_at(2);
@@ -162,7 +162,7 @@ impl Taxel1 {
         let found = (usize::from(u16_at(16)), usize::from(u16_at(18)));
         let expected = (self.expected.rows, self.expected.columns);
         if found != expected {
-            return Err(Fault::Shape { found, expected });
+            return Err(FrameFault::Shape { found, expected });
         }
         let bits = usize::from(body[1]);
         if ![8, 10, 12, 16].contains(&bits) {
@@ -187,7 +187,7 @@ impl Taxel1 {
             have -= bits;
         }
         if u64::from(largest) > self.expected.max_count {
-            return Err(Fault::Range {
+            return Err(FrameFault::Range {
                 found: u64::from(largest),
                 largest: self.expected.max_count,
             });
@@ -210,7 +210,7 @@ impl Decoder for Taxel1 {
                 // Counted now: its end may never come.
                 self.overlong = true;
                 self.packet.clear();
-                self.blame(Fault::Broken {
+                self.blame(FrameFault::Broken {
                     what: "longer than a frame of this sensor",
                 });
             }
@@ -229,7 +229,7 @@ impl Decoder for Taxel1 {
 
     fn forget(&mut self) {
         if !self.packet.is_empty() {
-            self.blame(Fault::Broken {
+            self.blame(FrameFault::Broken {
                 what: "it ended before its last byte",
             });
         }
@@ -239,11 +239,11 @@ impl Decoder for Taxel1 {
         self.sensor = None;
     }
 
-    fn tally(&self) -> Tally {
-        self.tally
+    fn link_stats(&self) -> LinkStats {
+        self.link_stats
     }
 
-    fn last_fault(&self) -> Option<&Fault> {
+    fn last_fault(&self) -> Option<&FrameFault> {
         self.fault.as_ref()
     }
 

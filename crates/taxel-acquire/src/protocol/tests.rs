@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use taxel::{Counts, Frame};
 
 use super::taxel1::{Header, encode};
-use super::{Decoder, Expected, Fault, Protocol};
+use super::{Decoder, Expected, FrameFault, Protocol};
 
 const EXPECTED: Expected = Expected {
     rows: 3,
@@ -78,8 +78,8 @@ fn every_protocol_gives_the_frames_back_in_pieces_of_any_size() {
                     assert_eq!(found.values(), frame(n as u64).values(), "{kind} {piece}");
                     assert_eq!(found.sequence, n as u64);
                 }
-                assert_eq!(decoder.tally().frames, 20);
-                assert_eq!(decoder.tally().corrupt, 0);
+                assert_eq!(decoder.link_stats().frames, 20);
+                assert_eq!(decoder.link_stats().corrupt, 0);
                 if kind == "taxel-1" {
                     assert_eq!(found[3].time_secs, Some(0.03));
                 }
@@ -127,10 +127,10 @@ fn after_noise_the_next_frame_is_whole() {
             .filter(|n| found.iter().any(|f| f.values() == frame(*n).values()))
             .collect();
         assert_eq!(numbers, [0, 1, 3, 4, 5], "{kind}");
-        assert_eq!(decoder.tally().corrupt, 1, "{kind}");
+        assert_eq!(decoder.link_stats().corrupt, 1, "{kind}");
         assert!(decoder.last_fault().is_some());
         let lost = if kind == "taxel-1" { 1 } else { 0 };
-        assert_eq!(decoder.tally().lost, lost, "{kind}");
+        assert_eq!(decoder.link_stats().lost, lost, "{kind}");
     }
 }
 
@@ -157,8 +157,11 @@ fn lost_and_repeated_frames_are_counted() {
     let found = read(&mut *decoder, &bytes, 50);
     let numbers: Vec<u64> = found.iter().map(|f| f.sequence).collect();
     assert_eq!(numbers, [0, 1, 5, 6]);
-    let tally = decoder.tally();
-    assert_eq!((tally.lost, tally.repeated, tally.corrupt), (3, 2, 0));
+    let link_stats = decoder.link_stats();
+    assert_eq!(
+        (link_stats.lost, link_stats.repeated, link_stats.corrupt),
+        (3, 2, 0)
+    );
 }
 
 #[test]
@@ -217,7 +220,10 @@ fn what_is_wrong_is_said_with_both_numbers() {
     bytes.push(0);
     let mut decoder = Protocol::Taxel1.decoder(EXPECTED);
     read(&mut *decoder, &bytes, 100);
-    assert_eq!(decoder.last_fault(), Some(&Fault::Version { found: 2 }));
+    assert_eq!(
+        decoder.last_fault(),
+        Some(&FrameFault::Version { found: 2 })
+    );
 }
 
 /// What the sketch in examples/firmware sends, as its own encoder wrote it.
@@ -285,7 +291,7 @@ fn after_a_broken_link_or_nonsense_the_protocol_is_guessed_again() {
                 .all(|pair| pair[0].sequence < pair[1].sequence)
         );
         assert_eq!(decoder.name(), "lines");
-        assert_eq!(decoder.tally().frames, 4 + found.len() as u64);
+        assert_eq!(decoder.link_stats().frames, 4 + found.len() as u64);
     }
 }
 
@@ -295,7 +301,7 @@ fn a_packet_or_a_line_without_an_end_is_counted_and_takes_no_memory() {
     for (protocol, byte) in [(Protocol::Taxel1, b'7'), (Protocol::Lines, b'7')] {
         let mut decoder = protocol.decoder(EXPECTED);
         read(&mut *decoder, &vec![byte; 100_000], 1000);
-        assert_eq!(decoder.tally().corrupt, 1, "{protocol:?}");
+        assert_eq!(decoder.link_stats().corrupt, 1, "{protocol:?}");
     }
 }
 
@@ -306,12 +312,16 @@ fn half_a_frame_at_a_broken_link_is_counted() {
         let bytes = [bytes_of(0, kind), bytes_of(1, kind)].concat();
         let half = bytes.len() - bytes_of(1, kind).len() / 3;
         let found = read(&mut *decoder, &bytes[..half], 8);
-        assert_eq!((found.len(), decoder.tally().corrupt), (1, 0), "{kind}");
+        assert_eq!(
+            (found.len(), decoder.link_stats().corrupt),
+            (1, 0),
+            "{kind}"
+        );
         decoder.forget();
-        assert_eq!(decoder.tally().corrupt, 1, "{kind}");
+        assert_eq!(decoder.link_stats().corrupt, 1, "{kind}");
         // Again, with nothing begun: nothing broken.
         decoder.forget();
-        assert_eq!(decoder.tally().corrupt, 1, "{kind}");
+        assert_eq!(decoder.link_stats().corrupt, 1, "{kind}");
     }
 }
 
@@ -329,14 +339,17 @@ fn a_damaged_first_byte_is_no_comment() {
         let values: Vec<_> = found.iter().map(|f| f.values().to_vec()).collect();
         let whole = [0, 1, 3, 4].map(|n| frame(n).values().to_vec());
         assert_eq!(values, whole, "{kind}");
-        assert_eq!(decoder.tally().corrupt, 1, "{kind}");
+        assert_eq!(decoder.link_stats().corrupt, 1, "{kind}");
         let sequences: Vec<u64> = found.iter().map(|f| f.sequence).collect();
         assert_eq!(sequences, [0, 1, 3, 4], "{kind}");
     }
     let mut decoder = Protocol::Lines.decoder(EXPECTED);
     read(&mut *decoder, b"# ready\nhello 3\nboot: 12\n", 9);
     assert_eq!(
-        (decoder.tally().passed_over, decoder.tally().corrupt),
+        (
+            decoder.link_stats().passed_over,
+            decoder.link_stats().corrupt
+        ),
         (3, 0)
     );
 }
@@ -398,9 +411,14 @@ fn frames_of_another_sensor_are_counted_not_taken() {
         .flat_map(|n| [packet(1, n), packet(2, n)].concat())
         .collect();
     assert_eq!(read(&mut *decoder, &bytes, 40).len(), 5);
-    let tally = decoder.tally();
+    let link_stats = decoder.link_stats();
     assert_eq!(
-        (tally.strangers, tally.corrupt, tally.repeated, tally.lost),
+        (
+            link_stats.strangers,
+            link_stats.corrupt,
+            link_stats.repeated,
+            link_stats.lost
+        ),
         (5, 0, 0, 0)
     );
     // After a silence it may be another.

@@ -9,7 +9,7 @@ use taxel::{Counts, Frame};
 
 use super::config::{Board, Lines};
 use super::{Multiplexer, Scanner, Select, ShiftRegister, SpiConverter};
-use crate::protocol::Tally;
+use crate::protocol::LinkStats;
 use crate::transport::{Receiver, State};
 
 /// A board's way to select one line.
@@ -84,7 +84,7 @@ pub fn receive(board: &Board, receiver: &mut dyn Receiver) {
     let (rows, columns) = (usize::from(rows), usize::from(columns));
     let mut counts = vec![0; rows * columns];
     let mut frame = Frame::<Counts>::zeros(rows, columns);
-    let mut tally = Tally::default();
+    let mut link_stats = LinkStats::default();
     let begun = std::time::Instant::now();
     receiver.state(State::Live, "scanning");
     while !receiver.stopped() {
@@ -93,13 +93,13 @@ pub fn receive(board: &Board, receiver: &mut dyn Receiver) {
                 for (value, &count) in frame.values_mut().iter_mut().zip(&counts) {
                     *value = f64::from(count);
                 }
-                frame.sequence = tally.frames;
+                frame.sequence = link_stats.frames;
                 frame.time_secs = Some(begun.elapsed().as_secs_f64());
-                tally.frames += 1;
+                link_stats.frames += 1;
                 receiver.frame(&frame, SystemTime::now());
             }
-            Err(_) => tally.corrupt += 1,
+            Err(_) => link_stats.corrupt += 1,
         }
-        receiver.tally(tally);
+        receiver.link_stats(link_stats);
     }
 }

@@ -11,7 +11,7 @@ use embedded_hal::spi::{self, Operation, SpiDevice};
 use taxel::circuit::{Circuit, Converter as Counting, LinearCircuit};
 use taxel::sensor::preset;
 use taxel::simulate::Pattern;
-use taxel::{Counts, Frame, Sensor, Siemens, calibrate::LoadLaw};
+use taxel::{Counts, Frame, Sensor, Siemens, material::LoadLaw};
 
 use super::*;
 
@@ -40,15 +40,14 @@ impl Board {
     }
 
     fn column(&self) -> usize {
-        match self.uses_register {
-            true => {
-                let high: Vec<usize> = (0..self.latched.len())
-                    .filter(|&output| self.latched[output])
-                    .collect();
-                assert_eq!(high.len(), 1, "exactly one column is driven: {high:?}");
-                high[0]
-            }
-            false => self.number(&self.column_pins),
+        if self.uses_register {
+            let high: Vec<usize> = (0..self.latched.len())
+                .filter(|&output| self.latched[output])
+                .collect();
+            assert_eq!(high.len(), 1, "exactly one column is driven: {high:?}");
+            high[0]
+        } else {
+            self.number(&self.column_pins)
         }
     }
 
@@ -73,9 +72,10 @@ impl Board {
         self.conversions += 1;
         let settled = self.since_column_ns >= self.settles_in_ns;
         let (row, column) = (self.number(&self.row_pins), self.column());
-        match settled {
-            true => self.counts.at(row, column) as u16,
-            false => 0,
+        if settled {
+            self.counts.at(row, column) as u16
+        } else {
+            0
         }
     }
 }
@@ -132,7 +132,7 @@ impl SpiDevice for Spi {
 /// What the circuit's own scan predicts, in counts.
 fn predicted(sensor: &Sensor) -> Frame<Counts> {
     let law = LoadLaw::from_sensor(sensor).unwrap();
-    let loads = Pattern::hand().loads(&sensor.array, 3, 80);
+    let loads = Pattern::hand().loads(sensor.array(), 3, 80);
     let siemens: Frame<Siemens> = loads.map(|taxel, grams| law.siemens_from_grams(taxel, grams));
     let volts = LinearCircuit::from_sensor(sensor)
         .unwrap()
@@ -206,7 +206,11 @@ fn a_mat_through_two_multiplexers_reads_as_the_circuit_predicts() {
 #[test]
 fn the_e_cone_through_shift_registers_and_spi_reads_as_the_circuit_predicts() {
     let mut sensor = preset("econe").unwrap();
-    sensor.converter.bits = 12;
+    sensor = sensor
+        .edited(|spec| {
+            spec.converter.bits = 12;
+        })
+        .unwrap();
     let board = board(&sensor, true);
     let [data, clock, latch] = pins::<3>(&board, 0);
     let mut scanner = Scanner::new(

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use taxel::{Counts, Frame};
 
-use crate::protocol::{Decoder, Tally};
+use crate::protocol::{Decoder, LinkStats};
 use crate::{Address, Error};
 
 use link::Link;
@@ -46,7 +46,7 @@ pub trait Receiver {
     /// The device's state has changed, or the words for it.
     fn state(&mut self, state: State, text: &str);
     /// Frames so far, lost ones and corrupt ones; a few times a second.
-    fn tally(&mut self, tally: Tally);
+    fn link_stats(&mut self, link_stats: LinkStats);
     /// Whether to stop reading.
     fn stopped(&self) -> bool;
 }
@@ -81,17 +81,17 @@ pub fn receive(address: &Address, decoder: &mut dyn Decoder, receiver: &mut dyn 
     while !receiver.stopped() {
         let broken = match Link::open(address, PATIENCE) {
             Ok(link) => {
-                let before = decoder.tally().frames;
+                let before = decoder.link_stats().frames;
                 let place = link.place(address);
                 let ended = read(link, &place, decoder, &mut watch, receiver);
-                if decoder.tally().frames > before {
+                if decoder.link_stats().frames > before {
                     wait = FIRST_WAIT;
                 }
                 match ended {
-                    Ended::Stopped => return receiver.tally(watch.tally(decoder)),
+                    Ended::Stopped => return receiver.link_stats(watch.link_stats(decoder)),
                     Ended::NoMore => {
                         decoder.forget();
-                        receiver.tally(watch.tally(decoder));
+                        receiver.link_stats(watch.link_stats(decoder));
                         return receiver.state(State::Ended, &ended_words(address, decoder));
                     }
                     Ended::Broken(error) => error,
@@ -101,7 +101,7 @@ pub fn receive(address: &Address, decoder: &mut dyn Decoder, receiver: &mut dyn 
         };
         decoder.forget();
         watch.away();
-        receiver.tally(watch.tally(decoder));
+        receiver.link_stats(watch.link_stats(decoder));
         receiver.state(
             State::Lost,
             &format!(
@@ -140,13 +140,13 @@ struct Watch {
 }
 
 impl Watch {
-    fn tally(&self, decoder: &dyn Decoder) -> Tally {
-        let own = Tally {
+    fn link_stats(&self, decoder: &dyn Decoder) -> LinkStats {
+        let own = LinkStats {
             outages: self.outages,
             strangers: self.strangers,
-            ..Tally::default()
+            ..LinkStats::default()
         };
-        decoder.tally().and(&own)
+        decoder.link_stats().and(&own)
     }
 
     /// Whether a datagram is the device's, and how long after the one before it came.
@@ -220,10 +220,11 @@ fn read(
         }
         if told.elapsed() > PATIENCE {
             told = Instant::now();
-            receiver.tally(watch.tally(decoder));
-            let state = match watch.is_live(told) {
-                true => State::Live,
-                false => State::Waiting,
+            receiver.link_stats(watch.link_stats(decoder));
+            let state = if watch.is_live(told) {
+                State::Live
+            } else {
+                State::Waiting
             };
             if state == State::Waiting
                 && last
@@ -260,7 +261,7 @@ fn take(
     decoder.feed(bytes, &mut |frame| {
         receiver.frame(frame, SystemTime::now());
     });
-    watch.see(decoder.tally().frames, from, now);
+    watch.see(decoder.link_stats().frames, from, now);
     true
 }
 
@@ -288,7 +289,7 @@ fn words(
 
 /// A source without a frame says why.
 fn ended_words(address: &Address, decoder: &dyn Decoder) -> String {
-    match (decoder.tally().frames, decoder.last_fault()) {
+    match (decoder.link_stats().frames, decoder.last_fault()) {
         (0, Some(fault)) => format!("{address} has ended; it sent {fault}"),
         (0, None) => format!("{address} has ended without a frame"),
         _ => format!("{address} has ended"),

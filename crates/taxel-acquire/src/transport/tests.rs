@@ -19,7 +19,7 @@ const EXPECTED: Expected = Expected {
 struct Heard {
     sequences: Vec<u64>,
     states: Vec<(State, String)>,
-    tally: Tally,
+    link_stats: LinkStats,
 }
 
 #[derive(Clone, Default)]
@@ -36,8 +36,8 @@ impl Receiver for Ear {
         let mut heard = self.heard.lock().unwrap();
         heard.states.push((state, text.to_owned()));
     }
-    fn tally(&mut self, tally: Tally) {
-        self.heard.lock().unwrap().tally = tally;
+    fn link_stats(&mut self, link_stats: LinkStats) {
+        self.heard.lock().unwrap().link_stats = link_stats;
     }
     fn stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
@@ -109,8 +109,11 @@ fn a_device_that_goes_away_is_heard_again_when_it_comes_back() {
     ear.stop.store(true, Ordering::Relaxed);
     thread.join().unwrap();
     // What the last tally says is said at the end, too: half a frame was broken, the device was away once.
-    let tally = ear.heard.lock().unwrap().tally;
-    assert_eq!((tally.lost, tally.corrupt, tally.outages), (5, 1, 1));
+    let link_stats = ear.heard.lock().unwrap().link_stats;
+    assert_eq!(
+        (link_stats.lost, link_stats.corrupt, link_stats.outages),
+        (5, 1, 1)
+    );
 }
 
 #[test]
@@ -125,7 +128,7 @@ fn datagrams_are_received_and_a_stranger_s_are_counted_as_corrupt() {
     device.send_to(b"\0hello there\0", port).unwrap();
     device.send_to(&packet(5), port).unwrap();
     ear.wait("frames", |heard| heard.sequences == [0, 1, 2, 3, 4, 5]);
-    ear.wait("tally", |heard| heard.tally.corrupt == 1);
+    ear.wait("tally", |heard| heard.link_stats.corrupt == 1);
     ear.wait("words", |heard| {
         heard.states.last().unwrap().0 == State::Live
     });
@@ -189,7 +192,7 @@ fn datagrams_of_one_sender_are_taken() {
     }
     ear.wait("frames", |heard| heard.sequences == [0, 1, 2, 3, 4, 5]);
     ear.wait("strangers", |heard| {
-        heard.tally.strangers == 5 && heard.tally.repeated == 0
+        heard.link_stats.strangers == 5 && heard.link_stats.repeated == 0
     });
     ear.wait("words", |heard| {
         heard
@@ -203,7 +206,7 @@ fn datagrams_of_one_sender_are_taken() {
     });
     other.send_to(&packet(200), port).unwrap();
     ear.wait("the other", |heard| {
-        heard.sequences.len() == 7 && heard.tally.outages == 1
+        heard.sequences.len() == 7 && heard.link_stats.outages == 1
     });
     ear.stop.store(true, Ordering::Relaxed);
     thread.join().unwrap();

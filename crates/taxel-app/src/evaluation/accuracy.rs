@@ -8,7 +8,7 @@ use taxel::frame::grams_from_newtons;
 use taxel::metric::{TaxelCrossTalk, cross_talk_index, ghost_level, is_usable};
 use taxel::simulate::{Grams, newtons};
 use taxel::{Frame, Newtons};
-use taxel_io::TextOptions;
+use taxel_io::ReadOptions;
 use taxel_plot::report::{Cell, Figure, Section, Table, number};
 use taxel_plot::{Line, LineStyle, Panel, Series, Sheet, cells};
 
@@ -87,21 +87,16 @@ pub(super) fn section(
         ..Section::default()
     };
     let methods = experiment.methods(plan.folder())?;
+    let headed = |words: &str, group: &Group, head: &[&str]| {
+        Table::new(format!("{words}: {}", group.name()), head)
+    };
     for group in groups {
         let mut drawn = Vec::new();
-        let mut taxels = Table::new(format!("Load on the taxel, g: {}", group.name()), &HEAD);
-        let mut ranges = Table::new(format!("By load, g: {}", group.name()), &HEAD);
-        let mut total = Table::new(
-            format!("Load on the whole array, g: {}", group.name()),
-            &HEAD,
-        );
-        let mut place = Table::new(
-            format!(
-                "Centre of pressure, distance from the known place, mm: {}",
-                group.name()
-            ),
-            &PLACE_HEAD,
-        );
+        let mut taxels = headed("Load on the taxel, g", group, &HEAD);
+        let mut ranges = headed("By load, g", group, &HEAD);
+        let mut total = headed("Load on the whole array, g", group, &HEAD);
+        let from_known = "Centre of pressure, distance from the known place, mm";
+        let mut place = headed(from_known, group, &PLACE_HEAD);
         for (number, method) in methods.iter().enumerate() {
             let name = name_of(method);
             let pairs = pairs(plan, group, |trial, reading| {
@@ -151,7 +146,7 @@ fn pairs_of_totals(plan: &Plan, group: &Group, method: usize) -> Result<Vec<Vec<
 
 /// Distances from a known place: the truth is 0.
 fn places(group: &Group, method: usize) -> Vec<Vec<Pair>> {
-    let distance = |reading: &&super::readings::Reading| {
+    let distance = |reading: &&super::readings::TrialReading| {
         let (x, y) = group.trials[reading.trial].place_mm?;
         let [down, across] = reading.answers[method].centre_mm?;
         Some(Pair {
@@ -169,7 +164,7 @@ fn places(group: &Group, method: usize) -> Vec<Vec<Pair>> {
 fn pairs(
     plan: &Plan,
     group: &Group,
-    of: impl Fn(&taxel_io::Trial, &super::readings::Reading) -> Option<(f64, Option<f64>)>,
+    of: impl Fn(&taxel_io::Trial, &super::readings::TrialReading) -> Option<(f64, Option<f64>)>,
 ) -> Result<Vec<Vec<Pair>>, Error> {
     let mut out = Vec::new();
     for one in group.experiments() {
@@ -186,9 +181,10 @@ fn pairs(
 }
 
 fn range_name(method: &str, (from, to): (f64, f64)) -> String {
-    match to.is_finite() {
-        true => format!("{method}, {} to {} g", number(from), number(to)),
-        false => format!("{method}, from {} g", number(from)),
+    if to.is_finite() {
+        format!("{method}, {} to {} g", number(from), number(to))
+    } else {
+        format!("{method}, from {} g", number(from))
     }
 }
 
@@ -250,7 +246,7 @@ pub(super) fn of_whole_frames(
     let methods = experiment.methods(plan.folder())?;
     files.extend(methods.iter().filter_map(MethodName::file));
     let mut reader = Reader::new(&sensor, &file, &methods, plan.frames_per_second, reporter)?;
-    let mut options = TextOptions::of(&sensor);
+    let mut options = ReadOptions::of(&sensor);
     options.max_count = None;
     let mut truths = open_values::<Grams>(&truth_file, options)?;
     let mut truth = Frame::<Grams>::zeros(sensor.rows(), sensor.columns());
@@ -323,7 +319,7 @@ impl Whole {
         let sum = |frame: &Frame<Newtons>| frame.values().iter().sum::<f64>();
         let last = self.total.last_mut().expect("one was begun");
         last.push(pair(sum(truth), sum(loads)));
-        let centre = |frame| taxel::metric::Figures::of(frame, &sensor.array).centre_mm;
+        let centre = |frame| taxel::metric::FrameFigures::of(frame, sensor.array()).centre_mm;
         if let (Some(known), Some(found)) = (centre(truth), centre(loads)) {
             self.centre.last_mut().expect("one was begun").push(Pair {
                 truth: 0.0,
@@ -339,6 +335,28 @@ impl Whole {
         each.add(loads, truth, 0.0)?;
         Ok(())
     }
+}
+
+const GHOST_HEAD: [&str; 5] = [
+    "",
+    "largest ghost, g",
+    "index",
+    "of the worst taxel",
+    "which",
+];
+
+fn ghost_row(
+    name: String,
+    whole: &Whole,
+    each: Option<&[f64]>,
+    sensor: &taxel::Sensor,
+) -> Vec<Cell> {
+    let largest = whole.ghosts.iter().copied().reduce(f64::max);
+    let mean = taxel::stats::mean(whole.index.iter().copied());
+    let worst = each.and_then(worst);
+    let place = worst
+        .map(|(taxel, _)| format!("{}, {}", taxel / sensor.columns(), taxel % sensor.columns()));
+    cells![name, largest, mean, worst.map(|w| w.1), place]
 }
 
 fn whole_section(
@@ -364,13 +382,7 @@ fn whole_section(
     );
     let mut ghosts = Table::new(
         "Cross-talk; the worst taxel is named by its row and column",
-        &[
-            "",
-            "largest ghost, g",
-            "index",
-            "of the worst taxel",
-            "which",
-        ],
+        &GHOST_HEAD,
     );
     let mut drawn = Vec::new();
     let mut maps = Vec::new();
@@ -387,20 +399,8 @@ fn whole_section(
         for (range, found) in by_range(&whole.loaded, &experiment.ranges_g, &plan.bootstrap) {
             ranges.push(row(range_name(&name, range), &found));
         }
-        let largest = whole.ghosts.iter().copied().reduce(f64::max);
-        let mean = whole.index.iter().sum::<f64>() / whole.index.len() as f64;
         let each = whole.each.as_ref().and_then(TaxelCrossTalk::index);
-        let worst = each.as_deref().and_then(worst);
-        let place = worst.map(|(taxel, _)| {
-            format!("{}, {}", taxel / sensor.columns(), taxel % sensor.columns())
-        });
-        ghosts.push(cells![
-            name.clone(),
-            largest,
-            mean,
-            worst.map(|w| w.1),
-            place
-        ]);
+        ghosts.push(ghost_row(name.clone(), &whole, each.as_deref(), sensor));
         maps.extend(each.map(|each| (name.clone(), each)));
         drawn.push((name, whole.loaded.concat()));
     }
@@ -441,7 +441,7 @@ fn index_map(sensor: &taxel::Sensor, mut maps: Vec<(String, Vec<f64>)>) -> Resul
     let mut panels = Vec::new();
     for (name, each) in &maps {
         let panel = Panel::new(sensor.rows(), sensor.columns(), each)?.title(name.as_str());
-        let pitch = sensor.array.pitch_mm;
+        let pitch = sensor.array().pitch_mm;
         panels.push(panel.quantity("cross-talk index").pitch_mm(pitch));
     }
     Ok(Figure {

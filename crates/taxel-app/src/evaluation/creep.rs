@@ -1,6 +1,6 @@
 //! Does it matter how long the load has been there?
 
-use taxel::evaluate::creep::{Creep, Exponentials, FEWEST, Logarithm, Reading, creep};
+use taxel::evaluate::creep::{Creep, Exponentials, Logarithm, MIN_READINGS, TimedReading, creep};
 use taxel_plot::report::{Cell, Figure, Section, Table, number};
 use taxel_plot::{Line, LineStyle, Series, cells};
 
@@ -95,26 +95,29 @@ fn holds(
     experiment: &Experiment,
     group: &Group,
     value: Value,
-) -> Result<Vec<Vec<Reading>>, Error> {
-    group.collect(super::readings::Reading::is_measured, |trial, reading| {
-        Ok(Reading {
-            secs: reading.secs.ok_or_else(|| Error::NoTimes {
-                file: trial.recording.clone(),
-                experiment: experiment.name.clone(),
-            })?,
-            value: reading.value(value).ok_or_else(|| no_law(plan))?,
-        })
-    })
+) -> Result<Vec<Vec<TimedReading>>, Error> {
+    group.collect(
+        super::readings::TrialReading::is_measured,
+        |trial, reading| {
+            Ok(TimedReading {
+                secs: reading.secs.ok_or_else(|| Error::NoTimes {
+                    file: trial.recording.clone(),
+                    experiment: experiment.name.clone(),
+                })?,
+                value: reading.value(value).ok_or_else(|| no_law(plan))?,
+            })
+        },
+    )
 }
 
 fn figure(
     group: &Group,
     value: Value,
-    holds: &[Vec<Reading>],
+    holds: &[Vec<TimedReading>],
     found: &Creep,
 ) -> Result<Figure, Error> {
     let mut lines = Vec::new();
-    let whole = holds.iter().filter(|hold| hold.len() >= FEWEST);
+    let whole = holds.iter().filter(|hold| hold.len() >= MIN_READINGS);
     for (i, (hold, fit)) in whole.zip(&found.exponentials).take(DRAWN).enumerate() {
         let since: Vec<f64> = hold.iter().map(|r| r.secs - hold[0].secs).collect();
         let measured = hold.iter().map(|r| r.value).collect();

@@ -1,7 +1,7 @@
 //! What do other pressed taxels of the line do to one?
 
 use taxel::evaluate::sweep::{
-    Reading, Sweep, equation_6_volts, full_circuit_volts, misfit, siemens_of_volts, sweep,
+    Sweep, SweepReading, equation_6_volts, full_circuit_volts, misfit, siemens_of_volts, sweep,
 };
 use taxel::metric::cross_talk_drop;
 use taxel::screen::Axis;
@@ -21,6 +21,19 @@ struct Models {
     equation_6: Vec<f64>,
 }
 
+const HEAD: [&str; 10] = [
+    "setting",
+    "experiments",
+    "others",
+    "drop, %",
+    "taxel, Ω",
+    "full circuit: drop, %",
+    "misfit, %",
+    "equation 6: drop, %",
+    "misfit, %",
+    "compensated: drop, %",
+];
+
 pub(super) fn section(
     plan: &Plan,
     experiment: &Experiment,
@@ -35,18 +48,7 @@ pub(super) fn section(
             "Cross-talk: how much less is read with the most others pressed than with the fewest, %; {} intervals over experiments. Misfit: root mean square distance from the mean curve, % of its first point",
             plan.sure()
         ),
-        &[
-            "setting",
-            "experiments",
-            "others",
-            "drop, %",
-            "taxel, Ω",
-            "full circuit: drop, %",
-            "misfit, %",
-            "equation 6: drop, %",
-            "misfit, %",
-            "compensated: drop, %",
-        ],
+        &HEAD,
     );
     let mut curve = Table::new(
         "Mean V_out, V",
@@ -112,20 +114,23 @@ fn check_others(experiment: &Experiment, group: &Group, along: Axis) -> Result<(
 fn readings(
     plan: &Plan,
     group: &Group,
-    value: impl Fn(&super::readings::Reading) -> Option<f64>,
-) -> Result<Vec<Vec<Reading>>, Error> {
-    group.collect(super::readings::Reading::is_measured, |trial, reading| {
-        Ok(Reading {
-            others: trial.others.unwrap_or_default(),
-            value: value(reading).ok_or_else(|| no_law(plan))?,
-        })
-    })
+    value: impl Fn(&super::readings::TrialReading) -> Option<f64>,
+) -> Result<Vec<Vec<SweepReading>>, Error> {
+    group.collect(
+        super::readings::TrialReading::is_measured,
+        |trial, reading| {
+            Ok(SweepReading {
+                others: trial.others.unwrap_or_default(),
+                value: value(reading).ok_or_else(|| no_law(plan))?,
+            })
+        },
+    )
 }
 
 fn models(group: &Group, along: Axis, found: &Sweep) -> Result<Models, Error> {
     let sensor = &group.sensor;
     let taxel = group.trials[0].taxel.unwrap_or_default();
-    let rest = sensor.material.as_ref().map_or(0.0, |m| m.g_zero_siemens);
+    let rest = sensor.material().map_or(0.0, |m| m.g_zero_siemens);
     let others: Vec<usize> = found.points.iter().map(|point| point.others).collect();
     let first = found.points[0];
     let siemens = siemens_of_volts(sensor, taxel, along, rest, first.others, first.value.value)?;
@@ -148,7 +153,7 @@ fn row(plan: &Plan, group: &Group, found: &Sweep, models: &Models) -> Result<Vec
     let ends = (&found.points[0], &found.points[found.points.len() - 1]);
     let drop = |curve: &[f64]| 100.0 * cross_talk_drop(curve[0], curve[curve.len() - 1]);
     let off = |curve: &[f64]| misfit(&found.points, curve).map(|share| 100.0 * share);
-    let compensated = readings(plan, group, |r| r.answers.first().map(|a| a.siemens))?;
+    let compensated = readings(plan, group, |r| r.answers.first()?.siemens)?;
     let compensated = sweep(&compensated, &plan.bootstrap);
     Ok(cells![
         group.name(),

@@ -1,6 +1,6 @@
 //! Does it matter whether the load grew or fell?
 
-use taxel::evaluate::hysteresis::{Reading, hysteresis};
+use taxel::evaluate::hysteresis::{LoopReading, hysteresis};
 use taxel_plot::report::{Figure, Section, Table};
 use taxel_plot::{Line, Series, cells};
 
@@ -54,17 +54,20 @@ pub(super) fn section(
     })
 }
 
-fn loops(plan: &Plan, group: &Group, value: Value) -> Result<Vec<Vec<Reading>>, Error> {
-    group.collect(super::readings::Reading::is_measured, |trial, reading| {
-        Ok(Reading {
-            load: trial.load_g.unwrap_or_default(),
-            value: reading.value(value).ok_or_else(|| no_law(plan))?,
-        })
-    })
+fn loops(plan: &Plan, group: &Group, value: Value) -> Result<Vec<Vec<LoopReading>>, Error> {
+    group.collect(
+        super::readings::TrialReading::is_measured,
+        |trial, reading| {
+            Ok(LoopReading {
+                load: trial.load_g.unwrap_or_default(),
+                value: reading.value(value).ok_or_else(|| no_law(plan))?,
+            })
+        },
+    )
 }
 
-fn figure(group: &Group, value: Value, loops: &[Vec<Reading>]) -> Result<Figure, Error> {
-    let line = |(i, one): (usize, &Vec<Reading>)| {
+fn figure(group: &Group, value: Value, loops: &[Vec<LoopReading>]) -> Result<Figure, Error> {
+    let line = |(i, one): (usize, &Vec<LoopReading>)| {
         Line::new(
             format!("loop {}", i + 1),
             one.iter().map(|r| r.value).collect(),
@@ -82,9 +85,10 @@ fn figure(group: &Group, value: Value, loops: &[Vec<Reading>]) -> Result<Figure,
         caption: format!(
             "Loops of growing and falling load, {}{}.",
             group.title(),
-            match loops.len() > DRAWN {
-                true => format!(": the first {DRAWN} of {}", loops.len()),
-                false => String::new(),
+            if loops.len() > DRAWN {
+                format!(": the first {DRAWN} of {}", loops.len())
+            } else {
+                String::new()
             }
         ),
         picture,

@@ -87,7 +87,7 @@ pub fn trials(plan: &Plan, experiment: &Experiment) -> Result<Vec<Trial>, Error>
         return Ok(Vec::new());
     };
     let (sensor, _) = plan.sensor_of(experiment.sensor.as_ref())?;
-    let labels = sensor.array.labels.as_deref();
+    let labels = sensor.array().labels.as_deref();
     Ok(read_trials(table, sensor.rows(), sensor.columns(), labels)?)
 }
 

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use taxel::circuit::Converter;
 use taxel::frame::grams_from_newtons;
-use taxel::metric::Figures;
+use taxel::metric::FrameFigures;
 use taxel::pipeline::{FrameResult, Pipeline};
 use taxel::{Counts, Frame, Mark, Sensor};
-use taxel_io::{FrameSource, TextOptions, Trial, open_counts};
+use taxel_io::{FrameSource, ReadOptions, Trial, open_counts};
 
 use super::plan::Value;
 use crate::error::Error;
@@ -20,11 +20,11 @@ use crate::reporter::Reporter;
 const NAMED: usize = 10;
 
 /// The most readings of one table: they are held together, some 300 bytes each.
-const MOST_READINGS: usize = 1 << 19;
+const MAX_READINGS: usize = 1 << 19;
 
 /// What one frame says of a trial.
 #[derive(Debug, Clone)]
-pub struct Reading {
+pub struct TrialReading {
     /// The trial, by its place in the table.
     pub trial: usize,
     /// Device time, seconds.
@@ -47,7 +47,7 @@ pub struct Reading {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Answer {
     /// Conductance of the taxel.
-    pub siemens: f64,
+    pub siemens: Option<f64>,
     /// Where the sensor has a load law.
     pub grams: Option<f64>,
     /// Load of the whole frame, grams.
@@ -56,7 +56,7 @@ pub struct Answer {
     pub centre_mm: Option<[f64; 2]>,
 }
 
-impl Reading {
+impl TrialReading {
     /// Neither marked nor at the converter's end: its value is one.
     pub fn is_measured(&self) -> bool {
         !self.marked && !self.saturated
@@ -67,7 +67,7 @@ impl Reading {
         match value {
             Value::Counts => Some(self.counts),
             Value::Volts => Some(self.volts),
-            Value::Siemens => self.answers.first().map(|answer| answer.siemens),
+            Value::Siemens => self.answers.first()?.siemens,
             Value::Grams => self.answers.first()?.grams,
         }
     }
@@ -102,21 +102,11 @@ impl<'a> Reader<'a> {
         frames_per_second: Option<f64>,
         reporter: &'a dyn Reporter,
     ) -> Result<Self, Error> {
-        let pipeline = |method: &MethodName| {
-            let for_method = method.sensor(sensor);
-            let opened = method.open(&for_method, file)?;
-            Pipeline::new(&for_method, opened).map_err(|source| Error::InFile {
-                file: file.to_owned(),
-                source,
-            })
-        };
+        let pipeline = |method: &MethodName| method.pipeline(sensor, file);
         Ok(Self {
             converter: Converter::from_sensor(sensor),
             pipelines: methods.iter().map(pipeline).collect::<Result<_, _>>()?,
-            remembers: sensor
-                .material
-                .as_ref()
-                .is_some_and(|m| m.dynamic.is_some()),
+            remembers: sensor.material().is_some_and(|m| m.dynamic.is_some()),
             sensor: sensor.clone(),
             frames_per_second,
             reporter,
@@ -127,7 +117,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads every recording of the trials once; readings in the order of the trials, then of time.
-    pub fn read(&mut self, table: &Path, trials: &[Trial]) -> Result<Vec<Reading>, Error> {
+    pub fn read(&mut self, table: &Path, trials: &[Trial]) -> Result<Vec<TrialReading>, Error> {
         let mut by_recording: BTreeMap<&PathBuf, Vec<usize>> = BTreeMap::new();
         for (number, trial) in trials.iter().enumerate() {
             by_recording
@@ -161,7 +151,7 @@ impl<'a> Reader<'a> {
         recording: &Path,
         trials: &[Trial],
         numbers: &[usize],
-        readings: &mut Vec<Reading>,
+        readings: &mut Vec<TrialReading>,
     ) -> Result<u64, Error> {
         self.each_frame(recording, |reader, frame, index| {
             let of_frame = |number: &&usize| {
@@ -170,10 +160,10 @@ impl<'a> Reader<'a> {
             };
             let wanted: Vec<usize> = numbers.iter().filter(of_frame).copied().collect();
             if !wanted.is_empty() {
-                if readings.len() + wanted.len() > MOST_READINGS {
+                if readings.len() + wanted.len() > MAX_READINGS {
                     return Err(Error::TooManyReadings {
                         table: table.to_owned(),
-                        most: MOST_READINGS,
+                        most: MAX_READINGS,
                     });
                 }
                 reader.take(frame, index, trials, &wanted, readings);
@@ -191,7 +181,7 @@ impl<'a> Reader<'a> {
         recording: &Path,
         mut see: impl FnMut(&mut Self, &Frame<Counts>, u64) -> Result<(), Error>,
     ) -> Result<u64, Error> {
-        let mut options = TextOptions::of(&self.sensor);
+        let mut options = ReadOptions::of(&self.sensor);
         options.keep_going = true;
         let mut source = open_counts(recording, options)?;
         let mut frame = Frame::zeros(self.sensor.rows(), self.sensor.columns());
@@ -230,7 +220,7 @@ impl<'a> Reader<'a> {
         index: u64,
         trials: &[Trial],
         wanted: &[usize],
-        readings: &mut Vec<Reading>,
+        readings: &mut Vec<TrialReading>,
     ) {
         let secs = frame.time_secs;
         let columns = self.sensor.columns();
@@ -246,7 +236,7 @@ impl<'a> Reader<'a> {
                 let taxel = taxel_of(trial).unwrap_or(0);
                 marks[place] = result.volts.marks()[taxel];
                 answers[place].push(Answer {
-                    siemens: result.siemens.values()[taxel],
+                    siemens: result.siemens.map(|siemens| siemens.values()[taxel]),
                     grams: result
                         .loads
                         .map(|loads| grams_from_newtons(loads.values()[taxel])),
@@ -261,7 +251,7 @@ impl<'a> Reader<'a> {
         }
         for ((&trial, mark), answers) in wanted.iter().zip(marks).zip(answers) {
             let counts = frame.values()[taxel_of(trial).unwrap_or(0)];
-            readings.push(Reading {
+            readings.push(TrialReading {
                 trial,
                 secs,
                 frame: index,
@@ -302,7 +292,7 @@ impl<'a> Reader<'a> {
         let Some(loads) = self.result(method).loads else {
             return (None, None);
         };
-        let figures = Figures::of(loads, &self.sensor.array);
+        let figures = FrameFigures::of(loads, self.sensor.array());
         let total = grams_from_newtons(figures.total_force_newtons);
         (Some(total), figures.centre_mm)
     }
@@ -327,14 +317,14 @@ pub struct Group {
     /// Its trials.
     pub trials: Vec<Trial>,
     /// What was read, in the order of the trials.
-    pub readings: Vec<Reading>,
+    pub readings: Vec<TrialReading>,
 }
 
 impl Group {
     /// Readings by experiment: the table's word for it, else its line.
-    pub fn experiments(&self) -> Vec<Vec<&Reading>> {
+    pub fn experiments(&self) -> Vec<Vec<&TrialReading>> {
         let mut places: HashMap<String, usize> = HashMap::new();
-        let mut groups: Vec<Vec<&Reading>> = Vec::new();
+        let mut groups: Vec<Vec<&TrialReading>> = Vec::new();
         for reading in &self.readings {
             let trial = &self.trials[reading.trial];
             let name = match &trial.experiment {
@@ -353,10 +343,10 @@ impl Group {
     /// What `make` makes of every reading that `keep`s, by experiment.
     pub fn collect<T>(
         &self,
-        keep: impl Fn(&Reading) -> bool,
-        make: impl Fn(&Trial, &Reading) -> Result<T, Error>,
+        keep: impl Fn(&TrialReading) -> bool,
+        make: impl Fn(&Trial, &TrialReading) -> Result<T, Error>,
     ) -> Result<Vec<Vec<T>>, Error> {
-        let each = |one: Vec<&Reading>| {
+        let each = |one: Vec<&TrialReading>| {
             let kept = one.into_iter().filter(|reading| keep(reading));
             kept.map(|reading| make(&self.trials[reading.trial], reading))
                 .collect()

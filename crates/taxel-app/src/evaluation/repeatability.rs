@@ -1,7 +1,7 @@
 //! Does the same load read the same?
 
-use taxel::evaluate::Bootstrap;
-use taxel::evaluate::repeatability::{OUTLIER_SIGMAS, Reading, difference, repeatability};
+use taxel::evaluate::repeatability::{OUTLIER_SIGMAS, RepeatedReading, difference, repeatability};
+use taxel::stats::Bootstrap;
 use taxel_plot::report::{Cell, Figure, Section, Table};
 use taxel_plot::{Line, LineStyle, Series, cells};
 
@@ -9,6 +9,18 @@ use super::plan::{Experiment, Plan, Value};
 use super::readings::Group;
 use super::{no_law, too_few};
 use crate::error::Error;
+
+const HEAD: [&str; 9] = [
+    "setting",
+    "readings",
+    "marked",
+    "far",
+    "outliers, %",
+    "CV, %",
+    "CV without outliers, %",
+    "CV between experiments, %",
+    "mean",
+];
 
 pub(super) fn section(
     plan: &Plan,
@@ -22,17 +34,7 @@ pub(super) fn section(
             value.unit(),
             plan.sure()
         ),
-        &[
-            "setting",
-            "readings",
-            "marked",
-            "far",
-            "outliers, %",
-            "CV, %",
-            "CV without outliers, %",
-            "CV between experiments, %",
-            "mean",
-        ],
+        &HEAD,
     );
     let mut figures = Vec::new();
     let mut over_readings = false;
@@ -82,11 +84,11 @@ pub(super) fn section(
     })
 }
 
-fn readings(plan: &Plan, group: &Group, value: Value) -> Result<Vec<Vec<Reading>>, Error> {
+fn readings(plan: &Plan, group: &Group, value: Value) -> Result<Vec<Vec<RepeatedReading>>, Error> {
     group.collect(
         |_| true,
         |_, reading| {
-            Ok(Reading {
+            Ok(RepeatedReading {
                 value: reading.value(value).ok_or_else(|| no_law(plan))?,
                 marked: !reading.is_measured(),
             })
@@ -96,15 +98,17 @@ fn readings(plan: &Plan, group: &Group, value: Value) -> Result<Vec<Vec<Reading>
 
 /// 1 for a marked reading, 0 for another, of each setting.
 fn marked(groups: &[Group]) -> Vec<Vec<Vec<f64>>> {
-    let flag = |reading: &&super::readings::Reading| f64::from(u8::from(!reading.is_measured()));
+    let flag =
+        |reading: &&super::readings::TrialReading| f64::from(u8::from(!reading.is_measured()));
     let of = |group: &Group| {
         let experiments = group.experiments();
-        match experiments.len() < Bootstrap::FEWEST {
-            true => experiments.concat().iter().map(|r| vec![flag(r)]).collect(),
-            false => experiments
+        if experiments.len() < Bootstrap::MIN_EXPERIMENTS {
+            experiments.concat().iter().map(|r| vec![flag(r)]).collect()
+        } else {
+            experiments
                 .iter()
                 .map(|one| one.iter().map(flag).collect())
-                .collect(),
+                .collect()
         }
     };
     groups.iter().map(of).collect()

@@ -1,9 +1,9 @@
 //! How the reading follows the load, and where it ends.
 
 use taxel::circuit::Converter;
-use taxel::evaluate::response::{Reading, Response, response};
+use taxel::evaluate::response::{LoadReading, Response, response};
 use taxel::{Counts, Frame};
-use taxel_plot::report::{Figure, Section, Table, number};
+use taxel_plot::report::{Cell, Figure, Section, Table, number};
 use taxel_plot::{Line, LineStyle, Series, cells};
 
 use super::plan::{Experiment, Plan, Value};
@@ -15,6 +15,39 @@ use crate::error::Error;
 const LISTED: usize = 100;
 /// Positions at which a fitted curve is drawn.
 const DRAWN: usize = 60;
+
+const HEAD: [&str; 9] = [
+    "setting",
+    "sensitivity",
+    "offset",
+    "R²",
+    "non-linearity, %",
+    "exponent",
+    "saturates at, g",
+    "usable, g",
+    "smallest, g",
+];
+const LEVEL_HEAD: [&str; 5] = [
+    "setting",
+    "load, g",
+    "mean",
+    "standard deviation",
+    "saturated, %",
+];
+
+fn row(group: &Group, found: &Response) -> Vec<Cell> {
+    cells![
+        group.name().to_owned(),
+        found.sensitivity,
+        found.line.offset,
+        found.line.r_squared,
+        found.non_linearity_percent,
+        found.exponent,
+        found.saturates_at,
+        usable(found),
+        found.smallest_detectable,
+    ]
+}
 
 pub(super) fn section(
     plan: &Plan,
@@ -28,27 +61,11 @@ pub(super) fn section(
             "Response to load; sensitivity in {unit} per g; {} intervals over experiments",
             plan.sure()
         ),
-        &[
-            "setting",
-            "sensitivity",
-            "offset",
-            "R²",
-            "non-linearity, %",
-            "exponent",
-            "saturates at, g",
-            "usable, g",
-            "smallest, g",
-        ],
+        &HEAD,
     );
     let mut levels = Table::new(
         format!("Mean {} under each load, {unit}", value.quantity()),
-        &[
-            "setting",
-            "load, g",
-            "mean",
-            "standard deviation",
-            "saturated, %",
-        ],
+        &LEVEL_HEAD,
     );
     let (mut figures, mut left_out) = (Vec::new(), Vec::new());
     for group in groups {
@@ -59,17 +76,7 @@ pub(super) fn section(
                 "readings under two loads or more that do not saturate",
             )
         })?;
-        table.push(cells![
-            group.name().to_owned(),
-            found.sensitivity,
-            found.line.offset,
-            found.line.r_squared,
-            found.non_linearity_percent,
-            found.exponent,
-            found.saturates_at,
-            usable(&found),
-            found.smallest_detectable,
-        ]);
+        table.push(row(group, &found));
         if found.levels.len() > LISTED {
             left_out.push(format!("{} ({})", group.name(), found.levels.len()));
         }
@@ -78,7 +85,7 @@ pub(super) fn section(
                 group.name().to_owned(),
                 level.load,
                 level.value,
-                level.spread,
+                level.standard_deviation,
                 100.0 * level.saturated_share,
             ]);
         }
@@ -107,11 +114,11 @@ fn usable(found: &Response) -> String {
     format!("{} to {}", number(from), number(found.largest_usable))
 }
 
-fn readings(plan: &Plan, group: &Group, value: Value) -> Result<Vec<Vec<Reading>>, Error> {
+fn readings(plan: &Plan, group: &Group, value: Value) -> Result<Vec<Vec<LoadReading>>, Error> {
     // What is no measurement says nothing of the response; what is saturated says where it ends.
-    let keep = |reading: &super::readings::Reading| !reading.marked || reading.saturated;
+    let keep = |reading: &super::readings::TrialReading| !reading.marked || reading.saturated;
     group.collect(keep, |trial, reading| {
-        Ok(Reading {
+        Ok(LoadReading {
             load: trial.load_g.unwrap_or_default(),
             value: reading.value(value).ok_or_else(|| no_law(plan))?,
             saturated: reading.saturated,
@@ -189,7 +196,7 @@ fn figure(plan: &Plan, group: &Group, value: Value, found: &Response) -> Result<
 }
 
 /// Half the length of an interval, for an error bar.
-pub(super) fn half(estimate: &taxel::evaluate::Estimate) -> f64 {
+pub(super) fn half(estimate: &taxel::stats::Estimate) -> f64 {
     estimate
         .interval
         .map_or(0.0, |(low, high)| (high - low) / 2.0)

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant, SystemTime};
 use serde_json::json;
 use taxel::{Sensor, solve};
 use taxel_acquire::Address;
-use taxel_acquire::simulated::Knobs;
+use taxel_acquire::simulated::SimulationParameters;
 use taxel_server::{Command, Host};
 
 use super::SessionOptions;
@@ -21,10 +21,10 @@ use super::status::{SessionStatus, secs};
 use crate::methods::MethodName;
 
 /// The longest note and the longest name that are taken.
-const LONGEST_TEXT: usize = 500;
-const LONGEST_NAME: usize = 80;
+const MAX_TEXT: usize = 500;
+const MAX_NAME: usize = 80;
 /// File systems count bytes, of which a letter may have several.
-const LONGEST_BYTES: usize = 240;
+const MAX_BYTES: usize = 240;
 /// The most that may stand on a sensor that is tared: noise, and a light glove.
 const TARED_NEWTONS: f64 = 0.5;
 /// Between two beginnings of a recording: files are not made by the hundred.
@@ -127,9 +127,11 @@ impl LiveController {
         let _ = commands.send(command);
     }
 
-    fn knobs(&self) -> Option<Knobs> {
+    fn parameters(&self) -> Option<SimulationParameters> {
         match &self.controls {
-            Controls::Knobs(knobs) => Some(*knobs.lock().unwrap_or_else(PoisonError::into_inner)),
+            Controls::Simulation(parameters) => {
+                Some(*parameters.lock().unwrap_or_else(PoisonError::into_inner))
+            }
             _ => None,
         }
     }
@@ -143,26 +145,26 @@ impl LiveController {
 
     /// Every slider that this sensor has, and where it stands.
     fn values(&self) -> BTreeMap<&'static str, f64> {
-        let Some(knobs) = self.knobs() else {
+        let Some(parameters) = self.parameters() else {
             return BTreeMap::new();
         };
         let flag = |on: bool| f64::from(u8::from(on));
         let mut values = BTreeMap::from([
-            ("r_mux_column_ohms", knobs.r_mux_column_ohms),
-            ("r_mux_row_ohms", knobs.r_mux_row_ohms),
-            ("noise_counts", knobs.noise_counts),
-            ("dead_row", flag(knobs.dead_row)),
-            ("dead_column", flag(knobs.dead_column)),
+            ("r_mux_column_ohms", parameters.r_mux_column_ohms),
+            ("r_mux_row_ohms", parameters.r_mux_row_ohms),
+            ("noise_counts", parameters.noise_counts),
+            ("dead_row", flag(parameters.dead_row)),
+            ("dead_column", flag(parameters.dead_column)),
             ("inverse_knows", flag(self.knows())),
         ]);
-        if self.sensor.readout.topology.is_tia() {
-            values.insert("open_loop_gain", knobs.open_loop_gain);
+        if self.sensor.readout().topology.is_tia() {
+            values.insert("open_loop_gain", parameters.open_loop_gain);
         }
         values
     }
 
     fn slide(&self, key: &str, value: f64) -> Result<String, String> {
-        let Controls::Knobs(knobs) = &self.controls else {
+        let Controls::Simulation(parameters) = &self.controls else {
             return Err("this source has no sliders".to_owned());
         };
         let slider = SLIDERS.iter().find(|slider| slider.0 == key);
@@ -173,14 +175,14 @@ impl LiveController {
             return Err(format!("{label}: {value}, expected {least} to {most}"));
         }
         let turned = {
-            let mut knobs = knobs.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut parameters = parameters.lock().unwrap_or_else(PoisonError::into_inner);
             match key {
-                "r_mux_column_ohms" => knobs.r_mux_column_ohms = value,
-                "r_mux_row_ohms" => knobs.r_mux_row_ohms = value,
-                "open_loop_gain" => knobs.open_loop_gain = value,
-                "noise_counts" => knobs.noise_counts = value,
-                "dead_row" => knobs.dead_row = value >= 0.5,
-                "dead_column" => knobs.dead_column = value >= 0.5,
+                "r_mux_column_ohms" => parameters.r_mux_column_ohms = value,
+                "r_mux_row_ohms" => parameters.r_mux_row_ohms = value,
+                "open_loop_gain" => parameters.open_loop_gain = value,
+                "noise_counts" => parameters.noise_counts = value,
+                "dead_row" => parameters.dead_row = value >= 0.5,
+                "dead_column" => parameters.dead_column = value >= 0.5,
                 _ => {
                     let mut knows = self
                         .inverse_knows
@@ -189,11 +191,14 @@ impl LiveController {
                     *knows = value >= 0.5;
                 }
             }
-            *knobs
+            *parameters
         };
-        let known = match self.knows() {
-            true => turned.apply(&self.sensor),
-            false => self.sensor.clone(),
+        let known = if self.knows() {
+            turned
+                .apply(&self.sensor)
+                .unwrap_or_else(|_| self.sensor.clone())
+        } else {
+            self.sensor.clone()
         };
         self.command(EngineCommand::Sensor(Box::new(known)));
         self.status.set_sliders(self.values());
@@ -231,9 +236,10 @@ impl LiveController {
 
     /// The method of that name: one of those offered, so that no viewer names a file.
     fn method(&self, name: &str) -> Result<MethodName, String> {
-        match self.methods().iter().any(|known| known == name) {
-            true => name.parse(),
-            false => Err(format!("no method is called {name}")),
+        if self.methods().iter().any(|known| known == name) {
+            name.parse()
+        } else {
+            Err(format!("no method is called {name}"))
         }
     }
 
@@ -267,9 +273,10 @@ impl LiveController {
             ));
         }
         self.command(EngineCommand::Tare);
-        Ok(match total.abs() > TARED_NEWTONS {
-            true => format!("Tared with {total:.1} N on the sensor"),
-            false => String::new(),
+        Ok(if total.abs() > TARED_NEWTONS {
+            format!("Tared with {total:.1} N on the sensor")
+        } else {
+            String::new()
         })
     }
 
@@ -288,10 +295,10 @@ impl LiveController {
 
 impl Host for LiveController {
     fn hello(&self) -> String {
-        let array = &self.sensor.array;
+        let array = self.sensor.array();
         let kind = match self.controls {
             Controls::Device => "device",
-            Controls::Knobs(_) => "sim",
+            Controls::Simulation(_) => "sim",
             Controls::Player(_) => "file",
         };
         let values = self.values();
@@ -309,14 +316,14 @@ impl Host for LiveController {
             "protocol": 1,
             "program": format!("taxel {}", env!("CARGO_PKG_VERSION")),
             "sensor": {
-                "name": self.sensor.name,
+                "name": self.sensor.name(),
                 "rows": array.rows,
                 "columns": array.columns,
                 "pitch_mm": array.pitch_mm,
                 "taxel_area_mm2": array.taxel_area_mm2,
-                "bits": self.sensor.converter.bits,
+                "bits": self.sensor.converter().bits,
                 "max_count": self.sensor.max_count(),
-                "has_load_law": self.sensor.material.is_some() || self.model.is_some(),
+                "has_load_law": self.sensor.material().is_some() || self.model.is_some(),
             },
             "source": { "address": self.address.to_string(), "type": kind },
             "methods": self.methods(),
@@ -353,7 +360,7 @@ impl Host for LiveController {
             Command::Record { name } => self.record(name),
             Command::Stop => self.stop(),
             Command::Event { text } => {
-                let text: String = text.trim().chars().take(LONGEST_TEXT).collect();
+                let text: String = text.trim().chars().take(MAX_TEXT).collect();
                 if text.is_empty() {
                     return Err("an event needs some words".to_owned());
                 }
@@ -402,11 +409,8 @@ fn recording_name(name: Option<&str>, folder: &Path) -> Result<String, String> {
     let allowed = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | ' ');
     let problem = if stem.is_empty() {
         "a name needs a letter or a digit".to_owned()
-    } else if stem.chars().count() > LONGEST_NAME || stem.len() > LONGEST_BYTES {
-        format!(
-            "{} characters, at most {LONGEST_NAME}",
-            stem.chars().count()
-        )
+    } else if stem.chars().count() > MAX_NAME || stem.len() > MAX_BYTES {
+        format!("{} characters, at most {MAX_NAME}", stem.chars().count())
     } else if stem.starts_with(['.', '-']) {
         "it begins with a dot or a hyphen".to_owned()
     } else if let Some(other) = stem.chars().find(|&c| !allowed(c)) {
@@ -415,7 +419,7 @@ fn recording_name(name: Option<&str>, folder: &Path) -> Result<String, String> {
         return Ok(format!("{stem}.mcap"));
     };
     Err(format!(
-        "'{name}' cannot be a recording's name: {problem}. Use letters, digits, space, - _ . ({LONGEST_NAME} characters)"
+        "'{name}' cannot be a recording's name: {problem}. Use letters, digits, space, - _ . ({MAX_NAME} characters)"
     ))
 }
 

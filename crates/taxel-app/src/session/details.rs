@@ -19,7 +19,7 @@ const ASKED_FOR: Duration = Duration::from_secs(2);
 
 /// A frame as viewers got it, its conductances, and the sensor that they are of.
 pub(super) struct DetailsRequest {
-    pub(super) siemens: Frame<Siemens>,
+    pub(super) siemens: Option<Frame<Siemens>>,
     /// Whether the inverse came to one answer.
     pub(super) is_answer: bool,
     pub(super) sensor: Arc<Sensor>,
@@ -29,7 +29,7 @@ pub(super) struct DetailsRequest {
 
 /// All of one frame: what is shown together was together.
 struct Answer {
-    siemens: Frame<Siemens>,
+    siemens: Option<Frame<Siemens>>,
     frame: FrameMessage,
     errors: Option<(Frame<DisplayUnit>, Vec<Mark>)>,
 }
@@ -88,9 +88,10 @@ impl Details {
                 .as_ref()
                 .is_some_and(|(sensor, _)| Arc::ptr_eq(sensor, &request.sensor));
             if !same {
-                let unit = match request.is_load {
-                    true => Unit::Newtons,
-                    false => Unit::Siemens,
+                let unit = if request.is_load {
+                    Unit::Newtons
+                } else {
+                    Unit::Siemens
                 };
                 let errors = StandardErrors::new(&request.sensor, &self.file, unit, None).ok();
                 known = Some((request.sensor.clone(), errors));
@@ -99,9 +100,10 @@ impl Details {
                 continue;
             };
             let siemens = request.siemens;
-            let mut shown = siemens.map(|_, value| value);
-            let errors = errors.as_mut().map(|errors| {
-                let errors = errors.of(&siemens, request.is_answer, &mut shown).clone();
+            let errors = errors.as_mut().zip(siemens.as_ref());
+            let errors = errors.map(|(errors, siemens)| {
+                let mut shown = siemens.map(|_, value| value);
+                let errors = errors.of(siemens, request.is_answer, &mut shown).clone();
                 (errors, shown.marks().to_vec())
             });
             let mut answer = self.answer.lock().unwrap_or_else(PoisonError::into_inner);
@@ -123,11 +125,11 @@ impl Details {
             .iter()
             .filter_map(|&(row, column)| {
                 let answer = answer.as_ref()?;
-                if row >= answer.siemens.rows() || column >= answer.siemens.columns() {
+                let frame = &answer.frame;
+                if row >= frame.rows || column >= frame.columns {
                     return None;
                 }
-                let at = row * answer.siemens.columns() + column;
-                let frame = &answer.frame;
+                let at = row * frame.columns + column;
                 let mut mark = frame.marks[at];
                 let mut error = None;
                 if let Some((errors, marks)) = &answer.errors {
@@ -141,7 +143,7 @@ impl Details {
                 Some(json!({
                     "row": row, "column": column, "sequence": frame.sequence, "load": frame.loads[at],
                     "raw": frame.raw[at], "counts": frame.counts[at], "mark": mark,
-                    "siemens": answer.siemens.values()[at], "standard_error_newtons": error,
+                    "siemens": answer.siemens.as_ref().map(|siemens| siemens.values()[at]), "standard_error_newtons": error,
                 }))
             })
             .collect();

@@ -5,11 +5,12 @@ use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant, SystemTime};
 
-use taxel::metric::Figures;
+use taxel::metric::FrameFigures;
 use taxel::pipeline::Pipeline;
 use taxel::screen::{Axis, LineFaultKind, LineFaults, LineScreen, ScreenOptions};
 use taxel::solve::Raw;
 use taxel::{Frame, Newtons, Sensor};
+use taxel_learn::with_law;
 use taxel_server::{FrameMessage, Server};
 
 use super::details::{Details, DetailsRequest};
@@ -85,7 +86,7 @@ impl Engine {
         Ok(Self {
             exact,
             raw,
-            is_load: sensor.material.is_some() || matches!(options.method, MethodName::Model(_)),
+            is_load: sensor.material().is_some() || matches!(options.method, MethodName::Model(_)),
             tare: None,
             recorded_tare: None,
             survey: survey(sensor),
@@ -150,7 +151,7 @@ impl Engine {
                 let message = self.message(&arrived, &figures);
                 if self.details.is_wanted() {
                     self.details.ask(DetailsRequest {
-                        siemens: self.exact.result().siemens.clone(),
+                        siemens: self.exact.result().siemens.cloned(),
                         is_answer: self.exact.result().outcome.is_answer(),
                         sensor: self.sensor.clone(),
                         is_load: self.is_load,
@@ -164,7 +165,7 @@ impl Engine {
     }
 
     /// Calls who wants every frame.
-    fn show_observer(&mut self, at: SystemTime, figures: &Figures) {
+    fn show_observer(&mut self, at: SystemTime, figures: &FrameFigures) {
         let Some(observe) = &mut self.observer else {
             return;
         };
@@ -186,16 +187,16 @@ impl Engine {
     }
 
     /// Fills `loads`: newtons, or siemens where there is no load law.
-    fn solve(&mut self, arrived: &TimestampedFrame) -> Figures {
+    fn solve(&mut self, arrived: &TimestampedFrame) -> FrameFigures {
         let result = self.exact.process(&arrived.frame);
         self.is_load &= result.loads.is_some();
-        match result.loads.filter(|_| self.is_load) {
-            Some(loads) => self.loads.clone_from(loads),
-            None => {
-                self.loads.take_marks(result.siemens);
-                let siemens = result.siemens.values();
-                self.loads.values_mut().copy_from_slice(siemens);
+        match (result.loads.filter(|_| self.is_load), result.siemens) {
+            (Some(loads), _) => self.loads.clone_from(loads),
+            (None, Some(siemens)) => {
+                self.loads.copy_meta_from(siemens);
+                self.loads.values_mut().copy_from_slice(siemens.values());
             }
+            (None, None) => {}
         }
         if let Some(tare) = &mut self.tare {
             if tare.frames < TARE_FRAMES {
@@ -205,21 +206,22 @@ impl Engine {
                 *load -= zero;
             }
         }
-        match self.is_load {
-            true => Figures::of(&self.loads, &self.sensor.array),
-            false => Figures {
+        if self.is_load {
+            FrameFigures::of(&self.loads, self.sensor.array())
+        } else {
+            FrameFigures {
                 outlier_share: taxel::metric::outlier_share(&self.loads),
                 measured_share: taxel::metric::measured_share(&self.loads),
-                ..Figures::default()
-            },
+                ..FrameFigures::default()
+            }
         }
     }
 
-    fn message(&mut self, arrived: &TimestampedFrame, figures: &Figures) -> FrameMessage {
+    fn message(&mut self, arrived: &TimestampedFrame, figures: &FrameFigures) -> FrameMessage {
         let result = self.raw.process(&arrived.frame);
-        let mut raw = match result.loads.filter(|_| self.is_load) {
-            Some(loads) => loads.values().to_vec(),
-            None => result.siemens.values().to_vec(),
+        let mut raw = match (result.loads.filter(|_| self.is_load), result.siemens) {
+            (Some(loads), _) => loads.values().to_vec(),
+            (None, siemens) => siemens.map_or_else(Vec::new, |siemens| siemens.values().to_vec()),
         };
         let mut done = false;
         if let Some(tare) = &mut self.tare {
@@ -235,7 +237,7 @@ impl Engine {
         if done {
             self.tell_tare(arrived.frame.sequence);
         }
-        let pitch = self.sensor.array.pitch_mm;
+        let pitch = self.sensor.array().pitch_mm;
         FrameMessage {
             rows: self.loads.rows(),
             columns: self.loads.columns(),
@@ -309,9 +311,10 @@ impl Engine {
         let fits =
             |tare: &&Arc<taxel_io::Tare>| tare.loads.len() == taxels && tare.unit == self.unit();
         self.tare = recorded.as_ref().filter(fits).map(|tare| Tare {
-            raw: match tare.raw.len() == taxels {
-                true => tare.raw.clone(),
-                false => vec![0.0; taxels],
+            raw: if tare.raw.len() == taxels {
+                tare.raw.clone()
+            } else {
+                vec![0.0; taxels]
             },
             loads: tare.loads.clone(),
             frames: TARE_FRAMES,
@@ -388,13 +391,16 @@ fn pipelines(
     file: &std::path::Path,
     name: &MethodName,
 ) -> Result<[Pipeline; 2], Error> {
-    let sensor = name.sensor(sensor);
-    let method = name.open(&sensor, file)?;
-    let raw = Box::new(Raw::from_sensor(&sensor));
-    let lines = LineFaults::from_spec(&sensor.screen);
+    let lines = LineFaults::from_spec(sensor.screen());
+    let raw = Box::new(Raw::from_sensor(sensor));
     let mut made = [
-        Pipeline::new(&sensor, method)?,
-        Pipeline::new(&sensor, raw)?,
+        name.pipeline(sensor, file)?,
+        if name.is_model() {
+            // Raw readings stand beside loads: without a law of the sensor's own, as if 1 uS were a gram.
+            Pipeline::new(&with_law(sensor.clone()), raw)?
+        } else {
+            Pipeline::new(sensor, raw)?
+        },
     ];
     for pipeline in &mut made {
         pipeline.set_lines(&lines);
@@ -413,7 +419,7 @@ fn survey(sensor: &Sensor) -> LineScreen {
 
 fn bad_lines(found: &LineFaults, sensor: &Sensor) -> BadLines {
     let mut lines = BadLines::default();
-    let declared = LineFaults::from_spec(&sensor.screen);
+    let declared = LineFaults::from_spec(sensor.screen());
     for fault in found.faults.iter().chain(&declared.faults) {
         let of_axis = match fault.axis {
             Axis::Row => &mut lines.rows,

@@ -23,7 +23,7 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime};
 
-use taxel::metric::Figures;
+use taxel::metric::FrameFigures;
 use taxel::{Counts, Frame, Newtons, Sensor, Siemens};
 use taxel_acquire::Address;
 use taxel_acquire::transport::State;
@@ -42,10 +42,10 @@ pub use recorder::{RecordTopics, SavedRecording};
 use status::SessionStatus;
 
 /// Bits of a count in recordings and in what viewers get.
-const MOST_BITS: u32 = 16;
+const MAX_BITS: u32 = 16;
 /// Frames whose loads are wanted and that may wait for the engine, and the memory for them.
-const MOST_WAITING: usize = 8192;
-const MOST_WAITING_BYTES: usize = 64 << 20;
+const MAX_WAITING: usize = 8192;
+const MAX_WAITING_BYTES: usize = 64 << 20;
 
 /// A frame of counts on its way.
 #[derive(Clone)]
@@ -109,12 +109,12 @@ pub type FrameObserver = Box<dyn FnMut(&LiveFrame) + Send>;
 /// A frame that was solved a moment ago.
 #[non_exhaustive]
 pub struct LiveFrame<'a> {
-    /// Conductances of the taxels, with marks.
-    pub siemens: &'a Frame<Siemens>,
+    /// Conductances of the taxels, with marks; none where a learned model estimates the loads.
+    pub siemens: Option<&'a Frame<Siemens>>,
     /// Loads, the tare taken off, with marks; none without a load law.
     pub loads: Option<&'a Frame<Newtons>>,
     /// Total force, peak pressure, contact area, centre of pressure; zeros without a load law.
-    pub figures: &'a Figures,
+    pub figures: &'a FrameFigures,
     /// Whether the inverse came to an answer.
     pub is_answer: bool,
     /// When the frame arrived.
@@ -128,18 +128,19 @@ fn queue_of(options: &SessionOptions) -> usize {
         return engine::QUEUE;
     }
     let bytes = 9 * options.sensor.rows() * options.sensor.columns();
-    (MOST_WAITING_BYTES / bytes).clamp(engine::QUEUE, MOST_WAITING)
+    (MAX_WAITING_BYTES / bytes).clamp(engine::QUEUE, MAX_WAITING)
 }
 
 /// Refuses counts wider than what is recorded and sent.
 fn check_bits(options: &SessionOptions) -> Result<(), Error> {
-    let bits = options.sensor.converter.bits;
-    match bits > MOST_BITS {
-        true => Err(Error::TooManyBits {
+    let bits = options.sensor.converter().bits;
+    if bits > MAX_BITS {
+        Err(Error::TooManyBits {
             file: options.sensor_file.clone(),
             bits,
-        }),
-        false => Ok(()),
+        })
+    } else {
+        Ok(())
     }
 }
 
@@ -271,8 +272,8 @@ impl Session {
     }
 
     /// Frames received; lost, corrupt and repeated ones.
-    pub fn tally(&self) -> taxel_acquire::protocol::Tally {
-        self.status.tally()
+    pub fn link_stats(&self) -> taxel_acquire::protocol::LinkStats {
+        self.status.link_stats()
     }
 
     /// The recording as it stands: frames, bytes, and why it ended early, if it did.

@@ -5,9 +5,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
 use taxel::{Counts, Frame, Sensor};
-use taxel_acquire::protocol::Tally;
+use taxel_acquire::protocol::LinkStats;
 use taxel_acquire::transport::{Receiver, State};
-use taxel_io::{FrameSource, McapReader, TextOptions, open_counts, shape_of};
+use taxel_io::{FrameSource, McapReader, ReadOptions, open_counts, shape_of};
 
 use super::source::FrameSink;
 use super::status;
@@ -17,7 +17,7 @@ use crate::frames::is_mcap;
 /// Frames a second of recordings that know no time.
 const USUAL_RATE: f64 = 100.0;
 /// Recorded seconds without a frame that are waited for; more is a clock that jumped.
-const LONGEST_GAP: f64 = 10.0;
+const MAX_GAP: f64 = 10.0;
 const LOOK: Duration = Duration::from_millis(20);
 
 /// What the player is to do.
@@ -43,7 +43,7 @@ enum PlaybackSource {
 /// A recording to be played.
 pub(super) struct Player {
     path: PathBuf,
-    options: TextOptions,
+    options: ReadOptions,
     source: PlaybackSource,
     /// Seconds and frames, where they are known.
     extent: Option<(f64, u64)>,
@@ -59,7 +59,7 @@ struct Showing {
     shown: u64,
     /// Second of a frame that is read but whose time has not come.
     read: Option<f64>,
-    tally: Tally,
+    link_stats: LinkStats,
     /// Recorded seconds, and when they were played: reset whenever pace or place change.
     clock: Option<(f64, Instant)>,
     /// What was wished for before.
@@ -69,14 +69,15 @@ struct Showing {
     shown_one: bool,
 }
 
-fn open(path: &Path, options: TextOptions) -> Result<PlaybackSource, Error> {
+fn open(path: &Path, options: ReadOptions) -> Result<PlaybackSource, Error> {
     let timed = is_mcap(path);
-    Ok(match timed {
-        true => PlaybackSource::Timed(Box::new(McapReader::open(path, options)?)),
-        false => PlaybackSource::Plain {
+    Ok(if timed {
+        PlaybackSource::Timed(Box::new(McapReader::open(path, options)?))
+    } else {
+        PlaybackSource::Plain {
             frames: open_counts(path, options)?,
             at: 0,
-        },
+        }
     })
 }
 
@@ -88,7 +89,7 @@ impl Player {
         speed: Option<f64>,
         playing: bool,
     ) -> Result<Self, Error> {
-        let mut options = TextOptions::of(sensor);
+        let mut options = ReadOptions::of(sensor);
         options.keep_going = true;
         let source = open(path, options)?;
         let extent = match &source {
@@ -136,7 +137,7 @@ impl Player {
             secs: 0.0,
             shown: 0,
             read: None,
-            tally: Tally::default(),
+            link_stats: LinkStats::default(),
             clock: None,
             before: self.requested(),
             ended: false,
@@ -208,8 +209,8 @@ impl Player {
             Err(error) => error.to_string(),
         };
         // Frames that cannot be read are left out, and told as a device's broken ones are.
-        showing.tally.corrupt = self.skipped();
-        sink.tally(showing.tally);
+        showing.link_stats.corrupt = self.skipped();
+        sink.link_stats(showing.link_stats);
         if showing.read.is_some() {
             return true;
         }
@@ -246,9 +247,9 @@ impl Player {
         }
         self.tell_events(sink);
         self.tell_tare(sink);
-        showing.tally.frames += 1;
+        showing.link_stats.frames += 1;
         sink.frame(&showing.frame, SystemTime::now());
-        sink.tally(showing.tally);
+        sink.link_stats(showing.link_stats);
         (showing.secs, showing.shown) = (at, showing.frame.sequence);
         (showing.shown_one, showing.read) = (true, None);
     }
@@ -347,7 +348,7 @@ fn set_word(sink: &FrameSink, playing: bool, name: &str) {
 
 /// Whether the time to the next frame is not waited for: a device was away, or its clock jumped.
 fn skips(sink: &FrameSink, secs: f64) -> bool {
-    let skips = !(0.0..=LONGEST_GAP).contains(&secs);
+    let skips = !(0.0..=MAX_GAP).contains(&secs);
     if skips {
         sink.status
             .note(&format!("{secs:.1} s in the recording are skipped"));

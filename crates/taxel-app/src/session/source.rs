@@ -7,8 +7,8 @@ use std::time::{Duration, Instant, SystemTime};
 use taxel::simulate::Pattern;
 use taxel::{Counts, Frame, Sensor};
 use taxel_acquire::Address;
-use taxel_acquire::protocol::{Expected, Protocol, Tally};
-use taxel_acquire::simulated::{Knobs, Simulated};
+use taxel_acquire::protocol::{Expected, LinkStats, Protocol};
+use taxel_acquire::simulated::{Simulated, SimulationParameters};
 use taxel_acquire::transport::{Receiver, State, receive};
 use taxel_server::Server;
 
@@ -25,7 +25,7 @@ pub(super) enum Controls {
     /// Nothing: a device.
     Device,
     /// Knobs of a virtual sensor.
-    Knobs(Arc<Mutex<Knobs>>),
+    Simulation(Arc<Mutex<SimulationParameters>>),
     /// A file's player.
     Player(Arc<Mutex<PlaybackRequest>>),
 }
@@ -43,9 +43,9 @@ pub(super) fn prepare(options: &SessionOptions) -> Result<(Controls, Run), Error
         } => {
             let pattern = Pattern::named(pattern).expect("the address was checked");
             let source = Simulated::new(&options.sensor, pattern, *seed, *frames_per_second)?;
-            let knobs = source.knobs();
+            let parameters = source.parameters();
             let run: Run = Box::new(move |sink| source.run(sink));
-            (Controls::Knobs(knobs), run)
+            (Controls::Simulation(parameters), run)
         }
         Address::File { path, speed } => {
             let player = Player::open(path, &options.sensor, *speed, !options.held)?;
@@ -75,7 +75,7 @@ pub(super) fn prepare(options: &SessionOptions) -> Result<(Controls, Run), Error
 
 /// The longest description of a board, bytes.
 #[cfg(feature = "rpi")]
-const LONGEST_BOARD: u64 = 1 << 20;
+const MAX_BOARD: u64 = 1 << 20;
 
 /// This machine's own pins.
 #[cfg(feature = "rpi")]
@@ -86,9 +86,9 @@ fn board(path: &Path, sensor: &Sensor) -> Result<Run, Error> {
         file: path.to_owned(),
         reason,
     };
-    let text = taxel_io::bounded::read_text(path, LONGEST_BOARD);
+    let text = taxel_io::bounded::read_text(path, MAX_BOARD);
     let text = text.map_err(|error| wrong(error.to_string()))?;
-    let text = text.ok_or_else(|| wrong(format!("more than {LONGEST_BOARD} bytes")))?;
+    let text = text.ok_or_else(|| wrong(format!("more than {MAX_BOARD} bytes")))?;
     let board = config::Board::from_toml(&text).map_err(wrong)?;
     let found = (
         usize::from(board.rows.count),
@@ -125,7 +125,7 @@ pub(super) struct FrameSink {
     /// The source holds what the disk has no time for.
     pub(super) waits_for_disk: bool,
     /// What has been told of what went wrong, and when.
-    pub(super) told: (Tally, Option<Instant>),
+    pub(super) told: (LinkStats, Option<Instant>),
     /// The device's time, of the last frame.
     pub(super) clock: Option<f64>,
     /// Of a recording: what was taken off the frame that comes.
@@ -133,7 +133,7 @@ pub(super) struct FrameSink {
 }
 
 /// A device's clock that goes on by more than this between two frames has jumped, seconds.
-const LONGEST_STEP: f64 = 3600.0;
+const MAX_STEP: f64 = 3600.0;
 
 /// What goes wrong is told this often.
 const LOSSES_EVERY: Duration = Duration::from_secs(1);
@@ -152,7 +152,7 @@ impl FrameSink {
     fn look_at_clock(&mut self, frame: &Frame<Counts>) {
         let Some(secs) = frame.time_secs else { return };
         if let Some(last) = self.clock.replace(secs)
-            && !(0.0..=LONGEST_STEP).contains(&(secs - last))
+            && !(0.0..=MAX_STEP).contains(&(secs - last))
         {
             let text = format!("the device's clock jumps from {last:.3} s to {secs:.3} s");
             self.recorder.event("clock", &text);
@@ -160,15 +160,15 @@ impl FrameSink {
     }
 
     /// Notes in the recording, about when, what went wrong since the last note.
-    fn tell_losses(&mut self, tally: Tally, now: bool) {
+    fn tell_losses(&mut self, link_stats: LinkStats, now: bool) {
         let (told, at) = self.told;
         if !now && at.is_some_and(|at| at.elapsed() < LOSSES_EVERY) {
             return;
         }
-        let troubles = tally.since(&told).troubles();
+        let troubles = link_stats.since(&told).troubles();
         if !troubles.is_empty() {
             self.recorder.event("loss", &troubles.join(", "));
-            self.told = (tally, Some(Instant::now()));
+            self.told = (link_stats, Some(Instant::now()));
         }
     }
 
@@ -188,9 +188,10 @@ impl Receiver for FrameSink {
         };
         self.status.arrived();
         self.look_at_clock(frame);
-        match self.waits_for_disk {
-            true => self.recorder.counts_waiting(&arrived),
-            false => self.recorder.counts(&arrived),
+        if self.waits_for_disk {
+            self.recorder.counts_waiting(&arrived)
+        } else {
+            self.recorder.counts(&arrived)
         }
         if self.can_wait {
             return self.incoming.push_waiting(arrived);
@@ -208,13 +209,13 @@ impl Receiver for FrameSink {
             self.tell();
         }
         if state == State::Ended {
-            self.tell_losses(self.status.tally(), true);
+            self.tell_losses(self.status.link_stats(), true);
         }
     }
 
-    fn tally(&mut self, tally: Tally) {
-        self.status.set_tally(tally);
-        self.tell_losses(tally, self.stopped());
+    fn link_stats(&mut self, link_stats: LinkStats) {
+        self.status.set_link_stats(link_stats);
+        self.tell_losses(link_stats, self.stopped());
     }
 
     fn stopped(&self) -> bool {

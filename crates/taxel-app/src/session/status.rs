@@ -7,7 +7,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use serde::Serialize;
 use taxel::stats::quantile_of_sorted;
-use taxel_acquire::protocol::Tally;
+use taxel_acquire::protocol::LinkStats;
 use taxel_acquire::transport::State;
 
 use super::SessionOptions;
@@ -82,7 +82,7 @@ struct StateMessage {
     #[serde(skip)]
     device_state: State,
     #[serde(skip)]
-    tally: Tally,
+    link_stats: LinkStats,
     /// Newtons on the sensor, without any tare.
     #[serde(skip)]
     total: Option<f64>,
@@ -139,7 +139,7 @@ impl SessionStatus {
                 sliders: BTreeMap::new(),
                 bad_lines: BadLines::default(),
                 device_state: State::Waiting,
-                tally: Tally::default(),
+                link_stats: LinkStats::default(),
                 total: None,
                 arrivals: VecDeque::new(),
                 delays_ms: VecDeque::new(),
@@ -259,16 +259,16 @@ impl SessionStatus {
         }
     }
 
-    pub(super) fn set_tally(&self, tally: Tally) {
+    pub(super) fn set_link_stats(&self, link_stats: LinkStats) {
         let mut status = self.lock();
-        status.tally = tally;
-        status.lost = tally.lost;
-        status.corrupt = tally.corrupt;
-        status.repeated = tally.repeated;
+        status.link_stats = link_stats;
+        status.lost = link_stats.lost;
+        status.corrupt = link_stats.corrupt;
+        status.repeated = link_stats.repeated;
     }
 
-    pub(super) fn tally(&self) -> Tally {
-        self.lock().tally
+    pub(super) fn link_stats(&self) -> LinkStats {
+        self.lock().link_stats
     }
 
     pub(super) fn skip(&self) {

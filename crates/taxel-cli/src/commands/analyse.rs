@@ -7,10 +7,10 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 use taxel::Sensor;
-use taxel::evaluate::creep::SHORTEST_DRIFT_SECS;
-use taxel::evaluate::fit::Line as Straight;
-use taxel::evaluate::{mean, spread};
-use taxel_io::{Column, TextOptions, shape_of, write_columns};
+use taxel::evaluate::creep::MIN_DRIFT_SECS;
+use taxel::stats::Line as Straight;
+use taxel::stats::{mean, standard_deviation};
+use taxel_io::{Column, ReadOptions, shape_of, write_columns};
 use taxel_plot::report::{Cell, Table};
 use taxel_plot::{Format, Line, LineStyle, Series, cells};
 
@@ -140,7 +140,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let options = options(args, sensor.as_ref())?;
     let labels = sensor
         .as_ref()
-        .and_then(|sensor| sensor.array.labels.clone());
+        .and_then(|sensor| sensor.array().labels.clone());
     let wanted = Wanted {
         taxels: &args.taxel,
         row: args.row,
@@ -162,14 +162,16 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         out::warn(skipped);
     }
     // Last: whoever reads may stop reading, and the files are to be whole.
-    match args.json {
-        true => out::json(&report)?,
-        false => out::result(&text(&report, &taken))?,
+    if args.json {
+        out::json(&report)?
+    } else {
+        out::result(&text(&report, &taken))?
     }
     let is_missing = recorded::tell_missing(&args.recording, &taken.integrity);
-    Ok(match taken.skipped_frames == 0 && !is_missing {
-        true => Exit::Good,
-        false => Exit::DataLost,
+    Ok(if taken.skipped_frames == 0 && !is_missing {
+        Exit::Good
+    } else {
+        Exit::DataLost
     })
 }
 
@@ -192,9 +194,9 @@ fn check(args: &Args) -> Result<(), Error> {
         .check()
 }
 
-fn options(args: &Args, sensor: Option<&Sensor>) -> Result<TextOptions, Error> {
+fn options(args: &Args, sensor: Option<&Sensor>) -> Result<ReadOptions, Error> {
     let mut options = match sensor {
-        Some(sensor) => TextOptions::of(sensor),
+        Some(sensor) => ReadOptions::of(sensor),
         None => {
             let guess = shape_of(&args.recording)?;
             let rows = args.rows.or(guess.rows).ok_or_else(|| Error::Arguments {
@@ -205,9 +207,10 @@ fn options(args: &Args, sensor: Option<&Sensor>) -> Result<TextOptions, Error> {
                 hint: "give --sensor or --rows",
             })?;
             let columns = guess.columns.unwrap_or(1);
-            match args.transpose {
-                true => TextOptions::new(columns, rows),
-                false => TextOptions::new(rows, columns),
+            if args.transpose {
+                ReadOptions::new(columns, rows)
+            } else {
+                ReadOptions::new(rows, columns)
             }
         }
     };
@@ -251,7 +254,7 @@ fn figures(taken: &Taken, taxel: usize) -> Figures {
     let (mean_before, spread_before) = mean_and_spread(values);
     // An hour of seconds, or a hundred frames.
     let (span, least) = match taken.secs {
-        Some(_) => (3600.0, SHORTEST_DRIFT_SECS),
+        Some(_) => (3600.0, MIN_DRIFT_SECS),
         None => (100.0, 0.0),
     };
     let length = good
@@ -278,7 +281,10 @@ fn figures(taken: &Taken, taxel: usize) -> Figures {
 /// Mean, and standard deviation; NaN of too few.
 fn mean_and_spread(values: &[f64]) -> (f64, f64) {
     let mean = mean(values.iter().copied());
-    (mean.unwrap_or(f64::NAN), spread(values).unwrap_or(f64::NAN))
+    (
+        mean.unwrap_or(f64::NAN),
+        standard_deviation(values).unwrap_or(f64::NAN),
+    )
 }
 
 fn text(report: &Report, taken: &Taken) -> String {

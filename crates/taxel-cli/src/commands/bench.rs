@@ -5,14 +5,15 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 use taxel::circuit::{Circuit, LinearCircuit, OperatingPoint};
-use taxel::solve::{Method, Scratch};
+use taxel::estimate::LoadEstimator;
+use taxel::solve::Solver;
 use taxel::stats::median_in_place;
 use taxel::{Frame, Sensor, Siemens, Volts};
 
 use crate::error::Error;
 use crate::progress::Progress;
 use crate::{Exit, out};
-use taxel_app::methods::MethodName;
+use taxel_app::methods::{MethodName, Opened};
 use taxel_io::sensor_file;
 
 /// Time scan and inverse of a sensor on this machine
@@ -37,7 +38,7 @@ const STREAM: usize = 8;
 /// How long each of the three is repeated.
 const BUDGET: Duration = Duration::from_millis(650);
 /// Fewest repeats, however long they take.
-const FEWEST: usize = 5;
+const MIN: usize = 5;
 
 #[derive(Debug, Serialize)]
 struct Report {
@@ -68,33 +69,32 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         source,
     };
     let circuit = LinearCircuit::from_sensor(&sensor).map_err(in_file)?;
-    let sensor = args.method.sensor(&sensor);
-    let method = args.method.open(&sensor, &args.sensor)?;
+    let mut work = Work::new(args.method.open(&sensor, &args.sensor)?);
     let progress = Progress::new("timing");
     let mut bench = Bench::new(&sensor, &circuit)?;
     let scan_us = bench.scan();
     progress.set(0.33);
-    let mut scratch = method.scratch();
-    let inverse_cold_us = bench.inverse(&*method, &mut scratch, true);
+    let inverse_cold_us = bench.inverse(&mut work, true);
     progress.set(0.66);
-    let inverse_warm_us = bench.inverse(&*method, &mut scratch, false);
+    let inverse_warm_us = bench.inverse(&mut work, false);
     drop(progress);
     let report = Report {
-        sensor: match sensor.name.as_str() {
+        sensor: match sensor.name() {
             "" => args.sensor.display().to_string(),
             name => name.to_owned(),
         },
         rows: sensor.rows(),
         columns: sensor.columns(),
-        method: method.name(),
+        method: work.name,
         scan_us,
         inverse_cold_us,
         inverse_warm_us,
         frames_per_second: 1e6 / inverse_warm_us.median,
     };
-    match args.json {
-        true => out::json(&report)?,
-        false => out::result(&report.table())?,
+    if args.json {
+        out::json(&report)?
+    } else {
+        out::result(&report.table())?
     }
     if bench.unsolved > 0 {
         out::warn(&format!(
@@ -128,6 +128,32 @@ impl Report {
             line("inverse, warm", self.inverse_warm_us),
             self.frames_per_second
         )
+    }
+}
+
+/// What is timed beside the scan.
+struct Work {
+    name: &'static str,
+    way: Way,
+}
+
+enum Way {
+    Solve(Box<dyn Solver>),
+    Estimate(Box<dyn LoadEstimator>),
+}
+
+impl Work {
+    fn new(opened: Opened) -> Self {
+        match opened {
+            Opened::Method(method) => Self {
+                name: method.name(),
+                way: Way::Solve(method.solver()),
+            },
+            Opened::Estimator(estimator) => Self {
+                name: estimator.name(),
+                way: Way::Estimate(estimator),
+            },
+        }
     }
 }
 
@@ -176,13 +202,25 @@ impl Bench {
         })
     }
 
-    fn inverse(&mut self, method: &dyn Method, scratch: &mut Scratch, cold: bool) -> Times {
-        let mut out = self.siemens[0].clone();
+    fn inverse(&mut self, work: &mut Work, cold: bool) -> Times {
+        let mut siemens = self.siemens[0].clone();
+        let mut loads = siemens.map(|_, _| 0.0);
         repeat(|i| {
-            if cold {
-                scratch.forget();
-            }
-            let outcome = method.solve_into(&self.volts[i % STREAM], &mut out, scratch);
+            let volts = &self.volts[i % STREAM];
+            let outcome = match &mut work.way {
+                Way::Solve(solver) => {
+                    if cold {
+                        solver.forget();
+                    }
+                    solver.solve_into(volts, &mut siemens)
+                }
+                Way::Estimate(estimator) => {
+                    if cold {
+                        estimator.forget();
+                    }
+                    estimator.estimate_into(volts, &mut loads)
+                }
+            };
             self.solved += 1;
             self.unsolved += usize::from(!outcome.stop.is_good());
         })
@@ -194,7 +232,7 @@ fn repeat(mut work: impl FnMut(usize)) -> Times {
     work(0);
     let started = Instant::now();
     let mut times = Vec::new();
-    while times.len() < FEWEST || started.elapsed() < BUDGET {
+    while times.len() < MIN || started.elapsed() < BUDGET {
         let begin = Instant::now();
         work(times.len() + 1);
         times.push(begin.elapsed().as_secs_f64() * 1e6);
@@ -217,9 +255,10 @@ fn pressed(sensor: &Sensor, i: usize) -> Frame<Siemens> {
     };
     Frame::<Siemens>::zeros(sensor.rows(), sensor.columns()).map(|_, _| {
         let (is_pressed, ohms, phase) = (random() < 0.3, random(), random());
-        match is_pressed {
-            true => (1.0 + 0.05 * (turn + 6.3 * phase).sin()) / (500.0 + 2500.0 * ohms),
-            false => 1e-6,
+        if is_pressed {
+            (1.0 + 0.05 * (turn + 6.3 * phase).sin()) / (500.0 + 2500.0 * ohms)
+        } else {
+            1e-6
         }
     })
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use serde::Serialize;
-use taxel::design::budget::{Budget, Cause, Change, Errors, Part, Scene, changes};
+use taxel::design::budget::{Budget, BudgetScene, Cause, Change, Errors, Part, changes};
 use taxel::{Frame, Sensor};
 
 use crate::error::Error;
@@ -147,7 +147,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         report_of(&budget, scene, args.rate, done).map_err(in_file)
     });
     let report = Report {
-        sensor: match sensor.name.as_str() {
+        sensor: match sensor.name() {
             "" => args.sensor.display().to_string(),
             name => name.to_owned(),
         },
@@ -161,9 +161,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         scenes: reports.collect::<Result<_, _>>()?,
     };
     drop(progress);
-    match args.json {
-        true => out::json(&report)?,
-        false => out::result(&report.to_string())?,
+    if args.json {
+        out::json(&report)?
+    } else {
+        out::result(&report.to_string())?
     }
     for scene in &report.scenes {
         if scene.compensated.unsolved > 0 {
@@ -178,7 +179,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
 
 fn report_of(
     budget: &Budget,
-    scene: &Scene,
+    scene: &BudgetScene,
     rate: f64,
     done: impl Fn(f64),
 ) -> Result<SceneReport, taxel::Error> {
@@ -215,7 +216,7 @@ fn report_of(
 }
 
 /// The conductances behind a frame of a recording; what noise makes negative is 0.
-fn scene_of(of: &FrameOf, sensor: &Sensor, file: &Path) -> Result<Scene, Error> {
+fn scene_of(of: &FrameOf, sensor: &Sensor, file: &Path) -> Result<BudgetScene, Error> {
     let input = Input::new(&of.file, InputUnit::Counts, sensor);
     let mut chain = Chain::new(sensor, file, &MethodName::Auto, Unit::Siemens)?;
     chain.set_lines(&Survey::of(&input, sensor, &Terminal)?.faults);
@@ -228,7 +229,7 @@ fn scene_of(of: &FrameOf, sensor: &Sensor, file: &Path) -> Result<Scene, Error> 
             }
             let mut shown = Frame::<DisplayUnit>::zeros(sensor.rows(), sensor.columns());
             chain.show_into(&mut shown)?;
-            return Ok(Scene {
+            return Ok(BudgetScene {
                 name: format!("frame {} of {}", of.frame, of.file.display()),
                 siemens: shown.map(|_, siemens| siemens.max(0.0)),
             });

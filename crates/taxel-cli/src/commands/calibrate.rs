@@ -8,7 +8,7 @@ use std::time::SystemTime;
 
 use clap::ValueEnum;
 use taxel::Sensor;
-use taxel::calibrate::{LawChoice, Options, Report};
+use taxel::calibrate::{CalibrationOptions, CalibrationReport, LawChoice};
 use taxel_io::recordings_of;
 
 use super::positive::positive;
@@ -141,20 +141,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         &sensor,
         &Terminal,
     )?;
-    let names = [Some(table), args.equilibration.as_ref()];
-    let options = Options {
-        law: args.law.into(),
-        per_line: args.per_line,
-        open_loop_gain: args.fit_gain,
-        r_source: args.fit_source,
-        folds: args.folds.into(),
-        date: today(),
-        files: names
-            .iter()
-            .flatten()
-            .map(|f| f.display().to_string())
-            .collect(),
-    };
+    let options = options_of(args, table);
     let progress = Progress::new("fitting");
     let mut show = |stage: &str, share| progress.stage(stage, share);
     let calibration = taxel::calibrate::calibrate_with(
@@ -167,13 +154,28 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     drop(progress);
     out::file(&args.output, calibration.sensor.to_toml().as_bytes())?;
     let report = &calibration.report;
-    match args.json {
-        true => out::json(report)?,
-        false => out::result(&report.to_string())?,
+    if args.json {
+        out::json(report)?
+    } else {
+        out::result(&report.to_string())?
     }
     let exit = doubt(report, table, &lines);
     out::note(&format!("wrote {}", args.output.display()));
     Ok(exit)
+}
+
+fn options_of(args: &Args, table: &Path) -> CalibrationOptions {
+    let names = [Some(table), args.equilibration.as_deref()];
+    let names = names.iter().flatten();
+    CalibrationOptions {
+        law: args.law.into(),
+        per_line: args.per_line,
+        open_loop_gain: args.fit_gain,
+        r_source: args.fit_source,
+        folds: args.folds.into(),
+        date: today(),
+        files: names.map(|file| file.display().to_string()).collect(),
+    }
 }
 
 /// The sensor that is given, else the one that the recordings carry.
@@ -208,7 +210,7 @@ fn sensor_of(args: &Args) -> Result<Sensor, Error> {
 }
 
 /// Names labels that the others contradict, by their lines, and says what speaks against using the fit.
-fn doubt(report: &Report, table: &Path, lines: &[u64]) -> Exit {
+fn doubt(report: &CalibrationReport, table: &Path, lines: &[u64]) -> Exit {
     for suspect in &report.suspects {
         out::warn(&format!(
             "{}, line {}: {suspect}",
@@ -219,9 +221,10 @@ fn doubt(report: &Report, table: &Path, lines: &[u64]) -> Exit {
     for doubt in &report.doubts {
         out::warn(doubt);
     }
-    match report.doubts.is_empty() && report.suspects.iter().all(|s| !s.left_out) {
-        true => Exit::Good,
-        false => Exit::DataLost,
+    if report.doubts.is_empty() && report.suspects.iter().all(|s| !s.left_out) {
+        Exit::Good
+    } else {
+        Exit::DataLost
     }
 }
 

@@ -8,9 +8,9 @@ use std::time::Instant;
 
 use taxel::frame::{grams_from_newtons, newtons_from_grams};
 use taxel::{Counts, Frame, Newtons, Sensor};
-use taxel_io::{FrameSource, TextOptions, open_counts};
+use taxel_io::{FrameSource, ReadOptions, open_counts};
 use taxel_learn::Split;
-use taxel_learn::contest::Scores;
+use taxel_learn::benchmark::Scores;
 use taxel_plot::Format;
 
 use crate::error::Error;
@@ -78,6 +78,59 @@ pub(crate) struct Args {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
+    check(args)?;
+    let sensor = sensor_file::load(&args.sensor)?;
+    let training_set = TrainingSet::read(
+        &args.from.files(),
+        args.equilibration.as_deref(),
+        &sensor,
+        &Terminal,
+    )?;
+    let whole = Split::new(training_set.rows.len(), 0.15, args.test_share, args.seed);
+    let mut known = Vec::new();
+    for (recording, truth) in args.recordings.iter().zip(&args.truth) {
+        read_known(recording, truth, &sensor, &mut known)?;
+    }
+    interrupt::listen();
+    let mut table = Table::new(args, &training_set, &whole, known.len());
+    let all = whole.train.len() + whole.check.len();
+    let sizes = if args.most_presses.is_empty() {
+        vec![all]
+    } else {
+        args.most_presses.iter().map(|&n| n as usize).collect()
+    };
+    for size in sizes {
+        let mut split = whole.clone();
+        thin(&mut split, size);
+        let progress = Progress::new("learning");
+        out::note(&format!(
+            "learning from {} presses; Ctrl-C stops",
+            split.train.len() + split.check.len()
+        ));
+        let mut show = |name: &str, share: f64| progress.stage(name, share);
+        let contestants = contestants::all(args, &sensor, &training_set, &split, &mut show)?;
+        drop(progress);
+        if interrupt::asked() {
+            // Networks that learnt half as long as they should would stand beside ways that need no learning.
+            out::warn(
+                "stopped by Ctrl-C before every way had learnt: nothing is compared, nothing is written",
+            );
+            return Ok(Exit::DataLost);
+        }
+        for mut contestant in contestants {
+            // Who had no more to learn from than before is the same as before.
+            if !table.has(&contestant) {
+                let scores = judge(&mut contestant, &known)?;
+                table.add(&contestant, &scores);
+            }
+        }
+    }
+    write(args, &table)?;
+    Ok(Exit::Good)
+}
+
+/// Refuses what cannot be compared, before any work.
+fn check(args: &Args) -> Result<(), Error> {
     if args.recordings.len() != args.truth.len() {
         return Err(Error::Arguments {
             what: format!(
@@ -111,65 +164,26 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     }
     let figure = args.figure.as_ref().map(Format::from_extension);
     figure.transpose()?;
-    let sensor = sensor_file::load(&args.sensor)?;
-    let training_set = TrainingSet::read(
-        &args.from.files(),
-        args.equilibration.as_deref(),
-        &sensor,
-        &Terminal,
-    )?;
-    let whole = Split::new(training_set.rows.len(), 0.15, args.test_share, args.seed);
-    let mut known = Vec::new();
-    for (recording, truth) in args.recordings.iter().zip(&args.truth) {
-        read_known(recording, truth, &sensor, &mut known)?;
-    }
-    interrupt::listen();
-    let mut table = Table::new(args, &training_set, &whole, known.len());
-    let all = whole.train.len() + whole.check.len();
-    let sizes = match args.most_presses.is_empty() {
-        true => vec![all],
-        false => args.most_presses.iter().map(|&n| n as usize).collect(),
-    };
-    for size in sizes {
-        let mut split = whole.clone();
-        thin(&mut split, size);
-        let progress = Progress::new("learning");
-        out::note(&format!(
-            "learning from {} presses; Ctrl-C stops",
-            split.train.len() + split.check.len()
-        ));
-        let mut show = |name: &str, share: f64| progress.stage(name, share);
-        let contestants = contestants::all(args, &sensor, &training_set, &split, &mut show)?;
-        drop(progress);
-        if interrupt::asked() {
-            // Networks that learnt half as long as they should would stand beside ways that need no learning.
-            out::warn(
-                "stopped by Ctrl-C before every way had learnt: nothing is compared, nothing is written",
-            );
-            return Ok(Exit::DataLost);
-        }
-        for mut contestant in contestants {
-            // Who had no more to learn from than before is the same as before.
-            if !table.has(&contestant) {
-                let scores = judge(&mut contestant, &known)?;
-                table.add(&contestant, &scores);
-            }
-        }
-    }
+    Ok(())
+}
+
+/// The table and the figure, where they are wanted.
+fn write(args: &Args, table: &Table) -> Result<(), Error> {
     if let Some(file) = &args.output {
         table.write_csv(file)?;
     }
     if let Some(file) = &args.figure {
         table.draw(file)?;
     }
-    match args.json {
-        true => out::json(&table)?,
-        false => out::result(&table.to_string())?,
+    if args.json {
+        out::json(table)?
+    } else {
+        out::result(&table.to_string())?
     }
     for file in [&args.output, &args.figure].into_iter().flatten() {
         out::note(&format!("wrote {}", file.display()));
     }
-    Ok(Exit::Good)
+    Ok(())
 }
 
 /// Leaves the given number of presses to learn from; the same share of them as before to stop by.
@@ -209,7 +223,7 @@ fn read_known(
     sensor: &Sensor,
     known: &mut Vec<Known>,
 ) -> Result<(), Error> {
-    let options = TextOptions::of(sensor);
+    let options = ReadOptions::of(sensor);
     let mut counts_of = open_counts(recording, options)?;
     let mut loads_of = open_values::<Newtons>(truth, options)?;
     let mut counts = Frame::<Counts>::zeros(sensor.rows(), sensor.columns());

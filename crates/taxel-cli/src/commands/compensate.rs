@@ -19,7 +19,7 @@ use output::{Outputs, marks_file};
 use summary::Summary;
 use taxel_app::carry;
 use taxel_app::chain::Chain;
-use taxel_app::frames::{Input, NUMBERS, Reading, needs_frame_count};
+use taxel_app::frames::{FrameReader, Input, NUMBERS, needs_frame_count};
 use taxel_app::line_survey::Survey;
 use taxel_app::methods::MethodName;
 use taxel_app::standard_error::StandardErrors;
@@ -118,9 +118,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let reading = input.open()?;
     convert(args, reading, chain, errors, outputs, &sensor, &mut summary)?;
     summary.finish(started.elapsed().as_secs_f64());
-    match args.json {
-        true => out::json(&summary)?,
-        false => out::note(&summary.to_string()),
+    if args.json {
+        out::json(&summary)?
+    } else {
+        out::note(&summary.to_string())
     }
     Ok(summary.exit())
 }
@@ -128,7 +129,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
 /// Frame by frame, in constant memory.
 fn convert(
     args: &Args,
-    mut reading: Reading,
+    mut reading: FrameReader,
     mut chain: Chain,
     mut errors: Option<StandardErrors>,
     mut outputs: Outputs,
@@ -138,7 +139,10 @@ fn convert(
     let progress = Progress::new("compensating");
     let mut shown = Frame::zeros(sensor.rows(), sensor.columns());
     let mut untared = Untared::new(args.no_tare);
-    let (raw, area_mm2) = (args.method == MethodName::Raw, sensor.array.taxel_area_mm2);
+    let (raw, area_mm2) = (
+        args.method == MethodName::Raw,
+        sensor.array().taxel_area_mm2,
+    );
     let unit = output::unit(args);
     while reading.advance()? {
         let outcome = chain.take(&reading)?;

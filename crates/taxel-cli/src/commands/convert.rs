@@ -6,7 +6,7 @@ use std::time::SystemTime;
 use taxel::{Counts, Frame, Sensor};
 use taxel_io::npy::Element;
 use taxel_io::{
-    FrameSource, McapReader, McapWriter, NpyWriter, NpzWriter, ParquetWriter, TextOptions,
+    FrameSource, McapReader, McapWriter, NpyWriter, NpzWriter, ParquetWriter, ReadOptions,
     TextWriter, open_counts,
 };
 
@@ -55,11 +55,12 @@ enum Source {
 }
 
 impl Source {
-    fn open(file: &Path, options: TextOptions) -> Result<Self, Error> {
+    fn open(file: &Path, options: ReadOptions) -> Result<Self, Error> {
         let timed = frames::is_mcap(file);
-        Ok(match timed {
-            true => Self::Timed(Box::new(McapReader::open(file, options)?)),
-            false => Self::Plain(open_counts(file, options)?),
+        Ok(if timed {
+            Self::Timed(Box::new(McapReader::open(file, options)?))
+        } else {
+            Self::Plain(open_counts(file, options)?)
         })
     }
 
@@ -84,7 +85,7 @@ impl Sink {
     fn create(
         args: &Args,
         sensor: &Sensor,
-        options: TextOptions,
+        options: ReadOptions,
         element: Element,
     ) -> Result<Self, Error> {
         let file = &args.output;
@@ -158,9 +159,10 @@ fn check(args: &Args) -> Result<(), Error> {
 fn check_bits(args: &Args, sensor: &Sensor) -> Result<(), Error> {
     let ending = args.output.extension().unwrap_or_default();
     let limited = ending.eq_ignore_ascii_case("mcap") || ending.eq_ignore_ascii_case("parquet");
-    match limited {
-        true => Ok(carry::check_bits(&args.output, sensor)?),
-        false => Ok(()),
+    if limited {
+        Ok(carry::check_bits(&args.output, sensor)?)
+    } else {
+        Ok(())
     }
 }
 
@@ -172,7 +174,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         None => sensor_source::of_recording(&args.recording)?.0,
     };
     check_bits(args, &sensor)?;
-    let mut options = TextOptions::of(&sensor);
+    let mut options = ReadOptions::of(&sensor);
     options.keep_going = args.keep_going;
     options.accept_damage = true;
     options.transpose = args.transpose;
@@ -217,8 +219,9 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         out::warn(&left_out.error.to_string());
     }
     out::note(&format!("wrote {}: {count} frames", args.output.display()));
-    Ok(match skipped == 0 && !is_missing {
-        true => Exit::Good,
-        false => Exit::DataLost,
+    Ok(if skipped == 0 && !is_missing {
+        Exit::Good
+    } else {
+        Exit::DataLost
     })
 }

@@ -15,9 +15,9 @@ use points::Points;
 use setting::Setting;
 
 /// Settings compared in one picture, as in the paper's interactive model.
-const MOST_SETTINGS: usize = 4;
+const MAX_SETTINGS: usize = 4;
 /// Other pressed taxels, at most: more than any row has.
-const MOST_OTHERS: usize = 1024;
+const MAX_OTHERS: usize = 1024;
 
 /// Draw V_out against the number N of other pressed taxels of a row
 ///
@@ -56,6 +56,19 @@ struct Curves {
     circuit: Vec<f64>,
 }
 
+impl Curves {
+    fn of(setting: &Setting, others: usize) -> Result<Self, Error> {
+        let all = 0..=others;
+        Ok(Self {
+            name: setting.name(),
+            equation: all.clone().map(|n| setting.equation_volts(n)).collect(),
+            circuit: all
+                .map(|n| setting.circuit_volts(n))
+                .collect::<Result<_, _>>()?,
+        })
+    }
+}
+
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let format = args
@@ -67,46 +80,37 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         .maybe_input("file of points", args.points.as_ref())
         .maybe_output("-o", args.output.as_ref())
         .check()?;
-    if args.setting.len() > MOST_SETTINGS {
+    if args.setting.len() > MAX_SETTINGS {
         return Err(Error::Arguments {
             what: format!(
-                "{} settings, but at most {MOST_SETTINGS} fit a picture",
+                "{} settings, but at most {MAX_SETTINGS} fit a picture",
                 args.setting.len()
             ),
             hint: "draw the others in a second picture",
         });
     }
-    if args.others > MOST_OTHERS {
+    if args.others > MAX_OTHERS {
         return Err(Error::Arguments {
             what: format!(
-                "--others {}, but at most {MOST_OTHERS} are computed",
+                "--others {}, but at most {MAX_OTHERS} are computed",
                 args.others
             ),
             hint: "the paper's rows have 128 taxels",
         });
     }
-    let settings = match args.setting.is_empty() {
-        true => Setting::defaults(),
-        false => args.setting.clone(),
+    let settings = if args.setting.is_empty() {
+        Setting::defaults()
+    } else {
+        args.setting.clone()
     };
     let points = match &args.points {
         Some(file) => Some(Points::read(file, args.volts_per_count)?),
         None => None,
     };
-    let curves: Vec<Curves> = settings
+    let curves = settings
         .iter()
-        .map(|setting| {
-            Ok(Curves {
-                name: setting.name(),
-                equation: (0..=args.others)
-                    .map(|n| setting.equation_volts(n))
-                    .collect(),
-                circuit: (0..=args.others)
-                    .map(|n| setting.circuit_volts(n))
-                    .collect::<Result<_, _>>()?,
-            })
-        })
-        .collect::<Result<_, Error>>()?;
+        .map(|setting| Curves::of(setting, args.others));
+    let curves: Vec<Curves> = curves.collect::<Result<_, Error>>()?;
     if let (Some(file), Some(format)) = (&args.output, format) {
         let picture = series(&curves, points.as_ref(), args.others)?.picture()?;
         out::file(file, &picture.render(format)?)?;

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use taxel::calibrate::{Data, Press};
-use taxel::crew::shared_out;
+use taxel::calibrate::{CalibrationData, PressLabel};
+use taxel::parallel::par_map;
 use taxel::simulate::{Pattern, VirtualSensor};
 use taxel::{Counts, Frame};
 use taxel_io::NpzWriter;
@@ -142,7 +142,7 @@ fn no_frames() -> Error {
 }
 
 /// One frame a press, and where and what the press was.
-fn write_frames(file: &Path, data: &Data, sensor: &taxel::Sensor) -> Result<(), Error> {
+fn write_frames(file: &Path, data: &CalibrationData, sensor: &taxel::Sensor) -> Result<(), Error> {
     let presses = &data.presses;
     if presses.is_empty() {
         return Err(no_frames());
@@ -164,7 +164,7 @@ fn write_frames(file: &Path, data: &Data, sensor: &taxel::Sensor) -> Result<(), 
         let values = Frame::<Counts>::new(1, values.len(), values)?;
         Ok(set.write(&values)?)
     };
-    let of = |number: fn(&Press) -> f64| presses.iter().map(number).collect();
+    let of = |number: fn(&PressLabel) -> f64| presses.iter().map(number).collect();
     list("row", Element::U2, of(|press| press.row as f64))?;
     list("column", Element::U2, of(|press| press.column as f64))?;
     list("load_g", Element::F8, of(|press| press.load_g))?;
@@ -191,7 +191,7 @@ fn simulate(args: &Args, sensor: &taxel::Sensor, frames: u64) -> Result<Exit, Er
     let count = shards.len();
     let progress = Mutex::new(Progress::new("simulating"));
     let (done, failure) = (AtomicU64::new(0), Mutex::new(None));
-    shared_out(&Threads, shards, |shard| {
+    par_map(&Threads, shards, |shard| {
         let range = shard * args.shard..((shard + 1) * args.shard).min(frames);
         let length = range.end - range.start;
         let file = args.output.join(format!("shard-{shard:05}.npz"));

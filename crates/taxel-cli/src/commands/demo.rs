@@ -3,13 +3,18 @@
 use std::path::{Path, absolute};
 use std::time::Instant;
 
-use taxel::calibrate::{Calibration, Data, LawChoice, LoadLaw, Options, calibrate_with, fit_pairs};
+use taxel::calibrate::{
+    Calibration, CalibrationData, CalibrationOptions, LawChoice, calibrate_with, fit_pairs,
+};
 use taxel::frame::{grams_from_newtons, newtons_from_grams};
+use taxel::material::LoadLaw;
 use taxel::metric::{deviations_of_frames, ghost_level};
 use taxel::pipeline::Pipeline;
 use taxel::screen::{LineFaults, LineScreen, ScreenOptions};
 use taxel::sensor::preset;
-use taxel::simulate::{Faults, Imperfections, Pattern, VirtualSensor, labelled_presses, newtons};
+use taxel::simulate::{
+    Imperfections, Pattern, ReadingFaults, VirtualSensor, labelled_presses, newtons,
+};
 use taxel::solve::{Method, Raw, default_method};
 use taxel::{Counts, Frame, Newtons, Sensor};
 use taxel_plot::{Panel, Sheet};
@@ -48,16 +53,16 @@ pub(crate) fn run(_: &Args) -> Result<Exit, Error> {
     let nominal = preset("econe")?;
     let imperfections = Imperfections {
         dead_columns: 1,
-        faults: Faults {
+        faults: ReadingFaults {
             stuck_share: 5e-4,
-            ..Faults::default()
+            ..ReadingFaults::default()
         },
         ..Imperfections::default()
     };
     let real = VirtualSensor::imperfect(&nominal, &imperfections, SEED)?;
     out::result(&format!(
         "a simulated hand grips {} for {FRAMES} frames",
-        nominal.name
+        nominal.name()
     ))?;
     let (recording, faults) = record(&real)?;
     for fault in &faults.faults {
@@ -107,15 +112,16 @@ fn record(real: &VirtualSensor) -> Result<(Vec<Known>, LineFaults), Error> {
 }
 
 /// Fits the circuit and a power law, from the parts list alone.
-fn fit(nominal: &Sensor, presses: &Data) -> Result<Calibration, Error> {
-    let mut parts = nominal.clone();
-    parts.material = None;
-    parts.readout.r_mux_column_ohms = None;
-    parts.readout.r_mux_row_ohms = None;
-    let options = Options {
+fn fit(nominal: &Sensor, presses: &CalibrationData) -> Result<Calibration, Error> {
+    let parts = nominal.edited(|spec| {
+        spec.material = None;
+        spec.readout.r_mux_column_ohms = None;
+        spec.readout.r_mux_row_ohms = None;
+    })?;
+    let options = CalibrationOptions {
         law: LawChoice::Power,
         folds: 2,
-        ..Options::default()
+        ..CalibrationOptions::default()
     };
     let progress = Progress::new("fitting");
     let mut show = |stage: &str, share| progress.stage(stage, share);
@@ -131,9 +137,10 @@ const EXACT: (&str, &str) = ("exact", "the circuit undone, then the load law");
 
 /// Grams for a table: one decimal from 1 g on, two below.
 fn short(grams: f64) -> String {
-    match grams >= 1.0 {
-        true => format!("{grams:.1}"),
-        false => format!("{grams:.2}"),
+    if grams >= 1.0 {
+        format!("{grams:.1}")
+    } else {
+        format!("{grams:.2}")
     }
 }
 
@@ -160,7 +167,7 @@ impl Compared {
     fn new(
         sensor: &Sensor,
         faults: &LineFaults,
-        presses: &Data,
+        presses: &CalibrationData,
         recording: &[Known],
     ) -> Result<Self, Error> {
         let pipeline = |method: Box<dyn Method>| -> Result<Pipeline, Error> {
@@ -174,7 +181,7 @@ impl Compared {
             raw: Way::of(RAW, raw()?, recording, None)?,
             curve: Way::of(CURVE, raw()?, recording, Some(&curve))?,
             exact: Way::of(EXACT, pipeline(default_method(sensor)?)?, recording, None)?,
-            pitch_mm: sensor.array.pitch_mm,
+            pitch_mm: sensor.array().pitch_mm,
         })
     }
 
@@ -233,13 +240,16 @@ impl Compared {
 }
 
 /// The best curve through load against reading, as it would be fitted without a circuit.
-fn one_curve(raw: &mut Pipeline, presses: &Data) -> LoadLaw {
+fn one_curve(raw: &mut Pipeline, presses: &CalibrationData) -> LoadLaw {
     let pairs: Vec<(f64, f64)> = presses
         .presses
         .iter()
         .map(|press| {
             let found = raw.process(&presses.frames[press.frame]);
-            (found.siemens.at(press.row, press.column), press.load_g)
+            (
+                found.siemens.expect("solved").at(press.row, press.column),
+                press.load_g,
+            )
         })
         .collect();
     fit_pairs(&pairs).swap_remove(0).law
@@ -266,7 +276,7 @@ impl Way {
             let result = pipeline.process(&known.counts);
             way.last = match curve {
                 None => result.newtons()?.clone(),
-                Some(law) => result.siemens.map(|taxel, siemens| {
+                Some(law) => result.siemens.expect("solved").map(|taxel, siemens| {
                     newtons_from_grams(law.grams_from_siemens(taxel, siemens))
                 }),
             };

@@ -6,8 +6,8 @@ mod report;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use taxel::design::parts::find_switch;
 use taxel::design::sizing::{Wish, size};
+use taxel::parts::find_switch;
 use taxel::sensor::Topology;
 
 use super::rig::refused;
@@ -27,7 +27,7 @@ use report::Report;
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Resistance of a taxel, from full load to the lightest load of interest, ohms
-    #[arg(long, value_name = "LEAST..MOST", default_value = "500..3000", value_parser = quantity::ohm_range)]
+    #[arg(long, value_name = "MIN..MAX", default_value = "500..3000", value_parser = quantity::ohm_range)]
     taxel: (f64, f64),
     /// Sensed lines
     #[arg(long, value_name = "N", default_value_t = 64)]
@@ -212,9 +212,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         out::warn(&warning.to_string());
     }
     let report = Report::new(&args.switch.name, &wish, proposal);
-    match args.json {
-        true => out::json(&report)?,
-        false => out::result(&report.to_string())?,
+    if args.json {
+        out::json(&report)?
+    } else {
+        out::result(&report.to_string())?
     }
     Ok(Exit::Good)
 }

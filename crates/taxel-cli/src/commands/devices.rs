@@ -23,9 +23,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         out::json(&ports)?;
         return Ok(Exit::Good);
     }
-    match ports.is_empty() {
-        true => out::note("no serial port; plug the device in, or use udp:, tcp:, sim:"),
-        false => out::result(&ports.join("\n"))?,
+    if ports.is_empty() {
+        out::note("no serial port; plug the device in, or use udp:, tcp:, sim:")
+    } else {
+        out::result(&ports.join("\n"))?
     }
     Ok(Exit::Good)
 }

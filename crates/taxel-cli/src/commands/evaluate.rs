@@ -55,9 +55,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         super::report::write(&found.report, file)?;
     }
     // Last: whoever reads may stop reading, and the report is to be whole.
-    match args.json {
-        true => out::json(&found.report)?,
-        false => out::result(&text(&found.report))?,
+    if args.json {
+        out::json(&found.report)?
+    } else {
+        out::result(&text(&found.report))?
     }
     Ok(super::report::exit(&found))
 }

@@ -14,7 +14,7 @@ use taxel_io::bounded;
 
 const SIMULATED: &str = "sim:econe?hand";
 /// The longest file with a token, bytes.
-const LONGEST_TOKEN_FILE: u64 = 64 << 10;
+const MAX_TOKEN_FILE: u64 = 64 << 10;
 
 /// Show a sensor live in the browser, compensated; record it
 ///
@@ -129,7 +129,7 @@ fn token_of(shown: &Shown) -> Result<Option<String>, Error> {
     let token = match (&shown.token, &shown.token_file) {
         (Some(token), _) => token.clone(),
         (None, Some(file)) => {
-            let text = bounded::read_text(file, LONGEST_TOKEN_FILE);
+            let text = bounded::read_text(file, MAX_TOKEN_FILE);
             let text = text.map_err(|error| Error::Arguments {
                 what: format!("cannot read the token in {}: {error}", file.display()),
                 hint: "its first line is the token",
@@ -137,7 +137,7 @@ fn token_of(shown: &Shown) -> Result<Option<String>, Error> {
             let text = text.ok_or_else(|| taxel_app::Error::TextLength {
                 file: file.clone(),
                 what: "a file with a token",
-                limit: LONGEST_TOKEN_FILE,
+                limit: MAX_TOKEN_FILE,
             })?;
             text.lines().next().unwrap_or_default().trim().to_owned()
         }

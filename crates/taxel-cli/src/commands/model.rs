@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
-use taxel_learn::fit::{self, Lesson};
-use taxel_learn::{Kind, Model, Split, onnx};
+use taxel_learn::fit::{self, TrainingData};
+use taxel_learn::{Model, ModelKind, Split, onnx};
 
 use crate::error::Error;
 use crate::outputs::{Files, check_ending, check_model_ending};
@@ -68,7 +68,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
                 .check()?;
             check_ending("-o", output, &["onnx"], "a model is exported as ONNX")?;
             let read = Model::read(model)?;
-            let Kind::PaperMlp(network) = &read.kind else {
+            let ModelKind::PaperMlp(network) = &read.kind else {
                 return Err(Error::Arguments {
                     what: format!("{} is a {}", model.display(), read.kind.name()),
                     hint: "only a paper-mlp is one chain of layers, as ONNX has it here",
@@ -94,13 +94,13 @@ fn adopt(args: &Import) -> Result<(), Error> {
     let training_set = TrainingSet::read(&args.from.files(), None, &sensor, &Terminal)?;
     let network = onnx::read(&args.network)?;
     let split = Split::new(training_set.rows.len(), 0.5, 0.5, 1);
-    let lesson = Lesson {
+    let training_data = TrainingData {
         sensor: &sensor,
         rows: &training_set.rows,
         split: &split,
         sources: training_set.sources.clone(),
     };
-    let model = fit::adopt(&lesson, network)?;
+    let model = fit::adopt(&training_data, network)?;
     let held = &model.card.held_out;
     write(&args.output, &model.to_bytes())?;
     out::result(&format!(

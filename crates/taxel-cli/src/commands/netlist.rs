@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use taxel::circuit::netlist::{Selection, netlist};
 use taxel::{Frame, Sensor, Siemens};
-use taxel_io::{AtomicFile, FrameSource, TextOptions};
+use taxel_io::{AtomicFile, FrameSource, ReadOptions};
 
 use super::taxel_address::TaxelAddress;
 use crate::error::Error;
@@ -72,9 +72,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         });
     }
     let siemens = conductances(args, &sensor, &sensor_file)?;
-    let selection = match args.scan {
-        true => Selection::Scan,
-        false => Selection::Taxel { row, column },
+    let selection = if args.scan {
+        Selection::Scan
+    } else {
+        Selection::Taxel { row, column }
     };
     let text =
         netlist(&sensor, &siemens, selection).map_err(|source| taxel_app::Error::InFile {
@@ -96,7 +97,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
 fn conductances(args: &Args, sensor: &Sensor, from: &Path) -> Result<Frame<Siemens>, Error> {
     let (rows, columns) = (sensor.rows(), sensor.columns());
     if let Some(file) = &args.conductance {
-        let mut source = open_values::<Siemens>(file, TextOptions::of(sensor))?;
+        let mut source = open_values::<Siemens>(file, ReadOptions::of(sensor))?;
         let mut frame = Frame::zeros(rows, columns);
         let mut read = 0;
         while source.next_into(&mut frame)? {
@@ -110,7 +111,7 @@ fn conductances(args: &Args, sensor: &Sensor, from: &Path) -> Result<Frame<Sieme
     if let Some(file) = &args.recording {
         return behind_counts(args, sensor, from, file);
     }
-    let unloaded = sensor.material.as_ref().map(|m| m.g_zero_siemens);
+    let unloaded = sensor.material().map(|m| m.g_zero_siemens);
     let unloaded = unloaded.filter(|&g| g > 0.0).unwrap_or(UNLOADED_SIEMENS);
     Ok(Frame::filled(rows, columns, unloaded))
 }

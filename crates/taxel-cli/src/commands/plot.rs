@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use taxel::Sensor;
-use taxel_io::{AtomicFile, TextOptions, shape_of};
+use taxel_io::{AtomicFile, ReadOptions, shape_of};
 use taxel_plot::{Format, Interpolation};
 
 use super::positive::lines;
@@ -111,7 +111,7 @@ struct Job<'a> {
     sensor: Option<Sensor>,
     /// Where the sensor comes from.
     sensor_file: PathBuf,
-    options: TextOptions,
+    options: ReadOptions,
     unit: Option<Unit>,
     /// Distance between taxels, mm.
     pitch_mm: [f64; 2],
@@ -142,23 +142,24 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
 impl<'a> Job<'a> {
     fn new(args: &'a Args) -> Result<Self, Error> {
         let given = args.sensor.as_deref();
-        let found = match args.values {
-            true => recorded::sensor(given, None)?,
-            false => Some(recorded::needed_sensor(given, Some(&args.file))?),
+        let found = if args.values {
+            recorded::sensor(given, None)?
+        } else {
+            Some(recorded::needed_sensor(given, Some(&args.file))?)
         };
         let (sensor, sensor_file) = found.unzip();
         let mut options = match &sensor {
-            Some(sensor) => TextOptions::of(sensor),
+            Some(sensor) => ReadOptions::of(sensor),
             None => shape_without_sensor(&args.file, args.rows, args.transpose)?,
         };
         options.transpose = args.transpose;
-        let has_law = sensor.as_ref().is_some_and(|s| s.material.is_some());
+        let has_law = sensor.as_ref().is_some_and(|s| s.material().is_some());
         let unit = match (args.values, args.unit) {
             (_, Some(unit)) => Some(unit),
             (true, None) => is_mcap(&args.file).then_some(Unit::Newtons),
             (false, None) => Some(if has_law { Unit::Grams } else { Unit::Siemens }),
         };
-        let pitch = sensor.as_ref().map(|sensor| sensor.array.pitch_mm);
+        let pitch = sensor.as_ref().map(|sensor| sensor.array().pitch_mm);
         Ok(Self {
             args,
             sensor,
@@ -225,7 +226,7 @@ fn shape_without_sensor(
     file: &Path,
     rows: Option<usize>,
     transpose: bool,
-) -> Result<TextOptions, Error> {
+) -> Result<ReadOptions, Error> {
     let guess = shape_of(file)?;
     let Some(rows) = rows.or(guess.rows) else {
         return Err(Error::Arguments {
@@ -234,8 +235,9 @@ fn shape_without_sensor(
         });
     };
     let columns = guess.columns.unwrap_or(1);
-    Ok(match transpose {
-        false => TextOptions::new(rows, columns),
-        true => TextOptions::new(columns, rows),
+    Ok(if transpose {
+        ReadOptions::new(columns, rows)
+    } else {
+        ReadOptions::new(rows, columns)
     })
 }

@@ -8,12 +8,12 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-const MOST_LINES: usize = 4096;
+const MAX_LINES: usize = 4096;
 
 /// Lines of an array, as many as a sensor file may have.
 pub(super) fn lines(text: &str) -> Result<usize, String> {
     match text.parse() {
-        Ok(lines) if (1..=MOST_LINES).contains(&lines) => Ok(lines),
-        _ => Err(format!("must be a whole number from 1 to {MOST_LINES}")),
+        Ok(lines) if (1..=MAX_LINES).contains(&lines) => Ok(lines),
+        _ => Err(format!("must be a whole number from 1 to {MAX_LINES}")),
     }
 }

@@ -49,7 +49,7 @@ pub(crate) struct Args {
 
 const LOOK: Duration = Duration::from_millis(20);
 /// About thirty years.
-const LONGEST_SECS: f64 = 1e9;
+const MAX_SECS: f64 = 1e9;
 /// A source that says nothing for this long is told of.
 const SILENCE: Duration = Duration::from_secs(10);
 
@@ -57,7 +57,7 @@ const SILENCE: Duration = Duration::from_secs(10);
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     if args
         .secs
-        .is_some_and(|secs| !(secs > 0.0 && secs <= LONGEST_SECS))
+        .is_some_and(|secs| !(secs > 0.0 && secs <= MAX_SECS))
     {
         return Err(Error::Arguments {
             what: format!("--secs {}: no time", args.secs.unwrap_or_default()),
@@ -128,7 +128,7 @@ fn wait_for_end(args: &Args, session: &Session) {
         if enough || failed || state == State::Ended || interrupt::asked() {
             return;
         }
-        if session.tally().frames == 0 && begun.elapsed() > SILENCE && !said {
+        if session.link_stats().frames == 0 && begun.elapsed() > SILENCE && !said {
             said = true;
             out::note(&format!(
                 "no frame from {} for {} s; Ctrl-C ends it",
@@ -146,8 +146,9 @@ pub(crate) fn conclude(session: &Session) -> Result<Exit, Error> {
         out::note(&line);
     }
     let whole = |saved: &SavedRecording| saved.error.is_none() && saved.missing().is_empty();
-    Ok(match session.ended().iter().all(whole) {
-        true => Exit::Good,
-        false => Exit::DataLost,
+    Ok(if session.ended().iter().all(whole) {
+        Exit::Good
+    } else {
+        Exit::DataLost
     })
 }

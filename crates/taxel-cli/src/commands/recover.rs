@@ -54,9 +54,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             saved.messages
         ));
     }
-    Ok(match saved.is_all() && saved.frames > 0 {
-        true => Exit::Good,
-        false => Exit::DataLost,
+    Ok(if saved.is_all() && saved.frames > 0 {
+        Exit::Good
+    } else {
+        Exit::DataLost
     })
 }
 

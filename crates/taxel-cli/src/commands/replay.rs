@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use taxel::Frame;
 use taxel_acquire::protocol::taxel1::{Header, encode};
-use taxel_io::{FrameSource, TextOptions, open_counts};
+use taxel_io::{FrameSource, ReadOptions, open_counts};
 
 use crate::error::Error;
 use crate::{Exit, interrupt, out};
@@ -34,7 +34,7 @@ pub(crate) struct Args {
 }
 
 /// The largest datagram: a frame beyond it must go another way.
-const LARGEST_DATAGRAM: usize = 65_507;
+const MAX_DATAGRAM: usize = 65_507;
 
 enum Out {
     Udp(UdpSocket),
@@ -63,9 +63,9 @@ impl Out {
 
     fn send(&mut self, bytes: &[u8]) -> Result<(), Error> {
         match self {
-            Out::Udp(_) if bytes.len() > LARGEST_DATAGRAM => Err(Error::Arguments {
+            Out::Udp(_) if bytes.len() > MAX_DATAGRAM => Err(Error::Arguments {
                 what: format!(
-                    "a frame of {} bytes does not fit a datagram of {LARGEST_DATAGRAM}",
+                    "a frame of {} bytes does not fit a datagram of {MAX_DATAGRAM}",
                     bytes.len()
                 ),
                 hint: "--to - and a pipe",
@@ -84,7 +84,7 @@ impl Out {
 }
 
 /// Recorded seconds without a frame that are waited for; more is a clock that jumped.
-const LONGEST_GAP: f64 = 10.0;
+const MAX_GAP: f64 = 10.0;
 /// How often it looks whether it is to end.
 const LOOK: Duration = Duration::from_millis(50);
 
@@ -108,7 +108,7 @@ impl Pace {
     /// Waits for a recorded second, unless it is asked to end.
     fn wait(&mut self, secs: f64, frame: u32) {
         let gap = secs - std::mem::replace(&mut self.last, secs);
-        if self.anchor.is_some() && !(0.0..=LONGEST_GAP).contains(&gap) {
+        if self.anchor.is_some() && !(0.0..=MAX_GAP).contains(&gap) {
             out::note(&format!(
                 "frame {frame}: the recorded clock jumps by {gap:.3} s; that is not waited for"
             ));
@@ -150,22 +150,22 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         Some(file) => sensor_file::load(file)?,
         None => sensor_source::of_recording(&args.recording)?.0,
     };
-    if sensor.converter.bits > 16 {
+    if sensor.converter().bits > 16 {
         return Err(Error::Arguments {
             what: format!(
                 "the converter has {} bits, but protocol taxel-1 sends up to 16",
-                sensor.converter.bits
+                sensor.converter().bits
             ),
             hint: "a sensor file with bits of at most 16 reads the recording as well, if its counts are that small",
         });
     }
-    let bits = match sensor.converter.bits {
+    let bits = match sensor.converter().bits {
         0..=8 => 8,
         9..=10 => 10,
         11..=12 => 12,
         _ => 16,
     };
-    let mut source = open_counts(&args.recording, TextOptions::of(&sensor))?;
+    let mut source = open_counts(&args.recording, ReadOptions::of(&sensor))?;
     let mut to = Out::open(&args.to)?;
     interrupt::listen();
     let mut frame = Frame::zeros(sensor.rows(), sensor.columns());

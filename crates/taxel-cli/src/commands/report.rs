@@ -79,9 +79,10 @@ pub(super) fn write(report: &Report, file: &Path) -> Result<(), Error> {
     let is_pdf = file
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("pdf"));
-    match is_pdf {
-        true => print(&html, file)?,
-        false => out::file(file, html.as_bytes())?,
+    if is_pdf {
+        print(&html, file)?
+    } else {
+        out::file(file, html.as_bytes())?
     }
     out::note(&format!("wrote {}", file.display()));
     Ok(())
@@ -91,13 +92,14 @@ pub(super) fn write(report: &Report, file: &Path) -> Result<(), Error> {
 fn print(html: &str, file: &Path) -> Result<(), Error> {
     let page = file.with_extension("html");
     let kept = page.exists();
-    let beside = match kept {
+    let next_to = if kept {
         // Somebody's page of that name is not ours to replace.
-        true => file.with_extension("pdf.html"),
-        false => page,
+        file.with_extension("pdf.html")
+    } else {
+        page
     };
-    out::file(&beside, html.as_bytes())?;
-    let whole = std::path::absolute(&beside).unwrap_or_else(|_| beside.clone());
+    out::file(&next_to, html.as_bytes())?;
+    let whole = std::path::absolute(&next_to).unwrap_or_else(|_| next_to.clone());
     for browser in BROWSERS {
         let printed = Command::new(browser)
             .args([
@@ -114,7 +116,7 @@ fn print(html: &str, file: &Path) -> Result<(), Error> {
             .stderr(Stdio::null())
             .status();
         if printed.is_ok_and(|status| status.success()) && file.exists() {
-            let _ = std::fs::remove_file(&beside);
+            let _ = std::fs::remove_file(&next_to);
             return Ok(());
         }
     }
@@ -122,7 +124,7 @@ fn print(html: &str, file: &Path) -> Result<(), Error> {
         what: format!(
             "no browser printed {}; the report is {}",
             file.display(),
-            beside.display()
+            next_to.display()
         ),
         hint: "install Chromium or Chrome, or print that page from any browser",
     })

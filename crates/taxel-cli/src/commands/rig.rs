@@ -13,7 +13,7 @@ use crate::{Exit, out};
 use report::{Experiments, Press, Readings, Report, TableCell};
 
 /// The largest load, pressure or margin, each in its unit.
-const MOST: f64 = 1e9;
+const MAX: f64 = 1e9;
 
 /// Plan presses: springs and tips to pressures, and how many experiments
 ///
@@ -77,9 +77,10 @@ fn grams(text: &str) -> Result<f64, String> {
 
 /// Refuses what no mechanism presses with.
 fn possible(value: f64, unit: &str) -> Result<f64, String> {
-    match value <= MOST {
-        true => Ok(value),
-        false => Err(format!("{value:e} {unit}, but at most {MOST:e} {unit}")),
+    if value <= MAX {
+        Ok(value)
+    } else {
+        Err(format!("{value:e} {unit}, but at most {MAX:e} {unit}"))
     }
 }
 
@@ -113,9 +114,10 @@ pub(super) fn refused(error: taxel::design::Error) -> Error {
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let report = Report {
         presses: presses(args)?,
-        tables: match args.table {
-            true => tables().map(TableCell::from).collect(),
-            false => Vec::new(),
+        tables: if args.table {
+            tables().map(TableCell::from).collect()
+        } else {
+            Vec::new()
         },
         experiments: match (args.margin, args.spread) {
             (Some(margin_g), Some(spread_g)) => Some(Experiments {
@@ -137,9 +139,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             None => None,
         },
     };
-    match args.json {
-        true => out::json(&report)?,
-        false => out::result(&report.to_string())?,
+    if args.json {
+        out::json(&report)?
+    } else {
+        out::result(&report.to_string())?
     }
     Ok(Exit::Good)
 }

@@ -6,10 +6,10 @@ mod report;
 use std::path::{Path, PathBuf};
 
 use clap::ArgGroup;
-use taxel::health::{Health, HealthOptions, SelfTest, Unusable};
+use taxel::selftest::{Health, SelfTest, SelfTestOptions, Unusable};
 use taxel::{Counts, Frame, Sensor};
 use taxel_acquire::Address;
-use taxel_io::{FrameSource, TextOptions, open_counts};
+use taxel_io::{FrameSource, ReadOptions, open_counts};
 use taxel_plot::{Format, HealthMap};
 
 use super::positive::positive;
@@ -102,24 +102,26 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let report = Report::new(&sensor, &health);
     if let (Some(file), Some(format)) = (&args.output, format) {
         let map = HealthMap::of(&health).title(report.title());
-        let picture = map.pitch_mm(sensor.array.pitch_mm).picture();
+        let picture = map.pitch_mm(sensor.array().pitch_mm).picture();
         out::file(file, &picture.render(format)?)?;
         out::note(&format!("wrote {}", file.display()));
     }
     // Last: whoever reads may stop reading, and the picture is to be whole.
-    match args.json {
-        true => out::json(&report)?,
-        false => out::result(&report.to_string())?,
+    if args.json {
+        out::json(&report)?
+    } else {
+        out::result(&report.to_string())?
     }
-    Ok(match health.is_good() {
-        true => Exit::Good,
-        false => Exit::Found,
+    Ok(if health.is_good() {
+        Exit::Good
+    } else {
+        Exit::Found
     })
 }
 
 /// Both recordings, once each and frame by frame.
 fn test(args: &Args, sensor: &Sensor, empty: &Path, rubbed: &Path) -> Result<Health, Error> {
-    let mut options = HealthOptions::of(sensor);
+    let mut options = SelfTestOptions::of(sensor);
     options.frames_per_second = args.rate;
     let mut test = SelfTest::new(
         sensor.rows(),
@@ -138,7 +140,7 @@ fn pass(
     file: &Path,
     mut see: impl FnMut(&Frame<Counts>) -> Result<(), taxel::Error>,
 ) -> Result<(), Error> {
-    let mut options = TextOptions::of(sensor);
+    let mut options = ReadOptions::of(sensor);
     options.transpose = args.transpose;
     let mut source = open_counts(file, options)?;
     let mut frame = Frame::zeros(sensor.rows(), sensor.columns());

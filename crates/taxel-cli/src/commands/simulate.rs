@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use clap::{ArgGroup, ValueEnum};
 use taxel::circuit::{Circuit, LinearCircuit, OperatingPoint};
 use taxel::{Frame, Sensor, Siemens, Volts};
-use taxel_io::{FrameSource, TextOptions};
+use taxel_io::{FrameSource, ReadOptions};
 
 use crate::error::Error;
 use crate::progress::Progress;
@@ -89,14 +89,15 @@ fn scan_file(args: &Args, sensor: &Sensor, file: &Path) -> Result<u64, Error> {
             file: args.sensor.clone(),
             source,
         })?;
-    let options = TextOptions {
+    let options = ReadOptions {
         transpose: args.transpose,
-        ..TextOptions::of(sensor)
+        ..ReadOptions::of(sensor)
     };
     let output = args.output();
-    let frames = match needs_frame_count(output) {
-        true => Some(count(file, options)?),
-        false => None,
+    let frames = if needs_frame_count(output) {
+        Some(count(file, options)?)
+    } else {
+        None
     };
     let unit = args.unit.unwrap_or(OutputUnit::Volts);
     let mut writer = Writer::create(output, sensor, unit, frames)?;
@@ -132,11 +133,11 @@ fn scan(
             source,
         })?;
     point.predict_into(volts.values_mut());
-    volts.take_marks(siemens);
+    volts.copy_meta_from(siemens);
     Ok(())
 }
 
-fn count(file: &Path, options: TextOptions) -> Result<u64, Error> {
+fn count(file: &Path, options: ReadOptions) -> Result<u64, Error> {
     let mut source = open_values::<Siemens>(file, options)?;
     let mut frame = Frame::zeros(options.rows, options.columns);
     let mut frames = 0;

@@ -1,13 +1,14 @@
 //! `taxel train`: from labelled presses to a model that compensates.
 
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
-use taxel_learn::fit::{self, Lesson};
+use taxel_learn::fit::{self, TrainingData};
 use taxel_learn::models::paper_mlp::{COPIES, HIDDEN};
-use taxel_learn::train::{Checkpoint, Epoch, Go, Settings};
+use taxel_learn::train::{Checkpoint, Epoch, Settings};
 use taxel_learn::{Model, Split};
 
 use crate::error::Error;
@@ -79,16 +80,7 @@ const CHECKPOINT_EVERY: Duration = Duration::from_secs(20);
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
-    let shares = [args.check_share, args.test_share];
-    if shares.iter().any(|s| !(0.0..=0.5).contains(s)) || args.check_share == 0.0 {
-        return Err(Error::Arguments {
-            what: format!(
-                "--check-share {} and --test-share {}",
-                args.check_share, args.test_share
-            ),
-            hint: "each is a share of the presses, up to 0.5, and the first more than 0",
-        });
-    }
+    check_shares(args)?;
     let checkpoint = (args.kind == Kind::PaperMlp).then(|| checkpoint_of(&args.output));
     Files::default()
         .sensor(&args.sensor)
@@ -112,7 +104,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         });
     }
     let split = Split::new(count, args.check_share, args.test_share, args.seed);
-    let lesson = Lesson {
+    let training_data = TrainingData {
         sensor: &sensor,
         rows: &training_set.rows,
         split: &split,
@@ -120,12 +112,12 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     };
     interrupt::listen();
     let model = match args.kind {
-        Kind::PaperMlp => paper_mlp(args, &lesson)?,
-        Kind::RowSet => row_set(args, &lesson)?,
+        Kind::PaperMlp => paper_mlp(args, &training_data)?,
+        Kind::RowSet => row_set(args, &training_data)?,
         Kind::Hybrid => {
             let progress = Progress::new("training");
             fit::hybrid(
-                &lesson,
+                &training_data,
                 &training_set.data.frames,
                 &training_set.data.presses,
                 args.seed,
@@ -137,9 +129,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         }
     };
     out::file(&args.output, &model.to_bytes())?;
-    match args.json {
-        true => out::json(&model.card)?,
-        false => out::result(&report(&model))?,
+    if args.json {
+        out::json(&model.card)?
+    } else {
+        out::result(&report(&model))?
     }
     out::note(&format!("wrote {}", args.output.display()));
     if interrupt::asked() {
@@ -148,10 +141,25 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     Ok(Exit::Good)
 }
 
-fn go() -> Go {
-    match interrupt::asked() {
-        true => Go::Stop,
-        false => Go::On,
+fn check_shares(args: &Args) -> Result<(), Error> {
+    let shares = [args.check_share, args.test_share];
+    if shares.iter().any(|s| !(0.0..=0.5).contains(s)) || args.check_share == 0.0 {
+        return Err(Error::Arguments {
+            what: format!(
+                "--check-share {} and --test-share {}",
+                args.check_share, args.test_share
+            ),
+            hint: "each is a share of the presses, up to 0.5, and the first more than 0",
+        });
+    }
+    Ok(())
+}
+
+fn go() -> ControlFlow<()> {
+    if interrupt::asked() {
+        ControlFlow::Break(())
+    } else {
+        ControlFlow::Continue(())
     }
 }
 
@@ -162,15 +170,15 @@ fn checkpoint_of(output: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-fn paper_mlp(args: &Args, lesson: &Lesson) -> Result<Model, Error> {
+fn paper_mlp(args: &Args, training_data: &TrainingData) -> Result<Model, Error> {
     let mut settings = Settings {
         seed: args.seed,
         ..Settings::default()
     };
     settings.epochs = args.epochs.map_or(settings.epochs, |n| n as usize);
-    let beside = checkpoint_of(&args.output);
+    let next_to = checkpoint_of(&args.output);
     // Epochs may be added to a training; nothing else may change.
-    let fingerprints: Vec<&str> = lesson
+    let fingerprints: Vec<&str> = training_data
         .sources
         .iter()
         .map(|s| s.fingerprint.as_str())
@@ -183,15 +191,16 @@ fn paper_mlp(args: &Args, lesson: &Lesson) -> Result<Model, Error> {
         args.test_share,
         fingerprints.join("+")
     );
-    let from = match args.resume {
-        true => Some(Checkpoint::read(&beside, &training)?),
-        false => None,
+    let from = if args.resume {
+        Some(Checkpoint::read(&next_to, &training)?)
+    } else {
+        None
     };
     let mut teller = Teller::new(settings.epochs);
     let mut written = Instant::now();
     let mut failure = None;
     let model = fit::paper_mlp(
-        lesson,
+        training_data,
         &settings,
         &HIDDEN,
         args.copies as usize,
@@ -200,9 +209,9 @@ fn paper_mlp(args: &Args, lesson: &Lesson) -> Result<Model, Error> {
             teller.tell(epoch);
             if written.elapsed() > CHECKPOINT_EVERY || interrupt::asked() {
                 written = Instant::now();
-                if let Err(error) = out::file(&beside, &checkpoint().to_bytes(&training)) {
+                if let Err(error) = out::file(&next_to, &checkpoint().to_bytes(&training)) {
                     failure = Some(error);
-                    return Go::Stop;
+                    return ControlFlow::Break(());
                 }
             }
             go()
@@ -211,22 +220,22 @@ fn paper_mlp(args: &Args, lesson: &Lesson) -> Result<Model, Error> {
     match failure {
         Some(error) => Err(error),
         None => {
-            if !interrupt::asked() && beside.exists() {
+            if !interrupt::asked() && next_to.exists() {
                 // It has served; a stale one would only be mistaken for a newer training's.
-                let _ = std::fs::remove_file(&beside);
+                let _ = std::fs::remove_file(&next_to);
             }
             Ok(model)
         }
     }
 }
 
-fn row_set(args: &Args, lesson: &Lesson) -> Result<Model, Error> {
+fn row_set(args: &Args, training_data: &TrainingData) -> Result<Model, Error> {
     let mut settings = fit::row_set_settings();
     settings.seed = args.seed;
     settings.epochs = args.epochs.map_or(settings.epochs, |n| n as usize);
     let teller = Mutex::new(Teller::new(settings.epochs));
     Ok(fit::row_set(
-        lesson,
+        training_data,
         &settings,
         args.members as usize,
         &Threads,
@@ -283,9 +292,10 @@ fn report(model: &Model) -> String {
     let card = &model.card;
     let held = &card.held_out;
     let epochs = card.epochs.iter().map(|e| e.epoch).max().unwrap_or(0);
-    let mut text = match card.networks.is_empty() {
-        true => format!("{}: no network, the physics alone\n", card.kind),
-        false => format!("{}, {epochs} epochs\n", card.kind),
+    let mut text = if card.networks.is_empty() {
+        format!("{}: no network, the physics alone\n", card.kind)
+    } else {
+        format!("{}, {epochs} epochs\n", card.kind)
     };
     if held.presses > 0 {
         text += &format!(
@@ -315,9 +325,10 @@ fn report(model: &Model) -> String {
             verdict.physics_g,
             verdict.hybrid_g,
             verdict.standard_errors,
-            match verdict.used {
-                true => "the network is used",
-                false => "the network is not used, this model is the physics alone",
+            if verdict.used {
+                "the network is used"
+            } else {
+                "the network is not used, this model is the physics alone"
             }
         );
     }

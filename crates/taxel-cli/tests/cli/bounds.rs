@@ -7,14 +7,14 @@ use crate::run::{Folder, Run, SENSOR};
 
 /// The most memory that a reader may take, KiB.
 #[cfg(target_os = "linux")]
-const MOST_KIB: u32 = 256 << 10;
+const MAX_KIB: u32 = 256 << 10;
 
 /// Runs `taxel` with no more memory of its own than a reader may take: what asks for more is ended by the system.
 #[cfg(target_os = "linux")]
 fn bounded(folder: &Folder, words: &str) -> Run {
     let output = Command::new("sh")
         .args(["-c", "ulimit -d $0 && exec \"$@\""])
-        .arg(MOST_KIB.to_string())
+        .arg(MAX_KIB.to_string())
         .arg(env!("CARGO_BIN_EXE_taxel"))
         .args(words.split_whitespace())
         .current_dir(folder.path(""))

@@ -189,9 +189,12 @@ fn alone() -> (Folder, Vec<String>) {
     for frame in 0..rows * columns {
         let load = 20.0 + 24.0 * f64::from((frame * 7) % (rows * columns));
         for row in 0..rows {
-            let cell = |column| match row * columns + column == frame {
-                true => (1e-6 + 8.29e-6 * load.powf(0.857)).to_string(),
-                false => "1e-6".to_owned(),
+            let cell = |column| {
+                if row * columns + column == frame {
+                    (1e-6 + 8.29e-6 * load.powf(0.857)).to_string()
+                } else {
+                    "1e-6".to_owned()
+                }
             };
             let line: Vec<String> = (0..columns).map(cell).collect();
             siemens.push_str(&(line.join(",") + "\n"));

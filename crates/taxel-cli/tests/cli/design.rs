@@ -218,7 +218,7 @@ fn a_design_refuses_nonsense_and_names_the_nearest_part() {
     ----- stdout -----
 
     ----- stderr -----
-    error: invalid value '3000..500' for '--taxel <LEAST..MOST>': from 3000 to 500 Ω
+    error: invalid value '3000..500' for '--taxel <MIN..MAX>': from 3000 to 500 Ω
     hint: both above 0, and the smaller first: pressing lowers the resistance
 
     For more information, try '--help'.

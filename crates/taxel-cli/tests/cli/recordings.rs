@@ -27,7 +27,7 @@ pub(crate) fn write(
     mut each: impl FnMut(usize, &mut McapWriter),
 ) {
     let about = About {
-        sensor: Sensor::from_toml(SENSOR).unwrap().checked().unwrap(),
+        sensor: Sensor::from_toml(SENSOR).unwrap(),
         program: "taxel test".to_owned(),
         source: "test".to_owned(),
     };

@@ -191,9 +191,12 @@ fn masked(text: &str) -> String {
         }
         let words: Vec<&str> = line.split(' ').collect();
         let is_time = |i: usize| matches!(words.get(i + 1), Some(&"s," | &"frames/s"));
-        let mask = |(i, word): (usize, &&str)| match is_time(i) {
-            true => "[time]".to_owned(),
-            false => (*word).to_owned(),
+        let mask = |(i, word): (usize, &&str)| {
+            if is_time(i) {
+                "[time]".to_owned()
+            } else {
+                (*word).to_owned()
+            }
         };
         words
             .iter()

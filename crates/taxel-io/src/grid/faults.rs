@@ -168,9 +168,10 @@ pub(crate) fn shortened(text: &[u8]) -> String {
     let whole = String::from_utf8_lossy(&text[..text.len().min(160)]);
     let mut short = String::new();
     for letter in whole.chars().take(32) {
-        match letter.is_control() {
-            true => short.extend(letter.escape_default()),
-            false => short.push(letter),
+        if letter.is_control() {
+            short.extend(letter.escape_default())
+        } else {
+            short.push(letter)
         }
     }
     if whole.chars().nth(32).is_some() {

@@ -59,9 +59,10 @@ impl<'a> ChunkHeader<'a> {
             0 => content.len() == self.unpacked,
             sum => crc32fast::hash(&content) == sum,
         };
-        match right && is_chunk_content(&content) {
-            true => Found::Chunk(content),
-            false => Found::LostChunk,
+        if right && is_chunk_content(&content) {
+            Found::Chunk(content)
+        } else {
+            Found::LostChunk
         }
     }
 }

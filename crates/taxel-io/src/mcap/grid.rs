@@ -176,18 +176,20 @@ impl Grid {
         frame: u64,
     ) -> Result<(), Error> {
         let found = (self.rows(), self.column_count as usize);
-        let expected = match transposed {
-            true => (columns, rows),
-            false => (rows, columns),
+        let expected = if transposed {
+            (columns, rows)
+        } else {
+            (rows, columns)
         };
-        match found == expected {
-            true => Ok(()),
-            false => Err(Error::FrameShape {
+        if found == expected {
+            Ok(())
+        } else {
+            Err(Error::FrameShape {
                 file: file.to_owned(),
                 frame,
                 found,
                 expected,
-            }),
+            })
         }
     }
 

@@ -184,20 +184,22 @@ impl Copy {
 
     /// What the recording says about itself comes first, wherever it was found.
     fn about(&mut self, about: BTreeMap<String, String>) -> McapResult<()> {
-        match about.is_empty() {
-            true => Ok(()),
-            false => self.metadata(mcap::records::Metadata {
+        if about.is_empty() {
+            Ok(())
+        } else {
+            self.metadata(mcap::records::Metadata {
                 name: super::METADATA.to_owned(),
                 metadata: about,
-            }),
+            })
         }
     }
 
     fn metadata(&mut self, metadata: mcap::records::Metadata) -> McapResult<()> {
         let fresh = (metadata.name.clone(), metadata.metadata.clone());
-        match self.said.insert(fresh) {
-            true => self.writer.write_metadata(&metadata),
-            false => Ok(()),
+        if self.said.insert(fresh) {
+            self.writer.write_metadata(&metadata)
+        } else {
+            Ok(())
         }
     }
 

@@ -214,9 +214,10 @@ impl<R: Read> Scanner<R> {
         if !self.whole {
             return self.lost();
         }
-        match self.bytes().len() > end {
-            true => self.behind(end),
-            false => Ok(self.end()),
+        if self.bytes().len() > end {
+            self.behind(end)
+        } else {
+            Ok(self.end())
         }
     }
 
@@ -318,9 +319,10 @@ impl<R: Read> Scanner<R> {
             bytes += step as u64;
             self.fill(READ)?;
             let window = self.bytes();
-            let last = match self.ended {
-                true => window.len(),
-                false => window.len().saturating_sub(SIGN),
+            let last = if self.ended {
+                window.len()
+            } else {
+                window.len().saturating_sub(SIGN)
             };
             let found = (0..last).find(|&i| is_sign(&window[i..]));
             match found {
@@ -343,11 +345,12 @@ impl<R: Read> Scanner<R> {
     }
 
     fn end(&mut self) -> Found {
-        match self.whole {
-            true => Found::End,
-            false => Found::Cut {
+        if self.whole {
+            Found::End
+        } else {
+            Found::Cut {
                 bytes: self.bytes().len() as u64,
-            },
+            }
         }
     }
 

@@ -59,7 +59,7 @@ impl Tail {
         if fs::symlink_metadata(path).is_ok() {
             return Err(Error::creating(path, io::ErrorKind::AlreadyExists.into()));
         }
-        let file = Temporary::beside(path).map_err(|source| Error::creating(path, source))?;
+        let file = Temporary::next_to(path).map_err(|source| Error::creating(path, source))?;
         let path = path.to_owned();
         let out = Out::Nameless(Box::new(Nameless { file, path }));
         Ok(Self::new(out, room))

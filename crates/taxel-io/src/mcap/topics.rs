@@ -9,7 +9,7 @@ use mcap::{McapResult, Writer};
 use super::grid::{DESCRIPTOR, Grid, SCHEMA};
 use super::{COUNTS, EVENTS, FIGURES, LOADS};
 
-const FIGURES_SCHEMA: &str = r#"{"title":"taxel.Figures","type":"object","properties":{"total_force_newtons":{"type":"number"},"peak_kilopascals":{"type":"number"},"contact_area_mm2":{"type":"number"},"centre_row_mm":{"type":["number","null"]},"centre_column_mm":{"type":["number","null"]},"outlier_share":{"type":"number"},"measured_share":{"type":"number"}}}"#;
+const FIGURES_SCHEMA: &str = r#"{"title":"taxel.FrameFigures","type":"object","properties":{"total_force_newtons":{"type":"number"},"peak_kilopascals":{"type":"number"},"contact_area_mm2":{"type":"number"},"centre_row_mm":{"type":["number","null"]},"centre_column_mm":{"type":["number","null"]},"outlier_share":{"type":"number"},"measured_share":{"type":"number"}}}"#;
 const EVENT_SCHEMA: &str = r#"{"title":"taxel.Event","type":"object","properties":{"kind":{"type":"string"},"text":{"type":"string"}}}"#;
 /// Topics that a message for something else names.
 const NAMED: usize = 20;

@@ -10,7 +10,7 @@ use mcap::records::{MessageHeader, Metadata};
 use mcap::{Compression, WriteOptions, Writer};
 use prost::Message;
 use serde::Serialize;
-use taxel::metric::Figures;
+use taxel::metric::FrameFigures;
 use taxel::{Counts, Frame, Newtons, Sensor};
 
 use super::grid::{Grid, Numeric};
@@ -115,7 +115,7 @@ impl McapWriter {
     }
 
     pub(super) fn begin(tail: Tail, path: PathBuf, about: &About) -> Result<Self, Error> {
-        let array = &about.sensor.array;
+        let array = about.sensor.array();
         let mut recording = Self {
             writer: None,
             counts: Grid::new(
@@ -213,7 +213,7 @@ impl McapWriter {
     /// As [`Self::write_counts`].
     pub fn write_figures(
         &mut self,
-        figures: &Figures,
+        figures: &FrameFigures,
         sequence: u64,
         at: SystemTime,
     ) -> Result<(), Error> {
@@ -268,9 +268,10 @@ impl McapWriter {
     /// As [`Self::write_counts`].
     pub fn flush_if_due(&mut self) -> Result<(), Error> {
         // What appears only when it is whole loses nothing with the program, and is the same however long it took.
-        match !self.only_whole && self.flushed.elapsed() > FLUSH_EVERY {
-            true => self.flush(),
-            false => Ok(()),
+        if !self.only_whole && self.flushed.elapsed() > FLUSH_EVERY {
+            self.flush()
+        } else {
+            Ok(())
         }
     }
 

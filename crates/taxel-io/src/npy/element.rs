@@ -98,9 +98,10 @@ impl Element {
         macro_rules! numbers {
             ($type:ty) => {{
                 for chunk in bytes.as_chunks::<{ size_of::<$type>() }>().0 {
-                    each(match big_endian {
-                        true => <$type>::from_be_bytes(*chunk),
-                        false => <$type>::from_le_bytes(*chunk),
+                    each(if big_endian {
+                        <$type>::from_be_bytes(*chunk)
+                    } else {
+                        <$type>::from_le_bytes(*chunk)
                     } as f64);
                 }
             }};

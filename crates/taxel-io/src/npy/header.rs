@@ -174,9 +174,10 @@ impl<'a> Scan<'a> {
     }
 
     fn need(&mut self, what: &[u8], words: &'static str) -> Result<(), Error> {
-        match self.take(what) {
-            true => Ok(()),
-            false => Err(self.wrong(words)),
+        if self.take(what) {
+            Ok(())
+        } else {
+            Err(self.wrong(words))
         }
     }
 

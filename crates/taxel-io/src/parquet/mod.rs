@@ -223,14 +223,15 @@ impl ParquetWriter {
 
     fn check_shape<Q>(&self, frame: &Frame<Q>) -> Result<(), Error> {
         let found = (frame.rows(), frame.columns());
-        match found == self.shape {
-            true => Ok(()),
-            false => Err(Error::FrameShape {
+        if found == self.shape {
+            Ok(())
+        } else {
+            Err(Error::FrameShape {
                 file: self.path.clone(),
                 frame: frame.sequence,
                 found,
                 expected: self.shape,
-            }),
+            })
         }
     }
 
@@ -258,9 +259,10 @@ impl ParquetWriter {
         }
         self.rows += 1;
         self.rows_in_group += 1;
-        match self.rows_in_group * self.taxels() >= GROUP {
-            true => self.close_group(),
-            false => Ok(()),
+        if self.rows_in_group * self.taxels() >= GROUP {
+            self.close_group()
+        } else {
+            Ok(())
         }
     }
 
@@ -434,9 +436,10 @@ fn base64(bytes: &[u8]) -> String {
             .fold(0u32, |number, &byte| number << 8 | u32::from(byte))
             << (8 * (3 - three.len()));
         for digit in 0..4 {
-            match digit <= three.len() {
-                true => text.push(DIGITS[(number >> (18 - 6 * digit)) as usize & 63] as char),
-                false => text.push('='),
+            if digit <= three.len() {
+                text.push(DIGITS[(number >> (18 - 6 * digit)) as usize & 63] as char)
+            } else {
+                text.push('=')
             }
         }
     }

@@ -46,13 +46,14 @@ pub(super) fn elements(columns: &[Column]) -> Vec<Element> {
     let mut lines = vec![element(None, None, "schema", children, Meaning::Plain)];
     for column in columns {
         let kind = Some(column.kind);
-        match column.is_list {
-            false => lines.push(element(kind, REQUIRED, column.name, None, column.meaning)),
-            true => lines.extend([
+        if column.is_list {
+            lines.extend([
                 element(None, REQUIRED, column.name, Some(1), Meaning::List),
                 element(None, REPEATED, "list", Some(1), Meaning::Plain),
                 element(kind, REQUIRED, "element", None, column.meaning),
-            ]),
+            ])
+        } else {
+            lines.push(element(kind, REQUIRED, column.name, None, column.meaning))
         }
     }
     lines

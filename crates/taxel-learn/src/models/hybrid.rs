@@ -5,7 +5,7 @@
 
 mod training;
 
-use taxel::calibrate::LoadLaw;
+use taxel::material::LoadLaw;
 use taxel::pipeline::FrameResult;
 use taxel::solve::Raw;
 use taxel::stats::median;
@@ -18,13 +18,13 @@ pub use training::Trained;
 /// Numbers that the network sees of a taxel.
 pub const FEATURES: usize = 10;
 /// Loads below this are left to the physics, grams.
-pub const LEAST_G: f32 = 2.0;
+pub const MIN_G: f32 = 2.0;
 /// Largest |y|: a correction beyond six typical errors is not one of what is left.
-const MOST: f32 = 6.0;
+const MAX: f32 = 6.0;
 
 /// What the physics says of a whole frame, and what the network sees of it.
 #[derive(Debug, Clone, Default)]
-pub struct Scene {
+pub struct FrameFeatures {
     rows: usize,
     columns: usize,
     /// Loads by the exact inverse, grams.
@@ -37,13 +37,13 @@ pub struct Scene {
     siemens: Vec<f64>,
 }
 
-impl Scene {
+impl FrameFeatures {
     /// Looks at a solved frame: conductances, then loads, of every taxel.
     ///
     /// # Errors
     /// A sensor without a load law.
     pub fn look(&mut self, result: FrameResult<'_>) -> Result<(), taxel::Error> {
-        let siemens = result.siemens;
+        let siemens = result.siemens.expect("a pipeline that solves");
         (self.rows, self.columns) = (siemens.rows(), siemens.columns());
         self.siemens.clear();
         self.siemens.extend_from_slice(siemens.values());
@@ -138,7 +138,7 @@ pub struct Physics {
 impl Physics {
     /// Of a calibrated sensor.
     pub fn of(sensor: &taxel::Sensor, law: &LoadLaw) -> Self {
-        let readout = &sensor.readout;
+        let readout = sensor.readout();
         let mean = |list: &Option<taxel::sensor::PerLine>, lines| {
             list.as_ref().map_or(0.0, |list| list.mean(lines))
         };
@@ -238,7 +238,7 @@ pub struct HybridMemory {
 
 /// What the cross-validation of a hybrid said.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Verdict {
+pub struct CvResult {
     /// Mean absolute error of the physics on the presses, grams.
     pub physics_g: f64,
     /// Of the hybrid on presses its network had not seen, grams.
@@ -270,12 +270,12 @@ impl Hybrid {
             member.network.forward(&memory.inputs, &mut memory.trace);
             let outputs = memory.trace.output().iter().zip(loads_g.iter());
             for (sum, (y, load)) in memory.sums.iter_mut().zip(outputs) {
-                let correction = member.typical.at(*load) * y.clamp(-MOST, MOST);
+                let correction = member.typical.at(*load) * y.clamp(-MAX, MAX);
                 *sum += correction / self.members.len() as f32;
             }
         }
         for (load, sum) in loads_g.iter_mut().zip(&memory.sums) {
-            if *load >= LEAST_G {
+            if *load >= MIN_G {
                 *load = (*load + sum).max(0.0);
             }
         }

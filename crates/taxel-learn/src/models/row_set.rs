@@ -3,15 +3,15 @@
 //! load = curve(x) · exp ρ(e(x), Σ_k φ(e(v_k))): one calibration curve, and what the row says about it. The sum of
 //! embeddings is that of Zaheer et al., Deep Sets, 2017.
 
-mod eye;
+mod features;
 mod training;
 
 use crate::network::{Mlp, Trace};
 use crate::rows::Rows;
 use crate::scaler::Scaler;
 
-pub use eye::Eye;
-use eye::FEATURES;
+use features::FEATURES;
+pub use features::RowFeatures;
 pub use training::RowSetTraining;
 pub(super) use training::starting_at_nothing;
 
@@ -24,7 +24,7 @@ fn factor(y: f32) -> f32 {
 #[derive(Debug, Clone, PartialEq)]
 pub struct RowSet {
     /// How readings are seen.
-    pub eye: Eye,
+    pub eye: RowFeatures,
     /// Each reading of the row, to what is summed.
     pub phi: Mlp,
     /// Of what ρ takes in, over the training part before training.
@@ -73,13 +73,14 @@ impl RowSet {
         let fits = self.phi.widths()[0] == FEATURES
             && self.rho.widths()[0] == FEATURES + pooled
             && self.rho.widths().last() == Some(&1);
-        match fits {
-            true => Ok(()),
-            false => Err(format!(
+        if fits {
+            Ok(())
+        } else {
+            Err(format!(
                 "a row-set of widths {:?} and {:?}",
                 self.phi.widths(),
                 self.rho.widths()
-            )),
+            ))
         }
     }
 

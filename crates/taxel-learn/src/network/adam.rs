@@ -97,8 +97,9 @@ impl<T: Real> Adam<T> {
 #[inline(always)]
 fn flushed<T: Real>(value: T) -> T {
     let least = T::of(1e-30);
-    match value > least || value < -least {
-        true => value,
-        false => T::default(),
+    if value > least || value < -least {
+        value
+    } else {
+        T::default()
     }
 }

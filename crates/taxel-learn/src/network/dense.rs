@@ -163,15 +163,16 @@ impl<T: Real> Mlp<T> {
             T::of(1.0),
             Par::Seq,
         );
-        taxel::vectors::leave();
+        taxel::simd::zero_upper();
     }
 
     fn advance(&self, layer: usize, input: &[T], output: &mut [T]) {
         self.products(layer, input, output);
         let biases = self.layer(layer).1;
-        match self.has_relu(layer) {
-            true => add_and_relu(output, biases),
-            false => add(output, biases),
+        if self.has_relu(layer) {
+            add_and_relu(output, biases)
+        } else {
+            add(output, biases)
         }
     }
 
@@ -208,7 +209,7 @@ impl<T: Real> Mlp<T> {
                 T::of(1.0),
                 Par::Seq,
             );
-            taxel::vectors::leave();
+            taxel::simd::zero_upper();
             for row in trace.upstream.chunks_exact(fan_out) {
                 for (sum, value) in by_biases.iter_mut().zip(row) {
                     *sum += *value;
@@ -224,7 +225,7 @@ impl<T: Real> Mlp<T> {
                     T::of(1.0),
                     Par::Seq,
                 );
-                taxel::vectors::leave();
+                taxel::simd::zero_upper();
                 if layer > 0 {
                     std::mem::swap(&mut trace.upstream, &mut trace.downstream);
                 }

@@ -70,9 +70,10 @@ impl Mlp<f32> {
             }
         }
         let width = self.widths()[self.layers()];
-        let last = match self.relu_last() {
-            true => &memory.inputs,
-            false => &memory.sums,
+        let last = if self.relu_last() {
+            &memory.inputs
+        } else {
+            &memory.sums
         };
         memory.outputs.clear();
         for run in &memory.runs {

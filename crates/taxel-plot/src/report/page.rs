@@ -88,9 +88,10 @@ impl Table {
         let _ = writeln!(
             out,
             "<div class=\"wide\"><table{}>\n<caption><span>{}</span></caption>",
-            match self.head.len() > MANY {
-                true => " class=\"many\"",
-                false => "",
+            if self.head.len() > MANY {
+                " class=\"many\""
+            } else {
+                ""
             },
             marked_up(&self.caption)
         );

@@ -2,21 +2,21 @@
 
 use super::evaluate::Evaluator;
 use super::evidence::Evidence;
-use super::fit::{Care, Fitted, Score, coarse, look_around, mean, refine, switches_by_ghosts};
+use super::fit::{Effort, Fitted, Score, coarse, look_around, mean, refine, switches_by_ghosts};
 use super::least_squares::median;
 use super::lines::separate;
 use super::model::{LawModel, Model, Unknown, no_fit};
 use super::outcome::{HeldOut, Outcome};
 use super::priors::Beliefs;
-use super::{Finding, Options};
+use super::{CalibrationOptions, EffectFinding};
 use crate::circuit::LinearCircuit;
 use crate::solve::Exact;
-use crate::{Crew, Error, Sensor};
+use crate::{Error, Executor, Sensor};
 
 /// Offsets below this many counts are taken for none.
-pub(super) const LEAST_OFFSET_COUNTS: f64 = 1.0;
+pub(super) const MIN_OFFSET_COUNTS: f64 = 1.0;
 /// Turns between mean and differences of the switches, at most, and the relative change that ends them.
-const MOST_TURNS: usize = 5;
+const MAX_TURNS: usize = 5;
 const SETTLED: f64 = 5e-3;
 /// Presses that a start is sought with.
 const START_PRESSES: usize = 50;
@@ -26,13 +26,13 @@ pub(super) struct Search<'a> {
     pub(super) model: Model,
     pub(super) unknowns: Vec<Unknown>,
     pub(super) best: Option<(Fitted, Score)>,
-    pub(super) findings: Vec<Finding>,
+    pub(super) findings: Vec<EffectFinding>,
     pub(super) laws: Vec<(String, f64)>,
     pub(super) law: String,
     pub(super) separated: bool,
     /// No taxel is ever unloaded, so that the presses must tell the switches.
     by_presses: bool,
-    pub(super) options: Options,
+    pub(super) options: CalibrationOptions,
     pub(super) held_out: HeldOut,
 }
 
@@ -42,12 +42,12 @@ pub(super) struct Search<'a> {
 pub(super) fn search(
     sensor: &Sensor,
     evidence: &Evidence,
-    options: &Options,
-    crew: &dyn Crew,
+    options: &CalibrationOptions,
+    executor: &dyn Executor,
     unless_plain: bool,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Outcome, Error> {
-    let mut search = Search::new(sensor, evidence, options, crew)?;
+    let mut search = Search::new(sensor, evidence, options, executor)?;
     search.run(progress)?;
     if unless_plain && search.findings.iter().all(|f| !f.used) {
         return search.finish();
@@ -57,11 +57,11 @@ pub(super) fn search(
     // A second search takes as long as the first: too long where no exact inverse helps.
     let circuit = LinearCircuit::from_sensor(&search.model.sensor)?;
     let slow = Exact::new(&circuit).is_none();
-    let held_out = if slow || seen.presses.len() < FEWEST_TO_CHOOSE {
+    let held_out = if slow || seen.presses.len() < MIN_TO_CHOOSE {
         search.judged_by_folds()
     } else {
         progress("held-out presses", 0.7);
-        let other = Search::new(sensor, &seen, options, crew).and_then(|mut other| {
+        let other = Search::new(sensor, &seen, options, executor).and_then(|mut other| {
             other.run(&mut |_, _| ())?;
             Ok(other.judge_unseen(&unseen, folds))
         });
@@ -75,17 +75,17 @@ pub(super) fn search(
 }
 
 /// Fewest presses that effects are chosen with, when others are kept from it.
-const FEWEST_TO_CHOOSE: usize = 24;
+const MIN_TO_CHOOSE: usize = 24;
 
 impl<'a> Search<'a> {
     pub(super) fn new(
         sensor: &Sensor,
         evidence: &'a Evidence,
-        options: &Options,
-        crew: &'a dyn Crew,
+        options: &CalibrationOptions,
+        executor: &'a dyn Executor,
     ) -> Result<Self, Error> {
         let few = evidence.thinned(START_PRESSES);
-        let mut evaluator = Evaluator::new(&few, crew);
+        let mut evaluator = Evaluator::new(&few, executor);
         let blank = Model {
             sensor: sensor.clone(),
             spread: None,
@@ -116,15 +116,17 @@ impl<'a> Search<'a> {
         if evidence.levels.is_empty() {
             unknowns.push(Unknown::Exponent);
         }
-        if options.open_loop_gain && sensor.readout.topology.is_tia() {
+        if options.open_loop_gain && sensor.readout().topology.is_tia() {
             unknowns.push(Unknown::OpenLoopGain);
         }
         if options.r_source {
             unknowns.push(Unknown::Source);
-            model.sensor.readout.r_source_ohms = model.sensor.readout.r_source_ohms.max(1.0);
+            model.sensor.try_out(|spec| {
+                spec.readout.r_source_ohms = spec.readout.r_source_ohms.max(1.0);
+            });
         }
         Ok(Self {
-            evaluator: Evaluator::new(evidence, crew),
+            evaluator: Evaluator::new(evidence, executor),
             model,
             unknowns,
             best: None,
@@ -153,16 +155,16 @@ impl<'a> Search<'a> {
             self.unknowns
                 .retain(|u| !matches!(u, Unknown::Columns | Unknown::Rows));
         }
-        self.fit_base(Care::Full)?;
-        self.judge()?;
+        self.fit_base(Effort::Full)?;
+        self.score_held_out()?;
         self.look_beyond(progress)?;
         if self.findings.iter().any(|f| f.used) || self.law != "power" {
             // What one effect hid, another may now show.
-            self.settle(progress, Care::Rough)?;
+            self.settle(progress, Effort::Rough)?;
             self.look_beyond(progress)?;
         }
         if self.can_separate() {
-            self.settle(progress, Care::Full)?;
+            self.settle(progress, Effort::Full)?;
         }
         self.doubt_offset()?;
         self.try_presses()?;
@@ -204,11 +206,12 @@ impl<'a> Search<'a> {
             .best
             .as_ref()
             .map_or(f64::INFINITY, |b| b.1.mean_error());
-        match found < 0.8 * blind {
-            true => Ok(()),
-            false => Err(no_fit(&format!(
+        if found < 0.8 * blind {
+            Ok(())
+        } else {
+            Err(no_fit(&format!(
                 "held-out presses are {found:.1} g off on average, and guessing their median would be {blind:.1} g off"
-            ))),
+            )))
         }
     }
 
@@ -249,7 +252,7 @@ impl<'a> Search<'a> {
         model.law.g_zero = law.g_zero;
         for (i, press) in unseen.presses.iter().enumerate() {
             let one = unseen.part(&[i]);
-            let estimates = Evaluator::new(&one, self.evaluator.crew).estimates(&model);
+            let estimates = Evaluator::new(&one, self.evaluator.executor).estimates(&model);
             match estimates.as_deref() {
                 Some([estimate]) => held.errors_g.push((estimate.load_g - press.load_g).abs()),
                 _ => held.unjudged += 1,
@@ -259,24 +262,24 @@ impl<'a> Search<'a> {
     }
 
     /// Everything once more, now that the model has all its parts.
-    fn settle(&mut self, progress: &mut dyn FnMut(&str, f64), care: Care) -> Result<(), Error> {
+    fn settle(&mut self, progress: &mut dyn FnMut(&str, f64), effort: Effort) -> Result<(), Error> {
         if self.can_separate() {
-            let mut evaluator = Evaluator::new(self.evaluator.evidence, self.evaluator.crew);
+            let mut evaluator = Evaluator::new(self.evaluator.evidence, self.evaluator.executor);
             std::mem::swap(&mut evaluator, &mut self.evaluator);
             self.separate_with(&mut evaluator, progress);
             std::mem::swap(&mut evaluator, &mut self.evaluator);
         }
         self.look()?;
         if self.can_separate() && !self.by_presses {
-            let with_offset = self.model.sensor.converter.offset_volts != 0.0;
+            let with_offset = self.model.sensor.converter().offset_volts != 0.0;
             if let Some((model, _)) =
                 switches_by_ghosts(&mut self.evaluator, &self.model, with_offset)
             {
                 self.model = model;
             }
         }
-        self.fit_base(care)?;
-        self.judge()
+        self.fit_base(effort)?;
+        self.score_held_out()
     }
 
     /// Whether the presses give better switches than the ghosts do.
@@ -308,8 +311,8 @@ impl<'a> Search<'a> {
         let failed = || no_fit("the fit of circuit and load law did not converge");
         let mut before = self.model.mean_ohms();
         let mut offset_error = f64::INFINITY;
-        for turn in 0..MOST_TURNS {
-            let mut evaluator = Evaluator::new(&few, self.evaluator.crew);
+        for turn in 0..MAX_TURNS {
+            let mut evaluator = Evaluator::new(&few, self.evaluator.executor);
             look_around(&mut evaluator, &self.model).ok_or_else(failed)?;
             if !evaluator.has_unloaded() {
                 // Nothing is ever unloaded: the presses must do.
@@ -329,7 +332,7 @@ impl<'a> Search<'a> {
                 .copied()
                 .filter(|u| !u.moves_frames())
                 .collect();
-            self.model = refine(&mut evaluator, &self.model, &law, Care::Rough)
+            self.model = refine(&mut evaluator, &self.model, &law, Effort::Rough)
                 .ok_or_else(failed)?
                 .model;
             let now = self.model.mean_ohms();
@@ -345,14 +348,14 @@ impl<'a> Search<'a> {
             }
         }
         let offset = self.model.get(Unknown::Offset).abs();
-        if offset < LEAST_OFFSET_COUNTS || offset < 3.0 * offset_error {
+        if offset < MIN_OFFSET_COUNTS || offset < 3.0 * offset_error {
             self.model.set(Unknown::Offset, 0.0);
         }
         if self.by_presses && self.can_separate() {
             for _ in 0..3 {
-                let mut evaluator = Evaluator::new(&few, self.evaluator.crew);
+                let mut evaluator = Evaluator::new(&few, self.evaluator.executor);
                 self.separate_with(&mut evaluator, progress);
-                self.model = refine(&mut evaluator, &self.model, &self.unknowns, Care::Full)
+                self.model = refine(&mut evaluator, &self.model, &self.unknowns, Effort::Full)
                     .ok_or_else(failed)?
                     .model;
             }
@@ -369,8 +372,8 @@ impl<'a> Search<'a> {
     }
 
     /// Fits the present unknowns from the present model.
-    pub(super) fn fit_base(&mut self, care: Care) -> Result<(), Error> {
-        let fitted = refine(&mut self.evaluator, &self.model, &self.unknowns, care)
+    pub(super) fn fit_base(&mut self, effort: Effort) -> Result<(), Error> {
+        let fitted = refine(&mut self.evaluator, &self.model, &self.unknowns, effort)
             .ok_or_else(|| no_fit("the fit of circuit and load law did not converge"))?;
         self.model = fitted.model.clone();
         self.best = Some((fitted, Score::default()));
@@ -382,7 +385,7 @@ impl<'a> Search<'a> {
             .ok_or_else(|| no_fit("a frame has no solution"))
     }
 
-    pub(super) fn judge(&mut self) -> Result<(), Error> {
+    pub(super) fn score_held_out(&mut self) -> Result<(), Error> {
         let folds = self.options.folds;
         if let Some((fitted, score)) = &mut self.best {
             *score = fitted
@@ -400,7 +403,7 @@ impl<'a> Search<'a> {
     ) -> Option<(Fitted, Score, f64, f64)> {
         let mut unknowns = self.unknowns.clone();
         unknowns.extend(more.iter().filter(|u| !self.unknowns.contains(u)));
-        let fitted = refine(&mut self.evaluator, model, &unknowns, Care::Rough)?;
+        let fitted = refine(&mut self.evaluator, model, &unknowns, Effort::Rough)?;
         let score = fitted.cross_validate(&mut self.evaluator, self.options.folds)?;
         let (gain, errors) = self.best.as_ref()?.1.worse_than(&score);
         Some((fitted, score, gain, errors))
@@ -414,7 +417,7 @@ impl<'a> Search<'a> {
 
     pub(super) fn note(&mut self, name: &str, used: bool, text: String) {
         self.findings.retain(|f| f.name != name);
-        self.findings.push(Finding {
+        self.findings.push(EffectFinding {
             name: name.to_owned(),
             used,
             text,
@@ -436,9 +439,9 @@ fn feasible(evaluator: &mut Evaluator, mut model: Model) -> Option<Model> {
         for (unknown, list) in [
             (
                 Unknown::Columns,
-                model.sensor.readout.r_mux_column_ohms.clone(),
+                model.sensor.readout().r_mux_column_ohms.clone(),
             ),
-            (Unknown::Rows, model.sensor.readout.r_mux_row_ohms.clone()),
+            (Unknown::Rows, model.sensor.readout().r_mux_row_ohms.clone()),
         ] {
             model.set(unknown, -0.15 * list?.at(0))?;
         }

@@ -30,9 +30,10 @@ fn four_digits(value: f64) -> String {
         return format!("{value}");
     }
     let power = value.abs().log10().floor() as i32;
-    match (-3..6).contains(&power) {
-        true => format!("{value:.*}", (3 - power).max(0) as usize),
-        false => format!("{value:.3e}"),
+    if (-3..6).contains(&power) {
+        format!("{value:.*}", (3 - power).max(0) as usize)
+    } else {
+        format!("{value:.3e}")
     }
 }
 

@@ -2,8 +2,8 @@
 //! where held-out presses are better for it (the offset: unless they are better without).
 
 use super::LawChoice;
-use super::choose::{LEAST_OFFSET_COUNTS, Search};
-use super::fit::{Care, Fitted, refine_alone, switches_by_ghosts};
+use super::choose::{MIN_OFFSET_COUNTS, Search};
+use super::fit::{Effort, Fitted, refine_alone, switches_by_ghosts};
 use super::fit_law::LAWS;
 use super::model::{Model, Unknown};
 use crate::Error;
@@ -19,7 +19,7 @@ const SPREAD: [Unknown; 3] = [
     Unknown::SpreadDiagonal,
 ];
 /// Shares (of a load, of the previous reading) below this are taken for none.
-const LEAST_SHARE: f64 = 1e-3;
+const MIN_SHARE: f64 = 1e-3;
 /// A saturation is told when it is this many standard errors from none.
 const TOLD: f64 = 3.0;
 /// Inner knots of the spline law.
@@ -47,15 +47,14 @@ impl Search<'_> {
         {
             without = model;
         }
-        let with = match by_ghosts {
-            true => {
-                switches_by_ghosts(&mut self.evaluator, &without, true).map(|(model, error)| {
-                    let clear = model.get(Unknown::Offset).abs() > 3.0 * error;
-                    (model, clear)
-                })
-            }
-            false => refine_alone(&mut self.evaluator, &without, &[Unknown::Offset])
-                .map(|(model, _, clear)| (model, clear)),
+        let with = if by_ghosts {
+            switches_by_ghosts(&mut self.evaluator, &without, true).map(|(model, error)| {
+                let clear = model.get(Unknown::Offset).abs() > 3.0 * error;
+                (model, clear)
+            })
+        } else {
+            refine_alone(&mut self.evaluator, &without, &[Unknown::Offset])
+                .map(|(model, _, clear)| (model, clear))
         };
         let Some((with, clear)) = with else {
             self.note("offset", false, "its fit did not converge".to_owned());
@@ -64,10 +63,10 @@ impl Search<'_> {
         let counts = with.get(Unknown::Offset);
         if self.model.get(Unknown::Offset) != 0.0 {
             self.model = without;
-            self.fit_base(Care::Rough)?;
-            self.judge()?;
+            self.fit_base(Effort::Rough)?;
+            self.score_held_out()?;
         }
-        if !clear || counts.abs() < LEAST_OFFSET_COUNTS {
+        if !clear || counts.abs() < MIN_OFFSET_COUNTS {
             self.note("offset", false, format!("{counts:.2} counts"));
             return Ok(());
         }
@@ -77,7 +76,7 @@ impl Search<'_> {
         };
         // The ghosts' word is enough to begin with: an offset and a law that bends can hide each other, so that
         // presses gain by neither alone. They judge once both are there.
-        self.note("offset", true, told(&fitted));
+        self.note("offset", true, reported(&fitted));
         self.accept(fitted, score);
         Ok(())
     }
@@ -88,7 +87,7 @@ impl Search<'_> {
             .best
             .as_ref()
             .filter(|_| self.uses("offset"))
-            .map(|(fitted, _)| told(fitted))
+            .map(|(fitted, _)| reported(fitted))
         else {
             return Ok(());
         };
@@ -111,9 +110,10 @@ impl Search<'_> {
             !doubtful,
             format!("{text}; {}", gained(-gain, -errors)),
         );
-        match doubtful {
-            true => self.accept(fitted, score),
-            false => self.unknowns = all,
+        if doubtful {
+            self.accept(fitted, score)
+        } else {
+            self.unknowns = all
         }
         Ok(())
     }
@@ -170,7 +170,7 @@ impl Search<'_> {
             return Ok(());
         };
         let kept = model.spread.map_or(1.0, |s| s.kept());
-        if !clear || kept > 1.0 - LEAST_SHARE {
+        if !clear || kept > 1.0 - MIN_SHARE {
             self.note(
                 "spread",
                 false,
@@ -185,7 +185,10 @@ impl Search<'_> {
             self.note("spread", false, "its fit did not converge".to_owned());
             return Ok(());
         };
-        let spread = fitted.model.spread.unwrap_or(super::Spread::new([0.0; 3]));
+        let spread = fitted
+            .model
+            .spread
+            .unwrap_or(crate::material::Spread::new([0.0; 3]));
         let away = 1.0 - spread.kept();
         let used = is_better(gain, errors) && away > 0.0;
         self.note(
@@ -213,7 +216,9 @@ impl Search<'_> {
         let mut best: Option<(Model, f64, bool)> = None;
         for order in [ScanOrder::RowByRow, ScanOrder::ColumnByColumn] {
             let mut model = self.model.clone();
-            model.sensor.converter.scan_order = order;
+            model
+                .sensor
+                .try_out(|spec| spec.converter.scan_order = order);
             let Some(found) = refine_alone(&mut self.evaluator, &model, &[Unknown::Memory]) else {
                 continue;
             };
@@ -224,9 +229,9 @@ impl Search<'_> {
         let Some((model, _, clear)) = best else {
             return Ok(());
         };
-        let order = model.sensor.converter.scan_order;
+        let order = model.sensor.converter().scan_order;
         let memory = model.get(Unknown::Memory);
-        if !clear || memory < LEAST_SHARE {
+        if !clear || memory < MIN_SHARE {
             self.note(
                 "memory of the scan",
                 false,
@@ -303,10 +308,10 @@ impl Search<'_> {
             self.laws.retain(|(known, _)| known != name);
             self.laws.push((name.to_owned(), score.mean_error()));
             let saturation = fitted.model.law.saturation;
-            let told = fitted
+            let determined = fitted
                 .error_of(Unknown::Saturation)
                 .is_none_or(|error| saturation > TOLD * error);
-            if wanted || (back && gain >= 0.0) || (!back && is_better(gain, errors) && told) {
+            if wanted || (back && gain >= 0.0) || (!back && is_better(gain, errors) && determined) {
                 self.law = name.to_owned();
                 self.accept(fitted, score);
             }
@@ -336,7 +341,7 @@ impl Search<'_> {
 }
 
 /// What ghosts say of the offset.
-fn told(fitted: &Fitted) -> String {
+fn reported(fitted: &Fitted) -> String {
     format!(
         "{:.2} ± {:.2} counts",
         fitted.model.get(Unknown::Offset),
@@ -349,8 +354,9 @@ pub(super) fn is_better(gain: f64, errors: f64) -> bool {
 }
 
 pub(super) fn gained(gain: f64, errors: f64) -> String {
-    match gain > 0.0 {
-        true => format!("held-out presses gain {gain:.3} g by it ({errors:.1} standard errors)"),
-        false => format!("held-out presses lose {:.3} g by it", -gain),
+    if gain > 0.0 {
+        format!("held-out presses gain {gain:.3} g by it ({errors:.1} standard errors)")
+    } else {
+        format!("held-out presses lose {:.3} g by it", -gain)
     }
 }

@@ -2,11 +2,11 @@
 
 use super::evidence::Evidence;
 use super::inverter::{Inverter, Job, Start};
-use super::law::LoadLaw;
-use super::levels::{Levels, Material};
+use super::levels::{Levels, TaxelMaterial};
 use super::model::Model;
 use crate::circuit::LineEnds;
-use crate::crew::{Crew, shared_out};
+use crate::material::LoadLaw;
+use crate::parallel::{Executor, par_map};
 use crate::sensor::{PerLine, ScanOrder};
 use crate::{Frame, Sensor, Siemens};
 
@@ -49,9 +49,10 @@ struct Inverted {
 
 impl Inverted {
     fn g_zero(&self, model: &Model) -> f64 {
-        match self.g_zero.is_nan() {
-            true => model.law.g_zero,
-            false => self.g_zero,
+        if self.g_zero.is_nan() {
+            model.law.g_zero
+        } else {
+            self.g_zero
         }
     }
 }
@@ -59,7 +60,7 @@ impl Inverted {
 /// Computes what models say, and remembers the last few inversions.
 pub(super) struct Evaluator<'a> {
     pub(super) evidence: &'a Evidence,
-    pub(super) crew: &'a dyn Crew,
+    pub(super) executor: &'a dyn Executor,
     /// Per press: whether nothing else is near.
     pub(super) isolated: Vec<bool>,
     /// Per press: unloaded taxels of its frame.
@@ -74,11 +75,11 @@ pub(super) struct Evaluator<'a> {
 }
 
 impl<'a> Evaluator<'a> {
-    pub(super) fn new(evidence: &'a Evidence, crew: &'a dyn Crew) -> Self {
+    pub(super) fn new(evidence: &'a Evidence, executor: &'a dyn Executor) -> Self {
         let frames = evidence.frames.len() + evidence.levels.len();
         Self {
             evidence,
-            crew,
+            executor,
             isolated: vec![false; evidence.presses.len()],
             unloaded: vec![Vec::new(); evidence.presses.len()],
             ghost_grams_per_siemens: 0.0,
@@ -104,7 +105,7 @@ impl<'a> Evaluator<'a> {
             .iter()
             .flat_map(|&i| all.ghosts[i].iter().map(|ghost| ghost.0))
             .collect();
-        let mut part = Evaluator::new(evidence, self.crew);
+        let mut part = Evaluator::new(evidence, self.executor);
         part.isolated = which.iter().map(|&i| self.isolated[i]).collect();
         part.unloaded = which.iter().map(|&i| self.unloaded[i].clone()).collect();
         part.ghost_grams_per_siemens = self.ghost_grams_per_siemens;
@@ -137,7 +138,7 @@ impl<'a> Evaluator<'a> {
             .chunks(BATCH)
             .map(|batch| batch.iter().map(|&i| (i, self.starts[i].take())).collect())
             .collect();
-        let done = shared_out(self.crew, batches, |mut batch| {
+        let done = par_map(self.executor, batches, |mut batch| {
             let mut seen = Vec::with_capacity(batch.len());
             inverter.invert(&mut batch, |i, siemens| seen.push(look(i, siemens)))?;
             Some((seen, batch))
@@ -190,9 +191,10 @@ impl<'a> Evaluator<'a> {
             .flatten()
             .map(|ghost: &(f64, f64)| ghost.0)
             .collect();
-        let g_zero = match quiet.is_empty() {
-            true => f64::NAN,
-            false => super::least_squares::median(&quiet) + self.g_zero_shift,
+        let g_zero = if quiet.is_empty() {
+            f64::NAN
+        } else {
+            super::least_squares::median(&quiet) + self.g_zero_shift
         };
         if self.kept.len() >= 3 {
             self.kept.remove(0);
@@ -215,7 +217,7 @@ impl<'a> Evaluator<'a> {
     }
 
     /// How taxels differ, by the uniform levels.
-    pub(super) fn material(&mut self, model: &Model) -> Option<Material> {
+    pub(super) fn material(&mut self, model: &Model) -> Option<TaxelMaterial> {
         let at = self.inverted(&model.sensor)?;
         law_from(self.evidence, &self.kept[at], model)?.1
     }
@@ -226,27 +228,28 @@ impl<'a> Evaluator<'a> {
         let inverted = &self.kept[at];
         let (law, _) = law_from(self.evidence, inverted, model)?;
         let (rows, columns) = (model.sensor.rows(), model.sensor.columns());
-        let (mut felt, mut put, mut work) =
+        let (mut effective, mut put, mut work) =
             ([0.0; SIDE * SIDE], [0.0; SIDE * SIDE], [0.0; SIDE * SIDE]);
         let mut estimates = Vec::with_capacity(self.evidence.presses.len());
         for (i, press) in self.evidence.presses.iter().enumerate() {
             let around = &inverted.patches[i];
             let needs_all = model.spread.is_some() || self.isolated[i];
-            for (k, felt) in felt.iter_mut().enumerate() {
+            for (k, effective) in effective.iter_mut().enumerate() {
                 let (r, c) = (press.row + k / SIDE, press.column + k % SIDE);
                 let inside =
                     (PATCH..rows + PATCH).contains(&r) && (PATCH..columns + PATCH).contains(&c);
-                *felt = match inside && (needs_all || k == SIDE * SIDE / 2) {
-                    true => law.grams_from_siemens((r - PATCH) * columns + c - PATCH, around[k]),
-                    false => 0.0,
+                *effective = if inside && (needs_all || k == SIDE * SIDE / 2) {
+                    law.grams_from_siemens((r - PATCH) * columns + c - PATCH, around[k])
+                } else {
+                    0.0
                 };
             }
             let loads = match model.spread {
                 Some(spread) => {
-                    spread.undo(SIDE, &felt, &mut put, &mut work);
+                    spread.undo(SIDE, &effective, &mut put, &mut work);
                     &put
                 }
-                None => &felt,
+                None => &effective,
             };
             let middle = SIDE * SIDE / 2;
             let neighbours = [
@@ -263,12 +266,13 @@ impl<'a> Evaluator<'a> {
                 load_g: loads[middle],
                 // As shares of the press, and by a fixed number of grams per siemens: otherwise the fit could
                 // make ghosts small by making every load small.
-                neighbours_g: match self.isolated[i] {
-                    true => neighbours
+                neighbours_g: if self.isolated[i] {
+                    neighbours
                         .iter()
                         .map(|&k| press.load_g * loads[k] / loads[middle].max(1.0))
-                        .collect(),
-                    false => Vec::new(),
+                        .collect()
+                } else {
+                    Vec::new()
                 },
                 ghosts_g: inverted.ghosts[i]
                     .iter()
@@ -344,16 +348,16 @@ pub(super) fn level_data(
     let taxels = model.sensor.rows() * columns;
     let bend = model.law.bend();
     let (mut ln_siemens, mut response, mut noise) = (Vec::new(), Vec::new(), Vec::new());
-    let mut felt = vec![0.0; taxels];
+    let mut effective = vec![0.0; taxels];
     for (level, siemens) in evidence.levels.iter().zip(siemens) {
         let load = level.load_g * model.law.ln_factor.exp();
         match model.spread {
-            Some(spread) => spread.apply(columns, &vec![load; taxels], &mut felt),
-            None => felt.fill(load),
+            Some(spread) => spread.apply(columns, &vec![load; taxels], &mut effective),
+            None => effective.fill(load),
         }
         // All but the edges of the array feel the same.
         let mut last = (f64::NAN, f64::NAN);
-        let acting: Vec<f64> = felt
+        let acting: Vec<f64> = effective
             .iter()
             .map(|&grams| {
                 if grams != last.0 {
@@ -390,7 +394,7 @@ fn law_from(
     evidence: &Evidence,
     inverted: &Inverted,
     model: &Model,
-) -> Option<(LoadLaw, Option<Material>)> {
+) -> Option<(LoadLaw, Option<TaxelMaterial>)> {
     let g_zero = inverted.g_zero(model);
     let mut law = LoadLaw {
         g_zero,
@@ -444,13 +448,13 @@ fn patch(siemens: &Frame<Siemens>, row: usize, column: usize) -> Vec<f64> {
 
 /// Everything that an inversion depends on.
 pub(super) fn key(sensor: &Sensor) -> Vec<u64> {
-    let readout = &sensor.readout;
+    let readout = sensor.readout();
     let mut key: Vec<u64> = vec![
-        readout.open_loop_gain.unwrap_or(0.0).to_bits(),
+        readout.open_loop_gain().unwrap_or(0.0).to_bits(),
         readout.r_source_ohms.to_bits(),
-        sensor.converter.offset_volts.to_bits(),
-        sensor.converter.memory.to_bits(),
-        u64::from(sensor.converter.scan_order == ScanOrder::ColumnByColumn),
+        sensor.converter().offset_volts.to_bits(),
+        sensor.converter().memory.to_bits(),
+        u64::from(sensor.converter().scan_order == ScanOrder::ColumnByColumn),
     ];
     for list in [&readout.r_mux_column_ohms, &readout.r_mux_row_ohms] {
         match list {

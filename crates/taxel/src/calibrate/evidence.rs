@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use super::{Data, Press};
+use super::{CalibrationData, PressLabel};
 use crate::screen::{Axis, FrameScreen, Level, LineFaults, LineScreen, ScreenOptions};
 use crate::{Counts, Error, Frame, Mark, Sensor};
 
 /// Fewest presses that a fit is tried with.
-pub(super) const FEWEST_PRESSES: usize = 8;
+pub(super) const MIN_PRESSES: usize = 8;
 
 /// A mean frame under a uniform load.
 #[derive(Debug, Clone)]
@@ -25,7 +25,7 @@ pub(super) struct LevelFrame {
 pub(super) struct Evidence {
     /// One screened frame per press, in the order of `presses`.
     pub(super) frames: Vec<Frame<Counts>>,
-    pub(super) presses: Vec<Press>,
+    pub(super) presses: Vec<PressLabel>,
     /// Of each press its index in the data that were given.
     pub(super) origin: Vec<usize>,
     /// Ascending in load.
@@ -40,7 +40,7 @@ pub(super) struct Evidence {
 }
 
 impl Evidence {
-    pub(super) fn new(sensor: &Sensor, data: &Data) -> Result<Self, Error> {
+    pub(super) fn new(sensor: &Sensor, data: &CalibrationData) -> Result<Self, Error> {
         check(sensor, data)?;
         let (given, repeated) = merged(data)?;
         let (rows, columns) = (sensor.rows(), sensor.columns());
@@ -49,7 +49,7 @@ impl Evidence {
         for frame in data.frames.iter().chain(data.uniform.iter().map(|u| &u.0)) {
             lines.observe(frame)?;
         }
-        let faults = lines.finish().with_declared(&sensor.screen);
+        let faults = lines.finish().with_declared(sensor.screen());
         let mut screen = FrameScreen::new(rows, columns, sensor.max_count(), &options);
         screen.set_lines(&faults);
         let mut stuck = 0;
@@ -71,12 +71,12 @@ impl Evidence {
             uniform.push((screened(frame)?, *load_g));
         }
         let (origin, left_out) = readable(&faults, data, &given, &marked)?;
-        let presses: Vec<Press> = origin.iter().map(|&i| data.presses[i]).collect();
-        if presses.len() < FEWEST_PRESSES {
+        let presses: Vec<PressLabel> = origin.iter().map(|&i| data.presses[i]).collect();
+        if presses.len() < MIN_PRESSES {
             return Err(Error::TooFewPresses {
                 found: presses.len(),
                 given: given.len(),
-                needed: FEWEST_PRESSES,
+                needed: MIN_PRESSES,
             });
         }
         one_load(&presses)?;
@@ -88,7 +88,7 @@ impl Evidence {
             origin,
             levels: levels(&uniform),
             faults,
-            noise_counts: sensor.converter.noise_counts.unwrap_or(noise).max(0.3),
+            noise_counts: sensor.converter().noise_counts.unwrap_or(noise).max(0.3),
             left_out,
             stuck_share: stuck as f64 / readings.max(1) as f64,
         })
@@ -133,7 +133,7 @@ impl Evidence {
     }
 }
 
-fn check(sensor: &Sensor, data: &Data) -> Result<(), Error> {
+fn check(sensor: &Sensor, data: &CalibrationData) -> Result<(), Error> {
     let (rows, columns) = (sensor.rows(), sensor.columns());
     for frame in data.frames.iter().chain(data.uniform.iter().map(|u| &u.0)) {
         if (frame.rows(), frame.columns()) != (rows, columns) {
@@ -169,7 +169,7 @@ fn check(sensor: &Sensor, data: &Data) -> Result<(), Error> {
 }
 
 /// Labels once each: the same one twice is no second press. With them, how many were repeated.
-fn merged(data: &Data) -> Result<(Vec<usize>, usize), Error> {
+fn merged(data: &CalibrationData) -> Result<(Vec<usize>, usize), Error> {
     let mut first: BTreeMap<(usize, usize, usize), usize> = BTreeMap::new();
     let mut kept = Vec::new();
     for (i, press) in data.presses.iter().enumerate() {
@@ -193,27 +193,28 @@ fn merged(data: &Data) -> Result<(Vec<usize>, usize), Error> {
 }
 
 /// Refuses presses of which no two loads differ by a twentieth.
-fn one_load(presses: &[Press]) -> Result<(), Error> {
+fn one_load(presses: &[PressLabel]) -> Result<(), Error> {
     let loads = presses.iter().map(|p| p.load_g);
     let (least, most) = loads.fold((f64::INFINITY, 0.0), |(least, most), load| {
         (f64::min(least, load), f64::max(most, load))
     });
-    match most > 1.05 * least {
-        true => Ok(()),
-        false => Err(Error::OneLoad {
+    if most > 1.05 * least {
+        Ok(())
+    } else {
+        Err(Error::OneLoad {
             presses: presses.len(),
             load_g: most,
-        }),
+        })
     }
 }
 
 /// A pressure that no material of such a sensor bears, pascals.
-const MOST_PASCALS: f64 = 1e8;
+const MAX_PASCALS: f64 = 1e8;
 /// Heaviest of all presses below which grams are doubtful.
-const LEAST_GRAMS: f64 = 1.0;
+const MIN_GRAMS: f64 = 1.0;
 
 /// What the labels look like as a whole: units, repetitions.
-fn warnings(sensor: &Sensor, presses: &[Press], repeated: usize) -> Vec<String> {
+fn warnings(sensor: &Sensor, presses: &[PressLabel], repeated: usize) -> Vec<String> {
     let mut warnings = Vec::new();
     if repeated > 0 {
         warnings.push(format!(
@@ -221,15 +222,15 @@ fn warnings(sensor: &Sensor, presses: &[Press], repeated: usize) -> Vec<String> 
         ));
     }
     let heaviest = presses.iter().map(|p| p.load_g).fold(0.0, f64::max);
-    let pascals = crate::frame::newtons_from_grams(heaviest) / sensor.array.taxel_area_mm2 * 1e6;
-    if heaviest < LEAST_GRAMS {
+    let pascals = crate::frame::newtons_from_grams(heaviest) / sensor.array().taxel_area_mm2 * 1e6;
+    if heaviest < MIN_GRAMS {
         warnings.push(format!(
             "{UNIT_DOUBT}the heaviest of all labels is {heaviest:.3} g; are these kg?"
         ));
-    } else if pascals > MOST_PASCALS {
+    } else if pascals > MAX_PASCALS {
         warnings.push(format!(
             "{UNIT_DOUBT}the heaviest label, {heaviest:.0} g on a taxel of {} mm², is {:.0} MPa; are these mg?",
-            sensor.array.taxel_area_mm2,
+            sensor.array().taxel_area_mm2,
             pascals / 1e6
         ));
     }
@@ -242,7 +243,7 @@ pub(super) const UNIT_DOUBT: &str = "the unit of the labels is doubtful: ";
 /// Those of the presses given that can be read, and why the others cannot.
 fn readable(
     faults: &LineFaults,
-    data: &Data,
+    data: &CalibrationData,
     given: &[usize],
     marked: &[Frame<Counts>],
 ) -> Result<(Vec<usize>, Vec<String>), Error> {

@@ -6,9 +6,10 @@ use super::fit_law::fit_law;
 use super::least_squares::{Fit, Settings, fit, median, robust_deviation, step};
 use super::model::{Model, Unknown, any_moves_frames, with_switches};
 use crate::sensor::PerLine;
+use crate::stats;
 
 /// Smallest scatter that residuals of a class are scaled by, grams.
-const LEAST_SCATTER_G: f64 = 1e-3;
+const MIN_SCATTER_G: f64 = 1e-3;
 /// Loads below this count as none, grams, when unloaded taxels are looked for.
 const NEXT_TO_NOTHING_G: f64 = 2.0;
 /// Load at which an unloaded taxel's conductance is turned into grams, by the secant.
@@ -24,7 +25,7 @@ pub(super) struct Fitted {
 
 /// Unknowns that one kind of evidence tells.
 struct Block {
-    witness: Witness,
+    term: MisfitTerm,
     unknowns: Vec<Unknown>,
     scatter: f64,
     fit: Fit,
@@ -33,7 +34,7 @@ struct Block {
 /// Which evidence tells of an unknown. Each has its own, so that no unknown is bent to make up for a fault in
 /// the model that another kind of evidence shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Witness {
+enum MisfitTerm {
     /// What surrounds presses with nothing near them: spread and memory.
     Surroundings,
     /// Unloaded taxels: the converter's offset.
@@ -42,29 +43,33 @@ enum Witness {
     Presses,
 }
 
-impl Witness {
-    const ALL: [Witness; 3] = [Witness::Surroundings, Witness::Unloaded, Witness::Presses];
+impl MisfitTerm {
+    const ALL: [MisfitTerm; 3] = [
+        MisfitTerm::Surroundings,
+        MisfitTerm::Unloaded,
+        MisfitTerm::Presses,
+    ];
 
     fn of(unknown: Unknown) -> Self {
         match unknown {
             Unknown::SpreadRow
             | Unknown::SpreadColumn
             | Unknown::SpreadDiagonal
-            | Unknown::Memory => Witness::Surroundings,
-            Unknown::Offset => Witness::Unloaded,
-            _ => Witness::Presses,
+            | Unknown::Memory => MisfitTerm::Surroundings,
+            Unknown::Offset => MisfitTerm::Unloaded,
+            _ => MisfitTerm::Presses,
         }
     }
 
     /// What it says of each press, grams; nothing where a model is perfect.
     fn residuals(self, evaluator: &Evaluator, estimates: &[PressEstimate]) -> Vec<f64> {
         match self {
-            Witness::Surroundings => estimates
+            MisfitTerm::Surroundings => estimates
                 .iter()
                 .flat_map(|e| e.neighbours_g.clone())
                 .collect(),
-            Witness::Unloaded => estimates.iter().flat_map(|e| e.ghosts_g.clone()).collect(),
-            Witness::Presses => estimates
+            MisfitTerm::Unloaded => estimates.iter().flat_map(|e| e.ghosts_g.clone()).collect(),
+            MisfitTerm::Presses => estimates
                 .iter()
                 .zip(&evaluator.evidence.presses)
                 .map(|(e, p)| e.load_g - p.load_g)
@@ -75,9 +80,9 @@ impl Witness {
     /// Which press each residual belongs to.
     fn owners(self, estimates: &[PressEstimate]) -> Vec<usize> {
         let count = |e: &PressEstimate| match self {
-            Witness::Surroundings => e.neighbours_g.len(),
-            Witness::Unloaded => e.ghosts_g.len(),
-            Witness::Presses => 1,
+            MisfitTerm::Surroundings => e.neighbours_g.len(),
+            MisfitTerm::Unloaded => e.ghosts_g.len(),
+            MisfitTerm::Presses => 1,
         };
         estimates
             .iter()
@@ -117,13 +122,11 @@ impl Score {
 }
 
 pub(super) fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len().max(1) as f64
+    stats::mean(values.iter().copied()).unwrap_or(0.0)
 }
 
 pub(super) fn standard_error(values: &[f64]) -> f64 {
-    let n = values.len().max(2) as f64;
-    let m = mean(values);
-    (values.iter().map(|v| (v - m).powi(2)).sum::<f64>() / (n * (n - 1.0))).sqrt()
+    stats::standard_error(values).unwrap_or(0.0)
 }
 
 /// Switch resistances tried as a start, ohms, ascending: too large a one makes frames infeasible.
@@ -140,7 +143,7 @@ pub(super) fn coarse(evaluator: &mut Evaluator, model: &Model) -> Option<Model> 
         .iter()
         .map(|&ohms| (PerLine::One(ohms), PerLine::One(ohms)))
         .collect();
-    let readout = &model.sensor.readout;
+    let readout = model.sensor.readout();
     if let (Some(column), Some(row)) = (&readout.r_mux_column_ohms, &readout.r_mux_row_ohms) {
         starts.push((column.clone(), row.clone()));
     }
@@ -241,7 +244,7 @@ fn with_values(model: &Model, unknowns: &[Unknown], values: &[f64]) -> Option<Mo
 
 /// How thoroughly to fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Care {
+pub(super) enum Effort {
     /// On the way.
     Rough,
     /// To the end.
@@ -253,9 +256,9 @@ pub(super) fn refine(
     evaluator: &mut Evaluator,
     model: &Model,
     unknowns: &[Unknown],
-    care: Care,
+    effort: Effort,
 ) -> Option<Fitted> {
-    let groups: Vec<(Witness, Vec<Unknown>)> = Witness::ALL
+    let groups: Vec<(MisfitTerm, Vec<Unknown>)> = MisfitTerm::ALL
         .into_iter()
         .map(|w| {
             (
@@ -263,18 +266,18 @@ pub(super) fn refine(
                 unknowns
                     .iter()
                     .copied()
-                    .filter(|&u| Witness::of(u) == w)
+                    .filter(|&u| MisfitTerm::of(u) == w)
                     .collect(),
             )
         })
         .filter(|(_, group): &(_, Vec<Unknown>)| !group.is_empty())
         .collect();
-    let (rounds, precision) = match care {
-        Care::Rough => (2, 1.0),
-        Care::Full => (4, 0.1),
+    let (rounds, precision) = match effort {
+        Effort::Rough => (2, 1.0),
+        Effort::Full => (4, 0.1),
     };
     // Witnesses disagree a little until the others are heard: twice when there are several.
-    let passes = if care == Care::Full && groups.len() > 1 {
+    let passes = if effort == Effort::Full && groups.len() > 1 {
         2
     } else {
         1
@@ -283,8 +286,8 @@ pub(super) fn refine(
     let mut blocks = Vec::new();
     for _ in 0..passes {
         blocks.clear();
-        for (witness, group) in &groups {
-            let block = fit_block(evaluator, &model, *witness, group, (rounds, precision))?;
+        for (term, group) in &groups {
+            let block = fit_block(evaluator, &model, *term, group, (rounds, precision))?;
             model = with_values(&model, group, &block.fit.parameters)?;
             blocks.push(block);
         }
@@ -303,8 +306,8 @@ pub(super) fn refine_alone(
     model: &Model,
     unknowns: &[Unknown],
 ) -> Option<(Model, f64, bool)> {
-    let witness = Witness::of(unknowns[0]);
-    let block = fit_block(evaluator, model, witness, unknowns, (3, 0.1))?;
+    let term = MisfitTerm::of(unknowns[0]);
+    let block = fit_block(evaluator, model, term, unknowns, (3, 0.1))?;
     let found = &block.fit;
     let clear = (0..unknowns.len())
         .any(|i| found.parameters[i].abs() > 3.0 * found.covariance[i][i].max(0.0).sqrt());
@@ -329,10 +332,11 @@ pub(super) fn switches_by_ghosts(
     if with_offset {
         unknowns.push(Unknown::Offset);
     }
-    let block = fit_block(evaluator, model, Witness::Unloaded, &unknowns, (3, 0.3))?;
-    let error = match with_offset {
-        true => block.fit.covariance[2][2].max(0.0).sqrt(),
-        false => f64::INFINITY,
+    let block = fit_block(evaluator, model, MisfitTerm::Unloaded, &unknowns, (3, 0.3))?;
+    let error = if with_offset {
+        block.fit.covariance[2][2].max(0.0).sqrt()
+    } else {
+        f64::INFINITY
     };
     Some((with_values(model, &unknowns, &block.fit.parameters)?, error))
 }
@@ -340,12 +344,12 @@ pub(super) fn switches_by_ghosts(
 fn fit_block(
     evaluator: &mut Evaluator,
     model: &Model,
-    witness: Witness,
+    term: MisfitTerm,
     unknowns: &[Unknown],
     (rounds, precision): (usize, f64),
 ) -> Option<Block> {
     let before = evaluator.estimates(model)?;
-    let scatter = robust_deviation(&witness.residuals(evaluator, &before)).max(LEAST_SCATTER_G);
+    let scatter = robust_deviation(&term.residuals(evaluator, &before)).max(MIN_SCATTER_G);
     let start: Vec<f64> = unknowns.iter().map(|&u| model.get(u)).collect();
     let steps: Vec<f64> = unknowns.iter().map(|u| u.step()).collect();
     let settings = Settings {
@@ -360,13 +364,13 @@ fn fit_block(
     let fit = fit(&start, &steps, settings, |values| {
         let moved = with_values(model, unknowns, values)?;
         let estimates = evaluator.estimates(&moved)?;
-        let mut residuals = witness.residuals(evaluator, &estimates);
+        let mut residuals = term.residuals(evaluator, &estimates);
         residuals.iter_mut().for_each(|r| *r /= scatter);
         residuals.extend(moved.surprises(unknowns));
         Some(residuals)
     })?;
     Some(Block {
-        witness,
+        term,
         unknowns: unknowns.to_vec(),
         scatter,
         fit,
@@ -421,8 +425,8 @@ impl Fitted {
             let mut model = self.model.clone();
             let mut failed = false;
             for block in &self.blocks {
-                let owner = block.witness.owners(&base);
-                let mut residuals = block.witness.residuals(evaluator, &base);
+                let owner = block.term.owners(&base);
+                let mut residuals = block.term.residuals(evaluator, &base);
                 residuals.iter_mut().for_each(|r| *r /= block.scatter);
                 residuals.extend(self.model.surprises(&block.unknowns));
                 // What is believed beforehand belongs to no press.
@@ -448,9 +452,9 @@ impl Fitted {
                 score.seen.extend(&which);
             }
             let part = evaluator.evidence.part(&which);
-            let mut judge = evaluator.part(&part, &which, &self.model)?;
-            let estimates = judge.estimates(&model);
-            evaluator.take_back(&which, judge);
+            let mut tester = evaluator.part(&part, &which, &self.model)?;
+            let estimates = tester.estimates(&model);
+            evaluator.take_back(&which, tester);
             for (&i, estimate) in which.iter().zip(estimates?) {
                 let error = (estimate.load_g - presses[i].load_g).abs();
                 let size = |x: &[f64]| mean(&x.iter().map(|x| x.abs()).collect::<Vec<_>>());

@@ -1,11 +1,11 @@
 //! A load law from plain pairs of conductance and load.
 
 use super::LawChoice;
-use super::law::LoadLaw;
 use super::least_squares::{Fit, Settings, fit, median, theil_sen};
-use super::spline::Spline;
 use super::suspects;
 use super::{Parameter, Suspect};
+use crate::material::LoadLaw;
+use crate::material::Spline;
 
 /// Laws that can be fitted, with their names in reports.
 pub(super) const LAWS: [(LawChoice, &str); 3] = [
@@ -16,8 +16,8 @@ pub(super) const LAWS: [(LawChoice, &str); 3] = [
 
 /// Parts that loads are left out in, at most, and pairs that each of their fits takes: thousands of readings would take
 /// minutes to say the same.
-const MOST_FOLDS: usize = 40;
-const MOST_JUDGING: usize = 4000;
+const MAX_FOLDS: usize = 40;
+const MAX_JUDGING: usize = 4000;
 /// A saturation is told when it is this many standard errors from none.
 const TOLD: f64 = 3.0;
 /// Knots of the spline law.
@@ -178,7 +178,7 @@ pub fn fit_pairs(pairs: &[(f64, f64)]) -> Vec<LawFit> {
     let mut loads: Vec<f64> = pairs.iter().map(|p| p.1).collect();
     loads.sort_by(f64::total_cmp);
     loads.dedup();
-    let folds = loads.len().min(MOST_FOLDS);
+    let folds = loads.len().min(MAX_FOLDS);
     let mut fits: Vec<LawFit> = LAWS
         .iter()
         .filter_map(|&(choice, name)| {
@@ -189,7 +189,7 @@ pub fn fit_pairs(pairs: &[(f64, f64)]) -> Vec<LawFit> {
                 let is_out = |load: f64| loads.partition_point(|l| *l < load) % folds == fold;
                 let (held, kept): (Vec<_>, Vec<_>) =
                     pairs.iter().copied().partition(|p| is_out(p.1));
-                let stride = kept.len().div_ceil(MOST_JUDGING);
+                let stride = kept.len().div_ceil(MAX_JUDGING);
                 let kept: Vec<_> = kept.into_iter().step_by(stride.max(1)).collect();
                 let (law, _) = fit_law(choice, &kept, None)?;
                 errors
@@ -212,7 +212,7 @@ pub fn fit_pairs(pairs: &[(f64, f64)]) -> Vec<LawFit> {
             .total_cmp(&b.held_out_mean_absolute_g)
     });
     // A saturation that cannot be told from none says no more than the power law.
-    let told = |fit: &LawFit| {
+    let determined = |fit: &LawFit| {
         let half = fit
             .parameters
             .iter()
@@ -221,7 +221,7 @@ pub fn fit_pairs(pairs: &[(f64, f64)]) -> Vec<LawFit> {
     };
     if fits
         .first()
-        .is_some_and(|fit| fit.name == "saturating" && !told(fit))
+        .is_some_and(|fit| fit.name == "saturating" && !determined(fit))
         && let Some(power) = fits.iter().position(|fit| fit.name == "power")
     {
         fits[..=power].rotate_right(1);
@@ -248,9 +248,10 @@ pub fn suspect_pairs(pairs: &[(f64, f64)]) -> Vec<Suspect> {
         .map(|(i, &(siemens, load))| (i, load, siemens))
         .collect();
     let found = suspects::gross(&readings);
-    match suspects::few(found.len(), pairs.len()) {
-        true => found,
-        false => Vec::new(),
+    if suspects::few(found.len(), pairs.len()) {
+        found
+    } else {
+        Vec::new()
     }
 }
 
@@ -259,9 +260,10 @@ fn parameters(law: &LoadLaw, fitted: &Fit) -> Vec<Parameter> {
     let error = |i: usize| fitted.covariance[i][i].max(0.0).sqrt();
     let factor = law.ln_scale[0].exp();
     let last = fitted.parameters.len() - 1;
-    let unit = match fitted.parameters[last] == 0.0 {
-        true => 0.0,
-        false => law.g_zero / fitted.parameters[last],
+    let unit = if fitted.parameters[last] == 0.0 {
+        0.0
+    } else {
+        law.g_zero / fitted.parameters[last]
     };
     let mut list = vec![
         Parameter::fitted("material.factor", factor, factor * error(0), "S/g^exponent"),

@@ -3,7 +3,7 @@
 use super::evidence::Evidence;
 use crate::circuit::{Converter, LinearCircuit};
 use crate::screen::stand_in;
-use crate::solve::{Exact, Method, Newton, Scratch};
+use crate::solve::{Exact, ExactState, Newton, NewtonState};
 use crate::{Counts, Frame, Sensor, Siemens, Volts};
 
 /// Accuracy of inversions while fitting, of the largest conductance: derivatives by differences need it.
@@ -11,8 +11,8 @@ const TOLERANCE: f64 = 1e-6;
 /// Rounds of Newton's method, and restarts in each, after which a frame is taken to have no answer with a circuit that
 /// the fit tries: those that have one seldom take more, and a fit does without a fifth of its frames.
 const LIMITS: (u32, usize) = (20, 2);
-/// Warm starts pay where a scratch is small and outlives a change of the circuit.
-const MOST_REMEMBERED_TAXELS: usize = 16_384;
+/// Warm starts pay where a state is small and outlives a change of the circuit.
+const MAX_REMEMBERED_TAXELS: usize = 16_384;
 
 /// A frame's number (presses first, then levels) and what its last inversion left.
 pub(super) type Job = (usize, Option<Start>);
@@ -20,7 +20,7 @@ pub(super) type Job = (usize, Option<Start>);
 /// What the next inversion of a frame starts from.
 pub(super) enum Start {
     /// All that the exact method keeps.
-    Scratch(Scratch),
+    Exact(Box<ExactState>),
     /// The conductances of the last one: Newton's method keeps too much to have one each.
     Siemens(Vec<f64>),
 }
@@ -30,7 +30,7 @@ impl Start {
     pub(super) fn siemens(&self) -> Option<&[f64]> {
         match self {
             Self::Siemens(siemens) => Some(siemens),
-            Self::Scratch(_) => None,
+            Self::Exact(_) => None,
         }
     }
 }
@@ -43,7 +43,8 @@ enum Best {
 
 /// Memory for frames inverted one after the other.
 struct Work {
-    shared: Option<Scratch>,
+    exact: Option<ExactState>,
+    newton: NewtonState,
     volts: Frame<Volts>,
     siemens: Frame<Siemens>,
     around: Vec<f64>,
@@ -100,7 +101,8 @@ impl<'a> Inverter<'a> {
     fn work(&self) -> Work {
         let (rows, columns) = self.shape;
         Work {
-            shared: None,
+            exact: None,
+            newton: NewtonState::new(),
             volts: Frame::zeros(rows, columns),
             siemens: Frame::zeros(rows, columns),
             around: Vec::new(),
@@ -116,49 +118,42 @@ impl<'a> Inverter<'a> {
         self.converter
             .volts_from_counts_into(counts, &mut work.volts);
         stand_in(&mut work.volts, &mut work.around);
-        let found = self.solve(&work.volts, start, &mut work.shared, &mut work.siemens);
-        found.then_some(&work.siemens)
+        self.solve(start, work).then_some(&work.siemens)
     }
 
-    /// Whether a frame has a solution, which is then in `siemens`; `start` is where the search begins, and then what
-    /// the next begins with.
-    fn solve(
-        &self,
-        volts: &Frame<Volts>,
-        start: &mut Option<Start>,
-        shared: &mut Option<Scratch>,
-        siemens: &mut Frame<Siemens>,
-    ) -> bool {
+    /// Whether the frame in `work` has a solution, which is then there; `start` is where the search begins, and then
+    /// what the next begins with.
+    fn solve(&self, start: &mut Option<Start>, work: &mut Work) -> bool {
+        let Work {
+            exact: shared,
+            newton: state,
+            volts,
+            siemens,
+            ..
+        } = work;
         match &self.method {
             Best::Exact(exact) => {
-                let few = self.shape.0 * self.shape.1 <= MOST_REMEMBERED_TAXELS;
-                let own = match start {
-                    Some(Start::Scratch(own)) if few => own,
-                    _ if few => {
-                        *start = Some(Start::Scratch(exact.scratch()));
-                        return self.solve(volts, start, shared, siemens);
-                    }
-                    _ => {
-                        let shared = shared.get_or_insert_with(|| exact.scratch());
-                        shared.forget();
-                        shared
-                    }
+                if self.shape.0 * self.shape.1 > MAX_REMEMBERED_TAXELS {
+                    let state = shared.get_or_insert_with(|| exact.state());
+                    state.forget();
+                    return exact.solve_with(volts, siemens, state).stop.is_good();
+                }
+                let mut state = match start.take() {
+                    Some(Start::Exact(own)) => own,
+                    _ => Box::new(exact.state()),
                 };
-                exact.solve_into(volts, siemens, own).stop.is_good()
+                let outcome = exact.solve_with(volts, siemens, &mut state);
+                *start = Some(Start::Exact(state));
+                outcome.stop.is_good()
             }
             Best::Newton(newton) => {
-                let shared = shared.get_or_insert_with(|| newton.scratch());
-                shared.forget();
-                let good = match start {
-                    Some(Start::Siemens(near)) => newton.solve_near(volts, near, siemens, shared),
-                    _ => newton.solve_into(volts, siemens, shared),
-                }
-                .stop
-                .is_good();
-                if good {
+                state.forget();
+                let near = start.as_ref().and_then(Start::siemens);
+                let outcome = newton.solve_from(volts, siemens, state, near);
+                if outcome.stop.is_good() {
                     *start = Some(Start::Siemens(siemens.values().to_vec()));
                 }
-                good
+                outcome.stop.is_good()
             }
         }
     }

@@ -45,9 +45,9 @@ impl Default for Settings {
     }
 }
 
-/// Median of the absolute values times 1.4826: a standard deviation that outliers do not move.
+/// [`crate::stats::robust_deviation`] of a list.
 pub(super) fn robust_deviation(values: &[f64]) -> f64 {
-    1.4826 * crate::stats::median(values.iter().map(|x| x.abs())).unwrap_or(0.0)
+    crate::stats::robust_deviation(values.iter().copied())
 }
 
 /// Median; 0 for nothing.

@@ -21,7 +21,7 @@ pub(super) struct Levels<'a> {
 
 /// How taxels differ.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Material {
+pub(super) struct TaxelMaterial {
     /// Mean of a.
     pub(super) intercept: f64,
     /// Mean of b.
@@ -65,15 +65,16 @@ impl Levels<'_> {
             xx += x * x / self.variance(l);
             xy += x * (self.ln_siemens[l][taxel] - my) / self.variance(l);
         }
-        match xx > 1e-9 {
-            true => Some([my, xy / xx, mx, 1.0 / w, 1.0 / xx]),
-            false => Some([my, 0.0, mx, 1.0 / w, f64::INFINITY]),
+        if xx > 1e-9 {
+            Some([my, xy / xx, mx, 1.0 / w, 1.0 / xx])
+        } else {
+            Some([my, 0.0, mx, 1.0 / w, f64::INFINITY])
         }
     }
 
     /// Means and spread of gain and exponent over all taxels, by robust moments. With `own_exponents` false
     /// every taxel has the mean exponent.
-    pub(super) fn material(&self, own_exponents: bool) -> Option<Material> {
+    pub(super) fn material(&self, own_exponents: bool) -> Option<TaxelMaterial> {
         let lines: Vec<[f64; 5]> = (0..self.taxels())
             .filter_map(|t| self.own_line(t))
             .collect();
@@ -98,15 +99,16 @@ impl Levels<'_> {
         let slope_deviation =
             robust_deviation(&slopes.iter().map(|s| s - exponent).collect::<Vec<_>>());
         let from_noise = median(&noise);
-        let exponent_deviation = match own_exponents {
-            true => (slope_deviation.powi(2) - from_noise).max(0.0).sqrt(),
-            false => 0.0,
+        let exponent_deviation = if own_exponents {
+            (slope_deviation.powi(2) - from_noise).max(0.0).sqrt()
+        } else {
+            0.0
         };
         let intercepts: Vec<f64> = lines.iter().map(|l| l[0] - exponent * l[2]).collect();
         let intercept = median(&intercepts);
         let gain_deviation =
             robust_deviation(&intercepts.iter().map(|a| a - intercept).collect::<Vec<_>>());
-        Some(Material {
+        Some(TaxelMaterial {
             intercept,
             exponent,
             gain_deviation: gain_deviation.max(1e-3),
@@ -116,7 +118,7 @@ impl Levels<'_> {
 
     /// Best estimates of ln scale and exponent of every taxel: its own line, drawn towards the mean as far as
     /// its noise demands (best linear unbiased prediction, Henderson 1975). Unread taxels get the means.
-    pub(super) fn per_taxel(&self, material: &Material) -> (Vec<f64>, Vec<f64>) {
+    pub(super) fn per_taxel(&self, material: &TaxelMaterial) -> (Vec<f64>, Vec<f64>) {
         let mut scale = vec![material.intercept; self.taxels()];
         let mut exponent = vec![material.exponent; self.taxels()];
         for taxel in 0..self.taxels() {
@@ -129,9 +131,10 @@ impl Levels<'_> {
             } else {
                 0.0
             };
-            let own = match slope_variance.is_finite() {
-                true => material.exponent + trust * (slope - material.exponent),
-                false => material.exponent,
+            let own = if slope_variance.is_finite() {
+                material.exponent + trust * (slope - material.exponent)
+            } else {
+                material.exponent
             };
             let mean = material.intercept + material.exponent * x;
             let prior =
@@ -149,7 +152,7 @@ impl Levels<'_> {
     pub(super) fn line_step(
         &self,
         slopes: &[Vec<Vec<f64>>],
-        material: &Material,
+        material: &TaxelMaterial,
         prior: &[(f64, f64)],
         groups: &[(std::ops::Range<usize>, f64)],
     ) -> Option<Vec<f64>> {
@@ -197,10 +200,10 @@ impl Levels<'_> {
         if rows == 0 {
             return None;
         }
-        let design = crate::dense::view(&design, rows, size);
-        let wanted = crate::dense::view(&wanted, rows, 1);
-        crate::dense::multiply(normal.as_mut(), design.transpose(), design);
-        crate::dense::multiply(right.as_mut(), design.transpose(), wanted);
+        let design = crate::linalg::view(&design, rows, size);
+        let wanted = crate::linalg::view(&wanted, rows, 1);
+        crate::linalg::multiply(normal.as_mut(), design.transpose(), design);
+        crate::linalg::multiply(right.as_mut(), design.transpose(), wanted);
         for (i, &(step, deviation)) in prior.iter().enumerate() {
             let weight = 1.0 / (deviation * deviation);
             normal[(i, i)] += weight;
@@ -224,7 +227,7 @@ impl Levels<'_> {
         Some((0..lines).map(|i| solved[(i, 0)]).collect())
     }
 
-    fn residual(&self, level: usize, taxel: usize, material: &Material) -> f64 {
+    fn residual(&self, level: usize, taxel: usize, material: &TaxelMaterial) -> f64 {
         self.ln_siemens[level][taxel]
             - material.intercept
             - material.exponent * self.response[level][taxel]
@@ -233,12 +236,12 @@ impl Levels<'_> {
     fn residuals<'b>(
         &'b self,
         level: usize,
-        material: &'b Material,
+        material: &'b TaxelMaterial,
     ) -> impl Iterator<Item = f64> + 'b {
         (0..self.taxels()).map(move |t| self.residual(level, t, material))
     }
 
-    fn outlier_limit(&self, material: &Material, centre: &[f64]) -> f64 {
+    fn outlier_limit(&self, material: &TaxelMaterial, centre: &[f64]) -> f64 {
         let all: Vec<f64> = centre
             .iter()
             .enumerate()
@@ -249,7 +252,7 @@ impl Levels<'_> {
     }
 
     /// Inverse Cholesky factor of a taxel's covariance: noise, gain, exponent.
-    fn whitening(&self, taxel: usize, material: &Material) -> Option<Vec<Vec<f64>>> {
+    fn whitening(&self, taxel: usize, material: &TaxelMaterial) -> Option<Vec<Vec<f64>>> {
         let levels = self.ln_siemens.len();
         let mean = (0..levels).map(|l| self.response[l][taxel]).sum::<f64>() / levels as f64;
         let mut lower = vec![vec![0.0; levels]; levels];

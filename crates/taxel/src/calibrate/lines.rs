@@ -2,9 +2,9 @@
 
 use super::evaluate::Evaluator;
 use super::inverter::{Inverter, Job};
-use super::model::{LEAST_OHMS, Model};
+use super::model::{MIN_OHMS, Model};
 use crate::Mark;
-use crate::crew::shared_out;
+use crate::parallel::par_map;
 use crate::sensor::PerLine;
 
 /// How far lines are believed to differ from their mean (a standard deviation, relative to it).
@@ -21,16 +21,18 @@ fn resistances(model: &Model) -> Vec<f64> {
         let values = values.as_ref().expect("a start has been found");
         (0..n).map(|i| values.at(i)).collect()
     };
-    let mut all = list(&model.sensor.readout.r_mux_column_ohms, columns);
-    all.extend(list(&model.sensor.readout.r_mux_row_ohms, rows));
+    let mut all = list(&model.sensor.readout().r_mux_column_ohms, columns);
+    all.extend(list(&model.sensor.readout().r_mux_row_ohms, rows));
     all
 }
 
 fn with_resistances(model: &Model, all: &[f64]) -> Model {
     let mut model = model.clone();
     let (column, row) = all.split_at(model.sensor.columns());
-    model.sensor.readout.r_mux_column_ohms = Some(PerLine::Each(column.to_vec()));
-    model.sensor.readout.r_mux_row_ohms = Some(PerLine::Each(row.to_vec()));
+    model.sensor.try_out(|spec| {
+        spec.readout.r_mux_column_ohms = Some(PerLine::Each(column.to_vec()));
+        spec.readout.r_mux_row_ohms = Some(PerLine::Each(row.to_vec()));
+    });
     model
 }
 
@@ -64,7 +66,7 @@ pub(super) fn separate(evaluator: &mut Evaluator, model: &Model) -> Option<Model
     let step = data.view().line_step(&slopes, &material, &prior, &held)?;
     let means: Vec<f64> = (0..ohms.len()).map(|i| mean(&ohms, i)).collect();
     for ((ohms, step), mean) in ohms.iter_mut().zip(&step).zip(&means) {
-        *ohms = (*ohms + step.clamp(-0.5 * mean, 0.5 * mean)).max(LEAST_OHMS);
+        *ohms = (*ohms + step.clamp(-0.5 * mean, 0.5 * mean)).max(MIN_OHMS);
     }
     let mut answer = with_resistances(&model, &ohms);
     answer.law.own_exponents = own_exponents;
@@ -113,6 +115,6 @@ fn slopes(evaluator: &mut Evaluator, model: &Model, ohms: &[f64]) -> Option<Vec<
             })
             .collect::<Option<Vec<Vec<Vec<f64>>>>>()
     };
-    let slopes = shared_out(evaluator.crew, batches, work)?;
+    let slopes = par_map(evaluator.executor, batches, work)?;
     Some(slopes.into_iter().flatten().collect())
 }

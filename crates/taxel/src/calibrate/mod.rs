@@ -1,15 +1,14 @@
-//! From siemens to newtons: the load law, and the fit of everything a parts list does not say.
+//! The fit of everything that a parts list does not say: the circuit's unknowns and the laws of [`crate::material`].
 
 mod choose;
 mod digits;
-pub mod dynamic;
+mod dynamic;
 mod effects;
 mod evaluate;
 mod evidence;
 mod fit;
 mod fit_law;
 mod inverter;
-mod law;
 mod least_squares;
 mod levels;
 mod lines;
@@ -19,25 +18,20 @@ mod posterior;
 mod presses;
 mod priors;
 mod report;
-mod spline;
-mod spread;
 mod suspects;
 mod write;
 
-pub use dynamic::{DynamicFit, DynamicLaw, Memory, Series, fit_dynamic};
+pub use dynamic::{DynamicFit, LoadSeries, fit_dynamic};
 pub use fit_law::{LawFit, fit_pairs, suspect_pairs};
-pub use law::LoadLaw;
-pub use report::{Finding, Parameter, Report, Suspect};
-pub use spline::{BadKnots, Spline};
-pub use spread::Spread;
+pub use report::{CalibrationReport, EffectFinding, Parameter, Suspect};
 
-use crate::crew::{Crew, OneByOne};
+use crate::parallel::{Executor, Serial};
 use crate::{Counts, Error, Frame, Sensor};
 
 /// One labelled taxel: a known load on it in a frame of otherwise unknown loads.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Press {
-    /// Index into [`Data::frames`].
+pub struct PressLabel {
+    /// Index into [`CalibrationData::frames`].
     pub frame: usize,
     /// Row of the taxel, from 0.
     pub row: usize,
@@ -49,11 +43,11 @@ pub struct Press {
 
 /// What there is to fit to.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Data {
+pub struct CalibrationData {
     /// The frames that presses point into.
     pub frames: Vec<Frame<Counts>>,
     /// Labelled presses.
-    pub presses: Vec<Press>,
+    pub presses: Vec<PressLabel>,
     /// Frames under a uniform load, and the load on every taxel in grams.
     pub uniform: Vec<(Frame<Counts>, f64)>,
 }
@@ -74,7 +68,7 @@ pub enum LawChoice {
 
 /// What to fit, and how.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Options {
+pub struct CalibrationOptions {
     /// The load law.
     pub law: LawChoice,
     /// One switch resistance per line; otherwise only where uniform frames are there to tell them apart.
@@ -91,7 +85,7 @@ pub struct Options {
     pub files: Vec<String>,
 }
 
-impl Default for Options {
+impl Default for CalibrationOptions {
     fn default() -> Self {
         Self {
             law: LawChoice::Auto,
@@ -111,13 +105,13 @@ pub struct Calibration {
     /// The sensor with the fitted numbers and their provenance.
     pub sensor: Sensor,
     /// What was found.
-    pub report: Report,
+    pub report: CalibrationReport,
 }
 
 /// Effects beside circuit and law are looked for on no more taxels where no exact inverse helps: it would take minutes.
-const MOST_SEARCHED_TAXELS: usize = 400;
+const MAX_SEARCHED_TAXELS: usize = 400;
 /// Nor are uniform loads asked there, and of more taxels still where noise explains what they could be asked for.
-const MOST_LEVELLED_TAXELS: usize = 1024;
+const MAX_LEVELLED_TAXELS: usize = 1024;
 
 /// Fits the circuit's unknowns and the load law to labelled presses, and what uniform frames can tell.
 /// `progress` is called with the stage's name and the share done, 0 to 1.
@@ -127,28 +121,28 @@ const MOST_LEVELLED_TAXELS: usize = 1024;
 /// wrong shape, no circuit that explains the frames.
 pub fn calibrate(
     sensor: &Sensor,
-    data: &Data,
-    options: &Options,
+    data: &CalibrationData,
+    options: &CalibrationOptions,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Calibration, Error> {
-    calibrate_with(sensor, data, options, &OneByOne, progress)
+    calibrate_with(sensor, data, options, &Serial, progress)
 }
 
-/// [`calibrate`] with a crew that frames are shared out to; the answer does not depend on its size.
+/// [`calibrate`] with a executor that frames are shared out to; the answer does not depend on its size.
 ///
 /// # Errors
 /// As [`calibrate`].
 pub fn calibrate_with(
     sensor: &Sensor,
-    data: &Data,
-    options: &Options,
-    crew: &dyn Crew,
+    data: &CalibrationData,
+    options: &CalibrationOptions,
+    executor: &dyn Executor,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Calibration, Error> {
     let evidence = evidence::Evidence::new(sensor, data)?;
-    let plain = presses::calibrate(sensor, &evidence, options, crew, progress);
+    let plain = presses::calibrate(sensor, &evidence, options, executor, progress);
     let mut search = |unless_plain: bool| {
-        choose::search(sensor, &evidence, options, crew, unless_plain, progress)
+        choose::search(sensor, &evidence, options, executor, unless_plain, progress)
     };
     let exact = presses::has_exact_inverse(sensor, options);
     let taxels = sensor.rows() * sensor.columns();
@@ -168,19 +162,20 @@ pub fn calibrate_with(
         }
         (plain, false) => {
             let plain = plain?;
-            match plain.unexplained && taxels <= MOST_SEARCHED_TAXELS {
-                true => search(false)
+            if plain.unexplained && taxels <= MAX_SEARCHED_TAXELS {
+                search(false)
                     .ok()
                     .filter(|s| s.is_better_than(&plain))
-                    .unwrap_or(plain),
-                false => plain,
+                    .unwrap_or(plain)
+            } else {
+                plain
             }
         }
     };
-    if options.open_loop_gain && !sensor.readout.topology.is_tia() {
+    if options.open_loop_gain && !sensor.readout().topology.is_tia() {
         outcome.warnings.push(format!(
             "{} has no amplifier, so that no gain was looked for",
-            sensor.readout.topology.name()
+            sensor.readout().topology.name()
         ));
     }
     write::calibration(outcome, sensor, &evidence, options)
@@ -188,7 +183,7 @@ pub fn calibrate_with(
 
 /// Why uniform loads are not asked, if they are not. `explained`: noise is all that the presses leave without them.
 fn why_without_levels(
-    options: &Options,
+    options: &CalibrationOptions,
     explained: bool,
     exact: bool,
     taxels: usize,
@@ -197,9 +192,10 @@ fn why_without_levels(
         // A search with them takes such a number for what the switches are, and is sure of it.
         return Some("presses alone explain a circuit with what was asked for".to_owned());
     }
-    let most = match explained {
-        true => MOST_SEARCHED_TAXELS,
-        false => MOST_LEVELLED_TAXELS,
+    let most = if explained {
+        MAX_SEARCHED_TAXELS
+    } else {
+        MAX_LEVELLED_TAXELS
     };
     (!exact && taxels > most)
         .then(|| format!("a fit with them would take minutes ({taxels} taxels, no exact inverse)"))

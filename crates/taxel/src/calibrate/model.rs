@@ -1,9 +1,9 @@
 //! The model that is fitted: circuit, converter, material, and the numbers in it that can move.
 
 use super::priors::{BEND, Beliefs, SATURATION};
-use super::spline::Spline;
-use super::spread::Spread;
-use crate::sensor::PerLine;
+use crate::material::Spline;
+use crate::material::Spread;
+use crate::sensor::{PerLine, USUAL_OPEN_LOOP_GAIN};
 use crate::{Error, Sensor};
 
 /// A number that can be fitted.
@@ -126,14 +126,17 @@ impl LawModel {
 
 impl Model {
     pub(super) fn get(&self, unknown: Unknown) -> f64 {
-        let readout = &self.sensor.readout;
+        let readout = self.sensor.readout();
         let spread = self.spread.unwrap_or(Spread::new([0.0; 3]));
         match unknown {
             Unknown::Columns | Unknown::Rows => 0.0,
-            Unknown::OpenLoopGain => readout.open_loop_gain.unwrap_or(1e5).ln(),
+            Unknown::OpenLoopGain => readout
+                .open_loop_gain()
+                .unwrap_or(USUAL_OPEN_LOOP_GAIN)
+                .ln(),
             Unknown::Source => readout.r_source_ohms.max(1e-3).ln(),
-            Unknown::Offset => self.sensor.converter.offset_volts / self.lsb(),
-            Unknown::Memory => self.sensor.converter.memory,
+            Unknown::Offset => self.sensor.converter().offset_volts / self.lsb(),
+            Unknown::Memory => self.sensor.converter().memory,
             Unknown::SpreadRow => spread.row,
             Unknown::SpreadColumn => spread.column,
             Unknown::SpreadDiagonal => spread.diagonal,
@@ -147,25 +150,35 @@ impl Model {
     /// The model with one unknown set; resistances are shifted. Nothing when that is impossible.
     pub(super) fn set(&mut self, unknown: Unknown, value: f64) -> Option<()> {
         let lsb = self.lsb();
-        let readout = &mut self.sensor.readout;
+        let sensor = &mut self.sensor;
         match unknown {
-            Unknown::Columns => shift(&mut readout.r_mux_column_ohms, value)?,
-            Unknown::Rows => shift(&mut readout.r_mux_row_ohms, value)?,
-            Unknown::OpenLoopGain => readout.open_loop_gain = Some(value.exp()),
-            Unknown::Source => readout.r_source_ohms = value.exp(),
+            Unknown::Columns => {
+                let mut shifted = None;
+                sensor.try_out(|spec| shifted = shift(&mut spec.readout.r_mux_column_ohms, value));
+                shifted?;
+            }
+            Unknown::Rows => {
+                let mut shifted = None;
+                sensor.try_out(|spec| shifted = shift(&mut spec.readout.r_mux_row_ohms, value));
+                shifted?;
+            }
+            Unknown::OpenLoopGain => {
+                sensor.try_out(|spec| spec.readout.open_loop_gain = Some(value.exp()));
+            }
+            Unknown::Source => sensor.try_out(|spec| spec.readout.r_source_ohms = value.exp()),
             Unknown::Offset => {
                 // An unloaded taxel conducts, if little: the offset is less than what it reads.
                 if value > self.most_offset_counts {
                     return None;
                 }
-                self.sensor.converter.offset_volts = value * lsb;
+                sensor.try_out(|spec| spec.converter.offset_volts = value * lsb);
             }
             Unknown::Memory => {
                 // A hair below nothing, so that the derivative at nothing exists.
                 if !(-0.01..0.4).contains(&value) {
                     return None;
                 }
-                self.sensor.converter.memory = value;
+                sensor.try_out(|spec| spec.converter.memory = value);
             }
             Unknown::SpreadRow | Unknown::SpreadColumn | Unknown::SpreadDiagonal => {
                 let mut spread = self.spread.unwrap_or(Spread::new([0.0; 3]));
@@ -230,20 +243,20 @@ impl Model {
         let mean = |list: &Option<PerLine>, lines| list.as_ref().map_or(0.0, |l| l.mean(lines));
         (
             mean(
-                &self.sensor.readout.r_mux_column_ohms,
+                &self.sensor.readout().r_mux_column_ohms,
                 self.sensor.columns(),
             ),
-            mean(&self.sensor.readout.r_mux_row_ohms, self.sensor.rows()),
+            mean(&self.sensor.readout().r_mux_row_ohms, self.sensor.rows()),
         )
     }
 
     fn lsb(&self) -> f64 {
-        self.sensor.converter.full_scale_volts / self.sensor.max_count()
+        self.sensor.converter().full_scale_volts / self.sensor.max_count()
     }
 }
 
 /// Least resistance that a switch is believed to have, ohms.
-pub(super) const LEAST_OHMS: f64 = 0.02;
+pub(super) const MIN_OHMS: f64 = 0.02;
 
 /// Adds to every resistance; one of many lines stops at the least, nothing is answered when all would.
 fn shift(list: &mut Option<PerLine>, ohms: f64) -> Option<()> {
@@ -255,8 +268,8 @@ fn shift(list: &mut Option<PerLine>, ohms: f64) -> Option<()> {
     let mut stopped = 0;
     for value in values.iter_mut() {
         *value += ohms;
-        if *value < LEAST_OHMS {
-            *value = LEAST_OHMS;
+        if *value < MIN_OHMS {
+            *value = MIN_OHMS;
             stopped += 1;
         }
     }
@@ -266,8 +279,10 @@ fn shift(list: &mut Option<PerLine>, ohms: f64) -> Option<()> {
 /// A sensor whose switch resistances are these.
 pub(super) fn with_switches(sensor: &Sensor, column: PerLine, row: PerLine) -> Sensor {
     let mut sensor = sensor.clone();
-    sensor.readout.r_mux_column_ohms = Some(column);
-    sensor.readout.r_mux_row_ohms = Some(row);
+    sensor.try_out(|spec| {
+        spec.readout.r_mux_column_ohms = Some(column);
+        spec.readout.r_mux_row_ohms = Some(row);
+    });
     sensor
 }
 

@@ -2,10 +2,10 @@
 
 use super::evidence::{Evidence, UNIT_DOUBT};
 use super::fit::{mean, standard_error};
-use super::law::LoadLaw;
-use super::levels::Material;
+use super::levels::TaxelMaterial;
 use super::model::Model;
-use super::{Finding, Parameter, Suspect};
+use super::{EffectFinding, Parameter, Suspect};
+use crate::material::LoadLaw;
 
 /// One fit is better than another when it is so by this many standard errors.
 const BETTER: f64 = 2.0;
@@ -36,9 +36,9 @@ pub(super) struct Outcome {
     pub(super) model: Model,
     pub(super) law: LoadLaw,
     /// How taxels differ, where uniform loads tell.
-    pub(super) material: Option<Material>,
+    pub(super) material: Option<TaxelMaterial>,
     pub(super) parameters: Vec<Parameter>,
-    pub(super) findings: Vec<Finding>,
+    pub(super) findings: Vec<EffectFinding>,
     /// Law and held-out mean absolute error, grams.
     pub(super) laws: Vec<(String, f64)>,
     pub(super) law_name: String,
@@ -99,7 +99,7 @@ impl Outcome {
         if self.held_out.mean().is_none() {
             doubts.push("no held-out press could be judged, so that nothing says how good this fit is: label more presses, and check labels and topology".to_owned());
         }
-        if let Some((found, blind)) = self.beside_guessing(evidence)
+        if let Some((found, blind)) = self.against_guessing(evidence)
             && found > 0.5 * blind
         {
             doubts.push(format!(
@@ -110,7 +110,7 @@ impl Outcome {
     }
 
     /// Mean error of held-out presses, and what guessing the median load would give, grams.
-    pub(super) fn beside_guessing(&self, evidence: &Evidence) -> Option<(f64, f64)> {
+    pub(super) fn against_guessing(&self, evidence: &Evidence) -> Option<(f64, f64)> {
         let suspected = |p: &usize| self.suspects.iter().any(|s| s.press == *p && s.left_out);
         let loads: Vec<f64> = (0..evidence.presses.len())
             .filter(|p| !suspected(p))
@@ -124,22 +124,26 @@ impl Outcome {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Data, Options, presses};
+    use super::super::{CalibrationData, CalibrationOptions, presses};
     use super::*;
-    use crate::crew::OneByOne;
+    use crate::parallel::Serial;
     use crate::screen::{Axis, LineFault, LineFaultKind};
     use crate::sensor::preset;
     use crate::simulate::{VirtualSensor, labelled_presses};
 
     /// A fit of a sound 8 × 8 sensor, and what it was fitted to.
     fn sound() -> (Outcome, Evidence) {
-        let mut sensor = preset("mat-32x32-adg732").unwrap();
-        (sensor.array.rows, sensor.array.columns) = (8, 8);
+        let sensor = preset("mat-32x32-adg732")
+            .unwrap()
+            .edited(|spec| {
+                (spec.array.rows, spec.array.columns) = (8, 8);
+            })
+            .unwrap();
         let real = VirtualSensor::new(&sensor, 1).unwrap();
-        let data: Data = labelled_presses(&real, 30);
+        let data: CalibrationData = labelled_presses(&real, 30);
         let evidence = Evidence::new(&sensor, &data).unwrap();
-        let options = Options::default();
-        let (fit, _) = presses::calibrate(&sensor, &evidence, &options, &OneByOne, &mut |_, _| ());
+        let options = CalibrationOptions::default();
+        let (fit, _) = presses::calibrate(&sensor, &evidence, &options, &Serial, &mut |_, _| ());
         (fit.unwrap(), evidence)
     }
 
@@ -172,7 +176,7 @@ mod tests {
                 faulty: 10,
                 tested: 30,
                 median_counts: 0.0,
-                beside: 100.0,
+                next_to: 100.0,
             };
             evidence.faults.faults = (0..faulty).map(line).collect();
             let doubts = fit.doubts(&evidence).join("\n");

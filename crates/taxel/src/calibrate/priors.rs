@@ -1,8 +1,8 @@
 //! What is believed of a sensor before it is calibrated: stated, and overridden by the sensor file.
 
-use super::Options;
+use super::CalibrationOptions;
 use crate::Sensor;
-use crate::design::parts::SWITCHES;
+use crate::parts::SWITCHES;
 use crate::sensor::{PerLine, USUAL_OPEN_LOOP_GAIN};
 
 /// A switch of which nothing is known, ohms, and the factor within which that is believed (one standard deviation).
@@ -14,7 +14,7 @@ pub(super) const ALIKE_WITHIN: f64 = 1.4;
 pub(super) const BEND: f64 = 0.3;
 pub(super) const SATURATION: f64 = 2.0;
 /// No switch has less: a smaller number in the file stands for one that is not known.
-const LEAST_SWITCH_OHMS: f64 = 0.1;
+const MIN_SWITCH_OHMS: f64 = 0.1;
 /// A source resistor of which nothing is known, ohms.
 const USUAL_SOURCE_OHMS: f64 = 10.0;
 
@@ -32,20 +32,21 @@ pub(super) struct Beliefs {
 
 impl Beliefs {
     /// What a parts list and the options say.
-    pub(super) fn of(sensor: &Sensor, options: &Options) -> Self {
-        let readout = &sensor.readout;
-        let usual = named_switch(&sensor.name).unwrap_or(USUAL_OHMS);
+    pub(super) fn of(sensor: &Sensor, options: &CalibrationOptions) -> Self {
+        let readout = sensor.readout();
+        let usual = named_switch(sensor.name()).unwrap_or(USUAL_OHMS);
         let mean = |list: &Option<PerLine>, lines| {
             let mean = list.as_ref().map(|l| l.mean(lines));
-            mean.filter(|ohms| *ohms >= LEAST_SWITCH_OHMS)
+            mean.filter(|ohms| *ohms >= MIN_SWITCH_OHMS)
         };
         let column = mean(&readout.r_mux_column_ohms, sensor.columns());
         let row = mean(&readout.r_mux_row_ohms, sensor.rows());
         let factor = WITHIN.ln();
-        let gain = readout.open_loop_gain.unwrap_or(USUAL_OPEN_LOOP_GAIN);
-        let source = match readout.r_source_ohms > 0.0 {
-            true => readout.r_source_ohms,
-            false => USUAL_SOURCE_OHMS,
+        let gain = readout.open_loop_gain().unwrap_or(USUAL_OPEN_LOOP_GAIN);
+        let source = if readout.r_source_ohms > 0.0 {
+            readout.r_source_ohms
+        } else {
+            USUAL_SOURCE_OHMS
         };
         Self {
             column_ohms: column.or(row).unwrap_or(usual),
@@ -86,15 +87,17 @@ mod tests {
 
     #[test]
     fn a_part_in_the_name_is_believed_and_numbers_in_the_file_more() {
-        let mut sensor = preset("mat-16x16-cd4067").unwrap();
-        let of = |sensor: &Sensor| Beliefs::of(sensor, &Options::default());
-        sensor.readout.r_mux_column_ohms = None;
-        sensor.readout.r_mux_row_ohms = None;
-        assert_eq!(of(&sensor).column_ohms, 70.0);
-        sensor.readout.r_mux_row_ohms = Some(PerLine::One(3.0));
-        assert_eq!((of(&sensor).column_ohms, of(&sensor).row_ohms), (3.0, 3.0));
-        sensor.readout.r_mux_row_ohms = None;
-        sensor.name = "mine".to_owned();
-        assert_eq!(of(&sensor).row_ohms, USUAL_OHMS);
+        let of = |name: Option<&str>, row: Option<f64>| {
+            let sensor = preset("mat-16x16-cd4067").unwrap().edited(|spec| {
+                spec.readout.r_mux_column_ohms = None;
+                spec.readout.r_mux_row_ohms = row.map(PerLine::One);
+                spec.name = name.unwrap_or(&spec.name).to_owned();
+            });
+            let beliefs = Beliefs::of(&sensor.unwrap(), &CalibrationOptions::default());
+            (beliefs.column_ohms, beliefs.row_ohms)
+        };
+        assert_eq!(of(None, None).0, 70.0);
+        assert_eq!(of(None, Some(3.0)), (3.0, 3.0));
+        assert_eq!(of(Some("mine"), None).1, USUAL_OHMS);
     }
 }

@@ -61,7 +61,7 @@ impl fmt::Display for Parameter {
 /// A label that the other presses contradict.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Suspect {
-    /// Index into [`super::Data::presses`].
+    /// Index into [`super::CalibrationData::presses`].
     pub press: usize,
     /// What its label says, grams.
     pub load_g: f64,
@@ -97,20 +97,21 @@ impl fmt::Display for Suspect {
             Some(unit) => write!(f, "; are these {unit}?")?,
             None => write!(f, " ({:.2} times)", self.says_g / self.load_g)?,
         }
-        match self.left_out {
-            true => write!(f, " (left out of the fit)"),
-            false => Ok(()),
+        if self.left_out {
+            write!(f, " (left out of the fit)")
+        } else {
+            Ok(())
         }
     }
 }
 
 /// Quality of a fit. Errors are of held-out presses: of presses that neither fitted nor chose what judges them.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct Report {
+pub struct CalibrationReport {
     /// Fitted numbers, and those that were held.
     pub parameters: Vec<Parameter>,
     /// What was looked for beyond the circuit.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<EffectFinding>,
     /// What the user should know before trusting the fit.
     pub warnings: Vec<String>,
     /// Reasons not to use the fit as it is; none for a good one.
@@ -141,7 +142,7 @@ pub struct Report {
 
 /// Something beyond the circuit that was looked for.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Finding {
+pub struct EffectFinding {
     /// What was looked for.
     pub name: String,
     /// Whether it is in the fitted sensor.
@@ -150,7 +151,7 @@ pub struct Finding {
     pub text: String,
 }
 
-impl Report {
+impl CalibrationReport {
     /// Numbers with their errors, one a line.
     pub fn table(parameters: &[Parameter]) -> String {
         let mut text = format!(
@@ -172,7 +173,7 @@ impl Report {
     }
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for CalibrationReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", Self::table(&self.parameters))?;
         match self.held_out_mean_absolute_g {

@@ -9,7 +9,7 @@ const FACTOR: f64 = 1.15;
 /// and, before there is a fit, by this factor from the straight line through the logarithms of the others.
 const GROSS_FACTOR: f64 = 4.0;
 /// More than this share of wrong labels is no small number of slips: the model is wrong, or two units are mixed.
-const MOST_SHARE: f64 = 0.2;
+const MAX_SHARE: f64 = 0.2;
 
 /// Labels far off a power law between load and apparent conductance over an unloaded taxel's: (press, load,
 /// siemens) to what the others say.
@@ -69,7 +69,7 @@ pub(super) fn after(estimates: &[(usize, f64, f64)]) -> Vec<Suspect> {
 
 /// Fewer than can be slips.
 pub(super) fn few(suspects: usize, presses: usize) -> bool {
-    suspects as f64 <= MOST_SHARE * presses as f64
+    suspects as f64 <= MAX_SHARE * presses as f64
 }
 
 #[cfg(test)]

@@ -3,12 +3,12 @@
 use super::choose::Search;
 use super::evidence::Evidence;
 use super::fit::{Fitted, mean};
-use super::law::LoadLaw;
 use super::model::{Model, Unknown, no_fit};
 use super::outcome::Outcome;
-use super::{Calibration, Options, Parameter, Report, suspects};
+use super::{Calibration, CalibrationOptions, CalibrationReport, Parameter, suspects};
+use crate::material::LoadLaw;
 use crate::screen::Axis;
-use crate::sensor::{Bend, Material, PerLine, PerTaxel, Provenance};
+use crate::sensor::{Bend, MaterialSpec, PerLine, PerTaxel, Provenance, SensorSpec};
 use crate::stats::quantile;
 use crate::{Error, Sensor};
 
@@ -64,16 +64,17 @@ impl Search<'_> {
             .map(|(i, (press, says))| (i, press.load_g, says.load_g))
             .collect();
         let found = suspects::after(&labelled);
-        match suspects::few(found.len(), labelled.len()) {
-            true => found,
-            false => Vec::new(),
+        if suspects::few(found.len(), labelled.len()) {
+            found
+        } else {
+            Vec::new()
         }
     }
 
     /// The numbers of the sensor file that were fitted, and those that were held.
     fn parameters(&mut self, fitted: &Fitted, law: &LoadLaw, factor: f64) -> Vec<Parameter> {
         let sensor = &self.model.sensor;
-        let readout = &sensor.readout;
+        let readout = sensor.readout();
         let mean_ohms = |list: &Option<PerLine>, n| list.as_ref().map_or(0.0, |l| l.mean(n));
         let number =
             |name: &str, value: f64, unknown, relative: f64, unit: &str, by: &str| match fitted
@@ -105,7 +106,7 @@ impl Search<'_> {
             ),
         ];
         if self.unknowns.contains(&Unknown::OpenLoopGain) {
-            let gain = readout.open_loop_gain.unwrap_or(0.0);
+            let gain = readout.open_loop_gain().unwrap_or(0.0);
             let name = "readout.open_loop_gain";
             list.push(number(
                 name,
@@ -198,37 +199,48 @@ pub(super) fn calibration(
     outcome: Outcome,
     known: &Sensor,
     evidence: &Evidence,
-    options: &Options,
+    options: &CalibrationOptions,
 ) -> Result<Calibration, Error> {
-    let mut sensor = outcome.model.sensor.clone();
-    sensor.converter.memory = sensor.converter.memory.max(0.0);
-    sensor.converter.noise_counts = Some(round(evidence.noise_counts, 1e3));
-    sensor.material = Some(material(&outcome, sensor.columns()));
+    let found = outcome
+        .model
+        .sensor
+        .edited(|spec| write_found(spec, &outcome, evidence))?;
+    let report = report(outcome, known, &found, evidence);
+    let provenance = provenance(&report, options);
+    Ok(Calibration {
+        sensor: found.edited(|spec| spec.provenance = Some(provenance))?,
+        report,
+    })
+}
+
+fn write_found(spec: &mut SensorSpec, outcome: &Outcome, evidence: &Evidence) {
+    spec.converter.memory = spec.converter.memory.max(0.0);
+    spec.converter.noise_counts = Some(round(evidence.noise_counts, 1e3));
+    spec.material = Some(material(outcome, spec.array.columns));
     for list in [
-        &mut sensor.readout.r_mux_column_ohms,
-        &mut sensor.readout.r_mux_row_ohms,
+        &mut spec.readout.r_mux_column_ohms,
+        &mut spec.readout.r_mux_row_ohms,
     ] {
         if let Some(PerLine::Each(values)) = list {
             values.iter_mut().for_each(|v| *v = round(*v, DIGITS));
         }
     }
-    let faults = &evidence.faults;
-    sensor.screen.dead_rows = faults.dead(Axis::Row).collect();
-    sensor.screen.dead_columns = faults.dead(Axis::Column).collect();
-    sensor.screen.flickering_rows = faults.flickering(Axis::Row).collect();
-    sensor.screen.flickering_columns = faults.flickering(Axis::Column).collect();
-    sensor.screen.repair |= evidence.stuck_share > 0.0 && evidence.stuck_share < 0.05;
-    let report = report(outcome, known, &sensor, evidence);
-    sensor.provenance = Some(provenance(&report, options));
-    Ok(Calibration {
-        sensor: sensor.checked()?,
-        report,
-    })
+    let (faults, screen) = (&evidence.faults, &mut spec.screen);
+    screen.dead_rows = faults.dead(Axis::Row).collect();
+    screen.dead_columns = faults.dead(Axis::Column).collect();
+    screen.flickering_rows = faults.flickering(Axis::Row).collect();
+    screen.flickering_columns = faults.flickering(Axis::Column).collect();
+    screen.repair |= evidence.stuck_share > 0.0 && evidence.stuck_share < 0.05;
 }
 
-fn report(outcome: Outcome, known: &Sensor, sensor: &Sensor, evidence: &Evidence) -> Report {
+fn report(
+    outcome: Outcome,
+    known: &Sensor,
+    sensor: &Sensor,
+    evidence: &Evidence,
+) -> CalibrationReport {
     let held = &outcome.held_out;
-    let mut report = Report {
+    let mut report = CalibrationReport {
         presses: evidence.presses.len() - outcome.suspects.iter().filter(|s| s.left_out).count(),
         left_out: evidence.left_out.clone(),
         doubts: outcome.doubts(evidence),
@@ -253,12 +265,12 @@ fn report(outcome: Outcome, known: &Sensor, sensor: &Sensor, evidence: &Evidence
         .iter()
         .filter(|w| !report.doubts.contains(w));
     report.warnings.extend(more.cloned());
-    if known.readout.topology.is_tia() {
+    if known.readout().topology.is_tia() {
         report.warnings.push(
             "r_mux_row_ohms stands for itself plus what r_feedback_ohms/(1 + open_loop_gain) differs from the file: the two are one sum".to_owned(),
         );
     }
-    if sensor.screen.repair && !known.screen.repair {
+    if sensor.screen().repair && !known.screen().repair {
         report.warnings.push(format!(
             "{} % of the readings are stuck at an end of the converter; the sensor file asks for their repair (screen.repair), and they are marked `interpolated`",
             super::digits::with_error(100.0 * evidence.stuck_share, None).0
@@ -270,7 +282,7 @@ fn report(outcome: Outcome, known: &Sensor, sensor: &Sensor, evidence: &Evidence
     report
 }
 
-fn material(outcome: &Outcome, columns: usize) -> Material {
+fn material(outcome: &Outcome, columns: usize) -> MaterialSpec {
     let (law, model) = (&outcome.law, &outcome.model);
     let each = |values: &[f64]| {
         PerTaxel::Each(
@@ -288,14 +300,15 @@ fn material(outcome: &Outcome, columns: usize) -> Material {
                 .iter()
                 .map(|s| (s - material.intercept).exp())
                 .collect();
-            let exponent = match model.law.own_exponents {
-                true => each(&law.exponent),
-                false => PerTaxel::One(material.exponent),
+            let exponent = if model.law.own_exponents {
+                each(&law.exponent)
+            } else {
+                PerTaxel::One(material.exponent)
             };
             (material.intercept.exp(), exponent, Some(each(&gain)))
         }
     };
-    Material {
+    MaterialSpec {
         g_zero_siemens: law.g_zero,
         factor,
         exponent,
@@ -313,7 +326,7 @@ fn material(outcome: &Outcome, columns: usize) -> Material {
     }
 }
 
-fn provenance(report: &Report, options: &Options) -> Provenance {
+fn provenance(report: &CalibrationReport, options: &CalibrationOptions) -> Provenance {
     let parameters = report.parameters.iter();
     Provenance {
         program: format!("taxel {}", env!("CARGO_PKG_VERSION")),

@@ -1,10 +1,13 @@
 //! From read-out volts to counts and back, and the noise in between.
 
-use rand::RngExt;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::sensor::{ScanOrder, Sensor};
 use crate::{Counts, Frame, Mark, Volts};
+
+/// Standard deviation of what rounding to whole counts adds, counts: 1/√12.
+pub const ROUNDING_COUNTS: f64 = 0.288_675_134_594_812_9;
 
 /// The analogue-to-digital converter: gain, offset, inversion, memory, clipping, quantisation.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,7 +23,7 @@ pub struct Converter {
 impl Converter {
     /// The converter of a sensor.
     pub fn from_sensor(sensor: &Sensor) -> Self {
-        let spec = &sensor.converter;
+        let spec = sensor.converter();
         let lsb = spec.full_scale_volts / sensor.max_count();
         Self {
             volts_per_count: if spec.inverted { -lsb } else { lsb },
@@ -123,20 +126,38 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// Adds one draw to every taxel; the caller's generator of numbers from 0 to below 1 decides it, two a taxel.
-    pub fn add(&self, volts: &mut Frame<Volts>, uniform: &mut impl FnMut() -> f64) {
+    /// Draws of it, decided by the seed.
+    pub fn draws(self, seed: u64) -> NoiseDraws {
+        NoiseDraws {
+            noise: self,
+            random: ChaCha8Rng::seed_from_u64(seed),
+        }
+    }
+
+    /// Adds one draw to every taxel; the generator, seeded by the caller, decides it.
+    pub(crate) fn add(&self, volts: &mut Frame<Volts>, random: &mut ChaCha8Rng) {
         for value in volts.values_mut() {
-            *value += self.standard_deviation_volts * normal_of(uniform(), uniform());
+            *value += self.standard_deviation_volts * normal(random);
         }
     }
 }
 
-/// A standard normal number.
-pub(crate) fn normal(random: &mut ChaCha8Rng) -> f64 {
-    normal_of(random.random(), random.random())
+/// Draws of [`Noise`], one after the other: the same seed gives the same ones.
+#[derive(Debug, Clone)]
+pub struct NoiseDraws {
+    noise: Noise,
+    random: ChaCha8Rng,
 }
 
-/// Of two uniform numbers (Box and Muller 1958).
-fn normal_of(u: f64, v: f64) -> f64 {
+impl NoiseDraws {
+    /// Adds one draw to every taxel.
+    pub fn add(&mut self, volts: &mut Frame<Volts>) {
+        self.noise.add(volts, &mut self.random);
+    }
+}
+
+/// A standard normal number (Box and Muller 1958).
+pub(crate) fn normal(random: &mut ChaCha8Rng) -> f64 {
+    let (u, v): (f64, f64) = (random.random(), random.random());
     (-2.0 * (1.0 - u).ln()).sqrt() * (2.0 * std::f64::consts::PI * v).cos()
 }

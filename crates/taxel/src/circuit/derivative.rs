@@ -2,7 +2,7 @@
 //! forwards (J·v) and backwards (Jᵀ·w). A handful of m×m×n products each, as the scan itself.
 
 use super::linear::{LinearPoint, symmetrise};
-use crate::dense::{multiply, multiply_add, view, view_mut};
+use crate::linalg::{multiply, multiply_add, view, view_mut};
 
 /// Scratch and the partial derivatives of V_out by P_rr, Q_cc, K_rc.
 pub(super) struct Work {
@@ -49,9 +49,10 @@ fn partials(point: &mut LinearPoint) {
     let mut work = std::mem::replace(&mut point.work, Work::new(0, 0));
     point.each(|at, _, row, column, p, q| {
         let (by_row, by_column, by_k) = point.ends.volts_partials(row, column, p, q, point.k[at]);
-        (work.by_p[at], work.by_q[at]) = match point.transposed {
-            false => (by_row, by_column),
-            true => (by_column, by_row),
+        (work.by_p[at], work.by_q[at]) = if point.transposed {
+            (by_column, by_row)
+        } else {
+            (by_row, by_column)
         };
         work.by_k[at] = by_k;
     });

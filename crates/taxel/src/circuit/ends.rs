@@ -3,7 +3,7 @@
 //! [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
 
 use crate::Error;
-use crate::sensor::{PerLine, Sensor, Topology};
+use crate::sensor::{PerLine, Sense, Sensor, Topology};
 
 /// Conductance of a line that is left open: the leak of a switched-off channel, siemens.
 pub const LEAK_SIEMENS: f64 = 1e-12;
@@ -36,7 +36,7 @@ impl LineEnds {
     /// # Errors
     /// [`Error::MissingKey`] when a switch resistance is not known yet.
     pub fn from_sensor(sensor: &Sensor) -> Result<Self, Error> {
-        let readout = &sensor.readout;
+        let readout = sensor.readout();
         let known = |list: &Option<PerLine>, key| {
             list.clone().ok_or_else(|| Error::MissingKey {
                 key,
@@ -48,15 +48,12 @@ impl LineEnds {
         let r_column = known(&readout.r_mux_column_ohms, "readout.r_mux_column_ohms")?;
         let r_row = known(&readout.r_mux_row_ohms, "readout.r_mux_row_ohms")?;
         let topology = readout.topology;
-        let (end_ohms, volts_per_ampere) = if topology.is_tia() {
-            let gain = readout
-                .open_loop_gain
-                .unwrap_or(crate::sensor::USUAL_OPEN_LOOP_GAIN);
-            let r_k = readout.r_feedback_ohms.unwrap_or_default();
-            (r_k / (1.0 + gain), -gain / (1.0 + gain) * r_k)
-        } else {
-            let r_p = readout.r_pull_down_ohms.unwrap_or_default();
-            (r_p, r_p)
+        let (end_ohms, volts_per_ampere) = match readout.sense {
+            Sense::Amplifier {
+                r_feedback_ohms: r_k,
+                open_loop_gain: gain,
+            } => (r_k / (1.0 + gain), -gain / (1.0 + gain) * r_k),
+            Sense::PullDown { r_pull_down_ohms } => (r_pull_down_ohms, r_pull_down_ohms),
         };
         let columns = 0..sensor.columns();
         let rows = 0..sensor.rows();

@@ -3,7 +3,7 @@
 use super::ends::LEAK_SIEMENS;
 use super::{Circuit, LineEnds, NotPassive, OperatingPoint};
 use crate::Error;
-use crate::dense::{Spd, mirror, multiply, multiply_lower, sum, view, view_mut};
+use crate::linalg::{Spd, mirror, multiply, multiply_lower, sum, view, view_mut};
 use crate::sensor::{Sensor, Topology};
 
 /// A sensor's circuit, ready to be solved for any conductances.
@@ -86,9 +86,10 @@ impl LinearPoint {
         let (rows, columns) = (ends.row_selected.len(), ends.column_selected.len());
         let transposed = columns < rows;
         let (small, large) = (rows.min(columns), rows.max(columns));
-        let (small_end, large_end) = match transposed {
-            false => (ends.row_unselected.clone(), ends.column_unselected.clone()),
-            true => (ends.column_unselected.clone(), ends.row_unselected.clone()),
+        let (small_end, large_end) = if transposed {
+            (ends.column_unselected.clone(), ends.row_unselected.clone())
+        } else {
+            (ends.row_unselected.clone(), ends.column_unselected.clone())
         };
         Self {
             ends,
@@ -149,9 +150,10 @@ impl LinearPoint {
         let g = &self.conductance;
         for (i, line) in g.chunks_exact(n).enumerate() {
             let sum = sum(line);
-            let total = match self.floating() && sum > LEAK_SIEMENS {
-                true => sum,
-                false => sum + self.small_end[i],
+            let total = if self.floating() && sum > LEAK_SIEMENS {
+                sum
+            } else {
+                sum + self.small_end[i]
             };
             self.schur[i * m + i] += total;
             self.totals[i] = total;
@@ -196,9 +198,10 @@ impl LinearPoint {
         for i in 0..m {
             let diagonal = self.p[i * m + i];
             for j in 0..n {
-                match self.transposed {
-                    false => visit(i * n + j, i * n + j, i, j, diagonal, self.q[j]),
-                    true => visit(i * n + j, j * m + i, j, i, self.q[j], diagonal),
+                if self.transposed {
+                    visit(i * n + j, j * m + i, j, i, self.q[j], diagonal)
+                } else {
+                    visit(i * n + j, i * n + j, i, j, diagonal, self.q[j])
                 }
             }
         }
@@ -260,11 +263,11 @@ impl OperatingPoint for LinearPoint {
         }
     }
 
-    fn derivative_into(&mut self, direction: &[f64], out: &mut [f64]) {
+    fn jvp_into(&mut self, direction: &[f64], out: &mut [f64]) {
         super::derivative::forward(self, direction, out);
     }
 
-    fn adjoint_into(&mut self, weights: &[f64], out: &mut [f64]) {
+    fn vjp_into(&mut self, weights: &[f64], out: &mut [f64]) {
         super::derivative::adjoint(self, weights, out);
     }
 }

@@ -13,7 +13,7 @@ pub mod netlist;
 pub mod simplified;
 
 pub(crate) use converter::normal;
-pub use converter::{Converter, Noise};
+pub use converter::{Converter, Noise, NoiseDraws, ROUNDING_COUNTS};
 pub use ends::LineEnds;
 pub use linear::{LinearCircuit, LinearPoint};
 
@@ -62,7 +62,7 @@ pub trait OperatingPoint: Send {
     /// V_out of every taxel, volts.
     fn predict_into(&self, volts: &mut [f64]);
     /// J·v: change of V_out (volts) along a change of conductances (siemens).
-    fn derivative_into(&mut self, direction: &[f64], out: &mut [f64]);
+    fn jvp_into(&mut self, direction: &[f64], out: &mut [f64]);
     /// Jᵀ·w: the gradient of Σ w·V_out by the conductances.
-    fn adjoint_into(&mut self, weights: &[f64], out: &mut [f64]);
+    fn vjp_into(&mut self, weights: &[f64], out: &mut [f64]);
 }

@@ -12,7 +12,7 @@
 
 use std::fmt::{Arguments, Write};
 
-use crate::sensor::{PerLine, Topology};
+use crate::sensor::{PerLine, Sense, Topology};
 use crate::{Error, Frame, Sensor, Siemens};
 
 /// Resistance of a switch that is off, and of an open line's insulation to ground, ohms.
@@ -69,15 +69,14 @@ impl Selection {
 /// # Errors
 /// [`Error::Shape`] when frame and sensor differ; [`Error::MissingKey`] when the switches' resistances are not
 /// known; [`Error::OutOfRange`] for a taxel outside the array, an empty selection, a conductance that is
-/// negative or not finite; whatever [`Sensor::checked`] finds.
+/// negative or not finite.
 pub fn netlist(
     sensor: &Sensor,
     conductance: &Frame<Siemens>,
     selection: Selection,
 ) -> Result<String, Error> {
-    let sensor = sensor.clone().checked()?;
     let (rows, columns) = (sensor.rows(), sensor.columns());
-    check_frame(&sensor, conductance)?;
+    check_frame(sensor, conductance)?;
     let taxels = selection.taxels(rows, columns);
     check_taxels(&taxels, rows, columns)?;
     let switch = |key, list: &Option<PerLine>| {
@@ -90,9 +89,9 @@ pub fn netlist(
     let mut writer = Writer {
         r_column: switch(
             "readout.r_mux_column_ohms",
-            &sensor.readout.r_mux_column_ohms,
+            &sensor.readout().r_mux_column_ohms,
         )?,
-        r_row: switch("readout.r_mux_row_ohms", &sensor.readout.r_mux_row_ohms)?,
+        r_row: switch("readout.r_mux_row_ohms", &sensor.readout().r_mux_row_ohms)?,
         sensor: &sensor,
         text: String::new(),
     };
@@ -177,7 +176,7 @@ impl Writer<'_> {
     }
 
     fn topology(&self) -> Topology {
-        self.sensor.readout.topology
+        self.sensor.readout().topology
     }
 
     /// Where an unselected column leads to; None: nowhere.
@@ -212,8 +211,8 @@ impl Writer<'_> {
 
     /// The test voltage and both switches of every column.
     fn columns(&mut self, selected: usize) {
-        let v_test = self.sensor.readout.v_test_volts;
-        let r_source = self.sensor.readout.r_source_ohms;
+        let v_test = self.sensor.readout().v_test_volts;
+        let r_source = self.sensor.readout().r_source_ohms;
         self.line(format_args!("* test voltage V_t"));
         if r_source > 0.0 {
             self.line(format_args!("Vt source 0 {v_test}"));
@@ -252,27 +251,11 @@ impl Writer<'_> {
 
     /// Amplifiers, pull-down, follower.
     fn read_out(&mut self, selected: usize) -> Result<(), Error> {
-        let readout = &self.sensor.readout;
-        let gain = readout
-            .open_loop_gain
-            .unwrap_or(crate::sensor::USUAL_OPEN_LOOP_GAIN);
-        let absent = |key| Error::MissingKey {
-            key,
-            hint: format!("topology `{}` has one", readout.topology.name()),
-        };
-        let r_k = readout.r_feedback_ohms;
-        let r_p = readout.r_pull_down_ohms;
-        match readout.topology {
-            Topology::TiaGroundedColumns => {
-                let r_k = r_k.ok_or(absent("readout.r_feedback_ohms"))?;
-                self.line(format_args!(
-                    "* inverting amplifier: R_k from output to input, open-loop gain A = {gain}"
-                ));
-                self.line(format_args!("Rk sense out {r_k}"));
-                self.line(format_args!("Eamp out 0 0 sense {gain}"));
-            }
-            Topology::TiaZeroPotential => {
-                let r_k = r_k.ok_or(absent("readout.r_feedback_ohms"))?;
+        match self.sensor.readout().sense {
+            Sense::Amplifier {
+                r_feedback_ohms: r_k,
+                open_loop_gain: gain,
+            } if self.topology() == Topology::TiaZeroPotential => {
                 self.line(format_args!(
                     "* an inverting amplifier a row: R_k from output to input, open-loop gain A = {gain}"
                 ));
@@ -283,8 +266,19 @@ impl Writer<'_> {
                 self.line(format_args!("* the amplifier that is read"));
                 self.line(format_args!("Eread out 0 out{selected} 0 1"));
             }
-            _ => {
-                let r_p = r_p.ok_or(absent("readout.r_pull_down_ohms"))?;
+            Sense::Amplifier {
+                r_feedback_ohms: r_k,
+                open_loop_gain: gain,
+            } => {
+                self.line(format_args!(
+                    "* inverting amplifier: R_k from output to input, open-loop gain A = {gain}"
+                ));
+                self.line(format_args!("Rk sense out {r_k}"));
+                self.line(format_args!("Eamp out 0 0 sense {gain}"));
+            }
+            Sense::PullDown {
+                r_pull_down_ohms: r_p,
+            } => {
                 self.line(format_args!(
                     "* pull-down R_p: V_out is the voltage over it"
                 ));

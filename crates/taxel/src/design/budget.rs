@@ -8,14 +8,14 @@
 
 mod other;
 
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
-use crate::calibrate::LoadLaw;
 use crate::circuit::{Circuit, Converter, LinearCircuit, Noise};
-use crate::sensor::{PerLine, Sensor, Topology};
-use crate::simulate::{DEFAULT_PEAK_G, Kind, Pattern, default_noise_counts};
+use crate::material::LoadLaw;
+use crate::sensor::{PerLine, Sense, Sensor, SensorSpec, Topology};
+use crate::simulate::{DEFAULT_PEAK_G, Pattern, PatternKind, default_noise_counts};
 use crate::solve::{Method, Raw, default_method};
 use crate::{Counts, Error, Frame, Mark, Siemens, Volts};
 
@@ -56,8 +56,8 @@ impl Cause {
     /// The causes that a sensor's read-out can have.
     pub fn of(sensor: &Sensor) -> Vec<Cause> {
         use Cause::{Bits, ColumnSwitches, Divider, Gain, Noise, Range, RowSwitches, Source};
-        match sensor.readout.topology.is_tia() {
-            true => vec![
+        if sensor.readout().topology.is_tia() {
+            vec![
                 ColumnSwitches,
                 RowSwitches,
                 Source,
@@ -65,8 +65,9 @@ impl Cause {
                 Range,
                 Bits,
                 Noise,
-            ],
-            false => vec![
+            ]
+        } else {
+            vec![
                 Divider,
                 ColumnSwitches,
                 RowSwitches,
@@ -74,7 +75,7 @@ impl Cause {
                 Range,
                 Bits,
                 Noise,
-            ],
+            ]
         }
     }
 
@@ -100,14 +101,14 @@ impl Cause {
 
 /// A frame whose conductances are known.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Scene {
+pub struct BudgetScene {
     /// What it is.
     pub name: String,
     /// Conductance of every taxel, siemens.
     pub siemens: Frame<Siemens>,
 }
 
-impl Scene {
+impl BudgetScene {
     /// Taxels above [`LOADED_SHARE`] of the best conductor, and the conductance of that, siemens.
     pub fn loaded(&self) -> (usize, f64) {
         let values = self.siemens.values();
@@ -119,7 +120,7 @@ impl Scene {
 
 /// Errors of one kind over a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct Figures {
+pub struct ErrorFigures {
     /// Mean absolute error of the loaded taxels.
     pub mean: f64,
     /// Largest absolute error of any taxel.
@@ -128,12 +129,13 @@ pub struct Figures {
     pub ghost: f64,
 }
 
-impl Figures {
+impl ErrorFigures {
     fn add(&mut self, error: f64, loaded: bool) {
         self.worst = self.worst.max(error.abs());
-        match loaded {
-            true => self.mean += error.abs(),
-            false => self.ghost = self.ghost.max(error),
+        if loaded {
+            self.mean += error.abs()
+        } else {
+            self.ghost = self.ghost.max(error)
         }
     }
 }
@@ -142,9 +144,9 @@ impl Figures {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Errors {
     /// In percent of the frame's largest conductance.
-    pub percent: Figures,
+    pub percent: ErrorFigures,
     /// In grams, where the sensor has a load law. Loads below 0 count as 0, as in a pipeline.
-    pub grams: Option<Figures>,
+    pub grams: Option<ErrorFigures>,
     /// Taxels whose reading stood at the converter's ceiling, the most of all draws.
     pub saturated: usize,
     /// Draws of the noise that were taken.
@@ -185,12 +187,11 @@ impl Budget {
     /// For a sensor; noise is drawn `draws` times from `seed`.
     ///
     /// # Errors
-    /// A number outside its physical range, a gain that is still the name of a file.
+    /// A number outside its physical range.
     pub fn new(sensor: &Sensor, draws: u32, seed: u64) -> Result<Self, Error> {
-        let mut sensor = sensor.clone().checked()?;
         // Known, and undone exactly: docs/design.md.
-        sensor.converter.memory = 0.0;
-        let law = match sensor.material {
+        let sensor = sensor.edited(|spec| spec.converter.memory = 0.0)?;
+        let law = match sensor.material() {
             Some(_) => Some(LoadLaw::from_sensor(&sensor)?),
             None => None,
         };
@@ -216,26 +217,24 @@ impl Budget {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn with(&self, change: impl FnOnce(&mut Sensor)) -> Result<Self, Error> {
-        let mut sensor = self.sensor.clone();
-        change(&mut sensor);
-        Self::new(&sensor, self.draws, self.seed)
+    pub fn with(&self, change: impl FnOnce(&mut SensorSpec)) -> Result<Self, Error> {
+        Self::new(&self.sensor.edited(change)?, self.draws, self.seed)
     }
 
     /// A hand that grips: frame 80 of the pattern `hand`, seed 7, at its natural pressure.
-    pub fn typical(&self) -> Scene {
+    pub fn typical(&self) -> BudgetScene {
         self.scene("a gripping hand", &Pattern::hand())
     }
 
     /// Every taxel under `full_load_g` grams (without one: 600).
-    pub fn worst(&self, full_load_g: Option<f64>) -> Scene {
+    pub fn worst(&self, full_load_g: Option<f64>) -> BudgetScene {
         let load = full_load_g.unwrap_or(DEFAULT_PEAK_G);
         let name = format!("every taxel under {load} g");
-        self.scene(&name, &Pattern::new(Kind::Uniform).with_peak_g(load))
+        self.scene(&name, &Pattern::new(PatternKind::Uniform).with_peak_g(load))
     }
 
-    fn scene(&self, name: &str, pattern: &Pattern) -> Scene {
-        let peak = pattern.peak_of(&self.sensor.array);
+    fn scene(&self, name: &str, pattern: &Pattern) -> BudgetScene {
+        let peak = pattern.peak_of(self.sensor.array());
         let linear;
         let law = match &self.law {
             Some(law) => law,
@@ -244,8 +243,8 @@ impl Budget {
                 &linear
             }
         };
-        let loads = pattern.loads(&self.sensor.array, 7, 80);
-        Scene {
+        let loads = pattern.loads(self.sensor.array(), 7, 80);
+        BudgetScene {
             name: name.to_owned(),
             siemens: loads.map(|taxel, load| law.siemens_from_grams(taxel, load).max(0.0)),
         }
@@ -259,7 +258,7 @@ impl Budget {
     ///
     /// # Panics
     /// When the scene's shape is not the sensor's.
-    pub fn raw(&self, scene: &Scene, causes: &[Cause]) -> Result<Errors, Error> {
+    pub fn raw(&self, scene: &BudgetScene, causes: &[Cause]) -> Result<Errors, Error> {
         let sensor = self.with_causes(causes, &scene.siemens)?;
         self.errors(scene, &sensor, causes, &Raw::from_sensor(&sensor))
     }
@@ -272,7 +271,7 @@ impl Budget {
     ///
     /// # Panics
     /// As [`Self::raw`].
-    pub fn compensated(&self, scene: &Scene, causes: &[Cause]) -> Result<Errors, Error> {
+    pub fn compensated(&self, scene: &BudgetScene, causes: &[Cause]) -> Result<Errors, Error> {
         let method = default_method(&self.sensor)?;
         self.errors(scene, &self.sensor, causes, &*method)
     }
@@ -281,7 +280,7 @@ impl Budget {
     ///
     /// # Errors
     /// As [`Self::raw`].
-    pub fn split(&self, scene: &Scene) -> Result<Vec<Part>, Error> {
+    pub fn split(&self, scene: &BudgetScene) -> Result<Vec<Part>, Error> {
         let all = Cause::of(&self.sensor);
         all.iter()
             .map(|&cause| {
@@ -301,43 +300,50 @@ impl Budget {
         let circuit = LinearCircuit::from_sensor(&self.sensor)?;
         let mut sensor = self.sensor.clone();
         let has = |cause| causes.contains(&cause);
-        let readout = &mut sensor.readout;
-        if !has(Cause::ColumnSwitches) {
-            readout.r_mux_column_ohms = Some(PerLine::One(IDEAL_OHMS));
-        }
-        if !has(Cause::RowSwitches) {
-            readout.r_mux_row_ohms = Some(PerLine::One(IDEAL_OHMS));
-        }
-        if !has(Cause::Source) {
-            readout.r_source_ohms = 0.0;
-        }
-        if !has(Cause::Gain) {
-            readout.open_loop_gain = Some(IDEAL_GAIN);
-        }
-        if !readout.topology.is_tia() && !has(Cause::Divider) {
+        sensor.try_out(|spec| {
+            let readout = &mut spec.readout;
+            if !has(Cause::ColumnSwitches) {
+                readout.r_mux_column_ohms = Some(PerLine::One(IDEAL_OHMS));
+            }
+            if !has(Cause::RowSwitches) {
+                readout.r_mux_row_ohms = Some(PerLine::One(IDEAL_OHMS));
+            }
+            if !has(Cause::Source) {
+                readout.r_source_ohms = 0.0;
+            }
+            if !has(Cause::Gain) {
+                readout.open_loop_gain = Some(IDEAL_GAIN);
+            }
+        });
+        if let Sense::PullDown { r_pull_down_ohms } = sensor.readout().sense
+            && !has(Cause::Divider)
+        {
             // A virtual ground that fills as much of the converter as the divider does.
             let largest = largest_of(predict(&self.sensor, &circuit, siemens)?.values());
-            let r_k = readout.r_pull_down_ohms.unwrap_or_default();
-            readout.topology = Topology::TiaGroundedColumns;
-            readout.r_feedback_ohms = Some(r_k);
-            readout.v_test_volts = largest / (r_k * largest_of(siemens.values()));
-            sensor.converter.inverted = true;
+            sensor.try_out(|spec| {
+                spec.readout.topology = Topology::TiaGroundedColumns;
+                spec.readout.r_feedback_ohms = Some(r_pull_down_ohms);
+                spec.readout.v_test_volts =
+                    largest / (r_pull_down_ohms * largest_of(siemens.values()));
+                spec.converter.inverted = true;
+            });
         }
         Ok(sensor)
     }
 
     fn errors(
         &self,
-        scene: &Scene,
+        scene: &BudgetScene,
         sensor: &Sensor,
         causes: &[Cause],
         method: &dyn Method,
     ) -> Result<Errors, Error> {
         let volts = predict(sensor, &LinearCircuit::from_sensor(sensor)?, &scene.siemens)?;
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
-        let draws = match causes.contains(&Cause::Noise) {
-            true => self.draws,
-            false => 1,
+        let draws = if causes.contains(&Cause::Noise) {
+            self.draws
+        } else {
+            1
         };
         let mut sum = Sum::new(self.law.as_ref());
         for _ in 0..draws {
@@ -345,9 +351,10 @@ impl Budget {
             let solved = method.solve(&read);
             let saturated = read.marks().iter().filter(|m| **m == Mark::Saturated);
             sum.saturated = sum.saturated.max(saturated.count());
-            match solved.outcome.stop.is_good() {
-                true => sum.add(&scene.siemens, &solved.frame),
-                false => sum.unsolved += 1,
+            if solved.outcome.stop.is_good() {
+                sum.add(&scene.siemens, &solved.frame)
+            } else {
+                sum.unsolved += 1
             }
         }
         Ok(sum.finish(draws))
@@ -360,7 +367,7 @@ pub(super) fn predict(
     circuit: &LinearCircuit,
     siemens: &Frame<Siemens>,
 ) -> Result<Frame<Volts>, Error> {
-    let rows = sensor.readout.r_mux_row_ohms.as_ref();
+    let rows = sensor.readout().r_mux_row_ohms.as_ref();
     circuit.predict(siemens).map_err(|_| Error::OutOfRange {
         key: "readout.r_mux_row_ohms".to_owned(),
         found: rows.map_or(0.0, |ohms| ohms.mean(sensor.rows())),
@@ -386,14 +393,14 @@ fn read(
     let mut noisy = volts.clone();
     if has(Cause::Noise) {
         let counts = sensor
-            .converter
+            .converter()
             .noise_counts
-            .unwrap_or_else(|| default_noise_counts(sensor.converter.bits));
+            .unwrap_or_else(|| default_noise_counts(sensor.converter().bits));
         let standard_deviation_volts = counts * converter.lsb_volts();
         Noise {
             standard_deviation_volts,
         }
-        .add(&mut noisy, &mut || random.random());
+        .add(&mut noisy, random);
     }
     let counts: Frame<Counts> = noisy.map(|_, volts| {
         let mut count = converter.count_from_volt(volts);
@@ -415,8 +422,8 @@ fn read(
 /// Errors in the making.
 struct Sum<'a> {
     law: Option<&'a LoadLaw>,
-    percent: Figures,
-    grams: Figures,
+    percent: ErrorFigures,
+    grams: ErrorFigures,
     loaded: u64,
     saturated: usize,
     unsolved: u32,
@@ -426,8 +433,8 @@ impl<'a> Sum<'a> {
     fn new(law: Option<&'a LoadLaw>) -> Self {
         Self {
             law,
-            percent: Figures::default(),
-            grams: Figures::default(),
+            percent: ErrorFigures::default(),
+            grams: ErrorFigures::default(),
             loaded: 0,
             saturated: 0,
             unsolved: 0,

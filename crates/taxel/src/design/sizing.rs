@@ -6,12 +6,12 @@ mod timing;
 use serde::Serialize;
 
 use super::Error;
-use super::budget::{Budget, Cause, Errors, Scene, predict};
-use super::parts::{e24_at_most, e24_nearest, gain_at};
-use crate::calibrate::LoadLaw;
+use super::budget::{Budget, BudgetScene, Cause, Errors, predict};
 use crate::circuit::{Converter, LinearCircuit};
+use crate::material::LoadLaw;
+use crate::parts::{e24_at_most, e24_nearest, gain_at};
 use crate::sensor::{
-    Array, ConverterSpec, Material, PerLine, Readout, ScanOrder, ScreenSpec, Sensor, Topology,
+    Array, ConverterSpec, MaterialSpec, PerLine, ReadoutSpec, Sense, Sensor, SensorSpec, Topology,
 };
 use crate::simulate::default_noise_counts;
 use crate::{Frame, Siemens};
@@ -157,8 +157,8 @@ pub struct Proposal {
 /// ```
 /// use taxel::design::sizing::{Wish, size};
 /// let proposal = size(&Wish { rows: 16, columns: 16, ..Wish::default() })?;
-/// assert_eq!(proposal.sensor.readout.v_test_volts, 0.4);
-/// assert_eq!(proposal.sensor.readout.r_feedback_ohms, Some(2000.0));
+/// assert_eq!(proposal.sensor.readout().v_test_volts, 0.4);
+/// assert_eq!(proposal.sensor.readout().r_feedback_ohms, Some(2000.0));
 /// # Ok::<(), taxel::design::Error>(())
 /// ```
 pub fn size(wish: &Wish) -> Result<Proposal, Error> {
@@ -166,20 +166,22 @@ pub fn size(wish: &Wish) -> Result<Proposal, Error> {
     let refused = |error: crate::Error| Error::new(error.to_string(), "see the numbers given");
     let (v_test, exact_ohms, mut ohms) = voltage_and_ohms(wish);
     let frames = check::frames(wish);
-    let mut sensor = sensor_with(wish, v_test, ohms);
+    let mut sensor = sensor_with(wish, v_test, ohms).map_err(refused)?;
     let mut fullest = fullest_share(&sensor, &frames).map_err(refused)?;
     while wish.r_ohms.is_none() && wish.topology.is_tia() && fullest >= 1.0 {
         ohms = e24_at_most(0.95 * ohms);
-        sensor = sensor_with(wish, v_test, ohms);
+        sensor = sensor_with(wish, v_test, ohms).map_err(refused)?;
         fullest = fullest_share(&sensor, &frames).map_err(refused)?;
     }
-    sensor.converter.noise_counts = Some(noise_counts(wish, &sensor));
-    let sensor = sensor.checked().map_err(refused)?;
+    let noise = noise_counts(wish, &sensor);
+    let sensor = sensor
+        .edited(|spec| spec.converter.noise_counts = Some(noise))
+        .map_err(refused)?;
     let resolution = resolution(wish, &sensor).map_err(refused)?;
     let timing = Timing::of(wish, ohms);
     let mut proposal = Proposal {
         exact_ohms,
-        gain: sensor.readout.open_loop_gain,
+        gain: sensor.readout().open_loop_gain(),
         fullest_share: fullest,
         resolution,
         timing,
@@ -207,49 +209,31 @@ fn voltage_and_ohms(wish: &Wish) -> (f64, f64, f64) {
     }
 }
 
-fn sensor_with(wish: &Wish, v_test_volts: f64, ohms: f64) -> Sensor {
-    let tia = wish.topology.is_tia();
+fn sensor_with(wish: &Wish, v_test_volts: f64, ohms: f64) -> Result<Sensor, crate::Error> {
     let taxels = (wish.rows * wish.columns) as f64;
     let law = law(wish);
-    Sensor {
-        format: 1,
-        name: format!("design {}x{}", wish.rows, wish.columns),
-        array: Array {
-            rows: wish.rows,
-            columns: wish.columns,
-            pitch_mm: [wish.pitch_mm; 2],
-            taxel_area_mm2: wish.pitch_mm * wish.pitch_mm,
-            labels: None,
-        },
-        readout: Readout {
-            topology: wish.topology,
-            v_test_volts,
-            r_feedback_ohms: tia.then_some(ohms),
-            open_loop_gain: tia.then(|| {
-                let gain = gain_at(wish.gbw_hz, wish.frames_per_second * taxels);
-                significant(gain, 4)
-            }),
-            r_mux_column_ohms: Some(PerLine::One(wish.switch_ohms)),
-            r_mux_row_ohms: Some(PerLine::One(wish.switch_ohms)),
-            r_source_ohms: 0.0,
-            r_pull_down_ohms: (!tia).then_some(ohms),
-        },
-        converter: ConverterSpec {
-            bits: wish.bits,
-            full_scale_volts: wish.full_scale_volts,
-            inverted: tia,
-            offset_volts: 0.0,
-            noise_counts: None,
-            memory: 0.0,
-            scan_order: ScanOrder::default(),
-        },
-        material: Some(Material {
-            factor: significant(law.ln_scale[0].exp(), 9),
-            ..law.to_material()
-        }),
-        screen: ScreenSpec::default(),
-        provenance: None,
+    let mut array = Array::new(wish.rows, wish.columns);
+    array.pitch_mm = [wish.pitch_mm; 2];
+    array.taxel_area_mm2 = wish.pitch_mm * wish.pitch_mm;
+    let mut readout = ReadoutSpec::new(wish.topology, v_test_volts);
+    readout.r_mux_column_ohms = Some(PerLine::One(wish.switch_ohms));
+    readout.r_mux_row_ohms = Some(PerLine::One(wish.switch_ohms));
+    if wish.topology.is_tia() {
+        let gain = gain_at(wish.gbw_hz, wish.frames_per_second * taxels);
+        readout.r_feedback_ohms = Some(ohms);
+        readout.open_loop_gain = Some(significant(gain, 4));
+    } else {
+        readout.r_pull_down_ohms = Some(ohms);
     }
+    let mut converter = ConverterSpec::new(wish.bits, wish.full_scale_volts);
+    converter.inverted = wish.topology.is_tia();
+    let mut spec = SensorSpec::new(array, readout, converter);
+    spec.name = format!("design {}x{}", wish.rows, wish.columns);
+    spec.material = Some(MaterialSpec {
+        factor: significant(law.ln_scale[0].exp(), 9),
+        ..law.to_material()
+    });
+    Sensor::try_from(spec)
 }
 
 /// Rounded to so many significant digits: what a file is to show of a number that is no measurement.
@@ -280,7 +264,7 @@ fn fullest_share(sensor: &Sensor, frames: &[Frame<Siemens>]) -> Result<f64, crat
             .iter()
             .fold(largest, |most, v| most.max(v.abs()));
     }
-    Ok(largest / sensor.converter.full_scale_volts)
+    Ok(largest / sensor.converter().full_scale_volts)
 }
 
 /// Noise of the converter and of the amplifier, one taxel of the row pressed fully, counts.
@@ -294,7 +278,7 @@ fn noise_counts(wish: &Wish, sensor: &Sensor) -> f64 {
 /// The amplifier's noise at its output, volts, when the taxels of the row conduct `siemens` together: its noise gain
 /// is 1 + R_k · siemens. 0 without an amplifier.
 fn amplifier_noise(wish: &Wish, sensor: &Sensor, siemens: f64) -> f64 {
-    match sensor.readout.r_feedback_ohms {
+    match sensor.readout().r_feedback_ohms() {
         Some(r_k) => wish.amplifier_noise_volts * (1.0 + r_k * siemens),
         None => 0.0,
     }
@@ -303,18 +287,22 @@ fn amplifier_noise(wish: &Wish, sensor: &Sensor, siemens: f64) -> f64 {
 fn resolution(wish: &Wish, sensor: &Sensor) -> Result<[Resolution; 2], crate::Error> {
     let law = LoadLaw::from_sensor(sensor)?;
     let lsb = Converter::from_sensor(sensor).lsb_volts();
-    let noise = sensor.converter.noise_counts.unwrap_or_default();
-    let readout = &sensor.readout;
+    let noise = sensor.converter().noise_counts.unwrap_or_default();
+    let readout = sensor.readout();
     let at = |taxel_ohms: f64| {
         let siemens = 1.0 / taxel_ohms;
         // |V| and d|V|/dG of a taxel that is pressed alone.
-        let (volts, slope) = match (readout.r_feedback_ohms, readout.r_pull_down_ohms) {
-            (Some(r_k), _) => (
+        let (volts, slope) = match readout.sense {
+            Sense::Amplifier {
+                r_feedback_ohms: r_k,
+                ..
+            } => (
                 readout.v_test_volts * r_k * siemens,
                 readout.v_test_volts * r_k,
             ),
-            (_, r_p) => {
-                let r_p = r_p.unwrap_or_default();
+            Sense::PullDown {
+                r_pull_down_ohms: r_p,
+            } => {
                 let share = 1.0 / (1.0 + r_p * siemens);
                 let volts = readout.v_test_volts * r_p * siemens * share;
                 (volts, readout.v_test_volts * r_p * share * share)
@@ -363,7 +351,7 @@ fn ghosts(wish: &Wish, sensor: &Sensor) -> Result<Vec<Ghost>, crate::Error> {
         .into_iter()
         .map(|(name, siemens)| {
             let name = name.to_owned();
-            let scene = Scene { name, siemens };
+            let scene = BudgetScene { name, siemens };
             Ok(Ghost {
                 raw: budget.raw(&scene, &all)?,
                 compensated: budget.compensated(&scene, &all)?,

@@ -1,7 +1,7 @@
 //! How far are estimates from known loads?
 
-use super::{Bootstrap, Estimate};
 use crate::metric::deviations;
+use crate::stats::{Bootstrap, Estimate};
 
 /// An estimate beside what is true, in the same unit.
 #[derive(Debug, Clone, Copy, PartialEq)]

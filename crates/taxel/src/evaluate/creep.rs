@@ -1,11 +1,11 @@
 //! Does it matter how long the load has been there?
 
-use super::fit::{Line, golden};
-use super::{Bootstrap, Estimate, mean, spread};
+use super::power::golden;
+use crate::stats::{Bootstrap, Estimate, Line, mean, standard_deviation};
 
 /// A reading and when it was taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reading {
+pub struct TimedReading {
     /// Seconds.
     pub secs: f64,
     /// In any unit.
@@ -64,18 +64,21 @@ pub struct Creep {
 }
 
 /// The shortest time that says something of drift, seconds.
-pub const SHORTEST_DRIFT_SECS: f64 = 60.0;
+pub const MIN_DRIFT_SECS: f64 = 60.0;
 /// The fewest readings of a hold that counts.
-pub const FEWEST: usize = 10;
+pub const MIN_READINGS: usize = 10;
 /// Time constants looked at within the hold.
 const TAUS: usize = 40;
 /// Two exponentials must leave less than this share of what one leaves.
 const CLEARLY_LESS: f64 = 0.9;
 
 /// Judges holds of constant loads; those with fewer than ten readings do not count. `None` without any.
-pub fn creep(holds: &[Vec<Reading>], bootstrap: &Bootstrap) -> Option<Creep> {
-    let holds: Vec<&Vec<Reading>> = holds.iter().filter(|hold| hold.len() >= FEWEST).collect();
-    let each = |figure: fn(&[Reading]) -> Option<f64>| -> Vec<Vec<f64>> {
+pub fn creep(holds: &[Vec<TimedReading>], bootstrap: &Bootstrap) -> Option<Creep> {
+    let holds: Vec<&Vec<TimedReading>> = holds
+        .iter()
+        .filter(|hold| hold.len() >= MIN_READINGS)
+        .collect();
+    let each = |figure: fn(&[TimedReading]) -> Option<f64>| -> Vec<Vec<f64>> {
         holds
             .iter()
             .filter_map(|hold| Some(vec![figure(hold)?]))
@@ -92,19 +95,19 @@ pub fn creep(holds: &[Vec<Reading>], bootstrap: &Bootstrap) -> Option<Creep> {
     })
 }
 
-fn length(hold: &[Reading]) -> Option<f64> {
+fn length(hold: &[TimedReading]) -> Option<f64> {
     Some(hold.last()?.secs - hold.first()?.secs).filter(|secs| *secs > 0.0)
 }
 
-fn percent(hold: &[Reading]) -> Option<f64> {
+fn percent(hold: &[TimedReading]) -> Option<f64> {
     let tenth = hold.len().div_ceil(10);
     let first = mean(hold[..tenth].iter().map(|r| r.value))?;
     let last = mean(hold[hold.len() - tenth..].iter().map(|r| r.value))?;
     (first != 0.0).then(|| 100.0 * (last - first) / first.abs())
 }
 
-fn drift(hold: &[Reading]) -> Option<f64> {
-    length(hold).filter(|secs| *secs >= SHORTEST_DRIFT_SECS)?;
+fn drift(hold: &[TimedReading]) -> Option<f64> {
+    length(hold).filter(|secs| *secs >= MIN_DRIFT_SECS)?;
     let half: Vec<_> = hold[hold.len() / 2..]
         .iter()
         .map(|r| (r.secs, r.value))
@@ -114,7 +117,7 @@ fn drift(hold: &[Reading]) -> Option<f64> {
     (centre != 0.0).then(|| 100.0 * 3600.0 * line.slope / centre.abs())
 }
 
-fn logarithm(hold: &[Reading]) -> Option<Logarithm> {
+fn logarithm(hold: &[TimedReading]) -> Option<Logarithm> {
     let first = hold.first()?.secs;
     let points: Vec<_> = hold
         .iter()
@@ -130,7 +133,7 @@ fn logarithm(hold: &[Reading]) -> Option<Logarithm> {
 
 /// One exponential, or two: every pair of time constants of a geometric row between two readings' distance and the
 /// hold's length, with the amplitudes by least squares.
-fn exponentials(hold: &[Reading]) -> Option<Exponentials> {
+fn exponentials(hold: &[TimedReading]) -> Option<Exponentials> {
     let secs = length(hold)?;
     let least = (secs / (hold.len() - 1) as f64).max(1e-3 * secs);
     let taus: Vec<f64> = (0..TAUS)
@@ -152,7 +155,7 @@ fn exponentials(hold: &[Reading]) -> Option<Exponentials> {
         .min_by(better);
     let values: Vec<f64> = hold.iter().map(|r| r.value).collect();
     // Where nothing is left, nothing can be told apart.
-    let nothing = 1e-9 * spread(&values)?;
+    let nothing = 1e-9 * standard_deviation(&values)?;
     Some(match two {
         Some(two) if one.residual > nothing && two.residual < CLEARLY_LESS * one.residual => two,
         _ => one,
@@ -160,11 +163,11 @@ fn exponentials(hold: &[Reading]) -> Option<Exponentials> {
 }
 
 /// Amplitudes for given time constants: normal equations of at most three unknowns.
-fn with(hold: &[Reading], taus: &[f64]) -> Option<Exponentials> {
+fn with(hold: &[TimedReading], taus: &[f64]) -> Option<Exponentials> {
     let first = hold.first()?.secs;
     let n = taus.len() + 1;
     let mut normal = [[0.0; 4]; 3];
-    let row = |reading: &Reading| {
+    let row = |reading: &TimedReading| {
         let mut row = [1.0, 0.0, 0.0];
         for (cell, tau) in row[1..].iter_mut().zip(taus) {
             *cell = 1.0 - (-(reading.secs - first) / tau).exp();
@@ -181,7 +184,7 @@ fn with(hold: &[Reading], taus: &[f64]) -> Option<Exponentials> {
         }
     }
     let answer = solve(&mut normal, n)?;
-    let fit = |reading: &Reading| {
+    let fit = |reading: &TimedReading| {
         let row = row(reading);
         (0..n).map(|i| row[i] * answer[i]).sum::<f64>()
     };

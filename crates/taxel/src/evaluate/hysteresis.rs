@@ -1,10 +1,10 @@
 //! Does it matter whether the load grew or fell?
 
-use super::{Bootstrap, Estimate, mean};
+use crate::stats::{Bootstrap, Estimate, mean};
 
 /// A reading under a known load, in the order in which they were taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reading {
+pub struct LoopReading {
     /// In any unit.
     pub load: f64,
     /// In any unit.
@@ -30,7 +30,7 @@ const STEPS: usize = 50;
 
 /// Judges loops, each from its lowest load up and down again. Loops without a way up and a way down (fewer than two
 /// different loads on either) do not count; `None` without any.
-pub fn hysteresis(loops: &[Vec<Reading>], bootstrap: &Bootstrap) -> Option<Hysteresis> {
+pub fn hysteresis(loops: &[Vec<LoopReading>], bootstrap: &Bootstrap) -> Option<Hysteresis> {
     let found: Vec<Vec<Width>> = loops
         .iter()
         .filter_map(|one| Some(vec![width(one)?]))
@@ -57,7 +57,7 @@ struct Width {
     zero_return: Option<f64>,
 }
 
-fn width(readings: &[Reading]) -> Option<Width> {
+fn width(readings: &[LoopReading]) -> Option<Width> {
     let top = (0..readings.len()).max_by(|&a, &b| readings[a].load.total_cmp(&readings[b].load))?;
     let (up, down) = (branch(&readings[..=top]), branch(&readings[top..]));
     if up.len() < 2 || down.len() < 2 {
@@ -83,7 +83,7 @@ fn width(readings: &[Reading]) -> Option<Width> {
 }
 
 /// Mean value at every load, loads ascending.
-fn branch(readings: &[Reading]) -> Vec<(f64, f64)> {
+fn branch(readings: &[LoopReading]) -> Vec<(f64, f64)> {
     let mut sorted = readings.to_vec();
     sorted.sort_by(|a, b| a.load.total_cmp(&b.load));
     let mut out: Vec<(f64, f64)> = Vec::new();

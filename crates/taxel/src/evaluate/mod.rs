@@ -2,7 +2,7 @@
 //!
 //! Readings come grouped by *experiment*: what was set up once, and would have to be set up again to learn something
 //! new. Ten frames of one press are one experiment. Every figure carries an interval that is bootstrapped over
-//! experiments ([`Bootstrap`]), never over frames, which would make it too narrow by the square root of their number.
+//! experiments ([`Bootstrap`](crate::stats::Bootstrap)), never over frames, which would make it too narrow by the square root of their number.
 //!
 //! | module | the paper's | question |
 //! |---|---|---|
@@ -16,34 +16,14 @@
 //! Values may be counts, volts, siemens or grams: functions say which unit comes back.
 
 pub mod accuracy;
-mod bootstrap;
 pub mod creep;
-pub mod fit;
 pub mod hysteresis;
+mod power;
 pub mod repeatability;
 pub mod response;
 pub mod sweep;
 
-pub use bootstrap::{Bootstrap, Estimate};
-
-use crate::stats::median;
-
-/// Mean; `None` of nothing.
-pub fn mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
-    let (mut sum, mut count) = (0.0, 0usize);
-    for value in values {
-        sum += value;
-        count += 1;
-    }
-    (count > 0).then(|| sum / count as f64)
-}
-
-/// Standard deviation with n − 1; `None` of fewer than two.
-pub fn spread(values: &[f64]) -> Option<f64> {
-    let centre = mean(values.iter().copied())?;
-    let squares: f64 = values.iter().map(|value| (value - centre).powi(2)).sum();
-    (values.len() > 1).then(|| (squares / (values.len() - 1) as f64).sqrt())
-}
+pub use power::Power;
 
 #[cfg(test)]
 mod tests;

@@ -1,17 +1,17 @@
 //! Does the same load read the same? (The paper's Figs. 19 and 20 and its Table IV.)
 
-use super::{Bootstrap, Estimate, mean, median, spread};
+use crate::stats::{Bootstrap, Estimate, SIGMA_PER_MAD, mean, median, standard_deviation};
 
 /// One reading of the load that is repeated.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reading {
+pub struct RepeatedReading {
     /// In any unit.
     pub value: f64,
     /// A screen has marked it, or it is outside of the mask: no measurement.
     pub marked: bool,
 }
 
-/// A reading further than this many robust standard deviations (1.4826 times the median of |value − median of its
+/// A reading further than this many robust standard deviations ([`SIGMA_PER_MAD`] times the median of |value − median of its
 /// experiment| over all unmarked readings) from the median of its experiment is an outlier: Hampel's identifier, wide enough for Gaussian noise to lose
 /// one reading in 1.7 million.
 pub const OUTLIER_SIGMAS: f64 = 5.0;
@@ -37,11 +37,11 @@ pub struct Repeatability {
     pub variation_between: Option<f64>,
     /// Mean of the readings that are no outliers, in their unit.
     pub mean: Option<Estimate>,
-    /// Whether single readings stood for experiments, there being fewer than [`Bootstrap::FEWEST`] of those.
+    /// Whether single readings stood for experiments, there being fewer than [`Bootstrap::MIN_EXPERIMENTS`] of those.
     pub over_readings: bool,
 }
 
-/// A reading, judged.
+/// A reading, and whether it is an outlier.
 #[derive(Clone, Copy)]
 struct Judged {
     experiment: usize,
@@ -52,23 +52,23 @@ struct Judged {
 /// Judges readings of one load, grouped by experiment. `resolution` is the least difference of two readings: scatter
 /// below it is no scatter. `None` without readings.
 pub fn repeatability(
-    experiments: &[Vec<Reading>],
+    experiments: &[Vec<RepeatedReading>],
     resolution: f64,
     bootstrap: &Bootstrap,
 ) -> Option<Repeatability> {
     let centres: Vec<_> = experiments.iter().map(|group| centre(group)).collect();
-    let off = |(group, centre): (&Vec<Reading>, &Option<f64>)| {
+    let off = |(group, centre): (&Vec<RepeatedReading>, &Option<f64>)| {
         let good = group.iter().filter(|r| !r.marked);
         let centre = centre.unwrap_or(f64::NAN);
         good.map(|r| (r.value - centre).abs()).collect::<Vec<_>>()
     };
     // One scatter for all: that of the few readings of one experiment would be a matter of luck.
     let scatter = median(experiments.iter().zip(&centres).flat_map(off)).unwrap_or(0.0);
-    let reach = OUTLIER_SIGMAS * (1.4826 * scatter).max(resolution);
-    let mut judged = Vec::new();
+    let reach = OUTLIER_SIGMAS * (SIGMA_PER_MAD * scatter).max(resolution);
+    let mut screened = Vec::new();
     let (mut marked, mut far) = (0, 0);
     for (experiment, (readings, centre)) in experiments.iter().zip(&centres).enumerate() {
-        let judge = |reading: &Reading| {
+        let screen = |reading: &RepeatedReading| {
             let is_far = centre.is_some_and(|centre| (reading.value - centre).abs() > reach);
             marked += usize::from(reading.marked);
             far += usize::from(!reading.marked && is_far);
@@ -78,16 +78,16 @@ pub fn repeatability(
                 outlier: reading.marked || is_far,
             }
         };
-        judged.push(readings.iter().map(judge).collect::<Vec<_>>());
+        screened.push(readings.iter().map(screen).collect::<Vec<_>>());
     }
-    let readings = judged.iter().map(Vec::len).sum();
-    let filled = judged.iter().filter(|group| !group.is_empty()).count();
-    let over_readings = filled < Bootstrap::FEWEST;
+    let readings = screened.iter().map(Vec::len).sum();
+    let filled = screened.iter().filter(|group| !group.is_empty()).count();
+    let over_readings = filled < Bootstrap::MIN_EXPERIMENTS;
     if over_readings {
-        judged = judged.concat().into_iter().map(|one| vec![one]).collect();
+        screened = screened.concat().into_iter().map(|one| vec![one]).collect();
     }
     let share = |all: &[Judged]| mean(all.iter().map(|one| f64::from(u8::from(one.outlier))));
-    let means = by_experiment(&judged.concat(), true);
+    let means = by_experiment(&screened.concat(), true);
     let means: Vec<f64> = means
         .iter()
         .filter_map(|v| mean(v.iter().copied()))
@@ -96,13 +96,13 @@ pub fn repeatability(
         readings,
         marked,
         far,
-        outlier_share: bootstrap.estimate(&judged, share)?,
-        variation: bootstrap.estimate(&judged, |all| variation(all, false)),
-        variation_filtered: bootstrap.estimate(&judged, |all| variation(all, true)),
-        variation_between: spread(&means)
+        outlier_share: bootstrap.estimate(&screened, share)?,
+        variation: bootstrap.estimate(&screened, |all| variation(all, false)),
+        variation_filtered: bootstrap.estimate(&screened, |all| variation(all, true)),
+        variation_between: standard_deviation(&means)
             .zip(mean(means.iter().copied()))
             .map(|(s, m)| s / m.abs()),
-        mean: bootstrap.estimate(&judged, |all| {
+        mean: bootstrap.estimate(&screened, |all| {
             mean(all.iter().filter(|one| !one.outlier).map(|one| one.value))
         }),
         over_readings,
@@ -110,7 +110,7 @@ pub fn repeatability(
 }
 
 /// The median of the unmarked readings.
-fn centre(readings: &[Reading]) -> Option<f64> {
+fn centre(readings: &[RepeatedReading]) -> Option<f64> {
     median(readings.iter().filter(|r| !r.marked).map(|r| r.value))
 }
 
@@ -129,7 +129,7 @@ fn variation(all: &[Judged], filtered: bool) -> Option<f64> {
     let each = by_experiment(all, filtered);
     mean(each.iter().filter_map(|values| {
         let centre = mean(values.iter().copied())?;
-        Some(spread(values)? / centre.abs())
+        Some(standard_deviation(values)? / centre.abs())
     }))
 }
 

@@ -1,11 +1,11 @@
 //! How the reading follows the load, and where it ends. (The paper's Figs. 24 and 25.)
 
-use super::fit::{Line, Power};
-use super::{Bootstrap, Estimate, mean, spread};
+use super::Power;
+use crate::stats::{Bootstrap, Estimate, Line, mean, standard_deviation};
 
 /// A reading under a known load.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reading {
+pub struct LoadReading {
     /// In any unit, from 0.
     pub load: f64,
     /// In any unit.
@@ -16,13 +16,13 @@ pub struct Reading {
 
 /// Readings under one load.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Level {
+pub struct LoadLevel {
     /// The load.
     pub load: f64,
     /// Mean value, and its interval over experiments.
     pub value: Estimate,
     /// Standard deviation of the readings; `None` of a single one.
-    pub spread: Option<f64>,
+    pub standard_deviation: Option<f64>,
     /// Share of the readings at the converter's end, 0 to 1.
     pub saturated_share: f64,
 }
@@ -31,7 +31,7 @@ pub struct Level {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Response {
     /// By load, ascending.
-    pub levels: Vec<Level>,
+    pub levels: Vec<LoadLevel>,
     /// Straight line through the unsaturated readings.
     pub line: Line,
     /// Its slope, value per load: the sensitivity.
@@ -54,7 +54,7 @@ pub struct Response {
 }
 
 /// Judges readings of one taxel (or of many alike), grouped by experiment. `None` with fewer than two unsaturated loads.
-pub fn response(experiments: &[Vec<Reading>], bootstrap: &Bootstrap) -> Option<Response> {
+pub fn response(experiments: &[Vec<LoadReading>], bootstrap: &Bootstrap) -> Option<Response> {
     let all = experiments.concat();
     let levels = levels(experiments, bootstrap);
     let saturates_at = levels
@@ -65,9 +65,9 @@ pub fn response(experiments: &[Vec<Reading>], bootstrap: &Bootstrap) -> Option<R
     let points = usable(&all, saturates_at);
     let line = Line::fit(&points)?;
     let power = Power::fit(&points);
-    let non_linearity = |some: &[Reading]| non_linearity_percent(&usable(some, saturates_at));
+    let non_linearity = |some: &[LoadReading]| non_linearity_percent(&usable(some, saturates_at));
     let lowest = levels.first().filter(|level| level.load == 0.0);
-    let lowest = lowest.and_then(|level| level.spread);
+    let lowest = lowest.and_then(|level| level.standard_deviation);
     let smallest = lowest.and_then(|sigma| match &power {
         // Readings may fall with the load: the rise has the law's sign.
         Some(power) => power.x_of_rise(3.0 * sigma * power.factor.signum()),
@@ -91,7 +91,7 @@ pub fn response(experiments: &[Vec<Reading>], bootstrap: &Bootstrap) -> Option<R
 }
 
 /// Load and value where the converter can still tell.
-fn usable(readings: &[Reading], saturates_at: Option<f64>) -> Vec<(f64, f64)> {
+fn usable(readings: &[LoadReading], saturates_at: Option<f64>) -> Vec<(f64, f64)> {
     readings
         .iter()
         .filter(|r| !r.saturated && saturates_at.is_none_or(|end| r.load < end))
@@ -99,22 +99,22 @@ fn usable(readings: &[Reading], saturates_at: Option<f64>) -> Vec<(f64, f64)> {
         .collect()
 }
 
-fn levels(experiments: &[Vec<Reading>], bootstrap: &Bootstrap) -> Vec<Level> {
+fn levels(experiments: &[Vec<LoadReading>], bootstrap: &Bootstrap) -> Vec<LoadLevel> {
     let mut loads: Vec<f64> = experiments.iter().flatten().map(|r| r.load).collect();
     loads.sort_by(f64::total_cmp);
     loads.dedup();
     let level = |load: f64| {
-        let of_load = |group: &Vec<Reading>| -> Vec<Reading> {
+        let of_load = |group: &Vec<LoadReading>| -> Vec<LoadReading> {
             group.iter().copied().filter(|r| r.load == load).collect()
         };
-        let groups: Vec<Vec<Reading>> = experiments.iter().map(of_load).collect();
+        let groups: Vec<Vec<LoadReading>> = experiments.iter().map(of_load).collect();
         let all = groups.concat();
         let values: Vec<f64> = all.iter().map(|r| r.value).collect();
         let value = bootstrap.estimate(&groups, |some| mean(some.iter().map(|r| r.value)))?;
-        Some(Level {
+        Some(LoadLevel {
             load,
             value,
-            spread: spread(&values),
+            standard_deviation: standard_deviation(&values),
             saturated_share: mean(all.iter().map(|r| f64::from(u8::from(r.saturated))))?,
         })
     };

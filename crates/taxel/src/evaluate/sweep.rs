@@ -1,16 +1,16 @@
 //! What do other pressed taxels of the line do to one? (The paper's Figs. 28, 29 and 31.)
 
-use super::{Bootstrap, Estimate, mean};
 use crate::circuit::simplified::{Amplifier, v_out_alike};
 use crate::circuit::{Circuit, LinearCircuit};
 use crate::metric::cross_talk_drop;
 use crate::screen::Axis;
 use crate::sensor::USUAL_OPEN_LOOP_GAIN;
+use crate::stats::{Bootstrap, Estimate, mean};
 use crate::{Error, Frame, Sensor, Siemens};
 
 /// A reading of one taxel with others of its line pressed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reading {
+pub struct SweepReading {
     /// N: others of the line that were pressed.
     pub others: usize,
     /// V_out or counts.
@@ -40,12 +40,12 @@ pub struct Sweep {
 
 /// The mean curve of readings grouped by experiment: an area and a replicate, all its N together. `None` with fewer than two
 /// different N.
-pub fn sweep(experiments: &[Vec<Reading>], bootstrap: &Bootstrap) -> Option<Sweep> {
+pub fn sweep(experiments: &[Vec<SweepReading>], bootstrap: &Bootstrap) -> Option<Sweep> {
     let mut counts: Vec<usize> = experiments.iter().flatten().map(|r| r.others).collect();
     counts.sort_unstable();
     counts.dedup();
     let (fewest, most) = (*counts.first()?, *counts.last()?);
-    let mean_of = |some: &[Reading], others: usize| {
+    let mean_of = |some: &[SweepReading], others: usize| {
         let of_n = some.iter().filter(|r| r.others == others);
         mean(of_n.map(|r| r.value))
     };
@@ -57,7 +57,7 @@ pub fn sweep(experiments: &[Vec<Reading>], bootstrap: &Bootstrap) -> Option<Swee
             readings: readings.filter(|r| r.others == others).count(),
         })
     };
-    let drop = |some: &[Reading]| {
+    let drop = |some: &[SweepReading]| {
         let (alone, together) = (mean_of(some, fewest)?, mean_of(some, most)?);
         (alone != 0.0).then(|| 100.0 * cross_talk_drop(alone, together))
     };
@@ -140,9 +140,10 @@ pub fn siemens_of_volts(
     }
     while high - low > 1e-9 {
         let middle = (low + high) / 2.0;
-        match size(middle)? < wanted {
-            true => low = middle,
-            false => high = middle,
+        if size(middle)? < wanted {
+            low = middle
+        } else {
+            high = middle
         }
     }
     Ok(Some(low.exp()))
@@ -156,11 +157,11 @@ pub fn equation_6_volts(
     others: &[usize],
 ) -> Vec<f64> {
     let amplifier = Amplifier {
-        v_test_volts: sensor.readout.v_test_volts,
-        r_feedback_ohms: sensor.readout.r_feedback_ohms.unwrap_or(f64::NAN),
+        v_test_volts: sensor.readout().v_test_volts,
+        r_feedback_ohms: sensor.readout().r_feedback_ohms().unwrap_or(f64::NAN),
         open_loop_gain: sensor
-            .readout
-            .open_loop_gain
+            .readout()
+            .open_loop_gain()
             .unwrap_or(USUAL_OPEN_LOOP_GAIN),
     };
     let at = |count| v_out_alike(amplifier, r_other_ohms, r_other_ohms, count);

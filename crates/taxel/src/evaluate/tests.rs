@@ -6,6 +6,7 @@ use super::accuracy::Pair;
 use super::*;
 use crate::screen::Axis;
 use crate::sensor::preset;
+use crate::stats::{Bootstrap, Line, mean};
 
 const QUICK: Bootstrap = Bootstrap {
     seed: 1,
@@ -59,12 +60,12 @@ fn two_experiments_give_no_interval() {
 
 #[test]
 fn marked_and_far_readings_are_outliers_and_others_are_not() {
-    use repeatability::{Reading, repeatability};
+    use repeatability::{RepeatedReading, repeatability};
     let mut random = ChaCha8Rng::seed_from_u64(3);
-    let groups: Vec<Vec<Reading>> = (0..10)
+    let groups: Vec<Vec<RepeatedReading>> = (0..10)
         .map(|_| {
             (0..10)
-                .map(|i| Reading {
+                .map(|i| RepeatedReading {
                     value: match i {
                         0 => 65535.0,
                         1 => 9000.0,
@@ -86,8 +87,8 @@ fn marked_and_far_readings_are_outliers_and_others_are_not() {
 
 #[test]
 fn a_constant_reading_varies_by_nothing() {
-    use repeatability::{Reading, repeatability};
-    let one = Reading {
+    use repeatability::{RepeatedReading, repeatability};
+    let one = RepeatedReading {
         value: 500.0,
         marked: false,
     };
@@ -98,15 +99,15 @@ fn a_constant_reading_varies_by_nothing() {
 
 #[test]
 fn a_power_law_is_found_with_its_end() {
-    use response::{Reading, response};
+    use response::{LoadReading, response};
     let mut random = ChaCha8Rng::seed_from_u64(5);
-    let groups: Vec<Vec<Reading>> = (0..8)
+    let groups: Vec<Vec<LoadReading>> = (0..8)
         .map(|_| {
             (0..=10)
                 .map(|i| {
                     let load = 60.0 * f64::from(i);
                     let value = 100.0 + 200.0 * load.powf(0.85) + 5.0 * gaussian(&mut random);
-                    Reading {
+                    LoadReading {
                         load,
                         value: value.min(40_000.0),
                         saturated: value >= 40_000.0,
@@ -137,9 +138,9 @@ fn a_power_law_is_found_with_its_end() {
 
 #[test]
 fn a_parallelogram_has_the_hysteresis_it_was_drawn_with() {
-    use hysteresis::{Reading, hysteresis};
-    let reading = |load: f64, value: f64| Reading { load, value };
-    let one = |lag: f64| -> Vec<Reading> {
+    use hysteresis::{LoopReading, hysteresis};
+    let reading = |load: f64, value: f64| LoopReading { load, value };
+    let one = |lag: f64| -> Vec<LoopReading> {
         let up = (0..=10).map(|i| f64::from(i) / 10.0).map(|l| reading(l, l));
         // On the way down the reading lags, but for the top.
         let down = (0..10)
@@ -160,8 +161,8 @@ fn a_parallelogram_has_the_hysteresis_it_was_drawn_with() {
 
 #[test]
 fn two_exponentials_are_told_apart_and_one_is_not_split() {
-    use creep::{Reading, creep};
-    let hold = |terms: &[(f64, f64)]| -> Vec<Reading> {
+    use creep::{TimedReading, creep};
+    let hold = |terms: &[(f64, f64)]| -> Vec<TimedReading> {
         let value = |t: f64| {
             100.0
                 + terms
@@ -171,7 +172,7 @@ fn two_exponentials_are_told_apart_and_one_is_not_split() {
         };
         (0..600)
             .map(|i| 0.1 * f64::from(i))
-            .map(|t| Reading {
+            .map(|t| TimedReading {
                 secs: 5.0 + t,
                 value: value(t),
             })
@@ -197,8 +198,12 @@ fn two_exponentials_are_told_apart_and_one_is_not_split() {
 
 #[test]
 fn the_full_circuit_of_a_row_is_its_closed_form() {
-    let mut sensor = preset("econe").unwrap();
-    sensor.readout.r_source_ohms = 100.0;
+    let sensor = preset("econe")
+        .unwrap()
+        .edited(|spec| {
+            spec.readout.r_source_ohms = 100.0;
+        })
+        .unwrap();
     let others = [0, 1, 5, 9, 127];
     let found =
         sweep::full_circuit_volts(&sensor, (20, 40), Axis::Row, 1e-3, 0.0, &others).unwrap();
@@ -224,10 +229,10 @@ fn a_sweep_has_its_drop_and_the_curve_that_made_it_fits() {
     let others: Vec<usize> = (0..10).collect();
     let curve =
         sweep::full_circuit_volts(&sensor, (8, 60), Axis::Row, 1e-3, 1e-6, &others).unwrap();
-    let experiments: Vec<Vec<sweep::Reading>> = (0..7)
+    let experiments: Vec<Vec<sweep::SweepReading>> = (0..7)
         .map(|area| {
             let scale = 1.0 + 0.02 * f64::from(area - 3);
-            let reading = |&n: &usize| sweep::Reading {
+            let reading = |&n: &usize| sweep::SweepReading {
                 others: n,
                 value: scale * curve[n],
             };
@@ -242,7 +247,7 @@ fn a_sweep_has_its_drop_and_the_curve_that_made_it_fits() {
     assert!(sweep::misfit(&found.points, &six).unwrap() > 0.02);
     assert!(
         sweep::sweep(
-            &[vec![sweep::Reading {
+            &[vec![sweep::SweepReading {
                 others: 3,
                 value: 1.0
             }]],
@@ -278,14 +283,14 @@ proptest! {
     #[test]
     fn a_line_through_points_of_a_line_is_that_line(offset in -1e3f64..1e3, slope in -1e3f64..1e3) {
         let points: Vec<_> = (0..5).map(|i| f64::from(i) * 3.0).map(|x| (x, offset + slope * x)).collect();
-        let line = fit::Line::fit(&points).unwrap();
+        let line = Line::fit(&points).unwrap();
         prop_assert!((line.slope - slope).abs() < 1e-6 && (line.offset - offset).abs() < 1e-6);
     }
 
     #[test]
     fn a_power_law_is_found_from_its_points(factor in 0.1f64..100.0, exponent in 0.3f64..2.5, offset in -10.0f64..10.0) {
         let points: Vec<_> = (0..8).map(f64::from).map(|x: f64| (x, offset + factor * x.powf(exponent))).collect();
-        let power = fit::Power::fit(&points).unwrap();
+        let power = Power::fit(&points).unwrap();
         prop_assert!((power.exponent - exponent).abs() < 1e-5, "{power:?}");
         prop_assert!((power.factor / factor - 1.0).abs() < 1e-4, "{power:?}");
         let rise = power.at(3.0) - power.at(0.0);

@@ -12,7 +12,7 @@ pub const CONTACT_NEWTONS: f64 = 0.05;
 
 /// What a frame of loads amounts to.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Figures {
+pub struct FrameFigures {
     /// Sum of the loads of all taxels that count, newtons. What is not measured is missing from it, see `measured_share`.
     pub total_force_newtons: f64,
     /// Highest pressure, kPa.
@@ -28,7 +28,7 @@ pub struct Figures {
     pub measured_share: f64,
 }
 
-impl Figures {
+impl FrameFigures {
     /// Of one frame.
     pub fn of(loads: &Frame<Newtons>, array: &Array) -> Self {
         let cell_mm2 = array.pitch_mm[0] * array.pitch_mm[1];
@@ -51,16 +51,19 @@ mod tests {
 
     #[test]
     fn two_loads_on_the_e_cone() {
-        let array = preset("econe").unwrap().array;
+        let array = preset("econe").unwrap().array().clone();
         let mut loads = Frame::zeros(64, 128);
         loads.values_mut()[128] = 1.0;
         loads.values_mut()[128 + 4] = 3.0;
-        let figures = Figures::of(&loads, &array);
+        let figures = FrameFigures::of(&loads, &array);
         assert_eq!(figures.total_force_newtons, 4.0);
         // 3 N on 5 mm² = 600 kPa; two cells of 2 mm x 2 mm
         assert_eq!(figures.peak_kilopascals, 600.0);
         assert_eq!(figures.contact_area_mm2, 8.0);
         assert_eq!(figures.centre_mm, Some([2.0, 6.0]));
-        assert_eq!(Figures::of(&Frame::zeros(64, 128), &array).centre_mm, None);
+        assert_eq!(
+            FrameFigures::of(&Frame::zeros(64, 128), &array).centre_mm,
+            None
+        );
     }
 }

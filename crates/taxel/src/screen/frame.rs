@@ -1,10 +1,10 @@
 //! Single readings that cannot be trusted, frame by frame.
 
-use super::line_test::Thresholds;
+use super::line_state::Thresholds;
 use super::{
     Axis, Level, LevelScreen, LineFaults, ScreenOptions, SpaceSpikes, check_shape, lines_dropped,
-    median,
 };
+use crate::stats::{SIGMA_PER_MAD, median_high};
 use crate::{Counts, Error, Frame, Mark};
 
 /// A taxel that read at least this share of the range may be saturated in the next frame.
@@ -175,9 +175,10 @@ impl FrameScreen {
                 let i = row * self.columns + column;
                 let value = frame.values()[i];
                 let run = &mut self.at_ceiling[i];
-                *run = match value >= thresholds.ceiling {
-                    true => run.saturating_add(1),
-                    false => 0,
+                *run = if value >= thresholds.ceiling {
+                    run.saturating_add(1)
+                } else {
+                    0
                 };
                 if frame.marks()[i] != Mark::Good {
                     continue;
@@ -217,14 +218,14 @@ impl FrameScreen {
             }
             let mut around = Around::of(frame, i / self.columns, i % self.columns);
             let len = around.len;
-            let Some(middle) = median(&mut around.values[..len]).filter(|_| len >= 3) else {
+            let Some(middle) = median_high(&mut around.values[..len]).filter(|_| len >= 3) else {
                 continue;
             };
             let mut spread = around.values;
             for value in &mut spread[..len] {
                 *value = (*value - middle).abs();
             }
-            let scale = 1.4826 * median(&mut spread[..len]).unwrap_or(0.0);
+            let scale = SIGMA_PER_MAD * median_high(&mut spread[..len]).unwrap_or(0.0);
             let height = (middle - thresholds.baseline).max(0.0);
             let distance = (frame.values()[i] - middle).abs();
             if distance > spikes.sigmas * thresholds.noise + spikes.share * height

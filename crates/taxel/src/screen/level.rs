@@ -1,14 +1,13 @@
 //! What an unloaded taxel reads, and how much a reading varies by itself.
 
 use super::{ScreenOptions, check_shape};
+use crate::circuit::ROUNDING_COUNTS;
 use crate::{Counts, Error, Frame};
 
 /// Readings needed below the ceiling of unloaded ones before a baseline is stated.
-const FEWEST_READINGS: u64 = 32;
+const MIN_READINGS: u64 = 32;
 /// Differences needed before the noise is taken from them.
-const FEWEST_DIFFERENCES: u64 = 200;
-/// Noise is never taken to be less than the quantisation of one count, 1/√12, counts.
-const QUANTISATION: f64 = 0.288_675_134_594_812_9;
+const MIN_DIFFERENCES: u64 = 200;
 /// Median of |z| for a standard normal z.
 const MEDIAN_ABSOLUTE_NORMAL: f64 = 0.674_489_750_196_081_7;
 /// Median of |max(0, z) − max(0, z')| for two standard normal numbers (by simulation).
@@ -18,7 +17,7 @@ const DIFFERENCE_BINS: usize = 2048;
 /// Once this many frames weigh in, all of them lose half of their weight: a baseline that drifts is followed.
 const HALVED_AFTER_FRAMES: u64 = 1024;
 /// The most bins the readings are sorted into.
-const MOST_BINS: f64 = 4096.0;
+const MAX_BINS: f64 = 4096.0;
 
 /// Baseline and noise of the unloaded taxels.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,7 +61,7 @@ impl LevelScreen {
             .max(32.0)
             .min(max_count / 2.0)
             .max(2.0);
-        let width = (ceiling / MOST_BINS).ceil().max(1.0);
+        let width = (ceiling / MAX_BINS).ceil().max(1.0);
         Self {
             rows,
             columns,
@@ -147,7 +146,7 @@ impl LevelScreen {
     /// Baseline from the mode, noise from the spread below it; and whether the noise is cut off at 0.
     fn spread_level(&self) -> Option<(Level, bool)> {
         let unloaded: u64 = self.bins.iter().sum();
-        if unloaded < FEWEST_READINGS || (unloaded as f64) < 0.05 * self.readings as f64 {
+        if unloaded < MIN_READINGS || (unloaded as f64) < 0.05 * self.readings as f64 {
             return None;
         }
         let mode = settled_mode(&self.bins, half_sample_mode(&self.bins));
@@ -166,7 +165,7 @@ impl LevelScreen {
         });
         let level = Level {
             baseline_counts: self.fixed_baseline.unwrap_or(mode * self.width),
-            noise_counts: noise.max(QUANTISATION),
+            noise_counts: noise.max(ROUNDING_COUNTS),
         };
         Some((level, cut_off))
     }
@@ -174,7 +173,7 @@ impl LevelScreen {
     /// The smaller of the two noise estimates.
     fn refined(&self, rough: Level, cut_off: bool) -> Level {
         let pairs: u64 = self.differences.iter().sum();
-        if self.fixed_noise.is_some() || pairs < FEWEST_DIFFERENCES {
+        if self.fixed_noise.is_some() || pairs < MIN_DIFFERENCES {
             return rough;
         }
         let median_of_one = if cut_off {
@@ -184,7 +183,10 @@ impl LevelScreen {
         };
         let from_differences = interpolated_median(&self.differences) / median_of_one;
         Level {
-            noise_counts: rough.noise_counts.min(from_differences).max(QUANTISATION),
+            noise_counts: rough
+                .noise_counts
+                .min(from_differences)
+                .max(ROUNDING_COUNTS),
             ..rough
         }
     }

@@ -3,20 +3,21 @@
 use std::fmt;
 
 use super::frame::HELD_FRAMES;
-use super::line_test::{Lines, Thresholds, Verdict, judge};
+use super::line_state::{LineReadings, LineVerdict, Thresholds, classify};
 use super::short::{AlikePairs, Usual};
 use super::tally::{LineTally, Looked};
-use super::{Axis, Level, LevelScreen, ScreenOptions, median};
+use super::{Axis, Level, LevelScreen, ScreenOptions};
 use crate::sensor::ScreenSpec;
+use crate::stats::median_high;
 use crate::{Counts, Error, Frame};
 
 /// Silent readings between loaded ones, over a recording, before silence counts for anything.
-const FEWEST_SILENT: u64 = 20;
+const MIN_SILENT: u64 = 20;
 /// Share of a line's length that must have been vouched for, in one frame or another, before its silence alone makes it
 /// dead: a gap between two fingers or soles follows a line for less.
 const COVERED_SHARE: f64 = 0.9;
 /// Counts by which a faulty line reads other than the lines beside it.
-const LEAST_DIFFERENCE: f64 = 2.0;
+const MIN_DIFFERENCE: f64 = 2.0;
 
 /// What is wrong with a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -49,7 +50,7 @@ pub struct LineFault {
     /// For shorted lines: nothing (0).
     pub median_counts: f64,
     /// The same of the lines beside it, counts. For shorted lines: the share of alike readings on the typical pair.
-    pub beside: f64,
+    pub next_to: f64,
 }
 
 impl fmt::Display for LineFault {
@@ -60,18 +61,18 @@ impl fmt::Display for LineFault {
             LineFaultKind::Dead => write!(
                 f,
                 "{axis} {index} is dead: median {:.0} counts in {faulty} of {tested} frames; its neighbours {:.0}",
-                self.median_counts, self.beside
+                self.median_counts, self.next_to
             ),
             LineFaultKind::Flickering => write!(
                 f,
                 "{axis} {index} flickers: out in {faulty} of {tested} frames, median {:.0} counts there; its neighbours {:.0}",
-                self.median_counts, self.beside
+                self.median_counts, self.next_to
             ),
             LineFaultKind::Shorted { with } => write!(
                 f,
                 "{axis}s {index} and {with} are shorted: alike on {faulty} of {tested} loaded readings ({:.1} %); the typical pair {:.1} %",
                 100.0 * faulty as f64 / tested.max(1) as f64,
-                100.0 * self.beside
+                100.0 * self.next_to
             ),
         }
     }
@@ -124,7 +125,7 @@ impl LineFaults {
             faulty: 0,
             tested: 0,
             median_counts: 0.0,
-            beside: 0.0,
+            next_to: 0.0,
         };
         Self {
             faults: lists
@@ -211,7 +212,7 @@ pub struct LineScreen {
     columns: Vec<LineTally>,
     row_pairs: AlikePairs,
     column_pairs: AlikePairs,
-    verdicts: Vec<Verdict>,
+    verdicts: Vec<LineVerdict>,
     scratch: Vec<f64>,
     frames: u64,
     blank_frames: u64,
@@ -259,14 +260,14 @@ impl LineScreen {
         }
         self.verdicts.clear();
         for axis in Axis::BOTH {
-            let lines = Lines::of(frame, axis);
+            let lines = LineReadings::of(frame, axis);
             for line in 0..lines.count {
                 self.verdicts
-                    .push(judge(&lines, line, &thresholds, &self.options));
+                    .push(classify(&lines, line, &thresholds, &self.options));
             }
         }
         let (of_rows, of_columns) = self.verdicts.split_at(self.rows.len());
-        let blank = |all: &[Verdict]| 2 * all.iter().filter(|v| v.out).count() >= all.len();
+        let blank = |all: &[LineVerdict]| 2 * all.iter().filter(|v| v.out).count() >= all.len();
         if blank(of_rows) || blank(of_columns) {
             self.blank_frames += 1;
             return Ok(());
@@ -281,8 +282,11 @@ impl LineScreen {
             ),
         ] {
             let looked = Looked {
-                lines: Lines::of(frame, axis),
-                before: self.previous.as_ref().map(|frame| Lines::of(frame, axis)),
+                lines: LineReadings::of(frame, axis),
+                before: self
+                    .previous
+                    .as_ref()
+                    .map(|frame| LineReadings::of(frame, axis)),
                 thresholds: &thresholds,
                 options: &self.options,
             };
@@ -315,11 +319,11 @@ impl LineScreen {
     fn find_usual(&mut self, frame: &Frame<Counts>, baseline: f64) {
         let mut usual = self.usual.iter_mut();
         for axis in Axis::BOTH {
-            let lines = Lines::of(frame, axis);
+            let lines = LineReadings::of(frame, axis);
             for (line, usual) in (0..lines.count).zip(&mut usual) {
                 self.scratch.clear();
                 self.scratch.extend(lines.of_line(line));
-                *usual = median(&mut self.scratch).unwrap_or(0.0) - baseline;
+                *usual = median_high(&mut self.scratch).unwrap_or(0.0) - baseline;
             }
         }
     }
@@ -328,9 +332,10 @@ impl LineScreen {
     fn follow_ceiling(&mut self, frame: &Frame<Counts>, ceiling: f64) {
         let taxels = self.at_ceiling.iter_mut().zip(&mut self.held);
         for ((run, held), &value) in taxels.zip(frame.values()) {
-            *run = match value >= ceiling {
-                true => run.saturating_add(1),
-                false => 0,
+            *run = if value >= ceiling {
+                run.saturating_add(1)
+            } else {
+                0
             };
             *held |= *run >= HELD_FRAMES;
         }
@@ -364,7 +369,7 @@ impl LineScreen {
                         faulty: pair.alike,
                         tested: pair.loaded,
                         median_counts: 0.0,
-                        beside: pair.typical_share,
+                        next_to: pair.typical_share,
                     }),
             );
         }
@@ -385,9 +390,9 @@ impl LineScreen {
     fn fault_of(&self, axis: Axis, index: usize, tally: &LineTally) -> Option<LineFault> {
         let options = &self.options;
         let is_most = |frames: u64| frames as f64 >= options.dead_share * tally.tested as f64;
-        let silent_if_loaded = tally.vouched_readings < FEWEST_SILENT
-            || tally.silent_readings as f64 >= options.line_share * tally.vouched_readings as f64;
-        let never_answers = tally.silent_readings >= FEWEST_SILENT
+        let silent_if_loaded = tally.supported_readings < MIN_SILENT
+            || tally.silent_readings as f64 >= options.line_share * tally.supported_readings as f64;
+        let never_answers = tally.silent_readings >= MIN_SILENT
             && tally.covered_share() >= COVERED_SHARE
             && tally.answered as f64 <= (1.0 - options.dead_share) * tally.tested as f64;
         let out = tally.fallen + tally.silent;
@@ -402,16 +407,16 @@ impl LineScreen {
             let sound = tally.fallen_share_when_in / frames_in.max(1.0) < 0.3;
             let flickers = sound && frames_in > 0.0 && came_and_went >= options.flicker_frames;
             // Silence alone may be a gap between two loads: it takes more of it.
-            let enough = tally.fallen > 0 || tally.silent_readings >= FEWEST_SILENT;
+            let enough = tally.fallen > 0 || tally.silent_readings >= MIN_SILENT;
             (
                 (flickers && enough).then_some(LineFaultKind::Flickering)?,
                 came_and_went,
             )
         };
         let median_counts = tally.median_sum / out as f64;
-        let beside = tally.beside_sum / out as f64;
+        let next_to = tally.next_to_sum / out as f64;
         // What reads as its neighbours do, in the whole numbers that are printed, is no fault.
-        let differs = (median_counts.round() - beside.round()).abs() >= LEAST_DIFFERENCE;
+        let differs = (median_counts.round() - next_to.round()).abs() >= MIN_DIFFERENCE;
         differs.then_some(LineFault {
             axis,
             index,
@@ -419,7 +424,7 @@ impl LineScreen {
             faulty,
             tested: tally.tested,
             median_counts,
-            beside,
+            next_to,
         })
     }
 }

@@ -37,10 +37,11 @@
 //! # Ok::<(), taxel::Error>(())
 //! ```
 
+mod axis;
 mod frame;
 mod level;
 mod line;
-mod line_test;
+mod line_state;
 mod mask;
 mod options;
 mod repair;
@@ -49,10 +50,11 @@ mod short;
 mod spike;
 mod tally;
 
+pub use axis::Axis;
 pub use frame::FrameScreen;
 pub use level::{Level, LevelScreen};
 pub use line::{LineFault, LineFaultKind, LineFaults, LineScreen};
-pub use line_test::{Axis, lines_dropped};
+pub use line_state::lines_dropped;
 pub use mask::{CountsMask, MaskCount};
 pub use options::{ScreenOptions, SpaceSpikes, TimeSpikes};
 pub(crate) use repair::{fill, stand_in};
@@ -79,14 +81,4 @@ fn check_shape<Q>(
         rows,
         columns,
     })
-}
-
-/// The middle value of `values` (the upper one of the two middle ones for an even number), which are reordered.
-fn median(values: &mut [f64]) -> Option<f64> {
-    if values.is_empty() {
-        return None;
-    }
-    let middle = values.len() / 2;
-    let (_, value, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
-    Some(*value)
 }

@@ -49,7 +49,7 @@ pub struct ScreenOptions {
     pub silent_share: f64,
     /// A frame can tell whether a line is silent when the lines on both sides are loaded along at least this share of
     /// it (and at least at 4 places). 0.2.
-    pub vouched_share: f64,
+    pub supported_share: f64,
     /// A line is out in a frame when this share of its testable readings says so. 0.9.
     pub line_share: f64,
     /// A line is dead when it is out in this share of the frames that can tell. 0.95.
@@ -99,7 +99,7 @@ impl Default for ScreenOptions {
             real_load_sigmas: 20.0,
             real_load_share_of_range: 0.02,
             silent_share: 0.03,
-            vouched_share: 0.2,
+            supported_share: 0.2,
             line_share: 0.9,
             dead_share: 0.95,
             flicker_frames: 2,
@@ -118,14 +118,15 @@ impl Default for ScreenOptions {
 impl ScreenOptions {
     /// The defaults for a sensor: its mask, and how far its read-out lets lines be judged by what they read.
     pub fn from_sensor(sensor: &Sensor) -> Self {
-        let floating = sensor.readout.topology == Topology::DividerFloating;
+        let floating = sensor.readout().topology == Topology::DividerFloating;
         Self {
             floating,
-            unloaded_counts: match floating {
-                true => least_unloaded_counts(sensor),
-                false => None,
+            unloaded_counts: if floating {
+                least_unloaded_counts(sensor)
+            } else {
+                None
             },
-            ..Self::from_spec(&sensor.screen)
+            ..Self::from_spec(sensor.screen())
         }
     }
 
@@ -143,7 +144,7 @@ impl ScreenOptions {
 
 /// The lowest reading of the empty array, counts; `None` while circuit or material are not known.
 fn least_unloaded_counts(sensor: &Sensor) -> Option<f64> {
-    let g_zero = sensor.material.as_ref()?.g_zero_siemens;
+    let g_zero = sensor.material()?.g_zero_siemens;
     let circuit = LinearCircuit::from_sensor(sensor).ok()?;
     let siemens = Frame::<Siemens>::filled(sensor.rows(), sensor.columns(), g_zero);
     let volts = circuit.predict(&siemens).ok()?;

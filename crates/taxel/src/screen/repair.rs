@@ -1,6 +1,6 @@
 //! Replacing what was not measured, where that is asked for.
 
-use super::median;
+use crate::stats::median_high;
 use crate::{Frame, Mark};
 
 /// Whether a value is worth replacing: what was not measured. A saturated reading is a lower bound, and an
@@ -127,9 +127,10 @@ impl ValidSums {
         let (mut none, mut some) = (0, self.rows.max(self.columns));
         while some - none > 1 {
             let middle = none.midpoint(some);
-            match self.within(sums, row, column, middle) > 0.0 {
-                true => some = middle,
-                false => none = middle,
+            if self.within(sums, row, column, middle) > 0.0 {
+                some = middle
+            } else {
+                none = middle
             }
         }
         some
@@ -168,7 +169,7 @@ fn median_on_ring<Q>(
             see(r, column + radius);
         }
     }
-    let value = median(&mut scratch[before..]);
+    let value = median_high(&mut scratch[before..]);
     scratch.truncate(before);
     value
 }

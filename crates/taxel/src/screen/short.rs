@@ -1,7 +1,7 @@
 //! Lines shorted together read alike, frame after frame.
 
 use super::ScreenOptions;
-use super::line_test::{Lines, Thresholds};
+use super::line_state::{LineReadings, Thresholds};
 
 /// Share of their length along which two lines must have been alike under a load: a hand that lies still makes two
 /// lines alike for as long as it lies there, but not all along.
@@ -59,7 +59,7 @@ impl AlikePairs {
     /// is on each position of all lines anyway (nothing, or the cross-talk of an array with floating lines).
     pub fn observe(
         &mut self,
-        lines: &Lines<'_>,
+        lines: &LineReadings<'_>,
         line: usize,
         thresholds: &Thresholds,
         options: &ScreenOptions,
@@ -100,7 +100,7 @@ impl AlikePairs {
         let share = |i: usize| self.alike[i] as f64 / self.loaded[i].max(1) as f64;
         let enough = |i: &usize| self.loaded[*i] >= options.short_readings;
         let mut shares: Vec<f64> = (0..self.loaded.len()).filter(enough).map(share).collect();
-        let typical_share = super::median(&mut shares).unwrap_or(1.0);
+        let typical_share = crate::stats::median_high(&mut shares).unwrap_or(1.0);
         if shares.len() < 3 || typical_share > options.short_share / 2.0 {
             return Vec::new();
         }

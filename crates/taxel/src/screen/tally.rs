@@ -1,7 +1,8 @@
 //! What a recording says of each line, frame by frame.
 
-use super::line_test::{Lines, Thresholds, Verdict};
-use super::{ScreenOptions, median};
+use super::ScreenOptions;
+use super::line_state::{LineReadings, LineVerdict, Thresholds};
+use crate::stats::median_high;
 
 /// A line falls silent when it read at least this share of the load beside it in the frame before …
 const ANSWERED_SHARE: f64 = 0.3;
@@ -17,7 +18,7 @@ pub(super) struct LineTally {
     /// Frames in which only its silence tells, and of these the frames in which it fell silent under a steady load.
     pub(super) silent: u64,
     pub(super) fell_silent: u64,
-    pub(super) vouched_readings: u64,
+    pub(super) supported_readings: u64,
     pub(super) silent_readings: u64,
     pub(super) fallen_share_when_in: f64,
     /// Frames in which it answered to a load.
@@ -25,7 +26,7 @@ pub(super) struct LineTally {
     /// Positions along it that were vouched for in some frame.
     pub(super) covered: Vec<bool>,
     pub(super) median_sum: f64,
-    pub(super) beside_sum: f64,
+    pub(super) next_to_sum: f64,
 }
 
 impl LineTally {
@@ -43,8 +44,8 @@ impl LineTally {
 
 /// One frame, the one before it and what they are judged by, along one axis.
 pub(super) struct Looked<'a> {
-    pub(super) lines: Lines<'a>,
-    pub(super) before: Option<Lines<'a>>,
+    pub(super) lines: LineReadings<'a>,
+    pub(super) before: Option<LineReadings<'a>>,
     pub(super) thresholds: &'a Thresholds,
     pub(super) options: &'a ScreenOptions,
 }
@@ -54,7 +55,7 @@ impl Looked<'_> {
     pub(super) fn tally(
         &self,
         line: usize,
-        verdict: &Verdict,
+        verdict: &LineVerdict,
         tally: &mut LineTally,
         scratch: &mut Vec<f64>,
     ) {
@@ -65,11 +66,11 @@ impl Looked<'_> {
             return;
         }
         tally.tested += 1;
-        tally.vouched_readings += verdict.vouched;
+        tally.supported_readings += verdict.supported;
         tally.silent_readings += verdict.silent;
-        if verdict.vouched > 0 {
+        if verdict.supported > 0 {
             for (position, covered) in tally.covered.iter_mut().enumerate() {
-                *covered |= self.load_beside(&self.lines, line, position).is_some();
+                *covered |= self.load_next_to(&self.lines, line, position).is_some();
             }
         }
         if !verdict.out {
@@ -82,13 +83,13 @@ impl Looked<'_> {
         } else {
             tally.fallen += 1;
         }
-        let (own, beside) = self.medians(line, verdict.only_silent, scratch);
+        let (own, next_to) = self.medians(line, verdict.only_silent, scratch);
         tally.median_sum += own;
-        tally.beside_sum += beside;
+        tally.next_to_sum += next_to;
     }
 
-    fn load_beside(&self, lines: &Lines<'_>, line: usize, position: usize) -> Option<f64> {
-        lines.vouched_load(line, position, self.thresholds, self.options)
+    fn load_next_to(&self, lines: &LineReadings<'_>, line: usize, position: usize) -> Option<f64> {
+        lines.supported_load(line, position, self.thresholds, self.options)
     }
 
     /// Whether a line that is silent answered in the frame before, to much the same load beside it.
@@ -97,37 +98,37 @@ impl Looked<'_> {
             return false;
         };
         let baseline = self.thresholds.baseline;
-        let (mut vouched, mut fell) = (0, 0);
+        let (mut supported, mut fell) = (0, 0);
         for position in 0..self.lines.length {
-            let Some(now) = self.load_beside(&self.lines, line, position) else {
+            let Some(now) = self.load_next_to(&self.lines, line, position) else {
                 continue;
             };
-            vouched += 1;
+            supported += 1;
             let steady = self
-                .load_beside(before, line, position)
+                .load_next_to(before, line, position)
                 .map(|then| (then - baseline, (then - baseline) / (now - baseline)))
                 .filter(|(_, change)| (1.0 / STEADY_FACTOR..=STEADY_FACTOR).contains(change));
             let answered = before.at(line, position) - baseline;
             fell += u64::from(steady.is_some_and(|(then, _)| answered >= ANSWERED_SHARE * then));
         }
-        fell as f64 >= self.options.line_share * vouched as f64
+        fell as f64 >= self.options.line_share * supported as f64
     }
 
     /// Median readings of a line and of those beside it: where these carry a load, if that is what tells.
     fn medians(&self, line: usize, by_silence: bool, scratch: &mut Vec<f64>) -> (f64, f64) {
         let lines = &self.lines;
         let counts =
-            |position: &usize| !by_silence || self.load_beside(lines, line, *position).is_some();
+            |position: &usize| !by_silence || self.load_next_to(lines, line, *position).is_some();
         let positions = || (0..lines.length).filter(counts);
         scratch.clear();
         scratch.extend(positions().map(|position| lines.at(line, position)));
-        let own = median(scratch).unwrap_or(0.0);
+        let own = median_high(scratch).unwrap_or(0.0);
         scratch.clear();
-        for beside in [line.checked_sub(1), Some(line + 1)].into_iter().flatten() {
-            if beside < lines.count {
-                scratch.extend(positions().map(|position| lines.at(beside, position)));
+        for next_to in [line.checked_sub(1), Some(line + 1)].into_iter().flatten() {
+            if next_to < lines.count {
+                scratch.extend(positions().map(|position| lines.at(next_to, position)));
             }
         }
-        (own, median(scratch).unwrap_or(0.0))
+        (own, median_high(scratch).unwrap_or(0.0))
     }
 }

@@ -1,19 +1,30 @@
 //! Every number of a sensor file possible.
 
-use super::{DynamicSpec, PerLine, PerTaxel, Sensor, plausible};
+use super::{
+    ConverterSpec, DynamicSpec, MAX_DYNAMIC_TERMS, PerLine, PerTaxel, Sense, SensorSpec, plausible,
+    resolved,
+};
 use crate::Error;
-use crate::calibrate::dynamic::MOST_TERMS;
 
 /// Refuses numbers that no sensor can have.
-pub(super) fn values(sensor: &Sensor) -> Result<(), Error> {
-    let positive =
-        |key: &str, value: f64, hint: &'static str| match value.is_finite() && value > 0.0 {
-            true => Ok(()),
-            false => Err(range(key, value, "a finite number above 0", hint)),
-        };
-    let readout = &sensor.readout;
-    let array = &sensor.array;
-    let (rows, columns) = (array.rows, array.columns);
+pub(super) fn values(sensor: &SensorSpec) -> Result<(), Error> {
+    geometry(sensor)?;
+    readout(sensor)?;
+    converter(&sensor.converter)?;
+    material(sensor)?;
+    plausible::numbers(sensor)?;
+    named_lines(sensor)
+}
+
+fn positive(key: &str, value: f64, hint: &'static str) -> Result<(), Error> {
+    if value.is_finite() && value > 0.0 {
+        Ok(())
+    } else {
+        Err(range(key, value, "a finite number above 0", hint))
+    }
+}
+
+fn geometry(sensor: &SensorSpec) -> Result<(), Error> {
     if sensor.format != 1 {
         let found = f64::from(sensor.format);
         return Err(range(
@@ -23,14 +34,15 @@ pub(super) fn values(sensor: &Sensor) -> Result<(), Error> {
             "this program reads format 1; a newer file needs a newer program",
         ));
     }
-    for (key, lines) in [("array.rows", rows), ("array.columns", columns)] {
+    let array = &sensor.array;
+    for (key, lines) in [("array.rows", array.rows), ("array.columns", array.columns)] {
         if lines == 0 || lines > 4096 {
             return Err(range(key, lines as f64, "1 to 4096", "count the lines"));
         }
     }
     positive(
         "readout.v_test_volts",
-        readout.v_test_volts,
+        sensor.readout.v_test_volts,
         "the voltage that drives a column",
     )?;
     positive(
@@ -41,37 +53,32 @@ pub(super) fn values(sensor: &Sensor) -> Result<(), Error> {
     for pitch in array.pitch_mm {
         positive("array.pitch_mm", pitch, "the distance between lines")?;
     }
-    if readout.topology.is_tia() {
-        let r_k = readout.r_feedback_ohms.ok_or(Error::MissingKey {
-            key: "readout.r_feedback_ohms",
-            hint: format!(
-                "topology `{}` has an amplifier with a feedback resistor",
-                readout.topology.name()
-            ),
-        })?;
-        positive(
-            "readout.r_feedback_ohms",
-            r_k,
-            "the amplifier's feedback resistor",
-        )?;
-        positive(
-            "readout.open_loop_gain",
-            readout.open_loop_gain.unwrap_or(1e5),
-            "about gain-bandwidth product / scan rate",
-        )?;
-    } else {
-        let r_p = readout.r_pull_down_ohms.ok_or(Error::MissingKey {
-            key: "readout.r_pull_down_ohms",
-            hint: format!(
-                "topology `{}` reads the voltage over a pull-down resistor",
-                readout.topology.name()
-            ),
-        })?;
-        positive(
+    Ok(())
+}
+
+fn readout(sensor: &SensorSpec) -> Result<(), Error> {
+    let readout = &sensor.readout;
+    match resolved::sense(readout)? {
+        Sense::Amplifier {
+            r_feedback_ohms,
+            open_loop_gain,
+        } => {
+            positive(
+                "readout.r_feedback_ohms",
+                r_feedback_ohms,
+                "the amplifier's feedback resistor",
+            )?;
+            positive(
+                "readout.open_loop_gain",
+                open_loop_gain,
+                "about gain-bandwidth product / scan rate",
+            )?;
+        }
+        Sense::PullDown { r_pull_down_ohms } => positive(
             "readout.r_pull_down_ohms",
-            r_p,
+            r_pull_down_ohms,
             "the resistor from the sensed row to ground",
-        )?;
+        )?,
     }
     if !readout.r_source_ohms.is_finite() || readout.r_source_ohms < 0.0 {
         return Err(range(
@@ -81,25 +88,23 @@ pub(super) fn values(sensor: &Sensor) -> Result<(), Error> {
             "0 when there is no extra resistor",
         ));
     }
-    for (key, list, lines, unit, unit_one) in [
-        (
-            "readout.r_mux_column_ohms",
-            &readout.r_mux_column_ohms,
-            columns,
-            "columns",
-            "column",
-        ),
-        (
-            "readout.r_mux_row_ohms",
-            &readout.r_mux_row_ohms,
-            rows,
-            "rows",
-            "row",
-        ),
-    ] {
-        per_line(key, list.as_ref(), lines, unit, unit_one)?;
-    }
-    let converter = &sensor.converter;
+    per_line(
+        "readout.r_mux_column_ohms",
+        readout.r_mux_column_ohms.as_ref(),
+        sensor.array.columns,
+        "columns",
+        "column",
+    )?;
+    per_line(
+        "readout.r_mux_row_ohms",
+        readout.r_mux_row_ohms.as_ref(),
+        sensor.array.rows,
+        "rows",
+        "row",
+    )
+}
+
+fn converter(converter: &ConverterSpec) -> Result<(), Error> {
     if !(1..=32).contains(&converter.bits) {
         return Err(range(
             "converter.bits",
@@ -139,20 +144,23 @@ pub(super) fn values(sensor: &Sensor) -> Result<(), Error> {
             "0 when unknown",
         ));
     }
-    material(sensor)?;
-    plausible::numbers(sensor)?;
+    Ok(())
+}
+
+fn named_lines(sensor: &SensorSpec) -> Result<(), Error> {
+    let (array, screen) = (&sensor.array, &sensor.screen);
     for (key, lines, count) in [
-        ("screen.dead_rows", &sensor.screen.dead_rows, rows),
+        ("screen.dead_rows", &screen.dead_rows, array.rows),
         (
             "screen.flickering_rows",
-            &sensor.screen.flickering_rows,
-            rows,
+            &screen.flickering_rows,
+            array.rows,
         ),
-        ("screen.dead_columns", &sensor.screen.dead_columns, columns),
+        ("screen.dead_columns", &screen.dead_columns, array.columns),
         (
             "screen.flickering_columns",
-            &sensor.screen.flickering_columns,
-            columns,
+            &screen.flickering_columns,
+            array.columns,
         ),
     ] {
         if let Some(&line) = lines.iter().find(|&&line| line >= count) {
@@ -209,11 +217,10 @@ fn per_line(
     }
 }
 
-fn material(sensor: &Sensor) -> Result<(), Error> {
+fn material(sensor: &SensorSpec) -> Result<(), Error> {
     let Some(material) = &sensor.material else {
         return Ok(());
     };
-    let taxels = sensor.array.rows * sensor.array.columns;
     if !material.factor.is_finite() || material.factor <= 0.0 {
         return Err(range(
             "material.factor",
@@ -230,53 +237,22 @@ fn material(sensor: &Sensor) -> Result<(), Error> {
             "the conductance of an unloaded taxel",
         ));
     }
-    for (key, list) in [
-        ("material.exponent", Some(&material.exponent)),
-        ("material.gain", material.gain.as_ref()),
-    ] {
-        let values: Vec<f64> = match list {
-            Some(PerTaxel::One(value)) => vec![*value],
-            Some(PerTaxel::Each(rows)) => {
-                let values: Vec<f64> = rows.iter().flatten().copied().collect();
-                if values.len() != taxels || rows.len() != sensor.array.rows {
-                    return Err(Error::ListLength {
-                        key,
-                        found: values.len(),
-                        expected: taxels,
-                        unit: "taxels",
-                        unit_one: "taxel",
-                    });
-                }
-                values
-            }
-            _ => continue,
-        };
-        if let Some(&value) = values.iter().find(|v| !v.is_finite() || **v <= 0.0) {
-            return Err(range(
-                key,
-                value,
-                "a finite number above 0",
-                "a load must raise the conductance",
-            ));
-        }
-    }
+    per_taxel(sensor, "material.exponent", Some(&material.exponent))?;
+    per_taxel(sensor, "material.gain", material.gain.as_ref())?;
     if let Some(bend) = &material.bend {
-        crate::calibrate::Spline::new(&bend.ln_load_g, &bend.ln_siemens).map_err(|source| {
+        crate::spline::Spline::new(&bend.ln_load_g, &bend.ln_siemens).map_err(|source| {
             Error::Knots {
                 key: "material.bend.ln_load_g",
                 source,
             }
         })?;
     }
-    if let Some(load) = material.saturation_load_g
-        && (!load.is_finite() || load <= 0.0)
-    {
-        return Err(range(
+    if let Some(load) = material.saturation_load_g {
+        positive(
             "material.saturation_load_g",
             load,
-            "a finite number above 0",
             "leave it out when the material does not saturate",
-        ));
+        )?;
     }
     if let Some([row, column, diagonal]) = material.spread {
         let away = 2.0 * (row + column) + 4.0 * diagonal;
@@ -295,6 +271,37 @@ fn material(sensor: &Sensor) -> Result<(), Error> {
     Ok(())
 }
 
+/// Refuses a list of another length than the array's; a file's numbers are not here yet.
+fn per_taxel(sensor: &SensorSpec, key: &'static str, list: Option<&PerTaxel>) -> Result<(), Error> {
+    let (rows, columns) = (sensor.array.rows, sensor.array.columns);
+    let values: Vec<f64> = match list {
+        Some(PerTaxel::One(value)) => vec![*value],
+        Some(PerTaxel::Each(lines)) => {
+            let values = lines.concat();
+            if values.len() != rows * columns || lines.len() != rows {
+                return Err(Error::ListLength {
+                    key,
+                    found: values.len(),
+                    expected: rows * columns,
+                    unit: "taxels",
+                    unit_one: "taxel",
+                });
+            }
+            values
+        }
+        Some(PerTaxel::File(_)) | None => return Ok(()),
+    };
+    match values.iter().find(|v| !v.is_finite() || **v <= 0.0) {
+        Some(&value) => Err(range(
+            key,
+            value,
+            "a finite number above 0",
+            "a load must raise the conductance",
+        )),
+        None => Ok(()),
+    }
+}
+
 fn check_dynamic(dynamic: &DynamicSpec) -> Result<(), Error> {
     for (key, values, of) in [
         (
@@ -308,11 +315,11 @@ fn check_dynamic(dynamic: &DynamicSpec) -> Result<(), Error> {
             &dynamic.play_weight,
         ),
     ] {
-        if values.len() != of.len() || values.len() > MOST_TERMS {
+        if values.len() != of.len() || values.len() > MAX_DYNAMIC_TERMS {
             return Err(Error::ListLength {
                 key,
                 found: values.len(),
-                expected: of.len().min(MOST_TERMS),
+                expected: of.len().min(MAX_DYNAMIC_TERMS),
                 unit: "weights",
                 unit_one: "weight",
             });

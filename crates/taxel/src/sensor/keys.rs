@@ -4,7 +4,7 @@ use super::Topology;
 use crate::Error;
 
 /// Characters of a line that an error quotes.
-const LONGEST_QUOTE: usize = 200;
+const MAX_QUOTE: usize = 200;
 
 const TABLES: [(&str, &[&str]); 9] = [
     (
@@ -137,7 +137,7 @@ pub(super) fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> S
 /// What is wrong and where; of a line that nobody could read, only the first part.
 pub(super) fn not_toml(error: &toml::de::Error) -> Error {
     let words = error.to_string();
-    let cut = |line: &str| match line.char_indices().nth(LONGEST_QUOTE) {
+    let cut = |line: &str| match line.char_indices().nth(MAX_QUOTE) {
         Some((end, _)) => format!("{} …", &line[..end]),
         None => line.to_owned(),
     };

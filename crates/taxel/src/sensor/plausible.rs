@@ -1,7 +1,7 @@
 //! Numbers that are possible in mathematics and in no sensor: nearly always a slip of the unit or of the key.
 
 use super::check::range;
-use super::{Material, PerTaxel, Sensor};
+use super::{MaterialSpec, PerTaxel, SensorSpec};
 use crate::Error;
 
 /// An unloaded taxel may be found to conduct less than nothing by this share of the converter's range: noise, what an
@@ -9,14 +9,14 @@ use crate::Error;
 const BELOW_ZERO: f64 = 0.1;
 
 /// Refuses them.
-pub(super) fn numbers(sensor: &Sensor) -> Result<(), Error> {
+pub(super) fn numbers(sensor: &SensorSpec) -> Result<(), Error> {
     let (readout, converter) = (&sensor.readout, &sensor.converter);
-    let within = |key: &str, value: f64, (least, most): (f64, f64), expected, hint| match (least
-        ..=most)
-        .contains(&value)
-    {
-        true => Ok(()),
-        false => Err(range(key, value, expected, hint)),
+    let within = |key: &str, value: f64, (least, most): (f64, f64), expected, hint| {
+        if (least..=most).contains(&value) {
+            Ok(())
+        } else {
+            Err(range(key, value, expected, hint))
+        }
     };
     within(
         "converter.full_scale_volts",
@@ -79,7 +79,11 @@ pub(super) fn numbers(sensor: &Sensor) -> Result<(), Error> {
 type Within<'a> =
     &'a dyn Fn(&str, f64, (f64, f64), &'static str, &'static str) -> Result<(), Error>;
 
-fn plausible_material(sensor: &Sensor, material: &Material, within: Within) -> Result<(), Error> {
+fn plausible_material(
+    sensor: &SensorSpec,
+    material: &MaterialSpec,
+    within: Within,
+) -> Result<(), Error> {
     within(
         "material.g_zero_siemens",
         material.g_zero_siemens,
@@ -105,7 +109,7 @@ fn plausible_material(sensor: &Sensor, material: &Material, within: Within) -> R
 }
 
 /// What the converter's range stands for without cross-talk, siemens.
-fn range_siemens(sensor: &Sensor) -> f64 {
+fn range_siemens(sensor: &SensorSpec) -> f64 {
     let readout = &sensor.readout;
     let ohms = readout.r_feedback_ohms.or(readout.r_pull_down_ohms);
     sensor.converter.full_scale_volts / (readout.v_test_volts * ohms.unwrap_or(1.0))
@@ -156,10 +160,10 @@ mod tests {
             "{error}"
         );
         let mask = |low: f64, high: f64| {
-            let mut sensor = preset("mat-16x16-cd4067").unwrap();
-            sensor.screen.low_counts = Some(low);
-            sensor.screen.high_counts = Some(high);
-            sensor.checked()
+            preset("mat-16x16-cd4067").unwrap().edited(|spec| {
+                spec.screen.low_counts = Some(low);
+                spec.screen.high_counts = Some(high);
+            })
         };
         mask(10.0, 900.0).unwrap();
         let error = mask(900.0, 10.0).unwrap_err().to_string();

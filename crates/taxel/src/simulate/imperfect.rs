@@ -2,10 +2,10 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use super::{Faults, Purpose, generator};
-use crate::Sensor;
+use super::{Purpose, ReadingFaults, generator};
 use crate::circuit::normal;
-use crate::sensor::{Material, PerLine, PerTaxel};
+use crate::sensor::{MaterialSpec, PerLine, PerTaxel, SensorSpec};
+use crate::{Error, Sensor};
 
 /// Load at which taxels that differ in exponent alone respond alike, grams.
 const PIVOT_LOAD_G: f64 = 100.0;
@@ -41,7 +41,7 @@ pub struct Imperfections {
     /// How many columns come and go.
     pub flickering_columns: usize,
     /// Stuck readings, and how often flickering lines are out.
-    pub faults: Faults,
+    pub faults: ReadingFaults,
 }
 
 impl Imperfections {
@@ -55,9 +55,9 @@ impl Imperfections {
             open_loop_gain: Some(5000.0),
             dead_rows: 1,
             flickering_columns: 1,
-            faults: Faults {
+            faults: ReadingFaults {
                 stuck_share: 0.002,
-                ..Faults::default()
+                ..ReadingFaults::default()
             },
             ..Self::default()
         }
@@ -75,18 +75,27 @@ impl Imperfections {
             memory: 0.003,
             dead_rows: 0,
             flickering_columns: 0,
-            faults: Faults::default(),
+            faults: ReadingFaults::default(),
             ..Self::uneven()
         }
     }
 }
 
 /// Draws a true sensor from what its owner knows: one switch resistance per line, one gain and exponent per taxel,
-/// and broken lines, which the truth's `screen` names. What `imperfections` does not touch stays; a gain or exponent
-/// that is still the name of a file stays too, and [`super::VirtualSensor::new`] refuses it.
-pub fn imperfect(nominal: &Sensor, imperfections: &Imperfections, seed: u64) -> Sensor {
-    let mut truth = nominal.clone();
-    let (rows, columns) = (nominal.rows(), nominal.columns());
+/// and broken lines, which the truth's `screen` names. What `imperfections` does not touch stays.
+///
+/// # Errors
+/// A number outside its physical range.
+pub fn imperfect(
+    nominal: &Sensor,
+    imperfections: &Imperfections,
+    seed: u64,
+) -> Result<Sensor, Error> {
+    nominal.edited(|truth| draw(truth, imperfections, seed))
+}
+
+fn draw(truth: &mut SensorSpec, imperfections: &Imperfections, seed: u64) {
+    let (rows, columns) = (truth.array.rows, truth.array.columns);
     // One stream each, so that turning one imperfection on leaves the others as they were.
     let stream = |number| generator(seed, Purpose::Sensor, number);
     let readout = &mut truth.readout;
@@ -137,7 +146,6 @@ pub fn imperfect(nominal: &Sensor, imperfections: &Imperfections, seed: u64) -> 
         columns,
         &mut stream(5),
     );
-    truth
 }
 
 fn vary_lines(ohms: &mut Option<PerLine>, lines: usize, sd: f64, random: &mut ChaCha8Rng) {
@@ -148,7 +156,7 @@ fn vary_lines(ohms: &mut Option<PerLine>, lines: usize, sd: f64, random: &mut Ch
 }
 
 fn vary_material(
-    material: &mut Material,
+    material: &mut MaterialSpec,
     shape: [usize; 2],
     imperfections: &Imperfections,
     [of_gain, of_exponent]: [&mut ChaCha8Rng; 2],
@@ -223,30 +231,30 @@ mod tests {
     #[test]
     fn without_imperfections_the_truth_is_what_the_owner_knows() {
         let nominal = preset("econe").unwrap();
-        assert_eq!(imperfect(&nominal, &Imperfections::default(), 1), nominal);
+        assert_eq!(
+            imperfect(&nominal, &Imperfections::default(), 1).unwrap(),
+            nominal
+        );
     }
 
     #[test]
     fn what_is_drawn_has_the_spread_asked_for_and_passes_every_check() {
         let nominal = preset("econe").unwrap();
         for imperfections in [Imperfections::uneven(), Imperfections::beyond_the_circuit()] {
-            let truth = imperfect(&nominal, &imperfections, 2).checked().unwrap();
-            assert_eq!(truth, imperfect(&nominal, &imperfections, 2));
-            assert_ne!(truth, imperfect(&nominal, &imperfections, 3));
-            let Some(PerLine::Each(columns)) = truth.readout.r_mux_column_ohms else {
+            let truth = imperfect(&nominal, &imperfections, 2).unwrap();
+            assert_eq!(truth, imperfect(&nominal, &imperfections, 2).unwrap());
+            assert_ne!(truth, imperfect(&nominal, &imperfections, 3).unwrap());
+            let Some(PerLine::Each(columns)) = truth.readout().r_mux_column_ohms.clone() else {
                 panic!("one resistance per column");
             };
             let sd = relative_sd(columns.into_iter());
             assert!((sd / 0.1 - 1.0).abs() < 0.2, "{sd}");
-            let r_k = truth.readout.r_feedback_ohms.unwrap();
+            let r_k = truth.readout().r_feedback_ohms().unwrap();
             assert!((r_k - 2010.0).abs() < 1e-9);
-            let material = truth.material.unwrap();
-            let Some(PerTaxel::Each(gain)) = &material.gain else {
-                panic!("one gain per taxel");
-            };
+            let gain = &truth.material().unwrap().gain;
             // Exponents pivot about 100 g: ln 100 times their deviation is in the gain, too.
             let wanted = 0.1f64.hypot(imperfections.exponent_sd * PIVOT_LOAD_G.ln());
-            let sd = relative_sd(gain.iter().flatten().copied());
+            let sd = relative_sd(gain.iter().copied());
             assert!((sd / wanted - 1.0).abs() < 0.05, "{sd}");
         }
     }
@@ -254,18 +262,18 @@ mod tests {
     #[test]
     fn one_more_imperfection_leaves_the_others_as_they_were() {
         let nominal = preset("econe").unwrap();
-        let truth = imperfect(&nominal, &Imperfections::uneven(), 2);
+        let truth = imperfect(&nominal, &Imperfections::uneven(), 2).unwrap();
         let spread = Imperfections {
             spread: Some([0.05, 0.05, 0.01]),
             dead_columns: 2,
             ..Imperfections::uneven()
         };
-        let also = imperfect(&nominal, &spread, 2);
-        assert_eq!(truth.readout, also.readout);
-        let gain = |sensor: &Sensor| sensor.material.as_ref().unwrap().gain.clone();
+        let also = imperfect(&nominal, &spread, 2).unwrap();
+        assert_eq!(truth.readout(), also.readout());
+        let gain = |sensor: &Sensor| sensor.material().unwrap().gain.clone();
         assert_eq!(gain(&truth), gain(&also));
-        assert_eq!(truth.screen.dead_rows, also.screen.dead_rows);
-        assert_eq!(also.screen.dead_columns.len(), 2);
+        assert_eq!(truth.screen().dead_rows, also.screen().dead_rows);
+        assert_eq!(also.screen().dead_columns.len(), 2);
     }
 
     #[test]
@@ -276,7 +284,7 @@ mod tests {
             flickering_rows: 99,
             ..Imperfections::default()
         };
-        let screen = imperfect(&nominal, &all, 1).checked().unwrap().screen;
+        let screen = imperfect(&nominal, &all, 1).unwrap().screen().clone();
         let mut rows = [screen.dead_rows, screen.flickering_rows].concat();
         rows.sort_unstable();
         assert_eq!(rows, (0..16).collect::<Vec<_>>());

@@ -1,28 +1,29 @@
 //! Sets to calibrate with, and to judge a calibration by.
 
 use super::pattern::{DEFAULT_PEAK_G, press_among};
-use super::{Grams, Kind, Pattern, Purpose, VirtualSensor};
-use crate::calibrate::{Data, Press};
+use super::{Grams, Pattern, PatternKind, Purpose, VirtualSensor};
+use crate::calibrate::{CalibrationData, PressLabel};
 use crate::{Counts, Frame};
 
 /// `count` frames with one labelled press each, 12 to 600 g, on lines that are not dead. No uniform frames.
-pub fn labelled_presses(sensor: &VirtualSensor, count: usize) -> Data {
+pub fn labelled_presses(sensor: &VirtualSensor, count: usize) -> CalibrationData {
     let spec = sensor.sensor();
     let sound = |lines: usize, dead: &[usize]| {
         let sound: Vec<usize> = (0..lines).filter(|line| !dead.contains(line)).collect();
-        match sound.is_empty() {
-            true => (0..lines).collect(),
-            false => sound,
+        if sound.is_empty() {
+            (0..lines).collect()
+        } else {
+            sound
         }
     };
     let lines = [
-        sound(spec.rows(), &spec.screen.dead_rows),
-        sound(spec.columns(), &spec.screen.dead_columns),
+        sound(spec.rows(), &spec.screen().dead_rows),
+        sound(spec.columns(), &spec.screen().dead_columns),
     ];
-    let mut data = Data::default();
+    let mut data = CalibrationData::default();
     for frame in 0..count {
         let press = press_among(
-            &spec.array,
+            spec.array(),
             DEFAULT_PEAK_G,
             sensor.seed(),
             frame as u64,
@@ -30,7 +31,7 @@ pub fn labelled_presses(sensor: &VirtualSensor, count: usize) -> Data {
         );
         let reading = sensor.read_for(Purpose::PressReading, &press.loads, frame as u64);
         data.frames.push(reading.counts);
-        data.presses.push(Press {
+        data.presses.push(PressLabel {
             frame,
             row: press.row,
             column: press.column,
@@ -46,7 +47,7 @@ pub fn uniform_levels(
     levels_g: &[f64],
     frames: usize,
 ) -> Vec<(Frame<Counts>, f64)> {
-    let array = &sensor.sensor().array;
+    let array = sensor.sensor().array();
     let each = levels_g
         .iter()
         .flat_map(|&level| std::iter::repeat_n(level, frames));
@@ -66,8 +67,8 @@ pub fn calibration_data(
     presses: usize,
     levels_g: &[f64],
     frames: usize,
-) -> Data {
-    Data {
+) -> CalibrationData {
+    CalibrationData {
         uniform: uniform_levels(sensor, levels_g, frames),
         ..labelled_presses(sensor, presses)
     }
@@ -79,10 +80,10 @@ pub fn validation_frames(
     sensor: &VirtualSensor,
     count: usize,
 ) -> Vec<(Frame<Counts>, Frame<Grams>)> {
-    let pattern = Pattern::new(Kind::Blobs { least: 5, most: 12 });
+    let pattern = Pattern::new(PatternKind::Blobs { least: 5, most: 12 });
     (0..count as u64)
         .map(|frame| {
-            let loads = pattern.loads(&sensor.sensor().array, sensor.seed(), frame);
+            let loads = pattern.loads(sensor.sensor().array(), sensor.seed(), frame);
             let reading = sensor.read_for(Purpose::ValidationReading, &loads, frame);
             (reading.counts, loads)
         })
@@ -108,7 +109,7 @@ mod tests {
         assert_eq!((data.frames.len(), data.presses.len()), (40, 40));
         let levels: Vec<f64> = data.uniform.iter().map(|(_, level)| *level).collect();
         assert_eq!(levels, [50.0, 50.0, 150.0, 150.0]);
-        let screen = &sensor.sensor().screen;
+        let screen = sensor.sensor().screen();
         assert_eq!((screen.dead_rows.len(), screen.dead_columns.len()), (6, 6));
         for (i, press) in data.presses.iter().enumerate() {
             assert_eq!(press.frame, i);

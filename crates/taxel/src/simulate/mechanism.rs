@@ -79,7 +79,7 @@ mod tests {
 
     #[test]
     fn a_tip_taken_away_leaves_the_others_as_they_were() {
-        let array = preset("econe").unwrap().array;
+        let array = preset("econe").unwrap().array().clone();
         let ten = press_tips(&array, &tips(10, 1), 0.1, 3, 7);
         let nine = press_tips(&array, &tips(9, 1), 0.1, 3, 7);
         for column in 0..27 {
@@ -94,7 +94,7 @@ mod tests {
 
     #[test]
     fn two_taxels_share_a_load_and_one_loses_some() {
-        let array = preset("econe").unwrap().array;
+        let array = preset("econe").unwrap().array().clone();
         let pairs = press_tips(&array, &tips(10, 2), 0.1, 1, 1);
         assert!((pairs.values().iter().sum::<f64>() - 1320.0).abs() < 1e-9);
         let single = press_tips(&array, &tips(10, 1), 0.1, 1, 1);

@@ -1,7 +1,7 @@
 //! A virtual sensor: load patterns, the circuit, noise and converter, and sets to calibrate with.
 //!
-//! Loads go the way they go in a real sensor: the cover spreads them ([`crate::calibrate::Spread`]), each taxel turns
-//! what it feels into a conductance ([`crate::calibrate::LoadLaw`]), the circuit is scanned
+//! Loads go the way they go in a real sensor: the cover spreads them ([`crate::material::Spread`]), each taxel turns
+//! what it feels into a conductance ([`crate::material::LoadLaw`]), the circuit is scanned
 //! ([`crate::circuit::LinearCircuit`]), noise is added, and the converter counts. Creep and hysteresis are not modelled.
 //!
 //! Everything follows from a seed. Frame k depends on the seed and on k alone, so that any frame can be made on its
@@ -14,7 +14,7 @@
 //! use taxel::simulate::{Pattern, VirtualSensor, newtons};
 //! use taxel::{frame::grams_from_newtons, metric::deviations_of_frames, pipeline::Pipeline, sensor::preset, solve};
 //! let sensor = preset("econe")?;
-//! let hand = Pattern::hand().loads(&sensor.array, 7, 80);
+//! let hand = Pattern::hand().loads(sensor.array(), 7, 80);
 //! let counts = VirtualSensor::new(&sensor, 7)?.read(&hand, 80).counts;
 //! for method in [Box::new(solve::Raw::from_sensor(&sensor)), solve::default_method(&sensor)?] {
 //!     let mut pipeline = Pipeline::new(&sensor, method)?;
@@ -34,8 +34,8 @@ mod sensor;
 pub use imperfect::{Imperfections, imperfect};
 pub use labelled::{calibration_data, labelled_presses, uniform_levels, validation_frames};
 pub use mechanism::{Tip, press_tips};
-pub use pattern::{DEFAULT_PEAK_G, Kind, LabelledPress, Pattern, labelled_press};
-pub use sensor::{Faults, Reading, VirtualSensor, default_noise_counts};
+pub use pattern::{DEFAULT_PEAK_G, LabelledPress, Pattern, PatternKind, labelled_press};
+pub use sensor::{ReadingFaults, SimulatedScan, VirtualSensor, default_noise_counts};
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -43,9 +43,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::frame::newtons_from_grams;
 use crate::{Frame, Newtons};
 
-/// Load on a taxel, in grams-force: the unit of labelled presses and of the load law in sensor.toml.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Grams;
+pub use crate::frame::Grams;
 
 /// The same loads in newtons, to be compared with what a pipeline gives.
 pub fn newtons(loads: &Frame<Grams>) -> Frame<Newtons> {

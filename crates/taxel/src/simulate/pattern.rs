@@ -14,7 +14,7 @@ pub const DEFAULT_PEAK_G: f64 = 600.0;
 /// What presses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub enum Kind {
+pub enum PatternKind {
     /// A hand gripping a cylinder: four fingers of three pads, thumb, palm.
     Hand {
         /// Frames from one grip to the next: rest, squeeze, hold with a slight tremor, release. `None`: held all
@@ -58,7 +58,7 @@ pub enum Kind {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pattern {
     /// What presses.
-    pub kind: Kind,
+    pub kind: PatternKind,
     /// The load that no taxel exceeds, grams. `None`: what the natural pressure of the drawing puts on a taxel's
     /// cell (pitch × pitch), up to 600 g; 600 g for patterns that are no drawing.
     pub peak_g: Option<f64>,
@@ -71,13 +71,13 @@ impl Pattern {
     ];
 
     /// A pattern of its natural height.
-    pub fn new(kind: Kind) -> Self {
+    pub fn new(kind: PatternKind) -> Self {
         Self { kind, peak_g: None }
     }
 
     /// A hand that grips every 160 frames; from frame 48 to 119 it holds.
     pub fn hand() -> Self {
-        Self::new(Kind::Hand {
+        Self::new(PatternKind::Hand {
             frames_per_grip: Some(160),
         })
     }
@@ -86,15 +86,15 @@ impl Pattern {
     pub fn named(name: &str) -> Option<Self> {
         Some(match name {
             "hand" => Self::hand(),
-            "fingers" => Self::new(Kind::Fingers { tips: 5 }),
-            "feet" => Self::new(Kind::Feet { soles: 2 }),
-            "uniform" => Self::new(Kind::Uniform),
-            "random" => Self::new(Kind::Random {
+            "fingers" => Self::new(PatternKind::Fingers { tips: 5 }),
+            "feet" => Self::new(PatternKind::Feet { soles: 2 }),
+            "uniform" => Self::new(PatternKind::Uniform),
+            "random" => Self::new(PatternKind::Random {
                 share: 0.05,
                 least_g: 5.0,
             }),
-            "blobs" => Self::new(Kind::Blobs { least: 5, most: 12 }),
-            "press" => Self::new(Kind::Press),
+            "blobs" => Self::new(PatternKind::Blobs { least: 5, most: 12 }),
+            "press" => Self::new(PatternKind::Press),
             _ => return None,
         })
     }
@@ -113,9 +113,9 @@ impl Pattern {
     /// had to be reduced sums to less.
     pub fn peak_of(&self, array: &Array) -> f64 {
         let natural_kilopascals = match self.kind {
-            Kind::Hand { .. } => 400.0,
-            Kind::Fingers { .. } => 250.0,
-            Kind::Feet { .. } => 210.0,
+            PatternKind::Hand { .. } => 400.0,
+            PatternKind::Fingers { .. } => 250.0,
+            PatternKind::Feet { .. } => 210.0,
             _ => f64::INFINITY,
         };
         let cell_mm2 = array.pitch_mm[0] * array.pitch_mm[1];
@@ -130,22 +130,24 @@ impl Pattern {
         let shape = &mut generator(seed, Purpose::Shape, 0);
         let contacts = &mut generator(seed, Purpose::Contacts, frame);
         let shares = match self.kind {
-            Kind::Hand { frames_per_grip } => hand(array, shape, frames_per_grip, frame),
-            Kind::Fingers { tips } => {
+            PatternKind::Hand { frames_per_grip } => hand(array, shape, frames_per_grip, frame),
+            PatternKind::Fingers { tips } => {
                 let levels = rhythm(shape, 5, 0.3, frame);
                 let place = [shape.random(), shape.random()];
                 drawing::finger_tips(tips).lay(array, place, &levels)
             }
-            Kind::Feet { soles } => {
+            PatternKind::Feet { soles } => {
                 let levels = rhythm(shape, 2 * drawing::FOOT_GROUPS, 0.9, frame);
                 let mut drawing = drawing::feet(soles);
                 drawing.vary(shape);
                 drawing.lay(array, [0.5; 2], &levels)
             }
-            Kind::Uniform => vec![1.0; array.rows * array.columns],
-            Kind::Random { share, least_g } => random(array, contacts, share, least_g / peak),
-            Kind::Blobs { least, most } => blobs(array, contacts, least, most),
-            Kind::Press => return labelled_press(array, peak, seed, frame).loads,
+            PatternKind::Uniform => vec![1.0; array.rows * array.columns],
+            PatternKind::Random { share, least_g } => {
+                random(array, contacts, share, least_g / peak)
+            }
+            PatternKind::Blobs { least, most } => blobs(array, contacts, least, most),
+            PatternKind::Press => return labelled_press(array, peak, seed, frame).loads,
         };
         frame_of(array, peak, shares, frame)
     }
@@ -214,9 +216,10 @@ fn random(array: &Array, random: &mut ChaCha8Rng, share: f64, least: f64) -> Vec
     (0..array.rows * array.columns)
         .map(|_| {
             let (chosen, height): (f64, f64) = (random.random(), random.random());
-            match chosen < share {
-                true => least + (1.0 - least) * height,
-                false => 0.0,
+            if chosen < share {
+                least + (1.0 - least) * height
+            } else {
+                0.0
             }
         })
         .collect()

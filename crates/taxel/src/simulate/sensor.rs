@@ -3,13 +3,13 @@
 use rand::RngExt;
 
 use super::{Grams, Imperfections, Pattern, Purpose, generator, imperfect};
-use crate::calibrate::{LoadLaw, Spread};
 use crate::circuit::{Circuit, Converter, LinearCircuit, Noise};
+use crate::material::{LoadLaw, Spread};
 use crate::{Counts, Error, Frame, Sensor, Siemens, Volts};
 
 /// One simulated scan, from the taxels to the counts.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Reading {
+pub struct SimulatedScan {
     /// Conductance of every taxel, siemens; those on a broken line too, though no reading shows them.
     pub siemens: Frame<Siemens>,
     /// What the circuit gives, volts: before noise, and without the converter's offset.
@@ -20,14 +20,14 @@ pub struct Reading {
 
 /// What goes wrong from reading to reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Faults {
+pub struct ReadingFaults {
     /// Share of the readings that stand at an end of the converter, whatever the load; 0 to 1.
     pub stuck_share: f64,
     /// Share of the frames in which a line that comes and goes (of the sensor's `screen`) is out; 0 to 1.
     pub flicker_share: f64,
 }
 
-impl Default for Faults {
+impl Default for ReadingFaults {
     /// No stuck readings; a flickering line is out in every third frame.
     fn default() -> Self {
         Self {
@@ -51,7 +51,7 @@ pub fn default_noise_counts(bits: u32) -> f64 {
 pub struct VirtualSensor {
     sensor: Sensor,
     seed: u64,
-    faults: Faults,
+    faults: ReadingFaults,
     period_secs: Option<f64>,
     law: LoadLaw,
     spread: Option<Spread>,
@@ -67,20 +67,19 @@ impl VirtualSensor {
     /// A number outside its physical range, a switch resistance or a load law that is missing, a gain or exponent
     /// that is still the name of a file.
     pub fn new(truth: &Sensor, seed: u64) -> Result<Self, Error> {
-        let sensor = truth.clone().checked()?;
+        let sensor = truth.clone();
         let converter = Converter::from_sensor(&sensor);
         let noise_counts = sensor
-            .converter
+            .converter()
             .noise_counts
-            .unwrap_or_else(|| default_noise_counts(sensor.converter.bits));
+            .unwrap_or_else(|| default_noise_counts(sensor.converter().bits));
         Ok(Self {
             seed,
-            faults: Faults::default(),
+            faults: ReadingFaults::default(),
             period_secs: None,
             law: LoadLaw::from_sensor(&sensor)?,
             spread: sensor
-                .material
-                .as_ref()
+                .material()
                 .and_then(|material| material.spread)
                 .map(Spread::new),
             circuit: LinearCircuit::from_sensor(&sensor)?,
@@ -101,12 +100,12 @@ impl VirtualSensor {
         imperfections: &Imperfections,
         seed: u64,
     ) -> Result<Self, Error> {
-        let truth = imperfect(nominal, imperfections, seed);
+        let truth = imperfect(nominal, imperfections, seed)?;
         Ok(Self::new(&truth, seed)?.with_faults(imperfections.faults))
     }
 
     /// The same sensor with these faults.
-    pub fn with_faults(mut self, faults: Faults) -> Self {
+    pub fn with_faults(mut self, faults: ReadingFaults) -> Self {
         self.faults = faults;
         self
     }
@@ -131,7 +130,7 @@ impl VirtualSensor {
     ///
     /// # Panics
     /// When the frame's shape is not the sensor's, or a load is not finite.
-    pub fn read(&self, loads: &Frame<Grams>, frame: u64) -> Reading {
+    pub fn read(&self, loads: &Frame<Grams>, frame: u64) -> SimulatedScan {
         self.read_for(Purpose::Reading, loads, frame)
     }
 
@@ -140,16 +139,21 @@ impl VirtualSensor {
         &'a self,
         pattern: &'a Pattern,
         frames: std::ops::Range<u64>,
-    ) -> impl Iterator<Item = (Frame<Grams>, Reading)> + 'a {
+    ) -> impl Iterator<Item = (Frame<Grams>, SimulatedScan)> + 'a {
         frames.map(move |frame| {
-            let loads = pattern.loads(&self.sensor.array, self.seed, frame);
+            let loads = pattern.loads(self.sensor.array(), self.seed, frame);
             let reading = self.read(&loads, frame);
             (loads, reading)
         })
     }
 
-    pub(super) fn read_for(&self, purpose: Purpose, loads: &Frame<Grams>, frame: u64) -> Reading {
-        let array = &self.sensor.array;
+    pub(super) fn read_for(
+        &self,
+        purpose: Purpose,
+        loads: &Frame<Grams>,
+        frame: u64,
+    ) -> SimulatedScan {
+        let array = self.sensor.array();
         assert_eq!(
             (loads.rows(), loads.columns()),
             (array.rows, array.columns),
@@ -168,7 +172,7 @@ impl VirtualSensor {
             .predict(&connected)
             .expect("no conductance is negative");
         let mut noisy = volts.clone();
-        self.noise.add(&mut noisy, &mut || random.random());
+        self.noise.add(&mut noisy, &mut random);
         let mut counts = self.converter.counts_from_volts(&noisy);
         if self.faults.stuck_share > 0.0 {
             for count in counts.values_mut() {
@@ -182,7 +186,7 @@ impl VirtualSensor {
                 }
             }
         }
-        Reading {
+        SimulatedScan {
             siemens,
             volts,
             counts,
@@ -191,12 +195,12 @@ impl VirtualSensor {
 
     /// Spread and load law.
     fn siemens(&self, loads: &Frame<Grams>, frame: u64) -> Frame<Siemens> {
-        let mut felt = loads.values().to_vec();
+        let mut effective = loads.values().to_vec();
         if let Some(spread) = self.spread {
-            spread.apply(loads.columns(), loads.values(), &mut felt);
+            spread.apply(loads.columns(), loads.values(), &mut effective);
         }
         let mut siemens = loads.map(|taxel, _| {
-            let conductance = self.law.siemens_from_grams(taxel, felt[taxel]);
+            let conductance = self.law.siemens_from_grams(taxel, effective[taxel]);
             conductance.max(0.0)
         });
         siemens.sequence = frame;
@@ -207,7 +211,7 @@ impl VirtualSensor {
     /// Takes the taxels of lines that carry no current in this frame out of the circuit. Draws the same number of
     /// times whatever it finds.
     fn break_lines(&self, siemens: &mut Frame<Siemens>, random: &mut rand_chacha::ChaCha8Rng) {
-        let screen = &self.sensor.screen;
+        let screen = self.sensor.screen();
         let mut out = |_: &&usize| -> bool { random.random::<f64>() < self.faults.flicker_share };
         let mut rows = screen.dead_rows.clone();
         rows.extend(screen.flickering_rows.iter().filter(&mut out));

@@ -1,7 +1,7 @@
 //! Anderson's mixing of a fixed-point iteration (Anderson 1965; Walker and Ni 2011): the next point is the
 //! combination of the last few that leaves the smallest residual.
 
-use crate::dense::dot;
+use crate::linalg::dot;
 
 /// The last few points of an iteration, and how to combine them.
 pub(super) struct Anderson {
@@ -97,8 +97,8 @@ impl Anderson {
         if kept == 0 {
             return;
         }
-        let mut system = [[0.0; MOST]; MOST];
-        let mut right = [0.0; MOST];
+        let mut system = [[0.0; MAX]; MAX];
+        let mut right = [0.0; MAX];
         let steps = &self.residual_steps[..kept];
         for ((line, right), step) in system.iter_mut().zip(&mut right).zip(steps) {
             for (value, other) in line.iter_mut().zip(steps) {
@@ -120,7 +120,7 @@ impl Anderson {
     }
 }
 
-const MOST: usize = 5;
+const MAX: usize = 5;
 
 fn difference(out: &mut [f64], a: &[f64], b: &[f64]) {
     for ((out, a), b) in out.iter_mut().zip(a).zip(b) {
@@ -129,7 +129,7 @@ fn difference(out: &mut [f64], a: &[f64], b: &[f64]) {
 }
 
 /// Gaussian elimination without pivoting (the system is positive definite). False when it is singular.
-fn solve_small(system: &mut [[f64; MOST]; MOST], right: &mut [f64; MOST], n: usize) -> bool {
+fn solve_small(system: &mut [[f64; MAX]; MAX], right: &mut [f64; MAX], n: usize) -> bool {
     for i in 0..n {
         if system[i][i] <= 0.0 || !system[i][i].is_finite() {
             return false;

@@ -14,9 +14,9 @@ use super::anderson::Anderson;
 use super::lines::LiveLines;
 use super::network::Network;
 use super::root::Root;
-use super::{Infeasible, Method, Outcome, Scratch, Stop};
+use super::{Infeasible, Method, Outcome, Solver, Stop};
 use crate::circuit::{LineEnds, LinearCircuit};
-use crate::dense::{multiply_lower, view, view_mut};
+use crate::linalg::{multiply_lower, view, view_mut};
 use crate::sensor::Topology;
 use crate::{Frame, Siemens, Volts};
 
@@ -60,7 +60,8 @@ impl Exact {
     }
 }
 
-struct Memory {
+/// What is kept of a frame for the next one, and room to work in.
+pub(crate) struct SolverState {
     live: LiveLines,
     /// Which of the live rows carry current, in this frame and in the one before.
     strong: Vec<bool>,
@@ -84,7 +85,12 @@ struct Memory {
     root: Root,
 }
 
-impl Memory {
+impl SolverState {
+    /// Makes the next solve start cold.
+    pub(crate) fn forget(&mut self) {
+        self.warm = false;
+    }
+
     fn new(rows: usize, columns: usize) -> Self {
         let packed = rows * (rows + 1) / 2;
         Self {
@@ -167,18 +173,44 @@ impl Method for Exact {
         "exact"
     }
 
-    fn scratch(&self) -> Scratch {
-        Scratch::new(Memory::new(
-            self.ends.row_selected.len(),
-            self.ends.column_selected.len(),
-        ))
+    fn solver(&self) -> Box<dyn Solver> {
+        Box::new(ExactSolver {
+            state: self.state(),
+            method: self.clone(),
+        })
+    }
+}
+
+struct ExactSolver {
+    method: Exact,
+    state: SolverState,
+}
+
+impl Solver for ExactSolver {
+    fn solve_into(&mut self, volts: &Frame<Volts>, siemens: &mut Frame<Siemens>) -> Outcome {
+        self.method.solve_with(volts, siemens, &mut self.state)
     }
 
-    fn solve_into(
+    fn forget(&mut self) {
+        self.state.forget();
+    }
+}
+
+impl Exact {
+    /// What [`Self::solve_with`] needs; it also serves the same sensor with other resistances.
+    pub(crate) fn state(&self) -> SolverState {
+        SolverState::new(
+            self.ends.row_selected.len(),
+            self.ends.column_selected.len(),
+        )
+    }
+
+    /// [`Solver::solve_into`] from the state that another frame left.
+    pub(crate) fn solve_with(
         &self,
         volts: &Frame<Volts>,
         siemens: &mut Frame<Siemens>,
-        scratch: &mut Scratch,
+        state: &mut SolverState,
     ) -> Outcome {
         let columns = self.ends.column_selected.len();
         assert_eq!(
@@ -186,47 +218,42 @@ impl Method for Exact {
             (self.ends.row_selected.len(), columns),
             "the frame has the sensor's shape"
         );
-        let cold = scratch.take_cold();
-        let memory: &mut Memory = scratch.get();
-        memory.warm &= !cold;
-        siemens.take_marks(volts);
-        if memory.live.update(volts) {
-            memory.warm = false;
-            memory.strong_before.clear();
+        siemens.copy_meta_from(volts);
+        if state.live.update(volts) {
+            state.warm = false;
+            state.strong_before.clear();
         }
-        let (live_rows, n) = (memory.live.rows.len(), memory.live.columns.len());
+        let (live_rows, n) = (state.live.rows.len(), state.live.columns.len());
         if live_rows == 0 || n == 0 {
             siemens.values_mut().fill(0.0);
             return Outcome::new(Stop::Direct, 0, 0.0);
         }
         let taxels = live_rows * n;
-        memory
+        state
             .live
-            .gather(volts.values(), columns, &mut memory.volts[..taxels]);
-        if let Err(infeasible) = self.prepare(memory, n) {
+            .gather(volts.values(), columns, &mut state.volts[..taxels]);
+        if let Err(infeasible) = self.prepare(state, n) {
             siemens.values_mut().fill(0.0);
-            memory.warm = false;
+            state.warm = false;
             return Outcome::new(Stop::Infeasible(infeasible), 0, f64::INFINITY);
         }
-        let outcome = self.iterate(memory);
-        memory.warm = outcome.stop.is_good();
-        self.collect(memory, n);
-        memory
+        let outcome = self.iterate(state);
+        state.warm = outcome.stop.is_good();
+        self.collect(state, n);
+        state
             .live
-            .scatter(&memory.siemens[..taxels], columns, siemens.values_mut());
+            .scatter(&state.siemens[..taxels], columns, siemens.values_mut());
         outcome
     }
-}
 
-impl Exact {
     /// From volts to K and P_rr of the rows that carry current.
-    fn prepare(&self, memory: &mut Memory, n: usize) -> Result<(), Infeasible> {
+    fn prepare(&self, state: &mut SolverState, n: usize) -> Result<(), Infeasible> {
         let ends = &self.ends;
-        memory.strong.clear();
-        for (i, &r) in memory.live.rows.iter().enumerate() {
+        state.strong.clear();
+        for (i, &r) in state.live.rows.iter().enumerate() {
             // volts ← the share of V_t on the selected row's line.
             let scale = 1.0 / (ends.volts_per_ampere * ends.row_selected[r] * ends.v_test_volts);
-            let line = &mut memory.volts[i * n..(i + 1) * n];
+            let line = &mut state.volts[i * n..(i + 1) * n];
             let mut sum = 0.0;
             for value in line.iter_mut() {
                 *value *= scale;
@@ -236,33 +263,33 @@ impl Exact {
                 let ohms = 1.0 / ends.row_selected[r];
                 return Err(Infeasible::row(r, ohms, sum));
             }
-            memory.share[i] = sum;
-            memory.strong.push(sum > WEAK_ROW);
+            state.share[i] = sum;
+            state.strong.push(sum > WEAK_ROW);
         }
-        let mut known = memory.warm;
-        if memory.strong != memory.strong_before {
+        let mut known = state.warm;
+        if state.strong != state.strong_before {
             known = false;
-            memory.reshape(n);
+            state.reshape(n);
         }
-        let network = &mut memory.network;
-        // Each time, so that a scratch also serves the same sensor with other resistances.
-        for (g_c, &c) in network.g_c.iter_mut().zip(&memory.live.columns) {
+        let network = &mut state.network;
+        // Each time, so that a state also serves the same sensor with other resistances.
+        for (g_c, &c) in network.g_c.iter_mut().zip(&state.live.columns) {
             *g_c = ends.column_selected[c];
         }
         let mut at = 0;
-        for (i, &r) in memory.live.rows.iter().enumerate() {
-            if !memory.strong[i] {
+        for (i, &r) in state.live.rows.iter().enumerate() {
+            if !state.strong[i] {
                 continue;
             }
-            let beta = 1.0 / memory.share[i];
+            let beta = 1.0 / state.share[i];
             let p = (beta - 1.0) / ends.row_selected[r];
-            memory.stretch[at] = if known {
+            state.stretch[at] = if known {
                 (network.p[at] / p).sqrt()
             } else {
                 1.0
             };
             network.p[at] = p;
-            let line = &memory.volts[i * n..(i + 1) * n];
+            let line = &state.volts[i * n..(i + 1) * n];
             for ((k, share), g_c) in network.k[at * n..(at + 1) * n]
                 .iter_mut()
                 .zip(line)
@@ -275,37 +302,36 @@ impl Exact {
         Ok(())
     }
 
-    fn iterate(&self, memory: &mut Memory) -> Outcome {
-        if memory.network.m == 0 {
+    fn iterate(&self, state: &mut SolverState) -> Outcome {
+        if state.network.m == 0 {
             return Outcome::new(Stop::Direct, 0, 0.0);
         }
-        let fast = self.fast(memory);
+        let fast = self.fast(state);
         if fast.stop.is_good() {
-            memory.slow = false;
+            state.slow = false;
             return fast;
         }
-        let again = memory.warm && memory.slow;
-        memory.slow = true;
+        let again = state.warm && state.slow;
+        state.slow = true;
         let mut rounds = fast.rounds;
         let rough = (ROOT_SHARE * self.tolerance).max(HAND_OVER);
-        let (mut outcome, mut worst_column) =
-            memory.root.iterate(&mut memory.network, rough, again);
+        let (mut outcome, mut worst_column) = state.root.iterate(&mut state.network, rough, again);
         rounds += outcome.rounds;
         if outcome.stop.is_good() && rough > self.tolerance {
-            memory.take_s();
-            let fast = self.fast(memory);
+            state.take_s();
+            let fast = self.fast(state);
             rounds += fast.rounds;
             if fast.stop.is_good() {
                 return Outcome { rounds, ..fast };
             }
-            let (root, fine) = (&mut memory.root, ROOT_SHARE * self.tolerance);
-            (outcome, worst_column) = root.iterate(&mut memory.network, fine, true);
+            let (root, fine) = (&mut state.root, ROOT_SHARE * self.tolerance);
+            (outcome, worst_column) = root.iterate(&mut state.network, fine, true);
             rounds += outcome.rounds;
         }
         outcome.rounds = rounds;
-        memory.take_s();
+        state.take_s();
         if let Some((denominator, at)) = worst_column {
-            let column = memory.live.columns[at];
+            let column = state.live.columns[at];
             let ohms = 1.0 / self.ends.column_selected[column];
             outcome.stop = Stop::Infeasible(Infeasible {
                 number: "r_mux_column_ohms",
@@ -318,8 +344,8 @@ impl Exact {
     }
 
     /// The fixed point in S; gives up (`Stalled`) as soon as it does not contract.
-    fn fast(&self, memory: &mut Memory) -> Outcome {
-        let Memory {
+    fn fast(&self, state: &mut SolverState) -> Outcome {
+        let SolverState {
             network,
             packed,
             image,
@@ -329,7 +355,7 @@ impl Exact {
             mixing,
             warm,
             ..
-        } = memory;
+        } = state;
         let m = network.m;
         for (root, p) in diagonal.iter_mut().zip(&network.p) {
             *root = p.sqrt();
@@ -369,18 +395,18 @@ impl Exact {
 
     /// The rows that carry current to their places, and the rest to first order in their conductance:
     /// H_r = g_in (w_r − (w_r Gᵀ) Λ⁻¹ H).
-    fn collect(&self, memory: &mut Memory, n: usize) {
-        let network = &memory.network;
+    fn collect(&self, state: &mut SolverState, n: usize) {
+        let network = &state.network;
         let mut at = 0;
-        for (i, &r) in memory.live.rows.iter().enumerate() {
-            let out = &mut memory.siemens[i * n..(i + 1) * n];
-            if memory.strong[i] {
+        for (i, &r) in state.live.rows.iter().enumerate() {
+            let out = &mut state.siemens[i * n..(i + 1) * n];
+            if state.strong[i] {
                 out.copy_from_slice(&network.g[at * n..(at + 1) * n]);
                 at += 1;
                 continue;
             }
-            for ((out, share), g_c) in out.iter_mut().zip(&memory.volts[i * n..(i + 1) * n]).zip(
-                memory
+            for ((out, share), g_c) in out.iter_mut().zip(&state.volts[i * n..(i + 1) * n]).zip(
+                state
                     .live
                     .columns
                     .iter()
@@ -389,12 +415,12 @@ impl Exact {
                 *out = share / g_c;
             }
             let lines = network.g.chunks_exact(n);
-            for (pull, g) in memory.along_rows.iter_mut().zip(lines) {
+            for (pull, g) in state.along_rows.iter_mut().zip(lines) {
                 let total: f64 = g.iter().sum();
                 let along: f64 = g.iter().zip(out.iter()).map(|(g, w)| g * w).sum();
                 *pull = along / total;
             }
-            for (pull, h) in memory.along_rows.iter().zip(network.h.chunks_exact(n)) {
+            for (pull, h) in state.along_rows.iter().zip(network.h.chunks_exact(n)) {
                 for (out, h) in out.iter_mut().zip(h) {
                     *out -= pull * h;
                 }
@@ -402,7 +428,7 @@ impl Exact {
             let g_in = self.ends.row_selected[r];
             for (j, out) in out.iter_mut().enumerate() {
                 let d = match network.m {
-                    0 => self.ends.column_selected[memory.live.columns[j]],
+                    0 => self.ends.column_selected[state.live.columns[j]],
                     _ => network.d[j],
                 };
                 *out *= g_in * d;
@@ -433,9 +459,10 @@ fn start(
                 Some(stretch) => packed[at] * stretch[i] * stretch[j],
                 None => 0.0,
             };
-            packed[at] = match i == j && kept == 0.0 {
-                true => 1.0 / network.p[i],
-                false => kept,
+            packed[at] = if i == j && kept == 0.0 {
+                1.0 / network.p[i]
+            } else {
+                kept
             };
             at += 1;
         }

@@ -1,6 +1,6 @@
 //! Restarted GMRES (Saad and Schultz 1986) for the matrix-free Newton step.
 
-use crate::dense::dot;
+use crate::linalg::dot;
 
 /// Memory for systems of one size.
 pub(super) struct Gmres {
@@ -107,9 +107,10 @@ impl Gmres {
         }
         let a = self.hessenberg[j * depth + j];
         let length = a.hypot(height);
-        (self.cosines[j], self.sines[j]) = match length > 0.0 {
-            true => (a / length, height / length),
-            false => (1.0, 0.0),
+        (self.cosines[j], self.sines[j]) = if length > 0.0 {
+            (a / length, height / length)
+        } else {
+            (1.0, 0.0)
         };
         self.hessenberg[j * depth + j] = length;
         self.hessenberg[(j + 1) * depth + j] = 0.0;

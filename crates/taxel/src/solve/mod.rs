@@ -16,87 +16,46 @@ mod square_root;
 mod uncertainty;
 
 pub use exact::Exact;
+pub(crate) use exact::SolverState as ExactState;
 pub use newton::Newton;
+pub(crate) use newton::SolverState as NewtonState;
 pub use raw::Raw;
 pub(crate) use uncertainty::influence_of;
 pub use uncertainty::{Uncertainty, standard_errors, standard_errors_by};
-
-use std::any::Any;
 
 use crate::circuit::LinearCircuit;
 use crate::sensor::{Sensor, Topology};
 use crate::{Error, Frame, Siemens, Volts};
 
-/// A way from read-out volts to conductances: physics, nothing, or a network.
+/// A way from read-out volts to conductances: physics, or nothing.
 pub trait Method: Send + Sync {
     /// The word for it: `exact`, `newton`, `raw`.
     fn name(&self) -> &'static str;
 
-    /// Memory for one stream of frames. It also remembers the previous frame as a start for the next.
-    fn scratch(&self) -> Scratch;
+    /// What solves one stream of frames.
+    fn solver(&self) -> Box<dyn Solver>;
 
+    /// Solves one frame from a cold start. Allocates.
+    fn solve(&self, volts: &Frame<Volts>) -> Solved {
+        let mut frame = volts.map(|_, _| 0.0);
+        let outcome = self.solver().solve_into(volts, &mut frame);
+        Solved { frame, outcome }
+    }
+}
+
+/// A method at work on one stream of frames: it remembers the previous frame as a start for the next.
+pub trait Solver: Send {
     /// Solves one frame without allocating. Rows and columns whose taxels are all marked
     /// [`crate::Mark::Open`] or [`crate::Mark::Flickering`] are left out of the system; their taxels get 0 S and keep their mark.
     /// A saturated reading is a lower bound: the least conductance that reaches it is the answer, and
     /// keeps its mark. Not converging is an answer, in [`Outcome::stop`], not an error.
     ///
     /// # Panics
-    /// When a frame's shape is not the sensor's, or the scratch is another method's.
-    fn solve_into(
-        &self,
-        volts: &Frame<Volts>,
-        siemens: &mut Frame<Siemens>,
-        scratch: &mut Scratch,
-    ) -> Outcome;
-
-    /// Whether what it gives are loads, carried as the conductances that the load law gives them, with the spread
-    /// undone: a network's answer, not a circuit's.
-    fn gives_loads(&self) -> bool {
-        false
-    }
-
-    /// Solves one frame from a cold start. Allocates.
-    fn solve(&self, volts: &Frame<Volts>) -> Solved {
-        let mut frame = volts.map(|_, _| 0.0);
-        let outcome = self.solve_into(volts, &mut frame, &mut self.scratch());
-        Solved { frame, outcome }
-    }
-}
-
-/// A method's memory; made by [`Method::scratch`].
-pub struct Scratch {
-    memory: Box<dyn Any + Send>,
-    cold: bool,
-}
-
-impl Scratch {
-    /// Wraps a method's own memory.
-    pub fn new<T: Any + Send>(memory: T) -> Self {
-        Self {
-            memory: Box::new(memory),
-            cold: true,
-        }
-    }
+    /// When a frame's shape is not the sensor's.
+    fn solve_into(&mut self, volts: &Frame<Volts>, siemens: &mut Frame<Siemens>) -> Outcome;
 
     /// Makes the next solve start cold, as if no frame had been seen: where a recording jumps.
-    pub fn forget(&mut self) {
-        self.cold = true;
-    }
-
-    /// Whether the next solve must start cold; asking resets it.
-    pub fn take_cold(&mut self) -> bool {
-        std::mem::take(&mut self.cold)
-    }
-
-    /// The memory again.
-    ///
-    /// # Panics
-    /// When it was made by another method.
-    pub fn get<T: Any>(&mut self) -> &mut T {
-        self.memory
-            .downcast_mut()
-            .expect("scratch made by the same method")
-    }
+    fn forget(&mut self);
 }
 
 /// Why a method stopped.

@@ -1,6 +1,6 @@
 //! The e-Cone's network as its inverse sees it: what a frame fixes, and what is iterated.
 
-use crate::dense::{Spd, multiply, view, view_mut};
+use crate::linalg::{Spd, multiply, view, view_mut};
 
 /// Arrays over the rows that carry current (m) and the live columns (n), row-major.
 pub(super) struct Network {

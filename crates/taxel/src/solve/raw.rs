@@ -1,7 +1,7 @@
 //! No compensation: what most programs do, and what every other method is compared with.
 
-use super::{Method, Outcome, Scratch, Stop};
-use crate::sensor::Sensor;
+use super::{Method, Outcome, Solver, Stop};
+use crate::sensor::{Sense, Sensor};
 use crate::{Frame, Mark, Siemens, Volts};
 
 /// G = |V_out|/(V_t·R_k), or G = V/(R_p·(V_t − V)) for a divider: each taxel as if it were alone and the
@@ -17,14 +17,16 @@ pub struct Raw {
 impl Raw {
     /// The raw reading of a sensor. Needs no switch resistances.
     pub fn from_sensor(sensor: &Sensor) -> Self {
-        let readout = &sensor.readout;
-        let divider = !readout.topology.is_tia();
+        let readout = sensor.readout();
+        let (ohms, divider) = match readout.sense {
+            Sense::Amplifier {
+                r_feedback_ohms, ..
+            } => (-r_feedback_ohms, false),
+            Sense::PullDown { r_pull_down_ohms } => (r_pull_down_ohms, true),
+        };
         Self {
             v_test_volts: readout.v_test_volts,
-            ohms: match divider {
-                true => readout.r_pull_down_ohms.unwrap_or_default(),
-                false => -readout.r_feedback_ohms.unwrap_or_default(),
-            },
+            ohms,
             divider,
         }
     }
@@ -45,17 +47,16 @@ impl Method for Raw {
         "raw"
     }
 
-    fn scratch(&self) -> Scratch {
-        Scratch::new(())
+    fn solver(&self) -> Box<dyn Solver> {
+        Box::new(self.clone())
     }
+}
 
-    fn solve_into(
-        &self,
-        volts: &Frame<Volts>,
-        siemens: &mut Frame<Siemens>,
-        _: &mut Scratch,
-    ) -> Outcome {
-        siemens.take_marks(volts);
+impl Solver for Raw {
+    fn forget(&mut self) {}
+
+    fn solve_into(&mut self, volts: &Frame<Volts>, siemens: &mut Frame<Siemens>) -> Outcome {
+        siemens.copy_meta_from(volts);
         for ((g, &v), mark) in siemens
             .values
             .iter_mut()

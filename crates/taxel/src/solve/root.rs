@@ -8,7 +8,7 @@ use super::anderson::Anderson;
 use super::network::Network;
 use super::square_root::SquareRoot;
 use super::{Outcome, Stop};
-use crate::dense::{Spd, mirror, multiply_lower, view, view_mut};
+use crate::linalg::{Spd, mirror, multiply_lower, view, view_mut};
 
 const ROUNDS: u32 = 120;
 const DEPTH: usize = 4;

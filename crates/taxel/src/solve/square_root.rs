@@ -5,7 +5,7 @@
 //! in [1, b], γ² = 1/√b is best and leaves them in [1, ½ + ¼(√b + 1/√b)], so that the number of rounds is known
 //! beforehand: three for b = 100. What is then left, Y (I + E)^−½, is a short series.
 
-use crate::dense::{Spd, mirror, multiply_lower, view, view_mut};
+use crate::linalg::{Spd, mirror, multiply_lower, view, view_mut};
 
 /// Eigenvalues of M within this of 1 leave 3e-13 to the series' next term.
 const SERIES: f64 = 1e-3;
@@ -118,7 +118,7 @@ fn times(out: &mut [f64], a: &[f64], b: &[f64], n: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dense::multiply;
+    use crate::linalg::multiply;
 
     #[test]
     fn the_root_times_itself_is_the_matrix() {

@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::gmres::Gmres;
 use crate::circuit::{NotPassive, OperatingPoint, normal};
-use crate::dense::view;
+use crate::linalg::view;
 
 /// How standard errors were computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,9 +35,10 @@ pub fn standard_errors(
     siemens: &[f64],
     sigma_volts: f64,
 ) -> Result<(Vec<f64>, Uncertainty), NotPassive> {
-    let how = match siemens.len() <= DENSE_TAXELS {
-        true => Uncertainty::Dense,
-        false => Uncertainty::Probes(PROBES),
+    let how = if siemens.len() <= DENSE_TAXELS {
+        Uncertainty::Dense
+    } else {
+        Uncertainty::Probes(PROBES)
     };
     Ok((standard_errors_by(how, point, siemens, sigma_volts)?, how))
 }
@@ -71,7 +72,7 @@ pub(crate) fn influence_of(
     let (mut b, mut x) = (vec![0.0; taxels], vec![0.0; taxels]);
     b[taxel] = 1.0;
     gmres.solve(
-        |v, out| point.adjoint_into(v, out),
+        |v, out| point.vjp_into(v, out),
         &b,
         &mut x,
         tolerance,
@@ -88,13 +89,7 @@ fn probes(point: &mut dyn OperatingPoint, taxels: usize, sigma: f64, count: u32)
         for value in &mut b {
             *value = sigma * normal(&mut random);
         }
-        gmres.solve(
-            |v, out| point.derivative_into(v, out),
-            &b,
-            &mut x,
-            1e-3,
-            RESTARTS,
-        );
+        gmres.solve(|v, out| point.jvp_into(v, out), &b, &mut x, 1e-3, RESTARTS);
         for (sum, x) in sum.iter_mut().zip(&x) {
             *sum += x * x;
         }
@@ -110,7 +105,7 @@ fn dense(point: &mut dyn OperatingPoint, taxels: usize, sigma: f64) -> Vec<f64> 
     let mut unit = vec![0.0; taxels];
     for (i, column) in transposed.chunks_exact_mut(taxels).enumerate() {
         unit[i] = 1.0;
-        point.derivative_into(&unit, column);
+        point.jvp_into(&unit, column);
         unit[i] = 0.0;
     }
     let inverse = view(&transposed, taxels, taxels)

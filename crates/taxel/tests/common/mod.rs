@@ -6,9 +6,7 @@ use faer::{Mat, Side};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use taxel::circuit::{Circuit, LineEnds, LinearCircuit};
-use taxel::sensor::{
-    Array, ConverterSpec, PerLine, Readout, ScanOrder, ScreenSpec, Sensor, Topology,
-};
+use taxel::sensor::{Array, ConverterSpec, PerLine, ReadoutSpec, Sensor, SensorSpec, Topology};
 use taxel::solve::{Method, method};
 use taxel::{Frame, Siemens, Volts};
 
@@ -21,50 +19,33 @@ pub fn sensor(
     r_source: f64,
 ) -> Sensor {
     let tia = topology.is_tia();
-    Sensor {
-        format: 1,
-        name: "test".to_owned(),
-        array: Array {
-            rows,
-            columns,
-            pitch_mm: [2.0, 2.0],
-            taxel_area_mm2: 5.0,
-            labels: None,
-        },
-        readout: Readout {
-            topology,
-            v_test_volts: if tia { 0.4 } else { 3.3 },
-            r_feedback_ohms: tia.then_some(2000.0),
-            open_loop_gain: tia.then_some(1e5),
-            r_mux_column_ohms: Some(PerLine::One(r_mux)),
-            r_mux_row_ohms: Some(PerLine::One(r_mux)),
-            r_source_ohms: r_source,
-            r_pull_down_ohms: (!tia).then_some(1000.0),
-        },
-        converter: ConverterSpec {
-            bits: 16,
-            full_scale_volts: if tia { 2.2 } else { 3.3 },
-            inverted: tia,
-            offset_volts: 0.0,
-            noise_counts: None,
-            memory: 0.0,
-            scan_order: ScanOrder::RowByRow,
-        },
-        material: None,
-        screen: ScreenSpec::default(),
-        provenance: None,
-    }
-    .checked()
-    .expect("a valid test sensor")
+    let mut array = Array::new(rows, columns);
+    array.pitch_mm = [2.0, 2.0];
+    array.taxel_area_mm2 = 5.0;
+    let mut readout = ReadoutSpec::new(topology, if tia { 0.4 } else { 3.3 });
+    readout.r_feedback_ohms = tia.then_some(2000.0);
+    readout.open_loop_gain = tia.then_some(1e5);
+    readout.r_mux_column_ohms = Some(PerLine::One(r_mux));
+    readout.r_mux_row_ohms = Some(PerLine::One(r_mux));
+    readout.r_source_ohms = r_source;
+    readout.r_pull_down_ohms = (!tia).then_some(1000.0);
+    let mut converter = ConverterSpec::new(16, if tia { 2.2 } else { 3.3 });
+    converter.inverted = tia;
+    let mut spec = SensorSpec::new(array, readout, converter);
+    spec.name = "test".to_owned();
+    Sensor::try_from(spec).expect("a valid test sensor")
 }
 
 /// A frame where `fraction` of the taxels is pressed to 500–3000 Ω, the rest at 1 µS.
 pub fn pressed(rows: usize, columns: usize, fraction: f64, seed: u64) -> Frame<Siemens> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let values = (0..rows * columns)
-        .map(|_| match random.random::<f64>() < fraction {
-            true => 1.0 / random.random_range(500.0..3000.0),
-            false => 1e-6,
+        .map(|_| {
+            if random.random::<f64>() < fraction {
+                1.0 / random.random_range(500.0..3000.0)
+            } else {
+                1e-6
+            }
         })
         .collect();
     Frame::new(rows, columns, values).expect("shape")
@@ -92,9 +73,10 @@ pub fn nodal_volts(
     let mut matrix = Mat::<f64>::zeros(rows + columns, rows + columns);
     let mut sources = Mat::<f64>::zeros(rows + columns, 2);
     for r in 0..rows {
-        matrix[(r, r)] += match r == row {
-            true => ends.row_selected[r],
-            false => leak(ends.row_unselected[r]),
+        matrix[(r, r)] += if r == row {
+            ends.row_selected[r]
+        } else {
+            leak(ends.row_unselected[r])
         };
         for c in 0..columns {
             let (value, node) = (g.at(r, c), rows + c);

@@ -11,16 +11,20 @@ pub fn every_sensor(sizes: &[usize], bits: &[u32]) -> Vec<(String, Sensor)> {
         .map(|(name, _)| ((*name).to_owned(), preset(name).unwrap()))
         .collect();
     for topology in Topology::ALL {
-        let parts = match topology.is_tia() {
-            true => preset("mat-32x32-adg732").unwrap(),
-            false => preset("mat-16x16-cd4067").unwrap(),
+        let parts = if topology.is_tia() {
+            preset("mat-32x32-adg732").unwrap()
+        } else {
+            preset("mat-16x16-cd4067").unwrap()
         };
         for &size in sizes {
             for &bits in bits {
-                let mut sensor = parts.clone();
-                sensor.readout.topology = topology;
-                (sensor.array.rows, sensor.array.columns) = (size, size);
-                sensor.converter.bits = bits;
+                let sensor = parts
+                    .edited(|spec| {
+                        spec.readout.topology = topology;
+                        (spec.array.rows, spec.array.columns) = (size, size);
+                        spec.converter.bits = bits;
+                    })
+                    .unwrap();
                 let name = format!("{} {size}x{size} {bits} bits", topology.name());
                 sensors.push((name, sensor));
             }

@@ -4,13 +4,13 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime};
 
-use taxel_acquire::protocol::Tally;
+use taxel_acquire::protocol::LinkStats;
 use taxel_io::{Losses, McapWriter, Tare};
 
 use super::{RecordTopics, Recording, SolvedFrame, TimestampedFrame};
 
 /// Frames whose loads may be on their way: beyond, they are taken for left out.
-const MOST_AWAITED: usize = 100_000;
+const MAX_AWAITED: usize = 100_000;
 
 /// Who began a recording: it ends where it was begun.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -30,7 +30,7 @@ pub struct SavedRecording {
     /// Frames that are in it.
     pub frames: u64,
     /// What became of frames while it was recorded.
-    pub tally: Tally,
+    pub link_stats: LinkStats,
     /// Frames whose loads or figures are not in it, though wanted.
     pub without_loads: u64,
     /// Why it ended before its time.
@@ -49,7 +49,7 @@ impl SavedRecording {
 
     /// What is missing, in words; none where nothing is.
     pub fn missing(&self) -> Vec<String> {
-        let mut missing = self.tally.troubles();
+        let mut missing = self.link_stats.troubles();
         if self.without_loads > 0 {
             missing.push(format!("{} without loads", self.without_loads));
         }
@@ -66,9 +66,10 @@ impl SavedRecording {
             return format!("{path}: no frame came, the file is not kept");
         }
         let missing = self.missing();
-        let trouble = match missing.is_empty() {
-            true => String::new(),
-            false => format!("; {}", missing.join(", ")),
+        let trouble = if missing.is_empty() {
+            String::new()
+        } else {
+            format!("; {}", missing.join(", "))
         };
         format!("{path}: {frames} frames{trouble}")
     }
@@ -101,7 +102,7 @@ pub(super) struct Open {
     awaited: HashSet<u64>,
     without_loads: u64,
     /// Of the source, when it began.
-    before: Tally,
+    before: LinkStats,
 }
 
 impl Open {
@@ -110,7 +111,7 @@ impl Open {
         owner: Owner,
         most: Option<u64>,
         wanted: RecordTopics,
-        before: Tally,
+        before: LinkStats,
     ) -> Self {
         Self {
             writer,
@@ -154,7 +155,7 @@ impl Open {
         }
         self.writer.write_counts(&arrived.frame, arrived.at)?;
         if self.wanted.any() {
-            if self.awaited.len() == MOST_AWAITED {
+            if self.awaited.len() == MAX_AWAITED {
                 self.without_loads += self.awaited.len() as u64;
                 self.awaited.clear();
             }
@@ -193,13 +194,13 @@ impl Open {
     }
 
     /// Closes the file. One without a frame never had its name: it would only stand in the way of the next.
-    pub(super) fn end(mut self, mut error: Option<String>, now: Tally) -> SavedRecording {
-        let tally = now.since(&self.before);
+    pub(super) fn end(mut self, mut error: Option<String>, now: LinkStats) -> SavedRecording {
+        let link_stats = now.since(&self.before);
         let without_loads = self.without_loads + self.awaited.len() as u64;
         let path = self.path().to_owned();
         if error.is_none() {
             error = self
-                .tell_losses(&tally, without_loads)
+                .tell_losses(&link_stats, without_loads)
                 .err()
                 .map(|e| e.to_string());
         }
@@ -210,24 +211,28 @@ impl Open {
         SavedRecording {
             path,
             frames,
-            tally,
+            link_stats,
             without_loads,
             error,
         }
     }
 
     /// What is missing stands in the file too.
-    fn tell_losses(&mut self, tally: &Tally, without_loads: u64) -> Result<(), taxel_io::Error> {
+    fn tell_losses(
+        &mut self,
+        link_stats: &LinkStats,
+        without_loads: u64,
+    ) -> Result<(), taxel_io::Error> {
         let mut losses = Losses::default();
-        losses.lost = tally.lost;
-        losses.corrupt = tally.corrupt;
-        losses.restarts = tally.restarts;
-        losses.outages = tally.outages;
+        losses.lost = link_stats.lost;
+        losses.corrupt = link_stats.corrupt;
+        losses.restarts = link_stats.restarts;
+        losses.outages = link_stats.outages;
         losses.left_out = without_loads;
-        losses.other_senders = tally.strangers;
+        losses.other_senders = link_stats.strangers;
         self.writer.set_losses(losses);
         let missing = SavedRecording {
-            tally: *tally,
+            link_stats: *link_stats,
             without_loads,
             ..SavedRecording::default()
         };

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
-use taxel::metric::Figures;
+use taxel::metric::FrameFigures;
 use taxel::{Frame, Newtons};
 use taxel_io::mcap::About;
 use taxel_io::{McapWriter, Tare};
@@ -63,7 +63,7 @@ enum Item {
 /// Loads and figures of a frame.
 pub(super) struct SolvedFrame {
     pub(super) loads: Option<Frame<Newtons>>,
-    pub(super) figures: Figures,
+    pub(super) figures: FrameFigures,
     pub(super) sequence: u64,
     pub(super) at: SystemTime,
 }
@@ -195,7 +195,13 @@ impl Recorder {
         }
         let begun = McapWriter::create(path, &self.about);
         let writer = begun.inspect_err(|_| self.shared.set(Phase::Idle))?;
-        let open = Open::new(writer, owner, most, self.wanted, self.shared.status.tally());
+        let open = Open::new(
+            writer,
+            owner,
+            most,
+            self.wanted,
+            self.shared.status.link_stats(),
+        );
         self.shared.status.set_recording(Some(open.status(None)));
         if owner == Owner::Viewer {
             let path = open.path().display();
@@ -266,12 +272,13 @@ impl Recorder {
     /// Loads that the disk has no time for are left out, and counted at the end; `waits`: until it has.
     pub(super) fn solved(&self, solved: SolvedFrame, waits: bool) {
         let item = Item::SolvedFrame(Box::new(solved));
-        let gone = match waits {
-            true => self.items.send(item).is_err(),
-            false => matches!(
+        let gone = if waits {
+            self.items.send(item).is_err()
+        } else {
+            matches!(
                 self.items.try_send(item),
                 Err(TrySendError::Disconnected(_))
-            ),
+            )
         };
         if gone {
             self.died();
@@ -473,7 +480,7 @@ impl<'a> Writing<'a> {
         let slow = || format!("the disk is slower than the sensor: {QUEUE} frames were waiting");
         let error = error.or_else(|| overrun.then(slow));
         let saved = self.open.take().map(|file| {
-            let saved = file.end(error, self.shared.status.tally());
+            let saved = file.end(error, self.shared.status.link_stats());
             self.shared.status.saved(saved.clone());
             self.shared.set(Phase::Idle);
             saved

@@ -44,7 +44,7 @@ impl Bed {
     fn solved(&self, sequence: u64) {
         let solved = SolvedFrame {
             loads: None,
-            figures: Figures::default(),
+            figures: FrameFigures::default(),
             sequence,
             at: SystemTime::now(),
         };

@@ -39,7 +39,7 @@ const KNOWN: [Known; 18] = [
 ];
 
 /// The paper's numbers beside those of the simulated e-Cone.
-pub(super) fn beside(sections: &[Section], learnt_from: usize) -> Section {
+pub(super) fn next_to(sections: &[Section], learnt_from: usize) -> Section {
     let mut table = Table::new(
         "Intervals are 95 %, over experiments",
         &["what", "where", "the paper", "simulated"],

@@ -7,14 +7,14 @@ mod rehearse;
 
 use std::path::Path;
 
+use taxel::Grams;
 use taxel::Sensor;
 use taxel::evaluate::sweep::{equation_6_volts, full_circuit_volts};
 use taxel::frame::grams_from_newtons;
 use taxel::metric::cross_talk_drop;
 use taxel::screen::Axis;
-use taxel::simulate::Grams;
 use taxel::{Frame, design::rig};
-use taxel_io::TextOptions;
+use taxel_io::ReadOptions;
 use taxel_plot::report::{Cell, Figure, Section, Table};
 use taxel_plot::{Line, LineStyle, Panel, Series, Sheet, cells};
 
@@ -37,7 +37,7 @@ pub(crate) fn run(folder: &Path, reporter: &dyn Reporter) -> Result<Evaluation, 
     let mut found = evaluation::run(&plan, reporter)?;
     let report = &mut found.report;
     let sections = std::mem::take(&mut report.sections);
-    let summary = known::beside(&sections, network);
+    let summary = known::next_to(&sections, network);
     report.sections = vec![summary, tables_one_to_three()?];
     let data = sections.len() - 1;
     for (i, section) in sections.into_iter().enumerate() {
@@ -58,9 +58,10 @@ fn tables_one_to_three() -> Result<Section, Error> {
         &["spring, N/mm", "tip, mm²", "printed", "force over area"],
     );
     for cell in rig::tables() {
-        let printed = match cell.agrees() {
-            true => cell.printed.to_owned(),
-            false => format!("{} (misprint)", cell.printed),
+        let printed = if cell.agrees() {
+            cell.printed.to_owned()
+        } else {
+            format!("{} (misprint)", cell.printed)
         };
         let spring = format!("{}", cell.spring.newtons_per_mm);
         table.push(cells![spring, cell.area_mm2, printed, cell.megapascals]);
@@ -69,9 +70,12 @@ fn tables_one_to_three() -> Result<Section, Error> {
     let mut lines = Vec::new();
     for spring in rig::SPRINGS {
         let rig = rig::Rig::new(spring.newtons_per_mm, 1.0).expect("a spring of the paper");
-        let load = |mm: &f64| match *mm <= spring.largest_mm() {
-            true => grams_from_newtons(rig.newtons(*mm)),
-            false => f64::NAN,
+        let load = |mm: &f64| {
+            if *mm <= spring.largest_mm() {
+                grams_from_newtons(rig.newtons(*mm))
+            } else {
+                f64::NAN
+            }
         };
         let name = format!("{} N/mm", spring.newtons_per_mm);
         lines.push(Line::new(name, compression.iter().map(load).collect()));
@@ -104,9 +108,11 @@ fn table_five(sensor: &Sensor) -> Result<Section, Error> {
     );
     let x: Vec<f64> = others.iter().map(|&n| n as f64).collect();
     for (i, ohms) in [0.0f64, 4.0, 10.0, 70.0].into_iter().enumerate() {
-        let mut sensor = sensor.clone();
-        sensor.readout.r_mux_column_ohms = Some(taxel::sensor::PerLine::One(ohms.max(1e-3)));
-        sensor.readout.r_mux_row_ohms = Some(taxel::sensor::PerLine::One(ohms.max(1e-3)));
+        let switches = Some(taxel::sensor::PerLine::One(ohms.max(1e-3)));
+        let sensor = sensor.edited(|spec| {
+            spec.readout.r_mux_column_ohms = switches.clone();
+            spec.readout.r_mux_row_ohms = switches;
+        })?;
         let full = full_circuit_volts(&sensor, (32, 64), Axis::Row, 1e-3, 0.0, &others)?;
         let six = equation_6_volts(&sensor, 1000.0, full[0], &others);
         let drop = |curve: &[f64]| 100.0 * cross_talk_drop(curve[0], curve[20]);
@@ -145,7 +151,7 @@ fn before_and_after(plan: &Plan, folder: &Path) -> Result<Section, Error> {
     let mut reader = Reader::new(&plan.sensor, &plan.sensor_file, &methods, None, &Silent)?;
     let mut truths = open_values::<Grams>(
         &folder.join("hand-load-g.npy"),
-        TextOptions::of(&plan.sensor),
+        ReadOptions::of(&plan.sensor),
     )?;
     let (rows, columns) = (plan.sensor.rows(), plan.sensor.columns());
     let mut truth = Frame::<Grams>::zeros(rows, columns);
@@ -169,7 +175,7 @@ fn before_and_after(plan: &Plan, folder: &Path) -> Result<Section, Error> {
             .title(*name)
             .quantity("load")
             .unit("g")
-            .pitch_mm(plan.sensor.array.pitch_mm))
+            .pitch_mm(plan.sensor.array().pitch_mm))
     });
     let panels = panels.collect::<Result<Vec<_>, taxel_plot::Error>>()?;
     Ok(Section {

@@ -1,17 +1,20 @@
 //! The paper's experiments, made on a virtual e-Cone: recordings, tables of trials, sensor files, a plan.
 
 use std::fmt::Write;
+use std::ops::ControlFlow;
 use std::path::Path;
 
-use taxel::calibrate::Data;
+use taxel::calibrate::CalibrationData;
 use taxel::sensor::preset;
-use taxel::simulate::{Faults, Grams, Pattern, Tip, VirtualSensor, labelled_presses, press_tips};
+use taxel::simulate::{
+    Grams, Pattern, ReadingFaults, Tip, VirtualSensor, labelled_presses, press_tips,
+};
 use taxel::{Counts, Frame, Sensor};
 use taxel_io::NpyWriter;
 use taxel_io::npy::Element;
-use taxel_learn::fit::{self, Lesson};
+use taxel_learn::fit::{self, TrainingData};
 use taxel_learn::models::paper_mlp::HIDDEN;
-use taxel_learn::train::{Go, Settings};
+use taxel_learn::train::Settings;
 use taxel_learn::{Rows, Split};
 
 use taxel_app::{Error, Reporter};
@@ -25,7 +28,7 @@ const SWEEP_G: f64 = 132.0;
 const AREAS: u64 = 7;
 const REPLICATES: u64 = 2;
 const READINGS: u64 = 10;
-const MOST_OTHERS: usize = 9;
+const MAX_OTHERS: usize = 9;
 /// Presses that the network learns from; the paper's.
 const PRESSES: usize = 1400;
 /// Shuffled copies of each and epochs: fewer than the paper's 100, for its error is the same within its interval and a
@@ -87,14 +90,9 @@ note = "Twelve gripping hands, each an experiment; the loads of all taxels are k
 /// Writes everything that the plan needs; gives the number of presses that the network learnt from.
 pub(super) fn write_all(folder: &Path, seed: u64, reporter: &dyn Reporter) -> Result<usize, Error> {
     let sensor = preset("econe")?;
-    let with = |change: fn(&mut Sensor)| {
-        let mut other = sensor.clone();
-        change(&mut other);
-        other
-    };
-    let r_k = with(|sensor| sensor.readout.r_feedback_ohms = Some(22_000.0));
-    let v_test = with(|sensor| sensor.readout.v_test_volts = 0.01);
-    let r_v = with(|sensor| sensor.readout.r_source_ohms = 1000.0);
+    let r_k = sensor.edited(|spec| spec.readout.r_feedback_ohms = Some(22_000.0))?;
+    let v_test = sensor.edited(|spec| spec.readout.v_test_volts = 0.01)?;
+    let r_v = sensor.edited(|spec| spec.readout.r_source_ohms = 1000.0)?;
     for (name, sensor) in [
         ("sensor", &sensor),
         ("sensor-r-k", &r_k),
@@ -142,11 +140,11 @@ fn repeatability(folder: &Path, sensor: &Sensor, seed: u64) -> Result<(), Error>
         taxels: 1,
         load_g: SWEEP_G,
     };
-    let loads = press_tips(&sensor.array, &[tip], 0.0, seed, 0);
+    let loads = press_tips(sensor.array(), &[tip], 0.0, seed, 0);
     for (setting, share, seed) in [("before", 0.22, seed), ("after", 0.05, seed + 1)] {
-        let virtual_sensor = VirtualSensor::new(sensor, seed)?.with_faults(Faults {
+        let virtual_sensor = VirtualSensor::new(sensor, seed)?.with_faults(ReadingFaults {
             stuck_share: share,
-            ..Faults::default()
+            ..ReadingFaults::default()
         });
         let frames: Vec<_> = (0..100)
             .map(|i| virtual_sensor.read(&loads, i).counts)
@@ -179,7 +177,7 @@ fn response(folder: &Path, settings: &[(&str, &Sensor)], seed: u64) -> Result<()
                     taxels: 2,
                     load_g,
                 };
-                let loads = press_tips(&sensor.array, &[tip], MISALIGNMENT, seed, 100 + area);
+                let loads = press_tips(sensor.array(), &[tip], MISALIGNMENT, seed, 100 + area);
                 for _ in 0..3 {
                     let _ = writeln!(
                         table,
@@ -212,9 +210,9 @@ fn sweep(folder: &Path, along: &str, settings: &[(&str, &Sensor)], seed: u64) ->
                     taxels: 1,
                     load_g: SWEEP_G,
                 };
-                for others in (0..=MOST_OTHERS).rev() {
+                for others in (0..=MAX_OTHERS).rev() {
                     let tips: Vec<_> = (0..=others).map(tip).collect();
-                    let loads = press_tips(&sensor.array, &tips, MISALIGNMENT, seed, placement);
+                    let loads = press_tips(sensor.array(), &tips, MISALIGNMENT, seed, placement);
                     for _ in 0..READINGS {
                         let _ = writeln!(
                             table,
@@ -239,7 +237,7 @@ fn hands(folder: &Path, sensor: &Sensor, seed: u64) -> Result<(), Error> {
     let mut truths =
         NpyWriter::<Grams>::create(folder.join("hand-load-g.npy"), rows, columns, Element::F8)?;
     for hand in 0..12 {
-        let loads = Pattern::hand().loads(&sensor.array, seed + hand, 80);
+        let loads = Pattern::hand().loads(sensor.array(), seed + hand, 80);
         frames.push(virtual_sensor.read(&loads, hand).counts);
         truths.write(&loads)?;
     }
@@ -261,7 +259,7 @@ fn network(folder: &Path, sensor: &Sensor, seed: u64) -> Result<usize, Error> {
         );
     }
     let split = Split::new(rows.len(), 0.1, 0.1, seed);
-    let lesson = Lesson {
+    let training_data = TrainingData {
         sensor,
         rows: &rows,
         split: &split,
@@ -272,16 +270,21 @@ fn network(folder: &Path, sensor: &Sensor, seed: u64) -> Result<usize, Error> {
         seed,
         ..Settings::default()
     };
-    let model = fit::paper_mlp(&lesson, &settings, &HIDDEN, COPIES, None, &mut |_, _| {
-        Go::On
-    })?;
+    let model = fit::paper_mlp(
+        &training_data,
+        &settings,
+        &HIDDEN,
+        COPIES,
+        None,
+        &mut |_, _| ControlFlow::Continue(()),
+    )?;
     write(&folder.join("network.taxel"), &model.to_bytes())?;
     held_out(folder, &data, &split)?;
     Ok(split.train.len())
 }
 
 /// The presses that the network has not seen, as a recording with its trials.
-fn held_out(folder: &Path, data: &Data, split: &Split) -> Result<(), Error> {
+fn held_out(folder: &Path, data: &CalibrationData, split: &Split) -> Result<(), Error> {
     let mut table = "recording,frame,row,column,load_g\n".to_owned();
     let mut frames = Vec::new();
     for press in split.test.iter().map(|&i| &data.presses[i]) {

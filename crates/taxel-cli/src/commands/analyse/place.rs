@@ -128,15 +128,16 @@ fn check(
     rows: usize,
     columns: usize,
 ) -> Result<(), Error> {
-    match row < rows && column < columns {
-        true => Ok(()),
-        false => Err(Error::TaxelOutside {
+    if row < rows && column < columns {
+        Ok(())
+    } else {
+        Err(Error::TaxelOutside {
             option,
             row,
             column,
             rows,
             columns,
-        }),
+        })
     }
 }
 

@@ -2,18 +2,18 @@
 
 use taxel::screen::{FrameScreen, LineFaults, LineScreen, ScreenOptions};
 use taxel::{Counts, Frame, Mark, Sensor};
-use taxel_io::{FrameSource, Integrity, TextOptions, open_counts};
+use taxel_io::{FrameSource, Integrity, ReadOptions, open_counts};
 
 use super::Args;
 use crate::error::Error;
 use crate::progress::Progress;
 use crate::recorded::Untared;
 use taxel_app::chain::Chain;
-use taxel_app::frames::{DisplayUnit, Reading, show};
+use taxel_app::frames::{DisplayUnit, FrameReader, show};
 use taxel_app::methods::MethodName;
 
 /// Values that are held at most: 800 MB.
-const MOST_VALUES: usize = 100_000_000;
+const MAX_VALUES: usize = 100_000_000;
 
 /// What was read.
 pub(super) struct Taken {
@@ -55,11 +55,26 @@ impl Taken {
     }
 }
 
+/// What makes the unit that is asked for of counts.
+fn chain_of(
+    args: &Args,
+    sensor: Option<&Sensor>,
+    faults: &LineFaults,
+) -> Result<Option<Chain>, Error> {
+    let (Some(sensor), Some(unit)) = (sensor, args.unit) else {
+        return Ok(None);
+    };
+    let file = args.sensor.as_deref().unwrap_or(&args.recording);
+    let mut chain = Chain::new(sensor, file, &args.method, unit)?;
+    chain.set_lines(faults);
+    Ok(Some(chain))
+}
+
 /// Reads the recording twice: for faulty lines, then for values.
 pub(super) fn take(
     args: &Args,
     sensor: Option<&Sensor>,
-    options: TextOptions,
+    options: ReadOptions,
     places: &[(String, usize, usize)],
 ) -> Result<Taken, Error> {
     let max_count = match options.max_count {
@@ -67,22 +82,14 @@ pub(super) fn take(
         None => largest(args, options)?,
     };
     let spec = sensor
-        .map(|sensor| sensor.screen.clone())
+        .map(|sensor| sensor.screen().clone())
         .unwrap_or_default();
     let screening = sensor.map_or_else(ScreenOptions::default, ScreenOptions::from_sensor);
     let faults = line_faults(args, options, max_count, &screening)?;
     let mut screen = FrameScreen::new(options.rows, options.columns, max_count, &screening);
     screen.set_lines(&LineFaults::from_spec(&spec));
     screen.set_lines(&faults);
-    let mut chain = match (sensor, args.unit) {
-        (Some(sensor), Some(unit)) => {
-            let file = args.sensor.as_deref().unwrap_or(&args.recording);
-            let mut chain = Chain::new(sensor, file, &args.method, unit)?;
-            chain.set_lines(&faults);
-            Some(chain)
-        }
-        _ => None,
-    };
+    let mut chain = chain_of(args, sensor, &faults)?;
     let mut taken = Taken {
         names: places.iter().map(|place| place.0.clone()).collect(),
         sequence: Vec::new(),
@@ -93,7 +100,7 @@ pub(super) fn take(
         skipped: Vec::new(),
         integrity: Integrity::default(),
     };
-    let mut reading = Reading::Counts(
+    let mut reading = FrameReader::Counts(
         open_counts(&args.recording, options)?,
         Frame::zeros(options.rows, options.columns),
     );
@@ -101,7 +108,7 @@ pub(super) fn take(
     let mut untared = Untared::new(args.no_tare);
     let progress = Progress::new("reading");
     while reading.advance()? {
-        let Reading::Counts(_, counts) = &mut reading else {
+        let FrameReader::Counts(_, counts) = &mut reading else {
             unreachable!("it was opened as counts");
         };
         let mut screened = counts.clone();
@@ -110,7 +117,10 @@ pub(super) fn take(
             chain.take(&reading)?;
             chain.show_into(&mut shown)?;
             if let (Some(sensor), Some(unit)) = (sensor, args.unit) {
-                let (raw, area) = (args.method == MethodName::Raw, sensor.array.taxel_area_mm2);
+                let (raw, area) = (
+                    args.method == MethodName::Raw,
+                    sensor.array().taxel_area_mm2,
+                );
                 untared.apply(reading.tare(), raw, unit, area, shown.values_mut());
             }
         }
@@ -133,10 +143,10 @@ impl Taken {
         shown: Option<&Frame<DisplayUnit>>,
         places: &[(String, usize, usize)],
     ) -> Result<(), Error> {
-        if (self.sequence.len() + 1) * places.len() > MOST_VALUES {
+        if (self.sequence.len() + 1) * places.len() > MAX_VALUES {
             return Err(Error::Arguments {
                 what: format!(
-                    "{} taxels over {} frames are more values than are held, {MOST_VALUES}",
+                    "{} taxels over {} frames are more values than are held, {MAX_VALUES}",
                     places.len(),
                     self.sequence.len() + 1
                 ),
@@ -165,7 +175,7 @@ impl Taken {
 
 fn line_faults(
     args: &Args,
-    options: TextOptions,
+    options: ReadOptions,
     max_count: f64,
     screening: &ScreenOptions,
 ) -> Result<LineFaults, Error> {
@@ -177,7 +187,7 @@ fn line_faults(
 }
 
 /// Without a sensor file the largest count stands for the converter's end.
-fn largest(args: &Args, options: TextOptions) -> Result<f64, Error> {
+fn largest(args: &Args, options: ReadOptions) -> Result<f64, Error> {
     let mut most = 1.0f64;
     each(args, options, "range", |frame| {
         most = frame.values().iter().copied().fold(most, f64::max);
@@ -189,7 +199,7 @@ fn largest(args: &Args, options: TextOptions) -> Result<f64, Error> {
 
 fn each(
     args: &Args,
-    options: TextOptions,
+    options: ReadOptions,
     name: &str,
     mut see: impl FnMut(&Frame<Counts>) -> Result<(), Error>,
 ) -> Result<(), Error> {

@@ -17,13 +17,13 @@ const NUMBER: usize = 8;
 
 /// The read-out and its parts, in a line.
 pub(super) fn parts_of(sensor: &Sensor) -> String {
-    let readout = &sensor.readout;
+    let readout = sensor.readout();
     let ohms = |list: &Option<PerLine>, lines: usize| match list {
         Some(PerLine::One(ohms)) => format!("{} Ω", number(*ohms)),
         Some(each) => format!("{:.2} Ω (mean)", each.mean(lines)),
         None => "unknown".to_owned(),
     };
-    let converter = &sensor.converter;
+    let converter = sensor.converter();
     let noise = converter
         .noise_counts
         .unwrap_or_else(|| default_noise_counts(converter.bits));
@@ -36,8 +36,8 @@ pub(super) fn parts_of(sensor: &Sensor) -> String {
         format!("rows {}", ohms(&readout.r_mux_row_ohms, sensor.rows())),
         format!("source {} Ω", readout.r_source_ohms),
     ];
-    if readout.topology.is_tia() {
-        parts.push(format!("gain {}", readout.open_loop_gain.unwrap_or(1e5)));
+    if let Some(gain) = readout.open_loop_gain() {
+        parts.push(format!("gain {gain}"));
     }
     parts.push(format!(
         "{} bits of {} V, noise {noise} counts",
@@ -116,13 +116,14 @@ impl Report {
         }
         write!(f, "\n{:<NAME$}", "")?;
         for _ in kinds {
-            match self.grams {
-                true => write!(
+            if self.grams {
+                write!(
                     f,
                     "  {:>8}{:>8}{:>8}{:>8}",
                     "mean g", "worst g", "ghost g", "mean %"
-                )?,
-                false => write!(f, "  {:>8}{:>8}{:>8}", "mean %", "worst %", "ghost %")?,
+                )?
+            } else {
+                write!(f, "  {:>8}{:>8}{:>8}", "mean %", "worst %", "ghost %")?
             }
         }
         writeln!(f)
@@ -162,9 +163,10 @@ impl Report {
         if let Some(taxels) = saturated.filter(|&taxels| taxels > 0) {
             notes.push(format!("{taxels} saturated"));
         }
-        match notes.is_empty() {
-            true => writeln!(f),
-            false => writeln!(f, "  {}", notes.join(", ")),
+        if notes.is_empty() {
+            writeln!(f)
+        } else {
+            writeln!(f, "  {}", notes.join(", "))
         }
     }
 }

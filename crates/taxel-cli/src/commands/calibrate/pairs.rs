@@ -4,7 +4,8 @@ use std::path::Path;
 
 use serde::Serialize;
 use taxel::Sensor;
-use taxel::calibrate::{LawFit, Parameter, Report, Suspect, fit_pairs, suspect_pairs};
+use taxel::calibrate::{CalibrationReport, LawFit, Parameter, Suspect, fit_pairs, suspect_pairs};
+use taxel::stats::{mean, median};
 
 use super::{Args, Law};
 use crate::error::Error;
@@ -24,7 +25,7 @@ struct LawLine<'a> {
 const BLIND: f64 = 0.8;
 
 /// Fits and writes; the circuit stays as the sensor file has it.
-pub(super) fn run(args: &Args, mut sensor: Sensor) -> Result<Exit, Error> {
+pub(super) fn run(args: &Args, sensor: Sensor) -> Result<Exit, Error> {
     let table = args.pairs.as_deref().unwrap_or(Path::new(""));
     let read = taxel_io::read_pairs_by_line(table)?;
     let all: Vec<(f64, f64)> = read.iter().map(|(_, pair)| *pair).collect();
@@ -59,16 +60,15 @@ pub(super) fn run(args: &Args, mut sensor: Sensor) -> Result<Exit, Error> {
             "loads left out are {error:.1} g off on average, and guessing their median would be {blind:.1} g off"
         )));
     }
-    sensor.material = Some(chosen.law.to_material());
-    let text = sensor.to_toml();
-    if let Err(error) = Sensor::from_toml(&text) {
+    let law = chosen.law.to_material();
+    let sensor = sensor.edited(|spec| spec.material = Some(law)).map_err(|error| {
         let error = error.to_string();
         let what = error.lines().next().unwrap_or_default();
-        return Err(failed(format!(
+        failed(format!(
             "what fits best is no law of a taxel ({what}); are the columns of conductance and load swapped, or in other units?"
-        )));
-    }
-    out::file(&args.output, text.as_bytes())?;
+        ))
+    })?;
+    out::file(&args.output, sensor.to_toml().as_bytes())?;
     show(args, &fits, chosen, kept.len())?;
     for suspect in &suspects {
         let line = read[suspect.press].0;
@@ -79,20 +79,18 @@ pub(super) fn run(args: &Args, mut sensor: Sensor) -> Result<Exit, Error> {
         out::warn(&format!("{}, line {line}: {suspect}", table.display()));
     }
     out::note(&format!("wrote {}", args.output.display()));
-    Ok(match suspects.is_empty() {
-        true => Exit::Good,
-        false => Exit::DataLost,
+    Ok(if suspects.is_empty() {
+        Exit::Good
+    } else {
+        Exit::DataLost
     })
 }
 
 /// Mean distance of the loads from their median, grams.
 fn guessing(pairs: &[(f64, f64)]) -> f64 {
-    let mut loads: Vec<f64> = pairs.iter().map(|p| p.1).collect();
-    loads.sort_by(f64::total_cmp);
-    let Some(&middle) = loads.get(loads.len() / 2) else {
-        return 0.0;
-    };
-    loads.iter().map(|l| (l - middle).abs()).sum::<f64>() / loads.len() as f64
+    let loads = || pairs.iter().map(|p| p.1);
+    let middle = median(loads()).unwrap_or(0.0);
+    mean(loads().map(|load| (load - middle).abs())).unwrap_or(0.0)
 }
 
 fn show(args: &Args, fits: &[LawFit], chosen: &LawFit, pairs: usize) -> Result<(), Error> {
@@ -111,7 +109,7 @@ fn show(args: &Args, fits: &[LawFit], chosen: &LawFit, pairs: usize) -> Result<(
     }
     let mut text = format!(
         "{}\n{pairs} pairs; errors of loads left out of the fit, g\n{:<12} {:>14} {:>16}\n",
-        Report::table(&chosen.parameters),
+        CalibrationReport::table(&chosen.parameters),
         "law",
         "mean absolute",
         "root mean square"

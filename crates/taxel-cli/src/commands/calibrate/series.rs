@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use serde::Serialize;
-use taxel::calibrate::{DynamicFit, Series, fit_dynamic};
-use taxel::simulate::Grams;
+use taxel::Grams;
+use taxel::calibrate::{DynamicFit, LoadSeries, fit_dynamic};
 use taxel::{Counts, Frame, Sensor};
-use taxel_io::{FrameSource, TextOptions, open_counts};
+use taxel_io::{FrameSource, ReadOptions, open_counts};
 
 use super::Args;
 use crate::error::Error;
@@ -40,12 +40,12 @@ pub(super) fn run(
     recording: &Path,
     loads: &Path,
 ) -> Result<Exit, Error> {
-    let mut options = TextOptions::of(sensor);
+    let mut options = ReadOptions::of(sensor);
     options.transpose = args.transpose;
     let frames = read_frames(recording, options)?;
     let truths = read_loads(loads, options)?;
     let secs = times(&frames, args.period, recording)?;
-    let series = Series {
+    let series = LoadSeries {
         secs: &secs,
         frames: &frames,
         loads: &truths,
@@ -76,9 +76,10 @@ pub(super) fn run(
             })
             .collect(),
     };
-    match args.json {
-        true => out::json(&report)?,
-        false => out::result(&text(&report))?,
+    if args.json {
+        out::json(&report)?
+    } else {
+        out::result(&text(&report))?
     }
     out::note(&format!("wrote {}", args.output.display()));
     Ok(Exit::Good)
@@ -86,16 +87,15 @@ pub(super) fn run(
 
 fn write(args: &Args, found: &DynamicFit, recording: &Path, loads: &Path) -> Result<(), Error> {
     let signed = |sensor: &Sensor| {
-        let mut sensor = sensor.clone();
-        sensor.provenance = Some(taxel::sensor::Provenance {
-            program: format!("taxel {}", env!("CARGO_PKG_VERSION")),
-            date: super::today(),
-            data: [recording, loads]
-                .map(|file| file.display().to_string())
-                .to_vec(),
-            ..Default::default()
-        });
-        sensor.to_toml()
+        let mut provenance = taxel::sensor::Provenance::default();
+        provenance.program = format!("taxel {}", env!("CARGO_PKG_VERSION"));
+        provenance.date = super::today();
+        provenance.data = [recording, loads]
+            .map(|file| file.display().to_string())
+            .to_vec();
+        let mut spec = sensor.spec().clone();
+        spec.provenance = Some(provenance);
+        spec.to_toml()
     };
     if let Some(file) = &args.static_output {
         out::file(file, signed(&found.best_static).as_bytes())?;
@@ -126,7 +126,7 @@ fn text(report: &Report) -> String {
     text
 }
 
-fn read_frames(file: &Path, options: TextOptions) -> Result<Vec<Frame<Counts>>, Error> {
+fn read_frames(file: &Path, options: ReadOptions) -> Result<Vec<Frame<Counts>>, Error> {
     let mut source = open_counts(file, options)?;
     let progress = Progress::new("reading");
     let mut frames = Vec::new();
@@ -138,7 +138,7 @@ fn read_frames(file: &Path, options: TextOptions) -> Result<Vec<Frame<Counts>>, 
     Ok(frames)
 }
 
-fn read_loads(file: &Path, mut options: TextOptions) -> Result<Vec<Frame<Grams>>, Error> {
+fn read_loads(file: &Path, mut options: ReadOptions) -> Result<Vec<Frame<Grams>>, Error> {
     options.max_count = None;
     let mut source = open_values::<Grams>(file, options)?;
     let mut loads = Vec::new();

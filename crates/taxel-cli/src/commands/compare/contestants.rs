@@ -1,15 +1,20 @@
 //! Who takes part, each having learnt from the same presses.
 
-use taxel::calibrate::{Data, LoadLaw, Options, Press, calibrate_with, fit_pairs};
+use std::ops::ControlFlow;
+
+use taxel::calibrate::{
+    CalibrationData, CalibrationOptions, PressLabel, calibrate_with, fit_pairs,
+};
+use taxel::material::LoadLaw;
 use taxel::pipeline::Pipeline;
-use taxel::solve::{Method, Raw, default_method};
+use taxel::solve::{Raw, default_method};
 use taxel::stats::median;
 use taxel::{Counts, Frame, Newtons, Sensor};
-use taxel_learn::contest::Scores;
-use taxel_learn::fit::{self, Lesson};
+use taxel_learn::benchmark::Scores;
+use taxel_learn::fit::{self, TrainingData};
 use taxel_learn::models::paper_mlp::HIDDEN;
-use taxel_learn::train::{Go, Settings};
-use taxel_learn::{Kind, Learned, Model, Rows, Split, with_law};
+use taxel_learn::train::Settings;
+use taxel_learn::{Learned, Model, ModelKind, Rows, Split};
 
 use super::{Args, grams};
 use crate::error::Error;
@@ -37,7 +42,7 @@ pub(super) struct Contestant {
 }
 
 /// Presses with frames that a calibration needs at least.
-const FEWEST_FOR_PHYSICS: usize = 8;
+const MIN_FOR_PHYSICS: usize = 8;
 
 /// What every contestant is given.
 struct Ring<'a> {
@@ -76,16 +81,18 @@ pub(super) fn all(
         judged: with_frames(&split.test),
     };
     let mut calibrated = None;
-    if physics && ring.known.len() < FEWEST_FOR_PHYSICS {
+    if physics && ring.known.len() < MIN_FOR_PHYSICS {
         out::warn(&format!(
-            "exact and hybrid left out: {} of the presses to learn from have whole frames, and a calibration needs {FEWEST_FOR_PHYSICS}",
+            "exact and hybrid left out: {} of the presses to learn from have whole frames, and a calibration needs {MIN_FOR_PHYSICS}",
             ring.known.len()
         ));
     } else if physics {
         show("exact", 0.0);
         let found = ring.calibrate(show)?;
         // Faulty lines are nobody's to estimate.
-        ring.sensor.screen = found.screen.clone();
+        ring.sensor = ring
+            .sensor
+            .edited(|spec| spec.screen = found.screen().clone())?;
         calibrated = Some(found);
     }
     let mut all = Vec::new();
@@ -108,8 +115,8 @@ pub(super) fn all(
     }
     if let Some(calibrated) = calibrated {
         if wanted("exact") {
-            let method = default_method(&calibrated)?;
-            all.push(ring.with_frames("exact", &calibrated, method, String::new())?);
+            let pipeline = Pipeline::new(&calibrated, default_method(&calibrated)?)?;
+            all.push(ring.with_frames("exact", pipeline, String::new())?);
         }
         if wanted("hybrid") {
             show("hybrid", 0.9);
@@ -120,7 +127,7 @@ pub(super) fn all(
 }
 
 impl Ring<'_> {
-    fn presses(&self, which: &[usize]) -> Vec<Press> {
+    fn presses(&self, which: &[usize]) -> Vec<PressLabel> {
         which
             .iter()
             .map(|&i| self.training_set.data.presses[i])
@@ -131,16 +138,14 @@ impl Ring<'_> {
     fn with_frames(
         &self,
         name: &str,
-        sensor: &Sensor,
-        method: Box<dyn Method>,
+        mut pipeline: Pipeline,
         note: String,
     ) -> Result<Contestant, Error> {
-        let mut pipeline = Pipeline::new(sensor, method)?;
         let mut scores = Scores::default();
         for press in self.presses(&self.judged) {
             pipeline.begin_anew();
             let result = pipeline.process(&self.training_set.data.frames[press.frame]);
-            let at = press.row * sensor.columns() + press.column;
+            let at = press.row * self.sensor.columns() + press.column;
             scores.add_press(grams(result.newtons()?.values()[at]), press.load_g);
         }
         pipeline.begin_anew();
@@ -160,7 +165,10 @@ impl Ring<'_> {
         let mut pairs = Vec::new();
         for press in self.presses(&self.known) {
             let result = pipeline.process(&self.training_set.data.frames[press.frame]);
-            pairs.push((result.siemens.at(press.row, press.column), press.load_g));
+            pairs.push((
+                result.siemens.expect("solved").at(press.row, press.column),
+                press.load_g,
+            ));
         }
         let law = match name {
             "none" => straight(&pairs),
@@ -169,18 +177,20 @@ impl Ring<'_> {
                 .next()
                 .map_or_else(|| straight(&pairs), |fit| fit.law),
         };
-        let mut sensor = self.sensor.clone();
-        sensor.material = Some(law.to_material());
-        self.with_frames(name, &sensor, Box::new(raw), String::new())
+        let sensor = self
+            .sensor
+            .edited(|spec| spec.material = Some(law.to_material()))?;
+        let pipeline = Pipeline::new(&sensor, Box::new(raw))?;
+        self.with_frames(name, pipeline, String::new())
     }
 
     fn calibrate(&self, show: &mut dyn FnMut(&str, f64)) -> Result<Sensor, Error> {
-        let data = Data {
+        let data = CalibrationData {
             frames: self.training_set.data.frames.clone(),
             presses: self.presses(&self.known),
             uniform: self.training_set.data.uniform.clone(),
         };
-        let options = Options::default();
+        let options = CalibrationOptions::default();
         let found = calibrate_with(&self.sensor, &data, &options, &Threads, &mut |_, share| {
             show("exact", 0.3 * share);
         });
@@ -193,44 +203,28 @@ impl Ring<'_> {
     }
 
     fn network(&self, name: &str, leaky: bool) -> Result<Contestant, Error> {
-        let (rows, split) = match leaky {
-            true => {
-                fit::room_for(&self.training_set.rows, self.args.copies as usize)?;
-                leaky_rows(
-                    &self.training_set.rows,
-                    self.split,
-                    self.args.copies as usize,
-                )
-            }
-            false => (self.training_set.rows.clone(), self.split.clone()),
+        let (rows, split) = if leaky {
+            fit::room_for(&self.training_set.rows, self.args.copies as usize)?;
+            leaky_rows(
+                &self.training_set.rows,
+                self.split,
+                self.args.copies as usize,
+            )
+        } else {
+            (self.training_set.rows.clone(), self.split.clone())
         };
-        let lesson = Lesson {
+        let training_data = TrainingData {
             sensor: &self.sensor,
             rows: &rows,
             split: &split,
             sources: Vec::new(),
         };
-        let model = match name {
-            "paper-mlp" => {
-                let settings = Settings {
-                    epochs: self.args.epochs as usize,
-                    seed: self.args.seed,
-                    ..Settings::default()
-                };
-                let copies = if leaky { 1 } else { self.args.copies as usize };
-                fit::paper_mlp(&lesson, &settings, &HIDDEN, copies, None, &mut |_, _| go())?
-            }
-            _ => {
-                let mut settings = fit::row_set_settings();
-                settings.seed = self.args.seed;
-                fit::row_set(&lesson, &settings, fit::MEMBERS, &Threads, &|_, _, _| go())?
-            }
-        };
+        let model = self.train(name, leaky, &training_data)?;
         let judged = rows.part(&split.test);
         let estimates = match &model.kind {
-            Kind::PaperMlp(model) => model.estimate(&judged),
-            Kind::RowSet(members) => fit::mean_estimate(members, &judged),
-            Kind::Hybrid(_) => Vec::new(),
+            ModelKind::PaperMlp(model) => model.estimate(&judged),
+            ModelKind::RowSet(members) => fit::mean_estimate(members, &judged),
+            ModelKind::Hybrid(_) => Vec::new(),
         };
         let mut scores = Scores::default();
         for (estimate, load) in estimates.into_iter().zip(&judged.load_g) {
@@ -243,30 +237,49 @@ impl Ring<'_> {
             100.0 * model.card.held_out.coverage
         );
         Ok(Contestant {
-            name: match leaky {
-                true => format!("{name}, leaky split"),
-                false => name.to_owned(),
+            name: if leaky {
+                format!("{name}, leaky split")
+            } else {
+                name.to_owned()
             },
             learnt_from,
             // What the leaky split says is wrong; what the network does with frames is the same.
-            pipeline: match leaky {
-                true => None,
-                false => Some(self.pipeline(model)?),
+            pipeline: if leaky {
+                None
+            } else {
+                Some(self.pipeline(model)?)
             },
             scores,
             note,
         })
     }
 
-    fn pipeline(&self, model: Model) -> Result<Pipeline, Error> {
-        let mut sensor = self.sensor.clone();
-        // Loads are the network's own; the file's law would only bend them there and back.
-        sensor.material = None;
-        let sensor = with_law(sensor);
-        Ok(Pipeline::new(
-            &sensor,
-            Box::new(Learned::new(model, &sensor)?),
+    fn train(&self, name: &str, leaky: bool, data: &TrainingData) -> Result<Model, Error> {
+        if name == "paper-mlp" {
+            let settings = Settings {
+                epochs: self.args.epochs as usize,
+                seed: self.args.seed,
+                ..Settings::default()
+            };
+            let copies = if leaky { 1 } else { self.args.copies as usize };
+            let model = fit::paper_mlp(data, &settings, &HIDDEN, copies, None, &mut |_, _| go());
+            return Ok(model?);
+        }
+        let mut settings = fit::row_set_settings();
+        settings.seed = self.args.seed;
+        let members = fit::MEMBERS;
+        Ok(fit::row_set(
+            data,
+            &settings,
+            members,
+            &Threads,
+            &|_, _, _| go(),
         )?)
+    }
+
+    fn pipeline(&self, model: Model) -> Result<Pipeline, Error> {
+        let learned = Learned::new(model, &self.sensor)?;
+        Ok(Pipeline::with_estimator(&self.sensor, Box::new(learned)))
     }
 
     fn hybrid(&self, calibrated: &Sensor) -> Result<Contestant, Error> {
@@ -276,14 +289,20 @@ impl Ring<'_> {
             train: (0..presses.len()).collect(),
             ..Split::default()
         };
-        let lesson = Lesson {
+        let training_data = TrainingData {
             sensor: calibrated,
             rows: &rows,
             split: &split,
             sources: Vec::new(),
         };
         let frames = &self.training_set.data.frames;
-        let model = fit::hybrid(&lesson, frames, &presses, self.args.seed, &mut |_| go())?;
+        let model = fit::hybrid(
+            &training_data,
+            frames,
+            &presses,
+            self.args.seed,
+            &mut |_| go(),
+        )?;
         let note = model
             .card
             .verdict
@@ -295,15 +314,17 @@ impl Ring<'_> {
                     verdict.physics_g, verdict.hybrid_g, verdict.standard_errors
                 )
             });
-        let method = Box::new(Learned::new(model, calibrated)?);
-        self.with_frames("hybrid", calibrated, method, note)
+        let learned = Box::new(Learned::new(model, calibrated)?);
+        let pipeline = Pipeline::with_estimator(calibrated, learned);
+        self.with_frames("hybrid", pipeline, note)
     }
 }
 
-fn go() -> Go {
-    match interrupt::asked() {
-        true => Go::Stop,
-        false => Go::On,
+fn go() -> ControlFlow<()> {
+    if interrupt::asked() {
+        ControlFlow::Break(())
+    } else {
+        ControlFlow::Continue(())
     }
 }
 

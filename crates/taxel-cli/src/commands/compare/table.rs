@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::Serialize;
 use taxel_learn::Split;
-use taxel_learn::contest::{Bin, Errors, Scores};
+use taxel_learn::benchmark::{Bin, Errors, Scores};
 use taxel_plot::{Format, Line, Series};
 
 use super::Args;
@@ -137,9 +137,10 @@ impl Table {
                 names.push(&entry.name);
             }
         }
-        let series = match names.len() < self.entries.len() {
-            true => self.learning_curve(&sizes, &names)?,
-            false => self.by_load()?,
+        let series = if names.len() < self.entries.len() {
+            self.learning_curve(&sizes, &names)?
+        } else {
+            self.by_load()?
         };
         let Some(series) = series else {
             return Ok(());
@@ -157,9 +158,12 @@ impl Table {
 
     fn by_load(&self) -> Result<Option<Series>, Error> {
         // The middle of every bin; the last has no end.
-        let middle = |bin: &Bin| match bin.to_g.is_finite() {
-            true => 0.5 * (bin.from_g + bin.to_g),
-            false => 1.25 * bin.from_g,
+        let middle = |bin: &Bin| {
+            if bin.to_g.is_finite() {
+                0.5 * (bin.from_g + bin.to_g)
+            } else {
+                1.25 * bin.from_g
+            }
         };
         let Some(first) = self.entries.first() else {
             return Ok(None);

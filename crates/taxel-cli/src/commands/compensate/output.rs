@@ -11,7 +11,7 @@ use super::Args;
 use crate::error::Error;
 use crate::out;
 use taxel_app::carry::{self, Carry, Clock, USUAL_RATE};
-use taxel_app::frames::{DisplayUnit, FrameWriter, Reading, is_mcap, is_parquet};
+use taxel_app::frames::{DisplayUnit, FrameReader, FrameWriter, is_mcap, is_parquet};
 use taxel_app::units::{InputUnit, Unit};
 
 /// What is written, frame by frame; nothing appears under its name before `commit`.
@@ -53,9 +53,10 @@ impl Outputs {
         let numbers = args.output.as_deref().unwrap_or(Path::new("-"));
         let marks = marks_file(args);
         Ok(Self {
-            numbers: match is_together(args) {
-                true => Numbers::Together(Box::new(Together::create(args, numbers, sensor)?)),
-                false => Numbers::Frames(create(numbers, Element::F8)?),
+            numbers: if is_together(args) {
+                Numbers::Together(Box::new(Together::create(args, numbers, sensor)?))
+            } else {
+                Numbers::Frames(create(numbers, Element::F8)?)
             },
             marks: marks.map(|file| create(&file, Element::U1)).transpose()?,
             errors: match &args.standard_error {
@@ -69,7 +70,7 @@ impl Outputs {
     pub(super) fn write(
         &mut self,
         shown: &Frame<DisplayUnit>,
-        reading: &mut Reading,
+        reading: &mut FrameReader,
     ) -> Result<(), Error> {
         match &mut self.numbers {
             Numbers::Frames(writer) => writer.write(shown)?,
@@ -92,7 +93,7 @@ impl Outputs {
         }
     }
 
-    pub(super) fn commit(self, reading: &mut Reading) -> Result<(), Error> {
+    pub(super) fn commit(self, reading: &mut FrameReader) -> Result<(), Error> {
         for writer in [self.marks, self.errors].into_iter().flatten() {
             writer.commit()?;
         }
@@ -106,20 +107,18 @@ impl Outputs {
 impl Together {
     fn create(args: &Args, output: &Path, sensor: &Sensor) -> Result<Self, Error> {
         let (rows, columns) = (sensor.rows(), sensor.columns());
-        let file = match is_mcap(output) {
-            true => {
-                let about = carry::about(sensor, &args.recording);
-                let carry = match args.no_tare {
-                    true => Carry::without_tare(),
-                    false => Carry::default(),
-                };
-                File::Mcap(Box::new(McapWriter::create_at_once(output, &about)?), carry)
-            }
-            false => {
-                let has_counts = args.input_unit == InputUnit::Counts;
-                let writer = ParquetWriter::create_with_loads(output, sensor, has_counts)?;
-                File::Parquet(Box::new(writer))
-            }
+        let file = if is_mcap(output) {
+            let about = carry::about(sensor, &args.recording);
+            let carry = if args.no_tare {
+                Carry::without_tare()
+            } else {
+                Carry::default()
+            };
+            File::Mcap(Box::new(McapWriter::create_at_once(output, &about)?), carry)
+        } else {
+            let has_counts = args.input_unit == InputUnit::Counts;
+            let writer = ParquetWriter::create_with_loads(output, sensor, has_counts)?;
+            File::Parquet(Box::new(writer))
         };
         Ok(Self {
             file,
@@ -132,8 +131,12 @@ impl Together {
         })
     }
 
-    fn write(&mut self, shown: &Frame<DisplayUnit>, reading: &mut Reading) -> Result<(), Error> {
-        self.loads.take_marks(shown);
+    fn write(
+        &mut self,
+        shown: &Frame<DisplayUnit>,
+        reading: &mut FrameReader,
+    ) -> Result<(), Error> {
+        self.loads.copy_meta_from(shown);
         self.loads.values_mut().copy_from_slice(shown.values());
         let position = reading.sequence();
         self.loads.sequence = position;
@@ -142,7 +145,7 @@ impl Together {
         self.loads.time_secs = Some(secs);
         self.place += 1;
         let written = match reading {
-            Reading::Counts(source, counts) => {
+            FrameReader::Counts(source, counts) => {
                 self.counts.clone_from(counts);
                 // The device's own: a gap in them is all that tells of frames that never came.
                 let number = source.device_number().unwrap_or(position);
@@ -154,7 +157,7 @@ impl Together {
                 }
                 self.put(true, host)
             }
-            Reading::Volts(..) | Reading::Siemens(..) => {
+            FrameReader::Volts(..) | FrameReader::Siemens(..) => {
                 let host = self.clock.after(secs)?;
                 self.put(false, host)
             }
@@ -179,11 +182,11 @@ impl Together {
         Ok(())
     }
 
-    fn commit(self, reading: &mut Reading) -> Result<(), Error> {
+    fn commit(self, reading: &mut FrameReader) -> Result<(), Error> {
         let losses = reading.integrity().losses;
         match self.file {
             File::Mcap(mut writer, carry) => {
-                if let Reading::Counts(source, _) = reading {
+                if let FrameReader::Counts(source, _) = reading {
                     carry.end(&mut writer, &mut **source, losses)?;
                 }
                 writer.finish()?;
@@ -207,9 +210,10 @@ pub(super) fn holds_counts(args: &Args) -> bool {
 
 /// The unit of what is written.
 pub(super) fn unit(args: &Args) -> Unit {
-    match is_together(args) {
-        true => Unit::Newtons,
-        false => args.unit,
+    if is_together(args) {
+        Unit::Newtons
+    } else {
+        args.unit
     }
 }
 
@@ -243,10 +247,10 @@ pub(super) fn check(args: &Args) -> Result<(), Error> {
 
 /// Where the marks go: where the user says, else beside the numbers, unless they are in one file with them.
 pub(super) fn marks_file(args: &Args) -> Option<PathBuf> {
-    let beside = || {
+    let next_to = || {
         let output = args.output.as_ref()?;
         let is_file = !out::is_stdout(output) && !output.starts_with("/dev");
         (is_file && !is_together(args)).then(|| output.with_extension("marks.csv"))
     };
-    args.marks.clone().or_else(beside)
+    args.marks.clone().or_else(next_to)
 }

@@ -98,13 +98,11 @@ impl Summary {
     pub(super) fn new(args: &Args, sensor: &Sensor, sensor_file: &Path, survey: &Survey) -> Self {
         let solves = args.unit != taxel_app::units::Unit::Volts
             && args.input_unit != taxel_app::units::InputUnit::Siemens;
-        let name = args
-            .method
-            .open(&args.method.sensor(sensor), sensor_file)
-            .map(|method| method.name());
+        let pipeline = args.method.pipeline(sensor, sensor_file);
+        let name = pipeline.map(|pipeline| pipeline.method_name());
         let unit = super::output::unit(args);
         let loads = unit.is_load().then(|| Loads {
-            limit: unit.of_newtons(BELOW_NEWTONS, sensor.array.taxel_area_mm2),
+            limit: unit.of_newtons(BELOW_NEWTONS, sensor.array().taxel_area_mm2),
             ..Loads::default()
         });
         let codes = Mark::ALL.map(|mark| (mark.code(), mark.word()));
@@ -208,14 +206,11 @@ impl Summary {
         let possible = !self.loads_below_nothing;
         let all = self.skipped_frames == 0 && self.missing.is_empty();
         let measured = self.frames == 0 || self.measured_share > 0.0;
-        match all
-            && possible
-            && measured
-            && self.unsolved_frames() == 0
-            && self.ambiguous_frames == 0
+        if all && possible && measured && self.unsolved_frames() == 0 && self.ambiguous_frames == 0
         {
-            true => Exit::Good,
-            false => Exit::DataLost,
+            Exit::Good
+        } else {
+            Exit::DataLost
         }
     }
 }
@@ -235,6 +230,15 @@ impl fmt::Display for Summary {
             ", {:.2} s, {:.1} frames/s",
             self.seconds, self.frames_per_second
         )?;
+        self.fmt_inverse(f)?;
+        self.fmt_doubts(f)?;
+        self.fmt_outputs(f)
+    }
+}
+
+impl Summary {
+    /// How the inverse ended.
+    fn fmt_inverse(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.stops.iter().next() {
             Some((&"converged", n)) if self.stops.len() == 1 => {
                 writeln!(f, "all {n} frames converged")?;
@@ -255,6 +259,11 @@ impl fmt::Display for Summary {
                 self.ambiguous_frames
             )?;
         }
+        Ok(())
+    }
+
+    /// What is missing or cannot be.
+    fn fmt_doubts(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.frames > 0 && self.measured_share == 0.0 {
             writeln!(
                 f,
@@ -276,6 +285,11 @@ impl fmt::Display for Summary {
         if self.skipped_frames > 0 {
             writeln!(f, "{} frames left out", self.skipped_frames)?;
         }
+        Ok(())
+    }
+
+    /// Marks, and the files with the rest.
+    fn fmt_outputs(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let marks = Mark::ALL.iter().filter_map(|mark| {
             let count = self.marks.get(mark.word())?;
             Some(format!("{count} {} ({})", mark.word(), mark.code()))

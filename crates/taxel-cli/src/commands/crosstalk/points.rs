@@ -3,14 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use taxel::design::statistics::student_quantile;
-use taxel::evaluate::spread;
+use taxel::stats::{mean, standard_deviation, student_quantile};
 
 use crate::error::Error;
 use taxel_io::bounded;
 
 /// The longest file of points, bytes: half a million lines.
-const LONGEST: u64 = 4 << 20;
+const MAX: u64 = 4 << 20;
 
 /// Means over the replicates of each N, with their intervals.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,7 +25,7 @@ pub(super) struct Points {
 impl Points {
     /// Reads them. A first line without numbers is a header; a third column names the replicate and is not used.
     pub(super) fn read(file: &Path, volts_per_count: Option<f64>) -> Result<Self, Error> {
-        let text = bounded::read_text(file, LONGEST);
+        let text = bounded::read_text(file, MAX);
         let text = text.map_err(|source| taxel_io::Error::Open {
             file: file.to_owned(),
             source,
@@ -34,7 +33,7 @@ impl Points {
         let text = text.ok_or_else(|| taxel_app::Error::TextLength {
             file: file.to_owned(),
             what: "a file of points",
-            limit: LONGEST,
+            limit: MAX,
         })?;
         let scale = volts_per_count.unwrap_or(1.0);
         let mut by_n: BTreeMap<u64, (f64, Vec<f64>)> = BTreeMap::new();
@@ -79,13 +78,13 @@ impl Points {
         };
         for (n, values) in groups {
             let count = values.len() as f64;
-            let mean = values.iter().sum::<f64>() / count;
+            let mean = mean(values.iter().copied()).unwrap_or(f64::NAN);
             points.n.push(n);
             points.mean.push(mean);
             // Of one value there is none, and no bar.
             points
                 .half
-                .push(spread(&values).map_or(f64::NAN, |deviation| {
+                .push(standard_deviation(&values).map_or(f64::NAN, |deviation| {
                     student_quantile(0.975, count - 1.0) * deviation / count.sqrt()
                 }));
         }

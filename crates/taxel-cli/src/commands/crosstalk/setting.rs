@@ -15,12 +15,12 @@ const IDEAL_OHMS: f64 = 1e-9;
 /// A line that ends nowhere keeps this leak, as everywhere in the circuit's model.
 const OPEN_SIEMENS: f64 = 1e-12;
 /// More than any resistor that is not an open line.
-const MOST_OHMS: f64 = 1e9;
+const MAX_OHMS: f64 = 1e9;
 /// More than any amplifier has, and than any array bears.
-const MOST_GAIN: f64 = 1e12;
-const MOST_VOLTS: f64 = 1000.0;
+const MAX_GAIN: f64 = 1e12;
+const MAX_VOLTS: f64 = 1000.0;
 /// Rows, at most.
-const MOST_ROWS: usize = 512;
+const MAX_ROWS: usize = 512;
 
 const KEYS: [&str; 9] = [
     "A", "R_k", "R_i", "R_taxel", "V_test", "R_mux", "R_v", "rows", "name",
@@ -87,19 +87,19 @@ impl Setting {
 
     fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
         let ohms = |least: f64| match quantity::parse(value, &OHMS)? {
-            ohms if (least..=MOST_OHMS).contains(&ohms) => Ok(ohms),
+            ohms if (least..=MAX_OHMS).contains(&ohms) => Ok(ohms),
             ohms => Err(format!(
-                "{key} is {ohms} Ω\nhint: from {least} to {MOST_OHMS:e} Ω"
+                "{key} is {ohms} Ω\nhint: from {least} to {MAX_OHMS:e} Ω"
             )),
         };
         match key {
             "A" => match quantity::parse(value, &[("", 1.0)])? {
-                gain if (1.0..=MOST_GAIN).contains(&gain) => {
+                gain if (1.0..=MAX_GAIN).contains(&gain) => {
                     self.amplifier.open_loop_gain = gain;
                 }
                 gain => {
                     return Err(format!(
-                        "A is {gain}\nhint: from 1 to {MOST_GAIN:e}, at the scan rate"
+                        "A is {gain}\nhint: from 1 to {MAX_GAIN:e}, at the scan rate"
                     ));
                 }
             },
@@ -107,20 +107,20 @@ impl Setting {
             "R_i" => self.r_other = ohms(1e-3)?,
             "R_taxel" => self.r_taxel = ohms(1e-3)?,
             "V_test" => match quantity::parse(value, &VOLTS)? {
-                volts if volts > 0.0 && volts <= MOST_VOLTS => {
+                volts if volts > 0.0 && volts <= MAX_VOLTS => {
                     self.amplifier.v_test_volts = volts;
                 }
                 volts => {
                     return Err(format!(
-                        "V_test is {volts} V\nhint: above 0, at most {MOST_VOLTS} V"
+                        "V_test is {volts} V\nhint: above 0, at most {MAX_VOLTS} V"
                     ));
                 }
             },
             "R_mux" => self.r_mux = ohms(0.0)?,
             "R_v" => self.r_source = ohms(0.0)?,
             "rows" => match value.parse() {
-                Ok(rows) if (1..=MOST_ROWS).contains(&rows) => self.rows = rows,
-                _ => return Err(format!("rows is {value}\nhint: 1 to {MOST_ROWS}")),
+                Ok(rows) if (1..=MAX_ROWS).contains(&rows) => self.rows = rows,
+                _ => return Err(format!("rows is {value}\nhint: 1 to {MAX_ROWS}")),
             },
             "name" => self.name = Some(value.to_owned()),
             _ => {
@@ -156,9 +156,10 @@ impl Setting {
         differs("R_mux", self.r_mux, table.r_mux, " Ω");
         differs("R_v", self.r_source, table.r_source, " Ω");
         differs("rows", self.rows as f64, table.rows as f64, "");
-        match words.is_empty() {
-            true => "Table V".to_owned(),
-            false => words.join(", "),
+        if words.is_empty() {
+            "Table V".to_owned()
+        } else {
+            words.join(", ")
         }
     }
 

@@ -69,18 +69,20 @@ pub(crate) fn parse(text: &str, units: &[(&str, f64)]) -> Result<f64, String> {
         };
         return Err(format!("{what}\nhint: known: {}", known()));
     };
-    match number.is_finite() {
-        true => Ok(scaled(number, *scale)),
-        false => Err(format!("{number} is no quantity\nhint: a finite number")),
+    if number.is_finite() {
+        Ok(scaled(number, *scale))
+    } else {
+        Err(format!("{number} is no quantity\nhint: a finite number"))
     }
 }
 
 /// Divided by whole numbers instead of multiplied by what they make of 1: 95 % are 0.95 and not 0.9500000000000001.
 fn scaled(number: f64, scale: f64) -> f64 {
     let divisor = (1.0 / scale).round();
-    match divisor > 1.0 && (divisor * scale - 1.0).abs() < 1e-12 {
-        true => number / divisor,
-        false => number * scale,
+    if divisor > 1.0 && (divisor * scale - 1.0).abs() < 1e-12 {
+        number / divisor
+    } else {
+        number * scale
     }
 }
 
@@ -92,11 +94,12 @@ pub(crate) fn ohm_range(text: &str) -> Result<(f64, f64), String> {
         );
     };
     let (from, to) = (parse(from, &OHMS)?, parse(to, &OHMS)?);
-    match from > 0.0 && from < to {
-        true => Ok((from, to)),
-        false => Err(format!(
+    if from > 0.0 && from < to {
+        Ok((from, to))
+    } else {
+        Err(format!(
             "from {from} to {to} Ω\nhint: both above 0, and the smaller first: pressing lowers the resistance"
-        )),
+        ))
     }
 }
 

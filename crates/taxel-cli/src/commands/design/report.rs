@@ -3,9 +3,9 @@
 use std::fmt;
 
 use serde::Serialize;
-use taxel::Sensor;
 use taxel::design::budget::Errors;
 use taxel::design::sizing::{Ghost, Proposal, Resolution, Timing, Wish};
+use taxel::sensor::SensorSpec;
 
 /// A proposal in words and numbers.
 #[derive(Debug, Serialize)]
@@ -28,19 +28,19 @@ pub(super) struct Report {
     resolution: [Resolution; 2],
     ghosts: Vec<Ghost>,
     warnings: Vec<String>,
-    sensor: Sensor,
+    sensor: SensorSpec,
 }
 
 impl Report {
     pub(super) fn new(switch: &str, wish: &Wish, proposal: Proposal) -> Self {
-        let readout = &proposal.sensor.readout;
+        let readout = proposal.sensor.readout();
         let taxels = wish.rows * wish.columns;
         Self {
             wish: wish.clone(),
             switch: format!("{switch} of {} Ω", wish.switch_ohms),
             v_test_volts: readout.v_test_volts,
-            r_feedback_ohms: readout.r_feedback_ohms,
-            r_pull_down_ohms: readout.r_pull_down_ohms,
+            r_feedback_ohms: readout.r_feedback_ohms(),
+            r_pull_down_ohms: readout.r_pull_down_ohms(),
             exact_ohms: proposal.exact_ohms,
             open_loop_gain: proposal.gain,
             fullest_share: proposal.fullest_share,
@@ -51,7 +51,7 @@ impl Report {
             resolution: proposal.resolution,
             ghosts: proposal.ghosts,
             warnings: proposal.warnings.iter().map(ToString::to_string).collect(),
-            sensor: proposal.sensor,
+            sensor: proposal.sensor.spec().clone(),
         }
     }
 }
@@ -186,12 +186,13 @@ impl Report {
 
     fn seen_ghosts(&self, f: &mut fmt::Formatter) -> fmt::Result {
         for ghost in &self.ghosts {
-            let shown = |errors: &Errors| match errors.is_known() {
-                false => "no answer".to_owned(),
-                true => {
+            let shown = |errors: &Errors| {
+                if errors.is_known() {
                     let grams = errors.grams.map_or(0.0, |grams| grams.ghost);
                     let percent = errors.percent.ghost;
                     format!("{} g ({} %)", short(grams), short(percent))
+                } else {
+                    "no answer".to_owned()
                 }
             };
             line(f, "ghost, raw", &shown(&ghost.raw), &ghost.name)?;

@@ -22,9 +22,10 @@ pub(super) struct Stages<'a> {
 
 /// Shows every frame of the job's range to `see`; gives back how many there were.
 pub(super) fn each(job: &Job<'_>, see: impl FnMut(u64, Stages<'_>)) -> Result<u64, Error> {
-    let (seen, read) = match job.args.values {
-        true => each_value(job, see)?,
-        false => each_count(job, see)?,
+    let (seen, read) = if job.args.values {
+        each_value(job, see)?
+    } else {
+        each_count(job, see)?
     };
     let range = job.range();
     if seen > 0 {
@@ -109,7 +110,7 @@ fn each_count(job: &Job<'_>, mut see: impl FnMut(u64, Stages<'_>)) -> Result<See
                 }
                 chain.show_into(shown)?;
                 let raw = i == 0 || job.args.method == MethodName::Raw;
-                let area = sensor.array.taxel_area_mm2;
+                let area = sensor.array().taxel_area_mm2;
                 untared.apply(reading.tare(), raw, unit, area, shown.values_mut());
             }
             let stages = Stages {

@@ -35,9 +35,10 @@ pub(super) fn frames(job: &Job<'_>) -> Result<Picture, Error> {
     let caption = caption(job);
     if job.range().is_one() {
         let shared = are_comparable(&kept);
-        let caption = match shared {
-            true => caption,
-            false => format!("{caption}; each picture has its own range of colours"),
+        let caption = if shared {
+            caption
+        } else {
+            format!("{caption}; each picture has its own range of colours")
         };
         let sheet = Sheet::new(panels)?.shared_range(shared);
         return Ok(sheet.caption(caption).picture()?);
@@ -82,7 +83,7 @@ fn caption(job: &Job<'_>) -> String {
         .file_name()
         .unwrap_or_default()
         .to_string_lossy();
-    let sensor = job.sensor.as_ref().map_or("", |sensor| &sensor.name);
+    let sensor = job.sensor.as_ref().map_or("", |sensor| sensor.name());
     let how = match (job.args.values, job.stages()) {
         (false, (false, true)) => ", cross-talk removed",
         (false, (true, false)) => ", no compensation",
@@ -135,9 +136,10 @@ pub(super) fn series(job: &Job<'_>, taxels: &[(usize, usize)]) -> Result<Picture
             }));
         }
     }
-    let (label, x) = match times.len() == numbers.len() {
-        true => ("time (s)", times),
-        false => ("frame", numbers),
+    let (label, x) = if times.len() == numbers.len() {
+        ("time (s)", times)
+    } else {
+        ("frame", numbers)
     };
     let (title, order) = match (job.args.row, job.args.column) {
         (Some(row), _) => (format!("row {row}"), "column"),
@@ -157,8 +159,9 @@ pub(super) fn series(job: &Job<'_>, taxels: &[(usize, usize)]) -> Result<Picture
 
 fn value(frame: &Frame<DisplayUnit>, row: usize, column: usize) -> f64 {
     let lost = [Mark::Open, Mark::Stuck, Mark::Spike, Mark::Flickering];
-    match lost.contains(&frame.mark_at(row, column)) {
-        true => f64::NAN,
-        false => frame.at(row, column),
+    if lost.contains(&frame.mark_at(row, column)) {
+        f64::NAN
+    } else {
+        frame.at(row, column)
     }
 }

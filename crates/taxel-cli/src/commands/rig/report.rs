@@ -153,9 +153,10 @@ impl Report {
             }
             let digits = cell.printed_megapascals.len().saturating_sub(2);
             let ours = rounded(cell.megapascals, digits);
-            let note = match cell.agrees {
-                true => "",
-                false => "  misprint in the paper",
+            let note = if cell.agrees {
+                ""
+            } else {
+                "  misprint in the paper"
             };
             writeln!(
                 f,

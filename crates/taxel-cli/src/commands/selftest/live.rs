@@ -4,10 +4,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
-use taxel::simulate::{Kind, Pattern};
+use taxel::simulate::{Pattern, PatternKind};
 use taxel::{Counts, Frame, Sensor};
 use taxel_acquire::Address;
-use taxel_acquire::protocol::Tally;
+use taxel_acquire::protocol::LinkStats;
 use taxel_acquire::simulated::Simulated;
 use taxel_acquire::transport::{Receiver, State};
 use taxel_io::McapWriter;
@@ -22,7 +22,7 @@ use taxel_app::session::{SavedRecording, Session, SessionOptions};
 /// How long a device may take for its first frame; one that was reset by opening its port starts anew.
 const PATIENCE: Duration = Duration::from_secs(15);
 /// A week: nobody rubs a mat for longer.
-const LONGEST_SECS: f64 = 7.0 * 86_400.0;
+const MAX_SECS: f64 = 7.0 * 86_400.0;
 const LOOK: Duration = Duration::from_millis(20);
 
 /// Where the recordings are; removed at the end unless they are to be kept.
@@ -81,7 +81,7 @@ pub(super) fn record(
     ] {
         ask(phase, enter.as_ref())?;
         out::note(&format!("recording for {} s", args.seconds));
-        let length = Duration::from_secs_f64(args.seconds.min(LONGEST_SECS));
+        let length = Duration::from_secs_f64(args.seconds.min(MAX_SECS));
         match address {
             Address::Sim { .. } => simulate(address, sensor, phase, length, file)?,
             _ => receive(address, sensor, sensor_file, length, file)?,
@@ -215,7 +215,7 @@ fn simulate(
         return Ok(());
     };
     let pattern = match phase {
-        Phase::Empty => Pattern::new(Kind::Uniform).with_peak_g(0.0),
+        Phase::Empty => Pattern::new(PatternKind::Uniform).with_peak_g(0.0),
         Phase::Rubbed => Pattern::named(pattern).expect("the address was checked"),
     };
     // The hand does not repeat the noise of the empty mat.
@@ -254,7 +254,7 @@ impl Receiver for Keeper {
 
     fn state(&mut self, _: State, _: &str) {}
 
-    fn tally(&mut self, _: Tally) {}
+    fn link_stats(&mut self, _: LinkStats) {}
 
     fn stopped(&self) -> bool {
         Instant::now() >= self.until || self.failed.is_some() || interrupt::asked()

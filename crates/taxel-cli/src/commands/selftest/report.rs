@@ -5,7 +5,7 @@ use std::fmt;
 
 use serde::Serialize;
 use taxel::Sensor;
-use taxel::health::{Codes, Fault, Finding, Health, Hum, Place};
+use taxel::selftest::{Codes, Fault, Finding, Health, Hum, Place};
 use taxel::sensor::ScanOrder;
 
 /// Findings of one kind on single taxels that are written out.
@@ -120,7 +120,7 @@ impl Report {
         let settling = health.settling;
         let (hum, codes) = (&health.hum, &health.codes);
         Self {
-            sensor: sensor.name.clone(),
+            sensor: sensor.name().to_owned(),
             rows: health.rows,
             columns: health.columns,
             healthy: health.is_good(),
@@ -205,6 +205,8 @@ impl Report {
     }
 }
 
+const UNTIMED: &str = "the empty recording has no times; --rate says how many frames a second";
+
 fn hum_report(hum: &Hum) -> HumReport {
     let mut report = HumReport {
         peaks: Vec::new(),
@@ -222,6 +224,7 @@ fn hum_report(hum: &Hum) -> HumReport {
             report.peaks = peaks.collect();
         }
         Hum::Below(counts) => report.below_counts = Some(*counts),
+        Hum::Untimed => report.not_judged = Some(UNTIMED.to_owned()),
         Hum::NotJudged(why) => report.not_judged = Some(why.clone()),
     }
     report

@@ -117,9 +117,10 @@ impl Drawn {
             Some(unit) => unit == OutputUnit::Counts,
             None => args.pattern.is_some(),
         };
-        let endings: &[&str] = match counts {
-            true => &["csv", "txt", "npy", "npz", "mcap"],
-            false => &NUMBERS,
+        let endings: &[&str] = if counts {
+            &["csv", "txt", "npy", "npz", "mcap"]
+        } else {
+            &NUMBERS
         };
         check_ending(
             "-o",
@@ -179,7 +180,7 @@ pub(super) fn record(args: &Args, sensor: &Sensor, name: Name) -> Result<u64, Er
     let progress = Progress::new("simulating");
     for frame in 0..drawn.frames {
         let pattern = height(name, drawn, frame);
-        let loads = pattern.loads(&sensor.array, drawn.seed, frame);
+        let loads = pattern.loads(sensor.array(), drawn.seed, frame);
         let reading = real.read(&loads, frame);
         writer.write_reading(&reading.volts, &reading.counts)?;
         if let Some(truth) = &mut truth {
@@ -234,7 +235,7 @@ fn height(name: Name, drawn: &Drawn, frame: u64) -> Pattern {
 }
 
 /// Longest recording, seconds: 300 years.
-const MOST_SECS: f64 = 1e10;
+const MAX_SECS: f64 = 1e10;
 
 fn check(drawn: &Drawn) -> Result<(), Error> {
     let positive = |value: f64| value.is_finite() && value > 0.0;
@@ -251,9 +252,9 @@ fn check(drawn: &Drawn) -> Result<(), Error> {
         }
     }
     let length = drawn.period.unwrap_or(0.0) * drawn.frames as f64;
-    if length > MOST_SECS {
+    if length > MAX_SECS {
         return Err(Error::Arguments {
-            what: format!("--period and --frames make {length:e} s, more than {MOST_SECS:e} s"),
+            what: format!("--period and --frames make {length:e} s, more than {MAX_SECS:e} s"),
             hint: "the period is in seconds between frames",
         });
     }
@@ -292,7 +293,7 @@ impl Labels {
         };
         Ok(Self {
             file: AtomicFile::create(file)?,
-            recording: quoted(&beside(file, recording)),
+            recording: quoted(&next_to(file, recording)),
             name,
             text: header.to_owned(),
         })
@@ -309,8 +310,8 @@ impl Labels {
                 return;
             }
             Name::Press => {
-                let peak = pattern.peak_of(&sensor.array);
-                let press = labelled_press(&sensor.array, peak, seed, frame);
+                let peak = pattern.peak_of(sensor.array());
+                let press = labelled_press(sensor.array(), peak, seed, frame);
                 Some((press.row * columns + press.column, press.load_g))
             }
             _ => loads
@@ -333,7 +334,7 @@ impl Labels {
 }
 
 /// The recording as seen from the table's folder.
-fn beside(table: &Path, recording: &Path) -> String {
+fn next_to(table: &Path, recording: &Path) -> String {
     let folder = |path: &Path| {
         absolute(path)
             .ok()
@@ -348,8 +349,9 @@ fn beside(table: &Path, recording: &Path) -> String {
 
 /// A cell of a table; quoted where a comma or a quote is in it.
 fn quoted(cell: &str) -> String {
-    match cell.contains([',', '"', '\n']) {
-        true => format!("\"{}\"", cell.replace('"', "\"\"")),
-        false => cell.to_owned(),
+    if cell.contains([',', '"', '\n']) {
+        format!("\"{}\"", cell.replace('"', "\"\""))
+    } else {
+        cell.to_owned()
     }
 }

@@ -41,7 +41,7 @@ impl Writer {
                 Self::Text(Box::new(TextWriter::create(file)?), converter)
             }
             (OutputUnit::Counts, true) => {
-                let element = match sensor.converter.bits {
+                let element = match sensor.converter().bits {
                     0..=16 => Element::U2,
                     _ => Element::U4,
                 };
@@ -90,12 +90,12 @@ impl Writer {
 }
 
 fn recording(file: &Path, sensor: &Sensor) -> Result<McapWriter, Error> {
-    if sensor.converter.bits > 16 {
+    if sensor.converter().bits > 16 {
         return Err(Error::Arguments {
             what: format!(
                 "{} holds counts of up to 16 bits, but the converter has {}",
                 file.display(),
-                sensor.converter.bits
+                sensor.converter().bits
             ),
             hint: "write .npy or .csv",
         });
@@ -103,7 +103,7 @@ fn recording(file: &Path, sensor: &Sensor) -> Result<McapWriter, Error> {
     let about = About {
         sensor: sensor.clone(),
         program: format!("taxel {}", env!("CARGO_PKG_VERSION")),
-        source: format!("simulate:{}", sensor.name),
+        source: format!("simulate:{}", sensor.name()),
     };
     Ok(McapWriter::create_at_once(file, &about)?)
 }

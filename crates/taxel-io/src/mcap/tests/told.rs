@@ -7,8 +7,8 @@ use taxel::{Counts, Frame, Newtons};
 
 use super::{about, at, frame};
 use crate::mcap::{Losses, McapReader, McapWriter, Tare};
+use crate::options::ReadOptions;
 use crate::source::FrameSource;
-use crate::text::TextOptions;
 
 fn tare(from: u64, newtons: f64) -> Tare {
     Tare {
@@ -21,7 +21,7 @@ fn tare(from: u64, newtons: f64) -> Tare {
 }
 
 fn reader(path: &Path) -> McapReader {
-    McapReader::open(path, TextOptions::new(16, 16)).unwrap()
+    McapReader::open(path, ReadOptions::new(16, 16)).unwrap()
 }
 
 #[test]
@@ -110,7 +110,7 @@ fn figures_keep_every_digit_and_are_json_whatever_they_are() {
     let mut writer = McapWriter::create(&path, &about()).unwrap();
     writer.write_counts(&frame(0), at(0)).unwrap();
     let loads = Frame::<Newtons>::zeros(16, 16);
-    let mut figures = taxel::metric::Figures::of(&loads, &about().sensor.array);
+    let mut figures = taxel::metric::FrameFigures::of(&loads, about().sensor.array());
     figures.total_force_newtons = 1.234_567_890_123e-6;
     figures.peak_kilopascals = f64::NAN;
     writer

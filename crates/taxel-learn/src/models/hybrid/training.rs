@@ -1,14 +1,16 @@
 //! A hybrid's cross-validation: every network is trained without one part of the presses, and judged on it.
 
+use std::ops::ControlFlow;
+
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::network::{AdamSettings, Mlp, Trace};
 use crate::scaler::Scaler;
-use crate::train::{Epoch, Go, Settings, Trainable, train};
+use crate::train::{Epoch, Settings, Trainable, train};
 
 use super::super::row_set::starting_at_nothing;
-use super::{Example, FEATURES, Hybrid, HybridMemory, Member, Typical, Verdict};
+use super::{CvResult, Example, FEATURES, Hybrid, HybridMemory, Member, Typical};
 
 const HIDDEN: usize = 8;
 
@@ -18,7 +20,7 @@ pub struct Trained {
     /// The networks, none where physics was better.
     pub model: Hybrid,
     /// What decided that.
-    pub verdict: Verdict,
+    pub verdict: CvResult,
     /// For every example what the one network said that knows neither it nor any other press of its frame, grams; none
     /// where the training was stopped before. Only with these may an interval be set.
     pub out_of_fold_g: Vec<Option<f32>>,
@@ -35,7 +37,7 @@ impl Hybrid {
         folds: usize,
         epochs: usize,
         seed: u64,
-        progress: &mut dyn FnMut(f64) -> Go,
+        progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Trained {
         let (fold_of, folds) = parts(examples, folds);
         let settings = settings(epochs, seed);
@@ -57,7 +59,7 @@ impl Hybrid {
             let history = train(&mut training, &settings, None, &mut |epoch, _| {
                 let share = (fold as f64 + epoch.epoch as f64 / epochs as f64) / folds as f64;
                 let go = progress(share);
-                stopped |= go == Go::Stop;
+                stopped |= go.is_break();
                 go
             });
             let one = Self {
@@ -76,13 +78,13 @@ impl Hybrid {
                 break;
             }
         }
-        trained.judge(examples);
+        trained.test(examples);
         trained
     }
 }
 
 impl Trained {
-    fn judge(&mut self, examples: &[Example]) {
+    fn test(&mut self, examples: &[Example]) {
         let errors: Vec<(f64, f64)> = examples
             .iter()
             .zip(&self.out_of_fold_g)
@@ -130,12 +132,12 @@ fn settings(epochs: usize, seed: u64) -> Settings {
 }
 
 /// Of errors without and with the network, press by press, grams.
-fn verdict(errors: &[(f64, f64)]) -> Verdict {
+fn verdict(errors: &[(f64, f64)]) -> CvResult {
     let count = errors.len().max(1) as f64;
     let mean = errors.iter().map(|(a, b)| a - b).sum::<f64>() / count;
     let squares: f64 = errors.iter().map(|(a, b)| (a - b - mean).powi(2)).sum();
     let error = (squares / (count * (count - 1.0).max(1.0))).sqrt();
-    Verdict {
+    CvResult {
         physics_g: errors.iter().map(|e| e.0).sum::<f64>() / count,
         hybrid_g: errors.iter().map(|e| e.1).sum::<f64>() / count,
         standard_errors: mean / error.max(1e-12),
@@ -286,10 +288,14 @@ mod tests {
 
     #[test]
     fn physics_that_is_right_is_left_alone_and_a_bias_is_learnt() {
-        let found = Hybrid::train(&examples(120, 0.0, 0.5, 8), 5, 60, 1, &mut |_| Go::On);
+        let found = Hybrid::train(&examples(120, 0.0, 0.5, 8), 5, 60, 1, &mut |_| {
+            ControlFlow::Continue(())
+        });
         assert!(!found.verdict.used, "{:?}", found.verdict);
         assert!(found.model.members.is_empty());
-        let found = Hybrid::train(&examples(120, 0.03, 0.5, 8), 5, 200, 1, &mut |_| Go::On);
+        let found = Hybrid::train(&examples(120, 0.03, 0.5, 8), 5, 200, 1, &mut |_| {
+            ControlFlow::Continue(())
+        });
         let verdict = &found.verdict;
         assert!(verdict.used, "{verdict:?}");
         assert!(verdict.hybrid_g < 0.5 * verdict.physics_g, "{verdict:?}");
@@ -305,7 +311,9 @@ mod tests {
         for example in after.iter_mut().filter(|e| e.frame == 4) {
             example.load_g *= 3.0;
         }
-        let run = |examples: &[Example]| Hybrid::train(examples, 5, 20, 1, &mut |_| Go::On);
+        let run = |examples: &[Example]| {
+            Hybrid::train(examples, 5, 20, 1, &mut |_| ControlFlow::Continue(()))
+        };
         let (a, b) = (run(&before).out_of_fold_g, run(&after).out_of_fold_g);
         let same = |i: &usize| a[*i] == b[*i];
         let own: Vec<usize> = (0..36).filter(|&i| before[i].frame == 4).collect();
@@ -324,7 +332,7 @@ mod tests {
         for trial in 0..TRIALS {
             let known = examples(60, 0.1, 12.0, 100 + trial);
             let new = examples(1500, 0.1, 12.0, 900 + trial);
-            let found = Hybrid::train(&known, 5, 400, trial, &mut |_| Go::On);
+            let found = Hybrid::train(&known, 5, 400, trial, &mut |_| ControlFlow::Continue(()));
             assert!(found.verdict.used, "{:?}", found.verdict);
             let apart: Vec<f64> = found
                 .out_of_fold_g

@@ -9,7 +9,7 @@ use crate::rows::Rows;
 use crate::scaler::Scaler;
 use crate::train::Trainable;
 
-use super::eye::{Eye, FEATURES};
+use super::features::{FEATURES, RowFeatures};
 use super::{RowSet, RowSetMemory, factor};
 
 /// Sums over the row.
@@ -44,7 +44,7 @@ impl<'a> RowSetTraining<'a> {
             Mlp::new(widths, relu_last, &mut random)
         };
         let mut model = RowSet {
-            eye: Eye::of(train),
+            eye: RowFeatures::of(train),
             phi: draw(&[FEATURES, POOLED, POOLED], true),
             scaler: Scaler::none(FEATURES + POOLED),
             rho: starting_at_nothing(draw(&[FEATURES + POOLED, 48, 32, 1], false)),

@@ -11,11 +11,12 @@ use super::super::evidence::Evidence;
 use super::super::inverter::{Inverter, Job, Start};
 use super::super::least_squares::median;
 use super::super::posterior::Parameter;
-use super::known::{ROUNDING, rounding_of_a_mean};
+use super::known::rounding_of_a_mean;
 use super::unknowns::Layout;
-use crate::Crew;
+use crate::Executor;
+use crate::circuit::ROUNDING_COUNTS;
 use crate::circuit::{Converter, LinearCircuit, OperatingPoint};
-use crate::crew::shared_out;
+use crate::parallel::par_map;
 use crate::solve::influence_of;
 use crate::stats::quantile;
 use crate::{Frame, Sensor, Siemens};
@@ -25,7 +26,7 @@ const BATCH: usize = 4;
 /// Accuracy of λ, of its norm.
 const INFLUENCE: f64 = 1e-2;
 /// Conductances of each frame that the unloaded ones are sought among.
-const MOST_LOOKED_AT: usize = 256;
+const MAX_LOOKED_AT: usize = 256;
 /// What light loads may shift the mean of unloaded conductances by, of their standard deviation.
 const LEAN: f64 = 0.05;
 /// An unloaded conductance is believed to this share at best: taxels differ.
@@ -35,7 +36,7 @@ const ALIKE: f64 = 0.01;
 pub(super) struct Crowd<'a> {
     evidence: &'a Evidence,
     which: Vec<usize>,
-    crew: &'a dyn Crew,
+    executor: &'a dyn Executor,
     noise_counts: f64,
     /// What the mean of however many readings may be off by, because they are whole counts.
     rounding_counts: f64,
@@ -45,7 +46,7 @@ pub(super) struct Crowd<'a> {
 
 /// A crowded press about a circuit.
 #[derive(Debug, Clone)]
-pub(super) struct Line {
+pub(super) struct CrowdedPress {
     /// Its index in the evidence.
     pub(super) press: usize,
     /// What the inverse gives its taxel, and the standard error of that by noise.
@@ -60,7 +61,7 @@ pub(super) struct Line {
 pub(super) struct Linear {
     /// The unknowns at which it holds.
     pub(super) at: Vec<f64>,
-    pub(super) lines: Vec<Line>,
+    pub(super) lines: Vec<CrowdedPress>,
     /// Presses whose frame has no solution there.
     pub(super) failed: usize,
     /// What unloaded taxels conduct, siemens, and the standard error of that.
@@ -69,7 +70,7 @@ pub(super) struct Linear {
 
 impl Linear {
     /// Conductance of a press at other unknowns, to first order.
-    pub(super) fn siemens(&self, line: &Line, at: &[f64]) -> f64 {
+    pub(super) fn siemens(&self, line: &CrowdedPress, at: &[f64]) -> f64 {
         let moved = line.slopes.iter().zip(at.iter().zip(&self.at));
         line.siemens
             + moved
@@ -88,8 +89,9 @@ impl Linear {
 
     /// The same among the unknowns of another layout for the same circuit.
     pub(super) fn carried(&self, from: &Layout, to: &Layout) -> Self {
-        let slope = |line: &Line, unknown| from.position(unknown).map_or(0.0, |i| line.slopes[i]);
-        let line = |line: &Line| Line {
+        let slope =
+            |line: &CrowdedPress, unknown| from.position(unknown).map_or(0.0, |i| line.slopes[i]);
+        let line = |line: &CrowdedPress| CrowdedPress {
             slopes: to.unknowns.iter().map(|&u| slope(line, u)).collect(),
             ..line.clone()
         };
@@ -126,7 +128,13 @@ impl Circuits {
     }
 
     /// The line of a press in a frame whose conductances are these.
-    fn line(&self, press: usize, taxel: usize, siemens: &[f64], sigma_volts: f64) -> Option<Line> {
+    fn line(
+        &self,
+        press: usize,
+        taxel: usize,
+        siemens: &[f64],
+        sigma_volts: f64,
+    ) -> Option<CrowdedPress> {
         let mut volts = vec![0.0; siemens.len()];
         let mut there = vec![0.0; siemens.len()];
         let mut point = self.here.point();
@@ -146,7 +154,7 @@ impl Circuits {
             slopes.push(-over.map(|(l, (to, from))| l * (to - from)).sum::<f64>() / step);
         }
         let norm = influence.iter().map(|l| l * l).sum::<f64>().sqrt();
-        let line = Line {
+        let line = CrowdedPress {
             press,
             siemens: siemens[taxel],
             error: sigma_volts * norm,
@@ -158,12 +166,12 @@ impl Circuits {
 }
 
 impl<'a> Crowd<'a> {
-    pub(super) fn new(evidence: &'a Evidence, which: &[usize], crew: &'a dyn Crew) -> Self {
+    pub(super) fn new(evidence: &'a Evidence, which: &[usize], executor: &'a dyn Executor) -> Self {
         Self {
             evidence,
             which: which.to_vec(),
-            crew,
-            noise_counts: evidence.noise_counts.hypot(ROUNDING),
+            executor,
+            noise_counts: evidence.noise_counts.hypot(ROUNDING_COUNTS),
             rounding_counts: rounding_of_a_mean(evidence.noise_counts),
             starts: Mutex::new(evidence.presses.iter().map(|_| None).collect()),
         }
@@ -190,7 +198,7 @@ impl<'a> Crowd<'a> {
     pub(super) fn thinned(&self, most: usize) -> Self {
         let stride = self.which.len().div_ceil(most).max(1);
         let which: Vec<usize> = self.which.iter().copied().step_by(stride).collect();
-        Self::new(self.evidence, &which, self.crew).near(&self.ends())
+        Self::new(self.evidence, &which, self.executor).near(&self.ends())
     }
 
     /// Whether a press of the evidence is one of its own.
@@ -198,7 +206,7 @@ impl<'a> Crowd<'a> {
         self.which.binary_search(&press).is_ok()
     }
 
-    pub(super) fn label_g(&self, line: &Line) -> f64 {
+    pub(super) fn label_g(&self, line: &CrowdedPress) -> f64 {
         self.evidence.presses[line.press].load_g
     }
 
@@ -219,7 +227,7 @@ impl<'a> Crowd<'a> {
             let press = &self.evidence.presses[p];
             let taxel = press.row * sensor.columns() + press.column;
             let line = circuits.line(p, taxel, siemens.values(), sigma_volts)?;
-            let stride = siemens.values().len().div_ceil(MOST_LOOKED_AT);
+            let stride = siemens.values().len().div_ceil(MAX_LOOKED_AT);
             let some: Vec<f64> = siemens.values().iter().copied().step_by(stride).collect();
             Some((line, some))
         };
@@ -262,7 +270,7 @@ impl<'a> Crowd<'a> {
         let inverter = Inverter::new(self.evidence, sensor)?;
         let failed = AtomicUsize::new(0);
         let batches: Vec<Vec<Job>> = self.which.chunks(BATCH).map(|b| self.jobs(b)).collect();
-        let done = shared_out(self.crew, batches, |mut batch| {
+        let done = par_map(self.executor, batches, |mut batch| {
             let seen: Vec<Option<T>> = inverter
                 .invert_each(&mut batch, &look)
                 .into_iter()

@@ -7,8 +7,8 @@ use super::super::posterior::{Peak, most_probable};
 use super::known::KnownFrames;
 use super::lumped;
 use super::unknowns::Layout;
-use crate::calibrate::LoadLaw;
 use crate::circuit::{Converter, LineEnds};
+use crate::material::LoadLaw;
 use crate::solve::Raw;
 
 /// Sums of both switches that a fit starts from besides the believed one, ohms.
@@ -86,10 +86,10 @@ impl<'a> Readings<'a> {
                 if taxels == 0 || !volts.is_finite() {
                     continue;
                 }
-                let told = count(volts) - elsewhere;
+                let own = count(volts) - elsewhere;
                 let noise = known.noise_counts / (taxels as f64).sqrt() * (1.0 + 1.0 / frames);
                 let noise = noise.max(known.rounding_counts);
-                mates.push((over - told) / noise.hypot(share.max(0.01) * told));
+                mates.push((over - own) / noise.hypot(share.max(0.01) * own));
             }
         }
         presses.extend(mates);
@@ -211,9 +211,10 @@ pub(super) fn least_share(size: impl Fn(f64) -> Option<f64>) -> Option<f64> {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..30 {
         let middle = 0.5 * (low + high);
-        match size(middle)? > 1.0 {
-            true => low = middle,
-            false => high = middle,
+        if size(middle)? > 1.0 {
+            low = middle
+        } else {
+            high = middle
         }
     }
     Some(high)

@@ -5,10 +5,10 @@
 
 use super::super::least_squares::{robust_deviation, weights};
 use super::super::posterior::{HUBER, Peak, most_probable, prior_loss};
-use super::crowd::{Crowd, Line, Linear};
+use super::crowd::{Crowd, CrowdedPress, Linear};
 use super::fit::{Fitted, Readings, STARTS_OHMS, law_at, least_share, plain_law};
 use super::unknowns::{Layout, Unknown};
-use crate::calibrate::LoadLaw;
+use crate::material::LoadLaw;
 
 /// Times that everything is made linear anew: on the way, and where a start is judged.
 const ROUNDS: usize = 10;
@@ -187,7 +187,7 @@ impl Joint<'_> {
     }
 
     /// Standard deviation of a press's conductance about what its label makes it: of noise, and of a share of the label.
-    fn error(&self, law: &LoadLaw, linear: &Linear, line: &Line, share: f64) -> f64 {
+    fn error(&self, law: &LoadLaw, linear: &Linear, line: &CrowdedPress, share: f64) -> f64 {
         let pressed = law.siemens_from_grams(0, self.crowd.label_g(line)) - linear.unloaded.0;
         line.error.hypot(share * pressed)
     }

@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 
 use super::super::evidence::Evidence;
-use super::super::least_squares::median;
+use super::super::least_squares::{median, robust_deviation};
+use crate::circuit::ROUNDING_COUNTS;
 use crate::{Counts, Frame, Mark};
 
 /// A reading this many standard deviations from an unloaded one is loaded.
@@ -13,11 +14,9 @@ const LOADED_DEVIATIONS: f64 = 7.0;
 const SHARE: f64 = 0.001;
 /// Largest standard deviation believed of a reading, as a share of the converter's range, and as a multiple of what
 /// the screen says: more is load.
-const MOST_NOISE: (f64, f64) = (5e-4, 4.0);
-/// Smallest standard deviation of a reading, counts: rounding alone.
-pub(super) const ROUNDING: f64 = 0.289;
+const MAX_NOISE: (f64, f64) = (5e-4, 4.0);
 /// No mean is believed to less than this, counts.
-const LEAST_MEAN_ERROR: f64 = 0.02;
+const MIN_MEAN_ERROR: f64 = 0.02;
 
 /// A frame of which every load is known.
 #[derive(Debug, Clone, Default)]
@@ -87,7 +86,7 @@ impl KnownFrames {
         let groups = grouped(evidence);
         let columns = evidence.frames.first().map_or(1, Frame::columns);
         let first = usual(evidence, &groups, columns, 0..groups.len());
-        let most = (MOST_NOISE.0 * max_count).max(MOST_NOISE.1 * evidence.noise_counts);
+        let most = (MAX_NOISE.0 * max_count).max(MAX_NOISE.1 * evidence.noise_counts);
         let noise = deviation(evidence, &groups, columns, &first).min(most.max(1.0));
         let quiet: Vec<usize> = (0..groups.len())
             .filter(|&i| {
@@ -121,7 +120,7 @@ impl KnownFrames {
         let known: Vec<f64> = usual.iter().copied().filter(|u| u.is_finite()).collect();
         let mut bases = Moments::default();
         known.iter().for_each(|&u| bases.add(u));
-        let noise_counts = noise.deviation().max(ROUNDING);
+        let noise_counts = noise.deviation().max(ROUNDING_COUNTS);
         let rounding_counts = rounding_of_a_mean(noise_counts);
         Self {
             frames,
@@ -164,9 +163,9 @@ impl KnownFrames {
 /// rounding, counts. Noise of less than a count leaves readings on the same count: exp(−2π²σ²)/π (Widrow and Kollár,
 /// Quantization Noise, 2008: the first harmonic of the rounding error).
 pub(super) fn rounding_of_a_mean(noise_counts: f64) -> f64 {
-    let before_rounding = (noise_counts.powi(2) - ROUNDING.powi(2)).max(0.0);
+    let before_rounding = (noise_counts.powi(2) - ROUNDING_COUNTS.powi(2)).max(0.0);
     let harmonic = (-2.0 * PI.powi(2) * before_rounding).exp() / PI;
-    harmonic.max(LEAST_MEAN_ERROR)
+    harmonic.max(MIN_MEAN_ERROR)
 }
 
 impl KnownFrame {
@@ -231,9 +230,10 @@ fn usual(
                 let group = &groups[i];
                 let counts = &evidence.frames[group.presses[0]];
                 let (row, column) = (t / columns, t % columns);
-                let touched = match strip {
-                    true => group.rows.contains(&row) && group.columns.contains(&column),
-                    false => group.crosses(row, column),
+                let touched = if strip {
+                    group.rows.contains(&row) && group.columns.contains(&column)
+                } else {
+                    group.crosses(row, column)
                 };
                 if !touched && counts.marks()[t] == Mark::Good {
                     values.push(counts.values()[t]);
@@ -244,7 +244,7 @@ fn usual(
             }
             let middle = median(&values);
             let sizes: Vec<f64> = values.iter().map(|v| (v - middle).abs()).collect();
-            let limit = (LOADED_DEVIATIONS * 1.4826 * median(&sizes)).max(2.0);
+            let limit = (LOADED_DEVIATIONS * robust_deviation(&sizes)).max(2.0);
             let mut near = Moments::default();
             values
                 .iter()
@@ -267,14 +267,14 @@ fn deviation(evidence: &Evidence, groups: &[KnownFrame], columns: usize, usual: 
                 .filter(|&t| !group.crosses(t / columns, t % columns))
                 .map(|t| (counts.values()[t] - usual[t]).abs())
                 .collect();
-            1.4826 * median(&over)
+            robust_deviation(&over)
         })
         .collect();
     each.sort_by(f64::total_cmp);
     each.get(each.len() / 4)
         .copied()
         .unwrap_or(0.0)
-        .max(ROUNDING)
+        .max(ROUNDING_COUNTS)
 }
 
 /// Whether nothing but the labelled taxels is loaded: all others read as usual, those on a labelled line alike.

@@ -19,23 +19,23 @@ impl PressFit<'_> {
     /// Labels that contradict the others before anything is fitted.
     pub(super) fn gross(&mut self, known: &KnownFrames) -> Result<Vec<Suspect>, Error> {
         let readings = Readings::new(self.evidence, known, self.sensor);
-        let apparent: Vec<(usize, f64, f64)> = match known.frames.is_empty() {
-            true => self.through_the_inverse(known, &readings)?,
-            false => {
-                let apparent = readings.apparent(self.sensor).into_iter();
-                apparent
-                    .map(|(p, g)| (p, self.evidence.presses[p].load_g, g))
-                    .collect()
-            }
+        let apparent: Vec<(usize, f64, f64)> = if known.frames.is_empty() {
+            self.through_the_inverse(known, &readings)?
+        } else {
+            let apparent = readings.apparent(self.sensor).into_iter();
+            apparent
+                .map(|(p, g)| (p, self.evidence.presses[p].load_g, g))
+                .collect()
         };
         let suspects = suspects::gross(&apparent);
-        match suspects::few(suspects.len(), apparent.len()) {
-            true => Ok(suspects),
-            false => Err(no_fit(&format!(
+        if suspects::few(suspects.len(), apparent.len()) {
+            Ok(suspects)
+        } else {
+            Err(no_fit(&format!(
                 "{} of {} labels contradict the others by a factor of 4 or more (are some in other units?)",
                 suspects.len(),
                 apparent.len()
-            ))),
+            )))
         }
     }
 
@@ -46,7 +46,7 @@ impl PressFit<'_> {
         known: &KnownFrames,
         readings: &Readings,
     ) -> Result<Vec<(usize, f64, f64)>, Error> {
-        let crowd = Crowd::new(self.evidence, &known.crowded, self.crew);
+        let crowd = Crowd::new(self.evidence, &known.crowded, self.executor);
         let joint = Joint {
             readings,
             crowd: &crowd,

@@ -85,12 +85,12 @@ pub(super) fn read(
     }
     let volts = LinearCircuit::new(thick).predict(&siemens).ok()?;
     let at = |row: usize, column: usize| volts.at(row, column);
-    let beside = |spare: Option<usize>, at: &dyn Fn(usize) -> f64| spare.map_or(f64::NAN, at);
+    let next_to = |spare: Option<usize>, at: &dyn Fn(usize) -> f64| spare.map_or(f64::NAN, at);
     let on_rows: Vec<f64> = (0..frame.rows.len())
-        .map(|row| beside(columns.spare, &|column| at(row, column)))
+        .map(|row| next_to(columns.spare, &|column| at(row, column)))
         .collect();
     let on_columns: Vec<f64> = (0..frame.columns.len())
-        .map(|column| beside(rows.spare, &|row| at(row, column)))
+        .map(|column| next_to(rows.spare, &|row| at(row, column)))
         .collect();
     let elsewhere = match (rows.spare, columns.spare) {
         (Some(row), Some(column)) => at(row, column),
@@ -119,10 +119,14 @@ mod tests {
     fn a_few_thick_lines_read_what_the_whole_array_reads() {
         for topology in Topology::ALL {
             for (rows, columns) in [(5, 7), (7, 5), (1, 6), (6, 1), (2, 2)] {
-                let mut sensor = preset("econe").unwrap();
-                (sensor.array.rows, sensor.array.columns) = (rows, columns);
-                sensor.readout.topology = topology;
-                sensor.readout.r_pull_down_ohms = Some(1000.0);
+                let sensor = preset("econe")
+                    .unwrap()
+                    .edited(|spec| {
+                        (spec.array.rows, spec.array.columns) = (rows, columns);
+                        spec.readout.topology = topology;
+                        spec.readout.r_pull_down_ohms = Some(1000.0);
+                    })
+                    .unwrap();
                 let circuit = LinearCircuit::from_sensor(&sensor).unwrap();
                 let labelled = [(rows - 1, 0), (0, columns - 1)];
                 let frame = KnownFrame::placed(&labelled);

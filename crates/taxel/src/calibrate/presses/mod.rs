@@ -14,17 +14,17 @@ mod lumped;
 mod unknowns;
 mod words;
 
-use super::evidence::{Evidence, FEWEST_PRESSES};
+use super::evidence::{Evidence, MIN_PRESSES};
 use super::fit_law::LAWS;
 use super::model::{no_fit, with_switches};
 use super::outcome::{HeldOut, Outcome};
 use super::priors::Beliefs;
-use super::{LawChoice, Options, Suspect, suspects};
+use super::{CalibrationOptions, LawChoice, Suspect, suspects};
 use crate::circuit::LinearCircuit;
-use crate::crew::shared_out;
+use crate::parallel::par_map;
 use crate::sensor::PerLine;
 use crate::solve::Exact;
-use crate::{Crew, Error, Sensor};
+use crate::{Error, Executor, Sensor};
 use crowd::{Crowd, Linear};
 use fit::{Fitted, Readings, plain_law};
 use joint::Joint;
@@ -37,11 +37,11 @@ const GAIN: [f64; 2] = [9.0, 16.0];
 const TOLD: f64 = 3.0;
 /// Crowded presses that a fit takes, times the taxels of a frame to the power of one and a half: what an inversion and an
 /// adjoint cost grows so. The others judge the fit.
-const MOST_WORK: f64 = 1.0e7;
+const MAX_WORK: f64 = 1.0e7;
 /// An exact inverse leaves the adjoint alone.
 const WITH_EXACT: f64 = 3.2;
 /// It takes so many, however large the array.
-const FEWEST_CROWDED: usize = 24;
+const MIN_CROWDED: usize = 24;
 /// Unloaded conductance that a crowd's fit starts from before it has seen any, siemens.
 const ANY_G_ZERO: f64 = 1e-6;
 /// With this many crowded presses and no fewer than the others, those tell the circuit.
@@ -52,26 +52,26 @@ const MANY_CROWDED: usize = 20;
 pub(super) fn calibrate(
     sensor: &Sensor,
     evidence: &Evidence,
-    options: &Options,
-    crew: &dyn Crew,
+    options: &CalibrationOptions,
+    executor: &dyn Executor,
     progress: &mut dyn FnMut(&str, f64),
 ) -> (Result<Outcome, Error>, bool) {
     let mut known = KnownFrames::find(evidence, sensor.max_count());
     let (alone, crowded) = (known.presses(), known.crowded.len());
-    let one_at_a_time = alone >= FEWEST_PRESSES && (alone >= crowded || crowded < MANY_CROWDED);
+    let one_at_a_time = alone >= MIN_PRESSES && (alone >= crowded || crowded < MANY_CROWDED);
     if !one_at_a_time {
         known = known.all_crowded(evidence.presses.len());
     }
-    let fit = PressFit::new(sensor, evidence, options, crew).run(&known, progress);
+    let fit = PressFit::new(sensor, evidence, options, executor).run(&known, progress);
     (fit, one_at_a_time)
 }
 
 /// Whether frames of a read-out are inverted exactly, whatever its switches are; a source resistor to be found is there.
-pub(super) fn has_exact_inverse(sensor: &Sensor, options: &Options) -> bool {
+pub(super) fn has_exact_inverse(sensor: &Sensor, options: &CalibrationOptions) -> bool {
     let ohms = || PerLine::One(super::priors::USUAL_OHMS);
     let mut sensor = with_switches(sensor, ohms(), ohms());
     if options.r_source {
-        sensor.readout.r_source_ohms = super::priors::USUAL_OHMS;
+        sensor.try_out(|spec| spec.readout.r_source_ohms = super::priors::USUAL_OHMS);
     }
     LinearCircuit::from_sensor(&sensor).is_ok_and(|circuit| Exact::new(&circuit).is_some())
 }
@@ -80,8 +80,8 @@ pub(super) fn has_exact_inverse(sensor: &Sensor, options: &Options) -> bool {
 struct PressFit<'a> {
     sensor: &'a Sensor,
     evidence: &'a Evidence,
-    options: &'a Options,
-    crew: &'a dyn Crew,
+    options: &'a CalibrationOptions,
+    executor: &'a dyn Executor,
     beliefs: Beliefs,
     /// What unloaded taxels of crowded frames seem to conduct, siemens.
     unloaded: f64,
@@ -121,8 +121,8 @@ impl<'a> PressFit<'a> {
     fn new(
         sensor: &'a Sensor,
         evidence: &'a Evidence,
-        options: &'a Options,
-        crew: &'a dyn Crew,
+        options: &'a CalibrationOptions,
+        executor: &'a dyn Executor,
     ) -> Self {
         Self {
             beliefs: Beliefs::of(sensor, options),
@@ -131,7 +131,7 @@ impl<'a> PressFit<'a> {
             sensor,
             evidence,
             options,
-            crew,
+            executor,
         }
     }
 
@@ -150,9 +150,10 @@ impl<'a> PressFit<'a> {
         let good = |suspects: &[Suspect], p: usize| suspects.iter().all(|s| s.press != p);
         kept = kept.with(|p| good(&suspects, p));
         spare.retain(|&p| good(&suspects, p));
-        let looked_at: Vec<usize> = match spare.is_empty() {
-            true => (0..self.evidence.presses.len()).collect(),
-            false => looked_at.crowded,
+        let looked_at: Vec<usize> = if spare.is_empty() {
+            (0..self.evidence.presses.len()).collect()
+        } else {
+            looked_at.crowded
         };
         let mut chosen = self.choose(&kept, None)?;
         let mut estimates = self.read_all(&looked_at, &chosen);
@@ -174,9 +175,10 @@ impl<'a> PressFit<'a> {
             }
         }
         suspects.sort_by_key(|s| s.press);
-        let (held_out, laws) = match spare.is_empty() {
-            true => self.held_out(&kept, &chosen, progress),
-            false => self.judged_by_spare(spare, &chosen),
+        let (held_out, laws) = if spare.is_empty() {
+            self.held_out(&kept, &chosen, progress)
+        } else {
+            self.judged_by_spare(spare, &chosen)
         };
         self.outcome(&kept, &chosen, held_out, laws, suspects)
     }
@@ -189,7 +191,7 @@ impl<'a> PressFit<'a> {
         } else {
             1.0
         };
-        let most = ((more * MOST_WORK / taxels.powf(1.5)) as usize).max(FEWEST_CROWDED);
+        let most = ((more * MAX_WORK / taxels.powf(1.5)) as usize).max(MIN_CROWDED);
         if !known.frames.is_empty() || known.crowded.len() <= most {
             return (known.clone(), Vec::new());
         }
@@ -204,7 +206,7 @@ impl<'a> PressFit<'a> {
 
     /// Errors on presses that no fit has seen, and those of each law.
     fn judged_by_spare(&self, spare: Vec<usize>, chosen: &Chosen) -> (HeldOut, Vec<(String, f64)>) {
-        let fold = self.judged(chosen, chosen, &spare);
+        let fold = self.scores(chosen, chosen, &spare);
         let laws = fold.laws.into_iter();
         let held = HeldOut {
             how: format!(
@@ -226,24 +228,24 @@ impl<'a> PressFit<'a> {
     fn choose(&self, known: &KnownFrames, from: Option<&Chosen>) -> Result<Chosen, Error> {
         let readings = Readings::new(self.evidence, known, self.sensor);
         let ends = from.map_or(&self.first, |from| &from.ends);
-        let crowd = Crowd::new(self.evidence, &known.crowded, self.crew).near(ends);
+        let crowd = Crowd::new(self.evidence, &known.crowded, self.executor).near(ends);
         let joint = Joint {
             readings: &readings,
             crowd: &crowd,
         };
         let crowded = known.frames.is_empty();
-        let (loads, g_zero) = match crowded {
-            true => (crowd.loads_g(), self.unloaded),
-            false => {
-                let presses = known.frames.iter().flat_map(|f| &f.presses);
-                let loads = presses.map(|&p| self.evidence.presses[p].load_g).collect();
-                (loads, readings.g_zero(self.sensor))
-            }
+        let (loads, g_zero) = if crowded {
+            (crowd.loads_g(), self.unloaded)
+        } else {
+            let presses = known.frames.iter().flat_map(|f| &f.presses);
+            let loads = presses.map(|&p| self.evidence.presses[p].load_g).collect();
+            (loads, readings.g_zero(self.sensor))
         };
         let failed = || {
-            no_fit(match crowded {
-                true => "the presses' conductances through the inverse fit no circuit and law",
-                false => "the readings of presses made one at a time fit no circuit",
+            no_fit(if crowded {
+                "the presses' conductances through the inverse fit no circuit and law"
+            } else {
+                "the readings of presses made one at a time fit no circuit"
             })
         };
         let mut chosen: Option<Chosen> = None;
@@ -257,16 +259,15 @@ impl<'a> PressFit<'a> {
             let Some(layout) = layout else { continue };
             let before = chosen.as_ref().map(Chosen::fitted);
             let power = chosen.as_ref().map(|c| &c.fits[0].1);
-            let fitted = match crowded {
-                false => readings.fit(&layout, power),
-                true => {
-                    let about = self.about(&joint, &layout, power.zip(linear.as_ref()), from);
-                    let found = about.and_then(|(about, share)| joint.fit(&layout, about, share));
-                    found.map(|(fitted, at)| {
-                        linear.get_or_insert(at);
-                        fitted
-                    })
-                }
+            let fitted = if crowded {
+                let about = self.about(&joint, &layout, power.zip(linear.as_ref()), from);
+                let found = about.and_then(|(about, share)| joint.fit(&layout, about, share));
+                found.map(|(fitted, at)| {
+                    linear.get_or_insert(at);
+                    fitted
+                })
+            } else {
+                readings.fit(&layout, power)
             };
             let Some(fitted) = fitted else {
                 continue;
@@ -315,7 +316,7 @@ impl<'a> PressFit<'a> {
     /// about what their frames conduct.
     fn read(&self, which: &[usize], fitted: &Fitted, near: &Chosen) -> Vec<Option<f64>> {
         let law = plain_law(&fitted.model);
-        let presses = Crowd::new(self.evidence, which, self.crew).near(&near.ends);
+        let presses = Crowd::new(self.evidence, which, self.executor).near(&near.ends);
         let siemens = presses.siemens(&fitted.model.sensor).into_iter();
         siemens
             .map(|g| Some(law.grams_from_siemens(0, g?)))
@@ -352,9 +353,9 @@ impl<'a> PressFit<'a> {
         let folds = self.options.folds.clamp(2, frames.len().max(2));
         let fold_of = |p: usize| frames.partition_point(|&f| f < presses[p].frame) % folds;
         progress("held-out presses", 0.5);
-        let judged = shared_out(self.crew, (0..folds).collect(), |fold| {
+        let scores = par_map(self.executor, (0..folds).collect(), |fold| {
             let held = used.iter().copied().filter(|&p| fold_of(p) == fold);
-            Some(self.judge(&known.with(|p| fold_of(p) != fold), held.collect(), chosen))
+            Some(self.score_fold(&known.with(|p| fold_of(p) != fold), held.collect(), chosen))
         });
         let mut held = HeldOut {
             how: format!(
@@ -363,7 +364,7 @@ impl<'a> PressFit<'a> {
             ..HeldOut::default()
         };
         let mut laws: Vec<(String, Vec<f64>)> = Vec::new();
-        for fold in judged.unwrap_or_default() {
+        for fold in scores.unwrap_or_default() {
             held.unjudged += fold.unjudged;
             held.errors_g.extend(&fold.errors_g);
             for (name, errors) in fold.laws {
@@ -380,9 +381,9 @@ impl<'a> PressFit<'a> {
     }
 
     /// Errors on the presses of one fold, by a fit and a choice made from the others.
-    fn judge(&self, others: &KnownFrames, held: Vec<usize>, near: &Chosen) -> Fold {
+    fn score_fold(&self, others: &KnownFrames, held: Vec<usize>, near: &Chosen) -> Fold {
         match self.choose(others, Some(near)) {
-            Ok(chosen) => self.judged(&chosen, near, &held),
+            Ok(chosen) => self.scores(&chosen, near, &held),
             Err(_) => Fold {
                 unjudged: held.len(),
                 ..Fold::default()
@@ -391,7 +392,7 @@ impl<'a> PressFit<'a> {
     }
 
     /// Errors of every law's fit on presses that it has not seen.
-    fn judged(&self, chosen: &Chosen, near: &Chosen, held: &[usize]) -> Fold {
+    fn scores(&self, chosen: &Chosen, near: &Chosen, held: &[usize]) -> Fold {
         let mut fold = Fold::default();
         for (at, (name, fitted)) in chosen.fits.iter().enumerate() {
             let read = self.read(held, fitted, near);
@@ -424,14 +425,16 @@ struct Fold {
 /// told from none would only blur the switches, asked for or not.
 fn is_enough(choice: LawChoice, wanted: bool, gain: f64, fitted: &Fitted) -> bool {
     match choice {
-        LawChoice::Saturating => (wanted || gain > GAIN[0]) && told(fitted, Unknown::Saturation),
+        LawChoice::Saturating => {
+            (wanted || gain > GAIN[0]) && is_determined(fitted, Unknown::Saturation)
+        }
         LawChoice::Spline => wanted || gain > GAIN[1],
         _ => true,
     }
 }
 
 /// Whether an unknown is told apart from nothing.
-fn told(fitted: &Fitted, unknown: Unknown) -> bool {
+fn is_determined(fitted: &Fitted, unknown: Unknown) -> bool {
     let at = fitted.layout.position(unknown);
     at.is_some_and(|i| fitted.peak.at[i] > TOLD * fitted.peak.error(i))
 }

@@ -39,7 +39,7 @@ impl Unknown {
 const G_ZERO: f64 = 1.1;
 /// Inner knots of the spline law, and the least ratio of loads that it is tried with.
 const INNER_KNOTS: usize = 3;
-const LEAST_RANGE: f64 = 3.0;
+const MIN_RANGE: f64 = 3.0;
 
 /// Which unknowns there are, and where they start.
 #[derive(Debug, Clone)]
@@ -81,7 +81,7 @@ impl Layout {
         match law {
             LawChoice::Saturating => unknowns.push(Unknown::Saturation),
             LawChoice::Spline => {
-                if most - least < LEAST_RANGE.ln() {
+                if most - least < MIN_RANGE.ln() {
                     return None;
                 }
                 // Too few light presses to bend by: knots begin where a twentieth of the loads lie below.
@@ -201,15 +201,18 @@ impl Layout {
         let (column, row) = self.ohms(at);
         let mut sensor = self.sensor.clone();
         let (columns, rows) = (sensor.columns(), sensor.rows());
-        let readout = &mut sensor.readout;
-        readout.r_mux_column_ohms = Some(scaled(readout.r_mux_column_ohms.take(), columns, column));
-        readout.r_mux_row_ohms = Some(scaled(readout.r_mux_row_ohms.take(), rows, row));
-        if self.beliefs.gain.is_some() {
-            readout.open_loop_gain = Some(self.value(at, Unknown::Gain).exp());
-        }
-        if self.beliefs.source.is_some() {
-            readout.r_source_ohms = self.value(at, Unknown::Source).exp();
-        }
+        sensor.try_out(|spec| {
+            let readout = &mut spec.readout;
+            readout.r_mux_column_ohms =
+                Some(scaled(readout.r_mux_column_ohms.take(), columns, column));
+            readout.r_mux_row_ohms = Some(scaled(readout.r_mux_row_ohms.take(), rows, row));
+            if self.beliefs.gain.is_some() {
+                readout.open_loop_gain = Some(self.value(at, Unknown::Gain).exp());
+            }
+            if self.beliefs.source.is_some() {
+                readout.r_source_ohms = self.value(at, Unknown::Source).exp();
+            }
+        });
         let mut bends = vec![0.0; self.knots.len()];
         for (i, bend) in bends.iter_mut().enumerate() {
             if self.position(Unknown::Bend(i)).is_some() {

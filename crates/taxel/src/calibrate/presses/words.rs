@@ -2,7 +2,7 @@
 
 use super::super::model::no_fit;
 use super::super::outcome::{HeldOut, Outcome};
-use super::super::{Finding, LawChoice, Parameter, Suspect};
+use super::super::{EffectFinding, LawChoice, Parameter, Suspect};
 use super::fit::{Fitted, plain_law};
 use super::known::KnownFrames;
 use super::unknowns::Unknown;
@@ -37,7 +37,7 @@ impl PressFit<'_> {
             held_out,
             model: fitted.model.clone(),
         };
-        match outcome.beside_guessing(self.evidence) {
+        match outcome.against_guessing(self.evidence) {
             Some((found, blind)) if found >= 0.8 * blind && blind > 0.0 => Err(no_fit(&format!(
                 "held-out presses are {found:.1} g off on average, and guessing their median would be {blind:.1} g off"
             ))),
@@ -50,7 +50,7 @@ impl PressFit<'_> {
         let (column, row) = fitted.layout.ohms(&fitted.peak.at);
         let sum = column + row;
         let index = |u| fitted.layout.position(u);
-        let topology = self.sensor.readout.topology;
+        let topology = self.sensor.readout().topology;
         if let Some(split) = index(Unknown::Split)
             && fitted.peak.error(split) > UNTOLD * fitted.layout.beliefs.ln_ratio().1
         {
@@ -67,10 +67,11 @@ impl PressFit<'_> {
                         0 => "these presses".to_owned(),
                         _ => format!("{alone} presses made one at a time"),
                     },
-                    match self.sensor.readout.r_mux_column_ohms.is_some() {
-                        true => "the sensor file's ratio",
-                        false => "the belief that both are alike",
-                    }
+                    if self.sensor.readout().r_mux_column_ohms.is_some() {
+"the sensor file's ratio"
+} else {
+"the belief that both are alike"
+}
                 ),
             });
         }
@@ -88,7 +89,9 @@ impl PressFit<'_> {
                 "the exponent rests on what is believed beforehand (0.85 ± 0.2), not on these presses: label a wider range of loads".to_owned(),
             );
         }
-        if self.options.law == LawChoice::Saturating && !super::told(fitted, Unknown::Saturation) {
+        if self.options.law == LawChoice::Saturating
+            && !super::is_determined(fitted, Unknown::Saturation)
+        {
             warnings.push(
                 "these presses do not tell a saturation from none: the law is a power law"
                     .to_owned(),
@@ -104,7 +107,7 @@ impl PressFit<'_> {
     }
 }
 
-fn findings(fitted: &Fitted, alone: usize, crowded: usize) -> Vec<Finding> {
+fn findings(fitted: &Fitted, alone: usize, crowded: usize) -> Vec<EffectFinding> {
     let beyond = 100.0 * fitted.share;
     let text = match (alone, crowded) {
         (_, 0) => format!("{alone} presses made one at a time; fitted to what the converter reads"),
@@ -116,12 +119,12 @@ fn findings(fitted: &Fitted, alone: usize, crowded: usize) -> Vec<Finding> {
         ),
     };
     vec![
-        Finding {
+        EffectFinding {
             name: "presses".to_owned(),
             used: true,
             text,
         },
-        Finding {
+        EffectFinding {
             name: "scatter of readings".to_owned(),
             used: fitted.share > 0.0,
             text: format!(
@@ -167,9 +170,9 @@ fn parameters(fitted: &Fitted) -> Vec<Parameter> {
         ),
         Parameter::fitted("readout.r_mux_row_ohms", row, row * of_row, "Ohm"),
     ];
-    let readout = &fitted.model.sensor.readout;
+    let readout = fitted.model.sensor.readout();
     if layout.position(Unknown::Gain).is_some() {
-        let gain = readout.open_loop_gain.unwrap_or_default();
+        let gain = readout.open_loop_gain().unwrap_or_default();
         list.push(Parameter::fitted(
             "readout.open_loop_gain",
             gain,

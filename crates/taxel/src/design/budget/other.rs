@@ -1,7 +1,7 @@
 //! The same sensor built of other parts.
 
-use crate::design::parts::{CONVERTER_BITS, GAIN_BANDWIDTHS_HZ, SWITCHES, gain_at};
-use crate::sensor::{PerLine, Sensor};
+use crate::parts::{CONVERTER_BITS, GAIN_BANDWIDTHS_HZ, SWITCHES, gain_at};
+use crate::sensor::{PerLine, Sensor, SensorSpec};
 use crate::simulate::default_noise_counts;
 
 /// A part in the place of the sensor's own.
@@ -30,10 +30,10 @@ pub enum Change {
     },
 }
 
-/// Every part of [`crate::design::parts`] that a sensor could have, when `taxels_per_second` are read.
+/// Every part of [`crate::parts`] that a sensor could have, when `taxels_per_second` are read.
 pub fn changes(sensor: &Sensor, taxels_per_second: f64) -> Vec<Change> {
     let mut changes = switches();
-    if sensor.readout.topology.is_tia() {
+    if sensor.readout().topology.is_tia() {
         changes.extend(GAIN_BANDWIDTHS_HZ.map(|gbw_hz| Change::Amplifier {
             gbw_hz,
             gain: gain_at(gbw_hz, taxels_per_second),
@@ -65,7 +65,7 @@ fn switches() -> Vec<Change> {
 
 impl Change {
     /// Puts the part into a sensor.
-    pub fn apply(&self, sensor: &mut Sensor) {
+    pub fn apply(&self, sensor: &mut SensorSpec) {
         match self {
             Change::Switches { ohms, .. } => {
                 sensor.readout.r_mux_column_ohms = Some(PerLine::One(*ohms));
@@ -78,9 +78,10 @@ impl Change {
                     .noise_counts
                     .unwrap_or_else(|| default_noise_counts(converter.bits));
                 let scale = 2f64.powi(*bits as i32 - converter.bits as i32);
-                converter.noise_counts = Some(match counts > 0.0 && *bits != converter.bits {
-                    true => (counts * scale).max(0.3),
-                    false => counts,
+                converter.noise_counts = Some(if counts > 0.0 && *bits != converter.bits {
+                    (counts * scale).max(0.3)
+                } else {
+                    counts
                 });
                 converter.bits = *bits;
             }
@@ -124,16 +125,14 @@ mod tests {
         });
         assert!(ohms.is_sorted());
         for change in changes {
-            let mut sensor = econe.clone();
-            change.apply(&mut sensor);
-            sensor.checked().unwrap();
+            econe.edited(|spec| change.apply(spec)).unwrap();
         }
     }
 
     #[test]
     fn a_converter_of_fewer_bits_keeps_the_noise_in_volts_but_not_less_than_its_own() {
-        let mut sensor = preset("econe").unwrap();
-        let with = |sensor: &Sensor, bits| {
+        let mut sensor = preset("econe").unwrap().spec().clone();
+        let with = |sensor: &SensorSpec, bits| {
             let mut sensor = sensor.clone();
             Change::Converter { name: "", bits }.apply(&mut sensor);
             sensor.converter.noise_counts

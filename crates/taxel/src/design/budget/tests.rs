@@ -2,22 +2,25 @@ use super::*;
 use crate::sensor::preset;
 
 fn small(topology: Topology) -> Sensor {
-    let mut sensor = preset("econe").unwrap();
-    sensor.array.rows = 8;
-    sensor.array.columns = 12;
-    sensor.readout.topology = topology;
-    if !topology.is_tia() {
-        sensor.readout.r_pull_down_ohms = Some(1000.0);
-        sensor.converter.inverted = false;
-    }
-    sensor
+    preset("econe")
+        .unwrap()
+        .edited(|spec| {
+            spec.array.rows = 8;
+            spec.array.columns = 12;
+            spec.readout.topology = topology;
+            if !topology.is_tia() {
+                spec.readout.r_pull_down_ohms = Some(1000.0);
+                spec.converter.inverted = false;
+            }
+        })
+        .unwrap()
 }
 
 fn budget(sensor: &Sensor) -> Budget {
     Budget::new(sensor, 3, 1).unwrap()
 }
 
-fn ideal(sensor: &mut Sensor) {
+fn ideal(sensor: &mut SensorSpec) {
     sensor.readout.r_mux_column_ohms = Some(PerLine::One(IDEAL_OHMS));
     sensor.readout.r_mux_row_ohms = Some(PerLine::One(IDEAL_OHMS));
     sensor.readout.open_loop_gain = Some(IDEAL_GAIN);
@@ -26,8 +29,7 @@ fn ideal(sensor: &mut Sensor) {
 #[test]
 fn with_ideal_parts_no_cause_makes_an_error() {
     for topology in [Topology::TiaGroundedColumns, Topology::TiaZeroPotential] {
-        let mut sensor = small(topology);
-        ideal(&mut sensor);
+        let sensor = small(topology).edited(ideal).unwrap();
         let budget = budget(&sensor);
         for scene in [budget.typical(), budget.worst(None)] {
             for cause in Cause::of(&sensor)
@@ -96,18 +98,19 @@ fn the_error_grows_with_the_switch() {
 fn the_error_grows_as_the_gain_falls_and_as_bits_go() {
     let base = budget(&small(Topology::TiaGroundedColumns));
     let scene = base.typical();
-    let error = |change: &dyn Fn(&mut Sensor), cause| {
+    let error = |change: &dyn Fn(&mut SensorSpec), cause| {
         let budget = base.with(|sensor| change(sensor)).unwrap();
         budget.raw(&scene, &[cause]).unwrap().percent.mean
     };
     let gains = [1e6, 1e4, 1e3, 1e2].map(|a| {
         error(
-            &|s: &mut Sensor| s.readout.open_loop_gain = Some(a),
+            &|s: &mut SensorSpec| s.readout.open_loop_gain = Some(a),
             Cause::Gain,
         )
     });
     assert!(gains.is_sorted() && gains[3] > 1.0, "{gains:?}");
-    let bits = [16, 12, 10, 8].map(|b| error(&|s: &mut Sensor| s.converter.bits = b, Cause::Bits));
+    let bits =
+        [16, 12, 10, 8].map(|b| error(&|s: &mut SensorSpec| s.converter.bits = b, Cause::Bits));
     assert!(bits.is_sorted() && bits[0] > 0.0, "{bits:?}");
 }
 
@@ -134,8 +137,11 @@ fn compensation_leaves_what_the_converter_did_and_nothing_else() {
 
 #[test]
 fn a_badly_sized_feedback_resistor_saturates_and_no_inverse_brings_it_back() {
-    let mut sensor = small(Topology::TiaGroundedColumns);
-    sensor.readout.r_feedback_ohms = Some(10_000.0);
+    let sensor = small(Topology::TiaGroundedColumns)
+        .edited(|spec| {
+            spec.readout.r_feedback_ohms = Some(10_000.0);
+        })
+        .unwrap();
     let budget = budget(&sensor);
     let errors = budget.raw(&budget.worst(None), &[Cause::Range]).unwrap();
     assert_eq!(errors.saturated, 96);
@@ -149,8 +155,11 @@ fn a_badly_sized_feedback_resistor_saturates_and_no_inverse_brings_it_back() {
 
 #[test]
 fn without_a_load_law_there_are_percents_alone() {
-    let mut sensor = small(Topology::TiaGroundedColumns);
-    sensor.material = None;
+    let sensor = small(Topology::TiaGroundedColumns)
+        .edited(|spec| {
+            spec.material = None;
+        })
+        .unwrap();
     let budget = budget(&sensor);
     let scene = budget.worst(None);
     assert!((scene.siemens.at(0, 0) - 2e-3).abs() < 1e-12);

@@ -7,7 +7,7 @@ use crate::simulate::default_noise_counts;
 use crate::{Frame, Siemens};
 
 /// More lines than this a side would take minutes to scan.
-const MOST_LINES: usize = 512;
+const MAX_LINES: usize = 512;
 /// Standard deviations of noise that no ghost may come of: one reading in two million exceeds five.
 const SIGMAS: f64 = 5.0;
 
@@ -81,11 +81,10 @@ impl fmt::Display for Warning {
                     Some(grams) => format!("{grams:.0} g"),
                     None => "without an answer".to_owned(),
                 },
-                match floating {
-                    true =>
-                        "ground the unselected lines (divider-grounded-columns, or an amplifier), or take more bits",
-                    false =>
-                        "more bits, less noise, or a smaller range of taxel resistances; look at the readings as they are",
+                if floating {
+                    "ground the unselected lines (divider-grounded-columns, or an amplifier), or take more bits"
+                } else {
+                    "more bits, less noise, or a smaller range of taxel resistances; look at the readings as they are"
                 }
             ),
             Warning::Saturates {
@@ -121,9 +120,10 @@ impl fmt::Display for Warning {
                 frames_per_second,
                 full_row,
             } => {
-                let pressed = match full_row {
-                    true => "with the whole row pressed",
-                    false => "with one taxel pressed",
+                let pressed = if full_row {
+                    "with the whole row pressed"
+                } else {
+                    "with one taxel pressed"
                 };
                 write!(
                     f,
@@ -196,9 +196,9 @@ pub(super) fn wish(wish: &Wish) -> Result<(), Error> {
         ));
     }
     for (name, lines) in [("rows", wish.rows), ("columns", wish.columns)] {
-        if !(1..=MOST_LINES).contains(&lines) {
+        if !(1..=MAX_LINES).contains(&lines) {
             return Err(Error::new(
-                format!("{lines} {name}, but a design is computed for 1 to {MOST_LINES}"),
+                format!("{lines} {name}, but a design is computed for 1 to {MAX_LINES}"),
                 "size a part of the array: its lines are alike",
             ));
         }
@@ -225,9 +225,10 @@ pub(super) fn wish(wish: &Wish) -> Result<(), Error> {
 pub(super) fn pressed(wish: &Wish, which: impl Fn(usize, usize) -> bool) -> Frame<Siemens> {
     let columns = wish.columns;
     Frame::<Siemens>::zeros(wish.rows, columns).map(|taxel, _| {
-        match which(taxel / columns, taxel % columns) {
-            true => 1.0 / wish.taxel_ohms.0,
-            false => unloaded(wish),
+        if which(taxel / columns, taxel % columns) {
+            1.0 / wish.taxel_ohms.0
+        } else {
+            unloaded(wish)
         }
     })
 }
@@ -267,8 +268,8 @@ pub(super) fn least_v_test(wish: &Wish, resolution: &[Resolution; 2]) -> Option<
 pub(super) fn warnings(wish: &Wish, proposal: &Proposal) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let [lightest, fullest] = &proposal.resolution;
-    let readout = &proposal.sensor.readout;
-    if let Some(r_k) = readout.r_feedback_ohms
+    let readout = proposal.sensor.readout();
+    if let Some(r_k) = readout.r_feedback_ohms()
         && (fullest.volts >= wish.full_scale_volts || proposal.fullest_share >= 1.0)
     {
         let at_ceiling = wish.full_scale_volts / (readout.v_test_volts * r_k);
@@ -308,7 +309,7 @@ pub(super) fn warnings(wish: &Wish, proposal: &Proposal) -> Vec<Warning> {
         }
     }
     warnings.extend(worse_compensated(wish, &proposal.ghosts));
-    if let (Some(gain), Some(r_k)) = (proposal.gain, readout.r_feedback_ohms)
+    if let (Some(gain), Some(r_k)) = (proposal.gain, readout.r_feedback_ohms())
         && r_k / (1.0 + gain) > wish.switch_ohms
     {
         warnings.push(Warning::LowGain {

@@ -16,9 +16,9 @@ fn small() -> Wish {
 #[test]
 fn the_papers_numbers_give_the_papers_choice() {
     let proposal = size(&Wish::default()).unwrap();
-    let readout = &proposal.sensor.readout;
+    let readout = proposal.sensor.readout();
     assert_eq!(
-        (readout.v_test_volts, readout.r_feedback_ohms),
+        (readout.v_test_volts, readout.r_feedback_ohms()),
         (0.4, Some(2000.0))
     );
     assert!((proposal.exact_ohms - 2062.5).abs() < 1e-9);
@@ -50,11 +50,13 @@ fn nothing_saturates_within_the_range_it_was_sized_for() {
         for _ in 0..20 {
             let share: f64 = random.random();
             let range = (1.0 / wish.taxel_ohms.1)..=(1.0 / wish.taxel_ohms.0);
-            let frame =
-                Frame::<Siemens>::zeros(6, 9).map(|_, _| match random.random::<f64>() < share {
-                    true => random.random_range(range.clone()),
-                    false => unloaded(&wish),
-                });
+            let frame = Frame::<Siemens>::zeros(6, 9).map(|_, _| {
+                if random.random::<f64>() < share {
+                    random.random_range(range.clone())
+                } else {
+                    unloaded(&wish)
+                }
+            });
             let volts: Frame<Volts> = circuit.predict(&frame).unwrap();
             let largest = volts.values().iter().fold(0.0f64, |m, v| m.max(v.abs()));
             assert!(
@@ -135,8 +137,8 @@ fn a_dividers_resistor_spreads_the_range_most() {
         ..small()
     };
     let proposal = size(&wish).unwrap();
-    assert_eq!(proposal.sensor.readout.r_pull_down_ohms, Some(2000.0));
-    assert_eq!(proposal.sensor.readout.v_test_volts, 3.3);
+    assert_eq!(proposal.sensor.readout().r_pull_down_ohms(), Some(2000.0));
+    assert_eq!(proposal.sensor.readout().v_test_volts, 3.3);
     assert!(proposal.gain.is_none() && proposal.least_v_test_volts.is_none());
     let swing = |p: &Proposal| p.resolution[1].volts - p.resolution[0].volts;
     for ohms in [1500.0, 2700.0] {

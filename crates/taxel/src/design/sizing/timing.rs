@@ -39,16 +39,18 @@ impl Timing {
     pub(super) fn of(wish: &Wish, ohms: f64) -> Self {
         let taxels_per_second = wish.frames_per_second * (wish.rows * wish.columns) as f64;
         let tia = wish.topology.is_tia();
-        let amplifier = |pressed: f64| match tia {
-            true => {
+        let amplifier = |pressed: f64| {
+            if tia {
                 let noise_gain = 1.0 + ohms * pressed / wish.taxel_ohms.0;
                 noise_gain / (2.0 * std::f64::consts::PI * wish.gbw_hz)
+            } else {
+                0.0
             }
-            false => 0.0,
         };
-        let end = match tia {
-            true => ohms / (1.0 + super::gain_at(wish.gbw_hz, taxels_per_second)),
-            false => ohms,
+        let end = if tia {
+            ohms / (1.0 + super::gain_at(wish.gbw_hz, taxels_per_second))
+        } else {
+            ohms
         };
         let column_secs = wish.line_farads * wish.switch_ohms;
         let row_secs = wish.line_farads * (wish.switch_ohms + end);

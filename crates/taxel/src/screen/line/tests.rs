@@ -124,7 +124,7 @@ fn a_dead_row_is_found_with_its_evidence() {
             fault.faulty == fault.tested && fault.tested >= 18,
             "{fault:?}"
         );
-        assert!(fault.median_counts < 2.0 && fault.beside > 20.0);
+        assert!(fault.median_counts < 2.0 && fault.next_to > 20.0);
         let text = fault.to_string();
         assert!(text.starts_with("row 11 is dead: median "), "{text}");
     }

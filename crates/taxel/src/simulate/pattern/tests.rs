@@ -64,15 +64,15 @@ fn drawings_that_fit_keep_off_the_edge_and_turn_with_the_array() {
 
 #[test]
 fn hands_feet_and_fingers_press_as_hard_as_people_do() {
-    let array = preset("econe").unwrap().array;
+    let array = preset("econe").unwrap().array().clone();
     let mut ranges = [[f64::INFINITY, 0.0]; 3];
     for seed in 0..20 {
         let force =
             |pattern: Pattern| total_force_newtons(&newtons(&pattern.loads(&array, seed, 80)));
         let forces = [
             Pattern::hand(),
-            Pattern::new(Kind::Feet { soles: 1 }),
-            Pattern::new(Kind::Fingers { tips: 1 }),
+            Pattern::new(PatternKind::Feet { soles: 1 }),
+            Pattern::new(PatternKind::Fingers { tips: 1 }),
         ]
         .map(force);
         for (range, force) in ranges.iter_mut().zip(forces) {
@@ -87,7 +87,7 @@ fn hands_feet_and_fingers_press_as_hard_as_people_do() {
 
 #[test]
 fn a_grip_rests_squeezes_holds_and_lets_go() {
-    let array = preset("econe").unwrap().array;
+    let array = preset("econe").unwrap().array().clone();
     let force = |frame| {
         let loads = Pattern::hand().loads(&array, 1, frame);
         total_force_newtons(&newtons(&loads))
@@ -106,7 +106,7 @@ fn a_grip_rests_squeezes_holds_and_lets_go() {
     for pair in all.windows(2) {
         assert!((pair[1] - pair[0]).abs() < 0.2 * most);
     }
-    let held = Pattern::new(Kind::Hand {
+    let held = Pattern::new(PatternKind::Hand {
         frames_per_grip: None,
     });
     let first = newtons(&held.loads(&array, 1, 0));
@@ -115,7 +115,7 @@ fn a_grip_rests_squeezes_holds_and_lets_go() {
 
 #[test]
 fn random_loads_have_the_share_and_the_range_asked_for() {
-    let pattern = Pattern::new(Kind::Random {
+    let pattern = Pattern::new(PatternKind::Random {
         share: 0.3,
         least_g: 100.0,
     });

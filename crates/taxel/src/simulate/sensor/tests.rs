@@ -1,4 +1,4 @@
-use super::super::{Kind, newtons};
+use super::super::{PatternKind, newtons};
 use super::*;
 use crate::metric::deviations_of_frames;
 use crate::pipeline::Pipeline;
@@ -9,7 +9,7 @@ fn econe() -> Sensor {
     preset("econe").unwrap()
 }
 
-fn error_g(truth: &Sensor, loads: &Frame<Grams>, reading: &Reading) -> f64 {
+fn error_g(truth: &Sensor, loads: &Frame<Grams>, reading: &SimulatedScan) -> f64 {
     let mut pipeline = Pipeline::new(truth, default_method(truth).unwrap()).unwrap();
     let estimate = pipeline.process(&reading.counts).newtons().unwrap();
     let error = deviations_of_frames(estimate, &newtons(loads), |_, load| load > 0.0);
@@ -56,11 +56,15 @@ fn an_unloaded_sensor_reads_its_baseline_and_times_are_multiples_of_the_period()
 #[test]
 fn noise_has_the_deviation_it_is_given() {
     for (given, wanted) in [(None, 3.0), (Some(8.0), 8.0)] {
-        let mut truth = econe();
-        truth.converter.noise_counts = given;
+        let truth = econe()
+            .edited(|spec| {
+                spec.converter.noise_counts = given;
+            })
+            .unwrap();
         let quiet = {
-            let mut quiet = truth.clone();
-            quiet.converter.noise_counts = Some(0.0);
+            let quiet = truth
+                .edited(|spec| spec.converter.noise_counts = Some(0.0))
+                .unwrap();
             VirtualSensor::new(&quiet, 2).unwrap()
         };
         let sensor = VirtualSensor::new(&truth, 2).unwrap();
@@ -103,10 +107,13 @@ fn too_much_load_stands_at_the_ceiling() {
 
 #[test]
 fn dead_lines_read_nothing_flickering_ones_sometimes_and_stuck_readings_are_at_an_end() {
-    let mut truth = econe();
-    truth.screen.dead_rows = vec![11];
-    truth.screen.flickering_columns = vec![64];
-    let faults = Faults {
+    let truth = econe()
+        .edited(|spec| {
+            spec.screen.dead_rows = vec![11];
+            spec.screen.flickering_columns = vec![64];
+        })
+        .unwrap();
+    let faults = ReadingFaults {
         stuck_share: 0.002,
         flicker_share: 0.5,
     };
@@ -134,10 +141,10 @@ fn the_true_sensor_recovers_the_loads_to_within_noise() {
     let sensor = econe();
     for (seed, pattern) in [
         (1, Pattern::hand()),
-        (2, Pattern::new(Kind::Blobs { least: 5, most: 12 })),
+        (2, Pattern::new(PatternKind::Blobs { least: 5, most: 12 })),
         (3, Pattern::named("random").unwrap()),
     ] {
-        let loads = pattern.loads(&sensor.array, seed, 80);
+        let loads = pattern.loads(sensor.array(), seed, 80);
         let reading = VirtualSensor::new(&sensor, seed).unwrap().read(&loads, 80);
         let error = error_g(&sensor, &loads, &reading);
         assert!(error < 0.1, "{pattern:?}: {error} g");
@@ -152,8 +159,8 @@ fn the_pipeline_undoes_everything_that_is_in_the_sensor_file() {
     };
     let sensor = VirtualSensor::imperfect(&econe(), &imperfections, 6).unwrap();
     let truth = sensor.sensor();
-    let mut loads = Pattern::hand().loads(&truth.array, 6, 80);
-    let dead = truth.screen.dead_rows[0];
+    let mut loads = Pattern::hand().loads(truth.array(), 6, 80);
+    let dead = truth.screen().dead_rows[0];
     // What a cover hands on to or from a dead row cannot be known.
     for row in dead.saturating_sub(4)..(dead + 5).min(64) {
         for column in 0..128 {
@@ -169,8 +176,11 @@ fn the_pipeline_undoes_everything_that_is_in_the_sensor_file() {
 
 #[test]
 fn a_sensor_without_a_load_law_is_refused() {
-    let mut truth = econe();
-    truth.material = None;
+    let truth = econe()
+        .edited(|spec| {
+            spec.material = None;
+        })
+        .unwrap();
     let error = VirtualSensor::new(&truth, 0).unwrap_err();
     assert!(error.to_string().contains("material"), "{error}");
 }

@@ -4,13 +4,14 @@
 //! the taxel would be if it were alone. Then y ≈ G with a diagonal derivative near one, and what GMRES has
 //! left to undo is the cross-talk.
 
-mod memory;
+mod state;
 
-use super::{Method, Outcome, Scratch, Stop};
+use super::{Method, Outcome, Solver, Stop};
 use crate::circuit::{LinearCircuit, OperatingPoint};
 use crate::sensor::Topology;
 use crate::{Frame, Siemens, Volts};
-use memory::{Memory, Shape, largest};
+pub(crate) use state::SolverState;
+use state::{Shape, largest};
 
 /// Newton's method for any linear circuit.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,41 +65,41 @@ impl Method for Newton {
         "newton"
     }
 
-    fn scratch(&self) -> Scratch {
-        Scratch::new(Memory::new())
+    fn solver(&self) -> Box<dyn Solver> {
+        Box::new(NewtonSolver {
+            method: self.clone(),
+            state: SolverState::new(),
+        })
+    }
+}
+
+struct NewtonSolver {
+    method: Newton,
+    state: SolverState,
+}
+
+impl Solver for NewtonSolver {
+    fn solve_into(&mut self, volts: &Frame<Volts>, siemens: &mut Frame<Siemens>) -> Outcome {
+        self.method
+            .solve_from(volts, siemens, &mut self.state, None)
     }
 
-    fn solve_into(
-        &self,
-        volts: &Frame<Volts>,
-        siemens: &mut Frame<Siemens>,
-        scratch: &mut Scratch,
-    ) -> Outcome {
-        self.solve_from(volts, siemens, scratch, None)
+    fn forget(&mut self) {
+        self.state.forget();
     }
 }
 
 impl Newton {
-    /// [`Method::solve_into`] from conductances that the answer is believed to be near, one a taxel, in place of the
+    /// [`Solver::solve_into`] from conductances that the answer is believed to be near, one a taxel, in place of the
     /// frame before. Only where they lead nowhere is it solved as if nothing were known.
     ///
     /// # Panics
-    /// As [`Method::solve_into`], and when there is not one conductance a taxel.
-    pub(crate) fn solve_near(
-        &self,
-        volts: &Frame<Volts>,
-        near: &[f64],
-        siemens: &mut Frame<Siemens>,
-        scratch: &mut Scratch,
-    ) -> Outcome {
-        self.solve_from(volts, siemens, scratch, Some(near))
-    }
-
-    fn solve_from(
+    /// As [`Solver::solve_into`], and when there is not one conductance a taxel.
+    pub(crate) fn solve_from(
         &self,
         volts: &Frame<Volts>,
         siemens: &mut Frame<Siemens>,
-        scratch: &mut Scratch,
+        state: &mut SolverState,
         near: Option<&[f64]>,
     ) -> Outcome {
         let ends = self.circuit.ends();
@@ -108,98 +109,93 @@ impl Newton {
             (ends.row_selected.len(), columns),
             "the frame has the sensor's shape"
         );
-        let cold = scratch.take_cold();
-        let memory: &mut Memory = scratch.get();
-        memory.warm &= !cold;
-        siemens.take_marks(volts);
-        if memory.live.update(volts) {
-            memory.reshape(ends);
+        siemens.copy_meta_from(volts);
+        if state.live.update(volts) {
+            state.reshape(ends);
         }
-        if memory.g.is_empty() {
+        if state.g.is_empty() {
             siemens.values_mut().fill(0.0);
             return Outcome::new(Stop::Direct, 0, 0.0);
         }
-        memory
+        state
             .live
-            .gather(volts.values(), columns, &mut memory.measured);
+            .gather(volts.values(), columns, &mut state.measured);
         if let Some(near) = near {
-            memory.live.gather(near, columns, &mut memory.g);
-            memory.warm = true;
+            state.live.gather(near, columns, &mut state.g);
+            state.warm = true;
         }
-        let outcome = self.iterate(memory);
-        memory.warm = outcome.stop.is_good();
-        memory
-            .live
-            .scatter(&memory.g, columns, siemens.values_mut());
+        let outcome = self.iterate(state);
+        state.warm = outcome.stop.is_good();
+        state.live.scatter(&state.g, columns, siemens.values_mut());
         outcome
     }
 
-    fn iterate(&self, memory: &mut Memory) -> Outcome {
-        if let Some(path) = &memory.path
-            && let Some(infeasible) = path.infeasible(&memory.measured, &memory.live, self.unique())
+    fn iterate(&self, state: &mut SolverState) -> Outcome {
+        if let Some(path) = &state.path
+            && let Some(infeasible) = path.infeasible(&state.measured, &state.live, self.unique())
         {
-            memory.g.fill(0.0);
+            state.g.fill(0.0);
             return Outcome::new(Stop::Infeasible(infeasible), 0, f64::INFINITY);
         }
-        if let Some(path) = &memory.path {
-            path.apparent(&mut memory.measured, &mut memory.slope);
+        if let Some(path) = &state.path {
+            path.apparent(&mut state.measured, &mut state.slope);
         }
-        memory.clip_idle_lines();
-        let scale = largest(&memory.measured);
+        state.clip_idle_lines();
+        let scale = largest(&state.measured);
         if scale == 0.0 {
-            memory.g.fill(0.0);
+            state.g.fill(0.0);
             return Outcome::new(Stop::Converged, 0, 0.0);
         }
-        if memory.warm {
-            memory.trial.copy_from_slice(&memory.g);
-            if let Some(size) = memory.evaluate() {
-                let outcome = self.descend(memory, size, scale, self.rounds);
+        if state.warm {
+            state.trial.copy_from_slice(&state.g);
+            if let Some(size) = state.evaluate() {
+                let outcome = self.descend(state, size, scale, self.rounds);
                 if outcome.stop.is_good() {
                     return outcome;
                 }
             }
         }
-        self.cold(memory, scale)
+        self.cold(state, scale)
     }
 
     /// Solves without a previous frame, and looks for a second answer.
-    fn cold(&self, memory: &mut Memory, scale: f64) -> Outcome {
-        let (crossings, nearest) = memory.factors(Shape::Measured);
+    fn cold(&self, state: &mut SolverState, scale: f64) -> Outcome {
+        let (crossings, nearest) = state.factors(Shape::Measured);
         let first = crossings[0].unwrap_or(nearest);
-        let Some(mut best) = self.descend_from(memory, Shape::Measured, first, scale, self.rounds)
+        let Some(mut best) = self.descend_from(state, Shape::Measured, first, scale, self.rounds)
         else {
             return Outcome::new(Stop::Stalled, 0, f64::INFINITY);
         };
-        memory.kept.copy_from_slice(&memory.g);
+        state.kept.copy_from_slice(&state.g);
         if best.stop.is_good() {
             if !self.unique() {
-                self.look_for_another(memory, &mut best, scale);
+                self.look_for_another(state, &mut best, scale);
             }
         } else if let Some(second) = crossings[1]
             && let Some(outcome) =
-                self.descend_from(memory, Shape::Measured, second, scale, self.rounds)
+                self.descend_from(state, Shape::Measured, second, scale, self.rounds)
             && outcome.stop.is_good()
         {
-            memory.kept.copy_from_slice(&memory.g);
+            state.kept.copy_from_slice(&state.g);
             best = outcome;
         }
         if !best.stop.is_good() {
-            best = self.begin_elsewhere(memory, best, scale);
+            best = self.begin_elsewhere(state, best, scale);
             if best.stop.is_good() && !self.unique() {
-                self.look_for_another(memory, &mut best, scale);
+                self.look_for_another(state, &mut best, scale);
             }
         }
-        memory.g.copy_from_slice(&memory.kept);
+        state.g.copy_from_slice(&state.kept);
         best
     }
 
     /// Newton's iteration from other starts, when the likely ones led nowhere; what is best is in `kept`.
-    fn begin_elsewhere(&self, memory: &mut Memory, failed: Outcome, scale: f64) -> Outcome {
+    fn begin_elsewhere(&self, state: &mut SolverState, failed: Outcome, scale: f64) -> Outcome {
         let rounds = self.rounds.min(OTHER_ROUNDS);
         for factor in OTHER_STARTS {
-            let found = self.descend_from(memory, Shape::Measured, factor, scale, rounds);
+            let found = self.descend_from(state, Shape::Measured, factor, scale, rounds);
             if let Some(outcome) = found.filter(|outcome| outcome.stop.is_good()) {
-                memory.kept.copy_from_slice(&memory.g);
+                state.kept.copy_from_slice(&state.g);
                 return outcome;
             }
         }
@@ -220,27 +216,26 @@ impl Newton {
 
     /// Tries other multiples of the answer in `kept` that explain the sum of the readings. The likelier
     /// answer ends up in `kept`; with a second one, or a start that leads nowhere, the first is ambiguous.
-    fn look_for_another(&self, memory: &mut Memory, best: &mut Outcome, scale: f64) {
-        let mut likelihood = memory.unlikeliness();
-        for factor in memory.factors(Shape::Answer).0.into_iter().flatten() {
+    fn look_for_another(&self, state: &mut SolverState, best: &mut Outcome, scale: f64) {
+        let mut likelihood = state.unlikeliness();
+        for factor in state.factors(Shape::Answer).0.into_iter().flatten() {
             if factor.ln().abs() < SAME_FACTOR {
                 continue;
             }
-            let Some(outcome) =
-                self.descend_from(memory, Shape::Answer, factor, scale, self.rounds)
+            let Some(outcome) = self.descend_from(state, Shape::Answer, factor, scale, self.rounds)
             else {
                 continue;
             };
-            let apart = memory.g.iter().zip(&memory.kept);
+            let apart = state.g.iter().zip(&state.kept);
             let apart = apart.fold(0f64, |most, (a, b)| most.max((a - b).abs()));
-            if outcome.stop.is_good() && apart <= 1e-3 * largest(&memory.g) {
+            if outcome.stop.is_good() && apart <= 1e-3 * largest(&state.g) {
                 continue;
             }
             best.ambiguous = true;
-            let unlikely = memory.unlikeliness();
+            let unlikely = state.unlikeliness();
             if outcome.stop.is_good() && unlikely < likelihood {
                 likelihood = unlikely;
-                memory.kept.copy_from_slice(&memory.g);
+                state.kept.copy_from_slice(&state.g);
                 *best = Outcome {
                     ambiguous: true,
                     ..outcome
@@ -252,72 +247,72 @@ impl Newton {
     /// Newton's iteration from a multiple of a shape; none when the network is not passive there.
     fn descend_from(
         &self,
-        memory: &mut Memory,
+        state: &mut SolverState,
         shape: Shape,
         factor: f64,
         scale: f64,
         rounds: u32,
     ) -> Option<Outcome> {
-        memory.start_at(shape, factor);
-        let size = memory.evaluate()?;
-        memory.g.copy_from_slice(&memory.trial);
-        Some(self.descend(memory, size, scale, rounds))
+        state.start_at(shape, factor);
+        let size = state.evaluate()?;
+        state.g.copy_from_slice(&state.trial);
+        Some(self.descend(state, size, scale, rounds))
     }
 
-    /// So many rounds of Newton's iteration, at most, from `memory.g`, whose misfit is known.
-    fn descend(&self, memory: &mut Memory, mut size: f64, scale: f64, rounds: u32) -> Outcome {
+    /// So many rounds of Newton's iteration, at most, from `state.g`, whose misfit is known.
+    fn descend(&self, state: &mut SolverState, mut size: f64, scale: f64, rounds: u32) -> Outcome {
         let mut short = 0;
         for round in 1..=rounds {
-            let residual = largest(&memory.misfit) / scale;
+            let residual = largest(&state.misfit) / scale;
             if residual <= self.tolerance {
                 return Outcome::new(Stop::Converged, round - 1, residual);
             }
-            let stepped = self.step(memory, size, scale).filter(|(_, length)| {
+            let stepped = self.step(state, size, scale).filter(|(_, length)| {
                 short = if *length < SHORT { short + 1 } else { 0 };
                 short < SHORT_STEPS
             });
             let Some((smaller, _)) = stepped else {
                 // Put the network back to the best point, so that the misfit is that of the answer.
-                memory.trial.copy_from_slice(&memory.g);
-                memory.evaluate();
-                return Outcome::new(Stop::Stalled, round, largest(&memory.misfit) / scale);
+                state.trial.copy_from_slice(&state.g);
+                state.evaluate();
+                return Outcome::new(Stop::Stalled, round, largest(&state.misfit) / scale);
             };
             size = smaller;
         }
         Outcome::new(
             Stop::RoundLimit,
             self.rounds,
-            largest(&memory.misfit) / scale,
+            largest(&state.misfit) / scale,
         )
     }
 
     /// One damped step; the norm of the misfit after it, if it fell, and the share of Newton's step taken.
-    fn step(&self, memory: &mut Memory, size: f64, scale: f64) -> Option<(f64, f64)> {
-        let relative = size / (scale * (memory.g.len() as f64).sqrt());
+    fn step(&self, state: &mut SolverState, size: f64, scale: f64) -> Option<(f64, f64)> {
+        let relative = size / (scale * (state.g.len() as f64).sqrt());
         let tolerance = (0.1 * relative).clamp(1e-10, 1e-2);
         {
-            let (point, slope) = (memory.point.as_mut()?, &memory.slope);
+            let (point, slope) = (state.point.as_mut()?, &state.slope);
             let apply = |v: &[f64], out: &mut [f64]| {
-                point.derivative_into(v, out);
+                point.jvp_into(v, out);
                 for (out, slope) in out.iter_mut().zip(slope) {
                     *out *= slope;
                 }
             };
-            let (misfit, step) = (&memory.misfit, &mut memory.step);
-            memory
+            let (misfit, step) = (&state.misfit, &mut state.step);
+            state
                 .gmres
                 .solve(apply, misfit, step, tolerance, self.restarts);
         }
         let mut length = 1.0;
         for _ in 0..30 {
-            for ((trial, g), step) in memory.trial.iter_mut().zip(&memory.g).zip(&memory.step) {
+            for ((trial, g), step) in state.trial.iter_mut().zip(&state.g).zip(&state.step) {
                 *trial = g + length * step;
             }
-            memory.hold_lines();
-            if let Some(now) = memory.evaluate()
+            state.hold_lines();
+            if let Some(now) = state.evaluate()
                 && now < size * (1.0 - 1e-4 * length)
             {
-                memory.g.copy_from_slice(&memory.trial);
+                state.g.copy_from_slice(&state.trial);
                 return Some((now, length));
             }
             length *= 0.5;

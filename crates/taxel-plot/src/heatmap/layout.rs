@@ -1,0 +1,253 @@
+//! Where the parts of a heatmap go, and drawing them there.
+
+use super::Panel;
+use crate::Error;
+use crate::colour_bar::{Beyond, ColourBar, HAIRLINE, LABEL_SIZE, TICK};
+use crate::outline;
+use crate::picture::PNG_SCALE;
+use crate::raster::{Interpolation, heatmap_png};
+use crate::svg::{Anchor, Canvas, INK, Rect, number};
+use crate::text;
+use crate::ticks::index_ticks;
+
+/// Type size of titles.
+pub(crate) const TITLE_SIZE: f64 = 12.0;
+/// From baseline to baseline of a title.
+pub(crate) const TITLE_LEADING: f64 = 15.0;
+/// Type size of notes and captions.
+pub(crate) const NOTE_SIZE: f64 = 9.5;
+/// From baseline to baseline of notes and captions.
+pub(crate) const NOTE_LEADING: f64 = 13.0;
+const GAP: f64 = 3.0;
+const BAR_GAP: f64 = 14.0;
+const MIN_BAR: f64 = 110.0;
+const MAX_BAR_BELOW: f64 = 240.0;
+const NARROWEST_PANEL: f64 = 150.0;
+const NOTE_INDENT: f64 = 14.0;
+const MAX_TAXEL: f64 = 120.0;
+const MIN_PLOT: f64 = 12.0;
+
+/// The largest plot that there is room for.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Room {
+    pub(crate) width: f64,
+    pub(crate) height: f64,
+}
+
+impl Room {
+    /// A picture of one panel.
+    pub(crate) const WHOLE: Room = Room {
+        width: 520.0,
+        height: 384.0,
+    };
+}
+
+/// Size of the plot of `panel` within `room`: whole half points a taxel, so that taxels fall on pixels.
+pub(crate) fn plot_size(panel: &Panel<'_>, room: Room) -> (f64, f64) {
+    let (across, down) = panel.taxel_shape();
+    let (columns, rows) = (panel.grid.columns as f64, panel.grid.rows as f64);
+    let mut side = (room.width / (columns * across))
+        .min(room.height / (rows * down))
+        .min(MAX_TAXEL);
+    if side >= 1.0 {
+        side = (side * 2.0).floor() / 2.0;
+    }
+    let thinnest = MIN_PLOT.min(room.height).min(room.width);
+    (
+        (columns * across * side).max(thinnest),
+        (rows * down * side).max(thinnest),
+    )
+}
+
+/// Draws the heatmap of `panel` over `plot`, its frame, and the outline of marked taxels.
+pub(crate) fn draw_heatmap(
+    panel: &Panel<'_>,
+    canvas: &mut Canvas,
+    plot: Rect,
+    range: (f64, f64),
+) -> Result<(), Error> {
+    let pixels = plot.width.max(plot.height) * f64::from(PNG_SCALE) * 1.25;
+    let limit = pixels.ceil() as usize;
+    let png = heatmap_png(
+        panel.grid,
+        panel.interpolation,
+        panel.colour_map,
+        range,
+        limit,
+    )?;
+    canvas.image(plot, &png, panel.interpolation != Interpolation::Nearest);
+    canvas.frame(plot, HAIRLINE);
+    if let Some(marks) = panel.marks {
+        outline::draw(canvas, plot, marks, panel.grid.rows, panel.grid.columns);
+    }
+    Ok(())
+}
+
+/// The colour bar of a plot of that size: below a plot too low for one beside it.
+fn bar_beside(panel: &Panel<'_>, range: (f64, f64), (width, height): (f64, f64)) -> ColourBar {
+    let horizontal = height < MIN_BAR * 0.9 && width > height;
+    let length = if horizontal {
+        width.clamp(MIN_BAR, MAX_BAR_BELOW)
+    } else {
+        height.max(MIN_BAR)
+    };
+    let labels = (panel.quantity.as_str(), panel.unit.as_str());
+    let beyond = Beyond::of(panel.grid.values, range);
+    ColourBar::new(
+        range,
+        labels,
+        panel.colour_map,
+        beyond,
+        (length, horizontal),
+    )
+}
+
+/// What the outlined taxels are, in lines of `width`; none where every taxel is good.
+fn note_lines(panel: &Panel<'_>, width: f64) -> Vec<String> {
+    match panel.marks.and_then(outline::counted) {
+        Some(counts) => text::wrap(&format!("outlined: {counts}"), NOTE_SIZE, width),
+        None => Vec::new(),
+    }
+}
+
+/// A measured panel; its parts are placed relative to its top left corner.
+#[derive(Debug, Clone)]
+pub(crate) struct PanelLayout {
+    range: (f64, f64),
+    pub(crate) plot: Rect,
+    title: Vec<String>,
+    row_ticks: Vec<usize>,
+    column_ticks: Vec<usize>,
+    bar: ColourBar,
+    bar_place: (f64, f64),
+    note: Vec<String>,
+    note_top: f64,
+    size: (f64, f64),
+}
+
+impl PanelLayout {
+    /// Measures `panel` with colours over `range`, its plot within `room`.
+    pub(crate) fn measure(panel: &Panel<'_>, range: (f64, f64), room: Room) -> PanelLayout {
+        let (width, height) = plot_size(panel, room);
+        let row_ticks = index_ticks(panel.grid.rows, (height / 24.0).clamp(1.0, 10.0) as usize);
+        let column_ticks =
+            index_ticks(panel.grid.columns, (width / 36.0).clamp(1.0, 14.0) as usize);
+        let row_labels: Vec<String> = row_ticks.iter().map(usize::to_string).collect();
+        let left = LABEL_SIZE + 5.0 + text::widest(&row_labels, LABEL_SIZE) + GAP + TICK;
+
+        // Size of plot, axis and bar together, and where in it the bar begins.
+        let bar = bar_beside(panel, range, (width, height));
+        let axis_bottom = height + TICK + GAP + 2.0 * LABEL_SIZE + 5.0;
+        let (body, bar_place) = if bar.horizontal {
+            let place = ((width - bar.length).max(0.0) / 2.0, axis_bottom + BAR_GAP);
+            ((width.max(bar.extent()), place.1 + bar.breadth()), place)
+        } else {
+            let place = (width + BAR_GAP, 0.0);
+            let bottom = axis_bottom.max(bar.length + 6.0);
+            ((place.0 + bar.breadth(), bottom), place)
+        };
+
+        let right = body.0.max(NARROWEST_PANEL).max(width + 8.0);
+        let title = text::wrap(&panel.title, TITLE_SIZE, right);
+        let top = title.len() as f64 * TITLE_LEADING + 6.0;
+        let note = note_lines(panel, right - NOTE_INDENT);
+        let note_top = top + body.1 + 6.0;
+        let bottom = match note.len() {
+            0 => top + body.1,
+            lines => note_top + lines as f64 * NOTE_LEADING,
+        };
+        let plot = Rect {
+            x: left,
+            y: top,
+            width,
+            height,
+        };
+        PanelLayout {
+            range,
+            plot,
+            title,
+            row_ticks,
+            column_ticks,
+            bar,
+            bar_place: (left + bar_place.0, top + bar_place.1),
+            note,
+            note_top,
+            size: (left + right, bottom),
+        }
+    }
+
+    /// Width and height.
+    pub(crate) fn size(&self) -> (f64, f64) {
+        self.size
+    }
+
+    /// Draws it with its top left corner at `x`, `y`.
+    pub(crate) fn draw(
+        &self,
+        panel: &Panel<'_>,
+        canvas: &mut Canvas,
+        x: f64,
+        y: f64,
+    ) -> Result<(), Error> {
+        let plot = self.plot.moved(x, y);
+        for (i, line) in self.title.iter().enumerate() {
+            let baseline = y + TITLE_SIZE * 0.8 + i as f64 * TITLE_LEADING;
+            canvas.text(plot.x, baseline, TITLE_SIZE, Anchor::Start, line);
+        }
+        draw_heatmap(panel, canvas, plot, self.range)?;
+        self.draw_axes(panel, canvas, plot, x);
+        self.draw_note(canvas, plot.x, y);
+        self.bar
+            .draw(canvas, self.bar_place.0 + x, self.bar_place.1 + y)
+    }
+
+    fn draw_axes(&self, panel: &Panel<'_>, canvas: &mut Canvas, plot: Rect, left: f64) {
+        let mut marks = String::new();
+        let baseline = plot.bottom() + TICK + GAP + LABEL_SIZE * 0.75;
+        for &column in &self.column_ticks {
+            let x = plot.x + plot.width * (column as f64 + 0.5) / panel.grid.columns as f64;
+            marks += &format!("M{} {}v{TICK}", number(x), number(plot.bottom()));
+            canvas.text(x, baseline, LABEL_SIZE, Anchor::Middle, &column.to_string());
+        }
+        for &row in &self.row_ticks {
+            let y = plot.y + plot.height * (row as f64 + 0.5) / panel.grid.rows as f64;
+            marks += &format!("M{} {}h-{TICK}", number(plot.x), number(y));
+            let x = plot.x - TICK - GAP;
+            canvas.text(
+                x,
+                y + LABEL_SIZE * 0.36,
+                LABEL_SIZE,
+                Anchor::End,
+                &row.to_string(),
+            );
+        }
+        canvas.strokes(&marks, INK, HAIRLINE);
+        let (x, y) = (plot.x + plot.width / 2.0, baseline + LABEL_SIZE + 4.0);
+        canvas.text(x, y, LABEL_SIZE, Anchor::Middle, "column");
+        canvas.text_upwards(
+            left + LABEL_SIZE * 0.8,
+            plot.y + plot.height / 2.0,
+            LABEL_SIZE,
+            "row",
+        );
+    }
+
+    fn draw_note(&self, canvas: &mut Canvas, x: f64, top: f64) {
+        if self.note.is_empty() {
+            return;
+        }
+        let first = top + self.note_top + NOTE_SIZE * 0.8;
+        let swatch = format!("M{} {}h7v7h-7Z", number(x + 1.0), number(first - 7.0));
+        canvas.strokes(&swatch, "#10303a", 1.9);
+        canvas.strokes(&swatch, outline::OUTLINE, 1.2);
+        for (i, line) in self.note.iter().enumerate() {
+            canvas.text(
+                x + NOTE_INDENT,
+                first + i as f64 * NOTE_LEADING,
+                NOTE_SIZE,
+                Anchor::Start,
+                line,
+            );
+        }
+    }
+}

@@ -1,0 +1,207 @@
+//! The load law: what load a taxel's conductance stands for, and the other way round.
+
+use crate::Error;
+use crate::sensor::{Bend, Material, MaterialSpec, PerTaxel, Sensor};
+use crate::spline::Spline;
+
+/// G = g_zero + gain · factor · S(load)^exponent · e^bend(ln load), with S(L) = L/(1 + L/saturation).
+///
+/// `factor` in siemens per gram^exponent, loads in grams, conductances in siemens. Gain and exponent may
+/// differ from taxel to taxel. Below g_zero the law is continued by its mirror image, so that noise around
+/// an unloaded taxel averages to nothing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadLaw {
+    /// Conductance of an unloaded taxel, siemens.
+    pub g_zero: f64,
+    /// ln(gain · factor), one for all or one per taxel.
+    pub ln_scale: Vec<f64>,
+    /// Exponent, one for all or one per taxel.
+    pub exponent: Vec<f64>,
+    /// Load at which the response is halved, grams.
+    pub saturation_load_g: Option<f64>,
+    /// Correction of the logarithm over ln load.
+    pub bend: Option<Spline>,
+}
+
+impl LoadLaw {
+    /// A power law, the same for every taxel.
+    pub fn power(g_zero: f64, factor: f64, exponent: f64) -> Self {
+        Self {
+            g_zero,
+            ln_scale: vec![factor.ln()],
+            exponent: vec![exponent],
+            saturation_load_g: None,
+            bend: None,
+        }
+    }
+
+    /// The law of a sensor's material.
+    ///
+    /// # Errors
+    /// [`Error::MissingKey`] without a material.
+    pub fn from_sensor(sensor: &Sensor) -> Result<Self, Error> {
+        let material = sensor.material().ok_or_else(|| Error::MissingKey {
+            key: "material",
+            hint: "a load law makes loads of conductances".to_owned(),
+        })?;
+        Self::from_material(material)
+    }
+
+    /// The law of a material.
+    ///
+    /// # Errors
+    /// [`Error::Knots`] where those of its bend do not ascend.
+    fn from_material(material: &Material) -> Result<Self, Error> {
+        Ok(Self {
+            g_zero: material.g_zero_siemens,
+            ln_scale: material
+                .gain
+                .iter()
+                .map(|gain| (gain * material.factor).ln())
+                .collect(),
+            exponent: material.exponent.clone(),
+            saturation_load_g: material.saturation_load_g,
+            bend: match &material.bend {
+                Some(bend) => Some(Spline::new(&bend.ln_load_g, &bend.ln_siemens).map_err(
+                    |source| Error::Knots {
+                        key: "material.bend.ln_load_g",
+                        source,
+                    },
+                )?),
+                None => None,
+            },
+        })
+    }
+
+    /// The material of a law that is the same for every taxel (the first taxel's, where it is not).
+    pub fn to_material(&self) -> MaterialSpec {
+        let mut material =
+            MaterialSpec::new(self.ln_scale[0].exp(), PerTaxel::One(self.exponent[0]));
+        material.g_zero_siemens = self.g_zero;
+        material.saturation_load_g = self.saturation_load_g;
+        material.bend = self.bend.as_ref().map(|bend| {
+            let (ln_load_g, ln_siemens) = bend.knots();
+            Bend::new(ln_load_g.to_vec(), ln_siemens.to_vec())
+        });
+        material
+    }
+
+    fn of(values: &[f64], taxel: usize) -> f64 {
+        match values {
+            [one] => *one,
+            each => each[taxel],
+        }
+    }
+
+    /// Load in grams; negative below g_zero.
+    pub fn grams_from_siemens(&self, taxel: usize, siemens: f64) -> f64 {
+        let over = siemens - self.g_zero;
+        if over == 0.0 {
+            return 0.0;
+        }
+        let (scale, exponent) = (
+            Self::of(&self.ln_scale, taxel),
+            Self::of(&self.exponent, taxel),
+        );
+        let response = over.abs().ln() - scale;
+        let mut ln_load = response / exponent;
+        if let Some(bend) = &self.bend {
+            for _ in 0..20 {
+                let (value, slope) = bend.at(ln_load);
+                let step = (exponent * ln_load + value - response) / (exponent + slope).max(0.05);
+                ln_load -= step;
+                if step.abs() < 1e-12 {
+                    break;
+                }
+            }
+        }
+        let acting = ln_load.exp();
+        let load = match self.saturation_load_g {
+            // Beyond the asymptote no load explains the conductance; a hundredfold stands for that.
+            Some(half) => acting / (1.0 - acting / half).max(0.01),
+            None => acting,
+        };
+        load.copysign(over)
+    }
+
+    /// Conductance in siemens under a load in grams.
+    pub fn siemens_from_grams(&self, taxel: usize, load_g: f64) -> f64 {
+        if load_g == 0.0 {
+            return self.g_zero;
+        }
+        let (scale, exponent) = (
+            Self::of(&self.ln_scale, taxel),
+            Self::of(&self.exponent, taxel),
+        );
+        let load = load_g.abs();
+        let acting = match self.saturation_load_g {
+            Some(half) => load / (1.0 + load / half),
+            None => load,
+        };
+        let bend = self
+            .bend
+            .as_ref()
+            .map_or(0.0, |bend| bend.at(acting.ln()).0);
+        let over = (scale + exponent * acting.ln() + bend).exp();
+        self.g_zero + over.copysign(load_g)
+    }
+
+    /// How many grams a siemens is worth at this conductance: the slope of [`Self::grams_from_siemens`],
+    /// by a central difference of a thousandth.
+    pub fn grams_per_siemens(&self, taxel: usize, siemens: f64) -> f64 {
+        let step = 1e-3
+            * (siemens - self.g_zero)
+                .abs()
+                .max(1e-3 * self.g_zero.abs())
+                .max(1e-9);
+        let up = self.grams_from_siemens(taxel, siemens + step);
+        let down = self.grams_from_siemens(taxel, siemens - step);
+        (up - down) / (2.0 * step)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn laws() -> Vec<LoadLaw> {
+        let power = LoadLaw::power(1e-6, 8.29e-6, 0.857);
+        let saturating = LoadLaw {
+            saturation_load_g: Some(2500.0),
+            ..power.clone()
+        };
+        let bent = LoadLaw {
+            bend: Spline::new(&[3.0, 4.5, 6.0], &[0.0, 0.05, -0.08]).ok(),
+            ..power.clone()
+        };
+        vec![power, saturating, bent]
+    }
+
+    #[test]
+    fn every_law_round_trips_and_is_odd_about_g_zero() {
+        for law in laws() {
+            for load in [-30.0, 0.0, 0.3, 12.0, 150.0, 600.0] {
+                let siemens = law.siemens_from_grams(0, load);
+                assert!(
+                    (law.grams_from_siemens(0, siemens) - load).abs()
+                        < 1e-9 * (1.0 + f64::abs(load))
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_power_law_is_the_formula() {
+        let g = LoadLaw::power(1e-6, 8.29e-6, 0.857).siemens_from_grams(0, 100.0);
+        assert!((g - (1e-6 + 8.29e-6 * 100f64.powf(0.857))).abs() < 1e-18);
+    }
+
+    #[test]
+    fn a_saturating_taxel_at_its_half_load_acts_as_under_half_of_it() {
+        let law = LoadLaw {
+            saturation_load_g: Some(400.0),
+            ..LoadLaw::power(0.0, 1e-6, 1.0)
+        };
+        assert!((law.siemens_from_grams(0, 400.0) - 200e-6).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,14 @@
+//! From siemens to load: the laws of the pressure-sensitive material and its cover, as a calibrated sensor runs them.
+//!
+//! [`LoadLaw`] turns a conductance into the load on a taxel, [`Spread`] undoes what the cover hands to its neighbours,
+//! [`DynamicLaw`] with its [`HysteresisState`] undoes creep and hysteresis. [`crate::calibrate`] finds their numbers.
+
+mod dynamic;
+mod law;
+mod spread;
+
+pub use crate::spline::{BadKnots, Spline};
+pub(crate) use dynamic::ForwardState;
+pub use dynamic::{DynamicLaw, HysteresisState};
+pub use law::LoadLaw;
+pub use spread::Spread;

@@ -1,0 +1,26 @@
+//! The two directions of lines.
+
+use std::fmt;
+
+/// Rows (sensed lines) or columns (driven lines).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Axis {
+    /// Sensed lines.
+    Row,
+    /// Driven lines.
+    Column,
+}
+
+impl Axis {
+    /// Both.
+    pub const BOTH: [Axis; 2] = [Axis::Row, Axis::Column];
+}
+
+impl fmt::Display for Axis {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Axis::Row => "row",
+            Axis::Column => "column",
+        })
+    }
+}

@@ -1,0 +1,190 @@
+//! A sensor file's parts with every choice made: which resistor ends a line, a number for each taxel.
+
+use super::spec::{
+    Bend, DynamicSpec, MaterialSpec, PerLine, PerTaxel, ReadoutSpec, SensorSpec, Topology,
+};
+use crate::Error;
+
+/// The amplifier's open-loop gain where a sensor file gives none.
+pub const USUAL_OPEN_LOOP_GAIN: f64 = 1e5;
+
+/// What the sensed row ends in; symbols as in [theory.md](https://github.com/taxel/taxel/blob/main/docs/theory.md).
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Sense {
+    /// An inverting amplifier (`tia-*`).
+    #[non_exhaustive]
+    Amplifier {
+        /// R_k, ohms.
+        r_feedback_ohms: f64,
+        /// A at the scan rate, a pure number.
+        open_loop_gain: f64,
+    },
+    /// A resistor to ground (`divider-*`).
+    #[non_exhaustive]
+    PullDown {
+        /// R_p, ohms.
+        r_pull_down_ohms: f64,
+    },
+}
+
+impl Sense {
+    /// R_k or R_p, ohms.
+    pub fn ohms(self) -> f64 {
+        match self {
+            Sense::Amplifier {
+                r_feedback_ohms, ..
+            } => r_feedback_ohms,
+            Sense::PullDown { r_pull_down_ohms } => r_pull_down_ohms,
+        }
+    }
+}
+
+/// The circuit around the array; of a [`super::Sensor`] alone.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Readout {
+    /// How the lines end.
+    pub topology: Topology,
+    /// V_t, volts.
+    pub v_test_volts: f64,
+    /// What the sensed row ends in.
+    pub sense: Sense,
+    /// R_c, on-resistance of the column multiplexer, ohms; `None` until a calibration finds it.
+    pub r_mux_column_ohms: Option<PerLine>,
+    /// R_r, on-resistance of the row multiplexer, ohms; `None` until a calibration finds it.
+    pub r_mux_row_ohms: Option<PerLine>,
+    /// R_v, extra series resistance of the driven column, ohms.
+    pub r_source_ohms: f64,
+}
+
+impl Readout {
+    /// R_k, ohms, of a read-out with an amplifier.
+    pub fn r_feedback_ohms(&self) -> Option<f64> {
+        match self.sense {
+            Sense::Amplifier {
+                r_feedback_ohms, ..
+            } => Some(r_feedback_ohms),
+            Sense::PullDown { .. } => None,
+        }
+    }
+
+    /// A, of a read-out with an amplifier; the usual one where the sensor file gives none.
+    pub fn open_loop_gain(&self) -> Option<f64> {
+        match self.sense {
+            Sense::Amplifier { open_loop_gain, .. } => Some(open_loop_gain),
+            Sense::PullDown { .. } => None,
+        }
+    }
+
+    /// R_p, ohms, of a divider.
+    pub fn r_pull_down_ohms(&self) -> Option<f64> {
+        match self.sense {
+            Sense::PullDown { r_pull_down_ohms } => Some(r_pull_down_ohms),
+            Sense::Amplifier { .. } => None,
+        }
+    }
+}
+
+/// The load law of every taxel: G = g_zero + gain · factor · load_g ^ exponent, bent; of a [`super::Sensor`] alone.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Material {
+    /// Conductance of an unloaded taxel, siemens.
+    pub g_zero_siemens: f64,
+    /// Siemens per gram^exponent.
+    pub factor: f64,
+    /// One for all taxels, or one for each, row by row: a file of a few bytes may tell of millions of taxels.
+    pub(crate) exponent: Vec<f64>,
+    pub(crate) gain: Vec<f64>,
+    /// Load at which the material has lost half of its response, grams.
+    pub saturation_load_g: Option<f64>,
+    /// Bend of the law away from the power law.
+    pub bend: Option<Bend>,
+    /// Mechanical spread: shares along its column, along its row, diagonal.
+    pub spread: Option<[f64; 3]>,
+    /// What the material remembers: creep and hysteresis.
+    pub dynamic: Option<DynamicSpec>,
+}
+
+impl Material {
+    /// Exponent of a taxel's load, a pure number.
+    pub fn exponent(&self, taxel: usize) -> f64 {
+        at(&self.exponent, taxel)
+    }
+
+    /// Relative gain of a taxel, a pure number.
+    pub fn gain(&self, taxel: usize) -> f64 {
+        at(&self.gain, taxel)
+    }
+}
+
+fn at(values: &[f64], taxel: usize) -> f64 {
+    match values {
+        [value] => *value,
+        values => values[taxel],
+    }
+}
+
+/// Read-out and material of what a file says.
+pub(super) fn resolve(spec: &SensorSpec) -> Result<(Readout, Option<Material>), Error> {
+    let material = spec.material.as_ref().map(material).transpose()?;
+    Ok((readout(&spec.readout)?, material))
+}
+
+/// What the sensed row ends in; numbers as they stand.
+pub(super) fn sense(said: &ReadoutSpec) -> Result<Sense, Error> {
+    let missing = |key, part: &str| Error::MissingKey {
+        key,
+        hint: format!("topology `{}` {part}", said.topology.name()),
+    };
+    Ok(if said.topology.is_tia() {
+        Sense::Amplifier {
+            r_feedback_ohms: said.r_feedback_ohms.ok_or_else(|| {
+                let part = "has an amplifier with a feedback resistor";
+                missing("readout.r_feedback_ohms", part)
+            })?,
+            open_loop_gain: said.open_loop_gain.unwrap_or(USUAL_OPEN_LOOP_GAIN),
+        }
+    } else {
+        Sense::PullDown {
+            r_pull_down_ohms: said.r_pull_down_ohms.ok_or_else(|| {
+                let part = "reads the voltage over a pull-down resistor";
+                missing("readout.r_pull_down_ohms", part)
+            })?,
+        }
+    })
+}
+
+fn readout(said: &ReadoutSpec) -> Result<Readout, Error> {
+    Ok(Readout {
+        topology: said.topology,
+        v_test_volts: said.v_test_volts,
+        sense: sense(said)?,
+        r_mux_column_ohms: said.r_mux_column_ohms.clone(),
+        r_mux_row_ohms: said.r_mux_row_ohms.clone(),
+        r_source_ohms: said.r_source_ohms,
+    })
+}
+
+fn material(said: &MaterialSpec) -> Result<Material, Error> {
+    let each = |values: &PerTaxel, key| match values {
+        PerTaxel::One(value) => Ok(vec![*value]),
+        PerTaxel::Each(rows) => Ok(rows.concat()),
+        PerTaxel::File(name) => Err(Error::MissingKey {
+            key,
+            hint: format!("its numbers are in the file `{name}`, which has not been read"),
+        }),
+    };
+    let gain = said.gain.as_ref().unwrap_or(&PerTaxel::One(1.0));
+    Ok(Material {
+        g_zero_siemens: said.g_zero_siemens,
+        factor: said.factor,
+        exponent: each(&said.exponent, "material.exponent")?,
+        gain: each(gain, "material.gain")?,
+        saturation_load_g: said.saturation_load_g,
+        bend: said.bend.clone(),
+        spread: said.spread,
+        dynamic: said.dynamic.clone(),
+    })
+}

@@ -1,0 +1,487 @@
+//! What a sensor file says ([formats.md](https://github.com/taxel/taxel/blob/main/docs/formats.md)), key by key.
+
+use serde::{Deserialize, Serialize};
+
+use super::keys;
+use crate::Error;
+
+/// How each line ends, selected and not: [theory.md](https://github.com/taxel/taxel/blob/main/docs/theory.md) has the table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Topology {
+    /// The e-Cone: unselected columns grounded, unselected rows open, inverting amplifier.
+    TiaGroundedColumns,
+    /// Zero-potential method: every row at an amplifier's virtual ground.
+    TiaZeroPotential,
+    /// Unselected columns grounded, selected row over a pull-down.
+    DividerGroundedColumns,
+    /// Most home-made mats: unselected lines open, selected row over a pull-down.
+    DividerFloating,
+    /// Voltage-feedback method: unselected columns follow the sensed voltage.
+    DividerVoltageFeedback,
+}
+
+impl Topology {
+    /// All five.
+    pub const ALL: [Topology; 5] = [
+        Topology::TiaGroundedColumns,
+        Topology::TiaZeroPotential,
+        Topology::DividerGroundedColumns,
+        Topology::DividerFloating,
+        Topology::DividerVoltageFeedback,
+    ];
+
+    /// Its name in sensor.toml.
+    pub fn name(self) -> &'static str {
+        match self {
+            Topology::TiaGroundedColumns => "tia-grounded-columns",
+            Topology::TiaZeroPotential => "tia-zero-potential",
+            Topology::DividerGroundedColumns => "divider-grounded-columns",
+            Topology::DividerFloating => "divider-floating",
+            Topology::DividerVoltageFeedback => "divider-voltage-feedback",
+        }
+    }
+
+    /// Whether the sensed row ends in an inverting amplifier (else in a pull-down resistor).
+    pub fn is_tia(self) -> bool {
+        matches!(
+            self,
+            Topology::TiaGroundedColumns | Topology::TiaZeroPotential
+        )
+    }
+}
+
+/// A resistance that all lines share, or one per line, in ohms.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum PerLine {
+    /// The same for every line.
+    One(f64),
+    /// One per line, in order.
+    Each(Vec<f64>),
+}
+
+impl PerLine {
+    /// The value of line `i`.
+    pub fn at(&self, i: usize) -> f64 {
+        match self {
+            PerLine::One(value) => *value,
+            PerLine::Each(values) => values[i],
+        }
+    }
+
+    /// Mean over `lines` lines.
+    pub fn mean(&self, lines: usize) -> f64 {
+        (0..lines).map(|i| self.at(i)).sum::<f64>() / lines as f64
+    }
+}
+
+/// Geometry of the array.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Array {
+    /// Sensed lines.
+    pub rows: usize,
+    /// Driven lines.
+    pub columns: usize,
+    /// Distance between rows and between columns, mm.
+    #[serde(default = "default_pitch")]
+    pub pitch_mm: [f64; 2],
+    /// Area that one taxel's load acts on, mm² (load to pressure).
+    #[serde(default = "default_area")]
+    pub taxel_area_mm2: f64,
+    /// The map of labels like `C7` to taxels: the columns' letters in order (`"ABCD…"`); the digits are the row.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub labels: Option<String>,
+}
+
+fn default_pitch() -> [f64; 2] {
+    [1.0, 1.0]
+}
+fn default_area() -> f64 {
+    1.0
+}
+
+/// The circuit around the array; symbols as in [theory.md](https://github.com/taxel/taxel/blob/main/docs/theory.md).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct ReadoutSpec {
+    /// How the lines end.
+    pub topology: Topology,
+    /// V_t, volts.
+    pub v_test_volts: f64,
+    /// R_k, ohms (`tia-*`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub r_feedback_ohms: Option<f64>,
+    /// A at the scan rate (`tia-*`), a pure number.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub open_loop_gain: Option<f64>,
+    /// R_c, on-resistance of the column multiplexer, ohms.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub r_mux_column_ohms: Option<PerLine>,
+    /// R_r, on-resistance of the row multiplexer, ohms.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub r_mux_row_ohms: Option<PerLine>,
+    /// R_v, extra series resistance of the driven column, ohms.
+    #[serde(default)]
+    pub r_source_ohms: f64,
+    /// R_p, pull-down of a divider read-out, ohms (`divider-*`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub r_pull_down_ohms: Option<f64>,
+}
+
+/// From read-out volts to counts.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct ConverterSpec {
+    /// Resolution; the largest count is 2^bits − 1.
+    pub bits: u32,
+    /// Volts at the largest count.
+    pub full_scale_volts: f64,
+    /// Counts grow as V_out falls (`tia-*`).
+    #[serde(default)]
+    pub inverted: bool,
+    /// What the converter reads when the circuit gives nothing, volts.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub offset_volts: f64,
+    /// Standard deviation of the noise of one reading, counts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise_counts: Option<f64>,
+    /// Share of its predecessor in the scan that a reading keeps (0 to 1).
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub memory: f64,
+    /// Which taxel is read after which: along a row first, or along a column first.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub scan_order: ScanOrder,
+}
+
+/// The order in which the taxels of a frame are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ScanOrder {
+    /// Row 0 column 0, row 0 column 1, …
+    #[default]
+    RowByRow,
+    /// Row 0 column 0, row 1 column 0, …
+    ColumnByColumn,
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
+/// One number for all taxels, one per taxel (row by row), or the name of a CSV file that holds them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+#[non_exhaustive]
+pub enum PerTaxel {
+    /// The same for every taxel.
+    One(f64),
+    /// R lists of C numbers.
+    Each(Vec<Vec<f64>>),
+    /// A file of R lines of C numbers, beside the sensor file.
+    File(String),
+}
+
+/// The load law of a taxel: G = g_zero + gain · factor · load_g ^ exponent, or a monotone spline.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct MaterialSpec {
+    /// Conductance of an unloaded taxel, siemens.
+    #[serde(default)]
+    pub g_zero_siemens: f64,
+    /// Siemens per gram^exponent.
+    pub factor: f64,
+    /// Exponent of the load, a pure number; one for all or one per taxel.
+    pub exponent: PerTaxel,
+    /// Relative gain of a taxel, a pure number (from equilibration).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gain: Option<PerTaxel>,
+    /// Load at which the material has lost half of its response, grams: a load L acts as L/(1 + L/this).
+    /// Absent: it does not saturate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub saturation_load_g: Option<f64>,
+    /// Bend of the law away from the power law. Absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bend: Option<Bend>,
+    /// Mechanical spread: the share of a taxel's load that each neighbour takes, `[along its column (one row
+    /// away), along its row (one column away), diagonal]`. The taxel keeps the rest. Absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spread: Option<[f64; 3]>,
+    /// What the material remembers: creep and hysteresis. Absent: nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dynamic: Option<DynamicSpec>,
+}
+
+/// Lags and plays of a material at most, each.
+pub(crate) const MAX_DYNAMIC_TERMS: usize = 8;
+
+/// Creep and hysteresis, as [`crate::material::DynamicLaw`] defines them; the same for every taxel.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct DynamicSpec {
+    /// Weight of each lag, a pure number.
+    #[serde(default)]
+    pub lag_weight: Vec<f64>,
+    /// Time constant of each lag, seconds.
+    #[serde(default)]
+    pub lag_secs: Vec<f64>,
+    /// Weight of each play, a pure number.
+    #[serde(default)]
+    pub play_weight: Vec<f64>,
+    /// Half-width of each play, grams, ascending.
+    #[serde(default)]
+    pub play_g: Vec<f64>,
+    /// Seconds between frames that tell no time.
+    pub period_secs: f64,
+}
+
+/// A smooth correction added to the logarithm of the power law: a natural cubic spline, straight beyond its ends.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Bend {
+    /// Knots, ln of the load in grams, ascending.
+    pub ln_load_g: Vec<f64>,
+    /// What is added to ln(G − g_zero) at each knot, a pure number.
+    pub ln_siemens: Vec<f64>,
+}
+
+/// Lines and readings that are known to be bad.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct ScreenSpec {
+    /// Rows that say nothing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub dead_rows: Vec<usize>,
+    /// Columns that say nothing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub dead_columns: Vec<usize>,
+    /// Rows that come and go.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub flickering_rows: Vec<usize>,
+    /// Columns that come and go.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub flickering_columns: Vec<usize>,
+    /// The paper's mask: readings below this many counts are outliers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub low_counts: Option<f64>,
+    /// The paper's mask: readings above this many counts are outliers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub high_counts: Option<f64>,
+    /// Replace single lost readings (stuck, spikes) by the median of their neighbours, and mark them `interpolated`.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub repair: bool,
+}
+
+/// Where fitted numbers come from, and how good the fit is.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Provenance {
+    /// Version of the program that fitted.
+    #[serde(default)]
+    pub program: String,
+    /// Date of the fit, ISO 8601.
+    #[serde(default)]
+    pub date: String,
+    /// Files fitted to.
+    #[serde(default)]
+    pub data: Vec<String>,
+    /// Labelled presses used.
+    #[serde(default)]
+    pub presses: usize,
+    /// Cross-validated mean absolute error of the labelled loads, grams.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cross_validated_error_g: Option<f64>,
+    /// How the cross-validation was split.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cross_validation: Option<String>,
+    /// Standard errors of fitted numbers, by name, in the number's unit.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub standard_errors: Vec<(String, f64)>,
+    /// Numbers that were held and not fitted, by name, and what held them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub held: Vec<(String, String)>,
+    /// What was looked for, whether it was found, and its size.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub findings: Vec<String>,
+}
+
+/// A sensor: array, read-out, converter, material. The whole of `sensor.toml`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct SensorSpec {
+    /// Version of the format; 1.
+    pub format: u32,
+    /// What people call it.
+    #[serde(default)]
+    pub name: String,
+    /// Geometry.
+    pub array: Array,
+    /// Circuit.
+    pub readout: ReadoutSpec,
+    /// Converter.
+    pub converter: ConverterSpec,
+    /// Load law, once known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub material: Option<MaterialSpec>,
+    /// Known faults.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub screen: ScreenSpec,
+    /// Where fitted numbers come from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub provenance: Option<Provenance>,
+}
+
+impl SensorSpec {
+    /// What a sensor file must say; the rest is absent.
+    pub fn new(array: Array, readout: ReadoutSpec, converter: ConverterSpec) -> Self {
+        Self {
+            format: 1,
+            name: String::new(),
+            array,
+            readout,
+            converter,
+            material: None,
+            screen: ScreenSpec::default(),
+            provenance: None,
+        }
+    }
+
+    /// Reads the text of a sensor.toml and checks every number that stands in it.
+    ///
+    /// # Errors
+    /// Not TOML, an unknown key (with the nearest known one), an unknown topology; as [`Self::check`].
+    pub fn from_toml(text: &str) -> Result<Self, Error> {
+        keys::check(text)?;
+        let spec: SensorSpec = toml::from_str(text).map_err(|error| keys::not_toml(&error))?;
+        spec.check()?;
+        Ok(spec)
+    }
+
+    /// The text of its sensor.toml.
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).expect("a sensor is plain data")
+    }
+
+    /// Checks every number that stands in it; those in files of their own are not here to be checked.
+    ///
+    /// # Errors
+    /// A number outside its physical range, a list whose length does not fit the array, a missing resistor.
+    pub fn check(&self) -> Result<(), Error> {
+        super::check::values(self)
+    }
+
+    /// Puts the numbers of files in the place of their names: `read` answers with one number for each taxel, row by row.
+    ///
+    /// # Errors
+    /// What `read` fails with.
+    pub fn resolve<E>(
+        &mut self,
+        mut read: impl FnMut(&str) -> Result<Vec<f64>, E>,
+    ) -> Result<(), E> {
+        let columns = self.array.columns.max(1);
+        let Some(material) = &mut self.material else {
+            return Ok(());
+        };
+        for values in std::iter::once(&mut material.exponent).chain(&mut material.gain) {
+            if let PerTaxel::File(name) = values {
+                let numbers = read(name)?;
+                let rows = numbers.chunks(columns);
+                *values = PerTaxel::Each(rows.map(<[f64]>::to_vec).collect());
+            }
+        }
+        Ok(())
+    }
+
+    /// The largest count of the converter, 2^bits − 1.
+    pub(crate) fn max_count(&self) -> f64 {
+        (2f64).powi(self.converter.bits as i32) - 1.0
+    }
+}
+
+impl Array {
+    /// Lines 1 mm apart, and taxels of 1 mm².
+    pub fn new(rows: usize, columns: usize) -> Self {
+        Self {
+            rows,
+            columns,
+            pitch_mm: default_pitch(),
+            taxel_area_mm2: default_area(),
+            labels: None,
+        }
+    }
+}
+
+impl ReadoutSpec {
+    /// A read-out of which nothing else is known. An amplifier or a divider needs its resistor as well.
+    pub fn new(topology: Topology, v_test_volts: f64) -> Self {
+        Self {
+            topology,
+            v_test_volts,
+            r_feedback_ohms: None,
+            open_loop_gain: None,
+            r_mux_column_ohms: None,
+            r_mux_row_ohms: None,
+            r_source_ohms: 0.0,
+            r_pull_down_ohms: None,
+        }
+    }
+}
+
+impl ConverterSpec {
+    /// A converter without faults whose counts grow with the voltage.
+    pub fn new(bits: u32, full_scale_volts: f64) -> Self {
+        Self {
+            bits,
+            full_scale_volts,
+            inverted: false,
+            offset_volts: 0.0,
+            noise_counts: None,
+            memory: 0.0,
+            scan_order: ScanOrder::RowByRow,
+        }
+    }
+}
+
+impl MaterialSpec {
+    /// A power law through nothing.
+    pub fn new(factor: f64, exponent: PerTaxel) -> Self {
+        Self {
+            g_zero_siemens: 0.0,
+            factor,
+            exponent,
+            gain: None,
+            saturation_load_g: None,
+            bend: None,
+            spread: None,
+            dynamic: None,
+        }
+    }
+}
+
+impl DynamicSpec {
+    /// A material that remembers nothing, `period_secs` between frames that tell no time.
+    pub fn new(period_secs: f64) -> Self {
+        Self {
+            lag_weight: Vec::new(),
+            lag_secs: Vec::new(),
+            play_weight: Vec::new(),
+            play_g: Vec::new(),
+            period_secs,
+        }
+    }
+}
+
+impl Bend {
+    /// Knots, ln of the load in grams, and what is added to ln(G − g_zero) at each.
+    pub fn new(ln_load_g: Vec<f64>, ln_siemens: Vec<f64>) -> Self {
+        Self {
+            ln_load_g,
+            ln_siemens,
+        }
+    }
+}
