@@ -158,7 +158,7 @@ pub struct Proposal {
 /// use taxel::design::sizing::{Wish, size};
 /// let proposal = size(&Wish { rows: 16, columns: 16, ..Wish::default() })?;
 /// assert_eq!(proposal.sensor.readout().v_test_volts, 0.4);
-/// assert_eq!(proposal.sensor.readout().r_feedback_ohms, Some(2000.0));
+/// assert_eq!(proposal.sensor.spec().readout.r_feedback_ohms, Some(2000.0));
 /// # Ok::<(), taxel::design::Error>(())
 /// ```
 pub fn size(wish: &Wish) -> Result<Proposal, Error> {
