@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use taxel::Sensor;
 use taxel_acquire::Address;
-use taxel_io::McapReader;
+use taxel_io::{McapReader, SensorFileError};
 
 use crate::error::Error;
 use crate::frames::is_mcap;
@@ -34,10 +34,11 @@ pub fn carried(path: &Path) -> Result<Option<Sensor>, Error> {
         return Ok(None);
     };
     sensor_file::check_length(path, text.len() as u64)?;
-    let sensor = Sensor::from_toml(text).map_err(|source| taxel_io::Error::Sensor {
+    let sensor = Sensor::from_toml(text).map_err(|source| SensorFileError::Invalid {
         file: path.to_owned(),
         source,
-    })?;
+    });
+    let sensor = sensor.map_err(taxel_io::Error::from)?;
     sensor_file::check_array(path, sensor.rows(), sensor.columns())?;
     Ok(Some(sensor))
 }

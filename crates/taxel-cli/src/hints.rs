@@ -37,9 +37,11 @@ fn help(error: &Error) -> Option<&'static str> {
 pub(crate) const SENSOR: &str = "--sensor takes a sensor file or the name of a preset (econe, mat-16x16-cd4067, mat-32x32-adg732)";
 
 fn of_files(error: &taxel_io::Error) -> Option<&'static str> {
-    use taxel_io::{Error, ShapeFault};
+    use taxel_io::{Error, SensorFileError, ShapeFault};
     Some(match error {
-        Error::Sensor { source, .. } => return of_mathematics(source),
+        Error::SensorFile(SensorFileError::Invalid { source, .. }) => {
+            return of_mathematics(source);
+        }
         Error::LineShape { hint, .. } | Error::NpyShape { hint, .. } => match hint {
             ShapeFault::Swapped => "read it with `--transpose`",
             ShapeFault::NotSwapped => "read it without `--transpose`",

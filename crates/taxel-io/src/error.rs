@@ -1,5 +1,7 @@
 //! What can go wrong between a frame and its file: what, where, both numbers, and what to do.
 
+mod sensor_file;
+mod shape;
 mod table;
 mod words;
 
@@ -7,6 +9,8 @@ use std::fmt;
 use std::io;
 use std::path::PathBuf;
 
+pub use sensor_file::SensorFileError;
+pub use shape::ShapeFault;
 pub use table::TableError;
 use words::{kept_words, names_words, value_words};
 
@@ -32,63 +36,9 @@ impl fmt::Display for Place {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The sensor file cannot be read.
-    #[error("cannot open {}: {source}\nhint: a sensor is a file, or one of the presets {presets}", .file.display())]
-    OpenSensor {
-        /// The file.
-        file: PathBuf,
-        /// The names of the presets.
-        presets: String,
-        /// The system's reason.
-        source: io::Error,
-    },
-    /// A file that is too long to be a sensor's.
-    #[error("{}: more than {limit} bytes, no sensor file has so many\nhint: is this a recording? per-taxel numbers of large arrays go in a .csv beside it", .file.display())]
-    SensorLength {
-        /// The file, or the recording that carries it.
-        file: PathBuf,
-        /// The most it may have.
-        limit: u64,
-    },
-    /// An array whose frames are larger than is read.
-    #[error("{}: {rows} rows x {columns} columns need about {needed_mib} MiB of memory, at most {most_mib} are taken: an array has at most {most_taxels} taxels\nhint: check rows and columns; a larger sensor is read in parts, each with a sensor file of its own", .file.display())]
-    ArrayMemory {
-        /// The sensor file, or the recording that carries it.
-        file: PathBuf,
-        /// Rows of the array.
-        rows: usize,
-        /// Its columns.
-        columns: usize,
-        /// What it would take, MiB.
-        needed_mib: u64,
-        /// The most that is taken, MiB.
-        most_mib: u64,
-        /// The most taxels.
-        most_taxels: usize,
-    },
-    /// A file of per-taxel numbers holds more than one number per taxel.
-    #[error(
-        "{}: {found} lines or more, but the array has {expected} rows\nhint: a file of per-taxel numbers has one line per row", .file.display()
-    )]
-    PerTaxelLines {
-        /// The file.
-        file: PathBuf,
-        /// Lines found, at least.
-        found: usize,
-        /// Rows of the array.
-        expected: usize,
-    },
-    /// A preset of a name that there is not.
+    /// A sensor file that cannot be read, or makes no sense.
     #[error(transparent)]
-    Preset(taxel::Error),
-    /// The sensor file, or the one that a recording carries, makes no sense.
-    #[error("{}: {source}", .file.display())]
-    Sensor {
-        /// The file, or the preset's name.
-        file: PathBuf,
-        /// Why.
-        source: taxel::Error,
-    },
+    SensorFile(#[from] SensorFileError),
     /// A table that a spreadsheet does not hold.
     #[error(
         "{}: {rows} rows x {columns} columns, but a sheet holds {most_rows} x {most_columns}\nhint: write .csv or .parquet", .file.display()
@@ -516,46 +466,6 @@ pub enum Error {
         /// The method.
         found: String,
     },
-}
-
-/// What is the matter with a frame's or a recording's shape; as text, a hint.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum ShapeFault {
-    /// Rows and columns are swapped in the file.
-    Swapped,
-    /// They are not, and were to be read swapped.
-    NotSwapped,
-    /// It is another array's.
-    OtherSensor,
-    /// A line is torn or lost.
-    Torn,
-    /// A blank line stands between frames.
-    BlankLines,
-    /// An array of so many dimensions holds no frames.
-    Dimensions,
-    /// No frame lies together in it.
-    FortranOrder,
-}
-
-impl fmt::Display for ShapeFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Swapped => "rows and columns are swapped in this file",
-            Self::NotSwapped => "rows and columns are not swapped in this file",
-            Self::OtherSensor => {
-                "the recording is of another sensor; check rows and columns in the sensor file"
-            }
-            Self::Torn => "a line was torn or lost",
-            Self::BlankLines => {
-                "blank lines between frames are the .csv form; name the file .csv, or read it with an extra line"
-            }
-            Self::Dimensions => "reshape the array with numpy.reshape",
-            Self::FortranOrder => {
-                "write numpy.ascontiguousarray(frames): in Fortran order no frame lies together"
-            }
-        })
-    }
 }
 
 impl Error {

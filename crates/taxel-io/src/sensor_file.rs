@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::{Error, FrameSource, MAX_TAXELS, ReadOptions, ValuesReader, bounded};
+use crate::{Error, FrameSource, MAX_TAXELS, ReadOptions, SensorFileError, ValuesReader, bounded};
 use taxel::sensor::{PRESETS, SensorSpec, preset};
 use taxel::{Frame, Sensor, Siemens};
 
@@ -25,28 +25,26 @@ pub fn check_length(file: &Path, bytes: u64) -> Result<(), Error> {
 }
 
 fn too_long(file: &Path) -> Error {
-    Error::SensorLength {
-        file: file.to_owned(),
-        limit: MAX,
-    }
+    let file = file.to_owned();
+    SensorFileError::Length { file, limit: MAX }.into()
 }
 
-/// Reads the sensor that `--sensor` names. A file goes before a preset of the same name.
+/// Reads the sensor of a file or a preset. A file goes before a preset of the same name.
 pub fn load(name: &Path) -> Result<Sensor, Error> {
-    let in_file = |source| Error::Sensor {
+    let in_file = |source| SensorFileError::Invalid {
         file: name.to_owned(),
         source,
     };
     let word = name.to_str().unwrap_or_default();
     let is_path = word.contains(['/', '\\', '.']) || name.exists();
     if !is_path {
-        return preset(word).map_err(Error::Preset);
+        return Ok(preset(word).map_err(SensorFileError::Preset)?);
     }
     let mut spec = SensorSpec::from_toml(&text_of(name)?).map_err(in_file)?;
     let (rows, columns) = (spec.array.rows, spec.array.columns);
     check_array(name, rows, columns)?;
     spec.resolve(|file| per_taxel(&next_to(name, file), rows, columns))?;
-    Sensor::try_from(spec).map_err(in_file)
+    Ok(Sensor::try_from(spec).map_err(in_file)?)
 }
 
 /// The text of a sensor file.
@@ -54,11 +52,12 @@ pub fn text_of(name: &Path) -> Result<String, Error> {
     match bounded::read_text(name, MAX) {
         Ok(Some(text)) => Ok(text),
         Ok(None) => Err(too_long(name)),
-        Err(source) => Err(Error::OpenSensor {
+        Err(source) => Err(SensorFileError::Open {
             file: name.to_owned(),
             presets: PRESETS.map(|(name, _)| name).join(", "),
             source,
-        }),
+        }
+        .into()),
     }
 }
 
@@ -72,18 +71,18 @@ fn per_taxel(file: &Path, rows: usize, columns: usize) -> Result<Vec<f64>, Error
     // The numbers have no unit; the reader does not ask.
     let mut reader = ValuesReader::<Siemens>::open(file, ReadOptions::new(rows, columns))?;
     let mut frame = Frame::zeros(rows, columns);
-    let lines = |found| Error::PerTaxelLines {
+    let lines = |found| SensorFileError::PerTaxelLines {
         file: file.to_owned(),
         found,
         expected: rows,
     };
     if !reader.next_into(&mut frame)? {
-        return Err(lines(0));
+        return Err(lines(0).into());
     }
     let numbers = frame.values().to_vec();
     match reader.next_into(&mut frame) {
         Ok(false) => Ok(numbers),
-        _ => Err(lines(rows + 1)),
+        _ => Err(lines(rows + 1).into()),
     }
 }
 
@@ -93,13 +92,14 @@ pub fn check_array(file: &Path, rows: usize, columns: usize) -> Result<(), Error
     if taxels <= MAX_TAXELS {
         Ok(())
     } else {
-        Err(Error::ArrayMemory {
+        Err(SensorFileError::ArrayMemory {
             file: file.to_owned(),
             rows,
             columns,
             needed_mib: (taxels as u64).saturating_mul(TAXEL_BYTES) >> 20,
             most_mib: MAX_MEMORY_MIB,
             most_taxels: MAX_TAXELS,
-        })
+        }
+        .into())
     }
 }
