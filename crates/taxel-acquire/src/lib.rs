@@ -12,7 +12,7 @@
 //! | [`protocol`] | bytes → frames, without input or output |
 //! | [`transport`] | serial port, UDP, TCP, standard input → bytes; broken links are opened again |
 //! | [`address`] | `serial:/dev/ttyACM0?baud=2000000`, `udp:0.0.0.0:9000`, `sim:econe?hand` … |
-//! | [`simulated`] | a virtual sensor that scans in real time, with knobs |
+//! | [`simulated`] | a virtual sensor that scans in real time, with parameters to turn |
 #![cfg_attr(not(feature = "std"), no_std)]
 
 #[cfg(feature = "std")]

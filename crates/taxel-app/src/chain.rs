@@ -120,13 +120,13 @@ pub fn stop_words(outcome: &Outcome) -> (&'static str, Option<String>) {
         Stop::Direct => return ("direct", None),
         Stop::Converged => return ("converged", None),
         Stop::Infeasible(why) => return ("infeasible", Some(why.to_string())),
-        Stop::RoundLimit => "round-limit",
+        Stop::IterationLimit => "round-limit",
         Stop::Stalled => "stalled",
         _ => "other",
     };
     let why = format!(
-        "{} rounds, residual {:.1e}; its numbers are those of the last round",
-        outcome.rounds, outcome.residual
+        "{} iterations, residual {:.1e}; its numbers are those of the last one",
+        outcome.iterations, outcome.residual
     );
     (word, Some(why))
 }

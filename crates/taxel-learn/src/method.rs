@@ -10,9 +10,9 @@ use taxel::{Frame, Mark, Newtons, Sensor, Volts};
 
 use crate::Error;
 use crate::model::{Model, ModelKind, with_law};
-use crate::models::hybrid::{FEATURES, FrameFeatures, HybridMemory, MIN_G, Physics};
-use crate::models::paper_mlp::PaperMemory;
-use crate::models::row_set::RowSetMemory;
+use crate::models::hybrid::{FEATURES, FrameFeatures, HybridScratch, MIN_G, Physics};
+use crate::models::paper_mlp::PaperScratch;
+use crate::models::row_set::RowSetScratch;
 
 /// A model as a [`LoadEstimator`].
 pub struct Learned {
@@ -36,9 +36,9 @@ struct Buffers {
     taxels: Vec<(usize, usize)>,
     loads: Vec<f32>,
     member: Vec<f32>,
-    paper: PaperMemory,
-    row_sets: Vec<RowSetMemory>,
-    hybrid: HybridMemory,
+    paper: PaperScratch,
+    row_sets: Vec<RowSetScratch>,
+    hybrid: HybridScratch,
     features: Vec<[f32; FEATURES]>,
     frame_features: FrameFeatures,
 }

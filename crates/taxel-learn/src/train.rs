@@ -185,11 +185,11 @@ fn checkpoint_of(
         epochs: history.to_vec(),
         networks: networks
             .map(|((now, optimiser), kept)| {
-                let (mean, square, _) = optimiser.memory();
+                let (mean, square, _) = optimiser.state();
                 [now.clone(), mean.to_vec(), square.to_vec(), kept.clone()]
             })
             .collect(),
-        steps: optimisers.first().map_or(0, |o| o.memory().2),
+        steps: optimisers.first().map_or(0, |o| o.state().2),
     }
 }
 

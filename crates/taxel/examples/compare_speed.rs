@@ -60,7 +60,7 @@ struct Row {
     forward: Timing,
     cold: Timing,
     warm: Timing,
-    rounds: (u32, u32),
+    iterations: (u32, u32),
     error: f64,
     dense: f64,
     ngspice: Option<f64>,
@@ -85,16 +85,16 @@ fn measure(size: (usize, usize)) -> Result<Row, Box<dyn Error>> {
         .with_tolerance(1e-6);
     let frames = stream(&circuit, &siemens, 32);
     let (mut out, mut solver) = (Frame::zeros(size.0, size.1), method.solver());
-    let mut rounds = (0, 0);
+    let mut iterations = (0, 0);
     let cold = time(runs, || {
         solver.forget();
-        rounds.0 = solver.solve_into(&frames[0], &mut out).rounds;
+        iterations.0 = solver.solve_into(&frames[0], &mut out).iterations;
     });
     let error = relative_error(&out, &siemens);
     let mut order = (1..32).chain((0..31).rev()).cycle();
     let warm = time(runs, || {
         let at = order.next().expect("endless");
-        rounds.1 = solver.solve_into(&frames[at], &mut out).rounds;
+        iterations.1 = solver.solve_into(&frames[at], &mut out).iterations;
     });
 
     let mut taxel = 0;
@@ -117,7 +117,7 @@ fn measure(size: (usize, usize)) -> Result<Row, Box<dyn Error>> {
         forward,
         cold,
         warm,
-        rounds,
+        iterations,
         error,
         dense: per_taxel.least * taxels as f64,
         ngspice,
@@ -174,8 +174,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             micros(row.forward),
             micros(row.cold),
             micros(row.warm),
-            row.rounds.0,
-            row.rounds.1,
+            row.iterations.0,
+            row.iterations.1,
             row.error,
             row.dense,
             or_dash(row.ngspice, 2),

@@ -27,8 +27,8 @@ fn main() -> Result<(), taxel::Error> {
 
     println!("{}", fit.report);
     println!(
-        "the inverse: {:?} after {} rounds",
-        outcome.stop, outcome.rounds
+        "the inverse: {:?} after {} iterations",
+        outcome.stop, outcome.iterations
     );
     let error = deviations_of_frames(found, &newtons(&loads), |_, load| load > 0.0)?;
     if let Some(error) = error {

@@ -60,7 +60,7 @@ impl<'a> FrameResult<'a> {
     }
 }
 
-/// Everything that a stream of frames of one sensor needs, and its memory; no allocation a frame.
+/// Everything that a stream of frames of one sensor needs, and their state; no allocation a frame.
 ///
 /// One call a frame ([`Self::process`]) computes everything; what it found can be looked at as often as needed.
 /// The marks say what a number is worth. Where no conductances explain a frame, every number of it is 0; where the
@@ -107,7 +107,7 @@ struct FromSiemens {
     law: LoadLaw,
     spread: Option<Spread>,
     /// What the material remembers.
-    memory: Option<HysteresisState>,
+    hysteresis: Option<HysteresisState>,
     grams: Vec<f64>,
     undone: Vec<f64>,
     work: Vec<f64>,
@@ -192,8 +192,8 @@ impl Pipeline {
                 solver, material, ..
             } => {
                 solver.forget();
-                if let Some(memory) = material.as_mut().and_then(|m| m.memory.as_mut()) {
-                    memory.forget();
+                if let Some(hysteresis) = material.as_mut().and_then(|m| m.hysteresis.as_mut()) {
+                    hysteresis.forget();
                 }
             }
             Stage::Estimate(estimator) => estimator.forget(),
@@ -338,7 +338,8 @@ impl FromSiemens {
         Ok(Self {
             law: LoadLaw::from_sensor(sensor)?,
             spread: material.spread.map(Spread::new),
-            memory: dynamic.map(|spec| HysteresisState::new(&DynamicLaw::from_spec(spec), taxels)),
+            hysteresis: dynamic
+                .map(|spec| HysteresisState::new(&DynamicLaw::from_spec(spec), taxels)),
             grams: vec![0.0; taxels],
             undone: vec![0.0; taxels],
             work: vec![0.0; taxels],
@@ -357,10 +358,10 @@ impl FromSiemens {
         for (grams, (taxel, &siemens)) in self.grams.iter_mut().zip(each) {
             *grams = self.law.grams_from_siemens(taxel, siemens);
         }
-        if let Some(memory) = &mut self.memory {
+        if let Some(hysteresis) = &mut self.hysteresis {
             // Numbers of a frame that nothing explains are none to remember.
             let is_lost = |taxel: usize| unexplained || is_lost(loads.marks[taxel]);
-            memory.loads_from_acting(siemens.time_secs, &mut self.grams, is_lost);
+            hysteresis.loads_from_acting(siemens.time_secs, &mut self.grams, is_lost);
         }
         if let Some(spread) = self.spread.filter(|_| !unexplained) {
             // A lost taxel in the middle of a load would look like a hole that its neighbours fill.

@@ -136,7 +136,7 @@ fn spread_memory_and_exponents_are_found_and_undone() {
         gain_sd: 0.1,
         exponent_sd: 0.04,
         spread: Some([0.06, 0.05, 0.003]),
-        memory: 0.01,
+        carry_over: 0.01,
         ..Imperfections::default()
     };
     // Large enough that most presses have nothing near them.

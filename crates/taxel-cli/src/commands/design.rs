@@ -6,7 +6,7 @@ mod report;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use taxel::design::sizing::{Wish, size};
+use taxel::design::sizing::{Requirements, size};
 use taxel::parts::find_switch;
 use taxel::sensor::Topology;
 
@@ -166,8 +166,8 @@ fn percent(text: &str) -> Result<f64, String> {
 }
 
 impl Args {
-    fn wish(&self) -> Wish {
-        Wish {
+    fn requirements(&self) -> Requirements {
+        Requirements {
             rows: self.rows,
             columns: self.columns,
             pitch_mm: self.pitch,
@@ -201,8 +201,8 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     if let Some(file) = &args.output {
         check_sensor_ending("-o", file)?;
     }
-    let wish = args.wish();
-    let proposal = size(&wish).map_err(refused)?;
+    let requirements = args.requirements();
+    let proposal = size(&requirements).map_err(refused)?;
     if let Some(file) = &args.output {
         let text = format!("{PREAMBLE}{}", proposal.sensor.to_toml());
         out::file(file, text.as_bytes())?;
@@ -211,7 +211,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     for warning in &proposal.warnings {
         out::warn(&warning.to_string());
     }
-    let report = Report::new(&args.switch.name, &wish, proposal);
+    let report = Report::new(&args.switch.name, &requirements, proposal);
     if args.json {
         out::json(&report)?
     } else {

@@ -230,7 +230,7 @@ impl Typical {
 
 /// Memory of [`Hybrid`] for one stream of frames.
 #[derive(Debug, Clone, Default)]
-pub struct HybridMemory {
+pub struct HybridScratch {
     inputs: Vec<f32>,
     sums: Vec<f32>,
     trace: Trace,
@@ -255,7 +255,7 @@ impl Hybrid {
         &self,
         features: &[[f32; FEATURES]],
         loads_g: &mut [f32],
-        memory: &mut HybridMemory,
+        memory: &mut HybridScratch,
     ) {
         if self.members.is_empty() {
             return;

@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::network::{LineMemory, Mlp, Trace};
+use crate::network::{LineScratch, Mlp, Trace};
 use crate::rows::{Rows, shuffled};
 use crate::scaler::Scaler;
 use crate::train::Trainable;
@@ -27,8 +27,8 @@ pub struct PaperMlp {
 
 /// Memory of [`PaperMlp`] for one stream of frames.
 #[derive(Debug, Clone, Default)]
-pub struct PaperMemory {
-    along: LineMemory,
+pub struct PaperScratch {
+    along: LineScratch,
     scaled: Vec<f32>,
     /// Per row: the first layer's sums with a taxel of nothing.
     starts: Vec<f32>,
@@ -65,7 +65,7 @@ impl PaperMlp {
         &self,
         counts: &[f32],
         taxels: &[(usize, usize)],
-        memory: &'a mut PaperMemory,
+        memory: &'a mut PaperScratch,
     ) -> &'a [f32] {
         let columns = self.columns();
         let width = self.network.widths()[1];

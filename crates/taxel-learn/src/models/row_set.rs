@@ -35,7 +35,7 @@ pub struct RowSet {
 
 /// Memory of one [`RowSet`] for one stream of frames.
 #[derive(Debug, Clone, Default)]
-pub struct RowSetMemory {
+pub struct RowSetScratch {
     seen: Vec<f32>,
     phi: Trace,
     rho: Trace,
@@ -85,7 +85,7 @@ impl RowSet {
     }
 
     /// φ over whole rows of a frame's readings, summed.
-    fn pool_frame(&self, counts: &[f32], columns: usize, memory: &mut RowSetMemory) {
+    fn pool_frame(&self, counts: &[f32], columns: usize, memory: &mut RowSetScratch) {
         let width = self.pooled_width();
         let Embeddings {
             place,
@@ -130,7 +130,7 @@ impl RowSet {
     }
 
     /// φ over whole rows of readings, summed.
-    fn pool(&self, rows: &[f32], columns: usize, memory: &mut RowSetMemory) {
+    fn pool(&self, rows: &[f32], columns: usize, memory: &mut RowSetScratch) {
         memory.seen.clear();
         for &value in rows {
             memory.seen.extend_from_slice(&self.eye.see(value));
@@ -158,7 +158,7 @@ impl RowSet {
         );
     }
 
-    fn run(&self, taxels: impl Iterator<Item = (f32, usize)>, memory: &mut RowSetMemory) {
+    fn run(&self, taxels: impl Iterator<Item = (f32, usize)>, memory: &mut RowSetScratch) {
         let width = self.pooled_width();
         memory.inputs.clear();
         for (taxel, row) in taxels {
@@ -181,7 +181,7 @@ impl RowSet {
 
     /// Loads of some presses, grams, not clipped.
     pub fn estimate(&self, rows: &Rows) -> Vec<f64> {
-        let mut memory = RowSetMemory::default();
+        let mut memory = RowSetScratch::default();
         self.pool(&rows.row, rows.columns, &mut memory);
         self.run(rows.taxel.iter().copied().zip(0..rows.len()), &mut memory);
         memory
@@ -200,7 +200,7 @@ impl RowSet {
         counts: &[f32],
         columns: usize,
         taxels: &[(usize, usize)],
-        memory: &'a mut RowSetMemory,
+        memory: &'a mut RowSetScratch,
     ) -> &'a [f32] {
         self.pool_frame(counts, columns, memory);
         let reading = |&(row, column): &(usize, usize)| (counts[row * columns + column], row);
@@ -285,7 +285,7 @@ mod tests {
             }
         }
         let model = training.finish();
-        let mut memory = RowSetMemory::default();
+        let mut memory = RowSetScratch::default();
         // Whole counts, counts between them, and one below nothing, in a stream of three frames.
         for frame in 0..3 {
             let counts: Vec<f32> = (0..12)

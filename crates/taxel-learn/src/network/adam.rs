@@ -47,7 +47,7 @@ impl<T: Real> Adam<T> {
     }
 
     /// Means, squares and number of steps: what a checkpoint keeps.
-    pub fn memory(&self) -> (&[T], &[T], u64) {
+    pub fn state(&self) -> (&[T], &[T], u64) {
         (&self.mean, &self.square, self.steps)
     }
 

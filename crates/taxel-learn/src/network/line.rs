@@ -20,7 +20,7 @@ impl Run {
 
 /// Memory of [`Mlp::forward_along`].
 #[derive(Debug, Clone, Default)]
-pub struct LineMemory {
+pub struct LineScratch {
     runs: Vec<Run>,
     next: Vec<Run>,
     sums: Vec<f32>,
@@ -37,7 +37,7 @@ impl Mlp<f32> {
         starts: &[f32],
         slope: &[f32],
         points: &[(usize, f32)],
-        memory: &'a mut LineMemory,
+        memory: &'a mut LineScratch,
     ) -> &'a [f32] {
         memory.runs.clear();
         memory.sums.clear();
@@ -87,7 +87,7 @@ impl Mlp<f32> {
         &memory.outputs
     }
 
-    fn advance_runs(&self, layer: usize, memory: &mut LineMemory) {
+    fn advance_runs(&self, layer: usize, memory: &mut LineScratch) {
         let (fan_in, fan_out) = (self.widths()[layer], self.widths()[layer + 1]);
         memory
             .sums
@@ -103,7 +103,7 @@ impl Mlp<f32> {
     }
 }
 
-impl LineMemory {
+impl LineScratch {
     /// What the units let through, run by run; a run in which a unit switches becomes several.
     fn switch(&mut self, width: usize, points: &[(usize, f32)]) {
         self.next.clear();
@@ -193,7 +193,7 @@ mod tests {
                 };
                 starts.extend((0..20).map(sum));
             }
-            let mut memory = LineMemory::default();
+            let mut memory = LineScratch::default();
             let found = network.forward_along(&starts, slope, &points, &mut memory);
             let inputs: Vec<f32> = points
                 .iter()

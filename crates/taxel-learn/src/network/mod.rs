@@ -9,5 +9,5 @@ mod real;
 
 pub use adam::{Adam, AdamSettings};
 pub use dense::{Mlp, Trace};
-pub use line::LineMemory;
+pub use line::LineScratch;
 pub use real::Real;

@@ -183,7 +183,7 @@ impl<'a> Search<'a> {
         progress("load law", 0.5);
         self.try_laws(false)?;
         progress("memory of the scan", 0.6);
-        self.try_memory()
+        self.try_carry_over()
     }
 
     /// Whether an effect is in the model.

@@ -247,7 +247,7 @@ impl<'a> Task<'a> {
         let settings = Settings {
             huber: 3.0,
             scale: Some(1.0),
-            rounds: 40,
+            iterations: 40,
             precision: 10.0,
         };
         let mut last: Option<([f64; 2], Solved)> = None;

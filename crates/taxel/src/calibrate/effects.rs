@@ -1,4 +1,4 @@
-//! Effects beyond the circuit: offset, exponents, spread, memory, the law's shape. Each is fitted, and kept only
+//! Effects beyond the circuit: offset, exponents, spread, carry-over, the law's shape. Each is fitted, and kept only
 //! where held-out presses are better for it (the offset: unless they are better without).
 
 use super::LawChoice;
@@ -209,7 +209,7 @@ impl Search<'_> {
         Ok(())
     }
 
-    pub(super) fn try_memory(&mut self) -> Result<(), Error> {
+    pub(super) fn try_carry_over(&mut self) -> Result<(), Error> {
         if !self.evaluator.isolated.contains(&true) || self.uses("memory of the scan") {
             return Ok(());
         }
@@ -219,7 +219,8 @@ impl Search<'_> {
             model
                 .sensor
                 .try_out(|spec| spec.converter.scan_order = order);
-            let Some(found) = refine_alone(&mut self.evaluator, &model, &[Unknown::Memory]) else {
+            let Some(found) = refine_alone(&mut self.evaluator, &model, &[Unknown::CarryOver])
+            else {
                 continue;
             };
             if best.as_ref().is_none_or(|b| found.1 < b.1) {
@@ -230,21 +231,25 @@ impl Search<'_> {
             return Ok(());
         };
         let order = model.sensor.converter().scan_order;
-        let memory = model.get(Unknown::Memory);
-        if !clear || memory < MIN_SHARE {
+        let carry_over = model.get(Unknown::CarryOver);
+        if !clear || carry_over < MIN_SHARE {
             self.note(
                 "memory of the scan",
                 false,
-                format!("a reading keeps {:.2} % of the one before", 100.0 * memory),
+                format!(
+                    "a reading keeps {:.2} % of the one before",
+                    100.0 * carry_over
+                ),
             );
             return Ok(());
         }
-        let Some((fitted, score, gain, errors)) = self.attempt(&model, &[Unknown::Memory]) else {
+        let Some((fitted, score, gain, errors)) = self.attempt(&model, &[Unknown::CarryOver])
+        else {
             return Ok(());
         };
-        let memory = fitted.model.get(Unknown::Memory);
-        let error = fitted.error_of(Unknown::Memory).unwrap_or(0.0);
-        let used = is_better(gain, errors) && memory > 3.0 * error;
+        let carry_over = fitted.model.get(Unknown::CarryOver);
+        let error = fitted.error_of(Unknown::CarryOver).unwrap_or(0.0);
+        let used = is_better(gain, errors) && carry_over > 3.0 * error;
         let along = match order {
             ScanOrder::RowByRow => "row by row",
             ScanOrder::ColumnByColumn => "column by column",
@@ -254,7 +259,7 @@ impl Search<'_> {
             used,
             format!(
                 "a reading keeps {:.2} ± {:.2} % of the one before, scanned {along}; {}",
-                100.0 * memory,
+                100.0 * carry_over,
                 100.0 * error,
                 gained(gain, errors)
             ),

@@ -453,7 +453,7 @@ pub(super) fn key(sensor: &Sensor) -> Vec<u64> {
         readout.open_loop_gain().unwrap_or(0.0).to_bits(),
         readout.r_source_ohms.to_bits(),
         sensor.converter().offset_volts.to_bits(),
-        sensor.converter().memory.to_bits(),
+        sensor.converter().carry_over.to_bits(),
         u64::from(sensor.converter().scan_order == ScanOrder::ColumnByColumn),
     ];
     for list in [&readout.r_mux_column_ohms, &readout.r_mux_row_ohms] {

@@ -35,7 +35,7 @@ struct Block {
 /// the model that another kind of evidence shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum MisfitTerm {
-    /// What surrounds presses with nothing near them: spread and memory.
+    /// What surrounds presses with nothing near them: spread and carry-over.
     Surroundings,
     /// Unloaded taxels: the converter's offset.
     Unloaded,
@@ -55,7 +55,7 @@ impl MisfitTerm {
             Unknown::SpreadRow
             | Unknown::SpreadColumn
             | Unknown::SpreadDiagonal
-            | Unknown::Memory => MisfitTerm::Surroundings,
+            | Unknown::CarryOver => MisfitTerm::Surroundings,
             Unknown::Offset => MisfitTerm::Unloaded,
             _ => MisfitTerm::Presses,
         }
@@ -272,7 +272,7 @@ pub(super) fn refine(
         })
         .filter(|(_, group): &(_, Vec<Unknown>)| !group.is_empty())
         .collect();
-    let (rounds, precision) = match effort {
+    let (iterations, precision) = match effort {
         Effort::Rough => (2, 1.0),
         Effort::Full => (4, 0.1),
     };
@@ -287,7 +287,7 @@ pub(super) fn refine(
     for _ in 0..passes {
         blocks.clear();
         for (term, group) in &groups {
-            let block = fit_block(evaluator, &model, *term, group, (rounds, precision))?;
+            let block = fit_block(evaluator, &model, *term, group, (iterations, precision))?;
             model = with_values(&model, group, &block.fit.parameters)?;
             blocks.push(block);
         }
@@ -346,15 +346,15 @@ fn fit_block(
     model: &Model,
     term: MisfitTerm,
     unknowns: &[Unknown],
-    (rounds, precision): (usize, f64),
+    (iterations, precision): (usize, f64),
 ) -> Option<Block> {
     let before = evaluator.estimates(model)?;
     let scatter = robust_deviation(&term.residuals(evaluator, &before)).max(MIN_SCATTER_G);
     let start: Vec<f64> = unknowns.iter().map(|&u| model.get(u)).collect();
     let steps: Vec<f64> = unknowns.iter().map(|u| u.step()).collect();
     let settings = Settings {
-        rounds: if any_moves_frames(unknowns) {
-            rounds
+        iterations: if any_moves_frames(unknowns) {
+            iterations
         } else {
             20
         },

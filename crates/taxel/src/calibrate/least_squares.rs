@@ -23,7 +23,7 @@ pub(super) struct Settings {
     pub(super) huber: f64,
     /// The standard deviation, where residuals come scaled; else a robust one of theirs.
     pub(super) scale: Option<f64>,
-    pub(super) rounds: usize,
+    pub(super) iterations: usize,
     /// Stops when no parameter moves by more than this many of its difference steps.
     pub(super) precision: f64,
 }
@@ -39,7 +39,7 @@ impl Default for Settings {
         Self {
             huber: 2.0,
             scale: None,
-            rounds: 40,
+            iterations: 40,
             precision: 1e-4,
         }
     }
@@ -150,9 +150,9 @@ pub(super) fn fit(
     let mut now = residuals(&at)?;
     let mut damping = 1e-4;
     let mut jacobian = Vec::new();
-    for round in 0..=settings.rounds {
+    for round in 0..=settings.iterations {
         jacobian = differences(&at, steps, &now, &mut residuals)?;
-        if round == settings.rounds {
+        if round == settings.iterations {
             break;
         }
         let limit = settings.limit(&now);

@@ -20,7 +20,7 @@ pub(super) enum Unknown {
     /// Offset of the converter, counts.
     Offset,
     /// Share of the previous reading.
-    Memory,
+    CarryOver,
     /// The three shares of the spread.
     SpreadRow,
     SpreadColumn,
@@ -43,7 +43,7 @@ impl Unknown {
             Unknown::Source => 1e-3,
             Unknown::OpenLoopGain => 1e-2,
             Unknown::Offset => 0.5,
-            Unknown::Memory => 5e-4,
+            Unknown::CarryOver => 5e-4,
             Unknown::SpreadRow | Unknown::SpreadColumn | Unknown::SpreadDiagonal => 1e-4,
             Unknown::Saturation => 1e-3,
             Unknown::Factor | Unknown::Exponent | Unknown::Bend(_) => 1e-4,
@@ -59,7 +59,7 @@ impl Unknown {
                 | Unknown::OpenLoopGain
                 | Unknown::Source
                 | Unknown::Offset
-                | Unknown::Memory
+                | Unknown::CarryOver
         )
     }
 }
@@ -136,7 +136,7 @@ impl Model {
                 .ln(),
             Unknown::Source => readout.r_source_ohms.max(1e-3).ln(),
             Unknown::Offset => self.sensor.converter().offset_volts / self.lsb(),
-            Unknown::Memory => self.sensor.converter().memory,
+            Unknown::CarryOver => self.sensor.converter().carry_over,
             Unknown::SpreadRow => spread.row,
             Unknown::SpreadColumn => spread.column,
             Unknown::SpreadDiagonal => spread.diagonal,
@@ -173,12 +173,12 @@ impl Model {
                 }
                 sensor.try_out(|spec| spec.converter.offset_volts = value * lsb);
             }
-            Unknown::Memory => {
+            Unknown::CarryOver => {
                 // A hair below nothing, so that the derivative at nothing exists.
                 if !(-0.01..0.4).contains(&value) {
                     return None;
                 }
-                sensor.try_out(|spec| spec.converter.memory = value);
+                sensor.try_out(|spec| spec.converter.carry_over = value);
             }
             Unknown::SpreadRow | Unknown::SpreadColumn | Unknown::SpreadDiagonal => {
                 let mut spread = self.spread.unwrap_or(Spread::new([0.0; 3]));

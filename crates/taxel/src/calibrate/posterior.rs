@@ -38,7 +38,7 @@ impl Peak {
     }
 }
 
-const ROUNDS: usize = 60;
+const MAX_ITERATIONS: usize = 60;
 /// Residuals beyond this many standard deviations count linearly.
 pub(super) const HUBER: f64 = 3.0;
 /// A relative gain of the loss below this ends the search.
@@ -56,7 +56,7 @@ pub(super) fn most_probable(
     let steps: Vec<f64> = parameters.iter().map(|p| p.step).collect();
     let mut jacobian = differences(&at, &steps, &now, &mut residuals)?;
     let mut settled = 0;
-    for _ in 0..ROUNDS {
+    for _ in 0..MAX_ITERATIONS {
         let before = total(parameters, &at, &now);
         let Some((there, moved)) = better(
             parameters,

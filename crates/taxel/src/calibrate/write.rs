@@ -175,7 +175,7 @@ pub(super) fn calibration(
 }
 
 fn write_found(spec: &mut SensorSpec, outcome: &Outcome, evidence: &Evidence) {
-    spec.converter.memory = spec.converter.memory.max(0.0);
+    spec.converter.carry_over = spec.converter.carry_over.max(0.0);
     spec.converter.noise_counts = Some(round(evidence.noise_counts, 1e3));
     spec.material = Some(material(outcome, spec.array.columns));
     for list in [
@@ -321,7 +321,7 @@ fn name(unknown: Unknown) -> &'static str {
         Unknown::OpenLoopGain => "open_loop_gain",
         Unknown::Source => "r_source_ohms",
         Unknown::Offset => "offset_volts",
-        Unknown::Memory => "memory",
+        Unknown::CarryOver => "memory",
         Unknown::SpreadRow => "spread along columns",
         Unknown::SpreadColumn => "spread along rows",
         Unknown::SpreadDiagonal => "diagonal spread",

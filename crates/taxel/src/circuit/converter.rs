@@ -9,14 +9,14 @@ use crate::{Counts, Frame, Mark, Volts};
 /// Standard deviation of what rounding to whole counts adds, counts: 1/√12.
 pub const ROUNDING_COUNTS: f64 = 0.288_675_134_594_812_9;
 
-/// The analogue-to-digital converter: gain, offset, inversion, memory, clipping, quantisation.
+/// The analogue-to-digital converter: gain, offset, inversion, carry-over, clipping, quantisation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Converter {
     /// Volts per count; negative when counts grow as V_out falls.
     volts_per_count: f64,
     offset_volts: f64,
     max_count: f64,
-    memory: f64,
+    carry_over: f64,
     order: ScanOrder,
 }
 
@@ -29,7 +29,7 @@ impl Converter {
             volts_per_count: if spec.inverted { -lsb } else { lsb },
             offset_volts: spec.offset_volts,
             max_count: sensor.max_count(),
-            memory: spec.memory,
+            carry_over: spec.carry_over,
             order: spec.scan_order,
         }
     }
@@ -44,19 +44,21 @@ impl Converter {
         self.max_count
     }
 
-    /// The count that a voltage is, neither rounded nor clipped, without the memory of the previous reading.
+    /// The count that a voltage is, neither rounded nor clipped, without the carry-over of the previous reading.
     pub fn count_from_volt(&self, volts: f64) -> f64 {
         volts / self.volts_per_count + self.offset_counts()
     }
 
-    /// Counts from volts: memory of the previous reading, offset, inversion, clipping, rounding.
+    /// Counts from volts: carry-over of the previous reading, offset, inversion, clipping, rounding.
     pub fn counts_from_volts(&self, volts: &Frame<Volts>) -> Frame<Counts> {
         let mut counts = volts.map(|_, v| v / self.volts_per_count + self.offset_counts());
-        if self.memory != 0.0 {
+        if self.carry_over != 0.0 {
             let mut last = None;
             for at in scan(self.order, volts.rows(), volts.columns()) {
                 let now = counts.values()[at];
-                let kept = last.map_or(now, |last| (1.0 - self.memory) * now + self.memory * last);
+                let kept = last.map_or(now, |last| {
+                    (1.0 - self.carry_over) * now + self.carry_over * last
+                });
                 counts.values_mut()[at] = kept;
                 last = Some(kept);
             }
@@ -85,13 +87,13 @@ impl Converter {
                 mark => *mark,
             };
         }
-        if self.memory != 0.0 {
+        if self.carry_over != 0.0 {
             // kept_k = (1−m)·v_k + m·kept_{k−1}, so v_k needs the two neighbouring readings alone.
             let mut last = None;
             for at in scan(self.order, counts.rows(), counts.columns()) {
                 let kept = volts.values[at];
                 if let Some(last) = last {
-                    volts.values[at] = (kept - self.memory * last) / (1.0 - self.memory);
+                    volts.values[at] = (kept - self.carry_over * last) / (1.0 - self.carry_over);
                 }
                 last = Some(kept);
             }

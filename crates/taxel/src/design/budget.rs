@@ -4,7 +4,7 @@
 //! and the others ideal. Two questions are asked of each cause: what error it makes alone, and what error is left
 //! without it. The two differ because causes act on each other: switches matter more when everything is pressed, and a
 //! gain that is low matters little beside a switch that is worse. Known by the calibration, and therefore undone
-//! exactly here, are the converter's offset and its memory; mechanical spread is no part of this.
+//! exactly here, are the converter's offset and its carry-over; mechanical spread is no part of this.
 
 mod other;
 
@@ -190,7 +190,7 @@ impl Budget {
     /// A number outside its physical range.
     pub fn new(sensor: &Sensor, draws: u32, seed: u64) -> Result<Self, Error> {
         // Known, and undone exactly: docs/design.md.
-        let sensor = sensor.edited(|spec| spec.converter.memory = 0.0)?;
+        let sensor = sensor.edited(|spec| spec.converter.carry_over = 0.0)?;
         let law = match sensor.material() {
             Some(_) => Some(LoadLaw::from_sensor(&sensor)?),
             None => None,

@@ -27,7 +27,7 @@ const SEED: u64 = 1;
 
 /// What the sensor is to do, and what it is to be built of.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Wish {
+pub struct Requirements {
     /// Sensed lines.
     pub rows: usize,
     /// Driven lines.
@@ -66,7 +66,7 @@ pub struct Wish {
     pub r_ohms: Option<f64>,
 }
 
-impl Default for Wish {
+impl Default for Requirements {
     /// The e-Cone as its paper sizes it (500 Ω to 3 kΩ, 0.8 mA a taxel), with 4 Ω switches, 10 MHz, 30 frames a second.
     fn default() -> Self {
         Self {
@@ -155,80 +155,96 @@ pub struct Proposal {
 /// Numbers that are no sensor's.
 ///
 /// ```
-/// use taxel::design::sizing::{Wish, size};
-/// let proposal = size(&Wish { rows: 16, columns: 16, ..Wish::default() })?;
+/// use taxel::design::sizing::{Requirements, size};
+/// let proposal = size(&Requirements { rows: 16, columns: 16, ..Requirements::default() })?;
 /// assert_eq!(proposal.sensor.readout().v_test_volts, 0.4);
-/// assert_eq!(proposal.sensor.spec().readout.r_feedback_ohms, Some(2000.0));
+/// assert_eq!(proposal.sensor.readout().r_feedback_ohms(), Some(2000.0));
 /// # Ok::<(), taxel::design::Error>(())
 /// ```
-pub fn size(wish: &Wish) -> Result<Proposal, Error> {
-    check::wish(wish)?;
+pub fn size(requirements: &Requirements) -> Result<Proposal, Error> {
+    check::requirements(requirements)?;
     let refused = |error: crate::Error| Error::new(error.to_string(), "see the numbers given");
-    let (v_test, exact_ohms, mut ohms) = voltage_and_ohms(wish);
-    let frames = check::frames(wish);
-    let mut sensor = sensor_with(wish, v_test, ohms).map_err(refused)?;
+    let (v_test, exact_ohms, mut ohms) = voltage_and_ohms(requirements);
+    let frames = check::frames(requirements);
+    let mut sensor = sensor_with(requirements, v_test, ohms).map_err(refused)?;
     let mut fullest = fullest_share(&sensor, &frames).map_err(refused)?;
-    while wish.r_ohms.is_none() && wish.topology.is_tia() && fullest >= 1.0 {
+    while requirements.r_ohms.is_none() && requirements.topology.is_tia() && fullest >= 1.0 {
         ohms = e24_at_most(0.95 * ohms);
-        sensor = sensor_with(wish, v_test, ohms).map_err(refused)?;
+        sensor = sensor_with(requirements, v_test, ohms).map_err(refused)?;
         fullest = fullest_share(&sensor, &frames).map_err(refused)?;
     }
-    let noise = noise_counts(wish, &sensor);
+    let noise = noise_counts(requirements, &sensor);
     let sensor = sensor
         .edited(|spec| spec.converter.noise_counts = Some(noise))
         .map_err(refused)?;
-    let resolution = resolution(wish, &sensor).map_err(refused)?;
-    let timing = Timing::of(wish, ohms);
+    let resolution = resolution(requirements, &sensor).map_err(refused)?;
+    let timing = Timing::of(requirements, ohms);
     let mut proposal = Proposal {
         exact_ohms,
         gain: sensor.readout().open_loop_gain(),
         fullest_share: fullest,
         resolution,
         timing,
-        least_v_test_volts: check::least_v_test(wish, &resolution),
-        column_amperes: column_amperes(wish, v_test),
-        ghosts: ghosts(wish, &sensor).map_err(refused)?,
+        least_v_test_volts: check::least_v_test(requirements, &resolution),
+        column_amperes: column_amperes(requirements, v_test),
+        ghosts: ghosts(requirements, &sensor).map_err(refused)?,
         warnings: Vec::new(),
         sensor,
     };
-    proposal.warnings = check::warnings(wish, &proposal);
+    proposal.warnings = check::warnings(requirements, &proposal);
     Ok(proposal)
 }
 
 /// V_test, and the resistor before and after a preferred value is chosen.
-fn voltage_and_ohms(wish: &Wish) -> (f64, f64, f64) {
-    let (least, most) = wish.taxel_ohms;
-    if wish.topology.is_tia() {
-        let v_test = wish.v_test_volts.unwrap_or(wish.taxel_amperes * least);
-        let exact = (1.0 - wish.headroom) * wish.full_scale_volts * least / v_test;
-        (v_test, exact, wish.r_ohms.unwrap_or(e24_at_most(exact)))
+fn voltage_and_ohms(requirements: &Requirements) -> (f64, f64, f64) {
+    let (least, most) = requirements.taxel_ohms;
+    if requirements.topology.is_tia() {
+        let v_test = requirements
+            .v_test_volts
+            .unwrap_or(requirements.taxel_amperes * least);
+        let exact = (1.0 - requirements.headroom) * requirements.full_scale_volts * least / v_test;
+        (
+            v_test,
+            exact,
+            requirements.r_ohms.unwrap_or(e24_at_most(exact)),
+        )
     } else {
         let exact = (least * most).sqrt();
-        let v_test = wish.v_test_volts.unwrap_or(wish.full_scale_volts);
-        (v_test, exact, wish.r_ohms.unwrap_or(e24_nearest(exact)))
+        let v_test = requirements
+            .v_test_volts
+            .unwrap_or(requirements.full_scale_volts);
+        (
+            v_test,
+            exact,
+            requirements.r_ohms.unwrap_or(e24_nearest(exact)),
+        )
     }
 }
 
-fn sensor_with(wish: &Wish, v_test_volts: f64, ohms: f64) -> Result<Sensor, crate::Error> {
-    let taxels = (wish.rows * wish.columns) as f64;
-    let law = law(wish);
-    let mut array = Array::new(wish.rows, wish.columns);
-    array.pitch_mm = [wish.pitch_mm; 2];
-    array.taxel_area_mm2 = wish.pitch_mm * wish.pitch_mm;
-    let mut readout = ReadoutSpec::new(wish.topology, v_test_volts);
-    readout.r_mux_column_ohms = Some(PerLine::One(wish.switch_ohms));
-    readout.r_mux_row_ohms = Some(PerLine::One(wish.switch_ohms));
-    if wish.topology.is_tia() {
-        let gain = gain_at(wish.gbw_hz, wish.frames_per_second * taxels);
+fn sensor_with(
+    requirements: &Requirements,
+    v_test_volts: f64,
+    ohms: f64,
+) -> Result<Sensor, crate::Error> {
+    let taxels = (requirements.rows * requirements.columns) as f64;
+    let law = law(requirements);
+    let mut array = Array::new(requirements.rows, requirements.columns);
+    array.pitch_mm = [requirements.pitch_mm; 2];
+    array.taxel_area_mm2 = requirements.pitch_mm * requirements.pitch_mm;
+    let mut readout = ReadoutSpec::new(requirements.topology, v_test_volts);
+    readout.r_mux_column_ohms = Some(PerLine::One(requirements.switch_ohms));
+    readout.r_mux_row_ohms = Some(PerLine::One(requirements.switch_ohms));
+    if requirements.topology.is_tia() {
+        let gain = gain_at(requirements.gbw_hz, requirements.frames_per_second * taxels);
         readout.r_feedback_ohms = Some(ohms);
         readout.open_loop_gain = Some(significant(gain, 4));
     } else {
         readout.r_pull_down_ohms = Some(ohms);
     }
-    let mut converter = ConverterSpec::new(wish.bits, wish.full_scale_volts);
-    converter.inverted = wish.topology.is_tia();
+    let mut converter = ConverterSpec::new(requirements.bits, requirements.full_scale_volts);
+    converter.inverted = requirements.topology.is_tia();
     let mut spec = SensorSpec::new(array, readout, converter);
-    spec.name = format!("design {}x{}", wish.rows, wish.columns);
+    spec.name = format!("design {}x{}", requirements.rows, requirements.columns);
     spec.material = Some(MaterialSpec {
         factor: significant(law.ln_scale[0].exp(), 9),
         ..law.to_material()
@@ -243,14 +259,15 @@ fn significant(value: f64, digits: i32) -> f64 {
 }
 
 /// The power law that gives the smaller resistance at full load.
-fn law(wish: &Wish) -> LoadLaw {
-    let scale = (1.0 / wish.taxel_ohms.0 - unloaded(wish)) / wish.full_load_g.powf(wish.exponent);
-    LoadLaw::power(unloaded(wish), scale, wish.exponent)
+fn law(requirements: &Requirements) -> LoadLaw {
+    let scale = (1.0 / requirements.taxel_ohms.0 - unloaded(requirements))
+        / requirements.full_load_g.powf(requirements.exponent);
+    LoadLaw::power(unloaded(requirements), scale, requirements.exponent)
 }
 
 /// Far below the lightest load of interest, whatever that is.
-fn unloaded(wish: &Wish) -> f64 {
-    UNLOADED_SIEMENS.min(1e-2 / wish.taxel_ohms.1)
+fn unloaded(requirements: &Requirements) -> f64 {
+    UNLOADED_SIEMENS.min(1e-2 / requirements.taxel_ohms.1)
 }
 
 /// The largest reading of these frames as a share of full scale.
@@ -268,23 +285,26 @@ fn fullest_share(sensor: &Sensor, frames: &[Frame<Siemens>]) -> Result<f64, crat
 }
 
 /// Noise of the converter and of the amplifier, one taxel of the row pressed fully, counts.
-fn noise_counts(wish: &Wish, sensor: &Sensor) -> f64 {
+fn noise_counts(requirements: &Requirements, sensor: &Sensor) -> f64 {
     let lsb = Converter::from_sensor(sensor).lsb_volts();
-    let amplifier = amplifier_noise(wish, sensor, 1.0 / wish.taxel_ohms.0) / lsb;
-    let counts = default_noise_counts(wish.bits).hypot(amplifier);
+    let amplifier = amplifier_noise(requirements, sensor, 1.0 / requirements.taxel_ohms.0) / lsb;
+    let counts = default_noise_counts(requirements.bits).hypot(amplifier);
     (counts * 1e3).round() / 1e3
 }
 
 /// The amplifier's noise at its output, volts, when the taxels of the row conduct `siemens` together: its noise gain
 /// is 1 + R_k · siemens. 0 without an amplifier.
-fn amplifier_noise(wish: &Wish, sensor: &Sensor, siemens: f64) -> f64 {
+fn amplifier_noise(requirements: &Requirements, sensor: &Sensor, siemens: f64) -> f64 {
     match sensor.readout().r_feedback_ohms() {
-        Some(r_k) => wish.amplifier_noise_volts * (1.0 + r_k * siemens),
+        Some(r_k) => requirements.amplifier_noise_volts * (1.0 + r_k * siemens),
         None => 0.0,
     }
 }
 
-fn resolution(wish: &Wish, sensor: &Sensor) -> Result<[Resolution; 2], crate::Error> {
+fn resolution(
+    requirements: &Requirements,
+    sensor: &Sensor,
+) -> Result<[Resolution; 2], crate::Error> {
     let law = LoadLaw::from_sensor(sensor)?;
     let lsb = Converter::from_sensor(sensor).lsb_volts();
     let noise = sensor.converter().noise_counts.unwrap_or_default();
@@ -317,21 +337,21 @@ fn resolution(wish: &Wish, sensor: &Sensor) -> Result<[Resolution; 2], crate::Er
             noise_g: noise * grams_per_count,
         }
     };
-    Ok([at(wish.taxel_ohms.1), at(wish.taxel_ohms.0)])
+    Ok([at(requirements.taxel_ohms.1), at(requirements.taxel_ohms.0)])
 }
 
 /// Every taxel of a column at full load, and its switch: what the column's driver sees at most.
-fn column_amperes(wish: &Wish, v_test_volts: f64) -> f64 {
-    v_test_volts / (wish.switch_ohms + wish.taxel_ohms.0 / wish.rows as f64)
+fn column_amperes(requirements: &Requirements, v_test_volts: f64) -> f64 {
+    v_test_volts / (requirements.switch_ohms + requirements.taxel_ohms.0 / requirements.rows as f64)
 }
 
-fn ghosts(wish: &Wish, sensor: &Sensor) -> Result<Vec<Ghost>, crate::Error> {
-    if wish.rows < 2 || wish.columns < 2 {
+fn ghosts(requirements: &Requirements, sensor: &Sensor) -> Result<Vec<Ghost>, crate::Error> {
+    if requirements.rows < 2 || requirements.columns < 2 {
         return Ok(Vec::new());
     }
     let budget = Budget::new(sensor, DRAWS, SEED)?;
     let all = Cause::of(sensor);
-    let (rows, columns) = (wish.rows, wish.columns);
+    let (rows, columns) = (requirements.rows, requirements.columns);
     let corner = |r: usize, c: usize| {
         let (row, column) = (r == 0 || r == rows - 1, c == 0 || c == columns - 1);
         row && column && (r, c) != (rows - 1, columns - 1)
@@ -340,11 +360,11 @@ fn ghosts(wish: &Wish, sensor: &Sensor) -> Result<Vec<Ghost>, crate::Error> {
     let scenes = [
         (
             "three corners of a rectangle pressed",
-            check::pressed(wish, corner),
+            check::pressed(requirements, corner),
         ),
         (
             "three quarters of the array pressed",
-            check::pressed(wish, quarter),
+            check::pressed(requirements, quarter),
         ),
     ];
     scenes

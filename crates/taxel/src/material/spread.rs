@@ -13,7 +13,7 @@ pub struct Spread {
 }
 
 /// Rounds of refinement; the error falls by the share that leaves (at most a half) each, and faster at first.
-const MAX_ROUNDS: usize = 60;
+const MAX_ITERATIONS: usize = 60;
 
 impl Spread {
     /// From sensor.toml's three shares.
@@ -62,7 +62,7 @@ impl Spread {
         for (load, effective) in loads.iter_mut().zip(effective) {
             *load = effective / kept;
         }
-        for _ in 0..MAX_ROUNDS {
+        for _ in 0..MAX_ITERATIONS {
             self.apply(columns, loads, work);
             let mut left = 0f64;
             for ((load, effective), now) in loads.iter_mut().zip(effective).zip(work.iter()) {

@@ -250,7 +250,7 @@ fn what_a_reading_keeps_of_the_one_before_is_found_within_its_error() {
             bench.sensor = bench
                 .sensor
                 .edited(|spec| {
-                    spec.converter.memory = share;
+                    spec.converter.carry_over = share;
                     spec.converter.scan_order = order;
                 })
                 .unwrap();

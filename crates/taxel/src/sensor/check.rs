@@ -118,10 +118,10 @@ fn converter(converter: &ConverterSpec) -> Result<(), Error> {
         converter.full_scale_volts,
         "volts at the largest count",
     )?;
-    if !(0.0..0.5).contains(&converter.memory) {
+    if !(0.0..0.5).contains(&converter.carry_over) {
         return Err(range(
             "converter.memory",
-            converter.memory,
+            converter.carry_over,
             "0 to below 0.5",
             "the share of the previous reading that is kept",
         ));

@@ -148,9 +148,9 @@ pub struct ConverterSpec {
     /// Standard deviation of the noise of one reading, counts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise_counts: Option<f64>,
-    /// Share of its predecessor in the scan that a reading keeps (0 to 1).
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub memory: f64,
+    /// Share of its predecessor in the scan that a reading keeps (0 to 1). `memory` in the file.
+    #[serde(rename = "memory", default, skip_serializing_if = "is_zero")]
+    pub carry_over: f64,
     /// Which taxel is read after which: along a row first, or along a column first.
     #[serde(default, skip_serializing_if = "is_default")]
     pub scan_order: ScanOrder,
@@ -441,7 +441,7 @@ impl ConverterSpec {
             inverted: false,
             offset_volts: 0.0,
             noise_counts: None,
-            memory: 0.0,
+            carry_over: 0.0,
             scan_order: ScanOrder::RowByRow,
         }
     }

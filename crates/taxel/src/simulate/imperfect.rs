@@ -31,7 +31,7 @@ pub struct Imperfections {
     /// The converter's offset, volts.
     pub offset_volts: f64,
     /// Share of its predecessor in the scan that a reading keeps, 0 to below 0.5.
-    pub memory: f64,
+    pub carry_over: f64,
     /// How many rows say nothing.
     pub dead_rows: usize,
     /// How many columns say nothing.
@@ -72,7 +72,7 @@ impl Imperfections {
             saturation_load_g: Some(2500.0),
             spread: Some([0.05, 0.05, 0.01]),
             offset_volts: 0.002,
-            memory: 0.003,
+            carry_over: 0.003,
             dead_rows: 0,
             flickering_columns: 0,
             faults: ReadingFaults::default(),
@@ -121,8 +121,8 @@ fn draw(truth: &mut SensorSpec, imperfections: &Imperfections, seed: u64) {
         readout.open_loop_gain = imperfections.open_loop_gain;
     }
     truth.converter.offset_volts += imperfections.offset_volts;
-    if imperfections.memory > 0.0 {
-        truth.converter.memory = imperfections.memory;
+    if imperfections.carry_over > 0.0 {
+        truth.converter.carry_over = imperfections.carry_over;
     }
     if let Some(material) = &mut truth.material {
         let shape = [rows, columns];

@@ -10,15 +10,17 @@
 //!
 //! [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
 
+mod state;
+
 use super::anderson::Anderson;
-use super::lines::LiveLines;
 use super::network::Network;
-use super::root::Root;
 use super::{Infeasible, Method, Outcome, Solver, Stop};
 use crate::circuit::{LineEnds, LinearCircuit};
 use crate::linalg::{multiply_lower, view, view_mut};
 use crate::sensor::Topology;
 use crate::{Frame, Siemens, Volts};
+pub(crate) use state::SolverState;
+use state::unpack;
 
 /// The closed iteration for `tia-grounded-columns` without a source resistor.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,7 +31,7 @@ pub struct Exact {
 
 /// Rows whose readings sum to less than this share of V_t carry no current worth a place in the network.
 const WEAK_ROW: f64 = 1e-7;
-const FAST_ROUNDS: u32 = 25;
+const MAX_FAST_ITERATIONS: u32 = 25;
 const MIXING_DEPTH: usize = 3;
 /// Where a conductance changes by less than this share of the largest, the fast iteration does the rest.
 const HAND_OVER: f64 = 1e-2;
@@ -57,114 +59,6 @@ impl Exact {
     pub fn with_tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
         self
-    }
-}
-
-/// What is kept of a frame for the next one, and room to work in.
-pub(crate) struct SolverState {
-    live: LiveLines,
-    /// Which of the live rows carry current, in this frame and in the one before.
-    strong: Vec<bool>,
-    strong_before: Vec<bool>,
-    warm: bool,
-    /// The frame before was too much for the fast iteration.
-    slow: bool,
-    volts: Vec<f64>,
-    siemens: Vec<f64>,
-    share: Vec<f64>,
-    along_rows: Vec<f64>,
-    network: Network,
-    /// What makes the previous frame's S have this one's P_rr, on either side.
-    stretch: Vec<f64>,
-    /// The lower triangle of S, row by row.
-    packed: Vec<f64>,
-    image: Vec<f64>,
-    triangle: Vec<f64>,
-    diagonal: Vec<f64>,
-    mixing: Anderson,
-    root: Root,
-}
-
-impl SolverState {
-    /// Makes the next solve start cold.
-    pub(crate) fn forget(&mut self) {
-        self.warm = false;
-    }
-
-    fn new(rows: usize, columns: usize) -> Self {
-        let packed = rows * (rows + 1) / 2;
-        Self {
-            live: LiveLines::default(),
-            strong: Vec::with_capacity(rows),
-            strong_before: Vec::with_capacity(rows),
-            warm: false,
-            slow: false,
-            volts: vec![0.0; rows * columns],
-            siemens: vec![0.0; rows * columns],
-            share: vec![0.0; rows],
-            along_rows: vec![0.0; rows],
-            network: Network::new(rows, columns),
-            stretch: vec![1.0; rows],
-            packed: vec![0.0; packed],
-            image: vec![0.0; packed],
-            triangle: vec![0.0; rows * rows],
-            diagonal: vec![0.0; rows],
-            mixing: Anderson::new(MIXING_DEPTH, packed),
-            root: Root::new(rows, columns),
-        }
-    }
-
-    /// Makes room for the rows that carry current, keeping what is known of S. Allocates nothing.
-    fn reshape(&mut self, n: usize) {
-        let m = self.strong.iter().filter(|&&strong| strong).count();
-        let packed = m * (m + 1) / 2;
-        if self.warm && self.strong.len() == self.strong_before.len() {
-            self.carry_over(packed);
-        } else {
-            self.warm = false;
-            self.packed.resize(packed, 0.0);
-        }
-        self.strong_before.clone_from(&self.strong);
-        self.image.resize(packed, 0.0);
-        self.network.resize(m, n);
-        self.triangle.resize(m * m, 0.0);
-        self.diagonal.resize(m, 0.0);
-        self.mixing.resize(packed);
-        self.root.resize(m, n);
-    }
-
-    /// Makes the network's S the start of the fast iteration.
-    fn take_s(&mut self) {
-        pack(&self.network.s, &mut self.packed, self.network.m);
-        self.stretch.fill(1.0);
-        self.mixing.restart();
-        self.warm = true;
-    }
-
-    /// S of the rows that go on carrying current; 0 for the others.
-    fn carry_over(&mut self, packed: usize) {
-        self.image.resize(packed, 0.0);
-        let (mut i, mut i_before) = (0, 0);
-        for (strong, before) in self.strong.iter().zip(&self.strong_before) {
-            if *strong {
-                let (mut at, mut from) = (i * (i + 1) / 2, i_before * (i_before + 1) / 2);
-                let columns = self.strong.iter().zip(&self.strong_before);
-                for (strong, known) in columns {
-                    if at == (i + 1) * (i + 2) / 2 {
-                        break;
-                    }
-                    if *strong {
-                        let both = *before && *known;
-                        self.image[at] = if both { self.packed[from] } else { 0.0 };
-                        at += 1;
-                    }
-                    from += usize::from(*known);
-                }
-            }
-            i += usize::from(*strong);
-            i_before += usize::from(*before);
-        }
-        std::mem::swap(&mut self.image, &mut self.packed);
     }
 }
 
@@ -313,22 +207,22 @@ impl Exact {
         }
         let again = state.warm && state.slow;
         state.slow = true;
-        let mut rounds = fast.rounds;
+        let mut iterations = fast.iterations;
         let rough = (ROOT_SHARE * self.tolerance).max(HAND_OVER);
         let (mut outcome, mut worst_column) = state.root.iterate(&mut state.network, rough, again);
-        rounds += outcome.rounds;
+        iterations += outcome.iterations;
         if outcome.stop.is_good() && rough > self.tolerance {
             state.take_s();
             let fast = self.fast(state);
-            rounds += fast.rounds;
+            iterations += fast.iterations;
             if fast.stop.is_good() {
-                return Outcome { rounds, ..fast };
+                return Outcome { iterations, ..fast };
             }
             let (root, fine) = (&mut state.root, ROOT_SHARE * self.tolerance);
             (outcome, worst_column) = root.iterate(&mut state.network, fine, true);
-            rounds += outcome.rounds;
+            iterations += outcome.iterations;
         }
-        outcome.rounds = rounds;
+        outcome.iterations = iterations;
         state.take_s();
         if let Some((denominator, at)) = worst_column {
             let column = state.live.columns[at];
@@ -362,7 +256,7 @@ impl Exact {
         }
         start(network, packed, mixing, warm.then_some(stretch), diagonal);
         let (mut ratio_before, mut last_change) = (0f64, f64::INFINITY);
-        for round in 1..=FAST_ROUNDS {
+        for round in 1..=MAX_FAST_ITERATIONS {
             let stalled = Outcome::new(Stop::Stalled, round, last_change);
             unpack(packed, &mut network.s, m);
             if network.columns_from_s(f64::MIN_POSITIVE).0 <= 0.0 {
@@ -390,7 +284,7 @@ impl Exact {
             }
             mixing.advance(packed, image);
         }
-        Outcome::new(Stop::RoundLimit, FAST_ROUNDS, last_change)
+        Outcome::new(Stop::IterationLimit, MAX_FAST_ITERATIONS, last_change)
     }
 
     /// The rows that carry current to their places, and the rest to first order in their conductance:
@@ -505,23 +399,4 @@ fn image_of(
         image[i * (i + 1) / 2 + i] += 1.0 / network.p[i] - 1.0 / found;
     }
     true
-}
-
-fn pack(full: &[f64], packed: &mut [f64], m: usize) {
-    let mut at = 0;
-    for i in 0..m {
-        packed[at..=at + i].copy_from_slice(&full[i * m..=i * m + i]);
-        at += i + 1;
-    }
-}
-
-fn unpack(packed: &[f64], full: &mut [f64], m: usize) {
-    let mut at = 0;
-    for i in 0..m {
-        for j in 0..=i {
-            full[i * m + j] = packed[at];
-            full[j * m + i] = packed[at];
-            at += 1;
-        }
-    }
 }

@@ -67,7 +67,7 @@ pub enum Stop {
     /// The answer no longer changes by more than the tolerance.
     Converged,
     /// The limit of rounds came first.
-    RoundLimit,
+    IterationLimit,
     /// No step made the answer better.
     Stalled,
     /// No conductances explain the frame with this circuit.
@@ -115,7 +115,7 @@ pub struct Outcome {
     /// Why it stopped.
     pub stop: Stop,
     /// Rounds taken.
-    pub rounds: u32,
+    pub iterations: u32,
     /// What is left, a pure number: for `exact` the last change of a conductance over the largest, for
     /// `newton` the largest misfit of a taxel's apparent conductance over the largest.
     pub residual: f64,
@@ -133,10 +133,10 @@ impl Outcome {
     }
 
     /// An outcome without a second answer.
-    pub fn new(stop: Stop, rounds: u32, residual: f64) -> Self {
+    pub fn new(stop: Stop, iterations: u32, residual: f64) -> Self {
         Self {
             stop,
-            rounds,
+            iterations,
             residual,
             ambiguous: false,
         }

@@ -10,7 +10,7 @@ use super::square_root::SquareRoot;
 use super::{Outcome, Stop};
 use crate::linalg::{Spd, mirror, multiply_lower, view, view_mut};
 
-const ROUNDS: u32 = 120;
+const MAX_ITERATIONS: u32 = 120;
 const DEPTH: usize = 4;
 /// The least denominator 1 − Σ H that a round goes on with; the answer itself must do without.
 const FLOOR: f64 = 1e-3;
@@ -69,7 +69,7 @@ impl Root {
         }
         let mut least = (f64::INFINITY, 0);
         let mut last = f64::INFINITY;
-        for round in 1..=ROUNDS {
+        for round in 1..=MAX_ITERATIONS {
             if !self.step(network) {
                 let stop = Stop::Stalled;
                 return (Outcome::new(stop, round, last), infeasible(least));
@@ -86,8 +86,8 @@ impl Root {
             }
             self.mixing.advance(&mut self.point, &self.image);
         }
-        let stop = Stop::RoundLimit;
-        (Outcome::new(stop, ROUNDS, last), infeasible(least))
+        let stop = Stop::IterationLimit;
+        (Outcome::new(stop, MAX_ITERATIONS, last), infeasible(least))
     }
 
     /// The raw reading of K as a start: H ≈ diag(1/p) K.

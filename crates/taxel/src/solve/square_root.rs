@@ -10,7 +10,7 @@ use crate::linalg::{Spd, mirror, multiply_lower, view, view_mut};
 /// Eigenvalues of M within this of 1 leave 3e-13 to the series' next term.
 const SERIES: f64 = 1e-3;
 /// More than any b that a double can hold needs.
-const ROUNDS: usize = 24;
+const MAX_ITERATIONS: usize = 24;
 
 /// Memory for matrices of one size.
 pub(super) struct SquareRoot {
@@ -53,7 +53,7 @@ impl SquareRoot {
             bound = bound.max(sum);
         }
         self.m.copy_from_slice(y);
-        for round in 0..ROUNDS {
+        for round in 0..MAX_ITERATIONS {
             if bound - 1.0 <= SERIES {
                 break;
             }

@@ -4,14 +4,14 @@ use std::fmt;
 
 use serde::Serialize;
 use taxel::design::budget::Errors;
-use taxel::design::sizing::{Ghost, Proposal, Resolution, Timing, Wish};
+use taxel::design::sizing::{Ghost, Proposal, Requirements, Resolution, Timing};
 use taxel::sensor::SensorSpec;
 
 /// A proposal in words and numbers.
 #[derive(Debug, Serialize)]
 pub(super) struct Report {
     #[serde(skip)]
-    wish: Wish,
+    requirements: Requirements,
     switch: String,
     v_test_volts: f64,
     r_feedback_ohms: Option<f64>,
@@ -32,12 +32,12 @@ pub(super) struct Report {
 }
 
 impl Report {
-    pub(super) fn new(switch: &str, wish: &Wish, proposal: Proposal) -> Self {
+    pub(super) fn new(switch: &str, requirements: &Requirements, proposal: Proposal) -> Self {
         let readout = proposal.sensor.readout();
-        let taxels = wish.rows * wish.columns;
+        let taxels = requirements.rows * requirements.columns;
         Self {
-            wish: wish.clone(),
-            switch: format!("{switch} of {} Ω", wish.switch_ohms),
+            requirements: requirements.clone(),
+            switch: format!("{switch} of {} Ω", requirements.switch_ohms),
             v_test_volts: readout.v_test_volts,
             r_feedback_ohms: readout.r_feedback_ohms(),
             r_pull_down_ohms: readout.r_pull_down_ohms(),
@@ -58,17 +58,17 @@ impl Report {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let (wish, (least, most)) = (&self.wish, self.wish.taxel_ohms);
+        let (requirements, (least, most)) = (&self.requirements, self.requirements.taxel_ohms);
         writeln!(
             f,
             "{} x {} taxels of {least} to {most} Ω, {}, {}, {} bits of {} V, {} frames/s",
-            wish.rows,
-            wish.columns,
-            wish.topology.name(),
+            requirements.rows,
+            requirements.columns,
+            requirements.topology.name(),
             self.switch,
-            wish.bits,
-            wish.full_scale_volts,
-            wish.frames_per_second
+            requirements.bits,
+            requirements.full_scale_volts,
+            requirements.frames_per_second
         )?;
         self.sizes(f)?;
         self.times(f)?;
@@ -79,7 +79,7 @@ impl fmt::Display for Report {
 
 impl Report {
     fn sizes(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let least = self.wish.taxel_ohms.0;
+        let least = self.requirements.taxel_ohms.0;
         line(
             f,
             "test voltage",
@@ -97,7 +97,7 @@ impl Report {
             (Some(ohms), _) => ("feedback resistor R_k", ohms),
             (None, ohms) => ("pull-down R_p", ohms.unwrap_or_default()),
         };
-        let how = match self.wish.r_ohms {
+        let how = match self.requirements.r_ohms {
             Some(_) => "as given",
             None => "series E24",
         };
@@ -124,7 +124,7 @@ impl Report {
             &format!("{gain:.1}"),
             &format!(
                 "{} MHz / {:.0} taxels a second; the input is {:.2} Ω",
-                self.wish.gbw_hz / 1e6,
+                self.requirements.gbw_hz / 1e6,
                 self.timing.taxels_per_second,
                 self.r_feedback_ohms.unwrap_or_default() / (1.0 + gain)
             ),
@@ -158,7 +158,7 @@ impl Report {
             &format!("{:.1} /s", self.greatest_frames_per_second),
             &format!(
                 "frames with one taxel of a row pressed, lines of {:.0} pF (--capacitance)",
-                1e12 * self.wish.line_farads
+                1e12 * self.requirements.line_farads
             ),
         )
     }

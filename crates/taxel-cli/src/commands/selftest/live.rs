@@ -110,15 +110,15 @@ fn check(address: &Address, args: &Args) -> Result<(), Error> {
 
 /// Says what to do, and waits for Enter.
 fn ask(phase: Phase, enter: Option<&Enter>) -> Result<(), Error> {
-    let wish = match phase {
+    let requirements = match phase {
         Phase::Empty => "take everything off the mat",
         Phase::Rubbed => "rub a hand over the whole mat until every taxel was pressed",
     };
     let Some(enter) = enter else {
-        out::note(wish);
+        out::note(requirements);
         return Ok(());
     };
-    out::note(&format!("{wish}, then Enter"));
+    out::note(&format!("{requirements}, then Enter"));
     enter.wait().map_err(|why| match why {
         NoEnter::Ended => Error::Arguments {
             what: "no Enter came: standard input has ended".to_owned(),

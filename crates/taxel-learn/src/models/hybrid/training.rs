@@ -10,7 +10,7 @@ use crate::scaler::Scaler;
 use crate::train::{Epoch, Settings, Trainable, train};
 
 use super::super::row_set::starting_at_nothing;
-use super::{CvResult, Example, FEATURES, Hybrid, HybridMemory, Member, Typical};
+use super::{CvResult, Example, FEATURES, Hybrid, HybridScratch, Member, Typical};
 
 const HIDDEN: usize = 8;
 
@@ -68,7 +68,11 @@ impl Hybrid {
             for (i, example) in examples.iter().enumerate() {
                 if fold_of[i] == fold {
                     let mut load = [example.physics_g];
-                    one.correct(&[example.features], &mut load, &mut HybridMemory::default());
+                    one.correct(
+                        &[example.features],
+                        &mut load,
+                        &mut HybridScratch::default(),
+                    );
                     trained.out_of_fold_g[i] = Some(load[0]);
                 }
             }
@@ -274,7 +278,7 @@ mod tests {
     fn estimates(model: &Hybrid, examples: &[Example]) -> Vec<f64> {
         let features: Vec<_> = examples.iter().map(|e| e.features).collect();
         let mut loads: Vec<f32> = examples.iter().map(|e| e.physics_g).collect();
-        model.correct(&features, &mut loads, &mut HybridMemory::default());
+        model.correct(&features, &mut loads, &mut HybridScratch::default());
         loads.into_iter().map(f64::from).collect()
     }
 

@@ -10,7 +10,7 @@ use crate::scaler::Scaler;
 use crate::train::Trainable;
 
 use super::features::{FEATURES, RowFeatures};
-use super::{RowSet, RowSetMemory, factor};
+use super::{RowSet, RowSetScratch, factor};
 
 /// Sums over the row.
 const POOLED: usize = 32;
@@ -29,7 +29,7 @@ pub struct RowSetTraining<'a> {
     train: &'a Rows,
     check: &'a Rows,
     rows: Vec<f32>,
-    memory: RowSetMemory,
+    memory: RowSetScratch,
     loads: Vec<f32>,
     by_output: Vec<f32>,
     by_phi: Vec<f32>,
@@ -49,7 +49,7 @@ impl<'a> RowSetTraining<'a> {
             scaler: Scaler::none(FEATURES + POOLED),
             rho: starting_at_nothing(draw(&[FEATURES + POOLED, 48, 32, 1], false)),
         };
-        let mut memory = RowSetMemory::default();
+        let mut memory = RowSetScratch::default();
         model.pool(&train.row, train.columns, &mut memory);
         model.run(train.taxel.iter().copied().zip(0..), &mut memory);
         model.scaler = Scaler::fit(&memory.inputs, FEATURES + POOLED);
@@ -58,7 +58,7 @@ impl<'a> RowSetTraining<'a> {
             train,
             check,
             rows: Vec::new(),
-            memory: RowSetMemory::default(),
+            memory: RowSetScratch::default(),
             loads: Vec::new(),
             by_output: Vec::new(),
             by_phi: Vec::new(),

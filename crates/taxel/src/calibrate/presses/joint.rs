@@ -11,8 +11,8 @@ use super::unknowns::{Layout, Unknown};
 use crate::material::LoadLaw;
 
 /// Times that everything is made linear anew: on the way, and where a start is judged.
-const ROUNDS: usize = 10;
-const START_ROUNDS: usize = 3;
+const MAX_ITERATIONS: usize = 10;
+const START_ITERATIONS: usize = 3;
 /// Presses that a start is judged by.
 const START_PRESSES: usize = 24;
 /// How far a circuit's unknown (a logarithm) is let go from where it was made linear.
@@ -36,7 +36,7 @@ impl Joint<'_> {
         linear: Linear,
         share: f64,
     ) -> Option<(Fitted, Linear)> {
-        let (linear, share) = self.settle(layout, linear, share, ROUNDS)?;
+        let (linear, share) = self.settle(layout, linear, share, MAX_ITERATIONS)?;
         Some((self.finish(layout, &linear, share)?, linear))
     }
 
@@ -54,7 +54,7 @@ impl Joint<'_> {
         for sum_ohms in std::iter::once(believed).chain(STARTS_OHMS) {
             let settled = rough
                 .begin(layout, sum_ohms)
-                .and_then(|linear| rough.settle(layout, linear, 0.0, START_ROUNDS));
+                .and_then(|linear| rough.settle(layout, linear, 0.0, START_ITERATIONS));
             let Some((linear, share)) = settled else {
                 continue;
             };
@@ -125,9 +125,9 @@ impl Joint<'_> {
         layout: &Layout,
         mut linear: Linear,
         mut share: f64,
-        rounds: usize,
+        iterations: usize,
     ) -> Option<(Linear, f64)> {
-        for _ in 0..rounds {
+        for _ in 0..iterations {
             let peak = self.peak(layout, &linear, share, Some(TRUST))?;
             if self.alone() == 0 {
                 share = self.share(layout, &linear, &peak.at)?;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{Error, Proposal, Resolution, Wish, amplifier_noise, law, unloaded};
+use super::{Error, Proposal, Requirements, Resolution, amplifier_noise, law, unloaded};
 use crate::simulate::default_noise_counts;
 use crate::{Frame, Siemens};
 
@@ -168,30 +168,39 @@ fn unsettled(
 }
 
 /// All quantities that must be above 0, with their units.
-fn quantities(wish: &Wish) -> [(&'static str, f64); 14] {
-    let (least, most) = wish.taxel_ohms;
+fn quantities(requirements: &Requirements) -> [(&'static str, f64); 14] {
+    let (least, most) = requirements.taxel_ohms;
     [
         ("the taxel's resistance at full load (Ω)", least),
         ("the taxel's resistance at the lightest load (Ω)", most),
-        ("the full load (g)", wish.full_load_g),
-        ("the exponent of the load law", wish.exponent),
-        ("the switch's resistance (Ω)", wish.switch_ohms),
-        ("the gain-bandwidth product (Hz)", wish.gbw_hz),
-        ("the amplifier's noise (V)", wish.amplifier_noise_volts),
-        ("the converter's full scale (V)", wish.full_scale_volts),
-        ("the frame rate (1/s)", wish.frames_per_second),
-        ("the line capacitance (F)", wish.line_farads),
-        ("the taxel's current (A)", wish.taxel_amperes),
-        ("the pitch (mm)", wish.pitch_mm),
-        ("the test voltage (V)", wish.v_test_volts.unwrap_or(1.0)),
-        ("the resistor (Ω)", wish.r_ohms.unwrap_or(1.0)),
+        ("the full load (g)", requirements.full_load_g),
+        ("the exponent of the load law", requirements.exponent),
+        ("the switch's resistance (Ω)", requirements.switch_ohms),
+        ("the gain-bandwidth product (Hz)", requirements.gbw_hz),
+        (
+            "the amplifier's noise (V)",
+            requirements.amplifier_noise_volts,
+        ),
+        (
+            "the converter's full scale (V)",
+            requirements.full_scale_volts,
+        ),
+        ("the frame rate (1/s)", requirements.frames_per_second),
+        ("the line capacitance (F)", requirements.line_farads),
+        ("the taxel's current (A)", requirements.taxel_amperes),
+        ("the pitch (mm)", requirements.pitch_mm),
+        (
+            "the test voltage (V)",
+            requirements.v_test_volts.unwrap_or(1.0),
+        ),
+        ("the resistor (Ω)", requirements.r_ohms.unwrap_or(1.0)),
     ]
 }
 
 /// Refuses numbers that are no sensor's.
-pub(super) fn wish(wish: &Wish) -> Result<(), Error> {
-    let (least, most) = wish.taxel_ohms;
-    for (name, value) in quantities(wish) {
+pub(super) fn requirements(requirements: &Requirements) -> Result<(), Error> {
+    let (least, most) = requirements.taxel_ohms;
+    for (name, value) in quantities(requirements) {
         Error::unless_positive(name, value, "what a part or a load has, in the unit named")?;
         // Beyond this, products of two of them are no numbers any more.
         if !(1e-30..=1e30).contains(&value) {
@@ -207,7 +216,7 @@ pub(super) fn wish(wish: &Wish) -> Result<(), Error> {
             "pressing lowers the resistance: the smaller one first, like 500..3000",
         ));
     }
-    let extreme = [least, wish.switch_ohms, 1e-3]
+    let extreme = [least, requirements.switch_ohms, 1e-3]
         .into_iter()
         .fold(most, f64::min);
     if most > 1e12 * extreme {
@@ -216,7 +225,10 @@ pub(super) fn wish(wish: &Wish) -> Result<(), Error> {
             "a taxel that is not pressed need not be in the range",
         ));
     }
-    for (name, lines) in [("rows", wish.rows), ("columns", wish.columns)] {
+    for (name, lines) in [
+        ("rows", requirements.rows),
+        ("columns", requirements.columns),
+    ] {
         if !(1..=MAX_LINES).contains(&lines) {
             return Err(Error::new(
                 format!("{lines} {name}, but a design is computed for 1 to {MAX_LINES}"),
@@ -224,18 +236,18 @@ pub(super) fn wish(wish: &Wish) -> Result<(), Error> {
             ));
         }
     }
-    if !(1..=32).contains(&wish.bits) {
+    if !(1..=32).contains(&requirements.bits) {
         return Err(Error::new(
             format!(
                 "a converter of {} bits, but 1 to 32 are possible",
-                wish.bits
+                requirements.bits
             ),
             "an Arduino Uno has 10, an ESP32 12",
         ));
     }
-    if !(0.0..1.0).contains(&wish.headroom) {
+    if !(0.0..1.0).contains(&requirements.headroom) {
         return Err(Error::new(
-            format!("a headroom of {} %", 100.0 * wish.headroom),
+            format!("a headroom of {} %", 100.0 * requirements.headroom),
             "the share of the converter's range that stays free: 0 to below 100 %",
         ));
     }
@@ -243,68 +255,76 @@ pub(super) fn wish(wish: &Wish) -> Result<(), Error> {
 }
 
 /// Taxels pressed fully where `which(row, column)`, the others unloaded.
-pub(super) fn pressed(wish: &Wish, which: impl Fn(usize, usize) -> bool) -> Frame<Siemens> {
-    let columns = wish.columns;
-    Frame::<Siemens>::zeros(wish.rows, columns).map(|taxel, _| {
+pub(super) fn pressed(
+    requirements: &Requirements,
+    which: impl Fn(usize, usize) -> bool,
+) -> Frame<Siemens> {
+    let columns = requirements.columns;
+    Frame::<Siemens>::zeros(requirements.rows, columns).map(|taxel, _| {
         if which(taxel / columns, taxel % columns) {
-            1.0 / wish.taxel_ohms.0
+            1.0 / requirements.taxel_ohms.0
         } else {
-            unloaded(wish)
+            unloaded(requirements)
         }
     })
 }
 
 /// Frames in which a reading may be the largest: one taxel, a row, a column, a checkerboard, a half, everything.
-pub(super) fn frames(wish: &Wish) -> Vec<Frame<Siemens>> {
-    let half = wish.rows.div_ceil(2);
+pub(super) fn frames(requirements: &Requirements) -> Vec<Frame<Siemens>> {
+    let half = requirements.rows.div_ceil(2);
     vec![
-        pressed(wish, |r, c| r == 0 && c == 0),
-        pressed(wish, |r, _| r == 0),
-        pressed(wish, |_, c| c == 0),
-        pressed(wish, |r, c| r == 0 || c == 0),
-        pressed(wish, |r, c| (r + c) % 2 == 0),
-        pressed(wish, |r, _| r < half),
-        pressed(wish, |_, _| true),
+        pressed(requirements, |r, c| r == 0 && c == 0),
+        pressed(requirements, |r, _| r == 0),
+        pressed(requirements, |_, c| c == 0),
+        pressed(requirements, |r, c| r == 0 || c == 0),
+        pressed(requirements, |r, c| (r + c) % 2 == 0),
+        pressed(requirements, |r, _| r < half),
+        pressed(requirements, |_, _| true),
     ]
 }
 
 /// The least V_test at which the lightest load's reading stands twice [`SIGMAS`] standard deviations above 0 with the
 /// whole row pressed: below it, half of that reading is reached by noise alone. The feedback resistor follows V_test
 /// (their product fills the converter), so that the signal stays and the amplifier's noise gain falls.
-pub(super) fn least_v_test(wish: &Wish, resolution: &[Resolution; 2]) -> Option<f64> {
-    if !wish.topology.is_tia() {
+pub(super) fn least_v_test(
+    requirements: &Requirements,
+    resolution: &[Resolution; 2],
+) -> Option<f64> {
+    if !requirements.topology.is_tia() {
         return None;
     }
-    let lsb = wish.full_scale_volts / (2f64.powi(wish.bits as i32) - 1.0);
-    let converter = default_noise_counts(wish.bits) * lsb;
+    let lsb = requirements.full_scale_volts / (2f64.powi(requirements.bits as i32) - 1.0);
+    let converter = default_noise_counts(requirements.bits) * lsb;
     let allowed = resolution[0].volts / (2.0 * SIGMAS);
     let amplifier = (allowed * allowed - converter * converter).sqrt();
-    let room = amplifier - wish.amplifier_noise_volts;
+    let room = amplifier - requirements.amplifier_noise_volts;
     // Output noise is v·(1 + R_k·ΣG), with R_k = full-load reading · R_min / V_test.
-    let product = resolution[1].volts * wish.columns as f64;
-    (room > 0.0).then(|| wish.amplifier_noise_volts * product / room)
+    let product = resolution[1].volts * requirements.columns as f64;
+    (room > 0.0).then(|| requirements.amplifier_noise_volts * product / room)
 }
 
 /// All that is wrong.
-pub(super) fn warnings(wish: &Wish, proposal: &Proposal) -> Vec<Warning> {
+pub(super) fn warnings(requirements: &Requirements, proposal: &Proposal) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let [lightest, fullest] = &proposal.resolution;
     let readout = proposal.sensor.readout();
     if let Some(r_k) = readout.r_feedback_ohms()
-        && (fullest.volts >= wish.full_scale_volts || proposal.fullest_share >= 1.0)
+        && (fullest.volts >= requirements.full_scale_volts || proposal.fullest_share >= 1.0)
     {
-        let at_ceiling = wish.full_scale_volts / (readout.v_test_volts * r_k);
+        let at_ceiling = requirements.full_scale_volts / (readout.v_test_volts * r_k);
         warnings.push(Warning::Saturates {
-            from_g: law(wish).grams_from_siemens(0, at_ceiling),
-            full_load_g: wish.full_load_g,
-            ohms: (1.0 - wish.headroom) * wish.full_scale_volts * wish.taxel_ohms.0
+            from_g: law(requirements).grams_from_siemens(0, at_ceiling),
+            full_load_g: requirements.full_load_g,
+            ohms: (1.0 - requirements.headroom)
+                * requirements.full_scale_volts
+                * requirements.taxel_ohms.0
                 / readout.v_test_volts,
         });
     }
-    let row = wish.columns as f64 / wish.taxel_ohms.0;
-    let lsb = wish.full_scale_volts / proposal.sensor.max_count();
-    let converter = default_noise_counts(wish.bits) * lsb;
-    let noise_volts = converter.hypot(amplifier_noise(wish, &proposal.sensor, row));
+    let row = requirements.columns as f64 / requirements.taxel_ohms.0;
+    let lsb = requirements.full_scale_volts / proposal.sensor.max_count();
+    let converter = default_noise_counts(requirements.bits) * lsb;
+    let noise_volts = converter.hypot(amplifier_noise(requirements, &proposal.sensor, row));
     if lightest.volts < 2.0 * SIGMAS * noise_volts {
         warnings.push(Warning::GhostsByNoise {
             lightest_volts: lightest.volts,
@@ -313,7 +333,7 @@ pub(super) fn warnings(wish: &Wish, proposal: &Proposal) -> Vec<Warning> {
         });
     }
     let timing = &proposal.timing;
-    let taxels = (wish.rows * wish.columns) as f64;
+    let taxels = (requirements.rows * requirements.columns) as f64;
     for (needed_secs, full_row) in [
         (timing.needed_secs, false),
         (timing.needed_full_row_secs, true),
@@ -329,27 +349,27 @@ pub(super) fn warnings(wish: &Wish, proposal: &Proposal) -> Vec<Warning> {
             });
         }
     }
-    warnings.extend(worse_compensated(wish, &proposal.ghosts));
+    warnings.extend(worse_compensated(requirements, &proposal.ghosts));
     if let (Some(gain), Some(r_k)) = (proposal.gain, readout.r_feedback_ohms())
-        && r_k / (1.0 + gain) > wish.switch_ohms
+        && r_k / (1.0 + gain) > requirements.switch_ohms
     {
         warnings.push(Warning::LowGain {
             gain,
             input_ohms: r_k / (1.0 + gain),
-            switch_ohms: wish.switch_ohms,
+            switch_ohms: requirements.switch_ohms,
         });
     }
     warnings
 }
 
 /// The pressed taxels whose ghost grows most by the compensation, where it grows at all.
-fn worse_compensated(wish: &Wish, ghosts: &[super::Ghost]) -> Option<Warning> {
+fn worse_compensated(requirements: &Requirements, ghosts: &[super::Ghost]) -> Option<Warning> {
     let grams = |errors: &super::Errors| {
         let known = errors.grams.filter(|_| errors.is_known());
         known.map(|grams| grams.ghost)
     };
     // Less than a hundredth of full load is no ghost that anybody sees.
-    let least_g = 0.01 * wish.full_load_g;
+    let least_g = 0.01 * requirements.full_load_g;
     let growth = |(_, raw, compensated): &(_, f64, Option<f64>)| {
         compensated.map_or(f64::INFINITY, |compensated| compensated / raw.max(least_g))
     };
@@ -362,6 +382,6 @@ fn worse_compensated(wish: &Wish, ghosts: &[super::Ghost]) -> Option<Warning> {
         pressed: pressed.clone(),
         raw_g,
         compensated_g,
-        floating: wish.topology == super::Topology::DividerFloating,
+        floating: requirements.topology == super::Topology::DividerFloating,
     })
 }

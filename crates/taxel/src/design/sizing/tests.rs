@@ -5,17 +5,17 @@ use super::*;
 use crate::Volts;
 use crate::circuit::Circuit;
 
-fn small() -> Wish {
-    Wish {
+fn small() -> Requirements {
+    Requirements {
         rows: 6,
         columns: 9,
-        ..Wish::default()
+        ..Requirements::default()
     }
 }
 
 #[test]
 fn the_papers_numbers_give_the_papers_choice() {
-    let proposal = size(&Wish::default()).unwrap();
+    let proposal = size(&Requirements::default()).unwrap();
     let readout = proposal.sensor.readout();
     assert_eq!(
         (readout.v_test_volts, readout.r_feedback_ohms()),
@@ -34,7 +34,7 @@ fn nothing_saturates_within_the_range_it_was_sized_for() {
     for round in 0..60 {
         let topology = Topology::ALL[round % 5];
         let least = 10f64.powf(random.random_range(1.0..4.0));
-        let wish = Wish {
+        let requirements = Requirements {
             topology,
             taxel_ohms: (least, least * random.random_range(1.5..50.0)),
             switch_ohms: 10f64.powf(random.random_range(-0.5..2.5)),
@@ -43,25 +43,25 @@ fn nothing_saturates_within_the_range_it_was_sized_for() {
             gbw_hz: 10f64.powf(random.random_range(5.0..8.0)),
             ..small()
         };
-        let proposal = size(&wish).unwrap();
+        let proposal = size(&requirements).unwrap();
         let circuit = LinearCircuit::from_sensor(&proposal.sensor).unwrap();
         let saturated = |w: &Warning| matches!(w, Warning::Saturates { .. });
-        assert!(!proposal.warnings.iter().any(saturated), "{wish:?}");
+        assert!(!proposal.warnings.iter().any(saturated), "{requirements:?}");
         for _ in 0..20 {
             let share: f64 = random.random();
-            let range = (1.0 / wish.taxel_ohms.1)..=(1.0 / wish.taxel_ohms.0);
+            let range = (1.0 / requirements.taxel_ohms.1)..=(1.0 / requirements.taxel_ohms.0);
             let frame = Frame::<Siemens>::zeros(6, 9).map(|_, _| {
                 if random.random::<f64>() < share {
                     random.random_range(range.clone())
                 } else {
-                    unloaded(&wish)
+                    unloaded(&requirements)
                 }
             });
             let volts: Frame<Volts> = circuit.predict(&frame).unwrap();
             let largest = volts.values().iter().fold(0.0f64, |m, v| m.max(v.abs()));
             assert!(
-                largest < wish.full_scale_volts * (1.0 + 1e-12),
-                "{wish:?} {largest}"
+                largest < requirements.full_scale_volts * (1.0 + 1e-12),
+                "{requirements:?} {largest}"
             );
         }
     }
@@ -70,11 +70,11 @@ fn nothing_saturates_within_the_range_it_was_sized_for() {
 #[test]
 fn a_resistor_that_is_too_large_is_said_to_saturate_and_does() {
     // Fig. 25: the ceiling is reached at 100 g.
-    let wish = Wish {
+    let requirements = Requirements {
         r_ohms: Some(12_000.0),
         ..small()
     };
-    let proposal = size(&wish).unwrap();
+    let proposal = size(&requirements).unwrap();
     let from_g = proposal.warnings.iter().find_map(|warning| match warning {
         Warning::Saturates { from_g, .. } => Some(*from_g),
         _ => None,
@@ -82,19 +82,19 @@ fn a_resistor_that_is_too_large_is_said_to_saturate_and_does() {
     let from_g = from_g.expect("a warning");
     assert!((90.0..110.0).contains(&from_g), "{from_g}");
     assert!(proposal.fullest_share > 1.0);
-    let law = law(&wish);
+    let law = law(&requirements);
     let volts = 0.4 * 12_000.0 * law.siemens_from_grams(0, from_g);
-    assert!((volts - wish.full_scale_volts).abs() < 1e-9);
+    assert!((volts - requirements.full_scale_volts).abs() < 1e-9);
 }
 
 #[test]
 fn ten_millivolts_are_said_to_make_ghosts_and_the_least_voltage_none() {
     let with = |v_test_volts| {
-        let wish = Wish {
+        let requirements = Requirements {
             v_test_volts,
-            ..Wish::default()
+            ..Requirements::default()
         };
-        size(&wish).unwrap()
+        size(&requirements).unwrap()
     };
     let ghosts = |p: &Proposal| {
         let is = |w: &Warning| matches!(w, Warning::GhostsByNoise { .. });
@@ -110,18 +110,18 @@ fn ten_millivolts_are_said_to_make_ghosts_and_the_least_voltage_none() {
 
 #[test]
 fn compensation_removes_the_ghost_that_switches_make() {
-    let wish = Wish {
+    let requirements = Requirements {
         switch_ohms: 70.0,
         frames_per_second: 1.0,
         ..small()
     };
-    let proposal = size(&wish).unwrap();
+    let proposal = size(&requirements).unwrap();
     for ghost in &proposal.ghosts {
         let (raw, after) = (ghost.raw.percent.ghost, ghost.compensated.percent.ghost);
         assert!(raw > 10.0 * after, "{ghost:?}");
     }
     assert!(
-        size(&Wish { rows: 1, ..small() })
+        size(&Requirements { rows: 1, ..small() })
             .unwrap()
             .ghosts
             .is_empty()
@@ -130,21 +130,21 @@ fn compensation_removes_the_ghost_that_switches_make() {
 
 #[test]
 fn a_dividers_resistor_spreads_the_range_most() {
-    let wish = Wish {
+    let requirements = Requirements {
         topology: Topology::DividerGroundedColumns,
         taxel_ohms: (500.0, 8000.0),
         full_scale_volts: 3.3,
         ..small()
     };
-    let proposal = size(&wish).unwrap();
+    let proposal = size(&requirements).unwrap();
     assert_eq!(proposal.sensor.readout().r_pull_down_ohms(), Some(2000.0));
     assert_eq!(proposal.sensor.readout().v_test_volts, 3.3);
     assert!(proposal.gain.is_none() && proposal.least_v_test_volts.is_none());
     let swing = |p: &Proposal| p.resolution[1].volts - p.resolution[0].volts;
     for ohms in [1500.0, 2700.0] {
-        let other = size(&Wish {
+        let other = size(&Requirements {
             r_ohms: Some(ohms),
-            ..wish.clone()
+            ..requirements.clone()
         })
         .unwrap();
         assert!(swing(&proposal) > swing(&other));
@@ -153,16 +153,16 @@ fn a_dividers_resistor_spreads_the_range_most() {
 
 #[test]
 fn timing_is_what_its_definition_says() {
-    let wish = small();
-    let timing = size(&wish).unwrap().timing;
+    let requirements = small();
+    let timing = size(&requirements).unwrap().timing;
     assert!((timing.available_secs - 1.0 / (30.0 * 54.0)).abs() < 1e-15);
     assert!((timing.column_secs - 1.2e-9).abs() < 1e-18);
     let amplifier = (1.0 + 2000.0 / 500.0) / (2.0 * std::f64::consts::PI * 10e6);
     assert!((timing.amplifier_secs - amplifier).abs() < 1e-15);
     let rate = timing.greatest_frames_per_second(54);
-    let fast = Wish {
+    let fast = Requirements {
         frames_per_second: 2.0 * rate,
-        ..wish
+        ..requirements
     };
     let late = |w: &Warning| {
         matches!(
@@ -180,38 +180,38 @@ fn timing_is_what_its_definition_says() {
 fn the_sensor_file_reads_back_and_nonsense_is_refused() {
     let sensor = size(&small()).unwrap().sensor;
     assert_eq!(Sensor::from_toml(&sensor.to_toml()).unwrap(), sensor);
-    let refused = |wish: Wish| size(&wish).unwrap_err().to_string();
-    let swapped = Wish {
+    let refused = |requirements: Requirements| size(&requirements).unwrap_err().to_string();
+    let swapped = Requirements {
         taxel_ohms: (3000.0, 500.0),
         ..small()
     };
     assert!(refused(swapped).contains("3000 Ω at full load and 500 Ω"));
-    assert!(refused(Wish { rows: 0, ..small() }).contains("0 rows"));
+    assert!(refused(Requirements { rows: 0, ..small() }).contains("0 rows"));
     assert!(
-        refused(Wish {
+        refused(Requirements {
             columns: 5000,
             ..small()
         })
         .contains("5000 columns")
     );
     assert!(
-        refused(Wish {
+        refused(Requirements {
             switch_ohms: f64::NAN,
             ..small()
         })
         .contains("NaN")
     );
     assert!(
-        refused(Wish {
+        refused(Requirements {
             headroom: 1.0,
             ..small()
         })
         .contains("100 %")
     );
-    let wide = Wish {
+    let wide = Requirements {
         taxel_ohms: (1e-20, 1e20),
         ..small()
     };
     assert!(refused(wide).contains("twelve decades"));
-    assert!(refused(Wish { bits: 0, ..small() }).contains("0 bits"));
+    assert!(refused(Requirements { bits: 0, ..small() }).contains("0 bits"));
 }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::Wish;
+use super::Requirements;
 
 /// Time there is for a taxel, and time its reading takes to come within half a count, seconds.
 ///
@@ -35,28 +35,29 @@ pub struct Timing {
 }
 
 impl Timing {
-    /// For a wish and its feedback or pull-down resistor, ohms.
-    pub(super) fn of(wish: &Wish, ohms: f64) -> Self {
-        let taxels_per_second = wish.frames_per_second * (wish.rows * wish.columns) as f64;
-        let tia = wish.topology.is_tia();
+    /// For requirements and their feedback or pull-down resistor, ohms.
+    pub(super) fn of(requirements: &Requirements, ohms: f64) -> Self {
+        let taxels_per_second =
+            requirements.frames_per_second * (requirements.rows * requirements.columns) as f64;
+        let tia = requirements.topology.is_tia();
         let amplifier = |pressed: f64| {
             if tia {
-                let noise_gain = 1.0 + ohms * pressed / wish.taxel_ohms.0;
-                noise_gain / (2.0 * std::f64::consts::PI * wish.gbw_hz)
+                let noise_gain = 1.0 + ohms * pressed / requirements.taxel_ohms.0;
+                noise_gain / (2.0 * std::f64::consts::PI * requirements.gbw_hz)
             } else {
                 0.0
             }
         };
         let end = if tia {
-            ohms / (1.0 + super::gain_at(wish.gbw_hz, taxels_per_second))
+            ohms / (1.0 + super::gain_at(requirements.gbw_hz, taxels_per_second))
         } else {
             ohms
         };
-        let column_secs = wish.line_farads * wish.switch_ohms;
-        let row_secs = wish.line_farads * (wish.switch_ohms + end);
-        let constants = f64::from(wish.bits + 1) * std::f64::consts::LN_2;
+        let column_secs = requirements.line_farads * requirements.switch_ohms;
+        let row_secs = requirements.line_farads * (requirements.switch_ohms + end);
+        let constants = f64::from(requirements.bits + 1) * std::f64::consts::LN_2;
         let lines = column_secs + row_secs;
-        let (one, row) = (amplifier(1.0), amplifier(wish.columns as f64));
+        let (one, row) = (amplifier(1.0), amplifier(requirements.columns as f64));
         Self {
             taxels_per_second,
             available_secs: 1.0 / taxels_per_second,

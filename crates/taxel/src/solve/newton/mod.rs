@@ -18,11 +18,11 @@ use state::{Shape, largest};
 pub struct Newton {
     circuit: LinearCircuit,
     tolerance: f64,
-    rounds: u32,
+    iterations: u32,
     restarts: usize,
 }
 
-const ROUNDS: u32 = 60;
+const MAX_ITERATIONS: u32 = 60;
 const RESTARTS: usize = 6;
 /// Factors of an answer nearer to 1 than this (in the logarithm) are the answer itself.
 const SAME_FACTOR: f64 = 0.02;
@@ -33,7 +33,7 @@ const SHORT_STEPS: u32 = 3;
 /// Other multiples of the measured shape to begin from, where the likely ones lead nowhere.
 const OTHER_STARTS: [f64; 4] = [1.0, 2.0, 0.5, 0.2];
 /// Rounds from each of them: where they lead anywhere, 22 were enough.
-const OTHER_ROUNDS: u32 = 25;
+const MAX_OTHER_ITERATIONS: u32 = 25;
 
 impl Newton {
     /// The method for a circuit.
@@ -41,7 +41,7 @@ impl Newton {
         Self {
             circuit,
             tolerance: 1e-9,
-            rounds: ROUNDS,
+            iterations: MAX_ITERATIONS,
             restarts: RESTARTS,
         }
     }
@@ -54,8 +54,8 @@ impl Newton {
 
     /// Gives up after so many rounds, or restarts of the linear solver within one: a frame that has no answer takes
     /// all of them, hundreds of times as long as one that has.
-    pub(crate) fn with_limits(mut self, rounds: u32, restarts: usize) -> Self {
-        (self.rounds, self.restarts) = (rounds, restarts);
+    pub(crate) fn with_limits(mut self, iterations: u32, restarts: usize) -> Self {
+        (self.iterations, self.restarts) = (iterations, restarts);
         self
     }
 }
@@ -149,7 +149,7 @@ impl Newton {
         if state.warm {
             state.trial.copy_from_slice(&state.g);
             if let Some(size) = state.evaluate() {
-                let outcome = self.descend(state, size, scale, self.rounds);
+                let outcome = self.descend(state, size, scale, self.iterations);
                 if outcome.stop.is_good() {
                     return outcome;
                 }
@@ -162,7 +162,8 @@ impl Newton {
     fn cold(&self, state: &mut SolverState, scale: f64) -> Outcome {
         let (crossings, nearest) = state.factors(Shape::Measured);
         let first = crossings[0].unwrap_or(nearest);
-        let Some(mut best) = self.descend_from(state, Shape::Measured, first, scale, self.rounds)
+        let Some(mut best) =
+            self.descend_from(state, Shape::Measured, first, scale, self.iterations)
         else {
             return Outcome::new(Stop::Stalled, 0, f64::INFINITY);
         };
@@ -173,7 +174,7 @@ impl Newton {
             }
         } else if let Some(second) = crossings[1]
             && let Some(outcome) =
-                self.descend_from(state, Shape::Measured, second, scale, self.rounds)
+                self.descend_from(state, Shape::Measured, second, scale, self.iterations)
             && outcome.stop.is_good()
         {
             state.kept.copy_from_slice(&state.g);
@@ -191,9 +192,9 @@ impl Newton {
 
     /// Newton's iteration from other starts, when the likely ones led nowhere; what is best is in `kept`.
     fn begin_elsewhere(&self, state: &mut SolverState, failed: Outcome, scale: f64) -> Outcome {
-        let rounds = self.rounds.min(OTHER_ROUNDS);
+        let iterations = self.iterations.min(MAX_OTHER_ITERATIONS);
         for factor in OTHER_STARTS {
-            let found = self.descend_from(state, Shape::Measured, factor, scale, rounds);
+            let found = self.descend_from(state, Shape::Measured, factor, scale, iterations);
             if let Some(outcome) = found.filter(|outcome| outcome.stop.is_good()) {
                 state.kept.copy_from_slice(&state.g);
                 return outcome;
@@ -222,7 +223,8 @@ impl Newton {
             if factor.ln().abs() < SAME_FACTOR {
                 continue;
             }
-            let Some(outcome) = self.descend_from(state, Shape::Answer, factor, scale, self.rounds)
+            let Some(outcome) =
+                self.descend_from(state, Shape::Answer, factor, scale, self.iterations)
             else {
                 continue;
             };
@@ -251,18 +253,24 @@ impl Newton {
         shape: Shape,
         factor: f64,
         scale: f64,
-        rounds: u32,
+        iterations: u32,
     ) -> Option<Outcome> {
         state.start_at(shape, factor);
         let size = state.evaluate()?;
         state.g.copy_from_slice(&state.trial);
-        Some(self.descend(state, size, scale, rounds))
+        Some(self.descend(state, size, scale, iterations))
     }
 
     /// So many rounds of Newton's iteration, at most, from `state.g`, whose misfit is known.
-    fn descend(&self, state: &mut SolverState, mut size: f64, scale: f64, rounds: u32) -> Outcome {
+    fn descend(
+        &self,
+        state: &mut SolverState,
+        mut size: f64,
+        scale: f64,
+        iterations: u32,
+    ) -> Outcome {
         let mut short = 0;
-        for round in 1..=rounds {
+        for round in 1..=iterations {
             let residual = largest(&state.misfit) / scale;
             if residual <= self.tolerance {
                 return Outcome::new(Stop::Converged, round - 1, residual);
@@ -280,8 +288,8 @@ impl Newton {
             size = smaller;
         }
         Outcome::new(
-            Stop::RoundLimit,
-            self.rounds,
+            Stop::IterationLimit,
+            self.iterations,
             largest(&state.misfit) / scale,
         )
     }

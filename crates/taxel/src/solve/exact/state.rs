@@ -1,0 +1,134 @@
+//! What the exact method keeps between frames: the small matrix S of the rows that carry current.
+
+use super::super::anderson::Anderson;
+use super::super::lines::LiveLines;
+use super::super::network::Network;
+use super::super::root::Root;
+use super::MIXING_DEPTH;
+
+/// What is kept of a frame for the next one, and room to work in.
+pub(crate) struct SolverState {
+    pub(super) live: LiveLines,
+    /// Which of the live rows carry current, in this frame and in the one before.
+    pub(super) strong: Vec<bool>,
+    pub(super) strong_before: Vec<bool>,
+    pub(super) warm: bool,
+    /// The frame before was too much for the fast iteration.
+    pub(super) slow: bool,
+    pub(super) volts: Vec<f64>,
+    pub(super) siemens: Vec<f64>,
+    pub(super) share: Vec<f64>,
+    pub(super) along_rows: Vec<f64>,
+    pub(super) network: Network,
+    /// What makes the previous frame's S have this one's P_rr, on either side.
+    pub(super) stretch: Vec<f64>,
+    /// The lower triangle of S, row by row.
+    pub(super) packed: Vec<f64>,
+    pub(super) image: Vec<f64>,
+    pub(super) triangle: Vec<f64>,
+    pub(super) diagonal: Vec<f64>,
+    pub(super) mixing: Anderson,
+    pub(super) root: Root,
+}
+
+impl SolverState {
+    /// Makes the next solve start cold.
+    pub(crate) fn forget(&mut self) {
+        self.warm = false;
+    }
+
+    pub(super) fn new(rows: usize, columns: usize) -> Self {
+        let packed = rows * (rows + 1) / 2;
+        Self {
+            live: LiveLines::default(),
+            strong: Vec::with_capacity(rows),
+            strong_before: Vec::with_capacity(rows),
+            warm: false,
+            slow: false,
+            volts: vec![0.0; rows * columns],
+            siemens: vec![0.0; rows * columns],
+            share: vec![0.0; rows],
+            along_rows: vec![0.0; rows],
+            network: Network::new(rows, columns),
+            stretch: vec![1.0; rows],
+            packed: vec![0.0; packed],
+            image: vec![0.0; packed],
+            triangle: vec![0.0; rows * rows],
+            diagonal: vec![0.0; rows],
+            mixing: Anderson::new(MIXING_DEPTH, packed),
+            root: Root::new(rows, columns),
+        }
+    }
+
+    /// Makes room for the rows that carry current, keeping what is known of S. Allocates nothing.
+    pub(super) fn reshape(&mut self, n: usize) {
+        let m = self.strong.iter().filter(|&&strong| strong).count();
+        let packed = m * (m + 1) / 2;
+        if self.warm && self.strong.len() == self.strong_before.len() {
+            self.carry_over(packed);
+        } else {
+            self.warm = false;
+            self.packed.resize(packed, 0.0);
+        }
+        self.strong_before.clone_from(&self.strong);
+        self.image.resize(packed, 0.0);
+        self.network.resize(m, n);
+        self.triangle.resize(m * m, 0.0);
+        self.diagonal.resize(m, 0.0);
+        self.mixing.resize(packed);
+        self.root.resize(m, n);
+    }
+
+    /// Makes the network's S the start of the fast iteration.
+    pub(super) fn take_s(&mut self) {
+        pack(&self.network.s, &mut self.packed, self.network.m);
+        self.stretch.fill(1.0);
+        self.mixing.restart();
+        self.warm = true;
+    }
+
+    /// S of the rows that go on carrying current; 0 for the others.
+    fn carry_over(&mut self, packed: usize) {
+        self.image.resize(packed, 0.0);
+        let (mut i, mut i_before) = (0, 0);
+        for (strong, before) in self.strong.iter().zip(&self.strong_before) {
+            if *strong {
+                let (mut at, mut from) = (i * (i + 1) / 2, i_before * (i_before + 1) / 2);
+                let columns = self.strong.iter().zip(&self.strong_before);
+                for (strong, known) in columns {
+                    if at == (i + 1) * (i + 2) / 2 {
+                        break;
+                    }
+                    if *strong {
+                        let both = *before && *known;
+                        self.image[at] = if both { self.packed[from] } else { 0.0 };
+                        at += 1;
+                    }
+                    from += usize::from(*known);
+                }
+            }
+            i += usize::from(*strong);
+            i_before += usize::from(*before);
+        }
+        std::mem::swap(&mut self.image, &mut self.packed);
+    }
+}
+
+fn pack(full: &[f64], packed: &mut [f64], m: usize) {
+    let mut at = 0;
+    for i in 0..m {
+        packed[at..=at + i].copy_from_slice(&full[i * m..=i * m + i]);
+        at += i + 1;
+    }
+}
+
+pub(super) fn unpack(packed: &[f64], full: &mut [f64], m: usize) {
+    let mut at = 0;
+    for i in 0..m {
+        for j in 0..=i {
+            full[i * m + j] = packed[at];
+            full[j * m + i] = packed[at];
+            at += 1;
+        }
+    }
+}
