@@ -9,6 +9,7 @@ import { spawn } from "node:child_process";
 import { existsSync, mkdirSync, readFileSync, rmSync } from "node:fs";
 import path from "node:path";
 
+import { violations } from "./axe.mjs";
 import { check, program, scratch, until, wanted } from "./common.mjs";
 
 function startProgram(...more) {
@@ -240,7 +241,7 @@ test("the live page leads to the model and back", async () => {
 test("text fits, in both sizes and themes", async () => {
   const folder = process.env.TAXEL_SCREENSHOTS;
   if (folder) mkdirSync(folder, { recursive: true });
-  for (const [width, height] of [[1440, 900], [820, 1180]]) {
+  for (const [width, height] of [[1440, 900], [820, 1180], [390, 844]]) {
     for (const colorScheme of ["dark", "light"]) {
       const page = await open("", { viewport: { width, height }, colorScheme });
       await page.locator(".duplicate").nth(0).click();
@@ -251,6 +252,20 @@ test("text fits, in both sizes and themes", async () => {
         .filter((element) => element.clientWidth > 0 && element.scrollWidth > element.clientWidth + 1).map((element) => element.id || element.textContent));
       check(cut.length === 0, `cut at ${width} pixels: ${cut.join(", ")}`);
       if (folder) await page.screenshot({ path: path.join(folder, `model-${colorScheme}-${width}x${height}.png`) });
+    }
+  }
+});
+
+test("axe-core finds nothing, in both sizes and themes", async () => {
+  for (const [width, height] of [[1440, 900], [390, 844]]) {
+    for (const colorScheme of ["dark", "light"]) {
+      const page = await open("", { viewport: { width, height }, colorScheme });
+      await drop(page, "bad.csv", "1;\n");
+      await until(() => text(page, "points-error"), "a broken file is not refused");
+      await page.fill("#testVolts-1", "1.5");
+      await until(async () => (await text(page, "saturation")).includes("saturates"), "1.5 V does not saturate");
+      const found = await violations(page);
+      check(found.length === 0, `${colorScheme}, ${width} pixels:\n      ${found.join("\n      ")}`);
     }
   }
 });

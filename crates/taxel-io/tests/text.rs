@@ -97,28 +97,28 @@ fn time_stamps_with_a_unit_are_kept() {
 
 #[test]
 fn bad_files_say_what_where_and_both_numbers() {
-    let broken = "a line is broken, or this is no recording; `--keep-going` leaves its frame out";
-    let stopped = "the recording stopped inside a frame; `--keep-going` leaves that frame out";
-    let torn = "a line was torn or lost; `--keep-going` leaves its frame out";
-    let missing = "a reading that is missing or broken; `--keep-going` leaves its frame out";
+    let broken = "a line is broken, or this is no recording";
+    let stopped = "the recording stopped inside a frame";
+    let torn = "a line was torn or lost";
+    let missing = "a reading that is missing or broken";
     let cases: Vec<(&str, String)> = vec![
         ("", "no frame in rec: 0 found, at least 1 expected\nhint: the file is empty or holds blank lines only; was the recording ever started?".into()),
         ("\n \r\n", "no frame in rec: 0 found, at least 1 expected\nhint: the file is empty or holds blank lines only; was the recording ever started?".into()),
         ("1,2,3,\n4,5,6,\n7,8,9,\n", format!("frame 1 is cut short at rec, line 4, column 1: 1 whole lines found, 2 expected\nhint: {stopped}")),
         ("1,2,3,\n4,5,6,\n7,8,9,\n10,1", format!("frame 1 is cut short at rec, line 4, column 1: 1 whole lines found, 2 expected\nhint: {stopped}")),
         ("1,2,3,\n4,5,6,\n7,8,9,\n10,11,1", format!("frame 1 is cut short at rec, line 4, column 1: 1 whole lines found, 2 expected\nhint: {stopped}")),
-        ("1,2,\n3,4,\n5,6,\n", "wrong number of values at rec, line 1, column 1: 2 found, 3 expected\nhint: rows and columns are swapped in this file; read it with `--transpose`".into()),
+        ("1,2,\n3,4,\n5,6,\n", "wrong number of values at rec, line 1, column 1: 2 found, 3 expected\nhint: rows and columns are swapped in this file".into()),
         ("1,2,3,4,\n", "wrong number of values at rec, line 1, column 1: 4 found, 3 expected\nhint: the recording is of another sensor; check rows and columns in the sensor file".into()),
         ("1,2,3,\n4,5,6,\n7,8,9,\n10,11,12,13,\n", format!("wrong number of values at rec, line 4, column 1: 4 found, 3 expected\nhint: {torn}")),
         ("1,2,3,\n4,abc,6,\n", format!("not a number at rec, line 2, column 3: value 2 of 3 is `abc`\nhint: {broken}")),
-        ("1,2,3,\n4,,6,\n", "not a number at rec, line 2, column 3: value 2 of 3 is ``\nhint: a value is missing between two commas; `--keep-going` leaves its frame out".into()),
+        ("1,2,3,\n4,,6,\n", "not a number at rec, line 2, column 3: value 2 of 3 is ``\nhint: a value is missing between two commas".into()),
         ("1,2,3,\n4;5;6\n", "not a number at rec, line 2, column 1: value 1 of 3 is `4;5;6`\nhint: values are separated by commas".into()),
         ("1,2,3,\n4,nan,6,\n", format!("not a finite number at rec, line 2, column 3: value 2 of 3 is `nan`\nhint: {missing}")),
         ("1,2,3,\n4,-inf,6,\n", format!("not a finite number at rec, line 2, column 3: value 2 of 3 is `-inf`\nhint: {missing}")),
         ("1,2,3,\n4,5, -6,\n", "negative count at rec, line 2, column 6: -6, at least 0 expected\nhint: counts are what the converter gives, 0 and up; loads and volts are read as values".into()),
         ("1,2,3,\n4,5,1024,\n", "count above the converter's range at rec, line 2, column 5: 1024, at most 1023 expected\nhint: check `bits` under [converter] in the sensor file, or the recording is broken there".into()),
-        ("\n1,2,3\n4,5,6\n\n1,2,3\n4,5,6\n1,2,3\n4,5,6\n", "frame 2 has no extra line before it at rec, line 7, column 1: line 3 of 2 of the frame before it?\nhint: every frame so far began with an extra line; one is missing, or a line is doubled; `--keep-going` leaves the frame out".into()),
-        ("\n1,2,3\n4,5,6\n\n1,2,3\n\n1,2,3\n4,5,6\n", "frame 1 is cut short at rec, line 6, column 1: 1 whole lines found, 2 expected\nhint: the next frame begins there; `--keep-going` leaves the short one out".into()),
+        ("\n1,2,3\n4,5,6\n\n1,2,3\n4,5,6\n1,2,3\n4,5,6\n", "frame 2 has no extra line before it at rec, line 7, column 1: line 3 of 2 of the frame before it?\nhint: every frame so far began with an extra line; one is missing, or a line is doubled".into()),
+        ("\n1,2,3\n4,5,6\n\n1,2,3\n\n1,2,3\n4,5,6\n", "frame 1 is cut short at rec, line 6, column 1: 1 whole lines found, 2 expected\nhint: the next frame begins there".into()),
     ];
     for (text, message) in cases {
         let (_, error, _) = read(text.as_bytes(), options(2, 3));

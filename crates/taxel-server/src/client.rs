@@ -9,7 +9,8 @@ use tokio::sync::broadcast::error::RecvError;
 use tokio::time::{Instant, interval, sleep_until, timeout};
 
 use crate::command::{self, Own};
-use crate::{Host, Shared};
+use crate::messages::{Answer, Message as Text, Refused, Reply};
+use crate::{Shared, ViewerBackend};
 
 /// Frames that may be on the way to a viewer that has not said it got them.
 const ON_THE_WAY: u32 = 3;
@@ -71,7 +72,8 @@ impl Viewer<'_> {
         let mut texts = self.shared.texts.subscribe();
         let mut pings = interval(PING_EVERY);
         let mut details = interval(DETAILS_EVERY);
-        self.say(self.shared.host.hello()).await?;
+        let hello = Text::Hello(self.shared.backend.hello());
+        self.say(hello.to_json()).await?;
         self.say(self.shared.state()).await?;
         loop {
             let has_room = self.on_the_way < ON_THE_WAY;
@@ -80,7 +82,7 @@ impl Viewer<'_> {
             let is_due = self.due <= Instant::now() + early;
             self.wait_for_frames(has_room && is_due);
             if std::mem::take(&mut is_new) {
-                self.shared.host.joined();
+                self.shared.backend.joined();
             }
             tokio::select! {
                 message = self.socket.recv() => {
@@ -106,7 +108,8 @@ impl Viewer<'_> {
                     Err(RecvError::Closed) => return Err(Gone),
                 },
                 _ = details.tick(), if !self.watched.is_empty() => {
-                    self.say(self.shared.host.details(&self.watched)).await?;
+                    let details = self.shared.backend.details(&self.watched);
+                    self.say(Text::Details(details).to_json()).await?;
                 }
                 _ = pings.tick() => {
                     if self.heard.elapsed() > SILENCE {
@@ -127,10 +130,10 @@ impl Viewer<'_> {
         if waits != self.is_counted {
             self.is_counted = waits;
             if waits {
-                self.shared.waiting.fetch_add(1, Ordering::Relaxed)
+                self.shared.waiting.fetch_add(1, Ordering::Relaxed);
             } else {
-                self.shared.waiting.fetch_sub(1, Ordering::Relaxed)
-            };
+                self.shared.waiting.fetch_sub(1, Ordering::Relaxed);
+            }
         }
     }
 
@@ -159,17 +162,13 @@ impl Viewer<'_> {
                 return Ok(());
             }
             Ok(command::Message::Command(id, command)) => {
-                let host = self.shared.host.clone();
-                (id, have_done(host, command).await)
+                let backend = self.shared.backend.clone();
+                (id, have_done(backend, command).await)
             }
-            Err((id, why)) => (id, Err(why)),
+            Err((id, why)) => (id, Err(Refused::because(why))),
         };
-        let (ok, words) = match outcome {
-            Ok(words) => (true, words),
-            Err(words) => (false, words),
-        };
-        let answer = serde_json::json!({ "kind": "answer", "to": id, "ok": ok, "text": words });
-        self.say(answer.to_string()).await?;
+        let answer = Text::Answer(Answer::new(id, outcome));
+        self.say(answer.to_json()).await?;
         self.shared.tell_all();
         Ok(())
     }
@@ -220,8 +219,11 @@ impl Viewer<'_> {
 }
 
 /// Aside: a deed that waits for a disk holds up this viewer alone.
-async fn have_done(host: Arc<dyn Host>, command: command::Command) -> Result<String, String> {
-    let done = tokio::task::spawn_blocking(move || host.command(command));
-    let failed = |_| Err("the server failed at that".to_owned());
+async fn have_done(
+    backend: Arc<dyn ViewerBackend>,
+    command: command::Command,
+) -> Result<Reply, Refused> {
+    let done = tokio::task::spawn_blocking(move || backend.command(command));
+    let failed = |_| Err(Refused::because("the server failed at that"));
     done.await.unwrap_or_else(failed)
 }

@@ -21,7 +21,7 @@ use tokio::task::AbortHandle;
 use tokio::time::{Sleep, sleep};
 
 /// The most connections at once, pages and their files included; and of one address.
-const MAX: usize = 96;
+const MAX_OPEN: usize = 96;
 const MAX_OF_ONE: usize = 48;
 /// A connection that asks for nothing in this time is closed.
 const HEADERS_WITHIN: Duration = Duration::from_secs(10);
@@ -61,7 +61,7 @@ impl Connections {
         open.retain(|one| !one.task.is_finished());
         let of_one = open.iter().filter(|one| one.from == from).count();
         let crowded = of_one >= MAX_OF_ONE;
-        if crowded || open.len() >= MAX {
+        if crowded || open.len() >= MAX_OPEN {
             let gives_way = |one: &One| !one.known.is_set() && (!crowded || one.from == from);
             let Some(at) = open.iter().position(gives_way) else {
                 return;

@@ -9,8 +9,10 @@ use axum::body::Bytes;
 const VERSION: u8 = 1;
 const HEADER: usize = 64;
 
-/// What viewers see of one frame.
+/// What viewers see of one frame. On the wire it is bytes, laid out as docs/formats.md says; `decodeFrame` in the page's
+/// `wire.js` reads them.
 #[derive(Debug, Clone, Default)]
+#[non_exhaustive]
 pub struct FrameMessage {
     /// Sensed lines.
     pub rows: usize,
@@ -65,13 +67,29 @@ impl Sent {
     }
 
     pub(crate) fn bytes(&self) -> Bytes {
-        self.bytes.get_or_init(|| self.message.encode()).clone()
+        self.bytes
+            .get_or_init(|| self.message.encode(SystemTime::now()))
+            .clone()
     }
 }
 
 impl FrameMessage {
-    /// The message's bytes; its age is that at the call.
-    fn encode(&self) -> Bytes {
+    /// A frame of `rows` × `columns` taxels, all of them 0.
+    pub fn new(rows: usize, columns: usize) -> Self {
+        let taxels = rows * columns;
+        Self {
+            rows,
+            columns,
+            counts: vec![0; taxels],
+            raw: vec![0.0; taxels],
+            loads: vec![0.0; taxels],
+            marks: vec![0; taxels],
+            ..Self::default()
+        }
+    }
+
+    /// The message's bytes; its age is that at `now`.
+    pub(crate) fn encode(&self, now: SystemTime) -> Bytes {
         let taxels = self.counts.len();
         let mut out = Vec::with_capacity(HEADER + 11 * taxels + 2);
         let flags =
@@ -85,7 +103,7 @@ impl FrameMessage {
         let since = |at: SystemTime| at.duration_since(UNIX_EPOCH).unwrap_or_default();
         let host_secs = self.at.map_or(f64::NAN, |at| since(at).as_secs_f64());
         out.extend(host_secs.to_le_bytes());
-        let age = self.at.and_then(|at| at.elapsed().ok());
+        let age = self.at.and_then(|at| now.duration_since(at).ok());
         let [down, across] = self.centre.unwrap_or([f64::NAN; 2]);
         for number in [
             self.total_newtons,
@@ -129,7 +147,7 @@ mod tests {
             total_newtons: 1.5,
             ..FrameMessage::default()
         };
-        let bytes = message.encode();
+        let bytes = message.encode(UNIX_EPOCH);
         assert_eq!(bytes.len(), 64 + 6 + 2 + 12 + 12 + 3);
         assert_eq!(&bytes[..8], [1, 1, 1, 0, 3, 0, 5, 0]);
         assert_eq!(bytes[8], 7);

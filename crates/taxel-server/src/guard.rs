@@ -10,8 +10,8 @@ fn cookie_name(shared: &Shared) -> String {
     format!("taxel_token_{}", shared.address.port())
 }
 
-const MIN_TOKEN: usize = 8;
-const MAX_TOKEN: usize = 200;
+const MIN_TOKEN_CHARS: usize = 8;
+const MAX_TOKEN_CHARS: usize = 200;
 
 /// What is wrong with a token that somebody chose; none where it will do.
 pub fn token_problem(token: &str) -> Option<String> {
@@ -23,8 +23,11 @@ pub fn token_problem(token: &str) -> Option<String> {
             other.escape_default()
         ));
     }
-    (!(MIN_TOKEN..=MAX_TOKEN).contains(&length))
-        .then(|| format!("the token has {length} characters, expected {MIN_TOKEN} to {MAX_TOKEN}"))
+    (!(MIN_TOKEN_CHARS..=MAX_TOKEN_CHARS).contains(&length)).then(|| {
+        format!(
+            "the token has {length} characters, expected {MIN_TOKEN_CHARS} to {MAX_TOKEN_CHARS}"
+        )
+    })
 }
 
 /// A token that nobody guesses: 128 bits.

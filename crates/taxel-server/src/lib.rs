@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 //!
-//! In reading order: a [`Host`] says and does, a [`Server`] listens, a [`FrameMessage`] goes out, a [`Command`] comes in.
+//! It knows nothing of sensors: a [`ViewerBackend`] says what is to be seen and does what viewers ask. In reading order: a
+//! [`ViewerBackend`] says and does, a [`Server`] listens, a [`Message`] and a [`FrameMessage`] go out, a [`Command`] comes in.
 
 mod assets;
 mod client;
@@ -8,6 +9,7 @@ mod command;
 mod connections;
 mod frame;
 mod guard;
+mod messages;
 mod serve;
 
 use std::io;
@@ -21,6 +23,11 @@ pub use command::Command;
 pub use frame::FrameMessage;
 use frame::Sent;
 pub use guard::{random_token, token_problem};
+pub use messages::{
+    Answer, BadLines, Details, DeviceState, DeviceStatus, Event, FileFacts, Hello, Latency,
+    MarkMeaning, Message, PROTOCOL, Player, RecordingStatus, Refused, Reply, SensorFacts, Severity,
+    Slider, SliderKind, SourceFacts, SourceKind, State, TareStatus, TaxelDetails, mark_meanings,
+};
 
 /// Whether a text is a request that a viewer may make. For the fuzz targets.
 #[doc(hidden)]
@@ -29,22 +36,22 @@ pub fn is_request(text: &str) -> bool {
 }
 
 /// What the server shows, and who does what viewers ask for.
-pub trait Host: Send + Sync + 'static {
-    /// What a viewer must know first: the message `hello`, as JSON.
-    fn hello(&self) -> String;
-    /// How things stand: the message `state`, as JSON; `viewers` look at the moment.
-    fn state(&self, viewers: usize) -> String;
-    /// Messages for all viewers since this was asked last: events.
-    fn news(&self) -> Vec<String>;
-    /// Details of the taxels that a viewer watches (row, column): the message `details`, as JSON.
-    fn details(&self, taxels: &[(usize, usize)]) -> String;
+pub trait ViewerBackend: Send + Sync + 'static {
+    /// What a viewer must know first.
+    fn hello(&self) -> Hello;
+    /// How things stand; `viewers` look at the moment.
+    fn state(&self, viewers: usize) -> State;
+    /// What happened since this was asked last, for all viewers.
+    fn news(&self) -> Vec<Event>;
+    /// Details of the taxels that a viewer watches (row, column).
+    fn details(&self, taxels: &[(usize, usize)]) -> Details;
     /// A viewer has come. It gets no frame of before: a source that is held shows its frame again.
     fn joined(&self) {}
-    /// Does what a viewer asks; a sentence for it, good or bad. May take its time: it holds up the viewer that asks alone.
+    /// Does what a viewer asks. May take its time: it holds up the viewer that asks alone.
     ///
     /// # Errors
-    /// Why not, in words.
-    fn command(&self, command: Command) -> Result<String, String>;
+    /// Why not, in words for the viewer.
+    fn command(&self, command: Command) -> Result<Reply, Refused>;
 }
 
 /// Where to listen, and who may look.
@@ -63,7 +70,7 @@ const TEXTS: usize = 64;
 
 /// What all connections share.
 struct Shared {
-    host: Arc<dyn Host>,
+    backend: Arc<dyn ViewerBackend>,
     token: Option<String>,
     address: SocketAddr,
     frames: watch::Sender<Option<Arc<Sent>>>,
@@ -75,14 +82,15 @@ struct Shared {
 
 impl Shared {
     fn state(&self) -> String {
-        self.host
-            .state(MAX_VIEWERS - self.viewers.available_permits())
+        let viewers = MAX_VIEWERS - self.viewers.available_permits();
+        let state = self.backend.state(viewers);
+        Message::State(Box::new(state)).to_json()
     }
 
     /// News and how things stand, to all viewers.
     fn tell_all(&self) {
-        for text in self.host.news() {
-            let _ = self.texts.send(text.into());
+        for event in self.backend.news() {
+            let _ = self.texts.send(Message::Event(event).to_json().into());
         }
         if self.texts.receiver_count() > 0 {
             let _ = self.texts.send(self.state().into());
@@ -102,7 +110,7 @@ impl Server {
     ///
     /// # Errors
     /// What the system says; [`io::ErrorKind::PermissionDenied`] for an address beyond loopback without a token.
-    pub fn start(options: &Options, host: Arc<dyn Host>) -> io::Result<Self> {
+    pub fn start(options: &Options, backend: Arc<dyn ViewerBackend>) -> io::Result<Self> {
         let address = options.address.to_socket_addrs()?.next();
         let address = address
             .ok_or_else(|| io::Error::new(io::ErrorKind::NotFound, "the address leads nowhere"))?;
@@ -118,7 +126,7 @@ impl Server {
         let listener = std::net::TcpListener::bind(address)?;
         listener.set_nonblocking(true)?;
         let shared = Arc::new(Shared {
-            host,
+            backend,
             token: options.token.clone(),
             address: listener.local_addr()?,
             frames: watch::Sender::new(None),

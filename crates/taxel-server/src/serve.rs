@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use axum::extract::ws::{CloseFrame, Message, WebSocketUpgrade};
 use axum::extract::{Path, Request, State};
-use axum::http::{HeaderValue, StatusCode, header};
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
@@ -20,7 +20,7 @@ use crate::{Shared, assets, client};
 /// How often all viewers are told how things stand.
 const STATE_EVERY: Duration = Duration::from_millis(500);
 /// The longest message that a viewer may send.
-const MAX_MESSAGE: usize = 16 * 1024;
+const MAX_MESSAGE_BYTES: usize = 16 * 1024;
 /// What a WebSocket without the token is closed with.
 const NO_TOKEN: u16 = 4401;
 
@@ -107,7 +107,7 @@ async fn model_page(State(shared): State<Arc<Shared>>, request: Request) -> Resp
 
 /// A page, with the cookie that its files need.
 fn page_of(file: &str, shared: &Shared, request: &Request) -> Response {
-    let mut response = assets::file(file);
+    let mut response = assets::file(file, request.headers());
     let cookie = guard::cookie(shared, request.uri());
     if let Some(cookie) = cookie.and_then(|cookie| HeaderValue::from_str(&cookie).ok()) {
         response.headers_mut().insert(header::SET_COOKIE, cookie);
@@ -115,8 +115,8 @@ fn page_of(file: &str, shared: &Shared, request: &Request) -> Response {
     response
 }
 
-async fn asset(Path(path): Path<String>) -> Response {
-    assets::file(&path)
+async fn asset(Path(path): Path<String>, headers: HeaderMap) -> Response {
+    assets::file(&path, &headers)
 }
 
 async fn live(
@@ -130,8 +130,8 @@ async fn live(
         return (StatusCode::SERVICE_UNAVAILABLE, words).into_response();
     };
     upgrade
-        .max_message_size(MAX_MESSAGE)
-        .max_frame_size(MAX_MESSAGE)
+        .max_message_size(MAX_MESSAGE_BYTES)
+        .max_frame_size(MAX_MESSAGE_BYTES)
         .on_upgrade(async move |mut socket| {
             if may.is_err() {
                 let close = CloseFrame {

@@ -1,4 +1,4 @@
-//! Netlists run by ngspice give the answers kept in `testdata/ngspice`: `cargo test -p taxel --test netlist_ngspice -- --ignored`.
+//! Netlists run by ngspice give the answers kept in `testdata/ngspice`: `cargo test --test netlist_ngspice -- --ignored`.
 
 mod golden;
 

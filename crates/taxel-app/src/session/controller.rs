@@ -6,16 +6,19 @@ use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
-use serde_json::json;
 use taxel::{Sensor, solve};
 use taxel_acquire::Address;
 use taxel_acquire::simulated::SimulationParameters;
-use taxel_server::{Command, Host};
+use taxel_server::{
+    Command, Details as DetailsMessage, Event, Hello, Refused, Reply, SensorFacts, SourceFacts,
+    SourceKind, State, ViewerBackend,
+};
 
 use super::SessionOptions;
 use super::details::Details;
 use super::engine::EngineCommand;
 use super::recorder::{Owner, Recorder};
+use super::sliders::{Change, Simulation};
 use super::source::Controls;
 use super::status::{SessionStatus, secs};
 use crate::methods::MethodName;
@@ -47,51 +50,6 @@ pub(super) struct LiveController {
     /// When a viewer began a recording last.
     begun: Mutex<Option<Instant>>,
 }
-
-/// A knob in the page: key, label, unit, least, most, step, logarithmic.
-type Slider = (
-    &'static str,
-    &'static str,
-    &'static str,
-    f64,
-    f64,
-    f64,
-    bool,
-);
-
-const SLIDERS: [Slider; 7] = [
-    (
-        "r_mux_column_ohms",
-        "Column switch",
-        "Ω",
-        0.1,
-        500.0,
-        0.1,
-        true,
-    ),
-    ("r_mux_row_ohms", "Row switch", "Ω", 0.1, 500.0, 0.1, true),
-    (
-        "open_loop_gain",
-        "Amplifier gain",
-        "",
-        100.0,
-        1e6,
-        1.0,
-        true,
-    ),
-    ("noise_counts", "Noise", "counts", 0.0, 100.0, 0.1, false),
-    ("dead_row", "Dead row", "", 0.0, 1.0, 1.0, false),
-    ("dead_column", "Dead column", "", 0.0, 1.0, 1.0, false),
-    (
-        "inverse_knows",
-        "Compensate with the true circuit",
-        "",
-        0.0,
-        1.0,
-        1.0,
-        false,
-    ),
-];
 
 impl LiveController {
     pub(super) fn new(
@@ -143,77 +101,80 @@ impl LiveController {
             .unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Every slider that this sensor has, and where it stands.
-    fn values(&self) -> BTreeMap<&'static str, f64> {
-        let Some(parameters) = self.parameters() else {
-            return BTreeMap::new();
-        };
-        let flag = |on: bool| f64::from(u8::from(on));
-        let mut values = BTreeMap::from([
-            ("r_mux_column_ohms", parameters.r_mux_column_ohms),
-            ("r_mux_row_ohms", parameters.r_mux_row_ohms),
-            ("noise_counts", parameters.noise_counts),
-            ("dead_row", flag(parameters.dead_row)),
-            ("dead_column", flag(parameters.dead_column)),
-            ("inverse_knows", flag(self.knows())),
-        ]);
-        if self.sensor.readout().topology.is_tia() {
-            values.insert("open_loop_gain", parameters.open_loop_gain);
-        }
-        values
+    fn simulation(&self) -> Option<Simulation> {
+        let parameters = self.parameters()?;
+        Some(Simulation {
+            parameters,
+            inverse_knows: self.knows(),
+        })
     }
 
-    fn slide(&self, key: &str, value: f64) -> Result<String, String> {
+    /// What can be changed of a source that is this sensor, simulated.
+    fn changes(&self) -> impl Iterator<Item = Change> {
+        let has_gain = self.sensor.readout().topology.is_tia();
+        let all = Change::ALL.into_iter();
+        all.filter(move |&change| change != Change::Gain || has_gain)
+    }
+
+    /// Every slider, and where it stands.
+    fn values(&self) -> BTreeMap<String, f64> {
+        let Some(simulation) = self.simulation() else {
+            return BTreeMap::new();
+        };
+        let value = |change: Change| (change.key().to_owned(), change.value(&simulation));
+        self.changes().map(value).collect()
+    }
+
+    fn slide(&self, key: &str, value: f64) -> Result<Reply, Refused> {
         let Controls::Simulation(parameters) = &self.controls else {
-            return Err("this source has no sliders".to_owned());
+            return Err(Refused::because("this source has no sliders"));
         };
-        let slider = SLIDERS.iter().find(|slider| slider.0 == key);
-        let Some(&(key, label, _, least, most, ..)) = slider else {
-            return Err(format!("no slider is called {key}"));
+        let Some(change) = Change::of_key(key) else {
+            return Err(Refused::because(format!("no slider is called {key}")));
         };
-        if !(least..=most).contains(&value) {
-            return Err(format!("{label}: {value}, expected {least} to {most}"));
+        let range = change.kind().range();
+        if !range.contains(&value) {
+            return Err(Refused::because(format!(
+                "{}: {value}, expected {} to {}",
+                change.label(),
+                range.start(),
+                range.end()
+            )));
         }
-        let turned = {
+        let known = {
             let mut parameters = parameters.lock().unwrap_or_else(PoisonError::into_inner);
-            match key {
-                "r_mux_column_ohms" => parameters.r_mux_column_ohms = value,
-                "r_mux_row_ohms" => parameters.r_mux_row_ohms = value,
-                "open_loop_gain" => parameters.open_loop_gain = value,
-                "noise_counts" => parameters.noise_counts = value,
-                "dead_row" => parameters.dead_row = value >= 0.5,
-                "dead_column" => parameters.dead_column = value >= 0.5,
-                _ => {
-                    let mut knows = self
-                        .inverse_knows
-                        .lock()
-                        .unwrap_or_else(PoisonError::into_inner);
-                    *knows = value >= 0.5;
-                }
+            let mut knows = self
+                .inverse_knows
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner);
+            let mut simulation = Simulation {
+                parameters: *parameters,
+                inverse_knows: *knows,
+            };
+            change.set(&mut simulation, value);
+            *parameters = simulation.parameters;
+            *knows = simulation.inverse_knows;
+            if simulation.inverse_knows {
+                let turned = simulation.parameters.apply(&self.sensor);
+                turned.unwrap_or_else(|_| self.sensor.clone())
+            } else {
+                self.sensor.clone()
             }
-            *parameters
-        };
-        let known = if self.knows() {
-            turned
-                .apply(&self.sensor)
-                .unwrap_or_else(|_| self.sensor.clone())
-        } else {
-            self.sensor.clone()
         };
         self.command(EngineCommand::Sensor(Box::new(known)));
         self.status.set_sliders(self.values());
-        Ok(String::new())
+        Ok(Reply::done())
     }
 
     fn play(
         &self,
         change: impl FnOnce(&mut super::player::PlaybackRequest),
-    ) -> Result<String, String> {
+    ) -> Result<Reply, Refused> {
         let Controls::Player(play) = &self.controls else {
-            return Err("the source is no file".to_owned());
+            return Err(Refused::because("the source is no file"));
         };
         change(&mut play.lock().unwrap_or_else(PoisonError::into_inner));
-        Ok(String::new())
+        Ok(Reply::done())
     }
 
     /// Whether the read-out and the memory there is allow a method.
@@ -243,134 +204,126 @@ impl LiveController {
         }
     }
 
-    fn record(&self, name: Option<String>) -> Result<String, String> {
+    fn record(&self, name: Option<String>) -> Result<Reply, Refused> {
         let mut begun = self.begun.lock().unwrap_or_else(PoisonError::into_inner);
         if begun.is_some_and(|begun| begun.elapsed() < BETWEEN) {
-            return Err("a recording was begun this second: wait a moment".to_owned());
+            return Err(Refused::because(
+                "a recording was begun this second: wait a moment",
+            ));
         }
         let path = self
             .folder
             .join(recording_name(name.as_deref(), &self.folder)?);
         std::fs::create_dir_all(&self.folder)
-            .map_err(|error| format!("{}: {error}", self.folder.display()))?;
+            .map_err(|error| Refused::because(format!("{}: {error}", self.folder.display())))?;
         let shown = path.display().to_string();
         match self.recorder.begin(path, Owner::Viewer, None) {
             Ok(()) => {
                 *begun = Some(Instant::now());
-                Ok(format!("recording to {shown}"))
+                Ok(Reply::saying(format!("recording to {shown}")))
             }
-            Err(error) => Err(error.to_string()),
+            Err(error) => Err(Refused::because(error.to_string())),
         }
     }
 
     /// Takes what stands on the sensor for nothing, where next to nothing does.
-    fn tare(&self, force: bool) -> Result<String, String> {
+    fn tare(&self, force: bool) -> Result<Reply, Refused> {
         let total = self.status.total().unwrap_or(0.0);
         if !force && total.abs() > TARED_NEWTONS {
-            return Err(format!(
+            return Err(Refused::because(format!(
                 "{total:.1} N stand on the sensor: a tare would take them off everything that follows. Take the load \
                  off first, or tare anyway."
-            ));
+            )));
         }
         self.command(EngineCommand::Tare);
         Ok(if total.abs() > TARED_NEWTONS {
-            format!("Tared with {total:.1} N on the sensor")
+            Reply::saying(format!("Tared with {total:.1} N on the sensor"))
         } else {
-            String::new()
+            Reply::done()
         })
     }
 
     /// Ends a viewer's recording; that of the command line ends there.
-    fn stop(&self) -> Result<String, String> {
+    fn stop(&self) -> Result<Reply, Refused> {
         if self.recorder.owner() == Some(Owner::Operator) {
-            return Err("this recording was begun on the command line, and ends there".to_owned());
+            return Err(Refused::because(
+                "this recording was begun on the command line, and ends there",
+            ));
         }
         match self.recorder.stop() {
-            None => Err("nothing is being recorded".to_owned()),
-            Some(saved) if saved.error.is_some() || saved.frames == 0 => Err(saved.for_viewers()),
-            Some(saved) => Ok(saved.for_viewers()),
+            None => Err(Refused::because("nothing is being recorded")),
+            Some(saved) if saved.error.is_some() || saved.frames == 0 => {
+                Err(Refused::because(saved.for_viewers()))
+            }
+            Some(saved) => Ok(Reply::saying(saved.for_viewers())),
         }
     }
 }
 
-impl Host for LiveController {
-    fn hello(&self) -> String {
+impl ViewerBackend for LiveController {
+    fn hello(&self) -> Hello {
         let array = self.sensor.array();
         let kind = match self.controls {
-            Controls::Device => "device",
-            Controls::Simulation(_) => "sim",
-            Controls::Player(_) => "file",
+            Controls::Device => SourceKind::Device,
+            Controls::Simulation(_) => SourceKind::Sim,
+            Controls::Player(_) => SourceKind::File,
         };
-        let values = self.values();
-        let sliders: Vec<_> = SLIDERS
-            .iter()
-            .filter_map(|(key, label, unit, min, max, step, logarithmic)| {
-                Some(json!({
-                    "key": key, "label": label, "unit": unit, "min": min, "max": max, "step": step,
-                    "value": values.get(key)?, "logarithmic": logarithmic,
-                }))
-            })
-            .collect();
-        json!({
-            "kind": "hello",
-            "protocol": 1,
-            "program": format!("taxel {}", env!("CARGO_PKG_VERSION")),
-            "sensor": {
-                "name": self.sensor.name(),
-                "rows": array.rows,
-                "columns": array.columns,
-                "pitch_mm": array.pitch_mm,
-                "taxel_area_mm2": array.taxel_area_mm2,
-                "bits": self.sensor.converter().bits,
-                "max_count": self.sensor.max_count(),
-                "has_load_law": self.sensor.material().is_some() || self.model.is_some(),
-            },
-            "source": { "address": self.address.to_string(), "type": kind },
-            "methods": self.methods(),
-            "can_record": true,
-            "sliders": sliders,
-            "file": self.status.file(),
-        })
-        .to_string()
+        let mut sensor = SensorFacts::new(self.sensor.name(), array.rows, array.columns);
+        sensor.pitch_mm = array.pitch_mm;
+        sensor.taxel_area_mm2 = array.taxel_area_mm2;
+        sensor.bits = self.sensor.converter().bits;
+        sensor.max_count = self.sensor.max_count();
+        sensor.has_load_law = self.sensor.material().is_some() || self.model.is_some();
+        let program = format!("taxel {}", env!("CARGO_PKG_VERSION"));
+        let source = SourceFacts::new(self.address.to_string(), kind);
+        let mut hello = Hello::new(program, sensor, source);
+        hello.methods = self.methods();
+        hello.can_record = true;
+        hello.file = self.status.file();
+        if let Some(simulation) = self.simulation() {
+            let slider = |change: Change| change.slider(&simulation);
+            hello.sliders = self.changes().map(slider).collect();
+        }
+        hello
     }
 
-    fn state(&self, viewers: usize) -> String {
-        self.status.json(viewers)
+    fn state(&self, viewers: usize) -> State {
+        self.status.state(viewers)
     }
 
     fn joined(&self) {
         let _ = self.play(|play| play.again = true);
     }
 
-    fn news(&self) -> Vec<String> {
+    fn news(&self) -> Vec<Event> {
         self.status.take_news()
     }
 
-    fn details(&self, taxels: &[(usize, usize)]) -> String {
-        self.details.json(taxels)
+    fn details(&self, taxels: &[(usize, usize)]) -> DetailsMessage {
+        self.details.message(taxels)
     }
 
-    fn command(&self, command: Command) -> Result<String, String> {
+    fn command(&self, command: Command) -> Result<Reply, Refused> {
         match command {
             Command::Tare { force } => self.tare(force),
             Command::Untare => {
                 self.command(EngineCommand::Untare);
-                Ok(String::new())
+                Ok(Reply::done())
             }
             Command::Record { name } => self.record(name),
             Command::Stop => self.stop(),
             Command::Event { text } => {
                 let text: String = text.trim().chars().take(MAX_TEXT).collect();
                 if text.is_empty() {
-                    return Err("an event needs some words".to_owned());
+                    return Err(Refused::because("an event needs some words"));
                 }
                 self.recorder.event("mark", &text);
                 self.status.note(&text);
-                Ok(String::new())
+                Ok(Reply::done())
             }
             Command::Method { name } => {
                 self.command(EngineCommand::Method(self.method(&name)?));
-                Ok(String::new())
+                Ok(Reply::done())
             }
             Command::Slider { key, value } => self.slide(&key, value),
             Command::Play => self.play(|play| play.playing = true),
@@ -378,16 +331,18 @@ impl Host for LiveController {
             Command::Seek { secs } if secs.is_finite() && secs >= 0.0 => {
                 self.play(|play| play.seek = Some(secs))
             }
-            Command::Seek { secs } => Err(format!("{secs} s is no place in a recording")),
+            Command::Seek { secs } => Err(Refused::because(format!(
+                "{secs} s is no place in a recording"
+            ))),
             Command::Speed { factor } if SPEEDS.contains(&factor) => {
                 self.play(|play| play.speed = Some(factor))
             }
-            Command::Speed { factor } => Err(format!(
+            Command::Speed { factor } => Err(Refused::because(format!(
                 "{factor} is no speed, expected {} to {}",
                 SPEEDS.start(),
                 SPEEDS.end()
-            )),
-            _ => Err("this program does not know that".to_owned()),
+            ))),
+            _ => Err(Refused::because("this program does not know that")),
         }
     }
 }

@@ -4,9 +4,8 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use serde_json::json;
 use taxel::{Frame, Mark, Sensor, Siemens};
-use taxel_server::FrameMessage;
+use taxel_server::{Details as Message, FrameMessage, TaxelDetails};
 
 use super::latest_queue::LatestQueue;
 use crate::frames::DisplayUnit;
@@ -116,7 +115,7 @@ impl Details {
     }
 
     /// The message `details`.
-    pub(super) fn json(&self, taxels: &[(usize, usize)]) -> String {
+    pub(super) fn message(&self, taxels: &[(usize, usize)]) -> Message {
         let mut asked = self.asked.lock().unwrap_or_else(PoisonError::into_inner);
         asked.last = Some(Instant::now());
         drop(asked);
@@ -137,16 +136,22 @@ impl Details {
                     if mark == Mark::Good.code() && marks[at] == Mark::Unresolved {
                         mark = Mark::Unresolved.code();
                     }
-                    let is_measured = [Mark::Good, Mark::Unfamiliar].map(Mark::code).contains(&mark);
+                    let is_measured = [Mark::Good, Mark::Unfamiliar]
+                        .map(Mark::code)
+                        .contains(&mark);
                     error = Some(errors.values()[at]).filter(|_| is_measured);
                 }
-                Some(json!({
-                    "row": row, "column": column, "sequence": frame.sequence, "load": frame.loads[at],
-                    "raw": frame.raw[at], "counts": frame.counts[at], "mark": mark,
-                    "siemens": answer.siemens.as_ref().map(|siemens| siemens.values()[at]), "standard_error_newtons": error,
-                }))
+                let mut details = TaxelDetails::at(row, column);
+                details.sequence = frame.sequence;
+                details.load = frame.loads[at];
+                details.raw = frame.raw[at];
+                details.counts = frame.counts[at];
+                details.mark = mark;
+                details.siemens = answer.siemens.as_ref().map(|siemens| siemens.values()[at]);
+                details.standard_error_newtons = error;
+                Some(details)
             })
             .collect();
-        json!({ "kind": "details", "taxels": found }).to_string()
+        Message::new(found)
     }
 }

@@ -11,12 +11,12 @@ use taxel::screen::{Axis, LineFaultKind, LineFaults, LineScreen, ScreenOptions};
 use taxel::solve::Raw;
 use taxel::{Frame, Newtons, Sensor};
 use taxel_learn::with_law;
-use taxel_server::{FrameMessage, Server};
+use taxel_server::{BadLines, FrameMessage, Server};
 
 use super::details::{Details, DetailsRequest};
 use super::latest_queue::LatestQueue;
 use super::recorder::{Recorder, SolvedFrame};
-use super::status::{BadLines, SessionStatus};
+use super::status::SessionStatus;
 use super::{FrameObserver, LiveFrame, SessionOptions, TimestampedFrame};
 use crate::error::Error;
 use crate::methods::MethodName;
@@ -238,28 +238,28 @@ impl Engine {
             self.tell_tare(arrived.frame.sequence);
         }
         let pitch = self.sensor.array().pitch_mm;
-        FrameMessage {
-            rows: self.loads.rows(),
-            columns: self.loads.columns(),
-            is_load: self.is_load,
-            is_tared: self.tare.is_some(),
-            is_raw: self.method == MethodName::Raw,
-            sequence: arrived.frame.sequence,
-            device_secs: arrived.frame.time_secs,
-            at: Some(arrived.at),
-            total_newtons: figures.total_force_newtons,
-            peak_kilopascals: figures.peak_kilopascals,
-            contact_area_mm2: figures.contact_area_mm2,
-            centre: figures
-                .centre_mm
-                .map(|[down, across]| [down / pitch[0], across / pitch[1]]),
-            outlier_share: figures.outlier_share,
-            frames_per_second: self.status.frames_per_second(),
-            counts: arrived.frame.values().iter().map(|&v| v as u16).collect(),
-            raw: raw.iter().map(|&v| v as f32).collect(),
-            loads: self.loads.values().iter().map(|&v| v as f32).collect(),
-            marks: self.loads.marks().iter().map(|mark| mark.code()).collect(),
-        }
+        let mut message = FrameMessage::default();
+        message.rows = self.loads.rows();
+        message.columns = self.loads.columns();
+        message.is_load = self.is_load;
+        message.is_tared = self.tare.is_some();
+        message.is_raw = self.method == MethodName::Raw;
+        message.sequence = arrived.frame.sequence;
+        message.device_secs = arrived.frame.time_secs;
+        message.at = Some(arrived.at);
+        message.total_newtons = figures.total_force_newtons;
+        message.peak_kilopascals = figures.peak_kilopascals;
+        message.contact_area_mm2 = figures.contact_area_mm2;
+        message.centre = figures
+            .centre_mm
+            .map(|[down, across]| [down / pitch[0], across / pitch[1]]);
+        message.outlier_share = figures.outlier_share;
+        message.frames_per_second = self.status.frames_per_second();
+        message.counts = arrived.frame.values().iter().map(|&v| v as u16).collect();
+        message.raw = raw.iter().map(|&v| v as f32).collect();
+        message.loads = self.loads.values().iter().map(|&v| v as f32).collect();
+        message.marks = self.loads.marks().iter().map(|mark| mark.code()).collect();
+        message
     }
 
     /// A tare is data: which frames it is the mean of, and what it takes off in all.

@@ -14,6 +14,7 @@ mod engine;
 mod latest_queue;
 mod player;
 mod recorder;
+mod sliders;
 mod source;
 mod status;
 mod sync;

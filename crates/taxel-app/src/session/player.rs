@@ -8,9 +8,9 @@ use taxel::{Counts, Frame, Sensor};
 use taxel_acquire::protocol::LinkStats;
 use taxel_acquire::transport::{Receiver, State};
 use taxel_io::{FrameSource, McapReader, ReadOptions, open_counts, shape_of};
+use taxel_server::DeviceState;
 
 use super::source::FrameSink;
-use super::status;
 use crate::error::Error;
 use crate::frames::is_mcap;
 
@@ -267,14 +267,12 @@ impl Player {
 
     fn tell(&self, sink: &FrameSink, requested: &PlaybackRequest, secs: f64, frame: u64) {
         let (duration_secs, frames) = self.extent.unwrap_or((secs, frame + 1));
-        sink.status.set_player(status::Player {
-            playing: requested.playing,
-            speed: requested.speed.unwrap_or(0.0),
-            position_secs: secs,
-            duration_secs,
-            frame,
-            frames,
-        });
+        let mut player = taxel_server::Player::new(frames, duration_secs);
+        player.playing = requested.playing;
+        player.speed = requested.speed.unwrap_or(0.0);
+        player.position_secs = secs;
+        player.frame = frame;
+        sink.status.set_player(player);
     }
 
     /// What happened when the frame shown next was recorded.
@@ -341,9 +339,13 @@ impl Player {
 }
 
 fn set_word(sink: &FrameSink, playing: bool, name: &str) {
-    let word = if playing { "live" } else { "paused" };
+    let shown = if playing {
+        DeviceState::Live
+    } else {
+        DeviceState::Paused
+    };
     let text = format!("playing {name}");
-    sink.status.set_device_word(State::Live, word, &text);
+    sink.status.set_device_shown(State::Live, shown, &text);
 }
 
 /// Whether the time to the next frame is not waited for: a device was away, or its clock jumped.

@@ -5,90 +5,51 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use serde::Serialize;
 use taxel::stats::quantile_of_sorted;
 use taxel_acquire::protocol::LinkStats;
 use taxel_acquire::transport::State;
+use taxel_server::{
+    BadLines, DeviceState, DeviceStatus, Event, FileFacts, Latency, Player, RecordingStatus,
+    State as StateMessage, TareStatus,
+};
 
 use super::SessionOptions;
 use super::recorder::{Owner, SavedRecording};
 
 /// A recording in progress, or ended by an error.
-#[derive(Debug, Clone, Serialize, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Recording {
     pub name: String,
     pub frames: u64,
     pub bytes: u64,
     pub secs: f64,
     pub error: Option<String>,
-    #[serde(skip)]
     pub(super) owner: Owner,
 }
 
-/// A file being played.
-#[derive(Debug, Clone, Serialize, Default)]
-pub(super) struct Player {
-    pub(super) playing: bool,
-    pub(super) speed: f64,
-    pub(super) position_secs: f64,
-    pub(super) duration_secs: f64,
-    pub(super) frame: u64,
-    pub(super) frames: u64,
+impl Recording {
+    /// As viewers see it.
+    fn message(&self) -> RecordingStatus {
+        let mut status = RecordingStatus::new(self.name.clone());
+        status.frames = self.frames;
+        status.bytes = self.bytes;
+        status.secs = self.secs;
+        status.error = self.error.clone();
+        status
+    }
 }
 
-#[derive(Debug, Clone, Serialize)]
-struct Device {
-    state: &'static str,
-    text: String,
-}
-
-#[derive(Debug, Clone, Serialize, Default)]
-struct Latency {
-    median: f64,
-    p99: f64,
-}
-
-#[derive(Debug, Clone, Serialize, Default)]
-pub(super) struct Tare {
-    pub(super) on: bool,
-    pub(super) host_secs: f64,
-}
-
-#[derive(Debug, Clone, Serialize, Default)]
-pub(super) struct BadLines {
-    pub(super) rows: Vec<usize>,
-    pub(super) columns: Vec<usize>,
-}
-
-/// The message `state`.
-#[derive(Debug, Clone, Serialize)]
-struct StateMessage {
-    kind: &'static str,
-    device: Device,
-    frames_per_second: f64,
-    frames: u64,
-    lost: u64,
-    corrupt: u64,
-    repeated: u64,
-    skipped: u64,
-    latency_ms: Latency,
-    clients: usize,
-    tare: Tare,
+/// What is known.
+#[derive(Debug)]
+struct Known {
+    /// As viewers see it, but for what is worked out when they ask.
+    message: StateMessage,
     recording: Option<Recording>,
-    method: String,
-    player: Option<Player>,
-    sliders: BTreeMap<&'static str, f64>,
-    bad_lines: BadLines,
-    #[serde(skip)]
-    device_state: State,
-    #[serde(skip)]
+    device: State,
     link_stats: LinkStats,
     /// Newtons on the sensor, without any tare.
-    #[serde(skip)]
     total: Option<f64>,
-    #[serde(skip)]
     arrivals: VecDeque<Instant>,
-    #[serde(skip)]
     delays_ms: VecDeque<f32>,
 }
 
@@ -100,9 +61,9 @@ const NEWS: usize = 1000;
 const RATE_OVER: Duration = Duration::from_secs(1);
 
 pub(super) struct SessionStatus {
-    state: Mutex<StateMessage>,
+    state: Mutex<Known>,
     /// Messages that viewers have not had.
-    news: Mutex<Vec<String>>,
+    news: Mutex<Vec<Event>>,
     /// Lines for the command line.
     told: Mutex<Vec<String>>,
     /// Recordings that have ended.
@@ -117,28 +78,13 @@ impl SessionStatus {
 
     /// Before anything has come from this address.
     pub(super) fn waiting(address: &str) -> Self {
+        let mut message = StateMessage::default();
+        message.device = DeviceStatus::new(DeviceState::Waiting, format!("opening {address}"));
         Self {
-            state: Mutex::new(StateMessage {
-                kind: "state",
-                device: Device {
-                    state: State::Waiting.word(),
-                    text: format!("opening {address}"),
-                },
-                frames_per_second: 0.0,
-                frames: 0,
-                lost: 0,
-                corrupt: 0,
-                repeated: 0,
-                skipped: 0,
-                latency_ms: Latency::default(),
-                clients: 0,
-                tare: Tare::default(),
+            state: Mutex::new(Known {
+                message,
                 recording: None,
-                method: String::new(),
-                player: None,
-                sliders: BTreeMap::new(),
-                bad_lines: BadLines::default(),
-                device_state: State::Waiting,
+                device: State::Waiting,
                 link_stats: LinkStats::default(),
                 total: None,
                 arrivals: VecDeque::new(),
@@ -154,15 +100,14 @@ impl SessionStatus {
     /// Something happened now that viewers should hear of.
     pub(super) fn note(&self, text: &str) {
         let now = secs(SystemTime::now());
-        let json = serde_json::json!({ "kind": "event", "host_secs": now, "text": text });
         let mut news = self.news.lock().unwrap_or_else(PoisonError::into_inner);
         if news.len() < NEWS {
-            news.push(json.to_string());
+            news.push(Event::new(now, text));
         }
     }
 
     /// What was noted since this was asked last.
-    pub(super) fn take_news(&self) -> Vec<String> {
+    pub(super) fn take_news(&self) -> Vec<Event> {
         std::mem::take(&mut *self.news.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
@@ -204,7 +149,7 @@ impl SessionStatus {
             .clone()
     }
 
-    fn lock(&self) -> MutexGuard<'_, StateMessage> {
+    fn lock(&self) -> MutexGuard<'_, Known> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -217,41 +162,38 @@ impl SessionStatus {
     }
 
     /// The message `state`, with what only the caller knows.
-    pub(super) fn json(&self, clients: usize) -> String {
+    pub(super) fn state(&self, clients: usize) -> StateMessage {
         let mut status = self.lock();
-        status.clients = clients;
-        status.frames_per_second = rate(&mut status.arrivals);
         let mut delays: Vec<f64> = status.delays_ms.iter().map(|&d| d.into()).collect();
         delays.sort_by(f64::total_cmp);
         let at = |share| quantile_of_sorted(&delays, share).unwrap_or(0.0);
-        status.latency_ms = Latency {
-            median: at(0.5),
-            p99: at(0.99),
-        };
-        serde_json::to_string(&*status).expect("plain data")
+        let mut message = status.message.clone();
+        message.clients = clients;
+        message.frames_per_second = rate(&mut status.arrivals);
+        message.latency_ms = Latency::new(at(0.5), at(0.99));
+        message.recording = status.recording.as_ref().map(Recording::message);
+        message
     }
 
     pub(super) fn set_device(&self, state: State, text: &str) {
-        self.set_device_word(state, state.word(), text);
+        self.set_device_shown(state, shown(state), text);
     }
 
-    pub(super) fn set_device_word(&self, state: State, word: &'static str, text: &str) {
+    /// The same, shown as something more exact.
+    pub(super) fn set_device_shown(&self, state: State, shown: DeviceState, text: &str) {
         let mut status = self.lock();
-        status.device_state = state;
-        status.device = Device {
-            state: word,
-            text: text.to_owned(),
-        };
+        status.device = state;
+        status.message.device = DeviceStatus::new(shown, text);
     }
 
     pub(super) fn device(&self) -> (State, String) {
         let status = self.lock();
-        (status.device_state, status.device.text.clone())
+        (status.device, status.message.device.text.clone())
     }
 
     pub(super) fn arrived(&self) {
         let mut status = self.lock();
-        status.frames += 1;
+        status.message.frames += 1;
         status.arrivals.push_back(Instant::now());
         // Counted exactly up to here; beyond, the rate is that of the newest.
         if status.arrivals.len() > 4096 {
@@ -262,9 +204,9 @@ impl SessionStatus {
     pub(super) fn set_link_stats(&self, link_stats: LinkStats) {
         let mut status = self.lock();
         status.link_stats = link_stats;
-        status.lost = link_stats.lost;
-        status.corrupt = link_stats.corrupt;
-        status.repeated = link_stats.repeated;
+        status.message.lost = link_stats.lost;
+        status.message.corrupt = link_stats.corrupt;
+        status.message.repeated = link_stats.repeated;
     }
 
     pub(super) fn link_stats(&self) -> LinkStats {
@@ -272,7 +214,7 @@ impl SessionStatus {
     }
 
     pub(super) fn skip(&self) {
-        self.lock().skipped += 1;
+        self.lock().message.skipped += 1;
     }
 
     pub(super) fn add_delay(&self, at: SystemTime) {
@@ -293,14 +235,11 @@ impl SessionStatus {
     }
 
     pub(super) fn set_method(&self, name: String) {
-        self.lock().method = name;
+        self.lock().message.method = name;
     }
 
     pub(super) fn set_tare(&self, on: bool) {
-        self.lock().tare = Tare {
-            on,
-            host_secs: secs(SystemTime::now()),
-        };
+        self.lock().message.tare = TareStatus::new(on, secs(SystemTime::now()));
     }
 
     pub(super) fn set_recording(&self, recording: Option<Recording>) {
@@ -312,26 +251,35 @@ impl SessionStatus {
     }
 
     /// What a viewer of a file must know of it.
-    pub(super) fn file(&self) -> Option<serde_json::Value> {
-        let status = self.lock();
-        let player = status.player.as_ref()?;
-        Some(serde_json::json!({ "frames": player.frames, "duration_secs": player.duration_secs }))
+    pub(super) fn file(&self) -> Option<FileFacts> {
+        let player = self.lock().message.player?;
+        Some(FileFacts::new(player.frames, player.duration_secs))
     }
 
     pub(super) fn set_player(&self, player: Player) {
-        self.lock().player = Some(player);
+        self.lock().message.player = Some(player);
     }
 
-    pub(super) fn set_sliders(&self, sliders: BTreeMap<&'static str, f64>) {
-        self.lock().sliders = sliders;
+    pub(super) fn set_sliders(&self, sliders: BTreeMap<String, f64>) {
+        self.lock().message.sliders = sliders;
     }
 
     pub(super) fn set_bad_lines(&self, lines: BadLines) {
-        self.lock().bad_lines = lines;
+        self.lock().message.bad_lines = lines;
     }
 
     pub(super) fn frames_per_second(&self) -> f64 {
         rate(&mut self.lock().arrivals)
+    }
+}
+
+/// A device's state as viewers see it.
+fn shown(state: State) -> DeviceState {
+    match state {
+        State::Live => DeviceState::Live,
+        State::Waiting => DeviceState::Waiting,
+        State::Lost => DeviceState::Lost,
+        State::Ended => DeviceState::Ended,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Every way in which the session's threads can take turns, or thousands of them drawn by chance: the very files of the
 //! queue and the recorder, with shuttle's locks and threads in place of the system's.
 //!
-//! `cargo test -p taxel-app --features models --test models`. A failure prints a schedule that `shuttle::replay` takes.
+//! `cargo test --features taxel-app/models --test models`. A failure prints a schedule that `shuttle::replay` takes.
 
 #![allow(dead_code, reason = "the models use a part of each file")]
 

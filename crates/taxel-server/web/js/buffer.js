@@ -2,7 +2,7 @@
 // out in two steps, so that a 64 x 128 sensor reaches back about five minutes in 96 MB.
 
 const MEMORY_BYTES = 96 * 1024 * 1024;
-const MOST_FRAMES = 24000;
+const MAX_FRAMES = 24000;
 const BYTES_PER_TAXEL = 7;
 const NOT_A_NUMBER = 65535;
 const STEPS = 65534;
@@ -14,26 +14,34 @@ const LEVELS = [
   { share: 0.3, spacing: 0.5 },
 ];
 
+/** @type {(keyof Page.FrameScalars)[]} */
 const SCALARS = ["sequence", "host", "device", "flags", "total", "peak", "area", "copRow", "copColumn", "outliers", "age", "rate"];
 
 class Ring {
+  /** @param {number} capacity */
   constructor(capacity) {
+    /** @type {(Page.Slot | null)[]} */
     this.slots = new Array(capacity).fill(null);
     this.first = 0;
     this.length = 0;
   }
 
+  /**
+   * @param {number} i less than the length
+   * @returns {Page.Slot}
+   */
   at(i) {
-    return this.slots[(this.first + i) % this.slots.length];
+    return /** @type {Page.Slot} */ (this.slots[(this.first + i) % this.slots.length]);
   }
 
+  /** @param {Page.Slot} slot */
   push(slot) {
     this.slots[(this.first + this.length) % this.slots.length] = slot;
     this.length += 1;
   }
 
   shift() {
-    const slot = this.slots[this.first];
+    const slot = this.at(0);
     this.slots[this.first] = null;
     this.first = (this.first + 1) % this.slots.length;
     this.length -= 1;
@@ -46,10 +54,15 @@ class Ring {
 }
 
 export class FrameBuffer {
+  /**
+   * @param {number} rows
+   * @param {number} columns
+   */
   constructor(rows, columns) {
     this.taxels = rows * columns;
-    const frames = Math.min(MOST_FRAMES, Math.floor(MEMORY_BYTES / (BYTES_PER_TAXEL * this.taxels)));
+    const frames = Math.min(MAX_FRAMES, Math.floor(MEMORY_BYTES / (BYTES_PER_TAXEL * this.taxels)));
     this.rings = LEVELS.map((level) => new Ring(Math.max(2, Math.floor(level.share * frames))));
+    /** @type {Page.Slot[]} */
     this.free = [];
   }
 
@@ -57,14 +70,17 @@ export class FrameBuffer {
     return this.rings[0].length + this.rings[1].length + this.rings[2].length;
   }
 
-  // 0 is the oldest frame.
+  /**
+   * @param {number} i 0 is the oldest frame
+   * @returns {Page.Slot}
+   */
   at(i) {
     for (let level = LEVELS.length - 1; level >= 0; level -= 1) {
       const ring = this.rings[level];
       if (i < ring.length) return ring.at(i);
       i -= ring.length;
     }
-    return null;
+    throw new RangeError("the buffer has fewer frames");
   }
 
   clear() {
@@ -73,7 +89,10 @@ export class FrameBuffer {
     }
   }
 
-  // The last frame at or before this time; 0 if all are later.
+  /**
+   * The last frame at or before this time; 0 if all are later.
+   * @param {number} host
+   */
   indexAt(host) {
     let low = 0;
     let high = this.length - 1;
@@ -85,6 +104,7 @@ export class FrameBuffer {
     return low;
   }
 
+  /** @param {Page.Frame} frame */
   push(frame) {
     if (this.rings[0].full) this.age(0);
     const slot = this.free.pop() || this.newSlot();
@@ -97,7 +117,10 @@ export class FrameBuffer {
     this.rings[0].push(slot);
   }
 
-  // Makes room in one level: its oldest frame goes on to the next if that has none as recent.
+  /**
+   * Makes room in one level: its oldest frame goes on to the next if that has none as recent.
+   * @param {number} level
+   */
   age(level) {
     const slot = this.rings[level].shift();
     const next = this.rings[level + 1];
@@ -114,10 +137,13 @@ export class FrameBuffer {
     next.push(slot);
   }
 
+  /** @returns {Page.Slot} */
   newSlot() {
     const n = this.taxels;
     const memory = new ArrayBuffer(BYTES_PER_TAXEL * n);
     return {
+      sequence: 0, host: NaN, device: NaN, flags: 0, total: NaN, peak: NaN, area: NaN, copRow: NaN, copColumn: NaN,
+      outliers: NaN, age: NaN, rate: NaN, threshold: NaN,
       counts: new Uint16Array(memory, 0, n),
       raw: new Uint16Array(memory, 2 * n, n),
       compensated: new Uint16Array(memory, 4 * n, n),
@@ -127,6 +153,11 @@ export class FrameBuffer {
     };
   }
 
+  /**
+   * Unpacks a frame.
+   * @param {number} i
+   * @param {Page.Frame} frame where to
+   */
   read(i, frame) {
     const slot = this.at(i);
     for (const key of SCALARS) frame[key] = slot[key];
@@ -137,10 +168,19 @@ export class FrameBuffer {
   }
 }
 
+/**
+ * @param {number} packed
+ * @param {Page.PackedRange} range
+ */
 export function slotValue(packed, range) {
   return packed === NOT_A_NUMBER ? NaN : range.low + packed * range.step;
 }
 
+/**
+ * @param {Float32Array} values
+ * @param {Uint16Array} packed
+ * @param {Page.PackedRange} range
+ */
 function pack(values, packed, range) {
   let low = Infinity;
   let high = -Infinity;
@@ -158,6 +198,11 @@ function pack(values, packed, range) {
   }
 }
 
+/**
+ * @param {Uint16Array} packed
+ * @param {Page.PackedRange} range
+ * @param {Float32Array} values
+ */
 function unpack(packed, range, values) {
   for (let i = 0; i < packed.length; i += 1) values[i] = slotValue(packed[i], range);
 }

@@ -1,88 +1,151 @@
 // The charts below the maps: total force, peak pressure, contact area, and the selection.
 
 import { TimeChart, longestStep } from "./timechart.js";
-import { theme } from "./theme.js";
+import { faint, theme } from "./theme.js";
+import { byId, inside, write } from "./dom.js";
 import { fixed, decimalsFor, forceUnit, pressureUnit, loadFactor } from "./units.js";
 
-const MOST_POINTS = 1500;
+const MAX_POINTS = 1500;
 const SELECTION_POINTS = 500;
 
+const DESCRIBE_EVERY_MS = 1000;
+/** @type {("force" | "peak" | "area")[]} */
+const CHARTS = ["force", "peak", "area"];
+
+/** @typedef {Record<"force" | "peak" | "area" | "taxelPressure", [factor: number, unit: string]>} Quantities */
+
 export class Charts {
-  constructor(app) {
-    this.app = app;
-    const options = { onClick: (time) => app.playback.goTo(time) };
-    const line = () => [{ colour: () => theme.comp, fill: () => `${theme.comp}22` }];
-    const plot = (id) => document.querySelector(`#${id} .plot`);
+  /**
+   * @param {object} parts
+   * @param {import("./view.js").View} parts.view
+   * @param {import("./settings.js").Settings} parts.settings
+   * @param {import("./history.js").History} parts.history
+   * @param {import("./selection.js").Selection} parts.selection
+   * @param {(time: number) => void} parts.goTo shows the frame of that time
+   */
+  constructor({ view, settings, history, selection, goTo }) {
+    this.view = view;
+    this.settings = settings;
+    this.history = history;
+    this.items = selection;
+    const options = { onClick: goTo };
+    const line = () => [{ colour: () => theme.comp, fill: () => faint(theme.comp, 0.13) }];
+    /** @param {string} id */
+    const plot = (id) => inside(byId(id), ".plot");
     this.charts = {
       force: new TimeChart(plot("chart-force"), line(), { ...options, nameEvents: true }),
       peak: new TimeChart(plot("chart-peak"), line(), options),
       area: new TimeChart(plot("chart-area"), line(), options),
     };
     this.selection = new TimeChart(plot("chart-selection"), [], options);
-    this.hint = document.getElementById("selection-hint");
-    this.readouts = {
-      force: document.getElementById("readout-force"),
-      peak: document.getElementById("readout-peak"),
-      area: document.getElementById("readout-area"),
-    };
-    this.titles = { force: document.querySelector("#chart-force h3"), peak: document.querySelector("#chart-peak h3") };
-    this.sizes = { force: 0, peak: 0 };
+    this.hint = byId("selection-hint");
+    this.readouts = { force: byId("readout-force"), peak: byId("readout-peak"), area: byId("readout-area") };
+    this.titles = { force: inside(byId("chart-force"), "h2"), peak: inside(byId("chart-peak"), "h2") };
+    this.describedAt = -Infinity;
+    selection.onChange(() => this.takeSelection(selection));
   }
 
-  // Lines are made anew only when the selection changes.
+  /**
+   * Lines are made anew only when the selection changes.
+   * @param {import("./selection.js").Selection} selection
+   */
   takeSelection(selection) {
     this.selection.setLines(selection.items.map((item) => ({ colour: () => item.colour, dash: item.letter === "R" ? [6, 3] : undefined })));
     this.hint.hidden = !selection.empty;
+    this.update();
   }
 
-  // What each quantity is shown in: [factor, unit].
+  /**
+   * What each quantity is shown in: [factor, unit].
+   * @returns {Quantities}
+   */
   quantities() {
-    const { unit, sensor, newtons } = this.app;
+    const { unit, sensor } = this.view;
+    const { newtons } = this.view.now;
+    const area = sensor ? sensor.taxel_area_mm2 : NaN;
     const force = forceUnit(unit);
     const pressure = pressureUnit(unit);
     return {
       force: [force.factor, force.text],
       // peaks of the whole array arrive in kPa, in siemens per taxel without a load law
       peak: newtons ? [pressure.factor, pressure.text] : [unit.factor, unit.text],
-      taxelPressure: newtons ? [loadFactor(pressure, sensor.taxel_area_mm2), pressure.text] : [unit.factor, unit.text],
+      taxelPressure: newtons ? [loadFactor(pressure, area), pressure.text] : [unit.factor, unit.text],
       area: [0.01, "cm²"],
     };
   }
 
   update() {
-    const { app } = this;
-    const { series, settings, playback } = app;
-    if (!app.shown) return;
-    const span = settings.values.window;
-    const end = this.endOf(series.lastTime, span, app.paused ? app.shown.host : NaN);
-    const pausedAt = app.paused ? app.shown.host : NaN;
+    const { shown, paused } = this.view.now;
+    const { series, events } = this.history;
+    if (!shown) return;
+    const span = this.settings.values.window;
+    const pausedAt = paused ? shown.host : NaN;
+    const end = this.endOf(series.lastTime, span, pausedAt);
     const quantities = this.quantities();
-    for (const [name, chart] of Object.entries(this.charts)) {
+    for (const name of CHARTS) {
+      const chart = this.charts[name];
       extract(series, name === "force" ? "total" : name, end, span, quantities[name][0], chart.data);
-      chart.update(end, span, playback.events, pausedAt);
+      chart.update(end, span, events, pausedAt);
     }
     this.updateSelection(end, span, quantities, pausedAt);
-    this.write(quantities);
+    this.write(shown, quantities);
+    this.describe(quantities);
   }
 
-  // While paused at a frame older than the window, the window moves to it.
+  /**
+   * The charts in words; now and then, since nobody reads as fast as frames come.
+   * @param {Quantities} quantities
+   */
+  describe(quantities) {
+    const now = performance.now();
+    if (now - this.describedAt < DESCRIBE_EVERY_MS) return;
+    this.describedAt = now;
+    const names = { force: this.titles.force.textContent || "", peak: this.titles.peak.textContent || "", area: "Contact area" };
+    for (const name of CHARTS) this.charts[name].describe(names[name], [quantities[name][1]]);
+    const { items } = this.items;
+    const { measure } = this.settings.values;
+    const unit = this.measured(quantities)[1];
+    this.selection.describe(`Selection, ${measure}`, items.map(() => unit), items.map(({ label }) => label));
+  }
+
+  /**
+   * What the chart of the selection is in.
+   * @param {Quantities} quantities
+   */
+  measured(quantities) {
+    const { measure } = this.settings.values;
+    return measure === "force" ? quantities.force : measure === "area" ? quantities.area : quantities.taxelPressure;
+  }
+
+  /**
+   * While paused at a frame older than the window, the window moves to it.
+   * @param {number} last
+   * @param {number} span
+   * @param {number} pausedAt
+   */
   endOf(last, span, pausedAt) {
     return pausedAt < last - span ? pausedAt + span / 2 : last;
   }
 
+  /**
+   * @param {number} end
+   * @param {number} span
+   * @param {Quantities} quantities
+   * @param {number} pausedAt
+   */
   updateSelection(end, span, quantities, pausedAt) {
-    const { selection, settings, playback } = this.app;
-    const { measure } = settings.values;
-    const [factor, unit] = measure === "force" ? quantities.force : measure === "area" ? quantities.area : quantities.taxelPressure;
-    document.getElementById("measure-unit").textContent = selection.empty ? "" : unit;
-    const { data } = this.selection;
+    const selection = this.items;
+    const { measure } = this.settings.values;
+    const [factor, unit] = this.measured(quantities);
+    write("measure-unit", selection.empty ? "" : unit);
+    const [xs, ...columns] = this.selection.data;
     const step = span / SELECTION_POINTS;
     // A grid that stands still in time: one that moved with the newest frame would make the lines shimmer.
     const last = Math.floor(end / step);
-    data[0].length = 0;
-    for (let k = SELECTION_POINTS; k >= 0; k -= 1) data[0].push((last - k) * step - end);
+    xs.length = 0;
+    for (let k = SELECTION_POINTS; k >= 0; k -= 1) xs.push((last - k) * step - end);
     selection.items.forEach((item, i) => {
-      const out = data[i + 1];
+      const out = columns[i];
       out.length = 0;
       const { time } = item.series.columns;
       const values = item.series.columns[measure];
@@ -95,28 +158,42 @@ export class Charts {
         out.push(known ? values[at] * factor : null);
       }
     });
-    this.selection.update(end, span, playback.events, pausedAt);
+    this.selection.update(end, span, this.history.events, pausedAt);
   }
 
+  /** @param {keyof Charts["charts"]} name */
   decimals(name) {
     return decimalsFor(this.charts[name].top / 3);
   }
 
-  write(quantities) {
-    const { shown, newtons } = this.app;
+  /**
+   * @param {Page.Frame} shown
+   * @param {Quantities} quantities
+   */
+  write(shown, quantities) {
+    const { newtons } = this.view.now;
     this.titles.force.textContent = newtons ? "Total force" : "Total conductance";
     this.titles.peak.textContent = newtons ? "Peak pressure" : "Peak conductance";
     const values = { force: shown.total, peak: shown.peak, area: shown.area };
-    for (const [name, element] of Object.entries(this.readouts)) {
+    for (const name of CHARTS) {
       const [factor, unit] = quantities[name];
       const value = values[name] * factor;
       // Decimals from the size of the chart, not of the value: they would jump as it passes powers of ten.
-      element.textContent = `${fixed(value, this.decimals(name))} ${unit}`;
+      this.readouts[name].textContent = `${fixed(value, this.decimals(name))} ${unit}`;
     }
   }
 }
 
-// Rows of the series within the window, thinned to the highest of each bucket, with gaps kept as gaps.
+/**
+ * Rows of the series within the window, thinned to the highest of each bucket, with gaps kept as gaps.
+ * @template {string} N
+ * @param {import("./series.js").Series<N>} series
+ * @param {N} name
+ * @param {number} end
+ * @param {number} span
+ * @param {number} factor
+ * @param {import("./timechart.js").Data} data
+ */
 function extract(series, name, end, span, factor, data) {
   const [xs, ys] = data;
   xs.length = 0;
@@ -125,7 +202,7 @@ function extract(series, name, end, span, factor, data) {
   const values = series.columns[name];
   const from = series.indexFrom(end - span);
   const to = series.indexFrom(end + 1e-6);
-  const stride = Math.max(1, Math.ceil((to - from) / MOST_POINTS));
+  const stride = Math.max(1, Math.ceil((to - from) / MAX_POINTS));
   const longest = longestStep((i) => time[i], from, to) * stride;
   // Buckets at fixed places in the series, for the same reason as the grid above.
   let at = stride > 1 ? from - (from % stride) : from;

@@ -4,6 +4,7 @@
 
 export const TABLE_SIZE = 512;
 
+/** @type {Record<string, string>} */
 const STOPS = {
   inferno:
     "0000040403120b0724150b37210c4a2f0a5b3d09654a0c6b57106e64156e71196e7d1e6d8a226a972766a32c61b0315bbc3754c63d4dd04545da4e3ce35933eb6429f1711ff67e14f98c0afb9b06fcaa0ffbba1ff9c932f5d949f2e865f3f586fcffa4",
@@ -27,6 +28,7 @@ export const SELECTION_COLOURS = ["#19b5d8", "#7cb82f", "#ee6aa2", "#e0a100", "#
 const bigEndian = new Uint8Array(new Uint32Array([1]).buffer)[0] === 0;
 
 export class ColourTable {
+  /** @param {string} stops six hexadecimal digits each */
   constructor(stops) {
     this.bytes = new Uint8Array(4 * TABLE_SIZE);
     this.words = new Uint32Array(this.bytes.buffer);
@@ -36,31 +38,38 @@ export class ColourTable {
       const position = (i / (TABLE_SIZE - 1)) * last;
       const from = Math.min(Math.floor(position), last - 1);
       for (let part = 0; part < 3; part += 1) {
-        const low = parseInt(stops.substr(6 * from + 2 * part, 2), 16);
-        const high = parseInt(stops.substr(6 * (from + 1) + 2 * part, 2), 16);
+        const low = parseInt(stops.slice(6 * from + 2 * part, 6 * from + 2 * part + 2), 16);
+        const high = parseInt(stops.slice(6 * (from + 1) + 2 * part, 6 * (from + 1) + 2 * part + 2), 16);
         this.bytes[4 * i + part] = Math.round(low + (position - from) * (high - low));
       }
       this.bytes[4 * i + 3] = 255;
     }
   }
 
+  /** @param {number} share */
   css(share) {
     const at = 4 * Math.round(Math.min(1, Math.max(0, share)) * (TABLE_SIZE - 1));
     return `rgb(${this.bytes[at]} ${this.bytes[at + 1]} ${this.bytes[at + 2]})`;
   }
 }
 
-// The words of image data lie in memory as red, green, blue, alpha.
+/**
+ * The words of image data lie in memory as red, green, blue, alpha.
+ * @param {number[]} parts
+ */
 function word([red, green, blue]) {
   if (bigEndian) return ((red << 24) | (green << 16) | (blue << 8) | 255) >>> 0;
   return ((255 << 24) | (blue << 16) | (green << 8) | red) >>> 0;
 }
 
+/** @type {Map<string, ColourTable>} */
 const tables = new Map();
 
+/** @param {string} name */
 export function colourTable(name) {
-  if (!tables.has(name)) tables.set(name, new ColourTable(STOPS[name] || STOPS.inferno));
-  return tables.get(name);
+  const made = tables.get(name) || new ColourTable(STOPS[name] || STOPS.inferno);
+  tables.set(name, made);
+  return made;
 }
 
 export const differenceTable = new ColourTable(DIFFERENCE_STOPS);

@@ -1,7 +1,13 @@
 // The colour bar: the common scale with its unit and ticks, and one for the difference when that is shown.
 
 import { decimalsFor, fixed, niceStep } from "./units.js";
+import { contextOf } from "./dom.js";
 import { theme } from "./theme.js";
+
+/**
+ * Values are in the unit shown.
+ * @typedef {{ name: string, table: import("./colour.js").ColourTable, low: number, high: number, unit: string, title: string }} Bar
+ */
 
 export const BAR_WIDTH = 66;
 const BAR = 14;
@@ -9,13 +15,18 @@ const TOP = 30;
 const BOTTOM = 20;
 
 export class ColourBar {
+  /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
     this.canvas = canvas;
-    this.context = canvas.getContext("2d");
+    this.context = contextOf(canvas);
     this.key = "";
   }
 
-  // bars: [{ table, low, high, unit, title }], values in the unit shown
+  /**
+   * @param {Bar[]} bars
+   * @param {number} height
+   * @param {number} ratio
+   */
   draw(bars, height, ratio) {
     const key = `${height} ${ratio} ${theme.version} ${bars.map((bar) => `${bar.name} ${bar.low} ${bar.high} ${bar.unit}`).join()}`;
     if (key === this.key) return;
@@ -33,6 +44,12 @@ export class ColourBar {
   }
 }
 
+/**
+ * @param {CanvasRenderingContext2D} g
+ * @param {Bar} bar
+ * @param {number} left
+ * @param {number} height
+ */
 function drawBar(g, bar, left, height) {
   const length = Math.max(20, height - TOP - BOTTOM);
   const x = left + 2;

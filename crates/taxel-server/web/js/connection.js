@@ -1,7 +1,7 @@
 // The WebSocket: connects, reconnects for ever, numbers the commands and matches their answers.
 
 const FIRST_WAIT_MS = 500;
-const LONGEST_WAIT_MS = 5000;
+const MAX_WAIT_MS = 5000;
 // The server says something twice a second: silence means that the line is dead, though nobody closed it.
 const SILENCE_MS = 6000;
 const CLOSED_TOKEN = 4401;
@@ -24,6 +24,7 @@ export function takeToken() {
   }
 }
 
+/** @param {string} token */
 function storeToken(token) {
   try {
     sessionStorage.setItem(TOKEN_KEY, token);
@@ -32,19 +33,30 @@ function storeToken(token) {
   }
 }
 
+/** @typedef {"connecting" | "open" | "waiting" | "refused"} Status */
+
 export class Connection {
-  // handlers: onText(object), onFrame(ArrayBuffer), onStatus()
+  /**
+   * @param {object} handlers
+   * @param {(message: Wire.Message) => void} handlers.onText
+   * @param {(message: ArrayBuffer) => void} handlers.onFrame
+   * @param {() => void} handlers.onStatus
+   */
   constructor(handlers) {
     this.handlers = handlers;
     this.token = takeToken();
-    this.status = "connecting"; // connecting, open, waiting, refused
+    /** @type {Status} */
+    this.status = "connecting";
     this.everOpen = false;
     this.nextTryAt = 0;
     this.wait = FIRST_WAIT_MS;
     this.lastId = 0;
+    /** @type {Map<number, Page.Answering>} */
     this.pending = new Map();
+    /** @type {WebSocket | null} */
     this.socket = null;
-    this.timer = 0;
+    /** @type {ReturnType<typeof setTimeout> | undefined} */
+    this.timer = undefined;
     this.heardAt = 0;
   }
 
@@ -81,9 +93,10 @@ export class Connection {
     if (!this.open || performance.now() - this.heardAt < SILENCE_MS) return;
     const { socket } = this;
     this.lose(0);
-    socket.close();
+    socket?.close();
   }
 
+  /** @param {string} token */
   connectWith(token) {
     this.token = token;
     storeToken(token);
@@ -91,9 +104,10 @@ export class Connection {
     this.connect();
   }
 
+  /** @param {number} code */
   lose(code) {
     this.socket = null;
-    for (const command of this.pending.values()) command.answer(false, "the connection was lost");
+    for (const answer of this.pending.values()) answer(false, "the connection was lost");
     this.pending.clear();
     if (code === CLOSED_TOKEN) {
       this.setStatus("refused");
@@ -101,44 +115,52 @@ export class Connection {
     }
     this.nextTryAt = performance.now() + this.wait;
     this.timer = setTimeout(() => this.connect(), this.wait);
-    this.wait = Math.min(this.wait * 1.6, LONGEST_WAIT_MS);
+    this.wait = Math.min(this.wait * 1.6, MAX_WAIT_MS);
     this.setStatus("waiting");
   }
 
+  /** @param {string} text */
   takeText(text) {
-    let object;
+    /** @type {Wire.Message} */
+    let message;
     try {
-      object = JSON.parse(text);
+      message = JSON.parse(text);
     } catch (_) {
       console.warn("a text message is not JSON");
       return;
     }
     // The back-off starts over only when the server speaks: one that accepts and closes at once is not up.
-    if (object.kind === "hello") this.wait = FIRST_WAIT_MS;
-    if (object.kind === "answer") {
-      const command = this.pending.get(object.to);
-      this.pending.delete(object.to);
-      if (command) command.answer(object.ok, object.text || "");
+    if (message.kind === "hello") this.wait = FIRST_WAIT_MS;
+    if (message.kind === "answer") {
+      const answer = this.pending.get(message.to);
+      this.pending.delete(message.to);
+      if (answer) answer(message.ok, message.text || "");
       return;
     }
-    this.handlers.onText(object);
+    this.handlers.onText(message);
   }
 
-  // Returns false if there is no connection. `answer(ok, text)` is called once.
-  send(command, answer) {
+  /**
+   * Returns false if there is no connection. `answer` is called once.
+   * @param {Wire.Request} request
+   * @param {Page.Answering} [answer]
+   */
+  send(request, answer) {
     if (!this.socket || this.socket.readyState !== WebSocket.OPEN) return false;
     const id = ++this.lastId;
-    this.socket.send(JSON.stringify({ id, ...command }));
-    if (answer) this.pending.set(id, { answer });
+    this.socket.send(JSON.stringify({ id, ...request }));
+    if (answer) this.pending.set(id, answer);
     return true;
   }
 
+  /** @param {number} sequence */
   got(sequence) {
     if (this.socket && this.socket.readyState === WebSocket.OPEN) {
       this.socket.send(`{"do":"got","sequence":${sequence}}`);
     }
   }
 
+  /** @param {Status} status */
   setStatus(status) {
     this.status = status;
     this.handlers.onStatus();

@@ -4,18 +4,51 @@ import { MARGIN } from "./furniture.js";
 import { measure, slotThreshold } from "./selection.js";
 import { slotValue } from "./buffer.js";
 import { loadFactor, forceUnit, pressureUnit, fixed, decimalsFor, clockText } from "./units.js";
+import { byId, contextOf } from "./dom.js";
 import { theme } from "./theme.js";
 import { isTared } from "./wire.js";
 
 const FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif";
 
-function fileName(app, what, ending) {
-  const stamp = new Date(app.shown.host * 1000);
-  const time = Number.isNaN(stamp.getTime()) ? "" : `_${stamp.toISOString().slice(0, 23).replace(/[:.]/g, "-")}`;
-  return `taxel_${app.sensor.name.replace(/[^\w.-]+/g, "-")}${time}_${what}.${ending}`;
+/**
+ * What is saved from.
+ * @typedef {object} Source
+ * @property {import("./view.js").View} view
+ * @property {import("./settings.js").Settings} settings
+ * @property {import("./history.js").History} history
+ * @property {import("./selection.js").Selection} selection
+ * @property {import("./stage.js").Stage} stage
+ */
+/** @typedef {{ sensor: Wire.SensorFacts, shown: Page.Frame }} Shown */
+
+/**
+ * @param {Source} source
+ * @returns {Shown}
+ */
+function shownOf({ view }) {
+  const { sensor } = view;
+  const { shown } = view.now;
+  if (!sensor || !shown) throw new Error("there is no frame");
+  return { sensor, shown };
 }
 
+/**
+ * @param {Shown} shown
+ * @param {string} what
+ * @param {string} ending
+ */
+function fileName({ sensor, shown }, what, ending) {
+  const stamp = new Date(shown.host * 1000);
+  const time = Number.isNaN(stamp.getTime()) ? "" : `_${stamp.toISOString().slice(0, 23).replace(/[:.]/g, "-")}`;
+  return `taxel_${sensor.name.replace(/[^\w.-]+/g, "-")}${time}_${what}.${ending}`;
+}
+
+/**
+ * @param {Blob | null} blob
+ * @param {string} name
+ */
 function save(blob, name) {
+  if (!blob) throw new Error("the browser makes no picture of that size");
   const link = document.createElement("a");
   link.href = URL.createObjectURL(blob);
   link.download = name;
@@ -24,13 +57,18 @@ function save(blob, name) {
   return name;
 }
 
-// The maps as they lie on the stage, with the colour bar, and a heading that says what it is.
-export function savePicture(app) {
-  const { stage, shown, sensor } = app;
-  app.drawNow();
+/**
+ * The maps as they lie on the stage, with the colour bar, and a heading that says what it is.
+ * @param {Source} source
+ * @returns {Promise<string>} the name of the file
+ */
+export function savePicture(source) {
+  const { stage, view } = source;
+  const both = shownOf(source);
+  const { shown, sensor } = both;
   const ratio = stage.ratio;
   const tiles = stage.shownTiles;
-  const origin = document.getElementById("tiles").getBoundingClientRect();
+  const origin = byId("tiles").getBoundingClientRect();
   const pad = 20, head = 62, caption = 24;
   const boxes = tiles.map((tile) => tile.canvas.getBoundingClientRect());
   const wide = Math.max(...boxes.map((box) => box.right)) - origin.left;
@@ -42,7 +80,7 @@ export function savePicture(app) {
   const canvas = document.createElement("canvas");
   canvas.width = width * ratio;
   canvas.height = height * ratio;
-  const g = canvas.getContext("2d");
+  const g = contextOf(canvas);
   g.scale(ratio, ratio);
   g.fillStyle = theme.panel;
   g.fillRect(0, 0, width, height);
@@ -53,10 +91,10 @@ export function savePicture(app) {
   const when = new Date(shown.host * 1000);
   const facts = [
     `${when.toLocaleDateString("sv")} ${clockText(shown.host)}`, `frame ${shown.sequence}`,
-    `method ${app.method}`, isTared(shown) ? "tared" : "not tared", app.unit.text,
+    `method ${view.method}`, isTared(shown) ? "tared" : "not tared", view.unit.text,
   ];
-  const force = forceUnit(app.unit);
-  if (app.newtons) facts.push(`total ${fixed(shown.total * force.factor, decimalsFor(shown.total * force.factor))} ${force.text}`);
+  const force = forceUnit(view.unit);
+  if (view.now.newtons) facts.push(`total ${fixed(shown.total * force.factor, decimalsFor(shown.total * force.factor))} ${force.text}`);
   g.fillStyle = theme.ink2;
   g.font = `13px ${FONT}`;
   g.fillText(facts.join("  ·  "), pad, pad + 37, width - 2 * pad);
@@ -65,38 +103,55 @@ export function savePicture(app) {
     const y = pad + head - caption + boxes[i].top - origin.top;
     g.fillStyle = theme.ink;
     g.font = `600 13px ${FONT}`;
-    g.fillText(tile.figure.querySelector("b").textContent, x + MARGIN.left, y - 4);
+    g.fillText(tile.title.textContent || "", x + MARGIN.left, y - 4);
     for (const layer of [tile.inSurface ? tile.surfaceCanvas : null, tile.canvas]) {
       if (layer) g.drawImage(layer, x, y, boxes[i].width, boxes[i].height);
     }
   });
   g.drawImage(barCanvas, pad * 2 + wide, pad + head - caption, barWide, barCanvas.height / ratio);
-  const name = fileName(app, "view", "png");
-  return new Promise((resolve) => canvas.toBlob((blob) => resolve(save(blob, name)), "image/png"));
+  const name = fileName(both, "view", "png");
+  return new Promise((resolve) => canvas.toBlob((blob) => resolve(blob), "image/png")).then((blob) => save(blob, name));
 }
 
-// Pins and regions over the buffered time; without any, the shown frame as a matrix.
-export function saveTable(app) {
-  const table = app.selection.empty ? frameTable(app) : selectionTable(app);
-  return save(new Blob([table.text], { type: "text/csv" }), fileName(app, table.what, "csv"));
+/**
+ * Pins and regions over the buffered time; without any, the shown frame as a matrix.
+ * @param {Source} source
+ * @returns {Promise<string>} the name of the file
+ */
+export async function saveTable(source) {
+  const both = shownOf(source);
+  const table = source.selection.empty ? frameTable(source, both) : selectionTable(source, both);
+  return save(new Blob([table.text], { type: "text/csv" }), fileName(both, table.what, "csv"));
 }
 
-function frameTable(app) {
-  const { sensor, shown, unit } = app;
-  const values = app.settings.values.layout === "raw" ? shown.raw : shown.compensated;
+/**
+ * @param {Source} source
+ * @param {Shown} both
+ */
+function frameTable({ view, settings }, { sensor, shown }) {
+  const { unit } = view;
+  const isRaw = settings.values.layout === "raw";
+  const values = isRaw ? shown.raw : shown.compensated;
   const factor = loadFactor(unit, sensor.taxel_area_mm2);
   const lines = [[`row\\column (${unit.key})`, ...Array.from({ length: sensor.columns }, (_, column) => column)].join(",")];
   for (let row = 0; row < sensor.rows; row += 1) {
+    /** @type {(string | number)[]} */
     const cells = [row];
     for (let column = 0; column < sensor.columns; column += 1) cells.push(cell(values[row * sensor.columns + column] * factor));
     lines.push(cells.join(","));
   }
-  const what = `frame-${shown.sequence}-${app.settings.values.layout === "raw" ? "raw" : app.method}-${unit.key.replace("/", "per")}`;
+  const what = `frame-${shown.sequence}-${isRaw ? "raw" : view.method}-${unit.key.replace("/", "per")}`;
   return { what, text: `${lines.join("\n")}\n` };
 }
 
-function selectionTable(app) {
-  const { buffer, selection, sensor, newtons, unit } = app;
+/**
+ * @param {Source} source
+ * @param {Shown} both
+ */
+function selectionTable({ view, history, selection }, { sensor }) {
+  const { buffer } = history;
+  const { unit } = view;
+  const { newtons } = view.now;
   const force = newtons ? forceUnit(unit) : unit;
   const pressure = newtons ? pressureUnit(unit) : unit;
   const perTaxel = loadFactor(pressure, sensor.taxel_area_mm2);
@@ -112,7 +167,7 @@ function selectionTable(app) {
   }
   const lines = [head.join(",")];
   const values = new Float32Array(buffer.taxels);
-  const numbers = {};
+  const numbers = { force: 0, peak: 0, mean: 0, area: 0 };
   for (let i = 0; i < buffer.length; i += 1) {
     const slot = buffer.at(i);
     const cells = [slot.host.toFixed(6), Number.isFinite(slot.device) ? slot.device.toFixed(6) : "", slot.sequence];
@@ -132,5 +187,8 @@ function selectionTable(app) {
   return { what: "selection", text: `${lines.join("\n")}\n` };
 }
 
-// Six digits are more than the sensor has, and keep the file small.
+/**
+ * Six digits are more than the sensor has, and keep the file small.
+ * @param {number} value
+ */
 const cell = (value) => (Number.isFinite(value) ? String(Number(value.toPrecision(6))) : "");

@@ -1,24 +1,30 @@
 // What stands still on a map while the frames go by: axes, marks on bad taxels, marks on bad lines.
 // It is drawn into its own layer, and again only when something of it has changed.
 
-import { markOf } from "./wire.js";
+import { contextOf } from "./dom.js";
 import { theme } from "./theme.js";
 
 export const MARGIN = { left: 30, right: 8, top: 8, bottom: 20 };
 
 // On the map, which is dark in either theme.
 const LINE_COLOUR = "#e8b93a";
-const LEAST_LABEL_GAP = 34;
+const MIN_LABEL_GAP = 34;
 const FONT = "11px system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif";
 
 export class Furniture {
   constructor() {
     this.canvas = document.createElement("canvas");
-    this.context = this.canvas.getContext("2d");
+    this.context = contextOf(this.canvas);
     this.key = "";
   }
 
-  // `scene` has sensor, marks, marksVersion, badLines, badLinesKey, showMarks.
+  /**
+   * @param {Page.Scene} scene
+   * @param {import("./orientation.js").Placement} placement
+   * @param {number} width
+   * @param {number} height
+   * @param {number} ratio
+   */
   draw(scene, placement, width, height, ratio) {
     const key = `${width} ${height} ${ratio} ${placement.key} ${theme.version} ${scene.showMarks} ${scene.marksVersion} ${scene.badLinesKey}`;
     if (key === this.key) return;
@@ -35,6 +41,10 @@ export class Furniture {
     }
   }
 
+  /**
+   * @param {CanvasRenderingContext2D} g
+   * @param {import("./orientation.js").Placement} p
+   */
   drawAxes(g, p) {
     g.strokeStyle = theme.line;
     g.lineWidth = 1;
@@ -68,7 +78,12 @@ export class Furniture {
     g.fillText(down === "row" ? "row" : "col", p.left - 7, bottom + 6);
   }
 
-  // A bad line has a triangle outside the map at its end, and a thin line along it.
+  /**
+   * A bad line has a triangle outside the map at its end, and a thin line along it.
+   * @param {CanvasRenderingContext2D} g
+   * @param {Page.Scene} scene
+   * @param {import("./orientation.js").Placement} p
+   */
   drawLines(g, scene, p) {
     const { rows, columns } = scene.badLines;
     g.fillStyle = theme.warn;
@@ -77,6 +92,12 @@ export class Furniture {
     for (const column of columns) this.drawLine(g, p, [column + 0.5, 0], [column + 0.5, p.rows]);
   }
 
+  /**
+   * @param {CanvasRenderingContext2D} g
+   * @param {import("./orientation.js").Placement} p
+   * @param {Page.Corner} from
+   * @param {Page.Corner} to
+   */
   drawLine(g, p, from, to) {
     const x1 = p.x(...from), y1 = p.y(...from), x2 = p.x(...to), y2 = p.y(...to);
     g.globalAlpha = 0.55;
@@ -102,7 +123,12 @@ export class Furniture {
     g.fill();
   }
 
-  // Taxels on a bad line are not marked one by one: the line says it.
+  /**
+   * Taxels on a bad line are not marked one by one: the line says it.
+   * @param {CanvasRenderingContext2D} g
+   * @param {Page.Scene} scene
+   * @param {import("./orientation.js").Placement} p
+   */
   drawMarks(g, scene, p) {
     const badRow = new Set(scene.badLines.rows);
     const badColumn = new Set(scene.badLines.columns);
@@ -116,7 +142,7 @@ export class Furniture {
         if (code === 0 || badColumn.has(column)) continue;
         const x = p.x(column + 0.5, row + 0.5);
         const y = p.y(column + 0.5, row + 0.5);
-        if (markOf(code).severity === 2) {
+        if (scene.meanings.of(code).severity === 2) {
           crosses.moveTo(x - arm, y - arm);
           crosses.lineTo(x + arm, y + arm);
           crosses.moveTo(x + arm, y - arm);
@@ -137,9 +163,13 @@ export class Furniture {
   }
 }
 
-// Steps of powers of two: the sizes of such arrays are powers of two.
+/**
+ * Steps of powers of two: the sizes of such arrays are powers of two.
+ * @param {number} count
+ * @param {number} pixels
+ */
 function* ticks(count, pixels) {
   let step = 1;
-  while ((step * pixels) / count < LEAST_LABEL_GAP) step *= 2;
+  while ((step * pixels) / count < MIN_LABEL_GAP) step *= 2;
   for (let i = 0; i < count; i += step) yield i;
 }

@@ -1,32 +1,49 @@
 // Values to pixels: one pixel per taxel, or several, interpolated, when smooth.
 
 import { TABLE_SIZE } from "./colour.js";
+import { contextOf } from "./dom.js";
 
-const LONGEST_SMOOTH_SIDE = 512;
+const MAX_SMOOTH_SIDE = 512;
 
 export class Heatmap {
+  /**
+   * @param {number} rows
+   * @param {number} columns
+   */
   constructor(rows, columns) {
     this.rows = rows;
     this.columns = columns;
     this.canvas = document.createElement("canvas");
-    this.context = this.canvas.getContext("2d");
+    this.context = contextOf(this.canvas);
+    this.image = this.context.createImageData(1, 1);
+    this.pixels = new Uint32Array(0);
+    this.stretched = new Float32Array(0);
+    this.factor = 1;
+    /** @type {boolean | null} */
     this.smooth = null;
     this.setSmooth(false);
   }
 
+  /** @param {boolean} smooth */
   setSmooth(smooth) {
     if (smooth === this.smooth) return;
     this.smooth = smooth;
     const side = Math.max(this.rows, this.columns);
-    this.factor = smooth ? Math.max(2, Math.min(8, Math.floor(LONGEST_SMOOTH_SIDE / side))) : 1;
+    this.factor = smooth ? Math.max(2, Math.min(8, Math.floor(MAX_SMOOTH_SIDE / side))) : 1;
     this.canvas.width = this.columns * this.factor;
     this.canvas.height = this.rows * this.factor;
     this.image = this.context.createImageData(this.canvas.width, this.canvas.height);
     this.pixels = new Uint32Array(this.image.data.buffer);
-    this.stretched = smooth ? new Float32Array(this.rows * this.columns * this.factor) : null;
+    this.stretched = new Float32Array(smooth ? this.rows * this.columns * this.factor : 0);
   }
 
-  // The colour of a value is table[value * gain + offset], with gain and offset as shares of the table.
+  /**
+   * The colour of a value is table[value * gain + offset], with gain and offset as shares of the table.
+   * @param {Float32Array} values
+   * @param {import("./colour.js").ColourTable} table
+   * @param {number} gain
+   * @param {number} offset
+   */
   paint(values, table, gain, offset) {
     const scaledGain = gain * (TABLE_SIZE - 1);
     const scaledOffset = offset * (TABLE_SIZE - 1) + 0.5;
@@ -35,6 +52,12 @@ export class Heatmap {
     this.context.putImageData(this.image, 0, 0);
   }
 
+  /**
+   * @param {Float32Array} values
+   * @param {import("./colour.js").ColourTable} table
+   * @param {number} gain
+   * @param {number} offset
+   */
   paintTaxels(values, table, gain, offset) {
     const { pixels } = this;
     const { words, missing } = table;
@@ -45,7 +68,13 @@ export class Heatmap {
     }
   }
 
-  // Values are interpolated, not colours: a colour between two colours of the map would mean another value.
+  /**
+   * Values are interpolated, not colours: a colour between two colours of the map would mean another value.
+   * @param {Float32Array} values
+   * @param {import("./colour.js").ColourTable} table
+   * @param {number} gain
+   * @param {number} offset
+   */
   paintSmooth(values, table, gain, offset) {
     const { rows, columns, factor, stretched, pixels } = this;
     const { words } = table;

@@ -1,5 +1,32 @@
-// The keyboard: one letter a command, as listed by "?".
+// The keyboard: one letter a command, as listed by "?". Letters, digits and signs can be turned off, for those whose voice
+// or hand would press them unawares (WCAG 2.1.4).
 
+/** @typedef {import("./settings.js").Layout} Layout */
+/**
+ * @typedef {object} Actions
+ * @property {() => void} tare
+ * @property {() => void} record
+ * @property {() => void} event
+ * @property {() => void} nextMethod
+ * @property {() => void} nextUnit
+ * @property {(layout: Layout) => void} layout
+ * @property {() => void} difference
+ * @property {() => void} smooth
+ * @property {() => void} surface
+ * @property {() => void} marks
+ * @property {() => void} cop
+ * @property {() => void} help
+ * @property {() => void} pause
+ * @property {() => boolean} isPaused
+ * @property {(frames: number) => void} step
+ * @property {(right: number, down: number, taxels: number) => void} movePicked
+ * @property {() => void} pin
+ * @property {() => void} escape
+ * @property {() => boolean} hasLetters
+ * @property {() => void} leaveField
+ */
+
+/** @type {[string, string][]} */
 const LIST = [
   ["Space", "Pause the view, or back to live"],
   ["← →", "Move the picked taxel; while paused, step through the frames (Shift: by 10)"],
@@ -21,8 +48,10 @@ const LIST = [
   ["?", "This list"],
 ];
 
+/** @type {Record<string, [number, number]>} */
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
+/** @param {HTMLElement} list */
 export function fillKeyList(list) {
   for (const [keys, text] of LIST) {
     const dt = document.createElement("dt");
@@ -37,76 +66,96 @@ export function fillKeyList(list) {
   }
 }
 
-export function actionsOf(app) {
-  const { settings, controls, playback } = app;
-  return {
-    tare: () => controls.tare(),
-    record: () => controls.toggleRecording(),
-    event: () => controls.askEvent(),
-    nextMethod: () => controls.nextMethod(),
-    nextUnit: () => controls.nextUnit(),
-    layout: (layout) => settings.set("layout", layout),
-    difference: () => settings.toggle("difference"),
-    smooth: () => settings.toggle("smooth"),
-    surface: () => settings.toggle("surface"),
-    marks: () => settings.toggle("marks"),
-    cop: () => settings.toggle("cop"),
-    help: () => document.getElementById("keys-dialog").showModal(),
-    pause: () => playback.toggle(),
-    isPaused: () => app.paused,
-    step: (frames) => playback.step(frames),
-    movePicked: (right, down, taxels) => app.movePicked(right, down, taxels),
-    pin: () => app.picked && app.pin(app.picked),
-    escape: () => app.escape(),
-  };
+// Whoever last used the pointer has the focus where he clicked, but means the view with the keys; whoever came by Tab means
+// the control that has the focus. So nothing has to take the focus away, and Tab goes on from where it is.
+class Hand {
+  constructor() {
+    this.byPointer = false;
+    /** @type {EventTarget | null} a list of which the pointer has chosen: it is closed again */
+    this.chosen = null;
+    document.addEventListener("pointerdown", () => {
+      this.byPointer = true;
+      this.chosen = null;
+    }, true);
+    document.addEventListener("keydown", (event) => {
+      if (event.key === "Tab") this.byPointer = false;
+    }, true);
+    document.addEventListener("change", (event) => {
+      if (this.byPointer) this.chosen = event.target;
+    });
+  }
+
+  /** @param {HTMLElement} target */
+  lends(target) {
+    return this.byPointer && (target.tagName !== "SELECT" || target === this.chosen);
+  }
 }
 
+/** @param {Actions} actions */
 export function startKeys(actions) {
+  /** @type {Record<string, () => void>} */
   const letters = {
     t: actions.tare, r: actions.record, e: actions.event, m: actions.nextMethod, u: actions.nextUnit,
     1: () => actions.layout("both"), 2: () => actions.layout("compensated"), 3: () => actions.layout("raw"),
     x: actions.difference, s: actions.smooth, d: actions.surface, b: actions.marks, c: actions.cop, "?": actions.help,
   };
+  const hand = new Hand();
+  let spaceIsOurs = false;
+  document.addEventListener("keyup", (event) => {
+    // Some browsers press a button when the space bar is let go.
+    if (event.key === " " && spaceIsOurs) event.preventDefault();
+    spaceIsOurs = false;
+  });
   document.addEventListener("keydown", (event) => {
+    const target = event.target instanceof HTMLElement ? event.target : document.body;
     if (event.ctrlKey || event.metaKey || document.querySelector("dialog[open]")) return;
-    const { target } = event;
     if (isTyping(target)) {
-      if (event.key === "Escape") target.blur();
+      if (event.key === "Escape") actions.leaveField();
       return;
     }
-    const arrow = ARROWS[event.key];
-    if (arrow) {
-      const scrubs = actions.isPaused() && arrow[0] !== 0 && !event.altKey;
-      // Sliders and lists keep their own arrow keys; the scrub bar goes by frames.
-      if (usesArrows(target) && !(scrubs && target.id === "scrub")) return;
+    const lends = hand.lends(target);
+    if (ARROWS[event.key]) takeArrow(event, target, lends, actions);
+    else if (event.altKey) return;
+    else if (event.key === "Escape") actions.escape();
+    else if (event.key === " " || event.key === "Enter") {
+      if (isPressable(target) && !lends) return;
       event.preventDefault();
-      if (scrubs) actions.step(arrow[0] * (event.shiftKey ? 10 : 1));
-      else actions.movePicked(arrow[0], arrow[1], event.shiftKey ? 8 : 1);
-      return;
-    }
-    if (event.altKey) return;
-    if (event.key === " ") {
-      // A focused button is pressed by the space bar: that stays so.
-      if (isPressable(target)) return;
+      spaceIsOurs = event.key === " ";
+      if (event.key === " ") actions.pause();
+      else actions.pin();
+    } else {
+      const action = letters[event.key.toLowerCase()];
+      if (!action || event.repeat || !actions.hasLetters() || (target.tagName === "SELECT" && !lends)) return;
       event.preventDefault();
-      actions.pause();
-    } else if (event.key === "Enter") {
-      if (isPressable(target)) return;
-      event.preventDefault();
-      actions.pin();
-    } else if (event.key === "Escape") {
-      actions.escape();
-    } else if (letters[event.key.toLowerCase()] && !event.repeat) {
-      if (target.tagName === "SELECT") return;
-      event.preventDefault();
-      letters[event.key.toLowerCase()]();
+      action();
     }
   });
 }
 
-function isTyping(element) {
-  return element.tagName === "TEXTAREA" || (element.tagName === "INPUT" && !["range", "checkbox"].includes(element.type));
+/**
+ * @param {KeyboardEvent} event
+ * @param {HTMLElement} target
+ * @param {boolean} lends
+ * @param {Actions} actions
+ */
+function takeArrow(event, target, lends, actions) {
+  const [right, down] = ARROWS[event.key];
+  const scrubs = actions.isPaused() && right !== 0 && !event.altKey;
+  // Sliders and lists keep their own arrow keys; the scrub bar goes by frames.
+  if (usesArrows(target) && !lends && !(scrubs && target.id === "scrub")) return;
+  event.preventDefault();
+  if (scrubs) actions.step(right * (event.shiftKey ? 10 : 1));
+  else actions.movePicked(right, down, event.shiftKey ? 8 : 1);
 }
 
-const usesArrows = (element) => element.tagName === "SELECT" || (element.tagName === "INPUT" && element.type === "range");
-const isPressable = (element) => ["BUTTON", "SELECT", "A"].includes(element.tagName) || (element.tagName === "INPUT" && element.type === "checkbox");
+/** @param {HTMLElement} element */
+function isTyping(element) {
+  // A box that was closed a moment ago still has the focus, until the next picture.
+  if (element.closest("dialog:not([open])")) return false;
+  return element.tagName === "TEXTAREA" || (element instanceof HTMLInputElement && !["range", "checkbox"].includes(element.type));
+}
+
+/** @param {HTMLElement} element */
+const usesArrows = (element) => element.tagName === "SELECT" || (element instanceof HTMLInputElement && element.type === "range");
+/** @param {HTMLElement} element */
+const isPressable = (element) => ["BUTTON", "SELECT", "A"].includes(element.tagName) || (element instanceof HTMLInputElement && element.type === "checkbox");

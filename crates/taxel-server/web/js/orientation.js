@@ -21,7 +21,7 @@ export class Orientation {
     return new Orientation({ ...this, quarters: (this.quarters + step) % 4 });
   }
 
-  // [a, b, c, d, e, f] as for setTransform, from shares of the array (column, row) to shares of the picture.
+  /** [a, b, c, d, e, f] as for setTransform, from shares of the array (column, row) to shares of the picture. */
   matrix() {
     let m = [[1, 0, 0, 1, 0, 0], [0, 1, -1, 0, 1, 0], [-1, 0, 0, -1, 1, 1], [0, -1, 1, 0, 0, 1]][this.quarters];
     if (this.mirrorX) m = [-m[0], m[1], -m[2], m[3], 1 - m[4], m[5]];
@@ -29,7 +29,11 @@ export class Orientation {
     return m;
   }
 
-  // The step of (row, column) that a step on the screen to the right and down means.
+  /**
+   * The step of (row, column) that a step on the screen to the right and down means.
+   * @param {number} right
+   * @param {number} down
+   */
   step(right, down) {
     const [a, b, c, d] = this.matrix();
     return { columns: Math.round(a * right + b * down), rows: Math.round(c * right + d * down) };
@@ -38,6 +42,15 @@ export class Orientation {
 
 // Between (column, row) in taxels and pixels of one canvas.
 export class Placement {
+  /**
+   * @param {Orientation} orientation
+   * @param {number} rows
+   * @param {number} columns
+   * @param {number} left
+   * @param {number} top
+   * @param {number} width
+   * @param {number} height
+   */
   constructor(orientation, rows, columns, left, top, width, height) {
     const [a, b, c, d, e, f] = orientation.matrix();
     this.rows = rows;
@@ -53,12 +66,21 @@ export class Placement {
     this.e = left + e * width;
     this.f = top + f * height;
     this.turned = orientation.turned;
+    this.key = orientation.key;
   }
 
+  /**
+   * @param {number} column
+   * @param {number} row
+   */
   x(column, row) {
     return this.a * column + this.c * row + this.e;
   }
 
+  /**
+   * @param {number} column
+   * @param {number} row
+   */
   y(column, row) {
     return this.b * column + this.d * row + this.f;
   }
@@ -68,6 +90,10 @@ export class Placement {
     return Math.min(Math.abs(this.a + this.b), Math.abs(this.c + this.d));
   }
 
+  /**
+   * @param {number} x
+   * @param {number} y
+   */
   toArray(x, y) {
     const scale = 1 / (this.a * this.d - this.b * this.c);
     const dx = x - this.e;

@@ -1,12 +1,14 @@
 // What is wrong when nothing arrives: a card over the maps, or a note at their top if they still say something.
 
+import { byId, inputById, onClick, write } from "./dom.js";
 import { fixed } from "./units.js";
+
+/** @typedef {{ title: string, text: string, spinner?: boolean, retry?: boolean, token?: boolean }} Card */
 
 const STALE_SECONDS = 1;
 const PATIENCE_SECONDS = 1.5;
 
-const byId = (id) => document.getElementById(id);
-
+/** @type {Partial<Record<Wire.DeviceState, { title: string, spinner: boolean }>>} */
 const DEVICE = {
   waiting: { title: "Waiting for the sensor", spinner: true },
   lost: { title: "The sensor is lost", spinner: true },
@@ -15,29 +17,36 @@ const DEVICE = {
 };
 
 export class Overlay {
-  constructor(app) {
-    this.app = app;
+  /**
+   * @param {import("./view.js").View} view
+   * @param {import("./connection.js").Connection} connection
+   */
+  constructor(view, connection) {
+    this.view = view;
+    this.connection = connection;
     this.key = "";
     this.stale = false;
     byId("token-form").addEventListener("submit", (event) => {
       event.preventDefault();
-      app.connection.connectWith(byId("token-input").value.trim());
+      connection.connectWith(inputById("token-input").value.trim());
     });
-    byId("overlay-retry").addEventListener("click", () => app.connection.connect());
+    onClick("overlay-retry", () => connection.connect());
+    view.on(["connection", "paused"], () => this.update());
   }
 
   update() {
-    const { app } = this;
+    const { paused, shown } = this.view.now;
     const said = this.blocked();
     this.stale = false;
     const note = said ? null : this.noted();
     byId("overlay").hidden = !said;
     byId("note").hidden = !note;
-    if (note && byId("note").textContent !== note) byId("note").textContent = note;
+    if (note) write("note", note);
     // Where the maps still show what is, the note keeps out of their way.
     byId("note").classList.toggle("low", !this.stale);
-    byId("paused-chip").hidden = !app.paused;
-    byId("paused-chip").textContent = app.connection.open ? "view paused, new frames are not kept" : "view paused, the server is gone";
+    byId("paused-chip").hidden = !paused;
+    write("paused-chip", this.view.isOpen ? "view paused, new frames are not kept" : "view paused, the server is gone");
+    document.body.classList.toggle("paused", paused);
     document.body.classList.toggle("stale", Boolean(said) || this.stale);
     if (!said) {
       this.key = "";
@@ -51,12 +60,16 @@ export class Overlay {
     byId("overlay-spinner").hidden = !said.spinner;
     byId("overlay-retry").hidden = !said.retry;
     byId("token-form").hidden = !said.token;
-    byId("overlay").classList.toggle("opaque", !app.shown);
+    byId("overlay").classList.toggle("opaque", !shown);
   }
 
-  // A card: there is nothing to look at, or what is seen is not what the sensor feels now.
+  /**
+   * A card: there is nothing to look at, or what is seen is not what the sensor feels now.
+   * @returns {Card | null}
+   */
   blocked() {
-    const { connection, state, shown, paused } = this.app;
+    const { connection } = this;
+    const { state, shown, paused, waitsSince } = this.view.now;
     if (connection.status === "refused") {
       return {
         title: connection.token ? "The token is wrong" : "A token is needed",
@@ -82,7 +95,7 @@ export class Overlay {
       return { ...device, text: state.device.text || "" };
     }
     if (!shown) {
-      const waited = (performance.now() - this.app.helloAt) / 1000;
+      const waited = (performance.now() - waitsSince) / 1000;
       const text = waited > PATIENCE_SECONDS ? `The server answers, but no frame for ${fixed(waited, 0)} s.` : "The server answers; waiting for the first frame.";
       return { title: "No frame yet", text, spinner: true };
     }
@@ -90,7 +103,7 @@ export class Overlay {
   }
 
   noted() {
-    const { state, paused, shown, frameAt } = this.app;
+    const { state, paused, shown, frameAt } = this.view.now;
     if (paused) return null;
     const device = state && DEVICE[state.device.state];
     if (device && state.device.state === "paused") return device.title;

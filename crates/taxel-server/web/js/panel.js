@@ -1,59 +1,94 @@
 // The side panel: the picked taxel with its last 30 s, pins and regions, and the frame as a whole.
 
 import { TimeChart, longestStep } from "./timechart.js";
-import { markOf, MARKS } from "./wire.js";
 import { slotValue } from "./buffer.js";
 import { cellArea, contactThreshold, measure } from "./selection.js";
+import { byId, inside, onClick, write } from "./dom.js";
 import { theme } from "./theme.js";
 import { fixed, decimalsFor, significant, siemens, areaText, forceUnit, pressureUnit, loadFactor } from "./units.js";
 
 const CHART_SECONDS = 30;
-const SATURATED = MARKS.findIndex((mark) => mark.word === "saturated");
 const DETAILS_VALID_MS = 2500;
-
-const byId = (id) => document.getElementById(id);
+const DESCRIBE_EVERY_MS = 1000;
 
 export class Panel {
-  constructor(app) {
-    this.app = app;
+  /**
+   * @param {object} parts
+   * @param {import("./view.js").View} parts.view
+   * @param {import("./history.js").History} parts.history
+   * @param {import("./selection.js").Selection} parts.selection
+   * @param {import("./scale.js").Scale} parts.scale
+   * @param {() => number} parts.forceDecimals
+   * @param {(time: number) => void} parts.goTo shows the frame of that time
+   */
+  constructor({ view, history, selection, scale, forceDecimals, goTo }) {
+    this.view = view;
+    this.history = history;
+    this.selection = selection;
+    this.scale = scale;
+    this.forceDecimals = forceDecimals;
     this.chart = new TimeChart(byId("taxel-chart"), [
       { colour: () => theme.raw, dash: [4, 3] },
       { colour: () => theme.comp },
-    ], { onClick: (time) => app.playback.goTo(time) });
+    ], { onClick: goTo });
+    /** @type {Map<string, Wire.TaxelDetails>} */
     this.details = new Map();
     this.detailsAt = 0;
+    this.describedAt = -Infinity;
+    /** The load of the picked taxel as it is shown. */
+    this.load = "";
+    /** @type {Map<Page.Item, { element: HTMLElement, force: HTMLElement, more: HTMLElement }>} */
     this.rows = new Map();
-    byId("clear-selection").addEventListener("click", () => app.selection.clear());
+    onClick("clear-selection", () => {
+      selection.clear();
+      // The button goes away with what it cleared.
+      byId("selection-panel").focus();
+    });
+    view.on(["picked"], () => this.update());
+    selection.onChange(() => this.update());
   }
 
+  /** @param {Wire.Details} details */
   takeDetails(details) {
     this.details.clear();
     for (const taxel of details.taxels) this.details.set(`${taxel.row} ${taxel.column}`, taxel);
     this.detailsAt = performance.now();
   }
 
+  /**
+   * @param {number} row
+   * @param {number} column
+   */
   detail(row, column) {
-    if (this.app.paused || performance.now() - this.detailsAt > DETAILS_VALID_MS) return null;
+    if (this.view.now.paused || performance.now() - this.detailsAt > DETAILS_VALID_MS) return null;
     return this.details.get(`${row} ${column}`) || null;
   }
 
   update() {
-    const { app } = this;
-    if (!app.shown) return;
-    this.updateTaxel(app.shown);
-    this.updateSelection(app.shown);
-    this.updateFrame(app.shown);
+    const { shown } = this.view.now;
+    const { sensor } = this.view;
+    if (!shown || !sensor) return;
+    this.updateTaxel(shown, sensor);
+    this.updateSelection(shown, sensor);
+    this.updateFrame(shown);
   }
 
-  // Of a taxel's load: from the size of the scale, or the digits would jump with the value.
-  loadDecimals(factor) {
-    const { stage, unit, sensor } = this.app;
-    return decimalsFor((stage.scale.top / loadFactor(unit, sensor.taxel_area_mm2)) * factor, 4);
+  /**
+   * Of a taxel's load: from the size of the scale, or the digits would jump with the value.
+   * @param {number} factor
+   * @param {Wire.SensorFacts} sensor
+   */
+  loadDecimals(factor, sensor) {
+    return decimalsFor((this.scale.top / loadFactor(this.view.unit, sensor.taxel_area_mm2)) * factor, 4);
   }
 
-  updateTaxel(frame) {
-    const { app } = this;
-    const { picked, unit, sensor, newtons } = app;
+  /**
+   * @param {Page.Frame} frame
+   * @param {Wire.SensorFacts} sensor
+   */
+  updateTaxel(frame, sensor) {
+    const { unit } = this.view;
+    const { picked, newtons, marks } = this.view.now;
     byId("taxel-empty").hidden = picked !== null;
     byId("taxel-body").hidden = picked === null;
     const badge = byId("taxel-mark");
@@ -70,28 +105,35 @@ export class Panel {
     const one = this.detail(row, column) || ofFrame(frame, at);
     byId("taxel-title").textContent = `Row ${row}, column ${column}`;
     byId("taxel-sequence").textContent = `frame ${one.sequence}`;
-    const mark = markOf(one.mark);
+    const mark = marks.of(one.mark);
     badge.textContent = mark.word;
-    badge.dataset.severity = mark.severity;
+    badge.dataset.severity = String(mark.severity);
     byId("taxel-mark-text").textContent = mark.severity ? mark.text : "";
 
-    const decimals = this.loadDecimals(force.factor);
+    const decimals = this.loadDecimals(force.factor, sensor);
     const load = fixed(one.load * force.factor, decimals);
     const error = newtons ? uncertainty(one, force.factor, decimals) : "";
-    byId("taxel-load").textContent = `${load}${error} ${force.text}`;
+    this.load = `${load}${error} ${force.text}`;
+    byId("taxel-load").textContent = this.load;
     const pressure = pressureUnit(unit);
     const perTaxel = loadFactor(pressure, sensor.taxel_area_mm2);
-    byId("taxel-pressure").textContent = newtons ? `${fixed(one.load * perTaxel, this.loadDecimals(perTaxel))} ${pressure.text}` : "–";
+    byId("taxel-pressure").textContent = newtons ? `${fixed(one.load * perTaxel, this.loadDecimals(perTaxel, sensor))} ${pressure.text}` : "–";
     byId("taxel-raw").textContent = `${fixed(one.raw * force.factor, decimals)} ${force.text}`;
     byId("taxel-crosstalk").textContent = `${fixed((one.raw - one.load) * force.factor, decimals)} ${force.text}`;
-    byId("taxel-siemens").textContent = siemens(newtons ? one.siemens : one.load);
+    byId("taxel-siemens").textContent = siemens(newtons ? one.siemens ?? NaN : one.load);
     byId("taxel-counts").textContent = `${one.counts} / ${sensor.max_count}`;
-    this.drawTaxel(at, force);
+    this.drawTaxel(frame, at, force);
   }
 
-  // The buffer holds the past of every taxel, so a taxel just pointed at has its 30 s at once.
-  drawTaxel(at, unit) {
-    const { buffer, shown, paused, playback } = this.app;
+  /**
+   * The buffer holds the past of every taxel, so a taxel just pointed at has its 30 s at once.
+   * @param {Page.Frame} shown
+   * @param {number} at
+   * @param {Page.Unit} unit
+   */
+  drawTaxel(shown, at, unit) {
+    const { paused } = this.view.now;
+    const { buffer, events } = this.history;
     const [xs, raw, compensated] = this.chart.data;
     for (const column of this.chart.data) column.length = 0;
     if (buffer.length === 0) return;
@@ -113,12 +155,26 @@ export class Panel {
       compensated.push(orNull(slotValue(slot.compensated[at], slot.compensatedRange) * unit.factor));
     }
     byId("taxel-chart-unit").textContent = `${unit.text}, last ${CHART_SECONDS} s`;
-    this.chart.update(end, CHART_SECONDS, playback.events, paused ? shown.host : NaN);
+    this.chart.update(end, CHART_SECONDS, events, paused ? shown.host : NaN);
+    this.describeTaxel(unit);
   }
 
-  updateSelection(frame) {
-    const { app } = this;
-    const { selection, sensor, unit, newtons } = app;
+  /** @param {Page.Unit} unit */
+  describeTaxel(unit) {
+    const now = performance.now();
+    if (now - this.describedAt < DESCRIBE_EVERY_MS) return;
+    this.describedAt = now;
+    this.chart.describe("Load of the taxel", [unit.text, unit.text], ["raw", "compensated"]);
+  }
+
+  /**
+   * @param {Page.Frame} frame
+   * @param {Wire.SensorFacts} sensor
+   */
+  updateSelection(frame, sensor) {
+    const { selection } = this;
+    const { unit } = this.view;
+    const { newtons } = this.view.now;
     const items = selection.items;
     byId("selection-empty").hidden = items.length > 0;
     byId("clear-selection").hidden = items.length === 0;
@@ -133,44 +189,59 @@ export class Panel {
     const factor = loadFactor(pressure, sensor.taxel_area_mm2);
     const hasRegions = selection.regions.length > 0;
     const threshold = hasRegions ? contactThreshold(frame.compensated, frame.area / cellArea(sensor)) : Infinity;
-    const numbers = {};
-    const decimals = this.loadDecimals(force.factor);
+    const numbers = { force: 0, peak: 0, mean: 0, area: 0 };
+    const decimals = this.loadDecimals(force.factor, sensor);
     for (const item of items) {
-      if (!this.rows.has(item)) this.rows.set(item, this.makeRow(item));
-      const row = this.rows.get(item);
+      const row = this.rows.get(item) || this.makeRow(item);
+      this.rows.set(item, row);
       measure(item.taxels, frame.compensated, threshold, sensor, numbers);
       if (item.letter === "P") {
         row.force.textContent = `${fixed(numbers.force * force.factor, decimals)} ${force.text}`;
         const raw = frame.raw[item.taxels[0]];
         row.more.textContent = `raw ${fixed(raw * force.factor, decimals)} ${force.text}`;
       } else {
-        row.force.textContent = `${fixed(numbers.force * force.factor, app.charts.decimals("force"))} ${force.text}`;
+        row.force.textContent = `${fixed(numbers.force * force.factor, this.forceDecimals())} ${force.text}`;
         row.more.textContent = `peak ${significant(numbers.peak * factor)}, mean ${significant(numbers.mean * factor)} ${pressure.text}, ${areaText(numbers.area)}`;
       }
     }
   }
 
+  /** @param {Page.Item} item */
   makeRow(item) {
     const element = document.createElement("li");
     const name = item.letter === "P" ? `row ${item.row}, col ${item.column}` : `${item.shape}, ${item.taxels.length} taxels`;
     element.innerHTML = '<i class="swatch" aria-hidden="true"></i><span class="name"></span><span class="force num"></span><button type="button" class="remove">×</button><span class="more num"></span>';
-    element.querySelector(".swatch").style.background = item.colour;
-    element.querySelector(".swatch").textContent = item.label;
-    element.querySelector(".name").textContent = name;
-    const remove = element.querySelector(".remove");
+    const swatch = inside(element, ".swatch");
+    swatch.style.background = item.colour;
+    swatch.textContent = item.label;
+    inside(element, ".name").textContent = name;
+    const remove = inside(element, ".remove");
     remove.setAttribute("aria-label", `Remove ${item.label}, ${name}`);
-    remove.addEventListener("click", () => this.app.selection.remove(item));
+    remove.addEventListener("click", () => this.remove(item));
     byId("selection-list").append(element);
-    return { element, force: element.querySelector(".force"), more: element.querySelector(".more") };
+    return { element, force: inside(element, ".force"), more: inside(element, ".more") };
   }
 
+  /**
+   * Whoever has the focus in the list keeps a place there.
+   * @param {Page.Item} item
+   */
+  remove(item) {
+    const at = this.selection.items.indexOf(item);
+    this.selection.remove(item);
+    const next = this.selection.items[Math.min(at, this.selection.items.length - 1)];
+    const row = next && this.rows.get(next);
+    (row ? inside(row.element, ".remove") : byId("selection-panel")).focus();
+  }
+
+  /** @param {Page.Frame} frame */
   updateFrame(frame) {
-    const { badLines } = this.app;
+    const { badLines, marks } = this.view.now;
     byId("frame-sequence").textContent = `no. ${frame.sequence}`;
     const centred = Number.isFinite(frame.copRow) && Number.isFinite(frame.copColumn);
     byId("frame-cop").textContent = centred ? `row ${fixed(frame.copRow, 1)}, col ${fixed(frame.copColumn, 1)}` : "none";
     byId("frame-outliers").textContent = `${fixed(frame.outliers * 100, 1)} %`;
-    const counts = new Array(MARKS.length).fill(0);
+    const counts = new Array(256).fill(0);
     let marked = 0;
     for (let i = 0; i < frame.marks.length; i += 1) {
       if (frame.marks[i] === 0) continue;
@@ -178,22 +249,30 @@ export class Panel {
       counts[frame.marks[i]] += 1;
     }
     // Saturated readings are lower bounds, but readings; interpolated ones are none. Never rounded up to all.
-    const measured = 1 - (marked - counts[SATURATED]) / frame.marks.length;
+    const measured = 1 - (marked - counts[marks.saturated]) / frame.marks.length;
     byId("frame-measured").textContent = `${fixed(Math.floor(measured * 1000) / 10, 1)} %`;
     byId("frame-marked").textContent = `${marked} of ${frame.marks.length}`;
-    byId("frame-mark-text").textContent = counts.flatMap((count, code) => (code > 0 && count > 0 ? [`${count} ${markOf(code).word}`] : [])).join(", ");
+    byId("frame-mark-text").textContent = counts.flatMap((count, code) => (code > 0 && count > 0 ? [`${count} ${marks.of(code).word}`] : [])).join(", ");
     const lines = badLines.rows.length + badLines.columns.length;
     byId("frame-lines").textContent = lines === 0 ? "none" : [listed("row", badLines.rows), listed("col", badLines.columns)].filter(Boolean).join("; ");
   }
 }
 
+/**
+ * @param {string} word
+ * @param {number[]} numbers
+ */
 function listed(word, numbers) {
   if (numbers.length === 0) return "";
   const shown = numbers.slice(0, 4).join(", ");
   return `${word} ${shown}${numbers.length > 4 ? ` +${numbers.length - 4}` : ""}`;
 }
 
-// What a frame itself says of a taxel, in the words of a detail.
+/**
+ * What a frame itself says of a taxel, in the words of a detail.
+ * @param {Page.Frame} frame
+ * @param {number} at
+ */
 function ofFrame(frame, at) {
   return {
     sequence: frame.sequence, load: frame.compensated[at], raw: frame.raw[at], counts: frame.counts[at],
@@ -201,7 +280,12 @@ function ofFrame(frame, at) {
   };
 }
 
-// Only where it means something: the server gives none for taxels that are not measured or not resolved.
+/**
+ * Only where it means something: the server gives none for taxels that are not measured or not resolved.
+ * @param {{ standard_error_newtons: number | null }} one
+ * @param {number} factor
+ * @param {number} decimals
+ */
 function uncertainty(one, factor, decimals) {
   if (one.standard_error_newtons === null) return "";
   const error = one.standard_error_newtons * factor;
@@ -210,4 +294,5 @@ function uncertainty(one, factor, decimals) {
   return error < least / 2 ? ` ± <${fixed(least, decimals)}` : ` ± ${fixed(error, decimals)}`;
 }
 
+/** @param {number} value */
 const orNull = (value) => (value === value ? value : null);

@@ -1,90 +1,100 @@
 // Pause, scrub and back to live over the buffered frames; and the player of a file source.
 
 import { blankFrame } from "./wire.js";
+import { buttonById, byId, inputById, onClick, selectById, write } from "./dom.js";
 import { clockText, durationText, fixed } from "./units.js";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 10];
 const SEEKS_PER_SECOND = 10;
-const MOST_EVENTS = 200;
-
-const byId = (id) => document.getElementById(id);
 
 export class Playback {
-  constructor(app) {
-    this.app = app;
+  /**
+   * @param {object} parts
+   * @param {import("./view.js").View} parts.view
+   * @param {import("./history.js").History} parts.history
+   * @param {import("./requests.js").Requests} parts.requests
+   * @param {(frame: Page.Frame) => void} parts.makeRoom on the scale, for a frame of before
+   */
+  constructor({ view, history, requests, makeRoom }) {
+    this.view = view;
+    this.history = history;
+    this.requests = requests;
+    this.makeRoom = makeRoom;
     this.index = 0;
-    this.events = [];
-    this.frame = null;
+    this.frame = blankFrame(0, 0);
+    /** @type {Wire.Player | null} */
     this.player = null;
     this.seeking = false;
-    this.scrub = byId("scrub");
+    this.scrub = inputById("scrub");
     this.marks = byId("scrub-events");
-    byId("pause-button").addEventListener("click", () => this.toggle());
-    byId("live-button").addEventListener("click", () => this.live());
+    onClick("pause-button", () => this.toggle());
+    onClick("live-button", () => this.live());
     this.scrub.addEventListener("input", () => this.scrubbed());
-    byId("file-play-button").addEventListener("click", () => {
+    onClick("file-play-button", () => {
       this.live();
-      app.command({ do: this.player && this.player.playing ? "pause" : "play" });
+      requests.send({ do: this.player && this.player.playing ? "pause" : "play" });
     });
     this.startFile();
+    view.on(["hello"], () => this.reset());
+    view.on(["state"], () => this.takePlayer());
   }
 
   reset() {
-    const { rows, columns } = this.app.sensor;
-    this.frame = blankFrame(rows, columns);
-    this.events = [];
+    const { hello } = this.view.now;
+    if (!hello) return;
+    this.frame = blankFrame(hello.sensor.rows, hello.sensor.columns);
     this.player = null;
-    byId("file-row").hidden = this.app.source.type !== "file";
+    byId("file-row").hidden = hello.source.type !== "file";
     this.write();
   }
 
-  addEvent(event) {
-    this.events.push({ time: event.host_secs, text: event.text });
-    if (this.events.length > MOST_EVENTS) this.events.shift();
-  }
-
   toggle() {
-    if (this.app.paused) this.live();
+    if (this.view.now.paused) this.live();
     else this.pause();
   }
 
   pause() {
-    const { app } = this;
-    if (app.paused || app.buffer.length === 0) return;
-    app.setPaused(true);
-    this.show(app.buffer.length - 1);
+    const { buffer } = this.history;
+    if (this.view.now.paused || buffer.length === 0) return;
+    this.view.setPaused(true);
+    this.show(buffer.length - 1);
   }
 
   live() {
-    if (!this.app.paused) return;
-    this.app.setPaused(false);
+    if (!this.view.now.paused) return;
+    // The way back goes with the pause: whoever has the focus there keeps a place.
+    if (document.activeElement === byId("live-button")) byId("pause-button").focus();
+    this.view.setPaused(false);
     this.write();
   }
 
-  // Shows a buffered frame; 0 is the oldest.
+  /** @param {number} index of a buffered frame; 0 is the oldest */
   show(index) {
-    const { app } = this;
-    this.index = Math.max(0, Math.min(index, app.buffer.length - 1));
-    app.buffer.read(this.index, this.frame);
-    app.stage.makeRoom(this.frame);
-    app.show(this.frame);
+    const { buffer } = this.history;
+    this.index = Math.max(0, Math.min(index, buffer.length - 1));
+    buffer.read(this.index, this.frame);
+    this.makeRoom(this.frame);
+    this.view.show(this.frame);
     this.write();
   }
 
+  /** @param {number} frames */
   step(frames) {
-    if (this.app.paused) this.show(this.index + frames);
+    if (this.view.now.paused) this.show(this.index + frames);
   }
 
+  /** @param {number} host */
   goTo(host) {
-    if (this.app.buffer.length === 0) return;
+    const { buffer } = this.history;
+    if (buffer.length === 0) return;
     this.pause();
-    this.show(this.app.buffer.indexAt(host));
+    this.show(buffer.indexAt(host));
   }
 
   scrubbed() {
-    const { buffer } = this.app;
+    const { buffer } = this.history;
     if (buffer.length === 0) return;
-    const last = buffer.at(buffer.length - 1).host;
+    const { last } = this.history.reach;
     const back = Number(this.scrub.value);
     this.pause();
     this.show(buffer.indexAt(last + back + 1e-6));
@@ -92,11 +102,10 @@ export class Playback {
 
   // The time line: how far back it reaches, where the shown frame is, and the events on it.
   write() {
-    const { app } = this;
-    const { buffer, paused } = app;
-    byId("pause-button").textContent = paused ? "Resume" : "Pause";
-    byId("pause-button").setAttribute("aria-pressed", String(paused));
-    byId("live-button").disabled = !paused;
+    const { buffer } = this.history;
+    const { paused } = this.view.now;
+    write("pause-button", paused ? "Resume" : "Pause");
+    buttonById("live-button").disabled = !paused;
     byId("live-button").classList.toggle("on", !paused && buffer.length > 0);
     if (buffer.length === 0) {
       this.scrub.disabled = true;
@@ -105,8 +114,7 @@ export class Playback {
       return;
     }
     this.scrub.disabled = false;
-    const last = buffer.at(buffer.length - 1).host;
-    const reach = Math.max(last - buffer.at(0).host, 1e-3);
+    const { last, seconds: reach } = this.history.reach;
     const back = paused ? this.frame.host - last : 0;
     this.scrub.min = String(-reach);
     this.scrub.step = "any";
@@ -118,26 +126,31 @@ export class Playback {
     this.writeEvents(last, reach);
   }
 
+  /**
+   * @param {number} last
+   * @param {number} reach
+   */
   writeEvents(last, reach) {
-    const places = this.events.map((event) => 1 + (event.time - last) / reach).filter((share) => share >= 0 && share <= 1);
-    while (this.marks.children.length > places.length) this.marks.lastChild.remove();
+    const places = this.history.events.map((event) => 1 + (event.time - last) / reach).filter((share) => share >= 0 && share <= 1);
+    while (this.marks.children.length > places.length) this.marks.lastChild?.remove();
     while (this.marks.children.length < places.length) this.marks.append(document.createElement("i"));
     places.forEach((share, i) => {
-      this.marks.children[i].style.left = `${share * 100}%`;
+      /** @type {HTMLElement} */ (this.marks.children[i]).style.left = `${share * 100}%`;
     });
   }
 
   startFile() {
-    const speed = byId("file-speed");
+    const speed = selectById("file-speed");
     for (const factor of SPEEDS) speed.add(new Option(`${factor}×`, String(factor)));
     speed.value = "1";
-    speed.addEventListener("change", () => this.app.command({ do: "speed", factor: Number(speed.value) }));
-    const seek = byId("file-seek");
-    let timer = 0;
+    speed.addEventListener("change", () => this.requests.send({ do: "speed", factor: Number(speed.value) }));
+    const seek = inputById("file-seek");
+    /** @type {ReturnType<typeof setTimeout> | undefined} */
+    let timer;
     const send = () => {
       clearTimeout(timer);
-      timer = 0;
-      this.app.command({ do: "seek", secs: Number(seek.value) });
+      timer = undefined;
+      this.requests.send({ do: "seek", secs: Number(seek.value) });
     };
     seek.addEventListener("input", () => {
       this.seeking = true;
@@ -153,17 +166,19 @@ export class Playback {
     });
   }
 
-  takePlayer(player) {
+  takePlayer() {
+    const { state } = this.view.now;
+    const player = state ? state.player : null;
     this.player = player;
     if (!player) return;
     const play = byId("file-play-button");
     play.textContent = player.playing ? "Pause file" : "Play file";
-    const speed = byId("file-speed");
+    const speed = selectById("file-speed");
     if (document.activeElement !== speed) {
       if (![...speed.options].some((option) => Number(option.value) === player.speed)) speed.add(new Option(`${player.speed}×`, String(player.speed)));
       speed.value = String(player.speed);
     }
-    const seek = byId("file-seek");
+    const seek = inputById("file-seek");
     seek.max = String(player.duration_secs);
     if (!this.seeking) {
       seek.value = String(player.position_secs);
@@ -171,6 +186,7 @@ export class Playback {
     }
   }
 
+  /** @param {number} seconds */
   writePosition(seconds) {
     const { duration_secs: duration, frame, frames } = this.player || { duration_secs: NaN, frame: 0, frames: 0 };
     byId("file-seek").style.setProperty("--share", `${(100 * seconds) / duration}%`);

@@ -1,17 +1,39 @@
 // The pointer on the maps: reads a taxel, pins it, draws rectangles and lassos, turns the surface.
 
+/** @typedef {import("./tile.js").Tile} Tile */
+/** @typedef {import("./orientation.js").Placement} Placement */
+/**
+ * @typedef {object} Handlers
+ * @property {(taxel: Page.Taxel) => void} pick
+ * @property {(taxel: Page.Taxel) => void} pin
+ * @property {(shape: string, corners: Page.Corner[]) => void} region
+ * @property {(corners: Page.Corner[] | null) => void} draft
+ * @property {() => void} camera
+ */
+/** @typedef {{ row: number, column: number }} Spot in taxels, with fractions */
+/**
+ * @typedef {{ kind: "turn", x: number, y: number } | { kind: "point" }
+ *   | { kind: "rectangle" | "lasso", from: Spot, corners: Page.Corner[] }} Drag
+ */
+
 const LASSO_STEP = 0.4; // taxels between two corners of a lasso
 
 export class Pointer {
-  // handlers: pick(taxel), pin(taxel), region(shape, corners), draft(corners or null), camera()
+  /**
+   * @param {import("./stage.js").Stage} stage
+   * @param {import("./settings.js").Settings} settings
+   * @param {Handlers} handlers
+   */
   constructor(stage, settings, handlers) {
     this.stage = stage;
     this.settings = settings;
     this.handlers = handlers;
+    /** @type {Drag | null} */
     this.drag = null;
     for (const tile of Object.values(stage.tiles)) this.listen(tile);
   }
 
+  /** @param {Tile} tile */
   listen(tile) {
     const { canvas } = tile;
     canvas.addEventListener("pointermove", (event) => this.move(tile, event));
@@ -31,21 +53,34 @@ export class Pointer {
     });
   }
 
-  spot(tile, event) {
+  /**
+   * @param {Tile} tile
+   * @param {Placement} placement
+   * @param {MouseEvent} event
+   * @returns {Spot}
+   */
+  spot(tile, placement, event) {
     const box = tile.canvas.getBoundingClientRect();
-    return tile.placement.toArray(event.clientX - box.left, event.clientY - box.top);
+    return placement.toArray(event.clientX - box.left, event.clientY - box.top);
   }
 
-  taxel(tile, spot) {
+  /**
+   * @param {Placement} placement
+   * @param {Spot} spot
+   */
+  taxel({ rows, columns }, spot) {
     const row = Math.floor(spot.row);
     const column = Math.floor(spot.column);
-    const { rows, columns } = tile.placement;
     return row >= 0 && row < rows && column >= 0 && column < columns ? { row, column } : null;
   }
 
+  /**
+   * @param {Tile} tile
+   * @param {PointerEvent} event
+   */
   down(tile, event) {
     if (event.button !== 0 || !tile.placement) return;
-    const spot = this.spot(tile, event);
+    const spot = this.spot(tile, tile.placement, event);
     const { tool } = this.settings.values;
     if (tile.inSurface) this.drag = { kind: "turn", x: event.clientX, y: event.clientY };
     else if (tool === "point") this.drag = { kind: "point" };
@@ -53,35 +88,46 @@ export class Pointer {
     tile.canvas.setPointerCapture(event.pointerId);
   }
 
+  /**
+   * @param {Tile} tile
+   * @param {PointerEvent} event
+   */
   move(tile, event) {
-    if (!tile.placement) return;
-    if (this.drag && this.drag.kind === "turn") {
-      this.stage.camera.drag(event.clientX - this.drag.x, event.clientY - this.drag.y);
-      this.drag.x = event.clientX;
-      this.drag.y = event.clientY;
+    const { drag } = this;
+    const { placement } = tile;
+    if (!placement) return;
+    if (drag && drag.kind === "turn") {
+      this.stage.camera.drag(event.clientX - drag.x, event.clientY - drag.y);
+      drag.x = event.clientX;
+      drag.y = event.clientY;
       this.handlers.camera();
       return;
     }
     if (tile.inSurface) return;
-    const spot = this.spot(tile, event);
-    const taxel = this.taxel(tile, spot);
+    const spot = this.spot(tile, placement, event);
+    const taxel = this.taxel(placement, spot);
     if (taxel) this.handlers.pick(taxel);
-    if (!this.drag || this.drag.kind === "point") return;
-    if (this.drag.kind === "rectangle") {
-      this.drag.corners = rectangle(this.drag.from, spot, tile.placement);
+    if (!drag || drag.kind === "point") return;
+    if (drag.kind === "rectangle") {
+      drag.corners = rectangle(drag.from, spot, placement);
     } else {
-      const [column, row] = this.drag.corners[this.drag.corners.length - 1];
-      if (Math.hypot(spot.column - column, spot.row - row) > LASSO_STEP) this.drag.corners.push([spot.column, spot.row]);
+      const [column, row] = drag.corners[drag.corners.length - 1];
+      if (Math.hypot(spot.column - column, spot.row - row) > LASSO_STEP) drag.corners.push([spot.column, spot.row]);
     }
-    this.handlers.draft(this.drag.corners);
+    this.handlers.draft(drag.corners);
   }
 
+  /**
+   * @param {Tile} tile
+   * @param {PointerEvent} event
+   */
   up(tile, event) {
     const { drag } = this;
+    const { placement } = tile;
     this.drag = null;
-    if (!drag || drag.kind === "turn") return;
+    if (!drag || drag.kind === "turn" || !placement) return;
     if (drag.kind === "point") {
-      const taxel = this.taxel(tile, this.spot(tile, event));
+      const taxel = this.taxel(placement, this.spot(tile, placement, event));
       if (taxel) {
         this.handlers.pick(taxel);
         this.handlers.pin(taxel);
@@ -101,8 +147,18 @@ export class Pointer {
   }
 }
 
-// Whole taxels: the outline then says exactly which ones are in.
+/**
+ * Whole taxels: the outline then says exactly which ones are in.
+ * @param {Spot} from
+ * @param {Spot} to
+ * @param {Placement} placement
+ * @returns {Page.Corner[]}
+ */
 function rectangle(from, to, { rows, columns }) {
+  /**
+   * @param {number} value
+   * @param {number} most
+   */
   const clamp = (value, most) => Math.min(Math.max(value, 0), most);
   const left = Math.floor(clamp(Math.min(from.column, to.column), columns - 1e-3));
   const right = Math.ceil(clamp(Math.max(from.column, to.column), columns));

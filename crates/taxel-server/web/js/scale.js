@@ -8,12 +8,13 @@ const FALL_SECONDS = 4;
 // The scale shrinks only when the loads have fallen well below it, or it would flicker between two steps.
 const SHRINK_BELOW = 0.6;
 // Without a load the scale must not blow up the noise.
-const LEAST_SHARE_OF_PEAK = 0.02;
+const MIN_SHARE_OF_PEAK = 0.02;
 
 export class Scale {
-  constructor() {
-    this.reset();
-  }
+  followed = 0;
+  peak = 0;
+  lastTime = NaN;
+  top = 1;
 
   reset() {
     this.followed = 0;
@@ -26,11 +27,17 @@ export class Scale {
     this.peak = this.followed;
   }
 
+  /** @param {number} highest */
   makeRoom(highest) {
     if (highest > this.top) this.top = niceCeil(highest);
   }
 
-  // `highest` is the highest load shown, `fixed` the user's upper end.
+  /**
+   * @param {number} highest the highest load shown
+   * @param {number} time seconds
+   * @param {import("./settings.js").ScaleMode} mode
+   * @param {number} fixed the user's upper end
+   */
   update(highest, time, mode, fixed) {
     const seconds = time >= this.lastTime ? Math.min(time - this.lastTime, 1) : NaN;
     this.lastTime = time;
@@ -45,7 +52,7 @@ export class Scale {
       this.top = fixed;
       return;
     }
-    const wanted = mode === "hold" ? this.peak : Math.max(this.followed, LEAST_SHARE_OF_PEAK * this.peak);
+    const wanted = mode === "hold" ? this.peak : Math.max(this.followed, MIN_SHARE_OF_PEAK * this.peak);
     if (!(wanted > 0)) return;
     const fits = wanted <= this.top * 1.0001 && wanted > SHRINK_BELOW * this.top;
     if (!fits) this.top = niceCeil(wanted * (mode === "hold" ? 1 : 1.05));

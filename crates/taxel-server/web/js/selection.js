@@ -4,18 +4,34 @@ import { Series } from "./series.js";
 import { SELECTION_COLOURS } from "./colour.js";
 import { slotValue } from "./buffer.js";
 
-export const MOST_PINS = 8;
-export const MOST_REGIONS = 8;
+export const MAX_PINS = 8;
+export const MAX_REGIONS = 8;
+/** @type {(keyof Page.Measures)[]} */
 const NAMES = ["force", "peak", "mean", "area"];
 
+/** @typedef {{ buffer: import("./buffer.js").FrameBuffer, sensor: Wire.SensorFacts }} Context */
+
 export class Selection {
-  constructor(onChange) {
-    this.onChange = onChange;
+  constructor() {
+    /** @type {(() => void)[]} */
+    this.listeners = [];
+    /** @type {Page.Pin[]} */
     this.pins = [];
+    /** @type {Page.Region[]} */
     this.regions = [];
     this.scratch = { force: 0, peak: 0, mean: 0, area: 0 };
   }
 
+  /** @param {() => void} listener */
+  onChange(listener) {
+    this.listeners.push(listener);
+  }
+
+  announce() {
+    for (const listener of this.listeners) listener();
+  }
+
+  /** @returns {Page.Item[]} */
   get items() {
     return [...this.pins, ...this.regions];
   }
@@ -27,56 +43,62 @@ export class Selection {
   clear() {
     this.pins = [];
     this.regions = [];
-    this.onChange();
+    this.announce();
   }
 
-  // Pins the taxel, or takes its pin away. Returns what was done.
-  togglePin(row, column, context) {
+  /** Forgets the numbers of before, not the items. */
+  forget() {
+    for (const item of this.items) item.series.clear();
+  }
+
+  /**
+   * Pins the taxel, or takes its pin away. Returns what was done.
+   * @param {Page.Taxel} taxel
+   * @param {Context} context
+   */
+  togglePin({ row, column }, context) {
     const at = this.pins.findIndex((pin) => pin.row === row && pin.column === column);
     if (at >= 0) {
       this.pins.splice(at, 1);
-      this.onChange();
+      this.announce();
       return "removed";
     }
-    if (this.pins.length >= MOST_PINS) return "full";
-    const pin = this.make(this.pins, "P", [row * context.sensor.columns + column], context);
-    pin.row = row;
-    pin.column = column;
-    this.onChange();
+    if (this.pins.length >= MAX_PINS) return "full";
+    const facts = makeItem(this.pins, SELECTION_COLOURS, "P", [row * context.sensor.columns + column], context);
+    this.pins.push({ letter: "P", row, column, ...facts });
+    this.announce();
     return "pinned";
   }
 
-  // `corners` is a closed outline of [column, row] in taxels; a taxel belongs if its centre is inside.
+  /**
+   * A taxel belongs if its centre is inside.
+   * @param {string} shape
+   * @param {Page.Corner[]} corners a closed outline
+   * @param {Context} context
+   */
   addRegion(shape, corners, context) {
     const { rows, columns } = context.sensor;
     const taxels = inside(corners, rows, columns);
     if (taxels.length === 0) return "empty";
-    if (this.regions.length >= MOST_REGIONS) return "full";
-    const region = this.make(this.regions, "R", taxels, context);
-    region.shape = shape;
-    region.corners = corners;
-    this.onChange();
+    if (this.regions.length >= MAX_REGIONS) return "full";
+    // Regions take the colours from the other end, so that a first pin and a first region differ.
+    const facts = makeItem(this.regions, [...SELECTION_COLOURS].reverse(), "R", taxels, context);
+    this.regions.push({ letter: "R", shape, corners, ...facts });
+    this.announce();
     return "added";
   }
 
+  /** @param {Page.Item} item */
   remove(item) {
     this.pins = this.pins.filter((pin) => pin !== item);
     this.regions = this.regions.filter((region) => region !== item);
-    this.onChange();
+    this.announce();
   }
 
-  make(list, letter, taxels, { buffer, sensor }) {
-    const used = new Set(list.map((item) => item.number));
-    let number = 1;
-    while (used.has(number)) number += 1;
-    // Regions take the colours from the other end, so that a first pin and a first region differ.
-    const colours = letter === "P" ? SELECTION_COLOURS : [...SELECTION_COLOURS].reverse();
-    const item = { letter, number, label: `${letter}${number}`, colour: colours[(number - 1) % colours.length], taxels, series: new Series(NAMES) };
-    fill(item, buffer, sensor);
-    list.push(item);
-    return item;
-  }
-
+  /**
+   * @param {Page.Frame} frame
+   * @param {Wire.SensorFacts} sensor
+   */
   takeFrame(frame, sensor) {
     if (this.empty) return;
     const threshold = contactThreshold(frame.compensated, frame.area / cellArea(sensor));
@@ -89,11 +111,38 @@ export class Selection {
   }
 }
 
-// The area that a taxel stands for, as the server counts contact: its cell, mm2.
+/**
+ * @param {Page.ItemFacts[]} list those of its kind that there are
+ * @param {string[]} colours
+ * @param {"P" | "R"} letter
+ * @param {number[]} taxels
+ * @param {Context} context
+ * @returns {Page.ItemFacts}
+ */
+function makeItem(list, colours, letter, taxels, context) {
+  const used = new Set(list.map((item) => item.number));
+  let number = 1;
+  while (used.has(number)) number += 1;
+  const item = { number, label: `${letter}${number}`, colour: colours[(number - 1) % colours.length], taxels, series: new Series(NAMES) };
+  fill(item, context);
+  return item;
+}
+
+/**
+ * The area that a taxel stands for, as the server counts contact: its cell, mm2.
+ * @param {Wire.SensorFacts} sensor
+ */
 export const cellArea = (sensor) => sensor.pitch_mm[0] * sensor.pitch_mm[1];
 
-// Of one set of taxels: sum, highest and mean of the loads, and the area in contact. Mean and peak are
-// loads per taxel, in the unit the loads arrive in.
+/**
+ * Of one set of taxels: sum, highest and mean of the loads, and the area in contact. Mean and peak are loads per taxel,
+ * in the unit the loads arrive in.
+ * @param {number[]} taxels
+ * @param {Float32Array} values
+ * @param {number} threshold
+ * @param {Wire.SensorFacts} sensor
+ * @param {Page.Measures} into
+ */
 export function measure(taxels, values, threshold, sensor, into) {
   let force = 0;
   let peak = -Infinity;
@@ -112,8 +161,12 @@ export function measure(taxels, values, threshold, sensor, into) {
   return into;
 }
 
-// The server says how large the contact is, not from which load on. The load that leaves as many taxels
-// above it is found here, so that the areas of regions add up to the area of the whole.
+/**
+ * The server says how large the contact is, not from which load on. The load that leaves as many taxels above it is found
+ * here, so that the areas of regions add up to the area of the whole.
+ * @param {Float32Array} values
+ * @param {number} count
+ */
 export function contactThreshold(values, count) {
   if (!(count > 0)) return Infinity;
   let low = 0;
@@ -129,10 +182,14 @@ export function contactThreshold(values, count) {
   return high;
 }
 
-// The past of a new item, from the buffered frames.
-function fill(item, buffer, sensor) {
+/**
+ * The past of a new item, from the buffered frames.
+ * @param {Page.ItemFacts} item
+ * @param {Context} context
+ */
+function fill(item, { buffer, sensor }) {
   const values = new Float32Array(buffer.taxels);
-  const scratch = {};
+  const scratch = { force: 0, peak: 0, mean: 0, area: 0 };
   for (let i = 0; i < buffer.length; i += 1) {
     const slot = buffer.at(i);
     for (const taxel of item.taxels) values[taxel] = slotValue(slot.compensated[taxel], slot.compensatedRange);
@@ -144,12 +201,21 @@ function fill(item, buffer, sensor) {
 
 let unpacked = new Float32Array(0);
 
+/**
+ * @param {Page.Slot} slot
+ * @param {Wire.SensorFacts} sensor
+ */
 export function slotThreshold(slot, sensor) {
   if (unpacked.length !== slot.compensated.length) unpacked = new Float32Array(slot.compensated.length);
   for (let i = 0; i < unpacked.length; i += 1) unpacked[i] = slotValue(slot.compensated[i], slot.compensatedRange);
   return contactThreshold(unpacked, slot.area / cellArea(sensor));
 }
 
+/**
+ * @param {Page.Corner[]} corners
+ * @param {number} rows
+ * @param {number} columns
+ */
 function inside(corners, rows, columns) {
   const taxels = [];
   for (let row = 0; row < rows; row += 1) {
@@ -160,7 +226,12 @@ function inside(corners, rows, columns) {
   return taxels;
 }
 
-// Even-odd rule: how many edges lie to the right of the point.
+/**
+ * Even-odd rule: how many edges lie to the right of the point.
+ * @param {Page.Corner[]} corners
+ * @param {number} x
+ * @param {number} y
+ */
 function holds(corners, x, y) {
   let within = false;
   for (let i = 0, j = corners.length - 1; i < corners.length; j = i, i += 1) {

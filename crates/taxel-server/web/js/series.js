@@ -3,11 +3,13 @@
 
 const CAPACITY = 24000;
 
+/** @template {string} N */
 export class Series {
+  /** @param {N[]} names */
   constructor(names) {
     this.names = names;
-    this.columns = {};
-    for (const name of ["time", ...names]) this.columns[name] = new Float64Array(2 * CAPACITY);
+    const columns = ["time", ...names].map((name) => [name, new Float64Array(2 * CAPACITY)]);
+    this.columns = /** @type {Record<N | "time", Float64Array>} */ (Object.fromEntries(columns));
     this.start = 0;
     this.end = 0;
   }
@@ -25,10 +27,13 @@ export class Series {
     this.end = 0;
   }
 
-  // `values` has a property for each name.
+  /**
+   * @param {number} time
+   * @param {Record<N, number>} values
+   */
   push(time, values) {
     if (this.end === 2 * CAPACITY) {
-      for (const column of Object.values(this.columns)) column.copyWithin(0, CAPACITY);
+      for (const column of /** @type {Float64Array[]} */ (Object.values(this.columns))) column.copyWithin(0, CAPACITY);
       this.start = 0;
       this.end = CAPACITY;
     }
@@ -38,7 +43,10 @@ export class Series {
     if (this.end - this.start > CAPACITY) this.start += 1;
   }
 
-  // The index of the first row at or after this time.
+  /**
+   * The index of the first row at or after this time.
+   * @param {number} time
+   */
   indexFrom(time) {
     const times = this.columns.time;
     let low = this.start;

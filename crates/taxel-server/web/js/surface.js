@@ -1,7 +1,7 @@
 // The 3D surface: heights in a float texture, read by the vertex shader; one draw call a frame.
 
 import { TABLE_SIZE } from "./colour.js";
-import { theme } from "./theme.js";
+import { partsOf, theme } from "./theme.js";
 
 const VERTEX = `#version 300 es
 precision highp float;
@@ -66,9 +66,9 @@ const LIFT = 0.42;
 const FIELD_OF_VIEW = 0.6;
 
 export class Camera {
-  constructor() {
-    this.reset();
-  }
+  yaw = -0.5;
+  pitch = 0.72;
+  distance = 2.25;
 
   reset() {
     this.yaw = -0.5;
@@ -76,16 +76,24 @@ export class Camera {
     this.distance = 2.25;
   }
 
+  /**
+   * @param {number} dx
+   * @param {number} dy
+   */
   drag(dx, dy) {
     this.yaw += dx * 0.008;
     this.pitch = Math.min(1.55, Math.max(0.05, this.pitch + dy * 0.008));
   }
 
+  /** @param {number} factor */
   zoom(factor) {
     this.distance = Math.min(6, Math.max(1.2, this.distance * factor));
   }
 
-  // Column-major, as WebGL takes it.
+  /**
+   * Column-major, as WebGL takes it.
+   * @param {number} aspect
+   */
   matrix(aspect) {
     const focal = 1 / Math.tan(FIELD_OF_VIEW / 2);
     // A tall canvas would cut off the sides: there the width decides.
@@ -109,50 +117,50 @@ export class Camera {
 }
 
 export class Surface {
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {Camera} camera
+   */
   static create(canvas, camera) {
     const gl = canvas.getContext("webgl2", { antialias: true, alpha: true });
     return gl ? new Surface(gl, camera) : null;
   }
 
+  /**
+   * @param {WebGL2RenderingContext} gl
+   * @param {Camera} camera
+   */
   constructor(gl, camera) {
     this.gl = gl;
     this.camera = camera;
     this.lost = false;
+    this.rows = 1;
+    this.columns = 1;
+    this.indexCount = 0;
+    this.extent = [1, 1];
+    this.turn = [1, 0, 0, 1, 0, 0];
+    this.projection = new Float32Array(16);
     gl.canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault();
       this.lost = true;
     });
     gl.canvas.addEventListener("webglcontextrestored", () => {
       this.lost = false;
-      this.prepare();
+      this.made = prepare(gl);
       this.setSize(this.rows, this.columns);
     });
-    this.prepare();
+    this.made = prepare(gl);
   }
 
-  prepare() {
-    const { gl } = this;
-    this.program = link(gl, VERTEX, FRAGMENT);
-    this.plain = link(gl, PLAIN_VERTEX, PLAIN_FRAGMENT);
-    this.at = {};
-    for (const name of ["heights", "colours", "size", "projection", "turn", "shift", "extent", "gain", "lift"]) {
-      this.at[name] = gl.getUniformLocation(this.program, name);
-    }
-    this.plainAt = { projection: gl.getUniformLocation(this.plain, "projection"), ink: gl.getUniformLocation(this.plain, "ink") };
-    this.heightTexture = texture(gl, gl.NEAREST);
-    this.colourTexture = texture(gl, gl.LINEAR);
-    this.table = null;
-    this.indexBuffer = gl.createBuffer();
-    this.outline = gl.createBuffer();
-    this.surfaceArray = gl.createVertexArray();
-    this.outlineArray = gl.createVertexArray();
-  }
-
+  /**
+   * @param {number} rows
+   * @param {number} columns
+   */
   setSize(rows, columns) {
-    const { gl } = this;
+    const { gl, made } = this;
     this.rows = rows;
     this.columns = columns;
-    gl.bindTexture(gl.TEXTURE_2D, this.heightTexture);
+    gl.bindTexture(gl.TEXTURE_2D, made.heightTexture);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.R32F, columns, rows, 0, gl.RED, gl.FLOAT, null);
     const indices = new Uint32Array((rows - 1) * (columns - 1) * 6);
     let n = 0;
@@ -164,15 +172,23 @@ export class Surface {
       }
     }
     this.indexCount = n;
-    gl.bindVertexArray(this.surfaceArray);
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.indexBuffer);
+    gl.bindVertexArray(made.surfaceArray);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, made.indexBuffer);
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, indices, gl.STATIC_DRAW);
     gl.bindVertexArray(null);
   }
 
+  /**
+   * @param {Float32Array} values
+   * @param {import("./colour.js").ColourTable} table
+   * @param {number} gain
+   * @param {import("./orientation.js").Orientation} orientation
+   * @param {[number, number]} pitch
+   */
   draw(values, table, gain, orientation, pitch) {
     if (this.lost) return;
-    const { gl, at } = this;
+    const { gl, made } = this;
+    const { at } = made;
     const tall = this.rows * pitch[0];
     const wide = this.columns * pitch[1];
     const [width, depth] = orientation.turned ? [tall, wide] : [wide, tall];
@@ -185,14 +201,14 @@ export class Surface {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.enable(gl.DEPTH_TEST);
 
-    gl.useProgram(this.program);
+    gl.useProgram(made.program);
     gl.activeTexture(gl.TEXTURE0);
-    gl.bindTexture(gl.TEXTURE_2D, this.heightTexture);
+    gl.bindTexture(gl.TEXTURE_2D, made.heightTexture);
     gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, this.columns, this.rows, gl.RED, gl.FLOAT, values);
     gl.activeTexture(gl.TEXTURE1);
-    gl.bindTexture(gl.TEXTURE_2D, this.colourTexture);
-    if (this.table !== table) {
-      this.table = table;
+    gl.bindTexture(gl.TEXTURE_2D, made.colourTexture);
+    if (made.table !== table) {
+      made.table = table;
       gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, TABLE_SIZE, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, table.bytes);
     }
     gl.uniform1i(at.heights, 0);
@@ -204,30 +220,37 @@ export class Surface {
     gl.uniform2f(at.extent, this.extent[0], this.extent[1]);
     gl.uniform1f(at.gain, gain);
     gl.uniform1f(at.lift, LIFT);
-    gl.bindVertexArray(this.surfaceArray);
+    gl.bindVertexArray(made.surfaceArray);
     gl.drawElements(gl.TRIANGLES, this.indexCount, gl.UNSIGNED_INT, 0);
     this.drawOutline();
   }
 
   // The edge of the array on the table, and an upright with the height of the full scale.
   drawOutline() {
-    const { gl } = this;
+    const { gl, made } = this;
     const [x, z] = [this.extent[0] / 2, this.extent[1] / 2];
     const corners = [-x, 0, -z, x, 0, -z, x, 0, -z, x, 0, z, x, 0, z, -x, 0, z, -x, 0, z, -x, 0, -z, -x, 0, -z, -x, LIFT, -z];
-    gl.useProgram(this.plain);
-    gl.bindVertexArray(this.outlineArray);
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.outline);
+    gl.useProgram(made.plain);
+    gl.bindVertexArray(made.outlineArray);
+    gl.bindBuffer(gl.ARRAY_BUFFER, made.outline);
     gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(corners), gl.DYNAMIC_DRAW);
     gl.enableVertexAttribArray(0);
     gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 0, 0);
-    gl.uniformMatrix4fv(this.plainAt.projection, false, this.projection);
-    const [red, green, blue] = hexParts(theme.ink3);
-    gl.uniform4f(this.plainAt.ink, red, green, blue, 1);
+    gl.uniformMatrix4fv(made.plainAt.projection, false, this.projection);
+    const [red, green, blue] = partsOf(theme.ink3);
+    gl.uniform4f(made.plainAt.ink, red, green, blue, 1);
     gl.drawArrays(gl.LINES, 0, corners.length / 3);
     gl.bindVertexArray(null);
   }
 
-  // Where a taxel stands in the picture, in CSS pixels.
+  /**
+   * Where a taxel stands in the picture, in CSS pixels.
+   * @param {number} column
+   * @param {number} row
+   * @param {number} share
+   * @param {number} width
+   * @param {number} height
+   */
   project(column, row, share, width, height) {
     const t = this.turn;
     const u = column / this.columns, v = row / this.rows;
@@ -243,10 +266,37 @@ export class Surface {
   }
 }
 
-function hexParts(hex) {
-  return [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16) / 255);
+/**
+ * What a context needs once, and again when it was lost.
+ * @param {WebGL2RenderingContext} gl
+ */
+function prepare(gl) {
+  const program = link(gl, VERTEX, FRAGMENT);
+  const plain = link(gl, PLAIN_VERTEX, PLAIN_FRAGMENT);
+  /** @param {string} name */
+  const at = (name) => gl.getUniformLocation(program, name);
+  return {
+    program, plain,
+    at: {
+      heights: at("heights"), colours: at("colours"), size: at("size"), projection: at("projection"), turn: at("turn"),
+      shift: at("shift"), extent: at("extent"), gain: at("gain"), lift: at("lift"),
+    },
+    plainAt: { projection: gl.getUniformLocation(plain, "projection"), ink: gl.getUniformLocation(plain, "ink") },
+    heightTexture: texture(gl, gl.NEAREST),
+    colourTexture: texture(gl, gl.LINEAR),
+    /** @type {import("./colour.js").ColourTable | null} the one that is in the texture */
+    table: null,
+    indexBuffer: gl.createBuffer(),
+    outline: gl.createBuffer(),
+    surfaceArray: gl.createVertexArray(),
+    outlineArray: gl.createVertexArray(),
+  };
 }
 
+/**
+ * @param {WebGL2RenderingContext} gl
+ * @param {number} filter
+ */
 function texture(gl, filter) {
   const made = gl.createTexture();
   gl.bindTexture(gl.TEXTURE_2D, made);
@@ -257,10 +307,17 @@ function texture(gl, filter) {
   return made;
 }
 
+/**
+ * @param {WebGL2RenderingContext} gl
+ * @param {string} vertex
+ * @param {string} fragment
+ */
 function link(gl, vertex, fragment) {
   const program = gl.createProgram();
-  for (const [type, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
+  for (const [type, text] of /** @type {[number, string][]} */ ([[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]])) {
     const shader = gl.createShader(type);
+    // Where the context was lost there is none.
+    if (!shader) continue;
     gl.shaderSource(shader, text);
     gl.compileShader(shader);
     gl.attachShader(program, shader);

@@ -2,21 +2,34 @@
 
 import { Heatmap } from "./heatmap.js";
 import { Furniture, MARGIN } from "./furniture.js";
-import { Placement } from "./orientation.js";
+import { Orientation, Placement } from "./orientation.js";
 import { Surface } from "./surface.js";
+import { byId, canvasById, contextOf, inside } from "./dom.js";
 import { theme } from "./theme.js";
 
 export class Tile {
-  constructor(name) {
+  /**
+   * @param {string} name
+   * @param {boolean} hasSurface
+   */
+  constructor(name, hasSurface) {
     this.name = name;
-    this.figure = document.getElementById(`${name}-tile`);
-    this.canvas = document.getElementById(`${name}-canvas`);
-    this.surfaceCanvas = document.getElementById(`${name}-surface`);
-    this.sum = document.getElementById(`${name}-sum`);
-    this.context = this.canvas.getContext("2d");
+    this.figure = byId(`${name}-tile`);
+    this.title = inside(this.figure, "b");
+    this.canvas = canvasById(`${name}-canvas`);
+    this.surfaceCanvas = hasSurface ? canvasById(`${name}-surface`) : null;
+    this.sum = byId(`${name}-sum`);
+    this.summary = byId(`${name}-summary`);
+    this.context = contextOf(this.canvas);
     this.furniture = new Furniture();
+    /** @type {Surface | null} */
     this.surface = null;
-    this.heatmap = null;
+    this.inSurface = false;
+    this.heatmap = new Heatmap(1, 1);
+    this.orientation = new Orientation();
+    /** @type {Wire.SensorFacts | null} */
+    this.sensor = null;
+    /** @type {Placement | null} */
     this.placement = null;
     this.visible = false;
     this.width = 0;
@@ -24,6 +37,7 @@ export class Tile {
     this.ratio = 1;
   }
 
+  /** @param {Wire.SensorFacts} sensor */
   reset(sensor) {
     this.sensor = sensor;
     this.heatmap = new Heatmap(sensor.rows, sensor.columns);
@@ -31,13 +45,21 @@ export class Tile {
     if (this.surface) this.surface.setSize(sensor.rows, sensor.columns);
   }
 
+  /** @param {boolean} visible */
   show(visible) {
     this.visible = visible;
     this.figure.hidden = !visible;
   }
 
-  // Sizes in CSS pixels, with the margins.
+  /**
+   * Sizes in CSS pixels, with the margins.
+   * @param {number} width
+   * @param {number} height
+   * @param {number} ratio
+   * @param {Orientation} orientation
+   */
   resize(width, height, ratio, orientation) {
+    if (!this.sensor) return;
     this.width = width;
     this.height = height;
     this.ratio = ratio;
@@ -50,13 +72,16 @@ export class Tile {
     }
     this.placement = new Placement(orientation, this.sensor.rows, this.sensor.columns, MARGIN.left, MARGIN.top,
       width - MARGIN.left - MARGIN.right, height - MARGIN.top - MARGIN.bottom);
-    this.placement.key = orientation.key;
     this.orientation = orientation;
   }
 
-  // Returns false if this browser has no WebGL 2.
+  /**
+   * Returns false if this browser has no WebGL 2.
+   * @param {boolean} on
+   * @param {import("./surface.js").Camera} camera
+   */
   setSurface(on, camera) {
-    if (!this.surfaceCanvas) return true;
+    if (!this.surfaceCanvas || !this.sensor) return true;
     if (on && !this.surface) {
       this.surface = Surface.create(this.surfaceCanvas, camera);
       if (!this.surface) return false;
@@ -67,17 +92,25 @@ export class Tile {
     return true;
   }
 
+  /**
+   * @param {Page.Scene} scene
+   * @param {Float32Array} values
+   * @param {import("./colour.js").ColourTable} table
+   * @param {number} gain
+   * @param {number} offset
+   */
   draw(scene, values, table, gain, offset) {
+    const p = this.placement;
+    if (!p) return;
     const g = this.context;
     g.setTransform(1, 0, 0, 1, 0, 0);
     g.clearRect(0, 0, this.canvas.width, this.canvas.height);
-    if (this.inSurface) {
+    if (this.inSurface && this.surface) {
       this.surface.draw(values, table, gain, this.orientation, scene.sensor.pitch_mm);
       g.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
-      this.drawPinsOnSurface(g, scene, values, gain);
+      this.drawPinsOnSurface(g, scene, this.surface, values, gain);
       return;
     }
-    const p = this.placement;
     this.heatmap.setSmooth(scene.smooth);
     this.heatmap.paint(values, table, gain, offset);
     const { ratio } = this;
@@ -90,87 +123,25 @@ export class Tile {
     this.furniture.draw(scene, p, this.width, this.height, ratio);
     g.drawImage(this.furniture.canvas, 0, 0);
     g.setTransform(ratio, 0, 0, ratio, 0, 0);
-    for (const region of scene.selection.regions) this.drawRegion(g, region.corners, region.colour, region.label);
-    if (scene.draft) this.drawRegion(g, scene.draft, "#ffffff", "");
-    if (scene.showCop) this.drawCentre(g, scene);
-    for (const pin of scene.selection.pins) this.drawPin(g, pin);
-    if (scene.picked) this.drawPicked(g, scene.picked);
+    for (const region of scene.selection.regions) drawRegion(g, p, region.corners, region.colour, region.label);
+    if (scene.draft) drawRegion(g, p, scene.draft, "#ffffff", "");
+    if (scene.showCop) drawCentre(g, p, scene);
+    for (const pin of scene.selection.pins) drawPin(g, p, pin);
+    if (scene.picked) drawPicked(g, p, scene.picked);
   }
 
-  drawCentre(g, scene) {
-    const { trail, frame } = scene;
-    const p = this.placement;
-    g.lineCap = "round";
-    for (let pass = 0; pass < 2; pass += 1) {
-      g.strokeStyle = pass === 0 ? "rgb(0 0 0 / 0.55)" : "#ffffff";
-      g.lineWidth = pass === 0 ? 3.5 : 1.6;
-      // A few strokes, each fainter than the next, instead of one for each step of the trail.
-      const pieces = 6;
-      for (let piece = 0; piece < pieces; piece += 1) {
-        const from = Math.floor((trail.length * piece) / pieces);
-        const to = Math.min(trail.length - 1, Math.floor((trail.length * (piece + 1)) / pieces));
-        if (to <= from) continue;
-        g.globalAlpha = ((piece + 1) / pieces) * 0.85;
-        g.beginPath();
-        for (let i = from; i <= to; i += 1) {
-          const x = p.x(trail.columns[i] + 0.5, trail.rows[i] + 0.5);
-          const y = p.y(trail.columns[i] + 0.5, trail.rows[i] + 0.5);
-          if (i === from) g.moveTo(x, y);
-          else g.lineTo(x, y);
-        }
-        g.stroke();
-      }
-      g.globalAlpha = 1;
-    }
-    if (!Number.isFinite(frame.copRow) || !Number.isFinite(frame.copColumn)) return;
-    const x = p.x(frame.copColumn + 0.5, frame.copRow + 0.5);
-    const y = p.y(frame.copColumn + 0.5, frame.copRow + 0.5);
-    g.beginPath();
-    g.arc(x, y, 5, 0, 2 * Math.PI);
-    for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
-      g.moveTo(x + 5 * dx, y + 5 * dy);
-      g.lineTo(x + 10 * dx, y + 10 * dy);
-    }
-    outlined(g, "#ffffff", 1.6);
-  }
-
-  taxelPath(g, { row, column }, grow) {
-    const p = this.placement;
-    const x1 = p.x(column, row), y1 = p.y(column, row), x2 = p.x(column + 1, row + 1), y2 = p.y(column + 1, row + 1);
-    g.beginPath();
-    g.rect(Math.min(x1, x2) - grow, Math.min(y1, y2) - grow, Math.abs(x1 - x2) + 2 * grow, Math.abs(y1 - y2) + 2 * grow);
-  }
-
-  drawPicked(g, taxel) {
-    this.taxelPath(g, taxel, 1.5);
-    outlined(g, "#ffffff", 1.5);
-  }
-
-  drawPin(g, pin) {
-    this.taxelPath(g, pin, 1.5);
-    outlined(g, pin.colour, 2);
-    const p = this.placement;
-    label(g, pin.label, p.x(pin.column + 0.5, pin.row + 0.5), p.y(pin.column + 0.5, pin.row + 0.5), pin.colour, p);
-  }
-
-  drawRegion(g, corners, colour, text) {
-    const p = this.placement;
-    g.beginPath();
-    for (const [column, row] of corners) g.lineTo(p.x(column, row), p.y(column, row));
-    g.closePath();
-    g.setLineDash([5, 3]);
-    outlined(g, colour, 1.6);
-    g.setLineDash([]);
-    if (!text) return;
-    const highest = corners.reduce((best, [column, row]) => (p.y(column, row) < p.y(best[0], best[1]) ? [column, row] : best), corners[0]);
-    label(g, text, p.x(...highest), p.y(...highest), colour, p);
-  }
-
-  drawPinsOnSurface(g, scene, values, gain) {
+  /**
+   * @param {CanvasRenderingContext2D} g
+   * @param {Page.Scene} scene
+   * @param {Surface} surface
+   * @param {Float32Array} values
+   * @param {number} gain
+   */
+  drawPinsOnSurface(g, scene, surface, values, gain) {
     const taxels = scene.picked ? [...scene.selection.pins, { ...scene.picked, colour: theme.ink, label: "" }] : scene.selection.pins;
     for (const { row, column, colour, label: text } of taxels) {
-      const value = values[row * this.sensor.columns + column];
-      const spot = this.surface.project(column + 0.5, row + 0.5, value * gain, this.width, this.height);
+      const value = values[row * scene.sensor.columns + column];
+      const spot = surface.project(column + 0.5, row + 0.5, value * gain, this.width, this.height);
       g.beginPath();
       g.moveTo(spot.x, spot.y);
       g.lineTo(spot.x, spot.y - 22);
@@ -184,6 +155,104 @@ export class Tile {
   }
 }
 
+/**
+ * @param {CanvasRenderingContext2D} g
+ * @param {Placement} p
+ * @param {Page.Scene} scene
+ */
+function drawCentre(g, p, scene) {
+  const { trail, frame } = scene;
+  g.lineCap = "round";
+  for (let pass = 0; pass < 2; pass += 1) {
+    g.strokeStyle = pass === 0 ? "rgb(0 0 0 / 0.55)" : "#ffffff";
+    g.lineWidth = pass === 0 ? 3.5 : 1.6;
+    // A few strokes, each fainter than the next, instead of one for each step of the trail.
+    const pieces = 6;
+    for (let piece = 0; piece < pieces; piece += 1) {
+      const from = Math.floor((trail.length * piece) / pieces);
+      const to = Math.min(trail.length - 1, Math.floor((trail.length * (piece + 1)) / pieces));
+      if (to <= from) continue;
+      g.globalAlpha = ((piece + 1) / pieces) * 0.85;
+      g.beginPath();
+      for (let i = from; i <= to; i += 1) {
+        const x = p.x(trail.columns[i] + 0.5, trail.rows[i] + 0.5);
+        const y = p.y(trail.columns[i] + 0.5, trail.rows[i] + 0.5);
+        if (i === from) g.moveTo(x, y);
+        else g.lineTo(x, y);
+      }
+      g.stroke();
+    }
+    g.globalAlpha = 1;
+  }
+  if (!Number.isFinite(frame.copRow) || !Number.isFinite(frame.copColumn)) return;
+  const x = p.x(frame.copColumn + 0.5, frame.copRow + 0.5);
+  const y = p.y(frame.copColumn + 0.5, frame.copRow + 0.5);
+  g.beginPath();
+  g.arc(x, y, 5, 0, 2 * Math.PI);
+  for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
+    g.moveTo(x + 5 * dx, y + 5 * dy);
+    g.lineTo(x + 10 * dx, y + 10 * dy);
+  }
+  outlined(g, "#ffffff", 1.6);
+}
+
+/**
+ * @param {CanvasRenderingContext2D} g
+ * @param {Placement} p
+ * @param {Page.Taxel} taxel
+ * @param {number} grow
+ */
+function taxelPath(g, p, { row, column }, grow) {
+  const x1 = p.x(column, row), y1 = p.y(column, row), x2 = p.x(column + 1, row + 1), y2 = p.y(column + 1, row + 1);
+  g.beginPath();
+  g.rect(Math.min(x1, x2) - grow, Math.min(y1, y2) - grow, Math.abs(x1 - x2) + 2 * grow, Math.abs(y1 - y2) + 2 * grow);
+}
+
+/**
+ * @param {CanvasRenderingContext2D} g
+ * @param {Placement} p
+ * @param {Page.Taxel} taxel
+ */
+function drawPicked(g, p, taxel) {
+  taxelPath(g, p, taxel, 1.5);
+  outlined(g, "#ffffff", 1.5);
+}
+
+/**
+ * @param {CanvasRenderingContext2D} g
+ * @param {Placement} p
+ * @param {Page.Pin} pin
+ */
+function drawPin(g, p, pin) {
+  taxelPath(g, p, pin, 1.5);
+  outlined(g, pin.colour, 2);
+  label(g, pin.label, p.x(pin.column + 0.5, pin.row + 0.5), p.y(pin.column + 0.5, pin.row + 0.5), pin.colour, p);
+}
+
+/**
+ * @param {CanvasRenderingContext2D} g
+ * @param {Placement} p
+ * @param {Page.Corner[]} corners
+ * @param {string} colour
+ * @param {string} text
+ */
+function drawRegion(g, p, corners, colour, text) {
+  g.beginPath();
+  for (const [column, row] of corners) g.lineTo(p.x(column, row), p.y(column, row));
+  g.closePath();
+  g.setLineDash([5, 3]);
+  outlined(g, colour, 1.6);
+  g.setLineDash([]);
+  if (!text) return;
+  const highest = corners.reduce((best, [column, row]) => (p.y(column, row) < p.y(best[0], best[1]) ? [column, row] : best), corners[0]);
+  label(g, text, p.x(...highest), p.y(...highest), colour, p);
+}
+
+/**
+ * @param {CanvasRenderingContext2D} g
+ * @param {string} colour
+ * @param {number} width
+ */
 function outlined(g, colour, width) {
   g.strokeStyle = "rgb(0 0 0 / 0.6)";
   g.lineWidth = width + 2;
@@ -193,7 +262,15 @@ function outlined(g, colour, width) {
   g.stroke();
 }
 
-// A small tag above and right of the spot, kept inside the map.
+/**
+ * A small tag above and right of the spot, kept inside the map.
+ * @param {CanvasRenderingContext2D} g
+ * @param {string} text
+ * @param {number} x
+ * @param {number} y
+ * @param {string} colour
+ * @param {{ left: number, top: number, width: number, height: number }} box
+ */
 function label(g, text, x, y, colour, box) {
   g.font = "600 9px system-ui, sans-serif";
   const width = g.measureText(text).width + 6;

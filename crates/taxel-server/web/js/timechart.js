@@ -3,22 +3,34 @@
 import { niceCeil, niceStep, fixed, decimalsFor } from "./units.js";
 import { theme } from "./theme.js";
 
+/** @typedef {{ colour: () => string, dash?: number[], fill?: () => string }} Line */
+/** @typedef {[number[], ...(number | null)[][]]} Data x in seconds before the end, then a column a line */
+
 const FONT = "11px system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif";
 const SHRINK_BELOW = 0.55;
 // Room for the labels of the loads: most fit, so that the charts line up; longer ones, such as 0.00025, get more.
 const LABELS_WIDE = 46;
 const LABELS_GAP = 5;
-const LEAST_GAP = 0.25;
+const MIN_GAP = 0.25;
 const USUAL_STEPS = 5;
 
-// The longest time between two rows that a line may bridge: a few usual steps. Beyond it, frames are missing.
+/**
+ * The longest time between two rows that a line may bridge: a few usual steps. Beyond it, frames are missing.
+ * @param {(i: number) => number} time
+ * @param {number} from
+ * @param {number} to
+ */
 export function longestStep(time, from, to) {
   if (to - from < 2) return 1;
-  return Math.max(LEAST_GAP, (USUAL_STEPS * (time(to - 1) - time(from))) / (to - 1 - from));
+  return Math.max(MIN_GAP, (USUAL_STEPS * (time(to - 1) - time(from))) / (to - 1 - from));
 }
 
 export class TimeChart {
-  // lines: [{ colour(), dash, fill }]; the x of the data is in seconds before `end`.
+  /**
+   * @param {HTMLElement} element
+   * @param {Line[]} lines
+   * @param {{ onClick?: (time: number) => void, nameEvents?: boolean }} options
+   */
   constructor(element, lines, { onClick, nameEvents = false } = {}) {
     this.element = element;
     this.onClick = onClick;
@@ -26,39 +38,50 @@ export class TimeChart {
     this.top = 1;
     this.span = 30;
     this.end = 0;
+    /** @type {Page.Happening[]} */
     this.events = [];
     this.pausedAt = NaN;
-    this.plot = null;
-    this.setLines(lines);
+    this.lines = lines;
+    /** @type {Data} */
+    this.data = [[], ...lines.map(() => [])];
+    this.tip = document.createElement("div");
+    this.plot = this.makePlot();
     new ResizeObserver(() => this.resize()).observe(element);
   }
 
+  /** @param {Line[]} lines */
   setLines(lines) {
     this.lines = lines;
-    if (this.plot) this.plot.destroy();
+    this.plot.destroy();
     this.data = [[], ...lines.map(() => [])];
+    this.plot = this.makePlot();
+  }
+
+  makePlot() {
+    const { lines } = this;
     const axis = { stroke: () => theme.ink3, font: FONT, grid: { stroke: () => theme.line, width: 1 }, ticks: { show: false } };
-    this.plot = new window.uPlot({
+    const plot = new window.uPlot({
       ...this.size(),
       legend: { show: false },
       padding: [8, 10, 0, 0],
       cursor: { y: false, drag: { x: false, y: false }, points: { show: false } },
-      scales: { x: { time: false, range: () => [-this.span, 0] }, y: { range: (_, low, high) => this.rangeY(low, high) } },
+      scales: { x: { time: false, range: () => [-this.span, 0] }, y: { range: (_, low, high) => this.rangeY(low ?? 0, high ?? 0) } },
       axes: [
-        { ...axis, size: 22, gap: 4, splits: () => this.splitsX(), values: (_, splits) => splits.map((x, i) => this.textX(x, i === splits.length - 1)) },
-        { ...axis, size: widthOfLabels, gap: LABELS_GAP, splits: (_, __, low, high) => splitsY(low, high, this.plot ? this.plot.height : 120), values: (_, splits) => textsY(splits) },
+        { ...axis, size: 22, gap: 4, splits: (plot) => this.splitsX(plot.width || 320), values: (_, splits) => splits.map((x, i) => this.textX(x, i === splits.length - 1)) },
+        { ...axis, size: widthOfLabels, gap: LABELS_GAP, splits: (plot, _, low, high) => splitsY(low, high, plot.height || 120), values: (_, splits) => textsY(splits) },
       ],
       series: [{}, ...lines.map((line) => ({ stroke: line.colour, fill: line.fill, width: 1.5, dash: line.dash, points: { show: false } }))],
-      hooks: { draw: [() => this.drawOver()], setCursor: [() => this.tell()] },
-    }, this.data, this.element);
+      hooks: { draw: [(plot) => this.drawOver(plot)], setCursor: [(plot) => this.tell(plot)] },
+    }, /** @type {import("uplot").AlignedData} */ (this.data), this.element);
     this.tip = document.createElement("div");
     this.tip.className = "tip num";
     this.tip.hidden = true;
-    this.plot.over.append(this.tip);
-    this.plot.over.addEventListener("click", () => {
-      const x = this.plot.posToVal(this.plot.cursor.left, "x");
+    plot.over.append(this.tip);
+    plot.over.addEventListener("click", () => {
+      const x = plot.posToVal(plot.cursor.left ?? NaN, "x");
       if (this.onClick && Number.isFinite(x)) this.onClick(this.end + x);
     });
+    return plot;
   }
 
   size() {
@@ -70,50 +93,90 @@ export class TimeChart {
     if (size.width !== this.plot.width || size.height !== this.plot.height) this.plot.setSize(size);
   }
 
+  /**
+   * @param {number} end seconds since 1970
+   * @param {number} span seconds shown before it
+   * @param {Page.Happening[]} events
+   * @param {number} pausedAt seconds since 1970, or NaN
+   */
   update(end, span, events, pausedAt) {
     this.end = end;
     this.span = span;
     this.events = events;
     this.pausedAt = pausedAt;
-    this.plot.setData(this.data);
+    this.plot.setData(/** @type {import("uplot").AlignedData} */ (this.data));
   }
 
-  // The top moves between round numbers, with play, so that the ticks stand still.
+  /**
+   * The chart in words, for those who cannot see it.
+   * @param {string} name
+   * @param {string[]} units of the lines
+   * @param {string[]} names of the lines; none for a chart of one line
+   */
+  describe(name, units, names = []) {
+    const decimals = decimalsFor(this.top);
+    const parts = this.data.slice(1).map((column, i) => {
+      const known = /** @type {number[]} */ (column.filter((value) => value !== null));
+      const word = names[i] ? `${names[i]} ` : "";
+      if (known.length === 0) return `${word}no values`;
+      const [last, low, high] = [known[known.length - 1], Math.min(...known), Math.max(...known)].map((value) => fixed(value, decimals));
+      return `${word}${last} ${units[i]}, between ${low} and ${high}`;
+    });
+    const text = `${name} over the last ${fixed(this.span, 0)} s: ${parts.length > 0 ? parts.join("; ") : "nothing is selected"}`;
+    this.element.setAttribute("role", "img");
+    if (this.element.getAttribute("aria-label") !== text) this.element.setAttribute("aria-label", text);
+  }
+
+  /**
+   * The top moves between round numbers, with play, so that the ticks stand still.
+   * @param {number} low
+   * @param {number} high
+   * @returns {[number, number]}
+   */
   rangeY(low, high) {
     if (high > this.top || high < SHRINK_BELOW * this.top) this.top = high > 0 ? niceCeil(high * 1.05) : 1;
     return [low < -0.01 * this.top ? -niceCeil(-low) : 0, this.top];
   }
 
-  splitsX() {
-    const most = Math.max(2, Math.min(6, Math.floor(this.plot ? this.plot.width / 80 : 4)));
+  /** @param {number} width */
+  splitsX(width) {
+    const most = Math.max(2, Math.min(6, Math.floor(width / 80)));
     const step = this.span / (most >= 6 ? 6 : most >= 5 ? 5 : most >= 3 ? 3 : 2);
     const splits = [];
     for (let x = -this.span; x <= 1e-6; x += step) splits.push(Math.abs(x) < 1e-6 ? 0 : x);
     return splits;
   }
 
+  /**
+   * @param {number} x
+   * @param {boolean} last
+   */
   textX(x, last) {
     if (last && x === 0) return "0 s";
     return this.span > 90 ? `${fixed(x / 60, Number.isInteger(x / 60) ? 0 : 1)} min` : fixed(x, Number.isInteger(x) ? 0 : 1);
   }
 
-  // The values under the pointer, on the side of it that has room.
-  tell() {
-    const { cursor, data } = this.plot;
+  /**
+   * The values under the pointer, on the side of it that has room.
+   * @param {import("uplot")} plot
+   */
+  tell({ cursor, data, over }) {
     const at = cursor.idx;
-    const shown = cursor.left >= 0 && at !== null && at !== undefined && data[0].length > 0;
+    const left = cursor.left ?? -1;
+    const shown = left >= 0 && at !== null && at !== undefined && data[0].length > 0;
     this.tip.hidden = !shown;
     if (!shown) return;
     const decimals = decimalsFor(this.top);
-    const values = data.slice(1).map((column) => (column[at] === null || column[at] === undefined ? "–" : fixed(column[at], decimals)));
+    const values = data.slice(1).map((column) => fixed(column[at] ?? NaN, decimals));
     this.tip.textContent = `${fixed(data[0][at], 1)} s: ${values.join(", ")}`;
-    const toLeft = cursor.left > this.plot.over.clientWidth / 2;
-    this.tip.style.left = toLeft ? "auto" : `${cursor.left + 8}px`;
-    this.tip.style.right = toLeft ? `${this.plot.over.clientWidth - cursor.left + 8}px` : "auto";
+    const toLeft = left > over.clientWidth / 2;
+    this.tip.style.left = toLeft ? "auto" : `${left + 8}px`;
+    this.tip.style.right = toLeft ? `${over.clientWidth - left + 8}px` : "auto";
   }
 
-  drawOver() {
-    const { ctx, bbox } = this.plot;
+  /** @param {import("uplot")} plot */
+  drawOver(plot) {
+    const { ctx, bbox } = plot;
     const ratio = window.devicePixelRatio || 1;
     ctx.save();
     ctx.beginPath();
@@ -122,7 +185,7 @@ export class TimeChart {
     for (const event of this.events) {
       const x = event.time - this.end;
       if (x < -this.span || x > 0) continue;
-      const left = this.plot.valToPos(x, "x", true);
+      const left = plot.valToPos(x, "x", true);
       stroke(ctx, left, bbox, theme.warn, [3 * ratio, 3 * ratio], ratio);
       if (!this.nameEvents) continue;
       ctx.font = `${11 * ratio}px system-ui, sans-serif`;
@@ -139,12 +202,20 @@ export class TimeChart {
       ctx.fillText(event.text, at, bbox.top + ratio);
     }
     if (Number.isFinite(this.pausedAt)) {
-      stroke(ctx, this.plot.valToPos(this.pausedAt - this.end, "x", true), bbox, theme.ink, [], ratio * 1.5);
+      stroke(ctx, plot.valToPos(this.pausedAt - this.end, "x", true), bbox, theme.ink, [], ratio * 1.5);
     }
     ctx.restore();
   }
 }
 
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {number} x
+ * @param {import("uplot").BBox} bbox
+ * @param {string} colour
+ * @param {number[]} dash
+ * @param {number} width
+ */
 function stroke(ctx, x, bbox, colour, dash, width) {
   ctx.strokeStyle = colour;
   ctx.lineWidth = width;
@@ -156,6 +227,11 @@ function stroke(ctx, x, bbox, colour, dash, width) {
   ctx.setLineDash([]);
 }
 
+/**
+ * @param {number} low
+ * @param {number} high
+ * @param {number} height
+ */
 function splitsY(low, high, height) {
   const step = niceStep(high - low, Math.max(2, Math.floor(height / 34)));
   const splits = [];
@@ -163,8 +239,15 @@ function splitsY(low, high, height) {
   return splits;
 }
 
+/**
+ * @param {import("uplot")} plot
+ * @param {string[]} texts
+ * @param {number} axis
+ * @param {number} cycle
+ */
 function widthOfLabels(plot, texts, axis, cycle) {
-  const { font, _size: before } = plot.axes[axis];
+  // uPlot keeps the size that it had before, and the font with its height, in fields that its types do not have.
+  const { font, _size: before } = /** @type {{ font: [string, number], _size: number }} */ (/** @type {unknown} */ (plot.axes[axis]));
   // uPlot asks again until nothing changes; its first answers count.
   if (cycle > 1) return before;
   if (!texts) return LABELS_WIDE;
@@ -174,6 +257,7 @@ function widthOfLabels(plot, texts, axis, cycle) {
   return Math.max(LABELS_WIDE, Math.ceil(widest) + LABELS_GAP + 2);
 }
 
+/** @param {number[]} splits */
 function textsY(splits) {
   const step = splits.length > 1 ? splits[1] - splits[0] : 1;
   return splits.map((value) => fixed(value, decimalsFor(step, 1)));

@@ -1,20 +1,25 @@
 // The way of the centre of pressure over the last two seconds before the shown frame.
 
 const SECONDS = 2;
-const MOST_POINTS = 256;
+const MAX_POINTS = 256;
 
 export class Trail {
   constructor() {
-    this.rows = new Float32Array(MOST_POINTS);
-    this.columns = new Float32Array(MOST_POINTS);
+    this.rows = new Float32Array(MAX_POINTS);
+    this.columns = new Float32Array(MAX_POINTS);
     this.length = 0;
   }
 
+  /**
+   * @template {string} N
+   * @param {import("./series.js").Series<N | "copRow" | "copColumn">} series
+   * @param {number} host
+   */
   lay(series, host) {
     const { copRow, copColumn } = series.columns;
     const from = series.indexFrom(host - SECONDS);
     const to = series.indexFrom(host + 1e-6);
-    const stride = Math.max(1, Math.ceil((to - from) / MOST_POINTS));
+    const stride = Math.max(1, Math.ceil((to - from) / MAX_POINTS));
     this.length = 0;
     for (let i = from; i < to; i += stride) {
       // The trail starts anew where there was no load.

@@ -1,4 +1,4 @@
-// The wire format: what the server sends as binary messages, and the words for its codes.
+// The binary messages: frames, as docs/formats.md lays them out. crates/taxel-server/testdata has some to test this with.
 
 const HEADER_BYTES = 64;
 const TYPE_FRAME = 1;
@@ -8,34 +8,21 @@ export const FLAG_NEWTONS = 1;
 export const FLAG_TARED = 2;
 export const FLAG_RAW = 4;
 
-// Marks of taxels that count in totals: good, saturated, interpolated; as the server has it.
-const COUNTS = [true, false, true, false, false, false, false, true];
-export const isCounted = (mark) => COUNTS[mark] === true;
-
-// `severity` says how a mark is drawn: 2 with a cross (do not trust the value), 1 with a dot.
-export const MARKS = [
-  { word: "good", severity: 0, text: "Nothing is known against it." },
-  { word: "open", severity: 2, text: "On a line that is dead: the frame says nothing about it." },
-  { word: "saturated", severity: 2, text: "At the converter's ceiling: the value is a lower bound." },
-  { word: "stuck", severity: 2, text: "Stuck at an end of the converter." },
-  { word: "spike", severity: 2, text: "A spike against its neighbours or over time." },
-  { word: "flickering", severity: 2, text: "On a line that comes and goes." },
-  { word: "shorted", severity: 2, text: "On lines that read alike because they are shorted together." },
-  { word: "interpolated", severity: 1, text: "Not measured: the median of its neighbours." },
-  { word: "unresolved", severity: 1, text: "The cross-talk cannot be undone: its standard error exceeds its value." },
-  { word: "unfamiliar", severity: 1, text: "A network's estimate from an input unlike those it was trained with." },
-];
-
-export function markOf(code) {
-  return MARKS[code] || { word: `mark ${code}`, severity: 2, text: "A mark this page does not know." };
-}
-
+/** @param {{ flags: number }} frame */
 export const isNewtons = (frame) => (frame.flags & FLAG_NEWTONS) !== 0;
-// By the method "raw": the load law alone, no cross-talk removed.
+/**
+ * By the method "raw": the load law alone, no cross-talk removed.
+ * @param {{ flags: number }} frame
+ */
 export const isRaw = (frame) => (frame.flags & FLAG_RAW) !== 0;
+/** @param {{ flags: number }} frame */
 export const isTared = (frame) => (frame.flags & FLAG_TARED) !== 0;
 
-// The arrays of the frame are views into the message: nothing is copied here.
+/**
+ * The arrays of the frame are views into the message: nothing is copied here.
+ * @param {ArrayBuffer} message
+ * @returns {Page.Frame}
+ */
 export function decodeFrame(message) {
   if (message.byteLength < HEADER_BYTES) throw new Error("a frame message is shorter than its header");
   const view = new DataView(message);
@@ -68,7 +55,12 @@ export function decodeFrame(message) {
   };
 }
 
-// A frame of its own memory, for one that is read back from the buffer.
+/**
+ * A frame of its own memory, for one that is read back from the buffer.
+ * @param {number} rows
+ * @param {number} columns
+ * @returns {Page.Frame}
+ */
 export function blankFrame(rows, columns) {
   const taxels = rows * columns;
   return {

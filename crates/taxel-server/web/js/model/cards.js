@@ -1,18 +1,30 @@
 // A card a setting: its name, and a slider with a number beside it for each parameter.
 
+import { byId, inputById } from "../dom.js";
 import { PARAMETERS, mayBe } from "./settings.js";
 
 const STEPS_PER_DECADE = 100;
 const DIGITS = 3;
 
+/**
+ * @template {keyof HTMLElementTagNameMap} K
+ * @param {K} name
+ * @param {Partial<HTMLElementTagNameMap[K]>} properties
+ * @param {...(Node | string)} children
+ * @returns {HTMLElementTagNameMap[K]}
+ */
 const make = (name, properties = {}, ...children) => {
   const element = Object.assign(document.createElement(name), properties);
   element.append(...children);
   return element;
 };
 
-// Positions of a slider, 0 … last, and the value at each.
-function scaleOf({ min, max, log, zero, step }) {
+/**
+ * Positions of a slider, 0 … last, and the value at each.
+ * @param {Model.Parameter} parameter
+ * @returns {{ last: number, valueAt: (position: number) => number, positionOf: (value: number) => number }}
+ */
+function scaleOf({ min, max, log, zero, step = 1 }) {
   if (!log) {
     const last = Math.round((max - min) / step);
     return { last, valueAt: (position) => Number((min + position * step).toPrecision(12)), positionOf: (value) => (value - min) / step };
@@ -26,6 +38,10 @@ function scaleOf({ min, max, log, zero, step }) {
 }
 
 export class Cards {
+  /**
+   * @param {HTMLElement} box
+   * @param {import("./settings.js").Settings} settings
+   */
   constructor(box, settings) {
     this.box = box;
     this.settings = settings;
@@ -36,12 +52,19 @@ export class Cards {
     this.box.replaceChildren(...this.settings.list.map((setting, i) => this.card(setting, i, alone)));
   }
 
+  /** @param {Model.Setting | null} setting */
   focusName(setting) {
-    const name = this.box.children[this.settings.list.indexOf(setting)].querySelector(".name");
+    if (!setting) return;
+    const name = inputById(`name-${this.settings.list.indexOf(setting)}`);
     name.focus();
     name.select();
   }
 
+  /**
+   * @param {Model.Setting} setting
+   * @param {number} i
+   * @param {boolean} alone
+   */
   card(setting, i, alone) {
     const { settings } = this;
     const name = make("input", { type: "text", className: "name", id: `name-${i}`, value: setting.name, maxLength: 40, autocomplete: "off", spellcheck: false });
@@ -54,14 +77,19 @@ export class Cards {
     remove.setAttribute("aria-label", `Remove ${setting.name}`);
     remove.addEventListener("click", () => {
       settings.remove(setting);
-      document.getElementById("add-button").focus();
+      byId("add-button").focus();
     });
     const card = make("article", { className: "setting" }, make("header", {}, name, copy, remove));
-    card.dataset.colour = setting.colour;
+    card.dataset.colour = String(setting.colour);
     for (const parameter of PARAMETERS) card.append(this.row(setting, i, parameter));
     return card;
   }
 
+  /**
+   * @param {Model.Setting} setting
+   * @param {number} i
+   * @param {Model.Parameter} parameter
+   */
   row(setting, i, parameter) {
     const { key, symbol, below, words, unit } = parameter;
     const id = `${key}-${i}`;

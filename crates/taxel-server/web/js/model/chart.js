@@ -2,7 +2,7 @@
 // little lie on each other and all must still be seen.
 
 import { niceStep, fixed, decimalsFor } from "../units.js";
-import { theme } from "../theme.js";
+import { colourOf, theme } from "../theme.js";
 import { MAX_COUNT } from "./circuit.js";
 
 const FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif";
@@ -10,16 +10,26 @@ const SMALL = `11px ${FONT}`;
 const DASH = 6;
 const FAINT = 0.3;
 // A mark at each N, as long as they stand apart.
-const MOST_MARKED = 40;
+const MAX_MARKED = 40;
 
+/** @type {Record<Model.Quantity, string>} */
 export const Y_TEXT = { volts: "V_out (V)", counts: "Counts (16 bit)", drop: "Drop against N = 0 (%)" };
 
 export class Chart {
+  /**
+   * @param {HTMLElement} element
+   * @param {(n: number) => void} onPick
+   */
   constructor(element, onPick) {
     this.element = element;
     this.onPick = onPick;
+    /** @type {Model.Shown} */
     this.shown = { curves: [], points: [], summary: [], y: "volts", fromZero: true, last: 20, fullScaleVolts: 2.2, at: 20 };
+    /** @type {[number, number]} */
     this.range = [0, 1];
+    this.step = 1;
+    /** @type {number[]} */
+    this.splitsY = [];
     const axis = { stroke: () => theme.ink2, font: SMALL, labelFont: `12px ${FONT}`, labelSize: 20, grid: { stroke: () => theme.line, width: 1 }, ticks: { show: false } };
     this.plot = new window.uPlot({
       ...this.size(),
@@ -28,12 +38,13 @@ export class Chart {
       cursor: { show: false },
       scales: { x: { time: false, range: () => [0, this.shown.last] }, y: { range: () => this.range } },
       axes: [
-        { ...axis, size: 24, gap: 6, label: "N, other pressed taxels in the row", splits: () => this.splitsX(), values: (_, splits) => splits.map(String) },
+        { ...axis, size: 24, gap: 6, label: "N, other pressed taxels in the row", splits: (plot) => this.splitsX(plot.width || 600), values: (_, splits) => splits.map(String) },
         { ...axis, size: 56, gap: 6, label: "y", splits: () => this.splitsY, values: (_, splits) => splits.map((value) => fixed(value, decimalsFor(this.step, 1))) },
       ],
       series: [{}, { show: true, stroke: "transparent", points: { show: false } }],
-      hooks: { draw: [() => this.draw()] },
+      hooks: { draw: [(plot) => this.draw(plot)] },
     }, [[0, 1], [0, 0]], element);
+    /** @param {MouseEvent} event */
     const pick = (event) => {
       const box = this.plot.over.getBoundingClientRect();
       this.onPick(this.plot.posToVal(event.clientX - box.left, "x"));
@@ -54,7 +65,7 @@ export class Chart {
     this.plot.setSize(size);
   }
 
-  // curves: [{ colour, circuit, paper }] as curvesOf gives them; points and summary in the unit of the axis.
+  /** @param {Model.Shown} shown points and summary in the unit of the axis */
   show(shown) {
     this.shown = shown;
     this.plot.axes[1].label = Y_TEXT[shown.y];
@@ -67,17 +78,23 @@ export class Chart {
     return { volts: -fullScaleVolts, counts: MAX_COUNT, drop: NaN }[y];
   }
 
-  // What the converter would give; a drop is the circuit's own.
+  /**
+   * What the converter would give; a drop is the circuit's own.
+   * @param {Model.Curve} curve
+   * @param {number} n
+   */
   drawn(curve, n) {
     const { y } = this.shown;
     if (y !== "drop" && curve.saturates[n]) return this.ceiling;
     return curve[y][n];
   }
 
+  /** @param {number} height */
   setRange(height) {
     const { curves, points, summary, fromZero, last } = this.shown;
     let low = Infinity;
     let high = -Infinity;
+    /** @param {number} value */
     const take = (value) => {
       low = Math.min(low, value);
       high = Math.max(high, value);
@@ -96,14 +113,17 @@ export class Chart {
     for (let i = Math.ceil(this.range[0] / this.step - 1e-6); i <= this.range[1] / this.step + 1e-6; i += 1) this.splitsY.push(i * this.step);
   }
 
-  splitsX() {
+  /** @param {number} width */
+  splitsX(width) {
     const { last } = this.shown;
-    const step = Math.max(1, niceStep(last, Math.max(2, Math.min(21, (this.plot ? this.plot.width : 600) / 44))));
+    const step = Math.max(1, niceStep(last, Math.max(2, Math.min(21, width / 44))));
     return Array.from({ length: Math.floor(last / step) + 1 }, (_, i) => i * step);
   }
 
-  draw() {
-    const { ctx: g, bbox } = this.plot;
+  /** @param {import("uplot")} plot */
+  draw(plot) {
+    if (!this.plot) return;
+    const { ctx: g, bbox } = plot;
     const ratio = window.devicePixelRatio || 1;
     g.save();
     g.beginPath();
@@ -112,19 +132,29 @@ export class Chart {
     this.drawCeiling(g, bbox, ratio);
     this.drawAt(g, bbox, ratio);
     const { curves } = this.shown;
-    curves.forEach(({ colour, circuit }) => this.drawCurve(g, circuit, theme[`setting-${colour}`], 2.5 * ratio, [], 0));
+    curves.forEach(({ colour, circuit }) => this.drawCurve(g, circuit, colourOf(`setting-${colour}`), 2.5 * ratio, [], 0));
     // Dashes of different settings take turns and leave a gap, so that of curves on one another each is seen.
     const gap = DASH * curves.length * ratio;
-    curves.forEach(({ colour, paper }, i) => this.drawCurve(g, paper, theme[`setting-${colour}-paper`], 1.75 * ratio, [DASH * ratio, gap], -i * DASH * ratio));
-    if (this.shown.last <= MOST_MARKED) curves.forEach(({ colour, circuit }) => this.drawMarks(g, circuit, theme[`setting-${colour}`], ratio));
+    curves.forEach(({ colour, paper }, i) => this.drawCurve(g, paper, colourOf(`setting-${colour}-paper`), 1.75 * ratio, [DASH * ratio, gap], -i * DASH * ratio));
+    if (this.shown.last <= MAX_MARKED) curves.forEach(({ colour, circuit }) => this.drawMarks(g, circuit, colourOf(`setting-${colour}`), ratio));
     this.drawPoints(g, ratio);
     g.restore();
   }
 
+  /**
+   * @param {number} n
+   * @param {number} value
+   * @returns {[number, number]}
+   */
   at(n, value) {
     return [this.plot.valToPos(n, "x", true), this.plot.valToPos(value, "y", true)];
   }
 
+  /**
+   * @param {CanvasRenderingContext2D} g
+   * @param {import("uplot").BBox} bbox
+   * @param {number} ratio
+   */
   drawCeiling(g, bbox, ratio) {
     const [low, high] = this.range;
     const { ceiling } = this;
@@ -150,6 +180,11 @@ export class Chart {
     g.fillText(`full scale, ${full}${stuck ? ": saturates" : ""}`, bbox.left + 10 * ratio, y + (below ? 5 : -5) * ratio);
   }
 
+  /**
+   * @param {CanvasRenderingContext2D} g
+   * @param {import("uplot").BBox} bbox
+   * @param {number} ratio
+   */
   drawAt(g, bbox, ratio) {
     const [x] = this.at(this.shown.at, 0);
     g.strokeStyle = theme.ink3;
@@ -160,7 +195,15 @@ export class Chart {
     g.stroke();
   }
 
-  // In two strokes, faint where the converter is full. Readings fall with N, so the faint part comes first.
+  /**
+   * In two strokes, faint where the converter is full. Readings fall with N, so the faint part comes first.
+   * @param {CanvasRenderingContext2D} g
+   * @param {Model.Curve} curve
+   * @param {string} colour
+   * @param {number} width
+   * @param {number[]} dash
+   * @param {number} offset
+   */
   drawCurve(g, curve, colour, width, dash, offset) {
     const { last } = this.shown;
     const firstGood = curve.saturates.indexOf(false);
@@ -182,6 +225,12 @@ export class Chart {
     g.lineDashOffset = 0;
   }
 
+  /**
+   * @param {CanvasRenderingContext2D} g
+   * @param {Model.Curve} curve
+   * @param {string} colour
+   * @param {number} ratio
+   */
   drawMarks(g, curve, colour, ratio) {
     const { last, at } = this.shown;
     g.fillStyle = colour;
@@ -194,6 +243,10 @@ export class Chart {
     g.globalAlpha = 1;
   }
 
+  /**
+   * @param {CanvasRenderingContext2D} g
+   * @param {number} ratio
+   */
   drawPoints(g, ratio) {
     const { points, summary, last } = this.shown;
     g.strokeStyle = theme.ink;

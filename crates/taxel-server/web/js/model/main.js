@@ -1,6 +1,7 @@
 // The interactive model: joins the settings with the chart, the table, the points and the address.
 
-import { startTheme, toggleTheme, theme } from "../theme.js";
+import { all, buttonById, byId, inputById, onClick, write } from "../dom.js";
+import { startTheme, toggleTheme } from "../theme.js";
 import { takeToken } from "../connection.js";
 import { fixed, significant } from "../units.js";
 import { toast } from "../toast.js";
@@ -13,7 +14,6 @@ import { PointsPanel } from "./pointspanel.js";
 import { curvesText, savePicture, saveTable } from "./save.js";
 import { writeTable } from "./table.js";
 
-const byId = (id) => document.getElementById(id);
 // Browsers limit how often a page may change its address.
 const ADDRESS_AFTER_MS = 300;
 const TABLE_AFTER_MS = 120;
@@ -21,7 +21,14 @@ const TABLE_AFTER_MS = 120;
 class App {
   constructor() {
     this.settings = new Settings();
+    /** @type {number | null} the N that was chosen */
     this.at = null;
+    /** @type {ReturnType<typeof setTimeout> | undefined} */
+    this.addressTimer = undefined;
+    /** @type {ReturnType<typeof setTimeout> | undefined} */
+    this.tableTimer = undefined;
+    /** @type {string | undefined} */
+    this.tableKey = undefined;
     this.asked = false;
     this.cards = new Cards(byId("cards"), this.settings);
     this.points = new PointsPanel(this.settings, () => this.ask());
@@ -59,34 +66,39 @@ class App {
 
   startControls() {
     const { settings } = this;
-    for (const button of document.querySelectorAll("[data-y]")) button.addEventListener("click", () => settings.setView("y", button.dataset.y));
-    byId("zero-button").addEventListener("click", () => settings.setView("fromZero", !settings.view.fromZero));
-    byId("add-button").addEventListener("click", () => this.cards.focusName(settings.add()));
-    byId("reset-button").addEventListener("click", () => {
+    for (const button of all("[data-y]")) {
+      button.addEventListener("click", () => settings.setView("y", /** @type {Model.Quantity} */ (button.dataset.y)));
+    }
+    onClick("zero-button", () => settings.setView("fromZero", !settings.view.fromZero));
+    onClick("add-button", () => this.cards.focusName(settings.add()));
+    onClick("reset-button", () => {
       this.at = null;
       settings.reset();
     });
-    byId("last-slider").addEventListener("input", (event) => settings.setView("last", Number(event.target.value)));
+    const slider = inputById("last-slider");
+    slider.addEventListener("input", () => settings.setView("last", Number(slider.value)));
     this.startNumber("last-input", "last", mayBeLast, "a whole number from 1 to 255 is expected");
     this.startNumber("full-input", "fullScaleVolts", mayBeFullScale, "a number above 0 is expected");
-    byId("png-button").addEventListener("click", async () => {
+    onClick("png-button", async () => {
       this.draw();
       toast(`Saved ${await savePicture(this.chart.plot, settings.list, this.chart.shown.points.length > 0)}`);
     });
-    byId("csv-button").addEventListener("click", () => {
+    onClick("csv-button", () => {
       toast(`Saved ${saveTable(curvesText(this.curves(), settings.list, settings.view.last))}`);
     });
-    const repaint = () => {
-      readColours();
-      this.draw();
-    };
-    byId("theme-button").addEventListener("click", () => toggleTheme(repaint));
+    const repaint = () => this.draw();
+    onClick("theme-button", () => toggleTheme(repaint));
     startTheme(repaint);
-    readColours();
   }
 
+  /**
+   * @param {string} id
+   * @param {"last" | "fullScaleVolts"} name
+   * @param {(value: number) => boolean} mayBe
+   * @param {string} expected
+   */
   startNumber(id, name, mayBe, expected) {
-    const input = byId(id);
+    const input = inputById(id);
     input.addEventListener("input", () => {
       const value = input.value === "" ? NaN : Number(input.value);
       const good = mayBe(value);
@@ -107,7 +119,9 @@ class App {
   startKeys() {
     byId("chart").addEventListener("keydown", (event) => {
       const { last } = this.settings.view;
-      const step = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDown: -10, PageUp: 10, Home: -last, End: last }[event.key];
+      /** @type {Record<string, number>} */
+      const steps = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDown: -10, PageUp: 10, Home: -last, End: last };
+      const step = steps[event.key];
       if (step === undefined || event.ctrlKey || event.metaKey || event.altKey) return;
       event.preventDefault();
       this.moveTo(this.shownN + step);
@@ -120,6 +134,7 @@ class App {
     return this.at === null ? last : Math.min(this.at, last);
   }
 
+  /** @param {number} n */
   moveTo(n) {
     const { last } = this.settings.view;
     const next = Math.min(last, Math.max(0, Math.round(n)));
@@ -158,7 +173,10 @@ class App {
     byId("chart").dataset.points = String(points.filter(({ n }) => n <= view.last).length);
   }
 
-  // Thousands of cells would make a slider stutter: they wait until it rests. N under the pointer is none of theirs.
+  /**
+   * Thousands of cells would make a slider stutter: they wait until it rests. N under the pointer is none of theirs.
+   * @param {Model.Curves[]} curves
+   */
   writeTableSoon(curves) {
     const { list, view } = this.settings;
     const key = JSON.stringify([list, view.y, view.last, view.fullScaleVolts]);
@@ -166,32 +184,34 @@ class App {
     const first = this.tableKey === undefined;
     this.tableKey = key;
     clearTimeout(this.tableTimer);
-    this.tableTimer = setTimeout(() => writeTable(byId("values"), { curves, y: view.y, last: view.last }), first ? 0 : TABLE_AFTER_MS);
+    this.tableTimer = setTimeout(() => writeTable(/** @type {HTMLTableElement} */ (byId("values")), { curves, y: view.y, last: view.last }), first ? 0 : TABLE_AFTER_MS);
   }
 
   writeControls() {
     const { view, isFull } = this.settings;
-    for (const button of document.querySelectorAll("[data-y]")) button.setAttribute("aria-pressed", String(button.dataset.y === view.y));
+    for (const button of all("[data-y]")) button.setAttribute("aria-pressed", String(button.dataset.y === view.y));
     byId("zero-button").setAttribute("aria-pressed", String(view.fromZero));
-    for (const [id, value] of [["last-input", view.last], ["last-slider", view.last], ["full-input", view.fullScaleVolts]]) {
-      if (document.activeElement !== byId(id)) byId(id).value = String(value);
+    const slider = inputById("last-slider");
+    for (const [input, value] of /** @type {[HTMLInputElement, number][]} */ ([[inputById("last-input"), view.last], [slider, view.last], [inputById("full-input"), view.fullScaleVolts]])) {
+      if (document.activeElement !== input) input.value = String(value);
     }
-    const slider = byId("last-slider");
     slider.style.setProperty("--share", `${(100 * (Number(slider.value) - 1)) / (Number(slider.max) - 1)}%`);
-    byId("add-button").disabled = isFull;
-    for (const button of document.querySelectorAll(".duplicate")) button.disabled = isFull;
+    buttonById("add-button").disabled = isFull;
+    for (const button of all(".duplicate")) /** @type {HTMLButtonElement} */ (button).disabled = isFull;
   }
 
+  /** @param {Model.Curves[]} curves */
   writeLegend(curves) {
     const { y, last } = this.settings.view;
     const n = this.shownN;
     byId("at").textContent = `N = ${n}`;
+    /** @type {string[]} */
     const words = [];
     byId("legend").replaceChildren(...curves.map(({ name, colour, circuit, paper }) => {
       const values = [circuit, paper].map((curve) => valueText(curve, y, n));
       words.push(`${name || "unnamed"}: circuit ${values[0]}, paper ${values[1]}`);
       const item = document.createElement("li");
-      item.dataset.colour = colour;
+      item.dataset.colour = String(colour);
       const title = Object.assign(document.createElement("b"), { textContent: name || "unnamed", title: name });
       const text = document.createElement("span");
       text.className = "num";
@@ -209,36 +229,39 @@ class App {
     chart.setAttribute("aria-valuetext", `N = ${n}. ${words.join("; ")}`);
   }
 
+  /** @param {Model.Curves[]} curves */
   writeSaturation(curves) {
     const parts = [];
     for (const { name, circuit, paper } of curves) {
       const ends = [circuit, paper].map((curve) => curve.saturates.lastIndexOf(true));
       if (Math.max(...ends) < 0) continue;
       const { last } = this.settings.view;
+      /** @param {number} end */
       const range = (end) => (end === last ? "at every N" : `up to N = ${end}`);
       if (ends[0] === ends[1]) parts.push(`“${name}” saturates ${range(ends[0])}`);
       else parts.push(`“${name}” saturates ${ends.map((end, i) => (end < 0 ? "" : `${["by the circuit", "by the paper’s equation"][i]} ${range(end)}`)).filter(Boolean).join(", ")}`);
     }
     const words = parts.length > 0 ? `${parts.join("; ")}: |V_out| is beyond the converter’s full scale.` : "";
-    if (byId("saturation").textContent !== words) byId("saturation").textContent = words;
+    write("saturation", words);
   }
 }
 
+/**
+ * @param {Model.Curve} curve
+ * @param {Model.Quantity} y
+ * @param {number} n
+ */
 function valueText(curve, y, n) {
   if (y === "drop") return dropText(curve, n);
   if (curve.saturates[n]) return "saturates";
   return y === "counts" ? fixed(Math.round(curve.counts[n]), 0) : `${fixed(curve.volts[n], 4)} V`;
 }
 
+/**
+ * @param {Model.Curve} curve
+ * @param {number} n
+ */
 const dropText = (curve, n) => `${significant(curve.drop[n])} %`;
-
-// The theme reads the colours of every page; those of the settings are this one's.
-function readColours() {
-  const style = getComputedStyle(document.documentElement);
-  for (let i = 0; i < 4; i += 1) {
-    for (const name of [`setting-${i}`, `setting-${i}-paper`]) theme[name] = style.getPropertyValue(`--${name}`).trim();
-  }
-}
 
 takeToken();
 new App();

@@ -1,25 +1,32 @@
 // The panel of the measured points: picking or dropping a file, and saying what became of it.
 
 import { POINT_UNITS, PointsError, readPoints } from "./points.js";
-import { MOST_OTHERS } from "./settings.js";
-
-const byId = (id) => document.getElementById(id);
+import { byId, inputById, onClick, selectById } from "../dom.js";
+import { MAX_OTHERS } from "./settings.js";
 
 export class PointsPanel {
+  /**
+   * @param {import("./settings.js").Settings} settings
+   * @param {() => void} onPoints
+   */
   constructor(settings, onPoints) {
     this.settings = settings;
     this.onPoints = onPoints;
+    /** @type {Model.Point[]} */
     this.measured = [];
-    for (const { key, text } of POINT_UNITS) byId("unit-select").add(new Option(text, key));
-    byId("unit-select").addEventListener("change", (event) => settings.setView("unit", event.target.value));
-    byId("counting-select").addEventListener("change", (event) => settings.setView("nCounts", event.target.value));
-    byId("points-button").addEventListener("click", () => byId("points-input").click());
-    byId("points-input").addEventListener("change", (event) => {
-      this.take(event.target.files[0]);
+    const unit = selectById("unit-select");
+    for (const { key, text } of POINT_UNITS) unit.add(new Option(text, key));
+    unit.addEventListener("change", () => settings.setView("unit", unit.value));
+    const counting = selectById("counting-select");
+    counting.addEventListener("change", () => settings.setView("nCounts", counting.value === "pressed" ? "pressed" : "others"));
+    const input = inputById("points-input");
+    onClick("points-button", () => input.click());
+    input.addEventListener("change", () => {
+      this.take(input.files?.[0]);
       // The same file, mended, may be picked again.
-      event.target.value = "";
+      input.value = "";
     });
-    byId("points-clear").addEventListener("click", () => {
+    onClick("points-clear", () => {
       this.put([], "");
       byId("points-button").focus();
     });
@@ -29,7 +36,12 @@ export class PointsPanel {
   startDrop() {
     const here = byId("drop-here");
     let depth = 0;
-    const hasFile = (event) => event.dataTransfer && [...event.dataTransfer.types].includes("Files");
+    /** @param {DragEvent} event */
+    const hasFile = (event) => event.dataTransfer !== null && [...event.dataTransfer.types].includes("Files");
+    /**
+     * @param {DragEvent} event
+     * @param {number} step
+     */
     const track = (event, step) => {
       if (!hasFile(event)) return;
       event.preventDefault();
@@ -44,11 +56,14 @@ export class PointsPanel {
       event.preventDefault();
       depth = 0;
       here.hidden = true;
-      this.take(event.dataTransfer.files[0]);
+      this.take(event.dataTransfer?.files[0]);
     });
   }
 
-  // A file with broken lines is refused as a whole, and what was shown before stays.
+  /**
+   * A file with broken lines is refused as a whole, and what was shown before stays.
+   * @param {File | undefined} file
+   */
   async take(file) {
     if (!file) return;
     try {
@@ -60,6 +75,10 @@ export class PointsPanel {
     }
   }
 
+  /**
+   * @param {Model.Point[]} measured
+   * @param {string} name of the file
+   */
   put(measured, name) {
     this.measured = measured;
     byId("points-error").hidden = true;
@@ -69,7 +88,7 @@ export class PointsPanel {
     byId("points-file").hidden = measured.length === 0;
     byId("points-file").textContent = name;
     byId("points-button").textContent = measured.length > 0 ? "Another file" : "Choose a file";
-    const furthest = Math.min(MOST_OTHERS, measured.reduce((most, { n }) => Math.max(most, n + this.offset), 0));
+    const furthest = Math.min(MAX_OTHERS, measured.reduce((most, { n }) => Math.max(most, n + this.offset), 0));
     if (furthest > this.settings.view.last) this.settings.setView("last", furthest);
     this.onPoints();
   }
@@ -78,10 +97,15 @@ export class PointsPanel {
     return this.settings.view.nCounts === "pressed" ? -1 : 0;
   }
 
-  // `why` in words where no points can be drawn in this unit; `full`: readings at the converter’s end.
+  /**
+   * @param {string} why no points can be drawn in this unit, or nothing
+   * @param {number} groups
+   * @param {number} beyond
+   * @param {number} full readings at the converter’s end
+   */
   write(why, groups, beyond, full) {
-    byId("unit-select").value = this.settings.view.unit;
-    byId("counting-select").value = this.settings.view.nCounts;
+    selectById("unit-select").value = this.settings.view.unit;
+    selectById("counting-select").value = this.settings.view.nCounts;
     const count = this.measured.length;
     const parts = [];
     if (count > 0 && why) parts.push(`Not shown: ${why}.`);
@@ -92,4 +116,8 @@ export class PointsPanel {
   }
 }
 
+/**
+ * @param {number} count
+ * @param {string} word
+ */
 const plural = (count, word) => `${count} ${word}${count === 1 ? "" : "s"}`;

@@ -3,12 +3,13 @@
 import { TABLE_V } from "./circuit.js";
 import { POINT_UNITS } from "./points.js";
 
-export const MOST_SETTINGS = 4;
-export const MOST_OTHERS = 255;
-const LONGEST_NAME = 40;
+export const MAX_SETTINGS = 4;
+export const MAX_OTHERS = 255;
+const MAX_NAME = 40;
 
 // The ends are those of the sliders; numbers beyond them may be typed. `log`: steps of equal ratio. `zero`: the
 // slider's lowest position is 0, and `min` the next one. `least`: what the formulas can bear.
+/** @type {Model.Parameter[]} */
 export const PARAMETERS = [
   { key: "openLoopGain", symbol: "A", below: "", words: "open-loop gain at the scan rate", unit: "", min: 10, max: 1e7, log: true },
   { key: "feedbackOhms", symbol: "R", below: "k", words: "feedback resistor", unit: "Ω", min: 100, max: 1e5, log: true },
@@ -19,44 +20,94 @@ export const PARAMETERS = [
   { key: "sourceOhms", symbol: "R", below: "v", words: "resistor in series with the source", unit: "Ω", min: 1, max: 1e5, log: true, zero: true },
 ];
 
-const MOST_VALUE = 1e12;
+const MAX_VALUE = 1e12;
 
-export const mayBe = (parameter, value) => Number.isFinite(value) && value <= MOST_VALUE && (parameter.zero ? value >= 0 : value > 0);
+/**
+ * @param {Model.Parameter} parameter
+ * @param {number} value
+ */
+export const mayBe = (parameter, value) => Number.isFinite(value) && value <= MAX_VALUE && (parameter.zero ? value >= 0 : value > 0);
 
+/** @type {Model.View} */
 const VIEW = { y: "volts", fromZero: true, last: 20, fullScaleVolts: 2.2, unit: "counts", nCounts: "others" };
 
-// The name in the address, and what may stand there.
+/**
+ * The name in the address, and what may stand there.
+ * @type {{ [K in keyof Model.View]: { name: string, read: (text: string) => Model.View[K] | undefined, write?: (value: Model.View[K]) => string } }}
+ */
 const KEYS = {
-  y: { name: "y", read: (text) => oneOf(["volts", "counts", "drop"], text) },
-  fromZero: { name: "zero", read: (text) => ({ 1: true, 0: false })[text], write: (value) => (value ? "1" : "0") },
+  y: { name: "y", read: (text) => oneOf(/** @type {Model.Quantity[]} */ (["volts", "counts", "drop"]), text) },
+  fromZero: { name: "zero", read: (text) => (text === "1" ? true : text === "0" ? false : undefined), write: (value) => (value ? "1" : "0") },
   last: { name: "n", read: (text) => (mayBeLast(Number(text)) ? Number(text) : undefined) },
   fullScaleVolts: { name: "full", read: (text) => (mayBeFullScale(Number(text)) ? Number(text) : undefined) },
   unit: { name: "unit", read: (text) => oneOf(POINT_UNITS.map(({ key }) => key), text) },
-  nCounts: { name: "counting", read: (text) => oneOf(["others", "pressed"], text) },
+  nCounts: { name: "counting", read: (text) => oneOf(/** @type {Model.View["nCounts"][]} */ (["others", "pressed"]), text) },
 };
 
+/**
+ * @template {string} T
+ * @param {T[]} list
+ * @param {string} text
+ */
 const oneOf = (list, text) => list.find((item) => item === text);
 
-export const mayBeLast = (value) => Number.isInteger(value) && value >= 1 && value <= MOST_OTHERS;
+/** @param {number} value */
+export const mayBeLast = (value) => Number.isInteger(value) && value >= 1 && value <= MAX_OTHERS;
+/** @param {number} value */
 export const mayBeFullScale = (value) => value > 0 && value <= 1000;
 
-// Table V, which knows no switches, and the same behind switches of 10 Ω: what really makes the drop.
+/**
+ * Table V, which knows no switches, and the same behind switches of 10 Ω: what really makes the drop.
+ * @returns {Model.Setting[]}
+ */
 const start = () => [
   { name: "Table V", colour: 0, ...TABLE_V },
   { name: "Table V, R_mux 10 Ω", colour: 1, ...TABLE_V, switchOhms: 10 },
 ];
 
+const VIEW_KEYS = /** @type {(keyof Model.View)[]} */ (Object.keys(KEYS));
+
+/**
+ * @template {keyof Model.View} K
+ * @param {K} key
+ * @param {Model.View} view
+ */
+function written(key, view) {
+  const { write } = KEYS[key];
+  return write ? write(view[key]) : String(view[key]);
+}
+
+/**
+ * Whether the text makes sense; then the view has it.
+ * @template {keyof Model.View} K
+ * @param {K} key
+ * @param {string} text
+ * @param {Model.View} view
+ */
+function take(key, text, view) {
+  const value = KEYS[key].read(text);
+  if (value === undefined) return false;
+  view[key] = /** @type {Model.View[K]} */ (value);
+  return true;
+}
+
+/** @typedef {"list" | "value"} Change settings came or went, or a value is another one */
+
 export class Settings {
   constructor() {
+    /** @type {((what: Change) => void)[]} */
     this.listeners = [];
-    this.reset();
+    this.list = start();
+    /** @type {Model.View} */
+    this.view = { ...VIEW };
   }
 
-  // `what` tells the listeners: "list" when settings came or went, else "value".
+  /** @param {(what: Change) => void} listener */
   onChange(listener) {
     this.listeners.push(listener);
   }
 
+  /** @param {Change} what */
   announce(what) {
     for (const listener of this.listeners) listener(what);
   }
@@ -67,44 +118,63 @@ export class Settings {
     this.announce("list");
   }
 
+  /**
+   * @template {keyof Model.View} K
+   * @param {K} name
+   * @param {Model.View[K]} value
+   */
   setView(name, value) {
     if (this.view[name] === value) return;
     this.view[name] = value;
     this.announce("value");
   }
 
+  /**
+   * @param {Model.Setting} setting
+   * @param {keyof Model.Numbers} key
+   * @param {number} value
+   */
   setValue(setting, key, value) {
     setting[key] = value;
     this.announce("value");
   }
 
+  /**
+   * @param {Model.Setting} setting
+   * @param {string} name
+   */
   rename(setting, name) {
-    setting.name = name.slice(0, LONGEST_NAME);
+    setting.name = name.slice(0, MAX_NAME);
     this.announce("value");
   }
 
   get isFull() {
-    return this.list.length >= MOST_SETTINGS;
+    return this.list.length >= MAX_SETTINGS;
   }
 
+  /** @returns {Model.Setting | null} null where there is no room */
   add(like = { name: "Table V", ...TABLE_V }, name = like.name) {
     if (this.isFull) return null;
     const taken = this.list.map(({ colour }) => colour);
-    const colour = [0, 1, 2, 3].find((one) => !taken.includes(one));
+    const colour = [0, 1, 2, 3].find((one) => !taken.includes(one)) ?? 0;
     const setting = { ...like, name: this.freeName(name), colour };
     this.list.push(setting);
     this.announce("list");
     return setting;
   }
 
-  // Two of the same name could not be told apart in a legend or a table.
+  /**
+   * Two of the same name could not be told apart in a legend or a table.
+   * @param {string} name
+   */
   freeName(name) {
-    const base = name.replace(/ \(\d+\)$/, "").slice(0, LONGEST_NAME - 4);
+    const base = name.replace(/ \(\d+\)$/, "").slice(0, MAX_NAME - 4);
     let free = base;
     for (let i = 2; this.list.some((setting) => setting.name === free); i += 1) free = `${base} (${i})`;
     return free;
   }
 
+  /** @param {Model.Setting} setting */
   remove(setting) {
     if (this.list.length === 1) return;
     this.list = this.list.filter((one) => one !== setting);
@@ -119,28 +189,31 @@ export class Settings {
 
   write() {
     const parts = new URLSearchParams();
-    for (const [key, { name, write = String }] of Object.entries(KEYS)) parts.set(name, write(this.view[key]));
+    for (const key of VIEW_KEYS) parts.set(KEYS[key].name, written(key, this.view));
     for (const setting of this.list) {
       parts.append("s", [setting.colour, ...PARAMETERS.map(({ key }) => setting[key]), setting.name].join("~"));
     }
     return parts.toString();
   }
 
-  // Gives what was not understood, in words; that part is as on a fresh page.
+  /**
+   * Gives what was not understood, in words; that part is as on a fresh page.
+   * @param {string} hash
+   */
   takeHash(hash) {
     const parts = new URLSearchParams(hash.replace(/^#/, ""));
     const wrong = [];
     this.view = { ...VIEW };
-    for (const [key, { name, read }] of Object.entries(KEYS)) {
-      if (!parts.has(name)) continue;
-      const value = read(parts.get(name));
-      if (value === undefined) wrong.push(`${name}=${parts.get(name)}`);
-      else this.view[key] = value;
+    for (const key of VIEW_KEYS) {
+      const { name } = KEYS[key];
+      const text = parts.get(name);
+      if (text !== null && !take(key, text, this.view)) wrong.push(`${name}=${text}`);
     }
+    /** @type {Model.Setting[]} */
     const list = [];
     for (const text of parts.getAll("s")) {
       const setting = readSetting(text);
-      const fits = setting && list.length < MOST_SETTINGS && !list.some(({ colour }) => colour === setting.colour);
+      const fits = setting && list.length < MAX_SETTINGS && !list.some(({ colour }) => colour === setting.colour);
       if (fits) list.push(setting);
       else wrong.push(`s=${text}`);
     }
@@ -150,10 +223,15 @@ export class Settings {
   }
 }
 
+/**
+ * @param {string} text
+ * @returns {Model.Setting | null}
+ */
 function readSetting(text) {
   const [colour, ...cells] = text.split("~");
   const values = cells.slice(0, PARAMETERS.length).map((cell) => (cell === "" ? NaN : Number(cell)));
-  const name = cells.slice(PARAMETERS.length).join("~").slice(0, LONGEST_NAME);
+  const name = cells.slice(PARAMETERS.length).join("~").slice(0, MAX_NAME);
   const good = /^[0-3]$/.test(colour) && values.length === PARAMETERS.length && PARAMETERS.every((parameter, i) => mayBe(parameter, values[i]));
-  return good ? { name, colour: Number(colour), ...Object.fromEntries(PARAMETERS.map(({ key }, i) => [key, values[i]])) } : null;
+  const numbers = Object.fromEntries(PARAMETERS.map(({ key }, i) => [key, values[i]]));
+  return good ? { name, colour: Number(colour), .../** @type {Model.Numbers} */ (/** @type {unknown} */ (numbers)) } : null;
 }

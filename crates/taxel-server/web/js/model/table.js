@@ -2,15 +2,25 @@
 
 import { fixed } from "../units.js";
 
+/** @type {Record<Model.Quantity, [quantity: Model.Quantity, words: string, decimals: number][]>} */
 const COLUMNS = {
   volts: [["volts", "V_out (V)", 5], ["drop", "drop (%)", 3]],
   counts: [["counts", "counts", 0], ["drop", "drop (%)", 3]],
   drop: [["volts", "V_out (V)", 5], ["drop", "drop (%)", 3]],
 };
+/** @type {["circuit" | "paper", string][]} */
 const MODELS = [["circuit", "circuit"], ["paper", "paper"]];
 
+/**
+ * @param {"th" | "td" | "caption"} name
+ * @param {string} text
+ */
 const cell = (name, text, properties = {}) => Object.assign(document.createElement(name), { textContent: text, ...properties });
 
+/**
+ * @param {HTMLTableElement} table
+ * @param {{ curves: Model.Curves[], y: Model.Quantity, last: number }} what
+ */
 export function writeTable(table, { curves, y, last }) {
   const columns = COLUMNS[y].flatMap(([quantity, words, decimals]) => MODELS.map(([model, modelWords]) => ({ quantity, model, decimals, text: `${words}, ${modelWords}` })));
   const top = document.createElement("tr");
@@ -18,7 +28,7 @@ export function writeTable(table, { curves, y, last }) {
   top.append(cell("th", "N", { scope: "col", rowSpan: 2 }));
   for (const { name, colour } of curves) {
     const head = cell("th", name, { scope: "colgroup", colSpan: columns.length, title: name });
-    head.dataset.colour = colour;
+    head.dataset.colour = String(colour);
     top.append(head);
     columns.forEach(({ text }, i) => second.append(cell("th", text, { scope: "col", className: i === 0 ? "first" : "" })));
   }

@@ -1,0 +1,272 @@
+//! What the page's own decoder is tested with: one of each message and some frames, written from here to `testdata/`, and
+//! read there by `web-tests/`. In the other direction, the requests in `testdata/requests.js` are what the page's types
+//! allow, and are read here.
+//!
+//! `TAXEL_WRITE_TESTDATA=1 cargo test -p taxel-server wire` writes the files; without it they must be up to date.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use serde_json::json;
+
+use super::*;
+use crate::Message;
+use crate::command;
+
+fn testdata(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("testdata")
+        .join(name)
+}
+
+/// Writes the file where that is asked for; else it must have this content.
+fn keep(name: &str, content: &[u8]) {
+    let path = testdata(name);
+    if std::env::var_os("TAXEL_WRITE_TESTDATA").is_some() {
+        std::fs::write(&path, content).unwrap();
+    }
+    let there = std::fs::read(&path).unwrap_or_default();
+    assert!(
+        there == content,
+        "{} is not what the server writes now: TAXEL_WRITE_TESTDATA=1 cargo test -p taxel-server wire",
+        path.display()
+    );
+}
+
+fn hello() -> Hello {
+    let sensor = SensorFacts {
+        pitch_mm: [2.0, 1.5],
+        taxel_area_mm2: 5.0,
+        bits: 16,
+        max_count: 65535.0,
+        has_load_law: true,
+        ..SensorFacts::new("a \"mat\" \u{2013} 2 × 3", 2, 3)
+    };
+    let range = SliderKind::Range {
+        min: 0.1,
+        max: 500.0,
+        step: 0.1,
+        logarithmic: true,
+    };
+    let slider = Slider {
+        unit: "Ω".to_owned(),
+        ..Slider::new("r_mux_row_ohms", "Row switch", range, 10.0)
+    };
+    let switch = Slider::new("dead_row", "Dead row", SliderKind::Switch, 1.0);
+    Hello {
+        methods: vec!["exact".to_owned(), "raw".to_owned()],
+        can_record: true,
+        sliders: vec![slider, switch],
+        ..Hello::new(
+            "taxel 0",
+            sensor,
+            SourceFacts::new("sim:econe?hand", SourceKind::Sim),
+        )
+    }
+}
+
+fn busy_state() -> State {
+    let mut recording = RecordingStatus::new("recordings/grip.mcap");
+    recording.frames = 250;
+    recording.bytes = 4_096_000;
+    recording.secs = 2.5;
+    State {
+        device: DeviceStatus::new(DeviceState::Live, "speaks taxel-1"),
+        frames_per_second: 99.5,
+        frames: 12_345,
+        lost: 1,
+        corrupt: 2,
+        repeated: 3,
+        skipped: 4,
+        latency_ms: Latency::new(1.25, 4.5),
+        clients: 2,
+        tare: TareStatus::new(true, 1_795_255_200.5),
+        recording: Some(recording),
+        method: "exact".to_owned(),
+        player: None,
+        sliders: [
+            ("dead_row".to_owned(), 1.0),
+            ("r_mux_row_ohms".to_owned(), 10.0),
+        ]
+        .into(),
+        bad_lines: BadLines::new(vec![1], vec![0, 2]),
+    }
+}
+
+fn file_state() -> State {
+    let mut player = Player::new(500, 5.0);
+    player.position_secs = 1.25;
+    player.frame = 125;
+    let mut failed = RecordingStatus::new("recordings/full.mcap");
+    failed.error = Some("No space left on device (os error 28)".to_owned());
+    State {
+        device: DeviceStatus::new(DeviceState::Paused, "playing run.mcap"),
+        player: Some(player),
+        recording: Some(failed),
+        ..State::default()
+    }
+}
+
+fn details() -> Details {
+    let known = TaxelDetails {
+        sequence: 41,
+        load: 0.25,
+        raw: 0.75,
+        counts: 1234,
+        mark: 0,
+        siemens: Some(1.5e-5),
+        standard_error_newtons: Some(0.0625),
+        ..TaxelDetails::at(1, 2)
+    };
+    let bad = TaxelDetails {
+        mark: 1,
+        ..TaxelDetails::at(0, 0)
+    };
+    Details::new(vec![known, bad])
+}
+
+/// The page's type checker reads these as values of its own types: what one side alone has is an error there.
+#[test]
+fn messages_of_the_wire_are_those_that_the_page_is_tested_with() {
+    let file_hello = Hello {
+        file: Some(FileFacts::new(500, 5.0)),
+        ..Hello::new(
+            "taxel 0",
+            SensorFacts::new("", 1, 1),
+            SourceFacts::new("file:run.mcap", SourceKind::File),
+        )
+    };
+    let refused = Answer::new(
+        8,
+        Err(Refused::because(
+            "3.0 N stand on the sensor: take the load off",
+        )),
+    );
+    let all = [
+        ("hello", "Hello", Message::Hello(hello())),
+        ("helloOfFile", "Hello", Message::Hello(file_hello)),
+        ("state", "State", Message::State(Box::new(busy_state()))),
+        (
+            "stateOfFile",
+            "State",
+            Message::State(Box::new(file_state())),
+        ),
+        (
+            "event",
+            "Event",
+            Message::Event(Event::new(1_795_255_201.25, "let go")),
+        ),
+        ("details", "Details", Message::Details(details())),
+        (
+            "answer",
+            "Answer",
+            Message::Answer(Answer::new(7, Ok(Reply::saying("Tared")))),
+        ),
+        ("refusal", "Answer", Message::Answer(refused)),
+    ];
+    let mut text = String::from(
+        "// Written by crates/taxel-server/src/tests/wire.rs; see there. Not to be changed by hand.\n",
+    );
+    for (name, of, message) in all {
+        let json = serde_json::to_string_pretty(&message).unwrap();
+        let value: serde_json::Value = serde_json::from_str(&message.to_json()).unwrap();
+        assert_eq!(
+            value,
+            serde_json::from_str::<serde_json::Value>(&json).unwrap()
+        );
+        write!(
+            text,
+            "\n/** @type {{Wire.{of}}} */\nexport const {name} = {json};\n"
+        )
+        .unwrap();
+    }
+    keep("messages.js", text.as_bytes());
+}
+
+fn frames() -> [(&'static str, FrameMessage); 3] {
+    let full = FrameMessage {
+        is_load: true,
+        is_tared: true,
+        sequence: (1 << 40) + 7,
+        device_secs: Some(12.125),
+        at: Some(UNIX_EPOCH + Duration::from_millis(1_795_255_200_250)),
+        total_newtons: 21.5,
+        peak_kilopascals: 101.25,
+        contact_area_mm2: 12.5,
+        centre: Some([0.5, 1.75]),
+        outlier_share: 0.25,
+        frames_per_second: 99.5,
+        counts: vec![0, 1, 255, 256, 4660, 65535],
+        raw: vec![-0.5, 0.0, 1.0, 2.5, 1e-9, 3.25],
+        loads: vec![-0.25, 0.0, 0.5, 1.25, 2e-9, 20.0],
+        marks: vec![0, 1, 2, 3, 4, 5],
+        ..FrameMessage::new(2, 3)
+    };
+    // An odd number of taxels: the loads are padded to a multiple of four bytes. Of much nothing is known.
+    let odd = FrameMessage {
+        is_load: true,
+        is_raw: true,
+        sequence: 3,
+        counts: vec![1, 2, 3],
+        marks: vec![6, 7, 9],
+        ..FrameMessage::new(1, 3)
+    };
+    let siemens = FrameMessage {
+        loads: vec![1.5e-5, 2.5e-5],
+        raw: vec![1e-5, 2e-5],
+        marks: vec![8, 0],
+        ..FrameMessage::new(2, 1)
+    };
+    [("full", full), ("odd", odd), ("siemens", siemens)]
+}
+
+/// What the page must read out of the bytes; null is no number there.
+fn expected(frame: &FrameMessage, now: SystemTime) -> serde_json::Value {
+    let since = |at: SystemTime| at.duration_since(UNIX_EPOCH).unwrap().as_secs_f64();
+    let age = |at| 1e3 * now.duration_since(at).unwrap().as_secs_f64();
+    json!({
+        "rows": frame.rows, "columns": frame.columns, "sequence": frame.sequence,
+        "newtons": frame.is_load, "tared": frame.is_tared, "rawMethod": frame.is_raw,
+        "device": frame.device_secs, "host": frame.at.map(since), "age": frame.at.map(age),
+        "total": frame.total_newtons, "peak": frame.peak_kilopascals, "area": frame.contact_area_mm2,
+        "copRow": frame.centre.map(|centre| centre[0]), "copColumn": frame.centre.map(|centre| centre[1]),
+        "outliers": frame.outlier_share, "rate": frame.frames_per_second,
+        "counts": frame.counts, "raw": frame.raw, "compensated": frame.loads, "marks": frame.marks,
+    })
+}
+
+#[test]
+fn frames_of_the_wire_are_those_that_the_page_is_tested_with() {
+    let now = UNIX_EPOCH + Duration::from_millis(1_795_255_200_500);
+    let mut all = serde_json::Map::new();
+    for (name, frame) in frames() {
+        keep(&format!("{name}.frame"), &frame.encode(now));
+        all.insert(name.to_owned(), expected(&frame, now));
+    }
+    let mut text = serde_json::to_string_pretty(&all).unwrap();
+    text.push('\n');
+    keep("frames.json", text.as_bytes());
+}
+
+/// All that the page may ask for is understood, and it may ask for all that is.
+#[test]
+fn requests_of_the_page_are_understood() {
+    let text = std::fs::read_to_string(testdata("requests.js")).unwrap();
+    let (_, list) = text.split_once("requests = ").unwrap();
+    let requests: Vec<serde_json::Value> =
+        serde_json::from_str(list.trim_end().trim_end_matches(';')).unwrap();
+    let mut verbs = std::collections::BTreeSet::new();
+    for request in &requests {
+        let read = command::parse(&request.to_string());
+        assert!(read.is_ok(), "{request}: {read:?}");
+        verbs.insert(request["do"].as_str().unwrap().to_owned());
+    }
+    // What a request that is none is answered with names all that there are.
+    let (_, known) = command::parse(r#"{"do":"explode"}"#).unwrap_err();
+    let known = known.split("expected one of").nth(1).unwrap();
+    let own = ["got", "rate", "watch"].map(str::to_owned);
+    let words = known.split('`').skip(1).step_by(2).map(str::to_owned);
+    let all: std::collections::BTreeSet<_> = words.chain(own).collect();
+    assert_eq!(verbs, all);
+}

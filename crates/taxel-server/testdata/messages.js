@@ -1,0 +1,369 @@
+// Written by crates/taxel-server/src/tests/wire.rs; see there. Not to be changed by hand.
+
+/** @type {Wire.Hello} */
+export const hello = {
+  "kind": "hello",
+  "protocol": 1,
+  "program": "taxel 0",
+  "sensor": {
+    "name": "a \"mat\" – 2 × 3",
+    "rows": 2,
+    "columns": 3,
+    "pitch_mm": [
+      2.0,
+      1.5
+    ],
+    "taxel_area_mm2": 5.0,
+    "bits": 16,
+    "max_count": 65535.0,
+    "has_load_law": true
+  },
+  "source": {
+    "address": "sim:econe?hand",
+    "type": "sim"
+  },
+  "methods": [
+    "exact",
+    "raw"
+  ],
+  "can_record": true,
+  "sliders": [
+    {
+      "key": "r_mux_row_ohms",
+      "label": "Row switch",
+      "unit": "Ω",
+      "value": 10.0,
+      "type": "range",
+      "min": 0.1,
+      "max": 500.0,
+      "step": 0.1,
+      "logarithmic": true
+    },
+    {
+      "key": "dead_row",
+      "label": "Dead row",
+      "unit": "",
+      "value": 1.0,
+      "type": "switch"
+    }
+  ],
+  "file": null,
+  "marks": [
+    {
+      "word": "good",
+      "text": "Nothing is known against it.",
+      "severity": 0,
+      "counts": true,
+      "scales": true
+    },
+    {
+      "word": "open",
+      "text": "On a line that is dead: the frame says nothing about it.",
+      "severity": 2,
+      "counts": false,
+      "scales": false
+    },
+    {
+      "word": "saturated",
+      "text": "At the converter's ceiling: the value is a lower bound.",
+      "severity": 2,
+      "counts": true,
+      "scales": true
+    },
+    {
+      "word": "stuck",
+      "text": "Stuck at an end of the converter.",
+      "severity": 2,
+      "counts": false,
+      "scales": false
+    },
+    {
+      "word": "spike",
+      "text": "A spike against its neighbours or over time.",
+      "severity": 2,
+      "counts": false,
+      "scales": false
+    },
+    {
+      "word": "flickering",
+      "text": "On a line that comes and goes.",
+      "severity": 2,
+      "counts": false,
+      "scales": false
+    },
+    {
+      "word": "shorted",
+      "text": "On lines that read alike because they are shorted together.",
+      "severity": 2,
+      "counts": false,
+      "scales": false
+    },
+    {
+      "word": "interpolated",
+      "text": "Not measured: the median of its neighbours.",
+      "severity": 1,
+      "counts": true,
+      "scales": true
+    },
+    {
+      "word": "unresolved",
+      "text": "The cross-talk cannot be undone: its standard error exceeds its value.",
+      "severity": 1,
+      "counts": false,
+      "scales": true
+    },
+    {
+      "word": "unfamiliar",
+      "text": "A network's estimate from an input unlike those it was trained with.",
+      "severity": 1,
+      "counts": false,
+      "scales": true
+    }
+  ]
+};
+
+/** @type {Wire.Hello} */
+export const helloOfFile = {
+  "kind": "hello",
+  "protocol": 1,
+  "program": "taxel 0",
+  "sensor": {
+    "name": "",
+    "rows": 1,
+    "columns": 1,
+    "pitch_mm": [
+      1.0,
+      1.0
+    ],
+    "taxel_area_mm2": 1.0,
+    "bits": 0,
+    "max_count": 0.0,
+    "has_load_law": false
+  },
+  "source": {
+    "address": "file:run.mcap",
+    "type": "file"
+  },
+  "methods": [],
+  "can_record": false,
+  "sliders": [],
+  "file": {
+    "frames": 500,
+    "duration_secs": 5.0
+  },
+  "marks": [
+    {
+      "word": "good",
+      "text": "Nothing is known against it.",
+      "severity": 0,
+      "counts": true,
+      "scales": true
+    },
+    {
+      "word": "open",
+      "text": "On a line that is dead: the frame says nothing about it.",
+      "severity": 2,
+      "counts": false,
+      "scales": false
+    },
+    {
+      "word": "saturated",
+      "text": "At the converter's ceiling: the value is a lower bound.",
+      "severity": 2,
+      "counts": true,
+      "scales": true
+    },
+    {
+      "word": "stuck",
+      "text": "Stuck at an end of the converter.",
+      "severity": 2,
+      "counts": false,
+      "scales": false
+    },
+    {
+      "word": "spike",
+      "text": "A spike against its neighbours or over time.",
+      "severity": 2,
+      "counts": false,
+      "scales": false
+    },
+    {
+      "word": "flickering",
+      "text": "On a line that comes and goes.",
+      "severity": 2,
+      "counts": false,
+      "scales": false
+    },
+    {
+      "word": "shorted",
+      "text": "On lines that read alike because they are shorted together.",
+      "severity": 2,
+      "counts": false,
+      "scales": false
+    },
+    {
+      "word": "interpolated",
+      "text": "Not measured: the median of its neighbours.",
+      "severity": 1,
+      "counts": true,
+      "scales": true
+    },
+    {
+      "word": "unresolved",
+      "text": "The cross-talk cannot be undone: its standard error exceeds its value.",
+      "severity": 1,
+      "counts": false,
+      "scales": true
+    },
+    {
+      "word": "unfamiliar",
+      "text": "A network's estimate from an input unlike those it was trained with.",
+      "severity": 1,
+      "counts": false,
+      "scales": true
+    }
+  ]
+};
+
+/** @type {Wire.State} */
+export const state = {
+  "kind": "state",
+  "device": {
+    "state": "live",
+    "text": "speaks taxel-1"
+  },
+  "frames_per_second": 99.5,
+  "frames": 12345,
+  "lost": 1,
+  "corrupt": 2,
+  "repeated": 3,
+  "skipped": 4,
+  "latency_ms": {
+    "median": 1.25,
+    "p99": 4.5
+  },
+  "clients": 2,
+  "tare": {
+    "on": true,
+    "host_secs": 1795255200.5
+  },
+  "recording": {
+    "name": "recordings/grip.mcap",
+    "frames": 250,
+    "bytes": 4096000,
+    "secs": 2.5,
+    "error": null
+  },
+  "method": "exact",
+  "player": null,
+  "sliders": {
+    "dead_row": 1.0,
+    "r_mux_row_ohms": 10.0
+  },
+  "bad_lines": {
+    "rows": [
+      1
+    ],
+    "columns": [
+      0,
+      2
+    ]
+  }
+};
+
+/** @type {Wire.State} */
+export const stateOfFile = {
+  "kind": "state",
+  "device": {
+    "state": "paused",
+    "text": "playing run.mcap"
+  },
+  "frames_per_second": 0.0,
+  "frames": 0,
+  "lost": 0,
+  "corrupt": 0,
+  "repeated": 0,
+  "skipped": 0,
+  "latency_ms": {
+    "median": 0.0,
+    "p99": 0.0
+  },
+  "clients": 0,
+  "tare": {
+    "on": false,
+    "host_secs": 0.0
+  },
+  "recording": {
+    "name": "recordings/full.mcap",
+    "frames": 0,
+    "bytes": 0,
+    "secs": 0.0,
+    "error": "No space left on device (os error 28)"
+  },
+  "method": "",
+  "player": {
+    "playing": false,
+    "speed": 1.0,
+    "position_secs": 1.25,
+    "duration_secs": 5.0,
+    "frame": 125,
+    "frames": 500
+  },
+  "sliders": {},
+  "bad_lines": {
+    "rows": [],
+    "columns": []
+  }
+};
+
+/** @type {Wire.Event} */
+export const event = {
+  "kind": "event",
+  "host_secs": 1795255201.25,
+  "text": "let go"
+};
+
+/** @type {Wire.Details} */
+export const details = {
+  "kind": "details",
+  "taxels": [
+    {
+      "row": 1,
+      "column": 2,
+      "sequence": 41,
+      "load": 0.25,
+      "raw": 0.75,
+      "counts": 1234,
+      "mark": 0,
+      "siemens": 0.000015,
+      "standard_error_newtons": 0.0625
+    },
+    {
+      "row": 0,
+      "column": 0,
+      "sequence": 0,
+      "load": 0.0,
+      "raw": 0.0,
+      "counts": 0,
+      "mark": 1,
+      "siemens": null,
+      "standard_error_newtons": null
+    }
+  ]
+};
+
+/** @type {Wire.Answer} */
+export const answer = {
+  "kind": "answer",
+  "to": 7,
+  "ok": true,
+  "text": "Tared"
+};
+
+/** @type {Wire.Answer} */
+export const refusal = {
+  "kind": "answer",
+  "to": 8,
+  "ok": false,
+  "text": "3.0 N stand on the sensor: take the load off"
+};

@@ -1,0 +1,22 @@
+// Everything that the page may ask for: checked against its types by tsc, and read by crates/taxel-server/src/tests/wire.rs,
+// which takes the list as JSON.
+
+/** @type {Wire.Request[]} */
+export const requests = [
+  { "do": "tare" },
+  { "do": "tare", "force": true },
+  { "do": "untare" },
+  { "do": "record" },
+  { "do": "record", "name": "subject 1" },
+  { "do": "stop" },
+  { "do": "event", "text": "let go" },
+  { "do": "method", "name": "exact" },
+  { "do": "slider", "key": "noise_counts", "value": 2.5 },
+  { "do": "play" },
+  { "do": "pause" },
+  { "do": "seek", "secs": 1.25 },
+  { "do": "speed", "factor": 0.5 },
+  { "do": "watch", "taxels": [[3, 7], [0, 0]] },
+  { "do": "rate", "frames_per_second": 60 },
+  { "do": "got", "sequence": 9 }
+];

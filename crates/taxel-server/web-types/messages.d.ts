@@ -1,0 +1,155 @@
+// What goes over the WebSocket as text: the page's side of crates/taxel-server/src/messages.rs and command.rs.
+// testdata/messages.js has one of each message as the server writes it, and is checked against these types.
+
+declare namespace Wire {
+  type Message = Hello | State | Event | Details | Answer;
+
+  /** What the page must know first; another one starts it afresh. */
+  interface Hello {
+    kind: "hello";
+    protocol: number;
+    program: string;
+    sensor: SensorFacts;
+    source: { address: string; type: "device" | "sim" | "file" };
+    methods: string[];
+    can_record: boolean;
+    sliders: Slider[];
+    file: { frames: number; duration_secs: number } | null;
+    /** In the order of their codes. */
+    marks: MarkMeaning[];
+  }
+
+  interface SensorFacts {
+    name: string;
+    rows: number;
+    columns: number;
+    /** Between rows, between columns. */
+    pitch_mm: [number, number];
+    taxel_area_mm2: number;
+    bits: number;
+    max_count: number;
+    has_load_law: boolean;
+  }
+
+  type Slider = Range | Switch;
+  interface SliderFacts {
+    key: string;
+    label: string;
+    unit: string;
+    value: number;
+  }
+  interface Range extends SliderFacts {
+    type: "range";
+    min: number;
+    max: number;
+    step: number;
+    logarithmic: boolean;
+  }
+  interface Switch extends SliderFacts {
+    type: "switch";
+  }
+
+  interface MarkMeaning {
+    word: string;
+    text: string;
+    /** 2: do not trust the value; 1: be careful with it. */
+    severity: 0 | 1 | 2;
+    /** The taxel counts in totals. */
+    counts: boolean;
+    /** Its value may set the scale of colours. */
+    scales: boolean;
+  }
+
+  /** How things stand. */
+  interface State {
+    kind: "state";
+    device: { state: DeviceState; text: string };
+    frames_per_second: number;
+    frames: number;
+    lost: number;
+    corrupt: number;
+    repeated: number;
+    skipped: number;
+    latency_ms: { median: number; p99: number };
+    clients: number;
+    tare: { on: boolean; host_secs: number };
+    recording: Recording | null;
+    method: string;
+    player: Player | null;
+    sliders: Record<string, number>;
+    bad_lines: BadLines;
+  }
+
+  type DeviceState = "live" | "waiting" | "lost" | "ended" | "paused";
+
+  interface Recording {
+    name: string;
+    frames: number;
+    bytes: number;
+    secs: number;
+    error: string | null;
+  }
+
+  interface Player {
+    playing: boolean;
+    speed: number;
+    position_secs: number;
+    duration_secs: number;
+    frame: number;
+    frames: number;
+  }
+
+  interface BadLines {
+    rows: number[];
+    columns: number[];
+  }
+
+  interface Event {
+    kind: "event";
+    host_secs: number;
+    text: string;
+  }
+
+  interface Details {
+    kind: "details";
+    taxels: TaxelDetails[];
+  }
+
+  interface TaxelDetails {
+    row: number;
+    column: number;
+    sequence: number;
+    load: number;
+    raw: number;
+    counts: number;
+    mark: number;
+    /** null where loads are estimated without one. */
+    siemens: number | null;
+    /** null where it means nothing. */
+    standard_error_newtons: number | null;
+  }
+
+  interface Answer {
+    kind: "answer";
+    to: number;
+    ok: boolean;
+    text: string;
+  }
+
+  /** What the page may ask for; its number, `id`, is added when it is sent. */
+  type Request =
+    | { do: "tare"; force?: boolean }
+    | { do: "untare" }
+    | { do: "record"; name?: string }
+    | { do: "stop" }
+    | { do: "event"; text: string }
+    | { do: "method"; name: string }
+    | { do: "slider"; key: string; value: number }
+    | { do: "play" }
+    | { do: "pause" }
+    | { do: "seek"; secs: number }
+    | { do: "speed"; factor: number }
+    | { do: "watch"; taxels: [number, number][] }
+    | { do: "rate"; frames_per_second: number }
+    | { do: "got"; sequence: number };
+}

@@ -1,0 +1,80 @@
+// What the page knows and shows, in one store. The parts read it and hear of its changes; few of them write.
+
+import { Store } from "./store.js";
+import { MarkTable } from "./marks.js";
+import { MICROSIEMENS, unitOf } from "./units.js";
+
+/**
+ * @typedef {object} ViewValues
+ * @property {Wire.Hello | null} hello the server's first message
+ * @property {MarkTable} marks what the codes of marks mean
+ * @property {Wire.State | null} state how things stand, as the server said last
+ * @property {Wire.BadLines} badLines
+ * @property {boolean} newtons loads are newtons, not siemens
+ * @property {Page.Frame | null} live the newest frame
+ * @property {number} frames how many have come
+ * @property {number} frameAt when the newest came, by the page's clock, ms
+ * @property {Page.Frame | null} shown the frame on the screen
+ * @property {boolean} paused
+ * @property {Page.Taxel | null} picked
+ * @property {import("./connection.js").Status} connection
+ * @property {number} waitsSince since when the page waits for a frame, by its clock, ms
+ */
+
+/** @type {Wire.BadLines} */
+export const NO_LINES = { rows: [], columns: [] };
+
+/** @returns {ViewValues} */
+const atFirst = () => ({
+  hello: null, marks: new MarkTable([]), state: null, badLines: NO_LINES, newtons: true,
+  live: null, frames: 0, frameAt: 0, shown: null, paused: false, picked: null, connection: "connecting", waitsSince: 0,
+});
+
+/** @extends {Store<ViewValues>} */
+export class View extends Store {
+  /** @param {import("./settings.js").Settings} settings */
+  constructor(settings) {
+    super(atFirst());
+    this.settings = settings;
+  }
+
+  get sensor() {
+    return this.now.hello ? this.now.hello.sensor : null;
+  }
+
+  get isOpen() {
+    return this.now.connection === "open";
+  }
+
+  get methods() {
+    return this.now.hello ? this.now.hello.methods : [];
+  }
+
+  get method() {
+    return this.now.state ? this.now.state.method : this.methods[0] || "";
+  }
+
+  /** The unit that loads of a taxel are shown in. */
+  get unit() {
+    return this.now.newtons ? unitOf(this.settings.values.unit) : MICROSIEMENS;
+  }
+
+  /** @param {Page.Frame} frame may be the one that is shown, with other content */
+  show(frame) {
+    if (this.now.shown === frame) this.touch("shown");
+    else this.set({ shown: frame });
+  }
+
+  /** @param {boolean} paused */
+  setPaused(paused) {
+    const { live } = this.now;
+    this.set(!paused && live ? { paused, shown: live } : { paused });
+  }
+
+  /** @param {Page.Taxel | null} taxel */
+  pick(taxel) {
+    const { picked } = this.now;
+    if (picked && taxel && picked.row === taxel.row && picked.column === taxel.column) return;
+    this.set({ picked: taxel });
+  }
+}
