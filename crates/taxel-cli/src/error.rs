@@ -98,6 +98,19 @@ impl Error {
         }
     }
 
+    /// What to do about it, where only the command knows: how it is built.
+    pub(crate) fn hint(&self) -> Option<String> {
+        let (Error::Io(source) | Error::App(taxel_app::Error::Io(source))) = self else {
+            return None;
+        };
+        let taxel_io::Error::NotBuilt { feature, .. } = source else {
+            return None;
+        };
+        Some(format!(
+            "hint: `cargo install --path crates/taxel-cli --features {feature}` builds it with that"
+        ))
+    }
+
     /// Whether the reader of a pipe we write to has gone.
     pub(crate) fn is_broken_pipe(&self) -> bool {
         let source = match self {

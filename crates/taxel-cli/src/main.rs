@@ -120,6 +120,9 @@ fn main() -> ExitCode {
         Err(error) if error.is_broken_pipe() => ExitCode::SUCCESS,
         Err(error) => {
             out::note(&format!("error: {error}"));
+            if let Some(hint) = error.hint() {
+                out::note(&hint);
+            }
             ExitCode::from(error.exit_code())
         }
     }

@@ -9,8 +9,8 @@
 //! | [`values`] | loads, volts, siemens as lines of numbers, `.csv` |
 //! | [`npy`] | arrays, `.npy` and `.npz` |
 //! | [`mcap`] | recordings with times, events and the sensor file, `.mcap` |
-//! | [`parquet`] | a table, one row a frame, `.parquet` (written only) |
-//! | [`columns`] | tables of numbers to look at elsewhere, `.csv`, `.xlsx`, `.parquet` (written only) |
+//! | [`parquet`] | a table, one row a frame, `.parquet` (feature `parquet`) |
+//! | [`columns`] | tables of numbers to look at elsewhere, `.csv`, `.xlsx` (feature `xlsx`), `.parquet` (written only) |
 //! | [`experiments`] | labelled presses, `experiments.csv` and `equilibration.csv` |
 //! | [`trials`] | what was done to a sensor that is evaluated, `.csv` |
 //! | [`pairs`] | conductance against load, `.csv` |
@@ -43,7 +43,7 @@ mod xlsx;
 
 pub use atomic::AtomicFile;
 pub use columns::{Column, write_columns};
-pub use error::{Error, Place, TableError};
+pub use error::{Error, ParquetError, Place, TableError};
 pub use experiments::{
     Press, Uniform, read_presses, read_uniform_loads, recordings_named_in, recordings_of,
 };
@@ -51,8 +51,8 @@ pub use integrity::{Damage, Gaps, Integrity};
 pub use mcap::{Event, LoadsReader, Losses, McapReader, McapWriter, Tare};
 pub use npy::{NpyOptions, NpyReader, NpyWriter, NpzWriter};
 pub use pairs::{PairOnLine, read_pairs, read_pairs_by_line};
-pub use parquet::ParquetWriter;
-pub use recording::{ShapeGuess, open_counts, shape_of};
+pub use parquet::{ParquetReader, ParquetWriter};
+pub use recording::{ShapeGuess, open_counts, sensor_toml_of, shape_of};
 pub use source::{FrameSource, Frames, MAX_TAXELS, Skipped};
 pub use text::{TextOptions, TextReader, TextWriter};
 pub use trials::{Trial, read_trials};
