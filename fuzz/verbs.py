@@ -10,7 +10,7 @@ class Case:
         self.broken = ""
 
 
-RECORDINGS = ["r.txt", "r.csv", "r.npy", "r.npz", "r.mcap", "r.mcap", "made.mcap", "float.txt"]
+RECORDINGS = ["r.txt", "r.csv", "r.npy", "r.npz", "r.mcap", "r.mcap", "made.mcap", "r.parquet", "float.txt"]
 
 
 def recording(rng):
@@ -75,10 +75,10 @@ def plot(rng):
 
 
 def convert(rng):
-    name = rng.choice(["r.txt", "r.csv", "r.npy", "r.npz", "r.npz", "r.mcap", "r.mcap", "r.mcap", "made.mcap"])
+    name = rng.choice(["r.txt", "r.csv", "r.npy", "r.npz", "r.npz", "r.mcap", "r.mcap", "r.mcap", "made.mcap", "r.parquet"])
     to = rng.choice(["o.txt", "o.csv", "o.npy", "o.npz", "o.mcap", "o.parquet"])
     checked = name in ("r.mcap", "made.mcap", "r.npz")
-    with_sensor = [] if name.endswith("mcap") and rng.random() < 0.8 else ["--sensor", "s.toml"]
+    with_sensor = [] if name.endswith(("mcap", "parquet")) and rng.random() < 0.8 else ["--sensor", "s.toml"]
     return Case("convert", ["convert", name, *with_sensor, *some(rng, "--keep-going", "--fps 20"), "-o", to], {to},
                 breakable=[name] if rng.random() < 0.85 else None, judge=(name, to) if checked and to != "o.parquet" else None)
 

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use taxel::{Counts, Frame, Sensor, Siemens, Volts};
 use taxel_io::npy::Element;
 use taxel_io::{
-    FrameSource, Integrity, LoadsReader, NpyOptions, NpyReader, NpyWriter, NpzWriter, ReadOptions,
-    Skipped, Tare, ValuesReader, ValuesWriter, open_counts,
+    FrameSource, Integrity, LoadsReader, NpyOptions, NpyReader, NpyWriter, NpzWriter,
+    ParquetReader, ReadOptions, Skipped, Tare, ValuesReader, ValuesWriter, open_counts,
 };
 
 use crate::error::Error;
@@ -42,7 +42,7 @@ impl Input {
     /// Opens it.
     pub fn open(&self) -> Result<FrameReader, Error> {
         let (file, options) = (&self.file, self.options);
-        if self.unit != InputUnit::Counts && is_mcap(file) {
+        if self.unit != InputUnit::Counts && carries_sensor(file) {
             return Err(Error::Request {
                 what: format!("{} holds counts, no volts or siemens", file.display()),
                 hint: "read it as counts",
@@ -86,10 +86,12 @@ pub fn open_shown(
     options: ReadOptions,
 ) -> Result<Box<dyn FrameSource<DisplayUnit>>, Error> {
     if is_mcap(file) {
-        Ok(Box::new(LoadsReader::open(file, options)?))
-    } else {
-        open_values(file, options)
+        return Ok(Box::new(LoadsReader::open(file, options)?));
     }
+    if is_parquet(file) {
+        return Ok(Box::new(ParquetReader::open_loads(file, options)?));
+    }
+    open_values(file, options)
 }
 
 /// A source of numbers that are no counts, `.csv` or `.npy`.
@@ -97,7 +99,7 @@ pub fn open_values<Q: Send + 'static>(
     file: &Path,
     options: ReadOptions,
 ) -> Result<Box<dyn FrameSource<Q>>, Error> {
-    if is_mcap(file) {
+    if carries_sensor(file) {
         return Err(Error::Request {
             what: format!(
                 "{} is a recording of counts, where a file of values is expected",
@@ -283,6 +285,11 @@ pub fn is_mcap(file: &Path) -> bool {
 /// Whether a file of this name is a table of one row a frame.
 pub fn is_parquet(file: &Path) -> bool {
     extension(file) == "parquet"
+}
+
+/// Whether a file of this name may carry the sensor that it is of.
+pub fn carries_sensor(file: &Path) -> bool {
+    is_mcap(file) || is_parquet(file)
 }
 
 /// Whether a file of this name needs the number of frames before the first.

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use taxel::Sensor;
 use taxel_acquire::Address;
-use taxel_io::{McapReader, SensorFileError};
+use taxel_io::{SensorFileError, sensor_toml_of};
 
 use crate::error::Error;
-use crate::frames::is_mcap;
+use crate::frames::carries_sensor;
 use taxel_io::sensor_file;
 
 /// The sensor, and where it comes from.
@@ -27,14 +27,13 @@ pub fn of(address: &Address, given: Option<&Path>) -> Result<(Sensor, PathBuf), 
     }
 }
 
-/// The sensor that a recording (.mcap) carries, if it carries one.
+/// The sensor that a recording (.mcap, .parquet) carries, if it carries one.
 pub fn carried(path: &Path) -> Result<Option<Sensor>, Error> {
-    let reader = McapReader::open_any(path)?;
-    let Some(text) = reader.sensor_toml() else {
+    let Some(text) = sensor_toml_of(path)? else {
         return Ok(None);
     };
     sensor_file::check_length(path, text.len() as u64)?;
-    let sensor = Sensor::from_toml(text).map_err(|source| SensorFileError::Invalid {
+    let sensor = Sensor::from_toml(&text).map_err(|source| SensorFileError::Invalid {
         file: path.to_owned(),
         source,
     });
@@ -45,7 +44,7 @@ pub fn carried(path: &Path) -> Result<Option<Sensor>, Error> {
 
 /// The sensor that a recording carries.
 pub fn of_recording(path: &Path) -> Result<(Sensor, PathBuf), Error> {
-    if is_mcap(path)
+    if carries_sensor(path)
         && let Some(sensor) = carried(path)?
     {
         return Ok((sensor, path.to_owned()));

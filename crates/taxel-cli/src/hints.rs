@@ -61,6 +61,10 @@ fn of_files(error: &taxel_io::Error) -> Option<&'static str> {
         Error::RecordingDamaged { .. } => {
             "`taxel recover` makes a whole file of it; `--keep-going` does without what is missing"
         }
+        Error::NotBuilt { feature, .. } => match *feature {
+            "parquet" => "`cargo install --path crates/taxel-cli --features parquet`",
+            _ => "`cargo install --path crates/taxel-cli --features xlsx`",
+        },
         Error::NoLoads { .. } => {
             "`taxel record --loads` records loads, `taxel compensate -o FILE.mcap` computes them"
         }

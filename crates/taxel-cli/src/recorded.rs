@@ -8,7 +8,7 @@ use taxel_io::{Integrity, Tare};
 use crate::error::Error;
 use crate::hints::SENSOR;
 use crate::out;
-use taxel_app::frames::is_mcap;
+use taxel_app::frames::carries_sensor;
 use taxel_app::sensor_source;
 use taxel_app::units::Unit;
 use taxel_io::sensor_file;
@@ -22,7 +22,7 @@ pub fn sensor(
     if let Some(file) = given {
         return Ok(Some((sensor_file::load(file)?, file.to_owned())));
     }
-    let Some(recording) = recording.filter(|file| is_mcap(file)) else {
+    let Some(recording) = recording.filter(|file| carries_sensor(file)) else {
         return Ok(None);
     };
     let Some(found) = sensor_source::carried(recording)? else {

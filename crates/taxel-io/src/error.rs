@@ -1,5 +1,6 @@
 //! What can go wrong between a frame and its file: what, where, both numbers, and what to do.
 
+mod parquet;
 mod sensor_file;
 mod shape;
 mod table;
@@ -9,6 +10,7 @@ use std::fmt;
 use std::io;
 use std::path::PathBuf;
 
+pub use parquet::ParquetError;
 pub use sensor_file::SensorFileError;
 pub use shape::ShapeFault;
 pub use table::TableError;
@@ -108,7 +110,7 @@ pub enum Error {
         frames: u64,
     },
     /// A name that says nothing about the format.
-    #[error("cannot tell the format of {} from `{extension}`\nhint: recordings end in .txt, .csv, .npy, .npz or .mcap", .file.display())]
+    #[error("cannot tell the format of {} from `{extension}`\nhint: recordings end in .txt, .csv, .npy, .npz, .mcap or .parquet", .file.display())]
     UnknownFormat {
         /// The file.
         file: PathBuf,
@@ -456,6 +458,19 @@ pub enum Error {
         /// The file.
         file: PathBuf,
     },
+    /// A format that is left out of this build.
+    #[error("{}: this build has no {format}", .file.display())]
+    NotBuilt {
+        /// The file.
+        file: PathBuf,
+        /// The format.
+        format: &'static str,
+        /// The cargo feature that it needs.
+        feature: &'static str,
+    },
+    /// What is wrong with a Parquet table.
+    #[error(transparent)]
+    Parquet(#[from] ParquetError),
     /// A .npz array packed in a way numpy never uses.
     #[error("cannot unpack `{array}` in {}: method {found}, expected 0 (stored) or 8 (deflated)\nhint: write it with numpy.savez or numpy.savez_compressed", .file.display())]
     Packing {
@@ -494,6 +509,7 @@ impl Error {
                 | Error::NpyCutShort { .. }
                 | Error::Value { .. }
                 | Error::Message { .. }
+                | Error::Parquet(ParquetError::RowLength { .. })
                 | Error::RecordingCut { .. }
                 | Error::RecordingDamaged { .. }
         )

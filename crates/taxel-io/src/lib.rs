@@ -8,8 +8,8 @@
 //! | [`values`] | loads, volts, siemens as lines of numbers, `.csv` |
 //! | [`npy`] | arrays, `.npy` and `.npz` |
 //! | [`mcap`] | recordings with times, events and the sensor file, `.mcap` |
-//! | [`parquet`] | a table, one row a frame, `.parquet` (written only) |
-//! | [`columns`] | tables of numbers to look at elsewhere, `.csv`, `.xlsx`, `.parquet` (written only) |
+//! | [`parquet`] | a table, one row a frame, `.parquet` (feature `parquet`) |
+//! | [`columns`] | tables of numbers to look at elsewhere, `.csv`, `.xlsx` (feature `xlsx`), `.parquet` (written only) |
 //! | [`experiments`] | labelled presses, `experiments.csv` and `equilibration.csv` |
 //! | [`trials`] | what was done to a sensor that is evaluated, `.csv` |
 //! | [`pairs`] | conductance against load, `.csv` |
@@ -48,7 +48,7 @@ mod xlsx;
 pub use atomic::AtomicFile;
 pub use column::Column;
 pub use columns::write_columns;
-pub use error::{Error, Place, SensorFileError, ShapeFault, TableError};
+pub use error::{Error, ParquetError, Place, SensorFileError, ShapeFault, TableError};
 pub use experiments::{
     Press, Uniform, read_presses, read_uniform_loads, recordings_named_in, recordings_of,
 };
@@ -57,8 +57,8 @@ pub use mcap::{Event, LoadsReader, Losses, McapReader, McapWriter, Tare};
 pub use npy::{NpyOptions, NpyReader, NpyWriter, NpzWriter};
 pub use options::{ReadOptions, extension};
 pub use pairs::{PairOnLine, read_pairs, read_pairs_by_line};
-pub use parquet::ParquetWriter;
-pub use recording::{ShapeGuess, open_counts, shape_of};
+pub use parquet::{ParquetReader, ParquetWriter};
+pub use recording::{ShapeGuess, open_counts, sensor_toml_of, shape_of};
 pub use source::{FrameSource, Frames, MAX_TAXELS, Skipped};
 pub use text::{TextReader, TextWriter};
 pub use trials::{Trial, read_trials};

@@ -9,11 +9,12 @@ use crate::mcap::McapReader;
 use crate::npy::{NpyOptions, NpyReader, layout_of};
 use crate::number::{count_fields, is_blank};
 use crate::options::{ReadOptions, extension};
+use crate::parquet::{self, ParquetReader};
 use crate::source::{FrameSource, open_input};
 use crate::text::TextReader;
 
-/// Opens a recording of counts: `.txt`, `.csv`, `.npy`, `.npz` (its first array), `.mcap`; `-` is text on standard
-/// input.
+/// Opens a recording of counts: `.txt`, `.csv`, `.npy`, `.npz` (its first array), `.mcap`, `.parquet`; `-` is text
+/// on standard input.
 ///
 /// # Errors
 /// [`Error::Open`], [`Error::UnknownFormat`], and for arrays all that their header can be wrong in.
@@ -26,6 +27,7 @@ pub fn open_counts(
         Format::Text => Box::new(TextReader::open(path, options)?),
         Format::Array => Box::new(NpyReader::open(path, NpyOptions::from(options))?),
         Format::Mcap => Box::new(McapReader::open(path, options)?),
+        Format::Parquet => Box::new(ParquetReader::open_counts(path, options)?),
     })
 }
 
@@ -33,6 +35,7 @@ enum Format {
     Text,
     Array,
     Mcap,
+    Parquet,
 }
 
 fn format_of(path: &Path) -> Result<Format, Error> {
@@ -40,6 +43,7 @@ fn format_of(path: &Path) -> Result<Format, Error> {
         "txt" | "csv" => Ok(Format::Text),
         "npy" | "npz" => Ok(Format::Array),
         "mcap" => Ok(Format::Mcap),
+        "parquet" => Ok(Format::Parquet),
         _ if path.as_os_str() == "-" || path == Path::new("/dev/stdin") => Ok(Format::Text),
         other => Err(Error::UnknownFormat {
             file: path.to_owned(),
@@ -51,14 +55,27 @@ fn format_of(path: &Path) -> Result<Format, Error> {
     }
 }
 
+/// The sensor file that a recording carries: `.mcap` and `.parquet` may; the others never do.
+///
+/// # Errors
+/// [`Error::Open`], and all that the end of such a file can be wrong in.
+pub fn sensor_toml_of(path: impl AsRef<Path>) -> Result<Option<String>, Error> {
+    let path = path.as_ref();
+    match extension(path).as_str() {
+        "mcap" => Ok(McapReader::open_any(path)?.sensor_toml().map(str::to_owned)),
+        "parquet" => parquet::sensor_toml_of(path),
+        _ => Ok(None),
+    }
+}
+
 /// What a file says about its shape without a sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ShapeGuess {
-    /// Rows of a frame: exact for arrays and .mcap; for text only where extra lines part the frames.
+    /// Rows of a frame: exact for arrays, .mcap and .parquet; for text only where extra lines part the frames.
     pub rows: Option<usize>,
-    /// Columns of a frame: exact for arrays and .mcap; for text the numbers on the first line of numbers.
+    /// Columns of a frame: exact for arrays, .mcap and .parquet; for text the numbers on the first line of numbers.
     pub columns: Option<usize>,
-    /// Frames: exact for arrays, else unknown.
+    /// Frames: exact for arrays and .parquet, else unknown.
     pub frames: Option<u64>,
     /// Whether a text file has an extra line before its first frame.
     pub extra_line: Option<bool>,
@@ -86,6 +103,15 @@ pub fn shape_of(path: impl AsRef<Path>) -> Result<ShapeGuess, Error> {
                 rows: Some(rows),
                 columns: Some(columns),
                 ..ShapeGuess::default()
+            })
+        }
+        Format::Parquet => {
+            let (rows, columns, frames) = parquet::shape_of(path)?;
+            Ok(ShapeGuess {
+                rows: Some(rows),
+                columns: Some(columns),
+                frames: Some(frames),
+                extra_line: None,
             })
         }
         Format::Text => shape_of_text(path),

@@ -165,7 +165,7 @@ fn a_recording_is_known_by_its_name_and_its_shape_by_its_beginning() {
     let error = open_counts("a.xlsx", ReadOptions::new(1, 1)).err();
     assert_eq!(
         error.unwrap().to_string(),
-        "cannot tell the format of a.xlsx from `.xlsx`\nhint: recordings end in .txt, .csv, .npy, .npz or .mcap"
+        "cannot tell the format of a.xlsx from `.xlsx`\nhint: recordings end in .txt, .csv, .npy, .npz, .mcap or .parquet"
     );
     let error = open_counts(folder.path().with_extension("txt"), ReadOptions::new(0, 1)).err();
     assert!(error.is_some());

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use sha2::{Digest, Sha256};
 use taxel::Sensor;
 use taxel::material::LoadLaw;
 use taxel::stats::{mean, quantile, standard_error};
@@ -84,7 +85,7 @@ impl TestErrors {
 pub struct Source {
     /// Its name.
     pub name: String,
-    /// FNV-1a of its content, 64 bits, hexadecimal.
+    /// SHA-256 of its content, hexadecimal; of models of version 0.1.0 and before it FNV-1a, 16 digits.
     pub fingerprint: String,
     /// Presses from it.
     pub presses: usize,
@@ -93,10 +94,8 @@ pub struct Source {
 impl Source {
     /// The fingerprint of some bytes.
     pub fn fingerprint(bytes: &[u8]) -> String {
-        let hash = bytes.iter().fold(0xcbf2_9ce4_8422_2325u64, |hash, &byte| {
-            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-        });
-        format!("{hash:016x}")
+        let hash = Sha256::digest(bytes);
+        hash.iter().map(|byte| format!("{byte:02x}")).collect()
     }
 }
 
@@ -374,6 +373,12 @@ mod tests {
     /// A file with this card and no tensors.
     fn file(card: &str) -> Vec<u8> {
         tensors::to_bytes(&[], "card", card.to_owned())
+    }
+
+    #[test]
+    fn a_fingerprint_is_the_sum_that_sha256sum_prints() {
+        let abc = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        assert_eq!(Source::fingerprint(b"abc"), abc);
     }
 
     #[test]

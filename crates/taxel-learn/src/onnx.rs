@@ -2,10 +2,9 @@
 //! reads. Only chains of Gemm, MatMul, Add, Sub, Mul, Div, Relu, Scaler and what leaves numbers alone (Identity, Cast, Flatten,
 //! Reshape).
 //!
-//! ONNX is protocol buffers; the handful of fields that such a network needs are read and written here, field numbers
-//! from onnx.proto (<https://github.com/onnx/onnx/blob/main/onnx/onnx.proto>).
+//! ONNX is protocol buffers: `messages` has those that such a network needs.
 
-mod wire;
+mod messages;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -15,26 +14,32 @@ use crate::models::paper_mlp::PaperMlp;
 use crate::network::Mlp;
 use crate::scaler::Scaler;
 use crate::{Error, tensors};
-use wire::{Field, Writer, fields};
+use messages::{Attribute, DOUBLE, FLOAT, Graph, Model, Node, OperatorSet, unpack, unpack_tensor};
+use prost::Message;
+use prost::bytes::Bytes;
 
 /// Version of the operators written.
-const OPSET: u64 = 13;
+const OPSET: i64 = 13;
+/// Version of the file format written.
+const IR_VERSION: i64 = 8;
 /// Most operators and constants that are read: a network has a few dozen, and one constant may stand in many of them.
 const MAX_NODES: usize = 1000;
+/// Most parts of a message: of a graph all operators, constants, inputs and outputs together.
+const MAX_PARTS: usize = 8 * MAX_NODES;
 /// Most parameters that a network may come to, however little of a file they take.
 const MAX_PARAMETERS: usize = 8 << 20;
-const MAX_DIMENSIONS: usize = 8;
-const FLOAT: u64 = 1;
-const DOUBLE: u64 = 11;
 
 /// The model as an ONNX file: inputs are a taxel and its row in counts (n × (1 + C), float), the output its load in grams
 /// (n × 1).
 pub fn export(model: &PaperMlp) -> Vec<u8> {
     let network = &model.network;
     let width = network.widths()[0];
-    let mut graph = Writer::default();
-    graph.node("Sub", &["readings", "mean"], "centred");
-    graph.node("Div", &["centred", "deviation"], "layer_0_in");
+    let mut graph = Graph {
+        name: "paper_mlp".to_owned(),
+        ..Graph::default()
+    };
+    graph.push_node("Sub", &["readings", "mean"], "centred");
+    graph.push_node("Div", &["centred", "deviation"], "layer_0_in");
     let mut tensors = vec![
         ("mean".to_owned(), vec![width], model.scaler.mean.clone()),
         (
@@ -53,9 +58,9 @@ pub fn export(model: &PaperMlp) -> Vec<u8> {
         } else {
             format!("layer_{layer}_sum")
         };
-        graph.node("Gemm", &[&from, &w, &b], &to);
+        graph.push_node("Gemm", &[&from, &w, &b], &to);
         if !last {
-            graph.node("Relu", &[&to], &format!("layer_{}_in", layer + 1));
+            graph.push_node("Relu", &[&to], &format!("layer_{}_in", layer + 1));
         }
         tensors.push((
             w,
@@ -64,21 +69,19 @@ pub fn export(model: &PaperMlp) -> Vec<u8> {
         ));
         tensors.push((b, vec![network.widths()[layer + 1]], biases.to_vec()));
     }
-    graph.text(2, "paper_mlp");
     for (name, shape, values) in &tensors {
-        graph.message(5, &wire::tensor(name, shape, values));
+        graph.push_tensor(name, shape, values);
     }
-    graph.message(11, &wire::value_info("readings", width));
-    graph.message(12, &wire::value_info("load_g", 1));
-    let mut opset = Writer::default();
-    opset.number(2, OPSET);
-    let mut file = Writer::default();
-    file.number(1, 8);
-    file.text(2, "taxel");
-    file.text(3, env!("CARGO_PKG_VERSION"));
-    file.message(7, &graph);
-    file.message(8, &opset);
-    file.into_bytes()
+    graph.input.push(messages::value_info("readings", width));
+    graph.output.push(messages::value_info("load_g", 1));
+    let model = Model {
+        ir_version: IR_VERSION,
+        producer_name: "taxel".to_owned(),
+        producer_version: env!("CARGO_PKG_VERSION").to_owned(),
+        graph: Some(graph.encode_to_vec().into()),
+        opset_import: vec![OperatorSet { version: OPSET }],
+    };
+    model.encode_to_vec()
 }
 
 /// A number or a list of them in the graph.
@@ -114,68 +117,30 @@ pub fn read(path: &Path) -> Result<PaperMlp, Error> {
 /// # Errors
 /// What is wrong with the file, or which operator is none of those that such a network needs, in words.
 pub fn import(bytes: &[u8]) -> Result<PaperMlp, String> {
-    let mut graph = None;
-    for field in fields(bytes) {
-        if let Field::Bytes(7, message) = field? {
-            graph.get_or_insert(message);
-        }
+    let model: Model = unpack(&Bytes::copy_from_slice(bytes), MAX_PARTS, "the file")?;
+    let graph = model.graph.ok_or("no graph in the file: is it ONNX?")?;
+    let graph: Graph = unpack(&graph, MAX_PARTS, "the graph")?;
+    if graph.node.len().max(graph.initializer.len()) > MAX_NODES {
+        return Err(format!(
+            "more than {MAX_NODES} operators or constants; a fully connected network has a few dozen"
+        ));
     }
-    let graph = graph.ok_or("no graph in the file: is it ONNX?")?;
     let mut reader = Reader::default();
-    let mut nodes = Vec::new();
-    for field in fields(graph) {
-        match field? {
-            Field::Bytes(5, tensor) => {
-                let (name, constant) = read_tensor(tensor)?;
-                reader.constants.insert(name, Rc::new(constant));
-            }
-            Field::Bytes(1, node) => nodes.push(node),
-            _ => {}
-        }
-        if nodes.len().max(reader.constants.len()) > MAX_NODES {
-            return Err(format!(
-                "more than {MAX_NODES} operators or constants; a fully connected network has a few dozen"
-            ));
-        }
+    for tensor in &graph.initializer {
+        let (name, constant) = read_tensor(tensor)?;
+        reader.constants.insert(name, Rc::new(constant));
     }
-    for node in nodes {
+    for node in &graph.node {
         reader.node(node)?;
     }
     reader.finish()
 }
 
-fn read_tensor(bytes: &[u8]) -> Result<(String, Constant), String> {
-    let (mut name, mut shape, mut kind) = (String::new(), Vec::new(), 0);
-    let (mut raw, mut values): (Option<&[u8]>, Vec<f32>) = (None, Vec::new());
-    for field in fields(bytes) {
-        match field? {
-            Field::Number(1, size) => shape.push(size as usize),
-            Field::Bytes(1, packed) => {
-                // Ten bytes a number at most: what is longer is refused before memory is taken for it.
-                if packed.len() > 10 * MAX_DIMENSIONS {
-                    return Err(format!("a tensor of {} bytes of dimensions", packed.len()));
-                }
-                shape.extend(wire::packed(packed)?.into_iter().map(|n| n as usize));
-            }
-            Field::Number(2, number) => kind = number,
-            Field::Bytes(4, packed) => values.extend(
-                packed
-                    .chunks_exact(4)
-                    .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
-            ),
-            Field::Bytes(8, text) => name = String::from_utf8_lossy(text).into_owned(),
-            Field::Bytes(9, bytes) => raw = Some(bytes),
-            Field::Bytes(10, packed) => values.extend(packed.chunks_exact(8).map(double)),
-            _ => {}
-        }
-        if shape.len() > MAX_DIMENSIONS {
-            return Err(format!(
-                "a tensor of {} dimensions; weights have 2, biases 1",
-                shape.len()
-            ));
-        }
-    }
-    match (raw, kind) {
+fn read_tensor(bytes: &Bytes) -> Result<(String, Constant), String> {
+    let tensor = unpack_tensor(bytes)?;
+    let mut values = tensor.float_data;
+    values.extend(tensor.double_data.iter().map(|&value| value as f32));
+    match (&tensor.raw_data, tensor.data_type) {
         (Some(raw), FLOAT) => values.extend(
             raw.chunks_exact(4)
                 .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
@@ -183,7 +148,10 @@ fn read_tensor(bytes: &[u8]) -> Result<(String, Constant), String> {
         (Some(raw), DOUBLE) => values.extend(raw.chunks_exact(8).map(double)),
         _ => {}
     }
-    Ok((name, Constant { shape, values }))
+    // A size below 0 is none that a tensor has: as many as can be, which no list of numbers has.
+    let size = |&size: &i64| usize::try_from(size).unwrap_or(usize::MAX);
+    let shape = tensor.dims.iter().map(size).collect();
+    Ok((tensor.name, Constant { shape, values }))
 }
 
 fn double(bytes: &[u8]) -> f32 {
@@ -192,36 +160,59 @@ fn double(bytes: &[u8]) -> f32 {
     f64::from_le_bytes(eight) as f32
 }
 
-impl Reader {
-    fn node(&mut self, bytes: &[u8]) -> Result<(), String> {
-        let (mut inputs, mut operator, mut transposed) = (Vec::new(), String::new(), [false; 2]);
-        let mut outputs = Vec::new();
-        let mut factors = [1.0f32; 2];
-        let mut constant = None;
-        let mut scaler = [Vec::new(), Vec::new()];
-        for field in fields(bytes) {
-            match field? {
-                Field::Bytes(1, name) => inputs.push(String::from_utf8_lossy(name).into_owned()),
-                Field::Bytes(2, name) => outputs.push(String::from_utf8_lossy(name).into_owned()),
-                Field::Bytes(4, name) => {
-                    operator = tensors::shortened(&String::from_utf8_lossy(name))
-                }
-                Field::Bytes(5, attribute) => {
-                    let found = wire::attribute(attribute)?;
-                    match found.name.as_str() {
-                        "transA" => transposed[0] = found.number != 0,
-                        "transB" => transposed[1] = found.number != 0,
-                        "alpha" => factors[0] = found.float,
-                        "beta" => factors[1] = found.float,
-                        "offset" => scaler[0] = found.floats,
-                        "scale" => scaler[1] = found.floats,
-                        "value" => constant = found.tensor.map(read_tensor).transpose()?,
-                        _ => {}
-                    }
-                }
+/// What the attributes of an operator say, of all that are known here.
+struct Attributes {
+    /// `transA` and `transB`.
+    transposed: [bool; 2],
+    /// `alpha` and `beta`.
+    factors: [f32; 2],
+    constant: Option<(String, Constant)>,
+    /// `offset` and `scale`.
+    scaler: [Vec<f32>; 2],
+}
+
+impl Attributes {
+    fn read(all: &[Bytes]) -> Result<Self, String> {
+        let mut found = Self {
+            transposed: [false; 2],
+            factors: [1.0; 2],
+            constant: None,
+            scaler: [Vec::new(), Vec::new()],
+        };
+        for attribute in all {
+            // Its parts are numbers, which take no more room unpacked.
+            let attribute: Attribute = unpack(attribute, usize::MAX, "an attribute")?;
+            match attribute.name.as_str() {
+                "transA" => found.transposed[0] = attribute.i != 0,
+                "transB" => found.transposed[1] = attribute.i != 0,
+                "alpha" => found.factors[0] = attribute.f,
+                "beta" => found.factors[1] = attribute.f,
+                "offset" => found.scaler[0] = attribute.floats,
+                "scale" => found.scaler[1] = attribute.floats,
+                "value" => found.constant = attribute.t.as_ref().map(read_tensor).transpose()?,
                 _ => {}
             }
         }
+        Ok(found)
+    }
+}
+
+impl Reader {
+    fn node(&mut self, bytes: &Bytes) -> Result<(), String> {
+        let Node {
+            input: inputs,
+            output: outputs,
+            op_type,
+            attribute,
+            ..
+        } = unpack(bytes, MAX_PARTS, "an operator")?;
+        let operator = tensors::shortened(&op_type);
+        let Attributes {
+            transposed,
+            factors,
+            constant,
+            scaler,
+        } = Attributes::read(&attribute)?;
         let known = |name: &String| self.constants.get(name).cloned();
         let second = inputs.get(1).and_then(known);
         let either = second.clone().or_else(|| inputs.first().and_then(known));

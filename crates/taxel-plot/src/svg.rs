@@ -2,6 +2,9 @@
 
 use std::fmt::Write;
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+
 /// Colour of text, ticks and frames.
 pub(crate) const INK: &str = "#222222";
 /// Families asked for: the shipped font first, then what most machines have.
@@ -129,7 +132,7 @@ impl Canvas {
         } else {
             "pixelated"
         };
-        let (place, data) = (placed(rect), base64(png));
+        let (place, data) = (placed(rect), STANDARD.encode(png));
         self.push(format_args!(
             "<image {place} preserveAspectRatio=\"none\" image-rendering=\"{rendering}\" \
              href=\"data:image/png;base64,{data}\"/>"
@@ -174,8 +177,9 @@ fn placed(rect: Rect) -> String {
     )
 }
 
-/// `text` as XML content; characters that XML does not allow become U+FFFD.
-fn escaped(text: &str) -> String {
+/// `text` as the content of an element or an attribute, of XML and of HTML; characters that XML does not allow become
+/// U+FFFD.
+pub(crate) fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for character in text.chars() {
         match character {
@@ -184,27 +188,9 @@ fn escaped(text: &str) -> String {
             '>' => out.push_str("&gt;"),
             '"' => out.push_str("&quot;"),
             '\u{fffe}' | '\u{ffff}' => out.push('\u{fffd}'),
+            '\n' | '\t' => out.push(character),
             c if c.is_control() => out.push('\u{fffd}'),
             c => out.push(c),
-        }
-    }
-    out
-}
-
-/// Base64 with padding, RFC 4648 section 4.
-fn base64(bytes: &[u8]) -> String {
-    const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for chunk in bytes.chunks(3) {
-        let byte = |i: usize| u32::from(chunk.get(i).copied().unwrap_or(0));
-        let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
-        for i in 0..4 {
-            let digit = ALPHABET[(bits >> (18 - 6 * i) & 63) as usize];
-            out.push(if i <= chunk.len() {
-                char::from(digit)
-            } else {
-                '='
-            });
         }
     }
     out
@@ -215,26 +201,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn base64_gives_the_examples_of_the_standard() {
-        let examples = [
-            ("", ""),
-            ("f", "Zg=="),
-            ("fo", "Zm8="),
-            ("foo", "Zm9v"),
-            ("foob", "Zm9vYg=="),
-            ("fooba", "Zm9vYmE="),
-            ("foobar", "Zm9vYmFy"),
-        ];
-        for (plain, coded) in examples {
-            assert_eq!(base64(plain.as_bytes()), coded);
-        }
-    }
-
-    #[test]
     fn text_cannot_break_out_of_its_element() {
         assert_eq!(
-            escaped("a<b & \"c\"\u{1}"),
-            "a&lt;b &amp; &quot;c&quot;\u{fffd}"
+            escaped("a<b>\n& \"c\"\u{1}\u{ffff}"),
+            "a&lt;b&gt;\n&amp; &quot;c&quot;\u{fffd}\u{fffd}"
         );
     }
 

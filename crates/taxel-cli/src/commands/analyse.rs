@@ -37,9 +37,9 @@ const DRAWN: usize = 128;
 /// missing.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Recording (.mcap, .txt, .csv, .npy, .npz)
+    /// Recording (.mcap, .parquet, .txt, .csv, .npy, .npz)
     recording: PathBuf,
-    /// Sensor file, or the name of a preset; MCAP recordings bring their own
+    /// Sensor file, or the name of a preset; .mcap and .parquet bring their own
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
     /// A taxel: its row and column from 0, or its label; several are several lines

@@ -17,7 +17,7 @@ use crate::outputs::{Files, check_sensor_ending};
 use crate::progress::{Progress, Terminal};
 use crate::{Exit, out, recorded};
 use taxel_app::executor::Threads;
-use taxel_app::frames::is_mcap;
+use taxel_app::frames::carries_sensor;
 use taxel_app::session::time_stamp;
 use taxel_app::{presses, sensor_source};
 
@@ -30,7 +30,7 @@ use taxel_app::{presses, sensor_source};
 /// contradict them. With --series, also what the material remembers: creep and hysteresis.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Sensor file (the parts list), or the name of a preset; MCAP recordings bring their own
+    /// Sensor file (the parts list), or the name of a preset; .mcap and .parquet bring their own
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
     /// Labelled presses: CSV with recording, frame, row, column (or taxel), load_g
@@ -189,7 +189,7 @@ fn sensor_of(args: &Args) -> Result<Sensor, Error> {
         (None, Some(table)) if table.as_os_str() != "-" => recordings_of(table)?,
         _ => Vec::new(),
     };
-    let mut carrying = recordings.iter().filter(|file| is_mcap(file));
+    let mut carrying = recordings.iter().filter(|file| carries_sensor(file));
     let Some(first) = carrying.next() else {
         return Ok(recorded::needed_sensor(None, recordings.first().map(PathBuf::as_path))?.0);
     };

@@ -33,9 +33,9 @@ use taxel_app::units::{InputUnit, Unit};
 /// recording. Exit code 3: frames were left out, or did not come to an answer.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Recording (.mcap, .txt, .csv, .npy, .npz, - for standard input)
+    /// Recording (.mcap, .parquet, .txt, .csv, .npy, .npz, - for standard input)
     recording: PathBuf,
-    /// Sensor file, or the name of a preset; MCAP recordings bring their own
+    /// Sensor file, or the name of a preset; .mcap and .parquet bring their own
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
     /// Unit of what is written; .mcap and .parquet hold newtons, g or N given

@@ -24,8 +24,8 @@ const ENDINGS: [&str; 6] = ["mcap", "txt", "csv", "npy", "npz", "parquet"];
 
 /// Write a recording in another format
 ///
-/// Counts of .mcap, .txt, .csv, .npy and .npz to .mcap, .txt, .csv, .npy, .npz or .parquet (one row a frame: opens in
-/// pandas, polars, DuckDB). Times and the sensor file are kept where the format has room for them. Exit code 3: frames
+/// Counts of .mcap, .parquet, .txt, .csv, .npy and .npz to any of them; .parquet is one row a frame and opens in
+/// pandas, polars, DuckDB. Times and the sensor file are kept where the format has room for them. Exit code 3: frames
 /// were left out, or the recording tells of frames that are missing.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
@@ -34,7 +34,7 @@ pub(crate) struct Args {
     /// Where to write; its extension says the format
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Sensor file, or the name of a preset; MCAP recordings bring their own
+    /// Sensor file, or the name of a preset; .mcap and .parquet bring their own
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
     /// Frames a second of a recording that knows no time

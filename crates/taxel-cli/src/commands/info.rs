@@ -22,15 +22,15 @@ use taxel_app::frames::{open_shown, show};
 /// Exit code 3: frames were left out, or the recording tells of frames that are missing.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Recording (.mcap, .txt, .csv, .npy, .npz; with a sensor also - for standard input)
+    /// Recording (.mcap, .parquet, .txt, .csv, .npy, .npz; with a sensor also - for standard input)
     recording: PathBuf,
-    /// Sensor file, or the name of a preset; MCAP recordings bring their own
+    /// Sensor file, or the name of a preset; .mcap and .parquet bring their own
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
     /// Rows of a frame, where there is no sensor
     #[arg(long, value_name = "N", conflicts_with = "sensor", value_parser = lines)]
     rows: Option<usize>,
-    /// The file holds values, not counts; do not screen. Of an MCAP recording: its loads, newtons
+    /// The file holds values, not counts; do not screen. Of .mcap and .parquet: their loads, newtons
     #[arg(long)]
     values: bool,
     /// Leave out frames that cannot be read, instead of stopping at the first

@@ -36,7 +36,7 @@ pub(crate) struct Args {
 /// Play a recording in the browser
 #[derive(Debug, clap::Args)]
 pub(crate) struct ViewArgs {
-    /// Recording (.mcap, .txt, .csv, .npy, .npz)
+    /// Recording (.mcap, .parquet, .txt, .csv, .npy, .npz)
     recording: PathBuf,
     #[command(flatten)]
     shown: Shown,
@@ -44,7 +44,7 @@ pub(crate) struct ViewArgs {
 
 #[derive(Debug, clap::Args)]
 struct Shown {
-    /// Sensor file, or the name of a preset; simulated sensors and MCAP recordings bring their own
+    /// Sensor file, or the name of a preset; simulated sensors and .mcap and .parquet bring their own
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
     /// How loads are found: auto, exact, newton, raw, or the file of a model that `taxel train` wrote

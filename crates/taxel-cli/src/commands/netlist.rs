@@ -30,7 +30,7 @@ pub(crate) struct Args {
     /// Recording of counts whose conductances to take
     #[arg(conflicts_with = "conductance")]
     recording: Option<PathBuf>,
-    /// Sensor file, or the name of a preset; MCAP recordings bring their own
+    /// Sensor file, or the name of a preset; .mcap and .parquet bring their own
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
     /// Conductances of the taxels, siemens: R lines of C numbers a frame

@@ -18,7 +18,7 @@ use crate::outputs::Files;
 use crate::values;
 use crate::{Exit, out, recorded};
 use frame_range::FrameRange;
-use taxel_app::frames::is_mcap;
+use taxel_app::frames::carries_sensor;
 use taxel_app::methods::MethodName;
 use taxel_app::units::Unit;
 
@@ -28,9 +28,9 @@ use taxel_app::units::Unit;
 /// With --taxel, --row or --column: values over all frames, or those of --frames.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Recording of counts (.mcap, .txt, .csv, .npy, .npz); with --values any numbers
+    /// Recording of counts (.mcap, .parquet, .txt, .csv, .npy, .npz); with --values any numbers
     file: PathBuf,
-    /// Sensor file, or the name of a preset; MCAP recordings bring their own
+    /// Sensor file, or the name of a preset; .mcap and .parquet bring their own
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
     /// Which frame, from 0
@@ -54,7 +54,7 @@ pub(crate) struct Args {
     /// Both without and with compensation
     #[arg(long, conflicts_with = "values")]
     before_after: bool,
-    /// The numbers are what they are (loads.csv; of an MCAP recording its loads, N): nothing is converted, --unit is for
+    /// The numbers are what they are (loads.csv; of .mcap and .parquet their loads, N): nothing is converted, --unit is for
     /// the label
     #[arg(long)]
     values: bool,
@@ -156,7 +156,7 @@ impl<'a> Job<'a> {
         let has_law = sensor.as_ref().is_some_and(|s| s.material().is_some());
         let unit = match (args.values, args.unit) {
             (_, Some(unit)) => Some(unit),
-            (true, None) => is_mcap(&args.file).then_some(Unit::Newtons),
+            (true, None) => carries_sensor(&args.file).then_some(Unit::Newtons),
             (false, None) => Some(if has_law { Unit::Grams } else { Unit::Siemens }),
         };
         let pitch = sensor.as_ref().map(|sensor| sensor.array().pitch_mm);

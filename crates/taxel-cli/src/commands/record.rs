@@ -27,7 +27,7 @@ pub(crate) struct Args {
     /// Where to write (.mcap); an existing file is never overwritten
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Sensor file, or the name of a preset; simulated sensors and MCAP recordings bring their own
+    /// Sensor file, or the name of a preset; simulated sensors and .mcap and .parquet bring their own
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
     /// How loads are found

@@ -25,7 +25,7 @@ pub(crate) struct Args {
     /// udp:HOST:PORT, or - for standard output
     #[arg(long, value_name = "ADDRESS")]
     to: String,
-    /// Sensor file, or the name of a preset; MCAP recordings bring their own
+    /// Sensor file, or the name of a preset; .mcap and .parquet bring their own
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
     /// Playback speed, times as recorded, 0.001 to 1000; max (or 0): as fast as possible

@@ -30,7 +30,7 @@ use taxel_io::sensor_file;
 #[derive(Debug, clap::Args)]
 #[command(group = ArgGroup::new("from").required(true).args(["empty", "live"]))]
 pub(crate) struct Args {
-    /// Recording of the sensor without a load (.mcap, .txt, .csv, .npy, .npz)
+    /// Recording of the sensor without a load (.mcap, .parquet, .txt, .csv, .npy, .npz)
     #[arg(long, value_name = "FILE", requires = "rubbed")]
     empty: Option<PathBuf>,
     /// Recording of a hand rubbed over the whole mat
@@ -40,7 +40,7 @@ pub(crate) struct Args {
     /// sim:econe?blobs
     #[arg(long, value_name = "ADDRESS")]
     live: Option<Address>,
-    /// Sensor file, or the name of a preset; simulated sensors and MCAP recordings bring their own
+    /// Sensor file, or the name of a preset; simulated sensors and .mcap and .parquet bring their own
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
     /// Where to draw the array with what was found (.png, .svg)

@@ -34,16 +34,58 @@ fn bytes_that_are_no_onnx_are_refused() {
 
 /// A file of one graph: operators with their inputs (and an attribute's bytes), then constants.
 fn file(nodes: &[(&str, &[&str])], constants: &[(&str, &[usize], &[f32])]) -> Vec<u8> {
-    let mut graph = Writer::default();
+    let mut graph = Graph::default();
     for (operator, inputs) in nodes {
-        graph.node(operator, inputs, "x");
+        graph.push_node(operator, inputs, "x");
     }
     for (name, shape, values) in constants {
-        graph.message(5, &wire::tensor(name, shape, values));
+        graph.push_tensor(name, shape, values);
     }
-    let mut file = Writer::default();
-    file.message(7, &graph);
-    file.into_bytes()
+    of_graph(&graph)
+}
+
+fn of_graph(graph: &Graph) -> Vec<u8> {
+    let model = Model {
+        graph: Some(graph.encode_to_vec().into()),
+        ..Model::default()
+    };
+    model.encode_to_vec()
+}
+
+#[test]
+fn files_that_unpack_to_many_times_their_size_are_refused_before_that() {
+    // Two bytes of a file each.
+    let error = import(&[8u8, 0].repeat(MAX_PARTS + 1)).unwrap_err();
+    assert!(
+        error.contains("the file has more than 8000 parts"),
+        "{error}"
+    );
+    let empty = |count: usize| vec![Bytes::new(); count];
+    let graph = Graph {
+        node: empty(MAX_PARTS + 1),
+        ..Graph::default()
+    };
+    let error = import(&of_graph(&graph)).unwrap_err();
+    assert!(error.contains("the graph has more than"), "{error}");
+    let node = Node {
+        attribute: empty(MAX_PARTS + 1),
+        ..Node::default()
+    };
+    let graph = Graph {
+        node: vec![node.encode_to_vec().into()],
+        ..Graph::default()
+    };
+    let error = import(&of_graph(&graph)).unwrap_err();
+    assert!(error.contains("an operator has more than"), "{error}");
+    // One field of packed dimensions, a byte each.
+    let mut tensor = vec![0x0a, 0x80, 0x08];
+    tensor.extend([1; 1024]);
+    let graph = Graph {
+        initializer: vec![tensor.into()],
+        ..Graph::default()
+    };
+    let error = import(&of_graph(&graph)).unwrap_err();
+    assert!(error.contains("1024 bytes of dimensions"), "{error}");
 }
 
 #[test]
@@ -53,7 +95,7 @@ fn headers_that_lie_are_refused_before_memory_is_taken_for_them() {
     };
     assert!(w(&[usize::MAX, usize::MAX], &[1.0]).contains("1 weights for"));
     assert!(w(&[3, 0], &[]).contains("0 weights for 3 x 0"));
-    assert!(w(&[1; 9], &[1.0]).contains("9 dimensions"));
+    assert!(w(&[1; 9], &[1.0]).contains("more than 8 dimensions"));
     assert!(w(&[1], &[1.0]).contains("weights of shape [1]"));
     assert!(w(&[2, 1], &[1.0, f32::NAN]).contains("holds NaN"));
     // One constant, many layers of it: little of a file, much of a memory.

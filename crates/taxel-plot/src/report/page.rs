@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::{Report, Section, Table};
+use crate::svg::escaped;
 
 const STYLE: &str = "\
 :root{color-scheme:light;--ink:#1d1d1f;--soft:#5b5b60;--line:#d9d9de}\
@@ -131,13 +132,6 @@ fn inlined(svg: &str, prefix: &str) -> String {
 fn is_words(cell: &str) -> bool {
     let letters = cell.chars().filter(|c| c.is_alphabetic()).count();
     2 * letters > cell.chars().count()
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
 }
 
 /// Words between back-ticks as code; a back-tick without another stands for itself.

@@ -1,0 +1,282 @@
+"""Files written by taxel, read by numpy, pyarrow, openpyxl, mcap with Foxglove's schemas, and onnx; and Parquet that
+pyarrow wrote anew, read by taxel.
+
+    python check.py TAXEL REPOSITORY
+
+Every number is held against what taxel writes as text. Nothing is skipped: a library that is missing ends it.
+"""
+
+import json
+import math
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import mcap.reader
+import mcap_protobuf.decoder
+import numpy as np
+import onnx
+import onnx.reference
+import openpyxl
+import pyarrow as pa
+import pyarrow.parquet as pq
+from foxglove_schemas_protobuf import Grid_pb2
+from google.protobuf.descriptor_pb2 import FileDescriptorSet
+
+TAXEL, ROOT = sys.argv[1], Path(sys.argv[2])
+SENSOR = """format = 1
+name = "small"
+[array]
+rows = 4
+columns = 6
+pitch_mm = [2.0, 3.0]
+taxel_area_mm2 = 5.0
+[readout]
+topology = "tia-grounded-columns"
+v_test_volts = 0.4
+r_feedback_ohms = 2000.0
+open_loop_gain = 1e5
+r_mux_column_ohms = 10.0
+r_mux_row_ohms = 10.0
+[converter]
+bits = 16
+full_scale_volts = 2.2
+inverted = true
+[material]
+g_zero_siemens = 1e-6
+factor = 8.29e-6
+exponent = 0.857
+"""
+ROWS, COLUMNS, FRAMES = 4, 6, 50
+checked = 0
+
+
+def taxel(words, codes=(0,)):
+    run = subprocess.run([TAXEL, *words.split()], capture_output=True, text=True)
+    assert run.returncode in codes, f"taxel {words}: {run.returncode}\n{run.stdout}{run.stderr}"
+    return run
+
+
+def same(what, found, expected):
+    """The very same numbers, NaN where NaN is."""
+    global checked
+    found, expected = np.asarray(found, float), np.asarray(expected, float)
+    assert found.shape == expected.shape, f"{what}: {found.shape}, expected {expected.shape}"
+    assert np.array_equal(found, expected, equal_nan=True), f"{what}: other numbers"
+    assert found.size > 0, f"{what}: nothing to compare"
+    checked += found.size
+    print(f"  {what}: {found.size} numbers")
+
+
+def frames(name):
+    """Frames as text: lines of numbers; words and blanks are no frame's."""
+    lines = (line.strip().strip(",") for line in Path(name).read_text().splitlines())
+    lines = [line.split(",") for line in lines if line and not line.startswith("time_secs")]
+    return np.array(lines, float).reshape(-1, ROWS, COLUMNS)
+
+
+def times(name):
+    lines = Path(name).read_text().splitlines()
+    return [float(line.split("=")[1]) for line in lines if line.startswith("time_secs")]
+
+
+def arrays():
+    counts = frames("run.txt")
+    for name in ["run.npy", "run.npz", "timed.csv"]:
+        taxel(f"convert run.mcap -o {name}")
+    array = np.load("run.npy")
+    assert array.dtype == np.uint16, array.dtype
+    same("numpy, counts in .npy", array, counts)
+    with np.load("run.npz") as archive:
+        assert archive.files == ["frames"], archive.files
+        same("numpy, counts in .npz", archive["frames"], counts)
+    for unit, ending in [("N", "npy"), ("siemens", "npz"), ("volts", "npy")]:
+        file, text = f"{unit}.{ending}", f"{unit}.csv"
+        for output in [file, text]:
+            taxel(f"compensate run.txt --sensor sensor.toml --unit {unit} -o {output}")
+        array = np.load(file)
+        same(f"numpy, {unit} in .{ending}", array if ending == "npy" else array["frames"], frames(text))
+    taxel("compensate run.txt --sensor sensor.toml --unit N -o n.npy --marks marks.npy")
+    array = np.load("marks.npy")
+    assert array.dtype == np.uint8, array.dtype
+    same("numpy, marks in .npy", array, frames("N.marks.csv"))
+
+
+def recording():
+    with open("run.mcap", "rb") as file:
+        reader = mcap.reader.make_reader(file, validate_crcs=True, decoder_factories=[mcap_protobuf.decoder.DecoderFactory()])
+        schemas = {schema.name: schema for schema in reader.get_summary().schemas.values()}
+        ours = FileDescriptorSet.FromString(schemas["foxglove.Grid"].data)
+        theirs = {}
+        pending = [Grid_pb2.DESCRIPTOR]
+        while pending:
+            one = pending.pop()
+            theirs[one.name] = [message.name for message in one.message_types_by_name.values()]
+            pending += one.dependencies
+        found = {one.name: [message.name for message in one.message_type] for one in ours.file}
+        assert {name.split("/")[-1] for name in found} == {name.split("/")[-1] for name in theirs}, (found, theirs)
+        grids = ["/taxel/counts", "/taxel/loads"]
+        messages = list(reader.iter_decoded_messages(topics=grids))
+        events = [json.loads(message.data) for _, _, message in reader.iter_messages(topics=["/taxel/events"])]
+        metadata = {one.name: one.metadata for one in reader.iter_metadata()}
+    assert metadata["taxel"]["sensor_toml"].count("small") == 1, metadata.keys()
+    topics = {}
+    for schema, channel, message, decoded in messages:
+        topics.setdefault(channel.topic, []).append((message, decoded))
+    counts, loads = [], []
+    for message, decoded in topics["/taxel/counts"]:
+        # Once by the schema in the file, once by Foxglove's own.
+        grid = Grid_pb2.Grid.FromString(message.data)
+        assert bytes(decoded.data) == grid.data
+        assert (grid.cell_size.x, grid.cell_size.y) == (0.003, 0.002), grid.cell_size
+        assert [(f.name, f.offset, f.type) for f in grid.fields] == [("counts", 0, 3)], grid.fields
+        assert message.log_time == grid.timestamp.ToNanoseconds()
+        counts.append(np.frombuffer(grid.data, "<u2").reshape(ROWS, COLUMNS))
+    same("mcap and Foxglove's schema, counts", counts, frames("run.txt"))
+    published = np.array([message.publish_time for message, _ in topics["/taxel/counts"]])
+    since = (published - published[0]) * 1e-9
+    assert np.abs(since - times("timed.csv")).max() < 1e-8, "times of the device"
+    cell = np.dtype({"names": ["newtons", "mark"], "formats": ["<f4", "u1"], "offsets": [0, 4], "itemsize": grid_stride(topics)})
+    for message, _ in topics["/taxel/loads"]:
+        grid = Grid_pb2.Grid.FromString(message.data)
+        assert [(f.name, f.offset, f.type) for f in grid.fields] == [("newtons", 0, 7), ("mark", 4, 1)], grid.fields
+        loads.append(np.frombuffer(grid.data, cell).reshape(ROWS, COLUMNS))
+    same("mcap and Foxglove's schema, loads", np.array(loads)["newtons"], frames("N.csv").astype(np.float32))
+    same("mcap and Foxglove's schema, marks", np.array(loads)["mark"], frames("N.marks.csv"))
+    assert all(set(event) == {"kind", "text"} for event in events), events
+    return [message.log_time for message, _ in topics["/taxel/counts"]]
+
+
+def grid_stride(topics):
+    return Grid_pb2.Grid.FromString(topics["/taxel/loads"][0][0].data).cell_stride
+
+
+def lists(table, column):
+    return np.array(table[column].to_pylist()).reshape(-1, ROWS, COLUMNS)
+
+
+def parquet(log_times):
+    taxel("convert run.mcap -o counts.parquet")
+    taxel("compensate run.mcap -o loads.parquet")
+    taxel("compensate N.siemens.csv --sensor sensor.toml --input-unit siemens -o only.parquet")
+    scalars = [("sequence", pa.int64()), ("time_secs", pa.float64()), ("host_time", pa.timestamp("us", tz="UTC"))]
+    fixed = lambda kind: pa.list_(pa.field("element", kind, nullable=False), ROWS * COLUMNS)
+    counts, loads = [("counts", fixed(pa.uint16()))], [("newtons", fixed(pa.float64())), ("marks", fixed(pa.uint8()))]
+    for name, lists_there in [("counts", counts), ("loads", counts + loads), ("only", loads)]:
+        file = pq.ParquetFile(f"{name}.parquet")
+        schema = [(field.name, field.type) for field in file.schema_arrow]
+        assert schema == scalars + lists_there, f"{name}.parquet: {schema}"
+        about = {key.decode(): value.decode() for key, value in file.metadata.metadata.items()}
+        assert (about["taxel.rows"], about["taxel.columns"]) == (str(ROWS), str(COLUMNS))
+        assert 'name = "small"' in about["taxel.sensor_toml"]
+        assert file.metadata.num_rows == FRAMES, file.metadata.num_rows
+    table = pq.read_table("counts.parquet")
+    same("pyarrow, counts", lists(table, "counts"), frames("run.txt"))
+    same("pyarrow, sequence", table["sequence"].to_pylist(), range(FRAMES))
+    assert np.abs(np.array(table["time_secs"].to_pylist()) - times("timed.csv")).max() < 1e-8
+    micros = table["host_time"].cast(pa.int64()).to_pylist()
+    same("pyarrow, host_time", micros, [time // 1000 for time in log_times])
+    table = pq.read_table("loads.parquet")
+    same("pyarrow, counts beside loads", lists(table, "counts"), frames("run.txt"))
+    same("pyarrow, newtons", lists(table, "newtons"), frames("N.csv"))
+    same("pyarrow, marks", lists(table, "marks"), frames("N.marks.csv"))
+    # And back: as it is, and as other programs write it.
+    taxel("convert counts.parquet -o back.txt")
+    same("taxel, counts of its own Parquet", frames("back.txt"), frames("run.txt"))
+    taxel("convert counts.parquet -o back.mcap")
+    taxel("convert back.mcap -o back.parquet")
+    assert pq.read_table("back.parquet").equals(pq.read_table("counts.parquet")), "Parquet to MCAP and back"
+    rewritten(pq.read_table("loads.parquet"))
+
+
+def rewritten(table):
+    bare = table.replace_schema_metadata(None)
+    plain = bare.set_column(3, "counts", pa.array(bare["counts"].to_pylist(), pa.list_(pa.int64())))
+    doubles = bare.set_column(3, "counts", pa.array(bare["counts"].to_pylist(), pa.list_(pa.float64())))
+    nanos = plain.set_column(2, "host_time", plain["host_time"].cast(pa.timestamp("ns", tz="UTC")))
+    extra = plain.append_column("note", pa.array(["x"] * len(plain))).select(["note", "counts", "newtons"])
+    for name, one, how in [
+        ("metadata kept", table, dict(compression="zstd")),
+        ("no metadata", bare, dict(compression="zstd", row_group_size=7)),
+        ("int64, one page a row", plain, dict(compression="none", data_page_size=64, write_batch_size=1)),
+        ("doubles, no dictionary", doubles, dict(compression="zstd", use_dictionary=False)),
+        ("nanoseconds", nanos, dict(compression="zstd")),
+        ("other columns", extra, dict(compression="zstd")),
+    ]:
+        pq.write_table(one, "theirs.parquet", **how)
+        taxel("convert theirs.parquet --sensor sensor.toml -o theirs.txt")
+        same(f"taxel, pyarrow's Parquet: {name}", frames("theirs.txt"), frames("run.txt"))
+    pq.write_table(table, "theirs.parquet", compression="zstd")
+    told = json.loads(taxel("info theirs.parquet --values --sensor sensor.toml --json").stdout)
+    assert told["frames"] == FRAMES, told
+    # What is not read is told.
+    pq.write_table(plain, "theirs.parquet", compression="snappy")
+    assert "SNAPPY" in taxel("convert theirs.parquet --sensor sensor.toml -o no.txt", codes=(1,)).stderr
+    pq.write_table(plain.drop_columns(["counts", "newtons"]), "theirs.parquet")
+    assert "no column `counts`" in taxel("convert theirs.parquet --sensor sensor.toml -o no.txt", codes=(1,)).stderr
+
+
+def tables():
+    """An export of `analyse`: as text, as a sheet and as Parquet."""
+    for ending in ["csv", "xlsx", "parquet"]:
+        taxel(f"analyse screened.txt --sensor masked.toml --row 1 --export table.{ending}")
+    header, *lines = Path("table.csv").read_text().splitlines()
+    cells = [[float(cell) if cell else math.nan for cell in line.split(",")] for line in lines]
+    assert any(math.isnan(cell) for line in cells for cell in line), "an empty cell is to be looked at too"
+    book = openpyxl.load_workbook("table.xlsx")
+    assert book.sheetnames == ["taxel"], book.sheetnames
+    names, *rows = book["taxel"].iter_rows(values_only=True)
+    assert ",".join(f'"{name}"' if "," in name else name for name in names) == header, names
+    assert all(cell is None or isinstance(cell, (int, float)) for row in rows for cell in row)
+    same("openpyxl", [[math.nan if cell is None else cell for cell in row] for row in rows], cells)
+    table = pq.read_table("table.parquet")
+    assert table.column_names == list(names), table.column_names
+    assert all(kind == pa.float64() for kind in table.schema.types), table.schema
+    same("pyarrow, table", np.array([column.to_pylist() for column in table.columns]).T, cells)
+
+
+def network():
+    """A network of PyTorch, imported and exported, beside onnxruntime's answers to the one it was made of."""
+    rows = np.loadtxt(ROOT / "testdata/onnx/torch.csv", delimiter=",")
+    eight = SENSOR.replace("columns = 6", "columns = 8")
+    Path("eight.toml").write_text(eight)
+    taxel("simulate --sensor eight.toml --pattern press --frames 60 --presses presses.csv -o presses.txt")
+    network = ROOT / "testdata/onnx/torch.onnx"
+    taxel(f"model import {network} --sensor eight.toml --presses presses.csv -o model.safetensors")
+    taxel("model export model.safetensors -o model.onnx")
+    model = onnx.load("model.onnx")
+    onnx.checker.check_model(model, full_check=True)
+    found = onnx.reference.ReferenceEvaluator(model).run(None, {"readings": rows[:, :9].astype(np.float32)})[0]
+    error = np.abs(found.reshape(-1) - rows[:, 9]).max() / np.abs(rows[:, 9]).max()
+    assert error < 1e-5, f"onnx: {error:.1e} of the largest answer"
+    print(f"  onnx: {found.size} answers, largest difference {error:.1e} of the largest")
+
+
+def main():
+    started = time.monotonic()
+    Path("sensor.toml").write_text(SENSOR)
+    Path("masked.toml").write_text(SENSOR + "[screen]\nhigh_counts = 65000\n")
+    taxel(f"record sim:sensor.toml?hand&fps=400 --frames {FRAMES} --loads -o live.mcap")
+    taxel("convert live.mcap -o run.txt")
+    taxel("compensate run.txt --sensor sensor.toml --unit N -o N.csv")
+    taxel("compensate run.txt --sensor sensor.toml --unit siemens -o N.siemens.csv")
+    # Loads of the recording as they are computed from the file, with the live session's out of the way.
+    taxel("compensate live.mcap -o run.mcap")
+    lines = Path("run.txt").read_text().splitlines()
+    lines[ROWS * 3 + 1] = ",".join(["65535"] * COLUMNS) + ","
+    Path("screened.txt").write_text("\n".join(lines) + "\n")
+    arrays()
+    parquet(recording())
+    tables()
+    network()
+    print(f"{checked} numbers read by others are what taxel says ({time.monotonic() - started:.0f} s)")
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as folder:
+        import os
+
+        os.chdir(folder)
+        main()

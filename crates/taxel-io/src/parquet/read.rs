@@ -1,0 +1,368 @@
+//! A table's frames, row by row.
+
+use std::marker::PhantomData;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+use std::time::{Duration, SystemTime};
+
+use parquet::column::reader::get_column_reader;
+use parquet::errors::{ParquetError as CrateError, Result as ParquetResult};
+use taxel::{Counts, Frame, Mark};
+
+use super::numbers::Numbers;
+use super::pages::{Pages, Spent};
+use super::table::{Leaves, Table};
+use super::{COUNTS, NEWTONS};
+use crate::error::{Error, ParquetError};
+use crate::integrity::{Gaps, Integrity};
+use crate::options::ReadOptions;
+use crate::source::{FrameSource, MAX_TAXELS, SkipLog, Skipped, fit_shape};
+
+/// Reads frames from a table: its counts, or its loads (newtons, with their marks, as they stand in the file).
+///
+/// It holds one row, and the pages of a column that it stands in.
+pub struct ParquetReader<Q = Counts> {
+    path: PathBuf,
+    table: Table,
+    leaves: Leaves,
+    options: ReadOptions,
+    least: f64,
+    most: f64,
+    values: &'static str,
+    /// The group that is being read, and rows of it that are left.
+    group: Option<Group>,
+    next_group: usize,
+    numbers: Vec<f64>,
+    marks: Vec<f64>,
+    row: u64,
+    skips: SkipLog,
+    number: Option<u64>,
+    host: Option<SystemTime>,
+    gaps: Gaps,
+    spent: Spent,
+    done: bool,
+    quantity: PhantomData<Q>,
+}
+
+/// Readers of a group's columns.
+struct Group {
+    rows_left: u64,
+    values: Numbers,
+    marks: Option<Numbers>,
+    sequence: Option<Numbers>,
+    time_secs: Option<Numbers>,
+    host_time: Option<Numbers>,
+}
+
+impl ParquetReader<Counts> {
+    /// Opens the counts of a table: its column `counts`.
+    ///
+    /// # Errors
+    /// [`Error::Open`], [`ParquetError::NotParquet`]; [`ParquetError::NoColumn`], [`ParquetError::ColumnType`]; [`Error::FrameShape`] for frames
+    /// of another shape than `options` say.
+    pub fn open_counts(path: impl AsRef<Path>, options: ReadOptions) -> Result<Self, Error> {
+        let most = options.max_count.unwrap_or(f64::MAX);
+        Self::open(path.as_ref(), options, COUNTS, 0.0, most)
+    }
+}
+
+impl<Q> ParquetReader<Q> {
+    /// Opens the loads of a table: its column `newtons`.
+    ///
+    /// # Errors
+    /// As [`ParquetReader::open_counts`].
+    pub fn open_loads(path: impl AsRef<Path>, options: ReadOptions) -> Result<Self, Error> {
+        Self::open(path.as_ref(), options, NEWTONS, -f64::MAX, f64::MAX)
+    }
+
+    fn open(
+        path: &Path,
+        options: ReadOptions,
+        values: &'static str,
+        least: f64,
+        most: f64,
+    ) -> Result<Self, Error> {
+        let (rows, columns) = (options.rows, options.columns);
+        let taxels = rows.checked_mul(columns);
+        if taxels.is_none_or(|taxels| taxels == 0 || taxels > MAX_TAXELS) {
+            return Err(Error::Size {
+                file: path.to_owned(),
+                rows,
+                columns,
+                limit: MAX_TAXELS,
+            });
+        }
+        let table = Table::open(path)?;
+        let leaves = table.leaves(path, values)?;
+        let expected = if options.transpose {
+            (columns, rows)
+        } else {
+            (rows, columns)
+        };
+        if let Some(found) = table.shape().filter(|found| *found != expected) {
+            return Err(Error::FrameShape {
+                file: path.to_owned(),
+                frame: 0,
+                found,
+                expected,
+            });
+        }
+        Ok(Self {
+            path: path.to_owned(),
+            table,
+            leaves,
+            options,
+            least,
+            most,
+            values,
+            group: None,
+            next_group: 0,
+            numbers: Vec::new(),
+            marks: Vec::new(),
+            row: 0,
+            skips: SkipLog::default(),
+            number: None,
+            host: None,
+            gaps: Gaps::default(),
+            spent: Spent::default(),
+            done: false,
+            quantity: PhantomData,
+        })
+    }
+
+    fn taxels(&self) -> usize {
+        self.options.rows * self.options.columns
+    }
+
+    /// The readers of a group's columns.
+    fn open_group(&self, at: usize) -> ParquetResult<Group> {
+        let group = self.table.metadata.row_group(at);
+        let rows = usize::try_from(group.num_rows())?;
+        let schema = self.table.metadata.file_metadata().schema_descr();
+        let open = |leaf: usize| {
+            let spent = self.spent.clone();
+            let pages = Pages::open(&self.table.file, group.column(leaf), rows, spent)?;
+            let reader = get_column_reader(schema.column(leaf), Box::new(pages));
+            // Looked at when the file was opened.
+            Numbers::new(reader).ok_or_else(|| CrateError::General("no numbers".to_owned()))
+        };
+        let maybe = |leaf: Option<usize>| leaf.map(open).transpose();
+        Ok(Group {
+            rows_left: rows as u64,
+            values: open(self.leaves.values)?,
+            marks: maybe(self.leaves.marks)?,
+            sequence: maybe(self.leaves.sequence)?,
+            time_secs: maybe(self.leaves.time_secs)?,
+            host_time: maybe(self.leaves.host_time.map(|(leaf, _)| leaf))?,
+        })
+    }
+
+    /// Reads the next row of all columns; false behind the last.
+    fn next_row(&mut self) -> ParquetResult<Option<Row>> {
+        while self.group.as_ref().is_none_or(|group| group.rows_left == 0) {
+            self.group = None;
+            if self.next_group == self.table.metadata.num_row_groups() {
+                return Ok(None);
+            }
+            self.group = Some(self.open_group(self.next_group)?);
+            self.next_group += 1;
+        }
+        let Some(group) = &mut self.group else {
+            return Ok(None);
+        };
+        group.rows_left -= 1;
+        let mut one = Vec::with_capacity(1);
+        let mut scalar = |column: &mut Option<Numbers>| -> ParquetResult<Option<f64>> {
+            let Some(column) = column else {
+                return Ok(None);
+            };
+            self.spent.store(0, Ordering::Relaxed);
+            let row = column.next(&mut one)?;
+            check_there(row.is_there)?;
+            Ok(one.first().copied().filter(|value| value.is_finite()))
+        };
+        let sequence = scalar(&mut group.sequence)?;
+        let time_secs = scalar(&mut group.time_secs)?;
+        let host = scalar(&mut group.host_time)?;
+        self.spent.store(0, Ordering::Relaxed);
+        let values = group.values.next(&mut self.numbers)?;
+        check_there(values.is_there)?;
+        self.marks.clear();
+        if let Some(marks) = &mut group.marks {
+            self.spent.store(0, Ordering::Relaxed);
+            check_there(marks.next(&mut self.marks)?.is_there)?;
+        }
+        Ok(Some(Row {
+            places: values.places,
+            sequence: sequence.map(|number| number as u64),
+            time_secs,
+            host,
+        }))
+    }
+
+    /// What is wrong with the row that was read, if anything.
+    fn check(&self, row: &Row) -> Result<(), Error> {
+        let taxels = self.taxels();
+        if self.numbers.len() != taxels || row.places != taxels {
+            return Err(Error::from(ParquetError::RowLength {
+                file: self.path.clone(),
+                frame: self.row,
+                column: self.values,
+                found: self.numbers.len(),
+                rows: self.options.rows,
+                columns: self.options.columns,
+            }));
+        }
+        let allowed = self.least..=self.most;
+        let Some(at) = self.numbers.iter().position(|v| !allowed.contains(v)) else {
+            return Ok(());
+        };
+        let columns = if self.options.transpose {
+            self.options.rows
+        } else {
+            self.options.columns
+        };
+        Err(Error::Value {
+            file: self.path.clone(),
+            frame: self.row,
+            row: at / columns,
+            column: at % columns,
+            found: self.numbers[at],
+            minimum: self.least,
+            maximum: self.most,
+            hint: "a reading that is missing or broken; `--keep-going` leaves its frame out",
+        })
+    }
+
+    fn fill(&mut self, row: &Row, frame: &mut Frame<Q>) {
+        let (rows, columns) = (self.options.rows, self.options.columns);
+        fit_shape(frame, rows, columns);
+        let has_marks = self.marks.len() == rows * columns;
+        for place in 0..rows * columns {
+            let from = if self.options.transpose {
+                (place % columns) * rows + place / columns
+            } else {
+                place
+            };
+            frame.values_mut()[place] = self.numbers[from];
+            let code = if has_marks { self.marks[from] } else { 0.0 };
+            let mark = Mark::ALL
+                .into_iter()
+                .find(|mark| f64::from(mark.code()) == code);
+            frame.marks_mut()[place] = mark.unwrap_or(Mark::Good);
+        }
+        frame.sequence = self.row;
+        frame.time_secs = row.time_secs;
+        self.host = row.host.and_then(|since| {
+            let unit_nanos = self.leaves.host_time?.1;
+            let nanos = (since.max(0.0) as u64).checked_mul(unit_nanos)?;
+            SystemTime::UNIX_EPOCH.checked_add(Duration::from_nanos(nanos))
+        });
+    }
+
+    fn take_number(&mut self, number: Option<u64>) {
+        if let (Some(before), Some(number)) = (self.number, number) {
+            // Their low 32 bits are what a recording holds.
+            self.gaps.add(before as u32, number as u32);
+        }
+        self.number = number;
+    }
+}
+
+/// One row beside its numbers.
+struct Row {
+    /// Places of the list, empty ones too.
+    places: usize,
+    sequence: Option<u64>,
+    time_secs: Option<f64>,
+    /// In the unit of its column.
+    host: Option<f64>,
+}
+
+fn check_there(is_there: bool) -> ParquetResult<()> {
+    if is_there {
+        return Ok(());
+    }
+    let words = "a column has fewer rows than the file says";
+    Err(CrateError::General(words.to_owned()))
+}
+
+impl<Q> FrameSource<Q> for ParquetReader<Q> {
+    fn shape(&self) -> (usize, usize) {
+        (self.options.rows, self.options.columns)
+    }
+
+    fn next_into(&mut self, frame: &mut Frame<Q>) -> Result<bool, Error> {
+        while !self.done {
+            // Nothing follows an error.
+            self.done = true;
+            let read = self.next_row().map_err(|error| {
+                Error::from(ParquetError::Row {
+                    file: self.path.clone(),
+                    frame: self.row,
+                    reason: error.to_string(),
+                })
+            })?;
+            let Some(row) = read else {
+                if self.row == 0 {
+                    return Err(Error::Empty {
+                        file: self.path.clone(),
+                        what: "frame",
+                        found: 0,
+                    });
+                }
+                return Ok(false);
+            };
+            self.take_number(row.sequence);
+            let checked = self.check(&row);
+            if checked.is_ok() {
+                self.fill(&row, frame);
+            }
+            let position = self.row;
+            self.row += 1;
+            match checked {
+                Ok(()) => {
+                    self.done = false;
+                    return Ok(true);
+                }
+                Err(error) if self.options.keep_going && error.is_one_frame() => {
+                    self.done = false;
+                    self.skips.add(Skipped {
+                        frame: position,
+                        first_line: None,
+                        error,
+                    });
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(false)
+    }
+
+    fn skipped(&self) -> usize {
+        self.skips.count
+    }
+    fn skips(&self) -> &[Skipped] {
+        &self.skips.first
+    }
+    fn bytes_read(&self) -> u64 {
+        // Rows are of one length, about.
+        let share = self.row as f64 / self.table.rows.max(1) as f64;
+        (self.table.bytes as f64 * share) as u64
+    }
+    fn bytes_total(&self) -> Option<u64> {
+        Some(self.table.bytes)
+    }
+    fn integrity(&self) -> Integrity {
+        Integrity {
+            gaps: self.gaps,
+            ..Integrity::default()
+        }
+    }
+    fn device_number(&self) -> Option<u64> {
+        self.number
+    }
+    fn host_time(&self) -> Option<SystemTime> {
+        self.host
+    }
+}
