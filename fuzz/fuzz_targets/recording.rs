@@ -3,7 +3,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use taxel::{Counts, Frame, Sensor};
-use taxel_io::{TextOptions, open_counts, shape_of};
+use taxel_io::{ReadOptions, open_counts, shape_of};
 
 fuzz_target!(|data: &[u8]| {
     let Some((&choice, bytes)) = data.split_first() else {
@@ -14,7 +14,7 @@ fuzz_target!(|data: &[u8]| {
     let path = folder.path().join("run").with_extension(extension);
     std::fs::write(&path, bytes).unwrap();
     let _ = shape_of(&path);
-    let mut options = TextOptions::new(2, 3);
+    let mut options = ReadOptions::new(2, 3);
     options.max_count = Some(1023.0);
     options.keep_going = choice >= 128;
     if let Ok(mut source) = open_counts(&path, options) {

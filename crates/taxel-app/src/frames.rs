@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use taxel::{Counts, Frame, Sensor, Siemens, Volts};
 use taxel_io::npy::Element;
 use taxel_io::{
-    FrameSource, Integrity, LoadsReader, NpyOptions, NpyReader, NpyWriter, NpzWriter, Skipped,
-    Tare, TextOptions, ValuesReader, ValuesWriter, open_counts,
+    FrameSource, Integrity, LoadsReader, NpyOptions, NpyReader, NpyWriter, NpzWriter, ReadOptions,
+    Skipped, Tare, ValuesReader, ValuesWriter, open_counts,
 };
 
 use crate::error::Error;
@@ -26,7 +26,7 @@ pub struct Input {
     /// What its numbers are.
     pub unit: InputUnit,
     /// Shape, range, and what to do about a frame that cannot be read.
-    pub options: TextOptions,
+    pub options: ReadOptions,
 }
 
 impl Input {
@@ -35,7 +35,7 @@ impl Input {
         Self {
             file: file.to_owned(),
             unit,
-            options: TextOptions::of(sensor),
+            options: ReadOptions::of(sensor),
         }
     }
 
@@ -83,7 +83,7 @@ impl Input {
 /// A source of numbers as they are, whatever they are: of `.csv` or `.npy`, or the loads of a recording, newtons.
 pub fn open_shown(
     file: &Path,
-    options: TextOptions,
+    options: ReadOptions,
 ) -> Result<Box<dyn FrameSource<DisplayUnit>>, Error> {
     if is_mcap(file) {
         Ok(Box::new(LoadsReader::open(file, options)?))
@@ -95,7 +95,7 @@ pub fn open_shown(
 /// A source of numbers that are no counts, `.csv` or `.npy`.
 pub fn open_values<Q: Send + 'static>(
     file: &Path,
-    options: TextOptions,
+    options: ReadOptions,
 ) -> Result<Box<dyn FrameSource<Q>>, Error> {
     if is_mcap(file) {
         return Err(Error::Request {

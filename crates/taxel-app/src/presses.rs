@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use taxel::calibrate::{CalibrationData, PressLabel};
 use taxel::screen::Axis;
 use taxel::{Counts, Frame, Sensor};
-use taxel_io::{FrameSource, TextOptions, open_counts, read_presses, read_uniform_loads};
+use taxel_io::{FrameSource, ReadOptions, open_counts, read_presses, read_uniform_loads};
 
 use crate::error::Error;
 use crate::frames::show;
@@ -70,9 +70,9 @@ pub fn read_with_lines(
     let wanted: Vec<Wanted> = of_presses.chain(of_uniform).collect();
     // A frame of a uniform load is held once for each of its lines.
     check_memory(table, &wanted, uniform.len(), rows * columns)?;
-    let options = TextOptions {
+    let options = ReadOptions {
         transpose,
-        ..TextOptions::of(sensor)
+        ..ReadOptions::of(sensor)
     };
     let mut found = read_frames(&wanted, options, reporter)?;
     let mut data = CalibrationData::default();
@@ -171,7 +171,7 @@ type FramesByPlace = BTreeMap<(PathBuf, usize), Frame<Counts>>;
 /// Reads every frame asked for, each recording once.
 fn read_frames(
     wanted: &[Wanted],
-    options: TextOptions,
+    options: ReadOptions,
     reporter: &dyn Reporter,
 ) -> Result<FramesByPlace, Error> {
     let mut by_recording: BTreeMap<&Path, BTreeMap<usize, &Wanted>> = BTreeMap::new();

@@ -11,7 +11,7 @@ use taxel::sensor::{Sensor, Topology};
 use taxel::solve::{Method, Newton, Uncertainty, standard_errors_by};
 use taxel::stats::median;
 use taxel::{Frame, Volts};
-use taxel_io::{TextOptions, ValuesWriter, open_counts};
+use taxel_io::{ReadOptions, ValuesWriter, open_counts};
 
 /// Standard deviation of rounding to whole counts.
 const ROUNDING: f64 = 0.289;
@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut volts = Frame::<Volts>::zeros(sensor.rows(), sensor.columns());
     let mut siemens = volts.map(|_, _| 0.0);
     println!("frame  stop        residual  median G (S)  negative  error > value");
-    let mut source = open_counts(recording, TextOptions::of(&sensor))?;
+    let mut source = open_counts(recording, ReadOptions::of(&sensor))?;
     let mut counts = Frame::zeros(sensor.rows(), sensor.columns());
     let mut writer = ValuesWriter::create(&output)?;
     while source.next_into(&mut counts)? {

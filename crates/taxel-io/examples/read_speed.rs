@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use taxel::{Counts, Frame};
-use taxel_io::{Error, FrameSource, TextOptions, TextReader, TextWriter};
+use taxel_io::{Error, FrameSource, ReadOptions, TextReader, TextWriter};
 
 const ROWS: usize = 64;
 const COLUMNS: usize = 128;
@@ -38,7 +38,7 @@ fn write(path: &Path) -> Result<u64, Error> {
 }
 
 fn read(path: &Path) -> Result<(u64, f64), Error> {
-    let mut options = TextOptions::new(ROWS, COLUMNS);
+    let mut options = ReadOptions::new(ROWS, COLUMNS);
     options.max_count = Some(65535.0);
     let mut reader = TextReader::open(path, options)?;
     let mut frame = Frame::zeros(ROWS, COLUMNS);

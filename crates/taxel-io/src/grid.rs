@@ -10,8 +10,8 @@ use taxel::{Frame, Mark};
 use crate::error::Error;
 use crate::lines::{Line, Lines};
 use crate::number::{Rule, count_fields, count_numbers, is_blank, parse_line};
+use crate::options::ReadOptions;
 use crate::source::{MAX_TAXELS, SkipLog, Skipped, fit_shape};
-use crate::text::TextOptions;
 pub(crate) use faults::shortened;
 
 /// What stands before a frame's lines in the `.csv` form.
@@ -83,7 +83,7 @@ impl Progress {
 pub(crate) struct Grid<R> {
     lines: Lines<R>,
     file: PathBuf,
-    options: TextOptions,
+    options: ReadOptions,
     rule: Rule,
     frame_lines: usize,
     line_numbers: usize,
@@ -102,10 +102,10 @@ impl<R: Read> Grid<R> {
     pub(crate) fn new(
         reader: R,
         file: &Path,
-        options: TextOptions,
+        options: ReadOptions,
         rule: Rule,
     ) -> Result<Self, Error> {
-        let TextOptions { rows, columns, .. } = options;
+        let ReadOptions { rows, columns, .. } = options;
         if !(1..=MAX_TAXELS).contains(&rows.saturating_mul(columns)) {
             let file = file.to_owned();
             return Err(Error::Size {

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::mcap::Losses;
+use crate::losses::Losses;
 
 /// What is known of a recording's completeness once it was read.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]

@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 use taxel::{Counts, Frame, Mark};
 
 use crate::error::{Error, ShapeFault};
+use crate::options::{ReadOptions, extension};
 use crate::source::{FrameSource, Input, MAX_TAXELS, SkipLog, Skipped, fit_shape, open_input};
-use crate::text::{TextOptions, extension};
 pub use element::Element;
 use header::{Header, fill};
 pub use write::{NpyWriter, NpzWriter};
@@ -33,8 +33,8 @@ pub struct NpyOptions {
     pub array: Option<String>,
 }
 
-impl From<TextOptions> for NpyOptions {
-    fn from(options: TextOptions) -> Self {
+impl From<ReadOptions> for NpyOptions {
+    fn from(options: ReadOptions) -> Self {
         Self {
             shape: Some((options.rows, options.columns)),
             max_count: options.max_count,

@@ -8,8 +8,9 @@ use crate::lines::{Line, Lines};
 use crate::mcap::McapReader;
 use crate::npy::{NpyOptions, NpyReader, layout_of};
 use crate::number::{count_fields, is_blank};
+use crate::options::{ReadOptions, extension};
 use crate::source::{FrameSource, open_input};
-use crate::text::{TextOptions, TextReader, extension};
+use crate::text::TextReader;
 
 /// Opens a recording of counts: `.txt`, `.csv`, `.npy`, `.npz` (its first array), `.mcap`; `-` is text on standard
 /// input.
@@ -18,7 +19,7 @@ use crate::text::{TextOptions, TextReader, extension};
 /// [`Error::Open`], [`Error::UnknownFormat`], and for arrays all that their header can be wrong in.
 pub fn open_counts(
     path: impl AsRef<Path>,
-    options: TextOptions,
+    options: ReadOptions,
 ) -> Result<Box<dyn FrameSource + Send>, Error> {
     let path = path.as_ref();
     Ok(match format_of(path)? {
@@ -140,29 +141,34 @@ fn shape_of_text(path: &Path) -> Result<ShapeGuess, Error> {
         }
     }
     if guess.columns.is_none() {
-        let file = path.to_owned();
-        if let Some((line, found)) = first {
-            return Err(Error::NoNumbers {
-                at: Place {
-                    file,
-                    line,
-                    column: 1,
-                },
-                hint: if found.contains(',') {
-                    "frames of counts as text are lines of numbers and nothing else"
-                } else {
-                    "numbers of a frame are separated by commas; `tr -s ' \\t' ','` puts them in"
-                },
-                found,
-            });
-        }
-        return Err(Error::Empty {
+        return Err(no_numbers(path, first));
+    }
+    Ok(guess)
+}
+
+/// No line of the file is one of numbers; `first` is the first that is not blank, with its number.
+fn no_numbers(path: &Path, first: Option<(u64, String)>) -> Error {
+    let file = path.to_owned();
+    let Some((line, found)) = first else {
+        return Error::Empty {
             file,
             what: "line of numbers",
             found: 0,
-        });
+        };
+    };
+    Error::NoNumbers {
+        at: Place {
+            file,
+            line,
+            column: 1,
+        },
+        hint: if found.contains(',') {
+            "frames of counts as text are lines of numbers and nothing else"
+        } else {
+            "numbers of a frame are separated by commas; `tr -s ' \\t' ','` puts them in"
+        },
+        found,
     }
-    Ok(guess)
 }
 
 /// Before the number of columns is known, words are no line of a frame.

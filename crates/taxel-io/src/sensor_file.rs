@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::{Error, FrameSource, MAX_TAXELS, TextOptions, ValuesReader, bounded};
+use crate::{Error, FrameSource, MAX_TAXELS, ReadOptions, ValuesReader, bounded};
 use taxel::sensor::{PRESETS, SensorSpec, preset};
 use taxel::{Frame, Sensor, Siemens};
 
@@ -70,7 +70,7 @@ pub fn next_to(sensor: &Path, name: &str) -> PathBuf {
 /// The numbers of a file beside the sensor file, one for each taxel.
 fn per_taxel(file: &Path, rows: usize, columns: usize) -> Result<Vec<f64>, Error> {
     // The numbers have no unit; the reader does not ask.
-    let mut reader = ValuesReader::<Siemens>::open(file, TextOptions::new(rows, columns))?;
+    let mut reader = ValuesReader::<Siemens>::open(file, ReadOptions::new(rows, columns))?;
     let mut frame = Frame::zeros(rows, columns);
     let lines = |found| Error::PerTaxelLines {
         file: file.to_owned(),

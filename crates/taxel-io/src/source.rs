@@ -9,8 +9,9 @@ use std::time::SystemTime;
 use taxel::{Counts, Frame};
 
 use crate::error::Error;
+use crate::event::Event;
 use crate::integrity::Integrity;
-use crate::mcap::{Event, Tare};
+use crate::tare::Tare;
 
 /// The most taxels a frame may have: 2¹⁸, as of 512 x 512 or 4096 x 64 lines. A command holds up to eighty numbers a
 /// taxel while it solves a frame, and stays below 256 MiB.

@@ -6,78 +6,21 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use taxel::{Counts, Frame, Sensor};
+use taxel::{Counts, Frame};
 
 use crate::error::Error;
 use crate::grid::Grid;
 use crate::number::Rule;
+use crate::options::{ReadOptions, extension};
 use crate::rows::{ExtraLines, RowWriter};
 use crate::source::{FrameSource, Input, Skipped, open_input};
-
-/// How to read frames from text.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TextOptions {
-    /// Sensed lines of the array.
-    pub rows: usize,
-    /// Driven lines of the array.
-    pub columns: usize,
-    /// The largest count allowed; `None`: any.
-    pub max_count: Option<f64>,
-    /// The file has rows and columns swapped: `columns` lines of `rows` numbers.
-    pub transpose: bool,
-    /// Leave out frames that cannot be read, instead of stopping at the first.
-    pub keep_going: bool,
-    /// Of a damaged `.mcap`, give what is whole and no error at its end: the caller asks
-    /// [`FrameSource::integrity`] and tells what is missing.
-    pub accept_damage: bool,
-    /// Whether each frame has an extra line before it. `None`: `.txt` files have none, the others show it.
-    pub extra_line: Option<bool>,
-}
-
-impl TextOptions {
-    /// Frames of `rows` × `columns`, any count, stopping at the first error.
-    pub fn new(rows: usize, columns: usize) -> Self {
-        Self {
-            rows,
-            columns,
-            max_count: None,
-            transpose: false,
-            keep_going: false,
-            accept_damage: false,
-            extra_line: None,
-        }
-    }
-
-    /// Frames of a sensor, counts up to its converter's largest.
-    pub fn of(sensor: &Sensor) -> Self {
-        Self {
-            max_count: Some(sensor.max_count()),
-            ..Self::new(sensor.rows(), sensor.columns())
-        }
-    }
-
-    /// What the extension says about the extra line, where the caller does not.
-    pub(crate) fn for_file(mut self, path: &Path) -> Self {
-        if self.extra_line.is_none() && extension(path) == "txt" {
-            self.extra_line = Some(false);
-        }
-        self
-    }
-}
-
-/// What follows the last dot, in small letters.
-pub(crate) fn extension(path: &Path) -> String {
-    path.extension()
-        .map(|e| e.to_string_lossy().to_ascii_lowercase())
-        .unwrap_or_default()
-}
 
 /// Reads frames of counts from text. Fractions are allowed (averaged recordings); signs are not.
 ///
 /// ```
-/// use taxel_io::{FrameSource, TextOptions, TextReader};
+/// use taxel_io::{FrameSource, ReadOptions, TextReader};
 /// let text = "1,2,3,\n4,5,6,\n";
-/// let reader = TextReader::new(text.as_bytes(), "two lines", TextOptions::new(2, 3))?;
+/// let reader = TextReader::new(text.as_bytes(), "two lines", ReadOptions::new(2, 3))?;
 /// let frame = reader.frames().next().unwrap()?;
 /// assert_eq!(frame.at(1, 0), 4.0);
 /// # Ok::<(), taxel_io::Error>(())
@@ -93,7 +36,7 @@ impl TextReader<Input> {
     ///
     /// # Errors
     /// [`Error::Open`]; [`Error::Size`] for an array of no or too many taxels.
-    pub fn open(path: impl AsRef<Path>, options: TextOptions) -> Result<Self, Error> {
+    pub fn open(path: impl AsRef<Path>, options: ReadOptions) -> Result<Self, Error> {
         let path = path.as_ref();
         let (input, total) = open_input(path)?;
         let mut reader = Self::new(input, path, options.for_file(path))?;
@@ -107,7 +50,7 @@ impl<R: Read> TextReader<R> {
     ///
     /// # Errors
     /// [`Error::Size`] for an array of no or too many taxels.
-    pub fn new(reader: R, name: impl Into<PathBuf>, options: TextOptions) -> Result<Self, Error> {
+    pub fn new(reader: R, name: impl Into<PathBuf>, options: ReadOptions) -> Result<Self, Error> {
         let maximum = options.max_count.unwrap_or(f64::MAX);
         Ok(Self {
             grid: Grid::new(reader, &name.into(), options, Rule::Counts { maximum })?,

@@ -9,9 +9,9 @@ use taxel::Frame;
 use crate::error::Error;
 use crate::grid::Grid;
 use crate::number::Rule;
+use crate::options::ReadOptions;
 use crate::rows::{ExtraLines, RowWriter};
 use crate::source::{FrameSource, Input, Skipped, open_input};
-use crate::text::TextOptions;
 
 /// Reads frames of quantity `Q`, in its unit; signs and fractions are allowed, NaN and infinities are not.
 /// `max_count` of the options is not looked at.
@@ -27,7 +27,7 @@ impl<Q> ValuesReader<Q, Input> {
     ///
     /// # Errors
     /// [`Error::Open`]; [`Error::Size`] for an array of no or too many taxels.
-    pub fn open(path: impl AsRef<Path>, options: TextOptions) -> Result<Self, Error> {
+    pub fn open(path: impl AsRef<Path>, options: ReadOptions) -> Result<Self, Error> {
         let path = path.as_ref();
         let (input, total) = open_input(path)?;
         let mut reader = Self::new(input, path, options.for_file(path))?;
@@ -41,7 +41,7 @@ impl<Q, R: Read> ValuesReader<Q, R> {
     ///
     /// # Errors
     /// [`Error::Size`] for an array of no or too many taxels.
-    pub fn new(reader: R, name: impl Into<PathBuf>, options: TextOptions) -> Result<Self, Error> {
+    pub fn new(reader: R, name: impl Into<PathBuf>, options: ReadOptions) -> Result<Self, Error> {
         Ok(Self {
             grid: Grid::new(reader, &name.into(), options, Rule::Finite)?,
             shape: (options.rows, options.columns),

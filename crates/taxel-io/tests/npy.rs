@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use taxel::{Counts, Frame, Siemens};
 use taxel_io::npy::Element;
 use taxel_io::{
-    Error, FrameSource, NpyOptions, NpyReader, NpyWriter, NpzWriter, TextOptions, open_counts,
+    Error, FrameSource, NpyOptions, NpyReader, NpyWriter, NpzWriter, ReadOptions, open_counts,
     shape_of,
 };
 
@@ -119,7 +119,7 @@ fn counts(rows: usize, columns: usize, n: usize) -> Vec<Frame<Counts>> {
         .collect()
 }
 
-fn all(path: &Path, options: TextOptions) -> Vec<Frame<Counts>> {
+fn all(path: &Path, options: ReadOptions) -> Vec<Frame<Counts>> {
     let source = open_counts(path, options).unwrap();
     source.frames().map(Result::unwrap).collect()
 }
@@ -133,7 +133,7 @@ fn counts_go_through_npy_and_npz_and_the_extension_chooses() {
     frames.iter().for_each(|frame| writer.write(frame).unwrap());
     writer.commit().unwrap();
     assert_eq!(fs::metadata(&npy).unwrap().len(), 192 + 5 * 12 * 2);
-    assert_eq!(all(&npy, TextOptions::new(3, 4)), frames);
+    assert_eq!(all(&npy, ReadOptions::new(3, 4)), frames);
 
     let npz = folder.path().join("a.npz");
     let mut writer = NpzWriter::create(&npz).unwrap();
@@ -144,7 +144,7 @@ fn counts_go_through_npy_and_npz_and_the_extension_chooses() {
     writer.begin_array("one", None, 3, 4, Element::F8).unwrap();
     writer.write(&frames[4]).unwrap();
     writer.commit().unwrap();
-    assert_eq!(all(&npz, TextOptions::new(3, 4)), frames);
+    assert_eq!(all(&npz, ReadOptions::new(3, 4)), frames);
     let options = NpyOptions {
         array: Some("one".into()),
         ..NpyOptions::default()
@@ -202,7 +202,7 @@ fn a_damaged_archive_is_noticed() {
         let mut bytes = whole.clone();
         bytes[at] ^= 0x10;
         fs::write(&path, &bytes).unwrap();
-        let result = open_counts(&path, TextOptions::new(3, 4))
+        let result = open_counts(&path, ReadOptions::new(3, 4))
             .and_then(|source| source.frames().collect::<Result<Vec<_>, _>>());
         // Damage to a date or a size nobody reads goes unnoticed; damage to the data must not.
         if let Ok(frames) = result {

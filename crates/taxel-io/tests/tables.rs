@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use taxel_io::experiments::{read_presses_from, taxel_of_label};
-use taxel_io::{Error, Press, TextOptions, open_counts, read_pairs, read_uniform_loads, shape_of};
+use taxel_io::{Error, Press, ReadOptions, open_counts, read_pairs, read_uniform_loads, shape_of};
 
 fn presses(text: &str) -> Result<Vec<Press>, Error> {
     read_presses_from(text.as_bytes(), "rig/experiments.csv", 8, 4, None)
@@ -160,13 +160,13 @@ fn a_recording_is_known_by_its_name_and_its_shape_by_its_beginning() {
         shape_of(write("e.txt", "\n")),
         Err(Error::Empty { .. })
     ));
-    let error = open_counts(folder.path().join("no.txt"), TextOptions::new(1, 1)).err();
+    let error = open_counts(folder.path().join("no.txt"), ReadOptions::new(1, 1)).err();
     assert!(error.unwrap().to_string().starts_with("cannot open "));
-    let error = open_counts("a.xlsx", TextOptions::new(1, 1)).err();
+    let error = open_counts("a.xlsx", ReadOptions::new(1, 1)).err();
     assert_eq!(
         error.unwrap().to_string(),
         "cannot tell the format of a.xlsx from `.xlsx`\nhint: recordings end in .txt, .csv, .npy, .npz or .mcap"
     );
-    let error = open_counts(folder.path().with_extension("txt"), TextOptions::new(0, 1)).err();
+    let error = open_counts(folder.path().with_extension("txt"), ReadOptions::new(0, 1)).err();
     assert!(error.is_some());
 }

@@ -3,20 +3,20 @@
 use proptest::prelude::*;
 use taxel::{Counts, Frame, Newtons};
 use taxel_io::{
-    Error, FrameSource, TextOptions, TextReader, TextWriter, ValuesReader, ValuesWriter,
+    Error, FrameSource, ReadOptions, TextReader, TextWriter, ValuesReader, ValuesWriter,
 };
 
-fn options(rows: usize, columns: usize) -> TextOptions {
-    TextOptions {
+fn options(rows: usize, columns: usize) -> ReadOptions {
+    ReadOptions {
         max_count: Some(1023.0),
-        ..TextOptions::new(rows, columns)
+        ..ReadOptions::new(rows, columns)
     }
 }
 
 /// All frames' values, the error that ended them, and the frames left out with the reasons.
 type Outcome = (Vec<Vec<f64>>, Option<Error>, Vec<(u64, String)>);
 
-fn read(text: &[u8], options: TextOptions) -> Outcome {
+fn read(text: &[u8], options: ReadOptions) -> Outcome {
     let mut reader = TextReader::new(text, "rec", options).unwrap();
     let mut frame = Frame::zeros(1, 1);
     let mut frames = Vec::new();
@@ -34,7 +34,7 @@ fn read(text: &[u8], options: TextOptions) -> Outcome {
     (frames, error, skips)
 }
 
-fn good(text: &str, options: TextOptions) -> Vec<Vec<f64>> {
+fn good(text: &str, options: ReadOptions) -> Vec<Vec<f64>> {
     let (frames, error, _) = read(text.as_bytes(), options);
     assert!(error.is_none(), "{text:?}: {}", error.unwrap());
     frames
@@ -42,11 +42,11 @@ fn good(text: &str, options: TextOptions) -> Vec<Vec<f64>> {
 
 #[test]
 fn every_form_of_the_same_two_frames_reads_alike() {
-    let txt = TextOptions {
+    let txt = ReadOptions {
         extra_line: Some(false),
         ..options(2, 3)
     };
-    let told = TextOptions {
+    let told = ReadOptions {
         extra_line: Some(true),
         ..options(2, 3)
     };
@@ -77,7 +77,7 @@ fn every_form_of_the_same_two_frames_reads_alike() {
 
 #[test]
 fn a_transposed_file_gives_the_same_frame() {
-    let options = TextOptions {
+    let options = ReadOptions {
         transpose: true,
         ..options(2, 3)
     };
@@ -129,7 +129,7 @@ fn bad_files_say_what_where_and_both_numbers() {
 
 #[test]
 fn a_blank_line_in_a_txt_is_no_separator() {
-    let options = TextOptions {
+    let options = ReadOptions {
         extra_line: Some(false),
         ..options(1, 2)
     };
@@ -172,7 +172,7 @@ fn keep_going_leaves_out_the_broken_frame_and_no_other() {
             let text = format!("{extra}{first}{extra}{first}{extra}{broken}{extra}{last}");
             let (frames, error, skips) = read(
                 text.as_bytes(),
-                TextOptions {
+                ReadOptions {
                     keep_going: true,
                     extra_line: extra.is_empty().then_some(false),
                     ..options(2, 3)
@@ -262,7 +262,7 @@ proptest! {
             writer.write(frame).unwrap();
         }
         writer.commit().unwrap();
-        let options = TextOptions::new(frames[0].rows(), frames[0].columns());
+        let options = ReadOptions::new(frames[0].rows(), frames[0].columns());
         let back: Result<Vec<_>, _> = TextReader::open(&path, options).unwrap().frames().collect();
         let mut frames = frames;
         if !csv {
@@ -280,7 +280,7 @@ proptest! {
             writer.write(frame).unwrap();
         }
         writer.commit().unwrap();
-        let options = TextOptions::new(frames[0].rows(), frames[0].columns());
+        let options = ReadOptions::new(frames[0].rows(), frames[0].columns());
         let reader = ValuesReader::<Newtons>::open(&path, options).unwrap();
         let back: Result<Vec<_>, _> = reader.frames().collect();
         prop_assert_eq!(back.unwrap(), frames);
@@ -296,8 +296,8 @@ proptest! {
         rows in 1usize..5, columns in 1usize..5,
         transpose: bool, keep_going: bool, extra_line in proptest::option::of(any::<bool>()),
     ) {
-        let options = TextOptions {
-            max_count: None, transpose, keep_going, extra_line, ..TextOptions::new(rows, columns)
+        let options = ReadOptions {
+            max_count: None, transpose, keep_going, extra_line, ..ReadOptions::new(rows, columns)
         };
         let (frames, error, skips) = read(&bytes, options);
         for values in frames {

@@ -2,7 +2,7 @@
 
 use crate::colour_bar::{Beyond, ColourBar};
 use crate::heatmap::Panel;
-use crate::panel_layout::{Room, draw_heatmap, plot_size};
+use crate::heatmap::layout::{Room, draw_heatmap, plot_size};
 use crate::picture::Picture;
 use crate::scale::{drawable, union};
 use crate::sheet::draw_caption;

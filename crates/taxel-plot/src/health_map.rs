@@ -7,7 +7,7 @@ use taxel::selftest::{Fault, Finding, Health, Place};
 
 use crate::MARGIN;
 use crate::colour_bar::{HAIRLINE, LABEL_SIZE, TICK};
-use crate::panel_layout::{NOTE_LEADING, NOTE_SIZE, TITLE_LEADING, TITLE_SIZE};
+use crate::heatmap::layout::{NOTE_LEADING, NOTE_SIZE, TITLE_LEADING, TITLE_SIZE};
 use crate::picture::Picture;
 use crate::svg::{Anchor, Canvas, INK, Rect, number};
 use crate::text;

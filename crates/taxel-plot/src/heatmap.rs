@@ -1,15 +1,17 @@
 //! One frame as a heatmap.
 
+pub(crate) mod layout;
+
 use taxel::{Frame, Mark};
 
 use crate::colour::ColourMap;
-use crate::panel_layout::{PanelLayout, Room};
 use crate::picture::Picture;
 use crate::quantity::Quantity;
 use crate::raster::{Grid, Interpolation};
 use crate::scale::{drawable, finite_range, from_zero};
 use crate::svg::Canvas;
 use crate::{Error, MARGIN};
+use layout::{PanelLayout, Room};
 
 /// A heatmap of one frame with its axes, row 0 at the top, and a colour bar.
 ///

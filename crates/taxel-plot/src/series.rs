@@ -1,11 +1,12 @@
 //! Values over frames: one taxel, several, or a whole row or column.
 
+mod plot;
+
 use taxel::Frame;
 
 use crate::Error;
 use crate::picture::Picture;
 use crate::quantity::Quantity;
-use crate::series_plot;
 
 /// How the values of a line are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -259,7 +260,7 @@ impl Series {
     /// # Errors
     /// [`Error::Png`] should the bar of line colours not be encodable.
     pub fn picture(&self) -> Result<Picture, Error> {
-        series_plot::draw(self)
+        plot::draw(self)
     }
 }
 

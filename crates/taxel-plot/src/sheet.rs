@@ -1,7 +1,7 @@
 //! A few heatmaps in one picture: before and after, measured against estimated.
 
 use crate::heatmap::Panel;
-use crate::panel_layout::{NOTE_LEADING, NOTE_SIZE, PanelLayout, Room, plot_size};
+use crate::heatmap::layout::{NOTE_LEADING, NOTE_SIZE, PanelLayout, Room, plot_size};
 use crate::picture::Picture;
 use crate::scale::{drawable, union};
 use crate::svg::{Anchor, Canvas};

@@ -8,7 +8,7 @@ use taxel::frame::grams_from_newtons;
 use taxel::metric::{TaxelCrossTalk, cross_talk_index, ghost_level, is_usable};
 use taxel::simulate::{Grams, newtons};
 use taxel::{Frame, Newtons};
-use taxel_io::TextOptions;
+use taxel_io::ReadOptions;
 use taxel_plot::report::{Cell, Figure, Section, Table, number};
 use taxel_plot::{Line, LineStyle, Panel, Series, Sheet, cells};
 
@@ -87,21 +87,16 @@ pub(super) fn section(
         ..Section::default()
     };
     let methods = experiment.methods(plan.folder())?;
+    let headed = |words: &str, group: &Group, head: &[&str]| {
+        Table::new(format!("{words}: {}", group.name()), head)
+    };
     for group in groups {
         let mut drawn = Vec::new();
-        let mut taxels = Table::new(format!("Load on the taxel, g: {}", group.name()), &HEAD);
-        let mut ranges = Table::new(format!("By load, g: {}", group.name()), &HEAD);
-        let mut total = Table::new(
-            format!("Load on the whole array, g: {}", group.name()),
-            &HEAD,
-        );
-        let mut place = Table::new(
-            format!(
-                "Centre of pressure, distance from the known place, mm: {}",
-                group.name()
-            ),
-            &PLACE_HEAD,
-        );
+        let mut taxels = headed("Load on the taxel, g", group, &HEAD);
+        let mut ranges = headed("By load, g", group, &HEAD);
+        let mut total = headed("Load on the whole array, g", group, &HEAD);
+        let from_known = "Centre of pressure, distance from the known place, mm";
+        let mut place = headed(from_known, group, &PLACE_HEAD);
         for (number, method) in methods.iter().enumerate() {
             let name = name_of(method);
             let pairs = pairs(plan, group, |trial, reading| {
@@ -251,7 +246,7 @@ pub(super) fn of_whole_frames(
     let methods = experiment.methods(plan.folder())?;
     files.extend(methods.iter().filter_map(MethodName::file));
     let mut reader = Reader::new(&sensor, &file, &methods, plan.frames_per_second, reporter)?;
-    let mut options = TextOptions::of(&sensor);
+    let mut options = ReadOptions::of(&sensor);
     options.max_count = None;
     let mut truths = open_values::<Grams>(&truth_file, options)?;
     let mut truth = Frame::<Grams>::zeros(sensor.rows(), sensor.columns());
@@ -342,6 +337,28 @@ impl Whole {
     }
 }
 
+const GHOST_HEAD: [&str; 5] = [
+    "",
+    "largest ghost, g",
+    "index",
+    "of the worst taxel",
+    "which",
+];
+
+fn ghost_row(
+    name: String,
+    whole: &Whole,
+    each: Option<&[f64]>,
+    sensor: &taxel::Sensor,
+) -> Vec<Cell> {
+    let largest = whole.ghosts.iter().copied().reduce(f64::max);
+    let mean = taxel::stats::mean(whole.index.iter().copied());
+    let worst = each.and_then(worst);
+    let place = worst
+        .map(|(taxel, _)| format!("{}, {}", taxel / sensor.columns(), taxel % sensor.columns()));
+    cells![name, largest, mean, worst.map(|w| w.1), place]
+}
+
 fn whole_section(
     plan: &Plan,
     experiment: &Experiment,
@@ -365,13 +382,7 @@ fn whole_section(
     );
     let mut ghosts = Table::new(
         "Cross-talk; the worst taxel is named by its row and column",
-        &[
-            "",
-            "largest ghost, g",
-            "index",
-            "of the worst taxel",
-            "which",
-        ],
+        &GHOST_HEAD,
     );
     let mut drawn = Vec::new();
     let mut maps = Vec::new();
@@ -388,20 +399,8 @@ fn whole_section(
         for (range, found) in by_range(&whole.loaded, &experiment.ranges_g, &plan.bootstrap) {
             ranges.push(row(range_name(&name, range), &found));
         }
-        let largest = whole.ghosts.iter().copied().reduce(f64::max);
-        let mean = whole.index.iter().sum::<f64>() / whole.index.len() as f64;
         let each = whole.each.as_ref().and_then(TaxelCrossTalk::index);
-        let worst = each.as_deref().and_then(worst);
-        let place = worst.map(|(taxel, _)| {
-            format!("{}, {}", taxel / sensor.columns(), taxel % sensor.columns())
-        });
-        ghosts.push(cells![
-            name.clone(),
-            largest,
-            mean,
-            worst.map(|w| w.1),
-            place
-        ]);
+        ghosts.push(ghost_row(name.clone(), &whole, each.as_deref(), sensor));
         maps.extend(each.map(|each| (name.clone(), each)));
         drawn.push((name, whole.loaded.concat()));
     }

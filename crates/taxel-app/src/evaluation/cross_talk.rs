@@ -21,6 +21,19 @@ struct Models {
     equation_6: Vec<f64>,
 }
 
+const HEAD: [&str; 10] = [
+    "setting",
+    "experiments",
+    "others",
+    "drop, %",
+    "taxel, Ω",
+    "full circuit: drop, %",
+    "misfit, %",
+    "equation 6: drop, %",
+    "misfit, %",
+    "compensated: drop, %",
+];
+
 pub(super) fn section(
     plan: &Plan,
     experiment: &Experiment,
@@ -35,18 +48,7 @@ pub(super) fn section(
             "Cross-talk: how much less is read with the most others pressed than with the fewest, %; {} intervals over experiments. Misfit: root mean square distance from the mean curve, % of its first point",
             plan.sure()
         ),
-        &[
-            "setting",
-            "experiments",
-            "others",
-            "drop, %",
-            "taxel, Ω",
-            "full circuit: drop, %",
-            "misfit, %",
-            "equation 6: drop, %",
-            "misfit, %",
-            "compensated: drop, %",
-        ],
+        &HEAD,
     );
     let mut curve = Table::new(
         "Mean V_out, V",

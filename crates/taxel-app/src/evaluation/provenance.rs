@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 use taxel::Sensor;
-use taxel::sensor::{PerLine, PerTaxel};
+use taxel::sensor::{PerLine, PerTaxel, SensorSpec};
 use taxel_plot::cells;
 use taxel_plot::report::{Section, Table, number};
 
@@ -40,7 +40,7 @@ pub(super) fn about(plan: &Plan) -> Vec<(String, String)> {
 /// A sensor, line by line.
 fn describe(sensor: &Sensor) -> Vec<(String, String)> {
     let spec = sensor.spec();
-    let (array, readout, converter) = (&spec.array, &spec.readout, &spec.converter);
+    let (array, converter) = (&spec.array, &spec.converter);
     let line = |what: &str, said: String| (what.to_owned(), said);
     let mut about = vec![
         line("sensor", spec.name.clone()),
@@ -56,6 +56,22 @@ fn describe(sensor: &Sensor) -> Vec<(String, String)> {
             ),
         ),
     ];
+    about.push(line("read-out", describe_readout(spec)));
+    about.push(line(
+        "converter",
+        format!(
+            "{} bits, full scale {} V{}",
+            converter.bits,
+            number(converter.full_scale_volts),
+            if converter.inverted { ", inverted" } else { "" }
+        ),
+    ));
+    about.push(line("load law", describe_law(spec)));
+    about
+}
+
+fn describe_readout(spec: &SensorSpec) -> String {
+    let (array, readout) = (&spec.array, &spec.readout);
     let mut parts = vec![
         readout.topology.name().to_owned(),
         format!("V_test {} V", number(readout.v_test_volts)),
@@ -79,42 +95,32 @@ fn describe(sensor: &Sensor) -> Vec<(String, String)> {
     if readout.r_source_ohms > 0.0 {
         parts.push(format!("R_v {} Ω", number(readout.r_source_ohms)));
     }
-    about.push(line("read-out", parts.join(", ")));
-    about.push(line(
-        "converter",
-        format!(
-            "{} bits, full scale {} V{}",
-            converter.bits,
-            number(converter.full_scale_volts),
-            if converter.inverted { ", inverted" } else { "" }
-        ),
-    ));
-    let material = match &spec.material {
-        Some(material) => {
-            let exponent = match &material.exponent {
-                PerTaxel::One(exponent) => number(*exponent),
-                _ => "its taxel's exponent".to_owned(),
-            };
-            let mut law = format!(
-                "G = {} S + {} S · (load in g)^{exponent}",
-                number(material.g_zero_siemens),
-                number(material.factor),
-            );
-            for (there, words) in [
-                (material.gain.is_some(), ", a gain for each taxel"),
-                (material.bend.is_some(), ", bent"),
-                (material.saturation_load_g.is_some(), ", saturating"),
-                (material.spread.is_some(), ", with spread to neighbours"),
-                (material.dynamic.is_some(), ", with creep and hysteresis"),
-            ] {
-                law += if there { words } else { "" };
-            }
-            law
-        }
-        None => "none: no loads".to_owned(),
+    parts.join(", ")
+}
+
+fn describe_law(spec: &SensorSpec) -> String {
+    let Some(material) = &spec.material else {
+        return "none: no loads".to_owned();
     };
-    about.push(line("load law", material));
-    about
+    let exponent = match &material.exponent {
+        PerTaxel::One(exponent) => number(*exponent),
+        _ => "its taxel's exponent".to_owned(),
+    };
+    let mut law = format!(
+        "G = {} S + {} S · (load in g)^{exponent}",
+        number(material.g_zero_siemens),
+        number(material.factor),
+    );
+    for (there, words) in [
+        (material.gain.is_some(), ", a gain for each taxel"),
+        (material.bend.is_some(), ", bent"),
+        (material.saturation_load_g.is_some(), ", saturating"),
+        (material.spread.is_some(), ", with spread to neighbours"),
+        (material.dynamic.is_some(), ", with creep and hysteresis"),
+    ] {
+        law += if there { words } else { "" };
+    }
+    law
 }
 
 fn switches(values: Option<&PerLine>, lines: usize) -> String {

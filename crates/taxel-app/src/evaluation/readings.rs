@@ -8,7 +8,7 @@ use taxel::frame::grams_from_newtons;
 use taxel::metric::FrameFigures;
 use taxel::pipeline::{FrameResult, Pipeline};
 use taxel::{Counts, Frame, Mark, Sensor};
-use taxel_io::{FrameSource, TextOptions, Trial, open_counts};
+use taxel_io::{FrameSource, ReadOptions, Trial, open_counts};
 
 use super::plan::Value;
 use crate::error::Error;
@@ -181,7 +181,7 @@ impl<'a> Reader<'a> {
         recording: &Path,
         mut see: impl FnMut(&mut Self, &Frame<Counts>, u64) -> Result<(), Error>,
     ) -> Result<u64, Error> {
-        let mut options = TextOptions::of(&self.sensor);
+        let mut options = ReadOptions::of(&self.sensor);
         options.keep_going = true;
         let mut source = open_counts(recording, options)?;
         let mut frame = Frame::zeros(self.sensor.rows(), self.sensor.columns());

@@ -10,6 +10,18 @@ use super::readings::Group;
 use super::{no_law, too_few};
 use crate::error::Error;
 
+const HEAD: [&str; 9] = [
+    "setting",
+    "readings",
+    "marked",
+    "far",
+    "outliers, %",
+    "CV, %",
+    "CV without outliers, %",
+    "CV between experiments, %",
+    "mean",
+];
+
 pub(super) fn section(
     plan: &Plan,
     experiment: &Experiment,
@@ -22,17 +34,7 @@ pub(super) fn section(
             value.unit(),
             plan.sure()
         ),
-        &[
-            "setting",
-            "readings",
-            "marked",
-            "far",
-            "outliers, %",
-            "CV, %",
-            "CV without outliers, %",
-            "CV between experiments, %",
-            "mean",
-        ],
+        &HEAD,
     );
     let mut figures = Vec::new();
     let mut over_readings = false;

@@ -3,7 +3,7 @@
 use taxel::circuit::Converter;
 use taxel::evaluate::response::{LoadReading, Response, response};
 use taxel::{Counts, Frame};
-use taxel_plot::report::{Figure, Section, Table, number};
+use taxel_plot::report::{Cell, Figure, Section, Table, number};
 use taxel_plot::{Line, LineStyle, Series, cells};
 
 use super::plan::{Experiment, Plan, Value};
@@ -15,6 +15,39 @@ use crate::error::Error;
 const LISTED: usize = 100;
 /// Positions at which a fitted curve is drawn.
 const DRAWN: usize = 60;
+
+const HEAD: [&str; 9] = [
+    "setting",
+    "sensitivity",
+    "offset",
+    "R²",
+    "non-linearity, %",
+    "exponent",
+    "saturates at, g",
+    "usable, g",
+    "smallest, g",
+];
+const LEVEL_HEAD: [&str; 5] = [
+    "setting",
+    "load, g",
+    "mean",
+    "standard deviation",
+    "saturated, %",
+];
+
+fn row(group: &Group, found: &Response) -> Vec<Cell> {
+    cells![
+        group.name().to_owned(),
+        found.sensitivity,
+        found.line.offset,
+        found.line.r_squared,
+        found.non_linearity_percent,
+        found.exponent,
+        found.saturates_at,
+        usable(found),
+        found.smallest_detectable,
+    ]
+}
 
 pub(super) fn section(
     plan: &Plan,
@@ -28,27 +61,11 @@ pub(super) fn section(
             "Response to load; sensitivity in {unit} per g; {} intervals over experiments",
             plan.sure()
         ),
-        &[
-            "setting",
-            "sensitivity",
-            "offset",
-            "R²",
-            "non-linearity, %",
-            "exponent",
-            "saturates at, g",
-            "usable, g",
-            "smallest, g",
-        ],
+        &HEAD,
     );
     let mut levels = Table::new(
         format!("Mean {} under each load, {unit}", value.quantity()),
-        &[
-            "setting",
-            "load, g",
-            "mean",
-            "standard deviation",
-            "saturated, %",
-        ],
+        &LEVEL_HEAD,
     );
     let (mut figures, mut left_out) = (Vec::new(), Vec::new());
     for group in groups {
@@ -59,17 +76,7 @@ pub(super) fn section(
                 "readings under two loads or more that do not saturate",
             )
         })?;
-        table.push(cells![
-            group.name().to_owned(),
-            found.sensitivity,
-            found.line.offset,
-            found.line.r_squared,
-            found.non_linearity_percent,
-            found.exponent,
-            found.saturates_at,
-            usable(&found),
-            found.smallest_detectable,
-        ]);
+        table.push(row(group, &found));
         if found.levels.len() > LISTED {
             left_out.push(format!("{} ({})", group.name(), found.levels.len()));
         }

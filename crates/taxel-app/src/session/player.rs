@@ -7,7 +7,7 @@ use std::time::{Duration, Instant, SystemTime};
 use taxel::{Counts, Frame, Sensor};
 use taxel_acquire::protocol::LinkStats;
 use taxel_acquire::transport::{Receiver, State};
-use taxel_io::{FrameSource, McapReader, TextOptions, open_counts, shape_of};
+use taxel_io::{FrameSource, McapReader, ReadOptions, open_counts, shape_of};
 use taxel_server::DeviceState;
 
 use super::source::FrameSink;
@@ -43,7 +43,7 @@ enum PlaybackSource {
 /// A recording to be played.
 pub(super) struct Player {
     path: PathBuf,
-    options: TextOptions,
+    options: ReadOptions,
     source: PlaybackSource,
     /// Seconds and frames, where they are known.
     extent: Option<(f64, u64)>,
@@ -69,7 +69,7 @@ struct Showing {
     shown_one: bool,
 }
 
-fn open(path: &Path, options: TextOptions) -> Result<PlaybackSource, Error> {
+fn open(path: &Path, options: ReadOptions) -> Result<PlaybackSource, Error> {
     let timed = is_mcap(path);
     Ok(if timed {
         PlaybackSource::Timed(Box::new(McapReader::open(path, options)?))
@@ -89,7 +89,7 @@ impl Player {
         speed: Option<f64>,
         playing: bool,
     ) -> Result<Self, Error> {
-        let mut options = TextOptions::of(sensor);
+        let mut options = ReadOptions::of(sensor);
         options.keep_going = true;
         let source = open(path, options)?;
         let extent = match &source {

@@ -10,7 +10,7 @@ use taxel::Sensor;
 use taxel::evaluate::creep::MIN_DRIFT_SECS;
 use taxel::stats::Line as Straight;
 use taxel::stats::{mean, standard_deviation};
-use taxel_io::{Column, TextOptions, shape_of, write_columns};
+use taxel_io::{Column, ReadOptions, shape_of, write_columns};
 use taxel_plot::report::{Cell, Table};
 use taxel_plot::{Format, Line, LineStyle, Series, cells};
 
@@ -194,9 +194,9 @@ fn check(args: &Args) -> Result<(), Error> {
         .check()
 }
 
-fn options(args: &Args, sensor: Option<&Sensor>) -> Result<TextOptions, Error> {
+fn options(args: &Args, sensor: Option<&Sensor>) -> Result<ReadOptions, Error> {
     let mut options = match sensor {
-        Some(sensor) => TextOptions::of(sensor),
+        Some(sensor) => ReadOptions::of(sensor),
         None => {
             let guess = shape_of(&args.recording)?;
             let rows = args.rows.or(guess.rows).ok_or_else(|| Error::Arguments {
@@ -208,9 +208,9 @@ fn options(args: &Args, sensor: Option<&Sensor>) -> Result<TextOptions, Error> {
             })?;
             let columns = guess.columns.unwrap_or(1);
             if args.transpose {
-                TextOptions::new(columns, rows)
+                ReadOptions::new(columns, rows)
             } else {
-                TextOptions::new(rows, columns)
+                ReadOptions::new(rows, columns)
             }
         }
     };

@@ -141,20 +141,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         &sensor,
         &Terminal,
     )?;
-    let names = [Some(table), args.equilibration.as_ref()];
-    let options = CalibrationOptions {
-        law: args.law.into(),
-        per_line: args.per_line,
-        open_loop_gain: args.fit_gain,
-        r_source: args.fit_source,
-        folds: args.folds.into(),
-        date: today(),
-        files: names
-            .iter()
-            .flatten()
-            .map(|f| f.display().to_string())
-            .collect(),
-    };
+    let options = options_of(args, table);
     let progress = Progress::new("fitting");
     let mut show = |stage: &str, share| progress.stage(stage, share);
     let calibration = taxel::calibrate::calibrate_with(
@@ -175,6 +162,20 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let exit = doubt(report, table, &lines);
     out::note(&format!("wrote {}", args.output.display()));
     Ok(exit)
+}
+
+fn options_of(args: &Args, table: &Path) -> CalibrationOptions {
+    let names = [Some(table), args.equilibration.as_deref()];
+    let names = names.iter().flatten();
+    CalibrationOptions {
+        law: args.law.into(),
+        per_line: args.per_line,
+        open_loop_gain: args.fit_gain,
+        r_source: args.fit_source,
+        folds: args.folds.into(),
+        date: today(),
+        files: names.map(|file| file.display().to_string()).collect(),
+    }
 }
 
 /// The sensor that is given, else the one that the recordings carry.

@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use taxel::frame::{grams_from_newtons, newtons_from_grams};
 use taxel::{Counts, Frame, Newtons, Sensor};
-use taxel_io::{FrameSource, TextOptions, open_counts};
+use taxel_io::{FrameSource, ReadOptions, open_counts};
 use taxel_learn::Split;
 use taxel_learn::benchmark::Scores;
 use taxel_plot::Format;
@@ -78,39 +78,7 @@ pub(crate) struct Args {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
-    if args.recordings.len() != args.truth.len() {
-        return Err(Error::Arguments {
-            what: format!(
-                "{} recordings, but {} files of --truth",
-                args.recordings.len(),
-                args.truth.len()
-            ),
-            hint: "one file of loads for each recording, in the same order",
-        });
-    }
-    if !(0.0..=0.9).contains(&args.test_share) {
-        return Err(Error::Arguments {
-            what: format!("--test-share {}", args.test_share),
-            hint: "a share of the presses, 0 to 0.9",
-        });
-    }
-    let recordings = args.recordings.iter().chain(&args.truth);
-    recordings
-        .fold(Files::default(), |files, file| {
-            files.input("recording", file)
-        })
-        .sensor(&args.sensor)
-        .maybe_table("table of uniform loads", args.equilibration.as_ref())
-        .maybe_table("table of presses", args.from.presses.as_ref())
-        .maybe_input("table of rows", args.from.rows.as_ref())
-        .maybe_output("-o", args.output.as_ref())
-        .maybe_output("--figure", args.figure.as_ref())
-        .check()?;
-    if let Some(file) = &args.output {
-        check_ending("-o", file, &["csv"], "the table is written as CSV")?;
-    }
-    let figure = args.figure.as_ref().map(Format::from_extension);
-    figure.transpose()?;
+    check(args)?;
     let sensor = sensor_file::load(&args.sensor)?;
     let training_set = TrainingSet::read(
         &args.from.files(),
@@ -157,6 +125,50 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             }
         }
     }
+    write(args, &table)?;
+    Ok(Exit::Good)
+}
+
+/// Refuses what cannot be compared, before any work.
+fn check(args: &Args) -> Result<(), Error> {
+    if args.recordings.len() != args.truth.len() {
+        return Err(Error::Arguments {
+            what: format!(
+                "{} recordings, but {} files of --truth",
+                args.recordings.len(),
+                args.truth.len()
+            ),
+            hint: "one file of loads for each recording, in the same order",
+        });
+    }
+    if !(0.0..=0.9).contains(&args.test_share) {
+        return Err(Error::Arguments {
+            what: format!("--test-share {}", args.test_share),
+            hint: "a share of the presses, 0 to 0.9",
+        });
+    }
+    let recordings = args.recordings.iter().chain(&args.truth);
+    recordings
+        .fold(Files::default(), |files, file| {
+            files.input("recording", file)
+        })
+        .sensor(&args.sensor)
+        .maybe_table("table of uniform loads", args.equilibration.as_ref())
+        .maybe_table("table of presses", args.from.presses.as_ref())
+        .maybe_input("table of rows", args.from.rows.as_ref())
+        .maybe_output("-o", args.output.as_ref())
+        .maybe_output("--figure", args.figure.as_ref())
+        .check()?;
+    if let Some(file) = &args.output {
+        check_ending("-o", file, &["csv"], "the table is written as CSV")?;
+    }
+    let figure = args.figure.as_ref().map(Format::from_extension);
+    figure.transpose()?;
+    Ok(())
+}
+
+/// The table and the figure, where they are wanted.
+fn write(args: &Args, table: &Table) -> Result<(), Error> {
     if let Some(file) = &args.output {
         table.write_csv(file)?;
     }
@@ -164,14 +176,14 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         table.draw(file)?;
     }
     if args.json {
-        out::json(&table)?
+        out::json(table)?
     } else {
         out::result(&table.to_string())?
     }
     for file in [&args.output, &args.figure].into_iter().flatten() {
         out::note(&format!("wrote {}", file.display()));
     }
-    Ok(Exit::Good)
+    Ok(())
 }
 
 /// Leaves the given number of presses to learn from; the same share of them as before to stop by.
@@ -211,7 +223,7 @@ fn read_known(
     sensor: &Sensor,
     known: &mut Vec<Known>,
 ) -> Result<(), Error> {
-    let options = TextOptions::of(sensor);
+    let options = ReadOptions::of(sensor);
     let mut counts_of = open_counts(recording, options)?;
     let mut loads_of = open_values::<Newtons>(truth, options)?;
     let mut counts = Frame::<Counts>::zeros(sensor.rows(), sensor.columns());

@@ -6,7 +6,7 @@ use std::time::SystemTime;
 use taxel::{Counts, Frame, Sensor};
 use taxel_io::npy::Element;
 use taxel_io::{
-    FrameSource, McapReader, McapWriter, NpyWriter, NpzWriter, ParquetWriter, TextOptions,
+    FrameSource, McapReader, McapWriter, NpyWriter, NpzWriter, ParquetWriter, ReadOptions,
     TextWriter, open_counts,
 };
 
@@ -55,7 +55,7 @@ enum Source {
 }
 
 impl Source {
-    fn open(file: &Path, options: TextOptions) -> Result<Self, Error> {
+    fn open(file: &Path, options: ReadOptions) -> Result<Self, Error> {
         let timed = frames::is_mcap(file);
         Ok(if timed {
             Self::Timed(Box::new(McapReader::open(file, options)?))
@@ -85,7 +85,7 @@ impl Sink {
     fn create(
         args: &Args,
         sensor: &Sensor,
-        options: TextOptions,
+        options: ReadOptions,
         element: Element,
     ) -> Result<Self, Error> {
         let file = &args.output;
@@ -174,7 +174,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         None => sensor_source::of_recording(&args.recording)?.0,
     };
     check_bits(args, &sensor)?;
-    let mut options = TextOptions::of(&sensor);
+    let mut options = ReadOptions::of(&sensor);
     options.keep_going = args.keep_going;
     options.accept_damage = true;
     options.transpose = args.transpose;

@@ -56,6 +56,19 @@ struct Curves {
     circuit: Vec<f64>,
 }
 
+impl Curves {
+    fn of(setting: &Setting, others: usize) -> Result<Self, Error> {
+        let all = 0..=others;
+        Ok(Self {
+            name: setting.name(),
+            equation: all.clone().map(|n| setting.equation_volts(n)).collect(),
+            circuit: all
+                .map(|n| setting.circuit_volts(n))
+                .collect::<Result<_, _>>()?,
+        })
+    }
+}
+
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let format = args
@@ -94,20 +107,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         Some(file) => Some(Points::read(file, args.volts_per_count)?),
         None => None,
     };
-    let curves: Vec<Curves> = settings
+    let curves = settings
         .iter()
-        .map(|setting| {
-            Ok(Curves {
-                name: setting.name(),
-                equation: (0..=args.others)
-                    .map(|n| setting.equation_volts(n))
-                    .collect(),
-                circuit: (0..=args.others)
-                    .map(|n| setting.circuit_volts(n))
-                    .collect::<Result<_, _>>()?,
-            })
-        })
-        .collect::<Result<_, Error>>()?;
+        .map(|setting| Curves::of(setting, args.others));
+    let curves: Vec<Curves> = curves.collect::<Result<_, Error>>()?;
     if let (Some(file), Some(format)) = (&args.output, format) {
         let picture = series(&curves, points.as_ref(), args.others)?.picture()?;
         out::file(file, &picture.render(format)?)?;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use taxel::screen::{FrameScreen, LineScreen, ScreenOptions, ScreenReport};
 use taxel::{Frame, Sensor};
-use taxel_io::{FrameSource, TextOptions, open_counts, shape_of};
+use taxel_io::{FrameSource, ReadOptions, open_counts, shape_of};
 
 use super::positive::lines;
 use crate::error::Error;
@@ -80,14 +80,14 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
 }
 
 /// How to read the file, and whether its rows are known.
-fn options(args: &Args, sensor: Option<&Sensor>) -> Result<(TextOptions, bool), Error> {
+fn options(args: &Args, sensor: Option<&Sensor>) -> Result<(ReadOptions, bool), Error> {
     let (mut options, known) = match sensor {
-        Some(sensor) => (TextOptions::of(sensor), true),
+        Some(sensor) => (ReadOptions::of(sensor), true),
         None => {
             let guess = shape_of(&args.recording)?;
             let rows = args.rows.or(guess.rows);
             let columns = guess.columns.unwrap_or(1);
-            let mut options = TextOptions::new(rows.unwrap_or(1), columns);
+            let mut options = ReadOptions::new(rows.unwrap_or(1), columns);
             if args.transpose {
                 (options.rows, options.columns) = (options.columns, options.rows);
             }
@@ -104,7 +104,7 @@ fn options(args: &Args, sensor: Option<&Sensor>) -> Result<(TextOptions, bool), 
 /// one more before them, for the converter's range.
 fn counts(
     file: &Path,
-    mut options: TextOptions,
+    mut options: ReadOptions,
     sensor: Option<&Sensor>,
     report: &mut Report,
 ) -> Result<(), Error> {
@@ -164,7 +164,7 @@ fn counts(
 /// Shows every frame of a source to `see`.
 fn pass<Q>(
     source: &mut impl FrameSource<Q>,
-    options: TextOptions,
+    options: ReadOptions,
     name: &str,
     mut see: impl FnMut(&mut Frame<Q>) -> Result<(), Error>,
 ) -> Result<(), Error> {

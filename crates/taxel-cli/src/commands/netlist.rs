@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use taxel::circuit::netlist::{Selection, netlist};
 use taxel::{Frame, Sensor, Siemens};
-use taxel_io::{AtomicFile, FrameSource, TextOptions};
+use taxel_io::{AtomicFile, FrameSource, ReadOptions};
 
 use super::taxel_address::TaxelAddress;
 use crate::error::Error;
@@ -97,7 +97,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
 fn conductances(args: &Args, sensor: &Sensor, from: &Path) -> Result<Frame<Siemens>, Error> {
     let (rows, columns) = (sensor.rows(), sensor.columns());
     if let Some(file) = &args.conductance {
-        let mut source = open_values::<Siemens>(file, TextOptions::of(sensor))?;
+        let mut source = open_values::<Siemens>(file, ReadOptions::of(sensor))?;
         let mut frame = Frame::zeros(rows, columns);
         let mut read = 0;
         while source.next_into(&mut frame)? {

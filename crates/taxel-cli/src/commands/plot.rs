@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use taxel::Sensor;
-use taxel_io::{AtomicFile, TextOptions, shape_of};
+use taxel_io::{AtomicFile, ReadOptions, shape_of};
 use taxel_plot::{Format, Interpolation};
 
 use super::positive::lines;
@@ -111,7 +111,7 @@ struct Job<'a> {
     sensor: Option<Sensor>,
     /// Where the sensor comes from.
     sensor_file: PathBuf,
-    options: TextOptions,
+    options: ReadOptions,
     unit: Option<Unit>,
     /// Distance between taxels, mm.
     pitch_mm: [f64; 2],
@@ -149,7 +149,7 @@ impl<'a> Job<'a> {
         };
         let (sensor, sensor_file) = found.unzip();
         let mut options = match &sensor {
-            Some(sensor) => TextOptions::of(sensor),
+            Some(sensor) => ReadOptions::of(sensor),
             None => shape_without_sensor(&args.file, args.rows, args.transpose)?,
         };
         options.transpose = args.transpose;
@@ -226,7 +226,7 @@ fn shape_without_sensor(
     file: &Path,
     rows: Option<usize>,
     transpose: bool,
-) -> Result<TextOptions, Error> {
+) -> Result<ReadOptions, Error> {
     let guess = shape_of(file)?;
     let Some(rows) = rows.or(guess.rows) else {
         return Err(Error::Arguments {
@@ -236,8 +236,8 @@ fn shape_without_sensor(
     };
     let columns = guess.columns.unwrap_or(1);
     Ok(if transpose {
-        TextOptions::new(columns, rows)
+        ReadOptions::new(columns, rows)
     } else {
-        TextOptions::new(rows, columns)
+        ReadOptions::new(rows, columns)
     })
 }

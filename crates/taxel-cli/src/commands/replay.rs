@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use taxel::Frame;
 use taxel_acquire::protocol::taxel1::{Header, encode};
-use taxel_io::{FrameSource, TextOptions, open_counts};
+use taxel_io::{FrameSource, ReadOptions, open_counts};
 
 use crate::error::Error;
 use crate::{Exit, interrupt, out};
@@ -165,7 +165,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         11..=12 => 12,
         _ => 16,
     };
-    let mut source = open_counts(&args.recording, TextOptions::of(&sensor))?;
+    let mut source = open_counts(&args.recording, ReadOptions::of(&sensor))?;
     let mut to = Out::open(&args.to)?;
     interrupt::listen();
     let mut frame = Frame::zeros(sensor.rows(), sensor.columns());

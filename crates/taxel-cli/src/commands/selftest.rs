@@ -9,7 +9,7 @@ use clap::ArgGroup;
 use taxel::selftest::{Health, SelfTest, SelfTestOptions, Unusable};
 use taxel::{Counts, Frame, Sensor};
 use taxel_acquire::Address;
-use taxel_io::{FrameSource, TextOptions, open_counts};
+use taxel_io::{FrameSource, ReadOptions, open_counts};
 use taxel_plot::{Format, HealthMap};
 
 use super::positive::positive;
@@ -140,7 +140,7 @@ fn pass(
     file: &Path,
     mut see: impl FnMut(&Frame<Counts>) -> Result<(), taxel::Error>,
 ) -> Result<(), Error> {
-    let mut options = TextOptions::of(sensor);
+    let mut options = ReadOptions::of(sensor);
     options.transpose = args.transpose;
     let mut source = open_counts(file, options)?;
     let mut frame = Frame::zeros(sensor.rows(), sensor.columns());

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use clap::{ArgGroup, ValueEnum};
 use taxel::circuit::{Circuit, LinearCircuit, OperatingPoint};
 use taxel::{Frame, Sensor, Siemens, Volts};
-use taxel_io::{FrameSource, TextOptions};
+use taxel_io::{FrameSource, ReadOptions};
 
 use crate::error::Error;
 use crate::progress::Progress;
@@ -89,9 +89,9 @@ fn scan_file(args: &Args, sensor: &Sensor, file: &Path) -> Result<u64, Error> {
             file: args.sensor.clone(),
             source,
         })?;
-    let options = TextOptions {
+    let options = ReadOptions {
         transpose: args.transpose,
-        ..TextOptions::of(sensor)
+        ..ReadOptions::of(sensor)
     };
     let output = args.output();
     let frames = if needs_frame_count(output) {
@@ -137,7 +137,7 @@ fn scan(
     Ok(())
 }
 
-fn count(file: &Path, options: TextOptions) -> Result<u64, Error> {
+fn count(file: &Path, options: ReadOptions) -> Result<u64, Error> {
     let mut source = open_values::<Siemens>(file, options)?;
     let mut frame = Frame::zeros(options.rows, options.columns);
     let mut frames = 0;

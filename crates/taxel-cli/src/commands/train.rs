@@ -80,16 +80,7 @@ const CHECKPOINT_EVERY: Duration = Duration::from_secs(20);
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
-    let shares = [args.check_share, args.test_share];
-    if shares.iter().any(|s| !(0.0..=0.5).contains(s)) || args.check_share == 0.0 {
-        return Err(Error::Arguments {
-            what: format!(
-                "--check-share {} and --test-share {}",
-                args.check_share, args.test_share
-            ),
-            hint: "each is a share of the presses, up to 0.5, and the first more than 0",
-        });
-    }
+    check_shares(args)?;
     let checkpoint = (args.kind == Kind::PaperMlp).then(|| checkpoint_of(&args.output));
     Files::default()
         .sensor(&args.sensor)
@@ -148,6 +139,20 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         out::warn("stopped by Ctrl-C; the model is the best so far");
     }
     Ok(Exit::Good)
+}
+
+fn check_shares(args: &Args) -> Result<(), Error> {
+    let shares = [args.check_share, args.test_share];
+    if shares.iter().any(|s| !(0.0..=0.5).contains(s)) || args.check_share == 0.0 {
+        return Err(Error::Arguments {
+            what: format!(
+                "--check-share {} and --test-share {}",
+                args.check_share, args.test_share
+            ),
+            hint: "each is a share of the presses, up to 0.5, and the first more than 0",
+        });
+    }
+    Ok(())
 }
 
 fn go() -> ControlFlow<()> {

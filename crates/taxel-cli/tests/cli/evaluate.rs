@@ -357,6 +357,10 @@ fn holds_have_the_creep_that_they_were_given() {
 }
 
 #[test]
+#[expect(
+    clippy::too_many_lines,
+    reason = "one run of the program, step by step"
+)]
 fn a_sweep_drops_as_the_circuit_does_and_not_when_compensated() {
     let folder = Folder::new();
     let mut plan = String::new();

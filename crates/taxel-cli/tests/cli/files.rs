@@ -67,6 +67,7 @@ fn link(folder: &Folder, from: &str, to: &str) {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a table of cases")]
 fn nothing_that_an_input_names_is_replaced() {
     let folder = prepared();
     folder.write("gain.csv", &"1,1,1,1,1,1\n".repeat(4));

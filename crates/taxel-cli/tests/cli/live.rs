@@ -236,6 +236,10 @@ fn what_a_device_sends_is_recorded_and_what_is_lost_is_said() {
 }
 
 #[test]
+#[expect(
+    clippy::too_many_lines,
+    reason = "one run of the program, step by step"
+)]
 fn viewers_see_tare_record_and_are_told_what_they_may_not() {
     let folder = Folder::new();
     let mut running = Running::start(&folder, &format!("live {SIM} --listen 127.0.0.1:0"));
@@ -317,6 +321,10 @@ fn viewers_see_tare_record_and_are_told_what_they_may_not() {
 }
 
 #[test]
+#[expect(
+    clippy::too_many_lines,
+    reason = "one run of the program, step by step"
+)]
 fn a_file_is_played_held_and_moved() {
     let folder = Folder::new();
     folder.good("record sim:sensor.toml?hand -o run.mcap --secs 2");

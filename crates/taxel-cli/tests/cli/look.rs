@@ -15,6 +15,7 @@ fn recorded() -> Folder {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a table of cases")]
 fn info_with_a_sensor_screens_the_recording() {
     insta::assert_snapshot!(recorded().taxel("info recording.txt --sensor sensor.toml"), @r"
     exit code: 0

@@ -1,7 +1,7 @@
 //! Recordings made of recordings: loads beside their counts, what is whole of a damaged one, one sent again.
 
 use taxel::{Counts, Frame, Newtons};
-use taxel_io::{FrameSource, LoadsReader, McapReader, Tare, TextOptions};
+use taxel_io::{FrameSource, LoadsReader, McapReader, ReadOptions, Tare};
 
 use crate::recordings::{at, counts, write};
 use crate::run::Folder;
@@ -42,7 +42,7 @@ fn compensated() -> Folder {
 fn compensated_loads_are_written_with_counts_and_marks_in_one_recording() {
     let folder = compensated();
     assert!(!folder.exists("plain.marks.mcap"));
-    let options = TextOptions::new(4, 6);
+    let options = ReadOptions::new(4, 6);
     let mut original = McapReader::open(folder.path("run.mcap"), options).unwrap();
     let mut copy = McapReader::open(folder.path("loads.mcap"), options).unwrap();
     let mut loads = LoadsReader::open(folder.path("loads.mcap"), options).unwrap();

@@ -142,6 +142,7 @@ fn what_is_broken_is_listed_with_what_to_do_and_the_exit_code_is_3() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a table of cases")]
 fn what_cannot_be_tested_is_refused() {
     let folder = folder(sound);
     insta::assert_snapshot!(

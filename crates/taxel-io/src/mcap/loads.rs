@@ -15,8 +15,8 @@ use super::sought;
 use super::topics::topic_of;
 use crate::error::Error;
 use crate::integrity::{Damage, Integrity};
+use crate::options::ReadOptions;
 use crate::source::{FrameSource, Skipped, fit_shape, open_file};
-use crate::text::TextOptions;
 
 /// Reads the loads that were recorded beside the counts: newtons, with their marks, as they stand in the file (what a
 /// tare took off is taken off).
@@ -31,7 +31,7 @@ pub struct LoadsReader {
     /// The channels that carry loads, and all that were declared.
     loads: HashSet<u16>,
     known: HashSet<u16>,
-    options: TextOptions,
+    options: ReadOptions,
     frames: u64,
     start: Option<u64>,
     damage: Damage,
@@ -49,7 +49,7 @@ impl LoadsReader {
     ///
     /// # Errors
     /// [`Error::Open`]. That it is no recording, or one without loads, is told with the first frame.
-    pub fn open(path: impl AsRef<Path>, options: TextOptions) -> Result<Self, Error> {
+    pub fn open(path: impl AsRef<Path>, options: ReadOptions) -> Result<Self, Error> {
         let path = path.as_ref().to_owned();
         let (file, total) = open_file(&path)?;
         Ok(Self {

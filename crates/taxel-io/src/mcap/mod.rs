@@ -16,24 +16,24 @@ mod chunk;
 mod grid;
 mod index;
 mod loads;
-mod losses;
 mod parse;
 mod read;
 mod recover;
 mod scan;
 mod sought;
 mod tail;
-mod tare;
 #[cfg(test)]
 mod tests;
 mod topics;
 mod write;
 
+pub use crate::event::Event;
+use crate::event::nanos;
+pub use crate::losses::Losses;
+pub use crate::tare::Tare;
 pub use loads::LoadsReader;
-pub use losses::Losses;
-pub use read::{Event, McapReader};
+pub use read::McapReader;
 pub use recover::{Recovered, recover};
-pub use tare::Tare;
 pub use write::{About, McapWriter};
 
 /// Topic of the counts.
@@ -52,11 +52,3 @@ const MAGIC: &[u8; 8] = b"\x89MCAP0\r\n";
 const PLAIN_END: &[u8; 50] = b"\x0f\x04\0\0\0\0\0\0\0\0\0\0\0\
     \x02\x14\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\
     \x89MCAP0\r\n";
-
-/// Nanoseconds since 1970.
-fn nanos(at: std::time::SystemTime) -> u64 {
-    at.duration_since(std::time::SystemTime::UNIX_EPOCH)
-        .map_or(0, |since| {
-            u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
-        })
-}

@@ -13,34 +13,21 @@ use serde::Deserialize;
 
 use super::grid::Grid;
 use super::index::Index;
-use super::losses::{self, Losses};
 use super::parse::{self, Records};
 use super::scan::{Found, MAX_RECORD, Scanner};
-use super::tare::{self, Tare};
 use super::topics::Topics;
 use super::{METADATA, sought};
 use crate::error::Error;
 use crate::integrity::{Damage, Gaps};
+use crate::losses::{self, Losses};
+use crate::options::ReadOptions;
 use crate::source::{MAX_TAXELS, SkipLog, open_file};
-use crate::text::TextOptions;
+use crate::tare::{self, Tare};
 
 /// The longest event, its longest text, and how many wait to be taken: more is no note of a person.
 const EVENT_BYTES: usize = 64 << 10;
 const EVENT_TEXT: usize = 4 << 10;
 const EVENTS_WAITING: usize = 10_000;
-
-/// Something that happened during a recording.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Event {
-    /// When, by the host's clock.
-    pub at: SystemTime,
-    /// Seconds since the recording's first frame, by the same clock; negative before it.
-    pub secs: f64,
-    /// `tare`, `mark`, `device`.
-    pub kind: String,
-    /// What, in words.
-    pub text: String,
-}
 
 /// Reads the counts of a recording. A damaged chunk costs its own frames; what is missing is told by
 /// [`crate::FrameSource::integrity`], and at the end by [`Error::RecordingDamaged`] where the options do not accept it. Of a
@@ -59,7 +46,7 @@ pub struct McapReader {
     /// The next frame, read ahead to know its shape.
     pub(super) ahead: Option<Ahead>,
     shape: (usize, usize),
-    options: TextOptions,
+    options: ReadOptions,
     /// Position of the next frame.
     pub(super) frames: u64,
     host: SystemTime,
@@ -136,7 +123,7 @@ impl McapReader {
     ///
     /// # Errors
     /// [`Error::Open`], [`Error::NotMcap`], [`Error::NoCounts`], [`Error::FrameShape`].
-    pub fn open(path: impl AsRef<Path>, options: TextOptions) -> Result<Self, Error> {
+    pub fn open(path: impl AsRef<Path>, options: ReadOptions) -> Result<Self, Error> {
         let mut reader = Self::open_any(path)?;
         reader.options = options;
         let (rows, columns) = reader.shape;
@@ -177,7 +164,7 @@ impl McapReader {
                     source,
                 })?;
         }
-        let mut options = TextOptions::new(1, 1);
+        let mut options = ReadOptions::new(1, 1);
         options.keep_going = true;
         let mut reader = Self {
             path,

@@ -10,10 +10,10 @@ use mcap::records::Record;
 use super::index::Index;
 use super::read::McapReader;
 use super::scan::{Found, Scanner};
-use super::tare::{self, Tare};
 use super::{METADATA, parse};
 use crate::error::Error;
 use crate::source::open_file;
+use crate::tare::{self, Tare};
 
 impl McapReader {
     /// Goes to the first frame `secs` after the beginning; false where the recording has no index.

@@ -20,7 +20,7 @@ impl Line {
         let xx: f64 = points.iter().map(|p| (p.0 - mean_x).powi(2)).sum();
         let xy: f64 = points.iter().map(|p| (p.0 - mean_x) * (p.1 - mean_y)).sum();
         let yy: f64 = points.iter().map(|p| (p.1 - mean_y).powi(2)).sum();
-        if xx.is_nan() || xx <= 1e-24 * mean_x * mean_x {
+        if points.is_empty() || xx.is_nan() || xx <= 1e-24 * mean_x * mean_x {
             return None;
         }
         let slope = xy / xx;

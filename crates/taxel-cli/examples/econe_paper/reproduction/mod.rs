@@ -14,7 +14,7 @@ use taxel::frame::grams_from_newtons;
 use taxel::metric::cross_talk_drop;
 use taxel::screen::Axis;
 use taxel::{Frame, design::rig};
-use taxel_io::TextOptions;
+use taxel_io::ReadOptions;
 use taxel_plot::report::{Cell, Figure, Section, Table};
 use taxel_plot::{Line, LineStyle, Panel, Series, Sheet, cells};
 
@@ -151,7 +151,7 @@ fn before_and_after(plan: &Plan, folder: &Path) -> Result<Section, Error> {
     let mut reader = Reader::new(&plan.sensor, &plan.sensor_file, &methods, None, &Silent)?;
     let mut truths = open_values::<Grams>(
         &folder.join("hand-load-g.npy"),
-        TextOptions::of(&plan.sensor),
+        ReadOptions::of(&plan.sensor),
     )?;
     let (rows, columns) = (plan.sensor.rows(), plan.sensor.columns());
     let mut truth = Frame::<Grams>::zeros(rows, columns);

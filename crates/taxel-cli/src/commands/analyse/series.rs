@@ -2,7 +2,7 @@
 
 use taxel::screen::{FrameScreen, LineFaults, LineScreen, ScreenOptions};
 use taxel::{Counts, Frame, Mark, Sensor};
-use taxel_io::{FrameSource, Integrity, TextOptions, open_counts};
+use taxel_io::{FrameSource, Integrity, ReadOptions, open_counts};
 
 use super::Args;
 use crate::error::Error;
@@ -55,11 +55,26 @@ impl Taken {
     }
 }
 
+/// What makes the unit that is asked for of counts.
+fn chain_of(
+    args: &Args,
+    sensor: Option<&Sensor>,
+    faults: &LineFaults,
+) -> Result<Option<Chain>, Error> {
+    let (Some(sensor), Some(unit)) = (sensor, args.unit) else {
+        return Ok(None);
+    };
+    let file = args.sensor.as_deref().unwrap_or(&args.recording);
+    let mut chain = Chain::new(sensor, file, &args.method, unit)?;
+    chain.set_lines(faults);
+    Ok(Some(chain))
+}
+
 /// Reads the recording twice: for faulty lines, then for values.
 pub(super) fn take(
     args: &Args,
     sensor: Option<&Sensor>,
-    options: TextOptions,
+    options: ReadOptions,
     places: &[(String, usize, usize)],
 ) -> Result<Taken, Error> {
     let max_count = match options.max_count {
@@ -74,15 +89,7 @@ pub(super) fn take(
     let mut screen = FrameScreen::new(options.rows, options.columns, max_count, &screening);
     screen.set_lines(&LineFaults::from_spec(&spec));
     screen.set_lines(&faults);
-    let mut chain = match (sensor, args.unit) {
-        (Some(sensor), Some(unit)) => {
-            let file = args.sensor.as_deref().unwrap_or(&args.recording);
-            let mut chain = Chain::new(sensor, file, &args.method, unit)?;
-            chain.set_lines(&faults);
-            Some(chain)
-        }
-        _ => None,
-    };
+    let mut chain = chain_of(args, sensor, &faults)?;
     let mut taken = Taken {
         names: places.iter().map(|place| place.0.clone()).collect(),
         sequence: Vec::new(),
@@ -168,7 +175,7 @@ impl Taken {
 
 fn line_faults(
     args: &Args,
-    options: TextOptions,
+    options: ReadOptions,
     max_count: f64,
     screening: &ScreenOptions,
 ) -> Result<LineFaults, Error> {
@@ -180,7 +187,7 @@ fn line_faults(
 }
 
 /// Without a sensor file the largest count stands for the converter's end.
-fn largest(args: &Args, options: TextOptions) -> Result<f64, Error> {
+fn largest(args: &Args, options: ReadOptions) -> Result<f64, Error> {
     let mut most = 1.0f64;
     each(args, options, "range", |frame| {
         most = frame.values().iter().copied().fold(most, f64::max);
@@ -192,7 +199,7 @@ fn largest(args: &Args, options: TextOptions) -> Result<f64, Error> {
 
 fn each(
     args: &Args,
-    options: TextOptions,
+    options: ReadOptions,
     name: &str,
     mut see: impl FnMut(&Frame<Counts>) -> Result<(), Error>,
 ) -> Result<(), Error> {

@@ -6,7 +6,7 @@ use serde::Serialize;
 use taxel::Grams;
 use taxel::calibrate::{DynamicFit, LoadSeries, fit_dynamic};
 use taxel::{Counts, Frame, Sensor};
-use taxel_io::{FrameSource, TextOptions, open_counts};
+use taxel_io::{FrameSource, ReadOptions, open_counts};
 
 use super::Args;
 use crate::error::Error;
@@ -40,7 +40,7 @@ pub(super) fn run(
     recording: &Path,
     loads: &Path,
 ) -> Result<Exit, Error> {
-    let mut options = TextOptions::of(sensor);
+    let mut options = ReadOptions::of(sensor);
     options.transpose = args.transpose;
     let frames = read_frames(recording, options)?;
     let truths = read_loads(loads, options)?;
@@ -126,7 +126,7 @@ fn text(report: &Report) -> String {
     text
 }
 
-fn read_frames(file: &Path, options: TextOptions) -> Result<Vec<Frame<Counts>>, Error> {
+fn read_frames(file: &Path, options: ReadOptions) -> Result<Vec<Frame<Counts>>, Error> {
     let mut source = open_counts(file, options)?;
     let progress = Progress::new("reading");
     let mut frames = Vec::new();
@@ -138,7 +138,7 @@ fn read_frames(file: &Path, options: TextOptions) -> Result<Vec<Frame<Counts>>, 
     Ok(frames)
 }
 
-fn read_loads(file: &Path, mut options: TextOptions) -> Result<Vec<Frame<Grams>>, Error> {
+fn read_loads(file: &Path, mut options: ReadOptions) -> Result<Vec<Frame<Grams>>, Error> {
     options.max_count = None;
     let mut source = open_values::<Grams>(file, options)?;
     let mut loads = Vec::new();

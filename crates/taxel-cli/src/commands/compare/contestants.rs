@@ -219,35 +219,7 @@ impl Ring<'_> {
             split: &split,
             sources: Vec::new(),
         };
-        let model = match name {
-            "paper-mlp" => {
-                let settings = Settings {
-                    epochs: self.args.epochs as usize,
-                    seed: self.args.seed,
-                    ..Settings::default()
-                };
-                let copies = if leaky { 1 } else { self.args.copies as usize };
-                fit::paper_mlp(
-                    &training_data,
-                    &settings,
-                    &HIDDEN,
-                    copies,
-                    None,
-                    &mut |_, _| go(),
-                )?
-            }
-            _ => {
-                let mut settings = fit::row_set_settings();
-                settings.seed = self.args.seed;
-                fit::row_set(
-                    &training_data,
-                    &settings,
-                    fit::MEMBERS,
-                    &Threads,
-                    &|_, _, _| go(),
-                )?
-            }
-        };
+        let model = self.train(name, leaky, &training_data)?;
         let judged = rows.part(&split.test);
         let estimates = match &model.kind {
             ModelKind::PaperMlp(model) => model.estimate(&judged),
@@ -280,6 +252,29 @@ impl Ring<'_> {
             scores,
             note,
         })
+    }
+
+    fn train(&self, name: &str, leaky: bool, data: &TrainingData) -> Result<Model, Error> {
+        if name == "paper-mlp" {
+            let settings = Settings {
+                epochs: self.args.epochs as usize,
+                seed: self.args.seed,
+                ..Settings::default()
+            };
+            let copies = if leaky { 1 } else { self.args.copies as usize };
+            let model = fit::paper_mlp(data, &settings, &HIDDEN, copies, None, &mut |_, _| go());
+            return Ok(model?);
+        }
+        let mut settings = fit::row_set_settings();
+        settings.seed = self.args.seed;
+        let members = fit::MEMBERS;
+        Ok(fit::row_set(
+            data,
+            &settings,
+            members,
+            &Threads,
+            &|_, _, _| go(),
+        )?)
     }
 
     fn pipeline(&self, model: Model) -> Result<Pipeline, Error> {

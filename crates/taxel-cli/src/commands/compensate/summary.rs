@@ -230,6 +230,15 @@ impl fmt::Display for Summary {
             ", {:.2} s, {:.1} frames/s",
             self.seconds, self.frames_per_second
         )?;
+        self.fmt_inverse(f)?;
+        self.fmt_doubts(f)?;
+        self.fmt_outputs(f)
+    }
+}
+
+impl Summary {
+    /// How the inverse ended.
+    fn fmt_inverse(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.stops.iter().next() {
             Some((&"converged", n)) if self.stops.len() == 1 => {
                 writeln!(f, "all {n} frames converged")?;
@@ -250,6 +259,11 @@ impl fmt::Display for Summary {
                 self.ambiguous_frames
             )?;
         }
+        Ok(())
+    }
+
+    /// What is missing or cannot be.
+    fn fmt_doubts(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.frames > 0 && self.measured_share == 0.0 {
             writeln!(
                 f,
@@ -271,6 +285,11 @@ impl fmt::Display for Summary {
         if self.skipped_frames > 0 {
             writeln!(f, "{} frames left out", self.skipped_frames)?;
         }
+        Ok(())
+    }
+
+    /// Marks, and the files with the rest.
+    fn fmt_outputs(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let marks = Mark::ALL.iter().filter_map(|mark| {
             let count = self.marks.get(mark.word())?;
             Some(format!("{count} {} ({})", mark.word(), mark.code()))

@@ -5,6 +5,7 @@ use super::{Pressed, conductances, responses};
 use crate::run::{Folder, SENSOR};
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a table of cases")]
 fn plans_that_make_no_sense_are_refused_with_words() {
     let folder = Folder::new();
     insta::assert_snapshot!(folder.fails("evaluate nowhere.toml"), @r"
@@ -183,6 +184,7 @@ fn plans_that_make_no_sense_are_refused_with_words() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a table of cases")]
 fn tables_that_do_not_fit_their_kind_are_refused_with_their_place() {
     let folder = Folder::new();
     let frames: Vec<Pressed> = (0..12).map(|_| vec![(1, 1, 1e-3)]).collect();

@@ -11,8 +11,8 @@ use super::{about, at, frame};
 use crate::error::Error;
 use crate::mcap::index::Index;
 use crate::mcap::{McapReader, McapWriter, Tare, recover};
+use crate::options::ReadOptions;
 use crate::source::FrameSource;
-use crate::text::TextOptions;
 
 const FRAMES: u64 = 20;
 const A_CHUNK: u64 = 5;
@@ -65,7 +65,7 @@ struct Content {
 
 /// All that is in a recording, and whether it says that this is all.
 fn content(path: &Path) -> Result<(Content, bool), Error> {
-    let mut options = TextOptions::new(16, 16);
+    let mut options = ReadOptions::new(16, 16);
     options.accept_damage = true;
     let mut reader = McapReader::open(path, options)?;
     let mut next = Frame::<Counts>::zeros(16, 16);
@@ -184,7 +184,7 @@ fn frames_behind_a_lost_chunk_keep_their_places() {
     let mut bytes = std::fs::read(&path).unwrap();
     bytes[place.start + 80] ^= 0x10;
     std::fs::write(&path, &bytes).unwrap();
-    let mut options = TextOptions::new(16, 16);
+    let mut options = ReadOptions::new(16, 16);
     // Without leave, the end tells.
     let mut reader = McapReader::open(&path, options).unwrap();
     let mut next = Frame::<Counts>::zeros(16, 16);

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::{about, at, frame};
 use crate::mcap::{MAGIC, McapReader, McapWriter, PLAIN_END, recover};
+use crate::options::ReadOptions;
 use crate::source::FrameSource;
-use crate::text::TextOptions;
 use taxel::{Counts, Frame};
 
 const FRAMES: u64 = 12;
@@ -31,7 +31,7 @@ fn recording(path: &Path) -> (Vec<u8>, usize) {
 
 /// Whether a reader says that nothing is missing, and what it reads.
 fn read(path: &Path) -> Option<(Vec<Vec<f64>>, bool)> {
-    let mut options = TextOptions::new(16, 16);
+    let mut options = ReadOptions::new(16, 16);
     options.accept_damage = true;
     options.keep_going = true;
     let mut reader = McapReader::open(path, options).ok()?;

@@ -14,8 +14,8 @@ use super::tail::Tail;
 use super::write::{About, McapWriter};
 use crate::error::Error;
 use crate::mcap::{LoadsReader, McapReader, Recovered, recover};
+use crate::options::ReadOptions;
 use crate::source::FrameSource;
-use crate::text::TextOptions;
 use taxel::Mark;
 use taxel::sensor::preset;
 
@@ -40,7 +40,7 @@ fn at(number: u64) -> SystemTime {
 }
 
 fn read(path: &Path) -> (Vec<Frame<Counts>>, Option<Error>) {
-    let mut reader = McapReader::open(path, TextOptions::new(16, 16)).unwrap();
+    let mut reader = McapReader::open(path, ReadOptions::new(16, 16)).unwrap();
     let mut frames = Vec::new();
     let mut next = Frame::zeros(16, 16);
     loop {
@@ -71,7 +71,7 @@ fn loads_come_back_with_their_marks() {
     writer.finish().unwrap();
     let mut found = Frame::<Newtons>::zeros(1, 1);
     for transpose in [false, true] {
-        let mut options = TextOptions::new(16, 16);
+        let mut options = ReadOptions::new(16, 16);
         options.transpose = transpose;
         let mut reader = LoadsReader::open(&path, options).unwrap();
         for number in 0..40 {
@@ -90,14 +90,14 @@ fn loads_come_back_with_their_marks() {
         assert!(!reader.next_into(&mut found).unwrap());
     }
     // Another shape, and what has none.
-    let mut reader = LoadsReader::open(&path, TextOptions::new(8, 16)).unwrap();
+    let mut reader = LoadsReader::open(&path, ReadOptions::new(8, 16)).unwrap();
     let error = reader.next_into(&mut found).unwrap_err();
     assert!(matches!(error, Error::FrameShape { .. }), "{error}");
     let bare = folder.path().join("bare.mcap");
     let mut writer = McapWriter::create(&bare, &about()).unwrap();
     writer.write_counts(&frame(0), at(0)).unwrap();
     writer.finish().unwrap();
-    let mut reader = LoadsReader::open(&bare, TextOptions::new(16, 16)).unwrap();
+    let mut reader = LoadsReader::open(&bare, ReadOptions::new(16, 16)).unwrap();
     let error = reader.next_into(&mut found).unwrap_err();
     assert!(matches!(error, Error::NoLoads { .. }), "{error}");
 }
@@ -121,7 +121,7 @@ fn what_is_recorded_comes_back_with_times_events_and_sensor() {
     }
     assert_eq!(writer.frames(), 40);
     writer.finish().unwrap();
-    let mut reader = McapReader::open(&path, TextOptions::new(16, 16)).unwrap();
+    let mut reader = McapReader::open(&path, ReadOptions::new(16, 16)).unwrap();
     assert_eq!(reader.sensor_toml().unwrap(), about().sensor.to_toml());
     assert_eq!(reader.program(), Some("taxel test"));
     let mut found = Frame::zeros(1, 1);
@@ -295,7 +295,7 @@ fn other_files_and_other_sensors_are_named() {
     ));
     writer.write_counts(&frame(0), at(0)).unwrap();
     writer.finish().unwrap();
-    let error = McapReader::open(&path, TextOptions::new(8, 16))
+    let error = McapReader::open(&path, ReadOptions::new(8, 16))
         .err()
         .unwrap();
     assert!(

@@ -7,8 +7,8 @@ use taxel::{Counts, Frame, Newtons};
 
 use super::{about, at, frame};
 use crate::mcap::{Losses, McapReader, McapWriter, Tare};
+use crate::options::ReadOptions;
 use crate::source::FrameSource;
-use crate::text::TextOptions;
 
 fn tare(from: u64, newtons: f64) -> Tare {
     Tare {
@@ -21,7 +21,7 @@ fn tare(from: u64, newtons: f64) -> Tare {
 }
 
 fn reader(path: &Path) -> McapReader {
-    McapReader::open(path, TextOptions::new(16, 16)).unwrap()
+    McapReader::open(path, ReadOptions::new(16, 16)).unwrap()
 }
 
 #[test]

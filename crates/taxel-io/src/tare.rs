@@ -5,7 +5,7 @@ use std::time::{Duration, SystemTime};
 use mcap::Attachment;
 
 /// Name of the attachment.
-pub(super) const NAME: &str = "taxel/tare";
+pub(crate) const NAME: &str = "taxel/tare";
 const MEDIA_TYPE: &str = "application/json";
 
 /// What each taxel shows without load, taken off from a frame on; or that nothing is taken off any more.
@@ -40,8 +40,8 @@ impl Tare {
         self.loads.is_empty()
     }
 
-    pub(super) fn to_attachment(&self) -> Attachment<'static> {
-        let log_time = super::nanos(self.at);
+    pub(crate) fn to_attachment(&self) -> Attachment<'static> {
+        let log_time = crate::event::nanos(self.at);
         let json = serde_json::json!({
             "from_sequence": self.from_sequence,
             "unit": self.unit,
@@ -58,7 +58,7 @@ impl Tare {
     }
 
     /// Of an attachment's data; `None` where it is no tare.
-    pub(super) fn from_attachment(log_time: u64, data: &[u8]) -> Option<Self> {
+    pub(crate) fn from_attachment(log_time: u64, data: &[u8]) -> Option<Self> {
         let json: serde_json::Value = serde_json::from_slice(data).ok()?;
         let numbers = |key: &str| -> Option<Vec<f64>> {
             json[key].as_array()?.iter().map(|n| n.as_f64()).collect()

@@ -1,8 +1,8 @@
 //! Where the parts of a heatmap go, and drawing them there.
 
+use super::Panel;
 use crate::Error;
 use crate::colour_bar::{Beyond, ColourBar, HAIRLINE, LABEL_SIZE, TICK};
-use crate::heatmap::Panel;
 use crate::outline;
 use crate::picture::PNG_SCALE;
 use crate::raster::{Interpolation, heatmap_png};

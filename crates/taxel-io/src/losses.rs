@@ -6,7 +6,7 @@ use mcap::records::Metadata;
 use serde::Serialize;
 
 /// Name of the metadata record.
-pub(super) const NAME: &str = "taxel/losses";
+pub(crate) const NAME: &str = "taxel/losses";
 
 /// What was lost between the sensor and the file, counted while it was recorded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -71,7 +71,7 @@ impl Losses {
             .collect()
     }
 
-    pub(super) fn to_metadata(self) -> Metadata {
+    pub(crate) fn to_metadata(self) -> Metadata {
         let counts = self.counts().into_iter();
         Metadata {
             name: NAME.to_owned(),
@@ -82,7 +82,7 @@ impl Losses {
     }
 
     /// Of a record of that name; a key that is missing, or no number, counts nothing.
-    pub(super) fn from_metadata(metadata: &BTreeMap<String, String>) -> Self {
+    pub(crate) fn from_metadata(metadata: &BTreeMap<String, String>) -> Self {
         let count = |key: &str| {
             metadata
                 .get(key)

@@ -2,13 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::{Line, LineStyle, Series};
 use crate::colour::{ColourMap, hex};
 use crate::colour_bar::{Beyond, ColourBar, HAIRLINE, LABEL_SIZE, TICK};
-use crate::panel_layout::{TITLE_LEADING, TITLE_SIZE};
+use crate::heatmap::layout::{TITLE_LEADING, TITLE_SIZE};
 use crate::picture::{PNG_SCALE, Picture};
 use crate::raster::position;
 use crate::scale::{Scale, drawable, finite_range};
-use crate::series::{Line, LineStyle, Series};
 use crate::sheet::draw_caption;
 use crate::svg::{Anchor, Canvas, INK, Rect, number};
 use crate::ticks::{nice_ticks, tick_labels};
