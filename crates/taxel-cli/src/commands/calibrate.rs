@@ -142,19 +142,15 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         &Terminal,
     )?;
     let names = [Some(table), args.equilibration.as_ref()];
-    let options = CalibrationOptions {
-        law: args.law.into(),
-        per_line: args.per_line,
-        open_loop_gain: args.fit_gain,
-        r_source: args.fit_source,
-        folds: args.folds.into(),
-        date: today(),
-        files: names
-            .iter()
-            .flatten()
-            .map(|f| f.display().to_string())
-            .collect(),
-    };
+    let mut options = CalibrationOptions::default();
+    options.law = args.law.into();
+    options.per_line = args.per_line;
+    options.open_loop_gain = args.fit_gain;
+    options.r_source = args.fit_source;
+    options.folds = args.folds.into();
+    options.date = today();
+    let files = names.iter().flatten();
+    options.files = files.map(|f| f.display().to_string()).collect();
     let progress = Progress::new("fitting");
     let mut show = |stage: &str, share| progress.stage(stage, share);
     let calibration = taxel::calibrate::calibrate_with(

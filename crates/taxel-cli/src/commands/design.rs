@@ -167,26 +167,26 @@ fn percent(text: &str) -> Result<f64, String> {
 
 impl Args {
     fn wish(&self) -> Wish {
-        Wish {
-            rows: self.rows,
-            columns: self.columns,
-            pitch_mm: self.pitch,
-            topology: self.topology.into(),
-            taxel_ohms: self.taxel,
-            full_load_g: self.full_load,
-            exponent: self.exponent,
-            switch_ohms: self.switch.ohms,
-            gbw_hz: self.gbw,
-            amplifier_noise_volts: self.amplifier_noise,
-            bits: self.bits,
-            full_scale_volts: self.full_scale,
-            frames_per_second: self.rate,
-            line_farads: self.capacitance,
-            taxel_amperes: self.taxel_current,
-            headroom: self.headroom,
-            v_test_volts: self.v_test,
-            r_ohms: self.resistor,
-        }
+        let mut wish = Wish::default();
+        wish.rows = self.rows;
+        wish.columns = self.columns;
+        wish.pitch_mm = self.pitch;
+        wish.topology = self.topology.into();
+        wish.taxel_ohms = self.taxel;
+        wish.full_load_g = self.full_load;
+        wish.exponent = self.exponent;
+        wish.switch_ohms = self.switch.ohms;
+        wish.gbw_hz = self.gbw;
+        wish.amplifier_noise_volts = self.amplifier_noise;
+        wish.bits = self.bits;
+        wish.full_scale_volts = self.full_scale;
+        wish.frames_per_second = self.rate;
+        wish.line_farads = self.capacitance;
+        wish.taxel_amperes = self.taxel_current;
+        wish.headroom = self.headroom;
+        wish.v_test_volts = self.v_test;
+        wish.r_ohms = self.resistor;
+        wish
     }
 }
 
