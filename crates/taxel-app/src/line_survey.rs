@@ -106,6 +106,7 @@ impl FaultyLine {
             LineFaultKind::Dead => ("dead", None),
             LineFaultKind::Flickering => ("flickering", None),
             LineFaultKind::Shorted { with } => ("shorted", Some(with)),
+            _ => ("faulty", None),
         };
         let (axis, index) = (fault.axis, fault.index);
         Self {

@@ -70,10 +70,8 @@ pub fn read_with_lines(
     let wanted: Vec<Wanted> = of_presses.chain(of_uniform).collect();
     // A frame of a uniform load is held once for each of its lines.
     check_memory(table, &wanted, uniform.len(), rows * columns)?;
-    let options = ReadOptions {
-        transpose,
-        ..ReadOptions::of(sensor)
-    };
+    let mut options = ReadOptions::of(sensor);
+    options.transpose = transpose;
     let mut found = read_frames(&wanted, options, reporter)?;
     let mut data = CalibrationData::default();
     for load in &uniform {

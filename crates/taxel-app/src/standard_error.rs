@@ -1,28 +1,23 @@
-//! The standard error of every number: the converter's noise carried through the inverse.
+//! The standard error of every number, in the unit that was asked for.
 
 use std::path::Path;
 
-use taxel::circuit::{Circuit, Converter, LinearCircuit, OperatingPoint, ROUNDING_COUNTS};
-use taxel::frame::newtons_from_grams;
 use taxel::material::LoadLaw;
 use taxel::screen::Level;
-use taxel::solve::standard_errors;
-use taxel::{Frame, Mark, Sensor, Siemens};
+use taxel::{Frame, Sensor, Siemens, uncertainty};
 
 use crate::error::Error;
 use crate::frames::DisplayUnit;
 use crate::units::Unit;
 
-/// The circuit, and what one reading is uncertain by.
+/// What numbers of one unit are uncertain by.
 pub struct StandardErrors {
-    point: Box<dyn OperatingPoint>,
-    law: Option<LoadLaw>,
+    errors: uncertainty::StandardErrors,
     unit: Unit,
     area_mm2: f64,
-    sigma_volts: f64,
     /// Standard deviation of a reading, counts: of the sensor file, else of the recording, else of rounding.
     pub noise_counts: f64,
-    errors: Frame<DisplayUnit>,
+    in_unit: Frame<DisplayUnit>,
 }
 
 impl StandardErrors {
@@ -40,65 +35,42 @@ impl StandardErrors {
             file: file.to_owned(),
             source,
         };
-        let declared = sensor.converter().noise_counts;
-        let noise_counts = match (declared, level) {
-            (Some(noise), _) => noise.hypot(ROUNDING_COUNTS),
-            (None, Some(level)) => level.noise_counts,
-            (None, None) => ROUNDING_COUNTS,
-        };
-        let circuit = LinearCircuit::from_sensor(sensor).map_err(in_file)?;
+        let errors = uncertainty::StandardErrors::new(sensor, level).map_err(in_file)?;
+        if unit.is_load() {
+            LoadLaw::from_sensor(sensor).map_err(in_file)?;
+        }
         Ok(Self {
-            point: circuit.operating_point(),
-            law: if unit.is_load() {
-                Some(LoadLaw::from_sensor(sensor).map_err(in_file)?)
-            } else {
-                None
-            },
+            noise_counts: errors.noise_counts(),
+            errors,
             unit,
             area_mm2: sensor.array().taxel_area_mm2,
-            sigma_volts: noise_counts * Converter::from_sensor(sensor).lsb_volts(),
-            noise_counts,
-            errors: Frame::zeros(sensor.rows(), sensor.columns()),
+            in_unit: Frame::zeros(sensor.rows(), sensor.columns()),
         })
     }
 
     /// The standard errors of a frame's numbers, in their unit; a good taxel whose conductance is uncertain by
     /// more than itself is marked unresolved in `shown`. Infinite where nothing bounds the number: it was not measured,
     /// is only a lower bound, or stands in a frame without an answer.
+    ///
+    /// # Errors
+    /// No load law where loads are asked for, which [`Self::new`] has refused.
     pub fn of(
         &mut self,
         siemens: &Frame<Siemens>,
         is_answer: bool,
         shown: &mut Frame<DisplayUnit>,
-    ) -> &Frame<DisplayUnit> {
-        let found = standard_errors(&mut *self.point, siemens.values(), self.sigma_volts);
-        let unbounded = || vec![f64::INFINITY; siemens.values().len()];
-        let errors = found.map_or_else(|_| unbounded(), |(errors, _)| errors);
-        for (i, error) in errors.into_iter().enumerate() {
-            let value = siemens.values()[i];
-            let mark = &mut shown.marks_mut()[i];
-            let is_bounded = is_answer && matches!(*mark, Mark::Good | Mark::Unresolved);
-            self.errors.values_mut()[i] = if is_bounded && error.is_finite() {
-                self.in_unit(i, value, error)
-            } else {
-                f64::INFINITY
-            };
-            if *mark == Mark::Good && (error.is_nan() || error > value.abs()) {
-                *mark = Mark::Unresolved;
+    ) -> Result<&Frame<DisplayUnit>, Error> {
+        let marks = shown.marks_mut();
+        let to = self.in_unit.values_mut();
+        if self.unit.is_load() {
+            let errors = self.errors.of_loads(siemens, is_answer, marks)?;
+            for (to, &newtons) in to.iter_mut().zip(errors.values()) {
+                *to = self.unit.of_newtons(newtons, self.area_mm2);
             }
+        } else {
+            let errors = self.errors.of_siemens(siemens, is_answer, marks);
+            to.copy_from_slice(errors.values());
         }
-        &self.errors
-    }
-
-    /// Half of what the load law makes of one standard error up and down: at no load a power law's slope
-    /// alone would promise too much.
-    fn in_unit(&self, taxel: usize, siemens: f64, error: f64) -> f64 {
-        let Some(law) = &self.law else {
-            return error;
-        };
-        let up = law.grams_from_siemens(taxel, siemens + error);
-        let down = law.grams_from_siemens(taxel, siemens - error);
-        let newtons = newtons_from_grams((up - down) / 2.0);
-        self.unit.of_newtons(newtons, self.area_mm2)
+        Ok(&self.in_unit)
     }
 }

@@ -8,8 +8,9 @@
 
 use taxel::circuit::{Circuit, Converter, LineEnds, LinearCircuit};
 use taxel::sensor::{Sensor, Topology};
-use taxel::solve::{Method, Newton, Uncertainty, standard_errors_by};
+use taxel::solve::{Method, Newton};
 use taxel::stats::median;
+use taxel::uncertainty::{Uncertainty, standard_errors_by};
 use taxel::{Frame, Volts};
 use taxel_io::{ReadOptions, ValuesWriter, open_counts};
 

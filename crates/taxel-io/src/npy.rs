@@ -20,6 +20,7 @@ pub use write::{NpyWriter, NpzWriter};
 
 /// How to read frames from an array.
 #[derive(Debug, Clone, Default, PartialEq)]
+#[non_exhaustive]
 pub struct NpyOptions {
     /// Rows and columns that every frame must have; `None`: whatever the array has.
     pub shape: Option<(usize, usize)>,

@@ -6,6 +6,7 @@ use taxel::Sensor;
 
 /// How to read frames from a file.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct ReadOptions {
     /// Sensed lines of the array.
     pub rows: usize,

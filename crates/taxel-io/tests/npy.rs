@@ -64,11 +64,9 @@ fn fortran_order_and_transposing_in_every_combination() {
     ] {
         let shape = if transpose { "(3, 2)" } else { "(2, 3)" };
         let bytes = npy(&header("|u1", fortran, shape), &data);
-        let options = NpyOptions {
-            shape: Some((2, 3)),
-            transpose,
-            ..NpyOptions::default()
-        };
+        let mut options = NpyOptions::default();
+        options.shape = Some((2, 3));
+        options.transpose = transpose;
         let frames = read(&bytes, options).unwrap();
         assert_eq!(
             frames[0].values(),
@@ -82,9 +80,10 @@ fn fortran_order_and_transposing_in_every_combination() {
 #[test]
 fn bad_arrays_say_what_where_and_both_numbers() {
     let any = NpyOptions::default;
-    let of = |rows, columns| NpyOptions {
-        shape: Some((rows, columns)),
-        ..NpyOptions::default()
+    let of = |rows, columns| {
+        let mut options = NpyOptions::default();
+        options.shape = Some((rows, columns));
+        options
     };
     let numpy = "hint: write it with numpy.save, without pickled objects";
     let types = "expected one of f8 f4 i1 u1 i2 u2 i4 u4 i8 u8";
@@ -145,10 +144,8 @@ fn counts_go_through_npy_and_npz_and_the_extension_chooses() {
     writer.write(&frames[4]).unwrap();
     writer.commit().unwrap();
     assert_eq!(all(&npz, ReadOptions::new(3, 4)), frames);
-    let options = NpyOptions {
-        array: Some("one".into()),
-        ..NpyOptions::default()
-    };
+    let mut options = NpyOptions::default();
+    options.array = Some("one".into());
     let one: Vec<_> = NpyReader::open(&npz, options).unwrap().frames().collect();
     assert_eq!(one[0].as_ref().unwrap().values(), frames[4].values());
     for path in [npy, npz] {
@@ -209,10 +206,8 @@ fn a_damaged_archive_is_noticed() {
             assert!(frames == counts(3, 4, 50), "byte {at}");
         }
     }
-    let options = NpyOptions {
-        array: Some("b".into()),
-        ..NpyOptions::default()
-    };
+    let mut options = NpyOptions::default();
+    options.array = Some("b".into());
     fs::write(&path, &whole).unwrap();
     let error = NpyReader::open(&path, options).err().unwrap();
     assert!(error.to_string().contains("no array `b`"), "{error}");
@@ -226,10 +221,8 @@ fn keep_going_leaves_out_bad_frames_of_an_array() {
         .flat_map(|v| v.to_le_bytes())
         .collect();
     let bytes = npy(&header("<f4", "False", "(4, 1, 2)"), &data);
-    let options = NpyOptions {
-        keep_going: true,
-        ..NpyOptions::default()
-    };
+    let mut options = NpyOptions::default();
+    options.keep_going = true;
     let mut reader = NpyReader::<Siemens, _>::new(&bytes[..], "a", options).unwrap();
     let mut frame = Frame::zeros(1, 2);
     let mut seen = Vec::new();
@@ -273,7 +266,9 @@ proptest! {
         keep_going: bool, transpose: bool,
     ) {
         let bytes = [start, rest].concat();
-        let options = NpyOptions { keep_going, transpose, ..NpyOptions::default() };
+        let mut options = NpyOptions::default();
+        options.keep_going = keep_going;
+        options.transpose = transpose;
         if let Ok(reader) = NpyReader::<Siemens, _>::new(&bytes[..], "a", options) {
             let taxels = reader.shape().0 * reader.shape().1;
             if taxels < 1 << 16 {

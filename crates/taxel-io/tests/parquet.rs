@@ -73,10 +73,8 @@ fn counts_come_back_with_their_times_and_the_sensor() {
     assert!(!source.next_into(&mut frame).unwrap());
     assert!(source.integrity().is_whole());
     assert_eq!(source.bytes_read(), fs::metadata(&path).unwrap().len());
-    let transposed = ReadOptions {
-        transpose: true,
-        ..ReadOptions::new(4, 3)
-    };
+    let mut transposed = ReadOptions::new(4, 3);
+    transposed.transpose = true;
     let turned: Vec<_> = open_counts(&path, transposed).unwrap().frames().collect();
     let turned = turned[5].as_ref().unwrap();
     for row in 0..3 {
@@ -237,10 +235,8 @@ fn lists_as_pandas_writes_them_are_frames_and_rows_that_are_none_are_left_out_on
     ];
     for packing in [Compression::UNCOMPRESSED, zstd()] {
         of_lists(&path, PANDAS, packing, &lists);
-        let options = ReadOptions {
-            keep_going: true,
-            ..ReadOptions::new(2, 2)
-        };
+        let mut options = ReadOptions::new(2, 2);
+        options.keep_going = true;
         let mut source = open_counts(&path, options).unwrap();
         let mut frame = Frame::zeros(2, 2);
         let mut places = Vec::new();

@@ -17,7 +17,8 @@ fn written() -> Vec<u8> {
     let sensor = taxel::sensor::preset("mat-16x16-cd4067").unwrap();
     let mut writer = ParquetWriter::create_with_loads(&path, &sensor, true).unwrap();
     for place in 0..30 {
-        let values = |step: f64| (0..256).map(move |taxel| (f64::from(taxel * place) * step).floor());
+        let values =
+            |step: f64| (0..256).map(move |taxel| (f64::from(taxel * place) * step).floor());
         let counts = Frame::<Counts>::new(16, 16, values(3.0).collect()).unwrap();
         let loads = Frame::<Newtons>::new(16, 16, values(0.1).collect()).unwrap();
         writer
@@ -30,10 +31,8 @@ fn written() -> Vec<u8> {
 
 /// Reads all there is; gives the number of frames of counts.
 fn read(path: &std::path::Path) -> usize {
-    let options = ReadOptions {
-        keep_going: true,
-        ..ReadOptions::new(16, 16)
-    };
+    let mut options = ReadOptions::new(16, 16);
+    options.keep_going = true;
     let _ = (shape_of(path), sensor_toml_of(path));
     if let Ok(source) = ParquetReader::<Newtons>::open_loads(path, options) {
         assert!(source.frames().take_while(Result::is_ok).count() < 1000);

@@ -7,9 +7,10 @@ use taxel_io::{
 };
 
 fn options(rows: usize, columns: usize) -> ReadOptions {
-    ReadOptions {
-        max_count: Some(1023.0),
-        ..ReadOptions::new(rows, columns)
+    {
+        let mut options = ReadOptions::new(rows, columns);
+        options.max_count = Some(1023.0);
+        options
     }
 }
 
@@ -42,14 +43,10 @@ fn good(text: &str, options: ReadOptions) -> Vec<Vec<f64>> {
 
 #[test]
 fn every_form_of_the_same_two_frames_reads_alike() {
-    let txt = ReadOptions {
-        extra_line: Some(false),
-        ..options(2, 3)
-    };
-    let told = ReadOptions {
-        extra_line: Some(true),
-        ..options(2, 3)
-    };
+    let mut txt = options(2, 3);
+    txt.extra_line = Some(false);
+    let mut told = options(2, 3);
+    told.extra_line = Some(true);
     let auto = options(2, 3);
     let frames = [[1., 2., 3., 4., 5., 6.], [7., 8., 9., 10., 11., 12.]];
     for (text, options) in [
@@ -77,10 +74,8 @@ fn every_form_of_the_same_two_frames_reads_alike() {
 
 #[test]
 fn a_transposed_file_gives_the_same_frame() {
-    let options = ReadOptions {
-        transpose: true,
-        ..options(2, 3)
-    };
+    let mut options = options(2, 3);
+    options.transpose = true;
     assert_eq!(
         good("1,4,\n2,5,\n3,6,\n", options),
         [[1., 2., 3., 4., 5., 6.]]
@@ -129,10 +124,8 @@ fn bad_files_say_what_where_and_both_numbers() {
 
 #[test]
 fn a_blank_line_in_a_txt_is_no_separator() {
-    let options = ReadOptions {
-        extra_line: Some(false),
-        ..options(1, 2)
-    };
+    let mut options = options(1, 2);
+    options.extra_line = Some(false);
     let (frames, error, _) = read(b"1,2,\n\n3,4,\n", options);
     assert_eq!(frames.len(), 1);
     assert!(error.unwrap().to_string().contains("the .csv form"));
@@ -170,14 +163,12 @@ fn keep_going_leaves_out_the_broken_frame_and_no_other() {
     ] {
         for extra in ["", "\n", "t,t,t\n"] {
             let text = format!("{extra}{first}{extra}{first}{extra}{broken}{extra}{last}");
-            let (frames, error, skips) = read(
-                text.as_bytes(),
-                ReadOptions {
-                    keep_going: true,
-                    extra_line: extra.is_empty().then_some(false),
-                    ..options(2, 3)
-                },
-            );
+            let (frames, error, skips) = read(text.as_bytes(), {
+                let mut options = options(2, 3);
+                options.keep_going = true;
+                options.extra_line = extra.is_empty().then_some(false);
+                options
+            });
             assert!(error.is_none(), "{text:?}");
             assert_eq!(skips.len(), 1, "{text:?} {skips:?}");
             assert_eq!(skips[0].0, 2);
@@ -296,9 +287,11 @@ proptest! {
         rows in 1usize..5, columns in 1usize..5,
         transpose: bool, keep_going: bool, extra_line in proptest::option::of(any::<bool>()),
     ) {
-        let options = ReadOptions {
-            max_count: None, transpose, keep_going, extra_line, ..ReadOptions::new(rows, columns)
-        };
+        let mut options = ReadOptions::new(rows, columns);
+        options.max_count = None;
+        options.transpose = transpose;
+        options.keep_going = keep_going;
+        options.extra_line = extra_line;
         let (frames, error, skips) = read(&bytes, options);
         for values in frames {
             prop_assert!(values.iter().all(|v| v.is_finite() && *v >= 0.0));

@@ -21,11 +21,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let rows = Rows::read_csv(Path::new(table), columns.parse()?)?;
     let split = Split::new(rows.len(), 0.15, 0.15, 1);
     let (known, check) = (rows.part(&split.train), rows.part(&split.check));
-    let settings = Settings {
-        epochs: epochs.parse()?,
-        patience: usize::MAX,
-        ..Settings::default()
-    };
+    let mut settings = Settings::default();
+    settings.epochs = epochs.parse()?;
+    settings.patience = usize::MAX;
     let mut training = PaperTraining::new(&known, &check, &HIDDEN, copies.parse()?, settings.seed);
     let folder = Path::new(folder);
     fs::create_dir_all(folder)?;

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use crate::Error;
 use crate::tensors::{self, Tensor};
 use crate::train::{Checkpoint, Epoch};
+use crate::{Error, Malformed};
 
 const PARTS: [&str; 4] = ["parameters", "means", "squares", "best"];
 
@@ -43,15 +43,19 @@ impl Checkpoint {
         let bytes = tensors::read_file(path)?;
         Self::from_bytes(&bytes, training).map_err(|reason| Error::NotAModel {
             file: path.to_owned(),
-            reason,
+            reason: reason.to_string(),
         })
     }
 
     /// A checkpoint of the same training from the bytes of its file.
     ///
     /// # Errors
-    /// The reason, in words.
-    pub fn from_bytes(bytes: &[u8], training: &str) -> Result<Self, String> {
+    /// What is wrong with it.
+    pub fn from_bytes(bytes: &[u8], training: &str) -> Result<Self, Malformed> {
+        Self::parse(bytes, training).map_err(Malformed)
+    }
+
+    fn parse(bytes: &[u8], training: &str) -> Result<Self, String> {
         let (tensors, header) = tensors::from_bytes(bytes, "checkpoint")?;
         let header: Header = header
             .and_then(|json| serde_json::from_str(&json).ok())
@@ -126,16 +130,20 @@ mod tests {
             let mut parts = [6; 4];
             parts[at] = 5;
             let error = Checkpoint::from_bytes(&checkpoint(parts).to_bytes("t"), "t");
-            let error = error.unwrap_err();
+            let error = error.unwrap_err().to_string();
             assert!(error.contains("has 5 numbers, expected 6"), "{error}");
         }
         let mut bad = good.clone();
         bad.networks[0][1][2] = f32::NAN;
-        let error = Checkpoint::from_bytes(&bad.to_bytes("t"), "t").unwrap_err();
+        let error = Checkpoint::from_bytes(&bad.to_bytes("t"), "t")
+            .unwrap_err()
+            .to_string();
         assert!(error.contains("holds NaN"), "{error}");
         bad = good;
         bad.networks[0][2][0] = -1.0;
-        let error = Checkpoint::from_bytes(&bad.to_bytes("t"), "t").unwrap_err();
+        let error = Checkpoint::from_bytes(&bad.to_bytes("t"), "t")
+            .unwrap_err()
+            .to_string();
         assert!(error.contains("below 0"), "{error}");
     }
 }

@@ -2,6 +2,11 @@
 
 use std::path::PathBuf;
 
+/// Why bytes are no model, checkpoint or network of the kind that is read.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct Malformed(pub(crate) String);
+
 /// Everything that ends a training or the reading of a model, and why.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]

@@ -29,7 +29,7 @@ mod tensors;
 pub mod train;
 pub mod trust;
 
-pub use error::Error;
+pub use error::{Error, Malformed};
 pub use method::Learned;
 pub use model::{Card, Model, ModelKind, NOT_FOR, Source, TestErrors, with_law};
 pub use rows::{Rows, Split};

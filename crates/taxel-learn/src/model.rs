@@ -7,7 +7,6 @@ use taxel::Sensor;
 use taxel::material::LoadLaw;
 use taxel::stats::{mean, quantile, standard_error};
 
-use crate::Error;
 use crate::models::hybrid::{CvResult, Hybrid, Member, Typical};
 use crate::models::paper_mlp::PaperMlp;
 use crate::models::row_set::{RowFeatures, RowSet};
@@ -17,9 +16,11 @@ use crate::scaler::Scaler;
 use crate::tensors::{self, Tensor};
 use crate::train::{Epoch, Settings};
 use crate::trust::{Familiar, Interval};
+use crate::{Error, Malformed};
 
 /// What a model computes with.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum ModelKind {
     /// The paper's network.
     PaperMlp(PaperMlp),
@@ -223,15 +224,19 @@ impl Model {
         let bytes = tensors::read_file(path)?;
         Self::from_bytes(&bytes).map_err(|reason| Error::NotAModel {
             file: path.to_owned(),
-            reason,
+            reason: reason.to_string(),
         })
     }
 
-    /// A model from the bytes of its file; what is wrong with it otherwise.
+    /// A model from the bytes of its file.
     ///
     /// # Errors
-    /// The reason, in words.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
+    /// What is wrong with it.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Malformed> {
+        Self::parse(bytes).map_err(Malformed)
+    }
+
+    fn parse(bytes: &[u8]) -> Result<Self, String> {
         let (tensors, card) = tensors::from_bytes(bytes, "card")?;
         let card = card.ok_or("a safetensors file without a card")?;
         let card: Card = serde_json::from_str(&card).map_err(|error| {
@@ -336,7 +341,7 @@ fn assemble_row_set(card: &Card, networks: Vec<Mlp>) -> Result<ModelKind, String
             phi,
             rho,
         };
-        member.check()?;
+        member.check().map_err(|bad| bad.to_string())?;
         members.push(member);
     }
     if members.is_empty() {
@@ -411,7 +416,12 @@ mod tests {
         ] {
             card.networks = vec![(widths, false)];
             let error = Model::from_bytes(&file(&serde_json::to_string(&card).unwrap()));
-            assert!(error.unwrap_err().contains("network 0 has widths"));
+            assert!(
+                error
+                    .unwrap_err()
+                    .to_string()
+                    .contains("network 0 has widths")
+            );
         }
         // A network for 4 columns on a sensor of 16.
         let error = crate::Learned::new(model, &sensor).err().unwrap();

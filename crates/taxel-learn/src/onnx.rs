@@ -13,7 +13,7 @@ use std::rc::Rc;
 use crate::models::paper_mlp::PaperMlp;
 use crate::network::Mlp;
 use crate::scaler::Scaler;
-use crate::{Error, tensors};
+use crate::{Error, Malformed, tensors};
 use messages::{Attribute, DOUBLE, FLOAT, Graph, Model, Node, OperatorSet, unpack, unpack_tensor};
 use prost::Message;
 use prost::bytes::Bytes;
@@ -108,15 +108,19 @@ struct Reader {
 pub fn read(path: &Path) -> Result<PaperMlp, Error> {
     import(&tensors::read_file(path)?).map_err(|reason| Error::NotOnnx {
         file: path.to_owned(),
-        reason,
+        reason: reason.to_string(),
     })
 }
 
 /// A network from the bytes of an ONNX file; the standardisation in front of it, if it has one, as its scaler.
 ///
 /// # Errors
-/// What is wrong with the file, or which operator is none of those that such a network needs, in words.
-pub fn import(bytes: &[u8]) -> Result<PaperMlp, String> {
+/// What is wrong with the file, or which operator is none of those that such a network needs.
+pub fn import(bytes: &[u8]) -> Result<PaperMlp, Malformed> {
+    parse(bytes).map_err(Malformed)
+}
+
+fn parse(bytes: &[u8]) -> Result<PaperMlp, String> {
     let model: Model = unpack(&Bytes::copy_from_slice(bytes), MAX_PARTS, "the file")?;
     let graph = model.graph.ok_or("no graph in the file: is it ONNX?")?;
     let graph: Graph = unpack(&graph, MAX_PARTS, "the graph")?;

@@ -25,6 +25,7 @@ pub trait Trainable {
 
 /// How to train.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct Settings {
     /// Most epochs.
     pub epochs: usize,

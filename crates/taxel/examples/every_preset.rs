@@ -16,7 +16,8 @@ use taxel::material::LoadLaw;
 use taxel::pipeline::Pipeline;
 use taxel::screen::{LineScreen, ScreenOptions};
 use taxel::simulate::{Grams, Pattern, VirtualSensor, default_noise_counts, labelled_presses};
-use taxel::solve::{default_method, standard_errors};
+use taxel::solve::default_method;
+use taxel::uncertainty::standard_errors;
 use taxel::{Counts, Error, Frame, Mark, Sensor, Siemens};
 
 const PATTERNS: [&str; 3] = ["hand", "fingers", "feet"];

@@ -36,6 +36,7 @@ pub fn grams_from_newtons(newtons: f64) -> f64 {
 /// How far the value of one taxel can be trusted. Values are never NaN; this says what they are worth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, PartialOrd, Ord, Hash)]
 #[repr(u8)]
+#[non_exhaustive]
 pub enum Mark {
     /// Nothing is known against it.
     #[default]

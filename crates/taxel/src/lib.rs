@@ -30,6 +30,7 @@ pub mod solve;
 
 pub mod estimate;
 pub mod pipeline;
+pub mod uncertainty;
 
 pub mod calibrate;
 pub mod design;

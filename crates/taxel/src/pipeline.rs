@@ -12,6 +12,7 @@ use crate::{Counts, Error, Frame, Mark, Newtons, Sensor, Siemens, Volts};
 
 /// What is replaced by the median of its neighbours, and marked [`Mark::Interpolated`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Repair {
     /// Nothing.
     #[default]
@@ -34,6 +35,7 @@ impl Repair {
 
 /// What one frame comes to: all of it belongs to that frame and was computed once.
 #[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
 pub struct FrameResult<'a> {
     /// How the inverse went.
     pub outcome: &'a Outcome,
@@ -53,10 +55,7 @@ impl<'a> FrameResult<'a> {
     /// # Errors
     /// [`Error::MissingKey`] when the sensor has no load law.
     pub fn newtons(&self) -> Result<&'a Frame<Newtons>, Error> {
-        self.loads.ok_or_else(|| Error::MissingKey {
-            key: "material",
-            hint: "a load law makes loads of conductances".to_owned(),
-        })
+        self.loads.ok_or_else(LoadLaw::missing)
     }
 }
 

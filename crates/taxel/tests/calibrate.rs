@@ -106,11 +106,9 @@ fn switches_and_law_come_out_of_presses_from_any_start() {
 
 #[test]
 fn uneven_switches_and_material_come_out_of_uniform_loads() {
-    let imperfections = Imperfections {
-        mux_sd: 0.1,
-        gain_sd: 0.1,
-        ..Imperfections::default()
-    };
+    let mut imperfections = Imperfections::default();
+    imperfections.mux_sd = 0.1;
+    imperfections.gain_sd = 0.1;
     let truth = VirtualSensor::imperfect(&nominal(), &imperfections, 11).unwrap();
     let data = calibration_data(&truth, 90, &[50.0, 150.0, 300.0], 4);
     let found = fit(&parts_list(truth.sensor()), &data).unwrap();
@@ -131,14 +129,12 @@ fn uneven_switches_and_material_come_out_of_uniform_loads() {
 
 #[test]
 fn spread_memory_and_exponents_are_found_and_undone() {
-    let imperfections = Imperfections {
-        mux_sd: 0.05,
-        gain_sd: 0.1,
-        exponent_sd: 0.04,
-        spread: Some([0.06, 0.05, 0.003]),
-        carry_over: 0.01,
-        ..Imperfections::default()
-    };
+    let mut imperfections = Imperfections::default();
+    imperfections.mux_sd = 0.05;
+    imperfections.gain_sd = 0.1;
+    imperfections.exponent_sd = 0.04;
+    imperfections.spread = Some([0.06, 0.05, 0.003]);
+    imperfections.carry_over = 0.01;
     // Large enough that most presses have nothing near them.
     let large = nominal()
         .edited(|spec| {

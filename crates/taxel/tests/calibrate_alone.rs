@@ -105,11 +105,9 @@ fn of_hand(sensor: &Sensor, truth: &VirtualSensor) -> f64 {
 }
 
 fn fit(sensor: &Sensor, data: &CalibrationData, law: LawChoice) -> Calibration {
-    let options = CalibrationOptions {
-        law,
-        folds: 3,
-        ..CalibrationOptions::default()
-    };
+    let mut options = CalibrationOptions::default();
+    options.law = law;
+    options.folds = 3;
     calibrate(sensor, data, &options, &mut |_, _| ()).unwrap()
 }
 
@@ -331,13 +329,11 @@ fn units_of_all_labels_and_one_load_for_all_are_doubted() {
 #[test]
 fn gain_and_source_stay_within_belief() {
     let truth = truth((8, 8), (10.0, 10.0), 8);
-    let options = CalibrationOptions {
-        law: LawChoice::Power,
-        open_loop_gain: true,
-        r_source: true,
-        folds: 2,
-        ..CalibrationOptions::default()
-    };
+    let mut options = CalibrationOptions::default();
+    options.law = LawChoice::Power;
+    options.open_loop_gain = true;
+    options.r_source = true;
+    options.folds = 2;
     let data = alone(&truth, 30);
     let found = calibrate(&parts(&truth, None), &data, &options, &mut |_, _| ()).unwrap();
     let gain = found.sensor.readout().open_loop_gain().unwrap();

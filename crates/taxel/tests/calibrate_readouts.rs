@@ -164,10 +164,8 @@ fn with_levels(real: &VirtualSensor) -> CalibrationData {
 /// loads take part in ended at 10 g, and at no fit.
 #[test]
 fn uniform_loads_never_make_a_fit_worse() {
-    let source = CalibrationOptions {
-        r_source: true,
-        ..CalibrationOptions::default()
-    };
+    let mut source = CalibrationOptions::default();
+    source.r_source = true;
     // A resistor that is looked for takes its share of the columns' switches, which presses hardly tell from it.
     for (name, options, limit) in [
         ("mat-32x32-adg732", &source, 2.9),
@@ -194,10 +192,8 @@ fn uniform_loads_never_make_a_fit_worse() {
 fn a_gain_is_not_looked_for_where_there_is_no_amplifier() {
     let truth = preset("mat-16x16-cd4067").unwrap();
     let real = VirtualSensor::new(&truth, 1).unwrap();
-    let options = CalibrationOptions {
-        open_loop_gain: true,
-        ..CalibrationOptions::default()
-    };
+    let mut options = CalibrationOptions::default();
+    options.open_loop_gain = true;
     let data = labelled_presses(&real, 60);
     let fit = calibrate(&parts_list(&truth), &data, &options, &mut |_, _| {}).unwrap();
     let names: Vec<&str> = fit

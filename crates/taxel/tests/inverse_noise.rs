@@ -5,7 +5,7 @@ mod common;
 use common::{inversion, pressed};
 use taxel::circuit::{Circuit, LinearCircuit, Noise};
 use taxel::sensor::Topology;
-use taxel::solve::{Uncertainty, standard_errors, standard_errors_by};
+use taxel::uncertainty::{Uncertainty, standard_errors, standard_errors_by};
 use taxel::{Frame, Mark, Siemens};
 
 /// Half a count of 16 bits over 2.2 V.

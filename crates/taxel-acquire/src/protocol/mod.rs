@@ -238,6 +238,7 @@ pub trait Decoder: Send {
 
 /// Which protocol a device speaks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Protocol {
     /// What the first bytes look like.
     #[default]

@@ -125,12 +125,28 @@ impl From<Waits> for Timing {
     }
 }
 
+/// Why a text describes no board.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BadBoard(std::string::String);
+
+impl core::fmt::Display for BadBoard {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl core::error::Error for BadBoard {}
+
 impl Board {
     /// Reads and checks a board's description.
     ///
     /// # Errors
-    /// What is wrong, in words, with the line where TOML has one.
-    pub fn from_toml(text: &str) -> Result<Self, std::string::String> {
+    /// What is wrong, with the line where TOML has one.
+    pub fn from_toml(text: &str) -> Result<Self, BadBoard> {
+        Self::parse(text).map_err(BadBoard)
+    }
+
+    fn parse(text: &str) -> Result<Self, std::string::String> {
         let board: Self = toml::from_str(text).map_err(|error| std::format!("{error}"))?;
         for (name, lines) in [("rows", &board.rows), ("columns", &board.columns)] {
             lines.check(name)?;

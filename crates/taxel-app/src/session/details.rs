@@ -100,10 +100,11 @@ impl Details {
             };
             let siemens = request.siemens;
             let errors = errors.as_mut().zip(siemens.as_ref());
-            let errors = errors.map(|(errors, siemens)| {
+            let errors = errors.and_then(|(errors, siemens)| {
                 let mut shown = siemens.map(|_, value| value);
-                let errors = errors.of(siemens, request.is_answer, &mut shown).clone();
-                (errors, shown.marks().to_vec())
+                let found = errors.of(siemens, request.is_answer, &mut shown);
+                let errors = found.ok()?.clone();
+                Some((errors, shown.marks().to_vec()))
             });
             let mut answer = self.answer.lock().unwrap_or_else(PoisonError::into_inner);
             *answer = Some(Answer {

@@ -89,7 +89,7 @@ fn board(path: &Path, sensor: &Sensor) -> Result<Run, Error> {
     let text = taxel_io::bounded::read_text(path, MAX_BOARD);
     let text = text.map_err(|error| wrong(error.to_string()))?;
     let text = text.ok_or_else(|| wrong(format!("more than {MAX_BOARD} bytes")))?;
-    let board = config::Board::from_toml(&text).map_err(wrong)?;
+    let board = config::Board::from_toml(&text).map_err(|bad| wrong(bad.to_string()))?;
     let found = (
         usize::from(board.rows.count),
         usize::from(board.columns.count),

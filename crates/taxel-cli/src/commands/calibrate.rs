@@ -167,15 +167,15 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
 fn options_of(args: &Args, table: &Path) -> CalibrationOptions {
     let names = [Some(table), args.equilibration.as_deref()];
     let names = names.iter().flatten();
-    CalibrationOptions {
-        law: args.law.into(),
-        per_line: args.per_line,
-        open_loop_gain: args.fit_gain,
-        r_source: args.fit_source,
-        folds: args.folds.into(),
-        date: today(),
-        files: names.map(|file| file.display().to_string()).collect(),
-    }
+    let mut options = CalibrationOptions::default();
+    options.law = args.law.into();
+    options.per_line = args.per_line;
+    options.open_loop_gain = args.fit_gain;
+    options.r_source = args.fit_source;
+    options.folds = args.folds.into();
+    options.date = today();
+    options.files = names.map(|file| file.display().to_string()).collect();
+    options
 }
 
 /// The sensor that is given, else the one that the recordings carry.

@@ -152,7 +152,7 @@ fn convert(
         chain.show_into(&mut shown)?;
         if let (Some(errors), Some(siemens)) = (&mut errors, chain.siemens()) {
             let is_answer = outcome.as_ref().is_none_or(Outcome::is_answer);
-            outputs.write_errors(errors.of(siemens, is_answer, &mut shown))?;
+            outputs.write_errors(errors.of(siemens, is_answer, &mut shown)?)?;
         }
         let loads = shown.values_mut();
         untared.apply(reading.tare(), raw, unit, area_mm2, loads);

@@ -51,13 +51,11 @@ struct Known {
 pub(crate) fn run(_: &Args) -> Result<Exit, Error> {
     let begun = Instant::now();
     let nominal = preset("econe")?;
-    let imperfections = Imperfections {
-        dead_columns: 1,
-        faults: ReadingFaults {
-            stuck_share: 5e-4,
-            ..ReadingFaults::default()
-        },
-        ..Imperfections::default()
+    let mut imperfections = Imperfections::default();
+    imperfections.dead_columns = 1;
+    imperfections.faults = ReadingFaults {
+        stuck_share: 5e-4,
+        ..ReadingFaults::default()
     };
     let real = VirtualSensor::imperfect(&nominal, &imperfections, SEED)?;
     out::result(&format!(
@@ -118,11 +116,9 @@ fn fit(nominal: &Sensor, presses: &CalibrationData) -> Result<Calibration, Error
         spec.readout.r_mux_column_ohms = None;
         spec.readout.r_mux_row_ohms = None;
     })?;
-    let options = CalibrationOptions {
-        law: LawChoice::Power,
-        folds: 2,
-        ..CalibrationOptions::default()
-    };
+    let mut options = CalibrationOptions::default();
+    options.law = LawChoice::Power;
+    options.folds = 2;
     let progress = Progress::new("fitting");
     let mut show = |stage: &str, share| progress.stage(stage, share);
     Ok(calibrate_with(

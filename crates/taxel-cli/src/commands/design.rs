@@ -167,26 +167,26 @@ fn percent(text: &str) -> Result<f64, String> {
 
 impl Args {
     fn requirements(&self) -> Requirements {
-        Requirements {
-            rows: self.rows,
-            columns: self.columns,
-            pitch_mm: self.pitch,
-            topology: self.topology.into(),
-            taxel_ohms: self.taxel,
-            full_load_g: self.full_load,
-            exponent: self.exponent,
-            switch_ohms: self.switch.ohms,
-            gbw_hz: self.gbw,
-            amplifier_noise_volts: self.amplifier_noise,
-            bits: self.bits,
-            full_scale_volts: self.full_scale,
-            frames_per_second: self.rate,
-            line_farads: self.capacitance,
-            taxel_amperes: self.taxel_current,
-            headroom: self.headroom,
-            v_test_volts: self.v_test,
-            r_ohms: self.resistor,
-        }
+        let mut requirements = Requirements::default();
+        requirements.rows = self.rows;
+        requirements.columns = self.columns;
+        requirements.pitch_mm = self.pitch;
+        requirements.topology = self.topology.into();
+        requirements.taxel_ohms = self.taxel;
+        requirements.full_load_g = self.full_load;
+        requirements.exponent = self.exponent;
+        requirements.switch_ohms = self.switch.ohms;
+        requirements.gbw_hz = self.gbw;
+        requirements.amplifier_noise_volts = self.amplifier_noise;
+        requirements.bits = self.bits;
+        requirements.full_scale_volts = self.full_scale;
+        requirements.frames_per_second = self.rate;
+        requirements.line_farads = self.capacitance;
+        requirements.taxel_amperes = self.taxel_current;
+        requirements.headroom = self.headroom;
+        requirements.v_test_volts = self.v_test;
+        requirements.r_ohms = self.resistor;
+        requirements
     }
 }
 

@@ -89,10 +89,8 @@ fn scan_file(args: &Args, sensor: &Sensor, file: &Path) -> Result<u64, Error> {
             file: args.sensor.clone(),
             source,
         })?;
-    let options = ReadOptions {
-        transpose: args.transpose,
-        ..ReadOptions::of(sensor)
-    };
+    let mut options = ReadOptions::of(sensor);
+    options.transpose = args.transpose;
     let output = args.output();
     let frames = if needs_frame_count(output) {
         Some(count(file, options)?)

@@ -171,10 +171,8 @@ fn checkpoint_of(output: &Path) -> PathBuf {
 }
 
 fn paper_mlp(args: &Args, training_data: &TrainingData) -> Result<Model, Error> {
-    let mut settings = Settings {
-        seed: args.seed,
-        ..Settings::default()
-    };
+    let mut settings = Settings::default();
+    settings.seed = args.seed;
     settings.epochs = args.epochs.map_or(settings.epochs, |n| n as usize);
     let next_to = checkpoint_of(&args.output);
     // Epochs may be added to a training; nothing else may change.

@@ -6,6 +6,7 @@
 mod features;
 mod training;
 
+use crate::Malformed;
 use crate::network::{Mlp, Trace};
 use crate::rows::Rows;
 use crate::scaler::Scaler;
@@ -67,8 +68,8 @@ impl RowSet {
     /// What is wrong with its shape, if anything.
     ///
     /// # Errors
-    /// The reason, in words.
-    pub fn check(&self) -> Result<(), String> {
+    /// Which widths do not fit.
+    pub fn check(&self) -> Result<(), Malformed> {
         let pooled = self.pooled_width();
         let fits = self.phi.widths()[0] == FEATURES
             && self.rho.widths()[0] == FEATURES + pooled
@@ -76,11 +77,11 @@ impl RowSet {
         if fits {
             Ok(())
         } else {
-            Err(format!(
+            Err(Malformed(format!(
                 "a row-set of widths {:?} and {:?}",
                 self.phi.widths(),
                 self.rho.widths()
-            ))
+            )))
         }
     }
 

@@ -4,6 +4,7 @@ use super::Real;
 
 /// Step and memory of Adam.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct AdamSettings {
     /// Learning rate.
     pub rate: f64,

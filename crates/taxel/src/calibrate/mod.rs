@@ -54,6 +54,7 @@ pub struct CalibrationData {
 
 /// Which load law to fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum LawChoice {
     /// The one with the least error on held-out presses.
     #[default]
@@ -68,6 +69,7 @@ pub enum LawChoice {
 
 /// What to fit, and how.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct CalibrationOptions {
     /// The load law.
     pub law: LawChoice,

@@ -33,6 +33,7 @@ const FULL_LOAD_SIEMENS: f64 = 1.0 / 500.0;
 /// What makes a reading differ from the conductance that it stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Cause {
     /// A divider in place of a virtual ground: the pull-down, and currents through lines that float.
     Divider,

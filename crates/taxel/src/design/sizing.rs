@@ -27,6 +27,7 @@ const SEED: u64 = 1;
 
 /// What the sensor is to do, and what it is to be built of.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Requirements {
     /// Sensed lines.
     pub rows: usize,
@@ -120,6 +121,7 @@ pub struct Ghost {
 
 /// A read-out, sized.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Proposal {
     /// The sensor file to begin with.
     pub sensor: Sensor,

@@ -40,11 +40,15 @@ impl LoadLaw {
     /// # Errors
     /// [`Error::MissingKey`] without a material.
     pub fn from_sensor(sensor: &Sensor) -> Result<Self, Error> {
-        let material = sensor.material().ok_or_else(|| Error::MissingKey {
+        Self::from_material(sensor.material().ok_or_else(Self::missing)?)
+    }
+
+    /// Why there are no loads of a sensor without a material.
+    pub(crate) fn missing() -> Error {
+        Error::MissingKey {
             key: "material",
             hint: "a load law makes loads of conductances".to_owned(),
-        })?;
-        Self::from_material(material)
+        }
     }
 
     /// The law of a material.

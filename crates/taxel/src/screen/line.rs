@@ -21,6 +21,7 @@ const MIN_DIFFERENCE: f64 = 2.0;
 
 /// What is wrong with a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum LineFaultKind {
     /// Never says anything.
     Dead,

@@ -9,6 +9,7 @@ use crate::{Frame, Siemens};
 /// noise, baseline 25 or 50 counts, 1 reading in 500 stuck, a dead row, a flickering column), the same with the
 /// baseline taken away or reduced to 10 bits, and a 28 × 56 Velostat mat (8 bits) without line faults.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct ScreenOptions {
     /// What an unloaded taxel reads, counts. `None`: estimated from the frames ([`super::LevelScreen`]).
     pub baseline_counts: Option<f64>,

@@ -18,6 +18,7 @@ const ODD_SIGMAS: f64 = 6.0;
 
 /// What is wrong with the codes.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum CodeFault {
     /// A bit that is always 0, or always 1, though the counts around say that both occur.
     StuckBit {

@@ -6,6 +6,7 @@ use crate::sensor::{ScanOrder, Sensor, Topology};
 /// Thresholds of the self-test. Shares are 0 to 1. Those of [`ScreenOptions`] hold as well: what is loaded, what is
 /// silent, what is at an end of the converter, and all that makes a line dead, flickering or shorted.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct SelfTestOptions {
     /// Thresholds of the screen.
     pub screen: ScreenOptions,

@@ -12,6 +12,7 @@ const PIVOT_LOAD_G: f64 = 100.0;
 
 /// How a real sensor differs from its nominal numbers; what is drawn is log-normal unless said otherwise.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
 pub struct Imperfections {
     /// Relative standard deviation of the switch resistances, line by line. 0.1 is typical.
     pub mux_sd: f64,

@@ -3,7 +3,7 @@
 use crate::linalg::dot;
 
 /// Memory for systems of one size.
-pub(super) struct Gmres {
+pub(crate) struct Gmres {
     length: usize,
     depth: usize,
     basis: Vec<Vec<f64>>,
@@ -14,7 +14,7 @@ pub(super) struct Gmres {
 }
 
 impl Gmres {
-    pub(super) fn new(length: usize, depth: usize) -> Self {
+    pub(crate) fn new(length: usize, depth: usize) -> Self {
         Self {
             length,
             depth,
@@ -28,7 +28,7 @@ impl Gmres {
 
     /// Improves `x` until |b − A x| ≤ `tolerance` · |b| or `restarts` cycles are spent; `apply(v, out)` is A.
     /// Returns the products taken and the relative residual reached.
-    pub(super) fn solve(
+    pub(crate) fn solve(
         &mut self,
         mut apply: impl FnMut(&[f64], &mut [f64]),
         b: &[f64],
@@ -143,7 +143,7 @@ impl Gmres {
     }
 }
 
-pub(super) fn norm(values: &[f64]) -> f64 {
+pub(crate) fn norm(values: &[f64]) -> f64 {
     dot(values, values).sqrt()
 }
 

@@ -5,7 +5,7 @@
 
 mod anderson;
 mod exact;
-mod gmres;
+pub(crate) mod gmres;
 mod lines;
 mod network;
 mod newton;
@@ -13,15 +13,12 @@ mod path;
 mod raw;
 mod root;
 mod square_root;
-mod uncertainty;
 
 pub use exact::Exact;
 pub(crate) use exact::SolverState as ExactState;
 pub use newton::Newton;
 pub(crate) use newton::SolverState as NewtonState;
 pub use raw::Raw;
-pub(crate) use uncertainty::influence_of;
-pub use uncertainty::{Uncertainty, standard_errors, standard_errors_by};
 
 use crate::circuit::LinearCircuit;
 use crate::sensor::{Sensor, Topology};

@@ -265,11 +265,9 @@ fn network(folder: &Path, sensor: &Sensor, seed: u64) -> Result<usize, Error> {
         split: &split,
         sources: Vec::new(),
     };
-    let settings = Settings {
-        epochs: EPOCHS,
-        seed,
-        ..Settings::default()
-    };
+    let mut settings = Settings::default();
+    settings.epochs = EPOCHS;
+    settings.seed = seed;
     let model = fit::paper_mlp(
         &training_data,
         &settings,

@@ -89,6 +89,7 @@ impl Report {
                 Change::Switches { .. } => "with other switches",
                 Change::Amplifier { .. } => "with another amplifier",
                 Change::Converter { .. } => "with another converter",
+                _ => "with another part",
             };
             if of != group {
                 writeln!(f, "{of}")?;

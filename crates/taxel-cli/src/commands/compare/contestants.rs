@@ -224,7 +224,7 @@ impl Ring<'_> {
         let estimates = match &model.kind {
             ModelKind::PaperMlp(model) => model.estimate(&judged),
             ModelKind::RowSet(members) => fit::mean_estimate(members, &judged),
-            ModelKind::Hybrid(_) => Vec::new(),
+            _ => Vec::new(),
         };
         let mut scores = Scores::default();
         for (estimate, load) in estimates.into_iter().zip(&judged.load_g) {
@@ -256,11 +256,9 @@ impl Ring<'_> {
 
     fn train(&self, name: &str, leaky: bool, data: &TrainingData) -> Result<Model, Error> {
         if name == "paper-mlp" {
-            let settings = Settings {
-                epochs: self.args.epochs as usize,
-                seed: self.args.seed,
-                ..Settings::default()
-            };
+            let mut settings = Settings::default();
+            settings.epochs = self.args.epochs as usize;
+            settings.seed = self.args.seed;
             let copies = if leaky { 1 } else { self.args.copies as usize };
             let model = fit::paper_mlp(data, &settings, &HIDDEN, copies, None, &mut |_, _| go());
             return Ok(model?);

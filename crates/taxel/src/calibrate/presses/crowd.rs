@@ -17,8 +17,8 @@ use crate::Executor;
 use crate::circuit::ROUNDING_COUNTS;
 use crate::circuit::{Converter, LinearCircuit, OperatingPoint};
 use crate::parallel::par_map;
-use crate::solve::influence_of;
 use crate::stats::quantile;
+use crate::uncertainty::influence_of;
 use crate::{Frame, Sensor, Siemens};
 
 /// Frames that one worker takes at a time.

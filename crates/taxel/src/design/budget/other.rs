@@ -6,6 +6,7 @@ use crate::simulate::default_noise_counts;
 
 /// A part in the place of the sensor's own.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum Change {
     /// All switches, of columns and of rows.
     Switches {

@@ -13,6 +13,7 @@ const SIGMAS: f64 = 5.0;
 
 /// Something that a design does badly.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum Warning {
     /// The reading reaches the converter's ceiling below full load.
     Saturates {

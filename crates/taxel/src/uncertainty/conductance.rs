@@ -4,12 +4,13 @@ use faer::linalg::solvers::DenseSolveCore;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::gmres::Gmres;
 use crate::circuit::{NotPassive, OperatingPoint, normal};
 use crate::linalg::view;
+use crate::solve::gmres::Gmres;
 
 /// How standard errors were computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Uncertainty {
     /// The whole inverse derivative: exact to first order.
     Dense,
