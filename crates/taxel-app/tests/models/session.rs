@@ -26,7 +26,7 @@ pub struct TimestampedFrame {
 }
 
 /// What the recorder and the status ask of the session's options.
-pub struct Options {
+pub struct SessionOptions {
     sensor: Sensor,
     address: Address,
     topics: recorder::RecordTopics,

@@ -8,7 +8,7 @@ use std::time::SystemTime;
 
 use shuttle::thread;
 use shuttle::{Config, PctScheduler, RandomScheduler, Runner};
-use taxel::metric::Figures;
+use taxel::metric::FrameFigures;
 use taxel::sensor::preset;
 use taxel::{Counts, Frame};
 use taxel_io::mcap::About;
@@ -63,7 +63,7 @@ impl Bed {
     fn solved(&self, sequence: u64) {
         let solved = SolvedFrame {
             loads: None,
-            figures: Figures::default(),
+            figures: FrameFigures::default(),
             sequence,
             at: SystemTime::now(),
         };
