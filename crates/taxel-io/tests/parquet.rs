@@ -276,6 +276,7 @@ fn lists_as_pandas_writes_them_are_frames_and_rows_that_are_none_are_left_out_on
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a table of cases")]
 fn files_that_hold_no_frames_are_told() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.parquet");

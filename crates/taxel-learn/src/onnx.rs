@@ -211,12 +211,8 @@ impl Reader {
             ..
         } = unpack(bytes, MAX_PARTS, "an operator")?;
         let operator = tensors::shortened(&op_type);
-        let Attributes {
-            transposed,
-            factors,
-            constant,
-            scaler,
-        } = Attributes::read(&attribute)?;
+        let attributes = Attributes::read(&attribute)?;
+        let (transposed, factors) = (attributes.transposed, attributes.factors);
         let known = |name: &String| self.constants.get(name).cloned();
         let second = inputs.get(1).and_then(known);
         let either = second.clone().or_else(|| inputs.first().and_then(known));
@@ -229,13 +225,13 @@ impl Reader {
                 }
             }
             "Constant" => {
-                if let (Some((_, value)), Some(to)) = (constant, outputs.first()) {
+                if let (Some((_, value)), Some(to)) = (attributes.constant, outputs.first()) {
                     self.constants.insert(to.clone(), Rc::new(value));
                 }
             }
             // scikit-learn's StandardScaler: (x − offset) · scale.
             "Scaler" => {
-                let [offset, scale] = scaler.map(|values| Constant {
+                let [offset, scale] = attributes.scaler.map(|values| Constant {
                     shape: vec![values.len()],
                     values,
                 });
@@ -246,18 +242,15 @@ impl Reader {
             "Div" => self.scale(&second.ok_or_else(needs)?.values, |v| 1.0 / v)?,
             "Mul" => self.scale(&either.ok_or_else(needs)?.values, |v| v)?,
             "Add" => self.shift(&either.ok_or_else(needs)?.values, |v| v)?,
+            "Gemm" if transposed[0] || factors != [1.0, 1.0] => {
+                return Err("a Gemm with transA, alpha or beta".to_owned());
+            }
             "Gemm" => {
-                if transposed[0] || factors != [1.0, 1.0] {
-                    return Err("a Gemm with transA, alpha or beta".to_owned());
-                }
                 let weights = second.ok_or_else(needs)?;
                 let biases = inputs.get(2).and_then(known);
                 self.layer(&weights, biases.as_deref(), transposed[1])?;
             }
-            "MatMul" => {
-                let weights = second.ok_or_else(needs)?;
-                self.layer(&weights, None, false)?;
-            }
+            "MatMul" => self.layer(&*second.ok_or_else(needs)?, None, false)?,
             "Relu" => match self.relu.last_mut() {
                 Some(relu) => *relu = true,
                 None => return Err("a Relu before the first layer".to_owned()),

@@ -186,25 +186,15 @@ fn parameters(fitted: &Fitted) -> Vec<Parameter> {
         ));
     }
     let factor = law.ln_scale[0].exp();
-    list.push(Parameter::fitted(
-        "material.factor",
-        factor,
-        factor * error_of(fitted, &layout.ln_factor_weights()),
-        "S/g^exponent",
-    ));
-    let (name, exponent) = ("material.exponent", law.exponent[0]);
-    list.push(Parameter::fitted(
-        name,
-        exponent,
-        one(Unknown::Exponent),
-        "",
-    ));
-    list.push(Parameter::fitted(
-        "material.g_zero_siemens",
-        law.g_zero,
-        law.g_zero * one(Unknown::GZero),
-        "S",
-    ));
+    let factor_error = factor * error_of(fitted, &layout.ln_factor_weights());
+    let exponent_error = one(Unknown::Exponent);
+    let zero_error = law.g_zero * one(Unknown::GZero);
+    let law_of = Parameter::fitted;
+    list.extend([
+        law_of("material.factor", factor, factor_error, "S/g^exponent"),
+        law_of("material.exponent", law.exponent[0], exponent_error, ""),
+        law_of("material.g_zero_siemens", law.g_zero, zero_error, "S"),
+    ]);
     if let (Some(half), Some(i)) = (law.saturation_load_g, layout.position(Unknown::Saturation)) {
         let relative = peak.error(i) / peak.at[i];
         list.push(Parameter::fitted(
