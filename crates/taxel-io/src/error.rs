@@ -1,5 +1,6 @@
 //! What can go wrong between a frame and its file: what, where, both numbers, and what to do.
 
+mod kinds;
 mod parquet;
 mod sensor_file;
 mod shape;
@@ -481,37 +482,4 @@ pub enum Error {
         /// The method.
         found: String,
     },
-}
-
-impl Error {
-    /// For a new file that cannot be begun.
-    pub(crate) fn creating(file: &std::path::Path, source: io::Error) -> Self {
-        let file = file.to_owned();
-        match source.kind() {
-            io::ErrorKind::AlreadyExists => Self::Exists { file },
-            _ => Self::Create { file, source },
-        }
-    }
-
-    /// Whether `keep_going` may leave out the frame and read on (the data is at fault, not the file system).
-    pub fn is_one_frame(&self) -> bool {
-        matches!(
-            self,
-            Error::CutShort { .. }
-                | Error::NoExtraLine { .. }
-                | Error::LineShape { .. }
-                | Error::LineLength { .. }
-                | Error::Word { .. }
-                | Error::NotFinite { .. }
-                | Error::Negative { .. }
-                | Error::Time { .. }
-                | Error::TooLarge { .. }
-                | Error::NpyCutShort { .. }
-                | Error::Value { .. }
-                | Error::Message { .. }
-                | Error::Parquet(ParquetError::RowLength { .. })
-                | Error::RecordingCut { .. }
-                | Error::RecordingDamaged { .. }
-        )
-    }
 }
