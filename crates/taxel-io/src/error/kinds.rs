@@ -2,7 +2,7 @@
 
 use std::io;
 
-use super::Error;
+use super::{Error, ParquetError};
 
 impl Error {
     /// For a new file that cannot be begun.
