@@ -29,17 +29,13 @@ const WRITTEN: [&str; 11] = [
 pub(crate) fn watch_pipes(arguments: impl Iterator<Item = PathBuf>) {
     let mut names: Vec<String> = Vec::new();
     for path in read_from(arguments) {
-        match path.as_os_str() == "-" {
-            true if speaks_when_it_likes(Path::new("/dev/stdin")) => {
+        let file = of_address(&path);
+        if path.as_os_str() == "-" {
+            if speaks_when_it_likes(Path::new("/dev/stdin")) {
                 names.push("standard input".to_owned());
             }
-            true => {}
-            false => {
-                let file = of_address(&path);
-                if is_pipe(&file) {
-                    names.push(file.display().to_string());
-                }
-            }
+        } else if is_pipe(&file) {
+            names.push(file.display().to_string());
         }
     }
     tell_of(names);

@@ -179,10 +179,10 @@ impl<Q, R: Read> NpyReader<Q, R> {
         let element = self.header.element;
         // Position in the array, and how far the next value is in the frame.
         let across = fortran != self.options.transpose;
-        let (inner, outer) = match across {
-            false => (1, 1),
-            true if fortran => (rows, columns),
-            true => (columns, rows),
+        let (inner, outer) = match (across, fortran) {
+            (false, _) => (1, 1),
+            (true, true) => (rows, columns),
+            (true, false) => (columns, rows),
         };
         let mut left = rows * columns * element.bytes();
         let mut i = 0;

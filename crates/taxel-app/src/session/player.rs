@@ -167,7 +167,7 @@ impl Player {
     fn apply(&mut self, showing: &mut Showing, sink: &mut FrameSink) -> PlaybackRequest {
         let mut requested = self.requested();
         if showing.ended && requested.playing {
-            // PlaybackRequest at the end begins again.
+            // Play at the end begins again.
             requested.seek.get_or_insert(0.0);
         }
         if let Some(to) = requested.seek {

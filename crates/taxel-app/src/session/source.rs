@@ -110,7 +110,7 @@ fn board(path: &Path, sensor: &Sensor) -> Result<Run, Error> {
 fn board(path: &Path, _: &Sensor) -> Result<Run, Error> {
     Err(Error::Board {
         file: path.to_owned(),
-        reason: "this program was built without `--features rpi`".to_owned(),
+        reason: "this program was built without the pins of a Linux board".to_owned(),
     })
 }
 

@@ -86,9 +86,11 @@ fn words(saved: &Recovered) -> String {
     if saved.checksum_differs && lost.is_empty() {
         lost.push("a byte outside of the frames was changed: its checksum does not fit".to_owned());
     }
-    match lost.is_empty() {
-        true if saved.messages == 0 => "nothing was ever recorded in it".to_owned(),
-        true => "nothing was missing".to_owned(),
-        false => lost.join("; "),
+    if !lost.is_empty() {
+        lost.join("; ")
+    } else if saved.messages == 0 {
+        "nothing was ever recorded in it".to_owned()
+    } else {
+        "nothing was missing".to_owned()
     }
 }

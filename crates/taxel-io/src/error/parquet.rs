@@ -78,10 +78,8 @@ pub enum ParquetError {
 fn column_hint(is_counts: bool, found: &[String]) -> &'static str {
     let has = |name: &str| found.iter().any(|column| column == name);
     match (is_counts, has("counts"), has("newtons")) {
-        (true, _, true) => "it is a table of loads, which `--values` reads",
-        (false, true, _) => {
-            "it is a table of counts; `taxel compensate -o FILE.parquet` adds the loads"
-        }
+        (true, _, true) => "it is a table of loads, which are read as values",
+        (false, true, _) => "it is a table of counts; compensated, it has loads as well",
         _ => {
             "a table of this program has a list of numbers in each row: counts in `counts`, loads in `newtons`"
         }

@@ -156,10 +156,12 @@ impl<R: Read> Scanner<R> {
             Fit::Exact => true,
             Fit::Loose => self.goes_on(9 + length)?,
         };
-        match good {
-            true if opcode == op::FOOTER => self.footer(length),
-            true => Ok(self.record(opcode, length)),
-            false => self.lost(),
+        if !good {
+            self.lost()
+        } else if opcode == op::FOOTER {
+            self.footer(length)
+        } else {
+            Ok(self.record(opcode, length))
         }
     }
 

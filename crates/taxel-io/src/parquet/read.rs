@@ -230,7 +230,7 @@ impl<Q> ParquetReader<Q> {
             found: self.numbers[at],
             minimum: self.least,
             maximum: self.most,
-            hint: "a reading that is missing or broken; `--keep-going` leaves its frame out",
+            hint: "a reading that is missing or broken",
         })
     }
 

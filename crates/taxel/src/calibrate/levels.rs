@@ -279,10 +279,12 @@ impl Levels<'_> {
                 }
                 let known: f64 = (0..j).map(|k| lower[i][k] * lower[j][k]).sum();
                 let left = covariance - known;
-                lower[i][j] = match i == j {
-                    true if left > 0.0 => left.sqrt(),
-                    true => return None,
-                    false => left / lower[j][j],
+                lower[i][j] = if i != j {
+                    left / lower[j][j]
+                } else if left > 0.0 {
+                    left.sqrt()
+                } else {
+                    return None;
                 };
             }
         }

@@ -192,7 +192,7 @@ fn table_keys(text: &str, name: &str, table: &toml::Table) -> Result<(), Error> 
                     name => format!("[{name}]"),
                 },
                 key: key.clone(),
-                line: line_of(text, key),
+                line: line_of(text, name, key),
                 hint: nearest(key, known.iter().copied()),
             });
         }
@@ -208,12 +208,54 @@ fn table_keys(text: &str, name: &str, table: &toml::Table) -> Result<(), Error> 
     Ok(())
 }
 
-fn line_of(text: &str, key: &str) -> usize {
-    text.lines()
-        .position(|line| {
-            let line = line.trim_start().trim_start_matches('[');
-            line.strip_prefix(key)
-                .is_some_and(|rest| rest.trim_start().starts_with(['=', ']']))
-        })
-        .map_or(1, |i| i + 1)
+/// The line, from 1, on which a key of a table stands: below the table's own header, or dotted from above. Of a table that
+/// is written inline its own line.
+fn line_of(text: &str, table: &str, key: &str) -> usize {
+    let plain = |path: &str| path.replace(['"', '\'', ' '], "");
+    let joined = |table: &str, key: &str| {
+        if table.is_empty() {
+            key.to_owned()
+        } else {
+            format!("{table}.{key}")
+        }
+    };
+    let wanted = joined(table, key);
+    let (mut header, mut inline) = (String::new(), None);
+    for (i, line) in text.lines().enumerate() {
+        let line = line.trim();
+        let path = if line.starts_with('[') {
+            header = plain(line.trim_start_matches('[').split(']').next().unwrap_or(""));
+            header.clone()
+        } else if let Some((left, _)) = line.split_once('=') {
+            joined(&header, &plain(left))
+        } else {
+            continue;
+        };
+        if path == wanted || path.starts_with(&format!("{wanted}.")) {
+            return i + 1;
+        }
+        if path == table && !line.starts_with('[') {
+            inline = Some(i + 1);
+        }
+    }
+    inline.unwrap_or(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_key_is_found_in_its_own_table() {
+        let text =
+            "name = \"a\"\n[array]\nrows = 4\n[screen]\nrows = 3\n[material.bend]\nknots = [1]\n";
+        assert_eq!(line_of(text, "array", "rows"), 3);
+        assert_eq!(line_of(text, "screen", "rows"), 5);
+        assert_eq!(line_of(text, "", "name"), 1);
+        assert_eq!(line_of(text, "material", "bend"), 6);
+        assert_eq!(line_of(text, "material.bend", "knots"), 7);
+        let dotted = "name = \"a\"\narray . rows = 4\nscreen = { rows = 3 }\n";
+        assert_eq!(line_of(dotted, "array", "rows"), 2);
+        assert_eq!(line_of(dotted, "screen", "rows"), 3);
+    }
 }
