@@ -6,8 +6,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::SystemTime;
 
+use shuttle::scheduler::{PctScheduler, RandomScheduler};
 use shuttle::thread;
-use shuttle::{Config, PctScheduler, RandomScheduler, Runner};
+use shuttle::{Config, Runner};
 use taxel::metric::FrameFigures;
 use taxel::sensor::preset;
 use taxel::{Counts, Frame};
