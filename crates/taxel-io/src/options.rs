@@ -19,7 +19,7 @@ pub struct ReadOptions {
     /// Leave out frames that cannot be read, instead of stopping at the first.
     pub keep_going: bool,
     /// Of a damaged `.mcap`, give what is whole and no error at its end: the caller asks
-    /// [`FrameSource::integrity`] and tells what is missing.
+    /// [`FrameSource::integrity`](crate::FrameSource::integrity) and tells what is missing.
     pub accept_damage: bool,
     /// Whether each frame has an extra line before it. `None`: `.txt` files have none, the others show it.
     pub extra_line: Option<bool>,

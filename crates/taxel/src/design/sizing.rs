@@ -158,7 +158,9 @@ pub struct Proposal {
 ///
 /// ```
 /// use taxel::design::sizing::{Requirements, size};
-/// let proposal = size(&Requirements { rows: 16, columns: 16, ..Requirements::default() })?;
+/// let mut requirements = Requirements::default();
+/// (requirements.rows, requirements.columns) = (16, 16);
+/// let proposal = size(&requirements)?;
 /// assert_eq!(proposal.sensor.readout().v_test_volts, 0.4);
 /// assert_eq!(proposal.sensor.readout().r_feedback_ohms(), Some(2000.0));
 /// # Ok::<(), taxel::design::Error>(())

@@ -20,13 +20,11 @@
 mod cross_talk;
 mod deviation;
 mod figures;
-mod integral;
 mod load;
 
 pub use cross_talk::{Ghost, TaxelCrossTalk, cross_talk_drop, cross_talk_index, ghost_level};
 pub use deviation::{Deviations, deviations, deviations_of_frames};
 pub use figures::{CONTACT_NEWTONS, FrameFigures};
-pub use integral::{TaxelIntegrals, TimeIntegral, time_integral};
 pub use load::{
     PeakPressure, centre_of_pressure_mm, contact_area_mm2, kilopascals_from_newtons, peak_pressure,
     total_force_newtons,
