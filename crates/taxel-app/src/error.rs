@@ -18,7 +18,7 @@ pub enum Error {
     Learn(#[from] taxel_learn::Error),
     /// What stands in a file cannot be learnt from.
     #[error("{}: {source}", .file.display())]
-    Lesson {
+    TrainingSet {
         /// The file.
         file: PathBuf,
         /// Why.

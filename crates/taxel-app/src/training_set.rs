@@ -70,7 +70,7 @@ impl TrainingSet {
         training_set
             .rows
             .check(from.max_load_g)
-            .map_err(|source| Error::Lesson {
+            .map_err(|source| Error::TrainingSet {
                 file: file.cloned().unwrap_or_default(),
                 source,
             })?;

@@ -22,7 +22,8 @@ fn help(error: &Error) -> Option<&'static str> {
         Error::Taxel(error) | Error::App(App::Taxel(error) | App::InFile { source: error, .. }) => {
             of_mathematics(error)
         }
-        Error::Learn(error) | Error::App(App::Learn(error) | App::Lesson { source: error, .. }) => {
+        Error::Learn(error)
+        | Error::App(App::Learn(error) | App::TrainingSet { source: error, .. }) => {
             of_models(error)
         }
         Error::App(App::NoSensor { .. }) => Some(SENSOR),

@@ -12,7 +12,7 @@ pub const LOAD_BINS_G: [f64; 6] = [0.0, 50.0, 100.0, 200.0, 400.0, f64::INFINITY
 /// Bounds of the bins over what else is pressed in the row, grams.
 pub const REST_BINS_G: [f64; 5] = [0.0, 100.0, 1000.0, 5000.0, f64::INFINITY];
 
-/// Errors of one contestant. Loads in grams.
+/// Errors of one candidate. Loads in grams.
 #[derive(Debug, Clone, Default, serde::Serialize)]
 pub struct Scores {
     /// Estimate and true load of held-out presses.

@@ -2,15 +2,15 @@
 //!
 //! # In reading order
 //!
-//! [`Panel`]s make a [`Sheet`] or a [`ContactSheet`], [`Line`]s make a [`Series`], a self-test a [`HealthMap`]; each
+//! [`Panel`]s make a [`Sheet`] or a [`ContactSheet`], [`Line`]s make a [`Series`], a self-test a [`FaultMap`]; each
 //! gives a [`Picture`]. [`report`] puts tables and pictures on one page.
 
 mod colour;
 mod colour_bar;
 mod contact_sheet;
 mod error;
+mod fault_map;
 mod glyphs;
-mod health_map;
 mod heatmap;
 mod outline;
 mod picture;
@@ -27,7 +27,7 @@ mod ticks;
 pub use colour::{ColourMap, Rgb};
 pub use contact_sheet::ContactSheet;
 pub use error::Error;
-pub use health_map::HealthMap;
+pub use fault_map::FaultMap;
 pub use heatmap::Panel;
 pub use picture::{Format, PNG_SCALE, Picture};
 pub use quantity::Quantity;

@@ -1,6 +1,6 @@
 //! `taxel compare`: physics, networks, one curve and nothing, on the same held-out presses and frames.
 
-mod contestants;
+mod candidates;
 mod table;
 
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ use crate::outputs::{Files, check_ending};
 use crate::progress::{Progress, Terminal};
 use crate::training_files::Sources;
 use crate::{Exit, interrupt, out};
-use contestants::{Contestant, Known};
+use candidates::{Candidate, Known};
 use table::Table;
 use taxel_app::frames::open_values;
 use taxel_app::training_set::TrainingSet;
@@ -108,7 +108,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             split.train.len() + split.check.len()
         ));
         let mut show = |name: &str, share: f64| progress.stage(name, share);
-        let contestants = contestants::all(args, &sensor, &training_set, &split, &mut show)?;
+        let candidates = candidates::all(args, &sensor, &training_set, &split, &mut show)?;
         drop(progress);
         if interrupt::asked() {
             // Networks that learnt half as long as they should would stand beside ways that need no learning.
@@ -117,11 +117,11 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             );
             return Ok(Exit::DataLost);
         }
-        for mut contestant in contestants {
+        for mut candidate in candidates {
             // Who had no more to learn from than before is the same as before.
-            if !table.has(&contestant) {
-                let scores = judge(&mut contestant, &known)?;
-                table.add(&contestant, &scores);
+            if !table.has(&candidate) {
+                let scores = judge(&mut candidate, &known)?;
+                table.add(&candidate, &scores);
             }
         }
     }
@@ -198,9 +198,9 @@ fn thin(split: &mut Split, most: usize) {
 }
 
 /// Judges on whole frames; presses were judged when it learnt.
-fn judge(contestant: &mut Contestant, known: &[Known]) -> Result<Scores, Error> {
-    let mut scores = std::mem::take(&mut contestant.scores);
-    let Some(pipeline) = &mut contestant.pipeline else {
+fn judge(candidate: &mut Candidate, known: &[Known]) -> Result<Scores, Error> {
+    let mut scores = std::mem::take(&mut candidate.scores);
+    let Some(pipeline) = &mut candidate.pipeline else {
         return Ok(scores);
     };
     // The first frame pays for what is drawn up once.

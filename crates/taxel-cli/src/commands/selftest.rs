@@ -6,11 +6,11 @@ mod report;
 use std::path::{Path, PathBuf};
 
 use clap::ArgGroup;
-use taxel::selftest::{Health, SelfTest, SelfTestOptions, Unusable};
+use taxel::selftest::{SelfTest, SelfTestOptions, SelfTestResult, Unusable};
 use taxel::{Counts, Frame, Sensor};
 use taxel_acquire::Address;
 use taxel_io::{FrameSource, ReadOptions, open_counts};
-use taxel_plot::{Format, HealthMap};
+use taxel_plot::{FaultMap, Format};
 
 use super::positive::positive;
 use crate::error::Error;
@@ -77,20 +77,20 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         .maybe_sensor(args.sensor.as_ref())
         .maybe_output("-o", args.output.as_ref())
         .check()?;
-    let (sensor, health) = match (&args.live, &args.empty, &args.rubbed) {
+    let (sensor, result) = match (&args.live, &args.empty, &args.rubbed) {
         (Some(address), _, _) => {
             let (sensor, file) = sensor_source::of(address, args.sensor.as_deref())?;
             let recordings = live::record(args, address, &sensor, &file)?;
-            let health = test(args, &sensor, &recordings.empty, &recordings.rubbed)?;
-            (sensor, health)
+            let result = test(args, &sensor, &recordings.empty, &recordings.rubbed)?;
+            (sensor, result)
         }
         (None, Some(empty), Some(rubbed)) => {
             let sensor = match &args.sensor {
                 Some(file) => sensor_file::load(file)?,
                 None => sensor_source::of_recording(empty)?.0,
             };
-            let health = test(args, &sensor, empty, rubbed)?;
-            (sensor, health)
+            let result = test(args, &sensor, empty, rubbed)?;
+            (sensor, result)
         }
         _ => {
             return Err(Error::Arguments {
@@ -99,9 +99,9 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             });
         }
     };
-    let report = Report::new(&sensor, &health);
+    let report = Report::new(&sensor, &result);
     if let (Some(file), Some(format)) = (&args.output, format) {
-        let map = HealthMap::of(&health).title(report.title());
+        let map = FaultMap::of(&result).title(report.title());
         let picture = map.pitch_mm(sensor.array().pitch_mm).picture();
         out::file(file, &picture.render(format)?)?;
         out::note(&format!("wrote {}", file.display()));
@@ -112,7 +112,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     } else {
         out::result(&report.to_string())?
     }
-    Ok(if health.is_good() {
+    Ok(if result.is_good() {
         Exit::Good
     } else {
         Exit::Found
@@ -120,7 +120,12 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
 }
 
 /// Both recordings, once each and frame by frame.
-fn test(args: &Args, sensor: &Sensor, empty: &Path, rubbed: &Path) -> Result<Health, Error> {
+fn test(
+    args: &Args,
+    sensor: &Sensor,
+    empty: &Path,
+    rubbed: &Path,
+) -> Result<SelfTestResult, Error> {
     let mut options = SelfTestOptions::of(sensor);
     options.frames_per_second = args.rate;
     let mut test = SelfTest::new(

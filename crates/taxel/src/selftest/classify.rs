@@ -2,7 +2,9 @@
 
 use super::finding::advice;
 use super::quiet::median;
-use super::{CodeFault, Codes, Fault, Finding, Health, Hum, Place, Rubbed, SelfTest, Settling};
+use super::{
+    CodeFault, Codes, Fault, Finding, Hum, Place, Rubbed, SelfTest, SelfTestResult, Settling,
+};
 use crate::screen::{Axis, LineFault, LineFaultKind, LineFaults};
 use crate::sensor::ScanOrder;
 
@@ -23,7 +25,7 @@ struct Classifier<'a> {
     explained: Vec<bool>,
 }
 
-pub(super) fn classify(test: &SelfTest, rubbed: &Rubbed) -> Health {
+pub(super) fn classify(test: &SelfTest, rubbed: &Rubbed) -> SelfTestResult {
     let taxels = test.rows * test.columns;
     let mut found = Classifier {
         test,
@@ -50,7 +52,7 @@ pub(super) fn classify(test: &SelfTest, rubbed: &Rubbed) -> Health {
     let mut findings = found.findings;
     let order = |f: &Finding| (std::cmp::Reverse(f.taxels.len()), f.fault);
     findings.sort_by_key(order);
-    Health {
+    SelfTestResult {
         findings,
         rows: test.rows,
         columns: test.columns,

@@ -32,8 +32,8 @@
 //! for k in 0..40 {
 //!     test.observe_rubbed(&frame(4000.0 + 311.0 * k as f64, k as usize % 8, k))?;
 //! }
-//! let health = test.finish()?;
-//! let open: Vec<String> = health.findings.iter().filter(|f| f.fault == Fault::LineOpen).map(|f| f.place.to_string()).collect();
+//! let result = test.finish()?;
+//! let open: Vec<String> = result.findings.iter().filter(|f| f.fault == Fault::LineOpen).map(|f| f.place.to_string()).collect();
 //! assert_eq!(open, ["column 5"]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -69,7 +69,7 @@ use settling::CarryOver;
 
 /// What the self-test found.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Health {
+pub struct SelfTestResult {
     /// What is wrong, the most taxels first.
     pub findings: Vec<Finding>,
     /// Rows of the array.
@@ -94,7 +94,7 @@ pub struct Health {
     pub codes: Codes,
 }
 
-impl Health {
+impl SelfTestResult {
     /// Whether nothing was found.
     pub fn is_good(&self) -> bool {
         self.findings.is_empty()
@@ -265,7 +265,7 @@ impl SelfTest {
     ///
     /// # Errors
     /// [`Unusable`]: too few frames, a load in the empty recording, none in the rubbed one.
-    pub fn finish(&self) -> Result<Health, Unusable> {
+    pub fn finish(&self) -> Result<SelfTestResult, Unusable> {
         let rubbed_frames = self.rubbed.as_ref().map_or(0, |r| r.response.frames);
         let needed = self.options.fewest_frames.max(1);
         for (recording, found) in [("empty", self.empty_frames), ("rubbed", rubbed_frames)] {

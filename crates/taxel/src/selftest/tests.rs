@@ -28,10 +28,10 @@ fn nothing_is_named_on_sound_sensors() {
         ] {
             let mut bench = Bench::new(sensor(name, rows, columns, seed), seed);
             bench.rate = Some(40.0 + seed as f64);
-            let health = bench.test().unwrap();
-            assert!(health.is_good(), "{name} {seed}: {:#?}", health.findings);
-            assert!(health.tested_share > 0.99, "{name} {seed}");
-            assert!(matches!(health.hum, Hum::Below(_)), "{:?}", health.hum);
+            let result = bench.test().unwrap();
+            assert!(result.is_good(), "{name} {seed}: {:#?}", result.findings);
+            assert!(result.tested_share > 0.99, "{name} {seed}");
+            assert!(matches!(result.hum, Hum::Below(_)), "{:?}", result.hum);
         }
     }
 }
@@ -254,8 +254,8 @@ fn what_a_reading_keeps_of_the_one_before_is_found_within_its_error() {
                     spec.converter.scan_order = order;
                 })
                 .unwrap();
-            let health = bench.test().unwrap();
-            let found = health.settling.unwrap();
+            let result = bench.test().unwrap();
+            let found = result.settling.unwrap();
             let off = (found.share - share).abs();
             assert!(
                 off < 4.0 * found.standard_error + 0.02 * share,
@@ -266,12 +266,12 @@ fn what_a_reading_keeps_of_the_one_before_is_found_within_its_error() {
                 "{seed} {share}: {found:?}"
             );
             assert_eq!(found.order, order);
-            let faults: Vec<Fault> = health.findings.iter().map(|f| f.fault).collect();
+            let faults: Vec<Fault> = result.findings.iter().map(|f| f.fault).collect();
             assert_eq!(
                 faults,
                 [Fault::Settling],
                 "{seed} {share}: {:?}",
-                health.findings
+                result.findings
             );
         }
         let settling = econe(seed).test().unwrap().settling.unwrap();
@@ -356,9 +356,9 @@ fn codes_that_never_occur_are_found_in_readings() {
                 ..Broken::default()
             });
             bench.rubbed_frames = 800;
-            let health = bench.test().unwrap();
-            let Codes::Judged(faults, _) = &health.codes else {
-                panic!("{:?}", health.codes);
+            let result = bench.test().unwrap();
+            let Codes::Judged(faults, _) = &result.codes else {
+                panic!("{:?}", result.codes);
             };
             assert_eq!(faults, &[wanted], "{seed}");
         }
@@ -376,9 +376,9 @@ fn a_part_that_was_not_pressed_is_said() {
     for frame in bench.frames(true).take(200) {
         test.observe_rubbed(&frame).unwrap();
     }
-    let health = test.finish().unwrap();
-    let [finding] = &health.findings[..] else {
-        panic!("{:#?}", health.findings);
+    let result = test.finish().unwrap();
+    let [finding] = &result.findings[..] else {
+        panic!("{:#?}", result.findings);
     };
     assert_eq!(finding.fault, Fault::NotPressed);
     assert!((200..400).contains(&finding.taxels.len()), "{finding}");

@@ -9,7 +9,7 @@ use taxel_learn::benchmark::{Bin, Errors, Scores};
 use taxel_plot::{Format, Line, Series};
 
 use super::Args;
-use super::contestants::Contestant;
+use super::candidates::Candidate;
 use crate::error::Error;
 use crate::out;
 use taxel_app::training_set::TrainingSet;
@@ -60,18 +60,17 @@ impl Table {
         }
     }
 
-    /// Whether a contestant of that name learnt from as many presses already.
-    pub(super) fn has(&self, contestant: &Contestant) -> bool {
-        let same =
-            |e: &Entry| (&e.name, e.learnt_from) == (&contestant.name, contestant.learnt_from);
+    /// Whether a candidate of that name learnt from as many presses already.
+    pub(super) fn has(&self, candidate: &Candidate) -> bool {
+        let same = |e: &Entry| (&e.name, e.learnt_from) == (&candidate.name, candidate.learnt_from);
         self.entries.iter().any(same)
     }
 
-    pub(super) fn add(&mut self, contestant: &Contestant, scores: &Scores) {
+    pub(super) fn add(&mut self, candidate: &Candidate, scores: &Scores) {
         let ghosts = scores.ghosts_g();
         self.entries.push(Entry {
-            name: contestant.name.clone(),
-            learnt_from: contestant.learnt_from,
+            name: candidate.name.clone(),
+            learnt_from: candidate.learnt_from,
             presses: scores.of_presses(),
             taxels: scores.of_taxels(),
             largest_ghost_g: ghosts.map(|g| g.0),
@@ -79,11 +78,11 @@ impl Table {
             milliseconds_a_frame: scores.milliseconds(),
             by_load: scores.by_load(),
             by_rest_of_row: scores.by_rest(),
-            note: contestant.note.clone(),
+            note: candidate.note.clone(),
         });
     }
 
-    /// One line a contestant, everything in it.
+    /// One line a candidate, everything in it.
     pub(super) fn write_csv(&self, file: &Path) -> Result<(), Error> {
         let mut text = String::from(
             "method,learnt_from,press_count,press_mae_g,press_mae_standard_error_g,press_rmse_g,press_p95_g,\
@@ -124,8 +123,8 @@ impl Table {
         out::file(file, text.as_bytes())
     }
 
-    /// Error against load, one line a contestant; against the number of presses, where there are several. Logarithms,
-    /// since contestants differ by orders of magnitude.
+    /// Error against load, one line a candidate; against the number of presses, where there are several. Logarithms,
+    /// since candidates differ by orders of magnitude.
     pub(super) fn draw(&self, file: &Path) -> Result<(), Error> {
         let format = Format::from_extension(file)?;
         let mut sizes: Vec<usize> = self.entries.iter().map(|e| e.learnt_from).collect();

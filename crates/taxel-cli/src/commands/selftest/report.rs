@@ -5,7 +5,7 @@ use std::fmt;
 
 use serde::Serialize;
 use taxel::Sensor;
-use taxel::selftest::{Codes, Fault, Finding, Health, Hum, Place};
+use taxel::selftest::{Codes, Fault, Finding, Hum, Place, SelfTestResult};
 use taxel::sensor::ScanOrder;
 
 /// Findings of one kind on single taxels that are written out.
@@ -116,20 +116,20 @@ fn on(axis: taxel::screen::Axis, index: usize) -> (Option<usize>, Option<usize>)
 }
 
 impl Report {
-    pub(super) fn new(sensor: &Sensor, health: &Health) -> Self {
-        let settling = health.settling;
-        let (hum, codes) = (&health.hum, &health.codes);
+    pub(super) fn new(sensor: &Sensor, result: &SelfTestResult) -> Self {
+        let settling = result.settling;
+        let (hum, codes) = (&result.hum, &result.codes);
         Self {
             sensor: sensor.name().to_owned(),
-            rows: health.rows,
-            columns: health.columns,
-            healthy: health.is_good(),
-            empty_frames: health.empty_frames,
-            rubbed_frames: health.rubbed_frames,
-            baseline_counts: health.baseline_counts,
-            noise_counts: health.noise_counts,
-            tested_share: health.tested_share,
-            findings: health.findings.iter().map(Found::new).collect(),
+            rows: result.rows,
+            columns: result.columns,
+            healthy: result.is_good(),
+            empty_frames: result.empty_frames,
+            rubbed_frames: result.rubbed_frames,
+            baseline_counts: result.baseline_counts,
+            noise_counts: result.noise_counts,
+            tested_share: result.tested_share,
+            findings: result.findings.iter().map(Found::new).collect(),
             settling: Settling {
                 share: settling.map(|s| s.share),
                 standard_error: settling.map(|s| s.standard_error),
@@ -150,7 +150,7 @@ impl Report {
                     Codes::NotJudged(why) => Some(why.clone()),
                 },
             },
-            taxels_affected: health.by_taxel().iter().flatten().count(),
+            taxels_affected: result.by_taxel().iter().flatten().count(),
         }
     }
 

@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::circuit::{Circuit, Converter, LinearCircuit, Noise, normal};
 use crate::material::LoadLaw;
 use crate::screen::Axis;
-use crate::selftest::{Health, SelfTest, SelfTestOptions, Unusable};
+use crate::selftest::{SelfTest, SelfTestOptions, SelfTestResult, Unusable};
 use crate::sensor::{ScanOrder, preset};
 use crate::simulate::{Imperfections, default_noise_counts, imperfect};
 use crate::{Counts, Frame, Sensor};
@@ -83,11 +83,11 @@ impl Bench {
         self
     }
 
-    pub fn test(&self) -> Result<Health, Unusable> {
+    pub fn test(&self) -> Result<SelfTestResult, Unusable> {
         self.test_with(&SelfTestOptions::of(&self.sensor))
     }
 
-    pub fn test_with(&self, options: &SelfTestOptions) -> Result<Health, Unusable> {
+    pub fn test_with(&self, options: &SelfTestOptions) -> Result<SelfTestResult, Unusable> {
         let (rows, columns) = (self.sensor.rows(), self.sensor.columns());
         let mut test = SelfTest::new(rows, columns, self.sensor.max_count(), options);
         for frame in self.frames(false) {
@@ -101,8 +101,8 @@ impl Bench {
 
     /// The findings, as `fault at place`, in alphabetical order.
     pub fn found(&self) -> Vec<String> {
-        let health = self.test().unwrap();
-        let findings = health.findings.iter();
+        let result = self.test().unwrap();
+        let findings = result.findings.iter();
         let mut found: Vec<String> = findings
             .map(|f| format!("{} at {}", f.fault.word(), f.place))
             .collect();

@@ -3,7 +3,7 @@
 mod glyph;
 
 use taxel::screen::Axis;
-use taxel::selftest::{Fault, Finding, Health, Place};
+use taxel::selftest::{Fault, Finding, Place, SelfTestResult};
 
 use crate::MARGIN;
 use crate::colour_bar::{HAIRLINE, LABEL_SIZE, TICK};
@@ -35,7 +35,7 @@ const LISTED: usize = 8;
 /// ```
 /// use taxel::selftest::{SelfTestOptions, SelfTest};
 /// use taxel::{Counts, Frame};
-/// use taxel_plot::HealthMap;
+/// use taxel_plot::FaultMap;
 ///
 /// let mut test = SelfTest::new(8, 8, 1023.0, &SelfTestOptions::default());
 /// for _ in 0..16 {
@@ -44,13 +44,13 @@ const LISTED: usize = 8;
 /// for k in 0..16 {
 ///     test.observe_rubbed(&Frame::<Counts>::filled(8, 8, 300.0 + f64::from(k)))?;
 /// }
-/// let picture = HealthMap::of(&test.finish()?).title("mat").picture();
+/// let picture = FaultMap::of(&test.finish()?).title("mat").picture();
 /// assert!(picture.svg().contains("nothing found"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
-pub struct HealthMap<'a> {
-    health: &'a Health,
+pub struct FaultMap<'a> {
+    result: &'a SelfTestResult,
     title: String,
     pitch_mm: [f64; 2],
 }
@@ -80,11 +80,11 @@ fn has_place(finding: &Finding) -> bool {
     finding.place != Place::Array || finding.fault == Fault::NotPressed
 }
 
-impl<'a> HealthMap<'a> {
+impl<'a> FaultMap<'a> {
     /// A map of what was found.
-    pub fn of(health: &'a Health) -> Self {
+    pub fn of(result: &'a SelfTestResult) -> Self {
         Self {
-            health,
+            result,
             title: String::new(),
             pitch_mm: [1.0, 1.0],
         }
@@ -105,7 +105,7 @@ impl<'a> HealthMap<'a> {
     /// The picture.
     pub fn picture(&self) -> Picture {
         let mut canvas = Canvas::default();
-        let row_ticks = index_ticks(self.health.rows, 8);
+        let row_ticks = index_ticks(self.result.rows, 8);
         let labels: Vec<String> = row_ticks.iter().map(usize::to_string).collect();
         let left = MARGIN + LABEL_SIZE + 5.0 + text::widest(&labels, LABEL_SIZE) + GAP + TICK;
         let (plot_width, plot_height) = self.plot_size();
@@ -139,7 +139,7 @@ impl<'a> HealthMap<'a> {
             _ => 0.05,
         };
         let (across, down) = (share(self.pitch_mm[1]), share(self.pitch_mm[0]));
-        let (columns, rows) = (self.health.columns as f64, self.health.rows as f64);
+        let (columns, rows) = (self.result.columns as f64, self.result.rows as f64);
         let mut side = (ROOM.0 / (columns * across))
             .min(ROOM.1 / (rows * down))
             .min(MAX_TAXEL);
@@ -151,8 +151,8 @@ impl<'a> HealthMap<'a> {
 
     fn cell(&self, plot: Rect, row: usize, column: usize) -> Rect {
         let (width, height) = (
-            plot.width / self.health.columns as f64,
-            plot.height / self.health.rows as f64,
+            plot.width / self.result.columns as f64,
+            plot.height / self.result.rows as f64,
         );
         Rect {
             x: plot.x + column as f64 * width,
@@ -165,12 +165,12 @@ impl<'a> HealthMap<'a> {
     /// Sound taxels in grey, faulty ones in colour, and thin lines between them where there is room.
     fn draw_cells(&self, canvas: &mut Canvas, plot: Rect) {
         canvas.filled(&rectangle(plot), SOUND);
-        let faults = self.health.by_taxel();
+        let faults = self.result.by_taxel();
         for fault in Fault::ALL {
             let mut data = String::new();
             let of_fault = (0..faults.len()).filter(|&taxel| faults[taxel] == Some(fault));
             for taxel in of_fault {
-                let (row, column) = (taxel / self.health.columns, taxel % self.health.columns);
+                let (row, column) = (taxel / self.result.columns, taxel % self.result.columns);
                 data += &rectangle(self.cell(plot, row, column));
             }
             if !data.is_empty() {
@@ -180,7 +180,7 @@ impl<'a> HealthMap<'a> {
         let cell = self.cell(plot, 0, 0);
         if cell.width.min(cell.height) >= 3.0 {
             let mut data = String::new();
-            for column in 1..self.health.columns {
+            for column in 1..self.result.columns {
                 let x = self.cell(plot, 0, column).x;
                 data += &format!(
                     "M{} {}V{}",
@@ -189,7 +189,7 @@ impl<'a> HealthMap<'a> {
                     number(plot.bottom())
                 );
             }
-            for row in 1..self.health.rows {
+            for row in 1..self.result.rows {
                 let y = self.cell(plot, row, 0).y;
                 data += &format!("M{} {}H{}", number(plot.x), number(y), number(plot.right()));
             }
@@ -202,7 +202,7 @@ impl<'a> HealthMap<'a> {
         let mut marks = String::new();
         let baseline = plot.bottom() + TICK + GAP + LABEL_SIZE * 0.75;
         let most = (plot.width / 36.0).clamp(1.0, 14.0) as usize;
-        for column in index_ticks(self.health.columns, most) {
+        for column in index_ticks(self.result.columns, most) {
             let cell = self.cell(plot, 0, column);
             let x = cell.x + cell.width / 2.0;
             marks += &format!("M{} {}v{TICK}", number(x), number(plot.bottom()));
@@ -225,7 +225,7 @@ impl<'a> HealthMap<'a> {
     /// The numbers of faulty rows to the right, of faulty columns above; where two would overlap, the first.
     fn draw_line_labels(&self, canvas: &mut Canvas, plot: Rect) {
         let mut lines: Vec<(Axis, usize)> = Vec::new();
-        for finding in &self.health.findings {
+        for finding in &self.result.findings {
             match finding.place {
                 Place::Line { axis, index } => lines.push((axis, index)),
                 Place::Pair { axis, first } => lines.extend([(axis, first), (axis, first + 1)]),
@@ -261,7 +261,7 @@ impl<'a> HealthMap<'a> {
     }
 
     fn draw_glyphs(&self, canvas: &mut Canvas, plot: Rect) {
-        for finding in &self.health.findings {
+        for finding in &self.result.findings {
             if let Place::Taxel { row, column } = finding.place {
                 let cell = self.cell(plot, row, column);
                 let side = cell.width.min(cell.height).max(MIN_GLYPH);
@@ -296,18 +296,18 @@ impl<'a> HealthMap<'a> {
         };
         for fault in Fault::ALL {
             let of_fault = |f: &&Finding| f.fault == fault && has_place(f);
-            let findings: Vec<&Finding> = self.health.findings.iter().filter(of_fault).collect();
+            let findings: Vec<&Finding> = self.result.findings.iter().filter(of_fault).collect();
             if !findings.is_empty() {
                 entry(Some(&look(fault)), &listed(fault, &findings));
             }
         }
-        for finding in self.health.findings.iter().filter(|f| !has_place(f)) {
+        for finding in self.result.findings.iter().filter(|f| !has_place(f)) {
             entry(
                 None,
                 &format!("{}: {}", finding.fault.words(), finding.evidence),
             );
         }
-        if self.health.is_good() {
+        if self.result.is_good() {
             entry(None, "nothing found");
         }
         y
@@ -347,7 +347,11 @@ mod tests {
     use super::*;
 
     /// An array that nothing was found on, and then these findings.
-    fn health(rows: usize, columns: usize, findings: Vec<(Fault, Place, Vec<usize>)>) -> Health {
+    fn result(
+        rows: usize,
+        columns: usize,
+        findings: Vec<(Fault, Place, Vec<usize>)>,
+    ) -> SelfTestResult {
         let mut test = SelfTest::new(rows, columns, 1023.0, &SelfTestOptions::default());
         for _ in 0..16 {
             test.observe_empty(&Frame::<Counts>::filled(rows, columns, 5.0))
@@ -357,7 +361,7 @@ mod tests {
             let frame = Frame::<Counts>::filled(rows, columns, 300.0 + f64::from(k));
             test.observe_rubbed(&frame).unwrap();
         }
-        let mut health = test.finish().unwrap();
+        let mut result = test.finish().unwrap();
         let finding = |(fault, place, taxels)| Finding {
             fault,
             place,
@@ -365,11 +369,11 @@ mod tests {
             evidence: "seen in so many frames".to_owned(),
             advice: String::new(),
         };
-        health.findings = findings.into_iter().map(finding).collect();
-        health
+        result.findings = findings.into_iter().map(finding).collect();
+        result
     }
 
-    fn everything(rows: usize, columns: usize) -> Health {
+    fn everything(rows: usize, columns: usize) -> SelfTestResult {
         let mut findings = Vec::new();
         for (i, fault) in Fault::ALL.into_iter().enumerate() {
             let (row, column) = (i * rows / 18, i * columns / 18);
@@ -386,14 +390,14 @@ mod tests {
                 _ => (fault, Place::Array, vec![0, rows * columns - 1]),
             });
         }
-        health(rows, columns, findings)
+        result(rows, columns, findings)
     }
 
     #[test]
     fn every_fault_is_in_the_legend_and_the_picture_is_drawn() {
         for (rows, columns) in [(16, 16), (64, 128), (1, 3), (200, 2)] {
-            let health = everything(rows, columns);
-            let picture = HealthMap::of(&health).title("all at once").picture();
+            let result = everything(rows, columns);
+            let picture = FaultMap::of(&result).title("all at once").picture();
             for fault in Fault::ALL {
                 assert!(picture.svg().contains(fault.words()), "{fault:?}");
             }
@@ -404,8 +408,8 @@ mod tests {
     #[test]
     fn no_text_leaves_the_picture() {
         for (rows, columns) in [(16, 16), (64, 128)] {
-            let health = everything(rows, columns);
-            let picture = HealthMap::of(&health)
+            let result = everything(rows, columns);
+            let picture = FaultMap::of(&result)
                 .title("a long title ".repeat(20))
                 .picture();
             let tree = crate::picture::parse(picture.svg()).unwrap();
@@ -420,8 +424,8 @@ mod tests {
 
     #[test]
     fn a_sound_array_is_said_to_be_so() {
-        let health = health(4, 4, vec![]);
-        let picture = HealthMap::of(&health).pitch_mm([10.0, 0.0]).picture();
+        let result = result(4, 4, vec![]);
+        let picture = FaultMap::of(&result).pitch_mm([10.0, 0.0]).picture();
         assert!(picture.svg().contains("nothing found"));
     }
 }

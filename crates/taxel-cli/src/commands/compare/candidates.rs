@@ -29,7 +29,7 @@ pub(super) struct Known {
 }
 
 /// A way from counts to loads.
-pub(super) struct Contestant {
+pub(super) struct Candidate {
     pub(super) name: String,
     /// Presses it learnt from.
     pub(super) learnt_from: usize,
@@ -44,7 +44,7 @@ pub(super) struct Contestant {
 /// Presses with frames that a calibration needs at least.
 const MIN_FOR_PHYSICS: usize = 8;
 
-/// What every contestant is given.
+/// What every candidate is given.
 struct Ring<'a> {
     args: &'a Args,
     sensor: Sensor,
@@ -62,7 +62,7 @@ pub(super) fn all(
     training_set: &TrainingSet,
     split: &Split,
     show: &mut dyn FnMut(&str, f64),
-) -> Result<Vec<Contestant>, Error> {
+) -> Result<Vec<Candidate>, Error> {
     let frames = training_set.data.presses.len();
     // After Ctrl-C nobody's turn comes: what has begun is thrown away.
     let wanted =
@@ -140,7 +140,7 @@ impl Ring<'_> {
         name: &str,
         mut pipeline: Pipeline,
         note: String,
-    ) -> Result<Contestant, Error> {
+    ) -> Result<Candidate, Error> {
         let mut scores = Scores::default();
         for press in self.presses(&self.judged) {
             pipeline.begin_anew();
@@ -149,7 +149,7 @@ impl Ring<'_> {
             scores.add_press(grams(result.newtons()?.values()[at]), press.load_g);
         }
         pipeline.begin_anew();
-        Ok(Contestant {
+        Ok(Candidate {
             name: name.to_owned(),
             learnt_from: self.known.len(),
             pipeline: Some(pipeline),
@@ -159,7 +159,7 @@ impl Ring<'_> {
     }
 
     /// A load law on readings as they are: a straight line, or the best that held-out presses find.
-    fn curve(&self, name: &str) -> Result<Contestant, Error> {
+    fn curve(&self, name: &str) -> Result<Candidate, Error> {
         let raw = Raw::from_sensor(&self.sensor);
         let mut pipeline = Pipeline::new(&self.sensor, Box::new(raw.clone()))?;
         let mut pairs = Vec::new();
@@ -202,7 +202,7 @@ impl Ring<'_> {
             .sensor)
     }
 
-    fn network(&self, name: &str, leaky: bool) -> Result<Contestant, Error> {
+    fn network(&self, name: &str, leaky: bool) -> Result<Candidate, Error> {
         let (rows, split) = if leaky {
             fit::room_for(&self.training_set.rows, self.args.copies as usize)?;
             leaky_rows(
@@ -236,7 +236,7 @@ impl Ring<'_> {
             100.0 * model.card.interval.level,
             100.0 * model.card.held_out.coverage
         );
-        Ok(Contestant {
+        Ok(Candidate {
             name: if leaky {
                 format!("{name}, leaky split")
             } else {
@@ -280,7 +280,7 @@ impl Ring<'_> {
         Ok(Pipeline::with_estimator(&self.sensor, Box::new(learned)))
     }
 
-    fn hybrid(&self, calibrated: &Sensor) -> Result<Contestant, Error> {
+    fn hybrid(&self, calibrated: &Sensor) -> Result<Candidate, Error> {
         let presses = self.presses(&self.known);
         let rows = self.training_set.rows.part(&self.known);
         let split = Split {
