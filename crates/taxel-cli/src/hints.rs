@@ -38,7 +38,7 @@ fn help(error: &Error) -> Option<&'static str> {
 pub(crate) const SENSOR: &str = "--sensor takes a sensor file or the name of a preset (econe, mat-16x16-cd4067, mat-32x32-adg732)";
 
 fn of_files(error: &taxel_io::Error) -> Option<&'static str> {
-    use taxel_io::{Error, SensorFileError, ShapeFault};
+    use taxel_io::{Error, ParquetError, SensorFileError, ShapeFault};
     Some(match error {
         Error::SensorFile(SensorFileError::Invalid { source, .. }) => {
             return of_mathematics(source);
@@ -66,6 +66,16 @@ fn of_files(error: &taxel_io::Error) -> Option<&'static str> {
             "parquet" => "`cargo install --path crates/taxel-cli --features parquet`",
             _ => "`cargo install --path crates/taxel-cli --features xlsx`",
         },
+        Error::Parquet(ParquetError::NoColumn { is_counts, .. }) => {
+            if *is_counts {
+                "`--values` reads loads"
+            } else {
+                "`taxel compensate -o FILE.parquet` computes loads"
+            }
+        }
+        Error::Parquet(ParquetError::ColumnType { .. }) => {
+            "`taxel convert` and `taxel compensate` write such tables"
+        }
         Error::NoLoads { .. } => {
             "`taxel record --loads` records loads, `taxel compensate -o FILE.mcap` computes them"
         }

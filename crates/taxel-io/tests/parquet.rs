@@ -133,7 +133,7 @@ fn loads_come_back_with_their_marks_alone_and_beside_counts() {
             assert!(
                 error.contains(
                     "no column `counts` in "
-                ) && error.ends_with("it has sequence, time_secs, host_time, newtons, marks\nhint: it is a table of loads, which `--values` reads"),
+                ) && error.ends_with("it has sequence, time_secs, host_time, newtons, marks\nhint: it is a table of loads, which are read as values"),
                 "{error}"
             );
         }

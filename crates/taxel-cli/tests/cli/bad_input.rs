@@ -119,7 +119,7 @@ fn an_empty_file_and_none() {
 
     ----- stderr -----
     error: cannot tell the format of r.xyz from `.xyz`
-    hint: recordings end in .txt, .csv, .npy, .npz or .mcap
+    hint: recordings end in .txt, .csv, .npy, .npz, .mcap or .parquet
     ");
 }
 

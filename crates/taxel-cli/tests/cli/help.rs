@@ -85,11 +85,11 @@ fn flags_of_compensate() {
     Usage: taxel compensate [OPTIONS] <RECORDING>
 
     Arguments:
-      <RECORDING>  Recording (.mcap, .txt, .csv, .npy, .npz, - for standard input)
+      <RECORDING>  Recording (.mcap, .parquet, .txt, .csv, .npy, .npz, - for standard input)
 
     Options:
-          --sensor <FILE|PRESET>     Sensor file, or the name of a preset; MCAP recordings bring their
-                                     own
+          --sensor <FILE|PRESET>     Sensor file, or the name of a preset; .mcap and .parquet bring
+                                     their own
           --unit <UNIT>              Unit of what is written; .mcap and .parquet hold newtons, g or N
                                      given [default: g] [possible values: volts, siemens, g, N, kPa,
                                      MPa]
@@ -133,8 +133,8 @@ fn flags_of_calibrate() {
     Usage: taxel calibrate [OPTIONS] --output <FILE>
 
     Options:
-          --sensor <FILE|PRESET>  Sensor file (the parts list), or the name of a preset; MCAP recordings
-                                  bring their own
+          --sensor <FILE|PRESET>  Sensor file (the parts list), or the name of a preset; .mcap and
+                                  .parquet bring their own
           --presses <FILE>        Labelled presses: CSV with recording, frame, row, column (or taxel),
                                   load_g
           --equilibration <FILE>  Frames under the same load everywhere: CSV with recording, frame,
@@ -221,13 +221,15 @@ fn flags_of_info() {
     Usage: taxel info [OPTIONS] <RECORDING>
 
     Arguments:
-      <RECORDING>  Recording (.mcap, .txt, .csv, .npy, .npz; with a sensor also - for standard input)
+      <RECORDING>  Recording (.mcap, .parquet, .txt, .csv, .npy, .npz; with a sensor also - for standard
+                   input)
 
     Options:
-          --sensor <FILE|PRESET>  Sensor file, or the name of a preset; MCAP recordings bring their own
+          --sensor <FILE|PRESET>  Sensor file, or the name of a preset; .mcap and .parquet bring their
+                                  own
           --rows <N>              Rows of a frame, where there is no sensor
-          --values                The file holds values, not counts; do not screen. Of an MCAP
-                                  recording: its loads, newtons
+          --values                The file holds values, not counts; do not screen. Of .mcap and
+                                  .parquet: their loads, newtons
           --keep-going            Leave out frames that cannot be read, instead of stopping at the first
           --transpose             The recording has rows and columns swapped
           --json                  Print JSON
@@ -250,11 +252,11 @@ fn flags_of_plot() {
     Usage: taxel plot [OPTIONS] --output <FILE> <FILE>
 
     Arguments:
-      <FILE>  Recording of counts (.mcap, .txt, .csv, .npy, .npz); with --values any numbers
+      <FILE>  Recording of counts (.mcap, .parquet, .txt, .csv, .npy, .npz); with --values any numbers
 
     Options:
-          --sensor <FILE|PRESET>           Sensor file, or the name of a preset; MCAP recordings bring
-                                           their own
+          --sensor <FILE|PRESET>           Sensor file, or the name of a preset; .mcap and .parquet
+                                           bring their own
           --frame <N>                      Which frame, from 0
           --frames <A..B>                  Which frames: a..b without b, a..=b with it, a.. to the end
           --taxel <ROW,COLUMN>             A taxel's values over frames; several are several lines
@@ -262,8 +264,8 @@ fn flags_of_plot() {
           --column <N>                     A column's values over frames
           --raw                            Without compensation
           --before-after                   Both without and with compensation
-          --values                         The numbers are what they are (loads.csv; of an MCAP
-                                           recording its loads, N): nothing is converted, --unit is for
+          --values                         The numbers are what they are (loads.csv; of .mcap and
+                                           .parquet their loads, N): nothing is converted, --unit is for
                                            the label
           --unit <UNIT>                    Unit; without it, g where the sensor has a load law, else
                                            siemens [possible values: volts, siemens, g, N, kPa, MPa]
@@ -297,7 +299,8 @@ fn flags_of_netlist() {
       [RECORDING]  Recording of counts whose conductances to take
 
     Options:
-          --sensor <FILE|PRESET>  Sensor file, or the name of a preset; MCAP recordings bring their own
+          --sensor <FILE|PRESET>  Sensor file, or the name of a preset; .mcap and .parquet bring their
+                                  own
           --conductance <FILE>    Conductances of the taxels, siemens: R lines of C numbers a frame
           --frame <N>             Which frame of the file, from 0 [default: 0]
           --taxel <ROW,COLUMN>    The taxel to read [default: 0,0]

@@ -29,7 +29,7 @@ pub enum ParquetError {
         is_counts: bool,
     },
     /// A column of a Parquet table that is no list of numbers.
-    #[error("column `{column}` of {} has {found}, expected a list of numbers: one a taxel, row by row\nhint: `taxel convert` and `taxel compensate` write such tables", .file.display())]
+    #[error("column `{column}` of {} has {found}, expected a list of numbers: one a taxel, row by row\nhint: a table of this program has such columns", .file.display())]
     ColumnType {
         /// The file.
         file: PathBuf,
