@@ -129,6 +129,7 @@ fn every_end_is_answered_and_every_recording_told_of_once() {
 
 /// The command line ends the session while a viewer ends the recording.
 #[test]
+#[ignore = "shuttle's channel keeps what nobody received when its receiver goes, std's drops it and so answers who waits"]
 fn an_end_beside_the_session_s_end_waits_for_nobody() {
     check(|| {
         let bed = Bed::new(RecordTopics::default());
