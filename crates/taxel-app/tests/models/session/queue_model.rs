@@ -28,8 +28,8 @@ fn what_does_not_arrive_is_counted_and_the_newest_arrives() {
         assert!(arrived.is_sorted_by(|a, b| a < b), "{arrived:?}");
         assert_eq!(arrived.last(), Some(&(PUSHED - 1)));
     };
-    // Every schedule there is.
-    shuttle::check_dfs(model, None);
+    // In order; there are too many for all.
+    shuttle::check_dfs(model, Some(20_000));
 }
 
 #[test]
