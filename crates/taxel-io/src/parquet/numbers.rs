@@ -20,9 +20,11 @@ pub(super) struct Column<T: DataType> {
     repetition: Vec<i16>,
 }
 
-/// How many rows there were (0 at the end), and how many places of them, empty ones too.
+/// A column's next row.
 pub(super) struct Row {
+    /// Whether there was one.
     pub(super) is_there: bool,
+    /// Its numbers, and places without one.
     pub(super) places: usize,
 }
 
@@ -73,7 +75,8 @@ impl<T: DataType> Column<T> {
         out.clear();
         out.extend(self.values.iter().map(number));
         Ok(Row {
-            is_there: rows > 0,
+            // Behind the last row there may be an empty page: the row is then whole, and not counted.
+            is_there: rows > 0 || places > 0,
             places,
         })
     }

@@ -132,8 +132,14 @@ impl PageReader for Pages {
                 "a row of more than {MAX_TAXELS} numbers"
             )));
         }
-        let Some(page) = self.inner.get_next_page()? else {
-            return Ok(None);
+        let page = loop {
+            let Some(page) = self.inner.get_next_page()? else {
+                return Ok(None);
+            };
+            // The crate takes an empty page, which pyarrow may write, for the end of the column.
+            if page.num_values() > 0 || page.is_dictionary_page() {
+                break page;
+            }
         };
         let found = page.num_values() as usize;
         if found > MAX_PAGE_VALUES {
