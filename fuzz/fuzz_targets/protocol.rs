@@ -24,5 +24,5 @@ fuzz_target!(|data: &[u8]| {
             frames += 1;
         });
     }
-    assert_eq!(decoder.tally().frames, frames);
+    assert_eq!(decoder.link_stats().frames, frames);
 });
