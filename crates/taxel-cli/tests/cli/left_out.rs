@@ -37,7 +37,7 @@ fn a_format_that_is_left_out_is_told_with_what_to_do() {
         let run = folder.fails(words);
         assert_eq!(run.code, Some(1), "{run}");
         let expected = format!(
-            "error: {file}: this build has no {format}\nhint: `cargo install --path crates/taxel-cli --features {feature}` builds it with that\n"
+            "error: {file}: this build has no {format}\nhint: `cargo install --path crates/taxel-cli --features {feature}`\n"
         );
         assert!(run.err.ends_with(&expected), "{run}");
         assert!(!folder.exists(file));
