@@ -32,10 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     options.observer = Some(Box::new(move |frame| {
         let _ = send.send(frame.figures.total_force_newtons);
     }));
-    options.server = Some(taxel_server::Options {
-        address: "127.0.0.1:0".to_owned(),
-        token: None,
-    });
+    options.server = Some(taxel_server::Options::new("127.0.0.1:0"));
 
     let mut session = Session::start(options)?;
     println!("{}", session.urls().join(" "));

@@ -16,6 +16,7 @@ use crate::error::Error;
 
 /// How loads are found.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum MethodName {
     /// What suits the read-out
     #[default]

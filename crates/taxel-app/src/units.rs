@@ -7,6 +7,7 @@ use taxel::metric::kilopascals_from_newtons;
 
 /// Quantity and unit of what is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum InputUnit {
     /// What the converter gave
     Counts,
@@ -18,6 +19,7 @@ pub enum InputUnit {
 
 /// Quantity and unit of what is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Unit {
     /// V_out of the read-out circuit
     Volts,

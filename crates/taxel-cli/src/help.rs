@@ -187,7 +187,7 @@ const EXAMPLES: [(&str, &[&str]); 27] = [
         &[
             "taxel rig --pressure 0.2MPa",
             "taxel rig --load 132g --spring 0.5 --area 8",
-            "taxel rig --margin 5g --spread 12g",
+            "taxel rig --margin 5g --standard-deviation 12g",
         ],
     ),
     (

@@ -163,11 +163,6 @@ impl<Q, R: Read> NpyReader<Q, R> {
         })
     }
 
-    /// Frames of the array, as its header says.
-    pub fn frames_total(&self) -> u64 {
-        self.layout.frames
-    }
-
     /// Reads one frame, good or bad, whole.
     fn one_frame(&mut self, values: &mut [f64]) -> Result<(), Error> {
         let Layout {

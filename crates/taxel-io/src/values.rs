@@ -84,15 +84,10 @@ impl<Q> ValuesWriter<Q> {
     /// # Errors
     /// [`Error::Create`].
     pub fn create(path: impl AsRef<Path>) -> Result<Self, Error> {
-        Self::begin(path.as_ref(), ExtraLines::Never)
-    }
-
-    /// The same with a line `time_secs=…` (blank where the time is unknown) before each frame.
-    ///
-    /// # Errors
-    /// [`Error::Create`].
-    pub fn create_with_times(path: impl AsRef<Path>) -> Result<Self, Error> {
-        Self::begin(path.as_ref(), ExtraLines::Every)
+        Ok(Self {
+            rows: RowWriter::create(path.as_ref(), ExtraLines::Never, false, -f64::MAX)?,
+            quantity: PhantomData,
+        })
     }
 
     /// The same, but infinite numbers are written too, as `inf`: standard errors of what nothing bounds. Such a file is
@@ -100,13 +95,6 @@ impl<Q> ValuesWriter<Q> {
     pub fn allow_infinity(mut self) -> Self {
         self.rows.allow_infinity();
         self
-    }
-
-    fn begin(path: &Path, extra: ExtraLines) -> Result<Self, Error> {
-        Ok(Self {
-            rows: RowWriter::create(path, extra, false, -f64::MAX)?,
-            quantity: PhantomData,
-        })
     }
 
     /// Appends a frame.

@@ -263,10 +263,10 @@ proptest! {
     }
 
     #[test]
-    fn values_written_read_back(frames in frames_of::<Newtons>(finite())) {
+    fn values_written_read_back(mut frames in frames_of::<Newtons>(finite())) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.csv");
-        let mut writer = ValuesWriter::create_with_times(&path).unwrap();
+        let mut writer = ValuesWriter::create(&path).unwrap();
         for frame in &frames {
             writer.write(frame).unwrap();
         }
@@ -274,6 +274,7 @@ proptest! {
         let options = ReadOptions::new(frames[0].rows(), frames[0].columns());
         let reader = ValuesReader::<Newtons>::open(&path, options).unwrap();
         let back: Result<Vec<_>, _> = reader.frames().collect();
+        frames.iter_mut().for_each(|frame| frame.time_secs = None);
         prop_assert_eq!(back.unwrap(), frames);
     }
 

@@ -7,6 +7,7 @@ pub type Rgb = [u8; 3];
 
 /// A perceptually uniform colour map of 256 colours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+#[non_exhaustive]
 pub enum ColourMap {
     /// Black, purple, orange, pale yellow.
     #[default]

@@ -16,6 +16,7 @@ const MAX_PIXELS: u64 = 100_000_000;
 
 /// What a picture is written as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Format {
     /// Pixels, two per point.
     Png,

@@ -6,6 +6,7 @@ use crate::picture::write_image;
 
 /// How values between taxel centres are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Interpolation {
     /// Bilinear between the centres of taxels, each taxel drawn as so many pixels a side.
     Bilinear(usize),

@@ -48,6 +48,7 @@ pub struct Table {
 
 /// One cell of a table.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum Cell {
     /// Words.
     Words(String),

@@ -10,6 +10,7 @@ use crate::quantity::Quantity;
 
 /// How the values of a line are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum LineStyle {
     /// One stroke through all values.
     #[default]

@@ -9,6 +9,7 @@ use crate::{Error, MARGIN, text};
 
 /// How panels stand to each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+#[non_exhaustive]
 pub enum Arrangement {
     /// One above the other for wide arrays, side by side for others.
     #[default]

@@ -56,11 +56,22 @@ pub trait ViewerBackend: Send + Sync + 'static {
 
 /// Where to listen, and who may look.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Options {
     /// `127.0.0.1:8432`; port 0 for any.
     pub address: String,
     /// What a viewer must know; `None` only on loopback.
     pub token: Option<String>,
+}
+
+impl Options {
+    /// Listens at `address`, without a token.
+    pub fn new(address: impl Into<String>) -> Options {
+        Options {
+            address: address.into(),
+            token: None,
+        }
+    }
 }
 
 /// The most viewers at once.

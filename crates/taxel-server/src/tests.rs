@@ -57,8 +57,8 @@ impl ViewerBackend for Stage {
 fn start(token: Option<&str>) -> (Server, Arc<Stage>) {
     let stage = Arc::new(Stage::default());
     let options = Options {
-        address: "127.0.0.1:0".to_owned(),
         token: token.map(str::to_owned),
+        ..Options::new("127.0.0.1:0")
     };
     (Server::start(&options, stage.clone()).unwrap(), stage)
 }

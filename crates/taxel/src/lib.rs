@@ -41,10 +41,7 @@ pub mod parts;
 pub mod selftest;
 pub mod simulate;
 
-mod linalg;
 pub mod parallel;
-#[doc(hidden)]
-pub mod simd;
 mod spline;
 pub mod stats;
 

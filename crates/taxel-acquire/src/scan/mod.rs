@@ -47,6 +47,7 @@ impl Default for Timing {
 
 /// What failed during a scan: columns, rows, or the converter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ScanError<C, R, A> {
     /// A column could not be selected.
     Column(C),

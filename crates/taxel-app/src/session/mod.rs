@@ -241,7 +241,7 @@ impl Session {
             recorder: recorder.clone(),
             incoming: incoming.clone(),
             server: server.clone(),
-            told: Default::default(),
+            reported: Default::default(),
             clock: None,
             tare: None,
             can_wait: can_wait(&options.address),

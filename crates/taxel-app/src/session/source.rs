@@ -124,8 +124,8 @@ pub(super) struct FrameSink {
     pub(super) can_wait: bool,
     /// The source holds what the disk has no time for.
     pub(super) waits_for_disk: bool,
-    /// What has been told of what went wrong, and when.
-    pub(super) told: (LinkStats, Option<Instant>),
+    /// What has been reported of what went wrong, and when.
+    pub(super) reported: (LinkStats, Option<Instant>),
     /// The device's time, of the last frame.
     pub(super) clock: Option<f64>,
     /// Of a recording: what was taken off the frame that comes.
@@ -161,14 +161,14 @@ impl FrameSink {
 
     /// Notes in the recording, about when, what went wrong since the last note.
     fn tell_losses(&mut self, link_stats: LinkStats, now: bool) {
-        let (told, at) = self.told;
+        let (reported, at) = self.reported;
         if !now && at.is_some_and(|at| at.elapsed() < LOSSES_EVERY) {
             return;
         }
-        let troubles = link_stats.since(&told).troubles();
+        let troubles = link_stats.since(&reported).troubles();
         if !troubles.is_empty() {
             self.recorder.event("loss", &troubles.join(", "));
-            self.told = (link_stats, Some(Instant::now()));
+            self.reported = (link_stats, Some(Instant::now()));
         }
     }
 

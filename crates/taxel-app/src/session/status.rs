@@ -65,7 +65,7 @@ pub(super) struct SessionStatus {
     /// Messages that viewers have not had.
     news: Mutex<Vec<Event>>,
     /// Lines for the command line.
-    told: Mutex<Vec<String>>,
+    messages: Mutex<Vec<String>>,
     /// Recordings that have ended.
     ended: Mutex<Vec<SavedRecording>>,
     stopped: AtomicBool,
@@ -91,7 +91,7 @@ impl SessionStatus {
                 delays_ms: VecDeque::new(),
             }),
             news: Mutex::new(Vec::new()),
-            told: Mutex::new(Vec::new()),
+            messages: Mutex::new(Vec::new()),
             ended: Mutex::new(Vec::new()),
             stopped: AtomicBool::new(false),
         }
@@ -113,15 +113,15 @@ impl SessionStatus {
 
     /// Something that the command line should say.
     pub(super) fn tell(&self, text: String) {
-        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
-        if told.len() < NEWS {
-            told.push(text);
+        let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
+        if messages.len() < NEWS {
+            messages.push(text);
         }
     }
 
     /// What the command line has not said yet.
     pub(super) fn take_messages(&self) -> Vec<String> {
-        std::mem::take(&mut *self.told.lock().unwrap_or_else(PoisonError::into_inner))
+        std::mem::take(&mut *self.messages.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// A recording has ended, well or not.

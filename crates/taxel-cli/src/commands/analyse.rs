@@ -31,7 +31,7 @@ const DRAWN: usize = 128;
 
 /// Look at taxels of a recording over time: a taxel, a row, a column, a region
 ///
-/// Values before and after screening, the share that is filtered, mean, spread and drift; a plot and a table for a
+/// Values before and after screening, the share that is filtered, mean, standard deviation and drift; a plot and a table for a
 /// spreadsheet on request. Reads every format that the program reads. Labels as on the rig's table (C7: column C, row 7)
 /// follow the sensor file's `labels`. Exit code 3: frames were left out, or the recording tells of frames that are
 /// missing.
@@ -108,10 +108,10 @@ struct Figures {
     most: f64,
     /// Of all readings.
     mean_before: f64,
-    spread_before: f64,
+    standard_deviation_before: f64,
     /// Of those that are not filtered.
     mean: f64,
-    spread: f64,
+    standard_deviation: f64,
     /// Of those that are not filtered, in % of their mean; an hour where there are times, else a hundred frames. None of
     /// less than a minute: what seconds do says nothing of an hour.
     drift_percent: Option<f64>,
@@ -250,8 +250,8 @@ fn figures(taken: &Taken, taxel: usize) -> Figures {
         .map(|n| (taken.position(n), values[n]))
         .collect();
     let kept: Vec<f64> = good.iter().map(|p| p.1).collect();
-    let (mean, spread) = mean_and_spread(&kept);
-    let (mean_before, spread_before) = mean_and_spread(values);
+    let (mean, standard_deviation) = mean_and_deviation(&kept);
+    let (mean_before, standard_deviation_before) = mean_and_deviation(values);
     // An hour of seconds, or a hundred frames.
     let (span, least) = match taken.secs {
         Some(_) => (3600.0, MIN_DRIFT_SECS),
@@ -271,15 +271,15 @@ fn figures(taken: &Taken, taxel: usize) -> Figures {
         least: values.iter().copied().fold(f64::INFINITY, f64::min),
         most: values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
         mean_before,
-        spread_before,
+        standard_deviation_before,
         mean,
-        spread,
+        standard_deviation,
         drift_percent: drift.filter(|drift| drift.is_finite()),
     }
 }
 
 /// Mean, and standard deviation; NaN of too few.
-fn mean_and_spread(values: &[f64]) -> (f64, f64) {
+fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
     let mean = mean(values.iter().copied());
     (
         mean.unwrap_or(f64::NAN),
@@ -312,9 +312,9 @@ fn text(report: &Report, taken: &Taken) -> String {
             "least",
             "most",
             "mean before",
-            "spread before",
+            "SD before",
             "mean",
-            "spread",
+            "SD",
             drift,
         ],
     );
@@ -325,9 +325,9 @@ fn text(report: &Report, taken: &Taken) -> String {
             of.least,
             of.most,
             of.mean_before,
-            of.spread_before,
+            of.standard_deviation_before,
             of.mean,
-            of.spread,
+            of.standard_deviation,
             of.drift_percent,
         ]);
     }

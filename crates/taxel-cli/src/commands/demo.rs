@@ -12,9 +12,7 @@ use taxel::metric::{deviations_of_frames, ghost_level};
 use taxel::pipeline::Pipeline;
 use taxel::screen::{LineFaults, LineScreen, ScreenOptions};
 use taxel::sensor::preset;
-use taxel::simulate::{
-    Imperfections, Pattern, ReadingFaults, VirtualSensor, labelled_presses, newtons,
-};
+use taxel::simulate::{Imperfections, Pattern, VirtualSensor, labelled_presses, newtons};
 use taxel::solve::{Method, Raw, default_method};
 use taxel::{Counts, Frame, Newtons, Sensor};
 use taxel_plot::{Panel, Sheet};
@@ -53,10 +51,7 @@ pub(crate) fn run(_: &Args) -> Result<Exit, Error> {
     let nominal = preset("econe")?;
     let mut imperfections = Imperfections::default();
     imperfections.dead_columns = 1;
-    imperfections.faults = ReadingFaults {
-        stuck_share: 5e-4,
-        ..ReadingFaults::default()
-    };
+    imperfections.faults.stuck_share = 5e-4;
     let real = VirtualSensor::imperfect(&nominal, &imperfections, SEED)?;
     out::result(&format!(
         "a simulated hand grips {} for {FRAMES} frames",

@@ -99,10 +99,9 @@ fn show(
         loads: shown.loads,
         figures: shown.loads,
     };
-    options.server = Some(ServerOptions {
-        token: token_of(shown)?.or_else(|| needs_token(&shown.listen)),
-        address: shown.listen.clone(),
-    });
+    let mut server = ServerOptions::new(&shown.listen);
+    server.token = token_of(shown)?.or_else(|| needs_token(&shown.listen));
+    options.server = Some(server);
     options.record = record.map(Path::to_owned);
     options.held = held;
     let mut session = Session::start(options)?;

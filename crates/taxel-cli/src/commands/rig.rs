@@ -19,7 +19,7 @@ const MAX: f64 = 1e9;
 ///
 /// A mechanism presses with its spring and the weight of its moving parts; its tip gives the area. Without --spring
 /// and --area all springs and tips of the paper are listed. The number of experiments is the least after which the
-/// mean is known to the margin by Student's t, for repetitions that scatter by the spread (standard deviation); that
+/// mean is known to the margin by Student's t, for repetitions that scatter by the standard deviation; that
 /// of readings tells two sensors' shares of outliers apart. docs/design.md has the formulas.
 #[derive(Debug, clap::Args)]
 #[command(group = ArgGroup::new("question").required(true).multiple(true)
@@ -47,11 +47,11 @@ pub(crate) struct Args {
     #[arg(long, value_name = "%", default_value = "95", value_parser = percent)]
     confidence: f64,
     /// How far off the mean may be, such as 5g
-    #[arg(long, value_name = "LOAD", value_parser = grams, requires = "spread")]
+    #[arg(long, value_name = "LOAD", value_parser = grams, requires = "standard_deviation")]
     margin: Option<f64>,
     /// Standard deviation of repetitions, such as 12g
-    #[arg(long, value_name = "LOAD", value_parser = grams, requires = "margin")]
-    spread: Option<f64>,
+    #[arg(long, alias = "spread", value_name = "LOAD", value_parser = grams, requires = "margin")]
+    standard_deviation: Option<f64>,
     /// Shares of outliers of two sensors to tell apart, percent, such as 22,5
     #[arg(long, value_name = "A,B", value_parser = two_percents)]
     shares: Option<[f64; 2]>,
@@ -119,12 +119,12 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         } else {
             Vec::new()
         },
-        experiments: match (args.margin, args.spread) {
-            (Some(margin_g), Some(spread_g)) => Some(Experiments {
+        experiments: match (args.margin, args.standard_deviation) {
+            (Some(margin_g), Some(standard_deviation_g)) => Some(Experiments {
                 confidence: args.confidence,
                 margin_g,
-                spread_g,
-                count: experiments_for_mean(spread_g, margin_g, args.confidence)
+                standard_deviation_g,
+                count: experiments_for_mean(standard_deviation_g, margin_g, args.confidence)
                     .map_err(refused)?,
             }),
             _ => None,

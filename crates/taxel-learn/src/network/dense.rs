@@ -1,9 +1,8 @@
 //! Dense layers with ReLU between them, and their gradients.
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, MatMut, MatRef, Par};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use taxel_linalg::{View, ViewMut};
 
 use super::Real;
 
@@ -155,15 +154,11 @@ impl<T: Real> Mlp<T> {
     pub(super) fn products(&self, layer: usize, input: &[T], output: &mut [T]) {
         let (fan_in, fan_out) = (self.widths[layer], self.widths[layer + 1]);
         let batch = input.len() / fan_in;
-        matmul(
-            MatMut::from_row_major_slice_mut(output, batch, fan_out),
-            Accum::Replace,
-            MatRef::from_row_major_slice(input, batch, fan_in),
-            MatRef::from_row_major_slice(self.layer(layer).0, fan_in, fan_out),
-            T::of(1.0),
-            Par::Seq,
+        T::product(
+            ViewMut::new(output, batch, fan_out),
+            View::new(input, batch, fan_in),
+            View::new(self.layer(layer).0, fan_in, fan_out),
         );
-        taxel::simd::zero_upper();
     }
 
     fn advance(&self, layer: usize, input: &[T], output: &mut [T]) {
@@ -200,16 +195,13 @@ impl<T: Real> Mlp<T> {
             };
             let (by_weights, by_biases) =
                 gradient[self.range(layer)].split_at_mut(fan_in * fan_out);
-            let upstream = MatRef::from_row_major_slice(trace.upstream.as_slice(), batch, fan_out);
-            matmul(
-                MatMut::from_row_major_slice_mut(by_weights, fan_in, fan_out),
-                Accum::Add,
-                MatRef::from_row_major_slice(input, batch, fan_in).transpose(),
+            let upstream = View::new(trace.upstream.as_slice(), batch, fan_out);
+            T::add_product(
+                ViewMut::new(by_weights, fan_in, fan_out),
+                View::new(input, batch, fan_in).transpose(),
                 upstream,
                 T::of(1.0),
-                Par::Seq,
             );
-            taxel::simd::zero_upper();
             for row in trace.upstream.chunks_exact(fan_out) {
                 for (sum, value) in by_biases.iter_mut().zip(row) {
                     *sum += *value;
@@ -217,15 +209,11 @@ impl<T: Real> Mlp<T> {
             }
             if layer > 0 || with_inputs {
                 trace.downstream.resize(batch * fan_in, T::default());
-                matmul(
-                    MatMut::from_row_major_slice_mut(&mut trace.downstream, batch, fan_in),
-                    Accum::Replace,
+                T::product(
+                    ViewMut::new(&mut trace.downstream, batch, fan_in),
                     upstream,
-                    MatRef::from_row_major_slice(self.layer(layer).0, fan_in, fan_out).transpose(),
-                    T::of(1.0),
-                    Par::Seq,
+                    View::new(self.layer(layer).0, fan_in, fan_out).transpose(),
                 );
-                taxel::simd::zero_upper();
                 if layer > 0 {
                     std::mem::swap(&mut trace.upstream, &mut trace.downstream);
                 }

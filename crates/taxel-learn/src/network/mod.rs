@@ -1,4 +1,4 @@
-//! Small dense networks: layers, exact gradients, Adam. Matrix products are faer's, on one thread.
+//! Small dense networks: layers, exact gradients, Adam. Matrix products are [`taxel_linalg`]'s, on one thread.
 //!
 //! A batch of n inputs of d numbers is a row-major n × d slice. Whoever calls owns all memory.
 

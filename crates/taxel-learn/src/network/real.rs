@@ -2,16 +2,9 @@
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-mod sealed {
-    /// What the products need, kept out of the public signature.
-    pub trait Number: faer::traits::RealField {}
-    impl Number for f32 {}
-    impl Number for f64 {}
-}
-
 /// A real number that networks are made of: `f32` and `f64` alone.
 pub trait Real:
-    sealed::Number
+    taxel_linalg::Number
     + Copy
     + Default
     + PartialOrd

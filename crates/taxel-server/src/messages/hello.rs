@@ -173,6 +173,7 @@ impl Slider {
 /// How a slider is moved.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(tag = "type", rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum SliderKind {
     /// Along a range.
     Range {
@@ -218,6 +219,7 @@ pub struct MarkMeaning {
 /// How much a mark takes away from a value; a number on the wire.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
+#[non_exhaustive]
 pub enum Severity {
     /// Nothing.
     None = 0,

@@ -92,10 +92,7 @@ fn no_path_leads_out_of_the_page_s_files() {
 
 #[test]
 fn beyond_this_machine_only_with_a_token() {
-    let options = Options {
-        address: "0.0.0.0:0".to_owned(),
-        token: None,
-    };
+    let options = Options::new("0.0.0.0:0");
     let error = Server::start(&options, Arc::new(Stage::default()))
         .err()
         .unwrap();
@@ -173,8 +170,8 @@ fn tokens_that_protect_nothing_are_refused() {
         ("caf\u{e9}caf\u{e9}", "\\u{e9}"),
     ] {
         let options = Options {
-            address: "127.0.0.1:0".to_owned(),
             token: Some(token.to_owned()),
+            ..Options::new("127.0.0.1:0")
         };
         let error = Server::start(&options, Arc::new(Stage::default()))
             .err()
@@ -187,8 +184,8 @@ fn tokens_that_protect_nothing_are_refused() {
 #[test]
 fn a_server_everywhere_is_reached_by_real_addresses() {
     let options = Options {
-        address: "0.0.0.0:0".to_owned(),
         token: Some("secret-8".to_owned()),
+        ..Options::new("0.0.0.0:0")
     };
     let server = Server::start(&options, Arc::new(Stage::default())).unwrap();
     let urls = server.urls();

@@ -221,7 +221,7 @@ impl<'a> Search<'a> {
         let folds = self.options.folds;
         let mut held = HeldOut {
             how: format!(
-                "{folds} folds, split by press; effects and law were chosen by the same presses"
+                "{folds} folds, split by press, each judged by one step from the fit of all to the fit without it; effects and law were chosen by the same presses"
             ),
             ..HeldOut::default()
         };

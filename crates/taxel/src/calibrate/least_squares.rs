@@ -1,8 +1,7 @@
 //! Robust non-linear least squares for a handful of parameters: Levenberg (1944) and Marquardt (1963) with
 //! Huber's weights (1964) and differences for the derivative.
 
-use faer::Mat;
-use faer::linalg::solvers::{DenseSolveCore, Solve};
+use taxel_linalg::{inverse_symmetric, solve_symmetric};
 
 /// The answer of [`fit`].
 #[derive(Debug, Clone)]
@@ -104,13 +103,13 @@ pub(super) fn step(
     solve(&normal, &right, 0.0)
 }
 
+/// JᵀWJ of rows of J, row-major and only its lower triangle, and −JᵀWr.
 pub(super) fn normal_equations(
     rows: &[&[f64]],
     residuals: &[f64],
     weight: &[f64],
-) -> (Mat<f64>, Mat<f64>) {
+) -> (Vec<f64>, Vec<f64>) {
     let n = rows.first().map_or(0, |row| row.len());
-    // Plain lists: there may be a hundred thousand residuals, and a matrix checks every index.
     let (mut products, mut sums) = (vec![0.0; n * n], vec![0.0; n]);
     for ((row, r), w) in rows.iter().zip(residuals).zip(weight) {
         for (i, (a, sum)) in row.iter().zip(&mut sums).enumerate() {
@@ -121,19 +120,15 @@ pub(super) fn normal_equations(
             }
         }
     }
-    let normal = Mat::from_fn(n, n, |i, j| products[i.max(j) * n + i.min(j)]);
-    let right = Mat::from_fn(n, 1, |i, _| sums[i]);
-    (normal, right)
+    (products, sums)
 }
 
-pub(super) fn solve(normal: &Mat<f64>, right: &Mat<f64>, damping: f64) -> Option<Vec<f64>> {
-    let n = normal.nrows();
-    let mut damped = normal.clone();
-    for i in 0..n {
-        damped[(i, i)] += damping * normal[(i, i)] + 1e-300;
+pub(super) fn solve(normal: &[f64], right: &[f64], damping: f64) -> Option<Vec<f64>> {
+    let mut damped = normal.to_vec();
+    for of_itself in damped.iter_mut().step_by(right.len() + 1) {
+        *of_itself += damping * *of_itself + 1e-300;
     }
-    let solved = damped.llt(faer::Side::Lower).ok()?.solve(right);
-    let step: Vec<f64> = (0..n).map(|i| solved[(i, 0)]).collect();
+    let step = solve_symmetric(&damped, right)?;
     step.iter().all(|x| x.is_finite()).then_some(step)
 }
 
@@ -217,14 +212,12 @@ fn finish(at: Vec<f64>, residuals: Vec<f64>, jacobian: Vec<Vec<f64>>, settings: 
     let (normal, _) = normal_equations(&rows, &residuals, &weight);
     let freedom = residuals.len().saturating_sub(n).max(1) as f64;
     let scatter = loss / freedom;
-    let covariance = match normal.llt(faer::Side::Lower) {
-        Ok(factor) => {
-            let inverse = factor.inverse();
-            (0..n)
-                .map(|i| (0..n).map(|j| scatter * inverse[(i, j)]).collect())
-                .collect()
-        }
-        Err(_) => vec![vec![f64::INFINITY; n]; n],
+    let covariance = match inverse_symmetric(&normal, n) {
+        Some(inverse) => inverse
+            .chunks_exact(n.max(1))
+            .map(|row| row.iter().map(|x| scatter * x).collect())
+            .collect(),
+        None => vec![vec![f64::INFINITY; n]; n],
     };
     Fit {
         parameters: at,

@@ -4,8 +4,7 @@
 //! lines, from level to level, is the switches. Taxels differ at random in a (gain) and b (exponent), with
 //! variances that are estimated; the switches follow by generalised least squares.
 
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
+use taxel_linalg::{View, ViewMut, multiply, solve_symmetric};
 
 use super::least_squares::{median, robust_deviation};
 
@@ -161,33 +160,41 @@ impl Levels<'_> {
         let size = lines + levels;
         let (design, wanted) = self.line_equations(slopes, material)?;
         let rows = wanted.len();
-        let design = crate::linalg::view(&design, rows, size);
-        let wanted = crate::linalg::view(&wanted, rows, 1);
-        let mut normal = Mat::<f64>::zeros(size, size);
-        let mut right = Mat::<f64>::zeros(size, 1);
-        crate::linalg::multiply(normal.as_mut(), design.transpose(), design);
-        crate::linalg::multiply(right.as_mut(), design.transpose(), wanted);
+        let design = View::new(&design, rows, size);
+        let wanted = View::new(&wanted, rows, 1);
+        let (mut normal, mut right) = (vec![0.0; size * size], vec![0.0; size]);
+        multiply(
+            ViewMut::new(&mut normal, size, size),
+            design.transpose(),
+            design,
+        );
+        multiply(
+            ViewMut::new(&mut right, size, 1),
+            design.transpose(),
+            wanted,
+        );
         for (i, &(step, deviation)) in prior.iter().enumerate() {
             let weight = 1.0 / (deviation * deviation);
-            normal[(i, i)] += weight;
-            right[(i, 0)] += weight * step;
+            normal[i * size + i] += weight;
+            right[i] += weight * step;
         }
         for (group, deviation) in groups {
             let n = group.len() as f64;
             let weight = 1.0 / (deviation * deviation * n * n);
             let mean: f64 = group.clone().map(|i| prior[i].0).sum();
             for i in group.clone() {
-                right[(i, 0)] += weight * mean;
+                right[i] += weight * mean;
                 for j in group.clone() {
-                    normal[(i, j)] += weight;
+                    normal[i * size + j] += weight;
                 }
             }
         }
         for l in 0..levels {
-            normal[(lines + l, lines + l)] += 1e-6;
+            normal[(lines + l) * (size + 1)] += 1e-6;
         }
-        let solved = normal.llt(Side::Lower).ok()?.solve(&right);
-        Some((0..lines).map(|i| solved[(i, 0)]).collect())
+        let mut step = solve_symmetric(&normal, &right)?;
+        step.truncate(lines);
+        Some(step)
     }
 
     /// The equations of [`Self::line_step`], whitened: rows of (lines, levels), one after another, and their right sides;

@@ -4,8 +4,7 @@
 //! those of the data; a prior is a residual that has no outliers. Parameters may have a least value.
 
 use super::least_squares::{differences, normal_equations, solve, weights};
-use faer::Side;
-use faer::linalg::solvers::DenseSolveCore;
+use taxel_linalg::inverse_symmetric;
 
 /// A parameter: where to start, its difference step, what is believed of it, and its least value.
 #[derive(Debug, Clone, Copy)]
@@ -100,23 +99,24 @@ fn equations(
     now: &[f64],
     jacobian: &[Vec<f64>],
     resting: &[bool],
-) -> (faer::Mat<f64>, faer::Mat<f64>) {
+) -> (Vec<f64>, Vec<f64>) {
+    let n = parameters.len();
     let (weight, _) = weights(now, HUBER);
     let rows: Vec<&[f64]> = jacobian.iter().map(Vec::as_slice).collect();
     let (mut normal, mut right) = normal_equations(&rows, now, &weight);
     for (i, p) in parameters.iter().enumerate() {
         if let Some((mean, sd)) = p.prior {
-            normal[(i, i)] += 1.0 / (sd * sd);
-            right[(i, 0)] -= (at[i] - mean) / (sd * sd);
+            normal[i * n + i] += 1.0 / (sd * sd);
+            right[i] -= (at[i] - mean) / (sd * sd);
         }
     }
     for (i, _) in resting.iter().enumerate().filter(|r| *r.1) {
-        for j in 0..parameters.len() {
-            normal[(i, j)] = 0.0;
-            normal[(j, i)] = 0.0;
+        for j in 0..n {
+            normal[i * n + j] = 0.0;
+            normal[j * n + i] = 0.0;
         }
-        normal[(i, i)] = 1.0;
-        right[(i, 0)] = 0.0;
+        normal[i * n + i] = 1.0;
+        right[i] = 0.0;
     }
     (normal, right)
 }
@@ -131,7 +131,7 @@ fn better(
 ) -> Option<(Vec<f64>, Vec<f64>)> {
     let free = vec![false; at.len()];
     let (_, right) = equations(parameters, at, now, jacobian, &free);
-    let pressed = |i: usize| at[i] <= parameters[i].least && right[(i, 0)] < 0.0;
+    let pressed = |i: usize| at[i] <= parameters[i].least && right[i] < 0.0;
     let resting: Vec<bool> = (0..at.len()).map(pressed).collect();
     let (normal, right) = equations(parameters, at, now, jacobian, &resting);
     for _ in 0..16 {
@@ -159,11 +159,9 @@ fn finish(
 ) -> Option<Peak> {
     let free = vec![false; at.len()];
     let (normal, _) = equations(parameters, &at, &now, jacobian, &free);
-    let inverse = normal.llt(Side::Lower).ok()?.inverse();
-    let n = at.len();
-    let covariance: Vec<Vec<f64>> = (0..n)
-        .map(|i| (0..n).map(|j| inverse[(i, j)]).collect())
-        .collect();
+    let inverse = inverse_symmetric(&normal, at.len())?;
+    let rows = inverse.chunks_exact(at.len().max(1));
+    let covariance: Vec<Vec<f64>> = rows.map(<[f64]>::to_vec).collect();
     covariance
         .iter()
         .flatten()

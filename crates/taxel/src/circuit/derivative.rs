@@ -2,7 +2,7 @@
 //! forwards (J·v) and backwards (Jᵀ·w). A handful of m×m×n products each, as the scan itself.
 
 use super::linear::{LinearPoint, symmetrise};
-use crate::linalg::{multiply, multiply_add, view, view_mut};
+use taxel_linalg::{View, ViewMut, multiply, multiply_add};
 
 /// Scratch and the partial derivatives of V_out by P_rr, Q_cc, K_rc.
 pub(super) struct Work {
@@ -90,9 +90,9 @@ fn schur_change(point: &mut LinearPoint, direction: &[f64]) {
     }
     // square = dS = diag(V1) − (b Hᵀ + H bᵀ).
     multiply(
-        view_mut(&mut w.square_too, m, m),
-        view(&w.b, m, n),
-        view(h, m, n).transpose(),
+        ViewMut::new(&mut w.square_too, m, m),
+        View::new(&w.b, m, n),
+        View::new(h, m, n).transpose(),
     );
     for i in 0..m {
         for j in 0..m {
@@ -119,17 +119,21 @@ pub(super) fn forward(point: &mut LinearPoint, direction: &[f64], out: &mut [f64
     // c ← dK = P (dH − dS K).
     w.b.copy_from_slice(&w.a);
     multiply_add(
-        view_mut(&mut w.b, m, n),
-        view(&w.square, m, m),
-        view(k, m, n),
+        ViewMut::new(&mut w.b, m, n),
+        View::new(&w.square, m, m),
+        View::new(k, m, n),
         -1.0,
     );
-    multiply(view_mut(&mut w.c, m, n), view(p, m, m), view(&w.b, m, n));
+    multiply(
+        ViewMut::new(&mut w.c, m, n),
+        View::new(p, m, m),
+        View::new(&w.b, m, n),
+    );
     // dP_rr = −(P dS P)_rr.
     multiply(
-        view_mut(&mut w.square_too, m, m),
-        view(p, m, m),
-        view(&w.square, m, m),
+        ViewMut::new(&mut w.square_too, m, m),
+        View::new(p, m, m),
+        View::new(&w.square, m, m),
     );
     for i in 0..m {
         let line = i * m..(i + 1) * m;
@@ -215,21 +219,25 @@ pub(super) fn adjoint(point: &mut LinearPoint, weights: &[f64], out: &mut [f64])
         ..
     } = point;
     // c = P · (gradient by K): joins the gradient by H; with −c Kᵀ − P diag(by P) P it is the one by S.
-    multiply(view_mut(&mut w.c, m, n), view(p, m, m), view(&w.a, m, n));
+    multiply(
+        ViewMut::new(&mut w.c, m, n),
+        View::new(p, m, m),
+        View::new(&w.a, m, n),
+    );
     for i in 0..m {
         for j in 0..m {
             w.square_too[i * m + j] = p[i * m + j] * w.along_small[j];
         }
     }
     multiply(
-        view_mut(&mut w.square, m, m),
-        view(&w.square_too, m, m),
-        view(p, m, m),
+        ViewMut::new(&mut w.square, m, m),
+        View::new(&w.square_too, m, m),
+        View::new(p, m, m),
     );
     multiply_add(
-        view_mut(&mut w.square, m, m),
-        view(&w.c, m, n),
-        view(k, m, n).transpose(),
+        ViewMut::new(&mut w.square, m, m),
+        View::new(&w.c, m, n),
+        View::new(k, m, n).transpose(),
         1.0,
     );
     for value in &mut w.square {
@@ -238,9 +246,9 @@ pub(super) fn adjoint(point: &mut LinearPoint, weights: &[f64], out: &mut [f64])
     symmetrise(&mut w.square, m);
     // a ← (gradient by S) H; b ← gradient by H.
     multiply(
-        view_mut(&mut w.a, m, n),
-        view(&w.square, m, m),
-        view(h, m, n),
+        ViewMut::new(&mut w.a, m, n),
+        View::new(&w.square, m, m),
+        View::new(h, m, n),
     );
     for i in 0..m {
         for (j, inverse) in inverse_d.iter().enumerate() {

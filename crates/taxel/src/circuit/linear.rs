@@ -3,8 +3,8 @@
 use super::ends::LEAK_SIEMENS;
 use super::{Circuit, LineEnds, NotPassive, OperatingPoint};
 use crate::Error;
-use crate::linalg::{Spd, mirror, multiply, multiply_lower, sum, view, view_mut};
 use crate::sensor::{Sensor, Topology};
+use taxel_linalg::{Spd, View, ViewMut, mirror, multiply, multiply_lower, sum};
 
 /// A sensor's circuit, ready to be solved for any conductances.
 ///
@@ -222,9 +222,9 @@ impl OperatingPoint for LinearPoint {
             }
         }
         multiply_lower(
-            view_mut(&mut self.schur, m, m),
-            view(g, m, n),
-            view(&self.h, m, n).transpose(),
+            ViewMut::new(&mut self.schur, m, m),
+            View::new(g, m, n),
+            View::new(&self.h, m, n).transpose(),
         );
         for value in &mut self.schur {
             *value = -*value;
@@ -235,9 +235,9 @@ impl OperatingPoint for LinearPoint {
         }
         self.spd.inverse_into(&mut self.p);
         multiply(
-            view_mut(&mut self.k, m, n),
-            view(&self.p, m, m),
-            view(&self.h, m, n),
+            ViewMut::new(&mut self.k, m, n),
+            View::new(&self.p, m, m),
+            View::new(&self.h, m, n),
         );
         self.q.copy_from_slice(&self.inverse_d);
         for (h, k) in self.h.chunks_exact(n).zip(self.k.chunks_exact(n)) {

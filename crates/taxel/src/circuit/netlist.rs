@@ -20,6 +20,7 @@ pub const OFF_OHMS: f64 = 1e12;
 
 /// Which taxels the simulator is asked to read.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Selection {
     /// One operating point.
     Taxel {

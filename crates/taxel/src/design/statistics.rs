@@ -6,38 +6,42 @@ use crate::stats::{normal_quantile, student_quantile};
 /// More experiments than this are no plan.
 const MAX: u64 = 100_000_000;
 
-/// The number of repetitions after which the mean of a quantity that scatters by `spread` (standard deviation) is
+/// The number of repetitions after which the mean of a quantity that scatters by `standard_deviation` is
 /// known to ± `margin`, both in the same unit, with this `confidence` (0 to 1): the least n ≥ 2 with
-/// t₍₁₊confidence₎⸝₂, n−1 · spread/√n ≤ margin.
+/// t₍₁₊confidence₎⸝₂, n−1 · standard_deviation/√n ≤ margin.
 ///
 /// Source: Student, "The probable error of a mean", Biometrika 6 (1908). Independent repetitions: ten readings of one
 /// press are one.
 ///
 /// # Errors
-/// A margin or spread that is not above 0, a confidence outside of 0.5 to below 1, a number beyond any plan.
+/// A margin or standard deviation that is not above 0, a confidence outside of 0.5 to below 1, a number beyond any plan.
 ///
 /// ```
 /// use taxel::design::statistics::experiments_for_mean;
 /// assert_eq!(experiments_for_mean(12.0, 5.0, 0.95)?, 25);
 /// # Ok::<(), taxel::design::Error>(())
 /// ```
-pub fn experiments_for_mean(spread: f64, margin: f64, confidence: f64) -> Result<u64, Error> {
+pub fn experiments_for_mean(
+    standard_deviation: f64,
+    margin: f64,
+    confidence: f64,
+) -> Result<u64, Error> {
     Error::unless_positive(
-        "the spread",
-        spread,
-        "the standard deviation of repetitions",
+        "the standard deviation",
+        standard_deviation,
+        "that of repetitions, in the unit of the margin",
     )?;
     Error::unless_positive("the margin", margin, "how far off the mean may be")?;
     check_share("the confidence", confidence)?;
     let enough = |n: u64| {
         let t = student_quantile(0.5 * (1.0 + confidence), (n - 1) as f64);
-        t * spread / (n as f64).sqrt() <= margin
+        t * standard_deviation / (n as f64).sqrt() <= margin
     };
     let mut high = 2;
     while !enough(high) {
         high *= 2;
         if high > MAX {
-            return Err(too_many(margin, spread));
+            return Err(too_many(margin, standard_deviation));
         }
     }
     let mut low = high / 2;
@@ -121,10 +125,12 @@ mod tests {
 
     #[test]
     fn one_experiment_fewer_is_not_enough() {
-        for (spread, margin, confidence) in [(12.0, 5.0, 0.95), (1.0, 0.1, 0.99), (3.0, 9.0, 0.9)] {
-            let n = experiments_for_mean(spread, margin, confidence).unwrap();
+        for (standard_deviation, margin, confidence) in
+            [(12.0, 5.0, 0.95), (1.0, 0.1, 0.99), (3.0, 9.0, 0.9)]
+        {
+            let n = experiments_for_mean(standard_deviation, margin, confidence).unwrap();
             let reach = |n: u64| {
-                student_quantile(0.5 * (1.0 + confidence), (n - 1) as f64) * spread
+                student_quantile(0.5 * (1.0 + confidence), (n - 1) as f64) * standard_deviation
                     / (n as f64).sqrt()
             };
             assert!(reach(n) <= margin, "{n}");
@@ -135,7 +141,7 @@ mod tests {
     #[test]
     fn nonsense_is_refused_with_its_number() {
         let text = |result: Result<u64, Error>| result.unwrap_err().to_string();
-        assert!(text(experiments_for_mean(0.0, 1.0, 0.95)).contains("the spread is 0"));
+        assert!(text(experiments_for_mean(0.0, 1.0, 0.95)).contains("the standard deviation is 0"));
         assert!(text(experiments_for_mean(1.0, f64::NAN, 0.95)).contains("the margin is NaN"));
         assert!(text(experiments_for_mean(1.0, 1.0, 1.0)).contains("100 %"));
         assert!(text(experiments_for_mean(1e9, 1e-9, 0.95)).contains("more than"));

@@ -55,6 +55,7 @@ impl Topology {
 /// A resistance that all lines share, or one per line, in ohms.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
+#[non_exhaustive]
 pub enum PerLine {
     /// The same for every line.
     One(f64),

@@ -20,6 +20,7 @@ pub struct SimulatedScan {
 
 /// What goes wrong from reading to reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct ReadingFaults {
     /// Share of the readings that stand at an end of the converter, whatever the load; 0 to 1.
     pub stuck_share: f64,

@@ -16,11 +16,11 @@ use super::anderson::Anderson;
 use super::network::Network;
 use super::{Infeasible, Method, Outcome, Solver, Stop};
 use crate::circuit::{LineEnds, LinearCircuit};
-use crate::linalg::{multiply_lower, view, view_mut};
 use crate::sensor::Topology;
 use crate::{Frame, Siemens, Volts};
 pub(crate) use state::SolverState;
 use state::unpack;
+use taxel_linalg::{View, ViewMut, multiply_lower};
 
 /// The closed iteration for `tia-grounded-columns` without a source resistor.
 #[derive(Debug, Clone, PartialEq)]
@@ -376,10 +376,10 @@ fn image_of(
 ) -> bool {
     let m = network.m;
     let (g, h) = (
-        view(&network.g, m, network.n),
-        view(&network.h, m, network.n),
+        View::new(&network.g, m, network.n),
+        View::new(&network.h, m, network.n),
     );
-    multiply_lower(view_mut(&mut network.product, m, m), g, h.transpose());
+    multiply_lower(ViewMut::new(&mut network.product, m, m), g, h.transpose());
     for i in 0..m {
         let (low, at) = (i * m, i * (i + 1) / 2);
         for j in 0..i {

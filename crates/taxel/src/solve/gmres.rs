@@ -1,6 +1,6 @@
 //! Restarted GMRES (Saad and Schultz 1986) for the matrix-free Newton step.
 
-use crate::linalg::dot;
+use taxel_linalg::dot;
 
 /// Memory for systems of one size.
 pub(crate) struct Gmres {

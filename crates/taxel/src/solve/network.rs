@@ -1,6 +1,6 @@
 //! The e-Cone's network as its inverse sees it: what a frame fixes, and what is iterated.
 
-use crate::linalg::{Spd, multiply, view, view_mut};
+use taxel_linalg::{Spd, View, ViewMut, multiply};
 
 /// Arrays over the rows that carry current (m) and the live columns (n), row-major.
 pub(super) struct Network {
@@ -58,9 +58,9 @@ impl Network {
     pub(super) fn columns_from_s(&mut self, floor: f64) -> (f64, usize) {
         let (m, n) = (self.m, self.n);
         multiply(
-            view_mut(&mut self.h, m, n),
-            view(&self.s, m, m),
-            view(&self.k, m, n),
+            ViewMut::new(&mut self.h, m, n),
+            View::new(&self.s, m, m),
+            View::new(&self.k, m, n),
         );
         self.d.fill(1.0);
         for line in self.h.chunks_exact(n) {

@@ -8,7 +8,7 @@ use super::anderson::Anderson;
 use super::network::Network;
 use super::square_root::SquareRoot;
 use super::{Outcome, Stop};
-use crate::linalg::{Spd, mirror, multiply_lower, view, view_mut};
+use taxel_linalg::{Spd, View, ViewMut, mirror, multiply_lower};
 
 const MAX_ITERATIONS: u32 = 120;
 const DEPTH: usize = 4;
@@ -125,8 +125,12 @@ impl Root {
                 *scaled = 2.0 * row * k * column;
             }
         }
-        let scaled = view(&self.scaled, m, n);
-        multiply_lower(view_mut(&mut self.matrix, m, m), scaled, scaled.transpose());
+        let scaled = View::new(&self.scaled, m, n);
+        multiply_lower(
+            ViewMut::new(&mut self.matrix, m, m),
+            scaled,
+            scaled.transpose(),
+        );
         mirror(&mut self.matrix, m);
         self.matrix
             .iter_mut()

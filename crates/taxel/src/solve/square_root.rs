@@ -5,7 +5,7 @@
 //! in [1, b], γ² = 1/√b is best and leaves them in [1, ½ + ¼(√b + 1/√b)], so that the number of rounds is known
 //! beforehand: three for b = 100. What is then left, Y (I + E)^−½, is a short series.
 
-use crate::linalg::{Spd, mirror, multiply_lower, view, view_mut};
+use taxel_linalg::{Spd, View, ViewMut, mirror, multiply_lower};
 
 /// Eigenvalues of M within this of 1 leave 3e-13 to the series' next term.
 const SERIES: f64 = 1e-3;
@@ -112,28 +112,32 @@ impl SquareRoot {
 
 /// The lower triangle of a product of two symmetric matrices that commute.
 fn times(out: &mut [f64], a: &[f64], b: &[f64], n: usize) {
-    multiply_lower(view_mut(out, n, n), view(a, n, n), view(b, n, n));
+    multiply_lower(
+        ViewMut::new(out, n, n),
+        View::new(a, n, n),
+        View::new(b, n, n),
+    );
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linalg::multiply;
+    use taxel_linalg::multiply;
 
     #[test]
     fn the_root_times_itself_is_the_matrix() {
         for (n, size) in [(1, 3.0), (5, 1e-9), (40, 0.1), (40, 30.0), (64, 1e5)] {
             let factor: Vec<f64> = (0..n * n).map(|i| (i as f64 * 0.7).sin()).collect();
             let (mut matrix, mut back) = (vec![0.0; n * n], vec![0.0; n * n]);
-            let a = view(&factor, n, n);
-            multiply(view_mut(&mut matrix, n, n), a, a.transpose());
+            let a = View::new(&factor, n, n);
+            multiply(ViewMut::new(&mut matrix, n, n), a, a.transpose());
             for (i, x) in matrix.iter_mut().enumerate() {
                 *x = *x * size / n as f64 + f64::from(u8::from(i % (n + 1) == 0));
             }
             let mut root = matrix.clone();
             assert!(SquareRoot::new(n).in_place(&mut root));
-            let a = view(&root, n, n);
-            multiply(view_mut(&mut back, n, n), a, a);
+            let a = View::new(&root, n, n);
+            multiply(ViewMut::new(&mut back, n, n), a, a);
             let most = matrix.iter().fold(0f64, |most, x| most.max(x.abs()));
             for (found, expected) in back.iter().zip(&matrix) {
                 assert!((found - expected).abs() < 1e-11 * most, "{n} {size}");

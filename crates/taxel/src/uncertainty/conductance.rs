@@ -1,12 +1,11 @@
 //! How far to trust each conductance: the converter's noise and rounding carried through the inverse.
 
-use faer::linalg::solvers::DenseSolveCore;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::circuit::{NotPassive, OperatingPoint, normal};
-use crate::linalg::view;
 use crate::solve::gmres::Gmres;
+use taxel_linalg::{View, inverse};
 
 /// How standard errors were computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -109,17 +108,9 @@ fn dense(point: &mut dyn OperatingPoint, taxels: usize, sigma: f64) -> Vec<f64> 
         point.jvp_into(&unit, column);
         unit[i] = 0.0;
     }
-    let inverse = view(&transposed, taxels, taxels)
-        .transpose()
-        .partial_piv_lu()
-        .inverse();
-    (0..taxels)
-        .map(|i| {
-            sigma
-                * (0..taxels)
-                    .map(|j| inverse[(i, j)].powi(2))
-                    .sum::<f64>()
-                    .sqrt()
-        })
+    let inverse = inverse(View::new(&transposed, taxels, taxels).transpose());
+    inverse
+        .chunks_exact(taxels)
+        .map(|row| sigma * row.iter().map(|x| x.powi(2)).sum::<f64>().sqrt())
         .collect()
 }

@@ -1,8 +1,6 @@
 //! Sensors, frames and an independent solver that the integration tests share.
 #![allow(dead_code)]
 
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use taxel::circuit::{Circuit, LineEnds, LinearCircuit};
@@ -70,43 +68,41 @@ pub fn nodal_volts(
         Topology::DividerFloating if !isolated => 0.0,
         _ => end,
     };
-    let mut matrix = Mat::<f64>::zeros(rows + columns, rows + columns);
-    let mut sources = Mat::<f64>::zeros(rows + columns, 2);
+    let size = rows + columns;
+    let mut matrix = vec![0.0; size * size];
+    let mut sources = [vec![0.0; size], vec![0.0; size]];
     for r in 0..rows {
-        matrix[(r, r)] += if r == row {
+        matrix[r * size + r] += if r == row {
             ends.row_selected[r]
         } else {
             leak(ends.row_unselected[r])
         };
         for c in 0..columns {
             let (value, node) = (g.at(r, c), rows + c);
-            matrix[(r, r)] += value;
-            matrix[(node, node)] += value;
-            matrix[(r, node)] -= value;
-            matrix[(node, r)] -= value;
+            matrix[r * size + r] += value;
+            matrix[node * size + node] += value;
+            matrix[r * size + node] -= value;
+            matrix[node * size + r] -= value;
         }
     }
     for c in 0..columns {
         let node = rows + c;
         if c == column {
-            matrix[(node, node)] += ends.column_selected[c];
-            sources[(node, 0)] = ends.column_selected[c] * ends.v_test_volts;
+            matrix[node * size + node] += ends.column_selected[c];
+            sources[0][node] = ends.column_selected[c] * ends.v_test_volts;
         } else {
-            matrix[(node, node)] += leak(ends.column_unselected[c]);
+            matrix[node * size + node] += leak(ends.column_unselected[c]);
             if ends.topology == Topology::DividerVoltageFeedback {
-                sources[(node, 1)] = ends.column_unselected[c];
+                sources[1][node] = ends.column_unselected[c];
             }
         }
     }
-    let solved = matrix
-        .llt(Side::Lower)
-        .expect("positive definite")
-        .solve(&sources);
+    let [driven, fed_back] = sources
+        .map(|source| taxel_linalg::solve_symmetric(&matrix, &source).expect("positive definite"));
     // v = a + b · v_follower, v_follower = feedback · v_row.
-    let follower =
-        ends.feedback[row] * solved[(row, 0)] / (1.0 - ends.feedback[row] * solved[(row, 1)]);
-    let nodes: Vec<f64> = (0..rows + columns)
-        .map(|i| solved[(i, 0)] + follower * solved[(i, 1)])
+    let follower = ends.feedback[row] * driven[row] / (1.0 - ends.feedback[row] * fed_back[row]);
+    let nodes: Vec<f64> = (driven.iter().zip(&fed_back))
+        .map(|(driven, fed_back)| driven + follower * fed_back)
         .collect();
     (
         ends.volts_per_ampere * ends.row_selected[row] * nodes[row],

@@ -39,6 +39,7 @@ fn one() -> u64 {
 /// What one experiment asks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Kind {
     /// The same load, again and again.
     Repeatability,
@@ -71,6 +72,7 @@ impl Kind {
 /// What is looked at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Value {
     /// The converter's.
     Counts,
@@ -107,6 +109,7 @@ impl Value {
 /// Along which line others are pressed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Along {
     /// Taxels of the same row.
     Row,

@@ -379,7 +379,7 @@ struct Writing<'a> {
     open: Option<Open>,
     /// Who waits for the end, and since when nothing has come.
     closing: Option<(Sender<Option<SavedRecording>>, Instant)>,
-    told: Instant,
+    reported: Instant,
 }
 
 impl<'a> Writing<'a> {
@@ -388,7 +388,7 @@ impl<'a> Writing<'a> {
             shared,
             open: None,
             closing: None,
-            told: Instant::now(),
+            reported: Instant::now(),
         }
     }
 
@@ -406,9 +406,9 @@ impl<'a> Writing<'a> {
             }
             self.close_if_complete();
             if let Some(file) = &self.open
-                && self.told.elapsed() > LOOK
+                && self.reported.elapsed() > LOOK
             {
-                self.told = Instant::now();
+                self.reported = Instant::now();
                 self.shared.status.set_recording(Some(file.status(None)));
             }
         }
@@ -433,7 +433,7 @@ impl<'a> Writing<'a> {
                     && self.shared.go(Phase::Recording, Phase::Closing)
                 {
                     // At once, for those who wait for the last frame.
-                    self.told = Instant::now() - LOOK;
+                    self.reported = Instant::now() - LOOK;
                 }
             }
             Item::SolvedFrame(solved) => {

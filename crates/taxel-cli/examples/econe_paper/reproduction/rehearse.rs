@@ -142,10 +142,9 @@ fn repeatability(folder: &Path, sensor: &Sensor, seed: u64) -> Result<(), Error>
     };
     let loads = press_tips(sensor.array(), &[tip], 0.0, seed, 0);
     for (setting, share, seed) in [("before", 0.22, seed), ("after", 0.05, seed + 1)] {
-        let virtual_sensor = VirtualSensor::new(sensor, seed)?.with_faults(ReadingFaults {
-            stuck_share: share,
-            ..ReadingFaults::default()
-        });
+        let mut faults = ReadingFaults::default();
+        faults.stuck_share = share;
+        let virtual_sensor = VirtualSensor::new(sensor, seed)?.with_faults(faults);
         let frames: Vec<_> = (0..100)
             .map(|i| virtual_sensor.read(&loads, i).counts)
             .collect();

@@ -63,7 +63,7 @@ impl From<Cell> for TableCell {
 pub(super) struct Experiments {
     pub(super) confidence: f64,
     pub(super) margin_g: f64,
-    pub(super) spread_g: f64,
+    pub(super) standard_deviation_g: f64,
     pub(super) count: u64,
 }
 
@@ -85,7 +85,7 @@ impl fmt::Display for Report {
                 f,
                 "{} experiments: repetitions that scatter by {} g give a mean within {} g, {} % sure",
                 found.count,
-                found.spread_g,
+                found.standard_deviation_g,
                 found.margin_g,
                 percent(found.confidence)
             )?;

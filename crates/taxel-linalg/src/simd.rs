@@ -7,7 +7,7 @@ use std::hint::black_box;
 /// number in place of 9, measured on an AVX-512 machine. Code that the compiler makes for wide vectors ends
 /// with the instruction that clears them, so a little such work is enough. Costs some nanoseconds.
 #[inline(never)]
-pub fn zero_upper() {
+pub(crate) fn zero_upper() {
     let mut values = black_box([1.0f64; 16]);
     let factor = black_box(1.0);
     pulp::Arch::new().dispatch(

@@ -1,0 +1,10 @@
+#![doc = include_str!("../README.md")]
+
+mod factor;
+mod products;
+mod simd;
+mod sums;
+
+pub use factor::{Spd, inverse, inverse_symmetric, solve_symmetric};
+pub use products::{Number, View, ViewMut, multiply, multiply_add, multiply_lower};
+pub use sums::{dot, mirror, sum};
