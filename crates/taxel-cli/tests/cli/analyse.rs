@@ -91,8 +91,8 @@ fn values_go_to_a_table_and_a_plot() {
         folder.good("analyse run.txt --sensor masked.toml --taxel 1,2 --export a.csv -o a.svg");
     insta::assert_snapshot!(run.out, @"
     run.txt: 12 frames, 1 taxel, counts; 8.33 % filtered
-      taxel            filtered, %  least   most  mean before  spread before  mean  spread  drift, %/100 frames
-      row 1, column 2        8.333   1000  65535         6429          18614  1055   37.78                94.75
+      taxel            filtered, %  least   most  mean before  SD before  mean     SD  drift, %/100 frames
+      row 1, column 2        8.333   1000  65535         6429      18614  1055  37.78                94.75
     ");
     let table = folder.read("a.csv");
     let lines: Vec<&str> = table.lines().collect();
