@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use taxel::Sensor;
-use taxel::screen::{LineFault, LineFaultKind, LineFaults, LineScreen, ScreenOptions};
+use taxel::screen::{LineFault, LineFaultKind, LineFaults, LineScreen};
 
 use crate::error::Error;
 use crate::frames::{FrameReader, Input};
@@ -39,13 +39,7 @@ impl Survey {
         let FrameReader::Counts(mut source, mut frame) = input.open()? else {
             return Ok(survey);
         };
-        let options = ScreenOptions::from_sensor(sensor);
-        let mut screen = LineScreen::new(
-            sensor.rows(),
-            sensor.columns(),
-            sensor.max_count(),
-            &options,
-        );
+        let mut screen = LineScreen::from_sensor(sensor);
         let stage = reporter.stage("looking for line faults");
         let mut frames = 0;
         while source.next_into(&mut frame)? {
@@ -53,26 +47,9 @@ impl Survey {
             frames += 1;
             crate::frames::show(&source, &*stage);
         }
-        survey.add(screen.finish());
+        survey.faults = screen.finish().with_declared(sensor.screen());
         survey.frames = Some(frames);
         Ok(survey)
-    }
-
-    /// Adds what was found; where the sensor file says something about a line, that holds.
-    fn add(&mut self, found: LineFaults) {
-        let declared = &mut self.faults.faults;
-        for fault in found.faults {
-            let known = declared[..self.declared]
-                .iter()
-                .any(|known| (known.axis, known.index) == (fault.axis, fault.index));
-            if !known {
-                declared.push(fault);
-            }
-        }
-        self.faults.level = found.level;
-        self.faults.frames = found.frames;
-        self.faults.blank_frames = found.blank_frames;
-        self.faults.held_at_ceiling = found.held_at_ceiling;
     }
 
     /// One line for every faulty line.

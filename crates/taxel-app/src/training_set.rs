@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use taxel::calibrate::CalibrationData;
-use taxel::screen::{FrameScreen, LineScreen, ScreenOptions, repair_readings};
+use taxel::screen::{FrameScreen, LineScreen, repair_readings};
 use taxel::{Mark, Sensor};
 use taxel_learn::{Rows, Source};
 
@@ -94,14 +94,13 @@ impl TrainingSet {
 /// Screens the frames of presses in place (stuck readings and spikes get the median around them) and leaves out the
 /// presses whose own reading is lost; says how many.
 pub fn screen(data: &mut CalibrationData, sensor: &Sensor) -> Result<usize, Error> {
-    let options = ScreenOptions::from_sensor(sensor);
-    let (rows, columns) = (sensor.rows(), sensor.columns());
-    let mut lines = LineScreen::new(rows, columns, sensor.max_count(), &options);
+    let columns = sensor.columns();
+    let mut lines = LineScreen::from_sensor(sensor);
     for frame in &data.frames {
         lines.observe(frame)?;
     }
     let faults = lines.finish().with_declared(sensor.screen());
-    let mut screen = FrameScreen::new(rows, columns, sensor.max_count(), &options);
+    let mut screen = FrameScreen::from_sensor(sensor);
     screen.set_lines(&faults);
     let mut lost = vec![false; data.presses.len()];
     let mut around = Vec::new();

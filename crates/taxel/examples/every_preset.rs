@@ -14,7 +14,7 @@ use taxel::circuit::{Circuit, Converter, LinearCircuit, ROUNDING_COUNTS};
 use taxel::frame::grams_from_newtons;
 use taxel::material::LoadLaw;
 use taxel::pipeline::Pipeline;
-use taxel::screen::{LineScreen, ScreenOptions};
+use taxel::screen::LineScreen;
 use taxel::simulate::{Grams, Pattern, VirtualSensor, default_noise_counts, labelled_presses};
 use taxel::solve::default_method;
 use taxel::uncertainty::standard_errors;
@@ -120,9 +120,7 @@ fn record(real: &VirtualSensor, pattern: &str) -> Recording {
 fn score(sensor: &Sensor, recordings: &[Recording]) -> Result<Score, Error> {
     let mut score = Score::default();
     for recording in recordings {
-        let options = ScreenOptions::from_sensor(sensor);
-        let (rows, columns) = (sensor.rows(), sensor.columns());
-        let mut lines = LineScreen::new(rows, columns, sensor.max_count(), &options);
+        let mut lines = LineScreen::from_sensor(sensor);
         for (counts, _) in recording {
             lines.observe(counts)?;
         }

@@ -5,8 +5,8 @@ use crate::circuit::Converter;
 use crate::estimate::LoadEstimator;
 use crate::frame::newtons_from_grams;
 use crate::material::{DynamicLaw, HysteresisState, LoadLaw, Spread};
-use crate::screen::{FrameScreen, LineFaults, ScreenOptions, repair, repair_readings, stand_in};
-use crate::sensor::Material;
+use crate::screen::{FrameScreen, LineFaults, repair, repair_readings, stand_in};
+use crate::sensor::{Material, ScreenSpec};
 use crate::solve::{Method, Outcome, Solver, Stop};
 use crate::{Counts, Error, Frame, Mark, Newtons, Sensor, Siemens, Volts};
 
@@ -80,6 +80,8 @@ pub struct Pipeline {
     converter: Converter,
     screen: FrameScreen,
     stage: Stage,
+    /// What the sensor file says of its lines, whatever a recording shows.
+    declared: ScreenSpec,
     repair: Repair,
     outcome: Outcome,
     has_siemens: bool,
@@ -141,12 +143,12 @@ impl Pipeline {
 
     fn ending_in(sensor: &Sensor, stage: Stage) -> Self {
         let (rows, columns) = (sensor.rows(), sensor.columns());
-        let options = ScreenOptions::from_sensor(sensor);
-        let mut screen = FrameScreen::new(rows, columns, sensor.max_count(), &options);
+        let mut screen = FrameScreen::from_sensor(sensor);
         screen.set_lines(&LineFaults::from_spec(sensor.screen()));
         Self {
             converter: Converter::from_sensor(sensor),
             screen,
+            declared: sensor.screen().clone(),
             stage,
             repair: if sensor.screen().repair {
                 Repair::Readings
@@ -179,7 +181,8 @@ impl Pipeline {
 
     /// Tells the screen which lines are faulty in this recording, beside those of the sensor file.
     pub fn set_lines(&mut self, faults: &LineFaults) {
-        self.screen.set_lines(faults);
+        let all = faults.clone().with_declared(&self.declared);
+        self.screen.set_lines(&all);
     }
 
     /// Makes the next frame the first: where a recording jumps, or another begins. What the material remembers is taken to

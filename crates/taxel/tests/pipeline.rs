@@ -1,7 +1,7 @@
 //! One call a frame: loads, marks and outcome of that frame, whatever it holds.
 
 use taxel::pipeline::{Pipeline, Repair};
-use taxel::screen::{LineScreen, ScreenOptions};
+use taxel::screen::{LineFaults, LineScreen};
 use taxel::sensor::{PerLine, preset};
 use taxel::simulate::{Grams, Pattern, VirtualSensor};
 use taxel::solve::{Stop, default_method};
@@ -77,6 +77,28 @@ fn a_result_stays_what_it_is_however_often_it_is_looked_at() {
 }
 
 #[test]
+fn a_line_that_the_sensor_file_declares_stays_so_whatever_a_recording_shows() {
+    let sound = preset("mat-16x16-cd4067").unwrap();
+    let sensor = sound
+        .edited(|spec| spec.screen.dead_rows = vec![3])
+        .unwrap();
+    let counts = VirtualSensor::new(&sound, 1)
+        .unwrap()
+        .read(&Frame::zeros(16, 16), 0)
+        .counts;
+    let mut pipeline = pipeline(&sensor);
+    for _ in 0..2 {
+        let result = pipeline.process(&counts);
+        let marks = result.newtons().unwrap().marks().to_vec();
+        for (taxel, mark) in marks.into_iter().enumerate() {
+            assert_eq!(mark == Mark::Open, taxel / 16 == 3, "{taxel}: {mark:?}");
+        }
+        // A live session looks for faulty lines now and then, and here finds none.
+        pipeline.set_lines(&LineFaults::default());
+    }
+}
+
+#[test]
 fn loads_are_not_cut_off_at_zero_so_that_noise_sums_to_nothing() {
     let sensor = preset("mat-16x16-cd4067").unwrap();
     for seed in 0..3 {
@@ -130,9 +152,7 @@ fn a_press_beyond_the_converter_is_a_lower_bound_also_when_it_stands_there_all_a
             .map(|seed| lone_press(&sensor, taxel, 900.0, seed))
             .collect();
         assert!(frames[0].values()[taxel] >= sensor.max_count());
-        let options = ScreenOptions::from_sensor(&sensor);
-        let (rows, columns) = (sensor.rows(), sensor.columns());
-        let mut lines = LineScreen::new(rows, columns, sensor.max_count(), &options);
+        let mut lines = LineScreen::from_sensor(&sensor);
         for frame in &frames {
             lines.observe(frame).unwrap();
         }
@@ -166,8 +186,7 @@ fn strips_read_as_well_as_any_other_array() {
                     (real.read(&loads, t).counts, loads)
                 })
                 .collect();
-            let options = ScreenOptions::from_sensor(&sensor);
-            let mut lines = LineScreen::new(rows, columns, sensor.max_count(), &options);
+            let mut lines = LineScreen::from_sensor(&sensor);
             for (counts, _) in &frames {
                 lines.observe(counts).unwrap();
             }

@@ -3,7 +3,7 @@
 mod every_sensor;
 
 use every_sensor::every_sensor;
-use taxel::screen::{FrameScreen, LineFaults, LineScreen, ScreenOptions};
+use taxel::screen::{FrameScreen, LineFaults, LineScreen};
 use taxel::simulate::{Grams, Pattern, VirtualSensor};
 use taxel::{Counts, Frame, Mark, Sensor};
 
@@ -36,13 +36,7 @@ fn is_hole(loads: &Frame<Grams>, taxel: usize) -> bool {
 }
 
 fn line_faults(sensor: &Sensor, frames: &Recording) -> LineFaults {
-    let options = ScreenOptions::from_sensor(sensor);
-    let mut lines = LineScreen::new(
-        sensor.rows(),
-        sensor.columns(),
-        sensor.max_count(),
-        &options,
-    );
+    let mut lines = LineScreen::from_sensor(sensor);
     for (frame, _) in frames {
         lines.observe(frame).unwrap();
     }
@@ -51,13 +45,7 @@ fn line_faults(sensor: &Sensor, frames: &Recording) -> LineFaults {
 
 /// Readings that are neither good nor saturated, nor holes.
 fn marked(sensor: &Sensor, frames: &Recording, faults: &LineFaults) -> usize {
-    let options = ScreenOptions::from_sensor(sensor);
-    let mut screen = FrameScreen::new(
-        sensor.rows(),
-        sensor.columns(),
-        sensor.max_count(),
-        &options,
-    );
+    let mut screen = FrameScreen::from_sensor(sensor);
     screen.set_lines(faults);
     let mut marked = 0;
     for (frame, loads) in frames {

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use taxel::metric::FrameFigures;
 use taxel::pipeline::Pipeline;
-use taxel::screen::{Axis, LineFaultKind, LineFaults, LineScreen, ScreenOptions};
+use taxel::screen::{Axis, LineFaultKind, LineFaults, LineScreen};
 use taxel::solve::Raw;
 use taxel::{Frame, Newtons, Sensor};
 use taxel_learn::with_law;
@@ -89,7 +89,7 @@ impl Engine {
             is_load: sensor.material().is_some() || matches!(options.method, MethodName::Model(_)),
             tare: None,
             recorded_tare: None,
-            survey: survey(sensor),
+            survey: LineScreen::from_sensor(sensor),
             surveyed: 0,
             survey_due: Instant::now(),
             loads: Frame::zeros(sensor.rows(), sensor.columns()),
@@ -334,12 +334,12 @@ impl Engine {
         if self.surveyed < SURVEY_FRAMES {
             return;
         }
-        let faults = self.survey.finish();
-        self.survey = survey(&self.sensor);
+        let faults = self.survey.finish().with_declared(self.sensor.screen());
+        self.survey = LineScreen::from_sensor(&self.sensor);
         self.surveyed = 0;
         self.exact.set_lines(&faults);
         self.raw.set_lines(&faults);
-        self.status.set_bad_lines(bad_lines(&faults, &self.sensor));
+        self.status.set_bad_lines(bad_lines(&faults));
     }
 
     fn apply(&mut self, command: EngineCommand) {
@@ -373,7 +373,7 @@ impl Engine {
                 self.untare();
             }
             (self.sensor, self.method) = (sensor, method);
-            self.survey = survey(&self.sensor);
+            self.survey = LineScreen::from_sensor(&self.sensor);
             self.surveyed = 0;
         }
     }
@@ -391,9 +391,8 @@ fn pipelines(
     file: &std::path::Path,
     name: &MethodName,
 ) -> Result<[Pipeline; 2], Error> {
-    let lines = LineFaults::from_spec(sensor.screen());
     let raw = Box::new(Raw::from_sensor(sensor));
-    let mut made = [
+    Ok([
         name.pipeline(sensor, file)?,
         if name.is_model() {
             // Raw readings stand beside loads: without a law of the sensor's own, as if 1 uS were a gram.
@@ -401,26 +400,12 @@ fn pipelines(
         } else {
             Pipeline::new(sensor, raw)?
         },
-    ];
-    for pipeline in &mut made {
-        pipeline.set_lines(&lines);
-    }
-    Ok(made)
+    ])
 }
 
-fn survey(sensor: &Sensor) -> LineScreen {
-    LineScreen::new(
-        sensor.rows(),
-        sensor.columns(),
-        sensor.max_count(),
-        &ScreenOptions::from_sensor(sensor),
-    )
-}
-
-fn bad_lines(found: &LineFaults, sensor: &Sensor) -> BadLines {
+fn bad_lines(faults: &LineFaults) -> BadLines {
     let mut lines = BadLines::default();
-    let declared = LineFaults::from_spec(sensor.screen());
-    for fault in found.faults.iter().chain(&declared.faults) {
+    for fault in &faults.faults {
         let of_axis = match fault.axis {
             Axis::Row => &mut lines.rows,
             Axis::Column => &mut lines.columns,

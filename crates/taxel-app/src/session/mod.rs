@@ -206,7 +206,11 @@ impl Session {
         let observer = options.observer.take();
         let status = Arc::new(SessionStatus::new(&options));
         let incoming = Arc::new(LatestQueue::new(queue_of(&options)));
-        let recorder = Arc::new(Recorder::start(&options, status.clone())?);
+        let recorder = Arc::new(Recorder::start(
+            &options,
+            status.clone(),
+            waits_for_disk(&options.address),
+        )?);
         let (controls, run) = source::prepare(&options)?;
         let (commands, taken) = std::sync::mpsc::channel();
         let details = Arc::new(Details::new(options.sensor_file.clone()));
@@ -245,7 +249,6 @@ impl Session {
             clock: None,
             tare: None,
             can_wait: can_wait(&options.address),
-            waits_for_disk: waits_for_disk(&options.address),
         };
         let source = spawn("source", move || run(&mut receiver))?;
         Ok(Self {

@@ -122,8 +122,6 @@ pub(super) struct FrameSink {
     pub(super) server: Option<Arc<Server>>,
     /// The source has no pace of its own: it waits rather than lose a frame.
     pub(super) can_wait: bool,
-    /// The source holds what the disk has no time for.
-    pub(super) waits_for_disk: bool,
     /// What has been reported of what went wrong, and when.
     pub(super) reported: (LinkStats, Option<Instant>),
     /// The device's time, of the last frame.
@@ -188,11 +186,7 @@ impl Receiver for FrameSink {
         };
         self.status.arrived();
         self.look_at_clock(frame);
-        if self.waits_for_disk {
-            self.recorder.counts_waiting(&arrived)
-        } else {
-            self.recorder.counts(&arrived)
-        }
+        self.recorder.counts(&arrived);
         if self.can_wait {
             return self.incoming.push_waiting(arrived);
         }

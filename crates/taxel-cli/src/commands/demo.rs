@@ -10,7 +10,7 @@ use taxel::frame::{grams_from_newtons, newtons_from_grams};
 use taxel::material::LoadLaw;
 use taxel::metric::{deviations_of_frames, ghost_level};
 use taxel::pipeline::Pipeline;
-use taxel::screen::{LineFaults, LineScreen, ScreenOptions};
+use taxel::screen::{LineFaults, LineScreen};
 use taxel::sensor::preset;
 use taxel::simulate::{Imperfections, Pattern, VirtualSensor, labelled_presses, newtons};
 use taxel::solve::{Method, Raw, default_method};
@@ -81,13 +81,7 @@ pub(crate) fn run(_: &Args) -> Result<Exit, Error> {
 /// Records the grip; gives back the frames to be judged, and the faulty lines found in all of them.
 fn record(real: &VirtualSensor) -> Result<(Vec<Known>, LineFaults), Error> {
     let sensor = real.sensor();
-    let options = ScreenOptions::from_sensor(sensor);
-    let mut screen = LineScreen::new(
-        sensor.rows(),
-        sensor.columns(),
-        sensor.max_count(),
-        &options,
-    );
+    let mut screen = LineScreen::from_sensor(sensor);
     let pattern = Pattern::hand().with_peak_g(PEAK_G);
     let progress = Progress::new("gripping");
     let mut judged = Vec::new();

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{CalibrationData, PressLabel};
-use crate::screen::{Axis, FrameScreen, Level, LineFaults, LineScreen, ScreenOptions};
+use crate::screen::{Axis, FrameScreen, Level, LineFaults, LineScreen};
 use crate::{Counts, Error, Frame, Mark, Sensor};
 
 /// Fewest presses that a fit is tried with.
@@ -43,14 +43,12 @@ impl Evidence {
     pub(super) fn new(sensor: &Sensor, data: &CalibrationData) -> Result<Self, Error> {
         check(sensor, data)?;
         let (given, repeated) = merged(data)?;
-        let (rows, columns) = (sensor.rows(), sensor.columns());
-        let options = ScreenOptions::from_sensor(sensor);
-        let mut lines = LineScreen::new(rows, columns, sensor.max_count(), &options);
+        let mut lines = LineScreen::from_sensor(sensor);
         for frame in data.frames.iter().chain(data.uniform.iter().map(|u| &u.0)) {
             lines.observe(frame)?;
         }
         let faults = lines.finish().with_declared(sensor.screen());
-        let mut screen = FrameScreen::new(rows, columns, sensor.max_count(), &options);
+        let mut screen = FrameScreen::from_sensor(sensor);
         screen.set_lines(&faults);
         let mut stuck = 0;
         let mut readings = 0;

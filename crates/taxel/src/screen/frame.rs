@@ -5,7 +5,7 @@ use super::{
     Axis, Level, LevelScreen, LineFaults, ScreenOptions, SpaceSpikes, check_shape, lines_dropped,
 };
 use crate::stats::{SIGMA_PER_MAD, median_high};
-use crate::{Counts, Error, Frame, Mark};
+use crate::{Counts, Error, Frame, Mark, Sensor};
 
 /// A taxel that read at least this share of the range may be saturated in the next frame.
 const OWN_SUPPORT_SHARE: f64 = 0.5;
@@ -74,6 +74,17 @@ pub struct FrameScreen {
 }
 
 impl FrameScreen {
+    /// For the frames of a sensor, as its `screen` says; [`FrameScreen::set_lines`] says which of its lines are faulty.
+    pub fn from_sensor(sensor: &Sensor) -> Self {
+        let options = ScreenOptions::from_sensor(sensor);
+        Self::new(
+            sensor.rows(),
+            sensor.columns(),
+            sensor.max_count(),
+            &options,
+        )
+    }
+
     /// For frames of this shape and a converter whose largest count is `max_count`.
     pub fn new(rows: usize, columns: usize, max_count: f64, options: &ScreenOptions) -> Self {
         Self {

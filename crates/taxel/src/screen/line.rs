@@ -9,7 +9,7 @@ use super::tally::{LineTally, Looked};
 use super::{Axis, Level, LevelScreen, ScreenOptions};
 use crate::sensor::ScreenSpec;
 use crate::stats::median_high;
-use crate::{Counts, Error, Frame};
+use crate::{Counts, Error, Frame, Sensor};
 
 /// Silent readings between loaded ones, over a recording, before silence counts for anything.
 const MIN_SILENT: u64 = 20;
@@ -82,7 +82,7 @@ impl fmt::Display for LineFault {
 /// All line faults of a recording, and what they were found with.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LineFaults {
-    /// The faults: rows first, then columns, each in order.
+    /// The faults: those that a sensor file declares, then those found; of each rows first, then columns, in order.
     pub faults: Vec<LineFault>,
     /// Baseline and noise of the recording, where they could be told.
     pub level: Option<Level>,
@@ -96,15 +96,13 @@ pub struct LineFaults {
 }
 
 impl LineFaults {
-    /// These, and what a sensor file declares beside them.
-    pub fn with_declared(mut self, spec: &ScreenSpec) -> Self {
-        for fault in Self::from_spec(spec).faults {
-            let known = |f: &LineFault| (f.axis, f.index) == (fault.axis, fault.index);
-            if !self.faults.iter().any(known) {
-                self.faults.push(fault);
-            }
-        }
-        self
+    /// What a sensor file declares, first, and these where it says nothing of their line.
+    pub fn with_declared(self, spec: &ScreenSpec) -> Self {
+        let mut faults = Self::from_spec(spec).faults;
+        let declared: Vec<_> = faults.iter().map(|f| (f.axis, f.index)).collect();
+        let found = self.faults.into_iter();
+        faults.extend(found.filter(|f| !declared.contains(&(f.axis, f.index))));
+        Self { faults, ..self }
     }
 
     /// The faults that a sensor file declares, without evidence.
@@ -226,6 +224,17 @@ pub struct LineScreen {
 }
 
 impl LineScreen {
+    /// For the frames of a sensor, as its `screen` says.
+    pub fn from_sensor(sensor: &Sensor) -> Self {
+        let options = ScreenOptions::from_sensor(sensor);
+        Self::new(
+            sensor.rows(),
+            sensor.columns(),
+            sensor.max_count(),
+            &options,
+        )
+    }
+
     /// For frames of this shape and a converter whose largest count is `max_count`.
     pub fn new(rows: usize, columns: usize, max_count: f64, options: &ScreenOptions) -> Self {
         Self {

@@ -132,6 +132,8 @@ pub(super) struct Recorder {
     control: Mutex<()>,
     about: About,
     wanted: RecordTopics,
+    /// The source holds what the disk has no time for: all that is recorded of it waits, none is lost.
+    waits: bool,
     thread: Mutex<Option<JoinHandle<()>>>,
 }
 
@@ -139,13 +141,14 @@ impl Recorder {
     pub(super) fn start(
         options: &SessionOptions,
         status: Arc<SessionStatus>,
+        waits: bool,
     ) -> Result<Self, Error> {
         let about = About {
             sensor: options.sensor.clone(),
             program: format!("taxel {}", env!("CARGO_PKG_VERSION")),
             source: options.address.to_string(),
         };
-        Self::new(about, options.topics, status, QUEUE)
+        Self::new(about, options.topics, status, QUEUE, waits)
     }
 
     pub(super) fn new(
@@ -153,6 +156,7 @@ impl Recorder {
         wanted: RecordTopics,
         status: Arc<SessionStatus>,
         queue: usize,
+        waits: bool,
     ) -> Result<Self, Error> {
         let (items, received) = sync_channel(queue);
         let shared = Arc::new(Shared {
@@ -171,6 +175,7 @@ impl Recorder {
             control: Mutex::new(()),
             about,
             wanted,
+            waits,
             thread: Mutex::new(Some(thread)),
         })
     }
@@ -260,15 +265,6 @@ impl Recorder {
         self.put(|| Item::Counts(arrived.clone()));
     }
 
-    /// The same from a source that can wait for the disk.
-    pub(super) fn counts_waiting(&self, arrived: &TimestampedFrame) {
-        if self.shared.phase() == Phase::Recording
-            && self.items.send(Item::Counts(arrived.clone())).is_err()
-        {
-            self.died();
-        }
-    }
-
     /// Loads that the disk has no time for are left out, and counted at the end; `waits`: until it has.
     pub(super) fn solved(&self, solved: SolvedFrame, waits: bool) {
         let item = Item::SolvedFrame(Box::new(solved));
@@ -299,7 +295,13 @@ impl Recorder {
         if self.shared.phase() != Phase::Recording {
             return;
         }
-        match self.items.try_send(item()) {
+        let sent = if self.waits {
+            let sent = self.items.send(item());
+            sent.map_err(|gone| TrySendError::Disconnected(gone.0))
+        } else {
+            self.items.try_send(item())
+        };
+        match sent {
             Ok(()) => {}
             Err(TrySendError::Full(_)) => {
                 self.shared.go(Phase::Recording, Phase::Overrun);

@@ -11,6 +11,10 @@ struct Bed {
 }
 
 fn bed(wanted: RecordTopics) -> Bed {
+    bed_of(QUEUE, wanted)
+}
+
+fn bed_of(queue: usize, wanted: RecordTopics) -> Bed {
     let status = Arc::new(SessionStatus::waiting("a test"));
     let about = About {
         sensor: preset("mat-16x16-cd4067").unwrap(),
@@ -18,7 +22,7 @@ fn bed(wanted: RecordTopics) -> Bed {
         source: "test".to_owned(),
     };
     Bed {
-        recorder: Recorder::new(about, wanted, status.clone(), QUEUE).unwrap(),
+        recorder: Recorder::new(about, wanted, status.clone(), queue, true).unwrap(),
         status,
         folder: tempfile::tempdir().unwrap(),
     }
@@ -33,7 +37,7 @@ impl Bed {
         for sequence in sequences {
             let mut frame = Frame::<Counts>::zeros(16, 16);
             frame.sequence = sequence;
-            self.recorder.counts_waiting(&TimestampedFrame {
+            self.recorder.counts(&TimestampedFrame {
                 frame: Arc::new(frame),
                 at: SystemTime::now(),
                 tare: None,
@@ -84,6 +88,20 @@ fn the_end_is_answered_with_what_the_file_has() {
     assert!(!bed.path("b.mcap").exists());
     let taken = bed.recorder.begin(path, Owner::Viewer, None);
     assert!(matches!(taken, Err(Error::RecordingExists { .. })));
+}
+
+#[test]
+fn a_source_that_waits_loses_no_event_either() {
+    let bed = bed_of(2, RecordTopics::default());
+    bed.recorder
+        .begin(bed.path("a.mcap"), Owner::Operator, None)
+        .unwrap();
+    for sequence in 0..300 {
+        bed.frames(sequence..sequence + 1);
+        bed.recorder.event("device", "nothing comes for a while");
+    }
+    let saved = bed.recorder.stop().unwrap();
+    assert_eq!((saved.frames, saved.error.as_deref()), (300, None));
 }
 
 #[test]

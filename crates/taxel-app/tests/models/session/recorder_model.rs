@@ -38,7 +38,7 @@ impl Bed {
             source: "model".to_owned(),
         };
         Arc::new(Self {
-            recorder: Recorder::new(about, wanted, status.clone(), QUEUE).unwrap(),
+            recorder: Recorder::new(about, wanted, status.clone(), QUEUE, false).unwrap(),
             status,
             folder: tempfile::tempdir().unwrap(),
         })
