@@ -8,7 +8,7 @@ use taxel::Sensor;
 use taxel_io::mcap::About;
 use taxel_io::{FrameSource, Losses, McapWriter, Tare};
 
-use crate::error::Error;
+use crate::error::{Error, remedy};
 
 /// Frames a second of recordings that know no time.
 pub const USUAL_RATE: f64 = 100.0;
@@ -59,7 +59,7 @@ impl Clock {
                 "{}: a frame at {secs:e} s, beyond what a clock holds",
                 self.recording.display()
             ),
-            hint: "check the frame rate and the times in the recording",
+            hint: remedy::CHECK_TIMES,
         })
     }
 }

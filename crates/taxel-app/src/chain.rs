@@ -8,7 +8,7 @@ use taxel::screen::LineFaults;
 use taxel::solve::{Outcome, Stop};
 use taxel::{Frame, Sensor, Siemens};
 
-use crate::error::Error;
+use crate::error::{Error, remedy};
 use crate::frames::{DisplayUnit, FrameReader};
 use crate::methods::MethodName;
 use crate::units::Unit;
@@ -49,6 +49,11 @@ impl Chain {
         })
     }
 
+    /// The method's name.
+    pub fn method_name(&self) -> &'static str {
+        self.pipeline.method_name()
+    }
+
     /// Tells it which lines are faulty.
     pub fn set_lines(&mut self, faults: &LineFaults) {
         self.pipeline.set_lines(faults);
@@ -76,7 +81,7 @@ impl Chain {
                 if self.unit == Unit::Volts {
                     return Err(Error::Request {
                         what: "volts cannot be had from siemens here".to_owned(),
-                        hint: "simulate a scan of these conductances",
+                        hint: remedy::SCAN,
                     });
                 }
                 if self.unit.is_load() && result.loads.is_none() {

@@ -296,9 +296,24 @@ pub enum Error {
     Request {
         /// What contradicts what.
         what: String,
-        /// What to do.
+        /// What to do; a program that has a way of its own to do it finds which by the constants of [`remedy`].
         hint: &'static str,
     },
+}
+
+/// What helps against an [`Error::Request`], where a program has more to say of how.
+pub mod remedy {
+    /// The file holds counts.
+    pub const READ_AS_COUNTS: &str = "read it as counts";
+    /// Values are wanted of a recording.
+    pub const COMPENSATE: &str = "compensated, a recording becomes a file of values (.csv, .npy)";
+    /// Volts are wanted of conductances.
+    pub const SCAN: &str = "simulate a scan of these conductances";
+    /// Frames lie beyond all time.
+    pub const CHECK_TIMES: &str = "check the frame rate and the times in the recording";
+    /// There is no load law.
+    pub const CALIBRATE: &str =
+        "calibrate the sensor, or look at another value: counts, volts, siemens";
 }
 
 /// What became of readings that are not there.

@@ -7,10 +7,10 @@ use taxel::{Counts, Frame, Sensor, Siemens, Volts};
 use taxel_io::npy::Element;
 use taxel_io::{
     FrameSource, Integrity, LoadsReader, NpyOptions, NpyReader, NpyWriter, NpzWriter,
-    ParquetReader, ReadOptions, Skipped, Tare, ValuesReader, ValuesWriter, open_counts,
+    ParquetReader, ReadOptions, Skipped, Tare, ValuesReader, ValuesWriter, extension, open_counts,
 };
 
-use crate::error::Error;
+use crate::error::{Error, remedy};
 use crate::reporter::{Reporter, Stage};
 use crate::units::InputUnit;
 
@@ -45,7 +45,7 @@ impl Input {
         if self.unit != InputUnit::Counts && carries_sensor(file) {
             return Err(Error::Request {
                 what: format!("{} holds counts, no volts or siemens", file.display()),
-                hint: "read it as counts",
+                hint: remedy::READ_AS_COUNTS,
             });
         }
         let (rows, columns) = (options.rows, options.columns);
@@ -105,7 +105,7 @@ pub fn open_values<Q: Send + 'static>(
                 "{} is a recording of counts, where a file of values is expected",
                 file.display()
             ),
-            hint: "compensated, a recording becomes a file of values (.csv, .npy)",
+            hint: remedy::COMPENSATE,
         });
     }
     Ok(if is_array(file) {
@@ -113,12 +113,6 @@ pub fn open_values<Q: Send + 'static>(
     } else {
         Box::new(ValuesReader::open(file, options)?)
     })
-}
-
-/// What follows the last dot, in small letters.
-fn extension(path: &Path) -> String {
-    let extension = path.extension().unwrap_or_default().to_string_lossy();
-    extension.to_ascii_lowercase()
 }
 
 /// An open file and the frame read last.

@@ -30,5 +30,5 @@ pub mod standard_error;
 pub mod training_set;
 pub mod units;
 
-pub use error::Error;
+pub use error::{Error, remedy};
 pub use reporter::{Reporter, Silent, Stage};

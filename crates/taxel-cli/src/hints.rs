@@ -2,10 +2,11 @@
 
 use crate::error::Error;
 
-/// The error as it is printed: what the library says, and what helps here.
-pub(crate) fn told(error: &Error) -> String {
+/// The error as it is printed: what the library says, and what helps here. `verb` is the command that was typed: what it
+/// has no option for does not help.
+pub(crate) fn told(error: &Error, verb: &clap::Command) -> String {
     let text = error.to_string();
-    let Some(help) = help(error) else {
+    let Some(help) = help(error).filter(|help| has_options(verb, help)) else {
         return text;
     };
     if text.contains("\nhint: ") {
@@ -13,6 +14,20 @@ pub(crate) fn told(error: &Error) -> String {
     } else {
         format!("{text}\nhint: {help}")
     }
+}
+
+/// Whether a verb knows the options that a sentence names; one that names another program's or verb's says so.
+fn has_options(verb: &clap::Command, help: &str) -> bool {
+    if help.contains("`taxel ") || help.contains("`cargo ") {
+        return true;
+    }
+    let words = help.split(|c: char| !(c.is_ascii_alphanumeric() || c == '-'));
+    words
+        .filter_map(|word| word.strip_prefix("--"))
+        .all(|option| {
+            let mut known = verb.get_arguments();
+            known.any(|known| known.get_long() == Some(option))
+        })
 }
 
 fn help(error: &Error) -> Option<&'static str> {
@@ -30,8 +45,21 @@ fn help(error: &Error) -> Option<&'static str> {
         Error::App(App::MethodMemory { .. }) => Some("`--method newton`, where a command has it"),
         Error::App(App::Board { .. }) => Some("`cargo install --features rpi` on the board"),
         Error::App(App::Listen { .. }) => Some("`--listen 127.0.0.1:0`"),
+        Error::App(App::Request { hint, .. }) => of_requests(hint),
         _ => None,
     }
+}
+
+fn of_requests(hint: &str) -> Option<&'static str> {
+    use taxel_app::remedy;
+    Some(match hint {
+        remedy::READ_AS_COUNTS => "leave `--input-unit` out",
+        remedy::COMPENSATE => "`taxel compensate` does that",
+        remedy::SCAN => "`taxel simulate --conductance` does that",
+        remedy::CHECK_TIMES => "`--fps` gives a rate",
+        remedy::CALIBRATE => "`taxel calibrate` finds a [material]",
+        _ => return None,
+    })
 }
 
 /// Where a sensor may come from.
@@ -52,9 +80,11 @@ fn of_files(error: &taxel_io::Error) -> Option<&'static str> {
         Error::CutShort { .. }
         | Error::NoExtraLine { .. }
         | Error::NotFinite { .. }
-        | Error::Value { .. }
-        | Error::Word { .. }
         | Error::Message { .. } => FRAME_OUT,
+        // Other separators than commas are in every line: no frame would be left.
+        Error::Word { found, .. } if !found.contains([';', '\t', ' ']) => FRAME_OUT,
+        // Of a reader; a writer's is not helped by it, nor is that of another converter.
+        Error::Value { hint, .. } if hint.starts_with("a reading") => FRAME_OUT,
         Error::NpyCutShort { .. } => "`--keep-going` reads the frames before",
         Error::RecordingCut { .. } => {
             "`taxel recover` makes a whole file of it; `--keep-going` reads as far as it goes"

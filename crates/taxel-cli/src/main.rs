@@ -125,7 +125,10 @@ fn main() -> ExitCode {
         // Who reads our output has read enough.
         Err(error) if error.is_broken_pipe() => ExitCode::SUCCESS,
         Err(error) => {
-            out::note(&format!("error: {}", hints::told(&error)));
+            let typed = matches.subcommand_name().unwrap_or_default();
+            let all = Cli::command();
+            let verb = all.find_subcommand(typed).unwrap_or(&all);
+            out::note(&format!("error: {}", hints::told(&error, verb)));
             ExitCode::from(error.exit_code())
         }
     }

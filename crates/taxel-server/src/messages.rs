@@ -17,7 +17,7 @@ pub use state::{
 use serde::Serialize;
 
 /// Version of the messages, in [`Hello`]: a page of another version says that it must be loaded again.
-pub const PROTOCOL: u32 = 1;
+pub const PROTOCOL: u32 = 2;
 
 /// Every message that the server writes as text.
 #[derive(Debug, Clone, PartialEq, Serialize)]

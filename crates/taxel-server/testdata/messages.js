@@ -3,7 +3,7 @@
 /** @type {Wire.Hello} */
 export const hello = {
   "kind": "hello",
-  "protocol": 1,
+  "protocol": 2,
   "program": "taxel 0",
   "sensor": {
     "name": "a \"mat\" – 2 × 3",
@@ -125,7 +125,7 @@ export const hello = {
 /** @type {Wire.Hello} */
 export const helloOfFile = {
   "kind": "hello",
-  "protocol": 1,
+  "protocol": 2,
   "program": "taxel 0",
   "sensor": {
     "name": "",

@@ -6,7 +6,7 @@ use taxel_plot::{Line, LineStyle, Series, cells};
 
 use super::plan::{Experiment, Plan, Value};
 use super::readings::Group;
-use super::{no_law, too_few};
+use super::{no_value, too_few};
 use crate::error::Error;
 
 /// Holds that are drawn.
@@ -104,7 +104,7 @@ fn holds(
                     file: trial.recording.clone(),
                     experiment: experiment.name.clone(),
                 })?,
-                value: reading.value(value).ok_or_else(|| no_law(plan))?,
+                value: reading.value(value).ok_or_else(|| no_value(plan, value))?,
             })
         },
     )

@@ -8,10 +8,10 @@ use taxel::screen::Axis;
 use taxel_plot::report::{Cell, Figure, Section, Table};
 use taxel_plot::{Line, LineStyle, Series, cells};
 
-use super::plan::{Along, Experiment, Plan};
+use super::plan::{Along, Experiment, Plan, Value};
 use super::readings::Group;
 use super::response::half;
-use super::{no_law, too_few};
+use super::{no_value, too_few};
 use crate::error::Error;
 
 /// Curves beside the measured one, volts.
@@ -121,7 +121,7 @@ fn readings(
         |trial, reading| {
             Ok(SweepReading {
                 others: trial.others.unwrap_or_default(),
-                value: value(reading).ok_or_else(|| no_law(plan))?,
+                value: value(reading).ok_or_else(|| no_value(plan, Value::Siemens))?,
             })
         },
     )
@@ -153,8 +153,14 @@ fn row(plan: &Plan, group: &Group, found: &Sweep, models: &Models) -> Result<Vec
     let ends = (&found.points[0], &found.points[found.points.len() - 1]);
     let drop = |curve: &[f64]| 100.0 * cross_talk_drop(curve[0], curve[curve.len() - 1]);
     let off = |curve: &[f64]| misfit(&found.points, curve).map(|share| 100.0 * share);
-    let compensated = readings(plan, group, |r| r.answers.first()?.siemens)?;
-    let compensated = sweep(&compensated, &plan.bootstrap);
+    let siemens = |reading: &super::readings::TrialReading| reading.value(Value::Siemens);
+    // A model estimates loads and has none: its cell is empty.
+    let has_siemens = group.readings.iter().all(|r| siemens(r).is_some());
+    let compensated = if has_siemens {
+        sweep(&readings(plan, group, siemens)?, &plan.bootstrap)
+    } else {
+        None
+    };
     Ok(cells![
         group.name(),
         found.drop_percent.experiments,

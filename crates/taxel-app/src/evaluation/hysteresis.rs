@@ -6,7 +6,7 @@ use taxel_plot::{Line, Series, cells};
 
 use super::plan::{Experiment, Plan, Value};
 use super::readings::Group;
-use super::{no_law, too_few};
+use super::{no_value, too_few};
 use crate::error::Error;
 
 /// Loops that are drawn.
@@ -60,7 +60,7 @@ fn loops(plan: &Plan, group: &Group, value: Value) -> Result<Vec<Vec<LoopReading
         |trial, reading| {
             Ok(LoopReading {
                 load: trial.load_g.unwrap_or_default(),
-                value: reading.value(value).ok_or_else(|| no_law(plan))?,
+                value: reading.value(value).ok_or_else(|| no_value(plan, value))?,
             })
         },
     )

@@ -17,10 +17,10 @@ use std::path::PathBuf;
 use taxel_io::{Trial, read_trials};
 use taxel_plot::report::{Report, Section};
 
-use crate::error::Error;
+use crate::error::{Error, remedy};
 use crate::methods::MethodName;
 use crate::reporter::Reporter;
-use plan::{Experiment, Kind, Plan};
+use plan::{Experiment, Kind, Plan, Value};
 use readings::{Group, Reader};
 
 /// A plan, carried out.
@@ -196,6 +196,20 @@ fn too_few(experiment: &Experiment, group: &Group, needs: &'static str) -> Error
     }
 }
 
+/// A reading has no such value by the first method.
+fn no_value(plan: &Plan, value: Value) -> Error {
+    match value {
+        Value::Siemens => Error::Request {
+            what: format!(
+                "{}: siemens are asked for, but the first method is a model, which estimates loads alone",
+                plan.file.display()
+            ),
+            hint: "let `raw`, `auto`, `exact` or `newton` be the first of the methods, or look at another value: counts, volts, grams",
+        },
+        _ => no_law(plan),
+    }
+}
+
 /// A reading has no load because the sensor file has no load law.
 fn no_law(plan: &Plan) -> Error {
     Error::Request {
@@ -203,6 +217,6 @@ fn no_law(plan: &Plan) -> Error {
             "{}: loads are asked for, but the sensor file has no [material]",
             plan.file.display()
         ),
-        hint: "calibrate the sensor, or look at another value: counts, volts, siemens",
+        hint: remedy::CALIBRATE,
     }
 }

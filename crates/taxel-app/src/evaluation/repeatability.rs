@@ -7,7 +7,7 @@ use taxel_plot::{Line, LineStyle, Series, cells};
 
 use super::plan::{Experiment, Plan, Value};
 use super::readings::Group;
-use super::{no_law, too_few};
+use super::{no_value, too_few};
 use crate::error::Error;
 
 const HEAD: [&str; 9] = [
@@ -89,7 +89,7 @@ fn readings(plan: &Plan, group: &Group, value: Value) -> Result<Vec<Vec<Repeated
         |_| true,
         |_, reading| {
             Ok(RepeatedReading {
-                value: reading.value(value).ok_or_else(|| no_law(plan))?,
+                value: reading.value(value).ok_or_else(|| no_value(plan, value))?,
                 marked: !reading.is_measured(),
             })
         },

@@ -8,7 +8,7 @@ use taxel_plot::{Line, LineStyle, Series, cells};
 
 use super::plan::{Experiment, Plan, Value};
 use super::readings::Group;
-use super::{no_law, too_few};
+use super::{no_value, too_few};
 use crate::error::Error;
 
 /// Loads that are listed one by one at most: more are those of a gauge that was read all the time, one reading each.
@@ -120,7 +120,7 @@ fn readings(plan: &Plan, group: &Group, value: Value) -> Result<Vec<Vec<LoadRead
     group.collect(keep, |trial, reading| {
         Ok(LoadReading {
             load: trial.load_g.unwrap_or_default(),
-            value: reading.value(value).ok_or_else(|| no_law(plan))?,
+            value: reading.value(value).ok_or_else(|| no_value(plan, value))?,
             saturated: reading.saturated,
         })
     })

@@ -86,7 +86,7 @@ impl Engine {
         Ok(Self {
             exact,
             raw,
-            is_load: sensor.material().is_some() || matches!(options.method, MethodName::Model(_)),
+            is_load: gives_loads(sensor, &options.method),
             tare: None,
             recorded_tare: None,
             survey: LineScreen::from_sensor(sensor),
@@ -372,11 +372,17 @@ impl Engine {
                 // Zero by one method is not zero by another.
                 self.untare();
             }
+            self.is_load = gives_loads(&sensor, &method);
             (self.sensor, self.method) = (sensor, method);
             self.survey = LineScreen::from_sensor(&self.sensor);
             self.surveyed = 0;
         }
     }
+}
+
+/// By a load law, or by a model, which needs none.
+fn gives_loads(sensor: &Sensor, method: &MethodName) -> bool {
+    sensor.material().is_some() || method.is_model()
 }
 
 fn exact_name(pipeline: &Pipeline, method: &MethodName) -> String {

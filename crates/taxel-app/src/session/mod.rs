@@ -40,6 +40,7 @@ use latest_queue::LatestQueue;
 use recorder::Owner;
 use recorder::Recorder;
 pub use recorder::{RecordTopics, SavedRecording};
+pub use status::Recording;
 use status::SessionStatus;
 
 /// Bits of a count in recordings and in what viewers get.
@@ -233,34 +234,42 @@ impl Session {
         let server = serve(&options, controller)?;
         let (queue, with) = (incoming.clone(), server.clone());
         let worker = details.clone();
-        let threads = vec![
-            spawn("engine", move || engine.run(&queue, with.as_deref()))?,
-            spawn("details", move || worker.run())?,
-        ];
-        if let Some(path) = &options.record {
-            recorder.begin(path.clone(), Owner::Operator, options.max_frames)?;
-        }
-        let mut receiver = source::FrameSink {
-            status: status.clone(),
-            recorder: recorder.clone(),
-            incoming: incoming.clone(),
-            server: server.clone(),
-            reported: Default::default(),
-            clock: None,
-            tare: None,
-            can_wait: can_wait(&options.address),
-        };
-        let source = spawn("source", move || run(&mut receiver))?;
-        Ok(Self {
+        // From here on what has begun ends with it, also where the rest fails.
+        let mut session = Self {
             status,
-            recorder,
+            recorder: recorder.clone(),
             server,
-            source: Some(source),
-            threads,
+            source: None,
+            threads: Vec::new(),
             finished: false,
             incoming,
             details,
-        })
+        };
+        let engine = spawn("engine", move || engine.run(&queue, with.as_deref()))?;
+        session.threads.push(engine);
+        session
+            .threads
+            .push(spawn("details", move || worker.run())?);
+        if let Some(path) = &options.record {
+            recorder.begin(path.clone(), Owner::Operator, options.max_frames)?;
+        }
+        let mut receiver = session.sink(&options.address);
+        session.source = Some(spawn("source", move || run(&mut receiver))?);
+        Ok(session)
+    }
+
+    /// Where the source's frames go.
+    fn sink(&self, address: &Address) -> source::FrameSink {
+        source::FrameSink {
+            status: self.status.clone(),
+            recorder: self.recorder.clone(),
+            incoming: self.incoming.clone(),
+            server: self.server.clone(),
+            reported: Default::default(),
+            clock: None,
+            tare: None,
+            can_wait: can_wait(address),
+        }
     }
 
     /// The addresses of the page.
@@ -281,7 +290,7 @@ impl Session {
     }
 
     /// The recording as it stands: frames, bytes, and why it ended early, if it did.
-    pub fn recording(&self) -> Option<status::Recording> {
+    pub fn recording(&self) -> Option<Recording> {
         self.recorder.check();
         self.status.recording()
     }

@@ -11,11 +11,10 @@ use taxel_io::{FrameSource, McapReader, ReadOptions, open_counts, shape_of};
 use taxel_server::DeviceState;
 
 use super::source::FrameSink;
+use crate::carry::USUAL_RATE;
 use crate::error::Error;
 use crate::frames::is_mcap;
 
-/// Frames a second of recordings that know no time.
-const USUAL_RATE: f64 = 100.0;
 /// Recorded seconds without a frame that are waited for; more is a clock that jumped.
 const MAX_GAP: f64 = 10.0;
 const LOOK: Duration = Duration::from_millis(20);
@@ -31,12 +30,13 @@ pub(super) struct PlaybackRequest {
     pub(super) again: bool,
 }
 
-/// A recording with times, or with none.
+/// A recording with an index of its times, or one that is read from its beginning on.
 enum PlaybackSource {
     Timed(Box<McapReader>),
     Plain {
         frames: Box<dyn FrameSource + Send>,
-        at: u64,
+        /// Frames read.
+        at: usize,
     },
 }
 
@@ -47,6 +47,8 @@ pub(super) struct Player {
     source: PlaybackSource,
     /// Seconds and frames, where they are known.
     extent: Option<(f64, u64)>,
+    /// Of a plain recording that knows its times, the second of every frame.
+    times: Option<Vec<f64>>,
     play: Arc<Mutex<PlaybackRequest>>,
 }
 
@@ -81,6 +83,26 @@ fn open(path: &Path, options: ReadOptions) -> Result<PlaybackSource, Error> {
     })
 }
 
+/// The second of every frame of a recording without an index; `None` where its frames know no time. Reads it through.
+fn times_of(path: &Path, options: ReadOptions) -> Result<Option<Vec<f64>>, Error> {
+    let mut frames = open_counts(path, options)?;
+    let mut frame = Frame::zeros(options.rows, options.columns);
+    let mut times = Vec::new();
+    // What cannot be read is told when its time has come.
+    while frames.next_into(&mut frame).unwrap_or(false) {
+        if times.is_empty() && frame.time_secs.is_none() {
+            return Ok(None);
+        }
+        times.push(second_of(&frame, times.len()));
+    }
+    Ok((!times.is_empty()).then_some(times))
+}
+
+/// When a frame was read: as it says, else by its number at the usual rate.
+fn second_of(frame: &Frame<Counts>, number: usize) -> f64 {
+    frame.time_secs.unwrap_or(number as f64 / USUAL_RATE)
+}
+
 impl Player {
     /// `playing`: at once; else it is held at its first frame.
     pub(super) fn open(
@@ -92,9 +114,14 @@ impl Player {
         let mut options = ReadOptions::of(sensor);
         options.keep_going = true;
         let source = open(path, options)?;
-        let extent = match &source {
-            PlaybackSource::Timed(reader) => reader.extent(),
-            PlaybackSource::Plain { .. } => shape_of(path)?
+        let times = match &source {
+            PlaybackSource::Timed(_) => None,
+            PlaybackSource::Plain { .. } => times_of(path, options)?,
+        };
+        let extent = match (&source, &times) {
+            (PlaybackSource::Timed(reader), _) => reader.extent(),
+            (_, Some(times)) => times.last().map(|last| (*last, times.len() as u64)),
+            (_, None) => shape_of(path)?
                 .frames
                 .map(|frames| (frames as f64 / USUAL_RATE, frames)),
         };
@@ -103,6 +130,7 @@ impl Player {
             options,
             source,
             extent,
+            times,
             play: Arc::new(Mutex::new(PlaybackRequest {
                 playing,
                 speed,
@@ -312,8 +340,8 @@ impl Player {
                 .next_into(frame)?
                 .then(|| frame.time_secs.unwrap_or_default()),
             PlaybackSource::Plain { frames, at } => frames.next_into(frame)?.then(|| {
+                let secs = second_of(frame, *at);
                 *at += 1;
-                let secs = (*at - 1) as f64 / USUAL_RATE;
                 frame.time_secs = Some(secs);
                 secs
             }),
@@ -329,7 +357,11 @@ impl Player {
         }
         self.source = open(&self.path, self.options)?;
         let mut frame = Frame::zeros(self.options.rows, self.options.columns);
-        for _ in 0..(to * USUAL_RATE) as u64 {
+        let before = match &self.times {
+            Some(times) => times.partition_point(|secs| *secs < to),
+            None => (to * USUAL_RATE) as usize,
+        };
+        for _ in 0..before {
             if self.next(&mut frame)?.is_none() {
                 break;
             }

@@ -19,10 +19,15 @@ use super::recorder::{Owner, SavedRecording};
 /// A recording in progress, or ended by an error.
 #[derive(Debug, Clone, Default)]
 pub struct Recording {
+    /// Its file's name.
     pub name: String,
+    /// Frames written.
     pub frames: u64,
+    /// Bytes written.
     pub bytes: u64,
+    /// Since it began, s.
     pub secs: f64,
+    /// Why it has ended early, if it has.
     pub error: Option<String>,
     pub(super) owner: Owner,
 }

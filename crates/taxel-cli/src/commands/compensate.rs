@@ -112,7 +112,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         None => None,
     };
     let outputs = Outputs::create(args, &sensor, survey.frames)?;
-    let mut summary = Summary::new(args, &sensor, &sensor_file, &survey);
+    let mut summary = Summary::new(args, &sensor, &sensor_file, &survey, chain.method_name());
     summary.noise_counts = errors.as_ref().map(|errors| errors.noise_counts);
     let started = Instant::now();
     let reading = input.open()?;

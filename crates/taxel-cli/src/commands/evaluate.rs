@@ -1,5 +1,6 @@
 //! `taxel evaluate`: how good a sensor is, by a plan.
 
+use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
 
 use taxel_acquire::Address;
@@ -71,8 +72,7 @@ pub(super) fn evaluate(plan: Option<&Path>, live: Option<&Address>) -> Result<Ev
     let plan = Plan::read(plan)?;
     if let Some(address) = live {
         check_live(address)?;
-        interrupt::listen();
-        let made = measure::measure(&plan, address, &AtEnter(Enter::listen()))?;
+        let made = measure::measure(&plan, address, &AtEnter::default())?;
         out::note(&format!("{made} recordings made"));
     }
     Ok(evaluation::run(&plan, &Terminal)?)
@@ -101,8 +101,10 @@ fn in_scratch_folder() -> Result<Evaluation, Error> {
     Ok(paper::run(folder.path(), &Terminal)?)
 }
 
-/// The person at the terminal, who presses Enter when ready and Ctrl-C to end.
-struct AtEnter(Enter);
+/// The person at the terminal, who presses Enter when ready and Ctrl-C to end; listened to once there is something to wait
+/// for: until then Ctrl-C ends the program as ever.
+#[derive(Default)]
+struct AtEnter(OnceCell<Enter>);
 
 impl Reporter for AtEnter {
     fn note(&self, text: &str) {
@@ -120,7 +122,11 @@ impl Reporter for AtEnter {
 
 impl Operator for AtEnter {
     fn wait(&self) -> Result<(), taxel_app::Error> {
-        let (what, hint) = match self.0.wait() {
+        let enter = self.0.get_or_init(|| {
+            interrupt::listen();
+            Enter::listen()
+        });
+        let (what, hint) = match enter.wait() {
             Ok(()) => return Ok(()),
             Err(NoEnter::Ended) => (
                 "nobody can press Enter: standard input has ended",

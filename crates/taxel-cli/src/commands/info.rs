@@ -148,6 +148,9 @@ fn counts(
         return Ok(());
     }
     screened.lines = lines.finish();
+    if let Some(sensor) = sensor {
+        screened.lines = screened.lines.with_declared(sensor.screen());
+    }
     if !once {
         single.set_lines(&screened.lines);
         let mut source = open_counts(file, options)?;

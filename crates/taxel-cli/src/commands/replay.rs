@@ -52,9 +52,9 @@ impl Out {
                 hint: "udp:127.0.0.1:9000",
             });
         };
-        let failed = |source| taxel_app::Error::Listen {
-            address: address.to_owned(),
-            source,
+        let failed = |source: io::Error| Error::Arguments {
+            what: format!("--to {to}: {source}"),
+            hint: "udp:HOST:PORT of the computer that receives; udp:127.0.0.1:9000",
         };
         let socket = UdpSocket::bind("0.0.0.0:0").map_err(failed)?;
         socket.connect(address).map_err(failed)?;

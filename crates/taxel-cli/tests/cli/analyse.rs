@@ -155,3 +155,20 @@ fn what_cannot_be_looked_at_is_said() {
         assert!(run.err.contains(says), "{words}: {run}");
     }
 }
+
+#[test]
+fn a_line_that_the_sensor_file_declares_dead_is_filtered_whatever_it_reads() {
+    let folder = Folder::new();
+    recording(&folder);
+    let sensor = crate::run::SENSOR.to_owned() + "\n[screen]\ndead_rows = [2]\n";
+    folder.write("declared.toml", &sensor);
+    let found = json(&folder, "--sensor declared.toml --row 2");
+    for taxel in found["taxels"].as_array().unwrap() {
+        assert_eq!(taxel["filtered_percent"], 100.0, "{taxel}");
+    }
+    let run = folder.good("info run.txt --sensor declared.toml");
+    assert!(
+        run.out.contains("row 2 is dead, as the sensor file says"),
+        "{run}"
+    );
+}

@@ -322,3 +322,29 @@ fn a_speed_at_which_nothing_would_ever_be_sent_is_refused() {
         assert_eq!(folder.fails(&words).code, Some(2), "{speed}");
     }
 }
+
+/// What to type is said where it helps, by verbs that have it.
+#[test]
+fn no_option_is_advised_that_does_not_help() {
+    let folder = Folder::new();
+    folder.write("words.txt", &"1,2,x,4,5,6,\n".repeat(8));
+    let run = folder.fails("info words.txt --sensor sensor.toml");
+    assert!(run.err.contains("--keep-going"), "{run}");
+    let run = folder.fails("plot words.txt --sensor sensor.toml -o a.png");
+    assert!(!run.err.contains("--keep-going"), "{run}");
+    folder.write("semicolons.txt", &"1;2;3;4;5;6\n".repeat(8));
+    let run = folder.fails("info semicolons.txt --sensor sensor.toml");
+    assert!(
+        run.err.contains("commas") && !run.err.contains("--keep-going"),
+        "{run}"
+    );
+    folder
+        .good("simulate --sensor sensor.toml --pattern press --frames 3 --presses p.csv -o r.mcap");
+    let run = folder.fails("replay r.mcap --to udp:127.0.0.1:nowhere");
+    assert!(
+        run.err.contains("--to udp:127.0.0.1:nowhere") && !run.err.contains("--listen"),
+        "{run}"
+    );
+    let run = folder.fails("compensate r.mcap --input-unit volts -o out.csv");
+    assert!(run.err.contains("leave `--input-unit` out"), "{run}");
+}

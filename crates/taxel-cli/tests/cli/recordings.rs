@@ -344,3 +344,18 @@ fn a_sensor_file_without_end_is_refused() {
         assert!(run.err.len() < 1000);
     }
 }
+
+/// Twenty frames a second, told by the lines between the frames.
+#[test]
+fn a_text_recording_is_played_by_its_own_times() {
+    let folder = Folder::new();
+    let mut text = String::new();
+    for frame in 0..21 {
+        text += &format!("time_secs={}\n", 3.0 + 0.05 * f64::from(frame));
+        text += &"100,100,100,100,100,100,\n".repeat(4);
+    }
+    folder.write("timed.csv", &text);
+    folder.good("record file:timed.csv?speed=max --sensor sensor.toml -o timed.mcap");
+    let run = folder.good("info timed.mcap");
+    assert!(run.out.contains("20.00 frames/s"), "{run}");
+}

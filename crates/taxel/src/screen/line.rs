@@ -59,6 +59,12 @@ impl fmt::Display for LineFault {
         let Self { axis, index, .. } = self;
         let (faulty, tested) = (self.faulty, self.tested);
         match self.kind {
+            LineFaultKind::Dead if tested == 0 => {
+                write!(f, "{axis} {index} is dead, as the sensor file says")
+            }
+            LineFaultKind::Flickering if tested == 0 => {
+                write!(f, "{axis} {index} flickers, as the sensor file says")
+            }
             LineFaultKind::Dead => write!(
                 f,
                 "{axis} {index} is dead: median {:.0} counts in {faulty} of {tested} frames; its neighbours {:.0}",

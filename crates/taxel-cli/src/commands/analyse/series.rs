@@ -85,9 +85,8 @@ pub(super) fn take(
         .map(|sensor| sensor.screen().clone())
         .unwrap_or_default();
     let screening = sensor.map_or_else(ScreenOptions::default, ScreenOptions::from_sensor);
-    let faults = line_faults(args, options, max_count, &screening)?;
+    let faults = line_faults(args, options, max_count, &screening)?.with_declared(&spec);
     let mut screen = FrameScreen::new(options.rows, options.columns, max_count, &screening);
-    screen.set_lines(&LineFaults::from_spec(&spec));
     screen.set_lines(&faults);
     let mut chain = chain_of(args, sensor, &faults)?;
     let mut taken = Taken {

@@ -95,11 +95,15 @@ struct NamedFrame {
 }
 
 impl Summary {
-    pub(super) fn new(args: &Args, sensor: &Sensor, sensor_file: &Path, survey: &Survey) -> Self {
+    pub(super) fn new(
+        args: &Args,
+        sensor: &Sensor,
+        sensor_file: &Path,
+        survey: &Survey,
+        method: &'static str,
+    ) -> Self {
         let solves = args.unit != taxel_app::units::Unit::Volts
             && args.input_unit != taxel_app::units::InputUnit::Siemens;
-        let pipeline = args.method.pipeline(sensor, sensor_file);
-        let name = pipeline.map(|pipeline| pipeline.method_name());
         let unit = super::output::unit(args);
         let loads = unit.is_load().then(|| Loads {
             limit: unit.of_newtons(BELOW_NEWTONS, sensor.array().taxel_area_mm2),
@@ -116,7 +120,7 @@ impl Summary {
             rows: sensor.rows(),
             columns: sensor.columns(),
             unit: unit.word(),
-            method: name.ok().filter(|_| solves),
+            method: solves.then_some(method),
             frames: 0,
             seconds: 0.0,
             frames_per_second: 0.0,
