@@ -126,7 +126,10 @@ fn loads_come_back_with_their_marks_alone_and_beside_counts() {
         if has_counts {
             let back = read.unwrap().frames().map(Result::unwrap);
             for (back, counts) in back.zip(&counts) {
-                assert_eq!(back.values(), counts.values());
+                // All taxels good: the marks are those of the loads. The time is that of the loads too.
+                let mut expected = counts.clone();
+                expected.time_secs = None;
+                assert_eq!(back, expected);
             }
         } else {
             let error = read.err().unwrap().to_string();

@@ -62,7 +62,10 @@ impl ParquetReader<Counts> {
     /// of another shape than `options` say.
     pub fn open_counts(path: impl AsRef<Path>, options: ReadOptions) -> Result<Self, Error> {
         let most = options.max_count.unwrap_or(f64::MAX);
-        Self::open(path.as_ref(), options, COUNTS, 0.0, most)
+        let mut reader = Self::open(path.as_ref(), options, COUNTS, 0.0, most)?;
+        // The table's marks are those of its loads: of what a count is worth they say nothing.
+        reader.leaves.marks = None;
+        Ok(reader)
     }
 }
 
