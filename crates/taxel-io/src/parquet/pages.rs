@@ -81,6 +81,11 @@ fn too_large(found: u64) -> ParquetError {
 pub(super) struct Pages {
     inner: SerializedPageReader<Bounded>,
     spent: Spent,
+    /// Whether the column's lists, and its empty places, are told by levels.
+    has_repetition: bool,
+    has_definition: bool,
+    /// Whether the numbers came that later pages may refer to.
+    has_dictionary: bool,
 }
 
 impl Pages {
@@ -113,7 +118,59 @@ impl Pages {
             is_packed,
         };
         let inner = SerializedPageReader::new(Arc::new(bytes), chunk, rows, None)?;
-        Ok(Self { inner, spent })
+        let about = chunk.column_descr();
+        Ok(Self {
+            inner,
+            spent,
+            has_repetition: about.max_rep_level() > 0,
+            has_definition: about.max_def_level() > 0,
+            has_dictionary: false,
+        })
+    }
+
+    /// Refuses what the crate takes for granted, and panics without.
+    fn check(&mut self, page: &Page) -> Result<()> {
+        let wrong = |words: String| Err(ParquetError::General(words));
+        match page {
+            Page::DictionaryPage { .. } => {
+                self.has_dictionary = true;
+                return Ok(());
+            }
+            Page::DataPage {
+                rep_level_encoding,
+                def_level_encoding,
+                ..
+            } => {
+                // Of levels that are not there, older programs write any encoding.
+                let repetition = self.has_repetition.then_some(rep_level_encoding);
+                let definition = self.has_definition.then_some(def_level_encoding);
+                let mut levels = repetition.into_iter().chain(definition);
+                if let Some(found) = levels.find(|found| **found != Encoding::RLE) {
+                    return wrong(format!("levels written as {found}, expected RLE"));
+                }
+            }
+            Page::DataPageV2 {
+                buf,
+                rep_levels_byte_len,
+                def_levels_byte_len,
+                ..
+            } => {
+                let levels = u64::from(*rep_levels_byte_len) + u64::from(*def_levels_byte_len);
+                if levels > buf.len() as u64 {
+                    return wrong(format!(
+                        "levels of {levels} bytes in a page of {}",
+                        buf.len()
+                    ));
+                }
+            }
+        }
+        if page.encoding() != Encoding::PLAIN && !self.has_dictionary {
+            let found = page.encoding();
+            return wrong(format!(
+                "numbers written as {found}, but no dictionary before them"
+            ));
+        }
+        Ok(())
     }
 }
 
@@ -156,6 +213,7 @@ impl PageReader for Pages {
                 )));
             }
         }
+        self.check(&page)?;
         self.spent.fetch_add(found, Ordering::Relaxed);
         Ok(Some(page))
     }
