@@ -168,6 +168,34 @@ fn a_table_of_version_0_1_is_read() {
 }
 
 #[test]
+fn the_shape_of_another_programs_table_is_unknown_and_half_a_shape_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.parquet");
+    let row: &[Option<i64>] = &[Some(1)];
+    of_lists(&path, PANDAS, Compression::UNCOMPRESSED, &[row; 3]);
+    let shape = shape_of(&path).unwrap();
+    assert_eq!(
+        (shape.rows, shape.columns, shape.frames),
+        (None, None, Some(3))
+    );
+    write(&path, &sensor(3, 4), &counts(3, 4, 1));
+    let whole = fs::read(&path).unwrap();
+    for key in ["taxel.rows", "taxel.columns"] {
+        let at = whole.windows(key.len()).position(|w| w == key.as_bytes());
+        let at = at.unwrap();
+        // The key is another, or what stands under it (behind a type and a length) is no number.
+        for (place, byte) in [(at, b'T'), (at + key.len() + 2, b'x')] {
+            let mut bytes = whole.clone();
+            bytes[place] = byte;
+            fs::write(&path, bytes).unwrap();
+            let error = shape_of(&path).unwrap_err().to_string();
+            let words = format!("no number `{key}` in its metadata\nhint: give the sensor file");
+            assert!(error.ends_with(&words), "{error}");
+        }
+    }
+}
+
+#[test]
 fn gaps_in_the_numbers_of_the_device_are_told() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.parquet");
@@ -392,8 +420,6 @@ fn files_that_hold_no_frames_are_told() {
         error(&path)
     );
     of_lists(&path, PANDAS, Compression::UNCOMPRESSED, &[&[Some(1)]]);
-    let shape = shape_of(&path).unwrap_err().to_string();
-    assert!(shape.contains("no `taxel.rows` in its metadata"), "{shape}");
     // One number a row.
     let schema =
         Arc::new(parse_message_type("message schema { required double counts; }").unwrap());

@@ -80,8 +80,8 @@ pub enum ParquetError {
         /// Why.
         reason: String,
     },
-    /// A Parquet table that does not say how its frames are shaped.
-    #[error("{} does not say how many rows and columns a frame has: no `{missing}` in its metadata\nhint: give the sensor file", .file.display())]
+    /// A Parquet table that says one half of how its frames are shaped, and not the other.
+    #[error("{} does not say how many rows and columns a frame has: no number `{missing}` in its metadata\nhint: give the sensor file", .file.display())]
     NoShape {
         /// The file.
         file: PathBuf,
