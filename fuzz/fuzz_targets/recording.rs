@@ -2,14 +2,14 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use taxel::{Counts, Frame, Sensor};
-use taxel_io::{ReadOptions, open_counts, shape_of};
+use taxel::{Counts, Frame, Newtons, Sensor};
+use taxel_io::{FrameSource, ParquetReader, ReadOptions, open_counts, shape_of};
 
 fuzz_target!(|data: &[u8]| {
     let Some((&choice, bytes)) = data.split_first() else {
         return;
     };
-    let extension = ["txt", "csv", "npy", "npz", "mcap"][usize::from(choice) % 5];
+    let extension = ["txt", "csv", "npy", "npz", "mcap", "parquet"][usize::from(choice) % 6];
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run").with_extension(extension);
     std::fs::write(&path, bytes).unwrap();
@@ -21,6 +21,14 @@ fuzz_target!(|data: &[u8]| {
         let mut frame = Frame::<Counts>::zeros(2, 3);
         while let Ok(true) = source.next_into(&mut frame) {
             assert!(frame.values().iter().all(|v| (0.0..=1023.0).contains(v)));
+        }
+    }
+    if extension == "parquet"
+        && let Ok(mut source) = ParquetReader::<Newtons>::open_loads(&path, options)
+    {
+        let mut frame = Frame::<Newtons>::zeros(2, 3);
+        while let Ok(true) = source.next_into(&mut frame) {
+            assert!(frame.values().iter().all(|v| v.is_finite()));
         }
     }
     if let Ok(text) = std::str::from_utf8(bytes) {

@@ -98,6 +98,12 @@ impl AtomicFile {
         matches!(self.sink, Sink::Beside(_))
     }
 
+    /// The folder in which the file is written; none where it is written straight through.
+    #[cfg(feature = "xlsx")]
+    pub(crate) fn folder(&self) -> Option<&Path> {
+        self.can_go_back().then(|| folder_of(&self.target))
+    }
+
     /// Appends `bytes`.
     ///
     /// # Errors

@@ -71,9 +71,10 @@ pub fn sensor_toml_of(path: impl AsRef<Path>) -> Result<Option<String>, Error> {
 /// What a file says about its shape without a sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ShapeGuess {
-    /// Rows of a frame: exact for arrays, .mcap and .parquet; for text only where extra lines part the frames.
+    /// Rows of a frame: exact for arrays, .mcap and .parquet (unknown for another program's table); for text only where
+    /// extra lines part the frames.
     pub rows: Option<usize>,
-    /// Columns of a frame: exact for arrays, .mcap and .parquet; for text the numbers on the first line of numbers.
+    /// Columns of a frame: as the rows; for text the numbers on the first line of numbers.
     pub columns: Option<usize>,
     /// Frames: exact for arrays and .parquet, else unknown.
     pub frames: Option<u64>,
@@ -106,10 +107,10 @@ pub fn shape_of(path: impl AsRef<Path>) -> Result<ShapeGuess, Error> {
             })
         }
         Format::Parquet => {
-            let (rows, columns, frames) = parquet::shape_of(path)?;
+            let (shape, frames) = parquet::shape_of(path)?;
             Ok(ShapeGuess {
-                rows: Some(rows),
-                columns: Some(columns),
+                rows: shape.map(|(rows, _)| rows),
+                columns: shape.map(|(_, columns)| columns),
                 frames: Some(frames),
                 extra_line: None,
             })

@@ -1,6 +1,10 @@
 //! One sheet of numbers as Office Open XML (ECMA-376). Needs the feature `xlsx`.
 
+#[cfg(feature = "xlsx")]
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+#[cfg(feature = "xlsx")]
+use std::path::PathBuf;
 
 #[cfg(feature = "xlsx")]
 use rust_xlsxwriter::{Workbook, XlsxError};
@@ -16,24 +20,39 @@ pub(crate) fn write(path: &Path, columns: &[Column]) -> Result<(), Error> {
     check_size(path, columns)?;
     let mut file = AtomicFile::create(path)?;
     let kept = file.kept();
-    match save(columns, &mut file) {
-        Ok(()) => file.commit(),
-        Err(error) => Err(Error::Write {
-            file: path.to_owned(),
-            bytes: 0,
-            kept: kept.get().cloned(),
-            source: match error {
-                XlsxError::IoError(source) => source,
-                other => std::io::Error::other(other),
-            },
-        }),
-    }
+    // The crate has no error for a temporary file that cannot be written, as on a full disk: it panics. What the panic leaves
+    // half done, the sheet and `file`, is not used after it.
+    let saved = catch_unwind(AssertUnwindSafe(|| save(columns, &mut file)));
+    let source = match saved {
+        Ok(Ok(())) => return file.commit(),
+        Ok(Err(XlsxError::IoError(source))) => source,
+        Ok(Err(other)) => std::io::Error::other(other),
+        Err(_) => std::io::Error::other(format!(
+            "the temporary file of its lines, in {}, could not be written",
+            temporary_folder(&file).display()
+        )),
+    };
+    Err(Error::Write {
+        file: path.to_owned(),
+        bytes: 0,
+        kept: kept.get().cloned(),
+        source,
+    })
+}
+
+/// Where there is room for the output; the system's own folder for such files may be smaller, or in memory. Of an output that
+/// is a pipe or a device, there is nothing beside it.
+#[cfg(feature = "xlsx")]
+fn temporary_folder(file: &AtomicFile) -> PathBuf {
+    file.folder()
+        .map_or_else(std::env::temp_dir, Path::to_owned)
 }
 
 /// The sheet goes line by line through a temporary file on its way to `file`.
 #[cfg(feature = "xlsx")]
 fn save(columns: &[Column], file: &mut AtomicFile) -> Result<(), XlsxError> {
     let mut book = Workbook::new();
+    book.set_tempdir(temporary_folder(file))?;
     let sheet = book.add_worksheet_with_constant_memory()?;
     sheet.set_name("taxel")?;
     for (column, at) in columns.iter().zip(0u16..) {

@@ -126,7 +126,10 @@ fn loads_come_back_with_their_marks_alone_and_beside_counts() {
         if has_counts {
             let back = read.unwrap().frames().map(Result::unwrap);
             for (back, counts) in back.zip(&counts) {
-                assert_eq!(back.values(), counts.values());
+                // All taxels good: the marks are those of the loads. The time is that of the loads too.
+                let mut expected = counts.clone();
+                expected.time_secs = None;
+                assert_eq!(back, expected);
             }
         } else {
             let error = read.err().unwrap().to_string();
@@ -165,6 +168,34 @@ fn a_table_of_version_0_1_is_read() {
 }
 
 #[test]
+fn the_shape_of_another_programs_table_is_unknown_and_half_a_shape_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.parquet");
+    let row: &[Option<i64>] = &[Some(1)];
+    of_lists(&path, PANDAS, Compression::UNCOMPRESSED, &[row; 3]);
+    let shape = shape_of(&path).unwrap();
+    assert_eq!(
+        (shape.rows, shape.columns, shape.frames),
+        (None, None, Some(3))
+    );
+    write(&path, &sensor(3, 4), &counts(3, 4, 1));
+    let whole = fs::read(&path).unwrap();
+    for key in ["taxel.rows", "taxel.columns"] {
+        let at = whole.windows(key.len()).position(|w| w == key.as_bytes());
+        let at = at.unwrap();
+        // The key is another, or what stands under it (behind a type and a length) is no number.
+        for (place, byte) in [(at, b'T'), (at + key.len() + 2, b'x')] {
+            let mut bytes = whole.clone();
+            bytes[place] = byte;
+            fs::write(&path, bytes).unwrap();
+            let error = shape_of(&path).unwrap_err().to_string();
+            let words = format!("no number `{key}` in its metadata\nhint: give the sensor file");
+            assert!(error.ends_with(&words), "{error}");
+        }
+    }
+}
+
+#[test]
 fn gaps_in_the_numbers_of_the_device_are_told() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.parquet");
@@ -186,29 +217,36 @@ fn gaps_in_the_numbers_of_the_device_are_told() {
 
 /// A file of one group with one list of integers a row, as `schema` has it.
 fn of_lists(path: &Path, schema: &str, packing: Compression, lists: &[&[Option<i64>]]) {
+    of_columns(path, schema, packing, &[lists]);
+}
+
+/// The same with several such columns.
+fn of_columns(path: &Path, schema: &str, packing: Compression, columns: &[&[&[Option<i64>]]]) {
     let schema = Arc::new(parse_message_type(schema).unwrap());
     let properties = WriterProperties::builder().set_compression(packing).build();
     let file = File::create(path).unwrap();
     let mut writer = SerializedFileWriter::new(file, schema, Arc::new(properties)).unwrap();
     let mut group = writer.next_row_group().unwrap();
-    let mut column = group.next_column().unwrap().unwrap();
-    let (mut values, mut definition, mut repetition) = (Vec::new(), Vec::new(), Vec::new());
-    for list in lists {
-        for (place, value) in list.iter().enumerate() {
-            values.extend(value);
-            definition.push(if value.is_some() { 3 } else { 2 });
-            repetition.push(i16::from(place > 0));
+    for lists in columns {
+        let mut column = group.next_column().unwrap().unwrap();
+        let (mut values, mut definition, mut repetition) = (Vec::new(), Vec::new(), Vec::new());
+        for list in *lists {
+            for (place, value) in list.iter().enumerate() {
+                values.extend(value);
+                definition.push(if value.is_some() { 3 } else { 2 });
+                repetition.push(i16::from(place > 0));
+            }
+            if list.is_empty() {
+                definition.push(1);
+                repetition.push(0);
+            }
         }
-        if list.is_empty() {
-            definition.push(1);
-            repetition.push(0);
-        }
+        column
+            .typed::<Int64Type>()
+            .write_batch(&values, Some(&definition), Some(&repetition))
+            .unwrap();
+        column.close().unwrap();
     }
-    column
-        .typed::<Int64Type>()
-        .write_batch(&values, Some(&definition), Some(&repetition))
-        .unwrap();
-    column.close().unwrap();
     group.close().unwrap();
     writer.close().unwrap();
 }
@@ -276,6 +314,63 @@ fn lists_as_pandas_writes_them_are_frames_and_rows_that_are_none_are_left_out_on
 }
 
 #[test]
+fn marks_that_are_missing_or_unknown_are_told_and_never_become_good() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.parquet");
+    let list = |name: &str| {
+        format!(
+            "optional group {name} (LIST) {{ repeated group list {{ optional int64 element; }} }}"
+        )
+    };
+    let schema = format!("message schema {{ {} {} }}", list("newtons"), list("marks"));
+    let loads: [&[Option<i64>]; 7] = [&[Some(1), Some(2), Some(3), Some(4)]; 7];
+    let good = [Some(0), Some(9), Some(2), Some(0)];
+    let marks: [&[Option<i64>]; 7] = [
+        &good,
+        &[Some(0), None, Some(2), Some(0)],
+        &[Some(0), Some(1), Some(2)],
+        &[],
+        &[Some(0), Some(1), Some(10), Some(0)],
+        &[Some(0), Some(-1), Some(2), Some(0)],
+        &good,
+    ];
+    of_columns(&path, &schema, zstd(), &[&loads, &marks]);
+    let mut options = ReadOptions::new(2, 2);
+    options.keep_going = true;
+    let mut source = ParquetReader::<Newtons>::open_loads(&path, options).unwrap();
+    let mut frame = Frame::zeros(2, 2);
+    let mut places = Vec::new();
+    while source.next_into(&mut frame).unwrap() {
+        let expected = [Mark::Good, Mark::Unfamiliar, Mark::Saturated, Mark::Good];
+        assert_eq!(frame.marks(), expected);
+        places.push(frame.sequence);
+    }
+    assert_eq!(places, [0, 6]);
+    let told: Vec<_> = source.skips().iter().map(|s| s.error.to_string()).collect();
+    assert_eq!(told.len(), 5);
+    for (told, words) in told.iter().zip([
+        "`marks` has 3 numbers in ",
+        "`marks` has 3 numbers in ",
+        "`marks` has 0 numbers in ",
+        "mark 10 in ",
+        "mark -1 in ",
+    ]) {
+        assert!(told.starts_with(words), "{told}");
+    }
+    let words = "frame 4, row 1, column 0, expected a whole number of 0 to 9";
+    assert!(told[3].contains(words), "{told:?}");
+    // Without being asked to go on, it ends there.
+    let strict = ParquetReader::<Newtons>::open_loads(&path, ReadOptions::new(2, 2)).unwrap();
+    assert!(matches!(
+        strict.frames().nth(1),
+        Some(Err(Error::Parquet(ParquetError::RowLength {
+            column: "marks",
+            ..
+        })))
+    ));
+}
+
+#[test]
 #[expect(clippy::too_many_lines, reason = "a table of cases")]
 fn files_that_hold_no_frames_are_told() {
     let folder = tempfile::tempdir().unwrap();
@@ -325,8 +420,6 @@ fn files_that_hold_no_frames_are_told() {
         error(&path)
     );
     of_lists(&path, PANDAS, Compression::UNCOMPRESSED, &[&[Some(1)]]);
-    let shape = shape_of(&path).unwrap_err().to_string();
-    assert!(shape.contains("no `taxel.rows` in its metadata"), "{shape}");
     // One number a row.
     let schema =
         Arc::new(parse_message_type("message schema { required double counts; }").unwrap());

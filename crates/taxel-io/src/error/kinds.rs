@@ -30,7 +30,7 @@ impl Error {
                 | Error::NpyCutShort { .. }
                 | Error::Value { .. }
                 | Error::Message { .. }
-                | Error::Parquet(ParquetError::RowLength { .. })
+                | Error::Parquet(ParquetError::RowLength { .. } | ParquetError::MarkCode { .. })
                 | Error::RecordingCut { .. }
                 | Error::RecordingDamaged { .. }
         )

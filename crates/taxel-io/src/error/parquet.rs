@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use taxel::Mark;
+
 use super::words::names_words;
 
 /// Why a table cannot be read as frames, and where. Frames are counted from 0.
@@ -54,6 +56,20 @@ pub enum ParquetError {
         /// Columns of the sensor.
         columns: usize,
     },
+    /// A mark that this program does not know.
+    #[error("mark {found} in {}, frame {frame}, row {row}, column {column}, expected a whole number of 0 to {}\nhint: a later version wrote the table, or another program changed it", .file.display(), Mark::ALL.len() - 1)]
+    MarkCode {
+        /// The file.
+        file: PathBuf,
+        /// The frame.
+        frame: u64,
+        /// Row of the taxel, as the file has it.
+        row: usize,
+        /// Its column.
+        column: usize,
+        /// The mark's code.
+        found: f64,
+    },
     /// A row of a Parquet table that cannot be read.
     #[error("cannot read frame {frame} of {}: {reason}\nhint: the file is damaged, or another program packed it in a way that is not read; what is before that frame is whole", .file.display())]
     Row {
@@ -64,8 +80,8 @@ pub enum ParquetError {
         /// Why.
         reason: String,
     },
-    /// A Parquet table that does not say how its frames are shaped.
-    #[error("{} does not say how many rows and columns a frame has: no `{missing}` in its metadata\nhint: give the sensor file", .file.display())]
+    /// A Parquet table that says one half of how its frames are shaped, and not the other.
+    #[error("{} does not say how many rows and columns a frame has: no number `{missing}` in its metadata\nhint: give the sensor file", .file.display())]
     NoShape {
         /// The file.
         file: PathBuf,

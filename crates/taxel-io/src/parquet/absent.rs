@@ -101,8 +101,8 @@ impl<Q> ParquetReader<Q> {
     }
 }
 
-/// Rows, columns and frames of a table.
-pub(crate) fn shape_of(path: &Path) -> Result<(usize, usize, u64), Error> {
+/// Rows and columns of a table's frames, and how many there are.
+pub(crate) fn shape_of(path: &Path) -> Result<(Option<(usize, usize)>, u64), Error> {
     Err(not_built(path))
 }
 

@@ -1,4 +1,6 @@
-//! A column's pages, read one by one within bounds: what a file claims of itself takes no memory before it is checked.
+//! A column's pages, read one by one within bounds: what a file claims of itself fills no memory before it is checked. The
+//! crate does reserve as much as a packed page's header says, 2 GiB at most; what is unpacked into it is bounded here, and
+//! memory that nothing is written to takes none of the machine's.
 
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -57,6 +59,9 @@ impl ChunkReader for Bounded {
 }
 
 /// Refuses what unpacks to more than a page may have, whatever its header says.
+///
+/// The page is unpacked twice for it. The length that a frame of zstd tells would not do: zstd 1.5.7 compares it only with what
+/// it has unpacked, at the end (`ZSTD_decompressFrame`), which may be all that the crate has reserved.
 fn check_unpacked(bytes: &[u8]) -> Result<()> {
     let wrong = |_| {
         let words = "a page that is not packed with zstd as a whole";
@@ -81,6 +86,11 @@ fn too_large(found: u64) -> ParquetError {
 pub(super) struct Pages {
     inner: SerializedPageReader<Bounded>,
     spent: Spent,
+    /// Whether the column's lists, and its empty places, are told by levels.
+    has_repetition: bool,
+    has_definition: bool,
+    /// Whether the numbers came that later pages may refer to.
+    has_dictionary: bool,
 }
 
 impl Pages {
@@ -113,7 +123,59 @@ impl Pages {
             is_packed,
         };
         let inner = SerializedPageReader::new(Arc::new(bytes), chunk, rows, None)?;
-        Ok(Self { inner, spent })
+        let about = chunk.column_descr();
+        Ok(Self {
+            inner,
+            spent,
+            has_repetition: about.max_rep_level() > 0,
+            has_definition: about.max_def_level() > 0,
+            has_dictionary: false,
+        })
+    }
+
+    /// Refuses what the crate takes for granted, and panics without.
+    fn check(&mut self, page: &Page) -> Result<()> {
+        let wrong = |words: String| Err(ParquetError::General(words));
+        match page {
+            Page::DictionaryPage { .. } => {
+                self.has_dictionary = true;
+                return Ok(());
+            }
+            Page::DataPage {
+                rep_level_encoding,
+                def_level_encoding,
+                ..
+            } => {
+                // Of levels that are not there, older programs write any encoding.
+                let repetition = self.has_repetition.then_some(rep_level_encoding);
+                let definition = self.has_definition.then_some(def_level_encoding);
+                let mut levels = repetition.into_iter().chain(definition);
+                if let Some(found) = levels.find(|found| **found != Encoding::RLE) {
+                    return wrong(format!("levels written as {found}, expected RLE"));
+                }
+            }
+            Page::DataPageV2 {
+                buf,
+                rep_levels_byte_len,
+                def_levels_byte_len,
+                ..
+            } => {
+                let levels = u64::from(*rep_levels_byte_len) + u64::from(*def_levels_byte_len);
+                if levels > buf.len() as u64 {
+                    return wrong(format!(
+                        "levels of {levels} bytes in a page of {}",
+                        buf.len()
+                    ));
+                }
+            }
+        }
+        if page.encoding() != Encoding::PLAIN && !self.has_dictionary {
+            let found = page.encoding();
+            return wrong(format!(
+                "numbers written as {found}, but no dictionary before them"
+            ));
+        }
+        Ok(())
     }
 }
 
@@ -156,6 +218,7 @@ impl PageReader for Pages {
                 )));
             }
         }
+        self.check(&page)?;
         self.spent.fetch_add(found, Ordering::Relaxed);
         Ok(Some(page))
     }
@@ -170,5 +233,26 @@ impl PageReader for Pages {
 
     fn at_record_boundary(&mut self) -> Result<bool> {
         self.inner.at_record_boundary()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_unpacks_to_more_than_a_page_is_refused_whatever_it_says() {
+        let most = MAX_PAGE_BYTES as usize;
+        let packed = |length: usize| zstd::bulk::compress(&vec![0; length], 1).unwrap();
+        assert!(check_unpacked(&packed(most)).is_ok());
+        let mut large = packed(most + 1);
+        assert!(check_unpacked(&large).is_err());
+        // Its length stands behind the magic, the description and the window; here it says one byte.
+        assert_eq!(large[6..10], (MAX_PAGE_BYTES as u32 + 1).to_le_bytes());
+        large[6..10].copy_from_slice(&1u32.to_le_bytes());
+        assert!(check_unpacked(&large).is_err());
+        // The same in two frames.
+        assert!(check_unpacked(&[packed(1), packed(most)].concat()).is_err());
+        assert!(check_unpacked(b"no zstd").is_err());
     }
 }

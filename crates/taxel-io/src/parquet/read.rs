@@ -12,7 +12,7 @@ use taxel::{Counts, Frame, Mark};
 use super::numbers::Numbers;
 use super::pages::{Pages, Spent};
 use super::table::{Leaves, Table};
-use super::{COUNTS, NEWTONS};
+use super::{COUNTS, MARKS, NEWTONS};
 use crate::error::{Error, ParquetError};
 use crate::integrity::{Gaps, Integrity};
 use crate::options::ReadOptions;
@@ -34,6 +34,8 @@ pub struct ParquetReader<Q = Counts> {
     next_group: usize,
     numbers: Vec<f64>,
     marks: Vec<f64>,
+    /// The one number of a column beside them.
+    scalar: Vec<f64>,
     row: u64,
     skips: SkipLog,
     number: Option<u64>,
@@ -62,7 +64,10 @@ impl ParquetReader<Counts> {
     /// of another shape than `options` say.
     pub fn open_counts(path: impl AsRef<Path>, options: ReadOptions) -> Result<Self, Error> {
         let most = options.max_count.unwrap_or(f64::MAX);
-        Self::open(path.as_ref(), options, COUNTS, 0.0, most)
+        let mut reader = Self::open(path.as_ref(), options, COUNTS, 0.0, most)?;
+        // The table's marks are those of its loads: of what a count is worth they say nothing.
+        reader.leaves.marks = None;
+        Ok(reader)
     }
 }
 
@@ -119,6 +124,7 @@ impl<Q> ParquetReader<Q> {
             next_group: 0,
             numbers: Vec::new(),
             marks: Vec::new(),
+            scalar: Vec::new(),
             row: 0,
             skips: SkipLog::default(),
             number: None,
@@ -128,10 +134,6 @@ impl<Q> ParquetReader<Q> {
             done: false,
             quantity: PhantomData,
         })
-    }
-
-    fn taxels(&self) -> usize {
-        self.options.rows * self.options.columns
     }
 
     /// The readers of a group's columns.
@@ -171,15 +173,18 @@ impl<Q> ParquetReader<Q> {
             return Ok(None);
         };
         group.rows_left -= 1;
-        let mut one = Vec::with_capacity(1);
         let mut scalar = |column: &mut Option<Numbers>| -> ParquetResult<Option<f64>> {
             let Some(column) = column else {
                 return Ok(None);
             };
             self.spent.store(0, Ordering::Relaxed);
-            let row = column.next(&mut one)?;
+            let row = column.next(&mut self.scalar)?;
             check_there(row.is_there)?;
-            Ok(one.first().copied().filter(|value| value.is_finite()))
+            Ok(self
+                .scalar
+                .first()
+                .copied()
+                .filter(|value| value.is_finite()))
         };
         let sequence = scalar(&mut group.sequence)?;
         let time_secs = scalar(&mut group.time_secs)?;
@@ -187,13 +192,16 @@ impl<Q> ParquetReader<Q> {
         self.spent.store(0, Ordering::Relaxed);
         let values = group.values.next(&mut self.numbers)?;
         check_there(values.is_there)?;
-        self.marks.clear();
+        let mut mark_places = None;
         if let Some(marks) = &mut group.marks {
             self.spent.store(0, Ordering::Relaxed);
-            check_there(marks.next(&mut self.marks)?.is_there)?;
+            let marks = marks.next(&mut self.marks)?;
+            check_there(marks.is_there)?;
+            mark_places = Some(marks.places);
         }
         Ok(Some(Row {
             places: values.places,
+            mark_places,
             sequence: sequence.map(|number| number as u64),
             time_secs,
             host,
@@ -202,42 +210,66 @@ impl<Q> ParquetReader<Q> {
 
     /// What is wrong with the row that was read, if anything.
     fn check(&self, row: &Row) -> Result<(), Error> {
-        let taxels = self.taxels();
-        if self.numbers.len() != taxels || row.places != taxels {
-            return Err(Error::from(ParquetError::RowLength {
-                file: self.path.clone(),
-                frame: self.row,
-                column: self.values,
-                found: self.numbers.len(),
-                rows: self.options.rows,
-                columns: self.options.columns,
-            }));
+        self.check_length(self.values, self.numbers.len(), row.places)?;
+        if let Some(places) = row.mark_places {
+            self.check_length(MARKS, self.marks.len(), places)?;
         }
         let allowed = self.least..=self.most;
-        let Some(at) = self.numbers.iter().position(|v| !allowed.contains(v)) else {
+        if let Some(at) = self.numbers.iter().position(|v| !allowed.contains(v)) {
+            let (row, column) = self.place(at);
+            return Err(Error::Value {
+                file: self.path.clone(),
+                frame: self.row,
+                row,
+                column,
+                found: self.numbers[at],
+                minimum: self.least,
+                maximum: self.most,
+                hint: "a reading that is missing or broken",
+            });
+        }
+        let Some(at) = self.marks.iter().position(|code| mark_of(*code).is_none()) else {
             return Ok(());
         };
+        let (row, column) = self.place(at);
+        Err(Error::from(ParquetError::MarkCode {
+            file: self.path.clone(),
+            frame: self.row,
+            row,
+            column,
+            found: self.marks[at],
+        }))
+    }
+
+    /// Refuses a list that has not one number a taxel.
+    fn check_length(&self, column: &'static str, found: usize, places: usize) -> Result<(), Error> {
+        let taxels = self.options.rows * self.options.columns;
+        if found == taxels && places == taxels {
+            return Ok(());
+        }
+        Err(Error::from(ParquetError::RowLength {
+            file: self.path.clone(),
+            frame: self.row,
+            column,
+            found,
+            rows: self.options.rows,
+            columns: self.options.columns,
+        }))
+    }
+
+    /// Row and column, as the file has them, of a number of its list.
+    fn place(&self, at: usize) -> (usize, usize) {
         let columns = if self.options.transpose {
             self.options.rows
         } else {
             self.options.columns
         };
-        Err(Error::Value {
-            file: self.path.clone(),
-            frame: self.row,
-            row: at / columns,
-            column: at % columns,
-            found: self.numbers[at],
-            minimum: self.least,
-            maximum: self.most,
-            hint: "a reading that is missing or broken",
-        })
+        (at / columns, at % columns)
     }
 
     fn fill(&mut self, row: &Row, frame: &mut Frame<Q>) {
         let (rows, columns) = (self.options.rows, self.options.columns);
         fit_shape(frame, rows, columns);
-        let has_marks = self.marks.len() == rows * columns;
         for place in 0..rows * columns {
             let from = if self.options.transpose {
                 (place % columns) * rows + place / columns
@@ -245,10 +277,8 @@ impl<Q> ParquetReader<Q> {
                 place
             };
             frame.values_mut()[place] = self.numbers[from];
-            let code = if has_marks { self.marks[from] } else { 0.0 };
-            let mark = Mark::ALL
-                .into_iter()
-                .find(|mark| f64::from(mark.code()) == code);
+            // A table without marks has no codes.
+            let mark = self.marks.get(from).and_then(|code| mark_of(*code));
             frame.marks_mut()[place] = mark.unwrap_or(Mark::Good);
         }
         frame.sequence = self.row;
@@ -273,10 +303,19 @@ impl<Q> ParquetReader<Q> {
 struct Row {
     /// Places of the list, empty ones too.
     places: usize,
+    /// The same of its marks, where the table has them.
+    mark_places: Option<usize>,
     sequence: Option<u64>,
     time_secs: Option<f64>,
     /// In the unit of its column.
     host: Option<f64>,
+}
+
+/// The mark of a code, if it is one.
+fn mark_of(code: f64) -> Option<Mark> {
+    // What is no whole number, or is out of range, becomes the code of another and is found out by it.
+    let mark = Mark::ALL.get(code as usize)?;
+    (f64::from(mark.code()) == code).then_some(*mark)
 }
 
 fn check_there(is_there: bool) -> ParquetResult<()> {

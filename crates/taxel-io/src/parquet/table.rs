@@ -181,19 +181,28 @@ fn check_list(path: &Path, column: &'static str, leaf: &ColumnDescPtr) -> Result
     }))
 }
 
-/// Rows, columns and frames of a table.
+/// Rows and columns of a table's frames, where its metadata tells them, and how many there are.
 ///
 /// # Errors
-/// Those of [`Table::open`], and [`ParquetError::NoShape`].
-pub(crate) fn shape_of(path: &Path) -> Result<(usize, usize, u64), Error> {
+/// Those of [`Table::open`]; [`ParquetError::NoShape`] for a table that tells the one and not the other.
+pub(crate) fn shape_of(path: &Path) -> Result<(Option<(usize, usize)>, u64), Error> {
     let table = Table::open(path)?;
-    let Some((rows, columns)) = table.shape() else {
-        return Err(Error::from(ParquetError::NoShape {
-            file: path.to_owned(),
-            missing: META_ROWS,
-        }));
+    let missing = match (table.value(META_ROWS), table.value(META_COLUMNS)) {
+        // Another program's.
+        (None, None) => return Ok((None, table.rows)),
+        (None, Some(_)) => META_ROWS,
+        (Some(_), None) => META_COLUMNS,
+        (Some(rows), Some(_)) => match table.shape() {
+            Some(shape) => return Ok((Some(shape), table.rows)),
+            // One of them is no number.
+            None if rows.parse::<usize>().is_ok() => META_COLUMNS,
+            None => META_ROWS,
+        },
     };
-    Ok((rows, columns, table.rows))
+    Err(Error::from(ParquetError::NoShape {
+        file: path.to_owned(),
+        missing,
+    }))
 }
 
 /// The sensor file that a table carries.
