@@ -6,7 +6,7 @@ use std::marker::PhantomData;
 use std::path::Path;
 use std::time::SystemTime;
 
-use taxel::{Counts, Frame};
+use taxel::{Counts, Frame, Mark};
 
 use crate::error::Error;
 use crate::event::Event;
@@ -179,6 +179,36 @@ pub(crate) fn fit_shape<Q>(frame: &mut Frame<Q>, rows: usize, columns: usize) {
     if (frame.rows(), frame.columns()) != (rows, columns) {
         *frame = Frame::zeros(rows, columns);
     }
+}
+
+/// Fills a frame of `shape`, rows and columns, with the numbers and the marks of a file, as [`mark_of`] says of each code; with
+/// no codes every taxel is good. `transpose`: the file has its columns as rows.
+pub(crate) fn fill_marked<Q>(
+    frame: &mut Frame<Q>,
+    shape: (usize, usize),
+    transpose: bool,
+    numbers: &[f64],
+    codes: &[f64],
+) {
+    let (rows, columns) = shape;
+    fit_shape(frame, rows, columns);
+    for place in 0..rows * columns {
+        let from = if transpose {
+            (place % columns) * rows + place / columns
+        } else {
+            place
+        };
+        frame.values_mut()[place] = numbers[from];
+        let mark = codes.get(from).and_then(|code| mark_of(*code));
+        frame.marks_mut()[place] = mark.unwrap_or(Mark::Good);
+    }
+}
+
+/// The mark of a code, if it is one.
+pub(crate) fn mark_of(code: f64) -> Option<Mark> {
+    // What is no whole number, or is out of range, becomes the code of another and is found out by it.
+    let mark = Mark::ALL.get(code as usize)?;
+    (f64::from(mark.code()) == code).then_some(*mark)
 }
 
 /// Where the bytes of a file come from.

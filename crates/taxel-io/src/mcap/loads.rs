@@ -16,7 +16,7 @@ use super::topics::topic_of;
 use crate::error::Error;
 use crate::integrity::{Damage, Integrity};
 use crate::options::ReadOptions;
-use crate::source::{FrameSource, Skipped, fit_shape, open_file};
+use crate::source::{FrameSource, Skipped, fill_marked, mark_of, open_file};
 
 /// Reads the loads that were recorded beside the counts: newtons, with their marks, as they stand in the file (what a
 /// tare took off is taken off).
@@ -182,18 +182,12 @@ impl LoadsReader {
         };
         let newtons = read("newtons").ok_or_else(|| wrong("a grid without newtons".to_owned()))?;
         let codes = read("mark").unwrap_or_else(|| vec![0.0; rows * columns]);
-        fit_shape(frame, rows, columns);
-        for place in 0..rows * columns {
-            let from = if self.options.transpose {
-                (place % columns) * rows + place / columns
-            } else {
-                place
-            };
-            frame.values_mut()[place] = newtons[from];
-            let mark = Mark::ALL.into_iter();
-            let mut mark = mark.filter(|mark| f64::from(mark.code()) == codes[from]);
-            frame.marks_mut()[place] = mark.next().unwrap_or(Mark::Good);
+        if let Some(code) = codes.iter().find(|code| mark_of(**code).is_none()) {
+            let most = Mark::ALL.len() - 1;
+            return Err(wrong(format!("mark {code}, expected 0 to {most}")));
         }
+        let transpose = self.options.transpose;
+        fill_marked(frame, (rows, columns), transpose, &newtons, &codes);
         let first = *self.start.get_or_insert(message.publish_time);
         let since = i128::from(message.publish_time) - i128::from(first);
         (frame.sequence, frame.time_secs) = (self.frames, Some(since as f64 * 1e-9));
@@ -250,5 +244,40 @@ impl<Q> FrameSource<Q> for LoadsReader {
             damage: self.damage,
             ..Integrity::default()
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mcap::grid::Numeric;
+    use prost::Message as _;
+    use taxel::Newtons;
+
+    #[test]
+    fn a_mark_that_is_not_known_is_an_error_and_never_good() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let mut reader = LoadsReader::open(file.path(), ReadOptions::new(1, 2)).unwrap();
+        let fields = [("newtons", Numeric::Float32), ("mark", Numeric::Uint8)];
+        let mut read = |code: u8| {
+            let mut grid = Grid::new(2, [1.0, 1.0], &fields);
+            for (load, code) in [(1.5f32, 0), (2.5, code)] {
+                grid.data.extend(load.to_le_bytes());
+                grid.data.push(code);
+            }
+            let message = Message {
+                publish_time: 0,
+                data: grid.encode_to_vec(),
+            };
+            let mut frame = Frame::<Newtons>::zeros(1, 2);
+            reader.fill(&message, &mut frame).map(|()| frame)
+        };
+        let frame = read(9).unwrap();
+        assert_eq!(frame.values(), [1.5, 2.5]);
+        assert_eq!(frame.marks(), [Mark::Good, Mark::Unfamiliar]);
+        let error = read(10).unwrap_err();
+        assert!(matches!(error, Error::Message { .. }), "{error:?}");
+        let words = "cannot be read: mark 10, expected 0 to 9";
+        assert!(error.to_string().contains(words), "{error}");
     }
 }

@@ -7,7 +7,7 @@ use std::time::{Duration, SystemTime};
 
 use parquet::column::reader::get_column_reader;
 use parquet::errors::{ParquetError as CrateError, Result as ParquetResult};
-use taxel::{Counts, Frame, Mark};
+use taxel::{Counts, Frame};
 
 use super::numbers::Numbers;
 use super::pages::{Pages, Spent};
@@ -16,7 +16,7 @@ use super::{COUNTS, MARKS, NEWTONS};
 use crate::error::{Error, ParquetError};
 use crate::integrity::{Gaps, Integrity};
 use crate::options::ReadOptions;
-use crate::source::{FrameSource, MAX_TAXELS, SkipLog, Skipped, fit_shape};
+use crate::source::{FrameSource, MAX_TAXELS, SkipLog, Skipped, fill_marked, mark_of};
 
 /// Reads frames from a table: its counts, or its loads (newtons, with their marks, as they stand in the file).
 ///
@@ -268,19 +268,9 @@ impl<Q> ParquetReader<Q> {
     }
 
     fn fill(&mut self, row: &Row, frame: &mut Frame<Q>) {
-        let (rows, columns) = (self.options.rows, self.options.columns);
-        fit_shape(frame, rows, columns);
-        for place in 0..rows * columns {
-            let from = if self.options.transpose {
-                (place % columns) * rows + place / columns
-            } else {
-                place
-            };
-            frame.values_mut()[place] = self.numbers[from];
-            // A table without marks has no codes.
-            let mark = self.marks.get(from).and_then(|code| mark_of(*code));
-            frame.marks_mut()[place] = mark.unwrap_or(Mark::Good);
-        }
+        let shape = (self.options.rows, self.options.columns);
+        let transpose = self.options.transpose;
+        fill_marked(frame, shape, transpose, &self.numbers, &self.marks);
         frame.sequence = self.row;
         frame.time_secs = row.time_secs;
         self.host = row.host.and_then(|since| {
@@ -309,13 +299,6 @@ struct Row {
     time_secs: Option<f64>,
     /// In the unit of its column.
     host: Option<f64>,
-}
-
-/// The mark of a code, if it is one.
-fn mark_of(code: f64) -> Option<Mark> {
-    // What is no whole number, or is out of range, becomes the code of another and is found out by it.
-    let mark = Mark::ALL.get(code as usize)?;
-    (f64::from(mark.code()) == code).then_some(*mark)
 }
 
 fn check_there(is_there: bool) -> ParquetResult<()> {
