@@ -66,7 +66,7 @@ fn of_requests(hint: &str) -> Option<&'static str> {
 pub(crate) const SENSOR: &str = "--sensor takes a sensor file or the name of a preset (econe, mat-16x16-cd4067, mat-32x32-adg732)";
 
 fn of_files(error: &taxel_io::Error) -> Option<&'static str> {
-    use taxel_io::{Error, ParquetError, SensorFileError, ShapeFault};
+    use taxel_io::{BROKEN_READING, Error, ParquetError, SensorFileError, ShapeFault};
     Some(match error {
         Error::SensorFile(SensorFileError::Invalid { source, .. }) => {
             return of_mathematics(source);
@@ -84,7 +84,7 @@ fn of_files(error: &taxel_io::Error) -> Option<&'static str> {
         // Other separators than commas are in every line: no frame would be left.
         Error::Word { found, .. } if !found.contains([';', '\t', ' ']) => FRAME_OUT,
         // Of a reader; a writer's is not helped by it, nor is that of another converter.
-        Error::Value { hint, .. } if hint.starts_with("a reading") => FRAME_OUT,
+        Error::Value { hint, .. } if *hint == BROKEN_READING => FRAME_OUT,
         Error::NpyCutShort { .. } => "`--keep-going` reads the frames before",
         Error::RecordingCut { .. } => {
             "`taxel recover` makes a whole file of it; `--keep-going` reads as far as it goes"

@@ -35,6 +35,9 @@ impl fmt::Display for Place {
     }
 }
 
+/// The hint of an [`Error::Value`] that a reader met in one frame: the others can be read without it.
+pub const BROKEN_READING: &str = "a reading that is missing or broken";
+
 /// Everything that reading and writing recordings can refuse to do, and why. Frames are counted from 0.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]

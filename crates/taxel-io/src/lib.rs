@@ -48,7 +48,9 @@ mod xlsx;
 pub use atomic::AtomicFile;
 pub use column::Column;
 pub use columns::write_columns;
-pub use error::{Error, ParquetError, Place, SensorFileError, ShapeFault, TableError};
+pub use error::{
+    BROKEN_READING, Error, ParquetError, Place, SensorFileError, ShapeFault, TableError,
+};
 pub use experiments::{
     Press, Uniform, read_presses, read_uniform_loads, recordings_named_in, recordings_of,
 };

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use taxel::{Counts, Frame, Mark};
 
-use crate::error::{Error, ShapeFault};
+use crate::error::{BROKEN_READING, Error, ShapeFault};
 use crate::options::{ReadOptions, extension};
 use crate::source::{FrameSource, Input, MAX_TAXELS, SkipLog, Skipped, fit_shape, open_input};
 pub use element::Element;
@@ -222,7 +222,7 @@ impl<Q, R: Read> NpyReader<Q, R> {
             found: values[i],
             minimum: self.least,
             maximum: self.most,
-            hint: "a reading that is missing or broken",
+            hint: BROKEN_READING,
         })
     }
 

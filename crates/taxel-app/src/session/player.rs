@@ -83,6 +83,21 @@ fn open(path: &Path, options: ReadOptions) -> Result<PlaybackSource, Error> {
     })
 }
 
+/// Seconds of all frames, where they know them, and how long it is in seconds and frames.
+type Extent = (Option<Vec<f64>>, Option<(f64, u64)>);
+
+/// How long a recording without an index is.
+fn extent_of(path: &Path, options: ReadOptions) -> Result<Extent, Error> {
+    let times = times_of(path, options)?;
+    let extent = match &times {
+        Some(times) => times.last().map(|last| (*last, times.len() as u64)),
+        None => shape_of(path)?
+            .frames
+            .map(|frames| (frames as f64 / USUAL_RATE, frames)),
+    };
+    Ok((times, extent))
+}
+
 /// The second of every frame of a recording without an index; `None` where its frames know no time. Reads it through.
 fn times_of(path: &Path, options: ReadOptions) -> Result<Option<Vec<f64>>, Error> {
     let mut frames = open_counts(path, options)?;
@@ -104,26 +119,22 @@ fn second_of(frame: &Frame<Counts>, number: usize) -> f64 {
 }
 
 impl Player {
-    /// `playing`: at once; else it is held at its first frame.
+    /// `playing`: at once; else it is held at its first frame. `is_shown`: to somebody who sees how long it is and moves in it.
     pub(super) fn open(
         path: &Path,
         sensor: &Sensor,
         speed: Option<f64>,
         playing: bool,
+        is_shown: bool,
     ) -> Result<Self, Error> {
         let mut options = ReadOptions::of(sensor);
         options.keep_going = true;
         let source = open(path, options)?;
-        let times = match &source {
-            PlaybackSource::Timed(_) => None,
-            PlaybackSource::Plain { .. } => times_of(path, options)?,
-        };
-        let extent = match (&source, &times) {
-            (PlaybackSource::Timed(reader), _) => reader.extent(),
-            (_, Some(times)) => times.last().map(|last| (*last, times.len() as u64)),
-            (_, None) => shape_of(path)?
-                .frames
-                .map(|frames| (frames as f64 / USUAL_RATE, frames)),
+        let (times, extent) = match &source {
+            PlaybackSource::Timed(reader) => (None, reader.extent()),
+            // Read through once more, which a pipe cannot be, and only for who asks.
+            PlaybackSource::Plain { .. } if is_shown && path.is_file() => extent_of(path, options)?,
+            PlaybackSource::Plain { .. } => (None, None),
         };
         Ok(Self {
             path: path.to_owned(),

@@ -48,7 +48,8 @@ pub(super) fn prepare(options: &SessionOptions) -> Result<(Controls, Run), Error
             (Controls::Simulation(parameters), run)
         }
         Address::File { path, speed } => {
-            let player = Player::open(path, &options.sensor, *speed, !options.held)?;
+            let is_shown = options.server.is_some();
+            let player = Player::open(path, &options.sensor, *speed, !options.held, is_shown)?;
             let play = player.play();
             let run: Run = Box::new(move |sink| player.run(sink));
             (Controls::Player(play), run)

@@ -359,3 +359,24 @@ fn a_text_recording_is_played_by_its_own_times() {
     let run = folder.good("info timed.mcap");
     assert!(run.out.contains("20.00 frames/s"), "{run}");
 }
+
+/// A pipe cannot be read a second time for its length, which nobody looks at here.
+#[cfg(unix)]
+#[test]
+fn a_pipe_by_name_is_recorded_to_its_end() {
+    let folder = Folder::new();
+    folder.write("frames.txt", &"100,100,100,100,100,100,\n".repeat(4 * 30));
+    let script = format!(
+        "mkfifo pipe.txt && {{ cat frames.txt > pipe.txt & }} && \
+         timeout 60 {} record 'file:pipe.txt?speed=max' --sensor sensor.toml -o pipe.mcap",
+        env!("CARGO_BIN_EXE_taxel")
+    );
+    let output = std::process::Command::new("bash")
+        .args(["-c", &script])
+        .current_dir(folder.path(""))
+        .output()
+        .unwrap();
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{told}");
+    assert!(told.contains("pipe.mcap: 30 frames"), "{told}");
+}

@@ -13,7 +13,7 @@ use super::numbers::Numbers;
 use super::pages::{Pages, Spent};
 use super::table::{Leaves, Table};
 use super::{COUNTS, MARKS, NEWTONS};
-use crate::error::{Error, ParquetError};
+use crate::error::{BROKEN_READING, Error, ParquetError};
 use crate::integrity::{Gaps, Integrity};
 use crate::options::ReadOptions;
 use crate::source::{FrameSource, MAX_TAXELS, SkipLog, Skipped, fill_marked, mark_of};
@@ -225,7 +225,7 @@ impl<Q> ParquetReader<Q> {
                 found: self.numbers[at],
                 minimum: self.least,
                 maximum: self.most,
-                hint: "a reading that is missing or broken",
+                hint: BROKEN_READING,
             });
         }
         let Some(at) = self.marks.iter().position(|code| mark_of(*code).is_none()) else {
