@@ -15,7 +15,7 @@ pub use resolved::{Material, Readout, Sense, USUAL_OPEN_LOOP_GAIN};
 pub(crate) use spec::MAX_DYNAMIC_TERMS;
 pub use spec::{
     Array, Bend, ConverterSpec, DynamicSpec, MaterialSpec, PerLine, PerTaxel, Provenance,
-    ReadoutSpec, ScanOrder, ScreenSpec, SensorSpec, Topology,
+    ReadoutSpec, ScanOrder, ScreenSpec, SensorSpec, SheetSpec, Topology,
 };
 
 use crate::Error;

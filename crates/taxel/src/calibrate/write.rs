@@ -282,6 +282,7 @@ fn material(outcome: &Outcome, columns: usize) -> MaterialSpec {
         spread: model
             .spread
             .map(|s| [s.row, s.column, s.diagonal].map(|x| round(x.max(0.0), 1e7))),
+        sheet: None,
         // Found from other data, with another static law.
         dynamic: None,
     }

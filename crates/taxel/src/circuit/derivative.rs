@@ -1,7 +1,8 @@
 //! The exact derivative of the scan, matrix-free: the algorithm of `linear.rs` differentiated line by line,
 //! forwards (J·v) and backwards (Jᵀ·w). A handful of m×m×n products each, as the scan itself.
 
-use super::linear::{LinearPoint, symmetrise};
+use super::coupling::add_laplacian;
+use super::linear::{LinearPoint, SheetPoint, divide, symmetrise};
 use taxel_linalg::{View, ViewMut, multiply, multiply_add};
 
 /// Scratch and the partial derivatives of V_out by P_rr, Q_cc, K_rc.
@@ -19,6 +20,32 @@ pub(super) struct Work {
     along_small: Vec<f64>,
     along_large: Vec<f64>,
     along_large_too: Vec<f64>,
+    sheet: SheetWork,
+}
+
+/// What a sheet needs besides; empty without one.
+#[derive(Default)]
+struct SheetWork {
+    /// T⁻¹, n×n.
+    inverse: Vec<f64>,
+    /// Of the couplings of the smaller and the larger side: their changes, or the gradient by them.
+    small: Vec<f64>,
+    large: Vec<f64>,
+}
+
+impl SheetWork {
+    /// T⁻¹ at this point, in a place that is kept.
+    fn set(&mut self, sheet: &SheetPoint, n: usize) {
+        self.inverse.clear();
+        self.inverse.resize(n * n, 0.0);
+        self.inverse
+            .iter_mut()
+            .step_by(n + 1)
+            .for_each(|x| *x = 1.0);
+        sheet.chain.solve_rows(&mut self.inverse);
+        self.small.resize(sheet.couplings.small.len(), 0.0);
+        self.large.resize(sheet.couplings.large.len(), 0.0);
+    }
 }
 
 impl Work {
@@ -26,6 +53,7 @@ impl Work {
         let rectangle = || vec![0.0; m * n];
         Self {
             stale: true,
+            sheet: SheetWork::default(),
             by_p: rectangle(),
             by_q: rectangle(),
             by_k: rectangle(),
@@ -47,6 +75,9 @@ fn partials(point: &mut LinearPoint) {
         return;
     }
     let mut work = std::mem::replace(&mut point.work, Work::new(0, 0));
+    if let Some(sheet) = &point.sheet {
+        work.sheet.set(sheet, point.large);
+    }
     point.each(|at, _, row, column, p, q| {
         let (by_row, by_column, by_k) = point.ends.volts_partials(row, column, p, q, point.k[at]);
         (work.by_p[at], work.by_q[at]) = if point.transposed {
@@ -60,7 +91,8 @@ fn partials(point: &mut LinearPoint) {
     point.work = work;
 }
 
-/// From a direction to dd (`along_large`), dH (`a`) and dS (`square`).
+/// From a direction to dd (`along_large`), dH (`a`) and dS (`square`). With a sheet dT is the diagonal dd and the
+/// Laplacian of the changes of the larger side's couplings.
 fn schur_change(point: &mut LinearPoint, direction: &[f64]) {
     let (m, n) = (point.small, point.large);
     let LinearPoint {
@@ -68,6 +100,8 @@ fn schur_change(point: &mut LinearPoint, direction: &[f64]) {
         h,
         work: w,
         transposed,
+        sheet,
+        conductance,
         ..
     } = point;
     LinearPoint::gather(*transposed, m, n, direction, &mut w.direction);
@@ -79,15 +113,27 @@ fn schur_change(point: &mut LinearPoint, direction: &[f64]) {
             *sum += value;
         }
     }
-    // a = dH = (V − H dd)/d ; b = V − ½ H dd.
-    for i in 0..m {
-        for (j, inverse) in inverse_d.iter().enumerate() {
-            let at = i * n + j;
-            let moved = h[at] * w.along_large[j];
-            w.a[at] = (w.direction[at] - moved) * inverse;
-            w.b[at] = w.direction[at] - 0.5 * moved;
+    if let Some(sheet) = sheet {
+        let (small, large) = (&mut w.sheet.small, &mut w.sheet.large);
+        let couplings = &sheet.couplings;
+        couplings.changes(conductance, &w.direction, small, large);
+    }
+    // a = dH = (V − H dT) T⁻¹ ; b = V − ½ H dT.
+    for ((a, b), (h, v)) in (w.a.chunks_exact_mut(n).zip(w.b.chunks_exact_mut(n)))
+        .zip(h.chunks_exact(n).zip(w.direction.chunks_exact(n)))
+    {
+        for ((moved, h), dd) in a.iter_mut().zip(h).zip(&w.along_large) {
+            *moved = h * dd;
+        }
+        if sheet.is_some() {
+            add_laplacian(&w.sheet.large, h, a);
+        }
+        for ((a, b), v) in a.iter_mut().zip(b).zip(v) {
+            *b = v - 0.5 * *a;
+            *a = v - *a;
         }
     }
+    divide(sheet.as_ref(), inverse_d, &mut w.a);
     // square = dS = diag(V1) − (b Hᵀ + H bᵀ).
     multiply(
         ViewMut::new(&mut w.square_too, m, m),
@@ -100,6 +146,33 @@ fn schur_change(point: &mut LinearPoint, direction: &[f64]) {
         }
         w.square[i * m + i] += w.along_small[i];
     }
+    if sheet.is_some() {
+        for (i, change) in w.sheet.small.iter().enumerate() {
+            let at = i * m + i;
+            w.square[at] += change;
+            w.square[at + 1] -= change;
+            w.square[at + m] -= change;
+            w.square[at + m + 1] += change;
+        }
+    }
+}
+
+/// −(T⁻¹ dT T⁻¹)_jj, in place of dd.
+fn large_side_change(w: &mut Work, inverse_d: &[f64], sheet: bool) {
+    if !sheet {
+        for (sum, inverse) in w.along_large.iter_mut().zip(inverse_d) {
+            *sum *= -inverse * inverse;
+        }
+        return;
+    }
+    let (dd, of_sheet) = (&w.along_large, &w.sheet);
+    for (j, line) in of_sheet.inverse.chunks_exact(dd.len()).enumerate() {
+        let own: f64 = line.iter().zip(dd).map(|(u, dd)| u * u * dd).sum();
+        let between = line.windows(2).zip(&of_sheet.large);
+        let along: f64 = between.map(|(u, c)| (u[0] - u[1]).powi(2) * c).sum();
+        w.along_large_too[j] = -(own + along);
+    }
+    std::mem::swap(&mut w.along_large, &mut w.along_large_too);
 }
 
 /// J·v.
@@ -114,6 +187,7 @@ pub(super) fn forward(point: &mut LinearPoint, direction: &[f64], out: &mut [f64
         k,
         work: w,
         transposed,
+        sheet,
         ..
     } = point;
     // c ← dK = P (dH − dS K).
@@ -143,10 +217,8 @@ pub(super) fn forward(point: &mut LinearPoint, direction: &[f64], out: &mut [f64
             .map(|(a, b)| a * b)
             .sum::<f64>();
     }
-    // dQ = −dd/d² + Σ (dH K + H dK).
-    for (sum, inverse) in w.along_large.iter_mut().zip(inverse_d.iter()) {
-        *sum *= -inverse * inverse;
-    }
+    // dQ = −T⁻¹ dT T⁻¹ + Σ (dH K + H dK).
+    large_side_change(w, inverse_d, sheet.is_some());
     for at_line in 0..m {
         for j in 0..n {
             let at = at_line * n + j;
@@ -174,6 +246,7 @@ fn gradients(point: &mut LinearPoint, weights: &[f64]) {
         k,
         work: w,
         transposed,
+        sheet,
         ..
     } = point;
     LinearPoint::gather(*transposed, m, n, weights, &mut w.direction);
@@ -194,6 +267,10 @@ fn gradients(point: &mut LinearPoint, weights: &[f64]) {
             w.b[at] = k[at] * w.along_large[j];
         }
     }
+    if sheet.is_some() {
+        large_side_gradient(w);
+        return;
+    }
     for ((by_d, by_q), inverse) in w
         .along_large_too
         .iter_mut()
@@ -201,6 +278,21 @@ fn gradients(point: &mut LinearPoint, weights: &[f64]) {
         .zip(inverse_d.iter())
     {
         *by_d = -by_q * inverse * inverse;
+    }
+}
+
+/// The gradient by d (`along_large_too`) and by the couplings of the larger side, as far as Q hangs on T⁻¹ itself.
+fn large_side_gradient(w: &mut Work) {
+    w.along_large_too.fill(0.0);
+    w.sheet.large.fill(0.0);
+    let lines = w.sheet.inverse.chunks_exact(w.along_large.len());
+    for (line, by_q) in lines.zip(&w.along_large) {
+        for (by_d, u) in w.along_large_too.iter_mut().zip(line) {
+            *by_d -= by_q * u * u;
+        }
+        for (by_coupling, u) in w.sheet.large.iter_mut().zip(line.windows(2)) {
+            *by_coupling -= by_q * (u[0] - u[1]).powi(2);
+        }
     }
 }
 
@@ -216,6 +308,8 @@ pub(super) fn adjoint(point: &mut LinearPoint, weights: &[f64], out: &mut [f64])
         k,
         work: w,
         transposed,
+        sheet,
+        conductance,
         ..
     } = point;
     // c = P · (gradient by K): joins the gradient by H; with −c Kᵀ − P diag(by P) P it is the one by S.
@@ -244,25 +338,55 @@ pub(super) fn adjoint(point: &mut LinearPoint, weights: &[f64], out: &mut [f64])
         *value = -*value;
     }
     symmetrise(&mut w.square, m);
-    // a ← (gradient by S) H; b ← gradient by H.
+    // a ← (gradient by S) H; b ← (gradient by H) T⁻¹.
     multiply(
         ViewMut::new(&mut w.a, m, n),
         View::new(&w.square, m, m),
         View::new(h, m, n),
     );
+    for (b, c) in w.b.iter_mut().zip(&w.c) {
+        *b += c;
+    }
+    divide(sheet.as_ref(), inverse_d, &mut w.b);
     for i in 0..m {
-        for (j, inverse) in inverse_d.iter().enumerate() {
+        for j in 0..n {
             let at = i * n + j;
-            w.b[at] += w.c[at];
-            w.along_large_too[j] += h[at] * (w.a[at] - w.b[at] * inverse);
+            w.along_large_too[j] += h[at] * (w.a[at] - w.b[at]);
         }
     }
     for i in 0..m {
-        for (j, inverse) in inverse_d.iter().enumerate() {
+        for j in 0..n {
             let at = i * n + j;
-            let taxel = if *transposed { j * m + i } else { at };
-            out[taxel] =
-                w.square[i * m + i] - 2.0 * w.a[at] + w.b[at] * inverse + w.along_large_too[j];
+            w.c[at] = w.square[i * m + i] - 2.0 * w.a[at] + w.b[at] + w.along_large_too[j];
+        }
+    }
+    if let Some(sheet) = sheet {
+        coupling_gradient(w, h, m, n);
+        let (small, large) = (&w.sheet.small, &w.sheet.large);
+        let couplings = &sheet.couplings;
+        couplings.add_gradient(conductance, small, large, &mut w.c);
+    }
+    if *transposed {
+        for (at, value) in w.c.iter().enumerate() {
+            out[(at % n) * m + at / n] = *value;
+        }
+    } else {
+        out.copy_from_slice(&w.c);
+    }
+}
+
+/// The gradient by the couplings of both sides: that by S and by T, through their Laplacians.
+fn coupling_gradient(w: &mut Work, h: &[f64], m: usize, n: usize) {
+    let s = &w.square;
+    for (i, by_coupling) in w.sheet.small.iter_mut().enumerate() {
+        let at = i * m + i;
+        *by_coupling = s[at] + s[at + m + 1] - 2.0 * s[at + 1];
+    }
+    for i in 0..m {
+        for (j, by_coupling) in w.sheet.large.iter_mut().enumerate() {
+            let at = i * n + j;
+            let by_t = |at: usize| w.a[at] - w.b[at];
+            *by_coupling += (h[at] - h[at + 1]) * (by_t(at) - by_t(at + 1));
         }
     }
 }

@@ -1,8 +1,10 @@
 //! Every topology made of linear parts: one factorisation over the smaller side reads the whole scan.
 
+use super::coupling::{Chain, Couplings, diagonal};
 use super::ends::LEAK_SIEMENS;
 use super::{Circuit, LineEnds, NotPassive, OperatingPoint};
 use crate::Error;
+use crate::material::Sheet;
 use crate::sensor::{Sensor, Topology};
 use taxel_linalg::{Spd, View, ViewMut, mirror, multiply, multiply_lower, sum};
 
@@ -10,12 +12,22 @@ use taxel_linalg::{Spd, View, ViewMut, mirror, multiply, multiply_lower, sum};
 ///
 /// With d = g_cu + Gᵀ1, H = G diag(d)⁻¹, S = diag(G1 + g_ru) − H diag(d) Hᵀ:
 /// P = S⁻¹, K = P H, Q_cc = 1/d_c + (HᵀK)_cc, and V_out of a taxel is a function of P_rr, Q_cc, K_rc
-/// ([theory.md]). With fewer columns than rows, the same over columns.
+/// ([theory.md]). With fewer columns than rows, the same over columns. A continuous sheet couples neighbouring lines:
+/// their Laplacians are added to diag(d) and to S.
 ///
 /// [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearCircuit {
     ends: LineEnds,
+    sheet: Option<SheetOver>,
+}
+
+/// A sheet, and where the circuit's lines lie under it: neighbours are one apart.
+#[derive(Debug, Clone, PartialEq)]
+struct SheetOver {
+    sheet: Sheet,
+    rows: Vec<usize>,
+    columns: Vec<usize>,
 }
 
 impl LinearCircuit {
@@ -24,12 +36,52 @@ impl LinearCircuit {
     /// # Errors
     /// [`Error::MissingKey`] when a switch resistance is not known yet.
     pub fn from_sensor(sensor: &Sensor) -> Result<Self, Error> {
-        Ok(Self::new(LineEnds::from_sensor(sensor)?))
+        let sheet = sensor.material().and_then(|material| material.sheet);
+        Ok(Self::new(LineEnds::from_sensor(sensor)?).with_sheet(sheet))
     }
 
-    /// A circuit from its line ends.
+    /// A circuit from its line ends, without a sheet.
     pub fn new(ends: LineEnds) -> Self {
-        Self { ends }
+        Self { ends, sheet: None }
+    }
+
+    /// The same lines under a continuous sheet, or under one that is cut between taxels.
+    pub fn with_sheet(mut self, sheet: Option<Sheet>) -> Self {
+        self.sheet = sheet.map(|sheet| SheetOver {
+            sheet,
+            rows: (0..self.ends.row_selected.len()).collect(),
+            columns: (0..self.ends.column_selected.len()).collect(),
+        });
+        self
+    }
+
+    /// The sheet over its lines, if one is continuous.
+    pub fn sheet(&self) -> Option<Sheet> {
+        self.sheet.as_ref().map(|over| over.sheet)
+    }
+
+    /// The circuit of some of its lines alone, ascending.
+    pub(crate) fn of_lines(&self, rows: &[usize], columns: &[usize]) -> Self {
+        let all = &self.ends;
+        let pick = |lines: &[usize], of: &[f64]| lines.iter().map(|&i| of[i]).collect();
+        let place = |lines: &[usize], of: &[usize]| lines.iter().map(|&i| of[i]).collect();
+        Self {
+            ends: LineEnds {
+                topology: all.topology,
+                v_test_volts: all.v_test_volts,
+                column_unselected: pick(columns, &all.column_unselected),
+                column_selected: pick(columns, &all.column_selected),
+                row_unselected: pick(rows, &all.row_unselected),
+                row_selected: pick(rows, &all.row_selected),
+                volts_per_ampere: all.volts_per_ampere,
+                feedback: pick(rows, &all.feedback),
+            },
+            sheet: self.sheet.as_ref().map(|over| SheetOver {
+                sheet: over.sheet,
+                rows: place(rows, &over.rows),
+                columns: place(columns, &over.columns),
+            }),
+        }
     }
 
     /// How its lines end.
@@ -39,7 +91,7 @@ impl LinearCircuit {
 
     /// The operating point as its own type, for callers that need no trait object.
     pub fn point(&self) -> LinearPoint {
-        LinearPoint::new(self.ends.clone())
+        LinearPoint::new(self)
     }
 }
 
@@ -67,7 +119,8 @@ pub struct LinearPoint {
     pub(super) transposed: bool,
     small_end: Vec<f64>,
     large_end: Vec<f64>,
-    conductance: Vec<f64>,
+    pub(super) conductance: Vec<f64>,
+    pub(super) sheet: Option<SheetPoint>,
     /// 1/d of each line of the larger side.
     pub(super) inverse_d: Vec<f64>,
     pub(super) h: Vec<f64>,
@@ -81,8 +134,31 @@ pub struct LinearPoint {
     pub(super) work: super::derivative::Work,
 }
 
+/// What a sheet adds at one frame of conductances: with the chain of the larger side, diag(d) is tridiagonal.
+pub(super) struct SheetPoint {
+    pub(super) couplings: Couplings,
+    pub(super) chain: Chain,
+    d: Vec<f64>,
+}
+
+impl SheetPoint {
+    fn new(over: &SheetOver, transposed: bool) -> Self {
+        let (small, large) = if transposed {
+            (&over.columns, &over.rows)
+        } else {
+            (&over.rows, &over.columns)
+        };
+        Self {
+            couplings: Couplings::new(over.sheet, small, large),
+            chain: Chain::new(large.len()),
+            d: vec![0.0; large.len()],
+        }
+    }
+}
+
 impl LinearPoint {
-    fn new(ends: LineEnds) -> Self {
+    fn new(circuit: &LinearCircuit) -> Self {
+        let ends = circuit.ends.clone();
         let (rows, columns) = (ends.row_selected.len(), ends.column_selected.len());
         let transposed = columns < rows;
         let (small, large) = (rows.min(columns), rows.max(columns));
@@ -99,6 +175,10 @@ impl LinearPoint {
             small_end,
             large_end,
             conductance: vec![0.0; small * large],
+            sheet: circuit
+                .sheet
+                .as_ref()
+                .map(|over| SheetPoint::new(over, transposed)),
             inverse_d: vec![0.0; large],
             h: vec![0.0; small * large],
             p: vec![0.0; small * small],
@@ -138,9 +218,32 @@ impl LinearPoint {
         if !self.inverse_d.iter().all(|&d| d > 0.0) {
             return Err(NotPassive);
         }
+        if let Some(sheet) = &mut self.sheet {
+            sheet.d.copy_from_slice(&self.inverse_d);
+        }
         for d in &mut self.inverse_d {
             *d = 1.0 / *d;
         }
+        Ok(())
+    }
+
+    /// H = G T⁻¹, T the diagonal d with the couplings of the larger side.
+    fn set_h(&mut self) -> Result<(), NotPassive> {
+        let g = &self.conductance;
+        if let Some(sheet) = &mut self.sheet {
+            sheet.couplings.update(g);
+            if !sheet.chain.factorise(&sheet.d, &sheet.couplings.large) {
+                return Err(NotPassive);
+            }
+        }
+        self.h.copy_from_slice(g);
+        let Self {
+            h,
+            sheet,
+            inverse_d,
+            ..
+        } = self;
+        divide(sheet.as_ref(), inverse_d, h);
         Ok(())
     }
 
@@ -157,6 +260,15 @@ impl LinearPoint {
             };
             self.schur[i * m + i] += total;
             self.totals[i] = total;
+        }
+        if let Some(sheet) = &self.sheet {
+            let chain = &sheet.couplings.small;
+            for i in 0..m {
+                self.schur[i * m + i] += diagonal(chain, i);
+            }
+            for (i, coupling) in chain.iter().enumerate() {
+                self.schur[(i + 1) * m + i] -= coupling;
+            }
         }
         if self.floating() {
             // Nothing is grounded, so S is singular along 1. Holding the mean potential, each line weighted by
@@ -215,12 +327,8 @@ impl OperatingPoint for LinearPoint {
         Self::gather(self.transposed, m, n, siemens, &mut self.conductance);
         self.work.stale = true;
         self.set_columns()?;
+        self.set_h()?;
         let g = &self.conductance;
-        for (h, line) in self.h.chunks_exact_mut(n).zip(g.chunks_exact(n)) {
-            for ((h, value), inverse_d) in h.iter_mut().zip(line).zip(&self.inverse_d) {
-                *h = value * inverse_d;
-            }
-        }
         multiply_lower(
             ViewMut::new(&mut self.schur, m, m),
             View::new(g, m, n),
@@ -239,7 +347,10 @@ impl OperatingPoint for LinearPoint {
             View::new(&self.p, m, m),
             View::new(&self.h, m, n),
         );
-        self.q.copy_from_slice(&self.inverse_d);
+        match &self.sheet {
+            Some(sheet) => sheet.chain.inverse_diagonal_into(&mut self.q),
+            None => self.q.copy_from_slice(&self.inverse_d),
+        }
         for (h, k) in self.h.chunks_exact(n).zip(self.k.chunks_exact(n)) {
             for ((q, h), k) in self.q.iter_mut().zip(h).zip(k) {
                 *q += h * k;
@@ -269,6 +380,18 @@ impl OperatingPoint for LinearPoint {
 
     fn vjp_into(&mut self, weights: &[f64], out: &mut [f64]) {
         super::derivative::adjoint(self, weights, out);
+    }
+}
+
+/// rows ← rows T⁻¹, m×n.
+pub(super) fn divide(sheet: Option<&SheetPoint>, inverse_d: &[f64], rows: &mut [f64]) {
+    if let Some(sheet) = sheet {
+        return sheet.chain.solve_rows(rows);
+    }
+    for line in rows.chunks_exact_mut(inverse_d.len()) {
+        for (value, inverse) in line.iter_mut().zip(inverse_d) {
+            *value *= inverse;
+        }
     }
 }
 

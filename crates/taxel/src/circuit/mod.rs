@@ -6,6 +6,7 @@
 //! [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
 
 mod converter;
+pub(crate) mod coupling;
 mod derivative;
 mod ends;
 mod linear;

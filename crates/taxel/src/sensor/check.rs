@@ -1,8 +1,8 @@
 //! Every number of a sensor file possible.
 
 use super::{
-    ConverterSpec, DynamicSpec, MAX_DYNAMIC_TERMS, PerLine, PerTaxel, Sense, SensorSpec, plausible,
-    resolved,
+    ConverterSpec, DynamicSpec, MAX_DYNAMIC_TERMS, PerLine, PerTaxel, Sense, SensorSpec, SheetSpec,
+    plausible, resolved,
 };
 use crate::Error;
 
@@ -265,10 +265,31 @@ fn material(sensor: &SensorSpec) -> Result<(), Error> {
             ));
         }
     }
+    if let Some(sheet) = &material.sheet {
+        check_sheet(*sheet)?;
+    }
     if let Some(dynamic) = &material.dynamic {
         check_dynamic(dynamic)?;
     }
     Ok(())
+}
+
+fn check_sheet(sheet: SheetSpec) -> Result<(), Error> {
+    positive(
+        "material.sheet.resistance_ohms",
+        sheet.resistance_ohms,
+        "ohms of film between two neighbours; leave out [material.sheet] where it is cut between taxels",
+    )?;
+    if sheet.contact_factor.is_finite() && sheet.contact_factor >= 0.0 {
+        Ok(())
+    } else {
+        Err(range(
+            "material.sheet.contact_factor",
+            sheet.contact_factor,
+            "0 or more",
+            "how much of a taxel's own resistance is in the way of what flows sideways; 1 to 5 is usual",
+        ))
+    }
 }
 
 /// Refuses a list of another length than the array's; a file's numbers are not here yet.

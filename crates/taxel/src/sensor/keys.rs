@@ -6,7 +6,7 @@ use crate::Error;
 /// Characters of a line that an error quotes.
 const MAX_QUOTE: usize = 200;
 
-const TABLES: [(&str, &[&str]); 9] = [
+const TABLES: [(&str, &[&str]); 10] = [
     (
         "",
         &[
@@ -59,9 +59,11 @@ const TABLES: [(&str, &[&str]); 9] = [
             "saturation_load_g",
             "bend",
             "spread",
+            "sheet",
             "dynamic",
         ],
     ),
+    ("material.sheet", &["resistance_ohms", "contact_factor"]),
     ("material.bend", &["ln_load_g", "ln_siemens"]),
     (
         "material.dynamic",

@@ -4,6 +4,7 @@ use super::spec::{
     Bend, DynamicSpec, MaterialSpec, PerLine, PerTaxel, ReadoutSpec, SensorSpec, Topology,
 };
 use crate::Error;
+use crate::material::Sheet;
 
 /// The amplifier's open-loop gain where a sensor file gives none.
 pub const USUAL_OPEN_LOOP_GAIN: f64 = 1e5;
@@ -103,6 +104,8 @@ pub struct Material {
     pub bend: Option<Bend>,
     /// Mechanical spread: shares along its column, along its row, diagonal.
     pub spread: Option<[f64; 3]>,
+    /// One continuous sheet over all taxels.
+    pub sheet: Option<Sheet>,
     /// What the material remembers: creep and hysteresis.
     pub dynamic: Option<DynamicSpec>,
 }
@@ -185,6 +188,9 @@ fn material(said: &MaterialSpec) -> Result<Material, Error> {
         saturation_load_g: said.saturation_load_g,
         bend: said.bend.clone(),
         spread: said.spread,
+        sheet: said
+            .sheet
+            .map(|sheet| Sheet::new(sheet.resistance_ohms, sheet.contact_factor)),
         dynamic: said.dynamic.clone(),
     })
 }

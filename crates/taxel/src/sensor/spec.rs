@@ -1,9 +1,13 @@
 //! What a sensor file says ([formats.md](https://github.com/taxel/taxel/blob/main/docs/formats.md)), key by key.
 
+mod material;
+
 use serde::{Deserialize, Serialize};
 
 use super::keys;
 use crate::Error;
+pub(crate) use material::MAX_DYNAMIC_TERMS;
+pub use material::{Bend, DynamicSpec, MaterialSpec, SheetSpec};
 
 /// How each line ends, selected and not: [theory.md](https://github.com/taxel/taxel/blob/main/docs/theory.md) has the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -186,69 +190,6 @@ pub enum PerTaxel {
     Each(Vec<Vec<f64>>),
     /// A file of R lines of C numbers, beside the sensor file.
     File(String),
-}
-
-/// The load law of a taxel: G = g_zero + gain · factor · load_g ^ exponent, or a monotone spline.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub struct MaterialSpec {
-    /// Conductance of an unloaded taxel, siemens.
-    #[serde(default)]
-    pub g_zero_siemens: f64,
-    /// Siemens per gram^exponent.
-    pub factor: f64,
-    /// Exponent of the load, a pure number; one for all or one per taxel.
-    pub exponent: PerTaxel,
-    /// Relative gain of a taxel, a pure number (from equilibration).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub gain: Option<PerTaxel>,
-    /// Load at which the material has lost half of its response, grams: a load L acts as L/(1 + L/this).
-    /// Absent: it does not saturate.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub saturation_load_g: Option<f64>,
-    /// Bend of the law away from the power law. Absent: none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bend: Option<Bend>,
-    /// Mechanical spread: the share of a taxel's load that each neighbour takes, `[along its column (one row
-    /// away), along its row (one column away), diagonal]`. The taxel keeps the rest. Absent: none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub spread: Option<[f64; 3]>,
-    /// What the material remembers: creep and hysteresis. Absent: nothing.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub dynamic: Option<DynamicSpec>,
-}
-
-/// Lags and plays of a material at most, each.
-pub(crate) const MAX_DYNAMIC_TERMS: usize = 8;
-
-/// Creep and hysteresis, as [`crate::material::DynamicLaw`] defines them; the same for every taxel.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub struct DynamicSpec {
-    /// Weight of each lag, a pure number.
-    #[serde(default)]
-    pub lag_weight: Vec<f64>,
-    /// Time constant of each lag, seconds.
-    #[serde(default)]
-    pub lag_secs: Vec<f64>,
-    /// Weight of each play, a pure number.
-    #[serde(default)]
-    pub play_weight: Vec<f64>,
-    /// Half-width of each play, grams, ascending.
-    #[serde(default)]
-    pub play_g: Vec<f64>,
-    /// Seconds between frames that tell no time.
-    pub period_secs: f64,
-}
-
-/// A smooth correction added to the logarithm of the power law: a natural cubic spline, straight beyond its ends.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub struct Bend {
-    /// Knots, ln of the load in grams, ascending.
-    pub ln_load_g: Vec<f64>,
-    /// What is added to ln(G − g_zero) at each knot, a pure number.
-    pub ln_siemens: Vec<f64>,
 }
 
 /// Lines and readings that are known to be bad.
@@ -444,45 +385,6 @@ impl ConverterSpec {
             noise_counts: None,
             carry_over: 0.0,
             scan_order: ScanOrder::RowByRow,
-        }
-    }
-}
-
-impl MaterialSpec {
-    /// A power law through nothing.
-    pub fn new(factor: f64, exponent: PerTaxel) -> Self {
-        Self {
-            g_zero_siemens: 0.0,
-            factor,
-            exponent,
-            gain: None,
-            saturation_load_g: None,
-            bend: None,
-            spread: None,
-            dynamic: None,
-        }
-    }
-}
-
-impl DynamicSpec {
-    /// A material that remembers nothing, `period_secs` between frames that tell no time.
-    pub fn new(period_secs: f64) -> Self {
-        Self {
-            lag_weight: Vec::new(),
-            lag_secs: Vec::new(),
-            play_weight: Vec::new(),
-            play_g: Vec::new(),
-            period_secs,
-        }
-    }
-}
-
-impl Bend {
-    /// Knots, ln of the load in grams, and what is added to ln(G − g_zero) at each.
-    pub fn new(ln_load_g: Vec<f64>, ln_siemens: Vec<f64>) -> Self {
-        Self {
-            ln_load_g,
-            ln_siemens,
         }
     }
 }

@@ -4,7 +4,7 @@
 use std::iter::StepBy;
 use std::ops::Range;
 
-use crate::circuit::LineEnds;
+use crate::circuit::LinearCircuit;
 use crate::{Frame, Mark};
 
 /// On a line that does not conduct in this frame.
@@ -98,18 +98,8 @@ impl LiveLines {
         rows.chain((0..n).map(move |c| (c..m * n).step_by(n)))
     }
 
-    /// The ends of the lines that take part.
-    pub(super) fn ends(&self, all: &LineEnds) -> LineEnds {
-        let pick = |lines: &[usize], of: &[f64]| lines.iter().map(|&i| of[i]).collect();
-        LineEnds {
-            topology: all.topology,
-            v_test_volts: all.v_test_volts,
-            column_unselected: pick(&self.columns, &all.column_unselected),
-            column_selected: pick(&self.columns, &all.column_selected),
-            row_unselected: pick(&self.rows, &all.row_unselected),
-            row_selected: pick(&self.rows, &all.row_selected),
-            volts_per_ampere: all.volts_per_ampere,
-            feedback: pick(&self.rows, &all.feedback),
-        }
+    /// The circuit of the lines that take part.
+    pub(super) fn circuit(&self, all: &LinearCircuit) -> LinearCircuit {
+        all.of_lines(&self.rows, &self.columns)
     }
 }

@@ -3,8 +3,11 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use taxel::circuit::{Circuit, LineEnds, LinearCircuit};
-use taxel::sensor::{Array, ConverterSpec, PerLine, ReadoutSpec, Sensor, SensorSpec, Topology};
+use taxel::circuit::{Circuit, LinearCircuit};
+use taxel::sensor::{
+    Array, ConverterSpec, MaterialSpec, PerLine, PerTaxel, ReadoutSpec, Sensor, SensorSpec,
+    SheetSpec, Topology,
+};
 use taxel::solve::{Method, method};
 use taxel::{Frame, Siemens, Volts};
 
@@ -52,12 +55,13 @@ pub fn pressed(rows: usize, columns: usize, fraction: f64, seed: u64) -> Frame<S
 /// V_out of one taxel by a dense solve of the whole nodal matrix, node by node: no Schur complement, no
 /// low-rank update, the follower as a source that is solved for. Also returns all node voltages.
 pub fn nodal_volts(
-    ends: &LineEnds,
+    circuit: &LinearCircuit,
     g: &Frame<Siemens>,
     row: usize,
     column: usize,
 ) -> (f64, Vec<f64>) {
     let (rows, columns) = (g.rows(), g.columns());
+    let ends = circuit.ends();
     // Among lines that float altogether the leak would be a resistor of its own; it stands for "open",
     // and is needed only where a line has nothing else.
     let row_total = |r: usize| (0..columns).map(|c| g.at(r, c)).sum::<f64>();
@@ -79,10 +83,23 @@ pub fn nodal_volts(
         };
         for c in 0..columns {
             let (value, node) = (g.at(r, c), rows + c);
-            matrix[r * size + r] += value;
-            matrix[node * size + node] += value;
-            matrix[r * size + node] -= value;
-            matrix[node * size + r] -= value;
+            join(&mut matrix, size, [r, node], value);
+            let Some(sheet) = circuit.sheet() else {
+                continue;
+            };
+            let mut flow = |nodes: [usize; 2], other: f64| {
+                if value > 0.0 && other > 0.0 {
+                    let ohms =
+                        sheet.resistance_ohms + sheet.contact_factor * (1.0 / value + 1.0 / other);
+                    join(&mut matrix, size, nodes, 1.0 / ohms);
+                }
+            };
+            if r + 1 < rows {
+                flow([r, r + 1], g.at(r + 1, c));
+            }
+            if c + 1 < columns {
+                flow([node, node + 1], g.at(r, c + 1));
+            }
         }
     }
     for c in 0..columns {
@@ -108,6 +125,26 @@ pub fn nodal_volts(
         ends.volts_per_ampere * ends.row_selected[row] * nodes[row],
         nodes,
     )
+}
+
+/// A conductance between two nodes.
+fn join(matrix: &mut [f64], size: usize, [a, b]: [usize; 2], siemens: f64) {
+    matrix[a * size + a] += siemens;
+    matrix[b * size + b] += siemens;
+    matrix[a * size + b] -= siemens;
+    matrix[b * size + a] -= siemens;
+}
+
+/// The same sensor under a continuous sheet, or under a cut one.
+pub fn under_sheet(sensor: &Sensor, sheet: Option<(f64, f64)>) -> Sensor {
+    let material = sheet.map(|(ohms, contact)| {
+        let mut material = MaterialSpec::new(1e-5, PerTaxel::One(0.85));
+        material.sheet = Some(SheetSpec::new(ohms, contact));
+        material
+    });
+    sensor
+        .edited(|spec| spec.material = material)
+        .expect("a valid sheet")
 }
 
 /// Largest absolute value.

@@ -111,7 +111,7 @@ impl Newton {
         );
         siemens.copy_meta_from(volts);
         if state.live.update(volts) {
-            state.reshape(ends);
+            state.reshape(&self.circuit);
         }
         if state.g.is_empty() {
             siemens.values_mut().fill(0.0);

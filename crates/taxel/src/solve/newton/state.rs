@@ -3,7 +3,7 @@
 use super::super::gmres::{Gmres, norm};
 use super::super::lines::LiveLines;
 use super::super::path::OwnPath;
-use crate::circuit::{LineEnds, LinearCircuit, LinearPoint, OperatingPoint};
+use crate::circuit::{LinearCircuit, LinearPoint, OperatingPoint};
 use crate::stats::median_high;
 
 const DEPTH: usize = 60;
@@ -64,8 +64,8 @@ impl SolverState {
         self.warm = false;
     }
 
-    pub(super) fn reshape(&mut self, all: &LineEnds) {
-        let ends = self.live.ends(all);
+    pub(super) fn reshape(&mut self, all: &LinearCircuit) {
+        let circuit = self.live.circuit(all);
         let taxels = self.live.rows.len() * self.live.columns.len();
         for buffer in [
             &mut self.measured,
@@ -81,8 +81,8 @@ impl SolverState {
             buffer.resize(taxels, 0.0);
         }
         self.gmres = Gmres::new(taxels, DEPTH.min(taxels));
-        self.path = Some(OwnPath::new(&ends));
-        self.point = Some(LinearCircuit::new(ends).point());
+        self.path = Some(OwnPath::new(circuit.ends()));
+        self.point = Some(circuit.point());
         self.warm = false;
     }
 

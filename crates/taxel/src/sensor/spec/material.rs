@@ -1,0 +1,131 @@
+//! What a sensor file says of the material.
+
+use serde::{Deserialize, Serialize};
+
+use super::PerTaxel;
+
+/// The load law of a taxel: G = g_zero + gain · factor · load_g ^ exponent, or a monotone spline.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct MaterialSpec {
+    /// Conductance of an unloaded taxel, siemens.
+    #[serde(default)]
+    pub g_zero_siemens: f64,
+    /// Siemens per gram^exponent.
+    pub factor: f64,
+    /// Exponent of the load, a pure number; one for all or one per taxel.
+    pub exponent: PerTaxel,
+    /// Relative gain of a taxel, a pure number (from equilibration).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gain: Option<PerTaxel>,
+    /// Load at which the material has lost half of its response, grams: a load L acts as L/(1 + L/this).
+    /// Absent: it does not saturate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub saturation_load_g: Option<f64>,
+    /// Bend of the law away from the power law. Absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bend: Option<Bend>,
+    /// Mechanical spread: the share of a taxel's load that each neighbour takes, `[along its column (one row
+    /// away), along its row (one column away), diagonal]`. The taxel keeps the rest. Absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spread: Option<[f64; 3]>,
+    /// One continuous sheet conducts sideways between pressed neighbours. Absent: it is cut between taxels.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sheet: Option<SheetSpec>,
+    /// What the material remembers: creep and hysteresis. Absent: nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dynamic: Option<DynamicSpec>,
+}
+
+/// A continuous sheet of film, as [`crate::material::Sheet`] defines it; the same everywhere.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct SheetSpec {
+    /// R_s, ohms: the film between two neighbours.
+    pub resistance_ohms: f64,
+    /// α, a pure number: how much of a taxel's own resistance is in the way sideways.
+    pub contact_factor: f64,
+}
+
+/// Lags and plays of a material at most, each.
+pub(crate) const MAX_DYNAMIC_TERMS: usize = 8;
+
+/// Creep and hysteresis, as [`crate::material::DynamicLaw`] defines them; the same for every taxel.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct DynamicSpec {
+    /// Weight of each lag, a pure number.
+    #[serde(default)]
+    pub lag_weight: Vec<f64>,
+    /// Time constant of each lag, seconds.
+    #[serde(default)]
+    pub lag_secs: Vec<f64>,
+    /// Weight of each play, a pure number.
+    #[serde(default)]
+    pub play_weight: Vec<f64>,
+    /// Half-width of each play, grams, ascending.
+    #[serde(default)]
+    pub play_g: Vec<f64>,
+    /// Seconds between frames that tell no time.
+    pub period_secs: f64,
+}
+
+/// A smooth correction added to the logarithm of the power law: a natural cubic spline, straight beyond its ends.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Bend {
+    /// Knots, ln of the load in grams, ascending.
+    pub ln_load_g: Vec<f64>,
+    /// What is added to ln(G − g_zero) at each knot, a pure number.
+    pub ln_siemens: Vec<f64>,
+}
+
+impl MaterialSpec {
+    /// A power law through nothing.
+    pub fn new(factor: f64, exponent: PerTaxel) -> Self {
+        Self {
+            g_zero_siemens: 0.0,
+            factor,
+            exponent,
+            gain: None,
+            saturation_load_g: None,
+            bend: None,
+            spread: None,
+            sheet: None,
+            dynamic: None,
+        }
+    }
+}
+
+impl SheetSpec {
+    /// A film of so many ohms between neighbours, and the share of their contacts.
+    pub fn new(resistance_ohms: f64, contact_factor: f64) -> Self {
+        Self {
+            resistance_ohms,
+            contact_factor,
+        }
+    }
+}
+
+impl DynamicSpec {
+    /// A material that remembers nothing, `period_secs` between frames that tell no time.
+    pub fn new(period_secs: f64) -> Self {
+        Self {
+            lag_weight: Vec::new(),
+            lag_secs: Vec::new(),
+            play_weight: Vec::new(),
+            play_g: Vec::new(),
+            period_secs,
+        }
+    }
+}
+
+impl Bend {
+    /// Knots, ln of the load in grams, and what is added to ln(G − g_zero) at each.
+    pub fn new(ln_load_g: Vec<f64>, ln_siemens: Vec<f64>) -> Self {
+        Self {
+            ln_load_g,
+            ln_siemens,
+        }
+    }
+}
