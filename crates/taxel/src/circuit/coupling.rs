@@ -52,27 +52,42 @@ impl Couplings {
         self.line.resize(large.len(), 0.0);
     }
 
-    /// The couplings under these conductances, m×n.
+    /// Takes the couplings under these conductances, m×n.
     pub(crate) fn update(&mut self, conductance: &[f64]) {
+        let (mut small, mut large) = (
+            std::mem::take(&mut self.small),
+            std::mem::take(&mut self.large),
+        );
+        self.find(conductance, &mut small, &mut large);
+        (self.small, self.large) = (small, large);
+    }
+
+    /// The couplings under these conductances.
+    pub(crate) fn find(&mut self, conductance: &[f64], small: &mut [f64], large: &mut [f64]) {
         let n = self.large_joined.len() + 1;
         let sheet = self.sheet;
-        self.large.fill(0.0);
+        large.fill(0.0);
         for line in conductance.chunks_exact(n) {
-            let pairs = line[..n - 1].iter().zip(&line[1..]);
-            for (sum, (a, b)) in self.large.iter_mut().zip(pairs) {
+            let (left, right) = (&line[..n - 1], &line[1..]);
+            for ((sum, a), b) in large.iter_mut().zip(left).zip(right) {
                 *sum += sheet.siemens_between(*a, *b);
             }
         }
         let pairs = conductance[..conductance.len() - n].chunks_exact(n);
         let pairs = pairs.zip(conductance[n..].chunks_exact(n));
-        for (sum, (above, below)) in self.small.iter_mut().zip(pairs) {
-            for (out, (a, b)) in self.line.iter_mut().zip(above.iter().zip(below)) {
+        for (sum, (above, below)) in small.iter_mut().zip(pairs) {
+            for ((out, a), b) in self.line.iter_mut().zip(above).zip(below) {
                 *out = sheet.siemens_between(*a, *b);
             }
             *sum = taxel_linalg::sum(&self.line);
         }
-        cut(&mut self.small, &self.small_joined);
-        cut(&mut self.large, &self.large_joined);
+        self.cut_sides(small, large);
+    }
+
+    /// Sets couplings of lines that are no neighbours to 0.
+    pub(crate) fn cut_sides(&self, small: &mut [f64], large: &mut [f64]) {
+        cut(small, &self.small_joined);
+        cut(large, &self.large_joined);
     }
 
     /// Changes of the couplings of the smaller and the larger side along a change of the conductances.

@@ -5,7 +5,8 @@
 //!
 //! H = S K,  d_c = g_c/(1 − Σ_r H_rc),  S_ij ← −(H diag(d) Hᵀ)_ij,  S_ii such that (S⁻¹)_ii = P_rr.
 //!
-//! Mixed after Anderson, it takes five rounds at 10 Ω. Where it fails (50 Ω and more), the slower but
+//! Under a continuous sheet diag(d) becomes tridiagonal and S gains the couplings of neighbouring rows, both of the last
+//! round's conductances. Mixed after Anderson, it takes five rounds at 10 Ω. Where it fails (50 Ω and more), the slower but
 //! sturdier iteration of `root.rs` takes over ([theory.md]).
 //!
 //! [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
@@ -16,6 +17,7 @@ use super::anderson::Anderson;
 use super::network::Network;
 use super::{Infeasible, Method, Outcome, Solver, Stop};
 use crate::circuit::{LineEnds, LinearCircuit};
+use crate::material::Sheet;
 use crate::sensor::Topology;
 use crate::{Frame, Siemens, Volts};
 pub(crate) use state::SolverState;
@@ -26,6 +28,7 @@ use taxel_linalg::{View, ViewMut, multiply_lower};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exact {
     ends: LineEnds,
+    sheet: Option<Sheet>,
     tolerance: f64,
 }
 
@@ -50,6 +53,7 @@ impl Exact {
             && ends.column_selected == ends.column_unselected;
         closed.then(|| Self {
             ends: ends.clone(),
+            sheet: circuit.sheet(),
             tolerance: 1e-9,
         })
     }
@@ -113,7 +117,8 @@ impl Exact {
             "the frame has the sensor's shape"
         );
         siemens.copy_meta_from(volts);
-        if state.live.update(volts) {
+        let (others, another) = (state.live.update(volts), state.network.takes(self.sheet));
+        if others || another {
             state.warm = false;
             state.strong_before.clear();
         }
@@ -255,10 +260,14 @@ impl Exact {
             *root = p.sqrt();
         }
         start(network, packed, mixing, warm.then_some(stretch), diagonal);
+        if let Some(sideways) = &mut network.sideways {
+            sideways.begin();
+        }
         let (mut ratio_before, mut last_change) = (0f64, f64::INFINITY);
         for round in 1..=MAX_FAST_ITERATIONS {
             let stalled = Outcome::new(Stop::Stalled, round, last_change);
             unpack(packed, &mut network.s, m);
+            network.take_couplings(&packed[m * (m + 1) / 2..]);
             if network.columns_from_s(f64::MIN_POSITIVE).0 <= 0.0 {
                 return stalled;
             }
@@ -320,12 +329,23 @@ impl Exact {
                 }
             }
             let g_in = self.ends.row_selected[r];
-            for (j, out) in out.iter_mut().enumerate() {
+            let chain = network.sideways.as_ref().filter(|_| network.m > 0);
+            let (chain, mut before) = (chain.map_or(&[][..], |s| &s.now.large), 0.0);
+            for j in 0..n {
                 let d = match network.m {
                     0 => self.ends.column_selected[state.live.columns[j]],
                     _ => network.d[j],
                 };
-                *out *= g_in * d;
+                // H T, T tridiagonal under a sheet.
+                let h = out[j];
+                let mut value = h * d;
+                if let Some(coupling) = j.checked_sub(1).and_then(|j| chain.get(j)) {
+                    value += coupling * (h - before);
+                }
+                if let Some(coupling) = chain.get(j) {
+                    value += coupling * (h - out[j + 1]);
+                }
+                (out[j], before) = (g_in * value, h);
             }
         }
     }
@@ -361,8 +381,12 @@ fn start(
             at += 1;
         }
     }
+    // Couplings are small beside what columns and rows conduct: as much as resistances of one size make comparable.
+    let ohms = root_p.iter().map(|root| root * root).sum::<f64>() / m as f64;
+    weights[at..].fill(ohms);
     if stretch.is_none() {
         network.g.fill(0.0);
+        packed[at..].fill(0.0);
     }
 }
 
@@ -380,11 +404,18 @@ fn image_of(
         View::new(&network.h, m, network.n),
     );
     multiply_lower(ViewMut::new(&mut network.product, m, m), g, h.transpose());
+    let next = network.sideways.as_ref().map(|s| s.next.as_slice());
+    if let Some(next) = next {
+        image[m * (m + 1) / 2..].copy_from_slice(next);
+    }
     for i in 0..m {
         let (low, at) = (i * m, i * (i + 1) / 2);
         for j in 0..i {
             image[at + j] = -network.product[low + j];
             network.product[low + j] = image[at + j];
+        }
+        if let (Some(next), Some(before)) = (next, i.checked_sub(1)) {
+            network.product[low + before] -= next[before];
         }
         image[at + i] = packed[at + i];
         network.product[low + i] = packed[at + i];

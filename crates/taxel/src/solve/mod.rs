@@ -12,6 +12,7 @@ mod newton;
 mod path;
 mod raw;
 mod root;
+mod sideways;
 mod square_root;
 
 pub use exact::Exact;

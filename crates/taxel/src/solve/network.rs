@@ -1,6 +1,12 @@
 //! The e-Cone's network as its inverse sees it: what a frame fixes, and what is iterated.
 
+use super::sideways::Sideways;
+use crate::circuit::coupling::add_laplacian;
+use crate::material::Sheet;
 use taxel_linalg::{Spd, View, ViewMut, multiply};
+
+/// A column conducts at least this share of its end: less is an estimate on its way, or noise.
+const LEAST_COLUMN: f64 = 0.1;
 
 /// Arrays over the rows that carry current (m) and the live columns (n), row-major.
 pub(super) struct Network {
@@ -19,6 +25,11 @@ pub(super) struct Network {
     pub(super) s: Vec<f64>,
     pub(super) product: Vec<f64>,
     pub(super) spd: Spd,
+    /// Of a continuous sheet: the chain of the columns is added to diag(d), that of the rows to S.
+    pub(super) sideways: Option<Sideways>,
+    /// 1 − ΣH, and what the columns' chain takes from each.
+    headroom: Vec<f64>,
+    taken: Vec<f64>,
 }
 
 impl Network {
@@ -35,6 +46,9 @@ impl Network {
             s: vec![0.0; m * m],
             product: vec![0.0; m * m],
             spd: Spd::new(m),
+            sideways: None,
+            headroom: vec![0.0; n],
+            taken: vec![0.0; n],
         }
     }
 
@@ -49,12 +63,14 @@ impl Network {
         }
         self.p.resize(m, 0.0);
         self.g_c.resize(n, 0.0);
-        self.d.resize(n, 0.0);
+        for line in [&mut self.d, &mut self.headroom, &mut self.taken] {
+            line.resize(n, 0.0);
+        }
         self.spd.resize(m);
     }
 
-    /// H ← S K, then d ← g_c/(1 − ΣH) with the denominator held above `floor`. Returns the least
-    /// denominator and its column.
+    /// H ← S K, then d ← g_c/(1 − ΣH) with the denominator held above `floor`; under a sheet T (1 − ΣH) = g_c with the
+    /// columns' chain in T. Returns the least denominator and its column.
     pub(super) fn columns_from_s(&mut self, floor: f64) -> (f64, usize) {
         let (m, n) = (self.m, self.n);
         multiply(
@@ -68,6 +84,11 @@ impl Network {
                 *d -= h;
             }
         }
+        if let Some(sideways) = &self.sideways {
+            self.headroom.copy_from_slice(&self.d);
+            self.taken.fill(0.0);
+            add_laplacian(&sideways.now.large, &self.headroom, &mut self.taken);
+        }
         let mut least = (f64::INFINITY, 0);
         for (c, (d, g_c)) in self.d.iter_mut().zip(&self.g_c).enumerate() {
             if *d < least.0 || !d.is_finite() {
@@ -75,29 +96,80 @@ impl Network {
             }
             *d = g_c / d.max(floor);
         }
+        if let Some(sideways) = &mut self.sideways {
+            let columns = self.d.iter_mut().zip(&self.g_c);
+            let columns = columns.zip(self.headroom.iter().zip(&self.taken));
+            for ((d, g_c), (headroom, taken)) in columns {
+                *d -= taken / headroom.max(floor);
+                *d = d.max(LEAST_COLUMN * g_c);
+            }
+            sideways.set_diagonal(&self.d);
+        }
         least
     }
 
-    /// G ← H diag(d). Returns the largest conductance and the largest change of one.
+    /// G ← H diag(d) (H T under a sheet), and the couplings that follow. Returns the largest conductance and the largest change of one.
     pub(super) fn conductances(&mut self) -> (f64, f64) {
         let n = self.n;
         let (mut largest, mut change) = ([0f64; LANES], [0f64; LANES]);
         for (g, h) in self.g.chunks_exact_mut(n).zip(self.h.chunks_exact(n)) {
-            let chunks = g.chunks_mut(LANES).zip(h.chunks(LANES));
-            for ((g, h), d) in chunks.zip(self.d.chunks(LANES)) {
-                let lanes = largest.iter_mut().zip(&mut change);
-                for (((g, h), d), (largest, change)) in g.iter_mut().zip(h).zip(d).zip(lanes) {
-                    let value = h * d;
-                    raise(largest, value.abs());
-                    raise(change, (value - *g).abs());
-                    *g = value;
+            let row = &mut self.headroom;
+            match &self.sideways {
+                Some(sideways) => sideways.times(h, row),
+                None => {
+                    for ((row, h), d) in row.iter_mut().zip(h).zip(&self.d) {
+                        *row = h * d;
+                    }
                 }
             }
+            for (g, row) in g.chunks_mut(LANES).zip(row.chunks(LANES)) {
+                let lanes = largest.iter_mut().zip(&mut change);
+                for ((g, value), (largest, change)) in g.iter_mut().zip(row).zip(lanes) {
+                    raise(largest, value.abs());
+                    raise(change, (value - *g).abs());
+                    *g = *value;
+                }
+            }
+        }
+        if let Some(sideways) = &mut self.sideways {
+            sideways.find_next(&self.g, &self.h, &self.k);
         }
         let most = |lanes: [f64; LANES]| lanes.into_iter().fold(0f64, f64::max);
         // A value that is no number is not larger than anything: multiplying lets it through.
         let finite = self.d.iter().map(|d| d * 0.0).sum::<f64>();
         (most(largest), most(change) + finite)
+    }
+}
+
+impl Network {
+    /// Takes a sheet, or its absence. True when it had none before, or has none now: then [`Sideways::reshape`] is due.
+    pub(super) fn takes(&mut self, sheet: Option<Sheet>) -> bool {
+        match (&mut self.sideways, sheet) {
+            (Some(sideways), Some(sheet)) => sideways.now.sheet = sheet,
+            (None, None) => {}
+            (sideways, sheet) => {
+                *sideways = sheet.map(Sideways::new);
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Takes couplings as an iteration mixed them; those of the rows into S.
+    pub(super) fn take_couplings(&mut self, mixed: &[f64]) {
+        let m = self.m;
+        if let Some(sideways) = &mut self.sideways {
+            sideways.take(mixed);
+            for (i, coupling) in sideways.now.small.iter().enumerate() {
+                self.s[i * m + i + 1] -= coupling;
+                self.s[(i + 1) * m + i] -= coupling;
+            }
+        }
+    }
+
+    /// How many couplings there are.
+    pub(super) fn couplings(&self) -> usize {
+        self.sideways.as_ref().map_or(0, |s| s.next.len())
     }
 }
 

@@ -12,6 +12,8 @@ pub(crate) struct SolverState {
     /// Which of the live rows carry current, in this frame and in the one before.
     pub(super) strong: Vec<bool>,
     pub(super) strong_before: Vec<bool>,
+    /// The rows that carry current.
+    places: Vec<usize>,
     pub(super) warm: bool,
     /// The frame before was too much for the fast iteration.
     pub(super) slow: bool,
@@ -22,7 +24,7 @@ pub(crate) struct SolverState {
     pub(super) network: Network,
     /// What makes the previous frame's S have this one's P_rr, on either side.
     pub(super) stretch: Vec<f64>,
-    /// The lower triangle of S, row by row.
+    /// The lower triangle of S, row by row, without a sheet's couplings; then these, of rows and columns.
     pub(super) packed: Vec<f64>,
     pub(super) image: Vec<f64>,
     pub(super) triangle: Vec<f64>,
@@ -38,11 +40,12 @@ impl SolverState {
     }
 
     pub(super) fn new(rows: usize, columns: usize) -> Self {
-        let packed = rows * (rows + 1) / 2;
+        let packed = rows * (rows + 1) / 2 + rows + columns;
         Self {
             live: LiveLines::default(),
             strong: Vec::with_capacity(rows),
             strong_before: Vec::with_capacity(rows),
+            places: Vec::with_capacity(rows),
             warm: false,
             slow: false,
             volts: vec![0.0; rows * columns],
@@ -63,7 +66,14 @@ impl SolverState {
     /// Makes room for the rows that carry current, keeping what is known of S. Allocates nothing.
     pub(super) fn reshape(&mut self, n: usize) {
         let m = self.strong.iter().filter(|&&strong| strong).count();
-        let packed = m * (m + 1) / 2;
+        if let Some(sideways) = &mut self.network.sideways {
+            let rows = self.live.rows.iter().zip(&self.strong);
+            self.places.clear();
+            self.places
+                .extend(rows.filter(|row| *row.1).map(|row| *row.0));
+            sideways.reshape(&self.places, &self.live.columns);
+        }
+        let packed = m * (m + 1) / 2 + self.network.couplings();
         if self.warm && self.strong.len() == self.strong_before.len() {
             self.carry_over(packed);
         } else {
@@ -81,7 +91,19 @@ impl SolverState {
 
     /// Makes the network's S the start of the fast iteration.
     pub(super) fn take_s(&mut self) {
-        pack(&self.network.s, &mut self.packed, self.network.m);
+        let m = self.network.m;
+        pack(&self.network.s, &mut self.packed, m);
+        if let Some(sideways) = &self.network.sideways {
+            let (rows, columns) = (&sideways.now.small, &sideways.now.large);
+            // S is packed without what the sheet adds.
+            for (i, coupling) in rows.iter().enumerate() {
+                self.packed[(i + 1) * (i + 2) / 2 + i] += coupling;
+            }
+            let tail = self.packed[m * (m + 1) / 2..].iter_mut();
+            for (kept, coupling) in tail.zip(rows.iter().chain(columns)) {
+                *kept = *coupling;
+            }
+        }
         self.stretch.fill(1.0);
         self.mixing.restart();
         self.warm = true;
@@ -89,6 +111,7 @@ impl SolverState {
 
     /// S of the rows that go on carrying current; 0 for the others.
     fn carry_over(&mut self, packed: usize) {
+        self.image.clear();
         self.image.resize(packed, 0.0);
         let (mut i, mut i_before) = (0, 0);
         for (strong, before) in self.strong.iter().zip(&self.strong_before) {

@@ -1,0 +1,247 @@
+//! What flows sideways in a continuous sheet, as an unknown of the e-Cone's inverse: the couplings of neighbouring rows and
+//! columns, which hang on the conductances that they are needed for.
+//!
+//! Taking those of the last round is no contraction where pressed and unpressed taxels lie side by side: an unpressed
+//! taxel answers a change of its lines' coupling, and the coupling answers the taxel (by 1/α). So each coupling is
+//! corrected by how much of its change comes back: λ ← λ + (1 − κ)⁻¹(λ(G) − λ), κ = dλ(G)/dλ. A change δ of the coupling
+//! between rows i and i + 1 takes δ (P G)_{i+1} from row i of G and δ (P G)_i from row i + 1 (the diagonal of S is known),
+//! so that κ is tridiagonal; that between two columns moves H δ, which is little, and its own share is enough.
+
+use crate::circuit::coupling::{Couplings, diagonal};
+use crate::material::Sheet;
+use taxel_linalg::{dot, sum};
+
+/// Couplings on their way: present ones, and the next.
+pub(super) struct Sideways {
+    /// What the present round goes with.
+    pub(super) now: Couplings,
+    /// What it leads to, rows and then columns.
+    pub(super) next: Vec<f64>,
+    /// κ: what comes back to each coupling from itself, from the one before and from the one after.
+    feedback: Vec<f64>,
+    from_before: Vec<f64>,
+    from_after: Vec<f64>,
+    /// The diagonal of T.
+    own: Vec<f64>,
+    /// P G of a row, of the one before it and of the one before that.
+    pulls: [Vec<f64>; 3],
+    lines: Lines,
+    /// Rounds since something new began.
+    rounds: u32,
+}
+
+/// What flows between two rows, column by column, and its slopes by either.
+#[derive(Default)]
+struct Lines {
+    through: Vec<f64>,
+    by_above: Vec<f64>,
+    by_below: Vec<f64>,
+}
+
+impl Sideways {
+    pub(super) fn new(sheet: Sheet) -> Self {
+        Self {
+            now: Couplings::new(sheet, &[], &[]),
+            next: Vec::new(),
+            feedback: Vec::new(),
+            from_before: Vec::new(),
+            from_after: Vec::new(),
+            own: Vec::new(),
+            pulls: Default::default(),
+            lines: Lines::default(),
+            rounds: 0,
+        }
+    }
+
+    /// Takes rows and columns at these places, with nothing known of their couplings. Allocates nothing for no more of them
+    /// than at first.
+    pub(super) fn reshape(&mut self, rows: &[usize], columns: &[usize]) {
+        self.now.reshape(rows, columns);
+        let couplings = self.now.small.len() + self.now.large.len();
+        for list in [&mut self.next, &mut self.feedback] {
+            list.resize(couplings, 0.0);
+        }
+        for list in [&mut self.from_before, &mut self.from_after] {
+            list.resize(self.now.small.len(), 0.0);
+        }
+        let lines = [
+            &mut self.own,
+            &mut self.lines.through,
+            &mut self.lines.by_above,
+            &mut self.lines.by_below,
+        ];
+        for line in lines.into_iter().chain(&mut self.pulls) {
+            line.clear();
+            line.resize(columns.len(), 0.0);
+        }
+    }
+
+    /// Takes couplings as an iteration has mixed them, rows and then columns; mixing may overshoot.
+    pub(super) fn take(&mut self, mixed: &[f64]) {
+        let couplings = self.now.small.iter_mut().chain(&mut self.now.large);
+        for (own, mixed) in couplings.zip(mixed) {
+            *own = mixed.max(0.0);
+        }
+    }
+
+    /// Begins with another frame.
+    pub(super) fn begin(&mut self) {
+        self.rounds = 0;
+    }
+
+    /// Goes on with the next ones.
+    pub(super) fn advance(&mut self) {
+        let couplings = self.now.small.iter_mut().chain(&mut self.now.large);
+        for (own, next) in couplings.zip(&self.next) {
+            *own = *next;
+        }
+    }
+
+    /// Takes the diagonal d of T.
+    pub(super) fn set_diagonal(&mut self, d: &[f64]) {
+        for (c, (own, d)) in self.own.iter_mut().zip(d).enumerate() {
+            *own = d + diagonal(&self.now.large, c);
+        }
+    }
+
+    /// out ← row T.
+    pub(super) fn times(&self, row: &[f64], out: &mut [f64]) {
+        times(&self.own, &self.now.large, row, out);
+    }
+
+    /// The next couplings, from G, H and K (m×n).
+    pub(super) fn find_next(&mut self, g: &[f64], h: &[f64], k: &[f64]) {
+        self.rounds += 1;
+        if self.rounds > ROUNDS_OF_FEEDBACK {
+            let (rows, columns) = self.next.split_at_mut(self.now.small.len());
+            self.now.find(g, rows, columns);
+        } else {
+            self.find_feedback(g, h, k);
+        }
+        self.correct();
+    }
+
+    /// The couplings of G, and how much of a change of them comes back.
+    fn find_feedback(&mut self, g: &[f64], h: &[f64], k: &[f64]) {
+        let n = self.own.len();
+        let rows = self.now.small.len();
+        self.next.fill(0.0);
+        self.feedback.fill(0.0);
+        let sheet = self.now.sheet;
+        let (next_row, next_column) = self.next.split_at_mut(rows);
+        let (back_row, back_column) = self.feedback.split_at_mut(rows);
+        for (i, (g_line, h_line)) in g.chunks_exact(n).zip(h.chunks_exact(n)).enumerate() {
+            add_along(sheet, g_line, h_line, next_column, back_column);
+            self.pulls.rotate_right(1);
+            let k_line = &k[i * n..(i + 1) * n];
+            times(&self.own, &self.now.large, k_line, &mut self.pulls[0]);
+            let [pull, above, farther] = &self.pulls;
+            // The lines still hold the two rows before.
+            if let Some(pair) = i.checked_sub(2) {
+                self.from_after[pair] = -dot(&self.lines.by_below, pull);
+            }
+            if let Some(pair) = i.checked_sub(1) {
+                across(sheet, &g[pair * n..i * n], g_line, &mut self.lines);
+                let lines = &self.lines;
+                next_row[pair] = sum(&lines.through);
+                back_row[pair] = -dot(&lines.by_above, pull) - dot(&lines.by_below, above);
+                self.from_before[pair] = -dot(&lines.by_above, farther);
+            }
+        }
+        self.now.cut_sides(next_row, next_column);
+        self.factorise();
+    }
+
+    /// Factors 1 − κ: elimination along the rows' chain leaves its diagonal in `feedback`.
+    fn factorise(&mut self) {
+        for back in &mut self.feedback {
+            *back = 1.0 - back.min(MAX_FEEDBACK);
+        }
+        for i in 1..self.now.small.len() {
+            self.from_before[i] = -self.from_before[i] / self.feedback[i - 1];
+            self.feedback[i] += self.from_before[i] * self.from_after[i - 1];
+            self.feedback[i] = self.feedback[i].max(1.0 - MAX_FEEDBACK);
+        }
+    }
+
+    /// next ← now + (1 − κ)⁻¹ (next − now).
+    fn correct(&mut self) {
+        let rows = self.now.small.len();
+        let now = self.now.small.iter().chain(&self.now.large);
+        for (next, now) in self.next.iter_mut().zip(now) {
+            *next -= now;
+        }
+        for i in 1..rows {
+            self.next[i] -= self.from_before[i] * self.next[i - 1];
+        }
+        for i in (0..rows).rev() {
+            let after = if i + 1 < rows {
+                self.from_after[i] * self.next[i + 1]
+            } else {
+                0.0
+            };
+            self.next[i] = (self.next[i] + after) / self.feedback[i];
+        }
+        for (next, left) in self.next[rows..].iter_mut().zip(&self.feedback[rows..]) {
+            *next /= left;
+        }
+        let now = self.now.small.iter().chain(&self.now.large);
+        for (next, now) in self.next.iter_mut().zip(now) {
+            *next += now;
+        }
+    }
+}
+
+/// After so many rounds κ hardly changes any more.
+const ROUNDS_OF_FEEDBACK: u32 = 2;
+/// A change that comes back with its own sign is not taken to come back nearly whole.
+const MAX_FEEDBACK: f64 = 0.5;
+
+/// Adds what flows between the neighbours of one row, and how much of a change of it comes back, column by column.
+fn add_along(sheet: Sheet, g: &[f64], h: &[f64], through: &mut [f64], back: &mut [f64]) {
+    let n = through.len();
+    let (g_a, g_b, h_a, h_b) = (&g[..n], &g[1..=n], &h[..n], &h[1..=n]);
+    let back = &mut back[..n];
+    for j in 0..n {
+        let (flows, by_a, by_b) = flow(sheet, g_a[j], g_b[j]);
+        through[j] += flows;
+        back[j] += (by_a - by_b) * (h_a[j] - h_b[j]);
+    }
+}
+
+/// What flows between the neighbours of two rows.
+fn across(sheet: Sheet, above: &[f64], below: &[f64], lines: &mut Lines) {
+    let n = lines.through.len();
+    let (above, below) = (&above[..n], &below[..n]);
+    let (by_above, by_below) = (&mut lines.by_above[..n], &mut lines.by_below[..n]);
+    for j in 0..n {
+        (lines.through[j], by_above[j], by_below[j]) = flow(sheet, above[j], below[j]);
+    }
+}
+
+/// ℓ of two neighbours and its slopes by both. A conductance below 0 has the slope of one at 0: it is noise, or on its way.
+#[inline(always)]
+fn flow(sheet: Sheet, a: f64, b: f64) -> (f64, f64, f64) {
+    let (a, b) = sheet.clipped(a, b);
+    let all = sheet.resistance_ohms * a * b + sheet.contact_factor * (a + b) + f64::MIN_POSITIVE;
+    let inverse = 1.0 / all;
+    let (share_a, share_b) = (a * inverse, b * inverse);
+    let contact = sheet.contact_factor;
+    (
+        a * share_b,
+        contact * share_b * share_b,
+        contact * share_a * share_a,
+    )
+}
+
+fn times(own: &[f64], chain: &[f64], row: &[f64], out: &mut [f64]) {
+    for ((out, x), own) in out.iter_mut().zip(row).zip(own) {
+        *out = x * own;
+    }
+    for ((out, x), coupling) in out[1..].iter_mut().zip(row).zip(chain) {
+        *out -= coupling * x;
+    }
+    for ((out, x), coupling) in out.iter_mut().zip(&row[1..]).zip(chain) {
+        *out -= coupling * x;
+    }
+}

@@ -1,0 +1,89 @@
+//! A continuous sheet: every method inverts its scan, cold and warm, with lines missing, without allocating.
+
+mod common;
+
+use allocation_counter::measure;
+use common::{SHAPES, methods, pressed, relative_error, sensor, under_sheet};
+use taxel::circuit::{Circuit, LinearCircuit};
+use taxel::sensor::{Sensor, Topology};
+use taxel::solve::method;
+use taxel::{Frame, Mark};
+
+/// R_s and α of sheets from hardly there to one that carries as much as the taxels.
+const SHEETS: [(f64, f64); 4] = [(50e3, 3.0), (20e3, 4.0), (8e3, 2.0), (6e3, 1.0)];
+
+fn round_trip(sensor: &Sensor, name: &str, truth: &Frame<taxel::Siemens>) -> (f64, u32) {
+    let volts = LinearCircuit::from_sensor(sensor)
+        .unwrap()
+        .predict(truth)
+        .unwrap();
+    let solved = method(name, sensor).unwrap().solve(&volts);
+    let outcome = solved.outcome;
+    assert!(outcome.stop.is_good(), "{name}: {outcome:?}");
+    (relative_error(&solved.frame, truth), outcome.iterations)
+}
+
+#[test]
+fn every_read_out_and_shape_is_inverted() {
+    for topology in Topology::ALL {
+        for (rows, columns) in SHAPES {
+            for (i, sheet) in SHEETS.into_iter().enumerate() {
+                let plain = sensor(topology, rows, columns, 30.0, 0.0);
+                let sheet = under_sheet(&plain, Some(sheet));
+                for name in methods(topology) {
+                    let truth = pressed(rows, columns, 0.5, i as u64);
+                    let (error, _) = round_trip(&sheet, name, &truth);
+                    assert!(
+                        error < 1e-7,
+                        "{name} {topology:?} {rows}x{columns}: {error:e}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_e_cone_is_inverted_from_weak_sheets_to_strong_ones() {
+    for r_mux in [5.0, 10.0, 70.0] {
+        for (i, sheet) in SHEETS.into_iter().enumerate() {
+            let plain = sensor(Topology::TiaGroundedColumns, 64, 128, r_mux, 0.0);
+            let truth = pressed(64, 128, 0.3, i as u64);
+            let (error, rounds) = round_trip(&under_sheet(&plain, Some(sheet)), "exact", &truth);
+            println!("{r_mux} Ohm, {sheet:?}: {error:e} in {rounds} rounds");
+            assert!(
+                error < 1e-8,
+                "{r_mux} Ohm, {sheet:?}: {error:e} in {rounds} rounds"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_missing_line_cuts_the_sheet_and_nothing_is_allocated() {
+    let plain = sensor(Topology::TiaGroundedColumns, 24, 40, 10.0, 0.0);
+    let sensor = under_sheet(&plain, Some((10e3, 3.0)));
+    let circuit = LinearCircuit::from_sensor(&sensor).unwrap();
+    let scan = |seed| {
+        let mut truth = pressed(24, 40, 0.5, seed);
+        truth.values_mut()[5 * 40..6 * 40].fill(0.0);
+        let mut volts = circuit.predict(&truth).unwrap();
+        volts.marks_mut()[5 * 40..6 * 40].fill(Mark::Open);
+        (truth, volts)
+    };
+    for name in ["exact", "newton"] {
+        let mut solver = method(name, &sensor).unwrap().solver();
+        let mut found = Frame::zeros(24, 40);
+        solver.solve_into(&scan(1).1, &mut found);
+        for seed in [2, 3] {
+            let (truth, volts) = scan(seed);
+            let mut good = false;
+            let allocated = measure(|| {
+                good = solver.solve_into(&volts, &mut found).stop.is_good();
+            });
+            assert!(good && relative_error(&found, &truth) < 1e-8, "{name}");
+            assert_eq!(allocated.count_total, 0, "{name}");
+            solver.forget();
+        }
+    }
+}
