@@ -7,7 +7,7 @@ use std::process::Command;
 use taxel::circuit::netlist::{Selection, netlist, readings};
 
 /// A small case of each topology, and the ones with something extra.
-const CASES: [&str; 9] = [
+const CASES: [&str; 11] = [
     "tia-grounded-columns-8x8-ron70-gain1e4",
     "tia-grounded-columns-8x8-rv1000",
     "tia-zero-potential-8x8-ron10",
@@ -17,6 +17,8 @@ const CASES: [&str; 9] = [
     "divider-voltage-feedback-8x8-ron70",
     "divider-voltage-feedback-12x5",
     "tia-grounded-columns-1x1",
+    "tia-grounded-columns-8x8-sheet",
+    "divider-floating-12x5-sheet-strong",
 ];
 
 #[test]

@@ -1,6 +1,6 @@
 //! The circuit as a SPICE netlist: an answer that owes nothing to this crate's algebra.
 //!
-//! Every element is written as it stands on the board: a resistor per taxel, the multiplexers' switches, the
+//! Every element is written as it stands on the board: a resistor per taxel (and between neighbours of a continuous sheet), the multiplexers' switches, the
 //! amplifier with its finite gain and its feedback resistor. A simulator then finds the node voltages by itself.
 //! Golden tests (`testdata/ngspice`) compare its answers with the fast forward scan; a reader can open the same
 //! file in LTspice and move the parts around.
@@ -12,6 +12,7 @@
 
 use std::fmt::{Arguments, Write};
 
+use crate::material::Sheet;
 use crate::sensor::{PerLine, Sense, Topology};
 use crate::{Error, Frame, Sensor, Siemens};
 
@@ -324,6 +325,33 @@ impl Writer<'_> {
                 if siemens > 0.0 {
                     self.line(format_args!("Rt{r}_{c} col{c} row{r} {}", 1.0 / siemens));
                 }
+            }
+        }
+        if let Some(sheet) = self.sensor.material().and_then(|m| m.sheet) {
+            self.sheet(sheet, conductance);
+        }
+    }
+
+    /// What the film conducts between neighbours, from line to line.
+    fn sheet(&mut self, sheet: Sheet, conductance: &Frame<Siemens>) {
+        self.line(format_args!(
+            "* continuous sheet: RhROW_COLUMN to the next column, RvROW_COLUMN to the next row"
+        ));
+        let (rows, columns) = (conductance.rows(), conductance.columns());
+        let ohms = |a: (usize, usize), b: (usize, usize)| {
+            let siemens = sheet.siemens_between(conductance.at(a.0, a.1), conductance.at(b.0, b.1));
+            (siemens > 0.0).then(|| 1.0 / siemens)
+        };
+        for (r, c) in (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c))) {
+            if c + 1 < columns
+                && let Some(ohms) = ohms((r, c), (r, c + 1))
+            {
+                self.line(format_args!("Rh{r}_{c} col{c} col{} {ohms}", c + 1));
+            }
+            if r + 1 < rows
+                && let Some(ohms) = ohms((r, c), (r + 1, c))
+            {
+                self.line(format_args!("Rv{r}_{c} row{r} row{} {ohms}", r + 1));
             }
         }
     }

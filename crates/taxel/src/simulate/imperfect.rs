@@ -4,7 +4,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{Purpose, ReadingFaults, generator};
 use crate::circuit::normal;
-use crate::sensor::{MaterialSpec, PerLine, PerTaxel, SensorSpec};
+use crate::sensor::{MaterialSpec, PerLine, PerTaxel, SensorSpec, SheetSpec};
 use crate::{Error, Sensor};
 
 /// Load at which taxels that differ in exponent alone respond alike, grams.
@@ -29,6 +29,8 @@ pub struct Imperfections {
     pub saturation_load_g: Option<f64>,
     /// Mechanical spread, as in sensor.toml.
     pub spread: Option<[f64; 3]>,
+    /// One continuous sheet over all taxels, as in sensor.toml.
+    pub sheet: Option<SheetSpec>,
     /// The converter's offset, volts.
     pub offset_volts: f64,
     /// Share of its predecessor in the scan that a reading keeps, 0 to below 0.5.
@@ -78,6 +80,14 @@ impl Imperfections {
             flickering_columns: 0,
             faults: ReadingFaults::default(),
             ..Self::uneven()
+        }
+    }
+
+    /// The same, and one continuous sheet: 12 kΩ between neighbours in series with three times their contacts.
+    pub fn under_a_sheet() -> Self {
+        Self {
+            sheet: Some(SheetSpec::new(12e3, 3.0)),
+            ..Self::beyond_the_circuit()
         }
     }
 }
@@ -167,6 +177,9 @@ fn vary_material(
     }
     if imperfections.spread.is_some() {
         material.spread = imperfections.spread;
+    }
+    if imperfections.sheet.is_some() {
+        material.sheet = imperfections.sheet;
     }
     if imperfections.gain_sd == 0.0 && imperfections.exponent_sd == 0.0 {
         return;

@@ -58,6 +58,8 @@ pub(super) enum Imperfect {
     Uneven,
     /// Also spread, saturation, an offset, memory: what the circuit does not know
     Beyond,
+    /// Also one continuous sheet that conducts between pressed neighbours
+    Sheet,
 }
 
 /// What goes with `--pattern` alone.
@@ -214,6 +216,7 @@ fn virtual_sensor(sensor: &Sensor, drawn: &Drawn) -> Result<VirtualSensor, taxel
             let imperfections = match kind {
                 Imperfect::Uneven => Imperfections::uneven(),
                 Imperfect::Beyond => Imperfections::beyond_the_circuit(),
+                Imperfect::Sheet => Imperfections::under_a_sheet(),
             };
             VirtualSensor::imperfect(sensor, &imperfections, drawn.seed)?
         }
