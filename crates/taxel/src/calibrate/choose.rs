@@ -86,8 +86,15 @@ impl<'a> Search<'a> {
     ) -> Result<Self, Error> {
         let few = evidence.thinned(START_PRESSES);
         let mut evaluator = Evaluator::new(&few, executor);
+        let mut without_sheet = sensor.clone();
+        without_sheet.try_out(|spec| {
+            if let Some(material) = &mut spec.material {
+                material.sheet = None;
+            }
+        });
         let blank = Model {
-            sensor: sensor.clone(),
+            sensor: without_sheet,
+            levelled: !evidence.levels.is_empty(),
             spread: None,
             most_offset_counts: match evidence.faults.level {
                 Some(level) => 0.95 * level.baseline_counts,
@@ -174,6 +181,8 @@ impl<'a> Search<'a> {
 
     /// Tries every effect that is not in the model yet.
     fn look_beyond(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
+        progress("sheet", 0.15);
+        self.try_sheet()?;
         progress("offset", 0.2);
         self.try_offset()?;
         progress("spread", 0.3);

@@ -456,6 +456,10 @@ pub(super) fn key(sensor: &Sensor) -> Vec<u64> {
         sensor.converter().carry_over.to_bits(),
         u64::from(sensor.converter().scan_order == ScanOrder::ColumnByColumn),
     ];
+    if let Some(sheet) = sensor.material().and_then(|material| material.sheet) {
+        key.push(sheet.resistance_ohms.to_bits());
+        key.push(sheet.contact_factor.to_bits());
+    }
     for list in [&readout.r_mux_column_ohms, &readout.r_mux_row_ohms] {
         match list {
             Some(PerLine::One(value)) => key.push(value.to_bits()),

@@ -3,13 +3,15 @@
 use super::LawChoice;
 use super::evaluate::{Evaluator, GHOSTS, PressEstimate};
 use super::fit_law::fit_law;
-use super::least_squares::{Fit, Settings, fit, median, robust_deviation, step};
+use super::least_squares::{Fit, Settings, fit, median, robust_deviation, step, weights};
 use super::model::{Model, Unknown, any_moves_frames, with_switches};
 use crate::sensor::PerLine;
 use crate::stats;
 
 /// Smallest scatter that residuals of a class are scaled by, grams.
 const MIN_SCATTER_G: f64 = 1e-3;
+/// Residuals beyond this many standard deviations count linearly.
+const HUBER: f64 = 2.5;
 /// Loads below this count as none, grams, when unloaded taxels are looked for.
 const NEXT_TO_NOTHING_G: f64 = 2.0;
 /// Load at which an unloaded taxel's conductance is turned into grams, by the secant.
@@ -380,7 +382,7 @@ fn fit_block(
 /// Residuals come in units of their witness's scatter.
 fn scaled() -> Settings {
     Settings {
-        huber: 2.5,
+        huber: HUBER,
         scale: Some(1.0),
         ..Settings::default()
     }
@@ -398,6 +400,28 @@ impl Fitted {
     pub(super) fn error_of(&self, unknown: Unknown) -> Option<f64> {
         let (block, at) = self.block_of(unknown)?;
         Some(block.fit.covariance[at][at].max(0.0).sqrt())
+    }
+
+    /// Scatter of what tells of an unknown, grams.
+    pub(super) fn scatter_of(&self, unknown: Unknown) -> f64 {
+        self.block_of(unknown)
+            .map_or(MIN_SCATTER_G, |(block, _)| block.scatter)
+    }
+
+    /// −2 ln of the posterior of what labelled loads tell, but for a constant, with loads that scatter by so many grams.
+    pub(super) fn loss(&self, scatter_g: f64) -> f64 {
+        let blocks = self.blocks.iter().filter(|b| b.term == MisfitTerm::Presses);
+        blocks
+            .map(|block| {
+                let beliefs = self.model.surprises(&block.unknowns);
+                let data = block.fit.residuals.len() - beliefs.len();
+                let grams: Vec<f64> = block.fit.residuals[..data]
+                    .iter()
+                    .map(|r| r * block.scatter / scatter_g)
+                    .collect();
+                weights(&grams, HUBER).1 + beliefs.iter().map(|b| b * b).sum::<f64>()
+            })
+            .sum()
     }
 
     /// Correlation of two fitted unknowns of one witness.

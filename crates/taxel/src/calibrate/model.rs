@@ -1,9 +1,11 @@
 //! The model that is fitted: circuit, converter, material, and the numbers in it that can move.
 
-use super::priors::{BEND, Beliefs, SATURATION};
-use crate::material::Spline;
-use crate::material::Spread;
-use crate::sensor::{PerLine, USUAL_OPEN_LOOP_GAIN};
+use super::priors::{
+    BEND, Beliefs, CONTACT_FACTOR, LEVEL_SCALE, SATURATION, SHEET_MICROSIEMENS,
+    USUAL_CONTACT_FACTOR,
+};
+use crate::material::{Sheet, Spline, Spread};
+use crate::sensor::{MaterialSpec, PerLine, PerTaxel, SheetSpec, USUAL_OPEN_LOOP_GAIN};
 use crate::{Error, Sensor};
 
 /// A number that can be fitted.
@@ -25,6 +27,10 @@ pub(super) enum Unknown {
     SpreadRow,
     SpreadColumn,
     SpreadDiagonal,
+    /// 1/R_s of a continuous sheet, microsiemens; 0: none.
+    Sheet,
+    /// ln of its contact factor.
+    SheetContact,
     /// ln factor of the law (of the loads' scale, where uniform levels give the law).
     Factor,
     /// Exponent (where no uniform levels give it).
@@ -46,6 +52,8 @@ impl Unknown {
             Unknown::CarryOver => 5e-4,
             Unknown::SpreadRow | Unknown::SpreadColumn | Unknown::SpreadDiagonal => 1e-4,
             Unknown::Saturation => 1e-3,
+            Unknown::Sheet => 0.5,
+            Unknown::SheetContact => 1e-2,
             Unknown::Factor | Unknown::Exponent | Unknown::Bend(_) => 1e-4,
         }
     }
@@ -60,6 +68,8 @@ impl Unknown {
                 | Unknown::Source
                 | Unknown::Offset
                 | Unknown::CarryOver
+                | Unknown::Sheet
+                | Unknown::SheetContact
         )
     }
 }
@@ -72,6 +82,8 @@ pub(super) struct Model {
     pub(super) law: LawModel,
     /// Largest offset believed, counts.
     pub(super) most_offset_counts: f64,
+    /// Uniform loads give the law, and presses the scale of these loads.
+    pub(super) levelled: bool,
     /// What is believed of it beforehand.
     pub(super) beliefs: Beliefs,
 }
@@ -140,6 +152,13 @@ impl Model {
             Unknown::SpreadRow => spread.row,
             Unknown::SpreadColumn => spread.column,
             Unknown::SpreadDiagonal => spread.diagonal,
+            Unknown::Sheet => self
+                .sheet()
+                .map_or(0.0, |sheet| 1e6 / sheet.resistance_ohms),
+            Unknown::SheetContact => self
+                .sheet()
+                .map_or(USUAL_CONTACT_FACTOR, |sheet| sheet.contact_factor)
+                .ln(),
             Unknown::Factor => self.law.ln_factor,
             Unknown::Exponent => self.law.exponent,
             Unknown::Saturation => self.law.saturation,
@@ -192,6 +211,17 @@ impl Model {
                 }
                 self.spread = Some(spread);
             }
+            Unknown::Sheet => {
+                if value < 0.0 {
+                    return None;
+                }
+                let contact = self.get(Unknown::SheetContact).exp();
+                self.set_sheet((value > 0.0).then(|| SheetSpec::new(1e6 / value, contact)));
+            }
+            Unknown::SheetContact => {
+                let sheet = self.sheet()?;
+                self.set_sheet(Some(SheetSpec::new(sheet.resistance_ohms, value.exp())));
+            }
             Unknown::Factor => self.law.ln_factor = value,
             Unknown::Exponent => {
                 if !(0.1..10.0).contains(&value) {
@@ -208,6 +238,19 @@ impl Model {
             Unknown::Bend(i) => self.law.bends[i] = value,
         }
         value.is_finite().then_some(())
+    }
+
+    /// The sheet of the model's circuit.
+    pub(super) fn sheet(&self) -> Option<Sheet> {
+        self.sensor.material().and_then(|material| material.sheet)
+    }
+
+    /// A circuit takes its sheet from the material, of which nothing else is read while it is fitted.
+    pub(super) fn set_sheet(&mut self, sheet: Option<SheetSpec>) {
+        self.sensor.try_out(|spec| {
+            let blank = || MaterialSpec::new(1.0, PerTaxel::One(1.0));
+            spec.material.get_or_insert_with(blank).sheet = sheet;
+        });
     }
 
     /// How far what is fitted lies from what is believed of it, in standard deviations; nothing for what nothing is
@@ -232,6 +275,13 @@ impl Model {
                 }
                 Unknown::Saturation => surprises.push(off(self.law.saturation, (0.0, SATURATION))),
                 Unknown::Bend(i) => surprises.push(off(self.law.bends[i], (0.0, BEND))),
+                Unknown::Sheet => surprises.push(off(self.get(unknown), (0.0, SHEET_MICROSIEMENS))),
+                Unknown::SheetContact => {
+                    surprises.push(off(self.get(unknown), CONTACT_FACTOR));
+                }
+                Unknown::Factor if self.levelled => {
+                    surprises.push(off(self.law.ln_factor, (0.0, LEVEL_SCALE)));
+                }
                 _ => {}
             }
         }

@@ -13,6 +13,13 @@ pub(super) const ALIKE_WITHIN: f64 = 1.4;
 /// Standard deviations of a bend of the law, and of 1/saturation, per kilogram: both are believed to be none.
 pub(super) const BEND: f64 = 0.3;
 pub(super) const SATURATION: f64 = 2.0;
+/// Standard deviation of a sheet's 1/R_s, microsiemens: it is believed to be cut, and 10 kΩ is no surprise.
+pub(super) const SHEET_MICROSIEMENS: f64 = 100.0;
+/// Its contact factor, and what is believed of its logarithm.
+pub(super) const USUAL_CONTACT_FACTOR: f64 = 3.0;
+pub(super) const CONTACT_FACTOR: (f64, f64) = (1.098_612_288_668_109_8, std::f64::consts::LN_2);
+/// Standard deviation of the ratio between uniform loads and labels of presses, as a logarithm: both are grams.
+pub(super) const LEVEL_SCALE: f64 = 0.03;
 /// No switch has less: a smaller number in the file stands for one that is not known.
 const MIN_SWITCH_OHMS: f64 = 0.1;
 /// A source resistor of which nothing is known, ohms.

@@ -8,7 +8,7 @@ use super::outcome::Outcome;
 use super::{Calibration, CalibrationOptions, CalibrationReport, Parameter, suspects};
 use crate::material::LoadLaw;
 use crate::screen::Axis;
-use crate::sensor::{Bend, MaterialSpec, PerLine, PerTaxel, Provenance, SensorSpec};
+use crate::sensor::{Bend, MaterialSpec, PerLine, PerTaxel, Provenance, SensorSpec, SheetSpec};
 use crate::stats::quantile;
 use crate::{Error, Sensor};
 
@@ -282,7 +282,10 @@ fn material(outcome: &Outcome, columns: usize) -> MaterialSpec {
         spread: model
             .spread
             .map(|s| [s.row, s.column, s.diagonal].map(|x| round(x.max(0.0), 1e7))),
-        sheet: None,
+        sheet: model.sheet().map(|sheet| {
+            let digits = |value: f64| round(value, 1e3);
+            SheetSpec::new(digits(sheet.resistance_ohms), digits(sheet.contact_factor))
+        }),
         // Found from other data, with another static law.
         dynamic: None,
     }
@@ -326,6 +329,8 @@ fn name(unknown: Unknown) -> &'static str {
         Unknown::SpreadRow => "spread along columns",
         Unknown::SpreadColumn => "spread along rows",
         Unknown::SpreadDiagonal => "diagonal spread",
+        Unknown::Sheet => "sheet.resistance_ohms",
+        Unknown::SheetContact => "sheet.contact_factor",
         Unknown::Factor => "factor",
         Unknown::Exponent => "exponent",
         Unknown::Saturation => "saturation_load_g",

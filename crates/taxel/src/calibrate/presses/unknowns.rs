@@ -233,6 +233,7 @@ impl Layout {
             spread: None,
             law,
             most_offset_counts: 0.0,
+            levelled: false,
             beliefs: self.beliefs,
         };
         model.law.rises().then_some(model)
