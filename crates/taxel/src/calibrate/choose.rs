@@ -8,6 +8,7 @@ use super::lines::separate;
 use super::model::{LawModel, Model, Unknown, no_fit};
 use super::outcome::{HeldOut, Outcome};
 use super::priors::Beliefs;
+use super::together::Together;
 use super::{CalibrationOptions, EffectFinding};
 use crate::circuit::LinearCircuit;
 use crate::solve::Exact;
@@ -26,12 +27,14 @@ pub(super) struct Search<'a> {
     pub(super) model: Model,
     pub(super) unknowns: Vec<Unknown>,
     pub(super) best: Option<(Fitted, Score)>,
+    /// Everything fitted together, from there, where that is more probable.
+    pub(super) together: Option<Together>,
     pub(super) findings: Vec<EffectFinding>,
     pub(super) laws: Vec<(String, f64)>,
     pub(super) law: String,
     pub(super) separated: bool,
     /// No taxel is ever unloaded, so that the presses must tell the switches.
-    by_presses: bool,
+    pub(super) by_presses: bool,
     pub(super) options: CalibrationOptions,
     pub(super) held_out: HeldOut,
 }
@@ -94,7 +97,7 @@ impl<'a> Search<'a> {
         });
         let blank = Model {
             sensor: without_sheet,
-            levelled: !evidence.levels.is_empty(),
+            levelled: false,
             spread: None,
             most_offset_counts: match evidence.faults.level {
                 Some(level) => 0.95 * level.baseline_counts,
@@ -137,6 +140,7 @@ impl<'a> Search<'a> {
             model,
             unknowns,
             best: None,
+            together: None,
             findings: Vec::new(),
             laws: Vec::new(),
             law: "power".to_owned(),
@@ -176,13 +180,12 @@ impl<'a> Search<'a> {
         self.doubt_offset()?;
         self.try_presses()?;
         self.try_laws(true)?;
-        self.explains()
+        self.explains()?;
+        self.polish(progress)
     }
 
     /// Tries every effect that is not in the model yet.
     fn look_beyond(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
-        progress("sheet", 0.15);
-        self.try_sheet()?;
         progress("offset", 0.2);
         self.try_offset()?;
         progress("spread", 0.3);
@@ -372,7 +375,11 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    fn separate_with(&mut self, evaluator: &mut Evaluator, progress: &mut dyn FnMut(&str, f64)) {
+    pub(super) fn separate_with(
+        &mut self,
+        evaluator: &mut Evaluator,
+        progress: &mut dyn FnMut(&str, f64),
+    ) {
         progress("every switch apart", 0.1);
         if let Some(model) = separate(evaluator, &self.model) {
             self.model = model;

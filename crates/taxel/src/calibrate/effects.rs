@@ -13,20 +13,15 @@ use crate::sensor::ScanOrder;
 const SIGNIFICANT: f64 = 2.0;
 /// and at least this many grams.
 const WORTHWHILE_G: f64 = 0.002;
-const SPREAD: [Unknown; 3] = [
+pub(super) const SPREAD: [Unknown; 3] = [
     Unknown::SpreadRow,
     Unknown::SpreadColumn,
     Unknown::SpreadDiagonal,
 ];
-const SHEET: [Unknown; 2] = [Unknown::Sheet, Unknown::SheetContact];
-/// 20 kΩ between neighbours, microsiemens.
-const START_SHEET_MICROSIEMENS: f64 = 50.0;
-/// A sheet is there when it makes twice the logarithm of the posterior larger by so much.
-const TOLD_BY_POSTERIOR: f64 = 6.0;
 /// Shares (of a load, of the previous reading) below this are taken for none.
-const MIN_SHARE: f64 = 1e-3;
+pub(super) const MIN_SHARE: f64 = 1e-3;
 /// A saturation is told when it is this many standard errors from none.
-const TOLD: f64 = 3.0;
+pub(super) const TOLD: f64 = 3.0;
 /// Inner knots of the spline law.
 const INNER_KNOTS: usize = 3;
 
@@ -150,46 +145,6 @@ impl Search<'_> {
                 gained(gain, errors)
             ),
         );
-        if used {
-            self.accept(fitted, score);
-        }
-        Ok(())
-    }
-
-    /// A continuous sheet, by the posterior: held-out presses hardly feel it, and labels' own faults may hide it.
-    pub(super) fn try_sheet(&mut self) -> Result<(), Error> {
-        if self.uses("sheet") {
-            return Ok(());
-        }
-        if self.evaluator.evidence.levels.is_empty() {
-            let why = "not told by these presses: a uniform load would tell, or labelled presses inside a contact";
-            self.note("sheet", false, why.to_owned());
-            return Ok(());
-        }
-        let mut model = self.model.clone();
-        model.set(Unknown::Sheet, START_SHEET_MICROSIEMENS);
-        let Some((fitted, score, ..)) = self.attempt(&model, &SHEET) else {
-            self.note("sheet", false, "its fit did not converge".to_owned());
-            return Ok(());
-        };
-        let Some((without, _)) = &self.best else {
-            return Ok(());
-        };
-        let scatter = fitted
-            .scatter_of(Unknown::Factor)
-            .min(without.scatter_of(Unknown::Factor));
-        let gain = without.loss(scatter) - fitted.loss(scatter);
-        let used = gain > TOLD_BY_POSTERIOR;
-        let sheet = fitted.model.sheet();
-        let text = sheet.map_or_else(String::new, |sheet| {
-            format!(
-                "{:.1} kOhm between neighbours, contact factor {:.2}; {:.1} ± {:.1} µS; uniform loads seem {:+.1} % of what they are without it, {:+.1} % with it; log posterior {gain:+.1}",
-                sheet.resistance_ohms / 1e3, sheet.contact_factor,
-                fitted.model.get(Unknown::Sheet), fitted.error_of(Unknown::Sheet).unwrap_or(0.0),
-                100.0 * (without.model.law.ln_factor.exp() - 1.0), 100.0 * (fitted.model.law.ln_factor.exp() - 1.0),
-            )
-        });
-        self.note("sheet", used, text);
         if used {
             self.accept(fitted, score);
         }

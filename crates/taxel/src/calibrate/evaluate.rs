@@ -23,6 +23,9 @@ pub(super) const GHOSTS: usize = 120;
 pub(super) struct PressEstimate {
     /// Load on the labelled taxel, grams.
     pub(super) load_g: f64,
+    /// What the label stands for, grams: the load on the taxel, with that on its 8 neighbours where nothing else is near.
+    /// A press off the taxel's centre is still the same force.
+    pub(super) force_g: f64,
     /// Loads on its 8 neighbours, grams, where nothing else is near.
     pub(super) neighbours_g: Vec<f64>,
     /// Loads on unloaded taxels of its frame, grams (by the secant).
@@ -63,6 +66,8 @@ pub(super) struct Evaluator<'a> {
     pub(super) executor: &'a dyn Executor,
     /// Per press: whether nothing else is near.
     pub(super) isolated: Vec<bool>,
+    /// Whether the neighbours of a press are quiet enough to be added to it.
+    pub(super) forces: bool,
     /// Per press: unloaded taxels of its frame.
     pub(super) unloaded: Vec<Vec<usize>>,
     /// What an unloaded taxel's conductance over g_zero is worth.
@@ -81,6 +86,7 @@ impl<'a> Evaluator<'a> {
             evidence,
             executor,
             isolated: vec![false; evidence.presses.len()],
+            forces: false,
             unloaded: vec![Vec::new(); evidence.presses.len()],
             ghost_grams_per_siemens: 0.0,
             g_zero_shift: 0.0,
@@ -108,6 +114,7 @@ impl<'a> Evaluator<'a> {
         let mut part = Evaluator::new(evidence, self.executor);
         part.isolated = which.iter().map(|&i| self.isolated[i]).collect();
         part.unloaded = which.iter().map(|&i| self.unloaded[i].clone()).collect();
+        part.forces = self.forces;
         part.ghost_grams_per_siemens = self.ghost_grams_per_siemens;
         for (own, &i) in part.starts.iter_mut().zip(which) {
             *own = self.starts[i].take();
@@ -262,8 +269,15 @@ impl<'a> Evaluator<'a> {
                 middle + SIDE,
                 middle + SIDE + 1,
             ];
+            let beside = neighbours.iter().map(|&k| loads[k]);
+            let beside: f64 = if self.forces && self.isolated[i] {
+                beside.filter(|x| x.is_finite()).sum()
+            } else {
+                0.0
+            };
             estimates.push(PressEstimate {
                 load_g: loads[middle],
+                force_g: loads[middle] + beside,
                 // As shares of the press, and by a fixed number of grams per siemens: otherwise the fit could
                 // make ghosts small by making every load small.
                 neighbours_g: if self.isolated[i] {
@@ -282,7 +296,7 @@ impl<'a> Evaluator<'a> {
         }
         estimates
             .iter()
-            .all(|e| e.load_g.is_finite())
+            .all(|e| e.force_g.is_finite())
             .then_some(estimates)
     }
 

@@ -1,17 +1,16 @@
 //! Fits a model's unknowns to the presses, and judges it on presses that it has not seen.
 
 use super::LawChoice;
-use super::evaluate::{Evaluator, GHOSTS, PressEstimate};
+use super::evaluate::{Evaluator, GHOSTS};
 use super::fit_law::fit_law;
-use super::least_squares::{Fit, Settings, fit, median, robust_deviation, step, weights};
+use super::least_squares::{Fit, Settings, fit, median, robust_deviation, step};
 use super::model::{Model, Unknown, any_moves_frames, with_switches};
+use super::terms::MisfitTerm;
 use crate::sensor::PerLine;
 use crate::stats;
 
 /// Smallest scatter that residuals of a class are scaled by, grams.
 const MIN_SCATTER_G: f64 = 1e-3;
-/// Residuals beyond this many standard deviations count linearly.
-const HUBER: f64 = 2.5;
 /// Loads below this count as none, grams, when unloaded taxels are looked for.
 const NEXT_TO_NOTHING_G: f64 = 2.0;
 /// Load at which an unloaded taxel's conductance is turned into grams, by the secant.
@@ -31,67 +30,6 @@ struct Block {
     unknowns: Vec<Unknown>,
     scatter: f64,
     fit: Fit,
-}
-
-/// Which evidence tells of an unknown. Each has its own, so that no unknown is bent to make up for a fault in
-/// the model that another kind of evidence shows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum MisfitTerm {
-    /// What surrounds presses with nothing near them: spread and carry-over.
-    Surroundings,
-    /// Unloaded taxels: the converter's offset.
-    Unloaded,
-    /// The labelled loads: circuit and law.
-    Presses,
-}
-
-impl MisfitTerm {
-    const ALL: [MisfitTerm; 3] = [
-        MisfitTerm::Surroundings,
-        MisfitTerm::Unloaded,
-        MisfitTerm::Presses,
-    ];
-
-    fn of(unknown: Unknown) -> Self {
-        match unknown {
-            Unknown::SpreadRow
-            | Unknown::SpreadColumn
-            | Unknown::SpreadDiagonal
-            | Unknown::CarryOver => MisfitTerm::Surroundings,
-            Unknown::Offset => MisfitTerm::Unloaded,
-            _ => MisfitTerm::Presses,
-        }
-    }
-
-    /// What it says of each press, grams; nothing where a model is perfect.
-    fn residuals(self, evaluator: &Evaluator, estimates: &[PressEstimate]) -> Vec<f64> {
-        match self {
-            MisfitTerm::Surroundings => estimates
-                .iter()
-                .flat_map(|e| e.neighbours_g.clone())
-                .collect(),
-            MisfitTerm::Unloaded => estimates.iter().flat_map(|e| e.ghosts_g.clone()).collect(),
-            MisfitTerm::Presses => estimates
-                .iter()
-                .zip(&evaluator.evidence.presses)
-                .map(|(e, p)| e.load_g - p.load_g)
-                .collect(),
-        }
-    }
-
-    /// Which press each residual belongs to.
-    fn owners(self, estimates: &[PressEstimate]) -> Vec<usize> {
-        let count = |e: &PressEstimate| match self {
-            MisfitTerm::Surroundings => e.neighbours_g.len(),
-            MisfitTerm::Unloaded => e.ghosts_g.len(),
-            MisfitTerm::Presses => 1,
-        };
-        estimates
-            .iter()
-            .enumerate()
-            .flat_map(|(i, e)| vec![i; count(e)])
-            .collect()
-    }
 }
 
 /// Errors on presses that the fit had not seen.
@@ -268,7 +206,7 @@ pub(super) fn refine(
                 unknowns
                     .iter()
                     .copied()
-                    .filter(|&u| MisfitTerm::of(u) == w)
+                    .filter(|&u| MisfitTerm::of(u, false) == w)
                     .collect(),
             )
         })
@@ -308,7 +246,7 @@ pub(super) fn refine_alone(
     model: &Model,
     unknowns: &[Unknown],
 ) -> Option<(Model, f64, bool)> {
-    let term = MisfitTerm::of(unknowns[0]);
+    let term = MisfitTerm::of(unknowns[0], false);
     let block = fit_block(evaluator, model, term, unknowns, (3, 0.1))?;
     let found = &block.fit;
     let clear = (0..unknowns.len())
@@ -382,7 +320,7 @@ fn fit_block(
 /// Residuals come in units of their witness's scatter.
 fn scaled() -> Settings {
     Settings {
-        huber: HUBER,
+        huber: 2.5,
         scale: Some(1.0),
         ..Settings::default()
     }
@@ -400,28 +338,6 @@ impl Fitted {
     pub(super) fn error_of(&self, unknown: Unknown) -> Option<f64> {
         let (block, at) = self.block_of(unknown)?;
         Some(block.fit.covariance[at][at].max(0.0).sqrt())
-    }
-
-    /// Scatter of what tells of an unknown, grams.
-    pub(super) fn scatter_of(&self, unknown: Unknown) -> f64 {
-        self.block_of(unknown)
-            .map_or(MIN_SCATTER_G, |(block, _)| block.scatter)
-    }
-
-    /// −2 ln of the posterior of what labelled loads tell, but for a constant, with loads that scatter by so many grams.
-    pub(super) fn loss(&self, scatter_g: f64) -> f64 {
-        let blocks = self.blocks.iter().filter(|b| b.term == MisfitTerm::Presses);
-        blocks
-            .map(|block| {
-                let beliefs = self.model.surprises(&block.unknowns);
-                let data = block.fit.residuals.len() - beliefs.len();
-                let grams: Vec<f64> = block.fit.residuals[..data]
-                    .iter()
-                    .map(|r| r * block.scatter / scatter_g)
-                    .collect();
-                weights(&grams, HUBER).1 + beliefs.iter().map(|b| b * b).sum::<f64>()
-            })
-            .sum()
     }
 
     /// Correlation of two fitted unknowns of one witness.

@@ -14,11 +14,14 @@ mod levels;
 mod lines;
 mod model;
 mod outcome;
+mod polish;
 mod posterior;
 mod presses;
 mod priors;
 mod report;
 mod suspects;
+mod terms;
+mod together;
 mod write;
 
 pub use dynamic::{DynamicFit, LoadSeries, fit_dynamic};

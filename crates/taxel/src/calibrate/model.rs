@@ -58,6 +58,27 @@ impl Unknown {
         }
     }
 
+    /// How far a model is trusted to be linear in it.
+    pub(super) fn reach(self) -> f64 {
+        match self {
+            Unknown::Columns | Unknown::Rows => 5.0,
+            Unknown::OpenLoopGain | Unknown::Source | Unknown::SheetContact => 0.7,
+            Unknown::Offset => 100.0,
+            Unknown::CarryOver => 0.02,
+            Unknown::SpreadRow | Unknown::SpreadColumn | Unknown::SpreadDiagonal => 0.05,
+            Unknown::Sheet => 60.0,
+            Unknown::Saturation => 1.0,
+            Unknown::Factor => 0.5,
+            Unknown::Exponent => 0.3,
+            Unknown::Bend(_) => 0.2,
+        }
+    }
+
+    /// Its least value, where it has one.
+    pub(super) fn least(self) -> Option<f64> {
+        matches!(self, Unknown::Sheet | Unknown::Saturation).then_some(0.0)
+    }
+
     /// Whether frames must be inverted anew when it moves.
     pub(super) fn moves_frames(self) -> bool {
         matches!(

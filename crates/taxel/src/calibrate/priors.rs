@@ -19,7 +19,7 @@ pub(super) const SHEET_MICROSIEMENS: f64 = 100.0;
 pub(super) const USUAL_CONTACT_FACTOR: f64 = 3.0;
 pub(super) const CONTACT_FACTOR: (f64, f64) = (1.098_612_288_668_109_8, std::f64::consts::LN_2);
 /// Standard deviation of the ratio between uniform loads and labels of presses, as a logarithm: both are grams.
-pub(super) const LEVEL_SCALE: f64 = 0.03;
+pub(super) const LEVEL_SCALE: f64 = 0.02;
 /// No switch has less: a smaller number in the file stands for one that is not known.
 const MIN_SWITCH_OHMS: f64 = 0.1;
 /// A source resistor of which nothing is known, ohms.

@@ -71,14 +71,30 @@ impl Search<'_> {
         }
     }
 
+    /// Standard error of a fitted unknown: of everything fitted together, where that was kept.
+    fn error_of(&self, fitted: &Fitted, unknown: Unknown) -> Option<f64> {
+        match &self.together {
+            Some(together) => together.error_of(unknown),
+            None => fitted.error_of(unknown),
+        }
+    }
+
+    fn correlation(&self, fitted: &Fitted, a: Unknown, b: Unknown) -> Option<f64> {
+        match &self.together {
+            Some(together) => together.correlation(a, b),
+            None => fitted.correlation(a, b),
+        }
+    }
+
     /// The numbers of the sensor file that were fitted, and those that were held.
     fn parameters(&mut self, fitted: &Fitted, law: &LoadLaw, factor: f64) -> Vec<Parameter> {
+        let g_zero_error = self.evaluator.g_zero_error(&self.model);
         let sensor = &self.model.sensor;
         let readout = sensor.readout();
         let mean_ohms = |list: &Option<PerLine>, n| list.as_ref().map_or(0.0, |l| l.mean(n));
         let number =
-            |name: &str, value: f64, unknown, relative: f64, unit: &str, by: &str| match fitted
-                .error_of(unknown)
+            |name: &str, value: f64, unknown, relative: f64, unit: &str, by: &str| match self
+                .error_of(fitted, unknown)
             {
                 Some(error) => Parameter::fitted(name, value, error * relative, unit),
                 None => Parameter::held(name, value, by, unit),
@@ -107,7 +123,7 @@ impl Search<'_> {
         let (name, exponent) = ("material.exponent", mean(&law.exponent));
         list.push(number(name, exponent, Unknown::Exponent, 1.0, "", levels));
         let name = "material.g_zero_siemens";
-        list.push(match self.evaluator.g_zero_error(&self.model) {
+        list.push(match g_zero_error {
             Some(error) => Parameter::fitted(name, law.g_zero, error, "S"),
             None => Parameter::held(name, law.g_zero, "the quietest fifth of the taxels", "S"),
         });
@@ -130,7 +146,7 @@ impl Search<'_> {
     fn warn(&self, fitted: &Fitted, warnings: &mut Vec<String>) {
         for (i, &a) in self.unknowns.iter().enumerate() {
             for &b in &self.unknowns[..i] {
-                if let Some(r) = fitted.correlation(a, b)
+                if let Some(r) = self.correlation(fitted, a, b)
                     && (r.abs() > ALIKE || !r.is_finite())
                 {
                     warnings.push(format!(
@@ -145,7 +161,7 @@ impl Search<'_> {
                 "one resistance per line was asked for, but only uniform frames at two levels or more can tell lines apart".to_owned(),
             );
         }
-        if let Some(error) = fitted.error_of(Unknown::Saturation)
+        if let Some(error) = self.error_of(fitted, Unknown::Saturation)
             && self.model.law.saturation < 2.0 * error
         {
             warnings.push(

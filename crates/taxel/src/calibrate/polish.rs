@@ -1,0 +1,313 @@
+//! The end of a calibration: from what the search found, every effect an unknown that is believed to be absent, all of
+//! them fitted together. What is then not told from nothing is left out.
+
+use super::choose::{MIN_OFFSET_COUNTS, Search};
+use super::effects::{MIN_SHARE, SPREAD, TOLD};
+use super::evaluate::Evaluator;
+use super::fit::Score;
+use super::model::{Model, Unknown};
+use super::terms::MisfitTerm;
+use super::together::{Effort, Together, fit_together, loss_of};
+use super::{EffectFinding, LawChoice};
+use crate::Error;
+use crate::sensor::ScanOrder;
+use crate::stats::{self, robust_deviation};
+
+/// Turns between the unknowns and one resistance a line, at most; they end when no unknown moves by more than this share of
+/// its standard error.
+const MAX_TURNS: usize = 5;
+const SETTLED: f64 = 0.3;
+/// Unloaded neighbours are added to a press when their noise is below this share of the usual load.
+const QUIET: f64 = 0.02;
+/// Where a sheet is begun with: 50 kΩ, microsiemens.
+const START_SHEET: f64 = 20.0;
+/// A sheet that conducts less is none, microsiemens; it is told when −2 ln of the posterior is larger without it by this.
+const MIN_SHEET: f64 = 1.0;
+const SHEET_TOLD: f64 = 9.0;
+/// Fewest presses with nothing near them that tell of what surrounds presses.
+const MIN_ALONE: usize = 5;
+
+impl Search<'_> {
+    /// Fits everything together, and keeps it where it is more probable than what the search found.
+    pub(super) fn polish(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
+        let before = (
+            self.model.clone(),
+            self.unknowns.clone(),
+            self.findings.clone(),
+        );
+        let together = self.everything(progress);
+        let levels = self.can_separate();
+        let better = together.filter(|together| {
+            let mut old = before.0.clone();
+            old.levelled = levels;
+            let unknowns = &together.unknowns;
+            loss_of(&mut self.evaluator, &old, unknowns, together)
+                .is_none_or(|old| together.loss(MisfitTerm::Presses) < old)
+        });
+        let Some(together) = better else {
+            (self.model, self.unknowns, self.findings) = before;
+            self.look()?;
+            return self.score_held_out();
+        };
+        let folds = self.options.folds;
+        if let (Some((_, score)), Some(errors_g)) = (
+            &mut self.best,
+            together.held_out(&mut self.evaluator, folds),
+        ) {
+            *score = Score {
+                totals_g: errors_g.clone(),
+                errors_g,
+                seen: Vec::new(),
+            };
+        }
+        self.together = Some(together);
+        Ok(())
+    }
+
+    /// Nothing where a step has no solution.
+    fn everything(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Option<Together> {
+        self.add_effects();
+        self.look_closely()?;
+        self.choose_scan_order()?;
+        let mut last = None;
+        for turn in 0..MAX_TURNS {
+            progress("everything together", 0.6 + 0.05 * turn as f64);
+            let before: Vec<f64> = self.unknowns.iter().map(|&u| self.model.get(u)).collect();
+            let found = self.fit_all(Effort::ROUGH)?;
+            if self.can_separate() {
+                let mut evaluator =
+                    Evaluator::new(self.evaluator.evidence, self.evaluator.executor);
+                std::mem::swap(&mut evaluator, &mut self.evaluator);
+                self.separate_with(&mut evaluator, progress);
+                std::mem::swap(&mut evaluator, &mut self.evaluator);
+            }
+            self.look_closely()?;
+            let settled = self.unknowns.iter().zip(&before).all(|(&u, before)| {
+                let error = found.error_of(u).unwrap_or(0.0);
+                (self.model.get(u) - before).abs() <= SETTLED * error.max(u.step())
+            });
+            last = Some(found);
+            if settled {
+                break;
+            }
+        }
+        self.leave_out_what_is_not_there(&last?)
+    }
+
+    fn fit_all(&mut self, effort: Effort) -> Option<Together> {
+        let by_ghosts = self.can_separate() && !self.by_presses;
+        let evaluator = &mut self.evaluator;
+        let found = fit_together(evaluator, &self.model, &self.unknowns, by_ghosts, effort)?;
+        self.model = found.model.clone();
+        Some(found)
+    }
+
+    /// Looks for what is unloaded and alone anew, and whether the neighbours of a press are quiet enough to be added to it.
+    fn look_closely(&mut self) -> Option<()> {
+        self.evaluator.forces = false;
+        self.look().ok()?;
+        let estimates = self.evaluator.estimates(&self.model)?;
+        let ghosts = estimates.iter().flat_map(|e| &e.ghosts_g).copied();
+        let noise = 8f64.sqrt() * robust_deviation(ghosts);
+        let loads = self.evaluator.evidence.presses.iter().map(|p| p.load_g);
+        self.evaluator.forces = noise < QUIET * stats::median(loads).unwrap_or(0.0);
+        Some(())
+    }
+
+    /// Makes every effect an unknown that there is evidence of.
+    fn add_effects(&mut self) {
+        let levels = self.evaluator.evidence.levels.len();
+        self.model.law.own_exponents = levels >= 3;
+        self.model.levelled = self.can_separate();
+        let mut more = Vec::new();
+        let asked = matches!(self.options.law, LawChoice::Auto | LawChoice::Saturating);
+        if asked && self.model.law.bends.is_empty() {
+            more.push(Unknown::Saturation);
+        }
+        if self.can_separate() && !self.by_presses {
+            more.extend([Unknown::Columns, Unknown::Rows]);
+        }
+        if self.evaluator.isolated.iter().filter(|&&i| i).count() >= MIN_ALONE {
+            more.extend(SPREAD);
+            more.push(Unknown::CarryOver);
+        }
+        if self.evaluator.has_unloaded() {
+            more.push(Unknown::Offset);
+        }
+        if levels > 0 {
+            more.extend([Unknown::Sheet, Unknown::SheetContact]);
+            self.model.set(Unknown::Sheet, START_SHEET);
+        } else {
+            let why = "not told by these presses: a uniform load would tell, or labelled presses inside a contact";
+            self.note("sheet", false, why.to_owned());
+        }
+        more.retain(|u| !self.unknowns.contains(u));
+        self.unknowns.extend(more);
+    }
+
+    /// Fits again without the effects that were not told from nothing, and says what was found.
+    fn leave_out_what_is_not_there(&mut self, found: &Together) -> Option<Together> {
+        let value = |unknown: Unknown| found.model.get(unknown);
+        let told = |unknown: Unknown| {
+            found
+                .error_of(unknown)
+                .is_some_and(|error| value(unknown).abs() > TOLD * error)
+        };
+        let kept = self.model.spread.map_or(1.0, |spread| spread.kept());
+        let spread = SPREAD.into_iter().any(told) && kept < 1.0 - MIN_SHARE;
+        let carry = told(Unknown::CarryOver) && value(Unknown::CarryOver) > MIN_SHARE;
+        let offset = told(Unknown::Offset) && value(Unknown::Offset).abs() > MIN_OFFSET_COUNTS;
+        let saturates = told(Unknown::Saturation) || self.options.law == LawChoice::Saturating;
+        let sheet = told(Unknown::Sheet) || self.is_sheet_told(found);
+        let gone = |unknown: &Unknown| match unknown {
+            Unknown::SpreadRow | Unknown::SpreadColumn | Unknown::SpreadDiagonal => !spread,
+            Unknown::CarryOver => !carry,
+            Unknown::Offset => !offset,
+            Unknown::Saturation => !saturates,
+            Unknown::Sheet | Unknown::SheetContact => !sheet,
+            _ => false,
+        };
+        for finding in self.words(found, [spread, carry, offset, sheet]) {
+            self.note(&finding.name, finding.used, finding.text);
+        }
+        if self.unknowns.contains(&Unknown::Saturation) {
+            let law = if saturates { "saturating" } else { "power" };
+            law.clone_into(&mut self.law);
+        }
+        let left: Vec<Unknown> = self.unknowns.iter().copied().filter(gone).collect();
+        self.unknowns.retain(|u| !left.contains(u));
+        for unknown in left {
+            match unknown {
+                Unknown::SpreadRow => self.model.spread = None,
+                Unknown::SpreadColumn | Unknown::SpreadDiagonal | Unknown::SheetContact => {}
+                _ => {
+                    self.model.set(unknown, 0.0);
+                }
+            }
+        }
+        self.fit_all(Effort::FULL)
+    }
+
+    /// Whether all that is known is clearly less probable without a sheet. Its two numbers stand for each other in a wide
+    /// valley, so that neither is told well where both together are.
+    fn is_sheet_told(&mut self, found: &Together) -> bool {
+        let mut model = found.model.clone();
+        if model.get(Unknown::Sheet) < MIN_SHEET || model.set(Unknown::Sheet, 0.0).is_none() {
+            return false;
+        }
+        let is_sheet = |u: &Unknown| matches!(u, Unknown::Sheet | Unknown::SheetContact);
+        let unknowns: Vec<Unknown> = self
+            .unknowns
+            .iter()
+            .copied()
+            .filter(|u| !is_sheet(u))
+            .collect();
+        let by_ghosts = self.can_separate() && !self.by_presses;
+        let evaluator = &mut self.evaluator;
+        let Some(without) = fit_together(evaluator, &model, &unknowns, by_ghosts, Effort::ROUGH)
+        else {
+            return true;
+        };
+        let loss = loss_of(evaluator, &without.model, &self.unknowns, found);
+        loss.is_none_or(|loss| loss > found.loss(MisfitTerm::Presses) + SHEET_TOLD)
+    }
+
+    /// Takes the order of the scan that explains what surrounds presses best.
+    fn choose_scan_order(&mut self) -> Option<()> {
+        if !self.unknowns.contains(&Unknown::CarryOver) {
+            return Some(());
+        }
+        let unknowns = [SPREAD.as_slice(), &[Unknown::CarryOver]].concat();
+        let mut fits: Vec<Together> = Vec::new();
+        for order in [ScanOrder::RowByRow, ScanOrder::ColumnByColumn] {
+            let mut model = self.model.clone();
+            model
+                .sensor
+                .try_out(|spec| spec.converter.scan_order = order);
+            let evaluator = &mut self.evaluator;
+            fits.push(fit_together(
+                evaluator,
+                &model,
+                &unknowns,
+                true,
+                Effort::ROUGH,
+            )?);
+        }
+        let loss = |fit: &Together| fit.loss_in_scales_of(MisfitTerm::Surroundings, &fits[0]);
+        let best = usize::from(loss(&fits[1]) < loss(&fits[0]));
+        self.model = fits[best].model.clone();
+        Some(())
+    }
+
+    /// What was found of spread, carry-over, offset and sheet, with its error, and whether it stays.
+    fn words(&self, found: &Together, stays: [bool; 4]) -> Vec<EffectFinding> {
+        let error = |u: Unknown| found.error_of(u).unwrap_or(f64::NAN);
+        let pm = |u: Unknown, factor: f64| {
+            format!(
+                "{:.2} ± {:.2}",
+                factor * found.model.get(u),
+                factor * error(u)
+            )
+        };
+        let alone = self.evaluator.isolated.iter().filter(|&&i| i).count();
+        let kept = found.model.spread.map_or(1.0, |spread| spread.kept());
+        let order = match found.model.sensor.converter().scan_order {
+            ScanOrder::RowByRow => "row by row",
+            ScanOrder::ColumnByColumn => "column by column",
+        };
+        let texts = [
+            (
+                Unknown::SpreadRow,
+                "spread",
+                format!(
+                    "neighbours take {:.1} % of a load (one row away {} %, one column {} %, diagonal {} %), from {alone} presses",
+                    100.0 * (1.0 - kept),
+                    pm(SPREAD[0], 100.0),
+                    pm(SPREAD[1], 100.0),
+                    pm(SPREAD[2], 100.0)
+                ),
+            ),
+            (
+                Unknown::CarryOver,
+                "memory of the scan",
+                format!(
+                    "a reading keeps {} % of the one before, scanned {order}",
+                    pm(Unknown::CarryOver, 100.0)
+                ),
+            ),
+            (
+                Unknown::Offset,
+                "offset",
+                format!("{} counts", pm(Unknown::Offset, 1.0)),
+            ),
+            (
+                Unknown::Sheet,
+                "sheet",
+                sheet_words(&found.model, error(Unknown::Sheet)),
+            ),
+        ];
+        let looked_for = texts.into_iter().zip(stays);
+        looked_for
+            .filter(|((unknown, ..), _)| self.unknowns.contains(unknown))
+            .map(|((_, name, text), used)| EffectFinding {
+                name: name.to_owned(),
+                used,
+                text,
+            })
+            .collect()
+    }
+}
+
+fn sheet_words(model: &Model, error: f64) -> String {
+    let conducts = model.get(Unknown::Sheet);
+    let film = format!("the film conducts {conducts:.0} ± {error:.0} µS between neighbours");
+    match model.sheet().filter(|_| conducts > 1.0) {
+        Some(sheet) => format!(
+            "{film} ({:.1} kΩ), contact factor {:.1}; told by uniform loads, which come out {:+.1} % off the labels' scale",
+            sheet.resistance_ohms / 1e3,
+            sheet.contact_factor,
+            100.0 * (model.law.ln_factor.exp() - 1.0)
+        ),
+        None => film,
+    }
+}

@@ -1,0 +1,528 @@
+//! Every unknown of a model at once: the most probable values, each told by its own evidence and by what is believed of
+//! it beforehand.
+//!
+//! A unknown listens to one kind of evidence alone ([`MisfitTerm`]), so that none is bent to make up for a fault in the
+//! model that another kind shows: a posterior with cut feedback (Liu, Bayarri and Berger 2009). The equations of all
+//! unknowns, J_kᵀ W r = 0 with the prior's slope, are solved together by Newton's method with the derivative of each kind
+//! of evidence by every unknown; their covariance is that of such estimating equations, A⁻¹ B A⁻ᵀ (Huber 1967).
+
+use super::evaluate::{Evaluator, PressEstimate};
+use super::least_squares::{median, weights};
+use super::model::{Model, Unknown};
+use super::terms::MisfitTerm;
+use taxel_linalg::{View, inverse};
+
+/// Residuals beyond this many standard deviations count linearly.
+const HUBER: f64 = 2.5;
+/// Smallest scatter that residuals of a kind are scaled by, grams.
+const MIN_SCATTER_G: f64 = 1e-3;
+/// A step is too long where a kind of evidence loses so many times what it had lost.
+const MAX_RISE: f64 = 1.5;
+/// Halvings of a step that leads nowhere.
+const MAX_HALVINGS: usize = 6;
+
+/// A fitted model, and the linear map around it that cross-validation and errors use.
+pub(super) struct Together {
+    pub(super) model: Model,
+    pub(super) unknowns: Vec<Unknown>,
+    terms: Vec<MisfitTerm>,
+    point: Point,
+    /// One row for each unknown, of the derivative of all residuals.
+    slopes: Vec<Residuals>,
+    covariance: Vec<f64>,
+}
+
+/// Scaled residuals of the three kinds of evidence, and of beliefs.
+#[derive(Debug, Clone, Default)]
+struct Residuals {
+    of_terms: [Vec<f64>; 3],
+    beliefs: Vec<f64>,
+}
+
+/// A model, what it says, and how much of it is believed.
+struct Point {
+    residuals: Residuals,
+    weights: [Vec<f64>; 3],
+    scales: [Vec<f64>; 3],
+    /// Which press each residual belongs to.
+    owners: [Vec<usize>; 3],
+}
+
+/// How far to go.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Effort {
+    /// How often the derivative is computed, at most.
+    derivatives: usize,
+    /// Steps with each, beyond the first.
+    chords: usize,
+    /// Ends when no unknown moves by more than so many of its difference steps.
+    precision: f64,
+}
+
+impl Effort {
+    /// On the way.
+    pub(super) const ROUGH: Self = Self {
+        derivatives: 2,
+        chords: 1,
+        precision: 1.0,
+    };
+    /// To the end.
+    pub(super) const FULL: Self = Self {
+        derivatives: 3,
+        chords: 2,
+        precision: 0.3,
+    };
+}
+
+/// Fits these unknowns of a model, together; `by_ghosts`: unloaded taxels tell the switches. Nothing where the model is
+/// impossible from the start.
+pub(super) fn fit_together(
+    evaluator: &mut Evaluator,
+    model: &Model,
+    unknowns: &[Unknown],
+    by_ghosts: bool,
+    effort: Effort,
+) -> Option<Together> {
+    let terms: Vec<MisfitTerm> = unknowns
+        .iter()
+        .map(|&u| MisfitTerm::of(u, by_ghosts))
+        .collect();
+    let mut model = model.clone();
+    let mut estimates = evaluator.estimates(&model)?;
+    let mut point = Point::new(evaluator, &model, unknowns, &estimates);
+    let mut slopes = slopes_at(evaluator, &model, unknowns, &point)?;
+    'all: for derivative in 0..effort.derivatives {
+        if derivative > 0 {
+            point = Point::new(evaluator, &model, unknowns, &estimates);
+            slopes = slopes_at(evaluator, &model, unknowns, &point)?;
+        }
+        // So near, the derivative is the same for a few steps.
+        for chord in 0..=effort.chords {
+            let step = newton_step(&model, unknowns, &terms, &point, &slopes, |_, _| true)?;
+            let taken = take_step(evaluator, &model, unknowns, &step, &point);
+            let Some((moved, there, length)) = taken else {
+                if chord == 0 {
+                    break 'all;
+                }
+                break;
+            };
+            (model, estimates) = (moved, there);
+            point = point.at(evaluator, &model, unknowns, &estimates);
+            let small =
+                |(u, s): (&Unknown, &f64)| (length * s).abs() <= effort.precision * u.step();
+            if unknowns.iter().zip(&step).all(small) {
+                break 'all;
+            }
+        }
+    }
+    point = Point::new(evaluator, &model, unknowns, &estimates);
+    let covariance = covariance(&terms, &point, &slopes);
+    Some(Together {
+        unknowns: unknowns.to_vec(),
+        model,
+        terms,
+        point,
+        slopes,
+        covariance,
+    })
+}
+
+/// −2 ln of the posterior of what labelled loads say of another model, in the scales of a fit.
+pub(super) fn loss_of(
+    evaluator: &mut Evaluator,
+    model: &Model,
+    unknowns: &[Unknown],
+    common: &Together,
+) -> Option<f64> {
+    let estimates = evaluator.estimates(model)?;
+    let point = common.point.at(evaluator, model, unknowns, &estimates);
+    let residuals = &point.residuals;
+    let beliefs: f64 = residuals.beliefs.iter().map(|b| b * b).sum();
+    Some(weights(&residuals.of_terms[MisfitTerm::Presses as usize], HUBER).1 + beliefs)
+}
+
+impl Point {
+    fn new(
+        evaluator: &Evaluator,
+        model: &Model,
+        unknowns: &[Unknown],
+        estimates: &[PressEstimate],
+    ) -> Self {
+        let raw = MisfitTerm::ALL.map(|term| term.residuals(evaluator, estimates));
+        let mut scales = [Vec::new(), Vec::new(), Vec::new()];
+        for ((term, raw), scales) in MisfitTerm::ALL.iter().zip(&raw).zip(&mut scales) {
+            *scales = match term {
+                MisfitTerm::Presses => press_scales(evaluator, raw),
+                _ => vec![size(raw).max(MIN_SCATTER_G); raw.len()],
+            };
+        }
+        let residuals = Residuals::new(evaluator, model, unknowns, estimates, &scales);
+        let weights = std::array::from_fn(|i| weights(&residuals.of_terms[i], HUBER).0);
+        Self {
+            residuals,
+            weights,
+            scales,
+            owners: MisfitTerm::ALL.map(|term| term.owners(estimates)),
+        }
+    }
+
+    /// Another model in the scales of this point.
+    fn at(
+        &self,
+        evaluator: &Evaluator,
+        model: &Model,
+        unknowns: &[Unknown],
+        estimates: &[PressEstimate],
+    ) -> Self {
+        let residuals = Residuals::new(evaluator, model, unknowns, estimates, &self.scales);
+        Self {
+            weights: std::array::from_fn(|i| weights(&residuals.of_terms[i], HUBER).0),
+            residuals,
+            scales: self.scales.clone(),
+            owners: self.owners.clone(),
+        }
+    }
+
+    /// −2 ln of the likelihood of each kind of evidence and of the beliefs, but for constants.
+    fn losses(residuals: &Residuals) -> [f64; 4] {
+        let [a, b, c] = &residuals.of_terms;
+        let of = |list: &[f64]| weights(list, HUBER).1;
+        let beliefs = residuals.beliefs.iter().map(|b| b * b).sum();
+        [of(a), of(b), of(c), beliefs]
+    }
+}
+
+impl Residuals {
+    fn new(
+        evaluator: &Evaluator,
+        model: &Model,
+        unknowns: &[Unknown],
+        estimates: &[PressEstimate],
+        scales: &[Vec<f64>; 3],
+    ) -> Self {
+        let of_terms = std::array::from_fn(|i| {
+            let mut residuals = MisfitTerm::ALL[i].residuals(evaluator, estimates);
+            for (residual, scale) in residuals.iter_mut().zip(&scales[i]) {
+                *residual /= scale;
+            }
+            residuals
+        });
+        Self {
+            of_terms,
+            beliefs: model.surprises(unknowns),
+        }
+    }
+}
+
+/// The usual size of residuals: their deviation from nothing, that of a normal distribution with the same median size.
+fn size(residuals: &[f64]) -> f64 {
+    let sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
+    1.4826 * median(&sizes)
+}
+
+/// What a labelled load is uncertain by: a part that is the same for all, which light ones tell, and one that goes with
+/// the load (labels, creep while it is held), which heavy ones tell.
+fn press_scales(evaluator: &Evaluator, residuals: &[f64]) -> Vec<f64> {
+    let loads: Vec<f64> = evaluator
+        .evidence
+        .presses
+        .iter()
+        .map(|p| p.load_g)
+        .collect();
+    let middle = median(&loads);
+    let part = |heavy: bool| -> Vec<f64> {
+        let each = residuals.iter().zip(&loads);
+        each.filter(|(_, load)| (**load > middle) == heavy)
+            .map(|(r, load)| if heavy { r / load } else { *r })
+            .collect()
+    };
+    let share = size(&part(true));
+    let of_light = loads.iter().filter(|load| **load <= middle).sum::<f64>()
+        / loads.iter().filter(|load| **load <= middle).count().max(1) as f64;
+    let same = size(&part(false)).powi(2) - (share * of_light).powi(2);
+    let same = same.max(0.0).sqrt().max(MIN_SCATTER_G);
+    loads.iter().map(|load| same.hypot(share * load)).collect()
+}
+
+/// The derivative of every residual by every unknown, one-sided differences.
+fn slopes_at(
+    evaluator: &mut Evaluator,
+    model: &Model,
+    unknowns: &[Unknown],
+    point: &Point,
+) -> Option<Vec<Residuals>> {
+    let mut slopes = Vec::with_capacity(unknowns.len());
+    for &unknown in unknowns {
+        let value = model.get(unknown);
+        let (moved, estimates, step) =
+            [unknown.step(), -unknown.step()]
+                .into_iter()
+                .find_map(|step| {
+                    let mut moved = model.clone();
+                    moved.set(unknown, value + step)?;
+                    let estimates = evaluator.estimates(&moved)?;
+                    Some((moved, estimates, step))
+                })?;
+        let mut there = Residuals::new(evaluator, &moved, unknowns, &estimates, &point.scales);
+        let here = &point.residuals;
+        let lists = there.of_terms.iter_mut().zip(&here.of_terms);
+        for (there, here) in lists.chain([(&mut there.beliefs, &here.beliefs)]) {
+            for (there, here) in there.iter_mut().zip(here) {
+                *there = (*there - here) / step;
+            }
+        }
+        slopes.push(there);
+    }
+    Some(slopes)
+}
+
+/// Newton's step of all equations, over the residuals for which `keep` (kind, residual) holds; an unknown that would fall
+/// below its least value stops there.
+fn newton_step(
+    model: &Model,
+    unknowns: &[Unknown],
+    terms: &[MisfitTerm],
+    point: &Point,
+    slopes: &[Residuals],
+    keep: impl Fn(usize, usize) -> bool,
+) -> Option<Vec<f64>> {
+    let n = unknowns.len();
+    let (matrix, right) = equations(terms, point, slopes, &keep);
+    let mut fixed: Vec<Option<f64>> = vec![None; n];
+    loop {
+        let (mut reduced, mut wanted) = (matrix.clone(), right.clone());
+        for (k, fixed) in fixed.iter().enumerate() {
+            if let Some(step) = fixed {
+                reduced[k * n..(k + 1) * n].fill(0.0);
+                reduced[k * n + k] = 1.0;
+                wanted[k] = *step;
+            }
+        }
+        let step = solve(&reduced, &wanted)?;
+        let mut stopped = false;
+        for (k, &unknown) in unknowns.iter().enumerate() {
+            let value = model.get(unknown);
+            if fixed[k].is_none() && unknown.least().is_some_and(|least| value + step[k] < least) {
+                fixed[k] = unknown.least().map(|least| least - value);
+                stopped = true;
+            }
+        }
+        if !stopped {
+            return Some(step);
+        }
+    }
+}
+
+/// Rows of equations, row-major, one for each unknown, and their right sides.
+fn equations(
+    terms: &[MisfitTerm],
+    point: &Point,
+    slopes: &[Residuals],
+    keep: &impl Fn(usize, usize) -> bool,
+) -> (Vec<f64>, Vec<f64>) {
+    let n = terms.len();
+    let (mut matrix, mut right) = (vec![0.0; n * n], vec![0.0; n]);
+    for (k, term) in terms.iter().enumerate() {
+        let kind = *term as usize;
+        let weighted: Vec<f64> = (slopes[k].of_terms[kind].iter().zip(&point.weights[kind]))
+            .enumerate()
+            .map(|(i, (slope, w))| if keep(kind, i) { slope * w } else { 0.0 })
+            .collect();
+        let along = |other: &[f64]| dot(&weighted, other);
+        let believed = |other: &[f64]| dot(&slopes[k].beliefs, other);
+        right[k] = -along(&point.residuals.of_terms[kind]) - believed(&point.residuals.beliefs);
+        for (l, other) in slopes.iter().enumerate() {
+            matrix[k * n + l] = along(&other.of_terms[kind]) + believed(&other.beliefs);
+        }
+    }
+    (matrix, right)
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// A few equations, scaled so that units do not matter.
+fn solve(matrix: &[f64], right: &[f64]) -> Option<Vec<f64>> {
+    let n = right.len();
+    let size = |k: usize| matrix[k * n + k].abs().sqrt().max(1e-150);
+    let mut scaled = matrix.to_vec();
+    for k in 0..n {
+        for l in 0..n {
+            scaled[k * n + l] /= size(k) * size(l);
+        }
+        scaled[k * n + k] += 1e-9;
+    }
+    let inverse = inverse(View::new(&scaled, n, n));
+    let step: Vec<f64> = (0..n)
+        .map(|k| {
+            (0..n)
+                .map(|l| inverse[k * n + l] * right[l] / (size(k) * size(l)))
+                .sum()
+        })
+        .collect();
+    step.iter().all(|x: &f64| x.is_finite()).then_some(step)
+}
+
+/// The model after a step, or after a part of it that is possible and does not lead clearly away.
+fn take_step(
+    evaluator: &mut Evaluator,
+    model: &Model,
+    unknowns: &[Unknown],
+    step: &[f64],
+    point: &Point,
+) -> Option<(Model, Vec<PressEstimate>, f64)> {
+    let before = Point::losses(&point.residuals);
+    let mut length = longest(unknowns, step);
+    for _ in 0..MAX_HALVINGS {
+        let moved = unknowns
+            .iter()
+            .zip(step)
+            .try_fold(model.clone(), |mut moved, (&u, step)| {
+                moved.set(u, model.get(u) + length * step)?;
+                Some(moved)
+            });
+        if let Some(moved) = moved
+            && let Some(estimates) = evaluator.estimates(&moved)
+        {
+            let there = Residuals::new(evaluator, &moved, unknowns, &estimates, &point.scales);
+            // Each kind of evidence is heard by its own unknowns alone, so that one may lose what others gain.
+            let losses = Point::losses(&there);
+            let bearable = |(now, before): (&f64, &f64)| *now <= MAX_RISE * before + 10.0;
+            if losses.iter().zip(&before).all(bearable) {
+                return Some((moved, estimates, length));
+            }
+        }
+        length *= 0.5;
+    }
+    None
+}
+
+/// The share of a step that moves no unknown farther than the model is trusted to be linear.
+fn longest(unknowns: &[Unknown], step: &[f64]) -> f64 {
+    let share = |(u, s): (&Unknown, &f64)| u.reach() / s.abs().max(1e-300);
+    unknowns.iter().zip(step).map(share).fold(1.0, f64::min)
+}
+
+/// A⁻¹ B A⁻ᵀ, row-major.
+fn covariance(terms: &[MisfitTerm], point: &Point, slopes: &[Residuals]) -> Vec<f64> {
+    let n = terms.len();
+    let (matrix, _) = equations(terms, point, slopes, &|_, _| true);
+    let size: Vec<f64> = (0..n)
+        .map(|k| matrix[k * n + k].abs().sqrt().max(1e-150))
+        .collect();
+    let mut scaled = matrix.clone();
+    for k in 0..n {
+        for l in 0..n {
+            scaled[k * n + l] /= size[k] * size[l];
+        }
+    }
+    let inverse = inverse(View::new(&scaled, n, n));
+    // Evidence of different kinds is independent; beliefs are shared.
+    let between = |k: usize, l: usize| {
+        if terms[k] == terms[l] {
+            matrix[k * n + l]
+        } else {
+            dot(&slopes[k].beliefs, &slopes[l].beliefs)
+        }
+    };
+    let mut out = vec![0.0; n * n];
+    for i in 0..n {
+        for j in 0..n {
+            let mut sum = 0.0;
+            for k in 0..n {
+                for l in 0..n {
+                    sum += inverse[i * n + k] * between(k, l) * inverse[j * n + l]
+                        / (size[k] * size[l]);
+                }
+            }
+            out[i * n + j] = sum / (size[i] * size[j]);
+        }
+    }
+    out
+}
+
+impl Together {
+    fn place(&self, unknown: Unknown) -> Option<usize> {
+        self.unknowns.iter().position(|&u| u == unknown)
+    }
+
+    /// Standard error of a fitted unknown.
+    pub(super) fn error_of(&self, unknown: Unknown) -> Option<f64> {
+        let at = self.place(unknown)?;
+        Some(
+            self.covariance[at * (self.unknowns.len() + 1)]
+                .max(0.0)
+                .sqrt(),
+        )
+    }
+
+    /// Correlation of two fitted unknowns.
+    pub(super) fn correlation(&self, a: Unknown, b: Unknown) -> Option<f64> {
+        let (i, j, n) = (self.place(a)?, self.place(b)?, self.unknowns.len());
+        let c = &self.covariance;
+        Some(c[i * n + j] / (c[i * n + i] * c[j * n + j]).sqrt())
+    }
+
+    /// −2 ln of the posterior of one kind of evidence, but for a constant.
+    pub(super) fn loss(&self, term: MisfitTerm) -> f64 {
+        let beliefs = &self.point.residuals.beliefs;
+        weights(&self.point.residuals.of_terms[term as usize], HUBER).1
+            + beliefs.iter().map(|b| b * b).sum::<f64>()
+    }
+
+    /// The same of what surrounds presses or is unloaded, in the scales of another fit.
+    pub(super) fn loss_in_scales_of(&self, term: MisfitTerm, common: &Self) -> f64 {
+        let kind = term as usize;
+        let own = self.point.residuals.of_terms[kind].iter();
+        let scales = self.point.scales[kind]
+            .iter()
+            .zip(&common.point.scales[kind]);
+        let scaled: Vec<f64> = own
+            .zip(scales)
+            .map(|(r, (own, common))| r * own / common)
+            .collect();
+        weights(&scaled, HUBER).1
+    }
+
+    /// Errors on held-out presses, grams: the unknowns are fitted anew without each fold and judged on it. Presses of one
+    /// frame stay together. Nothing where one of them has no solution.
+    pub(super) fn held_out(&self, evaluator: &mut Evaluator, folds: usize) -> Option<Vec<f64>> {
+        let presses = evaluator.evidence.presses.clone();
+        let folds = folds.clamp(2, presses.len());
+        let mut errors = vec![0.0; presses.len()];
+        for fold in 0..folds {
+            let held = |i: usize| presses[i].frame % folds == fold;
+            // Only the held-out frames need another inversion.
+            let which: Vec<usize> = (0..presses.len()).filter(|&i| held(i)).collect();
+            let model = self.without(held)?;
+            let part = evaluator.evidence.part(&which);
+            let mut tester = evaluator.part(&part, &which, &self.model)?;
+            let estimates = tester.estimates(&model);
+            evaluator.take_back(&which, tester);
+            for (&i, estimate) in which.iter().zip(estimates?) {
+                errors[i] = (estimate.load_g - presses[i].load_g).abs();
+            }
+        }
+        Some(errors)
+    }
+
+    /// The model as it would be without the presses that `held` names: one step from the common answer, where the problem is
+    /// all but linear. Nothing where they leave none.
+    pub(super) fn without(&self, held: impl Fn(usize) -> bool) -> Option<Model> {
+        let keep = |kind: usize, i: usize| !held(self.point.owners[kind][i]);
+        let step = newton_step(
+            &self.model,
+            &self.unknowns,
+            &self.terms,
+            &self.point,
+            &self.slopes,
+            keep,
+        )?;
+        let mut model = self.model.clone();
+        for (&unknown, step) in self.unknowns.iter().zip(&step) {
+            model.set(unknown, self.model.get(unknown) + step)?;
+        }
+        Some(model)
+    }
+}
