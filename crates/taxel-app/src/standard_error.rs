@@ -18,6 +18,34 @@ pub struct StandardErrors {
     /// Standard deviation of a reading, counts: of the sensor file, else of the recording, else of rounding.
     pub noise_counts: f64,
     in_unit: Frame<DisplayUnit>,
+    /// The frame's loads, newtons.
+    loads: Vec<f64>,
+}
+
+/// One part of the standard errors of loads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Part {
+    /// Noise and rounding of the readings.
+    Noise,
+    /// The fit: the loads' scale.
+    Fit,
+    /// What the model leaves unexplained.
+    Model,
+}
+
+impl Part {
+    /// All three.
+    pub const ALL: [Part; 3] = [Part::Noise, Part::Fit, Part::Model];
+
+    /// Its word in file names.
+    pub fn word(self) -> &'static str {
+        match self {
+            Part::Noise => "noise",
+            Part::Fit => "fit",
+            Part::Model => "model",
+        }
+    }
 }
 
 impl StandardErrors {
@@ -45,6 +73,7 @@ impl StandardErrors {
             unit,
             area_mm2: sensor.array().taxel_area_mm2,
             in_unit: Frame::zeros(sensor.rows(), sensor.columns()),
+            loads: vec![0.0; sensor.rows() * sensor.columns()],
         })
     }
 
@@ -60,17 +89,60 @@ impl StandardErrors {
         is_answer: bool,
         shown: &mut Frame<DisplayUnit>,
     ) -> Result<&Frame<DisplayUnit>, Error> {
-        let marks = shown.marks_mut();
         let to = self.in_unit.values_mut();
         if self.unit.is_load() {
-            let errors = self.errors.of_loads(siemens, is_answer, marks)?;
+            let newton = self.unit.of_newtons(1.0, self.area_mm2);
+            let loads = self.loads.iter_mut().zip(shown.values());
+            loads.for_each(|(load, shown)| *load = shown / newton);
+            let marks = shown.marks_mut();
+            let errors = self
+                .errors
+                .of_loads(siemens, &self.loads, is_answer, marks)?;
             for (to, &newtons) in to.iter_mut().zip(errors.values()) {
                 *to = self.unit.of_newtons(newtons, self.area_mm2);
             }
         } else {
-            let errors = self.errors.of_siemens(siemens, is_answer, marks);
+            let errors = self
+                .errors
+                .of_siemens(siemens, is_answer, shown.marks_mut());
             to.copy_from_slice(errors.values());
         }
         Ok(&self.in_unit)
+    }
+
+    /// The last frame's standard errors, in their unit.
+    pub fn last(&self) -> &Frame<DisplayUnit> {
+        &self.in_unit
+    }
+
+    /// Whether fit and model have a part in the errors of loads: whether the sensor file says so.
+    pub fn knows_more_than_noise(&self) -> bool {
+        self.unit.is_load() && self.errors.knows_more_than_noise()
+    }
+
+    /// Half-widths of 95 % intervals of the last frame's numbers, in their unit.
+    pub fn half_widths_into(&self, half: &mut Frame<DisplayUnit>) {
+        let factor = if self.unit.is_load() {
+            self.errors.factor_95()
+        } else {
+            1.96
+        };
+        half.copy_meta_from(&self.in_unit);
+        let all = half.values_mut().iter_mut().zip(self.in_unit.values());
+        all.for_each(|(half, sigma)| *half = factor * sigma);
+    }
+
+    /// One part of the last frame's standard errors of loads, in their unit.
+    pub fn part_into(&self, part: Part, out: &mut Frame<DisplayUnit>) {
+        let parts = self.errors.parts();
+        let newtons = match part {
+            Part::Noise => &parts.noise,
+            Part::Fit => &parts.fit,
+            Part::Model => &parts.model,
+        };
+        out.copy_meta_from(&self.in_unit);
+        for (out, &newtons) in out.values_mut().iter_mut().zip(newtons.values()) {
+            *out = self.unit.of_newtons(newtons, self.area_mm2);
+        }
     }
 }

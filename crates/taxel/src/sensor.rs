@@ -15,7 +15,7 @@ pub use resolved::{Material, Readout, Sense, USUAL_OPEN_LOOP_GAIN};
 pub(crate) use spec::MAX_DYNAMIC_TERMS;
 pub use spec::{
     Array, Bend, ConverterSpec, DynamicSpec, MaterialSpec, PerLine, PerTaxel, Provenance,
-    ReadoutSpec, ScanOrder, ScreenSpec, SensorSpec, SheetSpec, Topology,
+    ReadoutSpec, ScanOrder, ScreenSpec, SensorSpec, SheetSpec, Topology, UncertaintySpec,
 };
 
 use crate::Error;
@@ -125,6 +125,11 @@ impl Sensor {
     /// Load law, once known.
     pub fn material(&self) -> Option<&Material> {
         self.material.as_ref()
+    }
+
+    /// What loads are uncertain by beyond noise, once a calibration has found it.
+    pub fn uncertainty(&self) -> Option<&UncertaintySpec> {
+        self.spec.uncertainty.as_ref()
     }
 
     /// Known faults.

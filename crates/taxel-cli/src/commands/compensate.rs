@@ -54,9 +54,15 @@ pub(crate) struct Args {
     /// Where to write the marks, one code a taxel, in the shape of the numbers
     #[arg(long, value_name = "FILE")]
     marks: Option<PathBuf>,
-    /// Where to write the standard error of each number; marks what it exceeds as unresolved
+    /// Where to write the standard error of each number: noise, fit and model; marks what it exceeds as unresolved
     #[arg(long, value_name = "FILE")]
     standard_error: Option<PathBuf>,
+    /// Where to write half the width of each number's 95 % interval
+    #[arg(long, value_name = "FILE")]
+    interval: Option<PathBuf>,
+    /// Write what the standard errors are made of as well, beside them: FILE.noise, FILE.fit, FILE.model
+    #[arg(long, requires = "standard_error")]
+    parts: bool,
     /// Leave out frames that cannot be read, instead of stopping at the first
     #[arg(long)]
     keep_going: bool,
@@ -102,15 +108,18 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     if survey.frames.is_none() && needs_count(args) && input.can_be_read_twice() {
         survey.frames = Some(input.count_frames(&Terminal)?);
     }
-    let errors = match &args.standard_error {
-        Some(_) => Some(StandardErrors::new(
-            &sensor,
-            &sensor_file,
-            unit,
-            survey.faults.level,
-        )?),
-        None => None,
-    };
+    let level = survey.faults.level;
+    let wanted = wants_errors(args);
+    let errors = wanted.then(|| StandardErrors::new(&sensor, &sensor_file, unit, level));
+    let errors = errors.transpose()?;
+    if errors
+        .as_ref()
+        .is_some_and(|errors| !errors.knows_more_than_noise())
+    {
+        out::note(
+            "standard errors are of noise alone: the sensor file has no [uncertainty], which `taxel calibrate` writes",
+        );
+    }
     let outputs = Outputs::create(args, &sensor, survey.frames)?;
     let mut summary = Summary::new(args, &sensor, &sensor_file, &survey, chain.method_name());
     summary.noise_counts = errors.as_ref().map(|errors| errors.noise_counts);
@@ -152,7 +161,8 @@ fn convert(
         chain.show_into(&mut shown)?;
         if let (Some(errors), Some(siemens)) = (&mut errors, chain.siemens()) {
             let is_answer = outcome.as_ref().is_none_or(Outcome::is_answer);
-            outputs.write_errors(errors.of(siemens, is_answer, &mut shown)?)?;
+            errors.of(siemens, is_answer, &mut shown)?;
+            outputs.write_errors(errors)?;
         }
         let loads = shown.values_mut();
         untared.apply(reading.tare(), raw, unit, area_mm2, loads);
@@ -167,12 +177,22 @@ fn convert(
 }
 
 fn needs_count(args: &Args) -> bool {
-    let files = [&args.output, &args.marks, &args.standard_error];
+    let files = [
+        &args.output,
+        &args.marks,
+        &args.standard_error,
+        &args.interval,
+    ];
     files
         .iter()
         .copied()
         .flatten()
         .any(|file| needs_frame_count(file))
+}
+
+/// Whether anything that is asked for needs standard errors.
+fn wants_errors(args: &Args) -> bool {
+    args.standard_error.is_some() || args.interval.is_some()
 }
 
 /// Refuses arguments that contradict each other.
@@ -193,6 +213,7 @@ fn check(args: &Args) -> Result<(), Error> {
         .output("-o", output)
         .maybe_output("--marks", marks.as_ref())
         .maybe_output("--standard-error", args.standard_error.as_ref())
+        .maybe_output("--interval", args.interval.as_ref())
         .check()?;
     if args.json && out::is_stdout(output) {
         return refuse(
@@ -217,11 +238,11 @@ fn check(args: &Args) -> Result<(), Error> {
         );
     }
     let unsolved = args.unit == Unit::Volts || args.input_unit == InputUnit::Siemens;
-    if args.standard_error.is_some()
+    if wants_errors(args)
         && (unsolved || matches!(args.method, MethodName::Raw | MethodName::Model(_)))
     {
         return refuse(
-            "--standard-error needs an inverse to carry the converter's noise through",
+            "standard errors need an inverse to carry the converter's noise through",
             "read counts or volts, write siemens or loads, with method auto, exact or newton",
         );
     }
@@ -240,6 +261,7 @@ fn check_endings(args: &Args, output: &Path) -> Result<(), Error> {
     let files = [
         ("--marks", &args.marks),
         ("--standard-error", &args.standard_error),
+        ("--interval", &args.interval),
     ];
     for (option, file) in files {
         if let Some(file) = file {

@@ -312,6 +312,19 @@ impl<'a> Evaluator<'a> {
         ))
     }
 
+    /// What a model reads on unloaded taxels, grams.
+    pub(super) fn unloaded_g(&mut self, model: &Model) -> Option<Vec<f64>> {
+        let law = self.law(model)?;
+        let at = self.inverted(&model.sensor)?;
+        let kept = model.spread.map_or(1.0, |spread| spread.kept());
+        let each = self.kept[at].ghosts.iter().zip(&self.unloaded);
+        let loads = each.flat_map(|(ghosts, taxels)| {
+            let pairs = ghosts.iter().zip(taxels);
+            pairs.map(|(ghost, &taxel)| law.grams_from_siemens(taxel, ghost.0) / kept)
+        });
+        Some(loads.collect())
+    }
+
     /// Whether any taxel of any frame is known to be unloaded.
     pub(super) fn has_unloaded(&self) -> bool {
         self.unloaded.iter().any(|u| !u.is_empty())

@@ -2,6 +2,7 @@
 
 mod choose;
 mod digits;
+mod discrepancy;
 mod dynamic;
 mod effects;
 mod evaluate;
@@ -82,6 +83,8 @@ pub struct CalibrationOptions {
     pub open_loop_gain: bool,
     /// Fit the source resistor.
     pub r_source: bool,
+    /// What labelled loads themselves are off by, a share of the load: it is no fault of the sensor.
+    pub label_share: f64,
     /// Folds of the cross-validation by press.
     pub folds: usize,
     /// Date for the provenance, ISO 8601.
@@ -97,6 +100,7 @@ impl Default for CalibrationOptions {
             per_line: false,
             open_loop_gain: false,
             r_source: false,
+            label_share: 0.0,
             folds: 5,
             date: String::new(),
             files: Vec::new(),

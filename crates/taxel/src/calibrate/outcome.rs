@@ -1,11 +1,13 @@
 //! What a fit hands over to be written down: one form for every way of fitting.
 
+use super::discrepancy::Judged;
 use super::evidence::{Evidence, UNIT_DOUBT};
 use super::fit::{mean, standard_error};
 use super::levels::TaxelMaterial;
 use super::model::Model;
 use super::{EffectFinding, Parameter, Suspect};
 use crate::material::LoadLaw;
+use crate::sensor::UncertaintySpec;
 
 /// One fit is better than another when it is so by this many standard errors.
 const BETTER: f64 = 2.0;
@@ -15,6 +17,10 @@ const BETTER: f64 = 2.0;
 pub(super) struct HeldOut {
     /// Absolute error of each, grams.
     pub(super) errors_g: Vec<f64>,
+    /// What each was read as.
+    pub(super) judged: Vec<Judged>,
+    /// Of each its index in the data that were given, where effects were chosen without it.
+    pub(super) origin: Vec<usize>,
     /// Presses that could not be judged: the fit without them failed, or gave their frame no solution.
     pub(super) unjudged: usize,
     /// How they were split off.
@@ -46,6 +52,8 @@ pub(super) struct Outcome {
     /// By their index in the evidence.
     pub(super) suspects: Vec<Suspect>,
     pub(super) held_out: HeldOut,
+    /// What loads are uncertain by beyond noise, where presses tell.
+    pub(super) uncertainty: Option<UncertaintySpec>,
     /// More than noise is left, and effects beside circuit and law were not looked for.
     pub(super) unexplained: bool,
 }

@@ -3,7 +3,7 @@
 
 use super::choose::{MIN_OFFSET_COUNTS, Search};
 use super::effects::{MIN_SHARE, SPREAD, TOLD};
-use super::evaluate::Evaluator;
+use super::evaluate::{Evaluator, PressEstimate};
 use super::fit::Score;
 use super::model::{Model, Unknown};
 use super::terms::MisfitTerm;
@@ -50,16 +50,24 @@ impl Search<'_> {
             return self.score_held_out();
         };
         let folds = self.options.folds;
-        if let (Some((_, score)), Some(errors_g)) = (
+        let mut says = Vec::new();
+        if let (Some((_, score)), Some(estimates)) = (
             &mut self.best,
             together.held_out(&mut self.evaluator, folds),
         ) {
+            let presses = self.evaluator.evidence.presses.iter();
+            let errors_g: Vec<f64> = presses
+                .zip(&estimates)
+                .map(|(press, says)| (says.load_g - press.load_g).abs())
+                .collect();
+            says = judged(&self.evaluator, &estimates);
             *score = Score {
                 totals_g: errors_g.clone(),
                 errors_g,
                 seen: Vec::new(),
             };
         }
+        self.judge(&says);
         self.together = Some(together);
         Ok(())
     }
@@ -296,6 +304,23 @@ impl Search<'_> {
             })
             .collect()
     }
+}
+
+/// Fewest presses with nothing near them that stand for all in what a load is uncertain by.
+const MIN_FORCES: usize = 40;
+
+/// Held-out presses as forces, where enough of them are told so: a press beside its taxel is no fault of the sensor.
+fn judged(evaluator: &Evaluator, estimates: &[PressEstimate]) -> Vec<Option<f64>> {
+    let isolated = &evaluator.isolated;
+    let alone = isolated.iter().filter(|&&i| i).count();
+    let forces = evaluator.forces && alone >= MIN_FORCES;
+    let presses = estimates.iter().zip(isolated);
+    presses
+        .map(|(says, isolated)| match (forces, *isolated) {
+            (false, _) => Some(says.load_g),
+            (true, isolated) => isolated.then_some(says.force_g),
+        })
+        .collect()
 }
 
 fn sheet_words(model: &Model, error: f64) -> String {

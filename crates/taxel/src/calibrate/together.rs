@@ -485,12 +485,16 @@ impl Together {
         weights(&scaled, HUBER).1
     }
 
-    /// Errors on held-out presses, grams: the unknowns are fitted anew without each fold and judged on it. Presses of one
+    /// What held-out presses are read as: the unknowns are fitted anew without each fold and judged on it. Presses of one
     /// frame stay together. Nothing where one of them has no solution.
-    pub(super) fn held_out(&self, evaluator: &mut Evaluator, folds: usize) -> Option<Vec<f64>> {
+    pub(super) fn held_out(
+        &self,
+        evaluator: &mut Evaluator,
+        folds: usize,
+    ) -> Option<Vec<PressEstimate>> {
         let presses = evaluator.evidence.presses.clone();
         let folds = folds.clamp(2, presses.len());
-        let mut errors = vec![0.0; presses.len()];
+        let mut found: Vec<Option<PressEstimate>> = vec![None; presses.len()];
         for fold in 0..folds {
             let held = |i: usize| presses[i].frame % folds == fold;
             // Only the held-out frames need another inversion.
@@ -501,10 +505,10 @@ impl Together {
             let estimates = tester.estimates(&model);
             evaluator.take_back(&which, tester);
             for (&i, estimate) in which.iter().zip(estimates?) {
-                errors[i] = (estimate.load_g - presses[i].load_g).abs();
+                found[i] = Some(estimate);
             }
         }
-        Some(errors)
+        found.into_iter().collect()
     }
 
     /// The model as it would be without the presses that `held` names: one step from the common answer, where the problem is

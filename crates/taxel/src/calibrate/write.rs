@@ -20,6 +20,7 @@ const DIGITS: f64 = 1e6;
 impl Search<'_> {
     /// The fit with its numbers and their errors.
     pub(super) fn finish(mut self) -> Result<Outcome, Error> {
+        let uncertainty = self.uncertainty();
         let (fitted, _) = self
             .best
             .take()
@@ -48,6 +49,7 @@ impl Search<'_> {
             law_name: self.law.clone(),
             warnings,
             suspects,
+            uncertainty,
             held_out: self.held_out.clone(),
             unexplained: false,
         })
@@ -194,6 +196,7 @@ fn write_found(spec: &mut SensorSpec, outcome: &Outcome, evidence: &Evidence) {
     spec.converter.carry_over = spec.converter.carry_over.max(0.0);
     spec.converter.noise_counts = Some(round(evidence.noise_counts, 1e3));
     spec.material = Some(material(outcome, spec.array.columns));
+    spec.uncertainty = outcome.uncertainty;
     for list in [
         &mut spec.readout.r_mux_column_ohms,
         &mut spec.readout.r_mux_row_ohms,

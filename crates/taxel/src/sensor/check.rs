@@ -2,7 +2,7 @@
 
 use super::{
     ConverterSpec, DynamicSpec, MAX_DYNAMIC_TERMS, PerLine, PerTaxel, Sense, SensorSpec, SheetSpec,
-    plausible, resolved,
+    UncertaintySpec, plausible, resolved,
 };
 use crate::Error;
 
@@ -12,6 +12,9 @@ pub(super) fn values(sensor: &SensorSpec) -> Result<(), Error> {
     readout(sensor)?;
     converter(&sensor.converter)?;
     material(sensor)?;
+    if let Some(uncertainty) = &sensor.uncertainty {
+        check_uncertainty(uncertainty)?;
+    }
     plausible::numbers(sensor)?;
     named_lines(sensor)
 }
@@ -272,6 +275,24 @@ fn material(sensor: &SensorSpec) -> Result<(), Error> {
         check_dynamic(dynamic)?;
     }
     Ok(())
+}
+
+fn check_uncertainty(uncertainty: &UncertaintySpec) -> Result<(), Error> {
+    for (key, value) in [
+        ("uncertainty.model_share", uncertainty.model_share),
+        ("uncertainty.model_floor_g", uncertainty.model_floor_g),
+        ("uncertainty.fit_share", uncertainty.fit_share),
+    ] {
+        if !value.is_finite() || value < 0.0 {
+            let hint = "a calibration writes it: calibrate again, or leave [uncertainty] out";
+            return Err(range(key, value, "0 or more", hint));
+        }
+    }
+    positive(
+        "uncertainty.factor_95",
+        uncertainty.factor_95,
+        "1.96 for a normal distribution",
+    )
 }
 
 fn check_sheet(sheet: SheetSpec) -> Result<(), Error> {

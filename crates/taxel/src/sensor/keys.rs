@@ -6,7 +6,7 @@ use crate::Error;
 /// Characters of a line that an error quotes.
 const MAX_QUOTE: usize = 200;
 
-const TABLES: [(&str, &[&str]); 10] = [
+const TABLES: [(&str, &[&str]); 11] = [
     (
         "",
         &[
@@ -16,6 +16,7 @@ const TABLES: [(&str, &[&str]); 10] = [
             "readout",
             "converter",
             "material",
+            "uncertainty",
             "screen",
             "provenance",
         ],
@@ -73,6 +74,16 @@ const TABLES: [(&str, &[&str]); 10] = [
             "play_weight",
             "play_g",
             "period_secs",
+        ],
+    ),
+    (
+        "uncertainty",
+        &[
+            "model_share",
+            "model_floor_g",
+            "fit_share",
+            "factor_95",
+            "presses",
         ],
     ),
     (

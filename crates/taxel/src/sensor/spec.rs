@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::keys;
 use crate::Error;
 pub(crate) use material::MAX_DYNAMIC_TERMS;
-pub use material::{Bend, DynamicSpec, MaterialSpec, SheetSpec};
+pub use material::{Bend, DynamicSpec, MaterialSpec, SheetSpec, UncertaintySpec};
 
 /// How each line ends, selected and not: [theory.md](https://github.com/taxel/taxel/blob/main/docs/theory.md) has the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -270,6 +270,9 @@ pub struct SensorSpec {
     /// Load law, once known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<MaterialSpec>,
+    /// What loads are uncertain by beyond noise, once known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub uncertainty: Option<UncertaintySpec>,
     /// Known faults.
     #[serde(default, skip_serializing_if = "is_default")]
     pub screen: ScreenSpec,
@@ -288,6 +291,7 @@ impl SensorSpec {
             readout,
             converter,
             material: None,
+            uncertainty: None,
             screen: ScreenSpec::default(),
             provenance: None,
         }

@@ -2,9 +2,10 @@
 
 use super::standard_errors;
 use crate::circuit::{Circuit, Converter, LinearCircuit, OperatingPoint, ROUNDING_COUNTS};
-use crate::frame::newtons_from_grams;
+use crate::frame::{grams_from_newtons, newtons_from_grams};
 use crate::material::LoadLaw;
 use crate::screen::Level;
+use crate::sensor::UncertaintySpec;
 use crate::{Error, Frame, Mark, Newtons, Sensor, Siemens};
 
 /// The circuit and the load law, and what one reading is uncertain by.
@@ -19,7 +20,24 @@ pub struct StandardErrors {
     noise_counts: f64,
     siemens: Frame<Siemens>,
     newtons: Frame<Newtons>,
+    beyond: Option<UncertaintySpec>,
+    parts: Parts,
 }
+
+/// What the standard errors of loads are made of, newtons; σ² is the sum of their squares.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct Parts {
+    /// Noise and rounding of the readings, through the inverse and the load law; infinite where nothing bounds the number.
+    pub noise: Frame<Newtons>,
+    /// The fit: the loads' scale, which all taxels share.
+    pub fit: Frame<Newtons>,
+    /// What the model leaves unexplained.
+    pub model: Frame<Newtons>,
+}
+
+/// Half-width of a 95 % interval in standard errors where noise is all that is known.
+const NORMAL_95: f64 = 1.96;
 
 impl StandardErrors {
     /// For frames of a sensor; `level`: what a recording says of its noise.
@@ -44,12 +62,33 @@ impl StandardErrors {
             noise_counts,
             siemens: Frame::zeros(rows, columns),
             newtons: Frame::zeros(rows, columns),
+            beyond: sensor.uncertainty().copied(),
+            parts: Parts {
+                noise: Frame::zeros(rows, columns),
+                fit: Frame::zeros(rows, columns),
+                model: Frame::zeros(rows, columns),
+            },
         })
     }
 
     /// Standard deviation of a reading, counts: of the sensor file, else of the recording, else of rounding.
     pub fn noise_counts(&self) -> f64 {
         self.noise_counts
+    }
+
+    /// Whether more than noise is known: a calibration has told what fit and model leave.
+    pub fn knows_more_than_noise(&self) -> bool {
+        self.beyond.is_some()
+    }
+
+    /// Half-width of an interval that holds 95 % of loads, in their standard errors.
+    pub fn factor_95(&self) -> f64 {
+        self.beyond.map_or(NORMAL_95, |beyond| beyond.factor_95)
+    }
+
+    /// What the last frame's standard errors of loads are made of.
+    pub fn parts(&self) -> &Parts {
+        &self.parts
     }
 
     /// Of the conductances of a frame, siemens.
@@ -79,32 +118,51 @@ impl StandardErrors {
         &self.siemens
     }
 
-    /// Of the loads that the load law makes of these conductances, newtons: half of what it makes of one standard error
-    /// up and down, since at no load a power law's slope alone would promise too much.
+    /// Of loads found from these conductances, newtons. The part of noise is half of what the load law makes of one standard
+    /// error up and down, since at no load a power law's slope alone would promise too much. Where the sensor file says
+    /// it, fit and model have a part as well.
     ///
     /// # Errors
     /// [`Error::MissingKey`] when the sensor has no load law.
     ///
     /// # Panics
-    /// As [`Self::of_siemens`].
+    /// As [`Self::of_siemens`], and when there is not one load a taxel.
     pub fn of_loads(
         &mut self,
         siemens: &Frame<Siemens>,
+        loads: &[f64],
         is_answer: bool,
         marks: &mut [Mark],
     ) -> Result<&Frame<Newtons>, Error> {
         self.of_siemens(siemens, is_answer, marks);
         let law = self.law.as_ref().ok_or_else(LoadLaw::missing)?;
         let errors = self.siemens.values().iter().zip(siemens.values());
-        let loads = self.newtons.values_mut().iter_mut().zip(errors);
-        for (taxel, (load, (&error, &value))) in loads.enumerate() {
-            *load = if error.is_finite() {
+        let Parts { noise, fit, model } = &mut self.parts;
+        for (taxel, (noise, (&error, &value))) in
+            noise.values_mut().iter_mut().zip(errors).enumerate()
+        {
+            *noise = if error.is_finite() {
                 let up = law.grams_from_siemens(taxel, value + error);
                 let down = law.grams_from_siemens(taxel, value - error);
                 newtons_from_grams((up - down) / 2.0)
             } else {
                 f64::INFINITY
             };
+        }
+        if let Some(beyond) = self.beyond {
+            let parts = fit.values_mut().iter_mut().zip(model.values_mut());
+            for ((fit, model), load) in parts.zip(loads) {
+                let grams = grams_from_newtons(*load);
+                *fit = newtons_from_grams(beyond.fit_g(grams));
+                *model = newtons_from_grams(beyond.model_g(grams));
+            }
+        }
+        let parts = noise
+            .values()
+            .iter()
+            .zip(fit.values().iter().zip(model.values()));
+        for (sigma, (noise, (fit, model))) in self.newtons.values_mut().iter_mut().zip(parts) {
+            *sigma = noise.hypot(fit.hypot(*model));
         }
         Ok(&self.newtons)
     }

@@ -5,4 +5,4 @@ mod load;
 
 pub(crate) use conductance::influence_of;
 pub use conductance::{Uncertainty, standard_errors, standard_errors_by};
-pub use load::StandardErrors;
+pub use load::{Parts, StandardErrors};

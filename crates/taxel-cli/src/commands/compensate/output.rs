@@ -12,13 +12,14 @@ use crate::error::Error;
 use crate::out;
 use taxel_app::carry::{self, Carry, Clock, USUAL_RATE};
 use taxel_app::frames::{DisplayUnit, FrameReader, FrameWriter, is_mcap, is_parquet};
+use taxel_app::standard_error::{Part, StandardErrors};
 use taxel_app::units::{InputUnit, Unit};
 
 /// What is written, frame by frame; nothing appears under its name before `commit`.
 pub(super) struct Outputs {
     numbers: Numbers,
     marks: Option<FrameWriter<DisplayUnit>>,
-    errors: Option<FrameWriter<DisplayUnit>>,
+    errors: ErrorFiles,
     codes: Frame<DisplayUnit>,
 }
 
@@ -59,10 +60,7 @@ impl Outputs {
                 Numbers::Frames(create(numbers, Element::F8)?)
             },
             marks: marks.map(|file| create(&file, Element::U1)).transpose()?,
-            errors: match &args.standard_error {
-                Some(file) => Some(create(file, Element::F8)?.allow_infinity()),
-                None => None,
-            },
+            errors: ErrorFiles::create(args, shape, frames)?,
             codes: Frame::zeros(shape.0, shape.1),
         })
     }
@@ -86,22 +84,78 @@ impl Outputs {
         Ok(())
     }
 
-    pub(super) fn write_errors(&mut self, errors: &Frame<DisplayUnit>) -> Result<(), Error> {
-        match &mut self.errors {
-            Some(writer) => Ok(writer.write(errors)?),
-            None => Ok(()),
-        }
+    pub(super) fn write_errors(&mut self, errors: &StandardErrors) -> Result<(), Error> {
+        self.errors.write(errors)
     }
 
     pub(super) fn commit(self, reading: &mut FrameReader) -> Result<(), Error> {
-        for writer in [self.marks, self.errors].into_iter().flatten() {
-            writer.commit()?;
+        if let Some(marks) = self.marks {
+            marks.commit()?;
         }
+        self.errors.commit()?;
         match self.numbers {
             Numbers::Frames(writer) => Ok(writer.commit()?),
             Numbers::Together(together) => together.commit(reading),
         }
     }
+}
+
+/// Standard errors, their parts and intervals, as far as they are asked for.
+struct ErrorFiles {
+    errors: Option<FrameWriter<DisplayUnit>>,
+    intervals: Option<FrameWriter<DisplayUnit>>,
+    parts: Vec<(Part, FrameWriter<DisplayUnit>)>,
+    room: Frame<DisplayUnit>,
+}
+
+impl ErrorFiles {
+    fn create(args: &Args, shape: (usize, usize), frames: Option<u64>) -> Result<Self, Error> {
+        let create = |file: &Path| {
+            let writer = FrameWriter::create(file, shape, Element::F8, frames)?;
+            Ok::<_, Error>(writer.allow_infinity())
+        };
+        let mut parts = Vec::new();
+        if let Some(file) = args.standard_error.as_ref().filter(|_| args.parts) {
+            for part in Part::ALL {
+                parts.push((part, create(&part_file(file, part))?));
+            }
+        }
+        Ok(Self {
+            errors: args.standard_error.as_deref().map(create).transpose()?,
+            intervals: args.interval.as_deref().map(create).transpose()?,
+            parts,
+            room: Frame::zeros(shape.0, shape.1),
+        })
+    }
+
+    fn write(&mut self, errors: &StandardErrors) -> Result<(), Error> {
+        if let Some(writer) = &mut self.errors {
+            writer.write(errors.last())?;
+        }
+        if let Some(writer) = &mut self.intervals {
+            errors.half_widths_into(&mut self.room);
+            writer.write(&self.room)?;
+        }
+        for (part, writer) in &mut self.parts {
+            errors.part_into(*part, &mut self.room);
+            writer.write(&self.room)?;
+        }
+        Ok(())
+    }
+
+    fn commit(self) -> Result<(), Error> {
+        let parts = self.parts.into_iter().map(|(_, writer)| writer);
+        for writer in self.errors.into_iter().chain(self.intervals).chain(parts) {
+            writer.commit()?;
+        }
+        Ok(())
+    }
+}
+
+/// Where one part of the standard errors goes: beside them, `se.npz` and `se.noise.npz`.
+fn part_file(file: &Path, part: Part) -> PathBuf {
+    let ending = file.extension().unwrap_or_default().to_string_lossy();
+    file.with_extension(format!("{}.{ending}", part.word()))
 }
 
 impl Together {

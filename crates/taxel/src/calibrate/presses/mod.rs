@@ -14,6 +14,7 @@ mod lumped;
 mod unknowns;
 mod words;
 
+use super::discrepancy::{Judged, least_noise_g};
 use super::evidence::{Evidence, MIN_PRESSES};
 use super::fit_law::LAWS;
 use super::model::{no_fit, with_switches};
@@ -236,6 +237,8 @@ impl<'a> PressFit<'a> {
                 spare.len()
             ),
             errors_g: fold.errors_g,
+            judged: fold.judged,
+            origin: Vec::new(),
             unjudged: fold.unjudged,
         };
         (
@@ -376,6 +379,7 @@ impl<'a> PressFit<'a> {
         for fold in scores.unwrap_or_default() {
             held.unjudged += fold.unjudged;
             held.errors_g.extend(&fold.errors_g);
+            held.judged.extend(&fold.judged);
             for (name, errors) in fold.laws {
                 match laws.iter_mut().find(|(known, _)| known == name) {
                     Some((_, all)) => all.extend(errors),
@@ -405,16 +409,25 @@ impl<'a> PressFit<'a> {
         let mut fold = Fold::default();
         for (at, (name, fitted)) in chosen.fits.iter().enumerate() {
             let read = self.read(held, fitted, near);
-            let errors: Vec<f64> = held
+            let law = plain_law(&fitted.model);
+            let judged: Vec<Judged> = held
                 .iter()
                 .zip(&read)
-                .filter_map(|(&p, says)| {
-                    Some((says.as_ref()? - self.evidence.presses[p].load_g).abs())
+                .filter_map(|(&p, &says_g)| {
+                    let load_g = self.evidence.presses[p].load_g;
+                    let counts = self.evidence.noise_counts;
+                    says_g.map(|says_g| Judged {
+                        load_g,
+                        says_g,
+                        noise_g: least_noise_g(&fitted.model.sensor, &law, counts, 0, load_g),
+                    })
                 })
                 .collect();
+            let errors: Vec<f64> = judged.iter().map(|j| (j.says_g - j.load_g).abs()).collect();
             if at == chosen.at {
                 fold.unjudged = held.len() - errors.len();
                 fold.errors_g.clone_from(&errors);
+                fold.judged = judged;
             }
             fold.laws.push((name, errors));
         }
@@ -426,6 +439,7 @@ impl<'a> PressFit<'a> {
 #[derive(Default)]
 struct Fold {
     errors_g: Vec<f64>,
+    judged: Vec<Judged>,
     unjudged: usize,
     laws: Vec<(&'static str, Vec<f64>)>,
 }

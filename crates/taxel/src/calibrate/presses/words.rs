@@ -1,5 +1,6 @@
 //! What a fit of presses made one at a time says: its numbers with their errors, and what it cannot tell.
 
+use super::super::discrepancy::uncertainty;
 use super::super::model::no_fit;
 use super::super::outcome::{HeldOut, Outcome};
 use super::super::{EffectFinding, LawChoice, Parameter, Suspect};
@@ -34,6 +35,7 @@ impl PressFit<'_> {
             law_name: (*name).to_owned(),
             warnings: self.warnings(fitted, alone),
             suspects,
+            uncertainty: uncertainty(&held_out.judged, &[], 0.0, self.options.label_share, 1.0),
             held_out,
             model: fitted.model.clone(),
         };

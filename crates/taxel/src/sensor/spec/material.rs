@@ -80,6 +80,40 @@ pub struct Bend {
     pub ln_siemens: Vec<f64>,
 }
 
+/// What a load is uncertain by beyond the converter's noise: σ² = noise² + (fit_share · F)² + floor² + (model_share · F)²,
+/// from presses that took no part in the fit that reads them.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct UncertaintySpec {
+    /// What the model leaves unexplained, a share of the load.
+    pub model_share: f64,
+    /// The same where nothing presses, grams.
+    pub model_floor_g: f64,
+    /// Standard error of the loads' scale by the fit, a share of the load: all taxels share it.
+    pub fit_share: f64,
+    /// Half the width of an interval that holds 95 % of new presses, in standard errors.
+    pub factor_95: f64,
+    /// Presses that told it.
+    pub presses: usize,
+}
+
+impl UncertaintySpec {
+    /// One standard error of a load in grams, beyond the noise.
+    pub fn beyond_noise_g(&self, load_g: f64) -> f64 {
+        self.fit_g(load_g).hypot(self.model_g(load_g))
+    }
+
+    /// The part of the fit, grams.
+    pub fn fit_g(&self, load_g: f64) -> f64 {
+        self.fit_share * load_g.abs()
+    }
+
+    /// The part of what the model leaves unexplained, grams.
+    pub fn model_g(&self, load_g: f64) -> f64 {
+        self.model_floor_g.hypot(self.model_share * load_g)
+    }
+}
+
 impl MaterialSpec {
     /// A power law through nothing.
     pub fn new(factor: f64, exponent: PerTaxel) -> Self {
