@@ -51,7 +51,7 @@ pub(super) fn uncertainty(
     let (share, same) = sizes(judged);
     let (share, same) = (inflation * share, inflation * same);
     let unloaded = quantile(unloaded_g.iter().map(|g| g.abs()), FLOOR_COVERAGE).unwrap_or(0.0);
-    // Noise has a part of its own.
+    // Noise has a part of its own; beside nothing it is as large as the rest, and counted twice.
     let quiet = judged
         .iter()
         .map(|j| j.noise_g)
@@ -61,8 +61,9 @@ pub(super) fn uncertainty(
     let mut factor = NORMAL;
     let mut floor = MIN_FLOOR_G;
     for _ in 0..3 {
-        let unloaded = beyond(unloaded / factor, quiet);
-        floor = unloaded.max(beyond(same, usual)).max(MIN_FLOOR_G);
+        floor = (unloaded / factor)
+            .max(beyond(same, usual))
+            .max(MIN_FLOOR_G);
         factor = conformal(judged, share, floor, inflation).max(NORMAL);
     }
     let own = (share * share - label_share * label_share).max(0.0);

@@ -523,9 +523,10 @@ impl Together {
             &self.slopes,
             keep,
         )?;
+        let length = longest(&self.unknowns, &step);
         let mut model = self.model.clone();
         for (&unknown, step) in self.unknowns.iter().zip(&step) {
-            model.set(unknown, self.model.get(unknown) + step)?;
+            model.set(unknown, self.model.get(unknown) + length * step)?;
         }
         Some(model)
     }
