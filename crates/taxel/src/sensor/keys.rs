@@ -22,7 +22,15 @@ const TABLES: [(&str, &[&str]); 9] = [
     ),
     (
         "array",
-        &["rows", "columns", "pitch_mm", "taxel_area_mm2", "labels"],
+        &[
+            "rows",
+            "columns",
+            "pitch_mm",
+            "taxel_area_mm2",
+            "labels",
+            "population",
+            "positions",
+        ],
     ),
     (
         "readout",
@@ -46,6 +54,7 @@ const TABLES: [(&str, &[&str]); 9] = [
             "offset_volts",
             "noise_counts",
             "memory",
+            "floor_count",
             "scan_order",
         ],
     ),

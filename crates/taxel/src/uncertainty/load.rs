@@ -1,7 +1,9 @@
 //! The standard error of every conductance and load of a frame.
 
 use super::standard_errors;
-use crate::circuit::{Circuit, Converter, LinearCircuit, OperatingPoint, ROUNDING_COUNTS};
+use crate::circuit::{
+    Circuit, Converter, LinearCircuit, NotPassive, OperatingPoint, ROUNDING_COUNTS,
+};
 use crate::frame::newtons_from_grams;
 use crate::material::LoadLaw;
 use crate::screen::Level;
@@ -10,7 +12,7 @@ use crate::{Error, Frame, Mark, Newtons, Sensor, Siemens};
 /// The circuit and the load law, and what one reading is uncertain by.
 ///
 /// Of a frame's numbers it gives the standard errors, infinite where nothing bounds the number: it was not measured, is
-/// only a lower bound, or stands in a frame without an answer. A good taxel whose conductance is uncertain by more than
+/// only a lower or an upper bound, or stands in a frame without an answer; 0 where there is no taxel. A good taxel whose conductance is uncertain by more than
 /// itself is marked [`Mark::Unresolved`] in the marks that are handed in.
 pub struct StandardErrors {
     point: Box<dyn OperatingPoint>,
@@ -19,6 +21,50 @@ pub struct StandardErrors {
     noise_counts: f64,
     siemens: Frame<Siemens>,
     newtons: Frame<Newtons>,
+    is_known: Vec<bool>,
+    moved: Vec<f64>,
+}
+
+/// A circuit some of whose conductances are no unknowns, nor their readings used: absent taxels, and those taken to be
+/// unloaded because they read less than is recorded. Each moves its own reading alone, which leaves the others' errors to
+/// the others.
+struct Known<'a> {
+    point: &'a mut dyn OperatingPoint,
+    is_known: &'a mut [bool],
+    moved: &'a mut [f64],
+}
+
+impl Known<'_> {
+    fn moving(&mut self, direction: &[f64], out: &mut [f64], adjoint: bool) {
+        for ((moved, value), known) in self.moved.iter_mut().zip(direction).zip(&*self.is_known) {
+            *moved = if *known { 0.0 } else { *value };
+        }
+        if adjoint {
+            self.point.vjp_into(self.moved, out);
+        } else {
+            self.point.jvp_into(self.moved, out);
+        }
+        for ((out, value), known) in out.iter_mut().zip(direction).zip(&*self.is_known) {
+            if *known {
+                *out = *value;
+            }
+        }
+    }
+}
+
+impl OperatingPoint for Known<'_> {
+    fn set(&mut self, siemens: &[f64]) -> Result<(), NotPassive> {
+        self.point.set(siemens)
+    }
+    fn predict_into(&self, volts: &mut [f64]) {
+        self.point.predict_into(volts);
+    }
+    fn jvp_into(&mut self, direction: &[f64], out: &mut [f64]) {
+        self.moving(direction, out, false);
+    }
+    fn vjp_into(&mut self, weights: &[f64], out: &mut [f64]) {
+        self.moving(weights, out, true);
+    }
 }
 
 impl StandardErrors {
@@ -44,6 +90,8 @@ impl StandardErrors {
             noise_counts,
             siemens: Frame::zeros(rows, columns),
             newtons: Frame::zeros(rows, columns),
+            is_known: vec![false; rows * columns],
+            moved: vec![0.0; rows * columns],
         })
     }
 
@@ -62,12 +110,22 @@ impl StandardErrors {
         is_answer: bool,
         marks: &mut [Mark],
     ) -> &Frame<Siemens> {
-        let found = standard_errors(&mut *self.point, siemens.values(), self.sigma_volts);
+        let mut known = Known {
+            point: &mut *self.point,
+            is_known: &mut self.is_known,
+            moved: &mut self.moved,
+        };
+        for (known, mark) in known.is_known.iter_mut().zip(marks.iter()) {
+            *known = matches!(mark, Mark::Absent | Mark::BelowFloor);
+        }
+        let found = standard_errors(&mut known, siemens.values(), self.sigma_volts);
         let unbounded = || vec![f64::INFINITY; siemens.values().len()];
         let errors = found.map_or_else(|_| unbounded(), |(errors, _)| errors);
         for (taxel, (error, mark)) in errors.into_iter().zip(marks).enumerate() {
             let is_bounded = is_answer && matches!(*mark, Mark::Good | Mark::Unresolved);
-            self.siemens.values_mut()[taxel] = if is_bounded && error.is_finite() {
+            self.siemens.values_mut()[taxel] = if *mark == Mark::Absent {
+                0.0
+            } else if is_bounded && error.is_finite() {
                 error
             } else {
                 f64::INFINITY
@@ -98,7 +156,9 @@ impl StandardErrors {
         let errors = self.siemens.values().iter().zip(siemens.values());
         let loads = self.newtons.values_mut().iter_mut().zip(errors);
         for (taxel, (load, (&error, &value))) in loads.enumerate() {
-            *load = if error.is_finite() {
+            *load = if marks[taxel] == Mark::Absent {
+                0.0
+            } else if error.is_finite() {
                 let up = law.grams_from_siemens(taxel, value + error);
                 let down = law.grams_from_siemens(taxel, value - error);
                 newtons_from_grams((up - down) / 2.0)

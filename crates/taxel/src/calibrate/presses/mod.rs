@@ -73,7 +73,8 @@ pub(super) fn has_exact_inverse(sensor: &Sensor, options: &CalibrationOptions) -
     if options.r_source {
         sensor.try_out(|spec| spec.readout.r_source_ohms = super::priors::USUAL_OHMS);
     }
-    LinearCircuit::from_sensor(&sensor).is_ok_and(|circuit| Exact::new(&circuit).is_some())
+    LinearCircuit::from_sensor(&sensor)
+        .is_ok_and(|circuit| Exact::from_sensor(&sensor, &circuit).is_some())
 }
 
 /// What a fit is made with.
