@@ -56,7 +56,7 @@ impl Evidence {
             let mut marked = frame.clone();
             screen.mark(&mut marked)?;
             stuck += marked.count(Mark::Stuck);
-            readings += marked.values().len();
+            readings += marked.taxels();
             Ok::<_, Error>(marked)
         };
         let marked: Vec<Frame<Counts>> = data
@@ -153,6 +153,13 @@ fn check(sensor: &Sensor, data: &CalibrationData) -> Result<(), Error> {
                 rows,
                 columns,
                 frames: data.frames.len(),
+            });
+        }
+        if sensor.is_absent(press.row * columns + press.column) {
+            return Err(Error::PressOnAbsent {
+                row: press.row,
+                column: press.column,
+                frame: press.frame,
             });
         }
         if !press.load_g.is_finite() || press.load_g < 0.0 {

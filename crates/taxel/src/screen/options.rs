@@ -140,7 +140,7 @@ impl ScreenOptions {
     }
 
     /// Whether there is no taxel at a crossing (row · columns + column).
-    pub(super) fn is_absent(&self, taxel: usize) -> bool {
+    pub(crate) fn is_absent(&self, taxel: usize) -> bool {
         self.absent.get(taxel).copied().unwrap_or(false)
     }
 
