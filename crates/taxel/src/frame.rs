@@ -94,6 +94,11 @@ impl Mark {
         matches!(self, Mark::Good | Mark::Saturated | Mark::BelowFloor)
     }
 
+    /// Whether its conductance is taken as known when the others are solved for: absent, or unloaded as far as is known.
+    pub(crate) fn is_no_unknown(self) -> bool {
+        matches!(self, Mark::Absent | Mark::BelowFloor)
+    }
+
     /// The word for it in reports.
     pub fn word(self) -> &'static str {
         match self {

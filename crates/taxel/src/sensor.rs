@@ -16,8 +16,8 @@ pub use preset::{PRESETS, preset};
 pub use resolved::{Material, Readout, Sense, USUAL_OPEN_LOOP_GAIN};
 pub(crate) use spec::MAX_DYNAMIC_TERMS;
 pub use spec::{
-    Bend, ConverterSpec, DynamicSpec, MaterialSpec, PerLine, PerTaxel, Provenance,
-    ReadoutSpec, ScanOrder, ScreenSpec, SensorSpec, Topology,
+    Bend, ConverterSpec, DynamicSpec, MaterialSpec, PerLine, PerTaxel, Provenance, ReadoutSpec,
+    ScanOrder, ScreenSpec, SensorSpec, Topology,
 };
 
 use crate::{Error, Mark};

@@ -311,11 +311,18 @@ fn levels(uniform: &[(Frame<Counts>, f64)]) -> Vec<LevelFrame> {
                 }
             }
             LevelFrame {
-                typical_counts: super::least_squares::median(counts.values()).max(1.0),
+                typical_counts: typical(&counts).max(1.0),
                 counts,
                 load_g,
                 frames: chosen.len(),
             }
         })
         .collect()
+}
+
+/// Median reading of the taxels there are, counts.
+fn typical(counts: &Frame<Counts>) -> f64 {
+    let there = counts.values().iter().zip(counts.marks());
+    let there = there.filter(|(_, mark)| **mark != Mark::Absent);
+    super::least_squares::median(&there.map(|(value, _)| *value).collect::<Vec<f64>>())
 }

@@ -147,9 +147,8 @@ impl LevelScreen {
             return;
         }
         let reach = 8.0 * rough.noise_counts.max(1.0);
-        let unloaded = |value: f64| {
-            value > self.floor_count && (value - rough.baseline_counts).abs() <= reach
-        };
+        let unloaded =
+            |value: f64| value > self.floor_count && (value - rough.baseline_counts).abs() <= reach;
         let pairs = frame.values().iter().zip(&self.previous);
         for ((&now, &before), &absent) in pairs.zip(&self.absent) {
             if !absent && unloaded(now) && unloaded(before) {

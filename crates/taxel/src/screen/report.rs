@@ -83,7 +83,10 @@ impl fmt::Display for ScreenReport {
             100.0 * self.outlier_share(),
             self.outliers()
         )?;
-        for mark in Mark::ALL.into_iter().filter(|&m| m != Mark::Good && m != Mark::Absent) {
+        for mark in Mark::ALL
+            .into_iter()
+            .filter(|&m| m != Mark::Good && m != Mark::Absent)
+        {
             let count = self.count(mark);
             if count > 0 {
                 writeln!(

@@ -31,7 +31,9 @@ pub(super) fn classify(test: &SelfTest, rubbed: &Rubbed) -> SelfTestResult {
         test,
         rubbed,
         findings: Vec::new(),
-        explained: (0..taxels).map(|taxel| rubbed.response.is_absent(taxel)).collect(),
+        explained: (0..taxels)
+            .map(|taxel| rubbed.response.is_absent(taxel))
+            .collect(),
     };
     let faults = rubbed.lines.finish();
     found.lines_at_an_end();
@@ -275,10 +277,7 @@ impl Classifier<'_> {
             if count < 2 {
                 continue;
             }
-            for (edge, inner) in [
-                (lines[0], lines[1]),
-                (lines[count - 1], lines[count - 2]),
-            ] {
+            for (edge, inner) in [(lines[0], lines[1]), (lines[count - 1], lines[count - 2])] {
                 let response = &self.rubbed.response;
                 let reached = response.reached(axis, inner);
                 if response.never_loaded(axis, edge)

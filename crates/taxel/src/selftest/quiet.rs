@@ -147,10 +147,11 @@ fn mask(
     let rows = counts.len() / columns.max(1);
     let is_shorted = |taxel: usize| !is_absent(taxel) && counts[taxel] >= shorted;
     let is_whole = |taxels: &mut dyn Iterator<Item = usize>| {
-        let (all, shorted) = taxels.filter(|&taxel| !is_absent(taxel)).fold(
-            (0, 0),
-            |(all, shorted), taxel| (all + 1, shorted + usize::from(is_shorted(taxel))),
-        );
+        let (all, shorted) = taxels
+            .filter(|&taxel| !is_absent(taxel))
+            .fold((0, 0), |(all, shorted), taxel| {
+                (all + 1, shorted + usize::from(is_shorted(taxel)))
+            });
         2 * shorted > all
     };
     let row = |r: usize| is_whole(&mut (0..columns).map(|c| r * columns + c));

@@ -169,7 +169,8 @@ fn positions(
     let (rows, columns) = (spec.array.rows, spec.array.columns);
     let mut places: Vec<Option<[f64; 2]>> = vec![None; rows * columns];
     for &[row, column, x_mm, y_mm] in given {
-        let is_line = |at: f64, lines: usize| at.fract() == 0.0 && (0.0..lines as f64).contains(&at);
+        let is_line =
+            |at: f64, lines: usize| at.fract() == 0.0 && (0.0..lines as f64).contains(&at);
         let is_somewhere = x_mm.abs() <= MAX_MM && y_mm.abs() <= MAX_MM;
         if !is_line(row, rows) || !is_line(column, columns) || !is_somewhere {
             return Err(Error::PositionOutside {
@@ -218,7 +219,10 @@ fn apart(places: &[Option<[f64; 2]>], mut there: Vec<usize>, columns: usize) -> 
         a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]))
     };
     there.sort_by(order);
-    match there.windows(2).find(|pair| place(pair[0]) == place(pair[1])) {
+    match there
+        .windows(2)
+        .find(|pair| place(pair[0]) == place(pair[1]))
+    {
         Some(pair) => Err(Error::PositionsCoincide {
             row: pair[0] / columns,
             column: pair[0] % columns,
@@ -243,7 +247,11 @@ mod tests {
 
     fn mask(empty: impl Fn(usize, usize) -> bool) -> Population {
         let number = |r, c| f64::from(u8::from(!empty(r, c)));
-        Population::Each((0..16).map(|r| (0..16).map(|c| number(r, c)).collect()).collect())
+        Population::Each(
+            (0..16)
+                .map(|r| (0..16).map(|c| number(r, c)).collect())
+                .collect(),
+        )
     }
 
     #[test]
@@ -252,7 +260,10 @@ mod tests {
         assert!(sensor.is_absent(10 * 16 + 11) && !sensor.is_absent(10 * 16 + 10));
         assert_eq!(sensor.taxels(), 256 - 55);
         let text = sensor.to_toml();
-        assert!(text.contains("[1, 1, ") && !text.contains("[1.0, 1.0, "), "{text}");
+        assert!(
+            text.contains("[1, 1, ") && !text.contains("[1.0, 1.0, "),
+            "{text}"
+        );
         assert_eq!(Sensor::from_toml(&text).unwrap(), sensor);
         // One everywhere is no mask.
         let full = with(|spec| spec.array.population = Some(mask(|_, _| false))).unwrap();
@@ -266,11 +277,17 @@ mod tests {
             error.to_string()
         };
         let error = refused(Population::Each(vec![vec![1.0; 16]; 15]));
-        assert!(error.contains("15 lines") && error.contains("16"), "{error}");
+        assert!(
+            error.contains("15 lines") && error.contains("16"),
+            "{error}"
+        );
         let mut two = vec![vec![1.0; 16]; 16];
         two[3][5] = 2.0;
         let error = refused(Population::Each(two));
-        assert!(error.contains("row 3, column 5") && error.contains('2'), "{error}");
+        assert!(
+            error.contains("row 3, column 5") && error.contains('2'),
+            "{error}"
+        );
         let error = refused(mask(|_, _| true));
         assert!(error.contains("none of the 256"), "{error}");
     }
@@ -291,7 +308,10 @@ mod tests {
             let error = placed(places).unwrap_err().to_string();
             assert!(error.contains(words), "{error}");
         };
-        refused(&|places| places.retain(|p| p[..2] != [2.0, 8.0]), "row 2, column 8");
+        refused(
+            &|places| places.retain(|p| p[..2] != [2.0, 8.0]),
+            "row 2, column 8",
+        );
         refused(&|places| places[40] = places[41], "row 2, column 9 has two");
         refused(&|places| places[7][0] = 16.0, "row 16, column 7");
         refused(&|places| places[7][2] = f64::NAN, "NaN");

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::keys;
 use super::array::{Array, Population, Positions};
+use super::keys;
 use crate::Error;
 
 /// How each line ends, selected and not: [theory.md](https://github.com/taxel/taxel/blob/main/docs/theory.md) has the table.

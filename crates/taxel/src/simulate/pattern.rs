@@ -291,7 +291,11 @@ pub(super) fn press_among(
     lines: &[Vec<usize>; 2],
 ) -> LabelledPress {
     let random = &mut generator(seed, Purpose::Press, frame);
-    let mut crossing = || lines.each_ref().map(|lines| lines[below(random, lines.len())]);
+    let mut crossing = || {
+        lines
+            .each_ref()
+            .map(|lines| lines[below(random, lines.len())])
+    };
     let mut place = crossing();
     for _ in 0..MAX_DRAWS {
         if !array.is_absent(place[0], place[1]) {

@@ -197,7 +197,11 @@ impl VirtualSensor {
     /// Spread and load law.
     fn siemens(&self, loads: &Frame<Grams>, frame: u64) -> Frame<Siemens> {
         let mut put = loads.values().to_vec();
-        for (load, _) in put.iter_mut().zip(self.sensor.absent()).filter(|(_, a)| **a) {
+        for (load, _) in put
+            .iter_mut()
+            .zip(self.sensor.absent())
+            .filter(|(_, a)| **a)
+        {
             *load = 0.0;
         }
         let mut effective = put.clone();

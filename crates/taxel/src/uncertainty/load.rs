@@ -1,9 +1,8 @@
 //! The standard error of every conductance and load of a frame.
 
+use super::known::Known;
 use super::standard_errors;
-use crate::circuit::{
-    Circuit, Converter, LinearCircuit, NotPassive, OperatingPoint, ROUNDING_COUNTS,
-};
+use crate::circuit::{Circuit, Converter, LinearCircuit, OperatingPoint, ROUNDING_COUNTS};
 use crate::frame::newtons_from_grams;
 use crate::material::LoadLaw;
 use crate::screen::Level;
@@ -23,48 +22,6 @@ pub struct StandardErrors {
     newtons: Frame<Newtons>,
     is_known: Vec<bool>,
     moved: Vec<f64>,
-}
-
-/// A circuit some of whose conductances are no unknowns, nor their readings used: absent taxels, and those taken to be
-/// unloaded because they read less than is recorded. Each moves its own reading alone, which leaves the others' errors to
-/// the others.
-struct Known<'a> {
-    point: &'a mut dyn OperatingPoint,
-    is_known: &'a mut [bool],
-    moved: &'a mut [f64],
-}
-
-impl Known<'_> {
-    fn moving(&mut self, direction: &[f64], out: &mut [f64], adjoint: bool) {
-        for ((moved, value), known) in self.moved.iter_mut().zip(direction).zip(&*self.is_known) {
-            *moved = if *known { 0.0 } else { *value };
-        }
-        if adjoint {
-            self.point.vjp_into(self.moved, out);
-        } else {
-            self.point.jvp_into(self.moved, out);
-        }
-        for ((out, value), known) in out.iter_mut().zip(direction).zip(&*self.is_known) {
-            if *known {
-                *out = *value;
-            }
-        }
-    }
-}
-
-impl OperatingPoint for Known<'_> {
-    fn set(&mut self, siemens: &[f64]) -> Result<(), NotPassive> {
-        self.point.set(siemens)
-    }
-    fn predict_into(&self, volts: &mut [f64]) {
-        self.point.predict_into(volts);
-    }
-    fn jvp_into(&mut self, direction: &[f64], out: &mut [f64]) {
-        self.moving(direction, out, false);
-    }
-    fn vjp_into(&mut self, weights: &[f64], out: &mut [f64]) {
-        self.moving(weights, out, true);
-    }
 }
 
 impl StandardErrors {
@@ -110,14 +67,14 @@ impl StandardErrors {
         is_answer: bool,
         marks: &mut [Mark],
     ) -> &Frame<Siemens> {
+        for (known, mark) in self.is_known.iter_mut().zip(marks.iter()) {
+            *known = mark.is_no_unknown();
+        }
         let mut known = Known {
             point: &mut *self.point,
-            is_known: &mut self.is_known,
+            is_known: &self.is_known,
             moved: &mut self.moved,
         };
-        for (known, mark) in known.is_known.iter_mut().zip(marks.iter()) {
-            *known = matches!(mark, Mark::Absent | Mark::BelowFloor);
-        }
         let found = standard_errors(&mut known, siemens.values(), self.sigma_volts);
         let unbounded = || vec![f64::INFINITY; siemens.values().len()];
         let errors = found.map_or_else(|_| unbounded(), |(errors, _)| errors);

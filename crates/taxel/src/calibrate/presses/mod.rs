@@ -12,6 +12,7 @@ mod known;
 mod labels;
 mod lumped;
 mod unknowns;
+mod whole;
 mod words;
 
 use super::evidence::{Evidence, MIN_PRESSES};
@@ -58,7 +59,10 @@ pub(super) fn calibrate(
 ) -> (Result<Outcome, Error>, bool) {
     let mut known = KnownFrames::find(evidence, sensor.max_count());
     let (alone, crowded) = (known.presses(), known.crowded.len());
-    let one_at_a_time = alone >= MIN_PRESSES && (alone >= crowded || crowded < MANY_CROWDED);
+    // Where a recorder leaves out what unloaded taxels read, nobody knows that nothing else was pressed.
+    let one_at_a_time = alone >= MIN_PRESSES
+        && (alone >= crowded || crowded < MANY_CROWDED)
+        && sensor.converter().floor_count.is_none();
     if !one_at_a_time {
         known = known.all_crowded(evidence.presses.len());
     }

@@ -3,8 +3,8 @@
 use super::super::gmres::{Gmres, norm};
 use super::super::lines::LiveLines;
 use super::super::path::OwnPath;
-use crate::circuit::{LineEnds, LinearCircuit, LinearPoint, OperatingPoint};
 use crate::Mark;
+use crate::circuit::{LineEnds, LinearCircuit, LinearPoint, OperatingPoint};
 use crate::stats::median_high;
 
 const DEPTH: usize = 60;
@@ -198,7 +198,9 @@ impl SolverState {
     /// Of the taxels that are unknown.
     fn sum_of_found(&self) -> f64 {
         let found = self.found.iter().zip(&self.held);
-        found.map(|(found, held)| if *held { 0.0 } else { *found }).sum()
+        found
+            .map(|(found, held)| if *held { 0.0 } else { *found })
+            .sum()
     }
 
     /// Sets `trial` to a multiple of the measured apparent conductances or of the first answer.
