@@ -3,6 +3,7 @@
 use crate::Error;
 use crate::colour::{ColourMap, index_of};
 use crate::picture::write_image;
+use crate::placed::Placed;
 
 /// How values between taxel centres are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -24,7 +25,7 @@ impl Default for Interpolation {
 /// Pixels a side of a taxel that is not interpolated: keeps its edges sharp where a viewer smooths.
 const NEAREST_FACTOR: usize = 8;
 /// Enlargement stops at this many pixels a side.
-const MAX_SIDE: usize = 2048;
+pub(crate) const MAX_SIDE: usize = 2048;
 /// Table index in place of a colour where the value is not finite.
 const BLANK: u8 = 255;
 
@@ -129,6 +130,25 @@ pub(crate) fn heatmap_png(
         }
     };
     encode_indexed(&pixels, grid.columns * factor, grid.rows * factor, map)
+}
+
+/// The same of taxels that lie elsewhere than on a grid.
+pub(crate) fn placed_png(
+    placed: &Placed,
+    values: &[f64],
+    interpolation: Interpolation,
+    map: ColourMap,
+    range: (f64, f64),
+    limit: usize,
+) -> Result<Vec<u8>, Error> {
+    let (factor, smooth) = match interpolation {
+        Interpolation::Bilinear(asked) => (asked, true),
+        Interpolation::Nearest => (NEAREST_FACTOR, false),
+    };
+    let owners = placed.owners(factor.max(1), limit);
+    let drawn = placed.values(&owners, values, smooth);
+    let pixels = indices(&drawn, range);
+    encode_indexed(&pixels, owners.columns, owners.rows, map)
 }
 
 /// Every pixel of `taxels` as `factor` × `factor` pixels.
