@@ -5,7 +5,7 @@ use taxel::Mark;
 use crate::raster::MAX_SIDE;
 
 /// Taxels at least this share of their mean distance wide, where the pitch says less.
-const FILLED: f64 = 0.7;
+const FILLED: f64 = 0.5;
 /// Pixel that is no taxel's.
 const NONE: usize = usize::MAX;
 

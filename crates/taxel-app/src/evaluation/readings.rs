@@ -292,7 +292,7 @@ impl<'a> Reader<'a> {
         let Some(loads) = self.result(method).loads else {
             return (None, None);
         };
-        let figures = FrameFigures::of(loads, self.sensor.array());
+        let figures = FrameFigures::of(loads, &self.sensor);
         let total = grams_from_newtons(figures.total_force_newtons);
         (Some(total), figures.centre_mm)
     }

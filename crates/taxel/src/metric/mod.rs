@@ -26,8 +26,8 @@ pub use cross_talk::{Ghost, TaxelCrossTalk, cross_talk_drop, cross_talk_index, g
 pub use deviation::{Deviations, deviations, deviations_of_frames};
 pub use figures::{CONTACT_NEWTONS, FrameFigures};
 pub use load::{
-    PeakPressure, centre_of_pressure_mm, contact_area_mm2, kilopascals_from_newtons, peak_pressure,
-    total_force_newtons,
+    PeakPressure, centre_of_placed_mm, centre_of_pressure_mm, contact_area_mm2,
+    kilopascals_from_newtons, peak_pressure, total_force_newtons,
 };
 
 use crate::{Error, Frame, Mark};

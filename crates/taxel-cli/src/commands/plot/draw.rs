@@ -61,7 +61,7 @@ fn are_comparable(frames: &[(String, Frame<DisplayUnit>)]) -> bool {
 }
 
 fn panel<'a>(
-    job: &Job<'_>,
+    job: &'a Job<'_>,
     title: &str,
     frame: &'a Frame<DisplayUnit>,
 ) -> Result<Panel<'a>, Error> {
