@@ -4,7 +4,7 @@
 //! the taxel would be if it were alone. Then y ≈ G with a diagonal derivative near one, and what GMRES has
 //! left to undo is the cross-talk.
 
-mod bounds;
+mod held;
 mod state;
 
 use super::{Method, Outcome, Solver, Stop};
@@ -133,7 +133,8 @@ impl Newton {
             state.live.gather(near, columns, &mut state.g);
             state.warm = true;
         }
-        let outcome = self.within_bounds(state, volts.values());
+        state.take_volts(volts.values(), columns);
+        let outcome = self.iterate(state);
         state.warm = outcome.stop.is_good();
         state.live.scatter(&state.g, columns, siemens.values_mut());
         outcome

@@ -39,15 +39,10 @@ pub(crate) struct SolverState {
     pub(super) trial: Vec<f64>,
     pub(super) step: Vec<f64>,
     pub(super) gmres: Gmres,
-    /// Taxels that are no unknowns in this round: absent, or taken to be unloaded.
+    /// Taxels that are no unknowns: absent, or taken to be unloaded.
     pub(super) held: Vec<bool>,
     /// What those conduct, siemens.
     pub(super) rest: Vec<f64>,
-    /// Taxels whose reading is an upper bound, and those of them that are taken to read just as much.
-    pub(super) bounded: Vec<bool>,
-    pub(super) at_bound: Vec<bool>,
-    /// Volts of the taxels that take part, then apparent conductances: of a reading that is one its bound.
-    pub(super) bound: Vec<f64>,
     pub(super) marks: Vec<Mark>,
 }
 
@@ -69,9 +64,6 @@ impl SolverState {
             gmres: Gmres::new(0, 0),
             held: Vec::new(),
             rest: Vec::new(),
-            bounded: Vec::new(),
-            at_bound: Vec::new(),
-            bound: Vec::new(),
             marks: Vec::new(),
         }
     }
@@ -94,15 +86,12 @@ impl SolverState {
             &mut self.trial,
             &mut self.step,
             &mut self.rest,
-            &mut self.bound,
         ] {
             buffer.clear();
             buffer.resize(taxels, 0.0);
         }
-        for buffer in [&mut self.held, &mut self.bounded, &mut self.at_bound] {
-            buffer.clear();
-            buffer.resize(taxels, false);
-        }
+        self.held.clear();
+        self.held.resize(taxels, false);
         self.marks.clear();
         self.marks.resize(taxels, Mark::Good);
         self.gmres = Gmres::new(taxels, DEPTH.min(taxels));
