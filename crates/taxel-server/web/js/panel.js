@@ -242,7 +242,7 @@ export class Panel {
     const centred = Number.isFinite(frame.copRow) && Number.isFinite(frame.copColumn);
     const { sensor } = this.view;
     const [down, across] = sensor && layoutOf(sensor).owners ? sensor.pitch_mm : [0, 0];
-    byId("frame-cop").textContent = centred && down > 0 ? `x ${fixed(frame.copColumn * across, 1)} mm, y ${fixed(frame.copRow * down, 1)} mm` : centred ? `row ${fixed(frame.copRow, 1)}, col ${fixed(frame.copColumn, 1)}` : "none";
+    byId("frame-cop").textContent = centred && down > 0 ? `x ${fixed(frame.copColumn * across, 0)}, y ${fixed(frame.copRow * down, 0)} mm` : centred ? `row ${fixed(frame.copRow, 1)}, col ${fixed(frame.copColumn, 1)}` : "none";
     byId("frame-outliers").textContent = `${fixed(frame.outliers * 100, 1)} %`;
     const counts = new Array(256).fill(0);
     let marked = 0;

@@ -71,17 +71,15 @@ pub(super) fn classify(test: &SelfTest, rubbed: &Rubbed) -> SelfTestResult {
 }
 
 impl Classifier<'_> {
-    fn count(&self, axis: Axis) -> usize {
-        match axis {
-            Axis::Row => self.test.rows,
-            Axis::Column => self.test.columns,
-        }
-    }
-
     /// The lines of an axis that have a taxel.
     fn lines(&self, axis: Axis) -> Vec<usize> {
-        let has_taxel = |&index: &usize| self.rubbed.response.line(axis, index).next().is_some();
-        (0..self.count(axis)).filter(has_taxel).collect()
+        let count = match axis {
+            Axis::Row => self.test.rows,
+            Axis::Column => self.test.columns,
+        };
+        (0..count)
+            .filter(|&index| !self.line(axis, index).is_empty())
+            .collect()
     }
 
     fn line(&self, axis: Axis, index: usize) -> Vec<usize> {
@@ -390,8 +388,10 @@ impl Classifier<'_> {
     }
 
     fn whole(&self) -> Vec<usize> {
-        let there = |taxel: &usize| !self.rubbed.response.is_absent(*taxel);
-        (0..self.explained.len()).filter(there).collect()
+        let response = &self.rubbed.response;
+        (0..self.explained.len())
+            .filter(|&t| !response.is_absent(t))
+            .collect()
     }
 
     /// Readings at an end that no finding explains.
