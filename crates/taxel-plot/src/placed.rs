@@ -2,8 +2,6 @@
 
 use taxel::Mark;
 
-use crate::raster::MAX_SIDE;
-
 /// Taxels at least this share of their mean distance wide, where the pitch says less.
 const FILLED: f64 = 0.5;
 /// Pixel that is no taxel's.
@@ -65,7 +63,7 @@ impl Placed {
     /// Whose every pixel is, about `per_cell` of them along a taxel, no side longer than `limit`: the nearest taxel's of
     /// those that reach it.
     pub(crate) fn owners(&self, per_cell: usize, limit: usize) -> Owners {
-        let limit = limit.clamp(1, MAX_SIDE) as f64;
+        let limit = limit.max(1) as f64;
         let pixels = |length: f64, cell: f64| {
             (length / cell * per_cell as f64).round().clamp(1.0, limit) as usize
         };
@@ -160,28 +158,6 @@ impl Owners {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// On a grid it is what bilinear interpolation of the grid is.
-    #[test]
-    fn places_on_a_grid_are_drawn_as_the_grid_is() {
-        let values = [1.0, 7.0, -3.0, 4.0, 0.5, 6.0];
-        let at = |t: usize| [5.0 + 2.0 * (t % 3) as f64, 3.0 * (t / 3) as f64];
-        let positions: Vec<[f64; 2]> = (0..6).map(at).collect();
-        let placed = Placed::new(&positions, &[], [2.0, 3.0]);
-        let owners = placed.owners(4, 500);
-        assert_eq!((owners.columns, owners.rows), (12, 8));
-        let grid = crate::raster::Grid {
-            values: &values,
-            rows: 2,
-            columns: 3,
-        };
-        let drawn = placed.values(&owners, &values, true);
-        for (a, b) in drawn.iter().zip(grid.enlarge(4)) {
-            assert!((a - b).abs() < 1e-9, "{a} {b}");
-        }
-        let squares = placed.values(&owners, &values, false);
-        assert_eq!(squares[..4], [1.0; 4]);
-    }
 
     #[test]
     fn nothing_is_drawn_where_no_taxel_lies() {

@@ -145,7 +145,7 @@ pub(crate) fn placed_png(
         Interpolation::Bilinear(asked) => (asked, true),
         Interpolation::Nearest => (NEAREST_FACTOR, false),
     };
-    let owners = placed.owners(factor.max(1), limit);
+    let owners = placed.owners(factor.max(1), limit.min(MAX_SIDE));
     let drawn = placed.values(&owners, values, smooth);
     let pixels = indices(&drawn, range);
     encode_indexed(&pixels, owners.columns, owners.rows, map)
@@ -228,6 +228,23 @@ mod tests {
             rows: values.len() / columns,
             columns,
         }
+    }
+
+    /// On a grid it is what bilinear interpolation of the grid is.
+    #[test]
+    fn places_on_a_grid_are_drawn_as_the_grid_is() {
+        let values = [1.0, 7.0, -3.0, 4.0, 0.5, 6.0];
+        let at = |t: usize| [5.0 + 2.0 * (t % 3) as f64, 3.0 * (t / 3) as f64];
+        let positions: Vec<[f64; 2]> = (0..6).map(at).collect();
+        let placed = Placed::new(&positions, &[], [2.0, 3.0]);
+        let owners = placed.owners(4, 500);
+        assert_eq!((owners.columns, owners.rows), (12, 8));
+        let drawn = placed.values(&owners, &values, true);
+        for (a, b) in drawn.iter().zip(grid(&values, 3).enlarge(4)) {
+            assert!((a - b).abs() < 1e-9, "{a} {b}");
+        }
+        let squares = placed.values(&owners, &values, false);
+        assert_eq!(squares[..4], [1.0; 4]);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use crate::Error;
 use crate::colour_bar::{Beyond, ColourBar, HAIRLINE, LABEL_SIZE, TICK};
 use crate::outline;
 use crate::picture::PNG_SCALE;
-use crate::raster::{Grid, Interpolation, heatmap_png, placed_png};
+use crate::raster::{Grid, Interpolation, MAX_SIDE, heatmap_png, placed_png};
 use crate::svg::{Anchor, Canvas, INK, Rect, number};
 use crate::text;
 use crate::ticks::{index_ticks, nice_ticks, tick_labels};
@@ -98,7 +98,7 @@ pub(crate) fn draw_heatmap(
         return Ok(());
     };
     if let Some(placed) = placed {
-        let owners = placed.owners(OUTLINE_PIXELS, usize::MAX);
+        let owners = placed.owners(OUTLINE_PIXELS, MAX_SIDE);
         let cell = placed.smaller_side() * plot.width / placed.width;
         let size = (owners.rows, owners.columns);
         outline::draw(canvas, plot, &owners.marks(marks), size, cell);

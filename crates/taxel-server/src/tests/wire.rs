@@ -147,8 +147,8 @@ fn messages_of_the_wire_are_those_that_the_page_is_tested_with() {
         )),
     );
     let all = [
-        ("hello", "Hello", Message::Hello(hello())),
-        ("helloOfFile", "Hello", Message::Hello(file_hello)),
+        ("hello", "Hello", Message::Hello(Box::new(hello()))),
+        ("helloOfFile", "Hello", Message::Hello(Box::new(file_hello))),
         ("state", "State", Message::State(Box::new(busy_state()))),
         (
             "stateOfFile",

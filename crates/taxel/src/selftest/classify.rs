@@ -71,17 +71,6 @@ pub(super) fn classify(test: &SelfTest, rubbed: &Rubbed) -> SelfTestResult {
 }
 
 impl Classifier<'_> {
-    /// The lines of an axis that have a taxel.
-    fn lines(&self, axis: Axis) -> Vec<usize> {
-        let count = match axis {
-            Axis::Row => self.test.rows,
-            Axis::Column => self.test.columns,
-        };
-        (0..count)
-            .filter(|&index| !self.line(axis, index).is_empty())
-            .collect()
-    }
-
     fn line(&self, axis: Axis, index: usize) -> Vec<usize> {
         self.rubbed.response.line(axis, index).collect()
     }
@@ -116,7 +105,7 @@ impl Classifier<'_> {
     fn lines_at_an_end(&mut self) {
         let share = self.test.options.line_end_share;
         for axis in Axis::BOTH {
-            for index in self.lines(axis) {
+            for index in self.rubbed.response.lines(axis) {
                 let taxels = self.line(axis, index).into_iter();
                 let at_end = self.test.ends.line_share(taxels, true, share);
                 if at_end >= self.test.options.screen.line_share {
@@ -158,7 +147,7 @@ impl Classifier<'_> {
 
     fn open_lines(&mut self, faults: &LineFaults) {
         for axis in Axis::BOTH {
-            for index in self.lines(axis) {
+            for index in self.rubbed.response.lines(axis) {
                 let dead = faults.faults.iter().any(|fault| {
                     (fault.axis, fault.index, fault.kind) == (axis, index, LineFaultKind::Dead)
                         && (self.has_fallen(fault)
@@ -258,7 +247,7 @@ impl Classifier<'_> {
 
     /// The silence that gaps in a hand can make on any line of an axis: the median of all lines, and its spread.
     fn usual_silence(&self, axis: Axis) -> f64 {
-        let lines = self.lines(axis).into_iter();
+        let lines = self.rubbed.response.lines(axis).into_iter();
         let mut shares: Vec<f64> = lines.map(|i| self.silence(axis, i)).collect();
         let middle = median(&mut shares);
         for share in &mut shares {
@@ -270,7 +259,7 @@ impl Classifier<'_> {
     /// Lines at the edge that never answered, while the next one did along nearly all of its length.
     fn silent_edges(&mut self) {
         for axis in Axis::BOTH {
-            let lines = self.lines(axis);
+            let lines = self.rubbed.response.lines(axis);
             let count = lines.len();
             if count < 2 {
                 continue;
@@ -302,7 +291,7 @@ impl Classifier<'_> {
             })
             .collect();
         for axis in Axis::BOTH {
-            for index in self.lines(axis) {
+            for index in self.rubbed.response.lines(axis) {
                 let line = self.line(axis, index);
                 let noisy = |t: &&usize| matches!(&found[**t], Some((Fault::TaxelNoisy, _)));
                 let count = line.iter().filter(noisy).count();

@@ -174,6 +174,16 @@ impl Response {
         self.absent.get(taxel).copied().unwrap_or(false)
     }
 
+    /// The lines of an axis that have a taxel.
+    pub fn lines(&self, axis: Axis) -> Vec<usize> {
+        let count = match axis {
+            Axis::Row => self.rows,
+            Axis::Column => self.columns,
+        };
+        let has_taxel = |&index: &usize| self.line(axis, index).next().is_some();
+        (0..count).filter(has_taxel).collect()
+    }
+
     /// The taxels of a line.
     pub fn line(&self, axis: Axis, index: usize) -> impl Iterator<Item = usize> + '_ {
         let (rows, columns) = (self.rows, self.columns);
