@@ -111,6 +111,20 @@ pub enum Error {
         /// The dead line.
         index: usize,
     },
+    /// A press or a trial where the sensor has no taxel.
+    #[error(
+        "{}, line {line}: row {row}, column {column} carries no taxel, as `array.population` in the sensor file says\nhint: rows and columns count from 0; correct the line, or the mask", .table.display()
+    )]
+    AbsentTaxel {
+        /// The table of presses or trials.
+        table: PathBuf,
+        /// Its line, from 1.
+        line: u64,
+        /// Row it names.
+        row: usize,
+        /// Column it names.
+        column: usize,
+    },
     /// Two labels that give one taxel of one frame different loads.
     #[error(
         "{}, lines {} and {}: row {row}, column {column} of frame {frame} is {} g and {} g\nhint: a taxel has one load at a time: remove the wrong line", .table.display(), .lines[0], .lines[1], .loads_g[0], .loads_g[1]

@@ -143,8 +143,16 @@ fn refuse_two_loads(table: &Path, presses: &[taxel_io::Press]) -> Result<(), Err
     Ok(())
 }
 
-/// Refuses a press on a line that the sensor file declares dead.
+/// Refuses a press where there is no taxel, or on a line that the sensor file declares dead.
 fn refuse_dead(sensor: &Sensor, table: &Path, press: &taxel_io::Press) -> Result<(), Error> {
+    if sensor.is_absent(press.row * sensor.columns() + press.column) {
+        return Err(Error::AbsentTaxel {
+            table: table.to_owned(),
+            line: press.line,
+            row: press.row,
+            column: press.column,
+        });
+    }
     let lines = [
         (Axis::Row, press.row, &sensor.screen().dead_rows),
         (Axis::Column, press.column, &sensor.screen().dead_columns),

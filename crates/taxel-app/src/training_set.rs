@@ -108,7 +108,16 @@ pub fn screen(data: &mut CalibrationData, sensor: &Sensor) -> Result<usize, Erro
         screen.mark(frame)?;
         for (press, lost) in data.presses.iter().zip(&mut lost) {
             if press.frame == at {
-                *lost = frame.marks()[press.row * columns + press.column] != Mark::Good;
+                let mark = frame.marks()[press.row * columns + press.column];
+                if mark == Mark::Absent {
+                    return Err(taxel::Error::PressOnAbsent {
+                        row: press.row,
+                        column: press.column,
+                        frame: press.frame,
+                    }
+                    .into());
+                }
+                *lost = mark != Mark::Good;
             }
         }
         repair_readings(frame, &mut around);

@@ -33,6 +33,7 @@ mod number;
 mod options;
 pub mod pairs;
 pub mod parquet;
+mod positions;
 pub mod recording;
 mod rows;
 pub mod sensor_file;

@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::{Error, FrameSource, MAX_TAXELS, ReadOptions, SensorFileError, ValuesReader, bounded};
+use crate::{
+    Error, FrameSource, MAX_TAXELS, ReadOptions, SensorFileError, ValuesReader, bounded, positions,
+};
 use taxel::sensor::{PRESETS, SensorSpec, preset};
 use taxel::{Frame, Sensor, Siemens};
 
@@ -43,7 +45,11 @@ pub fn load(name: &Path) -> Result<Sensor, Error> {
     let mut spec = SensorSpec::from_toml(&text_of(name)?).map_err(in_file)?;
     let (rows, columns) = (spec.array.rows, spec.array.columns);
     check_array(name, rows, columns)?;
-    spec.resolve(|file| per_taxel(&next_to(name, file), rows, columns))?;
+    let pitch_mm = spec.array.pitch_mm;
+    spec.resolve(
+        |file| per_taxel(&next_to(name, file), rows, columns),
+        |file| positions::read(&next_to(name, file), pitch_mm),
+    )?;
     Ok(Sensor::try_from(spec).map_err(in_file)?)
 }
 

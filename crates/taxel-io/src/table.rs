@@ -289,13 +289,18 @@ impl Row<'_> {
             .map_err(|_| self.wrong(cell, column, "a whole number", "it counts from 0"))
     }
 
+    /// A finite number.
+    pub(crate) fn number(&self, cell: usize, column: &'static str) -> Result<f64, Error> {
+        let value = fast_float2::parse::<f64, _>(self.text(cell)?.as_bytes());
+        value.ok().filter(|value| value.is_finite()).ok_or_else(|| {
+            let hint = "a decimal point, no unit: the unit is in the column's name";
+            self.wrong(cell, column, "a finite number", hint)
+        })
+    }
+
     /// A finite number, 0 and up.
     pub(crate) fn amount(&self, cell: usize, column: &'static str) -> Result<f64, Error> {
-        let value = fast_float2::parse::<f64, _>(self.text(cell)?.as_bytes());
-        let Some(value) = value.ok().filter(|value| value.is_finite()) else {
-            let hint = "a decimal point, no unit: the unit is in the column's name";
-            return Err(self.wrong(cell, column, "a finite number", hint));
-        };
+        let value = self.number(cell, column)?;
         if value < 0.0 {
             return Err(Error::Negative {
                 at: self.place(cell),

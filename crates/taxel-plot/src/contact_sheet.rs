@@ -125,7 +125,7 @@ impl<'a> ContactSheet<'a> {
         let beyond = self
             .panels
             .iter()
-            .map(|panel| Beyond::of(panel.grid.values, range))
+            .map(|panel| Beyond::of(&panel.values(), range))
             .fold(Beyond::default(), Beyond::or);
         let length = (height - title).clamp(110.0, 300.0);
         let labels = (first.quantity.as_str(), first.unit.as_str());

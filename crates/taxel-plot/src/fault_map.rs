@@ -162,7 +162,8 @@ impl<'a> FaultMap<'a> {
         }
     }
 
-    /// Sound taxels in grey, faulty ones in colour, and thin lines between them where there is room.
+    /// Sound taxels in grey, faulty ones in colour, crossings without one left white, and thin lines between them where there
+    /// is room.
     fn draw_cells(&self, canvas: &mut Canvas, plot: Rect) {
         canvas.filled(&rectangle(plot), SOUND);
         let faults = self.result.by_taxel();
@@ -176,6 +177,17 @@ impl<'a> FaultMap<'a> {
             if !data.is_empty() {
                 canvas.filled(&data, look(fault).colour);
             }
+        }
+        let absent = self.result.absent.iter().enumerate();
+        let blank: String = absent
+            .filter(|(_, absent)| **absent)
+            .map(|(taxel, _)| {
+                let (row, column) = (taxel / self.result.columns, taxel % self.result.columns);
+                rectangle(self.cell(plot, row, column))
+            })
+            .collect();
+        if !blank.is_empty() {
+            canvas.filled(&blank, GRID);
         }
         let cell = self.cell(plot, 0, 0);
         if cell.width.min(cell.height) >= 3.0 {

@@ -2,10 +2,13 @@
 
 pub(crate) mod layout;
 
+use std::borrow::Cow;
+
 use taxel::{Frame, Mark};
 
 use crate::colour::ColourMap;
 use crate::picture::Picture;
+use crate::placed::Placed;
 use crate::quantity::Quantity;
 use crate::raster::{Grid, Interpolation};
 use crate::scale::{drawable, finite_range, from_zero};
@@ -15,7 +18,7 @@ use layout::{PanelLayout, Room};
 
 /// A heatmap of one frame with its axes, row 0 at the top, and a colour bar.
 ///
-/// Values that are not finite are left blank; marked taxels are outlined.
+/// Values that are not finite are left blank, and so is what is marked absent; other marked taxels are outlined.
 ///
 /// ```
 /// use taxel_plot::{Format, Panel};
@@ -38,6 +41,7 @@ pub struct Panel<'a> {
     pub(crate) interpolation: Interpolation,
     pub(crate) colour_map: ColourMap,
     pub(crate) pitch_mm: [f64; 2],
+    positions_mm: Option<&'a [[f64; 2]]>,
 }
 
 impl<'a> Panel<'a> {
@@ -71,6 +75,7 @@ impl<'a> Panel<'a> {
             interpolation: Interpolation::default(),
             colour_map: ColourMap::default(),
             pitch_mm: [1.0, 1.0],
+            positions_mm: None,
         })
     }
 
@@ -90,6 +95,7 @@ impl<'a> Panel<'a> {
             interpolation: Interpolation::default(),
             colour_map: ColourMap::default(),
             pitch_mm: [1.0, 1.0],
+            positions_mm: None,
         }
     }
 
@@ -162,6 +168,31 @@ impl<'a> Panel<'a> {
         self
     }
 
+    /// Where each taxel lies, x to the right and y down in mm: it is drawn there, as large as the pitch, in place of at the
+    /// crossing of its lines. Of taxels marked absent the place does not matter.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] when there is not one place per taxel.
+    pub fn positions_mm(mut self, positions_mm: &'a [[f64; 2]]) -> Result<Self, Error> {
+        let Grid {
+            values,
+            rows,
+            columns,
+        } = self.grid;
+        if positions_mm.len() != values.len() {
+            let (expected, found) = (values.len(), positions_mm.len());
+            return Err(Error::Shape {
+                what: "places",
+                expected,
+                found,
+                rows,
+                columns,
+            });
+        }
+        self.positions_mm = Some(positions_mm);
+        Ok(self)
+    }
+
     /// The panel as a picture of its own.
     ///
     /// # Errors
@@ -182,7 +213,29 @@ impl<'a> Panel<'a> {
     pub(crate) fn wanted_range(&self) -> Option<(f64, f64)> {
         self.range
             .filter(|(low, high)| low.is_finite() && high.is_finite())
-            .or_else(|| finite_range(self.grid.values.iter().copied()).map(from_zero))
+            .or_else(|| finite_range(self.values().iter().copied()).map(from_zero))
+    }
+
+    /// The values that are drawn: not a number where there is no taxel.
+    pub(crate) fn values(&self) -> Cow<'a, [f64]> {
+        let marks = self.marks.unwrap_or_default();
+        if !marks.contains(&Mark::Absent) {
+            return Cow::Borrowed(self.grid.values);
+        }
+        let value = |(value, mark): (&f64, &Mark)| match mark {
+            Mark::Absent => f64::NAN,
+            _ => *value,
+        };
+        self.grid.values.iter().zip(marks).map(value).collect()
+    }
+
+    /// The taxels at their places, where these are known.
+    pub(crate) fn placed(&self) -> Option<Placed> {
+        let [between_rows, between_columns] = self.pitch_mm;
+        let cell = [between_columns, between_rows];
+        let marks = self.marks.unwrap_or_default();
+        self.positions_mm
+            .map(|positions| Placed::new(positions, marks, cell))
     }
 
     pub(crate) fn drawn_range(&self) -> (f64, f64) {

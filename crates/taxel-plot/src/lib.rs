@@ -14,6 +14,7 @@ mod glyphs;
 mod heatmap;
 mod outline;
 mod picture;
+mod placed;
 mod quantity;
 mod raster;
 pub mod report;

@@ -12,7 +12,7 @@ const CASING: &str = "#10303a";
 pub(crate) fn counted(marks: &[Mark]) -> Option<String> {
     let counts: Vec<String> = Mark::ALL
         .into_iter()
-        .filter(|&mark| mark != Mark::Good)
+        .filter(|&mark| is_outlined(mark))
         .map(|mark| (mark, marks.iter().filter(|&&m| m == mark).count()))
         .filter(|&(_, count)| count > 0)
         .map(|(mark, count)| format!("{count} {}", mark.word()))
@@ -20,9 +20,20 @@ pub(crate) fn counted(marks: &[Mark]) -> Option<String> {
     (!counts.is_empty()).then(|| counts.join(", "))
 }
 
-/// Draws one line around every patch of marked taxels of a `rows` × `columns` array that fills `plot`.
-pub(crate) fn draw(canvas: &mut Canvas, plot: Rect, marks: &[Mark], rows: usize, columns: usize) {
-    let cell = (plot.width / columns as f64).min(plot.height / rows as f64);
+/// Not where there is no taxel, of which nothing is drawn.
+fn is_outlined(mark: Mark) -> bool {
+    !matches!(mark, Mark::Good | Mark::Absent)
+}
+
+/// Draws one line around every patch of marked taxels of a `rows` × `columns` raster that fills `plot`; `cell` is the side
+/// of a taxel.
+pub(crate) fn draw(
+    canvas: &mut Canvas,
+    plot: Rect,
+    marks: &[Mark],
+    (rows, columns): (usize, usize),
+    cell: f64,
+) {
     let width = (cell / 3.0).clamp(0.3, 1.2);
     let data = borders(plot, marks, rows, columns);
     canvas.strokes(&data, CASING, width + 0.7);
@@ -32,7 +43,7 @@ pub(crate) fn draw(canvas: &mut Canvas, plot: Rect, marks: &[Mark], rows: usize,
 /// The borders between marked taxels and all else, as path data of the longest straight pieces.
 fn borders(plot: Rect, marks: &[Mark], rows: usize, columns: usize) -> String {
     let marked = |row: usize, column: usize| {
-        row < rows && column < columns && marks[row * columns + column] != Mark::Good
+        row < rows && column < columns && is_outlined(marks[row * columns + column])
     };
     let x = |column: usize| number(plot.x + plot.width * column as f64 / columns as f64);
     let y = |row: usize| number(plot.y + plot.height * row as f64 / rows as f64);
@@ -98,5 +109,6 @@ mod tests {
     fn marks_are_counted_by_kind() {
         let marks = [Mark::Open, Mark::Saturated, Mark::Open, Mark::Good];
         assert_eq!(counted(&marks).as_deref(), Some("2 open, 1 saturated"));
+        assert_eq!(counted(&[Mark::Absent, Mark::Good]), None);
     }
 }

@@ -3,6 +3,7 @@
 use crate::Error;
 use crate::colour::{ColourMap, index_of};
 use crate::picture::write_image;
+use crate::placed::Placed;
 
 /// How values between taxel centres are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -24,7 +25,7 @@ impl Default for Interpolation {
 /// Pixels a side of a taxel that is not interpolated: keeps its edges sharp where a viewer smooths.
 const NEAREST_FACTOR: usize = 8;
 /// Enlargement stops at this many pixels a side.
-const MAX_SIDE: usize = 2048;
+pub(crate) const MAX_SIDE: usize = 2048;
 /// Table index in place of a colour where the value is not finite.
 const BLANK: u8 = 255;
 
@@ -131,6 +132,25 @@ pub(crate) fn heatmap_png(
     encode_indexed(&pixels, grid.columns * factor, grid.rows * factor, map)
 }
 
+/// The same of taxels that lie elsewhere than on a grid.
+pub(crate) fn placed_png(
+    placed: &Placed,
+    values: &[f64],
+    interpolation: Interpolation,
+    map: ColourMap,
+    range: (f64, f64),
+    limit: usize,
+) -> Result<Vec<u8>, Error> {
+    let (factor, smooth) = match interpolation {
+        Interpolation::Bilinear(asked) => (asked, true),
+        Interpolation::Nearest => (NEAREST_FACTOR, false),
+    };
+    let owners = placed.owners(factor.max(1), limit.min(MAX_SIDE));
+    let drawn = placed.values(&owners, values, smooth);
+    let pixels = indices(&drawn, range);
+    encode_indexed(&pixels, owners.columns, owners.rows, map)
+}
+
 /// Every pixel of `taxels` as `factor` × `factor` pixels.
 fn repeat(taxels: &[u8], columns: usize, factor: usize) -> Vec<u8> {
     let mut out = Vec::with_capacity(taxels.len() * factor * factor);
@@ -208,6 +228,23 @@ mod tests {
             rows: values.len() / columns,
             columns,
         }
+    }
+
+    /// On a grid it is what bilinear interpolation of the grid is.
+    #[test]
+    fn places_on_a_grid_are_drawn_as_the_grid_is() {
+        let values = [1.0, 7.0, -3.0, 4.0, 0.5, 6.0];
+        let at = |t: usize| [5.0 + 2.0 * (t % 3) as f64, 3.0 * (t / 3) as f64];
+        let positions: Vec<[f64; 2]> = (0..6).map(at).collect();
+        let placed = Placed::new(&positions, &[], [2.0, 3.0]);
+        let owners = placed.owners(4, 500);
+        assert_eq!((owners.columns, owners.rows), (12, 8));
+        let drawn = placed.values(&owners, &values, true);
+        for (a, b) in drawn.iter().zip(grid(&values, 3).enlarge(4)) {
+            assert!((a - b).abs() < 1e-9, "{a} {b}");
+        }
+        let squares = placed.values(&owners, &values, false);
+        assert_eq!(squares[..4], [1.0; 4]);
     }
 
     #[test]

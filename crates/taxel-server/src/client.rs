@@ -72,7 +72,7 @@ impl Viewer<'_> {
         let mut texts = self.shared.texts.subscribe();
         let mut pings = interval(PING_EVERY);
         let mut details = interval(DETAILS_EVERY);
-        let hello = Text::Hello(self.shared.backend.hello());
+        let hello = Text::Hello(Box::new(self.shared.backend.hello()));
         self.say(hello.to_json()).await?;
         self.say(self.shared.state()).await?;
         loop {

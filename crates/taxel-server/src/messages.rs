@@ -25,7 +25,7 @@ pub const PROTOCOL: u32 = 2;
 #[non_exhaustive]
 pub enum Message {
     /// What a viewer must know first.
-    Hello(Hello),
+    Hello(Box<Hello>),
     /// How things stand.
     State(Box<State>),
     /// Something happened.

@@ -16,7 +16,8 @@ export const hello = {
     "taxel_area_mm2": 5.0,
     "bits": 16,
     "max_count": 65535.0,
-    "has_load_law": true
+    "has_load_law": true,
+    "positions_mm": null
   },
   "source": {
     "address": "sim:econe?hand",
@@ -118,6 +119,20 @@ export const hello = {
       "severity": 1,
       "counts": false,
       "scales": true
+    },
+    {
+      "word": "absent",
+      "text": "There is no taxel at this crossing.",
+      "severity": 0,
+      "counts": false,
+      "scales": false
+    },
+    {
+      "word": "below-floor",
+      "text": "Below what the recorder keeps: taken to be unloaded, and may be loaded by as much as reads that little.",
+      "severity": 1,
+      "counts": true,
+      "scales": true
     }
   ]
 };
@@ -130,7 +145,7 @@ export const helloOfFile = {
   "sensor": {
     "name": "",
     "rows": 1,
-    "columns": 1,
+    "columns": 2,
     "pitch_mm": [
       1.0,
       1.0
@@ -138,7 +153,14 @@ export const helloOfFile = {
     "taxel_area_mm2": 1.0,
     "bits": 0,
     "max_count": 0.0,
-    "has_load_law": false
+    "has_load_law": false,
+    "positions_mm": [
+      [
+        1.5,
+        -2.0
+      ],
+      null
+    ]
   },
   "source": {
     "address": "file:run.mcap",
@@ -220,6 +242,20 @@ export const helloOfFile = {
       "text": "A network's estimate from an input unlike those it was trained with.",
       "severity": 1,
       "counts": false,
+      "scales": true
+    },
+    {
+      "word": "absent",
+      "text": "There is no taxel at this crossing.",
+      "severity": 0,
+      "counts": false,
+      "scales": false
+    },
+    {
+      "word": "below-floor",
+      "text": "Below what the recorder keeps: taken to be unloaded, and may be loaded by as much as reads that little.",
+      "severity": 1,
+      "counts": true,
       "scales": true
     }
   ]

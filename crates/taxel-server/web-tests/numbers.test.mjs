@@ -1,9 +1,11 @@
 // Units, the scale and the orientation.
 
+import * as messages from "../testdata/messages.js";
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { Orientation, Placement } from "../web/js/orientation.js";
+import { Crossings, layoutOf } from "../web/js/places.js";
 import { Scale } from "../web/js/scale.js";
 import {
   UNITS, areaText, bytesText, decimalsFor, durationText, fixed, forceUnit, loadFactor, niceCeil, niceStep, pressureUnit, siemens, significant, unitOf,
@@ -69,7 +71,7 @@ test("a picture place and its taxel find each other in every orientation", () =>
   for (let quarters = 0; quarters < 4; quarters += 1) {
     for (const mirrorX of [false, true]) {
       for (const mirrorY of [false, true]) {
-        const placement = new Placement(new Orientation({ quarters, mirrorX, mirrorY }), 3, 5, 30, 8, 200, 100);
+        const placement = new Placement(new Orientation({ quarters, mirrorX, mirrorY }), new Crossings(3, 5), 30, 8, 200, 100);
         const { row, column } = placement.toArray(placement.x(4.25, 1.5), placement.y(4.25, 1.5));
         near(row, 1.5);
         near(column, 4.25);
@@ -90,8 +92,25 @@ test("four turns are none, with mirrors too, and a step on the screen is a step 
   }
   assert.deepEqual(new Orientation().step(1, 0), { columns: 1, rows: 0 });
   const turned = new Orientation({ quarters: 1 });
-  const placement = new Placement(turned, 4, 4, 0, 0, 100, 100);
+  const placement = new Placement(turned, new Crossings(4, 4), 0, 0, 100, 100);
   const { columns, rows } = turned.step(1, 0);
   assert.ok(placement.x(columns + 0.5, rows + 0.5) > placement.x(0.5, 0.5));
   assert.equal(placement.y(columns + 0.5, rows + 0.5), placement.y(0.5, 0.5));
+});
+
+test("a taxel with a place of its own is found there, and nowhere else", () => {
+  const sensor = { ...messages.hello.sensor, rows: 2, columns: 2, pitch_mm: [3, 2], positions_mm: [[10, 5], [16, 5], null, [10, 11]] };
+  const layout = layoutOf(sensor);
+  assert.equal(layout, layoutOf(sensor));
+  const at = (x, y) => layout.at(...layout.cells(x, y));
+  assert.deepEqual([at(10, 5), at(16, 5), at(10, 11), at(13, 8), at(0, 0)], [0, 1, 3, -1, -1]);
+  near(layout.centre(0)[0], 0.5);
+  near(layout.centre(0)[1], 0.5);
+  // The server gives the centre of pressure in pitches.
+  const [across, down] = layout.pressure(11 / 3, 10 / 2);
+  near(across, layout.centre(3)[0]);
+  near(down, layout.centre(3)[1]);
+  assert.deepEqual(layout.extent(sensor), [8, 9]);
+  const crossings = layoutOf({ ...sensor, positions_mm: null });
+  assert.deepEqual([crossings.at(1.2, 0.3), crossings.at(2.1, 0), crossings.centre(3)], [1, -1, [1.5, 1.5]]);
 });

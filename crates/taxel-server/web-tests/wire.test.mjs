@@ -53,10 +53,10 @@ test("what is no frame is refused with a reason", () => {
 test("the server's table of marks says what counts, what sets the scale, and how bad it is", () => {
   const table = new MarkTable(messages.hello.marks);
   const where = (holds) => messages.hello.marks.map((_, code) => code).filter(holds);
-  assert.deepEqual(where((code) => table.counts(code)), [0, 2, 7]);
-  assert.deepEqual(where((code) => !table.scales(code)), [1, 3, 4, 5, 6]);
-  assert.deepEqual(where((code) => table.of(code).severity === 1), [7, 8, 9]);
-  assert.equal(table.saturated, 2);
+  assert.deepEqual(where((code) => table.counts(code)), [0, 2, 7, 11]);
+  assert.deepEqual(where((code) => !table.scales(code)), [1, 3, 4, 5, 6, 10]);
+  assert.deepEqual(where((code) => table.of(code).severity === 1), [7, 8, 9, 11]);
+  assert.deepEqual([table.saturated, table.absent, table.belowFloor], [2, 10, 11]);
   assert.equal(table.of(200).word, "mark 200");
   assert.equal(table.counts(200), false);
   const frame = decodeFrame(bytesOf("full"));

@@ -101,7 +101,7 @@ fn measure(size: (usize, usize)) -> Result<Row, Box<dyn Error>> {
     let per_taxel = time(5, || {
         taxel += 1;
         black_box(nodal_volts(
-            circuit.ends(),
+            &circuit,
             &siemens,
             taxel % size.0,
             taxel % size.1,

@@ -104,6 +104,100 @@ pub enum Error {
         /// The same in the singular.
         unit_one: &'static str,
     },
+    /// A mask of crossings whose shape is not the array's.
+    #[error(
+        "sensor file: `array.population` has {lines} lines with {found} numbers in all, but the array has {rows} rows x {columns} columns\nhint: one line a row with one number a column: 1 where the crossing carries a taxel, else 0"
+    )]
+    PopulationShape {
+        /// Lines there are.
+        lines: usize,
+        /// Numbers in them.
+        found: usize,
+        /// Rows of the array.
+        rows: usize,
+        /// Columns of the array.
+        columns: usize,
+    },
+    /// A number in the mask of crossings that says neither yes nor no.
+    #[error(
+        "sensor file: `array.population` is {found} at row {row}, column {column}, but must be 0 or 1\nhint: 1 where the crossing carries a taxel, else 0"
+    )]
+    PopulationValue {
+        /// Row of the number.
+        row: usize,
+        /// Column of the number.
+        column: usize,
+        /// What stands there.
+        found: f64,
+    },
+    /// A mask of crossings that leaves no taxel.
+    #[error(
+        "sensor file: `array.population` says that none of the {crossings} crossings carries a taxel\nhint: 1 where the crossing carries a taxel, 0 where there is none"
+    )]
+    NothingPopulated {
+        /// Crossings of the array.
+        crossings: usize,
+    },
+    /// A place of no taxel, or one that is none.
+    #[error(
+        "sensor file: `array.positions` puts row {row}, column {column} at x {x_mm} mm, y {y_mm} mm, but the array has {rows} rows x {columns} columns\nhint: rows and columns are whole numbers from 0, places finite numbers within 1 km"
+    )]
+    PositionOutside {
+        /// Row given.
+        row: f64,
+        /// Column given.
+        column: f64,
+        /// Place to the right, mm.
+        x_mm: f64,
+        /// Place downwards, mm.
+        y_mm: f64,
+        /// Rows of the array.
+        rows: usize,
+        /// Columns of the array.
+        columns: usize,
+    },
+    /// Two places for one taxel.
+    #[error(
+        "sensor file: `array.positions`: row {row}, column {column} has two places\nhint: one line a taxel"
+    )]
+    PositionTwice {
+        /// Row of the taxel.
+        row: usize,
+        /// Column of the taxel.
+        column: usize,
+    },
+    /// A taxel without a place.
+    #[error(
+        "sensor file: `array.positions` says nothing of row {row}, column {column}: {found} of {taxels} taxels have a place\nhint: one line a taxel; crossings without one belong in `array.population`"
+    )]
+    PositionMissing {
+        /// Row of the first taxel without a place.
+        row: usize,
+        /// Column of it.
+        column: usize,
+        /// Taxels with a place.
+        found: usize,
+        /// Taxels there are.
+        taxels: usize,
+    },
+    /// Two taxels in one place.
+    #[error(
+        "sensor file: `array.positions` puts row {row}, column {column} and row {other_row}, column {other_column} both at x {x_mm} mm, y {y_mm} mm\nhint: no two taxels lie in one place"
+    )]
+    PositionsCoincide {
+        /// Row of the one.
+        row: usize,
+        /// Column of the one.
+        column: usize,
+        /// Row of the other.
+        other_row: usize,
+        /// Column of the other.
+        other_column: usize,
+        /// Their place to the right, mm.
+        x_mm: f64,
+        /// Their place downwards, mm.
+        y_mm: f64,
+    },
     /// Knots that no curve goes through.
     #[error(
         "sensor file: `{key}`: {source}\nhint: knots are ln of the load in grams, ascending; leave [material.bend] out where the law does not bend"
@@ -161,6 +255,18 @@ pub enum Error {
         frame: usize,
         /// The dead line, such as `row 11`.
         line: String,
+    },
+    /// A labelled press where there is no taxel.
+    #[error(
+        "the press at row {row}, column {column} (frame {frame}) lies where `array.population` says that there is no taxel\nhint: rows and columns count from 0; correct the label, or the mask"
+    )]
+    PressOnAbsent {
+        /// Row of the label.
+        row: usize,
+        /// Column of the label.
+        column: usize,
+        /// Frame of the label.
+        frame: usize,
     },
     /// Two labels for one taxel of one frame that say different loads.
     #[error(

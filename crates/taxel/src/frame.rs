@@ -60,11 +60,16 @@ pub enum Mark {
     Unresolved = 8,
     /// A network's estimate from an input unlike those it was trained with.
     Unfamiliar = 9,
+    /// There is no taxel at this crossing.
+    Absent = 10,
+    /// The reading is at or below what its recorder keeps: the value is no measurement, the truth may be anything up to
+    /// what would read that much.
+    BelowFloor = 11,
 }
 
 impl Mark {
     /// Every mark, in the order of its code.
-    pub const ALL: [Mark; 10] = [
+    pub const ALL: [Mark; 12] = [
         Mark::Good,
         Mark::Open,
         Mark::Saturated,
@@ -75,14 +80,23 @@ impl Mark {
         Mark::Interpolated,
         Mark::Unresolved,
         Mark::Unfamiliar,
+        Mark::Absent,
+        Mark::BelowFloor,
     ];
 
-    /// Whether the taxel's own reading stands behind its value, be it a lower bound.
+    /// Whether the taxel's own reading stands behind its value, be it a lower or an upper bound.
     pub fn is_measured(self) -> bool {
-        matches!(
-            self,
-            Mark::Good | Mark::Saturated | Mark::Unresolved | Mark::Unfamiliar
-        )
+        matches!(self, Mark::Unresolved | Mark::Unfamiliar) || self.is_reading()
+    }
+
+    /// Whether the taxel's reading was taken and believed: good, or beyond either end of what is recorded.
+    pub fn is_reading(self) -> bool {
+        matches!(self, Mark::Good | Mark::Saturated | Mark::BelowFloor)
+    }
+
+    /// Whether its conductance is taken as known when the others are solved for: absent, or unloaded as far as is known.
+    pub(crate) fn is_no_unknown(self) -> bool {
+        matches!(self, Mark::Absent | Mark::BelowFloor)
     }
 
     /// The word for it in reports.
@@ -98,10 +112,12 @@ impl Mark {
             Mark::Interpolated => "interpolated",
             Mark::Unresolved => "unresolved",
             Mark::Unfamiliar => "unfamiliar",
+            Mark::Absent => "absent",
+            Mark::BelowFloor => "below-floor",
         }
     }
 
-    /// The code written to quality files: the discriminant, 0 to 9.
+    /// The code written to quality files: the discriminant, 0 to 11.
     pub fn code(self) -> u8 {
         self as u8
     }
@@ -240,6 +256,11 @@ impl<Q> Frame<Q> {
         self.marks.copy_from_slice(&other.marks);
         self.sequence = other.sequence;
         self.time_secs = other.time_secs;
+    }
+
+    /// Taxels there are: all crossings but those marked absent.
+    pub fn taxels(&self) -> usize {
+        self.marks.len() - self.count(Mark::Absent)
     }
 
     /// How many taxels carry `mark`.

@@ -6,7 +6,7 @@ use crate::estimate::LoadEstimator;
 use crate::frame::newtons_from_grams;
 use crate::material::{DynamicLaw, HysteresisState, LoadLaw, Spread};
 use crate::screen::{FrameScreen, LineFaults, repair, repair_readings, stand_in};
-use crate::sensor::{Material, ScreenSpec};
+use crate::sensor::{Material, ScreenSpec, mark_absent};
 use crate::solve::{Method, Outcome, Solver, Stop};
 use crate::{Counts, Error, Frame, Mark, Newtons, Sensor, Siemens, Volts};
 
@@ -83,6 +83,8 @@ pub struct Pipeline {
     /// What the sensor file says of its lines, whatever a recording shows.
     declared: ScreenSpec,
     repair: Repair,
+    /// Crossings without a taxel; empty where there is one everywhere.
+    absent: Vec<bool>,
     outcome: Outcome,
     has_siemens: bool,
     counts: Frame<Counts>,
@@ -109,6 +111,7 @@ struct FromSiemens {
     spread: Option<Spread>,
     /// What the material remembers.
     hysteresis: Option<HysteresisState>,
+    absent: Vec<bool>,
     grams: Vec<f64>,
     undone: Vec<f64>,
     work: Vec<f64>,
@@ -155,6 +158,7 @@ impl Pipeline {
             } else {
                 Repair::Nothing
             },
+            absent: sensor.absent().to_vec(),
             outcome: Outcome::new(Stop::Direct, 0, 0.0),
             has_siemens: false,
             counts: Frame::zeros(rows, columns),
@@ -224,6 +228,7 @@ impl Pipeline {
     pub fn process_volts(&mut self, volts: &Frame<Volts>) -> FrameResult<'_> {
         self.volts.copy_meta_from(volts);
         self.volts.values.copy_from_slice(volts.values());
+        mark_absent(&self.absent, &mut self.volts.marks);
         self.finish()
     }
 
@@ -234,6 +239,8 @@ impl Pipeline {
     pub fn process_siemens(&mut self, siemens: &Frame<Siemens>) -> FrameResult<'_> {
         self.siemens.copy_meta_from(siemens);
         self.siemens.values.copy_from_slice(siemens.values());
+        mark_absent(&self.absent, &mut self.siemens.marks);
+        clear_absent(&mut self.siemens);
         self.outcome = Outcome::new(Stop::Direct, 0, 0.0);
         self.has_siemens = true;
         self.find_loads();
@@ -261,6 +268,7 @@ impl Pipeline {
         match &self.stage {
             Stage::Nothing => {
                 self.outcome = Outcome::new(Stop::Direct, 0, 0.0);
+                clear_absent(&mut self.volts);
                 self.repair.run(&mut self.volts, &mut self.around);
             }
             Stage::Solve { .. } => {
@@ -306,7 +314,7 @@ impl Pipeline {
         mark_unresolved(&self.outcome, &mut self.loads.marks);
         let unexplained = matches!(self.outcome.stop, Stop::Infeasible(_));
         for (load, mark) in self.loads.values.iter_mut().zip(&self.loads.marks) {
-            if unexplained || is_lost(*mark) {
+            if unexplained || has_no_reading(*mark) {
                 *load = 0.0;
             }
         }
@@ -342,6 +350,7 @@ impl FromSiemens {
             spread: material.spread.map(Spread::new),
             hysteresis: dynamic
                 .map(|spec| HysteresisState::new(&DynamicLaw::from_spec(spec), taxels)),
+            absent: sensor.absent().to_vec(),
             grams: vec![0.0; taxels],
             undone: vec![0.0; taxels],
             work: vec![0.0; taxels],
@@ -362,7 +371,7 @@ impl FromSiemens {
         }
         if let Some(hysteresis) = &mut self.hysteresis {
             // Numbers of a frame that nothing explains are none to remember.
-            let is_lost = |taxel: usize| unexplained || is_lost(loads.marks[taxel]);
+            let is_lost = |taxel: usize| unexplained || has_no_reading(loads.marks[taxel]);
             hysteresis.loads_from_acting(siemens.time_secs, &mut self.grams, is_lost);
         }
         if let Some(spread) = self.spread.filter(|_| !unexplained) {
@@ -370,6 +379,7 @@ impl FromSiemens {
             fill_lost(loads, &mut self.grams, around);
             spread.undo(
                 loads.columns(),
+                &self.absent,
                 &self.grams,
                 &mut self.undone,
                 &mut self.work,
@@ -378,7 +388,7 @@ impl FromSiemens {
         }
         let each = loads.values.iter_mut().zip(&loads.marks);
         for ((load, mark), &grams) in each.zip(&self.grams) {
-            *load = if unexplained || is_lost(*mark) {
+            *load = if unexplained || has_no_reading(*mark) {
                 0.0
             } else {
                 newtons_from_grams(grams)
@@ -399,7 +409,21 @@ fn mark_unresolved(outcome: &Outcome, marks: &mut [Mark]) {
     }
 }
 
-/// Whether a taxel has no reading of its own.
+/// What crossings without a taxel read is the cross-talk of others, and a number of nothing.
+fn clear_absent<Q>(frame: &mut Frame<Q>) {
+    for (value, mark) in frame.values.iter_mut().zip(&frame.marks) {
+        if *mark == Mark::Absent {
+            *value = 0.0;
+        }
+    }
+}
+
+/// Whether there is no reading to tell of a load.
+fn has_no_reading(mark: Mark) -> bool {
+    is_lost(mark) || mark == Mark::Absent
+}
+
+/// Whether a taxel that is there has no reading of its own.
 fn is_lost(mark: Mark) -> bool {
     matches!(
         mark,

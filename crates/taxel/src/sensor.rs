@@ -3,6 +3,7 @@
 //!
 //! [formats.md]: https://github.com/taxel/taxel/blob/main/docs/formats.md
 
+mod array;
 mod check;
 mod keys;
 mod plausible;
@@ -10,15 +11,16 @@ mod preset;
 mod resolved;
 mod spec;
 
+pub use array::{Array, Population, Positions};
 pub use preset::{PRESETS, preset};
 pub use resolved::{Material, Readout, Sense, USUAL_OPEN_LOOP_GAIN};
 pub(crate) use spec::MAX_DYNAMIC_TERMS;
 pub use spec::{
-    Array, Bend, ConverterSpec, DynamicSpec, MaterialSpec, PerLine, PerTaxel, Provenance,
-    ReadoutSpec, ScanOrder, ScreenSpec, SensorSpec, SheetSpec, Topology, UncertaintySpec,
+    Bend, ConverterSpec, DynamicSpec, MaterialSpec, PerLine, PerTaxel, Provenance, ReadoutSpec,
+    ScanOrder, ScreenSpec, SensorSpec, SheetSpec, Topology, UncertaintySpec,
 };
 
-use crate::Error;
+use crate::{Error, Mark};
 
 /// A sensor: array, read-out, converter, material. Every number in it was checked, nothing in it is the name of a
 /// file, and nobody can alter it: a changed sensor is made by [`Sensor::edited`].
@@ -37,6 +39,10 @@ pub struct Sensor {
     spec: SensorSpec,
     readout: Readout,
     material: Option<Material>,
+    /// Crossings without a taxel; empty where there is one everywhere.
+    absent: Vec<bool>,
+    /// x and y of every taxel, mm; empty where none are said.
+    positions: Vec<[f64; 2]>,
 }
 
 impl TryFrom<SensorSpec> for Sensor {
@@ -85,10 +91,14 @@ impl Sensor {
 
     fn complete(spec: SensorSpec) -> Result<Self, Error> {
         let (readout, material) = resolved::resolve(&spec)?;
+        let absent = array::absent(&spec)?;
+        let positions = array::places(&spec, &absent)?;
         Ok(Self {
             spec,
             readout,
             material,
+            absent,
+            positions,
         })
     }
 
@@ -152,8 +162,44 @@ impl Sensor {
         self.spec.array.columns
     }
 
+    /// Taxels there are: rows × columns, but for crossings without one.
+    pub fn taxels(&self) -> usize {
+        let absent = self.absent.iter().filter(|&&absent| absent).count();
+        self.rows() * self.columns() - absent
+    }
+
+    /// Whether there is no taxel at a crossing (row · columns + column).
+    pub fn is_absent(&self, taxel: usize) -> bool {
+        self.absent.get(taxel).copied().unwrap_or(false)
+    }
+
+    /// Of every crossing, row by row, whether it has no taxel; empty where each has one.
+    pub fn absent(&self) -> &[bool] {
+        &self.absent
+    }
+
+    /// Marks the crossings without a taxel [`Mark::Absent`] in the marks of a frame, whatever stands there.
+    pub fn mark_absent(&self, marks: &mut [Mark]) {
+        mark_absent(&self.absent, marks);
+    }
+
+    /// Where the taxels lie, row by row, x to the right and y downwards in mm (of a crossing without one 0, 0); `None` where
+    /// the sensor file says nothing of it: at the crossings of lines `pitch_mm` apart.
+    pub fn positions(&self) -> Option<&[[f64; 2]]> {
+        (!self.positions.is_empty()).then_some(&self.positions[..])
+    }
+
     /// The largest count of the converter, 2^bits − 1.
     pub fn max_count(&self) -> f64 {
         self.spec.max_count()
+    }
+}
+
+/// Marks them, whatever stands there.
+pub(crate) fn mark_absent(absent: &[bool], marks: &mut [Mark]) {
+    for (mark, &absent) in marks.iter_mut().zip(absent) {
+        if absent {
+            *mark = Mark::Absent;
+        }
     }
 }

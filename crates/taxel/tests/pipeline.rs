@@ -47,7 +47,7 @@ fn a_frame_that_nothing_explains_is_zero_and_unresolved() {
         assert!(marks.iter().all(|&mark| mark == Mark::Unresolved));
     }
     assert!(result.newtons().unwrap().values().iter().all(|&v| v == 0.0));
-    let figures = taxel::metric::FrameFigures::of(result.newtons().unwrap(), sensor.array());
+    let figures = taxel::metric::FrameFigures::of(result.newtons().unwrap(), &sensor);
     assert_eq!(figures.measured_share, 0.0);
 }
 

@@ -319,7 +319,7 @@ impl Whole {
         let sum = |frame: &Frame<Newtons>| frame.values().iter().sum::<f64>();
         let last = self.total.last_mut().expect("one was begun");
         last.push(pair(sum(truth), sum(loads)));
-        let centre = |frame| taxel::metric::FrameFigures::of(frame, sensor.array()).centre_mm;
+        let centre = |frame| taxel::metric::FrameFigures::of(frame, sensor).centre_mm;
         if let (Some(known), Some(found)) = (centre(truth), centre(loads)) {
             self.centre.last_mut().expect("one was begun").push(Pair {
                 truth: 0.0,

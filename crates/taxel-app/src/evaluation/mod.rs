@@ -88,7 +88,20 @@ pub fn trials(plan: &Plan, experiment: &Experiment) -> Result<Vec<Trial>, Error>
     };
     let (sensor, _) = plan.sensor_of(experiment.sensor.as_ref())?;
     let labels = sensor.array().labels.as_deref();
-    Ok(read_trials(table, sensor.rows(), sensor.columns(), labels)?)
+    let trials = read_trials(table, sensor.rows(), sensor.columns(), labels)?;
+    for trial in &trials {
+        if let Some((row, column)) = trial.taxel
+            && sensor.is_absent(row * sensor.columns() + column)
+        {
+            return Err(Error::AbsentTaxel {
+                table: table.clone(),
+                line: trial.line,
+                row,
+                column,
+            });
+        }
+    }
+    Ok(trials)
 }
 
 /// Every line must have what its kind of experiment is about.

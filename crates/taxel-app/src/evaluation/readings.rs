@@ -225,6 +225,8 @@ impl<'a> Reader<'a> {
         let secs = frame.time_secs;
         let columns = self.sensor.columns();
         let taxel_of = |trial: usize| trials[trial].taxel.map(|(r, c)| r * columns + c);
+        let any = (0..frame.values().len()).find(|&taxel| !self.sensor.is_absent(taxel));
+        let any = any.unwrap_or(0);
         let mut answers: Vec<Vec<Answer>> = vec![Vec::new(); wanted.len()];
         let mut marks = vec![Mark::Good; wanted.len()];
         let mut is_answered = true;
@@ -233,7 +235,7 @@ impl<'a> Reader<'a> {
             let (total_g, centre_mm) = self.whole(method);
             let result = self.pipelines[method].result();
             for (place, &trial) in wanted.iter().enumerate() {
-                let taxel = taxel_of(trial).unwrap_or(0);
+                let taxel = taxel_of(trial).unwrap_or(any);
                 marks[place] = result.volts.marks()[taxel];
                 answers[place].push(Answer {
                     siemens: result.siemens.map(|siemens| siemens.values()[taxel]),
@@ -250,7 +252,7 @@ impl<'a> Reader<'a> {
             return;
         }
         for ((&trial, mark), answers) in wanted.iter().zip(marks).zip(answers) {
-            let counts = frame.values()[taxel_of(trial).unwrap_or(0)];
+            let counts = frame.values()[taxel_of(trial).unwrap_or(any)];
             readings.push(TrialReading {
                 trial,
                 secs,
@@ -292,7 +294,7 @@ impl<'a> Reader<'a> {
         let Some(loads) = self.result(method).loads else {
             return (None, None);
         };
-        let figures = FrameFigures::of(loads, self.sensor.array());
+        let figures = FrameFigures::of(loads, &self.sensor);
         let total = grams_from_newtons(figures.total_force_newtons);
         (Some(total), figures.centre_mm)
     }

@@ -273,6 +273,12 @@ impl ViewerBackend for LiveController {
         sensor.taxel_area_mm2 = array.taxel_area_mm2;
         sensor.bits = self.sensor.converter().bits;
         sensor.max_count = self.sensor.max_count();
+        sensor.positions_mm = self.sensor.positions().map(|places| {
+            let place = |(taxel, place): (usize, &[f64; 2])| {
+                (!self.sensor.is_absent(taxel)).then_some(*place)
+            };
+            places.iter().enumerate().map(place).collect()
+        });
         sensor.has_load_law = self.sensor.material().is_some() || self.model.is_some();
         let program = format!("taxel {}", env!("CARGO_PKG_VERSION"));
         let source = SourceFacts::new(self.address.to_string(), kind);

@@ -207,7 +207,7 @@ impl Engine {
             }
         }
         if self.is_load {
-            FrameFigures::of(&self.loads, self.sensor.array())
+            FrameFigures::of(&self.loads, &self.sensor)
         } else {
             FrameFigures {
                 outlier_share: taxel::metric::outlier_share(&self.loads),

@@ -131,6 +131,9 @@ fn counts(
     let once = source.bytes_total().is_none();
     let known = report.rows_known;
     pass(&mut source, options, "looking for line faults", |frame| {
+        if let Some(sensor) = sensor {
+            sensor.mark_absent(frame.marks_mut());
+        }
         report.range.add(frame);
         if known {
             lines.observe(frame)?;

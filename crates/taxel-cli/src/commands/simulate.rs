@@ -106,6 +106,11 @@ fn scan_file(args: &Args, sensor: &Sensor, file: &Path) -> Result<u64, Error> {
     let progress = Progress::new("scanning");
     let mut written = 0;
     while source.next_into(&mut siemens)? {
+        for (taxel, conductance) in siemens.values_mut().iter_mut().enumerate() {
+            if sensor.is_absent(taxel) {
+                *conductance = 0.0;
+            }
+        }
         scan(&mut *point, &siemens, &mut volts, file)?;
         writer.write(&volts)?;
         written += 1;

@@ -129,7 +129,9 @@ fn a_summary_for_scripts() {
         "6": "shorted",
         "7": "interpolated",
         "8": "unresolved",
-        "9": "unfamiliar"
+        "9": "unfamiliar",
+        "10": "absent",
+        "11": "below-floor"
       },
       "faulty_lines": [],
       "output": "loads.csv",

@@ -1,5 +1,6 @@
 //! The real `taxel` binary, as users and scripts see it: exit code, standard output, standard error.
 
+mod absent;
 mod analyse;
 mod bad_input;
 mod bounds;

@@ -275,9 +275,9 @@ mod tests {
         let frame = read(9).unwrap();
         assert_eq!(frame.values(), [1.5, 2.5]);
         assert_eq!(frame.marks(), [Mark::Good, Mark::Unfamiliar]);
-        let error = read(10).unwrap_err();
+        let error = read(12).unwrap_err();
         assert!(matches!(error, Error::Message { .. }), "{error:?}");
-        let words = "cannot be read: mark 10, expected 0 to 9";
+        let words = "cannot be read: mark 12, expected 0 to 11";
         assert!(error.to_string().contains(words), "{error}");
     }
 }

@@ -5,10 +5,10 @@ use crate::Error;
 use crate::colour_bar::{Beyond, ColourBar, HAIRLINE, LABEL_SIZE, TICK};
 use crate::outline;
 use crate::picture::PNG_SCALE;
-use crate::raster::{Interpolation, heatmap_png};
+use crate::raster::{Grid, Interpolation, MAX_SIDE, heatmap_png, placed_png};
 use crate::svg::{Anchor, Canvas, INK, Rect, number};
 use crate::text;
-use crate::ticks::index_ticks;
+use crate::ticks::{index_ticks, nice_ticks, tick_labels};
 
 /// Type size of titles.
 pub(crate) const TITLE_SIZE: f64 = 12.0;
@@ -26,6 +26,8 @@ const NARROWEST_PANEL: f64 = 150.0;
 const NOTE_INDENT: f64 = 14.0;
 const MAX_TAXEL: f64 = 120.0;
 const MIN_PLOT: f64 = 12.0;
+/// Pixels along a taxel by which the outline of taxels at their places is found.
+const OUTLINE_PIXELS: usize = 8;
 
 /// The largest plot that there is room for.
 #[derive(Debug, Clone, Copy)]
@@ -44,6 +46,16 @@ impl Room {
 
 /// Size of the plot of `panel` within `room`: whole half points a taxel, so that taxels fall on pixels.
 pub(crate) fn plot_size(panel: &Panel<'_>, room: Room) -> (f64, f64) {
+    let thinnest = MIN_PLOT.min(room.height).min(room.width);
+    if let Some(placed) = panel.placed() {
+        let points_per_mm = (room.width / placed.width)
+            .min(room.height / placed.height)
+            .min(MAX_TAXEL / placed.smaller_side());
+        return (
+            (placed.width * points_per_mm).max(thinnest),
+            (placed.height * points_per_mm).max(thinnest),
+        );
+    }
     let (across, down) = panel.taxel_shape();
     let (columns, rows) = (panel.grid.columns as f64, panel.grid.rows as f64);
     let mut side = (room.width / (columns * across))
@@ -52,7 +64,6 @@ pub(crate) fn plot_size(panel: &Panel<'_>, room: Room) -> (f64, f64) {
     if side >= 1.0 {
         side = (side * 2.0).floor() / 2.0;
     }
-    let thinnest = MIN_PLOT.min(room.height).min(room.width);
     (
         (columns * across * side).max(thinnest),
         (rows * down * side).max(thinnest),
@@ -68,17 +79,33 @@ pub(crate) fn draw_heatmap(
 ) -> Result<(), Error> {
     let pixels = plot.width.max(plot.height) * f64::from(PNG_SCALE) * 1.25;
     let limit = pixels.ceil() as usize;
-    let png = heatmap_png(
-        panel.grid,
-        panel.interpolation,
-        panel.colour_map,
-        range,
-        limit,
-    )?;
+    let values = panel.values();
+    let placed = panel.placed();
+    let (interpolation, map) = (panel.interpolation, panel.colour_map);
+    let png = match &placed {
+        Some(placed) => placed_png(placed, &values, interpolation, map, range, limit)?,
+        None => {
+            let grid = Grid {
+                values: &values,
+                ..panel.grid
+            };
+            heatmap_png(grid, interpolation, map, range, limit)?
+        }
+    };
     canvas.image(plot, &png, panel.interpolation != Interpolation::Nearest);
     canvas.frame(plot, HAIRLINE);
-    if let Some(marks) = panel.marks {
-        outline::draw(canvas, plot, marks, panel.grid.rows, panel.grid.columns);
+    let Some(marks) = panel.marks else {
+        return Ok(());
+    };
+    if let Some(placed) = placed {
+        let owners = placed.owners(OUTLINE_PIXELS, MAX_SIDE);
+        let cell = placed.smaller_side() * plot.width / placed.width;
+        let size = (owners.rows, owners.columns);
+        outline::draw(canvas, plot, &owners.marks(marks), size, cell);
+    } else {
+        let (rows, columns) = (panel.grid.rows, panel.grid.columns);
+        let cell = (plot.width / columns as f64).min(plot.height / rows as f64);
+        outline::draw(canvas, plot, marks, (rows, columns), cell);
     }
     Ok(())
 }
@@ -92,7 +119,7 @@ fn bar_beside(panel: &Panel<'_>, range: (f64, f64), (width, height): (f64, f64))
         height.max(MIN_BAR)
     };
     let labels = (panel.quantity.as_str(), panel.unit.as_str());
-    let beyond = Beyond::of(panel.grid.values, range);
+    let beyond = Beyond::of(&panel.values(), range);
     ColourBar::new(
         range,
         labels,
@@ -110,14 +137,43 @@ fn note_lines(panel: &Panel<'_>, width: f64) -> Vec<String> {
     }
 }
 
+/// Where on an axis, 0 to 1, and what stands there.
+type Tick = (f64, String);
+
+/// Down, then across: lines of the array, or mm where the taxels have places.
+fn ticks(panel: &Panel<'_>, (width, height): (f64, f64)) -> (Vec<Tick>, Vec<Tick>) {
+    let most_down = (height / 24.0).clamp(1.0, 10.0) as usize;
+    let most_across = (width / 36.0).clamp(1.0, 14.0) as usize;
+    let Some(placed) = panel.placed() else {
+        let lines = |count: usize, most: usize| {
+            let tick = |line: usize| ((line as f64 + 0.5) / count as f64, line.to_string());
+            index_ticks(count, most).into_iter().map(tick).collect()
+        };
+        return (
+            lines(panel.grid.rows, most_down),
+            lines(panel.grid.columns, most_across),
+        );
+    };
+    let along = |start: f64, length: f64, most: usize| {
+        let at = nice_ticks(start, start + length, most);
+        let labels = tick_labels(&at);
+        let shares = at.into_iter().map(|at| (at - start) / length);
+        shares.zip(labels).collect()
+    };
+    (
+        along(placed.top, placed.height, most_down),
+        along(placed.left, placed.width, most_across),
+    )
+}
+
 /// A measured panel; its parts are placed relative to its top left corner.
 #[derive(Debug, Clone)]
 pub(crate) struct PanelLayout {
     range: (f64, f64),
     pub(crate) plot: Rect,
     title: Vec<String>,
-    row_ticks: Vec<usize>,
-    column_ticks: Vec<usize>,
+    row_ticks: Vec<Tick>,
+    column_ticks: Vec<Tick>,
     bar: ColourBar,
     bar_place: (f64, f64),
     note: Vec<String>,
@@ -129,10 +185,8 @@ impl PanelLayout {
     /// Measures `panel` with colours over `range`, its plot within `room`.
     pub(crate) fn measure(panel: &Panel<'_>, range: (f64, f64), room: Room) -> PanelLayout {
         let (width, height) = plot_size(panel, room);
-        let row_ticks = index_ticks(panel.grid.rows, (height / 24.0).clamp(1.0, 10.0) as usize);
-        let column_ticks =
-            index_ticks(panel.grid.columns, (width / 36.0).clamp(1.0, 14.0) as usize);
-        let row_labels: Vec<String> = row_ticks.iter().map(usize::to_string).collect();
+        let (row_ticks, column_ticks) = ticks(panel, (width, height));
+        let row_labels: Vec<String> = row_ticks.iter().map(|tick| tick.1.clone()).collect();
         let left = LABEL_SIZE + 5.0 + text::widest(&row_labels, LABEL_SIZE) + GAP + TICK;
 
         // Size of plot, axis and bar together, and where in it the bar begins.
@@ -204,31 +258,30 @@ impl PanelLayout {
     fn draw_axes(&self, panel: &Panel<'_>, canvas: &mut Canvas, plot: Rect, left: f64) {
         let mut marks = String::new();
         let baseline = plot.bottom() + TICK + GAP + LABEL_SIZE * 0.75;
-        for &column in &self.column_ticks {
-            let x = plot.x + plot.width * (column as f64 + 0.5) / panel.grid.columns as f64;
+        for (share, label) in &self.column_ticks {
+            let x = plot.x + plot.width * share;
             marks += &format!("M{} {}v{TICK}", number(x), number(plot.bottom()));
-            canvas.text(x, baseline, LABEL_SIZE, Anchor::Middle, &column.to_string());
+            canvas.text(x, baseline, LABEL_SIZE, Anchor::Middle, label);
         }
-        for &row in &self.row_ticks {
-            let y = plot.y + plot.height * (row as f64 + 0.5) / panel.grid.rows as f64;
+        for (share, label) in &self.row_ticks {
+            let y = plot.y + plot.height * share;
             marks += &format!("M{} {}h-{TICK}", number(plot.x), number(y));
             let x = plot.x - TICK - GAP;
-            canvas.text(
-                x,
-                y + LABEL_SIZE * 0.36,
-                LABEL_SIZE,
-                Anchor::End,
-                &row.to_string(),
-            );
+            canvas.text(x, y + LABEL_SIZE * 0.36, LABEL_SIZE, Anchor::End, label);
         }
         canvas.strokes(&marks, INK, HAIRLINE);
         let (x, y) = (plot.x + plot.width / 2.0, baseline + LABEL_SIZE + 4.0);
-        canvas.text(x, y, LABEL_SIZE, Anchor::Middle, "column");
+        let (across, down) = if panel.placed().is_some() {
+            ("x (mm)", "y (mm)")
+        } else {
+            ("column", "row")
+        };
+        canvas.text(x, y, LABEL_SIZE, Anchor::Middle, across);
         canvas.text_upwards(
             left + LABEL_SIZE * 0.8,
             plot.y + plot.height / 2.0,
             LABEL_SIZE,
-            "row",
+            down,
         );
     }
 

@@ -67,6 +67,9 @@ pub struct SensorFacts {
     pub max_count: f64,
     /// Loads are newtons; else conductances in siemens.
     pub has_load_law: bool,
+    /// Where the taxels lie, row by row, x to the right and y down in mm; nothing where they lie at the crossings of their
+    /// lines. A crossing without a taxel has none.
+    pub positions_mm: Option<Vec<Option<[f64; 2]>>>,
 }
 
 impl SensorFacts {
@@ -275,6 +278,12 @@ const MEANINGS: [(Severity, bool, &str); Mark::ALL.len()] = [
         true,
         "A network's estimate from an input unlike those it was trained with.",
     ),
+    (Severity::None, false, "There is no taxel at this crossing."),
+    (
+        Severity::Doubtful,
+        true,
+        "Below what the recorder keeps: taken to be unloaded, and may be loaded by as much as reads that little.",
+    ),
 ];
 
 /// What every mark means, in the order of their codes.
@@ -312,7 +321,7 @@ mod tests {
         ];
         assert_eq!(bad, lost);
         let silent = meanings.iter().filter(|m| !m.scales).count();
-        assert_eq!(silent, 5);
+        assert_eq!(silent, 6);
     }
 
     #[test]

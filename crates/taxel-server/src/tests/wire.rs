@@ -133,7 +133,10 @@ fn messages_of_the_wire_are_those_that_the_page_is_tested_with() {
         file: Some(FileFacts::new(500, 5.0)),
         ..Hello::new(
             "taxel 0",
-            SensorFacts::new("", 1, 1),
+            SensorFacts {
+                positions_mm: Some(vec![Some([1.5, -2.0]), None]),
+                ..SensorFacts::new("", 1, 2)
+            },
             SourceFacts::new("file:run.mcap", SourceKind::File),
         )
     };
@@ -144,8 +147,8 @@ fn messages_of_the_wire_are_those_that_the_page_is_tested_with() {
         )),
     );
     let all = [
-        ("hello", "Hello", Message::Hello(hello())),
-        ("helloOfFile", "Hello", Message::Hello(file_hello)),
+        ("hello", "Hello", Message::Hello(Box::new(hello()))),
+        ("helloOfFile", "Hello", Message::Hello(Box::new(file_hello))),
         ("state", "State", Message::State(Box::new(busy_state()))),
         (
             "stateOfFile",

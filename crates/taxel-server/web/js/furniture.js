@@ -52,6 +52,8 @@ export class Furniture {
     g.font = FONT;
     g.fillStyle = theme.ink3;
     g.strokeStyle = theme.ink3;
+    // Taxels at places of their own stand on no lines that could be numbered.
+    if (p.layout.owners) return;
     const [across, down] = p.turned ? ["row", "column"] : ["column", "row"];
     const bottom = p.top + p.height;
     const nameWidth = g.measureText(across).width;
@@ -86,6 +88,7 @@ export class Furniture {
    */
   drawLines(g, scene, p) {
     const { rows, columns } = scene.badLines;
+    if (p.layout.owners) return;
     g.fillStyle = theme.warn;
     g.strokeStyle = LINE_COLOUR;
     for (const row of rows) this.drawLine(g, p, [0, row + 0.5], [p.columns, row + 0.5]);
@@ -130,18 +133,20 @@ export class Furniture {
    * @param {import("./orientation.js").Placement} p
    */
   drawMarks(g, scene, p) {
-    const badRow = new Set(scene.badLines.rows);
-    const badColumn = new Set(scene.badLines.columns);
+    const badRow = new Set(p.layout.owners ? [] : scene.badLines.rows);
+    const badColumn = new Set(p.layout.owners ? [] : scene.badLines.columns);
+    const { columns } = scene.sensor;
     const arm = Math.min(4, Math.max(1.5, p.taxelPixels * 0.3));
     const crosses = new Path2D();
     const dots = new Path2D();
-    for (let row = 0; row < p.rows; row += 1) {
+    for (let row = 0; row < scene.sensor.rows; row += 1) {
       if (badRow.has(row)) continue;
-      for (let column = 0; column < p.columns; column += 1) {
-        const code = scene.marks[row * p.columns + column];
-        if (code === 0 || badColumn.has(column)) continue;
-        const x = p.x(column + 0.5, row + 0.5);
-        const y = p.y(column + 0.5, row + 0.5);
+      for (let column = 0; column < columns; column += 1) {
+        const code = scene.marks[row * columns + column];
+        if (code === 0 || code === scene.meanings.absent || badColumn.has(column)) continue;
+        const centre = p.layout.centre(row * columns + column);
+        const x = p.x(...centre);
+        const y = p.y(...centre);
         if (scene.meanings.of(code).severity === 2) {
           crosses.moveTo(x - arm, y - arm);
           crosses.lineTo(x + arm, y + arm);

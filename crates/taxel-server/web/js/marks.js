@@ -4,7 +4,11 @@ export class MarkTable {
   /** @param {Wire.MarkMeaning[]} meanings in the order of their codes */
   constructor(meanings) {
     this.meanings = meanings;
-    this.saturated = meanings.findIndex(({ word }) => word === "saturated");
+    /** @param {string} wanted */
+    const code = (wanted) => meanings.findIndex(({ word }) => word === wanted);
+    this.saturated = code("saturated");
+    this.belowFloor = code("below-floor");
+    this.absent = code("absent");
   }
 
   get length() {

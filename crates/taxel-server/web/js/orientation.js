@@ -40,18 +40,19 @@ export class Orientation {
   }
 }
 
-// Between (column, row) in taxels and pixels of one canvas.
+// Between (column, row) in taxels, or in cells of a map of places, and pixels of one canvas.
 export class Placement {
   /**
    * @param {Orientation} orientation
-   * @param {number} rows
-   * @param {number} columns
+   * @param {import("./places.js").Crossings} layout
    * @param {number} left
    * @param {number} top
    * @param {number} width
    * @param {number} height
    */
-  constructor(orientation, rows, columns, left, top, width, height) {
+  constructor(orientation, layout, left, top, width, height) {
+    const { rows, columns } = layout;
+    this.layout = layout;
     const [a, b, c, d, e, f] = orientation.matrix();
     this.rows = rows;
     this.columns = columns;

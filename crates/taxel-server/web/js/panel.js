@@ -1,5 +1,6 @@
 // The side panel: the picked taxel with its last 30 s, pins and regions, and the frame as a whole.
 
+import { layoutOf } from "./places.js";
 import { TimeChart, longestStep } from "./timechart.js";
 import { slotValue } from "./buffer.js";
 import { cellArea, contactThreshold, measure } from "./selection.js";
@@ -239,19 +240,25 @@ export class Panel {
     const { badLines, marks } = this.view.now;
     byId("frame-sequence").textContent = `no. ${frame.sequence}`;
     const centred = Number.isFinite(frame.copRow) && Number.isFinite(frame.copColumn);
-    byId("frame-cop").textContent = centred ? `row ${fixed(frame.copRow, 1)}, col ${fixed(frame.copColumn, 1)}` : "none";
+    const { sensor } = this.view;
+    const [down, across] = sensor && layoutOf(sensor).owners ? sensor.pitch_mm : [0, 0];
+    byId("frame-cop").textContent = centred && down > 0 ? `x ${fixed(frame.copColumn * across, 0)}, y ${fixed(frame.copRow * down, 0)} mm` : centred ? `row ${fixed(frame.copRow, 1)}, col ${fixed(frame.copColumn, 1)}` : "none";
     byId("frame-outliers").textContent = `${fixed(frame.outliers * 100, 1)} %`;
     const counts = new Array(256).fill(0);
     let marked = 0;
+    let taxels = 0;
     for (let i = 0; i < frame.marks.length; i += 1) {
+      if (frame.marks[i] === marks.absent) continue;
+      taxels += 1;
       if (frame.marks[i] === 0) continue;
       marked += 1;
       counts[frame.marks[i]] += 1;
     }
-    // Saturated readings are lower bounds, but readings; interpolated ones are none. Never rounded up to all.
-    const measured = 1 - (marked - counts[marks.saturated]) / frame.marks.length;
+    // Saturated readings and those below the floor are bounds, but readings; interpolated ones are none. Never rounded up to all.
+    const bounds = (counts[marks.saturated] || 0) + (counts[marks.belowFloor] || 0);
+    const measured = 1 - (marked - bounds) / Math.max(1, taxels);
     byId("frame-measured").textContent = `${fixed(Math.floor(measured * 1000) / 10, 1)} %`;
-    byId("frame-marked").textContent = `${marked} of ${frame.marks.length}`;
+    byId("frame-marked").textContent = `${marked} of ${taxels}`;
     byId("frame-mark-text").textContent = counts.flatMap((count, code) => (code > 0 && count > 0 ? [`${count} ${marks.of(code).word}`] : [])).join(", ");
     const lines = badLines.rows.length + badLines.columns.length;
     byId("frame-lines").textContent = lines === 0 ? "none" : [listed("row", badLines.rows), listed("col", badLines.columns)].filter(Boolean).join("; ");

@@ -68,10 +68,9 @@ export class Pointer {
    * @param {Placement} placement
    * @param {Spot} spot
    */
-  taxel({ rows, columns }, spot) {
-    const row = Math.floor(spot.row);
-    const column = Math.floor(spot.column);
-    return row >= 0 && row < rows && column >= 0 && column < columns ? { row, column } : null;
+  taxel({ layout }, spot) {
+    const at = layout.at(spot.column, spot.row);
+    return at < 0 ? null : { row: Math.floor(at / layout.lines), column: at % layout.lines };
   }
 
   /**

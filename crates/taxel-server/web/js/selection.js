@@ -3,6 +3,7 @@
 import { Series } from "./series.js";
 import { SELECTION_COLOURS } from "./colour.js";
 import { slotValue } from "./buffer.js";
+import { layoutOf } from "./places.js";
 
 export const MAX_PINS = 8;
 export const MAX_REGIONS = 8;
@@ -77,8 +78,7 @@ export class Selection {
    * @param {Context} context
    */
   addRegion(shape, corners, context) {
-    const { rows, columns } = context.sensor;
-    const taxels = inside(corners, rows, columns);
+    const taxels = inside(corners, context.sensor);
     if (taxels.length === 0) return "empty";
     if (this.regions.length >= MAX_REGIONS) return "full";
     // Regions take the colours from the other end, so that a first pin and a first region differ.
@@ -213,15 +213,13 @@ export function slotThreshold(slot, sensor) {
 
 /**
  * @param {Page.Corner[]} corners
- * @param {number} rows
- * @param {number} columns
+ * @param {Wire.SensorFacts} sensor
  */
-function inside(corners, rows, columns) {
+function inside(corners, sensor) {
+  const layout = layoutOf(sensor);
   const taxels = [];
-  for (let row = 0; row < rows; row += 1) {
-    for (let column = 0; column < columns; column += 1) {
-      if (holds(corners, column + 0.5, row + 0.5)) taxels.push(row * columns + column);
-    }
+  for (let taxel = 0; taxel < sensor.rows * sensor.columns; taxel += 1) {
+    if (holds(corners, ...layout.centre(taxel))) taxels.push(taxel);
   }
   return taxels;
 }

@@ -9,6 +9,7 @@ import { colourTable, differenceTable } from "./colour.js";
 import { fixed, forceUnit, loadFactor, significant } from "./units.js";
 import { isNewtons, isRaw } from "./wire.js";
 import { byId, canvasById, inside, write } from "./dom.js";
+import { layoutOf } from "./places.js";
 
 const CAPTION = 26;
 const GAP = 14;
@@ -75,7 +76,7 @@ export class Stage {
     }
     const tiles = this.shownTiles;
     const orientation = settings.orientation;
-    const [width, height] = [sensor.columns * sensor.pitch_mm[1], sensor.rows * sensor.pitch_mm[0]];
+    const [width, height] = layoutOf(sensor).extent(sensor);
     const aspect = surface ? SURFACE_ASPECT : orientation.turned ? height / width : width / height;
     const bars = difference ? 2 : 1;
     const roomWide = this.element.clientWidth - 24 - BAR_WIDTH * bars - 8;
@@ -213,6 +214,7 @@ export class Stage {
     let at = -1;
     let bad = 0;
     for (let i = 0; i < values.length; i += 1) {
+      if (frame.marks[i] === marks.absent) continue;
       if (marks.of(frame.marks[i]).severity === 2) bad += 1;
       else if (at < 0 || values[i] > values[at]) at = i;
     }

@@ -5,6 +5,7 @@ import { Furniture, MARGIN } from "./furniture.js";
 import { Orientation, Placement } from "./orientation.js";
 import { Surface } from "./surface.js";
 import { byId, canvasById, contextOf, inside } from "./dom.js";
+import { layoutOf } from "./places.js";
 import { theme } from "./theme.js";
 
 export class Tile {
@@ -40,7 +41,7 @@ export class Tile {
   /** @param {Wire.SensorFacts} sensor */
   reset(sensor) {
     this.sensor = sensor;
-    this.heatmap = new Heatmap(sensor.rows, sensor.columns);
+    this.heatmap = new Heatmap(sensor.rows, sensor.columns, layoutOf(sensor).owners);
     this.furniture.key = "";
     if (this.surface) this.surface.setSize(sensor.rows, sensor.columns);
   }
@@ -70,7 +71,7 @@ export class Tile {
       canvas.style.width = `${width}px`;
       canvas.style.height = `${height}px`;
     }
-    this.placement = new Placement(orientation, this.sensor.rows, this.sensor.columns, MARGIN.left, MARGIN.top,
+    this.placement = new Placement(orientation, layoutOf(this.sensor), MARGIN.left, MARGIN.top,
       width - MARGIN.left - MARGIN.right, height - MARGIN.top - MARGIN.bottom);
     this.orientation = orientation;
   }
@@ -112,12 +113,13 @@ export class Tile {
       return;
     }
     this.heatmap.setSmooth(scene.smooth);
-    this.heatmap.paint(values, table, gain, offset);
+    this.heatmap.paint(values, table, gain, offset, scene.frame.marks, scene.meanings.absent);
     const { ratio } = this;
-    const { factor, canvas } = this.heatmap;
+    const { canvas } = this.heatmap;
     g.imageSmoothingEnabled = scene.smooth;
-    const shrink = ratio / factor;
-    g.setTransform(p.a * shrink, p.b * shrink, p.c * shrink, p.d * shrink, p.e * ratio, p.f * ratio);
+    const across = (ratio * p.columns) / canvas.width;
+    const down = (ratio * p.rows) / canvas.height;
+    g.setTransform(p.a * across, p.b * across, p.c * down, p.d * down, p.e * ratio, p.f * ratio);
     g.drawImage(canvas, 0, 0);
     g.setTransform(1, 0, 0, 1, 0, 0);
     this.furniture.draw(scene, p, this.width, this.height, ratio);
@@ -126,8 +128,8 @@ export class Tile {
     for (const region of scene.selection.regions) drawRegion(g, p, region.corners, region.colour, region.label);
     if (scene.draft) drawRegion(g, p, scene.draft, "#ffffff", "");
     if (scene.showCop) drawCentre(g, p, scene);
-    for (const pin of scene.selection.pins) drawPin(g, p, pin);
-    if (scene.picked) drawPicked(g, p, scene.picked);
+    for (const pin of scene.selection.pins) drawPin(g, p, pin, scene.sensor.columns);
+    if (scene.picked) drawPicked(g, p, scene.picked, scene.sensor.columns);
   }
 
   /**
@@ -175,8 +177,9 @@ function drawCentre(g, p, scene) {
       g.globalAlpha = ((piece + 1) / pieces) * 0.85;
       g.beginPath();
       for (let i = from; i <= to; i += 1) {
-        const x = p.x(trail.columns[i] + 0.5, trail.rows[i] + 0.5);
-        const y = p.y(trail.columns[i] + 0.5, trail.rows[i] + 0.5);
+        const spot = p.layout.pressure(trail.rows[i], trail.columns[i]);
+        const x = p.x(...spot);
+        const y = p.y(...spot);
         if (i === from) g.moveTo(x, y);
         else g.lineTo(x, y);
       }
@@ -185,8 +188,9 @@ function drawCentre(g, p, scene) {
     g.globalAlpha = 1;
   }
   if (!Number.isFinite(frame.copRow) || !Number.isFinite(frame.copColumn)) return;
-  const x = p.x(frame.copColumn + 0.5, frame.copRow + 0.5);
-  const y = p.y(frame.copColumn + 0.5, frame.copRow + 0.5);
+  const spot = p.layout.pressure(frame.copRow, frame.copColumn);
+  const x = p.x(...spot);
+  const y = p.y(...spot);
   g.beginPath();
   g.arc(x, y, 5, 0, 2 * Math.PI);
   for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
@@ -199,11 +203,11 @@ function drawCentre(g, p, scene) {
 /**
  * @param {CanvasRenderingContext2D} g
  * @param {Placement} p
- * @param {Page.Taxel} taxel
+ * @param {[number, number]} centre
  * @param {number} grow
  */
-function taxelPath(g, p, { row, column }, grow) {
-  const x1 = p.x(column, row), y1 = p.y(column, row), x2 = p.x(column + 1, row + 1), y2 = p.y(column + 1, row + 1);
+function taxelPath(g, p, [across, down], grow) {
+  const x1 = p.x(across - 0.5, down - 0.5), y1 = p.y(across - 0.5, down - 0.5), x2 = p.x(across + 0.5, down + 0.5), y2 = p.y(across + 0.5, down + 0.5);
   g.beginPath();
   g.rect(Math.min(x1, x2) - grow, Math.min(y1, y2) - grow, Math.abs(x1 - x2) + 2 * grow, Math.abs(y1 - y2) + 2 * grow);
 }
@@ -212,9 +216,10 @@ function taxelPath(g, p, { row, column }, grow) {
  * @param {CanvasRenderingContext2D} g
  * @param {Placement} p
  * @param {Page.Taxel} taxel
+ * @param {number} columns
  */
-function drawPicked(g, p, taxel) {
-  taxelPath(g, p, taxel, 1.5);
+function drawPicked(g, p, { row, column }, columns) {
+  taxelPath(g, p, p.layout.centre(row * columns + column), 1.5);
   outlined(g, "#ffffff", 1.5);
 }
 
@@ -222,11 +227,13 @@ function drawPicked(g, p, taxel) {
  * @param {CanvasRenderingContext2D} g
  * @param {Placement} p
  * @param {Page.Pin} pin
+ * @param {number} columns
  */
-function drawPin(g, p, pin) {
-  taxelPath(g, p, pin, 1.5);
+function drawPin(g, p, pin, columns) {
+  const centre = p.layout.centre(pin.row * columns + pin.column);
+  taxelPath(g, p, centre, 1.5);
   outlined(g, pin.colour, 2);
-  label(g, pin.label, p.x(pin.column + 0.5, pin.row + 0.5), p.y(pin.column + 0.5, pin.row + 0.5), pin.colour, p);
+  label(g, pin.label, p.x(...centre), p.y(...centre), pin.colour, p);
 }
 
 /**

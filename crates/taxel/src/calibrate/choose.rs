@@ -62,8 +62,8 @@ pub(super) fn search(
     let folds = options.folds.max(2);
     let (seen, unseen) = evidence.split(folds);
     // A second search takes as long as the first: too long where no exact inverse helps.
-    let circuit = LinearCircuit::from_sensor(&search.model.sensor)?;
-    let slow = Exact::new(&circuit).is_none();
+    let sensor = &search.model.sensor;
+    let slow = Exact::from_sensor(sensor, &LinearCircuit::from_sensor(sensor)?).is_none();
     let held_out = if slow || seen.presses.len() < MIN_TO_CHOOSE {
         search.judged_by_folds()
     } else {

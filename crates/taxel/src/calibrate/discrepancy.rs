@@ -52,10 +52,6 @@ pub(super) fn uncertainty(
     let (share, same) = (inflation * share, inflation * same);
     let unloaded = quantile(unloaded_g.iter().map(|g| g.abs()), FLOOR_COVERAGE).unwrap_or(0.0);
     // Noise has a part of its own; beside nothing it is as large as the rest, and counted twice.
-    let quiet = judged
-        .iter()
-        .map(|j| j.noise_g)
-        .fold(f64::INFINITY, f64::min);
     let beyond = |size: f64, noise: f64| (size * size - noise * noise).max(0.0).sqrt();
     let usual = median(&judged.iter().map(|j| j.noise_g).collect::<Vec<_>>());
     let mut factor = NORMAL;

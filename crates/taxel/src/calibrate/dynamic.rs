@@ -203,6 +203,7 @@ impl<'a> Task<'a> {
         };
         for frame in self.series.frames {
             converter.volts_from_counts_into(frame, &mut volts);
+            sensor.mark_absent(volts.marks_mut());
             stand_in(&mut volts, &mut around);
             let outcome = solver.solve_into(&volts, &mut siemens);
             if !outcome.stop.is_good() {
@@ -430,8 +431,9 @@ fn choose(sensor: &Sensor, series: &LoadSeries<'_>) -> Result<(Vec<usize>, Vec<u
             *peak = peak.max(load);
         }
     }
-    let mut loaded: Vec<usize> = (0..taxels).filter(|&t| peaks[t] > 0.0).collect();
-    let ghosts: Vec<usize> = (0..taxels).filter(|&t| peaks[t] <= 0.0).collect();
+    let there: Vec<usize> = (0..taxels).filter(|&t| !sensor.is_absent(t)).collect();
+    let (mut loaded, ghosts): (Vec<usize>, Vec<usize>) =
+        there.into_iter().partition(|&t| peaks[t] > 0.0);
     if loaded.len() < MIN_TAXELS || ghosts.is_empty() {
         return Err(Error::SeriesTaxels {
             loaded: loaded.len(),

@@ -253,7 +253,7 @@ impl<'a> Evaluator<'a> {
             }
             let loads = match model.spread {
                 Some(spread) => {
-                    spread.undo(SIDE, &effective, &mut put, &mut work);
+                    spread.undo(SIDE, &[], &effective, &mut put, &mut work);
                     &put
                 }
                 None => &effective,

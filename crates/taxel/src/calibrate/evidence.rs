@@ -56,7 +56,7 @@ impl Evidence {
             let mut marked = frame.clone();
             screen.mark(&mut marked)?;
             stuck += marked.count(Mark::Stuck);
-            readings += marked.values().len();
+            readings += marked.taxels();
             Ok::<_, Error>(marked)
         };
         let marked: Vec<Frame<Counts>> = data
@@ -153,6 +153,13 @@ fn check(sensor: &Sensor, data: &CalibrationData) -> Result<(), Error> {
                 rows,
                 columns,
                 frames: data.frames.len(),
+            });
+        }
+        if sensor.is_absent(press.row * columns + press.column) {
+            return Err(Error::PressOnAbsent {
+                row: press.row,
+                column: press.column,
+                frame: press.frame,
             });
         }
         if !press.load_g.is_finite() || press.load_g < 0.0 {
@@ -304,11 +311,18 @@ fn levels(uniform: &[(Frame<Counts>, f64)]) -> Vec<LevelFrame> {
                 }
             }
             LevelFrame {
-                typical_counts: super::least_squares::median(counts.values()).max(1.0),
+                typical_counts: typical(&counts).max(1.0),
                 counts,
                 load_g,
                 frames: chosen.len(),
             }
         })
         .collect()
+}
+
+/// Median reading of the taxels there are, counts.
+fn typical(counts: &Frame<Counts>) -> f64 {
+    let there = counts.values().iter().zip(counts.marks());
+    let there = there.filter(|(_, mark)| **mark != Mark::Absent);
+    super::least_squares::median(&there.map(|(value, _)| *value).collect::<Vec<f64>>())
 }

@@ -162,10 +162,10 @@ impl<'a> Inverter<'a> {
 /// The sensor's best method, as accurately as a fit needs.
 fn method(sensor: &Sensor) -> Option<Best> {
     let circuit = LinearCircuit::from_sensor(sensor).ok()?;
-    Some(match Exact::new(&circuit) {
+    Some(match Exact::from_sensor(sensor, &circuit) {
         Some(exact) => Best::Exact(exact.with_tolerance(TOLERANCE)),
         None => Best::Newton(
-            Newton::new(circuit)
+            Newton::from_sensor(sensor, circuit)
                 .with_tolerance(TOLERANCE)
                 .with_limits(LIMITS.0, LIMITS.1),
         ),

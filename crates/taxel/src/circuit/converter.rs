@@ -17,6 +17,8 @@ pub struct Converter {
     offset_volts: f64,
     max_count: f64,
     carry_over: f64,
+    /// Largest count that the recorder writes as nothing.
+    floor_count: Option<f64>,
     order: ScanOrder,
 }
 
@@ -30,6 +32,7 @@ impl Converter {
             offset_volts: spec.offset_volts,
             max_count: sensor.max_count(),
             carry_over: spec.carry_over,
+            floor_count: spec.floor_count,
             order: spec.scan_order,
         }
     }
@@ -49,7 +52,8 @@ impl Converter {
         volts / self.volts_per_count + self.offset_counts()
     }
 
-    /// Counts from volts: carry-over of the previous reading, offset, inversion, clipping, rounding.
+    /// Counts from volts: carry-over of the previous reading, offset, inversion, clipping, rounding; 0 where the recorder
+    /// writes nothing.
     pub fn counts_from_volts(&self, volts: &Frame<Volts>) -> Frame<Counts> {
         let mut counts = volts.map(|_, v| v / self.volts_per_count + self.offset_counts());
         if self.carry_over != 0.0 {
@@ -65,12 +69,16 @@ impl Converter {
         }
         for value in counts.values_mut() {
             *value = value.round().clamp(0.0, self.max_count);
+            if self.floor_count.is_some_and(|floor| *value <= floor) {
+                *value = 0.0;
+            }
         }
         counts
     }
 
     /// Volts from counts, into a frame that is already there; readings at the ceiling are marked
-    /// [`Mark::Saturated`], other marks are taken over.
+    /// [`Mark::Saturated`], those at or below what the recorder keeps [`Mark::BelowFloor`], other marks are taken over. Of a
+    /// reading below the floor the volts are its bound: those of the largest count that is written as nothing.
     pub fn volts_from_counts_into(&self, counts: &Frame<Counts>, volts: &mut Frame<Volts>) {
         let offset = self.offset_counts();
         volts.sequence = counts.sequence;
@@ -81,18 +89,26 @@ impl Converter {
             .zip(counts.values())
             .zip(volts.marks.iter_mut().zip(counts.marks()))
         {
-            *volt = (count - offset) * self.volts_per_count;
             *to = match from {
                 Mark::Good if *count >= self.max_count => Mark::Saturated,
+                Mark::Good if self.floor_count.is_some_and(|floor| *count <= floor) => {
+                    Mark::BelowFloor
+                }
                 mark => *mark,
             };
+            let count = match (*to, self.floor_count) {
+                (Mark::BelowFloor, Some(floor)) => floor,
+                _ => *count,
+            };
+            *volt = (count - offset) * self.volts_per_count;
         }
         if self.carry_over != 0.0 {
             // kept_k = (1−m)·v_k + m·kept_{k−1}, so v_k needs the two neighbouring readings alone.
             let mut last = None;
             for at in scan(self.order, counts.rows(), counts.columns()) {
                 let kept = volts.values[at];
-                if let Some(last) = last {
+                // Of a bound nothing was kept.
+                if let Some(last) = last.filter(|_| volts.marks[at] != Mark::BelowFloor) {
                     volts.values[at] = (kept - self.carry_over * last) / (1.0 - self.carry_over);
                 }
                 last = Some(kept);

@@ -54,7 +54,7 @@ impl Selection {
 /// start with `*#`, comments elsewhere: they switch from taxel to taxel, and print each V_out on a line
 /// `taxel ROW COLUMN v(out) = VOLTS`, which [`readings`] understands. V_out is negative for `tia-*`.
 ///
-/// A taxel of 0 S is left out. A switch that is off is [`OFF_OHMS`] to the common pin of its multiplexer, as in
+/// A taxel of 0 S is left out, and so is one at a crossing that carries none, whatever the frame says of it. A switch that is off is [`OFF_OHMS`] to the common pin of its multiplexer, as in
 /// the chip; every row, and every column that can float, also leaks through [`OFF_OHMS`] to ground.
 ///
 /// ```
@@ -79,7 +79,9 @@ pub fn netlist(
 ) -> Result<String, Error> {
     let (rows, columns) = (sensor.rows(), sensor.columns());
     check_frame(sensor, conductance)?;
-    let taxels = selection.taxels(rows, columns);
+    let is_scan = selection == Selection::Scan;
+    let mut taxels = selection.taxels(rows, columns);
+    taxels.retain(|(row, column)| !(is_scan && sensor.is_absent(row * columns + column)));
     check_taxels(&taxels, rows, columns)?;
     let switch = |key, list: &Option<PerLine>| {
         list.clone().ok_or_else(|| Error::MissingKey {
@@ -322,7 +324,7 @@ impl Writer<'_> {
         for r in 0..conductance.rows() {
             for c in 0..conductance.columns() {
                 let siemens = conductance.at(r, c);
-                if siemens > 0.0 {
+                if siemens > 0.0 && !self.sensor.is_absent(r * conductance.columns() + c) {
                     self.line(format_args!("Rt{r}_{c} col{c} row{r} {}", 1.0 / siemens));
                 }
             }

@@ -247,7 +247,13 @@ impl Budget {
         let loads = pattern.loads(self.sensor.array(), 7, 80);
         BudgetScene {
             name: name.to_owned(),
-            siemens: loads.map(|taxel, load| law.siemens_from_grams(taxel, load).max(0.0)),
+            siemens: loads.map(|taxel, load| {
+                if self.sensor.is_absent(taxel) {
+                    0.0
+                } else {
+                    law.siemens_from_grams(taxel, load).max(0.0)
+                }
+            }),
         }
     }
 
@@ -353,7 +359,7 @@ impl Budget {
             let saturated = read.marks().iter().filter(|m| **m == Mark::Saturated);
             sum.saturated = sum.saturated.max(saturated.count());
             if solved.outcome.stop.is_good() {
-                sum.add(&scene.siemens, &solved.frame)
+                sum.add(&scene.siemens, &solved.frame, &read)
             } else {
                 sum.unsolved += 1
             }
@@ -389,8 +395,12 @@ fn read(
     causes: &[Cause],
     random: &mut ChaCha8Rng,
 ) -> Frame<Volts> {
-    let converter = Converter::from_sensor(sensor);
     let has = |cause| causes.contains(&cause);
+    let mut sensor = sensor.clone();
+    if !has(Cause::Range) {
+        sensor.try_out(|spec| spec.converter.floor_count = None);
+    }
+    let converter = Converter::from_sensor(&sensor);
     let mut noisy = volts.clone();
     if has(Cause::Noise) {
         let counts = sensor
@@ -417,6 +427,7 @@ fn read(
     if !has(Cause::Range) {
         read.marks_mut().fill(Mark::Good);
     }
+    sensor.mark_absent(read.marks_mut());
     read
 }
 
@@ -442,9 +453,12 @@ impl<'a> Sum<'a> {
         }
     }
 
-    fn add(&mut self, truth: &Frame<Siemens>, found: &Frame<Siemens>) {
+    fn add(&mut self, truth: &Frame<Siemens>, found: &Frame<Siemens>, read: &Frame<Volts>) {
         let largest = largest_of(truth.values());
         for (taxel, (&truth, &found)) in truth.values().iter().zip(found.values()).enumerate() {
+            if read.marks()[taxel] == Mark::Absent {
+                continue;
+            }
             let loaded = truth > LOADED_SHARE * largest;
             self.loaded += u64::from(loaded);
             self.percent.add(100.0 * (found - truth) / largest, loaded);

@@ -54,22 +54,46 @@ impl Spread {
         }
     }
 
-    /// The loads put on the taxels, from those felt: the same equations solved to 1e-9 of the largest load.
+    /// The loads put on the taxels, from those felt: the same equations solved to 1e-9 of the largest load. Where `absent` says
+    /// so, row by row (empty: nowhere), there is no taxel: nothing lies there, and what would go there is lost.
     /// `work` is scratch of the same length.
-    pub fn undo(&self, columns: usize, effective: &[f64], loads: &mut [f64], work: &mut [f64]) {
+    pub fn undo(
+        &self,
+        columns: usize,
+        absent: &[bool],
+        effective: &[f64],
+        loads: &mut [f64],
+        work: &mut [f64],
+    ) {
+        let clear = |values: &mut [f64]| {
+            for (value, _) in values.iter_mut().zip(absent).filter(|(_, absent)| **absent) {
+                *value = 0.0;
+            }
+        };
         let largest = effective.iter().fold(0f64, |most, x| most.max(x.abs()));
         let kept = self.kept();
         for (load, effective) in loads.iter_mut().zip(effective) {
             *load = effective / kept;
         }
+        clear(loads);
         for _ in 0..MAX_ITERATIONS {
             self.apply(columns, loads, work);
+            // No error where nothing is asked for.
+            for ((work, effective), _) in work
+                .iter_mut()
+                .zip(effective)
+                .zip(absent)
+                .filter(|(_, absent)| **absent)
+            {
+                *work = *effective;
+            }
             let mut left = 0f64;
             for ((load, effective), now) in loads.iter_mut().zip(effective).zip(work.iter()) {
                 let error = effective - now;
                 left = left.max(error.abs());
                 *load += error;
             }
+            clear(loads);
             if left <= 1e-9 * largest {
                 break;
             }
@@ -103,9 +127,24 @@ mod tests {
         assert!((effective[2 * columns + 4] - 6.0).abs() < 1e-12);
         assert!((effective[3 * columns + 5] - 5.0).abs() < 1e-12);
         assert!((effective[2 * columns + 3] - 0.4).abs() < 1e-12);
-        spread.undo(columns, &effective, &mut back, &mut work);
+        spread.undo(columns, &[], &effective, &mut back, &mut work);
         for (back, load) in back.iter().zip(&loads) {
             assert!((back - load).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn nothing_is_handed_to_or_taken_from_where_no_taxel_is() {
+        let spread = Spread::new([0.06, 0.05, 0.004]);
+        let (rows, columns) = (6, 5);
+        let absent: Vec<bool> = (0..rows * columns).map(|t| t % 4 == 1).collect();
+        let there = |t: usize| if absent[t] { 0.0 } else { 10.0 + t as f64 };
+        let loads: Vec<f64> = (0..rows * columns).map(there).collect();
+        let (mut effective, mut back, mut work) = (loads.clone(), loads.clone(), loads.clone());
+        spread.apply(columns, &loads, &mut effective);
+        spread.undo(columns, &absent, &effective, &mut back, &mut work);
+        for (back, load) in back.iter().zip(&loads) {
+            assert!((back - load).abs() < 1e-6, "{back} {load}");
         }
     }
 

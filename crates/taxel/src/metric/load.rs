@@ -77,6 +77,26 @@ pub fn centre_of_pressure_mm(
     })
 }
 
+/// The same of taxels that lie elsewhere: `[y, x]` = Σ F_i (y_i, x_i) / Σ F_i, with the place of each taxel as x and y in mm.
+///
+/// # Panics
+/// When there is not one place per taxel.
+pub fn centre_of_placed_mm(
+    frame: &Frame<Newtons>,
+    positions_mm: &[[f64; 2]],
+    threshold_newtons: f64,
+) -> Option<[f64; 2]> {
+    assert_eq!(positions_mm.len(), frame.values().len(), "a place a taxel");
+    let mut sums = [0.0; 3];
+    for (i, newtons) in usable(frame).filter(|(_, newtons)| *newtons > threshold_newtons) {
+        let [x, y] = positions_mm[i];
+        sums[0] += newtons * y;
+        sums[1] += newtons * x;
+        sums[2] += newtons;
+    }
+    (sums[2] > 0.0).then(|| [sums[0] / sums[2], sums[1] / sums[2]])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,8 +1,8 @@
 //! Figures of merit, as pure functions. Every unit is in a name or in the first line of the description; every
 //! definition has its source.
 //!
-//! Unless said otherwise a taxel counts when its mark is good, saturated or interpolated ([`is_usable`]): what is
-//! open, stuck, a spike, flickering, shorted or unresolved says nothing about the load.
+//! Unless said otherwise a taxel counts when its mark is good, saturated, below-floor or interpolated ([`is_usable`]): what is
+//! absent, open, stuck, a spike, flickering, shorted or unresolved says nothing about the load.
 //!
 //! ```
 //! use taxel::metric::{centre_of_pressure_mm, contact_area_mm2, peak_pressure, total_force_newtons};
@@ -26,30 +26,32 @@ pub use cross_talk::{Ghost, TaxelCrossTalk, cross_talk_drop, cross_talk_index, g
 pub use deviation::{Deviations, deviations, deviations_of_frames};
 pub use figures::{CONTACT_NEWTONS, FrameFigures};
 pub use load::{
-    PeakPressure, centre_of_pressure_mm, contact_area_mm2, kilopascals_from_newtons, peak_pressure,
-    total_force_newtons,
+    PeakPressure, centre_of_placed_mm, centre_of_pressure_mm, contact_area_mm2,
+    kilopascals_from_newtons, peak_pressure, total_force_newtons,
 };
 
 use crate::{Error, Frame, Mark};
 
-/// Whether a taxel with this mark counts: good, saturated (a lower bound) or interpolated.
+/// Whether a taxel with this mark counts: good, saturated (a lower bound), below the floor (unloaded, as far as is known)
+/// or interpolated.
 pub fn is_usable(mark: Mark) -> bool {
-    matches!(mark, Mark::Good | Mark::Saturated | Mark::Interpolated)
+    mark.is_reading() || mark == Mark::Interpolated
 }
 
-/// Share of the taxels whose mark is not good, 0 to 1.
+/// Share of the taxels whose mark is neither good nor below-floor, 0 to 1.
 ///
 /// Source: the share of outliers by which the e-Cone paper judges its connectors before and after repair
 /// (Table IV), with marks in place of its two thresholds ([`crate::screen::CountsMask`] has these).
 pub fn outlier_share<Q>(frame: &Frame<Q>) -> f64 {
-    1.0 - frame.count(Mark::Good) as f64 / frame.marks().len() as f64
+    let usual = frame.count(Mark::Good) + frame.count(Mark::BelowFloor);
+    1.0 - usual as f64 / frame.taxels().max(1) as f64
 }
 
-/// Share of the taxels whose own reading counts, 0 to 1: good, or saturated (a lower bound). A sum of loads over a
+/// Share of the taxels whose own reading counts, 0 to 1: good, or a bound (saturated, below the floor). A sum of loads over a
 /// frame is a sum over these, and over what was interpolated.
 pub fn measured_share<Q>(frame: &Frame<Q>) -> f64 {
-    let measured = frame.count(Mark::Good) + frame.count(Mark::Saturated);
-    measured as f64 / frame.marks().len() as f64
+    let measured = frame.marks().iter().filter(|mark| mark.is_reading());
+    measured.count() as f64 / frame.taxels().max(1) as f64
 }
 
 /// Values and positions of the taxels that count.
@@ -85,11 +87,16 @@ mod tests {
         assert_eq!(outlier_share(&frame), 0.0);
         frame.marks_mut()[3] = Mark::Stuck;
         assert_eq!(outlier_share(&frame), 0.25);
+        // A crossing without a taxel is no part of the whole, and below the floor is where an unloaded taxel reads.
+        frame.marks_mut()[..2].copy_from_slice(&[Mark::Absent, Mark::BelowFloor]);
+        assert_eq!(outlier_share(&frame), 1.0 - 2.0 / 3.0);
+        assert_eq!(measured_share(&frame), 2.0 / 3.0);
     }
 
     #[test]
     fn lower_bounds_and_repaired_taxels_count_and_lost_ones_do_not() {
         let counting: Vec<_> = Mark::ALL.into_iter().filter(|m| is_usable(*m)).collect();
-        assert_eq!(counting, [Mark::Good, Mark::Saturated, Mark::Interpolated]);
+        let bounds = [Mark::Saturated, Mark::Interpolated, Mark::BelowFloor];
+        assert_eq!(counting, [&[Mark::Good][..], &bounds].concat());
     }
 }

@@ -4,6 +4,7 @@ use super::line_state::Thresholds;
 use super::{
     Axis, Level, LevelScreen, LineFaults, ScreenOptions, SpaceSpikes, check_shape, lines_dropped,
 };
+use crate::sensor::mark_absent;
 use crate::stats::{SIGMA_PER_MAD, median_high};
 use crate::{Counts, Error, Frame, Mark, Sensor};
 
@@ -25,8 +26,7 @@ impl Around {
         let mut around = Self::default();
         for r in row.saturating_sub(1)..=(row + 1).min(frame.rows() - 1) {
             for c in column.saturating_sub(1)..=(column + 1).min(frame.columns() - 1) {
-                let valid = matches!(frame.mark_at(r, c), Mark::Good | Mark::Saturated);
-                if (r, c) != (row, column) && valid {
+                if (r, c) != (row, column) && frame.mark_at(r, c).is_reading() {
                     around.values[around.len] = frame.at(r, c);
                     around.len += 1;
                 }
@@ -52,9 +52,9 @@ impl Around {
 
 /// Marks the readings of a stream of frames, with state of constant size.
 ///
-/// In this order, and never over a mark that is already there: readings on dead, shorted and (where out in this
-/// frame) flickering lines; readings at either end of the converter, as stuck or as saturated; spikes, where asked
-/// for. Values are left as they are.
+/// First crossings without a taxel; then, in this order, and never over a mark that is already there: readings on dead, shorted and (where out in this
+/// frame) flickering lines; readings at either end of the converter, as stuck as saturated or as below
+/// the floor; spikes, where asked for. Values are left as they are.
 #[derive(Debug, Clone)]
 pub struct FrameScreen {
     rows: usize,
@@ -130,6 +130,7 @@ impl FrameScreen {
     /// [`Error::Shape`] for a frame of another shape.
     pub fn mark(&mut self, frame: &mut Frame<Counts>) -> Result<(), Error> {
         check_shape("frame to screen", self.rows, self.columns, frame)?;
+        mark_absent(&self.options.absent, frame.marks_mut());
         self.levels.observe(frame)?;
         let level = self.level();
         let thresholds = Thresholds::new(level, self.max_count, &self.options);
@@ -174,7 +175,7 @@ impl FrameScreen {
         }
     }
 
-    /// Stuck or saturated, for every reading at either end of the converter.
+    /// Stuck, saturated or below the floor, for every reading at either end of what is recorded.
     fn mark_ends(&mut self, frame: &mut Frame<Counts>, thresholds: &Thresholds) {
         let options = &self.options;
         let fallen = thresholds.least - options.stuck_sigmas * thresholds.noise;
@@ -204,6 +205,8 @@ impl FrameScreen {
                     } else {
                         Mark::Stuck
                     };
+                } else if options.is_below_floor(value) {
+                    frame.marks_mut()[i] = Mark::BelowFloor;
                 } else if value <= options.end_counts
                     && (below_baseline
                         || !options.floating

@@ -51,6 +51,9 @@ pub struct LevelScreen {
     has_previous: bool,
     fixed_baseline: Option<f64>,
     fixed_noise: Option<f64>,
+    /// Crossings that read nothing of their own.
+    absent: Vec<bool>,
+    floor_count: f64,
     level: Option<Level>,
 }
 
@@ -74,6 +77,12 @@ impl LevelScreen {
             has_previous: false,
             fixed_baseline: options.baseline_counts,
             fixed_noise: options.noise_counts,
+            absent: if options.absent.is_empty() {
+                vec![false; rows * columns]
+            } else {
+                options.absent.clone()
+            },
+            floor_count: options.floor_count.unwrap_or(f64::NEG_INFINITY),
             level: None,
         }
     }
@@ -84,13 +93,19 @@ impl LevelScreen {
     /// [`Error::Shape`] for a frame of another shape.
     pub fn observe(&mut self, frame: &Frame<Counts>) -> Result<(), Error> {
         check_shape("frame to screen", self.rows, self.columns, frame)?;
-        for &value in frame.values() {
+        let mut readings = 0;
+        for (&value, &absent) in frame.values().iter().zip(&self.absent) {
+            // What is written as nothing may be anything up to the floor.
+            if absent || value <= self.floor_count {
+                continue;
+            }
+            readings += 1;
             let bin = (value.max(0.0) / self.width).round() as usize;
             if let Some(count) = self.bins.get_mut(bin) {
                 *count += 1;
             }
         }
-        self.readings += frame.values().len() as u64;
+        self.readings += readings;
         self.frames += 1;
         if self.frames >= HALVED_AFTER_FRAMES {
             self.forget_half();
@@ -132,9 +147,11 @@ impl LevelScreen {
             return;
         }
         let reach = 8.0 * rough.noise_counts.max(1.0);
-        let unloaded = |value: f64| (value - rough.baseline_counts).abs() <= reach;
-        for (&now, &before) in frame.values().iter().zip(&self.previous) {
-            if unloaded(now) && unloaded(before) {
+        let unloaded =
+            |value: f64| value > self.floor_count && (value - rough.baseline_counts).abs() <= reach;
+        let pairs = frame.values().iter().zip(&self.previous);
+        for ((&now, &before), &absent) in pairs.zip(&self.absent) {
+            if !absent && unloaded(now) && unloaded(before) {
                 let bin = (now - before).abs().round() as usize;
                 if let Some(count) = self.differences.get_mut(bin) {
                     *count += 1;

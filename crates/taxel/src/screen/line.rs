@@ -276,14 +276,17 @@ impl LineScreen {
         }
         self.verdicts.clear();
         for axis in Axis::BOTH {
-            let lines = LineReadings::of(frame, axis);
+            let lines = LineReadings::of(frame, axis, &self.options);
             for line in 0..lines.count {
                 self.verdicts
                     .push(classify(&lines, line, &thresholds, &self.options));
             }
         }
         let (of_rows, of_columns) = self.verdicts.split_at(self.rows.len());
-        let blank = |all: &[LineVerdict]| 2 * all.iter().filter(|v| v.out).count() >= all.len();
+        let blank = |all: &[LineVerdict]| {
+            let out = all.iter().filter(|v| v.out).count();
+            out > 0 && 2 * out >= all.iter().filter(|v| v.judged).count()
+        };
         if blank(of_rows) || blank(of_columns) {
             self.blank_frames += 1;
             return Ok(());
@@ -309,11 +312,11 @@ impl LineScreen {
             ),
         ] {
             let looked = Looked {
-                lines: LineReadings::of(frame, axis),
+                lines: LineReadings::of(frame, axis, &self.options),
                 before: self
                     .previous
                     .as_ref()
-                    .map(|frame| LineReadings::of(frame, axis)),
+                    .map(|frame| LineReadings::of(frame, axis, &self.options)),
                 thresholds,
                 options: &self.options,
             };
@@ -341,7 +344,7 @@ impl LineScreen {
     fn find_usual(&mut self, frame: &Frame<Counts>, baseline: f64) {
         let mut usual = self.usual.iter_mut();
         for axis in Axis::BOTH {
-            let lines = LineReadings::of(frame, axis);
+            let lines = LineReadings::of(frame, axis, &self.options);
             for (line, usual) in (0..lines.count).zip(&mut usual) {
                 self.scratch.clear();
                 self.scratch.extend(lines.of_line(line));

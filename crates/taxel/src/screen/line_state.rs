@@ -10,6 +10,7 @@ const MIN_LINE: usize = 4;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LineReadings<'a> {
     values: &'a [f64],
+    options: &'a ScreenOptions,
     /// How many lines.
     pub count: usize,
     /// Readings on each.
@@ -19,7 +20,7 @@ pub(super) struct LineReadings<'a> {
 }
 
 impl<'a> LineReadings<'a> {
-    pub fn of(frame: &'a Frame<Counts>, axis: Axis) -> Self {
+    pub fn of(frame: &'a Frame<Counts>, axis: Axis, options: &'a ScreenOptions) -> Self {
         let (rows, columns) = (frame.rows(), frame.columns());
         let (count, length, line_stride, stride) = match axis {
             Axis::Row => (rows, columns, columns, 1),
@@ -27,6 +28,7 @@ impl<'a> LineReadings<'a> {
         };
         Self {
             values: frame.values(),
+            options,
             count,
             length,
             line_stride,
@@ -35,11 +37,44 @@ impl<'a> LineReadings<'a> {
     }
 
     pub fn at(&self, line: usize, position: usize) -> f64 {
-        self.values[line * self.line_stride + position * self.stride]
+        self.values[self.taxel(line, position)]
+    }
+
+    fn taxel(&self, line: usize, position: usize) -> usize {
+        line * self.line_stride + position * self.stride
+    }
+
+    /// Whether there is a taxel.
+    pub fn is_there(&self, line: usize, position: usize) -> bool {
+        !self.options.is_absent(self.taxel(line, position))
+    }
+
+    /// The positions on a line at which there is a taxel.
+    pub fn positions(self, line: usize) -> impl Iterator<Item = usize> + 'a {
+        (0..self.length).filter(move |&position| self.is_there(line, position))
+    }
+
+    /// Taxels on a line.
+    pub fn taxels(&self, line: usize) -> usize {
+        if self.options.absent.is_empty() {
+            self.length
+        } else {
+            self.positions(line).count()
+        }
     }
 
     pub fn of_line(self, line: usize) -> impl Iterator<Item = f64> + 'a {
-        (0..self.length).map(move |position| self.at(line, position))
+        self.positions(line)
+            .map(move |position| self.at(line, position))
+    }
+
+    /// What a taxel reads; where there is none, nothing that a line could be judged by.
+    fn beside(&self, line: usize, position: usize) -> f64 {
+        if self.is_there(line, position) {
+            self.at(line, position)
+        } else {
+            f64::NEG_INFINITY
+        }
     }
 
     /// The reading beside a line that tells of a real load there, counts. On an array with floating lines none does.
@@ -65,13 +100,13 @@ impl<'a> LineReadings<'a> {
         if line == 0 || line + 1 >= self.count {
             return None;
         }
-        let mut before = self.at(line - 1, position);
+        let mut before = self.beside(line - 1, position);
         if line >= 2 {
-            before = before.max(self.at(line - 2, position));
+            before = before.max(self.beside(line - 2, position));
         }
-        let mut after = self.at(line + 1, position);
+        let mut after = self.beside(line + 1, position);
         if line + 2 < self.count {
-            after = after.max(self.at(line + 2, position));
+            after = after.max(self.beside(line + 2, position));
         }
         Some(before.min(after))
     }
@@ -137,6 +172,8 @@ impl Thresholds {
 /// What one frame says about one line.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct LineVerdict {
+    /// Whether the line has taxels enough to be judged.
+    pub judged: bool,
     /// Whether this frame can tell.
     pub testable: bool,
     /// Whether the line is out: fallen, silent, or at the ceiling.
@@ -164,21 +201,28 @@ pub(super) fn classify(
     options: &ScreenOptions,
 ) -> LineVerdict {
     let mut verdict = LineVerdict::default();
-    if lines.length < MIN_LINE {
+    let taxels = lines.taxels(line);
+    if taxels < MIN_LINE {
         return verdict;
     }
+    verdict.judged = true;
     let (mut fallen, mut ceiling) = (0u64, 0u64);
-    for position in 0..lines.length {
+    // A reading below the floor may be as much as that.
+    let bound = |value: f64| match options.floor_count {
+        Some(floor) => value.max(floor),
+        None => value,
+    };
+    for position in lines.positions(line) {
         let value = lines.at(line, position);
         fallen += u64::from(thresholds.floor.is_some_and(|floor| value < floor));
         verdict.responding += u64::from(value > thresholds.loaded && value < thresholds.ceiling);
         ceiling += u64::from(value >= thresholds.ceiling);
         if let Some(load) = lines.supported_load(line, position, thresholds, options) {
             verdict.supported += 1;
-            verdict.silent += u64::from(value <= thresholds.silence(load, options));
+            verdict.silent += u64::from(bound(value) <= thresholds.silence(load, options));
         }
     }
-    let length = lines.length as f64;
+    let length = taxels as f64;
     let share = options.line_share;
     verdict.fallen_share = fallen as f64 / length;
     let enough_supported =
@@ -204,7 +248,7 @@ pub(super) fn classify(
 fn next_to_at_ceiling(lines: &LineReadings<'_>, line: usize, thresholds: &Thresholds) -> bool {
     let full = |other: usize| {
         let at_end = lines.of_line(other).filter(|&v| v >= thresholds.ceiling);
-        2 * at_end.count() > lines.length
+        2 * at_end.count() > lines.taxels(other)
     };
     (line > 0 && full(line - 1)) || (line + 1 < lines.count && full(line + 1))
 }
@@ -222,7 +266,7 @@ pub fn lines_dropped(
     out.clear();
     let thresholds = Thresholds::new(level, max_count, options);
     for axis in Axis::BOTH {
-        let lines = LineReadings::of(frame, axis);
+        let lines = LineReadings::of(frame, axis, options);
         let indices = faults.flickering(axis).filter(|&line| line < lines.count);
         for line in indices {
             if classify(&lines, line, &thresholds, options).out {

@@ -1,6 +1,6 @@
 //! Outliers by value alone: the paper's low and high threshold.
 
-use crate::{Counts, Frame};
+use crate::{Counts, Frame, Mark};
 
 /// Readings below or above these are outliers. Without a threshold on one side, nothing is an outlier there.
 ///
@@ -22,10 +22,11 @@ impl CountsMask {
             && self.high_counts.is_none_or(|high| counts <= high)
     }
 
-    /// How many readings of a frame lie outside, on either side.
+    /// How many readings of a frame lie outside, on either side; of crossings marked absent none.
     pub fn count(&self, frame: &Frame<Counts>) -> MaskCount {
         let mut count = MaskCount::default();
-        for &value in frame.values() {
+        let there = frame.values().iter().zip(frame.marks());
+        for (&value, _) in there.filter(|(_, mark)| **mark != Mark::Absent) {
             count.readings += 1;
             count.low += u64::from(self.low_counts.is_some_and(|low| value < low));
             count.high += u64::from(self.high_counts.is_some_and(|high| value > high));

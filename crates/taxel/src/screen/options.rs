@@ -71,6 +71,10 @@ pub struct ScreenOptions {
     /// The least that a sound taxel reads, counts: the empty array's lowest reading by the circuit. `None`: not known.
     /// Only used where `floating`: there no load lowers a reading (Rayleigh's monotonicity).
     pub unloaded_counts: Option<f64>,
+    /// Of every crossing, row by row, whether it has no taxel; empty where each has one. What these read says nothing.
+    pub absent: Vec<bool>,
+    /// Largest count that the recorder writes as nothing: a reading at or below it is a bound, neither stuck nor unloaded.
+    pub floor_count: Option<f64>,
     /// Spikes against the neighbourhood. `None` (the default): not looked for, because pressing a single taxel is
     /// legitimate and common in calibration.
     pub space_spikes: Option<SpaceSpikes>,
@@ -109,6 +113,8 @@ impl Default for ScreenOptions {
             short_readings: 100,
             floating: false,
             unloaded_counts: None,
+            absent: Vec::new(),
+            floor_count: None,
             space_spikes: None,
             time_spikes: None,
             mask: CountsMask::default(),
@@ -127,8 +133,20 @@ impl ScreenOptions {
             } else {
                 None
             },
+            absent: sensor.absent().to_vec(),
+            floor_count: sensor.converter().floor_count,
             ..Self::from_spec(sensor.screen())
         }
+    }
+
+    /// Whether there is no taxel at a crossing (row · columns + column).
+    pub(crate) fn is_absent(&self, taxel: usize) -> bool {
+        self.absent.get(taxel).copied().unwrap_or(false)
+    }
+
+    /// Whether a reading (counts) is one that the recorder writes as nothing.
+    pub(super) fn is_below_floor(&self, counts: f64) -> bool {
+        self.floor_count.is_some_and(|floor| counts <= floor)
     }
 
     /// The defaults, with the mask of a sensor file.
@@ -148,10 +166,14 @@ fn least_unloaded_counts(sensor: &Sensor) -> Option<f64> {
     let g_zero = sensor.material()?.g_zero_siemens;
     let circuit = LinearCircuit::from_sensor(sensor).ok()?;
     let siemens = Frame::<Siemens>::filled(sensor.rows(), sensor.columns(), g_zero);
+    let siemens = siemens.map(|taxel, g| if sensor.is_absent(taxel) { 0.0 } else { g });
     let volts = circuit.predict(&siemens).ok()?;
     let converter = Converter::from_sensor(sensor);
-    let counts = volts.values().iter().map(|&v| converter.count_from_volt(v));
-    counts.reduce(f64::min)
+    let there = volts.values().iter().enumerate();
+    let there = there.filter(|(taxel, _)| !sensor.is_absent(*taxel));
+    there
+        .map(|(_, &v)| converter.count_from_volt(v))
+        .reduce(f64::min)
 }
 
 /// When a reading is a spike against its neighbourhood: |x − m| > `sigmas` · σ + `share` · (m − baseline) and

@@ -14,7 +14,7 @@ fn is_lost(mark: Mark) -> bool {
 
 /// Replaces each reading that is open, stuck, a spike, flickering or shorted by the median of the valid readings
 /// around it (the 8 neighbours; where none is valid, the ring beyond, and so on) and marks it
-/// [`Mark::Interpolated`]. Valid are good and saturated readings; repaired ones never serve to repair others, so
+/// [`Mark::Interpolated`]. Valid are good and saturated readings and those below the floor; repaired ones never serve to repair others, so
 /// the order does not matter. Returns how many were replaced; with nothing valid in the whole frame, none.
 ///
 /// `scratch` is cleared and its capacity reused: a number for each taxel and for each line, and those of one ring.
@@ -86,7 +86,7 @@ fn replace<Q>(
 }
 
 fn is_valid(mark: Mark) -> bool {
-    matches!(mark, Mark::Good | Mark::Saturated)
+    mark.is_reading()
 }
 
 /// How many valid readings lie within a square: sums over all rectangles from the first taxel on, so that a square costs

@@ -10,7 +10,7 @@ use crate::{Counts, Frame, Mark};
 pub struct ScreenReport {
     /// Frames added.
     pub frames: u64,
-    /// Readings added.
+    /// Readings added, of taxels that there are.
     pub readings: u64,
     /// Readings by mark, in the order of [`Mark::ALL`].
     pub by_mark: [u64; Mark::ALL.len()],
@@ -40,7 +40,7 @@ impl ScreenReport {
     /// Adds a marked frame.
     pub fn add(&mut self, frame: &Frame<Counts>) {
         self.frames += 1;
-        self.readings += frame.values().len() as u64;
+        self.readings += frame.taxels() as u64;
         for &mark in frame.marks() {
             self.by_mark[mark.code() as usize] += 1;
         }
@@ -54,12 +54,14 @@ impl ScreenReport {
         self.by_mark[mark.code() as usize]
     }
 
-    /// Readings that are not good, as a share of all, 0 to 1 (0 when nothing was added).
+    /// Readings that are neither good nor below the floor, where an unloaded taxel reads.
+    pub fn outliers(&self) -> u64 {
+        self.readings - self.count(Mark::Good) - self.count(Mark::BelowFloor)
+    }
+
+    /// The outliers as a share of all readings, 0 to 1 (0 when nothing was added).
     pub fn outlier_share(&self) -> f64 {
-        if self.readings == 0 {
-            return 0.0;
-        }
-        (self.readings - self.count(Mark::Good)) as f64 / self.readings as f64
+        self.outliers() as f64 / self.readings.max(1) as f64
     }
 }
 
@@ -79,9 +81,12 @@ impl fmt::Display for ScreenReport {
             f,
             "outliers {:.2} % ({} readings)",
             100.0 * self.outlier_share(),
-            self.readings - self.count(Mark::Good)
+            self.outliers()
         )?;
-        for mark in Mark::ALL.into_iter().filter(|&m| m != Mark::Good) {
+        for mark in Mark::ALL
+            .into_iter()
+            .filter(|&m| m != Mark::Good && m != Mark::Absent)
+        {
             let count = self.count(mark);
             if count > 0 {
                 writeln!(

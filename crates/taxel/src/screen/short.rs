@@ -32,6 +32,8 @@ pub(super) struct AlikePairs {
     /// Positions along each pair at which a loaded reading was alike.
     covered: Vec<bool>,
     length: usize,
+    /// Positions along each pair at which both have a taxel.
+    both: Vec<usize>,
 }
 
 /// Two lines that read alike.
@@ -52,6 +54,7 @@ impl AlikePairs {
             alike: vec![0; pairs],
             covered: vec![false; pairs * length],
             length,
+            both: vec![0; pairs],
         }
     }
 
@@ -65,7 +68,9 @@ impl AlikePairs {
         options: &ScreenOptions,
         usual: &Usual<'_>,
     ) {
-        for position in 0..lines.length {
+        let both = |position: &usize| lines.is_there(line + 1, *position);
+        self.both[line] = lines.positions(line).filter(both).count();
+        for position in lines.positions(line).filter(both) {
             let (a, b) = (lines.at(line, position), lines.at(line + 1, position));
             let higher = a.max(b);
             let least = thresholds.loaded + usual.over(line, position);
@@ -76,7 +81,11 @@ impl AlikePairs {
                 + options.short_tolerance_share * (higher - thresholds.baseline);
             // A load centred between the two lines makes them alike, and the lines beyond them as well: it
             // says nothing.
-            if line > 0 && line + 2 < lines.count {
+            let is_beyond = line > 0
+                && line + 2 < lines.count
+                && lines.is_there(line - 1, position)
+                && lines.is_there(line + 2, position);
+            if is_beyond {
                 let beyond = (lines.at(line - 1, position), lines.at(line + 2, position));
                 if (beyond.0 - beyond.1).abs() <= 4.0 * tolerance {
                     continue;
@@ -91,7 +100,7 @@ impl AlikePairs {
 
     fn covered_share(&self, pair: usize) -> f64 {
         let covered = &self.covered[pair * self.length..(pair + 1) * self.length];
-        covered.iter().filter(|&&covered| covered).count() as f64 / self.length as f64
+        covered.iter().filter(|&&covered| covered).count() as f64 / self.both[pair].max(1) as f64
     }
 
     /// The pairs that are alike nearly everywhere although the typical pair of this recording is not: a load that

@@ -23,8 +23,9 @@ pub(super) struct LineTally {
     pub(super) fallen_share_when_in: f64,
     /// Frames in which it answered to a load.
     pub(super) answered: u64,
-    /// Positions along it that were vouched for in some frame.
+    /// Positions along it that were vouched for in some frame, and taxels there are.
     pub(super) covered: Vec<bool>,
+    pub(super) taxels: usize,
     pub(super) median_sum: f64,
     pub(super) next_to_sum: f64,
 }
@@ -38,7 +39,7 @@ impl LineTally {
     }
 
     pub(super) fn covered_share(&self) -> f64 {
-        self.covered.iter().filter(|&&covered| covered).count() as f64 / self.covered.len() as f64
+        self.covered.iter().filter(|&&covered| covered).count() as f64 / self.taxels.max(1) as f64
     }
 }
 
@@ -59,8 +60,8 @@ impl Looked<'_> {
         tally: &mut LineTally,
         scratch: &mut Vec<f64>,
     ) {
-        let length = self.lines.length as f64;
-        let few = (1.0 - self.options.line_share) / 2.0 * length;
+        tally.taxels = self.lines.taxels(line);
+        let few = (1.0 - self.options.line_share) / 2.0 * tally.taxels as f64;
         tally.answered += u64::from(verdict.responding as f64 > few);
         if !verdict.testable {
             return;
@@ -69,8 +70,8 @@ impl Looked<'_> {
         tally.supported_readings += verdict.supported;
         tally.silent_readings += verdict.silent;
         if verdict.supported > 0 {
-            for (position, covered) in tally.covered.iter_mut().enumerate() {
-                *covered |= self.load_next_to(&self.lines, line, position).is_some();
+            for position in self.lines.positions(line) {
+                tally.covered[position] |= self.load_next_to(&self.lines, line, position).is_some();
             }
         }
         if !verdict.out {
@@ -99,7 +100,7 @@ impl Looked<'_> {
         };
         let baseline = self.thresholds.baseline;
         let (mut supported, mut fell) = (0, 0);
-        for position in 0..self.lines.length {
+        for position in self.lines.positions(line) {
             let Some(now) = self.load_next_to(&self.lines, line, position) else {
                 continue;
             };
@@ -119,14 +120,14 @@ impl Looked<'_> {
         let lines = &self.lines;
         let counts =
             |position: &usize| !by_silence || self.load_next_to(lines, line, *position).is_some();
-        let positions = || (0..lines.length).filter(counts);
+        let positions = |of: usize| lines.positions(of).filter(counts);
         scratch.clear();
-        scratch.extend(positions().map(|position| lines.at(line, position)));
+        scratch.extend(positions(line).map(|position| lines.at(line, position)));
         let own = median_high(scratch).unwrap_or(0.0);
         scratch.clear();
         for next_to in [line.checked_sub(1), Some(line + 1)].into_iter().flatten() {
             if next_to < lines.count {
-                scratch.extend(positions().map(|position| lines.at(next_to, position)));
+                scratch.extend(positions(next_to).map(|position| lines.at(next_to, position)));
             }
         }
         (own, median_high(scratch).unwrap_or(0.0))

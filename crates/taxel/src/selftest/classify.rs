@@ -31,7 +31,9 @@ pub(super) fn classify(test: &SelfTest, rubbed: &Rubbed) -> SelfTestResult {
         test,
         rubbed,
         findings: Vec::new(),
-        explained: vec![false; taxels],
+        explained: (0..taxels)
+            .map(|taxel| rubbed.response.is_absent(taxel))
+            .collect(),
     };
     let faults = rubbed.lines.finish();
     found.lines_at_an_end();
@@ -56,6 +58,7 @@ pub(super) fn classify(test: &SelfTest, rubbed: &Rubbed) -> SelfTestResult {
         findings,
         rows: test.rows,
         columns: test.columns,
+        absent: test.options.screen.absent.clone(),
         empty_frames: test.empty_frames,
         rubbed_frames: rubbed.response.frames,
         baseline_counts: rubbed.unloaded.typical_counts,
@@ -68,13 +71,6 @@ pub(super) fn classify(test: &SelfTest, rubbed: &Rubbed) -> SelfTestResult {
 }
 
 impl Classifier<'_> {
-    fn count(&self, axis: Axis) -> usize {
-        match axis {
-            Axis::Row => self.test.rows,
-            Axis::Column => self.test.columns,
-        }
-    }
-
     fn line(&self, axis: Axis, index: usize) -> Vec<usize> {
         self.rubbed.response.line(axis, index).collect()
     }
@@ -109,7 +105,7 @@ impl Classifier<'_> {
     fn lines_at_an_end(&mut self) {
         let share = self.test.options.line_end_share;
         for axis in Axis::BOTH {
-            for index in 0..self.count(axis) {
+            for index in self.rubbed.response.lines(axis) {
                 let taxels = self.line(axis, index).into_iter();
                 let at_end = self.test.ends.line_share(taxels, true, share);
                 if at_end >= self.test.options.screen.line_share {
@@ -151,7 +147,7 @@ impl Classifier<'_> {
 
     fn open_lines(&mut self, faults: &LineFaults) {
         for axis in Axis::BOTH {
-            for index in 0..self.count(axis) {
+            for index in self.rubbed.response.lines(axis) {
                 let dead = faults.faults.iter().any(|fault| {
                     (fault.axis, fault.index, fault.kind) == (axis, index, LineFaultKind::Dead)
                         && (self.has_fallen(fault)
@@ -251,9 +247,8 @@ impl Classifier<'_> {
 
     /// The silence that gaps in a hand can make on any line of an axis: the median of all lines, and its spread.
     fn usual_silence(&self, axis: Axis) -> f64 {
-        let mut shares: Vec<f64> = (0..self.count(axis))
-            .map(|i| self.silence(axis, i))
-            .collect();
+        let lines = self.rubbed.response.lines(axis).into_iter();
+        let mut shares: Vec<f64> = lines.map(|i| self.silence(axis, i)).collect();
         let middle = median(&mut shares);
         for share in &mut shares {
             *share = (*share - middle).abs();
@@ -264,11 +259,12 @@ impl Classifier<'_> {
     /// Lines at the edge that never answered, while the next one did along nearly all of its length.
     fn silent_edges(&mut self) {
         for axis in Axis::BOTH {
-            let count = self.count(axis);
+            let lines = self.rubbed.response.lines(axis);
+            let count = lines.len();
             if count < 2 {
                 continue;
             }
-            for (edge, inner) in [(0, 1), (count - 1, count - 2)] {
+            for (edge, inner) in [(lines[0], lines[1]), (lines[count - 1], lines[count - 2])] {
                 let response = &self.rubbed.response;
                 let reached = response.reached(axis, inner);
                 if response.never_loaded(axis, edge)
@@ -295,7 +291,7 @@ impl Classifier<'_> {
             })
             .collect();
         for axis in Axis::BOTH {
-            for index in 0..self.count(axis) {
+            for index in self.rubbed.response.lines(axis) {
                 let line = self.line(axis, index);
                 let noisy = |t: &&usize| matches!(&found[**t], Some((Fault::TaxelNoisy, _)));
                 let count = line.iter().filter(noisy).count();
@@ -381,7 +377,10 @@ impl Classifier<'_> {
     }
 
     fn whole(&self) -> Vec<usize> {
-        (0..self.explained.len()).collect()
+        let response = &self.rubbed.response;
+        (0..self.explained.len())
+            .filter(|&t| !response.is_absent(t))
+            .collect()
     }
 
     /// Readings at an end that no finding explains.
@@ -478,13 +477,14 @@ impl Classifier<'_> {
                 && response.loaded[*taxel] == 0
                 && response.around[*taxel].supported < options.supported_frames
         };
+        let all = self.whole().len();
         let taxels: Vec<usize> = self.whole().into_iter().filter(unknown).collect();
-        let share = taxels.len() as f64 / self.explained.len() as f64;
+        let share = taxels.len() as f64 / all.max(1) as f64;
         if share > options.untested_share {
             let evidence = format!(
                 "{} of {} taxels ({:.0} %) never responded, nor did their surroundings",
                 taxels.len(),
-                self.explained.len(),
+                all,
                 100.0 * share
             );
             self.add(Fault::NotPressed, Place::Array, taxels, evidence);

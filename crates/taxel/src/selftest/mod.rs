@@ -76,6 +76,8 @@ pub struct SelfTestResult {
     pub rows: usize,
     /// Columns of the array.
     pub columns: usize,
+    /// Of every crossing, row by row, whether it has no taxel; empty where each has one.
+    pub absent: Vec<bool>,
     /// Frames of the empty recording.
     pub empty_frames: u64,
     /// Frames of the rubbed recording.
@@ -241,7 +243,7 @@ impl SelfTest {
         };
         Rubbed {
             unloaded,
-            response: Response::new(self.rows, self.columns),
+            response: Response::new(self.rows, self.columns, &screen.absent),
             carry_over: CarryOver::new(),
             lines: LineScreen::new(self.rows, self.columns, self.max_count, &screen),
             screen: FrameScreen::new(self.rows, self.columns, self.max_count, &screen),
@@ -289,8 +291,9 @@ impl SelfTest {
     }
 
     fn check_loads(&self, rubbed: &Rubbed) -> Result<(), Unusable> {
-        let taxels = (self.rows * self.columns) as u64;
-        let readings = rubbed.response.frames * taxels;
+        let crossings = 0..self.rows * self.columns;
+        let there = crossings.filter(|&taxel| !rubbed.response.is_absent(taxel));
+        let readings = rubbed.response.frames * there.count() as u64;
         let [above, below] = rubbed.response.moved.map(|n| n as f64 / readings as f64);
         let empty = self.moved.away as f64 / self.moved.readings.max(1) as f64;
         let share = self.options.loaded_share;

@@ -107,13 +107,15 @@ impl Default for SelfTestOptions {
 }
 
 impl SelfTestOptions {
-    /// The defaults, with the scan order of a sensor file. What its `[screen]` declares is not taken over: the test
+    /// The defaults, with the scan order of a sensor file, its crossings without a taxel and what its recorder leaves out. What its `[screen]` declares is not taken over: the test
     /// looks for itself.
     pub fn of(sensor: &Sensor) -> Self {
         let mut options = Self {
             scan_order: sensor.converter().scan_order,
             ..Self::default()
         };
+        options.screen.absent = sensor.absent().to_vec();
+        options.screen.floor_count = sensor.converter().floor_count;
         options.screen.floating = sensor.readout().topology == Topology::DividerFloating;
         options
     }

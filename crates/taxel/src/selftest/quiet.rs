@@ -30,7 +30,7 @@ pub(super) struct Unloaded {
     pub noise: Vec<f64>,
     /// Reading above the baseline that is a load, counts.
     pub loaded: Vec<f64>,
-    /// Taxels of which nothing can be told beside a short: see [`Quiet::unloaded`].
+    /// Taxels of which nothing can be told beside a short: see [`Quiet::unloaded`]; and crossings without a taxel.
     pub masked: Vec<bool>,
     /// Median over the taxels of `counts`, counts.
     pub typical_counts: f64,
@@ -91,14 +91,24 @@ impl Quiet {
         let loaded = noise.iter().map(|&noise| {
             (screen.loaded_sigmas * noise).max(screen.loaded_share_of_range * max_count)
         });
-        let typical_counts = median(&mut counts.clone());
-        let mut off: Vec<f64> = counts.iter().map(|c| (c - typical_counts).abs()).collect();
+        let there = |values: &[f64]| -> Vec<f64> {
+            let values = values.iter().enumerate();
+            let there = values.filter(|(taxel, _)| !screen.is_absent(*taxel));
+            there.map(|(_, &value)| value).collect()
+        };
+        let mut off = there(&counts);
+        let typical_counts = median(&mut off);
+        for value in &mut off {
+            *value = (*value - typical_counts).abs();
+        }
+        let is_absent = |taxel| screen.is_absent(taxel);
+        let shorted = options.shorted_share * max_count;
         Unloaded {
             unevenness: SIGMA_PER_MAD * median(&mut off),
             loaded: loaded.collect(),
-            masked: mask(&counts, columns, options.shorted_share * max_count),
+            masked: mask(&counts, columns, shorted, is_absent),
             typical_counts,
-            typical_noise: typical(&noise),
+            typical_noise: typical(&there(&noise)),
             counts,
             noise,
             max_count,
@@ -127,14 +137,27 @@ fn typical(noise: &[f64]) -> f64 {
 }
 
 /// The lines of taxels that read `shorted` counts or more; of lines that do so over more than half of their length, those
-/// alone.
-fn mask(counts: &[f64], columns: usize, shorted: f64) -> Vec<bool> {
+/// alone. And the crossings that carry no taxel.
+fn mask(
+    counts: &[f64],
+    columns: usize,
+    shorted: f64,
+    is_absent: impl Fn(usize) -> bool,
+) -> Vec<bool> {
     let rows = counts.len() / columns.max(1);
-    let is_shorted = |taxel: usize| counts[taxel] >= shorted;
-    let of_row = |r: usize| (0..columns).filter(|c| is_shorted(r * columns + c)).count();
-    let of_column = |c: usize| (0..rows).filter(|r| is_shorted(r * columns + c)).count();
-    let whole_rows: Vec<bool> = (0..rows).map(|r| 2 * of_row(r) > columns).collect();
-    let whole_columns: Vec<bool> = (0..columns).map(|c| 2 * of_column(c) > rows).collect();
+    let is_shorted = |taxel: usize| !is_absent(taxel) && counts[taxel] >= shorted;
+    let is_whole = |taxels: &mut dyn Iterator<Item = usize>| {
+        let (all, shorted) = taxels
+            .filter(|&taxel| !is_absent(taxel))
+            .fold((0, 0), |(all, shorted), taxel| {
+                (all + 1, shorted + usize::from(is_shorted(taxel)))
+            });
+        2 * shorted > all
+    };
+    let row = |r: usize| is_whole(&mut (0..columns).map(|c| r * columns + c));
+    let column = |c: usize| is_whole(&mut (0..rows).map(|r| r * columns + c));
+    let whole_rows: Vec<bool> = (0..rows).map(row).collect();
+    let whole_columns: Vec<bool> = (0..columns).map(column).collect();
     let (mut bad_rows, mut bad_columns) = (whole_rows.clone(), whole_columns.clone());
     for taxel in (0..counts.len()).filter(|&taxel| is_shorted(taxel)) {
         let (row, column) = (taxel / columns, taxel % columns);
@@ -143,7 +166,9 @@ fn mask(counts: &[f64], columns: usize, shorted: f64) -> Vec<bool> {
             bad_columns[column] = true;
         }
     }
-    let line = |taxel: usize| bad_rows[taxel / columns] || bad_columns[taxel % columns];
+    let line = |taxel: usize| {
+        bad_rows[taxel / columns] || bad_columns[taxel % columns] || is_absent(taxel)
+    };
     (0..counts.len()).map(line).collect()
 }
 
@@ -161,7 +186,7 @@ mod tests {
         let mut counts = vec![0.0; 20];
         counts[7] = 900.0;
         let masked = |counts: &[f64]| -> Vec<usize> {
-            let masked = mask(counts, 5, 700.0);
+            let masked = mask(counts, 5, 700.0, |_| false);
             (0..20).filter(|&taxel| masked[taxel]).collect()
         };
         assert_eq!(masked(&counts), [2, 5, 6, 7, 8, 9, 12, 17]);

@@ -63,10 +63,11 @@ pub(super) struct Response {
     /// Readings far above, and far below, what the taxel reads unloaded.
     pub moved: [u64; 2],
     load: Vec<f64>,
+    absent: Vec<bool>,
 }
 
 impl Response {
-    pub fn new(rows: usize, columns: usize) -> Self {
+    pub fn new(rows: usize, columns: usize, absent: &[bool]) -> Self {
         let taxels = rows * columns;
         let none = vec![Answers::default(); taxels];
         Self {
@@ -79,6 +80,7 @@ impl Response {
             frames: 0,
             moved: [0; 2],
             load: vec![0.0; taxels],
+            absent: absent.to_vec(),
         }
     }
 
@@ -95,7 +97,8 @@ impl Response {
             self.load[taxel] = if is_load { height } else { 0.0 };
             self.loaded[taxel] += u32::from(is_load);
             self.moved[0] += u64::from(is_load);
-            self.moved[1] += u64::from(height < -unloaded.loaded[taxel]);
+            let is_there = !self.is_absent(taxel);
+            self.moved[1] += u64::from(is_there && height < -unloaded.loaded[taxel]);
         }
         let share = options.screen.silent_share;
         for taxel in 0..frame.values().len() {
@@ -166,14 +169,30 @@ impl Response {
         least
     }
 
+    /// Whether there is no taxel at a crossing.
+    pub fn is_absent(&self, taxel: usize) -> bool {
+        self.absent.get(taxel).copied().unwrap_or(false)
+    }
+
+    /// The lines of an axis that have a taxel.
+    pub fn lines(&self, axis: Axis) -> Vec<usize> {
+        let count = match axis {
+            Axis::Row => self.rows,
+            Axis::Column => self.columns,
+        };
+        let has_taxel = |&index: &usize| self.line(axis, index).next().is_some();
+        (0..count).filter(has_taxel).collect()
+    }
+
     /// The taxels of a line.
-    pub fn line(&self, axis: Axis, index: usize) -> impl Iterator<Item = usize> + use<> {
+    pub fn line(&self, axis: Axis, index: usize) -> impl Iterator<Item = usize> + '_ {
         let (rows, columns) = (self.rows, self.columns);
         let (first, stride, length) = match axis {
             Axis::Row => (index * columns, 1, columns),
             Axis::Column => (index, columns, rows),
         };
-        (0..length).map(move |position| first + position * stride)
+        let crossings = (0..length).map(move |position| first + position * stride);
+        crossings.filter(|&taxel| !self.is_absent(taxel))
     }
 
     /// How a line as a whole answered the lines beside it, and at how many of its positions they vouched often enough.

@@ -2,13 +2,14 @@
 
 use super::{
     ConverterSpec, DynamicSpec, MAX_DYNAMIC_TERMS, PerLine, PerTaxel, Sense, SensorSpec, SheetSpec,
-    UncertaintySpec, plausible, resolved,
+    UncertaintySpec, array, plausible, resolved,
 };
 use crate::Error;
 
 /// Refuses numbers that no sensor can have.
 pub(super) fn values(sensor: &SensorSpec) -> Result<(), Error> {
     geometry(sensor)?;
+    array::check(sensor)?;
     readout(sensor)?;
     converter(&sensor.converter)?;
     material(sensor)?;
@@ -138,6 +139,17 @@ fn converter(converter: &ConverterSpec) -> Result<(), Error> {
             "0 or more",
             "the standard deviation of one reading",
         ));
+    }
+    if let Some(floor) = converter.floor_count {
+        let full = (2f64).powi(converter.bits as i32) - 1.0;
+        if !(0.0..full).contains(&floor) {
+            return Err(range(
+                "converter.floor_count",
+                floor,
+                "0 to below the largest count, 2^bits - 1",
+                "the largest count that the recorder writes as nothing; leave it out where every count is written",
+            ));
+        }
     }
     if !converter.offset_volts.is_finite() {
         return Err(range(

@@ -23,7 +23,15 @@ const TABLES: [(&str, &[&str]); 11] = [
     ),
     (
         "array",
-        &["rows", "columns", "pitch_mm", "taxel_area_mm2", "labels"],
+        &[
+            "rows",
+            "columns",
+            "pitch_mm",
+            "taxel_area_mm2",
+            "labels",
+            "population",
+            "positions",
+        ],
     ),
     (
         "readout",
@@ -47,6 +55,7 @@ const TABLES: [(&str, &[&str]); 11] = [
             "offset_volts",
             "noise_counts",
             "memory",
+            "floor_count",
             "scan_order",
         ],
     ),

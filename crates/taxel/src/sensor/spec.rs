@@ -4,6 +4,7 @@ mod material;
 
 use serde::{Deserialize, Serialize};
 
+use super::array::{Array, Population, Positions};
 use super::keys;
 use crate::Error;
 pub(crate) use material::MAX_DYNAMIC_TERMS;
@@ -82,32 +83,6 @@ impl PerLine {
     }
 }
 
-/// Geometry of the array.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub struct Array {
-    /// Sensed lines.
-    pub rows: usize,
-    /// Driven lines.
-    pub columns: usize,
-    /// Distance between rows and between columns, mm.
-    #[serde(default = "default_pitch")]
-    pub pitch_mm: [f64; 2],
-    /// Area that one taxel's load acts on, mm² (load to pressure).
-    #[serde(default = "default_area")]
-    pub taxel_area_mm2: f64,
-    /// The map of labels like `C7` to taxels: the columns' letters in order (`"ABCD…"`); the digits are the row.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub labels: Option<String>,
-}
-
-fn default_pitch() -> [f64; 2] {
-    [1.0, 1.0]
-}
-fn default_area() -> f64 {
-    1.0
-}
-
 /// The circuit around the array; symbols as in [theory.md](https://github.com/taxel/taxel/blob/main/docs/theory.md).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
@@ -156,6 +131,9 @@ pub struct ConverterSpec {
     /// Share of its predecessor in the scan that a reading keeps (0 to 1). `memory` in the file.
     #[serde(rename = "memory", default, skip_serializing_if = "is_zero")]
     pub carry_over: f64,
+    /// Largest count that the recorder takes for nothing: such readings are bounds, whatever number stands for them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub floor_count: Option<f64>,
     /// Which taxel is read after which: along a row first, or along a column first.
     #[serde(default, skip_serializing_if = "is_default")]
     pub scan_order: ScanOrder,
@@ -321,23 +299,33 @@ impl SensorSpec {
         super::check::values(self)
     }
 
-    /// Puts the numbers of files in the place of their names: `read` answers with one number for each taxel, row by row.
+    /// Puts the numbers of files in the place of their names: `read` answers with one number for each taxel, row by row,
+    /// `read_positions` with row, column, x and y in mm of each.
     ///
     /// # Errors
-    /// What `read` fails with.
+    /// What either fails with.
     pub fn resolve<E>(
         &mut self,
         mut read: impl FnMut(&str) -> Result<Vec<f64>, E>,
+        mut read_positions: impl FnMut(&str) -> Result<Vec<[f64; 4]>, E>,
     ) -> Result<(), E> {
         let columns = self.array.columns.max(1);
+        let mut rows_of = |name: &str| -> Result<Vec<Vec<f64>>, E> {
+            let numbers = read(name)?;
+            Ok(numbers.chunks(columns).map(<[f64]>::to_vec).collect())
+        };
+        if let Some(Population::File(name)) = &self.array.population {
+            self.array.population = Some(Population::Each(rows_of(name)?));
+        }
+        if let Some(Positions::File(name)) = &self.array.positions {
+            self.array.positions = Some(Positions::Each(read_positions(name)?));
+        }
         let Some(material) = &mut self.material else {
             return Ok(());
         };
         for values in std::iter::once(&mut material.exponent).chain(&mut material.gain) {
             if let PerTaxel::File(name) = values {
-                let numbers = read(name)?;
-                let rows = numbers.chunks(columns);
-                *values = PerTaxel::Each(rows.map(<[f64]>::to_vec).collect());
+                *values = PerTaxel::Each(rows_of(name)?);
             }
         }
         Ok(())
@@ -346,19 +334,6 @@ impl SensorSpec {
     /// The largest count of the converter, 2^bits − 1.
     pub(crate) fn max_count(&self) -> f64 {
         (2f64).powi(self.converter.bits as i32) - 1.0
-    }
-}
-
-impl Array {
-    /// Lines 1 mm apart, and taxels of 1 mm².
-    pub fn new(rows: usize, columns: usize) -> Self {
-        Self {
-            rows,
-            columns,
-            pitch_mm: default_pitch(),
-            taxel_area_mm2: default_area(),
-            labels: None,
-        }
     }
 }
 
@@ -388,6 +363,7 @@ impl ConverterSpec {
             offset_volts: 0.0,
             noise_counts: None,
             carry_over: 0.0,
+            floor_count: None,
             scan_order: ScanOrder::RowByRow,
         }
     }

@@ -154,7 +154,14 @@ impl Pattern {
 }
 
 fn frame_of(array: &Array, peak: f64, shares: Vec<f64>, frame: u64) -> Frame<Grams> {
-    let loads = shares.into_iter().map(|share| peak * share).collect();
+    let load = |(taxel, share): (usize, f64)| {
+        if array.is_absent(taxel / array.columns, taxel % array.columns) {
+            0.0
+        } else {
+            peak * share
+        }
+    };
+    let loads = shares.into_iter().enumerate().map(load).collect();
     let mut loads = Frame::new(array.rows, array.columns, loads).expect("one share per taxel");
     loads.sequence = frame;
     loads
@@ -272,6 +279,9 @@ pub fn labelled_press(array: &Array, peak_g: f64, seed: u64, frame: u64) -> Labe
     press_among(array, peak_g, seed, frame, &lines)
 }
 
+/// Crossings drawn before one without a taxel is taken: where all lines given have hardly any.
+const MAX_DRAWS: usize = 100_000;
+
 /// The same on one of the `lines` (rows, columns) given.
 pub(super) fn press_among(
     array: &Array,
@@ -281,8 +291,19 @@ pub(super) fn press_among(
     lines: &[Vec<usize>; 2],
 ) -> LabelledPress {
     let random = &mut generator(seed, Purpose::Press, frame);
-    let row = lines[0][below(random, lines[0].len())];
-    let column = lines[1][below(random, lines[1].len())];
+    let mut crossing = || {
+        lines
+            .each_ref()
+            .map(|lines| lines[below(random, lines.len())])
+    };
+    let mut place = crossing();
+    for _ in 0..MAX_DRAWS {
+        if !array.is_absent(place[0], place[1]) {
+            break;
+        }
+        place = crossing();
+    }
+    let [row, column] = place;
     let load_g = peak_g * random.random_range(0.02..1.0);
     let mut loads = frame_of(array, peak_g, blobs(array, random, 5, 12), frame);
     for (taxel, load) in loads.values_mut().iter_mut().enumerate() {

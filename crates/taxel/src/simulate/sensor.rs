@@ -196,11 +196,22 @@ impl VirtualSensor {
 
     /// Spread and load law.
     fn siemens(&self, loads: &Frame<Grams>, frame: u64) -> Frame<Siemens> {
-        let mut effective = loads.values().to_vec();
+        let mut put = loads.values().to_vec();
+        for (load, _) in put
+            .iter_mut()
+            .zip(self.sensor.absent())
+            .filter(|(_, a)| **a)
+        {
+            *load = 0.0;
+        }
+        let mut effective = put.clone();
         if let Some(spread) = self.spread {
-            spread.apply(loads.columns(), loads.values(), &mut effective);
+            spread.apply(loads.columns(), &put, &mut effective);
         }
         let mut siemens = loads.map(|taxel, _| {
+            if self.sensor.is_absent(taxel) {
+                return 0.0;
+            }
             let conductance = self.law.siemens_from_grams(taxel, effective[taxel]);
             conductance.max(0.0)
         });

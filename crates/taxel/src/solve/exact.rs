@@ -18,8 +18,8 @@ use super::network::Network;
 use super::{Infeasible, Method, Outcome, Solver, Stop};
 use crate::circuit::{LineEnds, LinearCircuit};
 use crate::material::Sheet;
-use crate::sensor::Topology;
-use crate::{Frame, Siemens, Volts};
+use crate::sensor::{Sensor, Topology};
+use crate::{Frame, Mark, Siemens, Volts};
 pub(crate) use state::SolverState;
 use state::unpack;
 use taxel_linalg::{View, ViewMut, multiply_lower};
@@ -56,6 +56,12 @@ impl Exact {
             sheet: circuit.sheet(),
             tolerance: 1e-9,
         })
+    }
+
+    /// The method for a sensor; none when its read-out has no closed iteration, or its recorder leaves readings out: this
+    /// needs the value of each.
+    pub(crate) fn from_sensor(sensor: &Sensor, circuit: &LinearCircuit) -> Option<Self> {
+        Self::new(circuit).filter(|_| sensor.converter().floor_count.is_none())
     }
 
     /// Stops when no conductance is estimated to change by more than `tolerance` times the largest (1e-9
@@ -142,6 +148,11 @@ impl Exact {
         state
             .live
             .scatter(&state.siemens[..taxels], columns, siemens.values_mut());
+        for (siemens, mark) in siemens.values.iter_mut().zip(&siemens.marks) {
+            if *mark == Mark::Absent {
+                *siemens = 0.0;
+            }
+        }
         outcome
     }
 

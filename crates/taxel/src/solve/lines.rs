@@ -1,5 +1,5 @@
 //! Which lines take part: a line whose every taxel is marked open (or flickering: out in
-//! this frame) conducts nothing and is left out.
+//! this frame) or absent conducts nothing and is left out.
 
 use std::iter::StepBy;
 use std::ops::Range;
@@ -7,9 +7,9 @@ use std::ops::Range;
 use crate::circuit::LinearCircuit;
 use crate::{Frame, Mark};
 
-/// On a line that does not conduct in this frame.
+/// On a line that does not conduct in this frame, or no taxel at all.
 fn is_out(mark: Mark) -> bool {
-    matches!(mark, Mark::Open | Mark::Flickering)
+    matches!(mark, Mark::Open | Mark::Flickering | Mark::Absent)
 }
 
 /// The rows and columns that take part in a frame.
@@ -61,7 +61,7 @@ impl LiveLines {
     }
 
     /// The values of the taxels that take part, line by line.
-    pub(super) fn gather(&self, from: &[f64], columns: usize, to: &mut [f64]) {
+    pub(super) fn gather<T: Copy>(&self, from: &[T], columns: usize, to: &mut [T]) {
         if self.columns.len() == columns && self.rows.len() * columns == from.len() {
             to.copy_from_slice(from);
             return;

@@ -44,9 +44,10 @@ pub trait Method: Send + Sync {
 /// A method at work on one stream of frames: it remembers the previous frame as a start for the next.
 pub trait Solver: Send {
     /// Solves one frame without allocating. Rows and columns whose taxels are all marked
-    /// [`crate::Mark::Open`] or [`crate::Mark::Flickering`] are left out of the system; their taxels get 0 S and keep their mark.
+    /// [`crate::Mark::Open`], [`crate::Mark::Flickering`] or [`crate::Mark::Absent`] are left out of the system; their taxels get 0 S
+    /// and keep their mark. So does a single absent taxel: it is no unknown, and Newton's method asks for no reading of it.
     /// A saturated reading is a lower bound: the least conductance that reaches it is the answer, and
-    /// keeps its mark. Not converging is an answer, in [`Outcome::stop`], not an error.
+    /// keeps its mark. A reading below the floor is an upper bound: Newton's method takes such a taxel to be unloaded. Not converging is an answer, in [`Outcome::stop`], not an error.
     ///
     /// # Panics
     /// When a frame's shape is not the sensor's.
@@ -150,17 +151,23 @@ pub struct Solved {
     pub outcome: Outcome,
 }
 
-/// The best method for a sensor's read-out: `exact` for the e-Cone's circuit without a source resistor,
-/// `newton` for every other.
+/// The best method for a sensor's read-out: `exact` for the e-Cone's circuit without a source resistor, whose recorder
+/// writes every reading, `newton` for every other.
 ///
 /// # Errors
 /// [`Error::MissingKey`] when a switch resistance is not known yet.
 pub fn default_method(sensor: &Sensor) -> Result<Box<dyn Method>, Error> {
     let circuit = LinearCircuit::from_sensor(sensor)?;
-    Ok(match Exact::new(&circuit) {
+    Ok(match Exact::from_sensor(sensor, &circuit) {
         Some(exact) => Box::new(exact),
-        None => Box::new(Newton::new(circuit)),
+        None => Box::new(Newton::from_sensor(sensor, circuit)),
     })
+}
+
+/// What a taxel conducts that nothing presses on, as far as is known, siemens.
+fn unloaded_siemens(sensor: &Sensor) -> f64 {
+    let g_zero = sensor.material().map(|material| material.g_zero_siemens);
+    g_zero.unwrap_or(0.0).max(0.0)
 }
 
 /// The method called `name` for a sensor.
@@ -172,13 +179,16 @@ pub fn method(name: &str, sensor: &Sensor) -> Result<Box<dyn Method>, Error> {
     match name {
         "auto" => default_method(sensor),
         "raw" => Ok(Box::new(Raw::from_sensor(sensor))),
-        "newton" => Ok(Box::new(Newton::new(LinearCircuit::from_sensor(sensor)?))),
-        "exact" => match Exact::new(&LinearCircuit::from_sensor(sensor)?) {
+        "newton" => {
+            let circuit = LinearCircuit::from_sensor(sensor)?;
+            Ok(Box::new(Newton::from_sensor(sensor, circuit)))
+        }
+        "exact" => match Exact::from_sensor(sensor, &LinearCircuit::from_sensor(sensor)?) {
             Some(exact) => Ok(Box::new(exact)),
             None => Err(Error::UnknownMethod {
                 name: name.to_owned(),
                 hint: format!(
-                    "`exact` needs topology `{}` with r_source_ohms = 0; `newton` does the rest",
+                    "`exact` needs topology `{}` with r_source_ohms = 0 and every reading, no converter.floor_count; `newton` does the rest",
                     Topology::TiaGroundedColumns.name()
                 ),
             }),

@@ -12,6 +12,8 @@ pub struct Raw {
     /// R_k (negative: the amplifier inverts) or R_p, ohms.
     ohms: f64,
     divider: bool,
+    /// Of a taxel whose reading is below what is recorded, siemens.
+    unloaded_siemens: f64,
 }
 
 impl Raw {
@@ -28,6 +30,7 @@ impl Raw {
             v_test_volts: readout.v_test_volts,
             ohms,
             divider,
+            unloaded_siemens: super::unloaded_siemens(sensor),
         }
     }
 
@@ -64,7 +67,8 @@ impl Solver for Raw {
             .zip(volts.marks())
         {
             *g = match mark {
-                Mark::Open => 0.0,
+                Mark::Open | Mark::Absent => 0.0,
+                Mark::BelowFloor => self.unloaded_siemens,
                 _ => self.siemens_from_volts(v),
             };
         }

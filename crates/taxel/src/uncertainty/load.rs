@@ -1,5 +1,6 @@
 //! The standard error of every conductance and load of a frame.
 
+use super::known::Known;
 use super::standard_errors;
 use crate::circuit::{Circuit, Converter, LinearCircuit, OperatingPoint, ROUNDING_COUNTS};
 use crate::frame::{grams_from_newtons, newtons_from_grams};
@@ -11,7 +12,7 @@ use crate::{Error, Frame, Mark, Newtons, Sensor, Siemens};
 /// The circuit and the load law, and what one reading is uncertain by.
 ///
 /// Of a frame's numbers it gives the standard errors, infinite where nothing bounds the number: it was not measured, is
-/// only a lower bound, or stands in a frame without an answer. A good taxel whose conductance is uncertain by more than
+/// only a lower or an upper bound, or stands in a frame without an answer; 0 where there is no taxel. A good taxel whose conductance is uncertain by more than
 /// itself is marked [`Mark::Unresolved`] in the marks that are handed in.
 pub struct StandardErrors {
     point: Box<dyn OperatingPoint>,
@@ -22,6 +23,8 @@ pub struct StandardErrors {
     newtons: Frame<Newtons>,
     beyond: Option<UncertaintySpec>,
     parts: Parts,
+    is_known: Vec<bool>,
+    moved: Vec<f64>,
 }
 
 /// What the standard errors of loads are made of, newtons; σ² is the sum of their squares.
@@ -68,6 +71,8 @@ impl StandardErrors {
                 fit: Frame::zeros(rows, columns),
                 model: Frame::zeros(rows, columns),
             },
+            is_known: vec![false; rows * columns],
+            moved: vec![0.0; rows * columns],
         })
     }
 
@@ -101,12 +106,22 @@ impl StandardErrors {
         is_answer: bool,
         marks: &mut [Mark],
     ) -> &Frame<Siemens> {
-        let found = standard_errors(&mut *self.point, siemens.values(), self.sigma_volts);
+        for (known, mark) in self.is_known.iter_mut().zip(marks.iter()) {
+            *known = mark.is_no_unknown();
+        }
+        let mut known = Known {
+            point: &mut *self.point,
+            is_known: &self.is_known,
+            moved: &mut self.moved,
+        };
+        let found = standard_errors(&mut known, siemens.values(), self.sigma_volts);
         let unbounded = || vec![f64::INFINITY; siemens.values().len()];
         let errors = found.map_or_else(|_| unbounded(), |(errors, _)| errors);
         for (taxel, (error, mark)) in errors.into_iter().zip(marks).enumerate() {
             let is_bounded = is_answer && matches!(*mark, Mark::Good | Mark::Unresolved);
-            self.siemens.values_mut()[taxel] = if is_bounded && error.is_finite() {
+            self.siemens.values_mut()[taxel] = if *mark == Mark::Absent {
+                0.0
+            } else if is_bounded && error.is_finite() {
                 error
             } else {
                 f64::INFINITY
@@ -141,7 +156,9 @@ impl StandardErrors {
         for (taxel, (noise, (&error, &value))) in
             noise.values_mut().iter_mut().zip(errors).enumerate()
         {
-            *noise = if error.is_finite() {
+            *noise = if marks[taxel] == Mark::Absent {
+                0.0
+            } else if error.is_finite() {
                 let up = law.grams_from_siemens(taxel, value + error);
                 let down = law.grams_from_siemens(taxel, value - error);
                 newtons_from_grams((up - down) / 2.0)
@@ -151,10 +168,13 @@ impl StandardErrors {
         }
         if let Some(beyond) = self.beyond {
             let parts = fit.values_mut().iter_mut().zip(model.values_mut());
-            for ((fit, model), load) in parts.zip(loads) {
-                let grams = grams_from_newtons(*load);
-                *fit = newtons_from_grams(beyond.fit_g(grams));
-                *model = newtons_from_grams(beyond.model_g(grams));
+            for (((fit, model), load), mark) in parts.zip(loads).zip(marks.iter()) {
+                (*fit, *model) = (0.0, 0.0);
+                if *mark != Mark::Absent {
+                    let grams = grams_from_newtons(*load);
+                    *fit = newtons_from_grams(beyond.fit_g(grams));
+                    *model = newtons_from_grams(beyond.model_g(grams));
+                }
             }
         }
         let parts = noise

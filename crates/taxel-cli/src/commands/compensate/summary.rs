@@ -46,8 +46,14 @@ pub(super) struct Summary {
     skipped: Vec<NamedFrame>,
     /// What the recording tells of frames that are missing.
     missing: Vec<String>,
-    /// Share of the taxels, over all frames, whose own reading stands behind their number, 0 to 1.
+    /// Readings of taxels that there are, over all frames.
+    #[serde(skip)]
+    taxels: u64,
+    /// Share of the taxels, over all frames, whose own reading stands behind their number, be it a bound, 0 to 1.
     measured_share: f64,
+    /// Share of the readings that are below what the recorder keeps, 0 to 1.
+    #[serde(skip_serializing_if = "is_nothing")]
+    below_floor_share: f64,
     /// Whether nearly all loads lie below nothing, which no load does.
     loads_below_nothing: bool,
     #[serde(skip)]
@@ -130,7 +136,9 @@ impl Summary {
             skipped_frames: 0,
             skipped: Vec::new(),
             missing: Vec::new(),
+            taxels: 0,
             measured_share: 0.0,
+            below_floor_share: 0.0,
             loads_below_nothing: false,
             loads,
             marks: BTreeMap::new(),
@@ -162,9 +170,10 @@ impl Summary {
             let measured = measured.filter(|(_, mark)| **mark == Mark::Good);
             measured.for_each(|(&load, _)| loads.add(load));
         }
+        self.taxels += frame.taxels() as u64;
         for mark in Mark::ALL {
             let count = frame.count(mark) as u64;
-            if count > 0 {
+            if count > 0 && mark != Mark::Absent {
                 *self.marks.entry(mark.word()).or_default() += count;
             }
         }
@@ -189,8 +198,10 @@ impl Summary {
     pub(super) fn finish(&mut self, seconds: f64) {
         self.seconds = seconds;
         let of = |mark: Mark| self.marks.get(mark.word()).copied().unwrap_or(0) as f64;
-        let taxels = self.frames as f64 * (self.rows * self.columns) as f64;
-        self.measured_share = (of(Mark::Good) + of(Mark::Saturated)) / taxels.max(1.0);
+        let readings = Mark::ALL.into_iter().filter(|mark| mark.is_reading());
+        let taxels = self.taxels.max(1) as f64;
+        self.measured_share = readings.map(of).sum::<f64>() / taxels;
+        self.below_floor_share = of(Mark::BelowFloor) / taxels;
         self.loads_below_nothing = self.loads.as_ref().is_some_and(Loads::are_below_nothing);
         self.frames_per_second = self.frames as f64 / seconds.max(1e-9);
     }
@@ -280,6 +291,13 @@ impl Summary {
                 (1000.0 * self.measured_share).floor() / 10.0
             )?;
         }
+        if self.below_floor_share > 0.0 {
+            writeln!(
+                f,
+                "{:.1} % of the readings below the floor: taken to be unloaded, and may be loaded by as much as reads that little",
+                100.0 * self.below_floor_share
+            )?;
+        }
         if self.loads_below_nothing {
             writeln!(
                 f,
@@ -321,4 +339,8 @@ impl Summary {
         }
         Ok(())
     }
+}
+
+fn is_nothing(share: &f64) -> bool {
+    *share == 0.0
 }

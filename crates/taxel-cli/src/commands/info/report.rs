@@ -132,7 +132,7 @@ impl Report {
         self.outlier_share = Some(screened.outlier_share());
         self.marks = Mark::ALL
             .into_iter()
-            .filter(|&mark| screened.count(mark) > 0)
+            .filter(|&mark| mark != Mark::Absent && screened.count(mark) > 0)
             .map(|mark| (mark.word(), screened.count(mark)))
             .collect();
         self.outside_mask_share = screened.mask.map(|(_, count)| count.share());
@@ -247,8 +247,9 @@ impl Range {
             (self.least, self.most) = (f64::INFINITY, f64::NEG_INFINITY);
         }
         self.frames += 1;
-        self.readings += frame.values().len() as u64;
-        for &value in frame.values() {
+        self.readings += frame.taxels() as u64;
+        let there = frame.values().iter().zip(frame.marks());
+        for (&value, _) in there.filter(|(_, mark)| **mark != Mark::Absent) {
             self.least = self.least.min(value);
             self.most = self.most.max(value);
             self.sum += value;

@@ -56,6 +56,9 @@ fn each_value(job: &Job<'_>, mut see: impl FnMut(u64, Stages<'_>)) -> Result<See
     let progress = Progress::new("reading");
     while range.end.is_none_or(|end| read < end) && source.next_into(&mut frame)? {
         if read >= range.first {
+            if let Some(sensor) = &job.sensor {
+                sensor.mark_absent(frame.marks_mut());
+            }
             let stages = Stages {
                 raw: None,
                 compensated: Some(&frame),

@@ -1,6 +1,6 @@
 //! Frames and series as pictures.
 
-use taxel::{Frame, Mark};
+use taxel::{Frame, Mark, Sensor};
 use taxel_plot::{ContactSheet, Line, Panel, Picture, Series, Sheet};
 
 use super::Job;
@@ -61,7 +61,7 @@ fn are_comparable(frames: &[(String, Frame<DisplayUnit>)]) -> bool {
 }
 
 fn panel<'a>(
-    job: &Job<'_>,
+    job: &'a Job<'_>,
     title: &str,
     frame: &'a Frame<DisplayUnit>,
 ) -> Result<Panel<'a>, Error> {
@@ -70,6 +70,10 @@ fn panel<'a>(
         .title(title)
         .pitch_mm(job.pitch_mm)
         .interpolation(job.args.interpolation.into());
+    let panel = match job.sensor.as_ref().and_then(Sensor::positions) {
+        Some(positions_mm) => panel.positions_mm(positions_mm)?,
+        None => panel,
+    };
     Ok(match job.unit {
         Some(unit) => panel.quantity(unit.quantity()).unit(unit.symbol()),
         None => panel.quantity("value"),
@@ -158,7 +162,13 @@ pub(super) fn series(job: &Job<'_>, taxels: &[(usize, usize)]) -> Result<Picture
 }
 
 fn value(frame: &Frame<DisplayUnit>, row: usize, column: usize) -> f64 {
-    let lost = [Mark::Open, Mark::Stuck, Mark::Spike, Mark::Flickering];
+    let lost = [
+        Mark::Open,
+        Mark::Stuck,
+        Mark::Spike,
+        Mark::Flickering,
+        Mark::Absent,
+    ];
     if lost.contains(&frame.mark_at(row, column)) {
         f64::NAN
     } else {

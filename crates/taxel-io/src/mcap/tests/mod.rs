@@ -111,7 +111,7 @@ fn what_is_recorded_comes_back_with_times_events_and_sensor() {
         let loads = loads(number);
         writer.write_counts(&frame(number), at(number)).unwrap();
         writer.write_loads(&loads, at(number)).unwrap();
-        let figures = FrameFigures::of(&loads, about().sensor.array());
+        let figures = FrameFigures::of(&loads, &about().sensor);
         writer.write_figures(&figures, number, at(number)).unwrap();
         if number == 7 {
             writer

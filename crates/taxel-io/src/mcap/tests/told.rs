@@ -110,7 +110,7 @@ fn figures_keep_every_digit_and_are_json_whatever_they_are() {
     let mut writer = McapWriter::create(&path, &about()).unwrap();
     writer.write_counts(&frame(0), at(0)).unwrap();
     let loads = Frame::<Newtons>::zeros(16, 16);
-    let mut figures = taxel::metric::FrameFigures::of(&loads, about().sensor.array());
+    let mut figures = taxel::metric::FrameFigures::of(&loads, &about().sensor);
     figures.total_force_newtons = 1.234_567_890_123e-6;
     figures.peak_kilopascals = f64::NAN;
     writer

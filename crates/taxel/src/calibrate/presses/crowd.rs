@@ -18,7 +18,7 @@ use crate::circuit::ROUNDING_COUNTS;
 use crate::circuit::{Converter, LinearCircuit, OperatingPoint};
 use crate::parallel::par_map;
 use crate::stats::quantile;
-use crate::uncertainty::influence_of;
+use crate::uncertainty::{Known, influence_of};
 use crate::{Frame, Sensor, Siemens};
 
 /// Frames that one worker takes at a time.
@@ -132,15 +132,22 @@ impl Circuits {
         &self,
         press: usize,
         taxel: usize,
-        siemens: &[f64],
+        frame: &Frame<Siemens>,
         sigma_volts: f64,
     ) -> Option<CrowdedPress> {
+        let siemens = frame.values();
+        let is_known: Vec<bool> = frame.marks().iter().map(|m| m.is_no_unknown()).collect();
         let mut volts = vec![0.0; siemens.len()];
         let mut there = vec![0.0; siemens.len()];
         let mut point = self.here.point();
         point.set(siemens).ok()?;
         point.predict_into(&mut volts);
-        let influence = influence_of(&mut point, siemens.len(), taxel, INFLUENCE);
+        let mut known = Known {
+            point: &mut point,
+            is_known: &is_known,
+            moved: &mut vec![0.0; siemens.len()],
+        };
+        let influence = influence_of(&mut known, siemens.len(), taxel, INFLUENCE);
         let mut slopes = Vec::with_capacity(self.moved.len());
         for moved in &self.moved {
             let Some((circuit, step)) = moved else {
@@ -226,9 +233,11 @@ impl<'a> Crowd<'a> {
         let look = |p: usize, siemens: &Frame<Siemens>| {
             let press = &self.evidence.presses[p];
             let taxel = press.row * sensor.columns() + press.column;
-            let line = circuits.line(p, taxel, siemens.values(), sigma_volts)?;
-            let stride = siemens.values().len().div_ceil(MAX_LOOKED_AT);
-            let some: Vec<f64> = siemens.values().iter().copied().step_by(stride).collect();
+            let line = circuits.line(p, taxel, siemens, sigma_volts)?;
+            let stride = siemens.taxels().div_ceil(MAX_LOOKED_AT);
+            let pairs = siemens.values().iter().zip(siemens.marks());
+            let unknown = pairs.filter(|(_, mark)| !mark.is_no_unknown());
+            let some: Vec<f64> = unknown.map(|(g, _)| *g).step_by(stride).collect();
             Some((line, some))
         };
         let seen = self.inverted(&sensor, self.which.len() / 5, look)?;

@@ -7,6 +7,7 @@ use super::super::posterior::{Peak, most_probable};
 use super::known::KnownFrames;
 use super::lumped;
 use super::unknowns::Layout;
+use super::whole::Whole;
 use crate::circuit::{Converter, LineEnds};
 use crate::material::LoadLaw;
 use crate::solve::Raw;
@@ -59,6 +60,12 @@ impl<'a> Readings<'a> {
         let law = plain_law(model);
         let count = |volts: f64| self.converter.count_from_volt(volts);
         let known = self.known;
+        let whole = if model.sensor.absent().is_empty() {
+            None
+        } else {
+            let faults = &self.evidence.faults;
+            Some(Whole::new(&model.sensor, &ends, faults, law.g_zero)?)
+        };
         let frames = known.frames.len().max(1) as f64;
         let mut presses = Vec::new();
         let mut read = Vec::with_capacity(known.frames.len());
@@ -68,7 +75,10 @@ impl<'a> Readings<'a> {
                 .iter()
                 .map(|&p| self.evidence.presses[p].load_g);
             let siemens: Vec<f64> = loads.map(|load| law.siemens_from_grams(0, load)).collect();
-            let volts = lumped::read(&ends, known.live, frame, &siemens, law.g_zero)?;
+            let volts = match &whole {
+                Some(whole) => whole.read(frame, &siemens)?,
+                None => lumped::read(&ends, known.live, frame, &siemens, law.g_zero)?,
+            };
             for (counts, volts) in frame.counts.iter().zip(&volts.presses) {
                 let error = known
                     .noise_counts

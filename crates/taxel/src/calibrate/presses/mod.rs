@@ -12,6 +12,7 @@ mod known;
 mod labels;
 mod lumped;
 mod unknowns;
+mod whole;
 mod words;
 
 use super::discrepancy::{Judged, least_noise_g};
@@ -59,7 +60,10 @@ pub(super) fn calibrate(
 ) -> (Result<Outcome, Error>, bool) {
     let mut known = KnownFrames::find(evidence, sensor.max_count());
     let (alone, crowded) = (known.presses(), known.crowded.len());
-    let one_at_a_time = alone >= MIN_PRESSES && (alone >= crowded || crowded < MANY_CROWDED);
+    // Where a recorder leaves out what unloaded taxels read, nobody knows that nothing else was pressed.
+    let one_at_a_time = alone >= MIN_PRESSES
+        && (alone >= crowded || crowded < MANY_CROWDED)
+        && sensor.converter().floor_count.is_none();
     if !one_at_a_time {
         known = known.all_crowded(evidence.presses.len());
     }
@@ -74,7 +78,8 @@ pub(super) fn has_exact_inverse(sensor: &Sensor, options: &CalibrationOptions) -
     if options.r_source {
         sensor.try_out(|spec| spec.readout.r_source_ohms = super::priors::USUAL_OHMS);
     }
-    LinearCircuit::from_sensor(&sensor).is_ok_and(|circuit| Exact::new(&circuit).is_some())
+    LinearCircuit::from_sensor(&sensor)
+        .is_ok_and(|circuit| Exact::from_sensor(&sensor, &circuit).is_some())
 }
 
 /// What a fit is made with.

@@ -161,3 +161,22 @@ fn unknown_switches_and_impossible_requests_are_refused() {
     let error = refused(&known, &Frame::filled(2, 2, f64::NAN), Selection::Scan);
     assert!(error.contains("conductance"), "{error}");
 }
+
+#[test]
+fn a_crossing_without_a_taxel_has_no_resistor_and_is_not_scanned() {
+    let sensor = sensor("divider-floating", SWITCHES)
+        .edited(|spec| {
+            let lines = vec![vec![1.0, 0.0], vec![1.0, 1.0]];
+            spec.array.population = Some(crate::sensor::Population::Each(lines));
+        })
+        .unwrap();
+    let text = netlist(&sensor, &pressed(), Selection::Scan).unwrap();
+    assert!(
+        text.contains("Rt0_0 ") && !text.contains("Rt0_1 "),
+        "{text}"
+    );
+    assert!(
+        text.contains("taxel 1 1") && !text.contains("taxel 0 1"),
+        "{text}"
+    );
+}

@@ -5,11 +5,8 @@ use crate::simulate::newtons;
 
 fn array(rows: usize, columns: usize, pitch: f64) -> Array {
     Array {
-        rows,
-        columns,
         pitch_mm: [pitch, pitch],
-        taxel_area_mm2: 1.0,
-        labels: None,
+        ..Array::new(rows, columns)
     }
 }
 

@@ -4,11 +4,12 @@
 //! the taxel would be if it were alone. Then y ≈ G with a diagonal derivative near one, and what GMRES has
 //! left to undo is the cross-talk.
 
+mod held;
 mod state;
 
 use super::{Method, Outcome, Solver, Stop};
 use crate::circuit::{LinearCircuit, OperatingPoint};
-use crate::sensor::Topology;
+use crate::sensor::{Sensor, Topology};
 use crate::{Frame, Siemens, Volts};
 pub(crate) use state::SolverState;
 use state::{Shape, largest};
@@ -20,6 +21,7 @@ pub struct Newton {
     tolerance: f64,
     iterations: u32,
     restarts: usize,
+    unloaded_siemens: f64,
 }
 
 const MAX_ITERATIONS: u32 = 60;
@@ -43,6 +45,15 @@ impl Newton {
             tolerance: 1e-9,
             iterations: MAX_ITERATIONS,
             restarts: RESTARTS,
+            unloaded_siemens: 0.0,
+        }
+    }
+
+    /// The method for a sensor's circuit: a taxel whose reading is below what is recorded is taken to be unloaded.
+    pub(crate) fn from_sensor(sensor: &Sensor, circuit: LinearCircuit) -> Self {
+        Self {
+            unloaded_siemens: super::unloaded_siemens(sensor),
+            ..Self::new(circuit)
         }
     }
 
@@ -117,13 +128,12 @@ impl Newton {
             siemens.values_mut().fill(0.0);
             return Outcome::new(Stop::Direct, 0, 0.0);
         }
-        state
-            .live
-            .gather(volts.values(), columns, &mut state.measured);
+        state.take_marks(volts.marks(), columns, self.unloaded_siemens);
         if let Some(near) = near {
             state.live.gather(near, columns, &mut state.g);
             state.warm = true;
         }
+        state.take_volts(volts.values(), columns);
         let outcome = self.iterate(state);
         state.warm = outcome.stop.is_good();
         state.live.scatter(&state.g, columns, siemens.values_mut());
@@ -134,7 +144,7 @@ impl Newton {
         if let Some(path) = &state.path
             && let Some(infeasible) = path.infeasible(&state.measured, &state.live, self.unique())
         {
-            state.g.fill(0.0);
+            state.start_at_rest();
             return Outcome::new(Stop::Infeasible(infeasible), 0, f64::INFINITY);
         }
         if let Some(path) = &state.path {
@@ -143,10 +153,11 @@ impl Newton {
         state.clip_idle_lines();
         let scale = largest(&state.measured);
         if scale == 0.0 {
-            state.g.fill(0.0);
+            state.start_at_rest();
             return Outcome::new(Stop::Converged, 0, 0.0);
         }
         if state.warm {
+            state.hold_at_rest();
             state.trial.copy_from_slice(&state.g);
             if let Some(size) = state.evaluate() {
                 let outcome = self.descend(state, size, scale, self.iterations);
@@ -300,10 +311,12 @@ impl Newton {
         let tolerance = (0.1 * relative).clamp(1e-10, 1e-2);
         {
             let (point, slope) = (state.point.as_mut()?, &state.slope);
+            // What is held moves nothing and asks for nothing, so that the step leaves it where it is.
+            let held = &state.held;
             let apply = |v: &[f64], out: &mut [f64]| {
                 point.jvp_into(v, out);
-                for (out, slope) in out.iter_mut().zip(slope) {
-                    *out *= slope;
+                for ((out, slope), held) in out.iter_mut().zip(slope).zip(held) {
+                    *out = if *held { 0.0 } else { *out * slope };
                 }
             };
             let (misfit, step) = (&state.misfit, &mut state.step);

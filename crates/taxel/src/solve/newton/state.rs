@@ -3,6 +3,7 @@
 use super::super::gmres::{Gmres, norm};
 use super::super::lines::LiveLines;
 use super::super::path::OwnPath;
+use crate::Mark;
 use crate::circuit::{LinearCircuit, LinearPoint, OperatingPoint};
 use crate::stats::median_high;
 
@@ -38,6 +39,11 @@ pub(crate) struct SolverState {
     pub(super) trial: Vec<f64>,
     pub(super) step: Vec<f64>,
     pub(super) gmres: Gmres,
+    /// Taxels that are no unknowns: absent, or taken to be unloaded.
+    pub(super) held: Vec<bool>,
+    /// What those conduct, siemens.
+    pub(super) rest: Vec<f64>,
+    pub(super) marks: Vec<Mark>,
 }
 
 impl SolverState {
@@ -56,6 +62,9 @@ impl SolverState {
             trial: Vec::new(),
             step: Vec::new(),
             gmres: Gmres::new(0, 0),
+            held: Vec::new(),
+            rest: Vec::new(),
+            marks: Vec::new(),
         }
     }
 
@@ -76,10 +85,15 @@ impl SolverState {
             &mut self.kept,
             &mut self.trial,
             &mut self.step,
+            &mut self.rest,
         ] {
             buffer.clear();
             buffer.resize(taxels, 0.0);
         }
+        self.held.clear();
+        self.held.resize(taxels, false);
+        self.marks.clear();
+        self.marks.resize(taxels, Mark::Good);
         self.gmres = Gmres::new(taxels, DEPTH.min(taxels));
         self.path = Some(OwnPath::new(circuit.ends()));
         self.point = Some(circuit.point());
@@ -110,7 +124,7 @@ impl SolverState {
                 (before + self.g[at], after + self.trial[at])
             });
             if after < 0.1 * before {
-                for at in line {
+                for at in line.filter(|&at| !self.held[at]) {
                     self.trial[at] = 0.1 * self.g[at];
                 }
             }
@@ -124,10 +138,9 @@ impl SolverState {
         point.set(&self.trial).ok()?;
         point.predict_into(&mut self.found);
         path.apparent(&mut self.found, &mut self.slope);
-        for ((misfit, found), measured) in
-            self.misfit.iter_mut().zip(&self.found).zip(&self.measured)
-        {
-            *misfit = measured - found;
+        let readings = self.found.iter().zip(&self.measured).zip(&self.held);
+        for (misfit, ((found, measured), held)) in self.misfit.iter_mut().zip(readings) {
+            *misfit = if *held { 0.0 } else { measured - found };
         }
         let size = norm(&self.misfit);
         size.is_finite().then_some(size)
@@ -150,7 +163,7 @@ impl SolverState {
             self.start_at(shape, factor);
             let Some(excess) = self
                 .evaluate()
-                .map(|_| (self.found.iter().sum::<f64>() / wanted).ln())
+                .map(|_| (self.sum_of_found() / wanted).ln())
                 .filter(|excess| excess.is_finite())
             else {
                 continue;
@@ -171,6 +184,14 @@ impl SolverState {
         (crossings, nearest.1)
     }
 
+    /// Of the taxels that are unknown.
+    fn sum_of_found(&self) -> f64 {
+        let found = self.found.iter().zip(&self.held);
+        found
+            .map(|(found, held)| if *held { 0.0 } else { *found })
+            .sum()
+    }
+
     /// Sets `trial` to a multiple of the measured apparent conductances or of the first answer.
     pub(super) fn start_at(&mut self, shape: Shape, factor: f64) {
         let from = match shape {
@@ -178,8 +199,13 @@ impl SolverState {
             Shape::Answer => &self.kept,
         };
         let floor = 1e-9 * largest(from);
-        for (trial, value) in self.trial.iter_mut().zip(from) {
-            *trial = factor * value.max(floor);
+        let known = self.held.iter().zip(&self.rest);
+        for ((trial, value), (held, rest)) in self.trial.iter_mut().zip(from).zip(known) {
+            *trial = if *held {
+                *rest
+            } else {
+                factor * value.max(floor)
+            };
         }
     }
 
@@ -187,14 +213,19 @@ impl SolverState {
     /// distance of ln |G| from its median, which is small when the unpressed taxels look alike.
     pub(super) fn unlikeliness(&mut self) -> (bool, f64) {
         let least = self.g.iter().fold(0f64, |least, g| least.min(*g));
-        for (out, g) in self.step.iter_mut().zip(&self.g) {
-            *out = g.abs().max(1e-15).ln();
+        let mut count = 0;
+        for (g, held) in self.g.iter().zip(&self.held) {
+            if !held {
+                self.step[count] = g.abs().max(1e-15).ln();
+                count += 1;
+            }
         }
-        let middle = median_high(&mut self.step).unwrap_or(0.0);
-        for value in &mut self.step {
+        let logarithms = &mut self.step[..count];
+        let middle = median_high(logarithms).unwrap_or(0.0);
+        for value in logarithms.iter_mut() {
             *value = (*value - middle).abs();
         }
-        let scatter = median_high(&mut self.step).unwrap_or(0.0);
+        let scatter = median_high(logarithms).unwrap_or(0.0);
         (-least > 1e-3 * largest(&self.g), scatter)
     }
 }

@@ -1,0 +1,46 @@
+//! Errors of some conductances where others are no unknowns.
+
+use crate::circuit::{NotPassive, OperatingPoint};
+
+/// A circuit some of whose conductances are no unknowns, nor their readings used: absent taxels, and those taken to be
+/// unloaded because they read less than is recorded. Each moves its own reading alone, which leaves the others' errors to
+/// the others.
+pub(crate) struct Known<'a> {
+    pub(crate) point: &'a mut dyn OperatingPoint,
+    pub(crate) is_known: &'a [bool],
+    /// Scratch, a number a taxel.
+    pub(crate) moved: &'a mut [f64],
+}
+
+impl Known<'_> {
+    fn moving(&mut self, direction: &[f64], out: &mut [f64], adjoint: bool) {
+        for ((moved, value), known) in self.moved.iter_mut().zip(direction).zip(self.is_known) {
+            *moved = if *known { 0.0 } else { *value };
+        }
+        if adjoint {
+            self.point.vjp_into(self.moved, out);
+        } else {
+            self.point.jvp_into(self.moved, out);
+        }
+        for ((out, value), known) in out.iter_mut().zip(direction).zip(self.is_known) {
+            if *known {
+                *out = *value;
+            }
+        }
+    }
+}
+
+impl OperatingPoint for Known<'_> {
+    fn set(&mut self, siemens: &[f64]) -> Result<(), NotPassive> {
+        self.point.set(siemens)
+    }
+    fn predict_into(&self, volts: &mut [f64]) {
+        self.point.predict_into(volts);
+    }
+    fn jvp_into(&mut self, direction: &[f64], out: &mut [f64]) {
+        self.moving(direction, out, false);
+    }
+    fn vjp_into(&mut self, weights: &[f64], out: &mut [f64]) {
+        self.moving(weights, out, true);
+    }
+}
