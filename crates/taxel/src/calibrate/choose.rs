@@ -1,6 +1,6 @@
 //! The order of a calibration: a start, every switch apart, the effects of `effects.rs`, and once more with all.
 
-use super::discrepancy::{Judged, least_noise_g, uncertainty};
+use super::discrepancy::Judged;
 use super::evaluate::Evaluator;
 use super::evidence::Evidence;
 use super::fit::{Effort, Fitted, Score, coarse, look_around, mean, refine, switches_by_ghosts};
@@ -12,7 +12,6 @@ use super::priors::Beliefs;
 use super::together::Together;
 use super::{CalibrationOptions, EffectFinding};
 use crate::circuit::LinearCircuit;
-use crate::sensor::UncertaintySpec;
 use crate::solve::Exact;
 use crate::{Error, Executor, Sensor};
 
@@ -93,14 +92,8 @@ impl<'a> Search<'a> {
     ) -> Result<Self, Error> {
         let few = evidence.thinned(START_PRESSES);
         let mut evaluator = Evaluator::new(&few, executor);
-        let mut without_sheet = sensor.clone();
-        without_sheet.try_out(|spec| {
-            if let Some(material) = &mut spec.material {
-                material.sheet = None;
-            }
-        });
         let blank = Model {
-            sensor: without_sheet,
+            sensor: without_sheet(sensor),
             levelled: false,
             spread: None,
             most_offset_counts: match evidence.faults.level {
@@ -230,115 +223,6 @@ impl<'a> Search<'a> {
                 "held-out presses are {found:.1} g off on average, and guessing their median would be {blind:.1} g off"
             )))
         }
-    }
-
-    /// Errors on presses that chose among effects, each by a fit without it: where there are too few to keep some apart,
-    /// or a search takes long.
-    fn judged_by_folds(&self) -> HeldOut {
-        let folds = self.options.folds;
-        let mut held = HeldOut {
-            how: format!(
-                "{folds} folds, split by press, each judged by one step from the fit of all to the fit without it; effects and law were chosen by the same presses"
-            ),
-            ..HeldOut::default()
-        };
-        if let Some((_, score)) = &self.best {
-            held.unjudged = score.seen.len();
-            let own = score.errors_g.iter().enumerate();
-            held.errors_g = own
-                .filter(|(i, _)| !score.seen.contains(i))
-                .map(|e| *e.1)
-                .collect();
-        }
-        held
-    }
-
-    /// What loads are uncertain by beyond noise: by presses of the folds, as much farther off as those are that did not choose
-    /// the effects either, where these are clearly so.
-    pub(super) fn uncertainty(&mut self) -> Option<UncertaintySpec> {
-        let score = self.best.as_ref().map(|best| best.1.clone())?;
-        if self.judged.is_empty() {
-            let all = self.evaluator.evidence.presses.iter().zip(&score.errors_g);
-            let says = all.map(|(press, error)| Some(press.load_g + error));
-            let says: Vec<Option<f64>> = says.collect();
-            self.judge(&says);
-        }
-        let inflation = self.inflation(&score);
-        let levelled = !self.evaluator.evidence.levels.is_empty();
-        let scale = match (&self.together, &self.best) {
-            (Some(together), _) => together.error_of(Unknown::Factor),
-            (None, Some((fitted, _))) => fitted.error_of(Unknown::Factor),
-            _ => None,
-        };
-        let fit_share = scale.filter(|_| levelled).unwrap_or(0.0);
-        let unloaded = self.evaluator.unloaded_g(&self.model).unwrap_or_default();
-        let label = self.options.label_share;
-        uncertainty(&self.judged, &unloaded, fit_share, label, inflation)
-    }
-
-    /// How many times farther off presses are when they did not choose the effects either: of the same presses, so that
-    /// their labels' faults do not count.
-    fn inflation(&self, score: &Score) -> f64 {
-        let (unseen, own) = (&self.held_out, &self.evaluator.evidence.origin);
-        let place = |origin: &usize| own.iter().position(|o| o == origin);
-        let chose: Vec<f64> = unseen
-            .origin
-            .iter()
-            .filter_map(place)
-            .map(|i| score.errors_g[i])
-            .collect();
-        if chose.is_empty() || chose.len() != unseen.errors_g.len() {
-            return 1.0;
-        }
-        (median(&unseen.errors_g) / median(&chose).max(1e-12)).max(1.0)
-    }
-
-    /// Takes what held-out presses were read as, those that are to judge.
-    pub(super) fn judge(&mut self, says_g: &[Option<f64>]) {
-        let Some(law) = self.evaluator.law(&self.model) else {
-            return;
-        };
-        let (evidence, sensor) = (self.evaluator.evidence, &self.model.sensor);
-        let presses = evidence.presses.iter().zip(says_g);
-        self.judged = presses
-            .filter_map(|(press, says_g)| {
-                let taxel = press.row * sensor.columns() + press.column;
-                let load_g = press.load_g;
-                Some(Judged {
-                    load_g,
-                    says_g: (*says_g)?,
-                    noise_g: least_noise_g(sensor, &law, evidence.noise_counts, taxel, load_g),
-                })
-            })
-            .collect();
-    }
-
-    /// Errors on presses that took no part.
-    fn judge_unseen(&mut self, unseen: &Evidence, folds: usize) -> HeldOut {
-        let mut held = HeldOut {
-            how: format!(
-                "every {folds}th frame, split by press; judged by a fit and choices made without them"
-            ),
-            ..HeldOut::default()
-        };
-        let mut model = self.model.clone();
-        let Some(law) = self.evaluator.law(&model) else {
-            held.unjudged = unseen.presses.len();
-            return held;
-        };
-        model.law.g_zero = law.g_zero;
-        for (i, press) in unseen.presses.iter().enumerate() {
-            let one = unseen.part(&[i]);
-            let estimates = Evaluator::new(&one, self.evaluator.executor).estimates(&model);
-            match estimates.as_deref() {
-                Some([estimate]) => {
-                    held.errors_g.push((estimate.load_g - press.load_g).abs());
-                    held.origin.push(unseen.origin[i]);
-                }
-                _ => held.unjudged += 1,
-            }
-        }
-        held
     }
 
     /// Everything once more, now that the model has all its parts.
@@ -531,4 +415,15 @@ fn feasible(evaluator: &mut Evaluator, mut model: Model) -> Option<Model> {
         }
     }
     None
+}
+
+/// The sensor under a cut sheet: what an earlier calibration found is no start.
+fn without_sheet(sensor: &Sensor) -> Sensor {
+    let mut sensor = sensor.clone();
+    sensor.try_out(|spec| {
+        if let Some(material) = &mut spec.material {
+            material.sheet = None;
+        }
+    });
+    sensor
 }

@@ -4,6 +4,7 @@ use super::evidence::Evidence;
 use super::inverter::{Inverter, Job, Start};
 use super::levels::{Levels, TaxelMaterial};
 use super::model::Model;
+use super::transfer::transfers;
 use crate::circuit::LineEnds;
 use crate::material::LoadLaw;
 use crate::parallel::{Executor, par_map};
@@ -13,6 +14,21 @@ use crate::{Frame, Sensor, Siemens};
 /// Taxels around a labelled one that its spread is undone with, to each side.
 const PATCH: usize = 4;
 const SIDE: usize = 2 * PATCH + 1;
+/// Places of a patch around its middle.
+const NEIGHBOURS: [usize; 8] = {
+    let middle = SIDE * SIDE / 2;
+    let (above, below) = (middle - SIDE, middle + SIDE);
+    [
+        above - 1,
+        above,
+        above + 1,
+        middle - 1,
+        middle + 1,
+        below - 1,
+        below,
+        below + 1,
+    ]
+};
 /// Frames that are inverted in one go.
 const BATCH: usize = 8;
 /// Unloaded taxels looked at in each frame.
@@ -259,17 +275,7 @@ impl<'a> Evaluator<'a> {
                 None => &effective,
             };
             let middle = SIDE * SIDE / 2;
-            let neighbours = [
-                middle - SIDE - 1,
-                middle - SIDE,
-                middle - SIDE + 1,
-                middle - 1,
-                middle + 1,
-                middle + SIDE - 1,
-                middle + SIDE,
-                middle + SIDE + 1,
-            ];
-            let beside = neighbours.iter().map(|&k| loads[k]);
+            let beside = NEIGHBOURS.iter().map(|&k| loads[k]);
             let beside: f64 = if self.forces && self.isolated[i] {
                 beside.filter(|x| x.is_finite()).sum()
             } else {
@@ -281,7 +287,7 @@ impl<'a> Evaluator<'a> {
                 // As shares of the press, and by a fixed number of grams per siemens: otherwise the fit could
                 // make ghosts small by making every load small.
                 neighbours_g: if self.isolated[i] {
-                    neighbours
+                    NEIGHBOURS
                         .iter()
                         .map(|&k| press.load_g * loads[k] / loads[middle].max(1.0))
                         .collect()
@@ -438,25 +444,6 @@ fn law_from(
     let material = levels.material(model.law.own_exponents)?;
     (law.ln_scale, law.exponent) = levels.per_taxel(&material);
     Some((law, Some(material)))
-}
-
-/// The share of an unloaded taxel's current that reaches the read-out, in its frame: what its lines' other
-/// taxels leave of the drive and of the current. Noise in grams grows by its inverse, so ghosts are weighed
-/// with it; otherwise the fit would prefer the circuit that amplifies noise least.
-fn transfers(ends: &LineEnds, siemens: &Frame<Siemens>) -> impl Fn(usize) -> f64 {
-    let (rows, columns) = (siemens.rows(), siemens.columns());
-    let (mut row, mut column) = (vec![0.0; rows], vec![0.0; columns]);
-    for (t, g) in siemens.values().iter().enumerate() {
-        row[t / columns] += g;
-        column[t % columns] += g;
-    }
-    for (sum, end) in row.iter_mut().zip(&ends.row_selected) {
-        *sum = 1.0 / (1.0 + sum.max(0.0) / end);
-    }
-    for (sum, end) in column.iter_mut().zip(&ends.column_selected) {
-        *sum = 1.0 / (1.0 + sum.max(0.0) / end);
-    }
-    move |t| row[t / columns] * column[t % columns]
 }
 
 fn patch(siemens: &Frame<Siemens>, row: usize, column: usize) -> Vec<f64> {

@@ -4,7 +4,7 @@ use super::priors::{
     BEND, Beliefs, CONTACT_FACTOR, LEVEL_SCALE, SATURATION, SHEET_MICROSIEMENS,
     USUAL_CONTACT_FACTOR,
 };
-use crate::material::{Sheet, Spline, Spread};
+use crate::material::{Spline, Spread};
 use crate::sensor::{MaterialSpec, PerLine, PerTaxel, SheetSpec, USUAL_OPEN_LOOP_GAIN};
 use crate::{Error, Sensor};
 
@@ -221,16 +221,7 @@ impl Model {
                 sensor.try_out(|spec| spec.converter.carry_over = value);
             }
             Unknown::SpreadRow | Unknown::SpreadColumn | Unknown::SpreadDiagonal => {
-                let mut spread = self.spread.unwrap_or(Spread::new([0.0; 3]));
-                match unknown {
-                    Unknown::SpreadRow => spread.row = value,
-                    Unknown::SpreadColumn => spread.column = value,
-                    _ => spread.diagonal = value,
-                }
-                if spread.kept() < 0.4 || value < -0.05 {
-                    return None;
-                }
-                self.spread = Some(spread);
+                self.set_spread(unknown, value)?;
             }
             Unknown::Sheet => {
                 if value < 0.0 {
@@ -261,8 +252,22 @@ impl Model {
         value.is_finite().then_some(())
     }
 
+    fn set_spread(&mut self, share: Unknown, value: f64) -> Option<()> {
+        let mut spread = self.spread.unwrap_or(Spread::new([0.0; 3]));
+        match share {
+            Unknown::SpreadRow => spread.row = value,
+            Unknown::SpreadColumn => spread.column = value,
+            _ => spread.diagonal = value,
+        }
+        if spread.kept() < 0.4 || value < -0.05 {
+            return None;
+        }
+        self.spread = Some(spread);
+        Some(())
+    }
+
     /// The sheet of the model's circuit.
-    pub(super) fn sheet(&self) -> Option<Sheet> {
+    pub(super) fn sheet(&self) -> Option<SheetSpec> {
         self.sensor.material().and_then(|material| material.sheet)
     }
 

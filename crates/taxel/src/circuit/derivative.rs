@@ -301,17 +301,7 @@ pub(super) fn adjoint(point: &mut LinearPoint, weights: &[f64], out: &mut [f64])
     partials(point);
     gradients(point, weights);
     let (m, n) = (point.small, point.large);
-    let LinearPoint {
-        inverse_d,
-        h,
-        p,
-        k,
-        work: w,
-        transposed,
-        sheet,
-        conductance,
-        ..
-    } = point;
+    let LinearPoint { p, k, work: w, .. } = point;
     // c = P · (gradient by K): joins the gradient by H; with −c Kᵀ − P diag(by P) P it is the one by S.
     multiply(
         ViewMut::new(&mut w.c, m, n),
@@ -338,6 +328,32 @@ pub(super) fn adjoint(point: &mut LinearPoint, weights: &[f64], out: &mut [f64])
         *value = -*value;
     }
     symmetrise(&mut w.square, m);
+    through_h(point);
+    let LinearPoint {
+        work: w,
+        transposed,
+        ..
+    } = point;
+    if *transposed {
+        for (at, value) in w.c.iter().enumerate() {
+            out[(at % n) * m + at / n] = *value;
+        }
+    } else {
+        out.copy_from_slice(&w.c);
+    }
+}
+
+/// From the gradients by S, H and d to that by the conductances (`c`).
+fn through_h(point: &mut LinearPoint) {
+    let (m, n) = (point.small, point.large);
+    let LinearPoint {
+        inverse_d,
+        h,
+        work: w,
+        sheet,
+        conductance,
+        ..
+    } = point;
     // a ← (gradient by S) H; b ← (gradient by H) T⁻¹.
     multiply(
         ViewMut::new(&mut w.a, m, n),
@@ -365,13 +381,6 @@ pub(super) fn adjoint(point: &mut LinearPoint, weights: &[f64], out: &mut [f64])
         let (small, large) = (&w.sheet.small, &w.sheet.large);
         let couplings = &sheet.couplings;
         couplings.add_gradient(conductance, small, large, &mut w.c);
-    }
-    if *transposed {
-        for (at, value) in w.c.iter().enumerate() {
-            out[(at % n) * m + at / n] = *value;
-        }
-    } else {
-        out.copy_from_slice(&w.c);
     }
 }
 

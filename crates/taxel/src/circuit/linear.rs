@@ -37,6 +37,7 @@ impl LinearCircuit {
     /// [`Error::MissingKey`] when a switch resistance is not known yet.
     pub fn from_sensor(sensor: &Sensor) -> Result<Self, Error> {
         let sheet = sensor.material().and_then(|material| material.sheet);
+        let sheet = sheet.map(Sheet::from_spec);
         Ok(Self::new(LineEnds::from_sensor(sensor)?).with_sheet(sheet))
     }
 

@@ -330,7 +330,7 @@ impl Writer<'_> {
             }
         }
         if let Some(sheet) = self.sensor.material().and_then(|m| m.sheet) {
-            self.sheet(sheet, conductance);
+            self.sheet(Sheet::from_spec(sheet), conductance);
         }
     }
 

@@ -1,5 +1,7 @@
 //! Sheet conduction: one continuous film lets current flow sideways between neighbours that are both pressed.
 
+use crate::sensor::SheetSpec;
+
 /// A sheet of resistive film over all taxels. Between two neighbouring taxels of conductances a and b
 ///
 /// ℓ = 1 / (R_s + α (1/a + 1/b)):
@@ -24,6 +26,11 @@ impl Sheet {
             resistance_ohms,
             contact_factor,
         }
+    }
+
+    /// The sheet of a sensor file.
+    pub(crate) fn from_spec(spec: SheetSpec) -> Self {
+        Self::new(spec.resistance_ohms, spec.contact_factor)
     }
 
     /// Conductance between two neighbours, siemens, from theirs. A conductance below 0, which noise makes, counts as 0.

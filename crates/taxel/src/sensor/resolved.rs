@@ -1,10 +1,10 @@
 //! A sensor file's parts with every choice made: which resistor ends a line, a number for each taxel.
 
 use super::spec::{
-    Bend, DynamicSpec, MaterialSpec, PerLine, PerTaxel, ReadoutSpec, SensorSpec, Topology,
+    Bend, DynamicSpec, MaterialSpec, PerLine, PerTaxel, ReadoutSpec, SensorSpec, SheetSpec,
+    Topology,
 };
 use crate::Error;
-use crate::material::Sheet;
 
 /// The amplifier's open-loop gain where a sensor file gives none.
 pub const USUAL_OPEN_LOOP_GAIN: f64 = 1e5;
@@ -105,7 +105,7 @@ pub struct Material {
     /// Mechanical spread: shares along its column, along its row, diagonal.
     pub spread: Option<[f64; 3]>,
     /// One continuous sheet over all taxels.
-    pub sheet: Option<Sheet>,
+    pub sheet: Option<SheetSpec>,
     /// What the material remembers: creep and hysteresis.
     pub dynamic: Option<DynamicSpec>,
 }
@@ -188,9 +188,7 @@ fn material(said: &MaterialSpec) -> Result<Material, Error> {
         saturation_load_g: said.saturation_load_g,
         bend: said.bend.clone(),
         spread: said.spread,
-        sheet: said
-            .sheet
-            .map(|sheet| Sheet::new(sheet.resistance_ohms, sheet.contact_factor)),
+        sheet: said.sheet,
         dynamic: said.dynamic.clone(),
     })
 }

@@ -84,24 +84,9 @@ pub fn nodal_volts(
         for c in 0..columns {
             let (value, node) = (g.at(r, c), rows + c);
             join(&mut matrix, size, [r, node], value);
-            let Some(sheet) = circuit.sheet() else {
-                continue;
-            };
-            let mut flow = |nodes: [usize; 2], other: f64| {
-                if value > 0.0 && other > 0.0 {
-                    let ohms =
-                        sheet.resistance_ohms + sheet.contact_factor * (1.0 / value + 1.0 / other);
-                    join(&mut matrix, size, nodes, 1.0 / ohms);
-                }
-            };
-            if r + 1 < rows {
-                flow([r, r + 1], g.at(r + 1, c));
-            }
-            if c + 1 < columns {
-                flow([node, node + 1], g.at(r, c + 1));
-            }
         }
     }
+    join_sheet(&mut matrix, circuit, g);
     for c in 0..columns {
         let node = rows + c;
         if c == column {
@@ -125,6 +110,28 @@ pub fn nodal_volts(
         ends.volts_per_ampere * ends.row_selected[row] * nodes[row],
         nodes,
     )
+}
+
+/// What a continuous sheet conducts from line to line, rows first.
+fn join_sheet(matrix: &mut [f64], circuit: &LinearCircuit, g: &Frame<Siemens>) {
+    let Some(sheet) = circuit.sheet() else {
+        return;
+    };
+    let (rows, columns) = (g.rows(), g.columns());
+    let mut flow = |nodes: [usize; 2], a: f64, b: f64| {
+        if a > 0.0 && b > 0.0 {
+            let ohms = sheet.resistance_ohms + sheet.contact_factor * (1.0 / a + 1.0 / b);
+            join(matrix, rows + columns, nodes, 1.0 / ohms);
+        }
+    };
+    for (r, c) in (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c))) {
+        if r + 1 < rows {
+            flow([r, r + 1], g.at(r, c), g.at(r + 1, c));
+        }
+        if c + 1 < columns {
+            flow([rows + c, rows + c + 1], g.at(r, c), g.at(r, c + 1));
+        }
+    }
 }
 
 /// A conductance between two nodes.

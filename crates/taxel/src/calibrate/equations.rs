@@ -1,0 +1,94 @@
+//! The equations of unknowns that each listen to one kind of evidence: Newton's matrix, and the covariance of their answer.
+
+use super::terms::MisfitTerm;
+use super::together::{Point, Residuals};
+use taxel_linalg::{View, inverse};
+
+/// Rows of equations, row-major, one for each unknown, and their right sides.
+pub(super) fn equations(
+    terms: &[MisfitTerm],
+    point: &Point,
+    slopes: &[Residuals],
+    keep: &impl Fn(usize, usize) -> bool,
+) -> (Vec<f64>, Vec<f64>) {
+    let n = terms.len();
+    let (mut matrix, mut right) = (vec![0.0; n * n], vec![0.0; n]);
+    for (k, term) in terms.iter().enumerate() {
+        let kind = *term as usize;
+        let weighted: Vec<f64> = (slopes[k].of_terms[kind].iter().zip(&point.weights[kind]))
+            .enumerate()
+            .map(|(i, (slope, w))| if keep(kind, i) { slope * w } else { 0.0 })
+            .collect();
+        let along = |other: &[f64]| dot(&weighted, other);
+        let believed = |other: &[f64]| dot(&slopes[k].beliefs, other);
+        right[k] = -along(&point.residuals.of_terms[kind]) - believed(&point.residuals.beliefs);
+        for (l, other) in slopes.iter().enumerate() {
+            matrix[k * n + l] = along(&other.of_terms[kind]) + believed(&other.beliefs);
+        }
+    }
+    (matrix, right)
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// A few equations, scaled so that units do not matter.
+pub(super) fn solve(matrix: &[f64], right: &[f64]) -> Option<Vec<f64>> {
+    let n = right.len();
+    let size = |k: usize| matrix[k * n + k].abs().sqrt().max(1e-150);
+    let mut scaled = matrix.to_vec();
+    for k in 0..n {
+        for l in 0..n {
+            scaled[k * n + l] /= size(k) * size(l);
+        }
+        scaled[k * n + k] += 1e-9;
+    }
+    let inverse = inverse(View::new(&scaled, n, n));
+    let step: Vec<f64> = (0..n)
+        .map(|k| {
+            (0..n)
+                .map(|l| inverse[k * n + l] * right[l] / (size(k) * size(l)))
+                .sum()
+        })
+        .collect();
+    step.iter().all(|x: &f64| x.is_finite()).then_some(step)
+}
+
+/// A⁻¹ B A⁻ᵀ, row-major.
+pub(super) fn covariance(terms: &[MisfitTerm], point: &Point, slopes: &[Residuals]) -> Vec<f64> {
+    let n = terms.len();
+    let (matrix, _) = equations(terms, point, slopes, &|_, _| true);
+    let size: Vec<f64> = (0..n)
+        .map(|k| matrix[k * n + k].abs().sqrt().max(1e-150))
+        .collect();
+    let mut scaled = matrix.clone();
+    for k in 0..n {
+        for l in 0..n {
+            scaled[k * n + l] /= size[k] * size[l];
+        }
+    }
+    let inverse = inverse(View::new(&scaled, n, n));
+    // Evidence of different kinds is independent; beliefs are shared.
+    let between = |k: usize, l: usize| {
+        if terms[k] == terms[l] {
+            matrix[k * n + l]
+        } else {
+            dot(&slopes[k].beliefs, &slopes[l].beliefs)
+        }
+    };
+    let mut out = vec![0.0; n * n];
+    for i in 0..n {
+        for j in 0..n {
+            let mut sum = 0.0;
+            for k in 0..n {
+                for l in 0..n {
+                    sum += inverse[i * n + k] * between(k, l) * inverse[j * n + l]
+                        / (size[k] * size[l]);
+                }
+            }
+            out[i * n + j] = sum / (size[i] * size[j]);
+        }
+    }
+    out
+}
