@@ -4,11 +4,14 @@ use super::choose::Search;
 use super::discrepancy::{Judged, least_noise_g, uncertainty};
 use super::evaluate::Evaluator;
 use super::evidence::Evidence;
-use super::fit::Score;
+use super::fit::{Score, mean, standard_error};
 use super::least_squares::median;
 use super::model::Unknown;
 use super::outcome::HeldOut;
 use crate::sensor::UncertaintySpec;
+
+/// Presses are farther off than others when their errors are so by this many standard errors.
+const CLEARLY: f64 = 2.0;
 
 impl Search<'_> {
     /// Errors on presses that chose among effects, each by a fit without it: where there are too few to keep some apart,
@@ -55,8 +58,8 @@ impl Search<'_> {
         uncertainty(&self.judged, &unloaded, fit_share, label, inflation)
     }
 
-    /// How many times farther off presses are when they did not choose the effects either: of the same presses, so that
-    /// their labels' faults do not count.
+    /// How many times farther off presses are when they did not choose the effects either, where they clearly are: of the
+    /// same presses, so that their labels' faults do not count.
     fn inflation(&self, score: &Score) -> f64 {
         let (unseen, own) = (&self.held_out, &self.evaluator.evidence.origin);
         let place = |origin: &usize| own.iter().position(|o| o == origin);
@@ -67,6 +70,12 @@ impl Search<'_> {
             .map(|i| score.errors_g[i])
             .collect();
         if chose.is_empty() || chose.len() != unseen.errors_g.len() {
+            return 1.0;
+        }
+        let farther: Vec<f64> = (unseen.errors_g.iter().zip(&chose))
+            .map(|(unseen, chose)| unseen - chose)
+            .collect();
+        if mean(&farther) < CLEARLY * standard_error(&farther) {
             return 1.0;
         }
         (median(&unseen.errors_g) / median(&chose).max(1e-12)).max(1.0)
