@@ -31,12 +31,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             Some(Sheet::new(8e3, 2.0)),
         ] {
             let circuit = LinearCircuit::from_sensor(&sensor)?.with_sheet(sheet);
-            if std::env::var("DBG").is_ok() {
-                eprintln!("SHEET {sheet:?}");
-                let v = circuit.predict(&frames[3]).unwrap();
-                Exact::new(&circuit).unwrap().solve(&v);
-                continue;
-            }
             let volts: Vec<_> = frames.iter().map(|g| circuit.predict(g).unwrap()).collect();
             let method = Exact::new(&circuit).unwrap();
             let mut solver = method.solver();

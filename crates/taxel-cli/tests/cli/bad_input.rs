@@ -180,6 +180,65 @@ fn resistances_that_cannot_be() {
 }
 
 #[test]
+fn a_sheet_and_an_uncertainty_that_cannot_be() {
+    let sheet = |ohms: &str, factor: &str| {
+        let table =
+            format!("\n[material.sheet]\nresistance_ohms = {ohms}\ncontact_factor = {factor}\n");
+        with_sensor("exponent = 0.857\n", &format!("exponent = 0.857\n{table}"))
+    };
+    insta::assert_snapshot!(sheet("0.0", "3.0"), @r"
+    exit code: 1
+    ----- stdout -----
+
+    ----- stderr -----
+    error: bad.toml: sensor file: `material.sheet.resistance_ohms` is 0, but must be a finite number above 0
+    hint: ohms of film between two neighbours; leave out [material.sheet] where it is cut between taxels
+    ");
+    insta::assert_snapshot!(sheet("12e3", "-1.0"), @r"
+    exit code: 1
+    ----- stdout -----
+
+    ----- stderr -----
+    error: bad.toml: sensor file: `material.sheet.contact_factor` is -1, but must be 0 or more
+    hint: how much of a taxel's own resistance is in the way of what flows sideways; 1 to 5 is usual
+    ");
+    let uncertainty = |share: &str, factor: &str| {
+        let table = format!(
+            "\n[uncertainty]\nmodel_share = {share}\nmodel_floor_g = 0.1\nfit_share = 0.01\nfactor_95 = {factor}\npresses = 40\n"
+        );
+        with_sensor("exponent = 0.857\n", &format!("exponent = 0.857\n{table}"))
+    };
+    insta::assert_snapshot!(uncertainty("-0.1", "1.96"), @r"
+    exit code: 1
+    ----- stdout -----
+
+    ----- stderr -----
+    error: bad.toml: sensor file: `uncertainty.model_share` is -0.1, but must be 0 or more
+    hint: a calibration writes it: calibrate again, or leave [uncertainty] out
+    ");
+    insta::assert_snapshot!(uncertainty("0.1", "0.0"), @r"
+    exit code: 1
+    ----- stdout -----
+
+    ----- stderr -----
+    error: bad.toml: sensor file: `uncertainty.factor_95` is 0, but must be a finite number above 0
+    hint: 1.96 for a normal distribution
+    ");
+    let misspelt = with_sensor(
+        "exponent = 0.857\n",
+        "exponent = 0.857\n\n[material.sheet]\nresistance = 12e3\n",
+    );
+    insta::assert_snapshot!(misspelt, @r"
+    exit code: 1
+    ----- stdout -----
+
+    ----- stderr -----
+    error: bad.toml: sensor file, line 29: unknown key `resistance` in [material.sheet]
+    hint: did you mean `resistance_ohms`? (known: resistance_ohms, contact_factor)
+    ");
+}
+
+#[test]
 fn a_word_for_a_number_and_a_file_that_is_missing() {
     insta::assert_snapshot!(with_sensor("bits = 16", "bits = sixteen"), @r"
     exit code: 1

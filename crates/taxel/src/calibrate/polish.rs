@@ -34,6 +34,12 @@ impl Search<'_> {
             self.model.clone(),
             self.unknowns.clone(),
             self.findings.clone(),
+            self.law.clone(),
+        );
+        let looked = (
+            self.evaluator.isolated.clone(),
+            self.evaluator.unloaded.clone(),
+            self.evaluator.ghost_grams_per_siemens,
         );
         let together = self.everything(progress);
         let levels = self.can_separate();
@@ -45,8 +51,16 @@ impl Search<'_> {
                 .is_none_or(|old| together.loss(MisfitTerm::Presses) < old)
         });
         let Some(together) = better else {
-            (self.model, self.unknowns, self.findings) = before;
-            self.look()?;
+            (self.model, self.unknowns, self.findings, self.law) = before;
+            // Its fit has a derivative of what it looked at, not of what was looked at since.
+            let evaluator = &mut self.evaluator;
+            (
+                evaluator.isolated,
+                evaluator.unloaded,
+                evaluator.ghost_grams_per_siemens,
+            ) = looked;
+            evaluator.forces = false;
+            evaluator.clear();
             return self.score_held_out();
         };
         let folds = self.options.folds;

@@ -254,7 +254,11 @@ mod tests {
     #[test]
     fn what_is_drawn_has_the_spread_asked_for_and_passes_every_check() {
         let nominal = preset("econe").unwrap();
-        for imperfections in [Imperfections::uneven(), Imperfections::beyond_the_circuit()] {
+        for imperfections in [
+            Imperfections::uneven(),
+            Imperfections::beyond_the_circuit(),
+            Imperfections::under_a_sheet(),
+        ] {
             let truth = imperfect(&nominal, &imperfections, 2).unwrap();
             assert_eq!(truth, imperfect(&nominal, &imperfections, 2).unwrap());
             assert_ne!(truth, imperfect(&nominal, &imperfections, 3).unwrap());
@@ -270,6 +274,8 @@ mod tests {
             let wanted = 0.1f64.hypot(imperfections.exponent_sd * PIVOT_LOAD_G.ln());
             let sd = relative_sd(gain.iter().copied());
             assert!((sd / wanted - 1.0).abs() < 0.05, "{sd}");
+            let sheet = &truth.spec().material.as_ref().unwrap().sheet;
+            assert_eq!(*sheet, imperfections.sheet);
         }
     }
 
@@ -288,6 +294,27 @@ mod tests {
         assert_eq!(gain(&truth), gain(&also));
         assert_eq!(truth.screen().dead_rows, also.screen().dead_rows);
         assert_eq!(also.screen().dead_columns.len(), 2);
+    }
+
+    #[test]
+    fn a_sheet_changes_nothing_else_and_an_unloaded_mat_hardly() {
+        let nominal = preset("mat-16x16-cd4067").unwrap();
+        let cut = Imperfections::beyond_the_circuit();
+        let [whole, cut] = [Imperfections::under_a_sheet(), cut]
+            .map(|imperfections| imperfect(&nominal, &imperfections, 2).unwrap());
+        let taken_out = whole
+            .edited(|spec| spec.material.as_mut().unwrap().sheet = None)
+            .unwrap();
+        assert_eq!(taken_out, cut);
+        let read = |truth: &Sensor, load: f64| {
+            let sensor = super::super::VirtualSensor::new(truth, 2).unwrap();
+            let counts = sensor.read(&crate::Frame::filled(16, 16, load), 0).counts;
+            counts.values().iter().sum::<f64>() / 256.0
+        };
+        let more = |load| read(&whole, load) - read(&cut, load);
+        // Nothing presses, nothing flows sideways; a pressed mat reads otherwise.
+        assert!(more(0.0).abs() < 0.1, "{}", more(0.0));
+        assert!(more(300.0).abs() > 1.0, "{}", more(300.0));
     }
 
     #[test]

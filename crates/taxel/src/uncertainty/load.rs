@@ -42,6 +42,25 @@ pub struct Parts {
 /// Half-width of a 95 % interval in standard errors where noise is all that is known.
 const NORMAL_95: f64 = 1.96;
 
+/// What of a heavy neighbour's uncertainty a taxel shares: a part of its load that stands elsewhere stands here. The share that
+/// spread usually hands to all neighbours together.
+const NEAR_SHARE: f64 = 0.2;
+
+/// The heaviest load on the eight neighbours of a taxel.
+fn heaviest_near(loads: &[f64], columns: usize, taxel: usize) -> f64 {
+    let rows = loads.len() / columns;
+    let (row, column) = (taxel / columns, taxel % columns);
+    let mut most = 0f64;
+    for r in row.saturating_sub(1)..(row + 2).min(rows) {
+        for c in column.saturating_sub(1)..(column + 2).min(columns) {
+            if (r, c) != (row, column) {
+                most = most.max(loads[r * columns + c].abs());
+            }
+        }
+    }
+    most
+}
+
 impl StandardErrors {
     /// For frames of a sensor; `level`: what a recording says of its noise.
     ///
@@ -167,13 +186,15 @@ impl StandardErrors {
             };
         }
         if let Some(beyond) = self.beyond {
+            let columns = siemens.columns();
             let parts = fit.values_mut().iter_mut().zip(model.values_mut());
-            for (((fit, model), load), mark) in parts.zip(loads).zip(marks.iter()) {
+            for (taxel, ((fit, model), mark)) in parts.zip(marks.iter()).enumerate() {
                 (*fit, *model) = (0.0, 0.0);
                 if *mark != Mark::Absent {
-                    let grams = grams_from_newtons(*load);
-                    *fit = newtons_from_grams(beyond.fit_g(grams));
-                    *model = newtons_from_grams(beyond.model_g(grams));
+                    let own = loads[taxel].abs();
+                    let near = NEAR_SHARE * heaviest_near(loads, columns, taxel);
+                    *fit = newtons_from_grams(beyond.fit_g(grams_from_newtons(own)));
+                    *model = newtons_from_grams(beyond.model_g(grams_from_newtons(own.max(near))));
                 }
             }
         }
