@@ -98,8 +98,8 @@ fn a_sheet_is_found_and_undone() {
         .unwrap();
     let without = mean(&errors_g(&cut, &truth));
     println!("without the sheet: {without} g");
-    // So small a mat hardly has an unloaded taxel, and the sheet's two numbers are far from the drawn ones.
-    holds("under a sheet, grams", error, 6.22);
+    // On so small a mat few presses are alone, and the sheet's two numbers come out far from the drawn ones.
+    holds("under a sheet, grams", error, 6.222);
     assert!(2.0 * error < without, "{error} {without}");
     assert!(inside(&errors) >= 0.95, "{}", inside(&errors));
 }
@@ -109,23 +109,17 @@ fn where_there_is_no_sheet_none_is_found() {
     let (truth, found) = calibrated(&Imperfections::beyond_the_circuit(), (24, 24), 31);
     assert!(!has_sheet(&found), "{}", found.report);
     let errors = errors_g(&found.sensor, &truth);
-    holds("without a sheet, grams", mean(&errors), 0.738);
+    holds("without a sheet, grams", mean(&errors), 0.7381);
     assert!(inside(&errors) >= 0.95, "{}", inside(&errors));
 }
 
-/// It had no end but a panic: the fit of everything lost, and the search's own was judged by what the other had looked at.
+/// Where the fit of everything loses, the search's own is judged by what it had looked at itself: otherwise a panic.
 #[test]
 fn where_the_fit_of_everything_loses_the_search_stands() {
     let (truth, found) = calibrated(&Imperfections::under_a_sheet(), (32, 48), 32);
-    println!(
-        "{}\n{:?}",
-        found.report,
-        found.sensor.material().unwrap().sheet
-    );
-    println!("{}", inside(&errors_g(&found.sensor, &truth)));
-    holds(
-        "the search's own, grams",
-        mean(&errors_g(&found.sensor, &truth)),
-        1.0,
-    );
+    assert!(!has_sheet(&found), "{}", found.report);
+    let errors = errors_g(&found.sensor, &truth);
+    holds("the search's own, grams", mean(&errors), 13.87);
+    let uncertain = found.sensor.uncertainty().unwrap();
+    assert!(uncertain.model_share > 0.01, "{uncertain:?}");
 }

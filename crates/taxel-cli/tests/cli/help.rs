@@ -103,8 +103,11 @@ fn flags_of_compensate() {
                                      wrote [default: auto]
           --marks <FILE>             Where to write the marks, one code a taxel, in the shape of the
                                      numbers
-          --standard-error <FILE>    Where to write the standard error of each number; marks what it
-                                     exceeds as unresolved
+          --standard-error <FILE>    Where to write the standard error of each number: noise, fit and
+                                     model; marks what it exceeds as unresolved
+          --interval <FILE>          Where to write half the width of each number's 95 % interval
+          --parts                    Write what the standard errors are made of as well, beside them:
+                                     FILE.noise, FILE.fit, FILE.model
           --keep-going               Leave out frames that cannot be read, instead of stopping at the
                                      first
           --repair                   Replace what was not measured by the median of its neighbours, and
@@ -196,7 +199,7 @@ fn flags_of_simulate() {
                                    them, in order
           --period <SECONDS>       Time from frame to frame, seconds; written into .csv
           --imperfect <IMPERFECT>  Draw a sensor that differs from the sensor file [possible values:
-                                   uneven, beyond]
+                                   uneven, beyond, sheet]
           --truth <FILE>           Where to write all loads, grams
           --truth-sensor <FILE>    Where to write the sensor that was drawn
           --presses <FILE>         Where to write one labelled taxel a frame, for `calibrate --presses`;

@@ -10,6 +10,7 @@ mod design;
 mod evaluate;
 mod files;
 mod help;
+mod intervals;
 mod learn;
 mod left_out;
 mod live;
