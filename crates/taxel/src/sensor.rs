@@ -14,8 +14,9 @@ pub use preset::{PRESETS, preset};
 pub use resolved::{Material, Readout, Sense, USUAL_OPEN_LOOP_GAIN};
 pub(crate) use spec::MAX_DYNAMIC_TERMS;
 pub use spec::{
-    Array, Bend, ConverterSpec, DynamicSpec, MaterialSpec, PerLine, PerTaxel, Provenance,
-    ReadoutSpec, ScanOrder, ScreenSpec, SensorSpec, SheetSpec, Topology, UncertaintySpec,
+    Array, Bend, CheckSpec, ConverterSpec, DynamicSpec, MaterialSpec, PerLine, PerTaxel,
+    Provenance, ReadoutSpec, ScanOrder, ScreenSpec, SensorSpec, SheetSpec, Topology,
+    UncertaintySpec, Verdict,
 };
 
 use crate::Error;
@@ -37,6 +38,7 @@ pub struct Sensor {
     spec: SensorSpec,
     readout: Readout,
     material: Option<Material>,
+    uncertainty: Option<UncertaintySpec>,
 }
 
 impl TryFrom<SensorSpec> for Sensor {
@@ -86,6 +88,7 @@ impl Sensor {
     fn complete(spec: SensorSpec) -> Result<Self, Error> {
         let (readout, material) = resolved::resolve(&spec)?;
         Ok(Self {
+            uncertainty: resolved::uncertainty(&spec),
             spec,
             readout,
             material,
@@ -127,9 +130,14 @@ impl Sensor {
         self.material.as_ref()
     }
 
-    /// What loads are uncertain by beyond noise, once a calibration has found it.
+    /// What loads are uncertain by beyond noise, once a calibration has found it; with the error of the day's scale.
     pub fn uncertainty(&self) -> Option<&UncertaintySpec> {
-        self.spec.uncertainty.as_ref()
+        self.uncertainty.as_ref()
+    }
+
+    /// The day's scale, once checked.
+    pub fn check(&self) -> Option<&CheckSpec> {
+        self.spec.check.as_ref()
     }
 
     /// Known faults.

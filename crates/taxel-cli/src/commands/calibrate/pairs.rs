@@ -61,7 +61,10 @@ pub(super) fn run(args: &Args, sensor: Sensor) -> Result<Exit, Error> {
         )));
     }
     let law = chosen.law.to_material();
-    let sensor = sensor.edited(|spec| spec.material = Some(law)).map_err(|error| {
+    let sensor = sensor.edited(|spec| {
+        spec.material = Some(law);
+        spec.check = None;
+    }).map_err(|error| {
         let error = error.to_string();
         let what = error.lines().next().unwrap_or_default();
         failed(format!(
