@@ -131,7 +131,9 @@ pub enum Error {
         hint: String,
     },
     /// A check without a load that is known.
-    #[error("nothing to check with: 0 presses, 0 totals, 0 empty frames\nhint: a few known weights, one total or the empty array tell something each")]
+    #[error(
+        "nothing to check with: 0 presses, 0 totals, 0 empty frames\nhint: a few known weights, one total or the empty array tell something each"
+    )]
     NothingToCheck,
     /// A labelled press that points outside the data.
     #[error(

@@ -202,13 +202,7 @@ impl<'a> Measurement<'a> {
         Ok(readings)
     }
 
-    fn read_presses(
-        &self,
-        frame: usize,
-        solved: &Solved,
-        loads: &Frame<Grams>,
-        to: &mut Readings,
-    ) {
+    fn read_presses(&self, frame: usize, solved: &Solved, loads: &Frame<Grams>, to: &mut Readings) {
         let numbered = self.data.presses.iter().enumerate();
         let mut heaviest = 0.0f64;
         for (press, label) in numbered.filter(|(_, label)| label.frame == frame) {
@@ -290,11 +284,7 @@ fn middle(solved: &Solved, loads: &Frame<Grams>) -> Option<f64> {
     median(each.filter(|(_, m)| **m == Mark::Good).map(|(g, _)| *g))
 }
 
-fn loads_into(
-    laws: &mut Pipeline,
-    solved: &Solved,
-    loads: &mut Frame<Grams>,
-) -> Result<(), Error> {
+fn loads_into(laws: &mut Pipeline, solved: &Solved, loads: &mut Frame<Grams>) -> Result<(), Error> {
     laws.begin_anew();
     let newtons = laws.process_siemens(&solved.siemens).newtons()?;
     for (to, &newtons) in loads.values_mut().iter_mut().zip(newtons.values()) {

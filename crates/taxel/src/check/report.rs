@@ -87,7 +87,10 @@ impl fmt::Display for CheckReport {
         if let Some(scale) = self.scale {
             let (value, error) = with_error(scale, self.scale_standard_error);
             let error = error.map_or("error not told".to_owned(), |error| format!("± {error}"));
-            write!(f, "scale        {value} {error}: what loads read is divided by")?;
+            write!(
+                f,
+                "scale        {value} {error}: what loads read is divided by"
+            )?;
             match self.scale_tolerance {
                 Some(within) => writeln!(f, "; unchanged is 1 ± {within:.2}")?,
                 None => writeln!(f)?,

@@ -118,7 +118,10 @@ mod tests {
         readings.push(reading(200.0, 10.0));
         for stated in [true, false] {
             let scale = Scale::of(&readings, stated).unwrap();
-            assert!((scale.value - 1.05).abs() < scale.standard_error, "{scale:?}");
+            assert!(
+                (scale.value - 1.05).abs() < scale.standard_error,
+                "{scale:?}"
+            );
         }
     }
 

@@ -194,7 +194,11 @@ impl Told<'_> {
     }
 
     /// The verdict, and why it is no better.
-    fn verdict(&self, before: Option<&Intervals>, after: Option<&Intervals>) -> (Verdict, Vec<String>) {
+    fn verdict(
+        &self,
+        before: Option<&Intervals>,
+        after: Option<&Intervals>,
+    ) -> (Verdict, Vec<String>) {
         let mut reasons = Vec::new();
         if self.is_scattered() {
             reasons.push("the loads contradict each other".to_owned());
@@ -218,7 +222,8 @@ impl Told<'_> {
             return (Verdict::Recalibrate, reasons);
         }
         if moved {
-            reasons.push("the scale has changed; with the day's scale loads are as stated".to_owned());
+            reasons
+                .push("the scale has changed; with the day's scale loads are as stated".to_owned());
             return (Verdict::Rescaled, reasons);
         }
         (Verdict::Good, reasons)

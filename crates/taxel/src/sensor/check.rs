@@ -1,8 +1,8 @@
 //! Every number of a sensor file possible.
 
 use super::{
-    CheckSpec, ConverterSpec, DynamicSpec, MAX_DYNAMIC_TERMS, PerLine, PerTaxel, Sense, SensorSpec, SheetSpec,
-    UncertaintySpec, plausible, resolved,
+    CheckSpec, ConverterSpec, DynamicSpec, MAX_DYNAMIC_TERMS, PerLine, PerTaxel, Sense, SensorSpec,
+    SheetSpec, UncertaintySpec, plausible, resolved,
 };
 use crate::Error;
 
@@ -319,9 +319,7 @@ fn check_check(check: &CheckSpec, has_material: bool) -> Result<(), Error> {
         return Err(range(key, check.scale_standard_error, "0 to 1", hint));
     }
     match check.offset_g {
-        Some(offset) if !offset.is_finite() => {
-            Err(range("check.offset_g", offset, "finite", hint))
-        }
+        Some(offset) if !offset.is_finite() => Err(range("check.offset_g", offset, "finite", hint)),
         _ => Ok(()),
     }
 }
