@@ -80,3 +80,6 @@ pub fn checked(sensor: &Sensor, report: &CheckReport, date: &str) -> Result<Sens
 fn digits(value: f64) -> f64 {
     format!("{value:.4e}").parse().unwrap_or(value)
 }
+
+#[cfg(test)]
+mod tests;

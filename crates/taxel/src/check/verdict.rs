@@ -278,3 +278,100 @@ impl Told<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::circuit::normal;
+
+    /// Stated errors that are true of what is drawn.
+    const STATED: UncertaintySpec = UncertaintySpec {
+        model_share: 0.03,
+        model_floor_g: 0.5,
+        fit_share: 0.01,
+        factor_95: 1.96,
+        presses: 100,
+    };
+
+    /// Twelve presses, 20 to 600 g, of a sensor that reads `scale` times what it did and scatters as much as stated times
+    /// `scatter`; its calibration was off by an error of the fit.
+    fn drawn(random: &mut ChaCha8Rng, scale: f64, scatter: f64) -> Readings {
+        let fit = 1.0 + STATED.fit_share * normal(random);
+        let press = |press: usize| {
+            let load_g = 20.0 + 53.0 * press as f64;
+            let sigma_g = STATED.model_g(load_g);
+            let reads_g = scale * fit * load_g + scatter * sigma_g * normal(random);
+            PressReading {
+                press,
+                reading: Reading {
+                    load_g,
+                    reads_g,
+                    sigma_g,
+                },
+                summed: false,
+            }
+        };
+        Readings {
+            presses: (0..12).map(press).collect(),
+            ..Readings::default()
+        }
+    }
+
+    fn verdict_of(before: Readings, stated: Option<&UncertaintySpec>) -> Verdict {
+        let scale = Scale::of(&known(&before), stated.is_some());
+        let by = scale.map_or(1.0, |scale| scale.value);
+        let mut after = Readings::default();
+        for press in &before.presses {
+            let mut press = *press;
+            press.reading.reads_g /= by;
+            after.presses.push(press);
+        }
+        let told = Told {
+            stated,
+            scale,
+            conductance: by,
+            before,
+            after,
+            offset: None,
+        };
+        let error = told.scale.map_or(0.0, |scale| scale.standard_error);
+        let before = told.intervals(&told.before, told.fit_share());
+        let after = told.intervals(&told.after, error);
+        told.verdict(before.as_ref(), after.as_ref()).0
+    }
+
+    /// Shares of good, rescaled and recalibrate, per cent.
+    fn shares(seed: u64, scale: f64, scatter: f64, stated: bool) -> [f64; 3] {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut counts = [0.0; 3];
+        for _ in 0..1000 {
+            let readings = drawn(&mut random, scale, scatter);
+            let place = match verdict_of(readings, stated.then_some(&STATED)) {
+                Verdict::Good => 0,
+                Verdict::Rescaled => 1,
+                Verdict::Recalibrate => 2,
+            };
+            counts[place] += 0.1;
+        }
+        counts
+    }
+
+    #[test]
+    fn drawn_sensors_get_the_verdict_that_they_deserve() {
+        for seed in 1..=3 {
+            for (name, scale, scatter, stated) in [
+                ("unchanged", 1.0, 1.0, true),
+                ("unchanged, nothing stated", 1.0, 1.0, false),
+                ("5 % more", 1.05, 1.0, true),
+                ("10 % more", 1.1, 1.0, true),
+                ("twice the scatter", 1.0, 2.0, true),
+                ("30 % less", 0.7, 1.0, true),
+            ] {
+                println!("{seed} {name}: {:?}", shares(seed, scale, scatter, stated));
+            }
+        }
+    }
+}
