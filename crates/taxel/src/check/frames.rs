@@ -163,6 +163,11 @@ impl<'a> Measurement<'a> {
         }
     }
 
+    /// Whether it is known what the empty array reads.
+    pub(super) fn has_empty(&self) -> bool {
+        !self.empty.is_empty()
+    }
+
     /// What is read where films conduct `conductance_scale` times what they did.
     pub(super) fn read(&self, conductance_scale: f64) -> Result<Readings, Error> {
         let scaled = self.sensor.edited(|spec| {
@@ -178,12 +183,20 @@ impl<'a> Measurement<'a> {
             loads_into(&mut laws, solved, &mut loads)?;
             self.read_presses(at, solved, &loads, &mut readings);
         }
+        let mut empty = Vec::new();
+        for solved in &self.empty {
+            loads_into(&mut laws, solved, &mut loads)?;
+            readings.offsets_g.extend(middle(solved, &loads));
+            empty.push(loads.values().iter().sum());
+        }
+        // What the empty array reads adds up over all taxels.
+        let zero_g = median(empty).unwrap_or(0.0);
         for (frames, (_, load_g)) in self.totals.iter().zip(&self.data.totals) {
             let mut sums = Vec::new();
             let mut sigma_g = 0.0;
             for solved in frames {
                 loads_into(&mut laws, solved, &mut loads)?;
-                sums.push(loads.values().iter().sum());
+                sums.push(loads.values().iter().sum::<f64>() - zero_g);
                 let model = loads.values().iter().map(|g| self.model_g(*g).powi(2));
                 sigma_g = model.sum::<f64>().sqrt();
             }
@@ -194,10 +207,6 @@ impl<'a> Measurement<'a> {
                     sigma_g,
                 });
             }
-        }
-        for solved in &self.empty {
-            loads_into(&mut laws, solved, &mut loads)?;
-            readings.offsets_g.extend(middle(solved, &loads));
         }
         Ok(readings)
     }

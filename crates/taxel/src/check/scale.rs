@@ -7,6 +7,8 @@ const HUBER: f64 = 1.345;
 const EFFICIENCY: f64 = 0.95;
 /// What the sensor file states of deviations weighs as much as so many presses.
 const STATED_WEIGHT: f64 = 8.0;
+/// Degrees of freedom that a median deviation has of each value beyond the first: it is less sure than a standard one.
+const DEVIATION_WEIGHT: f64 = 0.5;
 /// A sensor that has not changed is taken for one that has with this probability.
 const FALSE_ALARM: f64 = 0.01;
 
@@ -62,7 +64,7 @@ impl Scale {
             value = sum / weights;
         }
         let spread = spread(value);
-        let own = (count - 1.0).max(0.0);
+        let own = DEVIATION_WEIGHT * (count - 1.0).max(0.0);
         let said = if stated { STATED_WEIGHT } else { 0.0 };
         let degrees = own + said;
         let usual = ((said + own * spread * spread) / degrees).sqrt();

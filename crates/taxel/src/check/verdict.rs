@@ -39,6 +39,7 @@ struct Told<'a> {
     after: Readings,
     /// What unloaded taxels read with its standard error, grams.
     offset: Option<(f64, Option<f64>)>,
+    has_empty: bool,
 }
 
 /// The verdict on a sensor without an earlier check.
@@ -56,6 +57,7 @@ pub(super) fn judge(sensor: &Sensor, measured: Measurement<'_>) -> Result<CheckR
         conductance,
         after: measured.read(conductance)?,
         offset: offset(&before),
+        has_empty: measured.has_empty(),
         before,
     };
     Ok(told.report(sensor, measured.left_out))
@@ -243,6 +245,12 @@ impl Told<'_> {
         if self.stated.is_none() {
             notes.push("the sensor file states no [uncertainty]: the verdict is by the scatter of the loads themselves".to_owned());
         }
+        if !self.before.totals.is_empty() && !self.has_empty {
+            notes.push(
+                "what the empty array reads is not taken off the total: record it as well"
+                    .to_owned(),
+            );
+        }
         if self.scale.is_none() {
             notes.push("no load was compared: this tells the offset alone".to_owned());
         }
@@ -336,6 +344,7 @@ mod tests {
             before,
             after,
             offset: None,
+            has_empty: false,
         };
         let error = told.scale.map_or(0.0, |scale| scale.standard_error);
         let before = told.intervals(&told.before, told.fit_share());
@@ -362,16 +371,23 @@ mod tests {
     #[test]
     fn drawn_sensors_get_the_verdict_that_they_deserve() {
         for seed in 1..=3 {
-            for (name, scale, scatter, stated) in [
-                ("unchanged", 1.0, 1.0, true),
-                ("unchanged, nothing stated", 1.0, 1.0, false),
-                ("5 % more", 1.05, 1.0, true),
-                ("10 % more", 1.1, 1.0, true),
-                ("twice the scatter", 1.0, 2.0, true),
-                ("30 % less", 0.7, 1.0, true),
-            ] {
-                println!("{seed} {name}: {:?}", shares(seed, scale, scatter, stated));
-            }
+            let [_, alarm, bad] = shares(seed, 1.0, 1.0, true);
+            assert!(alarm < 1.7 && bad == 0.0, "{seed}: {alarm} {bad}");
+            let [_, alarm, bad] = shares(seed, 1.0, 1.0, false);
+            println!("unstated {alarm} {bad}");
+            assert!(alarm + bad < 4.0, "{seed}: {alarm} {bad}");
+            let [_, rescaled, bad] = shares(seed, 1.05, 1.0, true);
+            println!(
+                "five {rescaled} {bad} twice {:?}",
+                shares(seed, 1.0, 2.0, true)
+            );
+            assert!(rescaled > 70.0 && bad == 0.0, "{seed}: {rescaled} {bad}");
+            let [good, rescaled, _] = shares(seed, 1.1, 1.0, true);
+            assert!(good < 0.15 && rescaled > 99.0, "{seed}: {good} {rescaled}");
+            let [good, rescaled, _] = shares(seed, 0.7, 1.0, true);
+            assert!(good + rescaled < 0.05, "{seed}: {good} {rescaled}");
+            let [_, _, bad] = shares(seed, 1.0, 2.0, true);
+            assert!(bad > 22.0, "{seed}: {bad}");
         }
     }
 }
