@@ -11,10 +11,11 @@
 //! | [`chain`] | from frames of a file to numbers in a unit, one frame at a time |
 //! | [`frames`] | files of frames by their extension |
 //! | [`sensor_source`] | the sensor of a source: of a file, a preset, or what a recording brings |
-//! | [`line_survey`], [`presses`], [`training_set`] | what is read before the work: faulty lines, labelled presses, what a model learns from |
+//! | [`line_survey`], [`presses`], [`check`], [`training_set`] | what is read before the work: faulty lines, labelled presses, known loads of the day, what a model learns from |
 
 pub mod carry;
 pub mod chain;
+pub mod check;
 pub mod error;
 pub mod evaluation;
 pub mod executor;

@@ -17,6 +17,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
         "Fit and compensate",
         &[
             "calibrate",
+            "check",
             "compensate",
             "dataset",
             "train",
@@ -41,7 +42,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
 ];
 
 /// One to three examples of every verb. Files that are read are those that another example writes, where one does.
-const EXAMPLES: [(&str, &[&str]); 27] = [
+const EXAMPLES: [(&str, &[&str]); 28] = [
     (
         "live",
         &[
@@ -108,6 +109,13 @@ const EXAMPLES: [(&str, &[&str]); 27] = [
             "taxel calibrate --sensor sensor.toml --presses experiments.csv -o calibrated.toml",
             "taxel calibrate --sensor sensor.toml --pairs pairs.csv -o calibrated.toml    # one taxel",
             "taxel calibrate --sensor calibrated.toml --series run.txt --loads g.csv --period 0.05 -o d.toml",
+        ],
+    ),
+    (
+        "check",
+        &[
+            "taxel check --sensor calibrated.toml --presses check.csv -o today.toml",
+            "taxel check --sensor calibrated.toml --empty empty.txt --total 812.5N standing.mcap",
         ],
     ),
     (

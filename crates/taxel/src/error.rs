@@ -224,6 +224,11 @@ pub enum Error {
         /// What there is.
         hint: String,
     },
+    /// A check without a load that is known.
+    #[error(
+        "nothing to check with: 0 presses, 0 totals, 0 empty frames\nhint: a few known weights, one total or the empty array tell something each"
+    )]
+    NothingToCheck,
     /// A labelled press that points outside the data.
     #[error(
         "a press is labelled row {row}, column {column} in frame {frame}, but the array has {rows} rows x {columns} columns and there are {frames} frames\nhint: rows, columns and frames count from 0; swapped labels mean a swapped recording"

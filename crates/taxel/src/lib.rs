@@ -11,6 +11,7 @@
 //! | [`material`] | conductances → loads: load law, spread to neighbours, creep and hysteresis |
 //! | [`screen`] | counts → marks: readings that cannot be trusted |
 //! | [`calibrate`] | labelled presses → the circuit's unknowns, the load law, creep and hysteresis |
+//! | [`check`] | a few known loads → whether a calibrated sensor still is what it was |
 //! | [`pipeline`] | all of these in the order that a stream needs: counts → loads |
 //! | [`simulate`] | a virtual sensor with known loads |
 //! | [`metric`], [`stats`] | figures of merit; one definition of each statistic |
@@ -33,6 +34,7 @@ pub mod pipeline;
 pub mod uncertainty;
 
 pub mod calibrate;
+pub mod check;
 pub mod design;
 pub mod evaluate;
 

@@ -16,8 +16,8 @@ pub use preset::{PRESETS, preset};
 pub use resolved::{Material, Readout, Sense, USUAL_OPEN_LOOP_GAIN};
 pub(crate) use spec::MAX_DYNAMIC_TERMS;
 pub use spec::{
-    Bend, ConverterSpec, DynamicSpec, MaterialSpec, PerLine, PerTaxel, Provenance, ReadoutSpec,
-    ScanOrder, ScreenSpec, SensorSpec, SheetSpec, Topology, UncertaintySpec,
+    Bend, CheckSpec, ConverterSpec, DynamicSpec, MaterialSpec, PerLine, PerTaxel, Provenance,
+    ReadoutSpec, ScanOrder, ScreenSpec, SensorSpec, SheetSpec, Topology, UncertaintySpec, Verdict,
 };
 
 use crate::{Error, Mark};
@@ -43,6 +43,7 @@ pub struct Sensor {
     absent: Vec<bool>,
     /// x and y of every taxel, mm; empty where none are said.
     positions: Vec<[f64; 2]>,
+    uncertainty: Option<UncertaintySpec>,
 }
 
 impl TryFrom<SensorSpec> for Sensor {
@@ -94,6 +95,7 @@ impl Sensor {
         let absent = array::absent(&spec)?;
         let positions = array::places(&spec, &absent)?;
         Ok(Self {
+            uncertainty: resolved::uncertainty(&spec),
             spec,
             readout,
             material,
@@ -137,9 +139,14 @@ impl Sensor {
         self.material.as_ref()
     }
 
-    /// What loads are uncertain by beyond noise, once a calibration has found it.
+    /// What loads are uncertain by beyond noise, once a calibration has found it; with the error of the day's scale.
     pub fn uncertainty(&self) -> Option<&UncertaintySpec> {
-        self.spec.uncertainty.as_ref()
+        self.uncertainty.as_ref()
+    }
+
+    /// The day's scale, once checked.
+    pub fn check(&self) -> Option<&CheckSpec> {
+        self.spec.check.as_ref()
     }
 
     /// Known faults.

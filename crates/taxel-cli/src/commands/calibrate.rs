@@ -229,7 +229,7 @@ fn doubt(report: &CalibrationReport, table: &Path, lines: &[u64]) -> Exit {
 }
 
 /// The date in UTC, ISO 8601.
-fn today() -> String {
+pub(super) fn today() -> String {
     let mut stamp = time_stamp(SystemTime::now());
     // The time of day follows the ten characters of the date.
     stamp.truncate(10);

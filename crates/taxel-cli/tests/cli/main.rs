@@ -5,6 +5,7 @@ mod analyse;
 mod bad_input;
 mod bounds;
 mod calibrate;
+mod check;
 mod compensate;
 mod design;
 mod evaluate;

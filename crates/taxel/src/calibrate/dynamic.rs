@@ -67,8 +67,9 @@ pub fn fit_dynamic(
     plays: usize,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<DynamicFit, Error> {
+    let sensor = sensor.edited(|spec| spec.check = None)?;
     let task = Task::new(
-        sensor,
+        &sensor,
         series,
         lags.min(MAX_DYNAMIC_TERMS),
         plays.min(MAX_DYNAMIC_TERMS),

@@ -1,8 +1,8 @@
 //! Every number of a sensor file possible.
 
 use super::{
-    ConverterSpec, DynamicSpec, MAX_DYNAMIC_TERMS, PerLine, PerTaxel, Sense, SensorSpec, SheetSpec,
-    UncertaintySpec, array, plausible, resolved,
+    CheckSpec, ConverterSpec, DynamicSpec, MAX_DYNAMIC_TERMS, PerLine, PerTaxel, Sense, SensorSpec,
+    SheetSpec, UncertaintySpec, array, plausible, resolved,
 };
 use crate::Error;
 
@@ -15,6 +15,9 @@ pub(super) fn values(sensor: &SensorSpec) -> Result<(), Error> {
     material(sensor)?;
     if let Some(uncertainty) = &sensor.uncertainty {
         check_uncertainty(uncertainty)?;
+    }
+    if let Some(check) = &sensor.check {
+        check_check(check, sensor.material.is_some())?;
     }
     plausible::numbers(sensor)?;
     named_lines(sensor)
@@ -305,6 +308,32 @@ fn check_uncertainty(uncertainty: &UncertaintySpec) -> Result<(), Error> {
         uncertainty.factor_95,
         "1.96 for a normal distribution",
     )
+}
+
+fn check_check(check: &CheckSpec, has_material: bool) -> Result<(), Error> {
+    if !has_material {
+        return Err(Error::MissingKey {
+            key: "material",
+            hint: "[check] scales a load law: leave it out where there is none".to_owned(),
+        });
+    }
+    let hint = "a check writes it: check again, or leave [check] out";
+    for (key, value) in [
+        ("check.scale", check.scale),
+        ("check.conductance_scale", check.conductance_scale),
+    ] {
+        if !(0.1..=10.0).contains(&value) {
+            return Err(range(key, value, "0.1 to 10", hint));
+        }
+    }
+    if !(0.0..=1.0).contains(&check.scale_standard_error) {
+        let key = "check.scale_standard_error";
+        return Err(range(key, check.scale_standard_error, "0 to 1", hint));
+    }
+    match check.offset_g {
+        Some(offset) if !offset.is_finite() => Err(range("check.offset_g", offset, "finite", hint)),
+        _ => Ok(()),
+    }
 }
 
 fn check_sheet(sheet: SheetSpec) -> Result<(), Error> {

@@ -6,7 +6,7 @@ use crate::Error;
 /// Characters of a line that an error quotes.
 const MAX_QUOTE: usize = 200;
 
-const TABLES: [(&str, &[&str]); 11] = [
+const TABLES: [(&str, &[&str]); 12] = [
     (
         "",
         &[
@@ -17,6 +17,7 @@ const TABLES: [(&str, &[&str]); 11] = [
             "converter",
             "material",
             "uncertainty",
+            "check",
             "screen",
             "provenance",
         ],
@@ -93,6 +94,19 @@ const TABLES: [(&str, &[&str]); 11] = [
             "fit_share",
             "factor_95",
             "presses",
+        ],
+    ),
+    (
+        "check",
+        &[
+            "scale",
+            "conductance_scale",
+            "scale_standard_error",
+            "offset_g",
+            "presses",
+            "date",
+            "verdict",
+            "calibrated",
         ],
     ),
     (

@@ -2,7 +2,7 @@
 
 use super::spec::{
     Bend, DynamicSpec, MaterialSpec, PerLine, PerTaxel, ReadoutSpec, SensorSpec, SheetSpec,
-    Topology,
+    Topology, UncertaintySpec,
 };
 use crate::Error;
 
@@ -93,7 +93,7 @@ impl Readout {
 pub struct Material {
     /// Conductance of an unloaded taxel, siemens.
     pub g_zero_siemens: f64,
-    /// Siemens per gram^exponent.
+    /// Siemens per gram^exponent, on the day of the last check.
     pub factor: f64,
     /// One for all taxels, or one for each, row by row: a file of a few bytes may tell of millions of taxels.
     pub(crate) exponent: Vec<f64>,
@@ -131,8 +131,21 @@ fn at(values: &[f64], taxel: usize) -> f64 {
 
 /// Read-out and material of what a file says.
 pub(super) fn resolve(spec: &SensorSpec) -> Result<(Readout, Option<Material>), Error> {
-    let material = spec.material.as_ref().map(material).transpose()?;
+    let mut material = spec.material.as_ref().map(material).transpose()?;
+    if let (Some(material), Some(check)) = (&mut material, &spec.check) {
+        // Whatever reads or writes loads by this law agrees on the day's scale.
+        material.factor *= check.conductance_scale;
+    }
     Ok((readout(&spec.readout)?, material))
+}
+
+/// What loads are uncertain by, with the error of the day's scale.
+pub(super) fn uncertainty(spec: &SensorSpec) -> Option<UncertaintySpec> {
+    let mut uncertainty = spec.uncertainty?;
+    if let Some(check) = &spec.check {
+        uncertainty.fit_share = uncertainty.fit_share.hypot(check.scale_standard_error);
+    }
+    Some(uncertainty)
 }
 
 /// What the sensed row ends in; numbers as they stand.

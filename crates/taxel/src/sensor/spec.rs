@@ -1,5 +1,6 @@
 //! What a sensor file says ([formats.md](https://github.com/taxel/taxel/blob/main/docs/formats.md)), key by key.
 
+mod check;
 mod material;
 
 use serde::{Deserialize, Serialize};
@@ -7,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::array::{Array, Population, Positions};
 use super::keys;
 use crate::Error;
+pub use check::{CheckSpec, Verdict};
 pub(crate) use material::MAX_DYNAMIC_TERMS;
 pub use material::{Bend, DynamicSpec, MaterialSpec, SheetSpec, UncertaintySpec};
 
@@ -251,6 +253,9 @@ pub struct SensorSpec {
     /// What loads are uncertain by beyond noise, once known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uncertainty: Option<UncertaintySpec>,
+    /// How much more or less it reads since, once checked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub check: Option<CheckSpec>,
     /// Known faults.
     #[serde(default, skip_serializing_if = "is_default")]
     pub screen: ScreenSpec,
@@ -270,6 +275,7 @@ impl SensorSpec {
             converter,
             material: None,
             uncertainty: None,
+            check: None,
             screen: ScreenSpec::default(),
             provenance: None,
         }

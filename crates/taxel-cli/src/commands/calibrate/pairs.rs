@@ -60,8 +60,7 @@ pub(super) fn run(args: &Args, sensor: Sensor) -> Result<Exit, Error> {
             "loads left out are {error:.1} g off on average, and guessing their median would be {blind:.1} g off"
         )));
     }
-    let law = chosen.law.to_material();
-    let sensor = sensor.edited(|spec| spec.material = Some(law)).map_err(|error| {
+    let sensor = with_law(&sensor, chosen).map_err(|error| {
         let error = error.to_string();
         let what = error.lines().next().unwrap_or_default();
         failed(format!(
@@ -83,6 +82,15 @@ pub(super) fn run(args: &Args, sensor: Sensor) -> Result<Exit, Error> {
         Exit::Good
     } else {
         Exit::DataLost
+    })
+}
+
+/// The sensor with a new law; what an earlier calibration said of loads is no longer of it.
+fn with_law(sensor: &Sensor, chosen: &LawFit) -> Result<Sensor, taxel::Error> {
+    sensor.edited(|spec| {
+        spec.material = Some(chosen.law.to_material());
+        spec.uncertainty = None;
+        spec.check = None;
     })
 }
 

@@ -177,9 +177,10 @@ impl Ring<'_> {
                 .next()
                 .map_or_else(|| straight(&pairs), |fit| fit.law),
         };
-        let sensor = self
-            .sensor
-            .edited(|spec| spec.material = Some(law.to_material()))?;
+        let sensor = self.sensor.edited(|spec| {
+            spec.material = Some(law.to_material());
+            spec.check = None;
+        })?;
         let pipeline = Pipeline::new(&sensor, Box::new(raw))?;
         self.with_frames(name, pipeline, String::new())
     }

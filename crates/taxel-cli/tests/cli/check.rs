@@ -1,0 +1,80 @@
+//! `taxel check`: a calibrated sensor and a few known loads in, a verdict and the day's sensor out.
+
+use crate::run::{Folder, SENSOR};
+
+const STATED: &str = "[uncertainty]\nmodel_share = 0.01\nmodel_floor_g = 0.2\nfit_share = 0.003\nfactor_95 = 1.96\npresses = 100\n";
+
+/// Presses on a sensor whose film conducts as `factor` says; its calibration said 8.29e-6.
+fn pressed(factor: &str) -> Folder {
+    let folder = Folder::new();
+    folder.write("today.toml", &SENSOR.replace("8.29e-6", factor));
+    folder.write("calibrated.toml", &format!("{SENSOR}\n{STATED}"));
+    folder.good(
+        "simulate --sensor today.toml --pattern press --frames 10 --seed 8 \
+         -o check.txt --presses check.csv",
+    );
+    folder
+}
+
+const CHECK: &str = "check --sensor calibrated.toml --presses check.csv";
+
+#[test]
+fn a_sensor_that_has_not_changed_is_good() {
+    let folder = pressed("8.29e-6");
+    let run = folder.good(CHECK);
+    assert!(run.out.starts_with("verdict      good\n"), "{run}");
+    assert!(
+        run.out.contains("10 of 10 inside: hold, as calibrated"),
+        "{run}"
+    );
+}
+
+#[test]
+fn the_days_scale_is_written_and_loads_are_read_by_it() {
+    let folder = pressed("8.7045e-6");
+    let run = folder.good(&format!("{CHECK} -o rescaled.toml"));
+    assert!(run.out.starts_with("verdict      rescaled\n"), "{run}");
+    assert!(run.out.contains("conductance  1.05"), "{run}");
+    assert!(run.err.ends_with("wrote rescaled.toml\n"), "{run}");
+    let text = folder.read("rescaled.toml");
+    assert!(
+        text.contains("[check]") && text.contains("factor = 0.00000829"),
+        "{text}"
+    );
+    folder.good(
+        "simulate --sensor today.toml --pattern blobs --frames 4 --seed 9 --load-g 300 \
+         -o validation.txt --truth truth.csv",
+    );
+    folder.good("compensate validation.txt --sensor rescaled.toml --unit g -o loads.csv");
+    let (loads, truth) = (folder.numbers("loads.csv"), folder.numbers("truth.csv"));
+    let worst = loads.iter().zip(&truth).map(|(a, b)| (a - b).abs());
+    let worst = worst.fold(0.0, f64::max);
+    assert!(worst < 0.2, "{worst}");
+}
+
+#[test]
+fn a_sensor_beyond_any_scale_is_to_be_calibrated_again() {
+    let folder = pressed("4.0e-6");
+    let run = folder.taxel(&format!("{CHECK} -o rescaled.toml --json"));
+    assert!(run.to_string().starts_with("exit code: 3"), "{run}");
+    assert!(run.out.contains("\"verdict\": \"recalibrate\""), "{run}");
+    assert!(run.err.contains("rescaled.toml is not written"), "{run}");
+    assert!(!folder.exists("rescaled.toml"));
+}
+
+#[test]
+fn what_cannot_be_checked_is_refused() {
+    let folder = pressed("8.29e-6");
+    insta::assert_snapshot!(folder.taxel("check --sensor calibrated.toml --total 812.5 check.txt"), @r"
+    exit code: 2
+    ----- stdout -----
+
+    ----- stderr -----
+    error: `812.5` is no load above 0 with a unit
+    hint: write 812.5N, 640g or 82.9kg
+    ");
+    folder.write("bare.toml", SENSOR.split("[material]").next().unwrap());
+    let run = folder.taxel("check --sensor bare.toml --presses check.csv");
+    assert!(run.to_string().starts_with("exit code: 1"), "{run}");
+    assert!(run.err.contains("`material` is missing"), "{run}");
+}

@@ -1,0 +1,329 @@
+//! Frames of known loads as a calibrated sensor reads them.
+
+use super::CheckData;
+use super::scale::Reading;
+use crate::calibrate::PressLabel;
+use crate::frame::grams_from_newtons;
+use crate::pipeline::Pipeline;
+use crate::screen::{LineFaults, LineScreen};
+use crate::sensor::UncertaintySpec;
+use crate::solve::default_method;
+use crate::stats::median;
+use crate::uncertainty::StandardErrors;
+use crate::{Counts, Error, Frame, Grams, Mark, Sensor, Siemens};
+
+/// A press stands alone where nothing is two to three taxels away: less than this share of its load on any taxel,
+const RING_SHARE: f64 = 0.05;
+/// or than so many times what unloaded taxels read, standard deviations.
+const RING_FLOORS: f64 = 3.0;
+/// Taxels from a press to the end of that ring.
+const RING: usize = 3;
+/// Unloaded taxels tell the offset of a frame where no more than this share carries more than a tenth of its press.
+const QUIET_SHARE: f64 = 0.25;
+
+/// A frame solved once: its loads follow by any load law.
+struct Solved {
+    siemens: Frame<Siemens>,
+    /// What noise has a part in, grams.
+    noise_g: Vec<f64>,
+    marks: Vec<Mark>,
+}
+
+/// The frames of a check.
+pub(super) struct Measurement<'a> {
+    sensor: &'a Sensor,
+    data: &'a CheckData,
+    frames: Vec<Option<Solved>>,
+    totals: Vec<Vec<Solved>>,
+    empty: Vec<Solved>,
+    /// What could not be compared, and why.
+    pub(super) left_out: Vec<String>,
+}
+
+/// What is read of a press.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct PressReading {
+    /// Index into the data's presses.
+    pub(super) press: usize,
+    pub(super) reading: Reading,
+    /// It stood alone: its eight neighbours carry a part of the load.
+    pub(super) summed: bool,
+}
+
+/// Everything that is read by one scale of conductances.
+#[derive(Debug, Default)]
+pub(super) struct Readings {
+    /// Of loads above 0.
+    pub(super) presses: Vec<PressReading>,
+    /// Of the whole array.
+    pub(super) totals: Vec<Reading>,
+    /// Of taxels that are said to carry nothing, grams.
+    pub(super) unloaded_g: Vec<f64>,
+    /// What unloaded taxels of a frame read, grams.
+    pub(super) offsets_g: Vec<f64>,
+}
+
+/// Turns frames into solved ones.
+struct Reader {
+    pipeline: Pipeline,
+    errors: StandardErrors,
+}
+
+impl Reader {
+    fn new(sensor: &Sensor, faults: &LineFaults) -> Result<Self, Error> {
+        let mut pipeline = Pipeline::new(sensor, default_method(sensor)?)?;
+        pipeline.set_lines(faults);
+        Ok(Self {
+            pipeline,
+            errors: StandardErrors::new(sensor, faults.level)?,
+        })
+    }
+
+    /// A frame's conductances; `noise`: with what noise has a part in. None without an answer.
+    fn solve(&mut self, frame: &Frame<Counts>, noise: bool) -> Result<Option<Solved>, Error> {
+        self.pipeline.begin_anew();
+        let result = self.pipeline.process(frame);
+        let (Some(siemens), true) = (result.siemens, result.outcome.is_answer()) else {
+            return Ok(None);
+        };
+        let loads = result.newtons()?;
+        let mut noise_g = vec![0.0; loads.values().len()];
+        if noise {
+            let mut marks = loads.marks().to_vec();
+            self.errors
+                .of_loads(siemens, loads.values(), true, &mut marks)?;
+            let parts = self.errors.parts().noise.values();
+            for (to, &newtons) in noise_g.iter_mut().zip(parts) {
+                *to = grams_from_newtons(newtons);
+            }
+        }
+        Ok(Some(Solved {
+            siemens: siemens.clone(),
+            noise_g,
+            marks: loads.marks().to_vec(),
+        }))
+    }
+}
+
+impl<'a> Measurement<'a> {
+    pub(super) fn new(sensor: &'a Sensor, data: &'a CheckData) -> Result<Self, Error> {
+        let mut reader = Reader::new(sensor, &line_faults(sensor, data)?)?;
+        let mut left_out = Vec::new();
+        let mut frames = Vec::with_capacity(data.frames.len());
+        for (i, frame) in data.frames.iter().enumerate() {
+            let solved = reader.solve(frame, true)?;
+            if solved.is_none() {
+                left_out.push(format!("frame {i} of the presses has no answer"));
+            }
+            frames.push(solved);
+        }
+        let mut totals = Vec::new();
+        for (recording, _) in &data.totals {
+            totals.push(solve_all(&mut reader, recording, "a total", &mut left_out)?);
+        }
+        let empty = solve_all(&mut reader, &data.empty, "the empty array", &mut left_out)?;
+        let mut found = Self {
+            sensor,
+            data,
+            frames,
+            totals,
+            empty,
+            left_out,
+        };
+        found.name_lost();
+        Ok(found)
+    }
+
+    /// Names presses on taxels without a number.
+    fn name_lost(&mut self) {
+        for press in &self.data.presses {
+            let taxel = press.row * self.sensor.columns() + press.column;
+            if let Some(solved) = &self.frames[press.frame]
+                && solved.marks[taxel] != Mark::Good
+            {
+                self.left_out.push(format!(
+                    "row {}, column {}, {} g: no measurement there ({})",
+                    press.row,
+                    press.column,
+                    press.load_g,
+                    solved.marks[taxel].word()
+                ));
+            }
+        }
+        let lost = |solved: &Solved| solved.marks.iter().filter(|m| !is_measured(**m)).count();
+        let all = self.sensor.rows() * self.sensor.columns();
+        for frames in &self.totals {
+            let each = frames.iter().map(|solved| lost(solved) as f64);
+            match median(each) {
+                Some(taxels) if taxels > 0.0 => self.left_out.push(format!(
+                    "{taxels} of {all} taxels were not measured under a total: what stands on them is missing from it"
+                )),
+                _ => {}
+            }
+        }
+    }
+
+    /// Whether it is known what the empty array reads.
+    pub(super) fn has_empty(&self) -> bool {
+        !self.empty.is_empty()
+    }
+
+    /// What is read where films conduct `conductance_scale` times what they did.
+    pub(super) fn read(&self, conductance_scale: f64) -> Result<Readings, Error> {
+        let scaled = self.sensor.edited(|spec| {
+            if let Some(material) = &mut spec.material {
+                material.factor *= conductance_scale;
+            }
+        })?;
+        let mut laws = Pipeline::new(&scaled, default_method(&scaled)?)?;
+        let mut loads = Frame::<Grams>::zeros(scaled.rows(), scaled.columns());
+        let mut readings = Readings::default();
+        for (at, solved) in self.frames.iter().enumerate() {
+            let Some(solved) = solved else { continue };
+            loads_into(&mut laws, solved, &mut loads)?;
+            self.read_presses(at, solved, &loads, &mut readings);
+        }
+        let mut empty = Vec::new();
+        for solved in &self.empty {
+            loads_into(&mut laws, solved, &mut loads)?;
+            readings.offsets_g.extend(middle(solved, &loads));
+            empty.push(loads.values().iter().sum());
+        }
+        // What the empty array reads adds up over all taxels.
+        let zero_g = median(empty).unwrap_or(0.0);
+        for (frames, (_, load_g)) in self.totals.iter().zip(&self.data.totals) {
+            let mut sums = Vec::new();
+            let mut sigma_g = 0.0;
+            for solved in frames {
+                loads_into(&mut laws, solved, &mut loads)?;
+                sums.push(loads.values().iter().sum::<f64>() - zero_g);
+                let model = loads.values().iter().map(|g| self.model_g(*g).powi(2));
+                sigma_g = model.sum::<f64>().sqrt();
+            }
+            if let Some(reads_g) = median(sums) {
+                readings.totals.push(Reading {
+                    load_g: *load_g,
+                    reads_g,
+                    sigma_g,
+                });
+            }
+        }
+        Ok(readings)
+    }
+
+    fn read_presses(&self, frame: usize, solved: &Solved, loads: &Frame<Grams>, to: &mut Readings) {
+        let numbered = self.data.presses.iter().enumerate();
+        let mut heaviest = 0.0f64;
+        for (press, label) in numbered.filter(|(_, label)| label.frame == frame) {
+            let taxel = label.row * loads.columns() + label.column;
+            if solved.marks[taxel] != Mark::Good {
+                continue;
+            }
+            if label.load_g == 0.0 {
+                to.unloaded_g.push(loads.values()[taxel]);
+                continue;
+            }
+            heaviest = heaviest.max(label.load_g);
+            let summed = self.stands_alone(label, loads);
+            let (mut reads_g, mut noise) = (0.0, 0.0);
+            for (row, column) in around(label, 0, usize::from(summed), loads) {
+                let taxel = row * loads.columns() + column;
+                if is_measured(solved.marks[taxel]) {
+                    reads_g += loads.values()[taxel];
+                    let noise_g = Some(solved.noise_g[taxel]).filter(|g| g.is_finite());
+                    noise += noise_g.unwrap_or(0.0).powi(2);
+                }
+            }
+            let reading = Reading {
+                load_g: label.load_g,
+                reads_g,
+                sigma_g: noise.sqrt().hypot(self.model_g(reads_g)),
+            };
+            to.presses.push(PressReading {
+                press,
+                reading,
+                summed,
+            });
+        }
+        let values = loads.values();
+        let loaded = values.iter().filter(|g| **g > 0.1 * heaviest).count();
+        if heaviest > 0.0 && (loaded as f64) < QUIET_SHARE * values.len() as f64 {
+            to.offsets_g.extend(middle(solved, loads));
+        }
+    }
+
+    fn model_g(&self, load_g: f64) -> f64 {
+        self.stated().map_or(0.0, |stated| stated.model_g(load_g))
+    }
+
+    fn stated(&self) -> Option<&UncertaintySpec> {
+        self.sensor.uncertainty()
+    }
+
+    /// Whether nothing else is near a press, so that what its neighbours read is its own.
+    fn stands_alone(&self, press: &PressLabel, loads: &Frame<Grams>) -> bool {
+        let floor = self.stated().map_or(0.0, |stated| stated.model_floor_g);
+        let most = (RING_SHARE * press.load_g).max(RING_FLOORS * floor);
+        let near = |(row, column)| loads.values()[row * loads.columns() + column] < most;
+        around(press, 2, RING, loads).all(near)
+    }
+}
+
+/// Taxels from `from` to `to` away from a press, diagonals too.
+fn around(
+    press: &PressLabel,
+    from: usize,
+    to: usize,
+    loads: &Frame<Grams>,
+) -> impl Iterator<Item = (usize, usize)> + use<> {
+    let (row, column) = (press.row, press.column);
+    let rows = row.saturating_sub(to)..=(row + to).min(loads.rows() - 1);
+    let columns = column.saturating_sub(to)..=(column + to).min(loads.columns() - 1);
+    rows.flat_map(move |r| columns.clone().map(move |c| (r, c)))
+        .filter(move |&(r, c)| r.abs_diff(row).max(c.abs_diff(column)) >= from)
+}
+
+fn is_measured(mark: Mark) -> bool {
+    matches!(mark, Mark::Good | Mark::Interpolated)
+}
+
+/// What half of the taxels read less than, grams.
+fn middle(solved: &Solved, loads: &Frame<Grams>) -> Option<f64> {
+    let each = loads.values().iter().zip(&solved.marks);
+    median(each.filter(|(_, m)| **m == Mark::Good).map(|(g, _)| *g))
+}
+
+fn loads_into(laws: &mut Pipeline, solved: &Solved, loads: &mut Frame<Grams>) -> Result<(), Error> {
+    laws.begin_anew();
+    let newtons = laws.process_siemens(&solved.siemens).newtons()?;
+    for (to, &newtons) in loads.values_mut().iter_mut().zip(newtons.values()) {
+        *to = grams_from_newtons(newtons);
+    }
+    Ok(())
+}
+
+fn solve_all(
+    reader: &mut Reader,
+    frames: &[Frame<Counts>],
+    what: &str,
+    left_out: &mut Vec<String>,
+) -> Result<Vec<Solved>, Error> {
+    let mut all = Vec::new();
+    for (i, frame) in frames.iter().enumerate() {
+        match reader.solve(frame, false)? {
+            Some(solved) => all.push(solved),
+            None => left_out.push(format!("frame {i} of {what} has no answer")),
+        }
+    }
+    Ok(all)
+}
+
+/// Lines that the frames show to be out, and those of the sensor file.
+fn line_faults(sensor: &Sensor, data: &CheckData) -> Result<LineFaults, Error> {
+    let mut screen = LineScreen::from_sensor(sensor);
+    let totals = data.totals.iter().flat_map(|(frames, _)| frames);
+    for frame in data.frames.iter().chain(totals).chain(&data.empty) {
+        screen.observe(frame)?;
+    }
+    Ok(screen.finish().with_declared(sensor.screen()))
+}
