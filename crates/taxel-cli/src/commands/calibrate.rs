@@ -75,6 +75,9 @@ pub(crate) struct Args {
     /// Fit the source resistor
     #[arg(long)]
     fit_source: bool,
+    /// What the labelled loads themselves are off by, such as 2% or 0.02: taken out of what the sensor is uncertain by
+    #[arg(long, value_name = "SHARE", value_parser = share, default_value = "0", conflicts_with_all = ["pairs", "series"])]
+    label_error: f64,
     /// Folds of the cross-validation by press
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(2..))]
     folds: u16,
@@ -172,10 +175,23 @@ fn options_of(args: &Args, table: &Path) -> CalibrationOptions {
     options.per_line = args.per_line;
     options.open_loop_gain = args.fit_gain;
     options.r_source = args.fit_source;
+    options.label_share = args.label_error;
     options.folds = args.folds.into();
     options.date = today();
     options.files = names.map(|file| file.display().to_string()).collect();
     options
+}
+
+/// A share of one, or per cent.
+fn share(text: &str) -> Result<f64, String> {
+    let (number, unit) = match text.trim().strip_suffix('%') {
+        Some(number) => (number, 0.01),
+        None => (text, 1.0),
+    };
+    let share = number.trim().parse().ok().map(|x: f64| x * unit);
+    share
+        .filter(|share| (0.0..0.5).contains(share))
+        .ok_or_else(|| "a share from 0 to below a half is needed, such as 2% or 0.02".to_owned())
 }
 
 /// The sensor that is given, else the one that the recordings carry.
