@@ -30,6 +30,7 @@ fn without_a_verb_the_help_is_shown_and_the_exit_code_is_2() {
 
     Fit and compensate:
       calibrate   Fit switch resistances and load law to labelled presses
+      check       Tell whether a calibrated sensor still is what it was
       compensate  Remove the cross-talk from a recording
       dataset     Make a training set
       train       Train a network on labelled presses
@@ -159,6 +160,8 @@ fn flags_of_calibrate() {
           --per-line              Fit one switch resistance per line, even without equilibration frames
           --fit-gain              Fit the amplifier's open-loop gain
           --fit-source            Fit the source resistor
+          --label-error <SHARE>   What the labelled loads themselves are off by, such as 2% or 0.02:
+                                  taken out of what the sensor is uncertain by [default: 0]
           --folds <N>             Folds of the cross-validation by press [default: 5]
           --transpose             The recordings have rows and columns swapped
           --json                  Print the report as JSON
