@@ -681,20 +681,26 @@ test("what is read together is of one frame", async () => {
   const server = await live("sim:econe?hand");
   const page = await openLive(server);
   const box = await page.locator("#compensated-canvas").boundingBox();
-  // Where the hand presses hardest.
+  // Where the hand presses hardest; it lets go between grips, so look again where a sweep fell into a pause.
   let best = { load: -1 };
-  for (let x = 0.1; x < 0.95; x += 0.03) {
-    for (const y of [0.2, 0.3, 0.4, 0.5]) {
-      await page.mouse.move(box.x + x * box.width, box.y + y * box.height);
-      const load = number((await text(page, "taxel-load")).split("±")[0]);
-      if (load > best.load) best = { load, x, y };
+  await until(async () => {
+    for (let x = 0.1; x < 0.95; x += 0.03) {
+      for (const y of [0.2, 0.3, 0.4, 0.5]) {
+        await page.mouse.move(box.x + x * box.width, box.y + y * box.height);
+        const load = number((await text(page, "taxel-load")).split("±")[0]);
+        if (load > best.load) best = { load, x, y };
+      }
     }
-  }
+    return best.load > 0.1;
+  }, "no taxel is pressed");
   await page.mouse.move(box.x + best.x * box.width, box.y + best.y * box.height);
   await until(async () => (await text(page, "taxel-siemens")) !== "–", "no conductance is shown");
   // Read in one go, many times: the sum over the map is the total force, and a conductance belongs to its load.
   const pairs = new Map();
-  for (let i = 0; i < 40; i += 1) {
+  const loaded = () => [...pairs.values()].filter(([load]) => load > 0.02);
+  const started = Date.now();
+  // How many frames fit into a grip depends on the machine: read on until enough of them were loaded.
+  for (let i = 0; i < 40 || (loaded().length < 10 && Date.now() - started < PATIENCE_MS); i += 1) {
     const read = await page.evaluate(() => Object.fromEntries(
       ["compensated-sum", "readout-force", "taxel-sequence", "taxel-load", "taxel-siemens", "taxel-raw"].map((id) => [id, document.getElementById(id).textContent])));
     check(number(read["compensated-sum"]) === number(read["readout-force"]), `Σ ${read["compensated-sum"]} beside a total of ${read["readout-force"]}`);
@@ -703,7 +709,7 @@ test("what is read together is of one frame", async () => {
     await framesCome(page, 3);
   }
   // By the load law conductance rises with load: in the order of the loads the conductances are in order too.
-  const sorted = [...pairs.values()].filter(([load]) => load > 0.02).sort(([a], [b]) => a - b);
+  const sorted = loaded().sort(([a], [b]) => a - b);
   check(sorted.length > 3, `only ${sorted.length} loads of the taxel were seen`);
   for (let i = 1; i < sorted.length; i += 1) {
     const [[low, less], [high, more]] = [sorted[i - 1], sorted[i]];

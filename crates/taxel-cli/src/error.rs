@@ -86,7 +86,7 @@ pub(crate) enum Error {
 
 impl Error {
     /// 2 for arguments that do not go together or do not fit the sensor, as for those that cannot be parsed;
-    /// else 1.
+    /// 3 for presses that were read and fitted, and told nothing; else 1.
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Error::Arguments { .. } | Error::TaxelOutside { .. } => 2,
@@ -94,6 +94,11 @@ impl Error {
             // A name that is no picture's.
             Error::Plot(taxel_plot::Error::UnknownFormat { .. })
             | Error::App(taxel_app::Error::Plot(taxel_plot::Error::UnknownFormat { .. })) => 2,
+            Error::App(taxel_app::Error::InFile { source, .. })
+                if matches!(source, taxel::Error::NothingLearnt { .. }) =>
+            {
+                3
+            }
             _ => 1,
         }
     }

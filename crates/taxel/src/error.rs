@@ -331,6 +331,16 @@ pub enum Error {
         /// What failed.
         reason: String,
     },
+    /// A fit that reads held-out presses no better than guessing would.
+    #[error(
+        "nothing was learnt from the labelled presses: held-out ones are {found_g:.1} g off on average, and guessing their median would be {blind_g:.1} g off\nhint: are the labels of these frames and taxels? Check their order, rows and columns, topology, v_test_volts and the feedback or pull-down resistor"
+    )]
+    NothingLearnt {
+        /// Mean absolute error of held-out presses, grams.
+        found_g: f64,
+        /// The same of their median, grams.
+        blind_g: f64,
+    },
     /// No load law suits pairs of conductance and load.
     #[error(
         "no load law suits these pairs: {reason}\nhint: check that conductance (or resistance) and load are not swapped, their units, and that the loads differ"

@@ -219,9 +219,10 @@ impl<'a> Search<'a> {
         if found < 0.8 * blind {
             Ok(())
         } else {
-            Err(no_fit(&format!(
-                "held-out presses are {found:.1} g off on average, and guessing their median would be {blind:.1} g off"
-            )))
+            Err(Error::NothingLearnt {
+                found_g: found,
+                blind_g: blind,
+            })
         }
     }
 

@@ -261,6 +261,8 @@ fn search_or(
             Ok(plain)
         }
         (Ok(plain), Err(_)) if !plain.unexplained => Ok(plain),
+        // How far off held-out presses are says more than where the search lost its way.
+        (Err(plain @ Error::NothingLearnt { .. }), Err(_)) => Err(plain),
         (_, search) => search,
     }
 }

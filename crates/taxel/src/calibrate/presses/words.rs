@@ -1,7 +1,6 @@
 //! What a fit of presses made one at a time says: its numbers with their errors, and what it cannot tell.
 
 use super::super::discrepancy::uncertainty;
-use super::super::model::no_fit;
 use super::super::outcome::{HeldOut, Outcome};
 use super::super::{EffectFinding, LawChoice, Parameter, Suspect};
 use super::fit::{Fitted, plain_law};
@@ -40,9 +39,9 @@ impl PressFit<'_> {
             model: fitted.model.clone(),
         };
         match outcome.against_guessing(self.evidence) {
-            Some((found, blind)) if found >= 0.8 * blind && blind > 0.0 => Err(no_fit(&format!(
-                "held-out presses are {found:.1} g off on average, and guessing their median would be {blind:.1} g off"
-            ))),
+            Some((found_g, blind_g)) if found_g >= 0.8 * blind_g && blind_g > 0.0 => {
+                Err(Error::NothingLearnt { found_g, blind_g })
+            }
             _ => Ok(outcome),
         }
     }
