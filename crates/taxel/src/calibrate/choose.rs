@@ -36,6 +36,8 @@ pub(super) struct Search<'a> {
     pub(super) separated: bool,
     /// No taxel is ever unloaded, so that the presses must tell the switches.
     pub(super) by_presses: bool,
+    /// Everything tells every unknown, where they are fitted together.
+    pub(super) by_all: bool,
     pub(super) options: CalibrationOptions,
     pub(super) held_out: HeldOut,
     /// What presses of the folds were read as, where everything was fitted together.
@@ -95,6 +97,7 @@ impl<'a> Search<'a> {
         let blank = Model {
             sensor: without_sheet(sensor),
             levelled: false,
+            spread_is_believed: false,
             spread: None,
             most_offset_counts: match evidence.faults.level {
                 Some(level) => 0.95 * level.baseline_counts,
@@ -143,6 +146,7 @@ impl<'a> Search<'a> {
             law: "power".to_owned(),
             separated: false,
             by_presses: false,
+            by_all: false,
             options: options.clone(),
             held_out: HeldOut::default(),
             judged: Vec::new(),

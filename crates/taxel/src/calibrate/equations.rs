@@ -1,29 +1,40 @@
-//! The equations of unknowns that each listen to one kind of evidence: Newton's matrix, and the covariance of their answer.
+//! The equations of unknowns that each listen to some of the evidence: Newton's matrix, and the covariance of their
+//! answer.
 
-use super::terms::MisfitTerm;
 use super::together::{Point, Residuals};
 use taxel_linalg::{View, inverse};
 
-/// Rows of equations, row-major, one for each unknown, and their right sides.
+/// Rows of equations, row-major, one for each unknown, and their right sides; `hears`: how much of each kind of evidence an
+/// unknown hears.
 pub(super) fn equations(
-    terms: &[MisfitTerm],
+    hears: &[[f64; 3]],
     point: &Point,
     slopes: &[Residuals],
     keep: &impl Fn(usize, usize) -> bool,
 ) -> (Vec<f64>, Vec<f64>) {
-    let n = terms.len();
+    let n = hears.len();
     let (mut matrix, mut right) = (vec![0.0; n * n], vec![0.0; n]);
-    for (k, term) in terms.iter().enumerate() {
-        let kind = *term as usize;
-        let weighted: Vec<f64> = (slopes[k].of_terms[kind].iter().zip(&point.weights[kind]))
-            .enumerate()
-            .map(|(i, (slope, w))| if keep(kind, i) { slope * w } else { 0.0 })
-            .collect();
-        let along = |other: &[f64]| dot(&weighted, other);
+    for (k, hears) in hears.iter().enumerate() {
         let believed = |other: &[f64]| dot(&slopes[k].beliefs, other);
-        right[k] = -along(&point.residuals.of_terms[kind]) - believed(&point.residuals.beliefs);
+        right[k] = -believed(&point.residuals.beliefs);
         for (l, other) in slopes.iter().enumerate() {
-            matrix[k * n + l] = along(&other.of_terms[kind]) + believed(&other.beliefs);
+            matrix[k * n + l] = believed(&other.beliefs);
+        }
+        for (kind, share) in hears.iter().enumerate().filter(|(_, share)| **share > 0.0) {
+            let weighted: Vec<f64> = (slopes[k].of_terms[kind].iter().zip(&point.weights[kind]))
+                .enumerate()
+                .map(|(i, (slope, w))| {
+                    if keep(kind, i) {
+                        share * slope * w
+                    } else {
+                        0.0
+                    }
+                })
+                .collect();
+            right[k] -= dot(&weighted, &point.residuals.of_terms[kind]);
+            for (l, other) in slopes.iter().enumerate() {
+                matrix[k * n + l] += dot(&weighted, &other.of_terms[kind]);
+            }
         }
     }
     (matrix, right)
@@ -56,9 +67,9 @@ pub(super) fn solve(matrix: &[f64], right: &[f64]) -> Option<Vec<f64>> {
 }
 
 /// A⁻¹ B A⁻ᵀ, row-major.
-pub(super) fn covariance(terms: &[MisfitTerm], point: &Point, slopes: &[Residuals]) -> Vec<f64> {
-    let n = terms.len();
-    let (matrix, _) = equations(terms, point, slopes, &|_, _| true);
+pub(super) fn covariance(hears: &[[f64; 3]], point: &Point, slopes: &[Residuals]) -> Vec<f64> {
+    let n = hears.len();
+    let (matrix, _) = equations(hears, point, slopes, &|_, _| true);
     let size: Vec<f64> = (0..n)
         .map(|k| matrix[k * n + k].abs().sqrt().max(1e-150))
         .collect();
@@ -69,21 +80,31 @@ pub(super) fn covariance(terms: &[MisfitTerm], point: &Point, slopes: &[Residual
         }
     }
     let inverse = inverse(View::new(&scaled, n, n));
-    // Evidence of different kinds is independent; beliefs are shared.
-    let between = |k: usize, l: usize| {
-        if terms[k] == terms[l] {
-            matrix[k * n + l]
-        } else {
-            dot(&slopes[k].beliefs, &slopes[l].beliefs)
+    // Evidence of different kinds is independent, and beliefs are shared. What counts for less than it says is many that err
+    // together.
+    let mut between = vec![0.0; n * n];
+    for (k, slope) in slopes.iter().enumerate() {
+        for kind in 0..3 {
+            let weighted = slope.of_terms[kind].iter().zip(&point.weights[kind]);
+            let weighted: Vec<f64> = weighted.map(|(slope, w)| slope * w).collect();
+            for (l, other) in slopes.iter().enumerate() {
+                let share = (hears[k][kind] * hears[l][kind]).sqrt();
+                if share > 0.0 {
+                    between[k * n + l] += share * dot(&weighted, &other.of_terms[kind]);
+                }
+            }
         }
-    };
+        for (l, other) in slopes.iter().enumerate() {
+            between[k * n + l] += dot(&slope.beliefs, &other.beliefs);
+        }
+    }
     let mut out = vec![0.0; n * n];
     for i in 0..n {
         for j in 0..n {
             let mut sum = 0.0;
             for k in 0..n {
                 for l in 0..n {
-                    sum += inverse[i * n + k] * between(k, l) * inverse[j * n + l]
+                    sum += inverse[i * n + k] * between[k * n + l] * inverse[j * n + l]
                         / (size[k] * size[l]);
                 }
             }

@@ -5,7 +5,7 @@ use super::evaluate::{Evaluator, GHOSTS};
 use super::fit_law::fit_law;
 use super::least_squares::{Fit, Settings, fit, median, robust_deviation, step};
 use super::model::{Model, Unknown, any_moves_frames, with_switches};
-use super::terms::MisfitTerm;
+use super::terms::{MisfitTerm, Told};
 use crate::sensor::PerLine;
 use crate::stats;
 
@@ -206,7 +206,7 @@ pub(super) fn refine(
                 unknowns
                     .iter()
                     .copied()
-                    .filter(|&u| MisfitTerm::of(u, false) == w)
+                    .filter(|&u| MisfitTerm::of(u, Told::default()) == w)
                     .collect(),
             )
         })
@@ -246,7 +246,7 @@ pub(super) fn refine_alone(
     model: &Model,
     unknowns: &[Unknown],
 ) -> Option<(Model, f64, bool)> {
-    let term = MisfitTerm::of(unknowns[0], false);
+    let term = MisfitTerm::of(unknowns[0], Told::default());
     let block = fit_block(evaluator, model, term, unknowns, (3, 0.1))?;
     let found = &block.fit;
     let clear = (0..unknowns.len())

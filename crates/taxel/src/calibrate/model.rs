@@ -1,8 +1,9 @@
 //! The model that is fitted: circuit, converter, material, and the numbers in it that can move.
 
+use super::effects::SPREAD;
 use super::priors::{
-    BEND, Beliefs, CONTACT_FACTOR, LEVEL_SCALE, SATURATION, SHEET_MICROSIEMENS,
-    USUAL_CONTACT_FACTOR,
+    BEND, Beliefs, CONTACT_FACTOR, LEVEL_SCALE, SATURATION, SHEET_MICROSIEMENS, SPREAD_DIAGONAL,
+    SPREAD_DIFFERENCE, SPREAD_SHARE, USUAL_CONTACT_FACTOR,
 };
 use crate::material::{Spline, Spread};
 use crate::sensor::{MaterialSpec, PerLine, PerTaxel, SheetSpec, USUAL_OPEN_LOOP_GAIN};
@@ -105,6 +106,8 @@ pub(super) struct Model {
     pub(super) most_offset_counts: f64,
     /// Uniform loads give the law, and presses the scale of these loads.
     pub(super) levelled: bool,
+    /// Whether what is believed of spread counts: not where presses with nothing near them tell it.
+    pub(super) spread_is_believed: bool,
     /// What is believed of it beforehand.
     pub(super) beliefs: Beliefs,
 }
@@ -298,6 +301,16 @@ impl Model {
                 }
                 Unknown::Source => {
                     surprises.extend(beliefs.source.map(|source| off(self.get(unknown), source)));
+                }
+                Unknown::SpreadRow if self.spread_is_believed => {
+                    let [row, column, diagonal] = SPREAD.map(|share| self.get(share));
+                    let beside = 0.5 * (row + column);
+                    surprises.push(off(beside, (0.0, SPREAD_SHARE)));
+                    surprises.push(off(row - column, (0.0, SPREAD_DIFFERENCE)));
+                    surprises.push(off(
+                        diagonal - SPREAD_DIAGONAL.0 * beside,
+                        (0.0, SPREAD_DIAGONAL.1),
+                    ));
                 }
                 Unknown::Saturation => surprises.push(off(self.law.saturation, (0.0, SATURATION))),
                 Unknown::Bend(i) => surprises.push(off(self.law.bends[i], (0.0, BEND))),

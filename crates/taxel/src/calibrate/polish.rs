@@ -6,7 +6,7 @@ use super::effects::{MIN_SHARE, SPREAD, TOLD};
 use super::evaluate::{Evaluator, PressEstimate};
 use super::fit::Score;
 use super::model::{Model, Unknown};
-use super::terms::MisfitTerm;
+use super::terms::{MisfitTerm, Told};
 use super::together::{Effort, Together, fit_together, loss_of};
 use super::{EffectFinding, LawChoice};
 use crate::Error;
@@ -27,42 +27,80 @@ const SHEET_TOLD: f64 = 9.0;
 /// Fewest presses with nothing near them that tell of what surrounds presses.
 const MIN_ALONE: usize = 5;
 
+/// On larger arrays every unknown listens to its own evidence alone: their many ghosts tell it well enough, and mislead it
+/// where it listens to all. On smaller ones such equations often lose their way.
+const MAX_TAXELS_BY_ALL: usize = 2048;
+
+/// What a search had found before everything was fitted together.
+struct Before {
+    model: Model,
+    unknowns: Vec<Unknown>,
+    findings: Vec<EffectFinding>,
+    law: String,
+    isolated: Vec<bool>,
+    unloaded: Vec<Vec<usize>>,
+    ghost_grams_per_siemens: f64,
+}
+
 impl Search<'_> {
-    /// Fits everything together, and keeps it where it is more probable than what the search found.
+    fn before(&self) -> Before {
+        Before {
+            model: self.model.clone(),
+            unknowns: self.unknowns.clone(),
+            findings: self.findings.clone(),
+            law: self.law.clone(),
+            isolated: self.evaluator.isolated.clone(),
+            unloaded: self.evaluator.unloaded.clone(),
+            ghost_grams_per_siemens: self.evaluator.ghost_grams_per_siemens,
+        }
+    }
+
+    fn go_back_to(&mut self, before: &Before) {
+        self.model = before.model.clone();
+        self.unknowns.clone_from(&before.unknowns);
+        self.findings.clone_from(&before.findings);
+        self.law.clone_from(&before.law);
+        // Its fit has a derivative of what it looked at, not of what was looked at since.
+        let evaluator = &mut self.evaluator;
+        evaluator.isolated.clone_from(&before.isolated);
+        evaluator.unloaded.clone_from(&before.unloaded);
+        evaluator.ghost_grams_per_siemens = before.ghost_grams_per_siemens;
+        evaluator.forces = false;
+        evaluator.clear();
+    }
+
+    /// Fits everything together, and keeps it where it is more probable than what the search found; on small arrays in two
+    /// ways, one after the other.
     pub(super) fn polish(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
-        let before = (
-            self.model.clone(),
-            self.unknowns.clone(),
-            self.findings.clone(),
-            self.law.clone(),
-        );
-        let looked = (
-            self.evaluator.isolated.clone(),
-            self.evaluator.unloaded.clone(),
-            self.evaluator.ghost_grams_per_siemens,
-        );
-        let together = self.everything(progress);
-        let levels = self.can_separate();
-        let better = together.filter(|together| {
-            let mut old = before.0.clone();
-            old.levelled = levels;
-            let unknowns = &together.unknowns;
-            loss_of(&mut self.evaluator, &old, unknowns, together)
-                .is_none_or(|old| together.loss(MisfitTerm::Presses) < old)
-        });
-        let Some(together) = better else {
-            (self.model, self.unknowns, self.findings, self.law) = before;
-            // Its fit has a derivative of what it looked at, not of what was looked at since.
-            let evaluator = &mut self.evaluator;
-            (
-                evaluator.isolated,
-                evaluator.unloaded,
-                evaluator.ghost_grams_per_siemens,
-            ) = looked;
-            evaluator.forces = false;
-            evaluator.clear();
-            return self.score_held_out();
+        let before = self.before();
+        let taxels = self.model.sensor.rows() * self.model.sensor.columns();
+        let ways: &[bool] = if taxels <= MAX_TAXELS_BY_ALL {
+            &[true, false]
+        } else {
+            &[false]
         };
+        for &by_all in ways {
+            self.by_all = by_all;
+            let together = self.everything(progress);
+            let better = together.filter(|together| self.is_more_probable(together, &before.model));
+            if let Some(together) = better {
+                self.take(together);
+                return Ok(());
+            }
+            self.go_back_to(&before);
+        }
+        self.score_held_out()
+    }
+
+    fn is_more_probable(&mut self, together: &Together, than: &Model) -> bool {
+        let mut old = than.clone();
+        old.levelled = self.can_separate();
+        loss_of(&mut self.evaluator, &old, &together.unknowns, together)
+            .is_none_or(|old| together.loss(MisfitTerm::Presses) < old)
+    }
+
+    /// Takes a fit of everything, judged by presses that it is fitted without.
+    fn take(&mut self, together: Together) {
         let folds = self.options.folds;
         let mut says = Vec::new();
         if let (Some((_, score)), Some(estimates)) = (
@@ -83,7 +121,6 @@ impl Search<'_> {
         }
         self.judge(&says);
         self.together = Some(together);
-        Ok(())
     }
 
     /// Nothing where a step has no solution.
@@ -91,6 +128,7 @@ impl Search<'_> {
         self.add_effects();
         self.look_closely()?;
         self.choose_scan_order()?;
+        self.model.spread_is_believed = self.by_all || self.alone() < MIN_ALONE;
         let mut last = None;
         for turn in 0..MAX_TURNS {
             progress("everything together", 0.6 + 0.05 * turn as f64);
@@ -116,10 +154,24 @@ impl Search<'_> {
         self.leave_out_what_is_not_there(&last?)
     }
 
+    /// What tells which unknown.
+    fn told(&self) -> Told {
+        Told {
+            switches_by_unloaded: self.can_separate() && !self.by_presses,
+            spread_by_presses: self.alone() < MIN_ALONE,
+            by_all: self.by_all,
+        }
+    }
+
+    /// Presses with nothing near them.
+    fn alone(&self) -> usize {
+        self.evaluator.isolated.iter().filter(|&&i| i).count()
+    }
+
     fn fit_all(&mut self, effort: Effort) -> Option<Together> {
-        let by_ghosts = self.can_separate() && !self.by_presses;
+        let told = self.told();
         let evaluator = &mut self.evaluator;
-        let found = fit_together(evaluator, &self.model, &self.unknowns, by_ghosts, effort)?;
+        let found = fit_together(evaluator, &self.model, &self.unknowns, told, effort)?;
         self.model = found.model.clone();
         Some(found)
     }
@@ -149,8 +201,8 @@ impl Search<'_> {
         if self.can_separate() && !self.by_presses {
             more.extend([Unknown::Columns, Unknown::Rows]);
         }
-        if self.evaluator.isolated.iter().filter(|&&i| i).count() >= MIN_ALONE {
-            more.extend(SPREAD);
+        more.extend(SPREAD);
+        if self.alone() >= MIN_ALONE {
             more.push(Unknown::CarryOver);
         }
         if self.evaluator.has_unloaded() {
@@ -189,9 +241,9 @@ impl Search<'_> {
             Unknown::Sheet | Unknown::SheetContact => !sheet,
             _ => false,
         };
-        for finding in self.words(found, [spread, carry, offset, sheet]) {
-            self.note(&finding.name, finding.used, finding.text);
-        }
+        let stays = [spread, carry, offset, sheet];
+        let looked_for = self.unknowns.clone();
+        let first = self.words(found, &looked_for, stays);
         if self.unknowns.contains(&Unknown::Saturation) {
             let law = if saturates { "saturating" } else { "power" };
             law.clone_into(&mut self.law);
@@ -207,7 +259,14 @@ impl Search<'_> {
                 }
             }
         }
-        self.fit_all(Effort::FULL)
+        let last = self.fit_all(Effort::FULL)?;
+        // Of what stays what the last fit found, of what does not what was there before it went.
+        let now = self.words(&last, &looked_for, stays);
+        for (first, now) in first.into_iter().zip(now) {
+            let finding = if now.used { now } else { first };
+            self.note(&finding.name, finding.used, finding.text);
+        }
+        Some(last)
     }
 
     /// Whether all that is known is clearly less probable without a sheet. Its two numbers stand for each other in a wide
@@ -224,10 +283,9 @@ impl Search<'_> {
             .copied()
             .filter(|u| !is_sheet(u))
             .collect();
-        let by_ghosts = self.can_separate() && !self.by_presses;
+        let told = self.told();
         let evaluator = &mut self.evaluator;
-        let Some(without) = fit_together(evaluator, &model, &unknowns, by_ghosts, Effort::ROUGH)
-        else {
+        let Some(without) = fit_together(evaluator, &model, &unknowns, told, Effort::ROUGH) else {
             return true;
         };
         let loss = loss_of(evaluator, &without.model, &self.unknowns, found);
@@ -246,12 +304,17 @@ impl Search<'_> {
             model
                 .sensor
                 .try_out(|spec| spec.converter.scan_order = order);
+            // A model without a sheet says too little of presses for them to be asked.
+            let told = Told {
+                by_all: false,
+                ..self.told()
+            };
             let evaluator = &mut self.evaluator;
             fits.push(fit_together(
                 evaluator,
                 &model,
                 &unknowns,
-                true,
+                told,
                 Effort::ROUGH,
             )?);
         }
@@ -262,7 +325,12 @@ impl Search<'_> {
     }
 
     /// What was found of spread, carry-over, offset and sheet, with its error, and whether it stays.
-    fn words(&self, found: &Together, stays: [bool; 4]) -> Vec<EffectFinding> {
+    fn words(
+        &self,
+        found: &Together,
+        looked_for: &[Unknown],
+        stays: [bool; 4],
+    ) -> Vec<EffectFinding> {
         let error = |u: Unknown| found.error_of(u).unwrap_or(f64::NAN);
         let pm = |u: Unknown, factor: f64| {
             format!(
@@ -271,7 +339,6 @@ impl Search<'_> {
                 factor * error(u)
             )
         };
-        let alone = self.evaluator.isolated.iter().filter(|&&i| i).count();
         let kept = found.model.spread.map_or(1.0, |spread| spread.kept());
         let order = match found.model.sensor.converter().scan_order {
             ScanOrder::RowByRow => "row by row",
@@ -282,11 +349,15 @@ impl Search<'_> {
                 Unknown::SpreadRow,
                 "spread",
                 format!(
-                    "neighbours take {:.1} % of a load (one row away {} %, one column {} %, diagonal {} %), from {alone} presses",
+                    "neighbours take {:.1} % of a load (one row away {} %, one column {} %, diagonal {} %), from {}",
                     100.0 * (1.0 - kept),
                     pm(SPREAD[0], 100.0),
                     pm(SPREAD[1], 100.0),
-                    pm(SPREAD[2], 100.0)
+                    pm(SPREAD[2], 100.0),
+                    match self.alone() {
+                        alone if alone >= MIN_ALONE => format!("{alone} presses"),
+                        alone => format!("labels alone: {alone} presses have nothing near them"),
+                    }
                 ),
             ),
             (
@@ -308,9 +379,9 @@ impl Search<'_> {
                 sheet_words(&found.model, error(Unknown::Sheet)),
             ),
         ];
-        let looked_for = texts.into_iter().zip(stays);
-        looked_for
-            .filter(|((unknown, ..), _)| self.unknowns.contains(unknown))
+        let texts = texts.into_iter().zip(stays);
+        texts
+            .filter(|((unknown, ..), _)| looked_for.contains(unknown))
             .map(|((_, name, text), used)| EffectFinding {
                 name: name.to_owned(),
                 used,

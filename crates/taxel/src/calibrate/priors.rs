@@ -13,6 +13,12 @@ pub(super) const ALIKE_WITHIN: f64 = 1.4;
 /// Standard deviations of a bend of the law, and of 1/saturation, per kilogram: both are believed to be none.
 pub(super) const BEND: f64 = 0.3;
 pub(super) const SATURATION: f64 = 2.0;
+/// Standard deviation of the share of a load that stands on one neighbour (a row or a column away: it is believed to be
+/// none), and of the difference between the two.
+pub(super) const SPREAD_SHARE: f64 = 0.05;
+pub(super) const SPREAD_DIFFERENCE: f64 = 0.01;
+/// What stands on a neighbour across the corner, as a part of that, and the standard deviation of this share of a load.
+pub(super) const SPREAD_DIAGONAL: (f64, f64) = (0.2, 0.005);
 /// Standard deviation of a sheet's 1/R_s, microsiemens: it is believed to be cut, and 10 kΩ is no surprise.
 pub(super) const SHEET_MICROSIEMENS: f64 = 100.0;
 /// Its contact factor, and what is believed of its logarithm.

@@ -14,6 +14,43 @@ pub(super) enum MisfitTerm {
     Presses,
 }
 
+/// What tells the unknowns that more than one kind of evidence could.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Told {
+    /// Unloaded taxels tell the switches, else labelled loads do.
+    pub(super) switches_by_unloaded: bool,
+    /// Labelled loads tell the spread, where too few presses have nothing near them.
+    pub(super) spread_by_presses: bool,
+    /// All evidence tells every unknown.
+    pub(super) by_all: bool,
+}
+
+/// What the unloaded taxels of a frame count for together, beside its press: they are many, and what a model lacks moves all
+/// of them at once. What surrounds a press counts as the press does.
+const BESIDE_A_PRESS: f64 = 0.1;
+
+impl Told {
+    /// How much of each kind of evidence an unknown hears; `each`: how many residuals of a kind a press has.
+    pub(super) fn hears(self, unknown: Unknown, each: [f64; 3]) -> [f64; 3] {
+        self.counts(each).unwrap_or_else(|| {
+            let own = MisfitTerm::of(unknown, self);
+            MisfitTerm::ALL.map(|term| f64::from(u8::from(term == own)))
+        })
+    }
+
+    /// How much of each kind of evidence counts for one loss, where there is one.
+    pub(super) fn counts(self, each: [f64; 3]) -> Option<[f64; 3]> {
+        let [surroundings, unloaded, _] = each;
+        self.by_all.then(|| {
+            [
+                1.0 / surroundings.max(1.0),
+                BESIDE_A_PRESS / unloaded.max(1.0),
+                1.0,
+            ]
+        })
+    }
+}
+
 impl MisfitTerm {
     pub(super) const ALL: [MisfitTerm; 3] = [
         MisfitTerm::Surroundings,
@@ -21,15 +58,20 @@ impl MisfitTerm {
         MisfitTerm::Presses,
     ];
 
-    /// What tells an unknown; `by_ghosts`: unloaded taxels tell the switches.
-    pub(super) fn of(unknown: Unknown, by_ghosts: bool) -> Self {
+    /// What tells an unknown.
+    pub(super) fn of(unknown: Unknown, told: Told) -> Self {
         match unknown {
+            Unknown::SpreadRow | Unknown::SpreadColumn | Unknown::SpreadDiagonal
+                if told.spread_by_presses =>
+            {
+                MisfitTerm::Presses
+            }
             Unknown::SpreadRow
             | Unknown::SpreadColumn
             | Unknown::SpreadDiagonal
             | Unknown::CarryOver => MisfitTerm::Surroundings,
             Unknown::Offset => MisfitTerm::Unloaded,
-            Unknown::Columns | Unknown::Rows if by_ghosts => MisfitTerm::Unloaded,
+            Unknown::Columns | Unknown::Rows if told.switches_by_unloaded => MisfitTerm::Unloaded,
             _ => MisfitTerm::Presses,
         }
     }

@@ -1,16 +1,18 @@
 //! Every unknown of a model at once: the most probable values, each told by its own evidence and by what is believed of
 //! it beforehand.
 //!
-//! A unknown listens to one kind of evidence alone ([`MisfitTerm`]), so that none is bent to make up for a fault in the
-//! model that another kind shows: a posterior with cut feedback (Liu, Bayarri and Berger 2009). The equations of all
-//! unknowns, J_kᵀ W r = 0 with the prior's slope, are solved together by Newton's method with the derivative of each kind
-//! of evidence by every unknown; their covariance is that of such estimating equations, A⁻¹ B A⁻ᵀ (Huber 1967).
+//! Either an unknown listens to one kind of evidence alone ([`MisfitTerm`]), so that none is bent to make up for a fault in
+//! the model that another kind shows: a posterior with cut feedback (Liu, Bayarri and Berger 2009). Or all listen to all,
+//! many residuals of one frame counting as few: one posterior, whose loss falls in every step, and that is found from
+//! farther away. The equations of all unknowns, J_kᵀ W r = 0 with the prior's slope, are solved together by Newton's method
+//! with the derivative of each kind of evidence by every unknown; their covariance is that of such estimating equations,
+//! A⁻¹ B A⁻ᵀ (Huber 1967).
 
 use super::equations::{covariance, equations, solve};
 use super::evaluate::{Evaluator, PressEstimate};
 use super::least_squares::{median, weights};
 use super::model::{Model, Unknown};
-use super::terms::MisfitTerm;
+use super::terms::{MisfitTerm, Told};
 
 /// Residuals beyond this many standard deviations count linearly.
 const HUBER: f64 = 2.5;
@@ -18,6 +20,8 @@ const HUBER: f64 = 2.5;
 const MIN_SCATTER_G: f64 = 1e-3;
 /// A step is too long where a kind of evidence loses so many times what it had lost.
 const MAX_RISE: f64 = 1.5;
+/// Where there is one loss, what keeps an unknown where it is, as a part of what a step of its whole reach costs.
+const STAY: f64 = 0.01;
 /// Halvings of a step that leads nowhere.
 const MAX_HALVINGS: usize = 6;
 
@@ -25,11 +29,46 @@ const MAX_HALVINGS: usize = 6;
 pub(super) struct Together {
     pub(super) model: Model,
     pub(super) unknowns: Vec<Unknown>,
-    terms: Vec<MisfitTerm>,
+    hears: Hears,
     point: Point,
     /// One row for each unknown, of the derivative of all residuals.
     slopes: Vec<Residuals>,
     covariance: Vec<f64>,
+}
+
+/// How much of each kind of evidence every unknown hears.
+#[derive(Debug, Clone)]
+struct Hears {
+    of: Vec<[f64; 3]>,
+    /// What each kind counts for in one loss, where there is one.
+    loss: Option<[f64; 3]>,
+}
+
+impl Hears {
+    fn new(unknowns: &[Unknown], told: Told, point: &Point) -> Self {
+        let each = point.owners.each_ref().map(|owners| {
+            let mut presses = owners.clone();
+            presses.dedup();
+            owners.len() as f64 / presses.len().max(1) as f64
+        });
+        Self {
+            of: unknowns.iter().map(|&u| told.hears(u, each)).collect(),
+            loss: told.counts(each),
+        }
+    }
+
+    /// Whether a step is worth taking by what it makes of the losses: one loss falls; else each kind of evidence is heard by
+    /// its own unknowns alone, so that one may lose what others gain.
+    fn is_bearable(&self, now: &[f64; 4], before: &[f64; 4]) -> bool {
+        if let Some(counts) = self.loss {
+            let total = |losses: &[f64; 4]| -> f64 {
+                losses[3] + losses.iter().zip(counts).map(|(l, c)| l * c).sum::<f64>()
+            };
+            return total(now) < total(before);
+        }
+        let bearable = |(now, before): (&f64, &f64)| *now <= MAX_RISE * before + 10.0;
+        now.iter().zip(before).all(bearable)
+    }
 }
 
 /// Scaled residuals of the three kinds of evidence, and of beliefs.
@@ -74,22 +113,18 @@ impl Effort {
     };
 }
 
-/// Fits these unknowns of a model, together; `by_ghosts`: unloaded taxels tell the switches. Nothing where the model is
-/// impossible from the start.
+/// Fits these unknowns of a model, together. Nothing where the model is impossible from the start.
 pub(super) fn fit_together(
     evaluator: &mut Evaluator,
     model: &Model,
     unknowns: &[Unknown],
-    by_ghosts: bool,
+    told: Told,
     effort: Effort,
 ) -> Option<Together> {
-    let terms: Vec<MisfitTerm> = unknowns
-        .iter()
-        .map(|&u| MisfitTerm::of(u, by_ghosts))
-        .collect();
     let mut model = model.clone();
     let mut estimates = evaluator.estimates(&model)?;
     let mut point = Point::new(evaluator, &model, unknowns, &estimates);
+    let hears = Hears::new(unknowns, told, &point);
     let mut slopes = slopes_at(evaluator, &model, unknowns, &point)?;
     'all: for derivative in 0..effort.derivatives {
         if derivative > 0 {
@@ -98,8 +133,8 @@ pub(super) fn fit_together(
         }
         // So near, the derivative is the same for a few steps.
         for chord in 0..=effort.chords {
-            let step = newton_step(&model, unknowns, &terms, &point, &slopes, |_, _| true)?;
-            let taken = take_step(evaluator, &model, unknowns, &step, &point);
+            let step = newton_step((&model, unknowns), &hears, &point, &slopes, |_, _| true)?;
+            let taken = take_step(evaluator, (&model, unknowns), &hears, &step, &point);
             let Some((moved, there, length)) = taken else {
                 if chord == 0 {
                     break 'all;
@@ -116,11 +151,11 @@ pub(super) fn fit_together(
         }
     }
     point = Point::new(evaluator, &model, unknowns, &estimates);
-    let covariance = covariance(&terms, &point, &slopes);
+    let covariance = covariance(&hears.of, &point, &slopes);
     Some(Together {
         unknowns: unknowns.to_vec(),
         model,
-        terms,
+        hears,
         point,
         slopes,
         covariance,
@@ -279,15 +314,19 @@ fn slopes_at(
 /// Newton's step of all equations, over the residuals for which `keep` (kind, residual) holds; an unknown that would fall
 /// below its least value stops there.
 fn newton_step(
-    model: &Model,
-    unknowns: &[Unknown],
-    terms: &[MisfitTerm],
+    (model, unknowns): (&Model, &[Unknown]),
+    hears: &Hears,
     point: &Point,
     slopes: &[Residuals],
     keep: impl Fn(usize, usize) -> bool,
 ) -> Option<Vec<f64>> {
     let n = unknowns.len();
-    let (matrix, right) = equations(terms, point, slopes, &keep);
+    let (mut matrix, right) = equations(&hears.of, point, slopes, &keep);
+    if hears.loss.is_some() {
+        for (k, unknown) in unknowns.iter().enumerate() {
+            matrix[k * (n + 1)] += STAY / unknown.reach().powi(2);
+        }
+    }
     let mut fixed: Vec<Option<f64>> = vec![None; n];
     loop {
         let (mut reduced, mut wanted) = (matrix.clone(), right.clone());
@@ -316,8 +355,8 @@ fn newton_step(
 /// The model after a step, or after a part of it that is possible and does not lead clearly away.
 fn take_step(
     evaluator: &mut Evaluator,
-    model: &Model,
-    unknowns: &[Unknown],
+    (model, unknowns): (&Model, &[Unknown]),
+    hears: &Hears,
     step: &[f64],
     point: &Point,
 ) -> Option<(Model, Vec<PressEstimate>, f64)> {
@@ -335,10 +374,7 @@ fn take_step(
             && let Some(estimates) = evaluator.estimates(&moved)
         {
             let there = Residuals::new(evaluator, &moved, unknowns, &estimates, &point.scales);
-            // Each kind of evidence is heard by its own unknowns alone, so that one may lose what others gain.
-            let losses = Point::losses(&there);
-            let bearable = |(now, before): (&f64, &f64)| *now <= MAX_RISE * before + 10.0;
-            if losses.iter().zip(&before).all(bearable) {
+            if hears.is_bearable(&Point::losses(&there), &before) {
                 return Some((moved, estimates, length));
             }
         }
@@ -427,9 +463,8 @@ impl Together {
     pub(super) fn without(&self, held: impl Fn(usize) -> bool) -> Option<Model> {
         let keep = |kind: usize, i: usize| !held(self.point.owners[kind][i]);
         let step = newton_step(
-            &self.model,
-            &self.unknowns,
-            &self.terms,
+            (&self.model, &self.unknowns),
+            &self.hears,
             &self.point,
             &self.slopes,
             keep,

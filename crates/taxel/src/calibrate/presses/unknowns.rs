@@ -234,6 +234,7 @@ impl Layout {
             law,
             most_offset_counts: 0.0,
             levelled: false,
+            spread_is_believed: false,
             beliefs: self.beliefs,
         };
         model.law.rises().then_some(model)
