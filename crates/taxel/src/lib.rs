@@ -37,6 +37,7 @@ pub mod calibrate;
 pub mod check;
 pub mod design;
 pub mod evaluate;
+pub mod identify;
 
 pub mod metric;
 pub mod parts;
