@@ -40,6 +40,9 @@ pub(super) struct Candidate {
     sensor: Sensor,
     full_counts: f64,
     scale_sd: f64,
+    /// V_t over full scale, as far as it is known.
+    scale: f64,
+    resistor_ohms: Option<f64>,
 }
 
 impl Candidate {
@@ -62,6 +65,23 @@ impl Candidate {
             sensor,
             full_counts: known.full_counts(),
             scale_sd: known.scale_sd(),
+            scale: known.full_counts() / known.sensor.max_count(),
+            resistor_ohms: known.resistor_ohms(topology),
+        }
+    }
+
+    /// V_t over full scale where its number is 1.
+    pub(super) fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    /// What switches are measured by: in words, and ohms where the sensor file has it.
+    pub(super) fn unit(&self) -> (&'static str, Option<f64>) {
+        match self.topology {
+            // Where V_t and full scale are not known, they are one number with the resistor.
+            _ if !self.topology.is_tia() => ("R_p", self.resistor_ohms),
+            _ if self.scale_sd > 0.2 => ("R_k V_t / full scale", None),
+            _ => ("R_k", self.resistor_ohms),
         }
     }
 

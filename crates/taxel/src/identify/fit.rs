@@ -12,7 +12,9 @@ const ROUNDS: usize = 16;
 const SHARE: f64 = 0.3;
 /// Steps after each of them, and after the last.
 const STEPS: usize = 2;
-const LAST_STEPS: usize = 12;
+const LAST_STEPS: usize = 30;
+/// Steps that lead nowhere, each more damped than the one before, until none is tried any more.
+const FAILURES: usize = 3;
 /// A step that gains less than this many nats a thousand readings is the last.
 const STILL: f64 = 0.02;
 /// A taxel that conducts less than this much more than an unpressed one is none that is pressed, logarithm.
@@ -50,21 +52,33 @@ impl Fitted {
     pub(super) fn pressed(&self) -> usize {
         self.state.pressed.iter().map(|p| p.taxels.len()).sum()
     }
+
+    /// What it takes to tell the readings by this read-out, nats: the misfit, each pressed taxel, each number.
+    pub(super) fn length(&self, readings: &Readings) -> f64 {
+        let numbers = (self.candidate.unknowns().len() + 1) as f64;
+        let of_numbers = 0.5 * numbers * (readings.count() as f64).ln();
+        self.misfit + price(readings) * self.pressed() as f64 + of_numbers
+    }
 }
 
 /// Fits a read-out. `None` where no conductances at all make its network predict.
 pub(super) fn fit(candidate: Candidate, readings: &Readings) -> Option<Fitted> {
     let mut search = Search::new(candidate, readings)?;
     search.pursue();
+    search.settle(LAST_STEPS);
+    let first = search.clone().end();
     // What was taken for pressed while the numbers were still wrong is looked at again.
     search.forget_pressed();
     search.pursue();
     search.settle(LAST_STEPS);
-    search.drop_barely();
-    search.settle(LAST_STEPS);
-    search.finish()
+    let again = search.end();
+    [first, again]
+        .into_iter()
+        .flatten()
+        .min_by(|a, b| a.length(readings).total_cmp(&b.length(readings)))
 }
 
+#[derive(Clone)]
 struct Search<'a> {
     candidate: Candidate,
     readings: &'a Readings,
@@ -72,6 +86,7 @@ struct Search<'a> {
     misfit: f64,
     damping: f64,
     errors: Vec<f64>,
+    waiting: f64,
 }
 
 impl<'a> Search<'a> {
@@ -94,6 +109,7 @@ impl<'a> Search<'a> {
             misfit: f64::INFINITY,
             damping: 1e-3,
             errors: Vec::new(),
+            waiting: (2.0 * price(readings)).sqrt(),
         };
         search.misfit = search.misfit_of(&search.state)?;
         Some(search)
@@ -130,7 +146,8 @@ impl<'a> Search<'a> {
         };
         let readings = self.readings;
         for (number, (frame, pressed)) in readings.frames.iter().zip(&state.pressed).enumerate() {
-            let fit = FrameFit::new(frame, &readings.absent, readings.sigma, shared, pressed)?;
+            let (absent, sigma) = (&readings.absent, readings.sigma);
+            let fit = FrameFit::new(frame, absent, sigma, shared, pressed, self.waiting)?;
             see(number, fit)?;
         }
         Some(())
@@ -161,10 +178,11 @@ impl<'a> Search<'a> {
 
     /// A taxel more is worth its price where it takes more than that off the misfit.
     fn add_pressed(&mut self) -> usize {
-        let least = (2.0 * price(self.readings)).sqrt();
         let mut new: Vec<Vec<(usize, f64)>> = vec![Vec::new(); self.state.pressed.len()];
-        let all = self.frames(&self.state, |frame, fit| {
-            new[frame] = fit.too_dark(least, SHARE);
+        let all = self.frames(&self.state, |frame, mut fit| {
+            let most = fit.dark.iter().map(|(_, more)| *more).fold(0.0, f64::max);
+            fit.dark.retain(|(_, more)| *more >= SHARE * most);
+            new[frame] = fit.dark;
             Some(())
         });
         if all.is_none() {
@@ -210,6 +228,12 @@ impl<'a> Search<'a> {
         self.retry_with(kept);
     }
 
+    /// From now on every reading holds the fit.
+    fn wait_no_more(&mut self) {
+        self.waiting = f64::INFINITY;
+        self.retry_with(self.state.pressed.clone());
+    }
+
     fn retry_with(&mut self, pressed: Vec<Pressed>) {
         let before = std::mem::replace(&mut self.state.pressed, pressed);
         match self.misfit_of(&self.state) {
@@ -220,9 +244,15 @@ impl<'a> Search<'a> {
 
     fn settle(&mut self, steps: usize) {
         let still = STILL * self.readings.count() as f64 / 1000.0;
+        let mut failed = 0;
         for _ in 0..steps {
             let before = self.misfit;
-            if !self.step() || before - self.misfit < still {
+            if !self.step() {
+                failed += 1;
+                if failed == FAILURES {
+                    break;
+                }
+            } else if before - self.misfit < still {
                 break;
             }
         }
@@ -237,11 +267,11 @@ impl<'a> Search<'a> {
             let state = self.moved(&along, &logs, length);
             if let Some(misfit) = self.misfit_of(&state).filter(|now| *now < self.misfit) {
                 (self.state, self.misfit) = (state, misfit);
-                self.damping = (self.damping * if length == 1.0 { 0.3 } else { 3.0 }).clamp(1e-6, 1.0);
+                self.damping = (self.damping * if length == 1.0 { 0.3 } else { 3.0 }).clamp(1e-6, 10.0);
                 return true;
             }
         }
-        self.damping = (10.0 * self.damping).min(1.0);
+        self.damping = (30.0 * self.damping).min(10.0);
         false
     }
 
@@ -281,6 +311,10 @@ impl<'a> Search<'a> {
             fit.probe();
             let down = fit.descent();
             own[frame] = fit.solve(&down, self.damping);
+            for step in &mut own[frame] {
+                *step = step.clamp(-LONGEST, LONGEST);
+            }
+            let after = fit.residuals_after(&own[frame]);
             let mut left: Vec<Vec<f64>> = Vec::with_capacity(n);
             for unknown in 0..n {
                 let column = match nearby.get(unknown) {
@@ -293,15 +327,18 @@ impl<'a> Search<'a> {
                 follow[frame].push(x);
             }
             for i in 0..n {
-                right[i] -= dot(&left[i], &fit.residuals);
+                right[i] -= dot(&left[i], &after);
                 for j in 0..n {
                     normal[i * n + j] += dot(&left[i], &left[j]);
                 }
             }
             Some(())
         })?;
+        self.errors = errors_of(&normal, n)?;
+        for i in 0..n {
+            normal[i * n + i] *= 1.0 + self.damping;
+        }
         let inverse = inverse_symmetric(&normal, n)?;
-        self.errors = (0..n).map(|i| inverse[i * n + i].sqrt()).collect();
         let along: Vec<f64> = inverse.chunks_exact(n).map(|line| dot(line, &right)).collect();
         for (own, follow) in own.iter_mut().zip(&follow) {
             for (x, along) in follow.iter().zip(&along) {
@@ -325,7 +362,11 @@ impl<'a> Search<'a> {
             .collect()
     }
 
-    fn finish(self) -> Option<Fitted> {
+    /// Every reading holds the fit from here on.
+    fn end(mut self) -> Option<Fitted> {
+        self.drop_barely();
+        self.wait_no_more();
+        self.settle(LAST_STEPS);
         let mut residuals = Vec::with_capacity(self.readings.frames.len());
         self.frames(&self.state, |_, fit| {
             residuals.extend_from_slice(&fit.residuals);
@@ -339,6 +380,12 @@ impl<'a> Search<'a> {
             errors: self.errors,
         })
     }
+}
+
+/// Standard errors from what is known of each number.
+fn errors_of(normal: &[f64], n: usize) -> Option<Vec<f64>> {
+    let inverse = inverse_symmetric(normal, n)?;
+    Some((0..n).map(|i| inverse[i * n + i].sqrt()).collect())
 }
 
 /// What naming one more pressed taxel costs, nats: which of all, and how much.

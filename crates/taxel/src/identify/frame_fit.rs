@@ -14,10 +14,10 @@ const ENOUGH: f64 = 1e-3;
 /// Largest conductance, logarithm of siemens: fifty times the resistor's that the line ends in.
 const LOG_MOST: f64 = -3.0;
 const LOG_LEAST: f64 = -25.0;
-/// What is believed of the logarithm of a pressed taxel's conductance: its middle, and its precision (a factor of e³ either
+/// What is believed of the logarithm of a pressed taxel's conductance: its middle, and its precision (a factor of e⁸ either
 /// way).
 const LOG_USUAL: f64 = -9.0;
-const BELIEF: f64 = 1.0 / 9.0;
+const BELIEF: f64 = 1.0 / 64.0;
 
 /// Which taxels are pressed, and how well they conduct.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -39,28 +39,32 @@ pub(super) struct Shared<'a> {
 /// A frame solved at one point.
 pub(super) struct FrameFit<'a> {
     readings: &'a [Reading],
-    sigma: f64,
     point: LinearPoint,
     siemens: Vec<f64>,
     counts_per_volt: f64,
     pressed: &'a Pressed,
     /// Predicted less read, in standard deviations.
     pub(super) residuals: Vec<f64>,
+    /// Taxels that read too much for one that is not pressed, and wait to be named; with what they read more, counts.
+    pub(super) dark: Vec<(usize, f64)>,
     /// Of each reading, 1/σ, or 0 where it does not hold the fit.
     weights: Vec<f64>,
+    waiting: f64,
     direction: Vec<f64>,
     volts: Vec<f64>,
     diagonal: Vec<f64>,
 }
 
 impl<'a> FrameFit<'a> {
-    /// `None` where these conductances make no network.
+    /// A taxel that is not pressed and reads more than is predicted by more than `waiting` standard deviations waits to be
+    /// named: its reading does not hold the fit. `None` where these conductances make no network.
     pub(super) fn new(
         readings: &'a [Reading],
         absent: &[bool],
         sigma: f64,
         shared: Shared<'_>,
         pressed: &'a Pressed,
+        waiting: f64,
     ) -> Option<Self> {
         let unpressed = shared.log_unpressed.exp();
         let mut siemens: Vec<f64> = absent
@@ -75,10 +79,15 @@ impl<'a> FrameFit<'a> {
         let mut volts = vec![0.0; readings.len()];
         point.predict_into(&mut volts);
         let (mut residuals, mut weights) = (Vec::new(), Vec::new());
-        for (reading, volts) in readings.iter().zip(&volts) {
+        let mut dark = Vec::new();
+        for (taxel, (reading, volts)) in readings.iter().zip(&volts).enumerate() {
             let residual = reading.residual(volts * shared.counts_per_volt) / sigma;
-            let holds = residual != 0.0 || matches!(reading, Reading::Is(_));
-            residuals.push(residual);
+            let waits = -residual > waiting && pressed.taxels.binary_search(&taxel).is_err();
+            let holds = !waits && (residual != 0.0 || matches!(reading, Reading::Is(_)));
+            if waits {
+                dark.push((taxel, -residual * sigma));
+            }
+            residuals.push(if waits { 0.0 } else { residual });
             weights.push(if holds { 1.0 / sigma } else { 0.0 });
         }
         if !residuals.iter().all(|residual| residual.is_finite()) {
@@ -86,13 +95,14 @@ impl<'a> FrameFit<'a> {
         }
         Some(Self {
             readings,
-            sigma,
             point,
             siemens,
             counts_per_volt: shared.counts_per_volt,
             pressed,
             residuals,
+            dark,
             weights,
+            waiting,
             direction: vec![0.0; readings.len()],
             volts,
             diagonal: Vec::new(),
@@ -102,6 +112,7 @@ impl<'a> FrameFit<'a> {
     /// Half the sum of squares, and what is believed of conductances.
     pub(super) fn misfit(&self) -> f64 {
         let squares: f64 = self.residuals.iter().map(|r| r * r).sum();
+        let squares = squares + self.dark.len() as f64 * self.waiting.powi(2).min(1e6);
         let beliefs = self.pressed.logs.iter();
         let beliefs: f64 = beliefs.map(|log| (log - LOG_USUAL).powi(2)).sum();
         0.5 * (squares + BELIEF * beliefs)
@@ -225,22 +236,18 @@ impl<'a> FrameFit<'a> {
         down
     }
 
+    /// The residuals once the logarithms have moved by `x`, to first order.
+    pub(super) fn residuals_after(&mut self, x: &[f64]) -> Vec<f64> {
+        let mut image = vec![0.0; self.residuals.len()];
+        self.forward(x, &mut image);
+        self.residuals.iter().zip(&image).map(|(r, i)| r + i).collect()
+    }
+
     /// What is left of `column` once the logarithms have followed: column − J x.
     pub(super) fn less(&mut self, column: &[f64], x: &[f64]) -> Vec<f64> {
         let mut image = vec![0.0; column.len()];
         self.forward(x, &mut image);
         column.iter().zip(&image).map(|(c, i)| c - i).collect()
-    }
-
-    /// Taxels that read more than is predicted by more than `least` standard deviations and by more than a share of
-    /// the most that one does; with what they read more, counts.
-    pub(super) fn too_dark(&self, least: f64, share: f64) -> Vec<(usize, f64)> {
-        let is_new = |taxel: usize| self.pressed.taxels.binary_search(&taxel).is_err();
-        let more = |taxel: usize| if is_new(taxel) { -self.residuals[taxel] } else { 0.0 };
-        let most = (0..self.residuals.len()).map(more).fold(0.0, f64::max);
-        let threshold = least.max(share * most);
-        let found = (0..self.residuals.len()).filter(|&taxel| more(taxel) > threshold);
-        found.map(|taxel| (taxel, more(taxel) * self.sigma)).collect()
     }
 }
 

@@ -61,6 +61,13 @@ pub(super) struct Readings {
 impl Readings {
     /// The most telling ones of these frames.
     pub(super) fn new(known: &Known, frames: &[Frame<Counts>]) -> Result<Self, Error> {
+        let mut all = Self::all(known, frames)?;
+        all.frames = chosen(all.frames);
+        Ok(all)
+    }
+
+    /// All of them.
+    pub(super) fn all(known: &Known, frames: &[Frame<Counts>]) -> Result<Self, Error> {
         let sensor = &known.sensor;
         let converter = Converter::from_sensor(sensor);
         let per_count = converter.count_from_volt(1.0) - converter.count_from_volt(0.0);
@@ -101,7 +108,7 @@ impl Readings {
         let all: Vec<Vec<Reading>> = all.collect();
         Ok(Self {
             columns: width,
-            frames: chosen(all),
+            frames: all,
             absent,
             sigma: noise.hypot(ROUNDING_COUNTS),
         })

@@ -1,0 +1,130 @@
+//! Which of the fitted read-outs explain the frames: description lengths, compared as Vuong (1989) does.
+
+use super::advice;
+use super::fit::{Fitted, price};
+use super::numbers::numbers_of;
+use super::readings::Readings;
+use super::report::{Identification, Standing, UniformFinding, Verdict};
+use crate::sensor::Topology;
+use crate::stats::{median, quantile};
+
+/// A read-out is out where it takes so many nats more than the best, and so many standard errors of that difference.
+const NATS: f64 = 10.0;
+const ERRORS: f64 = 3.0;
+/// A reading this many standard deviations off is missed; a read-out that misses more than this share explains nothing.
+const MISSED: f64 = 3.5;
+const MOST_MISSED: f64 = 0.1;
+/// What one reading may weigh in a comparison, nats: a single one decides nothing.
+const HEAVIEST: f64 = 50.0;
+/// Two read-outs whose conductances differ less than this, but for a factor, give the same loads: of the typical taxel, and
+/// of 95 in a hundred.
+const ALIKE: [f64; 2] = [0.02, 0.06];
+
+/// Ranks and judges.
+pub(super) fn judge(
+    mut fits: Vec<Fitted>,
+    mut uniform: Vec<UniformFinding>,
+    readings: &Readings,
+    named: Option<Topology>,
+) -> Identification {
+    fits.sort_by(|a, b| a.length(readings).total_cmp(&b.length(readings)));
+    let place = |topology| fits.iter().position(|fit| fit.candidate.topology == topology);
+    uniform.sort_by_key(|finding| place(finding.topology));
+    let contradicts = |topology| {
+        let of = |finding: &&UniformFinding| finding.topology == topology;
+        uniform.iter().find(of).is_some_and(|finding| finding.out)
+    };
+    let best = fits.iter().find(|fit| !contradicts(fit.candidate.topology));
+    let best = best.unwrap_or(&fits[0]);
+    let losses = losses(best, readings);
+    let standings: Vec<Standing> = fits
+        .iter()
+        .map(|fit| {
+            let (excess, error) = excess(fit, readings, &losses);
+            let missed = missed(fit, readings);
+            Standing {
+                topology: fit.candidate.topology,
+                excess_nats: fit.length(readings) - best.length(readings),
+                counted_nats: excess,
+                standard_error_nats: error,
+                missed_share: missed,
+                pressed: fit.pressed(),
+                out: (excess > NATS && excess > ERRORS * error)
+                    || missed > MOST_MISSED
+                    || contradicts(fit.candidate.topology),
+                numbers: numbers_of(fit),
+            }
+        })
+        .collect();
+    let left: Vec<&Fitted> = fits
+        .iter()
+        .zip(&standings)
+        .filter(|(_, standing)| !standing.out)
+        .map(|(fit, _)| fit)
+        .collect();
+    let verdict = match left.as_slice() {
+        [] => Verdict::None,
+        [_] => Verdict::One,
+        [first, rest @ ..] if rest.iter().all(|other| are_alike(first, other)) => Verdict::Alike,
+        _ => Verdict::CannotTell,
+    };
+    let names: Vec<Topology> = left.iter().map(|fit| fit.candidate.topology).collect();
+    Identification {
+        verdict,
+        measure: advice::measure(&names),
+        standings,
+        uniform,
+        named,
+        frames: readings.frames.len(),
+        readings: readings.count(),
+        noise_counts: readings.sigma,
+    }
+}
+
+/// What each reading costs, nats: its residual, and its taxel where that is named as pressed.
+fn losses(fit: &Fitted, readings: &Readings) -> Vec<f64> {
+    let mut losses: Vec<f64> = fit.residuals.iter().map(|r| (0.5 * r * r).min(HEAVIEST)).collect();
+    let taxels = readings.absent.len();
+    let price = price(readings);
+    for (frame, pressed) in fit.state.pressed.iter().enumerate() {
+        for taxel in &pressed.taxels {
+            losses[frame * taxels + taxel] += price;
+        }
+    }
+    losses
+}
+
+/// How many nats more than the best it takes, each reading's share bounded, and the standard error of that.
+fn excess(fit: &Fitted, readings: &Readings, best: &[f64]) -> (f64, f64) {
+    let own = losses(fit, readings);
+    let more: Vec<f64> = own.iter().zip(best).map(|(own, best)| own - best).collect();
+    let sum: f64 = more.iter().sum();
+    let mean = sum / more.len() as f64;
+    let squares: f64 = more.iter().map(|x| (x - mean).powi(2)).sum();
+    (sum, squares.sqrt())
+}
+
+/// The share of the readings that are missed.
+fn missed(fit: &Fitted, readings: &Readings) -> f64 {
+    let missed = fit.residuals.iter().filter(|r| r.abs() > MISSED).count();
+    missed as f64 / readings.count().max(1) as f64
+}
+
+/// Whether the loads are the same under both, but for a factor.
+fn are_alike(a: &Fitted, b: &Fitted) -> bool {
+    let mut differences = Vec::new();
+    for (a, b) in a.state.pressed.iter().zip(&b.state.pressed) {
+        for (taxel, log) in a.taxels.iter().zip(&a.logs) {
+            if let Ok(at) = b.taxels.binary_search(taxel) {
+                differences.push(log - b.logs[at]);
+            }
+        }
+    }
+    let most = a.pressed().max(b.pressed());
+    let Some(middle) = median(differences.iter().copied()) else {
+        return false;
+    };
+    let off = || differences.iter().map(|d| (d - middle).abs());
+    let at = |share| quantile(off(), share).unwrap_or(f64::INFINITY);
+    differences.len() * 10 >= 9 * most && at(0.5) < ALIKE[0] && at(0.95) < ALIKE[1]
+}
