@@ -137,7 +137,11 @@ impl Candidate {
     /// Counts per volt of the circuit's answer, signed so that counts are positive.
     pub(super) fn counts_per_volt(&self, numbers: &Numbers) -> f64 {
         let counts = self.full_counts * numbers.scale.exp();
-        if self.topology.is_tia() { -counts } else { counts }
+        if self.topology.is_tia() {
+            -counts
+        } else {
+            counts
+        }
     }
 
     /// ln of the conductance (siemens with [`UNIT_OHMS`]) of a taxel alone that reads so many counts.

@@ -192,13 +192,20 @@ impl<'a> Search<'a> {
         let mut added = 0;
         for (pressed, new) in self.state.pressed.iter_mut().zip(new) {
             added += new.len();
-            let old = pressed.taxels.iter().copied().zip(pressed.logs.iter().copied());
+            let old = pressed
+                .taxels
+                .iter()
+                .copied()
+                .zip(pressed.logs.iter().copied());
             let alone = |counts| self.candidate.alone(&before.numbers, counts);
             let least = before.log_unpressed + 2.0 * BARELY;
-            let new = new.into_iter().map(|(taxel, counts)| (taxel, alone(counts).max(least)));
+            let new = new
+                .into_iter()
+                .map(|(taxel, counts)| (taxel, alone(counts).max(least)));
             let mut both: Vec<(usize, f64)> = old.chain(new).collect();
             both.sort_unstable_by_key(|(taxel, _)| *taxel);
-            (pressed.taxels, pressed.logs) = both.into_iter().map(|(t, log)| (t, bounded(log))).unzip();
+            (pressed.taxels, pressed.logs) =
+                both.into_iter().map(|(t, log)| (t, bounded(log))).unzip();
         }
         match self.misfit_of(&self.state) {
             Some(misfit) => {
@@ -220,7 +227,11 @@ impl<'a> Search<'a> {
     fn drop_barely(&mut self) {
         let least = self.state.log_unpressed + BARELY;
         let kept = self.state.pressed.iter().map(|pressed| {
-            let both = pressed.taxels.iter().copied().zip(pressed.logs.iter().copied());
+            let both = pressed
+                .taxels
+                .iter()
+                .copied()
+                .zip(pressed.logs.iter().copied());
             let (taxels, logs) = both.filter(|(_, log)| *log > least).unzip();
             Pressed { taxels, logs }
         });
@@ -267,7 +278,8 @@ impl<'a> Search<'a> {
             let state = self.moved(&along, &logs, length);
             if let Some(misfit) = self.misfit_of(&state).filter(|now| *now < self.misfit) {
                 (self.state, self.misfit) = (state, misfit);
-                self.damping = (self.damping * if length == 1.0 { 0.3 } else { 3.0 }).clamp(1e-6, 10.0);
+                self.damping =
+                    (self.damping * if length == 1.0 { 0.3 } else { 3.0 }).clamp(1e-6, 10.0);
                 return true;
             }
         }
@@ -280,7 +292,9 @@ impl<'a> Search<'a> {
         for (unknown, along) in self.unknowns().into_iter().zip(along) {
             let value = Self::value(&state, unknown) + length * along.clamp(-LONGEST, LONGEST);
             match unknown {
-                Some(number) => state.numbers.set(number, self.candidate.bounded(number, value)),
+                Some(number) => state
+                    .numbers
+                    .set(number, self.candidate.bounded(number, value)),
                 None => state.log_unpressed = bounded(value),
             }
         }
@@ -339,7 +353,10 @@ impl<'a> Search<'a> {
             normal[i * n + i] *= 1.0 + self.damping;
         }
         let inverse = inverse_symmetric(&normal, n)?;
-        let along: Vec<f64> = inverse.chunks_exact(n).map(|line| dot(line, &right)).collect();
+        let along: Vec<f64> = inverse
+            .chunks_exact(n)
+            .map(|line| dot(line, &right))
+            .collect();
         for (own, follow) in own.iter_mut().zip(&follow) {
             for (x, along) in follow.iter().zip(&along) {
                 for (own, x) in own.iter_mut().zip(x) {
@@ -357,7 +374,10 @@ impl<'a> Search<'a> {
             .map(|&number| {
                 let mut moved = self.state.numbers;
                 moved.set(number, moved.get(number) + DIFFERENCE);
-                (self.candidate.circuit(&moved), self.candidate.counts_per_volt(&moved))
+                (
+                    self.candidate.circuit(&moved),
+                    self.candidate.counts_per_volt(&moved),
+                )
             })
             .collect()
     }

@@ -119,7 +119,12 @@ impl<'a> FrameFit<'a> {
     }
 
     /// What its readings are under another circuit, less those under this one, per step, in standard deviations.
-    pub(super) fn change_under(&self, circuit: &LinearCircuit, counts_per_volt: f64, step: f64) -> Vec<f64> {
+    pub(super) fn change_under(
+        &self,
+        circuit: &LinearCircuit,
+        counts_per_volt: f64,
+        step: f64,
+    ) -> Vec<f64> {
         let mut point = circuit.point();
         let mut volts = self.volts.clone();
         if point.set(&self.siemens).is_ok() {
@@ -168,7 +173,9 @@ impl<'a> FrameFit<'a> {
         let mut out = vec![0.0; of.len()];
         self.point.vjp_into(&self.direction, &mut out);
         let taxels = self.pressed.taxels.iter();
-        taxels.map(|&taxel| out[taxel] * self.siemens[taxel]).collect()
+        taxels
+            .map(|&taxel| out[taxel] * self.siemens[taxel])
+            .collect()
     }
 
     /// Estimates the diagonal of JᵀJ from random signs: a preconditioner needs no more.
@@ -191,7 +198,11 @@ impl<'a> FrameFit<'a> {
         let n = right.len();
         let mut x = vec![0.0; n];
         let mut r = right.to_vec();
-        let scale: Vec<f64> = self.diagonal.iter().map(|d| 1.0 / (d * (1.0 + damping))).collect();
+        let scale: Vec<f64> = self
+            .diagonal
+            .iter()
+            .map(|d| 1.0 / (d * (1.0 + damping)))
+            .collect();
         let mut z: Vec<f64> = r.iter().zip(&scale).map(|(r, s)| r * s).collect();
         let mut p = z.clone();
         let mut rz = dot(&r, &z);
@@ -240,7 +251,11 @@ impl<'a> FrameFit<'a> {
     pub(super) fn residuals_after(&mut self, x: &[f64]) -> Vec<f64> {
         let mut image = vec![0.0; self.residuals.len()];
         self.forward(x, &mut image);
-        self.residuals.iter().zip(&image).map(|(r, i)| r + i).collect()
+        self.residuals
+            .iter()
+            .zip(&image)
+            .map(|(r, i)| r + i)
+            .collect()
     }
 
     /// What is left of `column` once the logarithms have followed: column − J x.

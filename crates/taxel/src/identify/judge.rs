@@ -6,7 +6,6 @@ use super::numbers::numbers_of;
 use super::readings::Readings;
 use super::report::{Identification, Standing, UniformFinding, Verdict};
 use crate::sensor::Topology;
-use crate::stats::{median, quantile};
 
 /// A read-out is out where it takes so many nats more than the best, and so many standard errors of that difference.
 const NATS: f64 = 10.0;
@@ -16,9 +15,8 @@ const MISSED: f64 = 3.5;
 const MOST_MISSED: f64 = 0.1;
 /// What one reading may weigh in a comparison, nats: a single one decides nothing.
 const HEAVIEST: f64 = 50.0;
-/// Two read-outs whose conductances differ less than this, but for a factor, give the same loads: of the typical taxel, and
-/// of 95 in a hundred.
-const ALIKE: [f64; 2] = [0.02, 0.06];
+/// Two read-outs give the same loads where their conductances, but for a factor, differ by less than this share of all.
+const ALIKE: f64 = 0.03;
 
 /// Ranks and judges.
 pub(super) fn judge(
@@ -28,7 +26,10 @@ pub(super) fn judge(
     named: Option<Topology>,
 ) -> Identification {
     fits.sort_by(|a, b| a.length(readings).total_cmp(&b.length(readings)));
-    let place = |topology| fits.iter().position(|fit| fit.candidate.topology == topology);
+    let place = |topology| {
+        fits.iter()
+            .position(|fit| fit.candidate.topology == topology)
+    };
     uniform.sort_by_key(|finding| place(finding.topology));
     let contradicts = |topology| {
         let of = |finding: &&UniformFinding| finding.topology == topology;
@@ -62,10 +63,13 @@ pub(super) fn judge(
         .filter(|(_, standing)| !standing.out)
         .map(|(fit, _)| fit)
         .collect();
+    let taxels = readings.absent.len();
     let verdict = match left.as_slice() {
         [] => Verdict::None,
         [_] => Verdict::One,
-        [first, rest @ ..] if rest.iter().all(|other| are_alike(first, other)) => Verdict::Alike,
+        [first, rest @ ..] if rest.iter().all(|other| are_alike(first, other, taxels)) => {
+            Verdict::Alike
+        }
         _ => Verdict::CannotTell,
     };
     let names: Vec<Topology> = left.iter().map(|fit| fit.candidate.topology).collect();
@@ -83,7 +87,11 @@ pub(super) fn judge(
 
 /// What each reading costs, nats: its residual, and its taxel where that is named as pressed.
 fn losses(fit: &Fitted, readings: &Readings) -> Vec<f64> {
-    let mut losses: Vec<f64> = fit.residuals.iter().map(|r| (0.5 * r * r).min(HEAVIEST)).collect();
+    let mut losses: Vec<f64> = fit
+        .residuals
+        .iter()
+        .map(|r| (0.5 * r * r).min(HEAVIEST))
+        .collect();
     let taxels = readings.absent.len();
     let price = price(readings);
     for (frame, pressed) in fit.state.pressed.iter().enumerate() {
@@ -110,21 +118,22 @@ fn missed(fit: &Fitted, readings: &Readings) -> f64 {
     missed as f64 / readings.count().max(1) as f64
 }
 
-/// Whether the loads are the same under both, but for a factor.
-fn are_alike(a: &Fitted, b: &Fitted) -> bool {
-    let mut differences = Vec::new();
-    for (a, b) in a.state.pressed.iter().zip(&b.state.pressed) {
-        for (taxel, log) in a.taxels.iter().zip(&a.logs) {
-            if let Ok(at) = b.taxels.binary_search(taxel) {
-                differences.push(log - b.logs[at]);
+/// Whether conductances, and with them the loads, are the same under both but for a factor.
+fn are_alike(a: &Fitted, b: &Fitted, taxels: usize) -> bool {
+    let of = |fit: &Fitted| {
+        let mut all = Vec::new();
+        for pressed in &fit.state.pressed {
+            let mut frame = vec![0.0; taxels];
+            for (&taxel, log) in pressed.taxels.iter().zip(&pressed.logs) {
+                frame[taxel] = log.exp();
             }
+            all.extend(frame);
         }
-    }
-    let most = a.pressed().max(b.pressed());
-    let Some(middle) = median(differences.iter().copied()) else {
-        return false;
+        all
     };
-    let off = || differences.iter().map(|d| (d - middle).abs());
-    let at = |share| quantile(off(), share).unwrap_or(f64::INFINITY);
-    differences.len() * 10 >= 9 * most && at(0.5) < ALIKE[0] && at(0.95) < ALIKE[1]
+    let (a, b) = (of(a), of(b));
+    let both = || a.iter().zip(&b);
+    let factor = both().map(|(a, b)| a * b).sum::<f64>() / a.iter().map(|a| a * a).sum::<f64>();
+    let differ: f64 = both().map(|(a, b)| (factor * a - b).abs()).sum();
+    differ < ALIKE * b.iter().sum::<f64>()
 }

@@ -22,7 +22,10 @@ pub(super) fn numbers_of(fit: &Fitted) -> Vec<NumberFound> {
         .unknowns()
         .iter()
         .map(|&number| (Some(number), numbers.get(number).exp() / in_series))
-        .chain([(None, in_series.recip() * (-fit.state.log_unpressed).exp() / UNIT_OHMS)])
+        .chain([(
+            None,
+            in_series.recip() * (-fit.state.log_unpressed).exp() / UNIT_OHMS,
+        )])
         .collect();
     let found = known.into_iter().enumerate().map(|(at, (number, value))| {
         let error = fit.errors.get(at).copied().unwrap_or(f64::INFINITY);
@@ -44,7 +47,9 @@ fn name_of(number: Option<Number>, topology: Topology) -> &'static str {
     match number {
         None => "an unpressed taxel",
         Some(Number::Column) => "R_c, the column's switch",
-        Some(Number::Row) if topology.is_tia() => "R_r + R_k/(1+A), the row's switch and the amplifier's input",
+        Some(Number::Row) if topology.is_tia() => {
+            "R_r + R_k/(1+A), the row's switch and the amplifier's input"
+        }
         Some(Number::Row) => "R_r, the row's switch",
         Some(Number::Scale) if topology == Topology::DividerFloating => {
             "V_t / full scale, times R_p/(R_p+R_r+R_c)"

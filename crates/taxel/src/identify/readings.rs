@@ -76,7 +76,8 @@ impl Readings {
             screen.observe(frame)?;
         }
         let faults = screen.finish().with_declared(sensor.screen());
-        let lost = |axis| -> Vec<usize> { faults.dead(axis).chain(faults.flickering(axis)).collect() };
+        let lost =
+            |axis| -> Vec<usize> { faults.dead(axis).chain(faults.flickering(axis)).collect() };
         let (rows, columns) = (lost(Axis::Row), lost(Axis::Column));
         let width = sensor.columns();
         let absent: Vec<bool> = (0..sensor.rows() * width)
@@ -145,7 +146,13 @@ fn chosen(mut frames: Vec<Vec<Reading>>) -> Vec<Vec<Reading>> {
     let mut taken: Vec<Vec<Reading>> = Vec::new();
     let mut nearest = vec![f64::INFINITY; frames.len()];
     while taken.len() < most && !frames.is_empty() {
-        let worth = |at: usize| if taken.is_empty() { sum(&frames[at]) } else { nearest[at] };
+        let worth = |at: usize| {
+            if taken.is_empty() {
+                sum(&frames[at])
+            } else {
+                nearest[at]
+            }
+        };
         let best = (0..frames.len()).max_by(|&a, &b| worth(a).total_cmp(&worth(b)));
         let Some(best) = best.filter(|&at| worth(at) > 0.0) else {
             break;

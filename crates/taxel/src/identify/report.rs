@@ -154,7 +154,11 @@ impl fmt::Display for Identification {
             "looked at    {} frames, {} readings, noise {:.2} counts\n",
             self.frames, self.readings, self.noise_counts
         )?;
-        writeln!(f, "{:<26}{:>12}{:>9}{:>9}", "", "nats more", "missed", "pressed")?;
+        writeln!(
+            f,
+            "{:<26}{:>12}{:>9}{:>9}",
+            "", "nats more", "missed", "pressed"
+        )?;
         for standing in &self.standings {
             let word = if standing.out { "  out" } else { "" };
             writeln!(
@@ -191,14 +195,23 @@ impl Identification {
         if self.uniform.is_empty() {
             return Ok(());
         }
-        writeln!(f, "\nuniform loads: scatter of lines, over the least that single taxels make it")?;
+        writeln!(
+            f,
+            "\nuniform loads: scatter of lines, over the least that single taxels make it"
+        )?;
         writeln!(f, "{:<26}{:>12}{:>9}", "", "rows", "columns")?;
         for finding in &self.uniform {
             let word = if finding.out { "  out" } else { "" };
             let name = finding.topology.name();
-            let ratio = |ratio: Option<f64>| ratio.map_or("-".to_owned(), |ratio| format!("{ratio:.2}"));
+            let ratio =
+                |ratio: Option<f64>| ratio.map_or("-".to_owned(), |ratio| format!("{ratio:.2}"));
             if finding.reaches {
-                writeln!(f, "{name:<26}{:>12}{:>9}{word}", ratio(finding.rows), ratio(finding.columns))?;
+                writeln!(
+                    f,
+                    "{name:<26}{:>12}{:>9}{word}",
+                    ratio(finding.rows),
+                    ratio(finding.columns)
+                )?;
             } else {
                 writeln!(f, "{name:<26}  no conductance reads so much{word}")?;
             }

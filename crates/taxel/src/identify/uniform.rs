@@ -65,13 +65,21 @@ impl Scatter {
 
 /// Frames, spread over all that are given, as they scatter.
 pub(super) fn scatters(frames: &[Vec<Reading>], columns: usize) -> Vec<Scatter> {
-    let all: Vec<Scatter> = frames.iter().filter_map(|frame| Scatter::of(frame, columns)).collect();
+    let all: Vec<Scatter> = frames
+        .iter()
+        .filter_map(|frame| Scatter::of(frame, columns))
+        .collect();
     let every = all.len().div_ceil(MOST_FRAMES).max(1);
     all.into_iter().rev().step_by(every).collect()
 }
 
 /// The read-out's numbers with which lines scatter the least too little.
-pub(super) fn compare(candidate: &Candidate, frames: &[Scatter], shape: [usize; 2], sigma: f64) -> UniformFinding {
+pub(super) fn compare(
+    candidate: &Candidate,
+    frames: &[Scatter],
+    shape: [usize; 2],
+    sigma: f64,
+) -> UniformFinding {
     let mut best: Option<(f64, Vec<[f64; 2]>)> = None;
     for numbers in grid(candidate) {
         let Some(found) = at(candidate, &numbers, frames, shape, sigma) else {
