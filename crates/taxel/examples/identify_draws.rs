@@ -1,70 +1,91 @@
-//! Debug.
-#[path = "../tests/every_sensor/mod.rs"]
-mod every_sensor;
-use taxel::identify::{Known, identify};
+//! Sensors drawn by seed, each with a read-out, a size, a converter, resistors, switches and a pattern; what `identify` says
+//! of their recordings when it knows shape and bits alone. A line for every draw, then the table of docs/identify.md.
+//!
+//! `cargo run --release -p taxel --example identify_draws -- [SEEDS]`, a list with commas; without one all twelve and the
+//! e-Cone.
+
+#[path = "../tests/identify/draw.rs"]
+mod draw;
+
+use std::time::Instant;
+
+use draw::{Draw, SEEDS};
+use taxel::Error;
+use taxel::identify::{Known, Verdict, identify};
 use taxel::parallel::Serial;
-use taxel::simulate::{Pattern, VirtualSensor};
-fn main() {
-    let a: Vec<String> = std::env::args().collect();
-    let size: usize = a[1].parse().unwrap();
-    let bits: u32 = a[2].parse().unwrap();
-    let seeds = a[4].split(',').map(|s| s.parse().unwrap());
-    let verbose = std::env::var("VERBOSE").is_ok();
-    for seed in seeds {
-        for name_p in a[3].split(',') {
-            let pattern = Pattern::named(name_p).unwrap();
-            for (name, sensor) in every_sensor::every_sensor(&[size], &[bits])
-                .into_iter()
-                .skip(3)
-            {
-                if a.get(5).is_some_and(|w| !name.contains(w.as_str())) {
-                    continue;
-                }
-                let at = std::time::Instant::now();
-                let real = VirtualSensor::new(&sensor, seed).unwrap();
-                let frames: Vec<_> = real
-                    .recording(&pattern, 0..160)
-                    .step_by(4)
-                    .map(|(_, s)| s.counts)
-                    .collect();
-                let known = if std::env::var("FILE").is_ok() {
-                    Known::of_sensor(&sensor)
-                } else {
-                    Known::of_shape(sensor.rows(), sensor.columns(), bits).unwrap()
-                };
-                let found = identify(&known, &frames, &[], &Serial).unwrap();
-                let right = found.standings[0].topology == sensor.readout().topology;
-                let inside = found
-                    .left()
-                    .any(|s| s.topology == sensor.readout().topology);
-                println!(
-                    "{} {name} {name_p} seed {seed}: {:?} {} left {} {:.1}s sigma {:.2}",
-                    if right {
-                        "ok   "
-                    } else if inside {
-                        "left "
-                    } else {
-                        "WRONG"
-                    },
-                    found.verdict,
-                    found.standings[0].topology.name(),
-                    found
-                        .left()
-                        .map(|s| format!(
-                            "{} {:.0}±{:.0}",
-                            s.topology.name(),
-                            s.counted_nats,
-                            s.standard_error_nats
-                        ))
-                        .collect::<Vec<_>>()
-                        .join(", "),
-                    at.elapsed().as_secs_f64(),
-                    found.noise_counts
-                );
-                if verbose {
-                    println!("{found}");
-                }
-            }
+use taxel::sensor::Topology;
+
+/// Of one read-out: draws, right ones first, alone or with others of the same loads, right one left.
+#[derive(Default)]
+struct Tally {
+    draws: usize,
+    first: usize,
+    told: usize,
+    left: usize,
+    wrong: usize,
+    slowest_secs: f64,
+}
+
+fn main() -> Result<(), Error> {
+    let seeds: Vec<u64> = match std::env::args().nth(1) {
+        Some(text) => text.split(',').filter_map(|n| n.parse().ok()).collect(),
+        None => SEEDS.collect(),
+    };
+    let mut tallies: Vec<Tally> = Topology::ALL.iter().map(|_| Tally::default()).collect();
+    for &seed in &seeds {
+        for (topology, tally) in Topology::ALL.into_iter().zip(&mut tallies) {
+            one(&Draw::new(topology, seed)?, tally)?;
         }
     }
+    if std::env::args().nth(1).is_none() {
+        one(&Draw::econe()?, &mut tallies[0])?;
+    }
+    println!("\n| read-out | draws | first | told | left | wrong | slowest, s |");
+    println!("|---|---|---|---|---|---|---|");
+    for (topology, tally) in Topology::ALL.into_iter().zip(&tallies) {
+        println!(
+            "| `{}` | {} | {} | {} | {} | {} | {:.1} |",
+            topology.name(),
+            tally.draws,
+            tally.first,
+            tally.told,
+            tally.left,
+            tally.wrong,
+            tally.slowest_secs
+        );
+    }
+    Ok(())
+}
+
+fn one(draw: &Draw, tally: &mut Tally) -> Result<(), Error> {
+    let sensor = draw.real.sensor();
+    let truth = sensor.readout().topology;
+    let bits = sensor.converter().bits;
+    let known = Known::of_shape(sensor.rows(), sensor.columns(), bits)?;
+    let frames = draw.frames();
+    let begun = Instant::now();
+    let found = identify(&known, &frames, &[], &Serial)?;
+    let seconds = begun.elapsed().as_secs_f64();
+    let is_first = found.standings[0].topology == truth;
+    let is_left = found.left().any(|standing| standing.topology == truth);
+    let is_told = matches!(found.verdict, Verdict::One | Verdict::Alike);
+    tally.draws += 1;
+    tally.first += usize::from(is_first);
+    tally.told += usize::from(is_told && is_left);
+    tally.left += usize::from(is_left);
+    tally.wrong += usize::from(is_told && !is_left);
+    tally.slowest_secs = tally.slowest_secs.max(seconds);
+    let left: Vec<String> = found
+        .left()
+        .map(|s| format!("{} {:.0}", s.topology.name(), s.excess_nats))
+        .collect();
+    println!(
+        "{} {}: {:?}, first {}, left: {}; {seconds:.1} s",
+        if is_first { "right" } else { "WRONG" },
+        draw.name,
+        found.verdict,
+        found.standings[0].topology.name(),
+        left.join(", "),
+    );
+    Ok(())
 }

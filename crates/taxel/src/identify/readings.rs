@@ -8,7 +8,7 @@ use crate::{Counts, Error, Frame, Mark};
 
 /// Frames that a fit takes at most, and taxels of all of them together, unless one frame has more.
 const MOST_FRAMES: usize = 20;
-const MOST_TAXELS: usize = 8192;
+const MOST_TAXELS: usize = 5120;
 /// Fewest frames, however large the array is.
 const FEWEST_FRAMES: usize = 2;
 /// Estimated noise is believed up to this many times the usual one: changing loads look like noise, too.
