@@ -9,6 +9,8 @@ use crate::sensor::{PerLine, Topology};
 pub(super) const UNIT_OHMS: f64 = 1000.0;
 /// Of the logarithm of a switch's resistance over that resistor: mean and standard deviation of what people build.
 const SWITCH: [f64; 2] = [-4.6, 1.7];
+/// The same where an amplifier's R_k is known times V_t over full scale alone, which is a tenth for many.
+const SWITCH_OF_UNKNOWN: [f64; 2] = [-3.6, 1.7];
 /// Bounds of the same: no switch, and one that leaves next to nothing of the read-out. An input of an amplifier with more
 /// than a quarter of its feedback resistor is no virtual ground.
 const SWITCH_BOUNDS: [f64; 2] = [-12.0, -0.7];
@@ -80,7 +82,7 @@ impl Candidate {
         match self.topology {
             // Where V_t and full scale are not known, they are one number with the resistor.
             _ if !self.topology.is_tia() => ("R_p", self.resistor_ohms),
-            _ if self.scale_sd > 0.2 => ("R_k V_t / full scale", None),
+            _ if self.is_scale_open() => ("R_k V_t / full scale", None),
             _ => ("R_k", self.resistor_ohms),
         }
     }
@@ -96,11 +98,24 @@ impl Candidate {
         }
     }
 
+    /// An amplifier's V_t over full scale is not known, and so part of the resistor that switches are measured by.
+    fn is_scale_open(&self) -> bool {
+        self.topology.is_tia() && self.scale_sd > 0.2
+    }
+
+    fn switch(&self) -> [f64; 2] {
+        if self.is_scale_open() {
+            SWITCH_OF_UNKNOWN
+        } else {
+            SWITCH
+        }
+    }
+
     /// What is believed without any frame.
     pub(super) fn usual(&self) -> Numbers {
         Numbers {
-            column: SWITCH[0],
-            row: SWITCH[0],
+            column: self.switch()[0],
+            row: self.switch()[0],
             scale: 0.0,
         }
     }
@@ -108,7 +123,7 @@ impl Candidate {
     /// Mean and standard deviation of what is believed of a number.
     pub(super) fn belief(&self, number: Number) -> [f64; 2] {
         match number {
-            Number::Column | Number::Row => SWITCH,
+            Number::Column | Number::Row => self.switch(),
             Number::Scale => [0.0, self.scale_sd],
         }
     }
@@ -117,7 +132,9 @@ impl Candidate {
     pub(super) fn bounded(&self, number: Number, value: f64) -> f64 {
         let [least, most] = SWITCH_BOUNDS;
         match number {
-            Number::Row if self.topology.is_tia() => value.clamp(least, INPUT_MOST),
+            Number::Row if self.topology.is_tia() && !self.is_scale_open() => {
+                value.clamp(least, INPUT_MOST)
+            }
             Number::Column | Number::Row => value.clamp(least, most),
             Number::Scale => value.clamp(-4.0 * self.scale_sd, 4.0 * self.scale_sd),
         }

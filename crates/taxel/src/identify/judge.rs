@@ -3,7 +3,7 @@
 use super::advice;
 use super::fit::{Fitted, price};
 use super::numbers::numbers_of;
-use super::readings::Readings;
+use super::readings::{Reading, Readings};
 use super::report::{Identification, Standing, UniformFinding, Verdict};
 use crate::sensor::Topology;
 
@@ -13,6 +13,9 @@ const ERRORS: f64 = 3.0;
 /// A reading this many standard deviations off is missed; a read-out that misses more than this share explains nothing.
 const MISSED: f64 = 3.5;
 const MOST_MISSED: f64 = 0.1;
+/// Where the best read-out leaves less than this share of the readings to taxels that are not pressed, next to nothing is
+/// predicted, and nothing is judged.
+const LEAST_TESTED: f64 = 0.1;
 /// What one reading may weigh in a comparison, nats: a single one decides nothing.
 const HEAVIEST: f64 = 50.0;
 /// Two read-outs give the same loads where their conductances, but for a factor, differ by less than this share of all.
@@ -37,6 +40,7 @@ pub(super) fn judge(
     };
     let best = fits.iter().find(|fit| !contradicts(fit.candidate.topology));
     let best = best.unwrap_or(&fits[0]);
+    let is_tested = tested(&fits[0], readings) >= LEAST_TESTED;
     let losses = losses(best, readings);
     let standings: Vec<Standing> = fits
         .iter()
@@ -45,13 +49,13 @@ pub(super) fn judge(
             let missed = missed(fit, readings);
             Standing {
                 topology: fit.candidate.topology,
-                excess_nats: fit.length(readings) - best.length(readings),
+                excess_nats: fit.length(readings) - fits[0].length(readings),
                 counted_nats: excess,
                 standard_error_nats: error,
                 missed_share: missed,
                 pressed: fit.pressed(),
-                out: (excess > NATS && excess > ERRORS * error)
-                    || missed > MOST_MISSED
+                out: (is_tested && excess > NATS && excess > ERRORS * error)
+                    || (is_tested && missed > MOST_MISSED)
                     || contradicts(fit.candidate.topology),
                 numbers: numbers_of(fit),
             }
@@ -63,25 +67,31 @@ pub(super) fn judge(
         .filter(|(_, standing)| !standing.out)
         .map(|(fit, _)| fit)
         .collect();
-    let taxels = readings.absent.len();
-    let verdict = match left.as_slice() {
-        [] => Verdict::None,
-        [_] => Verdict::One,
-        [first, rest @ ..] if rest.iter().all(|other| are_alike(first, other, taxels)) => {
-            Verdict::Alike
-        }
-        _ => Verdict::CannotTell,
-    };
+    let verdict = verdict(&left, is_tested, readings.absent.len());
     let names: Vec<Topology> = left.iter().map(|fit| fit.candidate.topology).collect();
     Identification {
         verdict,
         measure: advice::measure(&names),
         standings,
+        is_tested,
         uniform,
         named,
         frames: readings.frames.len(),
         readings: readings.count(),
         noise_counts: readings.sigma,
+    }
+}
+
+/// In one word.
+fn verdict(left: &[&Fitted], is_tested: bool, taxels: usize) -> Verdict {
+    match left {
+        [] => Verdict::None,
+        _ if !is_tested => Verdict::CannotTell,
+        [_] => Verdict::One,
+        [first, rest @ ..] if rest.iter().all(|other| are_alike(first, other, taxels)) => {
+            Verdict::Alike
+        }
+        _ => Verdict::CannotTell,
     }
 }
 
@@ -110,6 +120,21 @@ fn excess(fit: &Fitted, readings: &Readings, best: &[f64]) -> (f64, f64) {
     let mean = sum / more.len() as f64;
     let squares: f64 = more.iter().map(|x| (x - mean).powi(2)).sum();
     (sum, squares.sqrt())
+}
+
+/// The share of the measured readings that belong to taxels that are not pressed.
+fn tested(fit: &Fitted, readings: &Readings) -> f64 {
+    let pairs = readings.frames.iter().zip(&fit.state.pressed);
+    let (mut measured, mut free) = (0usize, 0usize);
+    for (frame, pressed) in pairs {
+        for (taxel, reading) in frame.iter().enumerate() {
+            if matches!(reading, Reading::Is(_)) {
+                measured += 1;
+                free += usize::from(pressed.taxels.binary_search(&taxel).is_err());
+            }
+        }
+    }
+    free as f64 / measured.max(1) as f64
 }
 
 /// The share of the readings that are missed.

@@ -94,6 +94,8 @@ pub struct Identification {
     pub verdict: Verdict,
     /// All read-outs, the likeliest first.
     pub standings: Vec<Standing>,
+    /// Whether enough readings of taxels that are not pressed are left to contradict a read-out.
+    pub is_tested: bool,
     /// How they fare with uniform loads; empty without any, in the order of `standings`.
     pub uniform: Vec<UniformFinding>,
     /// What decides between those that are left.
@@ -148,6 +150,12 @@ impl fmt::Display for Identification {
             && !self.left().any(|standing| standing.topology == named)
         {
             writeln!(f, "             the sensor file says {}", named.name())?;
+        }
+        if !self.is_tested {
+            writeln!(
+                f,
+                "             nearly every reading is of a pressed taxel: nothing is left that could contradict a read-out"
+            )?;
         }
         writeln!(
             f,
@@ -231,7 +239,7 @@ fn nats(value: f64) -> String {
 
 fn percent(share: f64) -> String {
     match 100.0 * share {
-        percent if percent == 0.0 => "0 %".to_owned(),
+        0.0 => "0 %".to_owned(),
         percent if percent < 0.1 => "< 0.1 %".to_owned(),
         percent if percent < 10.0 => format!("{percent:.1} %"),
         percent => format!("{percent:.0} %"),

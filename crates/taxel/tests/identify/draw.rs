@@ -7,8 +7,6 @@ use taxel::sensor::{PerLine, Topology, preset};
 use taxel::simulate::{Imperfections, Pattern, VirtualSensor};
 use taxel::{Counts, Error, Frame};
 
-/// The seeds that all draws are made with: fixed before the first was looked at.
-pub const SEEDS: std::ops::RangeInclusive<u64> = 101..=112;
 /// Frames of a recording.
 const FRAMES: usize = 40;
 
