@@ -120,6 +120,22 @@ impl Candidate {
         }
     }
 
+    /// Where a fit begins: from the usual switches, and from large ones where they are fitted.
+    pub(super) fn starts(&self) -> Vec<Numbers> {
+        let usual = self.usual();
+        if self.unknowns().contains(&Number::Column) {
+            let [middle, sd] = self.switch();
+            let large = Numbers {
+                column: middle + sd,
+                row: middle + sd,
+                ..usual
+            };
+            vec![usual, large]
+        } else {
+            vec![usual]
+        }
+    }
+
     /// Mean and standard deviation of what is believed of a number.
     pub(super) fn belief(&self, number: Number) -> [f64; 2] {
         match number {

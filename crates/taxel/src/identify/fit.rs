@@ -62,8 +62,14 @@ impl Fitted {
 }
 
 /// Fits a read-out. `None` where no conductances at all make its network predict.
-pub(super) fn fit(candidate: Candidate, readings: &Readings) -> Option<Fitted> {
-    let mut search = Search::new(candidate, readings)?;
+pub(super) fn fit(candidate: &Candidate, readings: &Readings) -> Option<Fitted> {
+    let starts = candidate.starts().into_iter();
+    let fits = starts.filter_map(|numbers| fit_from(candidate.clone(), numbers, readings));
+    fits.min_by(|a, b| a.length(readings).total_cmp(&b.length(readings)))
+}
+
+fn fit_from(candidate: Candidate, numbers: Numbers, readings: &Readings) -> Option<Fitted> {
+    let mut search = Search::new(candidate, numbers, readings)?;
     search.pursue();
     search.settle(LAST_STEPS);
     let first = search.clone().end();
@@ -90,8 +96,7 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(candidate: Candidate, readings: &'a Readings) -> Option<Self> {
-        let numbers = candidate.usual();
+    fn new(candidate: Candidate, numbers: Numbers, readings: &'a Readings) -> Option<Self> {
         let values = readings.frames.iter().flatten().filter_map(|r| match r {
             Reading::Is(value) => Some(value.max(0.1)),
             _ => None,

@@ -64,7 +64,7 @@ pub fn identify(
         let candidate = Candidate::new(known, topology);
         let compared = (!scatters.is_empty())
             .then(|| uniform::compare(&candidate, &scatters, shape, loaded.sigma));
-        Some((fit::fit(candidate, &readings), compared))
+        Some((fit::fit(&candidate, &readings), compared))
     });
     let (fits, compared): (Vec<_>, Vec<_>) = results.into_iter().flatten().unzip();
     let fits: Vec<_> = fits.into_iter().flatten().collect();

@@ -26,7 +26,7 @@ fn fingers(sensor: &Sensor, seed: u64) -> Vec<Frame<Counts>> {
 
 #[test]
 fn the_read_out_is_among_those_left_and_none_is_told_wrongly() {
-    for seed in [107, 109] {
+    for seed in [107, 110] {
         for topology in Topology::ALL {
             let draw = Draw::new(topology, seed).unwrap();
             let found = found(&draw);
