@@ -323,6 +323,8 @@ pub mod remedy {
     pub const COMPENSATE: &str = "compensated, a recording becomes a file of values (.csv, .npy)";
     /// Volts are wanted of conductances.
     pub const SCAN: &str = "simulate a scan of these conductances";
+    /// Nothing says how many lines make a frame.
+    pub const ROWS: &str = "give the number of rows, or a sensor file";
     /// Frames lie beyond all time.
     pub const CHECK_TIMES: &str = "check the frame rate and the times in the recording";
     /// There is no load law.

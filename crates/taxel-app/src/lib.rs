@@ -11,6 +11,7 @@
 //! | [`chain`] | from frames of a file to numbers in a unit, one frame at a time |
 //! | [`frames`] | files of frames by their extension |
 //! | [`sensor_source`] | the sensor of a source: of a file, a preset, or what a recording brings |
+//! | [`identify`] | from recordings to the read-out that explains them |
 //! | [`line_survey`], [`presses`], [`check`], [`training_set`] | what is read before the work: faulty lines, labelled presses, known loads of the day, what a model learns from |
 
 pub mod carry;
@@ -20,6 +21,7 @@ pub mod error;
 pub mod evaluation;
 pub mod executor;
 pub mod frames;
+pub mod identify;
 pub mod line_survey;
 pub mod methods;
 pub mod named_files;

@@ -97,6 +97,34 @@ pub fn read_with_lines(
     Ok((data, lines))
 }
 
+/// Reads the frames of a table of uniform loads.
+pub fn read_uniform(
+    table: &Path,
+    options: ReadOptions,
+    reporter: &dyn Reporter,
+) -> Result<Vec<Frame<Counts>>, Error> {
+    let uniform = read_uniform_loads(table)?;
+    let wanted: Vec<Wanted> = uniform
+        .iter()
+        .map(|load| Wanted {
+            recording: &load.recording,
+            frame: load.frame,
+            table,
+            line: load.line,
+        })
+        .collect();
+    check_memory(table, &wanted, 0, options.rows * options.columns)?;
+    let mut loads: Vec<_> = uniform
+        .iter()
+        .map(|load| load.load_g)
+        .zip(&wanted)
+        .collect();
+    loads.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let found = read_frames(&wanted, options, reporter)?;
+    let frame_of = |one: &Wanted| found[&(one.recording.to_owned(), one.frame)].clone();
+    Ok(loads.into_iter().map(|(_, one)| frame_of(one)).collect())
+}
+
 /// Refuses a table whose frames do not fit in memory. `again`: frames that are held a second time.
 fn check_memory(table: &Path, wanted: &[Wanted], again: usize, taxels: usize) -> Result<(), Error> {
     let each: BTreeSet<(&Path, usize)> = wanted

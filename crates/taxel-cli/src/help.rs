@@ -12,7 +12,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
             "live", "view", "record", "replay", "convert", "recover", "devices",
         ],
     ),
-    ("Look", &["info", "analyse", "plot", "selftest"]),
+    ("Look", &["info", "analyse", "plot", "selftest", "identify"]),
     (
         "Fit and compensate",
         &[
@@ -42,7 +42,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
 ];
 
 /// One to three examples of every verb. Files that are read are those that another example writes, where one does.
-const EXAMPLES: [(&str, &[&str]); 28] = [
+const EXAMPLES: [(&str, &[&str]); 29] = [
     (
         "live",
         &[
@@ -101,6 +101,13 @@ const EXAMPLES: [(&str, &[&str]); 28] = [
         &[
             "taxel selftest --empty empty.mcap --rubbed rubbed.mcap --sensor sensor.toml",
             "taxel selftest --live 'serial:/dev/ttyACM0?baud=2000000' --sensor sensor.toml",
+        ],
+    ),
+    (
+        "identify",
+        &[
+            "taxel identify hand.txt --rows 64",
+            "taxel identify run.mcap --sensor sensor.toml --equilibration uniform.csv --json",
         ],
     ),
     (

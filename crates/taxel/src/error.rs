@@ -301,6 +301,14 @@ pub enum Error {
         /// Column of the label.
         column: usize,
     },
+    /// Frames that show no load.
+    #[error(
+        "no taxel of {frames} frames reads more than the others\nhint: frames must be pressed in some places and not in others: a few fingers, a hand, the corner of a box"
+    )]
+    NothingPressed {
+        /// Frames looked at.
+        frames: usize,
+    },
     /// Not enough to fit to.
     #[error(
         "{found} readable presses of {given} given, but a calibration needs at least {needed}\nhint: label more presses, spread over the array and the range of loads"

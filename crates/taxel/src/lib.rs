@@ -16,6 +16,7 @@
 //! | [`simulate`] | a virtual sensor with known loads |
 //! | [`metric`], [`stats`] | figures of merit; one definition of each statistic |
 //! | [`evaluate`] | readings by experiment → repeatability, hysteresis, creep, accuracy |
+//! | [`identify`] | frames of unknown loads → which read-out explains them |
 //! | [`selftest`] | frames of a self-test → faults, and what to solder |
 //! | [`design`] | parts → errors by cause, before anything is soldered |
 //! | [`parallel`], [`parts`], [`error`] | workers that a caller may bring; parts to buy; what goes wrong |
@@ -37,6 +38,7 @@ pub mod calibrate;
 pub mod check;
 pub mod design;
 pub mod evaluate;
+pub mod identify;
 
 pub mod metric;
 pub mod parts;

@@ -14,6 +14,7 @@ pub(crate) mod demo;
 pub(crate) mod design;
 pub(crate) mod devices;
 pub(crate) mod evaluate;
+pub(crate) mod identify;
 pub(crate) mod info;
 pub(crate) mod live;
 #[cfg(feature = "manual")]

@@ -27,6 +27,7 @@ fn without_a_verb_the_help_is_shown_and_the_exit_code_is_2() {
       analyse     Look at taxels of a recording over time: a taxel, a row, a column, a region
       plot        Draw frames, or values over frames
       selftest    Test a sensor: open, shorted, stuck, noisy and flickering lines and taxels
+      identify    Tell which read-out explains recordings, and what to measure where several do
 
     Fit and compensate:
       calibrate   Fit switch resistances and load law to labelled presses

@@ -11,6 +11,7 @@ mod design;
 mod evaluate;
 mod files;
 mod help;
+mod identify;
 mod intervals;
 mod learn;
 mod left_out;
