@@ -4,8 +4,9 @@ use super::least_squares::median;
 use crate::Sensor;
 use crate::circuit::{Converter, ROUNDING_COUNTS};
 use crate::material::LoadLaw;
-use crate::sensor::{Sense, UncertaintySpec};
+use crate::sensor::UncertaintySpec;
 use crate::stats::quantile;
+use crate::uncertainty::least_error_siemens;
 
 /// The share of new presses that an interval is to hold.
 const COVERAGE: f64 = 0.95;
@@ -70,6 +71,8 @@ pub(super) fn uncertainty(
         fit_share: digits(fit_share.min(own.sqrt())),
         factor_95: digits(factor),
         presses: judged.len(),
+        frame_share: None,
+        frame_floor_g: None,
     })
 }
 
@@ -113,14 +116,8 @@ pub(super) fn least_noise_g(
 ) -> f64 {
     let sigma_volts =
         noise_counts.hypot(ROUNDING_COUNTS) * Converter::from_sensor(sensor).lsb_volts();
-    let readout = sensor.readout();
-    let ohms = readout.sense.ohms();
     let siemens = law.siemens_from_grams(taxel, load_g);
-    let slope = match readout.sense {
-        Sense::Amplifier { .. } => 1.0,
-        Sense::PullDown { .. } => (1.0 + ohms * siemens).powi(2),
-    };
-    let sigma = slope * sigma_volts / (readout.v_test_volts * ohms);
+    let sigma = least_error_siemens(sensor, sigma_volts, siemens);
     let (up, down) = (siemens + sigma, siemens - sigma);
     (law.grams_from_siemens(taxel, up) - law.grams_from_siemens(taxel, down)) / 2.0
 }
