@@ -19,6 +19,7 @@ pub mod check;
 pub mod error;
 pub mod evaluation;
 pub mod executor;
+pub mod figures;
 pub mod frames;
 pub mod line_survey;
 pub mod methods;

@@ -1,7 +1,7 @@
 //! The fit of everything that a parts list does not say: the circuit's unknowns and the laws of [`crate::material`].
 
 mod choose;
-pub(crate) mod digits;
+mod digits;
 mod discrepancy;
 mod dynamic;
 mod effects;
@@ -28,6 +28,7 @@ mod together;
 mod transfer;
 mod write;
 
+pub use digits::with_error;
 pub use dynamic::{DynamicFit, LoadSeries, fit_dynamic};
 pub use fit_law::{LawFit, fit_pairs, suspect_pairs};
 pub use report::{CalibrationReport, EffectFinding, Parameter, Suspect};

@@ -4,7 +4,7 @@
 //! So each figure is taken for what it is, a sum of loads with weights, and its errors are found for the whole of it.
 
 use super::known::Known;
-use super::load::{noise_counts_of, factor_95_of};
+use super::load::{factor_95_of, noise_counts_of};
 use super::{Adjoint, least_error_siemens};
 use crate::circuit::{Circuit, Converter, LinearCircuit, OperatingPoint};
 use crate::frame::{grams_from_newtons, newtons_from_grams};

@@ -124,9 +124,7 @@ impl UncertaintySpec {
     /// What is left of [`Self::model_g`] without what a frame shares, grams: of each taxel by itself.
     pub fn own_g(&self, load_g: f64) -> f64 {
         let all = self.model_g(load_g);
-        let shared = self
-            .shared_floor_g()
-            .hypot(self.shared_share() * load_g);
+        let shared = self.shared_floor_g().hypot(self.shared_share() * load_g);
         (all * all - shared * shared).max(0.0).sqrt()
     }
 
