@@ -22,6 +22,7 @@ mod posterior;
 mod presses;
 mod priors;
 mod report;
+mod residuals;
 mod suspects;
 mod terms;
 mod together;
@@ -32,6 +33,7 @@ pub use digits::with_error;
 pub use dynamic::{DynamicFit, LoadSeries, fit_dynamic};
 pub use fit_law::{LawFit, fit_pairs, suspect_pairs};
 pub use report::{CalibrationReport, EffectFinding, Parameter, Suspect};
+pub use residuals::PressResidual;
 
 use crate::parallel::{Executor, Serial};
 use crate::{Counts, Error, Frame, Sensor};
@@ -119,6 +121,8 @@ pub struct Calibration {
     pub sensor: Sensor,
     /// What was found.
     pub report: CalibrationReport,
+    /// What is read of presses: those held out by fits without them, and all by the fit of all.
+    pub residuals: Vec<PressResidual>,
 }
 
 /// Effects beside circuit and law are looked for on no more taxels where no exact inverse helps: it would take minutes.
