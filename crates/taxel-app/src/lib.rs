@@ -13,6 +13,7 @@
 //! | [`sensor_source`] | the sensor of a source: of a file, a preset, or what a recording brings |
 //! | [`line_survey`], [`presses`], [`check`], [`training_set`] | what is read before the work: faulty lines, labelled presses, known loads of the day, what a model learns from |
 
+pub mod calibration_picture;
 pub mod carry;
 pub mod chain;
 pub mod check;
@@ -26,6 +27,7 @@ pub mod methods;
 pub mod named_files;
 pub mod presses;
 pub mod reporter;
+pub mod residuals;
 pub mod sensor_source;
 pub mod session;
 pub mod standard_error;
