@@ -124,7 +124,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     };
     if wanted && !(unit.is_load() && sensor.uncertainty().is_some()) {
         out::note(
-            "noise only: standard errors and intervals are of the noise alone, for the sensor file has no [uncertainty], which `taxel calibrate` writes",
+            "noise only: the sensor file has no [uncertainty], which `taxel calibrate` writes, so that standard errors and intervals are too small",
         );
     }
     let outputs = Outputs::create(args, &sensor, survey.frames)?;

@@ -320,7 +320,8 @@ const TOLERANCE: f64 = 1e-3;
 
 /// Variance of whether a taxel is over a threshold that it is `above` with a standard error.
 fn doubt(above: f64, error: f64) -> f64 {
-    if error <= 0.0 {
+    // Beyond five standard errors there is none.
+    if above.abs() >= 5.0 * error {
         return 0.0;
     }
     // The normal distribution to 1.4e-4 (Page 1977).
