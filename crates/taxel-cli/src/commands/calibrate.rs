@@ -8,7 +8,7 @@ use std::time::SystemTime;
 
 use clap::ValueEnum;
 use taxel::Sensor;
-use taxel::calibrate::{CalibrationOptions, CalibrationReport, LawChoice};
+use taxel::calibrate::{Calibration, CalibrationOptions, CalibrationReport, LawChoice};
 use taxel_io::{Press, recordings_of};
 use taxel_plot::Format;
 
@@ -123,27 +123,7 @@ impl From<Law> for LawChoice {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
-    Files::default()
-        .maybe_sensor(args.sensor.as_ref())
-        .maybe_table("table of presses", args.presses.as_ref())
-        .maybe_table("table of uniform loads", args.equilibration.as_ref())
-        .maybe_input("table of pairs", args.pairs.as_ref())
-        .maybe_input("recording", args.series.as_ref())
-        .maybe_input("file of loads", args.loads.as_ref())
-        .output("-o", &args.output)
-        .maybe_output("--static-output", args.static_output.as_ref())
-        .maybe_output("--residuals", args.residuals.as_ref())
-        .maybe_output("--picture", args.picture.as_ref())
-        .check()?;
-    check_sensor_ending("-o", &args.output)?;
-    if let Some(file) = &args.residuals {
-        check_ending("--residuals", file, &["csv"], "the table is text")?;
-    }
-    let format = args.picture.as_ref().map(Format::from_extension);
-    let format = format.transpose()?;
-    if let Some(file) = &args.static_output {
-        check_sensor_ending("--static-output", file)?;
-    }
+    let format = check(args)?;
     let sensor = sensor_of(args)?;
     if let (Some(recording), Some(loads)) = (&args.series, &args.loads) {
         return series::run(args, &sensor, recording, loads);
@@ -169,17 +149,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         source,
     })?;
     drop(progress);
-    out::file(&args.output, calibration.sensor.to_toml().as_bytes())?;
-    if let Some(file) = &args.residuals {
-        let text = residuals::table(&calibration.residuals, &labelled);
-        out::file(file, text.as_bytes())?;
-        out::note(&format!("wrote {}", file.display()));
-    }
-    if let (Some(file), Some(format)) = (&args.picture, format) {
-        let picture = calibration_picture::of(&calibration)?;
-        out::file(file, &picture.render(format)?)?;
-        out::note(&format!("wrote {}", file.display()));
-    }
+    write(args, format, &calibration, &labelled)?;
     let report = &calibration.report;
     if args.json {
         out::json(report)?
@@ -189,6 +159,53 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let exit = doubt(report, table, &labelled);
     out::note(&format!("wrote {}", args.output.display()));
     Ok(exit)
+}
+
+/// Refuses, before any work, what cannot be written. With it, what the picture is to be.
+fn check(args: &Args) -> Result<Option<Format>, Error> {
+    Files::default()
+        .maybe_sensor(args.sensor.as_ref())
+        .maybe_table("table of presses", args.presses.as_ref())
+        .maybe_table("table of uniform loads", args.equilibration.as_ref())
+        .maybe_input("table of pairs", args.pairs.as_ref())
+        .maybe_input("recording", args.series.as_ref())
+        .maybe_input("file of loads", args.loads.as_ref())
+        .output("-o", &args.output)
+        .maybe_output("--static-output", args.static_output.as_ref())
+        .maybe_output("--residuals", args.residuals.as_ref())
+        .maybe_output("--picture", args.picture.as_ref())
+        .check()?;
+    check_sensor_ending("-o", &args.output)?;
+    if let Some(file) = &args.residuals {
+        check_ending("--residuals", file, &["csv"], "the table is text")?;
+    }
+    let format = args.picture.as_ref().map(Format::from_extension);
+    let format = format.transpose()?;
+    if let Some(file) = &args.static_output {
+        check_sensor_ending("--static-output", file)?;
+    }
+    Ok(format)
+}
+
+/// The sensor, and beside it what else is asked for.
+fn write(
+    args: &Args,
+    format: Option<Format>,
+    calibration: &Calibration,
+    labelled: &[Press],
+) -> Result<(), Error> {
+    out::file(&args.output, calibration.sensor.to_toml().as_bytes())?;
+    if let Some(file) = &args.residuals {
+        let text = residuals::table(&calibration.residuals, labelled);
+        out::file(file, text.as_bytes())?;
+        out::note(&format!("wrote {}", file.display()));
+    }
+    if let (Some(file), Some(format)) = (&args.picture, format) {
+        let picture = calibration_picture::of(calibration)?;
+        out::file(file, &picture.render(format)?)?;
+        out::note(&format!("wrote {}", file.display()));
+    }
+    Ok(())
 }
 
 fn options_of(args: &Args, table: &Path) -> CalibrationOptions {

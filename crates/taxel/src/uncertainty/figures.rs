@@ -3,7 +3,7 @@
 //! Errors of taxels hang together: noise through the lines, the fit through the scale, the model through what a frame shares.
 //! So each figure is taken for what it is, a sum of loads with weights, and its errors are found for the whole of it.
 
-use super::known::Known;
+use super::known::{Known, is_left_out};
 use super::load::{factor_95_of, noise_counts_of};
 use super::{Adjoint, least_error_siemens};
 use crate::circuit::{Circuit, Converter, LinearCircuit, OperatingPoint};
@@ -159,7 +159,7 @@ impl FigureErrors {
     /// Slopes and errors of every taxel.
     fn look_at(&mut self, siemens: &Frame<Siemens>, loads: &Frame<Newtons>) {
         for (taxel, &mark) in loads.marks().iter().enumerate() {
-            self.is_known[taxel] = siemens.marks()[taxel].is_no_unknown();
+            self.is_known[taxel] = is_left_out(siemens.marks()[taxel]);
             let load_g = grams_from_newtons(loads.values()[taxel]);
             let own_g = self.beyond.map_or(0.0, |beyond| beyond.own_g(load_g));
             let has_reading = is_usable(mark) && mark != Mark::Interpolated;

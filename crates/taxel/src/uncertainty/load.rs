@@ -1,6 +1,6 @@
 //! The standard error of every conductance and load of a frame.
 
-use super::known::Known;
+use super::known::{Known, is_left_out};
 use super::standard_errors;
 use crate::circuit::{Circuit, Converter, LinearCircuit, OperatingPoint, ROUNDING_COUNTS};
 use crate::frame::{grams_from_newtons, newtons_from_grams};
@@ -135,7 +135,7 @@ impl StandardErrors {
         marks: &mut [Mark],
     ) -> &Frame<Siemens> {
         for (known, mark) in self.is_known.iter_mut().zip(marks.iter()) {
-            *known = mark.is_no_unknown();
+            *known = is_left_out(*mark);
         }
         let mut known = Known {
             point: &mut *self.point,
