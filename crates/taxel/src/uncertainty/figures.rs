@@ -4,7 +4,7 @@
 //! So each figure is taken for what it is, a sum of loads with weights, and its errors are found for the whole of it.
 
 use super::known::{Known, is_left_out};
-use super::load::{factor_95_of, noise_counts_of};
+use super::load::{NEAR_SHARE, factor_95_of, heaviest_near, noise_counts_of};
 use super::{Adjoint, least_error_siemens};
 use crate::circuit::{Circuit, Converter, LinearCircuit, OperatingPoint};
 use crate::frame::{grams_from_newtons, newtons_from_grams};
@@ -257,7 +257,7 @@ impl FigureErrors {
     }
 
     /// A taxel is touched or not with the probability that its error leaves; what the frame shares moves all of them over
-    /// the threshold together.
+    /// the threshold together, those beside a heavy one by a little of its load.
     fn area(&self, loads: &Frame<Newtons>) -> FigureError {
         let fit_share = self.beyond.map_or(0.0, |beyond| beyond.fit_share);
         let (share, floor) = self.shared();
@@ -271,8 +271,9 @@ impl FigureErrors {
             noise += doubt(above, self.noise[taxel]);
             all += doubt(above, self.noise[taxel].hypot(self.own[taxel]));
             let moves = |by: f64| f64::from(u8::from(above.abs() <= by)) / 2.0;
+            let near = NEAR_SHARE * heaviest_near(loads.values(), loads.columns(), taxel);
             by_fit += moves(fit_share * load.abs());
-            by_model += moves((share * load).hypot(floor));
+            by_model += moves((share * load.abs().max(near)).hypot(floor));
         }
         let [noise, fit] = [noise.sqrt(), by_fit].map(|count| self.cell_mm2 * count);
         let model = self.cell_mm2 * (all - noise.powi(2)).max(0.0).sqrt().hypot(by_model);
