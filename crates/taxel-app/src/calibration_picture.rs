@@ -12,6 +12,8 @@ use crate::error::Error;
 const POINTS: usize = 80;
 /// Residuals are counted up to so many half-widths.
 const MOST_HALVES: f64 = 3.0;
+/// Residuals beyond so many of the widest half-widths are told, not drawn: all others would be a line.
+const DRAWN_HALVES: f64 = 5.0;
 /// Colours of what was held out, of what was fitted, and of what is stated.
 const HELD_OUT: usize = 3;
 const FITTED: usize = 7;
@@ -62,8 +64,23 @@ fn residuals(
     sensor: &Sensor,
 ) -> Result<Picture, Error> {
     let loads = curve(most_g);
+    let all = || held_out.iter().chain(fitted);
+    let widest = all().map(|r| r.half_width_95_g).fold(0.0, f64::max);
+    let is_drawn = |r: &PressResidual| (r.estimate_g - r.load_g).abs() <= DRAWN_HALVES * widest;
+    let beyond = held_out.iter().filter(|r| !is_drawn(r)).count();
+    let mut caption =
+        "Each press twice: read by a fit without it, and by the fit of all.".to_owned();
+    if beyond > 0 {
+        let limit = DRAWN_HALVES * widest;
+        caption +=
+            &format!(" {beyond} held-out presses are farther off than {limit:.2} g and not drawn.");
+    }
     let dots = |name: &str, of: &[&PressResidual], colour| {
-        let values = of.iter().map(|r| r.estimate_g - r.load_g).collect();
+        let value = |r: &&PressResidual| {
+            let off = r.estimate_g - r.load_g;
+            if is_drawn(r) { off } else { f64::NAN }
+        };
+        let values = of.iter().map(value).collect();
         Line::new(name, values)
             .over(of.iter().map(|r| r.load_g).collect())
             .style(LineStyle::Points)
@@ -87,7 +104,7 @@ fn residuals(
         .title("What presses read, less their labels")
         .quantity("read − label")
         .unit("g")
-        .caption("Each press twice: read by a fit without it, and by the fit of all.");
+        .caption(caption);
     Ok(series.picture()?)
 }
 
