@@ -6,7 +6,7 @@ use taxel::material::LoadLaw;
 use taxel::pipeline::{Pipeline, Repair};
 use taxel::screen::LineFaults;
 use taxel::solve::{Outcome, Stop};
-use taxel::{Frame, Sensor, Siemens};
+use taxel::{Frame, Newtons, Sensor, Siemens};
 
 use crate::error::{Error, remedy};
 use crate::frames::{DisplayUnit, FrameReader};
@@ -100,6 +100,11 @@ impl Chain {
     /// The conductances of the frame taken in last, where they were solved for.
     pub fn siemens(&self) -> Option<&Frame<Siemens>> {
         self.pipeline.result().siemens
+    }
+
+    /// The loads of the frame taken in last, newtons, where there are any.
+    pub fn loads(&self) -> Option<&Frame<Newtons>> {
+        self.pipeline.result().loads
     }
 
     /// The frame taken in last, in the unit asked for.

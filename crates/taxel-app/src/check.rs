@@ -32,7 +32,7 @@ impl CheckFiles {
     /// Reads all of them; with the line of the table, from 1, of each press.
     ///
     /// # Errors
-    /// A file that cannot be read; a recording without frames; what [`presses::read_with_lines`] refuses.
+    /// A file that cannot be read; a recording without frames; what [`presses::read_labelled`] refuses.
     pub fn read(
         &self,
         sensor: &Sensor,
@@ -41,9 +41,12 @@ impl CheckFiles {
         let mut data = CheckData::default();
         let mut lines = Vec::new();
         if let Some(table) = &self.presses {
-            let (read, at) =
-                presses::read_with_lines(table, None, self.transpose, sensor, reporter)?;
-            (data.frames, data.presses, lines) = (read.frames, read.presses, at);
+            let (read, at) = presses::read_labelled(table, None, self.transpose, sensor, reporter)?;
+            (data.frames, data.presses, lines) = (
+                read.frames,
+                read.presses,
+                at.iter().map(|press| press.line).collect(),
+            );
         }
         let mut options = ReadOptions::of(sensor);
         options.transpose = self.transpose;

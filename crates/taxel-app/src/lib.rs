@@ -14,12 +14,14 @@
 //! | [`identify`] | from recordings to the read-out that explains them |
 //! | [`line_survey`], [`presses`], [`check`], [`training_set`] | what is read before the work: faulty lines, labelled presses, known loads of the day, what a model learns from |
 
+pub mod calibration_picture;
 pub mod carry;
 pub mod chain;
 pub mod check;
 pub mod error;
 pub mod evaluation;
 pub mod executor;
+pub mod figures;
 pub mod frames;
 pub mod identify;
 pub mod line_survey;
@@ -27,6 +29,7 @@ pub mod methods;
 pub mod named_files;
 pub mod presses;
 pub mod reporter;
+pub mod residuals;
 pub mod sensor_source;
 pub mod session;
 pub mod standard_error;

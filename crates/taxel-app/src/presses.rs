@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use taxel::calibrate::{CalibrationData, PressLabel};
 use taxel::screen::Axis;
 use taxel::{Counts, Frame, Sensor};
-use taxel_io::{FrameSource, ReadOptions, open_counts, read_presses, read_uniform_loads};
+use taxel_io::{FrameSource, Press, ReadOptions, open_counts, read_presses, read_uniform_loads};
 
 use crate::error::Error;
 use crate::frames::show;
@@ -34,17 +34,17 @@ pub fn read(
     sensor: &Sensor,
     reporter: &dyn Reporter,
 ) -> Result<CalibrationData, Error> {
-    Ok(read_with_lines(table, equilibration, transpose, sensor, reporter)?.0)
+    Ok(read_labelled(table, equilibration, transpose, sensor, reporter)?.0)
 }
 
-/// [`read`], and the line of the table, from 1, of each press.
-pub fn read_with_lines(
+/// [`read`], and what the table says of each press.
+pub fn read_labelled(
     table: &Path,
     equilibration: Option<&Path>,
     transpose: bool,
     sensor: &Sensor,
     reporter: &dyn Reporter,
-) -> Result<(CalibrationData, Vec<u64>), Error> {
+) -> Result<(CalibrationData, Vec<Press>), Error> {
     let (rows, columns) = (sensor.rows(), sensor.columns());
     let presses = read_presses(table, rows, columns, sensor.array().labels.as_deref())?;
     for press in &presses {
@@ -79,9 +79,8 @@ pub fn read_with_lines(
         data.uniform.push((frame.clone(), load.load_g));
     }
     let mut places = BTreeMap::new();
-    let lines = presses.iter().map(|press| press.line).collect();
-    for press in presses {
-        let key = (press.recording, press.frame);
+    for press in &presses {
+        let key = (press.recording.clone(), press.frame);
         let frame = *places.entry(key).or_insert_with_key(|key| {
             let frame = found.remove(key).expect("every frame asked for was read");
             data.frames.push(frame);
@@ -94,7 +93,7 @@ pub fn read_with_lines(
             load_g: press.load_g,
         });
     }
-    Ok((data, lines))
+    Ok((data, presses))
 }
 
 /// Reads the frames of a table of uniform loads.

@@ -94,11 +94,10 @@ impl Error {
             // A name that is no picture's.
             Error::Plot(taxel_plot::Error::UnknownFormat { .. })
             | Error::App(taxel_app::Error::Plot(taxel_plot::Error::UnknownFormat { .. })) => 2,
-            Error::App(taxel_app::Error::InFile { source, .. })
-                if matches!(source, taxel::Error::NothingLearnt { .. }) =>
-            {
-                3
-            }
+            Error::App(taxel_app::Error::InFile {
+                source: taxel::Error::NothingLearnt { .. },
+                ..
+            }) => 3,
             _ => 1,
         }
     }

@@ -5,6 +5,7 @@
 //! [`Panel`]s make a [`Sheet`] or a [`ContactSheet`], [`Line`]s make a [`Series`], a self-test a [`FaultMap`]; each
 //! gives a [`Picture`]. [`report`] puts tables and pictures on one page.
 
+mod board;
 mod colour;
 mod colour_bar;
 mod contact_sheet;
@@ -25,6 +26,7 @@ mod svg;
 mod text;
 mod ticks;
 
+pub use board::Board;
 pub use colour::{ColourMap, Rgb};
 pub use contact_sheet::ContactSheet;
 pub use error::Error;

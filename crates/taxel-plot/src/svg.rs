@@ -139,6 +139,16 @@ impl Canvas {
         ));
     }
 
+    /// A whole document of its own in `rect`, as large as it is.
+    pub(crate) fn nested(&mut self, rect: Rect, document: &str) {
+        let rest = document.strip_prefix("<svg ").unwrap_or(document);
+        self.push(format_args!(
+            "<svg x=\"{}\" y=\"{}\" {rest}",
+            number(rect.x),
+            number(rect.y)
+        ));
+    }
+
     fn push(&mut self, element: std::fmt::Arguments<'_>) {
         // Writing to a String does not fail.
         let _ = writeln!(self.body, "{element}");

@@ -96,8 +96,10 @@ pub struct TaxelDetails {
     pub mark: u8,
     /// Conductance with the cross-talk removed, siemens; `None` where loads are estimated without one.
     pub siemens: Option<f64>,
-    /// Standard error of `load`, newtons; `None` where it means nothing.
-    pub standard_error_newtons: Option<f64>,
+    /// Half the width of the 95 % interval of `load`, newtons; `None` where it means nothing.
+    pub half_width_95_newtons: Option<f64>,
+    /// Whether that is of the noise alone: the sensor file has no `[uncertainty]`.
+    pub noise_only: bool,
 }
 
 impl TaxelDetails {

@@ -372,7 +372,8 @@ export const details = {
       "counts": 1234,
       "mark": 0,
       "siemens": 0.000015,
-      "standard_error_newtons": 0.0625
+      "half_width_95_newtons": 0.0625,
+      "noise_only": true
     },
     {
       "row": 0,
@@ -383,7 +384,8 @@ export const details = {
       "counts": 0,
       "mark": 1,
       "siemens": null,
-      "standard_error_newtons": null
+      "half_width_95_newtons": null,
+      "noise_only": false
     }
   ]
 };

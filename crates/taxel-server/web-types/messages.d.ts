@@ -128,7 +128,9 @@ declare namespace Wire {
     /** null where loads are estimated without one. */
     siemens: number | null;
     /** null where it means nothing. */
-    standard_error_newtons: number | null;
+    half_width_95_newtons: number | null;
+    /** Whether that is of the noise alone. */
+    noise_only: boolean;
   }
 
   interface Answer {

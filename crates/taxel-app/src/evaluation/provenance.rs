@@ -67,7 +67,24 @@ fn describe(sensor: &Sensor) -> Vec<(String, String)> {
         ),
     ));
     about.push(line("load law", describe_law(spec)));
+    if spec.material.is_some() {
+        about.push(line("a load is uncertain by", describe_doubt(sensor)));
+    }
     about
+}
+
+/// Half of a load's 95 % interval, as far as the sensor file tells.
+fn describe_doubt(sensor: &Sensor) -> String {
+    let Some(stated) = sensor.uncertainty() else {
+        return "noise only: the sensor file has no [uncertainty]".to_owned();
+    };
+    let half = |load_g| number(stated.factor_95 * stated.beyond_noise_g(load_g));
+    format!(
+        "± {} g at 50 g, ± {} g at 300 g (95 %, by {} presses), and the noise of its reading",
+        half(50.0),
+        half(300.0),
+        stated.presses
+    )
 }
 
 fn describe_readout(spec: &SensorSpec) -> String {

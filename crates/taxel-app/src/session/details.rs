@@ -1,4 +1,4 @@
-//! How far a taxel's load can be trusted: standard errors, worked out beside the stream while somebody looks.
+//! How far a taxel's load can be trusted: 95 % intervals, worked out beside the stream while somebody looks.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -30,7 +30,14 @@ pub(super) struct DetailsRequest {
 struct Answer {
     siemens: Option<Frame<Siemens>>,
     frame: FrameMessage,
-    errors: Option<(Frame<DisplayUnit>, Vec<Mark>)>,
+    errors: Option<Errors>,
+}
+
+/// Half-widths of 95 % intervals, and the marks that they leave.
+struct Errors {
+    half: Frame<DisplayUnit>,
+    marks: Vec<Mark>,
+    noise_only: bool,
 }
 
 struct Asked {
@@ -101,10 +108,17 @@ impl Details {
             let siemens = request.siemens;
             let errors = errors.as_mut().zip(siemens.as_ref());
             let errors = errors.and_then(|(errors, siemens)| {
-                let mut shown = siemens.map(|_, value| value);
-                let found = errors.of(siemens, request.is_answer, &mut shown);
-                let errors = found.ok()?.clone();
-                Some((errors, shown.marks().to_vec()))
+                // What fit and model leave goes with the load that is shown.
+                let loads = &request.shown.loads;
+                let mut shown = siemens.map(|taxel, _| f64::from(loads[taxel]));
+                errors.of(siemens, request.is_answer, &mut shown).ok()?;
+                let mut half = Frame::zeros(siemens.rows(), siemens.columns());
+                errors.half_widths_into(&mut half);
+                Some(Errors {
+                    half,
+                    marks: shown.marks().to_vec(),
+                    noise_only: !errors.knows_more_than_noise(),
+                })
             });
             let mut answer = self.answer.lock().unwrap_or_else(PoisonError::into_inner);
             *answer = Some(Answer {
@@ -131,16 +145,18 @@ impl Details {
                 }
                 let at = row * frame.columns + column;
                 let mut mark = frame.marks[at];
-                let mut error = None;
-                if let Some((errors, marks)) = &answer.errors {
+                let mut half = None;
+                let mut noise_only = false;
+                if let Some(errors) = &answer.errors {
                     // More uncertain than it is large: that is said, and the error is none that could be shown.
-                    if mark == Mark::Good.code() && marks[at] == Mark::Unresolved {
+                    if mark == Mark::Good.code() && errors.marks[at] == Mark::Unresolved {
                         mark = Mark::Unresolved.code();
                     }
                     let is_measured = [Mark::Good, Mark::Unfamiliar]
                         .map(Mark::code)
                         .contains(&mark);
-                    error = Some(errors.values()[at]).filter(|_| is_measured);
+                    half = Some(errors.half.values()[at]).filter(|_| is_measured);
+                    noise_only = errors.noise_only;
                 }
                 let mut details = TaxelDetails::at(row, column);
                 details.sequence = frame.sequence;
@@ -149,7 +165,8 @@ impl Details {
                 details.counts = frame.counts[at];
                 details.mark = mark;
                 details.siemens = answer.siemens.as_ref().map(|siemens| siemens.values()[at]);
-                details.standard_error_newtons = error;
+                details.half_width_95_newtons = half;
+                details.noise_only = noise_only;
                 Some(details)
             })
             .collect();

@@ -8,18 +8,19 @@ use std::time::SystemTime;
 
 use clap::ValueEnum;
 use taxel::Sensor;
-use taxel::calibrate::{CalibrationOptions, CalibrationReport, LawChoice};
-use taxel_io::recordings_of;
+use taxel::calibrate::{Calibration, CalibrationOptions, CalibrationReport, LawChoice};
+use taxel_io::{Press, recordings_of};
+use taxel_plot::Format;
 
 use super::positive::positive;
 use crate::error::Error;
-use crate::outputs::{Files, check_sensor_ending};
+use crate::outputs::{Files, check_ending, check_sensor_ending};
 use crate::progress::{Progress, Terminal};
 use crate::{Exit, out, recorded};
 use taxel_app::executor::Threads;
 use taxel_app::frames::carries_sensor;
 use taxel_app::session::time_stamp;
-use taxel_app::{presses, sensor_source};
+use taxel_app::{calibration_picture, presses, residuals, sensor_source};
 
 /// Fit switch resistances and load law to labelled presses
 ///
@@ -78,6 +79,12 @@ pub(crate) struct Args {
     /// What the labelled loads themselves are off by, such as 2% or 0.02: taken out of what the sensor is uncertain by
     #[arg(long, value_name = "SHARE", value_parser = share, default_value = "0", conflicts_with_all = ["pairs", "series"])]
     label_error: f64,
+    /// Where to write what is read of each press beside its label, by fits without it and by the fit of all (.csv)
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["pairs", "series"])]
+    residuals: Option<PathBuf>,
+    /// Where to draw residuals, how many their intervals hold, gain of each taxel and load law (.png, .svg)
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["pairs", "series"])]
+    picture: Option<PathBuf>,
     /// Folds of the cross-validation by press
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(2..))]
     folds: u16,
@@ -116,20 +123,7 @@ impl From<Law> for LawChoice {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
-    Files::default()
-        .maybe_sensor(args.sensor.as_ref())
-        .maybe_table("table of presses", args.presses.as_ref())
-        .maybe_table("table of uniform loads", args.equilibration.as_ref())
-        .maybe_input("table of pairs", args.pairs.as_ref())
-        .maybe_input("recording", args.series.as_ref())
-        .maybe_input("file of loads", args.loads.as_ref())
-        .output("-o", &args.output)
-        .maybe_output("--static-output", args.static_output.as_ref())
-        .check()?;
-    check_sensor_ending("-o", &args.output)?;
-    if let Some(file) = &args.static_output {
-        check_sensor_ending("--static-output", file)?;
-    }
+    let format = check(args)?;
     let sensor = sensor_of(args)?;
     if let (Some(recording), Some(loads)) = (&args.series, &args.loads) {
         return series::run(args, &sensor, recording, loads);
@@ -137,7 +131,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let Some(table) = &args.presses else {
         return pairs::run(args, sensor);
     };
-    let (data, lines) = presses::read_with_lines(
+    let (data, labelled) = presses::read_labelled(
         table,
         args.equilibration.as_deref(),
         args.transpose,
@@ -155,16 +149,63 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         source,
     })?;
     drop(progress);
-    out::file(&args.output, calibration.sensor.to_toml().as_bytes())?;
+    write(args, format, &calibration, &labelled)?;
     let report = &calibration.report;
     if args.json {
         out::json(report)?
     } else {
         out::result(&report.to_string())?
     }
-    let exit = doubt(report, table, &lines);
+    let exit = doubt(report, table, &labelled);
     out::note(&format!("wrote {}", args.output.display()));
     Ok(exit)
+}
+
+/// Refuses, before any work, what cannot be written. With it, what the picture is to be.
+fn check(args: &Args) -> Result<Option<Format>, Error> {
+    Files::default()
+        .maybe_sensor(args.sensor.as_ref())
+        .maybe_table("table of presses", args.presses.as_ref())
+        .maybe_table("table of uniform loads", args.equilibration.as_ref())
+        .maybe_input("table of pairs", args.pairs.as_ref())
+        .maybe_input("recording", args.series.as_ref())
+        .maybe_input("file of loads", args.loads.as_ref())
+        .output("-o", &args.output)
+        .maybe_output("--static-output", args.static_output.as_ref())
+        .maybe_output("--residuals", args.residuals.as_ref())
+        .maybe_output("--picture", args.picture.as_ref())
+        .check()?;
+    check_sensor_ending("-o", &args.output)?;
+    if let Some(file) = &args.residuals {
+        check_ending("--residuals", file, &["csv"], "the table is text")?;
+    }
+    let format = args.picture.as_ref().map(Format::from_extension);
+    let format = format.transpose()?;
+    if let Some(file) = &args.static_output {
+        check_sensor_ending("--static-output", file)?;
+    }
+    Ok(format)
+}
+
+/// The sensor, and beside it what else is asked for.
+fn write(
+    args: &Args,
+    format: Option<Format>,
+    calibration: &Calibration,
+    labelled: &[Press],
+) -> Result<(), Error> {
+    out::file(&args.output, calibration.sensor.to_toml().as_bytes())?;
+    if let Some(file) = &args.residuals {
+        let text = residuals::table(&calibration.residuals, labelled);
+        out::file(file, text.as_bytes())?;
+        out::note(&format!("wrote {}", file.display()));
+    }
+    if let (Some(file), Some(format)) = (&args.picture, format) {
+        let picture = calibration_picture::of(calibration)?;
+        out::file(file, &picture.render(format)?)?;
+        out::note(&format!("wrote {}", file.display()));
+    }
+    Ok(())
 }
 
 fn options_of(args: &Args, table: &Path) -> CalibrationOptions {
@@ -226,12 +267,12 @@ fn sensor_of(args: &Args) -> Result<Sensor, Error> {
 }
 
 /// Names labels that the others contradict, by their lines, and says what speaks against using the fit.
-fn doubt(report: &CalibrationReport, table: &Path, lines: &[u64]) -> Exit {
+fn doubt(report: &CalibrationReport, table: &Path, labelled: &[Press]) -> Exit {
     for suspect in &report.suspects {
         out::warn(&format!(
             "{}, line {}: {suspect}",
             table.display(),
-            lines[suspect.press]
+            labelled[suspect.press].line
         ));
     }
     for doubt in &report.doubts {

@@ -19,6 +19,7 @@ use output::{Outputs, marks_file};
 use summary::Summary;
 use taxel_app::carry;
 use taxel_app::chain::Chain;
+use taxel_app::figures::Figures;
 use taxel_app::frames::{FrameReader, Input, NUMBERS, needs_frame_count};
 use taxel_app::line_survey::Survey;
 use taxel_app::methods::MethodName;
@@ -60,9 +61,13 @@ pub(crate) struct Args {
     /// Where to write half the width of each number's 95 % interval
     #[arg(long, value_name = "FILE")]
     interval: Option<PathBuf>,
-    /// Write what the standard errors are made of as well, beside them: FILE.noise, FILE.fit, FILE.model
+    /// Write what the standard errors are made of as well, beside them: of se.npz se.noise.npz, se.fit.npz and se.model.npz
     #[arg(long, requires = "standard_error")]
     parts: bool,
+    /// Where to write total force, contact area and centre of pressure of each frame, with half of their 95 % intervals and
+    /// what these are made of (.csv)
+    #[arg(long, value_name = "FILE")]
+    figures: Option<PathBuf>,
     /// Leave out frames that cannot be read, instead of stopping at the first
     #[arg(long)]
     keep_going: bool,
@@ -111,18 +116,20 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let level = survey.faults.level;
     let wanted = wants_errors(args);
     let errors = wanted.then(|| StandardErrors::new(&sensor, &sensor_file, unit, level));
-    let errors = errors.transpose()?;
-    if errors
-        .as_ref()
-        .is_some_and(|errors| !errors.knows_more_than_noise())
-    {
+    let errors = Doubts {
+        taxels: errors.transpose()?,
+        figures: (wanted && unit.is_load())
+            .then(|| Figures::new(&sensor, &sensor_file, unit, level))
+            .transpose()?,
+    };
+    if wanted && !(unit.is_load() && sensor.uncertainty().is_some()) {
         out::note(
-            "standard errors are of noise alone: the sensor file has no [uncertainty], which `taxel calibrate` writes",
+            "noise only: the sensor file has no [uncertainty], which `taxel calibrate` writes, so that standard errors and intervals are too small",
         );
     }
     let outputs = Outputs::create(args, &sensor, survey.frames)?;
     let mut summary = Summary::new(args, &sensor, &sensor_file, &survey, chain.method_name());
-    summary.noise_counts = errors.as_ref().map(|errors| errors.noise_counts);
+    summary.noise_counts = errors.taxels.as_ref().map(|errors| errors.noise_counts);
     let started = Instant::now();
     let reading = input.open()?;
     convert(args, reading, chain, errors, outputs, &sensor, &mut summary)?;
@@ -135,12 +142,18 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     Ok(summary.exit())
 }
 
+/// What is wanted of how far to trust numbers.
+struct Doubts {
+    taxels: Option<StandardErrors>,
+    figures: Option<Figures>,
+}
+
 /// Frame by frame, in constant memory.
 fn convert(
     args: &Args,
     mut reading: FrameReader,
     mut chain: Chain,
-    mut errors: Option<StandardErrors>,
+    mut errors: Doubts,
     mut outputs: Outputs,
     sensor: &Sensor,
     summary: &mut Summary,
@@ -159,13 +172,20 @@ fn convert(
             summary.add_outcome(reading.sequence(), outcome);
         }
         chain.show_into(&mut shown)?;
-        if let (Some(errors), Some(siemens)) = (&mut errors, chain.siemens()) {
-            let is_answer = outcome.as_ref().is_none_or(Outcome::is_answer);
+        let is_answer = outcome.as_ref().is_none_or(Outcome::is_answer);
+        if let (Some(errors), Some(siemens)) = (&mut errors.taxels, chain.siemens()) {
             errors.of(siemens, is_answer, &mut shown)?;
             outputs.write_errors(errors)?;
         }
         let loads = shown.values_mut();
         untared.apply(reading.tare(), raw, unit, area_mm2, loads);
+        let found = (chain.siemens(), chain.loads());
+        if let (Some(figures), (Some(siemens), Some(loads))) = (&mut errors.figures, found) {
+            let mut row = figures.of(siemens, loads, &shown, is_answer);
+            row.frame = reading.sequence();
+            outputs.write_figures(&row)?;
+            summary.add_figures(row);
+        }
         summary.add_frame(&shown);
         outputs.write(&shown, &mut reading)?;
         reading.show(&progress);
@@ -192,7 +212,7 @@ fn needs_count(args: &Args) -> bool {
 
 /// Whether anything that is asked for needs standard errors.
 fn wants_errors(args: &Args) -> bool {
-    args.standard_error.is_some() || args.interval.is_some()
+    args.standard_error.is_some() || args.interval.is_some() || args.figures.is_some()
 }
 
 /// Refuses arguments that contradict each other.
@@ -214,7 +234,14 @@ fn check(args: &Args) -> Result<(), Error> {
         .maybe_output("--marks", marks.as_ref())
         .maybe_output("--standard-error", args.standard_error.as_ref())
         .maybe_output("--interval", args.interval.as_ref())
+        .maybe_output("--figures", args.figures.as_ref())
         .check()?;
+    if args.figures.is_some() && !output::unit(args).is_load() {
+        return refuse(
+            "figures are sums of loads",
+            "leave --figures out, or ask for loads",
+        );
+    }
     if args.json && out::is_stdout(output) {
         return refuse(
             "--json and the numbers both want standard output",
@@ -263,6 +290,9 @@ fn check_endings(args: &Args, output: &Path) -> Result<(), Error> {
         ("--standard-error", &args.standard_error),
         ("--interval", &args.interval),
     ];
+    if let Some(file) = &args.figures {
+        check_ending("--figures", file, &["csv"], "the table is text")?;
+    }
     for (option, file) in files {
         if let Some(file) = file {
             let hint = "numbers are written as text or as arrays";

@@ -62,7 +62,7 @@ pub(crate) fn run(_: &Args) -> Result<Exit, Error> {
         out::result(&format!("screened: {fault}"))?;
     }
     let presses = labelled_presses(&real, PRESSES);
-    let Calibration { sensor, report } = fit(&nominal, &presses)?;
+    let Calibration { sensor, report, .. } = fit(&nominal, &presses)?;
     for parameter in &report.parameters {
         out::result(&format!("calibrated: {parameter}"))?;
     }

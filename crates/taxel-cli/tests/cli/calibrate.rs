@@ -57,6 +57,50 @@ fn a_report_for_scripts() {
 }
 
 #[test]
+fn residuals_of_held_out_presses_are_written_and_drawn() {
+    let folder = pressed(40);
+    let run = folder.good(
+        "calibrate --sensor parts.toml --presses experiments.csv -o c.toml --law power --residuals r.csv --picture p.svg",
+    );
+    assert!(run.err.contains("wrote r.csv\nwrote p.svg\n"), "{run}");
+    let text = folder.read("r.csv");
+    let mut lines = text.lines();
+    assert_eq!(
+        lines.next(),
+        Some(
+            "recording,frame,row,column,load_g,estimate_g,residual_g,standard_error_g,half_width_95_g,held_out"
+        )
+    );
+    let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    let number = |cell: &str| cell.parse::<f64>().unwrap();
+    let held_out: Vec<_> = rows.iter().filter(|row| row[9] == "yes").collect();
+    assert_eq!((held_out.len(), rows.len()), (40, 80));
+    let labels = folder.read("experiments.csv");
+    for row in &held_out {
+        // The table's own label, found by its frame.
+        let label = labels.lines().nth(1 + row[1].parse::<usize>().unwrap());
+        let label: Vec<&str> = label.unwrap().split(',').collect();
+        assert_eq!(row[2..4], label[2..4]);
+        assert!((number(row[4]) - number(label[4])).abs() < 1e-9);
+        assert!((number(row[5]) - number(row[4]) - number(row[6])).abs() < 2e-4);
+    }
+    // As many as the stated factor holds by its making: 95 % of 41.
+    let inside = held_out
+        .iter()
+        .filter(|row| number(row[6]).abs() <= number(row[8]));
+    assert!(inside.count() >= 38, "{text}");
+    let picture = folder.read("p.svg");
+    for said in [
+        "What presses read",
+        "held-out presses are outside",
+        "Gain of each taxel",
+        "load (g)",
+    ] {
+        assert!(picture.contains(said), "{said}");
+    }
+}
+
+#[test]
 fn presses_that_cannot_be_used_are_refused_with_their_place() {
     let folder = pressed(6);
     let calibrate = "calibrate --sensor parts.toml -o c.toml --presses";

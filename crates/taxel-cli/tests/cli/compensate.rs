@@ -136,7 +136,9 @@ fn a_summary_for_scripts() {
       "faulty_lines": [],
       "output": "loads.csv",
       "marks_output": "loads.marks.csv",
-      "standard_error_output": null
+      "standard_error_output": null,
+      "interval_output": null,
+      "figures_output": null
     }
     ----- stderr -----
     "#);

@@ -108,8 +108,11 @@ fn flags_of_compensate() {
           --standard-error <FILE>    Where to write the standard error of each number: noise, fit and
                                      model; marks what it exceeds as unresolved
           --interval <FILE>          Where to write half the width of each number's 95 % interval
-          --parts                    Write what the standard errors are made of as well, beside them:
-                                     FILE.noise, FILE.fit, FILE.model
+          --parts                    Write what the standard errors are made of as well, beside them: of
+                                     se.npz se.noise.npz, se.fit.npz and se.model.npz
+          --figures <FILE>           Where to write total force, contact area and centre of pressure of
+                                     each frame, with half of their 95 % intervals and what these are
+                                     made of (.csv)
           --keep-going               Leave out frames that cannot be read, instead of stopping at the
                                      first
           --repair                   Replace what was not measured by the median of its neighbours, and
@@ -163,6 +166,10 @@ fn flags_of_calibrate() {
           --fit-source            Fit the source resistor
           --label-error <SHARE>   What the labelled loads themselves are off by, such as 2% or 0.02:
                                   taken out of what the sensor is uncertain by [default: 0]
+          --residuals <FILE>      Where to write what is read of each press beside its label, by fits
+                                  without it and by the fit of all (.csv)
+          --picture <FILE>        Where to draw residuals, how many their intervals hold, gain of each
+                                  taxel and load law (.png, .svg)
           --folds <N>             Folds of the cross-validation by press [default: 5]
           --transpose             The recordings have rows and columns swapped
           --json                  Print the report as JSON

@@ -44,7 +44,7 @@ fn standard_errors_are_the_sum_of_their_parts_and_intervals_a_multiple_of_them()
         "compensate recording.txt --sensor told.toml --unit g -o loads.csv --standard-error se.csv \
          --interval half.csv --parts",
     );
-    assert!(!run.err.contains("noise alone"), "{run}");
+    assert!(!run.err.contains("noise only"), "{run}");
     let of = |name| six_frames(&folder, name);
     let (loads, sigma, half) = (of("loads.csv"), of("se.csv"), of("half.csv"));
     let (noise, fit, model) = (of("se.noise.csv"), of("se.fit.csv"), of("se.model.csv"));
@@ -69,6 +69,80 @@ fn standard_errors_are_the_sum_of_their_parts_and_intervals_a_multiple_of_them()
     }
 }
 
+/// The columns of a table of figures, by their names.
+fn figures(folder: &Folder, name: &str) -> std::collections::BTreeMap<String, Vec<f64>> {
+    let text = folder.read(name);
+    let mut lines = text.lines().map(|line| line.split(','));
+    let mut table: Vec<(String, Vec<f64>)> = lines
+        .next()
+        .unwrap()
+        .map(|name| (name.to_owned(), Vec::new()))
+        .collect();
+    for line in lines {
+        for ((_, values), cell) in table.iter_mut().zip(line) {
+            values.push(cell.parse().unwrap_or(f64::NAN));
+        }
+    }
+    table.into_iter().collect()
+}
+
+#[test]
+fn figures_have_intervals_that_count_what_is_shared_once() {
+    let folder = recorded();
+    let shared = format!("{SENSOR}{UNCERTAINTY}frame_share = 0.015\nframe_floor_g = 0.1\n");
+    folder.write("told.toml", &shared);
+    let run = folder.good(
+        "compensate recording.txt --sensor told.toml --unit g -o loads.csv --figures figures.csv \
+         --standard-error se.csv --interval half.csv --parts --json",
+    );
+    let json: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+    assert_eq!(json["interval_output"], "half.csv");
+    assert_eq!(json["figures_output"], "figures.csv");
+    assert_eq!(
+        json["parts_output"],
+        serde_json::json!(["se.noise.csv", "se.fit.csv", "se.model.csv"])
+    );
+    let table = figures(&folder, "figures.csv");
+    let (loads, own) = (
+        six_frames(&folder, "loads.csv"),
+        0.02f64.powi(2) - 0.015f64.powi(2),
+    );
+    let same = |a: f64, b: f64| assert!((a - b).abs() <= 1e-9 * b.abs(), "{a} {b}");
+    let mut heaviest = 0.0;
+    for (frame, loads) in loads.chunks(24).enumerate() {
+        let of = |name: &str| table[name][frame];
+        let total: f64 = loads.iter().sum();
+        same(of("total_force_g"), total);
+        same(of("total_force_fit_g"), 0.01 * total.abs());
+        let each = loads.iter();
+        let each: f64 = each.map(|g| own * g * g + 0.3f64.powi(2) - 0.01).sum();
+        let model = (0.015 * total).powi(2) + (24.0f64 * 0.1).powi(2) + each;
+        same(of("total_force_model_g"), model.sqrt());
+        let parts = ["noise", "fit", "model"].map(|part| of(&format!("total_force_{part}_g")));
+        let sigma = parts.iter().map(|part| part * part).sum::<f64>().sqrt();
+        same(of("total_force_half_width_95_g"), 2.5 * sigma);
+        assert_eq!(of("centre_row_fit_mm"), 0.0);
+        assert_eq!(of("measured_share"), 1.0);
+        heaviest = f64::max(heaviest, total);
+    }
+    let told = json["heaviest_frame"]["total_force"]["value"].as_f64();
+    same(told.unwrap(), heaviest);
+    let run = folder.good(
+        "compensate recording.txt --sensor told.toml -o l.csv --figures f.csv --standard-error e.csv --parts",
+    );
+    for said in [
+        ", the heaviest: total force ",
+        "wrote f.csv (figures)",
+        "wrote e.noise.csv (standard errors, noise)",
+    ] {
+        assert!(run.err.contains(said), "{said}: {run}");
+    }
+    let run = folder.fails(
+        "compensate recording.txt --sensor told.toml --unit siemens -o l.csv --figures f.csv",
+    );
+    assert!(run.err.contains("figures are sums of loads"), "{run}");
+}
+
 #[test]
 fn a_sensor_that_tells_no_more_than_noise_says_so() {
     let folder = recorded();
@@ -77,7 +151,7 @@ fn a_sensor_that_tells_no_more_than_noise_says_so() {
     );
     assert!(
         run.err
-            .contains("standard errors are of noise alone: the sensor file has no [uncertainty]"),
+            .contains("noise only: the sensor file has no [uncertainty]"),
         "{run}"
     );
     let of = |name| six_frames(&folder, name);

@@ -316,7 +316,9 @@ fn viewers_see_tare_record_and_are_told_what_they_may_not() {
         frame(&mut viewer);
         let details = told(&mut viewer, "details");
         let found = details["taxels"].as_array().unwrap();
-        found.len() == 1 && found[0]["standard_error_newtons"].as_f64() > Some(0.0)
+        found.len() == 1
+            && found[0]["half_width_95_newtons"].as_f64() > Some(0.0)
+            && found[0]["noise_only"] == true
     });
 }
 

@@ -116,7 +116,8 @@ fn details() -> Details {
         counts: 1234,
         mark: 0,
         siemens: Some(1.5e-5),
-        standard_error_newtons: Some(0.0625),
+        half_width_95_newtons: Some(0.0625),
+        noise_only: true,
         ..TaxelDetails::at(1, 2)
     };
     let bad = TaxelDetails {

@@ -114,7 +114,8 @@ export class Panel {
     const decimals = this.loadDecimals(force.factor, sensor);
     const load = fixed(one.load * force.factor, decimals);
     const error = newtons ? uncertainty(one, force.factor, decimals) : "";
-    this.load = `${load}${error} ${force.text}`;
+    const only = error && one.noise_only ? " (noise only)" : "";
+    this.load = `${load}${error} ${force.text}${only}`;
     byId("taxel-load").textContent = this.load;
     const pressure = pressureUnit(unit);
     const perTaxel = loadFactor(pressure, sensor.taxel_area_mm2);
@@ -283,19 +284,21 @@ function listed(word, numbers) {
 function ofFrame(frame, at) {
   return {
     sequence: frame.sequence, load: frame.compensated[at], raw: frame.raw[at], counts: frame.counts[at],
-    mark: frame.marks[at], siemens: NaN, standard_error_newtons: null,
+    mark: frame.marks[at], siemens: NaN, half_width_95_newtons: null,
+    noise_only: false,
   };
 }
 
 /**
- * Only where it means something: the server gives none for taxels that are not measured or not resolved.
- * @param {{ standard_error_newtons: number | null }} one
+ * Half the width of the 95 % interval, and whether noise is all that it is of. Only where it means something: the server
+ * gives none for taxels that are not measured or not resolved.
+ * @param {{ half_width_95_newtons: number | null }} one
  * @param {number} factor
  * @param {number} decimals
  */
 function uncertainty(one, factor, decimals) {
-  if (one.standard_error_newtons === null) return "";
-  const error = one.standard_error_newtons * factor;
+  if (one.half_width_95_newtons === null) return "";
+  const error = one.half_width_95_newtons * factor;
   if (!Number.isFinite(error)) return "";
   const least = 10 ** -decimals;
   return error < least / 2 ? ` ± <${fixed(least, decimals)}` : ` ± ${fixed(error, decimals)}`;

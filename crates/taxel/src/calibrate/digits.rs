@@ -2,7 +2,7 @@
 
 /// A value and its standard error, as people write them: two digits of the error, and the value to the same place.
 /// Without an error the value has four digits.
-pub(crate) fn with_error(value: f64, error: Option<f64>) -> (String, Option<String>) {
+pub fn with_error(value: f64, error: Option<f64>) -> (String, Option<String>) {
     let Some(error) = error.filter(|e| e.is_finite() && *e > 0.0) else {
         return (four_digits(value), None);
     };

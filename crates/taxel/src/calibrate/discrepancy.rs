@@ -4,8 +4,9 @@ use super::least_squares::median;
 use crate::Sensor;
 use crate::circuit::{Converter, ROUNDING_COUNTS};
 use crate::material::LoadLaw;
-use crate::sensor::{Sense, UncertaintySpec};
+use crate::sensor::UncertaintySpec;
 use crate::stats::quantile;
+use crate::uncertainty::least_error_siemens;
 
 /// The share of new presses that an interval is to hold.
 const COVERAGE: f64 = 0.95;
@@ -15,12 +16,19 @@ const NORMAL: f64 = 1.96;
 const FLOOR_COVERAGE: f64 = 0.985;
 /// Fewest presses that tell a share, a floor and a factor.
 const MIN_JUDGED: usize = 8;
+/// Fewest pairs of presses in one frame that tell what a frame shares.
+const MIN_PAIRS: usize = 20;
+/// Fewest unloaded taxels whose mean is one of a frame.
+const MIN_UNLOADED: usize = 20;
 /// Smallest floor, grams.
 const MIN_FLOOR_G: f64 = 1e-4;
 
 /// A held-out press: its label, and what was read, grams.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Judged {
+    /// Its place among the presses of the evidence, and the frame that it stands in.
+    pub(super) press: usize,
+    pub(super) frame: usize,
     pub(super) load_g: f64,
     pub(super) says_g: f64,
     /// What noise its reading has at least, grams.
@@ -33,24 +41,39 @@ impl Judged {
     }
 }
 
+/// What is known beside held-out presses.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Beside<'a> {
+    /// What unloaded taxels read in each frame, grams; none where none are known.
+    pub(super) unloaded_g: &'a [Vec<f64>],
+    /// What a standard error of the unloaded conductance is worth, grams, where a fit tells it.
+    pub(super) zero_g: Option<f64>,
+    /// The standard error of the load's scale.
+    pub(super) fit_share: f64,
+    /// What labels themselves are off by, taken out.
+    pub(super) label_share: f64,
+    /// How much farther off presses are that did not choose the effects either.
+    pub(super) inflation: f64,
+}
+
 /// How wrong loads are: a share of the load and a floor, by held-out presses and by what unloaded taxels read in their
-/// frames (grams; none where none are known), and the factor that makes intervals of both hold 95 % of these presses
+/// frames, and the factor that makes intervals of both hold 95 % of these presses
 /// (split conformal prediction: Vovk, Gammerman and Shafer 2005, without a distribution to believe in).
-/// `fit_share`: the standard error of the load's scale; `label_share`: what labels themselves are off by, taken out;
-/// `inflation`: how much farther off presses are that did not choose the effects either.
-pub(super) fn uncertainty(
-    judged: &[Judged],
-    unloaded_g: &[f64],
-    fit_share: f64,
-    label_share: f64,
-    inflation: f64,
-) -> Option<UncertaintySpec> {
+/// What a frame shares of both is told by frames with several presses, and by unloaded taxels.
+pub(super) fn uncertainty(judged: &[Judged], beside: Beside) -> Option<UncertaintySpec> {
     if judged.len() < MIN_JUDGED {
         return None;
     }
+    let Beside {
+        fit_share,
+        label_share,
+        inflation,
+        ..
+    } = beside;
     let (share, same) = sizes(judged);
     let (share, same) = (inflation * share, inflation * same);
-    let unloaded = quantile(unloaded_g.iter().map(|g| g.abs()), FLOOR_COVERAGE).unwrap_or(0.0);
+    let unloaded_g = beside.unloaded_g.iter().flatten();
+    let unloaded = quantile(unloaded_g.map(|g| g.abs()), FLOOR_COVERAGE).unwrap_or(0.0);
     // Noise has a part of its own; beside nothing it is as large as the rest, and counted twice.
     let beyond = |size: f64, noise: f64| (size * size - noise * noise).max(0.0).sqrt();
     let usual = median(&judged.iter().map(|j| j.noise_g).collect::<Vec<_>>());
@@ -70,7 +93,55 @@ pub(super) fn uncertainty(
         fit_share: digits(fit_share.min(own.sqrt())),
         factor_95: digits(factor),
         presses: judged.len(),
+        frame_share: shared_share(judged, inflation).map(|shared| digits(shared.min(model))),
+        frame_floor_g: shared_floor_g(beside).map(|shared| digits(shared.min(floor))),
     })
+}
+
+/// What all presses of a frame are off by together, a share of the load: by the products of two heavy ones of a frame. Nothing
+/// with too few of them.
+fn shared_share(judged: &[Judged], inflation: f64) -> Option<f64> {
+    let (share, _) = sizes(judged);
+    let middle = median(&judged.iter().map(|j| j.load_g).collect::<Vec<_>>());
+    let heavy: Vec<(usize, f64)> = judged
+        .iter()
+        .filter(|j| j.load_g > middle)
+        // A wrong label is no more than a large error.
+        .map(|j| {
+            let off = (j.says_g - j.load_g) / j.load_g;
+            (j.frame, off.clamp(-3.0 * share, 3.0 * share))
+        })
+        .collect();
+    let mut products = Vec::new();
+    for (i, (frame, off)) in heavy.iter().enumerate() {
+        let others = heavy[..i].iter().filter(|other| other.0 == *frame);
+        products.extend(others.map(|other| other.1 * off));
+    }
+    (products.len() >= MIN_PAIRS).then(|| {
+        let count = products.len() as f64;
+        let mean = products.iter().sum::<f64>() / count;
+        // What chance may hide is not taken for nothing.
+        let chance = share * share / count.sqrt();
+        inflation * (mean.max(0.0) + chance).sqrt()
+    })
+}
+
+/// What all unloaded taxels of a frame read together, grams: by the means of frames, and by what is known of no load at all.
+fn shared_floor_g(beside: Beside) -> Option<f64> {
+    let means: Vec<f64> = beside
+        .unloaded_g
+        .iter()
+        .filter(|frame| frame.len() >= MIN_UNLOADED)
+        .map(|frame| frame.iter().sum::<f64>() / frame.len() as f64)
+        .collect();
+    let told = (means.len() >= MIN_JUDGED).then(|| {
+        let squares = means.iter().map(|mean| mean * mean).sum::<f64>();
+        beside.inflation * (squares / means.len() as f64).sqrt()
+    });
+    match (told, beside.zero_g) {
+        (Some(told), zero) => Some(told.hypot(zero.unwrap_or(0.0))),
+        (None, zero) => zero,
+    }
 }
 
 /// The error of heavy presses as a share of the load, and what light ones are off by besides.
@@ -113,14 +184,8 @@ pub(super) fn least_noise_g(
 ) -> f64 {
     let sigma_volts =
         noise_counts.hypot(ROUNDING_COUNTS) * Converter::from_sensor(sensor).lsb_volts();
-    let readout = sensor.readout();
-    let ohms = readout.sense.ohms();
     let siemens = law.siemens_from_grams(taxel, load_g);
-    let slope = match readout.sense {
-        Sense::Amplifier { .. } => 1.0,
-        Sense::PullDown { .. } => (1.0 + ohms * siemens).powi(2),
-    };
-    let sigma = slope * sigma_volts / (readout.v_test_volts * ohms);
+    let sigma = least_error_siemens(sensor, sigma_volts, siemens);
     let (up, down) = (siemens + sigma, siemens - sigma);
     (law.grams_from_siemens(taxel, up) - law.grams_from_siemens(taxel, down)) / 2.0
 }
@@ -141,6 +206,8 @@ mod tests {
                 // Heavier tails than a normal distribution: one in ten is three times as far off.
                 let tail = if i % 10 == 3 { 3.0 } else { 1.0 };
                 Judged {
+                    press: i,
+                    frame: i,
                     load_g,
                     says_g: load_g + tail * sigma * normal(&mut random),
                     noise_g: 0.0,
@@ -149,11 +216,69 @@ mod tests {
             .collect()
     }
 
+    fn beside<'a>(fit_share: f64, label_share: f64) -> Beside<'a> {
+        Beside {
+            unloaded_g: &[],
+            zero_g: None,
+            fit_share,
+            label_share,
+            inflation: 1.0,
+        }
+    }
+
+    #[test]
+    fn presses_of_one_frame_tell_what_it_shares() {
+        for (shared, own) in [(0.03, 0.01), (0.01, 0.03), (0.0, 0.03)] {
+            let mut random = ChaCha8Rng::seed_from_u64(11);
+            let mut judged = Vec::new();
+            for frame in 0..100 {
+                let together = shared * normal(&mut random);
+                for press in 0..3 {
+                    let load_g = 200.0 + 5.0 * frame as f64;
+                    let off = together + own * normal(&mut random);
+                    judged.push(Judged {
+                        press: 3 * frame + press,
+                        frame,
+                        load_g,
+                        says_g: load_g * (1.0 + off),
+                        noise_g: 0.0,
+                    });
+                }
+            }
+            let found = uncertainty(&judged, beside(0.0, 0.0)).unwrap();
+            let found = found.frame_share.unwrap();
+            // Half of the presses are heavy, in 50 frames: a standard error of 14 % and what chance may hide.
+            let most = f64::hypot(1.25 * shared, 0.35 * own);
+            assert!((0.8 * shared..most).contains(&found), "{shared} {found}");
+        }
+        // One press a frame tells nothing.
+        let found = uncertainty(&drawn(3, 150), beside(0.0, 0.0)).unwrap();
+        assert_eq!(found.frame_share, None);
+        assert!((found.shared_share() / found.model_share - 0.5f64.sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn unloaded_taxels_tell_what_they_share() {
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        let frames: Vec<Vec<f64>> = (0..60)
+            .map(|_| {
+                let mean = 0.02 * normal(&mut random);
+                (0..120).map(|_| mean + 0.1 * normal(&mut random)).collect()
+            })
+            .collect();
+        let known = Beside {
+            unloaded_g: &frames,
+            ..beside(0.0, 0.0)
+        };
+        let found = uncertainty(&drawn(3, 150), known).unwrap().frame_floor_g;
+        assert!((0.018..0.028).contains(&found.unwrap()), "{found:?}");
+    }
+
     #[test]
     fn intervals_hold_as_many_new_presses_as_they_say_whatever_the_distribution() {
         let (mut held, mut all) = (0, 0);
         for seed in 0..40 {
-            let found = uncertainty(&drawn(seed, 120), &[], 0.0, 0.0, 1.0).unwrap();
+            let found = uncertainty(&drawn(seed, 120), beside(0.0, 0.0)).unwrap();
             for new in drawn(1000 + seed, 100) {
                 let sigma = found.model_floor_g.hypot(found.model_share * new.load_g);
                 held += usize::from(new.error_g() <= found.factor_95 * sigma);
@@ -167,10 +292,10 @@ mod tests {
     #[test]
     fn the_error_of_labels_is_taken_out_and_few_presses_tell_nothing() {
         let judged = drawn(3, 150);
-        let all = uncertainty(&judged, &[], 0.01, 0.0, 1.0).unwrap();
-        let without = uncertainty(&judged, &[], 0.01, 0.02, 1.0).unwrap();
+        let all = uncertainty(&judged, beside(0.01, 0.0)).unwrap();
+        let without = uncertainty(&judged, beside(0.01, 0.02)).unwrap();
         assert!(without.model_share < all.model_share);
         assert_eq!(without.factor_95, all.factor_95);
-        assert_eq!(uncertainty(&judged[..7], &[], 0.0, 0.0, 1.0), None);
+        assert_eq!(uncertainty(&judged[..7], beside(0.0, 0.0)), None);
     }
 }

@@ -318,15 +318,18 @@ impl<'a> Evaluator<'a> {
         ))
     }
 
-    /// What a model reads on unloaded taxels, grams.
-    pub(super) fn unloaded_g(&mut self, model: &Model) -> Option<Vec<f64>> {
+    /// What a model reads on unloaded taxels of each press's frame, grams.
+    pub(super) fn unloaded_g(&mut self, model: &Model) -> Option<Vec<Vec<f64>>> {
         let law = self.law(model)?;
         let at = self.inverted(&model.sensor)?;
         let kept = model.spread.map_or(1.0, |spread| spread.kept());
         let each = self.kept[at].ghosts.iter().zip(&self.unloaded);
-        let loads = each.flat_map(|(ghosts, taxels)| {
+        let loads = each.map(|(ghosts, taxels)| {
             let pairs = ghosts.iter().zip(taxels);
-            pairs.map(|(ghost, &taxel)| law.grams_from_siemens(taxel, ghost.0) / kept)
+            let load = |(ghost, &taxel): (&(f64, f64), &usize)| {
+                law.grams_from_siemens(taxel, ghost.0) / kept
+            };
+            pairs.map(load).collect()
         });
         Some(loads.collect())
     }

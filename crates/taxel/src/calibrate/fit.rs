@@ -39,6 +39,8 @@ pub(super) struct Score {
     pub(super) errors_g: Vec<f64>,
     /// Of each press: that, plus the mean size of what is wrongly seen around it and on unloaded taxels.
     pub(super) totals_g: Vec<f64>,
+    /// Of each press: what it was read as, grams.
+    pub(super) says_g: Vec<f64>,
     /// Presses whose fold had no step of its own: what judges them has seen them.
     pub(super) seen: Vec<usize>,
 }
@@ -358,6 +360,7 @@ impl Fitted {
         let mut score = Score {
             errors_g: vec![0.0; presses.len()],
             totals_g: vec![0.0; presses.len()],
+            says_g: vec![0.0; presses.len()],
             seen: Vec::new(),
         };
         for fold in 0..folds {
@@ -399,6 +402,7 @@ impl Fitted {
                 let error = (estimate.load_g - presses[i].load_g).abs();
                 let size = |x: &[f64]| mean(&x.iter().map(|x| x.abs()).collect::<Vec<_>>());
                 score.errors_g[i] = error;
+                score.says_g[i] = estimate.load_g;
                 score.totals_g[i] = error + size(&estimate.neighbours_g) + size(&estimate.ghosts_g);
             }
         }

@@ -1,7 +1,7 @@
 //! What held-out presses say of a search: how far off they are, and what a load is uncertain by.
 
 use super::choose::Search;
-use super::discrepancy::{Judged, least_noise_g, uncertainty};
+use super::discrepancy::{Beside, Judged, least_noise_g, uncertainty};
 use super::evaluate::Evaluator;
 use super::evidence::Evidence;
 use super::fit::{Score, mean, standard_error};
@@ -40,10 +40,8 @@ impl Search<'_> {
     pub(super) fn uncertainty(&mut self) -> Option<UncertaintySpec> {
         let score = self.best.as_ref().map(|best| best.1.clone())?;
         if self.judged.is_empty() {
-            let all = self.evaluator.evidence.presses.iter().zip(&score.errors_g);
-            let says = all.map(|(press, error)| Some(press.load_g + error));
-            let says: Vec<Option<f64>> = says.collect();
-            self.judge(&says);
+            let says: Vec<Option<f64>> = score.says_g.iter().copied().map(Some).collect();
+            self.judged = self.readings(&says);
         }
         let inflation = self.inflation(&score);
         let levelled = !self.evaluator.evidence.levels.is_empty();
@@ -54,8 +52,14 @@ impl Search<'_> {
         };
         let fit_share = scale.filter(|_| levelled).unwrap_or(0.0);
         let unloaded = self.evaluator.unloaded_g(&self.model).unwrap_or_default();
-        let label = self.options.label_share;
-        uncertainty(&self.judged, &unloaded, fit_share, label, inflation)
+        let beside = Beside {
+            unloaded_g: &unloaded,
+            zero_g: None,
+            fit_share,
+            label_share: self.options.label_share,
+            inflation,
+        };
+        uncertainty(&self.judged, beside)
     }
 
     /// How many times farther off presses are when they did not choose the effects either, where they clearly are: of the
@@ -81,24 +85,26 @@ impl Search<'_> {
         (median(&unseen.errors_g) / median(&chose).max(1e-12)).max(1.0)
     }
 
-    /// Takes what held-out presses were read as, those that are to judge.
-    pub(super) fn judge(&mut self, says_g: &[Option<f64>]) {
+    /// Presses with what they were read as, those that were.
+    pub(super) fn readings(&mut self, says_g: &[Option<f64>]) -> Vec<Judged> {
         let Some(law) = self.evaluator.law(&self.model) else {
-            return;
+            return Vec::new();
         };
         let (evidence, sensor) = (self.evaluator.evidence, &self.model.sensor);
-        let presses = evidence.presses.iter().zip(says_g);
-        self.judged = presses
-            .filter_map(|(press, says_g)| {
+        let presses = evidence.presses.iter().zip(says_g).enumerate();
+        presses
+            .filter_map(|(place, (press, says_g))| {
                 let taxel = press.row * sensor.columns() + press.column;
                 let load_g = press.load_g;
                 Some(Judged {
+                    press: place,
+                    frame: press.frame,
                     load_g,
                     says_g: (*says_g)?,
                     noise_g: least_noise_g(sensor, &law, evidence.noise_counts, taxel, load_g),
                 })
             })
-            .collect();
+            .collect()
     }
 
     /// Errors on presses that took no part.

@@ -1,7 +1,7 @@
 //! The fit of everything that a parts list does not say: the circuit's unknowns and the laws of [`crate::material`].
 
 mod choose;
-pub(crate) mod digits;
+mod digits;
 mod discrepancy;
 mod dynamic;
 mod effects;
@@ -22,15 +22,18 @@ mod posterior;
 mod presses;
 mod priors;
 mod report;
+mod residuals;
 mod suspects;
 mod terms;
 mod together;
 mod transfer;
 mod write;
 
+pub use digits::with_error;
 pub use dynamic::{DynamicFit, LoadSeries, fit_dynamic};
 pub use fit_law::{LawFit, fit_pairs, suspect_pairs};
 pub use report::{CalibrationReport, EffectFinding, Parameter, Suspect};
+pub use residuals::PressResidual;
 
 use crate::parallel::{Executor, Serial};
 use crate::{Counts, Error, Frame, Sensor};
@@ -118,6 +121,8 @@ pub struct Calibration {
     pub sensor: Sensor,
     /// What was found.
     pub report: CalibrationReport,
+    /// What is read of presses: those held out by fits without them, and all by the fit of all.
+    pub residuals: Vec<PressResidual>,
 }
 
 /// Effects beside circuit and law are looked for on no more taxels where no exact inverse helps: it would take minutes.

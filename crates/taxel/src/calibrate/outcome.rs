@@ -52,6 +52,8 @@ pub(super) struct Outcome {
     /// By their index in the evidence.
     pub(super) suspects: Vec<Suspect>,
     pub(super) held_out: HeldOut,
+    /// What the fit reads of presses, its own and others.
+    pub(super) fitted: Vec<Judged>,
     /// What loads are uncertain by beyond noise, where presses tell.
     pub(super) uncertainty: Option<UncertaintySpec>,
     /// More than noise is left, and effects beside circuit and law were not looked for.

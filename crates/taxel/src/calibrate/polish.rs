@@ -116,10 +116,11 @@ impl Search<'_> {
             *score = Score {
                 totals_g: errors_g.clone(),
                 errors_g,
+                says_g: estimates.iter().map(|says| says.load_g).collect(),
                 seen: Vec::new(),
             };
         }
-        self.judge(&says);
+        self.judged = self.readings(&says);
         self.together = Some(together);
     }
 
@@ -395,7 +396,7 @@ impl Search<'_> {
 const MIN_FORCES: usize = 40;
 
 /// Held-out presses as forces, where enough of them are told so: a press beside its taxel is no fault of the sensor.
-fn judged(evaluator: &Evaluator, estimates: &[PressEstimate]) -> Vec<Option<f64>> {
+pub(super) fn judged(evaluator: &Evaluator, estimates: &[PressEstimate]) -> Vec<Option<f64>> {
     let isolated = &evaluator.isolated;
     let alone = isolated.iter().filter(|&&i| i).count();
     let forces = evaluator.forces && alone >= MIN_FORCES;

@@ -20,8 +20,11 @@ pub struct Parameter {
 }
 
 impl Parameter {
-    /// A fitted number.
+    /// A fitted number; one without any error was not free to move.
     pub(super) fn fitted(name: &str, value: f64, standard_error: f64, unit: &str) -> Self {
+        if standard_error == 0.0 {
+            return Self::held(name, value, "an end of its range", unit);
+        }
         Self {
             name: name.to_owned(),
             value,

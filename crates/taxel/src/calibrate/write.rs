@@ -1,11 +1,13 @@
 //! From the fitted model to a sensor file and a report.
 
 use super::choose::Search;
+use super::discrepancy::Judged;
 use super::evidence::Evidence;
 use super::fit::{Fitted, mean};
 use super::model::{Model, Unknown, no_fit};
-use super::outcome::Outcome;
-use super::{Calibration, CalibrationOptions, CalibrationReport, Parameter, suspects};
+use super::outcome::{HeldOut, Outcome};
+use super::residuals::residuals;
+use super::{Calibration, CalibrationOptions, CalibrationReport, Parameter, polish, suspects};
 use crate::material::LoadLaw;
 use crate::screen::Axis;
 use crate::sensor::{Bend, MaterialSpec, PerLine, PerTaxel, Provenance, SensorSpec, SheetSpec};
@@ -21,7 +23,7 @@ impl Search<'_> {
     /// The fit with its numbers and their errors.
     pub(super) fn finish(mut self) -> Result<Outcome, Error> {
         let uncertainty = self.uncertainty();
-        let (fitted, _) = self
+        let (found, _) = self
             .best
             .take()
             .ok_or_else(|| no_fit("nothing was fitted"))?;
@@ -32,13 +34,14 @@ impl Search<'_> {
             .ok_or_else(|| no_fit("the fitted law is impossible"))?;
         let material = self.evaluator.material(&model);
         let mut warnings = Vec::new();
-        self.warn(&fitted, &mut warnings);
+        self.warn(&found, &mut warnings);
         let factor = match &material {
             None => law.ln_scale[0].exp(),
             Some(material) => material.intercept.exp(),
         };
-        let parameters = self.parameters(&fitted, &law, factor);
+        let parameters = self.parameters(&found, &law, factor);
         let suspects = self.suspects(&model);
+        let fitted = self.read_by_all(&model);
         Ok(Outcome {
             model,
             law,
@@ -50,9 +53,26 @@ impl Search<'_> {
             warnings,
             suspects,
             uncertainty,
-            held_out: self.held_out.clone(),
+            held_out: HeldOut {
+                judged: self.judged.clone(),
+                ..self.held_out.clone()
+            },
+            fitted,
             unexplained: false,
         })
+    }
+
+    /// What the fit of all presses reads of them, in the way that held-out ones were read.
+    fn read_by_all(&mut self, model: &Model) -> Vec<Judged> {
+        let Some(estimates) = self.evaluator.estimates(model) else {
+            return Vec::new();
+        };
+        let says = if self.together.is_some() {
+            polish::judged(&self.evaluator, &estimates)
+        } else {
+            estimates.iter().map(|says| Some(says.load_g)).collect()
+        };
+        self.readings(&says)
     }
 
     /// Labels that the fit reads otherwise.
@@ -184,11 +204,13 @@ pub(super) fn calibration(
         .model
         .sensor
         .edited(|spec| write_found(spec, &outcome, evidence))?;
+    let residuals = residuals(&outcome, evidence);
     let report = report(outcome, known, &found, evidence);
     let provenance = provenance(&report, options);
     Ok(Calibration {
         sensor: found.edited(|spec| spec.provenance = Some(provenance))?,
         report,
+        residuals,
     })
 }
 

@@ -19,6 +19,8 @@ fn pair(name: &str, times: f64, seed: u64) -> (Sensor, VirtualSensor) {
                 fit_share: 0.003,
                 factor_95: 1.96,
                 presses: 100,
+                frame_share: None,
+                frame_floor_g: None,
             });
         })
         .unwrap();

@@ -302,6 +302,8 @@ mod tests {
         fit_share: 0.01,
         factor_95: 1.96,
         presses: 100,
+        frame_share: None,
+        frame_floor_g: None,
     };
 
     /// Twelve presses, 20 to 600 g, of a sensor that reads `scale` times what it did and scatters as much as stated times

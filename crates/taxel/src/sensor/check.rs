@@ -297,6 +297,14 @@ fn check_uncertainty(uncertainty: &UncertaintySpec) -> Result<(), Error> {
         ("uncertainty.model_share", uncertainty.model_share),
         ("uncertainty.model_floor_g", uncertainty.model_floor_g),
         ("uncertainty.fit_share", uncertainty.fit_share),
+        (
+            "uncertainty.frame_share",
+            uncertainty.frame_share.unwrap_or(0.0),
+        ),
+        (
+            "uncertainty.frame_floor_g",
+            uncertainty.frame_floor_g.unwrap_or(0.0),
+        ),
     ] {
         if !value.is_finite() || value < 0.0 {
             let hint = "a calibration writes it: calibrate again, or leave [uncertainty] out";

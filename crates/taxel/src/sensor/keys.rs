@@ -94,6 +94,8 @@ const TABLES: [(&str, &[&str]); 12] = [
             "fit_share",
             "factor_95",
             "presses",
+            "frame_share",
+            "frame_floor_g",
         ],
     ),
     (

@@ -60,6 +60,39 @@ pub fn standard_errors_by(
     })
 }
 
+/// Memory for solves with the adjoint of a circuit's derivative.
+pub(crate) struct Adjoint {
+    gmres: Gmres,
+    influence: Vec<f64>,
+}
+
+impl Adjoint {
+    pub(crate) fn new(taxels: usize) -> Self {
+        Self {
+            gmres: Gmres::new(taxels, DEPTH.min(taxels)),
+            influence: vec![0.0; taxels],
+        }
+    }
+
+    /// What a weighted sum of all conductances moves by for a volt more on each reading, to `tolerance` of its norm. The
+    /// point must be set.
+    pub(crate) fn influence_of(
+        &mut self,
+        point: &mut dyn OperatingPoint,
+        weights: &[f64],
+        tolerance: f64,
+    ) -> &[f64] {
+        self.gmres.solve(
+            |v, out| point.vjp_into(v, out),
+            weights,
+            &mut self.influence,
+            tolerance,
+            RESTARTS,
+        );
+        &self.influence
+    }
+}
+
 /// What one taxel's conductance moves by for a volt more on each reading, siemens per volt: its line of J⁻¹, by one solve
 /// with the adjoint, to `tolerance` of its norm. The point must be set.
 pub(crate) fn influence_of(
@@ -68,17 +101,11 @@ pub(crate) fn influence_of(
     taxel: usize,
     tolerance: f64,
 ) -> Vec<f64> {
-    let mut gmres = Gmres::new(taxels, DEPTH.min(taxels));
-    let (mut b, mut x) = (vec![0.0; taxels], vec![0.0; taxels]);
-    b[taxel] = 1.0;
-    gmres.solve(
-        |v, out| point.vjp_into(v, out),
-        &b,
-        &mut x,
-        tolerance,
-        RESTARTS,
-    );
-    x
+    let mut weights = vec![0.0; taxels];
+    weights[taxel] = 1.0;
+    let mut adjoint = Adjoint::new(taxels);
+    adjoint.influence_of(point, &weights, tolerance);
+    adjoint.influence
 }
 
 fn probes(point: &mut dyn OperatingPoint, taxels: usize, sigma: f64, count: u32) -> Vec<f64> {

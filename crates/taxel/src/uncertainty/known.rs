@@ -1,5 +1,6 @@
 //! Errors of some conductances where others are no unknowns.
 
+use crate::Mark;
 use crate::circuit::{NotPassive, OperatingPoint};
 
 /// A circuit some of whose conductances are no unknowns, nor their readings used: absent taxels, and those taken to be
@@ -10,6 +11,12 @@ pub(crate) struct Known<'a> {
     pub(crate) is_known: &'a [bool],
     /// Scratch, a number a taxel.
     pub(crate) moved: &'a mut [f64],
+}
+
+/// Whether a taxel is no unknown: it is known, or not measured, and left out of the system by those who solve it. A line
+/// that hangs on nothing else would make the errors of all others what they are not.
+pub(super) fn is_left_out(mark: Mark) -> bool {
+    mark.is_no_unknown() || !mark.is_measured()
 }
 
 impl Known<'_> {

@@ -1,6 +1,6 @@
 //! The standard error of every conductance and load of a frame.
 
-use super::known::Known;
+use super::known::{Known, is_left_out};
 use super::standard_errors;
 use crate::circuit::{Circuit, Converter, LinearCircuit, OperatingPoint, ROUNDING_COUNTS};
 use crate::frame::{grams_from_newtons, newtons_from_grams};
@@ -42,12 +42,26 @@ pub struct Parts {
 /// Half-width of a 95 % interval in standard errors where noise is all that is known.
 const NORMAL_95: f64 = 1.96;
 
+/// Half-width of a 95 % interval in standard errors, by the calibration where it tells.
+pub(super) fn factor_95_of(beyond: Option<&UncertaintySpec>) -> f64 {
+    beyond.map_or(NORMAL_95, |beyond| beyond.factor_95)
+}
+
+/// Standard deviation of a reading, counts: of the sensor file, else of the recording, else of rounding.
+pub(super) fn noise_counts_of(sensor: &Sensor, level: Option<Level>) -> f64 {
+    match (sensor.converter().noise_counts, level) {
+        (Some(noise), _) => noise.hypot(ROUNDING_COUNTS),
+        (None, Some(level)) => level.noise_counts,
+        (None, None) => ROUNDING_COUNTS,
+    }
+}
+
 /// What of a heavy neighbour's uncertainty a taxel shares: a part of its load that stands elsewhere stands here. Measured on
 /// simulated sensors whose loads spread: with nothing of it 2.8 % of unloaded taxels are outside their intervals.
-const NEAR_SHARE: f64 = 0.05;
+pub(super) const NEAR_SHARE: f64 = 0.05;
 
 /// The heaviest load on the eight neighbours of a taxel.
-fn heaviest_near(loads: &[f64], columns: usize, taxel: usize) -> f64 {
+pub(super) fn heaviest_near(loads: &[f64], columns: usize, taxel: usize) -> f64 {
     let rows = loads.len() / columns;
     let (row, column) = (taxel / columns, taxel % columns);
     let mut most = 0f64;
@@ -67,12 +81,7 @@ impl StandardErrors {
     /// # Errors
     /// [`Error::MissingKey`] when a switch resistance is not known yet.
     pub fn new(sensor: &Sensor, level: Option<Level>) -> Result<Self, Error> {
-        let declared = sensor.converter().noise_counts;
-        let noise_counts = match (declared, level) {
-            (Some(noise), _) => noise.hypot(ROUNDING_COUNTS),
-            (None, Some(level)) => level.noise_counts,
-            (None, None) => ROUNDING_COUNTS,
-        };
+        let noise_counts = noise_counts_of(sensor, level);
         let (rows, columns) = (sensor.rows(), sensor.columns());
         Ok(Self {
             point: LinearCircuit::from_sensor(sensor)?.operating_point(),
@@ -107,7 +116,7 @@ impl StandardErrors {
 
     /// Half-width of an interval that holds 95 % of loads, in their standard errors.
     pub fn factor_95(&self) -> f64 {
-        self.beyond.map_or(NORMAL_95, |beyond| beyond.factor_95)
+        factor_95_of(self.beyond.as_ref())
     }
 
     /// What the last frame's standard errors of loads are made of.
@@ -126,7 +135,7 @@ impl StandardErrors {
         marks: &mut [Mark],
     ) -> &Frame<Siemens> {
         for (known, mark) in self.is_known.iter_mut().zip(marks.iter()) {
-            *known = mark.is_no_unknown();
+            *known = is_left_out(*mark);
         }
         let mut known = Known {
             point: &mut *self.point,

@@ -1,10 +1,26 @@
 //! How far to trust a number: the converter's noise and rounding carried through the inverse and the load law.
 
 mod conductance;
+mod figures;
 mod known;
 mod load;
 
-pub(crate) use conductance::influence_of;
+pub(crate) use conductance::{Adjoint, influence_of};
 pub use conductance::{Uncertainty, standard_errors, standard_errors_by};
+pub use figures::{FigureError, FigureErrors, FrameFigureErrors};
 pub(crate) use known::Known;
 pub use load::{Parts, StandardErrors};
+
+use crate::Sensor;
+use crate::sensor::Sense;
+
+/// Standard error that a taxel's conductance has at least, siemens: as if it were alone and the switches ideal.
+pub(crate) fn least_error_siemens(sensor: &Sensor, sigma_volts: f64, siemens: f64) -> f64 {
+    let readout = sensor.readout();
+    let ohms = readout.sense.ohms();
+    let slope = match readout.sense {
+        Sense::Amplifier { .. } => 1.0,
+        Sense::PullDown { .. } => (1.0 + ohms * siemens).powi(2),
+    };
+    slope * sigma_volts / (readout.v_test_volts * ohms)
+}

@@ -29,8 +29,8 @@ struct Report {
 struct Parameter {
     name: String,
     value: f64,
-    /// Relative standard error.
-    relative_error: f64,
+    /// Relative standard error; none for a number that was held.
+    relative_error: Option<f64>,
 }
 
 /// Fits to the series and writes the sensor; on request the best static law with the same circuit, to compare with.
@@ -72,7 +72,7 @@ pub(super) fn run(
             .map(|(name, value, relative_error)| Parameter {
                 name: name.clone(),
                 value: *value,
-                relative_error: *relative_error,
+                relative_error: Some(*relative_error).filter(|error| *error != 0.0),
             })
             .collect(),
     };
@@ -119,9 +119,12 @@ fn text(report: &Report) -> String {
         "standard error"
     );
     for parameter in &report.parameters {
-        let percent = 100.0 * parameter.relative_error;
         let (name, value) = (&parameter.name, parameter.value);
-        text += &format!("{name:<22} {value:>12.4e} {percent:>14.2} %\n");
+        let error = match parameter.relative_error {
+            Some(error) => format!("{:.2} %", 100.0 * error),
+            None => "held".to_owned(),
+        };
+        text += &format!("{name:<22} {value:>12.4e} {error:>16}\n");
     }
     text
 }

@@ -5,12 +5,13 @@ use std::time::SystemTime;
 
 use taxel::{Counts, Frame, Newtons, Sensor};
 use taxel_io::npy::Element;
-use taxel_io::{McapWriter, ParquetWriter};
+use taxel_io::{AtomicFile, McapWriter, ParquetWriter};
 
 use super::Args;
 use crate::error::Error;
 use crate::out;
 use taxel_app::carry::{self, Carry, Clock, USUAL_RATE};
+use taxel_app::figures::FigureRow;
 use taxel_app::frames::{DisplayUnit, FrameReader, FrameWriter, is_mcap, is_parquet};
 use taxel_app::standard_error::{Part, StandardErrors};
 use taxel_app::units::{InputUnit, Unit};
@@ -20,6 +21,7 @@ pub(super) struct Outputs {
     numbers: Numbers,
     marks: Option<FrameWriter<DisplayUnit>>,
     errors: ErrorFiles,
+    figures: Option<AtomicFile>,
     codes: Frame<DisplayUnit>,
 }
 
@@ -61,6 +63,11 @@ impl Outputs {
             },
             marks: marks.map(|file| create(&file, Element::U1)).transpose()?,
             errors: ErrorFiles::create(args, shape, frames)?,
+            figures: args
+                .figures
+                .as_ref()
+                .map(|file| begin(file, args))
+                .transpose()?,
             codes: Frame::zeros(shape.0, shape.1),
         })
     }
@@ -88,7 +95,17 @@ impl Outputs {
         self.errors.write(errors)
     }
 
+    pub(super) fn write_figures(&mut self, row: &FigureRow) -> Result<(), Error> {
+        match &mut self.figures {
+            Some(file) => Ok(file.put(row.line().as_bytes())?),
+            None => Ok(()),
+        }
+    }
+
     pub(super) fn commit(self, reading: &mut FrameReader) -> Result<(), Error> {
+        if let Some(figures) = self.figures {
+            figures.commit()?;
+        }
         if let Some(marks) = self.marks {
             marks.commit()?;
         }
@@ -98,6 +115,13 @@ impl Outputs {
             Numbers::Together(together) => together.commit(reading),
         }
     }
+}
+
+/// The table of figures, with its heading.
+fn begin(file: &Path, args: &Args) -> Result<AtomicFile, Error> {
+    let mut table = AtomicFile::create(file)?;
+    table.put(FigureRow::heading(unit(args)).as_bytes())?;
+    Ok(table)
 }
 
 /// Standard errors, their parts and intervals, as far as they are asked for.
@@ -115,10 +139,8 @@ impl ErrorFiles {
             Ok::<_, Error>(writer.allow_infinity())
         };
         let mut parts = Vec::new();
-        if let Some(file) = args.standard_error.as_ref().filter(|_| args.parts) {
-            for part in Part::ALL {
-                parts.push((part, create(&part_file(file, part))?));
-            }
+        for (part, file) in Part::ALL.into_iter().zip(part_files(args)) {
+            parts.push((part, create(&file)?));
         }
         Ok(Self {
             errors: args.standard_error.as_deref().map(create).transpose()?,
@@ -152,10 +174,15 @@ impl ErrorFiles {
     }
 }
 
-/// Where one part of the standard errors goes: beside them, `se.npz` and `se.noise.npz`.
-fn part_file(file: &Path, part: Part) -> PathBuf {
-    let ending = file.extension().unwrap_or_default().to_string_lossy();
-    file.with_extension(format!("{}.{ending}", part.word()))
+/// Where the parts of the standard errors go, if they are asked for: beside them, `se.npz` and `se.noise.npz`.
+pub(super) fn part_files(args: &Args) -> Vec<PathBuf> {
+    let beside = |file: &PathBuf| {
+        let ending = file.extension().unwrap_or_default().to_string_lossy();
+        let name = |part: Part| file.with_extension(format!("{}.{ending}", part.word()));
+        Part::ALL.map(name).to_vec()
+    };
+    let file = args.standard_error.as_ref().filter(|_| args.parts);
+    file.map(beside).unwrap_or_default()
 }
 
 impl Together {

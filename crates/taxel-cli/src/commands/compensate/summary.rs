@@ -10,12 +10,14 @@ use taxel::{Frame, Mark, Sensor};
 use taxel_io::{Integrity, Skipped};
 
 use super::Args;
-use super::output::marks_file;
+use super::output::{marks_file, part_files};
 use crate::out::warn_unsolved;
 use crate::{Exit, out, recorded};
 use taxel_app::chain::stop_words;
+use taxel_app::figures::FigureRow;
 use taxel_app::frames::DisplayUnit;
 use taxel_app::line_survey::{FaultyLine, Survey};
+use taxel_app::standard_error::Part;
 
 /// How many frames are named one by one.
 const NAMED: usize = 10;
@@ -69,6 +71,14 @@ pub(super) struct Summary {
     output: Option<String>,
     marks_output: Option<String>,
     standard_error_output: Option<String>,
+    interval_output: Option<String>,
+    /// Noise, fit, model.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    parts_output: Vec<String>,
+    figures_output: Option<String>,
+    /// The figures of the frame with the largest total force, where errors were asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    heaviest_frame: Option<FigureRow>,
 }
 
 /// Sums of measured loads above and below nothing, sizes, and the one farthest below.
@@ -148,6 +158,10 @@ impl Summary {
             output: args.output.as_ref().map(show),
             marks_output: marks_file(args).as_ref().map(show),
             standard_error_output: args.standard_error.as_ref().map(show),
+            interval_output: args.interval.as_ref().map(show),
+            parts_output: part_files(args).iter().map(show).collect(),
+            figures_output: args.figures.as_ref().map(show),
+            heaviest_frame: None,
         }
     }
 
@@ -176,6 +190,14 @@ impl Summary {
             if count > 0 && mark != Mark::Absent {
                 *self.marks.entry(mark.word()).or_default() += count;
             }
+        }
+    }
+
+    /// The figures of a frame: the heaviest is kept.
+    pub(super) fn add_figures(&mut self, row: FigureRow) {
+        let heaviest = self.heaviest_frame.map(|row| row.total_force.value);
+        if heaviest.is_none_or(|heaviest| row.total_force.value > heaviest) {
+            self.heaviest_frame = Some(row);
         }
     }
 
@@ -327,15 +349,27 @@ impl Summary {
                 "standard errors from {noise:.2} counts of noise a reading"
             )?;
         }
+        if let Some(row) = &self.heaviest_frame {
+            let of = match self.frames {
+                1 => String::new(),
+                _ => format!("frame {}, the heaviest: ", row.frame),
+            };
+            writeln!(f, "{of}{row} (95 %)")?;
+        }
         let files = [
             (&self.output, self.unit),
             (&self.marks_output, "marks"),
             (&self.standard_error_output, "standard errors"),
+            (&self.interval_output, "halves of 95 % intervals"),
+            (&self.figures_output, "figures"),
         ];
         for (file, what) in files {
             if let Some(file) = file {
                 writeln!(f, "wrote {file} ({what})")?;
             }
+        }
+        for (file, part) in self.parts_output.iter().zip(Part::ALL) {
+            writeln!(f, "wrote {file} (standard errors, {})", part.word())?;
         }
         Ok(())
     }

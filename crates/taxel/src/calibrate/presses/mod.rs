@@ -23,6 +23,7 @@ use super::outcome::{HeldOut, Outcome};
 use super::priors::Beliefs;
 use super::{CalibrationOptions, LawChoice, Suspect, suspects};
 use crate::circuit::LinearCircuit;
+use crate::material::LoadLaw;
 use crate::parallel::par_map;
 use crate::sensor::PerLine;
 use crate::solve::Exact;
@@ -208,7 +209,15 @@ impl<'a> PressFit<'a> {
         } else {
             self.judged_by_spare(spare, &chosen)
         };
-        self.outcome(&kept, &chosen, held_out, laws, suspects)
+        let mut outcome = self.outcome(&kept, &chosen, held_out, laws, suspects)?;
+        let read = estimates.iter().enumerate();
+        outcome.fitted = read
+            .filter_map(|(p, says_g)| {
+                let (sensor, law) = (&outcome.model.sensor, &outcome.law);
+                Some(judged(self.evidence, sensor, law, p, (*says_g)?))
+            })
+            .collect();
+        Ok(outcome)
     }
 
     /// Leaves crowded frames alone no more presses than a fit may take; the others, no more than those, judge it.
@@ -415,28 +424,46 @@ impl<'a> PressFit<'a> {
         for (at, (name, fitted)) in chosen.fits.iter().enumerate() {
             let read = self.read(held, fitted, near);
             let law = plain_law(&fitted.model);
-            let judged: Vec<Judged> = held
+            let read: Vec<Judged> = held
                 .iter()
                 .zip(&read)
                 .filter_map(|(&p, &says_g)| {
-                    let load_g = self.evidence.presses[p].load_g;
-                    let counts = self.evidence.noise_counts;
-                    says_g.map(|says_g| Judged {
-                        load_g,
-                        says_g,
-                        noise_g: least_noise_g(&fitted.model.sensor, &law, counts, 0, load_g),
-                    })
+                    Some(judged(
+                        self.evidence,
+                        &fitted.model.sensor,
+                        &law,
+                        p,
+                        says_g?,
+                    ))
                 })
                 .collect();
-            let errors: Vec<f64> = judged.iter().map(|j| (j.says_g - j.load_g).abs()).collect();
+            let errors: Vec<f64> = read.iter().map(|j| (j.says_g - j.load_g).abs()).collect();
             if at == chosen.at {
                 fold.unjudged = held.len() - errors.len();
                 fold.errors_g.clone_from(&errors);
-                fold.judged = judged;
+                fold.judged = read;
             }
             fold.laws.push((name, errors));
         }
         fold
+    }
+}
+
+/// A press and what is read of it, grams.
+fn judged(
+    evidence: &Evidence,
+    sensor: &Sensor,
+    law: &LoadLaw,
+    place: usize,
+    says_g: f64,
+) -> Judged {
+    let press = evidence.presses[place];
+    Judged {
+        press: place,
+        frame: press.frame,
+        load_g: press.load_g,
+        says_g,
+        noise_g: least_noise_g(sensor, law, evidence.noise_counts, 0, press.load_g),
     }
 }
 

@@ -1,6 +1,6 @@
 //! What a fit of presses made one at a time says: its numbers with their errors, and what it cannot tell.
 
-use super::super::discrepancy::uncertainty;
+use super::super::discrepancy::{Beside, uncertainty};
 use super::super::outcome::{HeldOut, Outcome};
 use super::super::{EffectFinding, LawChoice, Parameter, Suspect};
 use super::fit::{Fitted, plain_law};
@@ -34,8 +34,9 @@ impl PressFit<'_> {
             law_name: (*name).to_owned(),
             warnings: self.warnings(fitted, alone),
             suspects,
-            uncertainty: uncertainty(&held_out.judged, &[], 0.0, self.options.label_share, 1.0),
+            uncertainty: uncertainty(&held_out.judged, self.beside(fitted)),
             held_out,
+            fitted: Vec::new(),
             model: fitted.model.clone(),
         };
         match outcome.against_guessing(self.evidence) {
@@ -43,6 +44,20 @@ impl PressFit<'_> {
                 Err(Error::NothingLearnt { found_g, blind_g })
             }
             _ => Ok(outcome),
+        }
+    }
+
+    /// No taxel is known to be unloaded in a crowd, but what no load conducts was fitted.
+    fn beside(&self, fitted: &Fitted) -> Beside<'static> {
+        let law = plain_law(&fitted.model);
+        let error = law.g_zero * error_of_some(fitted, &[(Unknown::GZero, 1.0)]);
+        let [up, down] = [1.0, -1.0].map(|sign| law.g_zero + sign * error);
+        Beside {
+            unloaded_g: &[],
+            zero_g: Some((law.grams_from_siemens(0, up) - law.grams_from_siemens(0, down)) / 2.0),
+            fit_share: 0.0,
+            label_share: self.options.label_share,
+            inflation: 1.0,
         }
     }
 

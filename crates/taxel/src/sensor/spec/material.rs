@@ -80,6 +80,10 @@ pub struct Bend {
     pub ln_siemens: Vec<f64>,
 }
 
+/// The part of a discrepancy's variance that all taxels of a frame are taken to share where nothing tells: one labelled press
+/// a frame looks the same whether its frame or its taxel is off.
+const UNTOLD_VARIANCE: f64 = 0.5;
+
 /// What a load is uncertain by beyond the converter's noise: σ² = noise² + (fit_share · F)² + floor² + (model_share · F)²,
 /// from presses that took no part in the fit that reads them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -95,9 +99,35 @@ pub struct UncertaintySpec {
     pub factor_95: f64,
     /// Presses that told it.
     pub presses: usize,
+    /// The part of `model_share` that all taxels of a frame share, a share of the load. Absent: nothing told it, and it is
+    /// taken to be half of the variance.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frame_share: Option<f64>,
+    /// The part of `model_floor_g` that all taxels of a frame share, grams. Absent: as `frame_share`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frame_floor_g: Option<f64>,
 }
 
 impl UncertaintySpec {
+    /// What all loads of a frame are off by together, a share of them: of what the model leaves unexplained.
+    pub fn shared_share(&self) -> f64 {
+        self.frame_share
+            .unwrap_or(self.model_share * UNTOLD_VARIANCE.sqrt())
+    }
+
+    /// What all taxels of a frame are off by together where nothing presses, grams.
+    pub fn shared_floor_g(&self) -> f64 {
+        self.frame_floor_g
+            .unwrap_or(self.model_floor_g * UNTOLD_VARIANCE.sqrt())
+    }
+
+    /// What is left of [`Self::model_g`] without what a frame shares, grams: of each taxel by itself.
+    pub fn own_g(&self, load_g: f64) -> f64 {
+        let all = self.model_g(load_g);
+        let shared = self.shared_floor_g().hypot(self.shared_share() * load_g);
+        (all * all - shared * shared).max(0.0).sqrt()
+    }
+
     /// One standard error of a load in grams, beyond the noise.
     pub fn beyond_noise_g(&self, load_g: f64) -> f64 {
         self.fit_g(load_g).hypot(self.model_g(load_g))

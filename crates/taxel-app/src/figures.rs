@@ -1,0 +1,221 @@
+//! The figures of a frame with their errors, in the units that people read: a line of a table.
+
+use std::fmt::{self, Write as _};
+use std::path::Path;
+
+use serde::Serialize;
+use taxel::calibrate::with_error;
+use taxel::frame::grams_from_newtons;
+use taxel::metric::FrameFigures;
+use taxel::screen::Level;
+use taxel::uncertainty::{FigureError, FigureErrors};
+use taxel::{Frame, Newtons, Sensor, Siemens};
+
+use crate::error::Error;
+use crate::frames::DisplayUnit;
+use crate::units::Unit;
+
+/// What figures of frames are found with.
+pub struct Figures {
+    errors: FigureErrors,
+    sensor: Sensor,
+    shown_in: Unit,
+    loads: Frame<Newtons>,
+}
+
+/// One figure, with what it is uncertain by.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Figure {
+    /// Its value, in its unit.
+    pub value: f64,
+    /// Half the width of its 95 % interval; infinite where nothing bounds it.
+    pub half_width_95: f64,
+    /// Its standard error by the noise of the readings,
+    pub noise: f64,
+    /// by the fit of the loads' scale,
+    pub fit: f64,
+    /// and by what the model leaves unexplained.
+    pub model: f64,
+}
+
+/// The figures of one frame.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct FigureRow {
+    /// Number of the frame.
+    pub frame: u64,
+    /// Its time, seconds, where it tells one.
+    pub time_secs: Option<f64>,
+    /// `g` or `N`.
+    pub force_unit: &'static str,
+    /// Sum of all loads that count.
+    pub total_force: Figure,
+    /// Area of the cells that carry more than 0.05 N, mm².
+    pub contact_area_mm2: Figure,
+    /// Centre of pressure across the rows, mm; nothing where nothing touches.
+    pub centre_row_mm: Option<Figure>,
+    /// And across the columns.
+    pub centre_column_mm: Option<Figure>,
+    /// Share of the taxels whose own reading stands behind the sum, 0 to 1.
+    pub measured_share: f64,
+}
+
+impl Figure {
+    fn new(value: f64, error: FigureError, unit: f64) -> Self {
+        Self {
+            value: unit * value,
+            half_width_95: unit * error.half_width_95,
+            noise: unit * error.noise,
+            fit: unit * error.fit,
+            model: unit * error.model,
+        }
+    }
+
+    fn cells(figure: Option<&Self>, cells: &mut String) {
+        if let Some(figure) = figure {
+            let Self {
+                value,
+                half_width_95,
+                noise,
+                fit,
+                model,
+            } = figure;
+            // To a String: nothing that could fail.
+            let _ = write!(cells, ",{value},{half_width_95},{noise},{fit},{model}");
+        } else {
+            cells.push_str(",,,,,");
+        }
+    }
+}
+
+impl fmt::Display for Figure {
+    /// With the digits that its interval allows.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match with_error(self.value, Some(self.half_width_95)) {
+            (value, Some(half)) => write!(f, "{value} ± {half}"),
+            (value, None) if self.half_width_95.is_finite() => write!(f, "{value} ± 0"),
+            (value, None) => write!(f, "{value} (nothing bounds it)"),
+        }
+    }
+}
+
+impl Figures {
+    /// For frames of a sensor that comes from `file`, whose loads are shown in `unit`; `level`: what a recording says of its
+    /// noise.
+    ///
+    /// # Errors
+    /// A sensor without a circuit or without a load law.
+    pub fn new(
+        sensor: &Sensor,
+        file: &Path,
+        unit: Unit,
+        level: Option<Level>,
+    ) -> Result<Self, Error> {
+        let errors = FigureErrors::new(sensor, level).map_err(|source| Error::InFile {
+            file: file.to_owned(),
+            source,
+        })?;
+        Ok(Self {
+            errors,
+            sensor: sensor.clone(),
+            shown_in: unit,
+            loads: Frame::zeros(sensor.rows(), sensor.columns()),
+        })
+    }
+
+    /// Of the frame `shown`, with the marks of `loads`, which its numbers came from before a tare.
+    pub fn of(
+        &mut self,
+        siemens: &Frame<Siemens>,
+        loads: &Frame<Newtons>,
+        shown: &Frame<DisplayUnit>,
+        is_answer: bool,
+    ) -> FigureRow {
+        let newton = self
+            .shown_in
+            .of_newtons(1.0, self.sensor.array().taxel_area_mm2);
+        self.loads.copy_meta_from(loads);
+        let each = self.loads.values_mut().iter_mut().zip(shown.values());
+        each.for_each(|(load, shown)| *load = shown / newton);
+        let figures = FrameFigures::of(&self.loads, &self.sensor);
+        let errors = self.errors.of(siemens, &self.loads, is_answer);
+        let (force, force_unit) = if self.shown_in == Unit::Grams {
+            (grams_from_newtons(1.0), Unit::Grams.word())
+        } else {
+            (1.0, Unit::Newtons.word())
+        };
+        let centre = |axis: usize| {
+            let value = figures.centre_mm?[axis];
+            Some(Figure::new(value, errors.centre_mm?[axis], 1.0))
+        };
+        FigureRow {
+            frame: loads.sequence,
+            time_secs: loads.time_secs,
+            force_unit,
+            total_force: Figure::new(
+                figures.total_force_newtons,
+                errors.total_force_newtons,
+                force,
+            ),
+            contact_area_mm2: Figure::new(figures.contact_area_mm2, errors.contact_area_mm2, 1.0),
+            centre_row_mm: centre(0),
+            centre_column_mm: centre(1),
+            measured_share: figures.measured_share,
+        }
+    }
+}
+
+impl FigureRow {
+    /// The heading of a table of such lines, whose loads are shown in `unit`.
+    pub fn heading(unit: Unit) -> String {
+        let force = if unit == Unit::Grams { "g" } else { "N" };
+        let mut text = "frame,time_s".to_owned();
+        for (name, unit) in [
+            ("total_force", force),
+            ("contact_area", "mm2"),
+            ("centre_row", "mm"),
+            ("centre_column", "mm"),
+        ] {
+            for part in ["", "_half_width_95", "_noise", "_fit", "_model"] {
+                let _ = write!(text, ",{name}{part}_{unit}");
+            }
+        }
+        text + ",measured_share\n"
+    }
+
+    /// The line of a table in text.
+    pub fn line(&self) -> String {
+        let mut text = format!("{},", self.frame);
+        if let Some(secs) = self.time_secs {
+            let _ = write!(text, "{secs}");
+        }
+        for figure in [
+            Some(&self.total_force),
+            Some(&self.contact_area_mm2),
+            self.centre_row_mm.as_ref(),
+            self.centre_column_mm.as_ref(),
+        ] {
+            Figure::cells(figure, &mut text);
+        }
+        let _ = writeln!(text, ",{}", self.measured_share);
+        text
+    }
+}
+
+impl fmt::Display for FigureRow {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "total force {} {}, contact area {} mm²",
+            self.total_force, self.force_unit, self.contact_area_mm2
+        )?;
+        if let (Some(row), Some(column)) = (self.centre_row_mm, self.centre_column_mm) {
+            write!(
+                f,
+                ", centre of pressure {row} mm across the rows, {column} mm across the columns"
+            )?;
+        }
+        Ok(())
+    }
+}

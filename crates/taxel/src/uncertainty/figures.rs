@@ -1,0 +1,350 @@
+//! How far to trust what a frame amounts to: total force, contact area, centre of pressure.
+//!
+//! Errors of taxels hang together: noise through the lines, the fit through the scale, the model through what a frame shares.
+//! So each figure is taken for what it is, a sum of loads with weights, and its errors are found for the whole of it.
+
+use super::known::{Known, is_left_out};
+use super::load::{NEAR_SHARE, factor_95_of, heaviest_near, noise_counts_of};
+use super::{Adjoint, least_error_siemens};
+use crate::circuit::{Circuit, Converter, LinearCircuit, OperatingPoint};
+use crate::frame::{grams_from_newtons, newtons_from_grams};
+use crate::material::{LoadLaw, Spread};
+use crate::metric::{CONTACT_NEWTONS, is_usable};
+use crate::screen::Level;
+use crate::sensor::UncertaintySpec;
+use crate::{Error, Frame, Mark, Newtons, Sensor, Siemens};
+
+/// What one figure is uncertain by, in its unit; σ² is the sum of the squares of the parts.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
+pub struct FigureError {
+    /// Noise and rounding of the readings.
+    pub noise: f64,
+    /// The fit: the loads' scale, which all taxels share.
+    pub fit: f64,
+    /// What the model leaves unexplained: what all taxels of a frame share, and what each is off by itself.
+    pub model: f64,
+    /// Half the width of its 95 % interval; infinite where nothing bounds it.
+    pub half_width_95: f64,
+}
+
+impl FigureError {
+    /// One standard error.
+    pub fn standard_error(&self) -> f64 {
+        self.noise.hypot(self.fit.hypot(self.model))
+    }
+
+    fn unbounded() -> Self {
+        Self {
+            noise: f64::INFINITY,
+            half_width_95: f64::INFINITY,
+            ..Self::default()
+        }
+    }
+}
+
+/// What the figures of a frame are uncertain by; the figures are those of [`crate::metric::FrameFigures`].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
+pub struct FrameFigureErrors {
+    /// Of the sum of all loads that count, newtons.
+    pub total_force_newtons: FigureError,
+    /// Of the contact area, mm².
+    pub contact_area_mm2: FigureError,
+    /// Of the centre of pressure, mm, in the order of `centre_mm`. `None` when nothing touches.
+    pub centre_mm: Option<[FigureError; 2]>,
+}
+
+/// The errors of figures, frame by frame; of the frame looked at, whatever its taxels share.
+///
+/// What stands on taxels that were not measured is in neither a figure nor its error; a load below what a recorder keeps
+/// counts as none.
+pub struct FigureErrors {
+    point: Box<dyn OperatingPoint>,
+    adjoint: Adjoint,
+    law: LoadLaw,
+    spread: Option<Spread>,
+    beyond: Option<UncertaintySpec>,
+    sigma_volts: f64,
+    sensor: Sensor,
+    cell_mm2: f64,
+    /// Where each taxel lies: across the rows and across the columns, mm.
+    places_mm: Vec<[f64; 2]>,
+    is_known: Vec<bool>,
+    moved: Vec<f64>,
+    /// Newtons that one siemens makes, per taxel; 0 where no reading stands behind the load.
+    slope: Vec<f64>,
+    /// Noise of each load at least, newtons.
+    noise: Vec<f64>,
+    /// What each load is off by itself, newtons.
+    own: Vec<f64>,
+    weights: Vec<f64>,
+    right: Vec<f64>,
+    work: Vec<f64>,
+}
+
+impl FigureErrors {
+    /// For frames of a sensor; `level`: what a recording says of its noise.
+    ///
+    /// # Errors
+    /// [`Error::MissingKey`] when a switch resistance or the load law is not known yet.
+    pub fn new(sensor: &Sensor, level: Option<Level>) -> Result<Self, Error> {
+        let material = sensor.material().ok_or_else(LoadLaw::missing)?;
+        let taxels = sensor.rows() * sensor.columns();
+        let array = sensor.array();
+        let [down, across] = array.pitch_mm;
+        let place = |taxel: usize| match sensor.positions() {
+            Some(positions) => [positions[taxel][1], positions[taxel][0]],
+            None => [
+                down * (taxel / sensor.columns()) as f64,
+                across * (taxel % sensor.columns()) as f64,
+            ],
+        };
+        let none = || vec![0.0; taxels];
+        Ok(Self {
+            point: LinearCircuit::from_sensor(sensor)?.operating_point(),
+            adjoint: Adjoint::new(taxels),
+            law: LoadLaw::from_sensor(sensor)?,
+            spread: material.spread.map(Spread::new),
+            beyond: sensor.uncertainty().copied(),
+            sigma_volts: noise_counts_of(sensor, level)
+                * Converter::from_sensor(sensor).lsb_volts(),
+            sensor: sensor.clone(),
+            cell_mm2: down * across,
+            places_mm: (0..taxels).map(place).collect(),
+            is_known: vec![false; taxels],
+            moved: none(),
+            slope: none(),
+            noise: none(),
+            own: none(),
+            weights: none(),
+            right: none(),
+            work: none(),
+        })
+    }
+
+    /// Whether more than noise is known: a calibration has told what fit and model leave.
+    pub fn knows_more_than_noise(&self) -> bool {
+        self.beyond.is_some()
+    }
+
+    /// Of one frame: its conductances, and the loads found from them.
+    ///
+    /// # Panics
+    /// When a frame's shape is not the sensor's.
+    pub fn of(
+        &mut self,
+        siemens: &Frame<Siemens>,
+        loads: &Frame<Newtons>,
+        is_answer: bool,
+    ) -> FrameFigureErrors {
+        let touches = |(load, mark): (&f64, &Mark)| is_usable(*mark) && *load > CONTACT_NEWTONS;
+        let is_touched = loads.values().iter().zip(loads.marks()).any(touches);
+        let is_bounded = !loads.marks().contains(&Mark::Saturated);
+        if !is_answer || !is_bounded || self.point.set(siemens.values()).is_err() {
+            return FrameFigureErrors {
+                total_force_newtons: FigureError::unbounded(),
+                contact_area_mm2: FigureError::unbounded(),
+                centre_mm: is_touched.then(|| [FigureError::unbounded(); 2]),
+            };
+        }
+        self.look_at(siemens, loads);
+        FrameFigureErrors {
+            total_force_newtons: self.total(loads),
+            contact_area_mm2: self.area(loads),
+            centre_mm: self.centre(loads),
+        }
+    }
+
+    /// Slopes and errors of every taxel.
+    fn look_at(&mut self, siemens: &Frame<Siemens>, loads: &Frame<Newtons>) {
+        for (taxel, &mark) in loads.marks().iter().enumerate() {
+            self.is_known[taxel] = is_left_out(siemens.marks()[taxel]);
+            let load_g = grams_from_newtons(loads.values()[taxel]);
+            let own_g = self.beyond.map_or(0.0, |beyond| beyond.own_g(load_g));
+            let has_reading = is_usable(mark) && mark != Mark::Interpolated;
+            (self.slope[taxel], self.noise[taxel], self.own[taxel]) = if has_reading {
+                let value = siemens.values()[taxel];
+                let error = least_error_siemens(&self.sensor, self.sigma_volts, value);
+                let up = self.law.grams_from_siemens(taxel, value + error);
+                let down = self.law.grams_from_siemens(taxel, value - error);
+                // At no load a power law's slope alone would promise too much.
+                let noise = newtons_from_grams((up - down) / 2.0);
+                (noise / error, noise, newtons_from_grams(own_g))
+            } else if mark == Mark::Interpolated {
+                (0.0, 0.0, scatter_around(loads, taxel))
+            } else {
+                (0.0, 0.0, 0.0)
+            };
+            if self.is_known[taxel] {
+                (self.slope[taxel], self.noise[taxel]) = (0.0, 0.0);
+            }
+        }
+    }
+
+    fn total(&mut self, loads: &Frame<Newtons>) -> FigureError {
+        let (mut sum, mut count) = (0.0, 0.0);
+        let each = loads.values().iter().zip(loads.marks());
+        for (weight, (load, mark)) in self.weights.iter_mut().zip(each) {
+            *weight = f64::from(u8::from(is_usable(*mark)));
+            sum += *weight * load;
+            count += *weight;
+        }
+        let (share, floor) = self.shared();
+        let model = (share * sum).hypot(floor * count).hypot(self.own_of_sum());
+        let fit = self.beyond.map_or(0.0, |beyond| beyond.fit_share) * sum.abs();
+        let noise = self.noise_of_sum();
+        self.figure(noise, fit, model)
+    }
+
+    /// Shares of the load and newtons that all taxels of a frame are off by together.
+    fn shared(&self) -> (f64, f64) {
+        self.beyond.map_or((0.0, 0.0), |beyond| {
+            (
+                beyond.shared_share(),
+                newtons_from_grams(beyond.shared_floor_g()),
+            )
+        })
+    }
+
+    /// Standard error of the weighted sum of loads by what each is off by itself.
+    fn own_of_sum(&self) -> f64 {
+        let each = self.weights.iter().zip(&self.own);
+        each.map(|(w, own)| (w * own).powi(2)).sum::<f64>().sqrt()
+    }
+
+    /// The same by the noise of the readings: one solve with the adjoint of the circuit's derivative tells what each reading
+    /// adds to the sum.
+    fn noise_of_sum(&mut self) -> f64 {
+        let (columns, absent) = (self.sensor.columns(), self.sensor.absent());
+        let weights = match &self.spread {
+            Some(spread) => {
+                // The equations are symmetric: what undoes a spread of loads undoes one of weights.
+                spread.undo(
+                    columns,
+                    absent,
+                    &self.weights,
+                    &mut self.right,
+                    &mut self.work,
+                );
+                &self.right
+            }
+            None => &self.weights,
+        };
+        let right: &mut [f64] = &mut self.work;
+        for (right, (weight, slope)) in right.iter_mut().zip(weights.iter().zip(&self.slope)) {
+            *right = weight * slope;
+        }
+        let mut known = Known {
+            point: &mut *self.point,
+            is_known: &self.is_known,
+            moved: &mut self.moved,
+        };
+        let influence = self.adjoint.influence_of(&mut known, &self.work, TOLERANCE);
+        self.sigma_volts * influence.iter().map(|x| x * x).sum::<f64>().sqrt()
+    }
+
+    fn figure(&self, noise: f64, fit: f64, model: f64) -> FigureError {
+        let mut figure = FigureError {
+            noise,
+            fit,
+            model,
+            half_width_95: 0.0,
+        };
+        let factor = factor_95_of(self.beyond.as_ref());
+        figure.half_width_95 = factor * figure.standard_error();
+        figure
+    }
+
+    /// A taxel is touched or not with the probability that its error leaves; what the frame shares moves all of them over
+    /// the threshold together, those beside a heavy one by a little of its load.
+    fn area(&self, loads: &Frame<Newtons>) -> FigureError {
+        let fit_share = self.beyond.map_or(0.0, |beyond| beyond.fit_share);
+        let (share, floor) = self.shared();
+        let (mut noise, mut all) = (0.0, 0.0);
+        let (mut by_fit, mut by_model) = (0.0, 0.0);
+        for (taxel, (&load, mark)) in loads.values().iter().zip(loads.marks()).enumerate() {
+            if !is_usable(*mark) {
+                continue;
+            }
+            let above = load - CONTACT_NEWTONS;
+            noise += doubt(above, self.noise[taxel]);
+            all += doubt(above, self.noise[taxel].hypot(self.own[taxel]));
+            let moves = |by: f64| f64::from(u8::from(above.abs() <= by)) / 2.0;
+            let near = NEAR_SHARE * heaviest_near(loads.values(), loads.columns(), taxel);
+            by_fit += moves(fit_share * load.abs());
+            by_model += moves((share * load.abs().max(near)).hypot(floor));
+        }
+        let [noise, fit] = [noise.sqrt(), by_fit].map(|count| self.cell_mm2 * count);
+        let model = self.cell_mm2 * (all - noise.powi(2)).max(0.0).sqrt().hypot(by_model);
+        self.figure(noise, fit, model)
+    }
+
+    /// A common scale moves no centre. A scale that leans over the contact by what a frame shares does, and so do errors of
+    /// single taxels.
+    fn centre(&mut self, loads: &Frame<Newtons>) -> Option<[FigureError; 2]> {
+        let touched = |taxel: usize| {
+            let load = loads.values()[taxel];
+            (is_usable(loads.marks()[taxel]) && load > CONTACT_NEWTONS).then_some(load)
+        };
+        let taxels = 0..loads.values().len();
+        let sum: f64 = taxels.clone().filter_map(touched).sum();
+        if sum <= 0.0 {
+            return None;
+        }
+        let (share, floor) = self.shared();
+        Some([0, 1].map(|axis| {
+            let at = |taxel: usize| self.places_mm[taxel][axis];
+            let moments = taxels
+                .clone()
+                .filter_map(|t| touched(t).map(|load| load * at(t)));
+            let middle = moments.sum::<f64>() / sum;
+            let (mut width, mut lever) = (0.0, 0.0);
+            for taxel in taxels.clone() {
+                let load = touched(taxel);
+                let weight = load.map_or(0.0, |_| (at(taxel) - middle) / sum);
+                width += load.unwrap_or(0.0) * (at(taxel) - middle).powi(2) / sum;
+                lever += weight;
+                self.work[taxel] = weight;
+            }
+            self.weights.copy_from_slice(&self.work);
+            let shared = (share * width.sqrt()).hypot(floor * lever);
+            let model = shared.hypot(self.own_of_sum());
+            let noise = self.noise_of_sum();
+            self.figure(noise, 0.0, model)
+        }))
+    }
+}
+
+/// Relative residual at which a solve with the adjoint ends: errors need two digits.
+const TOLERANCE: f64 = 1e-3;
+
+/// Variance of whether a taxel is over a threshold that it is `above` with a standard error.
+fn doubt(above: f64, error: f64) -> f64 {
+    // Beyond five standard errors there is none.
+    if above.abs() >= 5.0 * error {
+        return 0.0;
+    }
+    // The normal distribution to 1.4e-4 (Page 1977).
+    let z = above / error;
+    let p = 1.0 / (1.0 + (-z * (1.5976 + 0.070_565 * z * z)).exp());
+    p * (1.0 - p)
+}
+
+/// What the loads around a repaired taxel differ from what it was given by, newtons: as wrong may that be.
+fn scatter_around(loads: &Frame<Newtons>, taxel: usize) -> f64 {
+    let (rows, columns) = (loads.rows(), loads.columns());
+    let (row, column) = (taxel / columns, taxel % columns);
+    let (mut sum, mut count) = (0.0, 0.0);
+    for r in row.saturating_sub(1)..(row + 2).min(rows) {
+        for c in column.saturating_sub(1)..(column + 2).min(columns) {
+            let other = r * columns + c;
+            let mark = loads.marks()[other];
+            if is_usable(mark) && mark != Mark::Interpolated {
+                sum += (loads.values()[other] - loads.values()[taxel]).powi(2);
+                count += 1.0;
+            }
+        }
+    }
+    f64::sqrt(sum / f64::max(count, 1.0))
+}
