@@ -126,7 +126,7 @@ const PAIR_BYTES: u64 = 80;
 /// Refuses an inverse that would take more memory than there may be; `file` is where the sensor comes from.
 pub fn check_memory(sensor: &Sensor, file: &Path, name: &MethodName) -> Result<(), Error> {
     let readout = sensor.readout();
-    let is_exact = readout.topology == Topology::TiaGroundedColumns && readout.r_source_ohms == 0.0;
+    let is_exact = readout.has_amplifier() && readout.table.sensed.is_open() && readout.r_source_ohms == 0.0;
     if !is_exact || !matches!(name, MethodName::Auto | MethodName::Exact) {
         return Ok(());
     }

@@ -111,7 +111,7 @@ impl LiveController {
 
     /// What can be changed of a source that is this sensor, simulated.
     fn changes(&self) -> impl Iterator<Item = Change> {
-        let has_gain = self.sensor.readout().topology.is_tia();
+        let has_gain = self.sensor.readout().has_amplifier();
         let all = Change::ALL.into_iter();
         all.filter(move |&change| change != Change::Gain || has_gain)
     }

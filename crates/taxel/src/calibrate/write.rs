@@ -245,7 +245,7 @@ fn report(
         .iter()
         .filter(|w| !report.doubts.contains(w));
     report.warnings.extend(more.cloned());
-    if known.readout().topology.is_tia() {
+    if known.readout().has_amplifier() {
         report.warnings.push(
             "r_mux_row_ohms stands for itself plus what r_feedback_ohms/(1 + open_loop_gain) differs from the file: the two are one sum".to_owned(),
         );

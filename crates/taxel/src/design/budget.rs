@@ -57,7 +57,7 @@ impl Cause {
     /// The causes that a sensor's read-out can have.
     pub fn of(sensor: &Sensor) -> Vec<Cause> {
         use Cause::{Bits, ColumnSwitches, Divider, Gain, Noise, Range, RowSwitches, Source};
-        if sensor.readout().topology.is_tia() {
+        if sensor.readout().has_amplifier() {
             vec![
                 ColumnSwitches,
                 RowSwitches,
@@ -328,7 +328,7 @@ impl Budget {
             // A virtual ground that fills as much of the converter as the divider does.
             let largest = largest_of(predict(&self.sensor, &circuit, siemens)?.values());
             sensor.try_out(|spec| {
-                spec.readout.topology = Topology::TiaGroundedColumns;
+                spec.readout.take_topology(Topology::TiaGroundedColumns);
                 spec.readout.r_feedback_ohms = Some(r_pull_down_ohms);
                 spec.readout.v_test_volts =
                     largest / (r_pull_down_ohms * largest_of(siemens.values()));

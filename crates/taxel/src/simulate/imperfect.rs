@@ -128,7 +128,7 @@ fn draw(truth: &mut SensorSpec, imperfections: &Imperfections, seed: u64) {
     {
         *ohms *= 1.0 + imperfections.resistor_deviation;
     }
-    if imperfections.open_loop_gain.is_some() && readout.topology.is_tia() {
+    if imperfections.open_loop_gain.is_some() && readout.has_amplifier() {
         readout.open_loop_gain = imperfections.open_loop_gain;
     }
     truth.converter.offset_volts += imperfections.offset_volts;

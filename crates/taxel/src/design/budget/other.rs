@@ -34,7 +34,7 @@ pub enum Change {
 /// Every part of [`crate::parts`] that a sensor could have, when `taxels_per_second` are read.
 pub fn changes(sensor: &Sensor, taxels_per_second: f64) -> Vec<Change> {
     let mut changes = switches();
-    if sensor.readout().topology.is_tia() {
+    if sensor.readout().has_amplifier() {
         changes.extend(GAIN_BANDWIDTHS_HZ.map(|gbw_hz| Change::Amplifier {
             gbw_hz,
             gain: gain_at(gbw_hz, taxels_per_second),
