@@ -2,8 +2,8 @@
 //! forwards (J·v) and backwards (Jᵀ·w). A handful of m×m×n products each, as the scan itself.
 
 use super::coupling::add_laplacian;
-use super::reading::Rest;
 use super::linear::{LinearPoint, SheetPoint, divide, symmetrise};
+use super::reading::Rest;
 use taxel_linalg::{View, ViewMut, multiply, multiply_add};
 
 /// Scratch and the partial derivatives of V_out by P_rr, Q_cc, K_rc.

@@ -32,7 +32,11 @@ impl OfLines {
         }
     }
 
-    fn mapped(&self, rows: &dyn Fn(&[f64]) -> Vec<f64>, columns: &dyn Fn(&[f64]) -> Vec<f64>) -> Self {
+    fn mapped(
+        &self,
+        rows: &dyn Fn(&[f64]) -> Vec<f64>,
+        columns: &dyn Fn(&[f64]) -> Vec<f64>,
+    ) -> Self {
         Self {
             column_unselected: columns(&self.column_unselected),
             column_selected: columns(&self.column_selected),
@@ -43,7 +47,11 @@ impl OfLines {
 
     /// Nothing but at selected columns.
     fn is_at_selected_columns(&self) -> bool {
-        let others = [&self.column_unselected, &self.row_unselected, &self.row_selected];
+        let others = [
+            &self.column_unselected,
+            &self.row_unselected,
+            &self.row_selected,
+        ];
         others.into_iter().flatten().all(|siemens| *siemens == 0.0)
     }
 }
@@ -169,8 +177,14 @@ impl LineEnds {
     }
 
     fn has_followers(&self) -> bool {
-        let unselected = [&self.to_follower.column_unselected, &self.to_follower.row_unselected];
-        unselected.into_iter().flatten().any(|siemens| *siemens > 0.0)
+        let unselected = [
+            &self.to_follower.column_unselected,
+            &self.to_follower.row_unselected,
+        ];
+        unselected
+            .into_iter()
+            .flatten()
+            .any(|siemens| *siemens > 0.0)
     }
 
     /// Whether all that holds lines when nothing is selected is the follower.
@@ -181,14 +195,24 @@ impl LineEnds {
         };
         let (columns, rows) = (&self.column_unselected, &self.row_unselected);
         self.has_followers()
-            && follow(columns, &self.to_follower.column_unselected, self.columns_open)
+            && follow(
+                columns,
+                &self.to_follower.column_unselected,
+                self.columns_open,
+            )
             && follow(rows, &self.to_follower.row_unselected, self.rows_open)
     }
 
     /// Whether lines at rest stand at V_t, or some of them at what a follower repeats: the potentials of all are then needed.
     pub(super) fn have_potentials(&self) -> bool {
-        let to_v_test = [&self.to_v_test.column_unselected, &self.to_v_test.row_unselected];
-        let driven = to_v_test.into_iter().flatten().any(|siemens| *siemens > 0.0);
+        let to_v_test = [
+            &self.to_v_test.column_unselected,
+            &self.to_v_test.row_unselected,
+        ];
+        let driven = to_v_test
+            .into_iter()
+            .flatten()
+            .any(|siemens| *siemens > 0.0);
         driven || (self.has_followers() && !self.all_follow())
     }
 }

@@ -68,11 +68,11 @@ impl LinearCircuit {
         let pick = |lines: &[usize], of: &[f64]| lines.iter().map(|&i| of[i]).collect::<Vec<f64>>();
         let place = |lines: &[usize], of: &[usize]| lines.iter().map(|&i| of[i]).collect();
         Self {
-            ends: self.ends.mapped(
-                &|of| pick(rows, of),
-                &|of| pick(columns, of),
-                &|of| pick(rows, of),
-            ),
+            ends: self
+                .ends
+                .mapped(&|of| pick(rows, of), &|of| pick(columns, of), &|of| {
+                    pick(rows, of)
+                }),
             sheet: self.sheet.as_ref().map(|over| SheetOver {
                 sheet: over.sheet,
                 rows: place(rows, &over.rows),

@@ -1,10 +1,10 @@
 //! Where lines stand when nothing is selected, of read-outs that hold them elsewhere than at ground: u in volts, and w per
 //! volt of the follower. Both are the inverse nodal matrix times a source, Z s; its change is −Z dY (Z s).
 
+use super::LineEnds;
 use super::coupling::add_laplacian;
 use super::linear::{SheetPoint, divide};
 use super::reading::Rest;
-use super::LineEnds;
 use taxel_linalg::dot;
 
 /// A value of every line of the smaller side, and of every line of the larger.
@@ -84,7 +84,10 @@ impl Potentials {
         };
         let (v_test, from, follow) = (ends.v_test_volts, &ends.to_v_test, &ends.to_follower);
         let amperes = |siemens: &[f64]| siemens.iter().map(|siemens| v_test * siemens).collect();
-        let volts = sides(amperes(&from.row_unselected), amperes(&from.column_unselected));
+        let volts = sides(
+            amperes(&from.row_unselected),
+            amperes(&from.column_unselected),
+        );
         let work = volts.clone();
         Some(Self {
             volts: Kind::new(volts),
@@ -123,7 +126,12 @@ impl Potentials {
 
     /// What the potentials' change along a direction (m×n, and of the couplings of both sides) does to a reading is then
     /// [`Self::change_of`].
-    pub(super) fn move_along(&mut self, solved: Solved, direction: &[f64], [of_small, of_large]: [&[f64]; 2]) {
+    pub(super) fn move_along(
+        &mut self,
+        solved: Solved,
+        direction: &[f64],
+        [of_small, of_large]: [&[f64]; 2],
+    ) {
         let n = solved.inverse_d.len();
         for kind in [&mut self.volts, &mut self.follows] {
             let [small, large] = &mut self.work;
@@ -131,7 +139,9 @@ impl Potentials {
             large.fill(0.0);
             let [at_small, at_large] = &kind.at;
             // −dY (Z s).
-            for ((small, at), line) in (small.iter_mut().zip(at_small)).zip(direction.chunks_exact(n)) {
+            for ((small, at), line) in
+                (small.iter_mut().zip(at_small)).zip(direction.chunks_exact(n))
+            {
                 for ((large, far), change) in large.iter_mut().zip(at_large).zip(line) {
                     let flow = change * (far - at);
                     *small += flow;

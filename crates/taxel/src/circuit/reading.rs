@@ -63,7 +63,12 @@ pub(super) struct Readings {
 }
 
 #[inline(always)]
-fn numerator(c: Step, blocks: &Blocks, [at_row, at_column]: [f64; 2], [from_row, from_column]: [f64; 2]) -> f64 {
+fn numerator(
+    c: Step,
+    blocks: &Blocks,
+    [at_row, at_column]: [f64; 2],
+    [from_row, from_column]: [f64; 2],
+) -> f64 {
     let Blocks { p, q, k, .. } = *blocks;
     (1.0 + c.siemens * q) * (at_row + p * from_row) + k * from_column
         - c.siemens * k * (at_column + k * from_row)
@@ -195,7 +200,8 @@ impl Readings {
         let follows = slopes(c, blocks, at, [r.follows, c.follows]);
         let (of_row, of_column) = (1.0 + r.siemens * p, 1.0 + c.siemens * q);
         // dV = ρ/δ (dN − v_r dδ), δ = Δ − ρ N(w, φ).
-        let with = |top: f64, delta: f64, follows: f64| scale * (top - v_row * (delta - rho * follows));
+        let with =
+            |top: f64, delta: f64, follows: f64| scale * (top - v_row * (delta - rho * follows));
         Partials {
             p: with(top.by_p, r.siemens * of_column, follows.by_p),
             q: with(top.by_q, c.siemens * of_row, follows.by_q),

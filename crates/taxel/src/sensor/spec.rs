@@ -6,8 +6,8 @@ mod material;
 use serde::{Deserialize, Serialize};
 
 use super::array::{Array, Population, Positions};
-use super::line_ends::{AxisSpec, Reads};
 use super::keys;
+use super::line_ends::{AxisSpec, Reads};
 use crate::Error;
 pub use check::{CheckSpec, Verdict};
 pub(crate) use material::MAX_DYNAMIC_TERMS;
@@ -375,7 +375,12 @@ impl ReadoutSpec {
     }
 
     /// A read-out of these line ends. A current needs `r_feedback_ohms` as well.
-    pub fn of_line_ends(v_test_volts: f64, reads: Reads, driven: AxisSpec, sensed: AxisSpec) -> Self {
+    pub fn of_line_ends(
+        v_test_volts: f64,
+        reads: Reads,
+        driven: AxisSpec,
+        sensed: AxisSpec,
+    ) -> Self {
         Self {
             reads: Some(reads),
             driven: Some(driven),

@@ -40,7 +40,9 @@ impl OwnPath {
         let columns = columns.zip(&to_v_test.column_selected);
         Self {
             rows: rows.zip(&ends.volts_per_volt).map(row).collect(),
-            columns: columns.map(|(g, from)| (1.0 / g, v_test * from / g)).collect(),
+            columns: columns
+                .map(|(g, from)| (1.0 / g, v_test * from / g))
+                .collect(),
             series: !ends.is_driven_elsewhere(),
         }
     }
@@ -77,7 +79,8 @@ impl OwnPath {
         }
         for (i, line) in volts.chunks_exact(n).enumerate() {
             let row = &self.rows[i];
-            let of_v_test = |volts: &f64, column: &(f64, f64)| row.amperes(*volts) * row.ohms / column.1;
+            let of_v_test =
+                |volts: &f64, column: &(f64, f64)| row.amperes(*volts) * row.ohms / column.1;
             let shares_of_line = line.iter().zip(&self.columns);
             let sum: f64 = shares_of_line.map(|(v, c)| of_v_test(v, c)).sum();
             if shares && sum >= 1.0 {

@@ -1,6 +1,8 @@
 //! Sensors, frames and an independent solver that the integration tests share.
 #![allow(dead_code)]
 
+pub mod tables;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use taxel::circuit::{Circuit, LinearCircuit};
@@ -86,7 +88,12 @@ pub fn nodal_volts(
     let (from, follow) = (&ends.to_v_test, &ends.to_follower);
     for r in 0..rows {
         if r == row {
-            end(r, ends.row_selected[r], from.row_selected[r], follow.row_selected[r]);
+            end(
+                r,
+                ends.row_selected[r],
+                from.row_selected[r],
+                follow.row_selected[r],
+            );
         } else {
             let all = leak(ends.row_unselected[r]);
             end(r, all, from.row_unselected[r], follow.row_unselected[r]);
@@ -95,10 +102,20 @@ pub fn nodal_volts(
     for c in 0..columns {
         let node = rows + c;
         if c == column {
-            end(node, ends.column_selected[c], from.column_selected[c], follow.column_selected[c]);
+            end(
+                node,
+                ends.column_selected[c],
+                from.column_selected[c],
+                follow.column_selected[c],
+            );
         } else {
             let all = leak(ends.column_unselected[c]);
-            end(node, all, from.column_unselected[c], follow.column_unselected[c]);
+            end(
+                node,
+                all,
+                from.column_unselected[c],
+                follow.column_unselected[c],
+            );
         }
     }
     for (r, c) in (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c))) {

@@ -4,7 +4,6 @@ use std::str::FromStr;
 
 use taxel::circuit::simplified::{Amplifier, v_out_alike};
 use taxel::circuit::{Circuit, LineEnds, LinearCircuit, OfLines};
-use taxel::sensor::Topology;
 use taxel::{Frame, Siemens};
 
 use super::super::design::quantity::{self, OHMS, VOLTS};

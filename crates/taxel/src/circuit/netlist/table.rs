@@ -78,7 +78,11 @@ impl Writer<'_> {
     /// Whether any line hangs on the follower.
     fn follower(&mut self) {
         let table = &self.sensor.readout().table;
-        let mut ends = table.driven.unselected.iter().chain(&table.sensed.unselected);
+        let mut ends = table
+            .driven
+            .unselected
+            .iter()
+            .chain(&table.sensed.unselected);
         if ends.any(|end| end.to == EndTo::Follower) {
             self.line(format_args!("* ideal follower of what is read"));
             self.line(format_args!("Efollow follower 0 out 0 1"));
@@ -203,7 +207,12 @@ impl Writer<'_> {
     }
 
     /// `.op` for every simulator, and ngspice's script.
-    fn select(&mut self, taxels: &[(usize, usize)], driven: &[Vec<Element>], sensed: &[Vec<Element>]) {
+    fn select(
+        &mut self,
+        taxels: &[(usize, usize)],
+        driven: &[Vec<Element>],
+        sensed: &[Vec<Element>],
+    ) {
         self.line(format_args!(
             "* one operating point; ngspice runs the lines with a hash sign, a comment elsewhere"
         ));

@@ -76,10 +76,28 @@ fn no_table(readout: &ReadoutSpec) -> Result<(), Error> {
 /// Resistances, and one number for all lines or one a line.
 fn numbers(sensor: &SensorSpec, driven: &AxisSpec, sensed: &AxisSpec) -> Result<(), Error> {
     for (key, ends, lines, unit, unit_one) in [
-        (KEYS[0], &driven.selected, sensor.array.columns, "columns", "column"),
-        (KEYS[1], &driven.unselected, sensor.array.columns, "columns", "column"),
+        (
+            KEYS[0],
+            &driven.selected,
+            sensor.array.columns,
+            "columns",
+            "column",
+        ),
+        (
+            KEYS[1],
+            &driven.unselected,
+            sensor.array.columns,
+            "columns",
+            "column",
+        ),
         (KEYS[2], &sensed.selected, sensor.array.rows, "rows", "row"),
-        (KEYS[3], &sensed.unselected, sensor.array.rows, "rows", "row"),
+        (
+            KEYS[3],
+            &sensed.unselected,
+            sensor.array.rows,
+            "rows",
+            "row",
+        ),
     ] {
         for end in ends {
             if let Some(PerLine::Each(values)) = &end.ohms
@@ -134,7 +152,7 @@ fn end_numbers(key: &str, end: &EndSpec) -> Result<(), Error> {
         Some(PerLine::Each(values)) => values,
         None => &[],
     };
-    let is_list = values.len() > 1;
+    let is_list = matches!(end.ohms, Some(PerLine::Each(_)));
     let good =
         |ohms: f64| (MIN_OHMS..=MAX_OHMS).contains(&ohms) || (is_list && ohms == f64::INFINITY);
     match values.iter().position(|&ohms| !good(ohms)) {
@@ -202,7 +220,9 @@ fn check_sensed(sensed: &AxisSpec, rows: usize, reads: Reads) -> Result<(), Erro
             if let Some(row) = line_without(&sensed.selected, rows, &[EndTo::Ground]) {
                 return Err(refuse(
                     KEYS[2],
-                    format!("has no end to ground at row {row}: it would sit at V_t whatever is pressed"),
+                    format!(
+                        "has no end to ground at row {row}: it would sit at V_t whatever is pressed"
+                    ),
                     "a voltage is read over a pull-down: `to = \"ground\"` with its `ohms`",
                 ));
             }
@@ -219,7 +239,12 @@ fn check_sensed(sensed: &AxisSpec, rows: usize, reads: Reads) -> Result<(), Erro
         }
     }
     if amplified(&sensed.selected)
-        && sensed.selected.iter().filter(|end| end.to == EndTo::Amplifier).count() > 1
+        && sensed
+            .selected
+            .iter()
+            .filter(|end| end.to == EndTo::Amplifier)
+            .count()
+            > 1
     {
         return Err(refuse(
             KEYS[2],
