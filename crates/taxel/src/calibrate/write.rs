@@ -175,15 +175,19 @@ impl Search<'_> {
 
 /// The calibrated sensor and the report of a fit.
 pub(super) fn calibration(
-    outcome: Outcome,
+    mut outcome: Outcome,
     known: &Sensor,
     evidence: &Evidence,
     options: &CalibrationOptions,
 ) -> Result<Calibration, Error> {
-    let found = outcome
-        .model
-        .sensor
-        .edited(|spec| write_found(spec, &outcome, evidence))?;
+    let unread = known.readout().unread_switches();
+    outcome
+        .parameters
+        .retain(|parameter| !unread.contains(&parameter.name.as_str()));
+    let found = outcome.model.sensor.edited(|spec| {
+        write_found(spec, &outcome, evidence);
+        spec.readout.forget_unread_switches();
+    })?;
     let report = report(outcome, known, &found, evidence);
     let provenance = provenance(&report, options);
     Ok(Calibration {

@@ -229,3 +229,49 @@ impl ReadoutTable {
         1.0 / ends.map(|end| 1.0 / end.ohms_at(row)).sum::<f64>()
     }
 }
+
+impl std::fmt::Display for ReadoutTable {
+    /// `columns v_test 45 Ω, else ground 30 Ω; rows ground 1000 Ω, else the same`.
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        for (i, (name, axis)) in [("columns", &self.driven), ("rows", &self.sensed)]
+            .into_iter()
+            .enumerate()
+        {
+            let before = if i == 0 { "" } else { "; " };
+            write!(f, "{before}{name} ")?;
+            write_words(f, &axis.selected)?;
+            if axis.is_open() {
+                write!(f, ", else open")?;
+            } else if axis.selected == axis.unselected {
+                write!(f, ", else the same")?;
+            } else {
+                write!(f, ", else ")?;
+                write_words(f, &axis.unselected)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn write_words(f: &mut std::fmt::Formatter, ends: &[EndSpec]) -> std::fmt::Result {
+    for (i, end) in ends.iter().enumerate() {
+        let before = if i == 0 { "" } else { " and " };
+        let switch = if end.switched {
+            " behind the switch"
+        } else {
+            ""
+        };
+        write!(f, "{before}{}{switch}", end.to.name())?;
+        match &end.ohms {
+            Some(PerLine::One(ohms)) => write!(f, " {ohms} Ω")?,
+            Some(PerLine::Each(ohms)) => {
+                let finite = || ohms.iter().copied().filter(|ohms| ohms.is_finite());
+                let least = finite().fold(f64::INFINITY, f64::min);
+                let most = finite().fold(0.0, f64::max);
+                write!(f, " {least} to {most} Ω")?;
+            }
+            None => {}
+        }
+    }
+    Ok(())
+}

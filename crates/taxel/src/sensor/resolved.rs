@@ -63,6 +63,24 @@ pub struct Readout {
 }
 
 impl Readout {
+    /// How its lines end, in words: the topology's name, of a table what it says.
+    pub fn words(&self) -> String {
+        match self.topology {
+            Topology::LineEnds => format!("line-ends ({})", self.table),
+            named => named.name().to_owned(),
+        }
+    }
+
+    /// The keys of switches that no end stands behind: of a table, which may have none.
+    pub fn unread_switches(&self) -> Vec<&'static str> {
+        let axes = [
+            ("readout.r_mux_column_ohms", &self.table.driven),
+            ("readout.r_mux_row_ohms", &self.table.sensed),
+        ];
+        let unread = axes.into_iter().filter(|(_, axis)| !axis.is_switched());
+        unread.map(|(key, _)| key).collect()
+    }
+
     /// Whether an amplifier reads a current, else a voltage is read.
     pub fn has_amplifier(&self) -> bool {
         matches!(self.sense, Sense::Amplifier { .. })

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::array::{Array, Population, Positions};
 use super::keys;
-use super::line_ends::{AxisSpec, Reads};
+use super::line_ends::{AxisSpec, ReadoutTable, Reads};
 use crate::Error;
 pub use check::{CheckSpec, Verdict};
 pub(crate) use material::MAX_DYNAMIC_TERMS;
@@ -393,6 +393,17 @@ impl ReadoutSpec {
     pub fn has_amplifier(&self) -> bool {
         self.topology.is_tia()
             || (self.topology == Topology::LineEnds && self.reads == Some(Reads::Current))
+    }
+
+    /// Leaves out the resistance of switches that no end stands behind.
+    pub(crate) fn forget_unread_switches(&mut self) {
+        let table = ReadoutTable::of(self);
+        if !table.driven.is_switched() {
+            self.r_mux_column_ohms = None;
+        }
+        if !table.sensed.is_switched() {
+            self.r_mux_row_ohms = None;
+        }
     }
 
     /// Takes a named topology in place of whatever there was.

@@ -53,6 +53,7 @@ impl PressFit<'_> {
         let index = |u| fitted.layout.position(u);
         let topology = self.sensor.readout().topology;
         if let Some(split) = index(Unknown::Split)
+            && self.sensor.readout().unread_switches().is_empty()
             && fitted.peak.error(split) > UNTOLD * fitted.layout.beliefs.ln_ratio().1
         {
             let error = index(Unknown::Sum).map_or(0.0, |i| sum * fitted.peak.error(i));

@@ -276,3 +276,6 @@ fn followers(reads: Reads, driven: &AxisSpec, sensed: &AxisSpec) -> Result<(), E
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests;
