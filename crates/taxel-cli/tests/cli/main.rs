@@ -14,6 +14,7 @@ mod help;
 mod intervals;
 mod learn;
 mod left_out;
+mod line_ends;
 mod live;
 mod look;
 mod record;

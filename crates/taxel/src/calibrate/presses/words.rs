@@ -78,6 +78,7 @@ impl PressFit<'_> {
             });
         }
         if let Some(sum) = index(Unknown::Sum)
+            && self.sensor.readout().unread_switches().len() < 2
             && fitted.peak.error(sum) > UNTOLD * fitted.layout.beliefs.ln_sum().1
         {
             warnings.push(

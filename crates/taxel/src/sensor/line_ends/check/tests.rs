@@ -176,7 +176,11 @@ fn a_follower_of_a_current_is_refused() {
         );
     read(&table).unwrap();
     let error = read(&table.replace("r_feedback_ohms = 2000.0\n", ""));
-    assert!(error.unwrap_err().contains("`readout.r_feedback_ohms` is missing"));
+    assert!(
+        error
+            .unwrap_err()
+            .contains("`readout.r_feedback_ohms` is missing")
+    );
     let error = read(&table.replace(
         "driven.unselected = { to = \"ground\"",
         "driven.unselected = { to = \"follower\"",
