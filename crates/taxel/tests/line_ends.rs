@@ -135,3 +135,25 @@ fn what_is_left_is_the_noise() {
         );
     }
 }
+
+/// Everything pressed on a large mat whose columns are held low by less than what drives them high: a reading falls again as
+/// all is pressed harder. Each frame of a stream says so, not the first alone.
+#[test]
+fn two_answers_are_told_in_every_frame() {
+    let sensor = sensor_of(32, 32, 12, MATS[1].1);
+    let read = volts(&sensor, &Frame::filled(32, 32, 4.6e-4));
+    let mut solver = default_method(&sensor).unwrap().solver();
+    let mut found = read.map(|_, _| 0.0);
+    for _ in 0..3 {
+        let outcome = solver.solve_into(&read, &mut found);
+        assert!(outcome.stop.is_good() && outcome.ambiguous, "{outcome:?}");
+    }
+    // The lighter of the two; where one taxel in ten is pressed there is one.
+    assert!(found.values()[0] < 3e-4, "{}", found.values()[0]);
+    let truth = pressed(32, 32, 0.1, 4);
+    let outcome = solver.solve_into(&volts(&sensor, &truth), &mut found);
+    assert!(
+        outcome.is_answer() && relative_error(&found, &truth) < 1e-6,
+        "{outcome:?}"
+    );
+}

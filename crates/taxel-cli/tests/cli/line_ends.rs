@@ -40,7 +40,7 @@ fn it_is_scanned_and_inverted() {
 fn the_netlist_has_each_end() {
     let folder = folder();
     folder.write("g.csv", CONDUCTANCES);
-    let run = folder.taxel("netlist --sensor mat.toml --conductance g.csv --row 1 --column 2");
+    let run = folder.taxel("netlist --sensor mat.toml --conductance g.csv --taxel 1,2");
     assert_eq!(run.code, Some(0), "{run}");
     for line in [
         "Vt drive 0 2",
@@ -52,7 +52,7 @@ fn the_netlist_has_each_end() {
         "Rpin1 row1 out 1",
         "Rpin0 row0 out 1e12",
     ] {
-        assert!(run.stdout.lines().any(|l| l == line), "{line}\n{run}");
+        assert!(run.out.lines().any(|l| l == line), "{line}\n{run}");
     }
 }
 
@@ -85,9 +85,9 @@ fn the_budget_says_what_the_table_costs() {
     let folder = folder();
     let run = folder.taxel("budget mat.toml");
     assert_eq!(run.code, Some(0), "{run}");
-    assert!(run.stdout.contains("line-ends (columns v_test 44 to 47 Ω, else ground 30 Ω; rows ground 1000 Ω, else the same)"), "{run}");
+    assert!(run.out.contains("line-ends (columns v_test 44 to 47 Ω, else ground 30 Ω; rows ground 1000 Ω, else the same)"), "{run}");
     assert!(
-        run.stdout.contains("\nline ends ") && !run.stdout.contains("switches"),
+        run.out.contains("\nline ends ") && !run.out.contains("switches"),
         "{run}"
     );
 }

@@ -185,16 +185,18 @@ fn a_table_of_line_ends_is_a_cause() {
     let table = |switched: &str| {
         let text = format!(
             "format = 1\n[array]\nrows = 8\ncolumns = 8\n[readout]\ntopology = \"line-ends\"\nreads = \"voltage\"\nv_test_volts = 5.0\n{switched}\n\
-             driven.unselected = {{ to = \"ground\", ohms = 30.0 }}\n\
              sensed.selected = {{ to = \"ground\", ohms = 1000.0 }}\n\
              sensed.unselected = {{ to = \"ground\", ohms = 1000.0 }}\n\
              [converter]\nbits = 10\nfull_scale_volts = 5.0\n"
         );
         Sensor::from_toml(&text).unwrap()
     };
-    let none = table("driven.selected = { to = \"v_test\", ohms = 45.0 }");
-    let some =
-        table("r_mux_column_ohms = 70.0\ndriven.selected = { to = \"v_test\", switched = true }");
+    let none = table(
+        "driven.selected = { to = \"v_test\", ohms = 45.0 }\ndriven.unselected = { to = \"ground\", ohms = 45.0 }",
+    );
+    let some = table(
+        "r_mux_column_ohms = 70.0\ndriven.selected = { to = \"v_test\", switched = true }\ndriven.unselected = { to = \"ground\", switched = true }",
+    );
     for (sensor, switched) in [(&none, false), (&some, true)] {
         let causes = Cause::of(sensor);
         assert!(causes.contains(&Cause::LineEnds) && !causes.contains(&Cause::Divider));

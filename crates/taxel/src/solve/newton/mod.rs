@@ -135,7 +135,8 @@ impl Newton {
         }
         state.take_volts(volts.values(), columns);
         let outcome = self.iterate(state);
-        state.warm = outcome.stop.is_good();
+        // From one of several answers the next frame would converge to the same, and nobody would look for another.
+        state.warm = outcome.is_answer();
         state.live.scatter(&state.g, columns, siemens.values_mut());
         outcome
     }
