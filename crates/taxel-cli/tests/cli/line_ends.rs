@@ -8,7 +8,7 @@ fn mat() -> String {
     let (_, tail) = tail.split_once("\n\n").unwrap();
     let table = "topology = \"line-ends\"\nreads = \"voltage\"\nv_test_volts = 2.0\n\
         driven.selected = { to = \"v_test\", ohms = [45, 44, 46, 45, 47, 45] }\n\
-        driven.unselected = { to = \"ground\", ohms = 30.0 }\n\
+        driven.unselected = { to = \"ground\", ohms = [45, 44, 46, 45, 47, 45] }\n\
         sensed.selected = { to = \"ground\", ohms = 1000.0 }\n\
         sensed.unselected = { to = \"ground\", ohms = 1000.0 }\n";
     format!("{head}{table}\n{}", tail.replace("inverted = true\n", ""))
@@ -47,7 +47,7 @@ fn the_netlist_has_each_end() {
         "Rds2_0 col2 drive 46",
         "Rdu2_0 col2 0 1e12",
         "Rds3_0 col3 drive 1e12",
-        "Rdu3_0 col3 0 30",
+        "Rdu3_0 col3 0 45",
         "Rsf1_0 row1 0 1000",
         "Rpin1 row1 out 1",
         "Rpin0 row0 out 1e12",
@@ -85,7 +85,7 @@ fn the_budget_says_what_the_table_costs() {
     let folder = folder();
     let run = folder.taxel("budget mat.toml");
     assert_eq!(run.code, Some(0), "{run}");
-    assert!(run.out.contains("line-ends (columns v_test 44 to 47 Ω, else ground 30 Ω; rows ground 1000 Ω, else the same)"), "{run}");
+    assert!(run.out.contains("line-ends (columns v_test 44 to 47 Ω, else ground 44 to 47 Ω; rows ground 1000 Ω, else the same)"), "{run}");
     assert!(
         run.out.contains("\nline ends ") && !run.out.contains("switches"),
         "{run}"
@@ -106,6 +106,6 @@ fn a_table_of_no_board_is_refused_in_words() {
 
     ----- stderr -----
     error: bad.toml: sensor file: `readout.driven.selected` never leads to V_t at column 0: nothing drives the taxels there
-    hint: one end of the selected driven line must be `to = "v_test"`; where yours is pulled low against rows held high, read all voltages as V_t less what they are, with `inverted`
+    hint: one end of the selected driven line must be `to = "v_test"`; where it is pulled low against rows held high, write the circuit upside down and record 2^bits - 1 less each count
     "#);
 }

@@ -176,6 +176,11 @@ impl LineEnds {
         !self.to_v_test.is_at_selected_columns()
     }
 
+    /// Whether only the selected column leads to V_t, nothing to a follower, and something holds lines at rest.
+    pub(super) fn is_plain(&self) -> bool {
+        self.to_v_test.is_at_selected_columns() && !self.has_followers() && !self.is_floating()
+    }
+
     fn has_followers(&self) -> bool {
         let unselected = [
             &self.to_follower.column_unselected,

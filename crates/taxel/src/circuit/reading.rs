@@ -58,6 +58,8 @@ pub(super) struct Readings {
     /// ρ of every row.
     volts_per_volt: Vec<f64>,
     floating: bool,
+    /// Only the selected column leads to V_t, nothing to a follower, and something holds lines at rest: most read-outs.
+    plain: bool,
     /// Of lines whose potentials are the same at every frame.
     rest: Rest,
 }
@@ -111,6 +113,7 @@ impl Readings {
             ),
             volts_per_volt: ends.volts_per_volt.clone(),
             floating: ends.is_floating(),
+            plain: ends.is_plain(),
             // Where nothing but the follower holds lines, all stand where it does.
             rest: Rest {
                 volts: 0.0,
@@ -149,7 +152,16 @@ impl Readings {
     /// [`Self::volts`] of a whole row, where potentials are the same at every frame.
     pub(super) fn volts_of_row(&self, row: usize, p: f64, q: &[f64], k: &[f64], out: &mut [f64]) {
         let (r, rho) = (self.rows[row], self.volts_per_volt[row]);
-        for (((out, k), q), c) in out.iter_mut().zip(k).zip(q).zip(&self.columns) {
+        let taxels = out.iter_mut().zip(k).zip(q).zip(&self.columns);
+        if self.plain {
+            let of_row = 1.0 + r.siemens * p;
+            for (((out, k), q), c) in taxels {
+                let both = r.siemens * c.siemens * k * k;
+                *out = rho * k * c.amperes / (of_row * (1.0 + c.siemens * q) - both);
+            }
+            return;
+        }
+        for (((out, k), q), c) in taxels {
             let (top, delta) = self.parts(r, *c, rho, &self.blocks(p, *q, *k));
             *out = rho * top / delta;
         }

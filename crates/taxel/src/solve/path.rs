@@ -18,12 +18,15 @@ pub(super) struct OwnPath {
 struct Row {
     ohms: f64,
     open_volts: f64,
+    /// U_r/R_r.
+    amperes_at_rest: f64,
     amperes_per_volt: f64,
 }
 
 impl Row {
+    #[inline(always)]
     fn amperes(&self, volts: f64) -> f64 {
-        volts * self.amperes_per_volt - self.open_volts / self.ohms
+        volts * self.amperes_per_volt - self.amperes_at_rest
     }
 }
 
@@ -33,6 +36,7 @@ impl OwnPath {
         let row = |((g, from), rho): ((&f64, &f64), &f64)| Row {
             ohms: 1.0 / g,
             open_volts: v_test * from / g,
+            amperes_at_rest: v_test * from,
             amperes_per_volt: g / rho,
         };
         let rows = ends.row_selected.iter().zip(&to_v_test.row_selected);

@@ -184,7 +184,7 @@ fn check_driven(driven: &AxisSpec, columns: usize) -> Result<(), Error> {
         return Err(refuse(
             KEYS[0],
             format!("never leads to V_t at column {column}: nothing drives the taxels there"),
-            "one end of the selected driven line must be `to = \"v_test\"`; where yours is pulled low against rows held high, read all voltages as V_t less what they are, with `inverted`",
+            "one end of the selected driven line must be `to = \"v_test\"`; where it is pulled low against rows held high, write the circuit upside down and record 2^bits - 1 less each count",
         ));
     }
     if driven.all().any(|end| end.to == EndTo::Amplifier) {
