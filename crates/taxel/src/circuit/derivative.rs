@@ -200,7 +200,6 @@ pub(super) fn forward(point: &mut LinearPoint, direction: &[f64], out: &mut [f64
         p,
         k,
         work: w,
-        transposed,
         sheet,
         potentials,
         ..
@@ -245,14 +244,20 @@ pub(super) fn forward(point: &mut LinearPoint, direction: &[f64], out: &mut [f64
         let couplings = [&w.sheet.small[..], &w.sheet.large[..]];
         potentials.move_along(solved, &w.direction, couplings);
     }
+    write_change(point, out);
+}
+
+/// Change of V_out from those of P_rr, Q_cc, K and the potentials.
+fn write_change(point: &LinearPoint, out: &mut [f64]) {
+    let (m, n, w) = (point.small, point.large, &point.work);
     for i in 0..m {
         for j in 0..n {
             let at = i * n + j;
-            let taxel = if *transposed { j * m + i } else { at };
+            let taxel = if point.transposed { j * m + i } else { at };
             out[taxel] = w.by_p[at] * w.along_small[i]
                 + w.by_q[at] * w.along_large[j]
                 + w.by_k[at] * w.c[at];
-            if let Some(potentials) = potentials {
+            if let Some(potentials) = &point.potentials {
                 out[taxel] += potentials.change_of(at, &w.by_rest[at]);
             }
         }

@@ -44,6 +44,8 @@ impl Solved<'_> {
 
 /// One source at rest and what it does.
 struct Kind {
+    /// Its part of a derivative.
+    of: fn(&Rest) -> f64,
     source: Sides,
     /// Z s.
     at: Sides,
@@ -52,8 +54,9 @@ struct Kind {
 }
 
 impl Kind {
-    fn new(source: Sides) -> Self {
+    fn new(source: Sides, of: fn(&Rest) -> f64) -> Self {
         Self {
+            of,
             at: source.clone(),
             change: source.clone(),
             source,
@@ -90,11 +93,14 @@ impl Potentials {
         );
         let work = volts.clone();
         Some(Self {
-            volts: Kind::new(volts),
-            follows: Kind::new(sides(
-                follow.row_unselected.clone(),
-                follow.column_unselected.clone(),
-            )),
+            volts: Kind::new(volts, |by| by.volts),
+            follows: Kind::new(
+                sides(
+                    follow.row_unselected.clone(),
+                    follow.column_unselected.clone(),
+                ),
+                |by| by.follows,
+            ),
             transposed,
             work,
         })
@@ -180,11 +186,8 @@ impl Potentials {
         [of_small, of_large]: [&mut [f64]; 2],
     ) {
         let n = solved.inverse_d.len();
-        let kinds: [(&mut Kind, fn(&Rest) -> f64); 2] = [
-            (&mut self.volts, |by| by.volts),
-            (&mut self.follows, |by| by.follows),
-        ];
-        for (kind, of) in kinds {
+        for kind in [&mut self.volts, &mut self.follows] {
+            let of = kind.of;
             let [small, large] = &mut self.work;
             small.fill(0.0);
             large.fill(0.0);

@@ -161,6 +161,13 @@ impl Readings {
             }
             return;
         }
+        if self.floating && r.amperes == 0.0 {
+            for (((out, k), q), c) in taxels {
+                let both = r.siemens * c.siemens * (p + q - 2.0 * k);
+                *out = rho * c.amperes / (r.siemens + c.siemens + both);
+            }
+            return;
+        }
         for (((out, k), q), c) in taxels {
             let (top, delta) = self.parts(r, *c, rho, &self.blocks(p, *q, *k));
             *out = rho * top / delta;

@@ -9,8 +9,10 @@ use crate::circuit::LineEnds;
 /// selected column lead to V_t, not all of I is the taxel's: then y = I/(U_c − U_r).
 pub(super) struct OwnPath {
     rows: Vec<Row>,
-    /// R_c and U_c.
-    columns: Vec<(f64, f64)>,
+    /// R_c; 0 (like R_r) where I is not the taxel's own.
+    column_ohms: Vec<f64>,
+    /// U_c.
+    drives: Vec<f64>,
     series: bool,
 }
 
@@ -33,8 +35,10 @@ impl Row {
 impl OwnPath {
     pub(super) fn new(ends: &LineEnds) -> Self {
         let (v_test, to_v_test) = (ends.v_test_volts, &ends.to_v_test);
+        let series = !ends.is_driven_elsewhere();
+        let ohms = |g: &f64| if series { 1.0 / g } else { 0.0 };
         let row = |((g, from), rho): ((&f64, &f64), &f64)| Row {
-            ohms: 1.0 / g,
+            ohms: ohms(g),
             open_volts: v_test * from / g,
             amperes_at_rest: v_test * from,
             amperes_per_volt: g / rho,
@@ -44,25 +48,24 @@ impl OwnPath {
         let columns = columns.zip(&to_v_test.column_selected);
         Self {
             rows: rows.zip(&ends.volts_per_volt).map(row).collect(),
-            columns: columns
-                .map(|(g, from)| (1.0 / g, v_test * from / g))
-                .collect(),
-            series: !ends.is_driven_elsewhere(),
+            column_ohms: ends.column_selected.iter().map(ohms).collect(),
+            drives: columns.map(|(g, from)| v_test * from / g).collect(),
+            series,
         }
     }
 
     /// y and dy/dV of every taxel, in place of its volts.
     pub(super) fn apparent(&self, volts: &mut [f64], slope: &mut [f64]) {
-        let n = self.columns.len();
+        let n = self.column_ohms.len();
         for ((line, slopes), row) in volts
             .chunks_exact_mut(n)
             .zip(slope.chunks_exact_mut(n))
             .zip(&self.rows)
         {
-            for ((value, slope), (ohms, drive)) in line.iter_mut().zip(slopes).zip(&self.columns) {
+            let columns = self.column_ohms.iter().zip(&self.drives);
+            for ((value, slope), (ohms, drive)) in line.iter_mut().zip(slopes).zip(columns) {
                 let (amperes, between) = (row.amperes(*value), drive - row.open_volts);
-                let in_series = if self.series { row.ohms + ohms } else { 0.0 };
-                let left = between - amperes * in_series;
+                let left = between - amperes * (row.ohms + ohms);
                 *value = amperes / left;
                 *slope = row.amperes_per_volt * between / (left * left);
             }
@@ -77,23 +80,23 @@ impl OwnPath {
         live: &LiveLines,
         shares: bool,
     ) -> Option<Infeasible> {
-        let n = self.columns.len();
+        let n = self.column_ohms.len();
         if !self.series {
             return None;
         }
         for (i, line) in volts.chunks_exact(n).enumerate() {
             let row = &self.rows[i];
-            let of_v_test =
-                |volts: &f64, column: &(f64, f64)| row.amperes(*volts) * row.ohms / column.1;
-            let shares_of_line = line.iter().zip(&self.columns);
-            let sum: f64 = shares_of_line.map(|(v, c)| of_v_test(v, c)).sum();
+            let shares_of_line = line.iter().zip(&self.drives);
+            let sum: f64 = shares_of_line
+                .map(|(volts, drive)| row.amperes(*volts) * row.ohms / drive)
+                .sum();
             if shares && sum >= 1.0 {
                 return Some(Infeasible::row(live.rows[i], row.ohms, sum));
             }
         }
         volts.iter().enumerate().find_map(|(i, v)| {
-            let (row, (column_ohms, drive)) = (&self.rows[i / n], self.columns[i % n]);
-            let ohms = row.ohms + column_ohms;
+            let (row, drive) = (&self.rows[i / n], self.drives[i % n]);
+            let ohms = row.ohms + self.column_ohms[i % n];
             let (amperes, between) = (row.amperes(*v), drive - row.open_volts);
             (amperes * ohms >= between).then(|| Infeasible {
                 number: "r_mux_row_ohms + r_mux_column_ohms (with r_source_ohms and the row's end resistor)",

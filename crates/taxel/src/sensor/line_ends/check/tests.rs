@@ -24,130 +24,134 @@ fn changed(from: &str, to: &str) -> Result<Sensor, String> {
     read(&TABLE.replace(from, to))
 }
 
+const DRIVEN: &str = "driven.selected = { to = \"v_test\", ohms = 45.0 }";
+const LOW: &str = "driven.unselected = { to = \"ground\", ohms = 30.0 }";
+const SENSED: &str = "sensed.selected = { to = \"ground\", ohms = 1000.0 }";
+const HELD: &str = "sensed.unselected = { to = \"ground\", ohms = 1000.0 }";
+
+/// What is changed in the table, to what, and words of the refusal.
+const REFUSED: &[(&str, &str, &str)] = &[
+    (
+        DRIVEN,
+        "driven.selected = { to = \"ground\", ohms = 45.0 }",
+        "never leads to V_t at column 0",
+    ),
+    (
+        DRIVEN,
+        "driven.selected = { to = \"v_test\", ohms = [45, inf, 45] }",
+        "never leads to V_t at column 1",
+    ),
+    (
+        DRIVEN,
+        "driven.selected = { to = \"v_test\", ohms = [45, 45] }",
+        "has 2 numbers, but the array has 3 columns",
+    ),
+    (
+        DRIVEN,
+        "driven.selected = { to = \"v_test\", ohms = 0.0 }",
+        "`readout.driven.selected.ohms` is 0",
+    ),
+    (
+        DRIVEN,
+        "driven.selected = { to = \"v_test\", ohms = [45, -1, 45] }",
+        "`readout.driven.selected.ohms[1]` is -1",
+    ),
+    (
+        DRIVEN,
+        "driven.selected = { to = \"v_test\", ohms = inf }",
+        "`readout.driven.selected.ohms` is inf",
+    ),
+    (
+        DRIVEN,
+        "driven.selected = { to = \"v_test\" }",
+        "leads to `v_test` without any resistance",
+    ),
+    (
+        DRIVEN,
+        "driven.selected = [{ to = \"v_test\", ohms = 45.0 }, { to = \"follower\", ohms = 45.0 }]",
+        "leads to the follower",
+    ),
+    (
+        DRIVEN,
+        "driven.selected = { to = \"v_tets\", ohms = 45.0 }",
+        "did you mean `v_test`?",
+    ),
+    (
+        DRIVEN,
+        "driven.selected = { to = \"v_test\", ohm = 45.0 }",
+        "unknown key `ohm` in [readout.driven.selected]",
+    ),
+    (
+        LOW,
+        "driven.unselected = { to = \"amplifier\", ohms = 30.0 }",
+        "amplifiers read sensed lines",
+    ),
+    (
+        LOW,
+        "driven.unselected = { to = \"open\", ohms = 30.0 }",
+        "is open and has a resistance",
+    ),
+    (
+        LOW,
+        "driven.unselected = [{ to = \"ground\", switched = true }, { to = \"v_test\", switched = true }]",
+        "two ends behind one switch",
+    ),
+    (
+        SENSED,
+        "sensed.selected = { to = \"v_test\", ohms = 1000.0 }",
+        "has no end to ground at row 0",
+    ),
+    (
+        SENSED,
+        "sensed.selected = { to = \"ground\", ohms = [1000, inf] }",
+        "has no end to ground at row 1",
+    ),
+    (
+        SENSED,
+        "sensed.selected = { to = \"open\" }",
+        "has no end to ground at row 0",
+    ),
+    (
+        SENSED,
+        "sensed.selected = { to = \"ground\", switched = true }",
+        "without a resistor",
+    ),
+    (
+        SENSED,
+        "sensed.selected = { to = \"amplifier\", ohms = 1.0 }",
+        "leads to an amplifier, but a voltage is read",
+    ),
+    (
+        HELD,
+        "sensed.unselected = { to = \"amplifier\", ohms = 1.0 }",
+        "leads to an amplifier, but a voltage is read",
+    ),
+    (
+        "reads = \"voltage\"",
+        "reads = \"current\"\nr_feedback_ohms = 2000.0",
+        "has no virtual ground at row 0",
+    ),
+    (
+        "reads = \"voltage\"",
+        "reads = \"charge\"",
+        "is `charge`, which is none of its words",
+    ),
+    ("reads = \"voltage\"\n", "", "`readout.reads` is missing"),
+    (
+        "v_test_volts = 5.0",
+        "v_test_volts = 5.0\nr_pull_down_ohms = 1000.0",
+        "stands beside a table",
+    ),
+    (
+        "line-ends",
+        "divider-floating",
+        "stands beside topology `divider-floating`",
+    ),
+];
+
 #[test]
 fn tables_of_no_board_are_refused_in_words() {
-    let driven = "driven.selected = { to = \"v_test\", ohms = 45.0 }";
-    let low = "driven.unselected = { to = \"ground\", ohms = 30.0 }";
-    let sensed = "sensed.selected = { to = \"ground\", ohms = 1000.0 }";
-    let held = "sensed.unselected = { to = \"ground\", ohms = 1000.0 }";
-    for (from, to, words) in [
-        (
-            driven,
-            "driven.selected = { to = \"ground\", ohms = 45.0 }",
-            "never leads to V_t at column 0",
-        ),
-        (
-            driven,
-            "driven.selected = { to = \"v_test\", ohms = [45, inf, 45] }",
-            "never leads to V_t at column 1",
-        ),
-        (
-            driven,
-            "driven.selected = { to = \"v_test\", ohms = [45, 45] }",
-            "has 2 numbers, but the array has 3 columns",
-        ),
-        (
-            driven,
-            "driven.selected = { to = \"v_test\", ohms = 0.0 }",
-            "`readout.driven.selected.ohms` is 0",
-        ),
-        (
-            driven,
-            "driven.selected = { to = \"v_test\", ohms = [45, -1, 45] }",
-            "`readout.driven.selected.ohms[1]` is -1",
-        ),
-        (
-            driven,
-            "driven.selected = { to = \"v_test\", ohms = inf }",
-            "`readout.driven.selected.ohms` is inf",
-        ),
-        (
-            driven,
-            "driven.selected = { to = \"v_test\" }",
-            "leads to `v_test` without any resistance",
-        ),
-        (
-            driven,
-            "driven.selected = [{ to = \"v_test\", ohms = 45.0 }, { to = \"follower\", ohms = 45.0 }]",
-            "leads to the follower",
-        ),
-        (
-            driven,
-            "driven.selected = { to = \"v_tets\", ohms = 45.0 }",
-            "did you mean `v_test`?",
-        ),
-        (
-            driven,
-            "driven.selected = { to = \"v_test\", ohm = 45.0 }",
-            "unknown key `ohm` in [readout.driven.selected]",
-        ),
-        (
-            low,
-            "driven.unselected = { to = \"amplifier\", ohms = 30.0 }",
-            "amplifiers read sensed lines",
-        ),
-        (
-            low,
-            "driven.unselected = { to = \"open\", ohms = 30.0 }",
-            "is open and has a resistance",
-        ),
-        (
-            low,
-            "driven.unselected = [{ to = \"ground\", switched = true }, { to = \"v_test\", switched = true }]",
-            "two ends behind one switch",
-        ),
-        (
-            sensed,
-            "sensed.selected = { to = \"v_test\", ohms = 1000.0 }",
-            "has no end to ground at row 0",
-        ),
-        (
-            sensed,
-            "sensed.selected = { to = \"ground\", ohms = [1000, inf] }",
-            "has no end to ground at row 1",
-        ),
-        (
-            sensed,
-            "sensed.selected = { to = \"open\" }",
-            "has no end to ground at row 0",
-        ),
-        (
-            sensed,
-            "sensed.selected = { to = \"ground\", switched = true }",
-            "without a resistor",
-        ),
-        (
-            sensed,
-            "sensed.selected = { to = \"amplifier\", ohms = 1.0 }",
-            "leads to an amplifier, but a voltage is read",
-        ),
-        (
-            held,
-            "sensed.unselected = { to = \"amplifier\", ohms = 1.0 }",
-            "leads to an amplifier, but a voltage is read",
-        ),
-        (
-            "reads = \"voltage\"",
-            "reads = \"current\"\nr_feedback_ohms = 2000.0",
-            "has no virtual ground at row 0",
-        ),
-        (
-            "reads = \"voltage\"",
-            "reads = \"charge\"",
-            "is `charge`, which is none of its words",
-        ),
-        ("reads = \"voltage\"\n", "", "`readout.reads` is missing"),
-        (
-            "v_test_volts = 5.0",
-            "v_test_volts = 5.0\nr_pull_down_ohms = 1000.0",
-            "stands beside a table",
-        ),
-        (
-            "line-ends",
-            "divider-floating",
-            "stands beside topology `divider-floating`",
-        ),
-    ] {
+    for (from, to, words) in REFUSED {
         let error = changed(from, to).expect_err(to);
         assert!(
             error.contains(words) && error.contains("hint: "),
