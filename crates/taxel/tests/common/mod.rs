@@ -5,7 +5,7 @@ pub mod tables;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use taxel::circuit::{Circuit, LinearCircuit};
+use taxel::circuit::{Circuit, LineEnds, LinearCircuit};
 use taxel::sensor::{
     Array, ConverterSpec, MaterialSpec, PerLine, PerTaxel, ReadoutSpec, Sensor, SensorSpec,
     SheetSpec, Topology,
@@ -80,43 +80,12 @@ pub fn nodal_volts(
     let size = rows + columns;
     let mut matrix = vec![0.0; size * size];
     let mut sources = [vec![0.0; size], vec![0.0; size]];
-    let mut end = |node: usize, all: f64, to_v_test: f64, to_follower: f64| {
-        matrix[node * size + node] += all;
+    for node in 0..size {
+        let selected = node == row || node == rows + column;
+        let [all, to_v_test, to_follower] = node_ends(ends, node, selected);
+        matrix[node * size + node] += if selected { all } else { leak(all) };
         sources[0][node] = to_v_test * ends.v_test_volts;
         sources[1][node] = to_follower;
-    };
-    let (from, follow) = (&ends.to_v_test, &ends.to_follower);
-    for r in 0..rows {
-        if r == row {
-            end(
-                r,
-                ends.row_selected[r],
-                from.row_selected[r],
-                follow.row_selected[r],
-            );
-        } else {
-            let all = leak(ends.row_unselected[r]);
-            end(r, all, from.row_unselected[r], follow.row_unselected[r]);
-        }
-    }
-    for c in 0..columns {
-        let node = rows + c;
-        if c == column {
-            end(
-                node,
-                ends.column_selected[c],
-                from.column_selected[c],
-                follow.column_selected[c],
-            );
-        } else {
-            let all = leak(ends.column_unselected[c]);
-            end(
-                node,
-                all,
-                from.column_unselected[c],
-                follow.column_unselected[c],
-            );
-        }
     }
     for (r, c) in (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c))) {
         join(&mut matrix, size, [r, rows + c], g.at(r, c));
@@ -131,6 +100,32 @@ pub fn nodal_volts(
         .map(|(driven, fed_back)| driven + follower * fed_back)
         .collect();
     (rho * nodes[row], nodes)
+}
+
+/// What a line conducts to anywhere, to V_t and to the follower; rows first.
+fn node_ends(ends: &LineEnds, node: usize, selected: bool) -> [f64; 3] {
+    let (from, follow) = (&ends.to_v_test, &ends.to_follower);
+    let rows = ends.row_selected.len();
+    let lists = match (node < rows, selected) {
+        (true, true) => [&ends.row_selected, &from.row_selected, &follow.row_selected],
+        (true, false) => [
+            &ends.row_unselected,
+            &from.row_unselected,
+            &follow.row_unselected,
+        ],
+        (false, true) => [
+            &ends.column_selected,
+            &from.column_selected,
+            &follow.column_selected,
+        ],
+        (false, false) => [
+            &ends.column_unselected,
+            &from.column_unselected,
+            &follow.column_unselected,
+        ],
+    };
+    let line = if node < rows { node } else { node - rows };
+    lists.map(|list| list[line])
 }
 
 /// What a continuous sheet conducts from line to line, rows first.
