@@ -129,7 +129,7 @@ fn what_is_left_is_the_noise() {
                 taxels += 1.0;
             }
         }
-        let ratio = (squares / taxels as f64).sqrt();
+        let ratio = (squares / taxels).sqrt();
         println!("{name}: {ratio}");
         assert!(
             (0.8..1.25).contains(&ratio),
