@@ -59,7 +59,7 @@ impl SimulationParameters {
             if self.r_mux_row_ohms != nominal.r_mux_row_ohms {
                 readout.r_mux_row_ohms = Some(PerLine::One(self.r_mux_row_ohms));
             }
-            if readout.topology.is_tia() {
+            if readout.has_amplifier() {
                 readout.open_loop_gain = Some(self.open_loop_gain);
             }
             turned.converter.noise_counts = Some(self.noise_counts);

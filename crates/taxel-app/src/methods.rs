@@ -7,7 +7,6 @@ use std::str::FromStr;
 use taxel::Sensor;
 use taxel::estimate::LoadEstimator;
 use taxel::pipeline::Pipeline;
-use taxel::sensor::Topology;
 use taxel::solve::{Method, method};
 use taxel_io::sensor_file::{MAX_MEMORY_MIB, TAXEL_BYTES};
 use taxel_learn::{Learned, Model};
@@ -126,7 +125,8 @@ const PAIR_BYTES: u64 = 80;
 /// Refuses an inverse that would take more memory than there may be; `file` is where the sensor comes from.
 pub fn check_memory(sensor: &Sensor, file: &Path, name: &MethodName) -> Result<(), Error> {
     let readout = sensor.readout();
-    let is_exact = readout.topology == Topology::TiaGroundedColumns && readout.r_source_ohms == 0.0;
+    let is_exact =
+        readout.has_amplifier() && readout.table.sensed.is_open() && readout.r_source_ohms == 0.0;
     if !is_exact || !matches!(name, MethodName::Auto | MethodName::Exact) {
         return Ok(());
     }

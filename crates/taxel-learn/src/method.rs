@@ -167,7 +167,7 @@ fn same_parts(own: &Sensor, other: &Sensor) -> Result<(), Error> {
         let (readout, converter) = (sensor.readout(), sensor.converter());
         let number = |value: Option<f64>| value.map_or("absent".to_owned(), |v| v.to_string());
         [
-            ("readout.topology", readout.topology.name().to_owned()),
+            ("readout.topology", readout.words()),
             ("readout.v_test_volts", readout.v_test_volts.to_string()),
             ("readout.r_feedback_ohms", number(readout.r_feedback_ohms())),
             (

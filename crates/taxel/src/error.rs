@@ -44,12 +44,22 @@ pub enum Error {
         /// What to do.
         hint: String,
     },
-    /// A topology that is not one of the five.
+    /// A topology that is neither one of the five nor `line-ends`.
     #[error("sensor file: unknown topology `{found}`\nhint: {hint}")]
     UnknownTopology {
         /// What stands there.
         found: String,
         /// Nearest name and the list.
+        hint: String,
+    },
+    /// Line ends that no board can have, or a word of theirs that is none.
+    #[error("sensor file: `{key}` {problem}\nhint: {hint}")]
+    LineEnds {
+        /// Table and key.
+        key: String,
+        /// What is wrong with it.
+        problem: String,
+        /// What to do.
         hint: String,
     },
     /// A number outside its physical range.

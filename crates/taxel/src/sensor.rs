@@ -6,12 +6,14 @@
 mod array;
 mod check;
 mod keys;
+mod line_ends;
 mod plausible;
 mod preset;
 mod resolved;
 mod spec;
 
 pub use array::{Array, Population, Positions};
+pub use line_ends::{AxisSpec, EndSpec, EndTo, ReadoutTable, Reads};
 pub use preset::{PRESETS, preset};
 pub use resolved::{Material, Readout, Sense, USUAL_OPEN_LOOP_GAIN};
 pub(crate) use spec::MAX_DYNAMIC_TERMS;

@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::tables::any_table;
 use common::{farthest, largest, nodal_volts, pressed, sensor, under_sheet};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
@@ -43,7 +44,7 @@ fn any_sensor() -> impl Strategy<Value = (Sensor, u64)> {
         )
 }
 
-/// The same, every other one under a continuous sheet.
+/// The same, and tables of line ends, most of them under a continuous sheet.
 fn any_sheet() -> impl Strategy<Value = (Sensor, u64)> {
     let sheet = prop::sample::select(vec![
         None,
@@ -52,7 +53,14 @@ fn any_sheet() -> impl Strategy<Value = (Sensor, u64)> {
         Some((500.0, 0.1)),
         Some((20e3, 0.0)),
     ]);
-    (any_sensor(), sheet).prop_map(|((sensor, seed), sheet)| (under_sheet(&sensor, sheet), seed))
+    (any_sensor(), any::<bool>(), sheet).prop_map(|((sensor, seed), table, sheet)| {
+        let sensor = if table {
+            any_table(sensor.rows(), sensor.columns(), seed)
+        } else {
+            sensor
+        };
+        (under_sheet(&sensor, sheet), seed)
+    })
 }
 
 fn random_direction(len: usize, seed: u64) -> Vec<f64> {

@@ -6,8 +6,8 @@ use std::process::Command;
 
 use taxel::circuit::netlist::{Selection, netlist, readings};
 
-/// A small case of each topology, and the ones with something extra.
-const CASES: [&str; 11] = [
+/// A small case of each topology, every table, and the ones with something extra.
+const CASES: [&str; 15] = [
     "tia-grounded-columns-8x8-ron70-gain1e4",
     "tia-grounded-columns-8x8-rv1000",
     "tia-zero-potential-8x8-ron10",
@@ -19,6 +19,10 @@ const CASES: [&str; 11] = [
     "tia-grounded-columns-1x1",
     "tia-grounded-columns-8x8-sheet",
     "divider-floating-12x5-sheet-strong",
+    "line-ends-8x8-pull-downs",
+    "line-ends-12x5-shift-register",
+    "line-ends-6x10-follower",
+    "line-ends-8x8-half-supply-sheet",
 ];
 
 #[test]
@@ -55,7 +59,7 @@ fn every_case_is_complete() {
     let cases = golden::cases();
     assert!(!cases.is_empty());
     for case in &cases {
-        let sign = if case.sensor.readout().topology.is_tia() {
+        let sign = if case.sensor.readout().has_amplifier() {
             -1.0
         } else {
             1.0

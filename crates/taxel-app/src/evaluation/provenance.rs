@@ -56,7 +56,7 @@ fn describe(sensor: &Sensor) -> Vec<(String, String)> {
             ),
         ),
     ];
-    about.push(line("read-out", describe_readout(spec)));
+    about.push(line("read-out", describe_readout(sensor)));
     about.push(line(
         "converter",
         format!(
@@ -87,10 +87,11 @@ fn describe_doubt(sensor: &Sensor) -> String {
     )
 }
 
-fn describe_readout(spec: &SensorSpec) -> String {
-    let (array, readout) = (&spec.array, &spec.readout);
+fn describe_readout(sensor: &Sensor) -> String {
+    let (array, readout) = (sensor.array(), &sensor.spec().readout);
+    let table = &sensor.readout().table;
     let mut parts = vec![
-        readout.topology.name().to_owned(),
+        sensor.readout().words(),
         format!("V_test {} V", number(readout.v_test_volts)),
     ];
     let optional = [
@@ -101,14 +102,14 @@ fn describe_readout(spec: &SensorSpec) -> String {
     for (name, value, unit) in optional {
         parts.extend(value.map(|value| format!("{name} {}{unit}", number(value))));
     }
-    parts.push(format!(
-        "column switches {}",
-        switches(readout.r_mux_column_ohms.as_ref(), array.columns)
-    ));
-    parts.push(format!(
-        "row switches {}",
-        switches(readout.r_mux_row_ohms.as_ref(), array.rows)
-    ));
+    if table.driven.is_switched() {
+        let ohms = switches(readout.r_mux_column_ohms.as_ref(), array.columns);
+        parts.push(format!("column switches {ohms}"));
+    }
+    if table.sensed.is_switched() {
+        let ohms = switches(readout.r_mux_row_ohms.as_ref(), array.rows);
+        parts.push(format!("row switches {ohms}"));
+    }
     if readout.r_source_ohms > 0.0 {
         parts.push(format!("R_v {} Ω", number(readout.r_source_ohms)));
     }

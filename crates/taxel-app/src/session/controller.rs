@@ -111,9 +111,16 @@ impl LiveController {
 
     /// What can be changed of a source that is this sensor, simulated.
     fn changes(&self) -> impl Iterator<Item = Change> {
-        let has_gain = self.sensor.readout().topology.is_tia();
-        let all = Change::ALL.into_iter();
-        all.filter(move |&change| change != Change::Gain || has_gain)
+        let readout = self.sensor.readout();
+        let (driven, sensed) = (&readout.table.driven, &readout.table.sensed);
+        let (columns, rows) = (driven.is_switched(), sensed.is_switched());
+        let has_gain = readout.has_amplifier();
+        Change::ALL.into_iter().filter(move |change| match change {
+            Change::Gain => has_gain,
+            Change::ColumnSwitch => columns,
+            Change::RowSwitch => rows,
+            _ => true,
+        })
     }
 
     /// Every slider, and where it stands.

@@ -15,6 +15,7 @@ mod identify;
 mod intervals;
 mod learn;
 mod left_out;
+mod line_ends;
 mod live;
 mod look;
 mod record;

@@ -126,7 +126,7 @@ impl<'a> Search<'a> {
         if evidence.levels.is_empty() {
             unknowns.push(Unknown::Exponent);
         }
-        if options.open_loop_gain && sensor.readout().topology.is_tia() {
+        if options.open_loop_gain && sensor.readout().has_amplifier() {
             unknowns.push(Unknown::OpenLoopGain);
         }
         if options.r_source {

@@ -191,7 +191,7 @@ pub fn calibrate_with(
             }
         }
     };
-    if options.open_loop_gain && !sensor.readout().topology.is_tia() {
+    if options.open_loop_gain && !sensor.readout().has_amplifier() {
         outcome.warnings.push(format!(
             "{} has no amplifier, so that no gain was looked for",
             sensor.readout().topology.name()

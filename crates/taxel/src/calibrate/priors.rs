@@ -65,7 +65,7 @@ impl Beliefs {
             column_ohms: column.or(row).unwrap_or(usual),
             row_ohms: row.or(column).unwrap_or(usual),
             exponent: (0.85, 0.2),
-            gain: (options.open_loop_gain && readout.topology.is_tia())
+            gain: (options.open_loop_gain && readout.has_amplifier())
                 .then_some((gain.ln(), factor)),
             source: options.r_source.then_some((source.ln(), factor)),
         }

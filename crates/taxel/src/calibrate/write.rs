@@ -195,15 +195,19 @@ impl Search<'_> {
 
 /// The calibrated sensor and the report of a fit.
 pub(super) fn calibration(
-    outcome: Outcome,
+    mut outcome: Outcome,
     known: &Sensor,
     evidence: &Evidence,
     options: &CalibrationOptions,
 ) -> Result<Calibration, Error> {
-    let found = outcome
-        .model
-        .sensor
-        .edited(|spec| write_found(spec, &outcome, evidence))?;
+    let unread = known.readout().unread_switches();
+    outcome
+        .parameters
+        .retain(|parameter| !unread.contains(&parameter.name.as_str()));
+    let found = outcome.model.sensor.edited(|spec| {
+        write_found(spec, &outcome, evidence);
+        spec.readout.forget_unread_switches();
+    })?;
     let residuals = residuals(&outcome, evidence);
     let report = report(outcome, known, &found, evidence);
     let provenance = provenance(&report, options);
@@ -267,7 +271,7 @@ fn report(
         .iter()
         .filter(|w| !report.doubts.contains(w));
     report.warnings.extend(more.cloned());
-    if known.readout().topology.is_tia() {
+    if known.readout().has_amplifier() {
         report.warnings.push(
             "r_mux_row_ohms stands for itself plus what r_feedback_ohms/(1 + open_loop_gain) differs from the file: the two are one sum".to_owned(),
         );

@@ -3,6 +3,7 @@
 
 use super::coupling::add_laplacian;
 use super::linear::{LinearPoint, SheetPoint, divide, symmetrise};
+use super::reading::Rest;
 use taxel_linalg::{View, ViewMut, multiply, multiply_add};
 
 /// Scratch and the partial derivatives of V_out by P_rr, Q_cc, K_rc.
@@ -11,6 +12,8 @@ pub(super) struct Work {
     by_p: Vec<f64>,
     by_q: Vec<f64>,
     by_k: Vec<f64>,
+    /// By the potentials of a line of the smaller side and of one of the larger; empty where they do not move.
+    by_rest: Vec<[Rest; 2]>,
     direction: Vec<f64>,
     a: Vec<f64>,
     b: Vec<f64>,
@@ -57,6 +60,7 @@ impl Work {
             by_p: rectangle(),
             by_q: rectangle(),
             by_k: rectangle(),
+            by_rest: Vec::new(),
             direction: rectangle(),
             a: rectangle(),
             b: rectangle(),
@@ -78,14 +82,24 @@ fn partials(point: &mut LinearPoint) {
     if let Some(sheet) = &point.sheet {
         work.sheet.set(sheet, point.large);
     }
-    point.each(|at, _, row, column, p, q| {
-        let (by_row, by_column, by_k) = point.ends.volts_partials(row, column, p, q, point.k[at]);
+    if point.potentials.is_some() {
+        let taxels = point.small * point.large;
+        work.by_rest.resize(taxels, Default::default());
+    }
+    point.each_partial(|at, by| {
         (work.by_p[at], work.by_q[at]) = if point.transposed {
-            (by_column, by_row)
+            (by.q, by.p)
         } else {
-            (by_row, by_column)
+            (by.p, by.q)
         };
-        work.by_k[at] = by_k;
+        work.by_k[at] = by.k;
+        if let Some(rest) = work.by_rest.get_mut(at) {
+            *rest = if point.transposed {
+                [by.column, by.row]
+            } else {
+                [by.row, by.column]
+            };
+        }
     });
     work.stale = false;
     point.work = work;
@@ -186,8 +200,8 @@ pub(super) fn forward(point: &mut LinearPoint, direction: &[f64], out: &mut [f64
         p,
         k,
         work: w,
-        transposed,
         sheet,
+        potentials,
         ..
     } = point;
     // c ← dK = P (dH − dS K).
@@ -225,13 +239,27 @@ pub(super) fn forward(point: &mut LinearPoint, direction: &[f64], out: &mut [f64
             w.along_large[j] += w.a[at] * k[at] + h[at] * w.c[at];
         }
     }
+    if let Some(potentials) = potentials {
+        let solved = LinearPoint::solved(p, h, inverse_d, sheet);
+        let couplings = [&w.sheet.small[..], &w.sheet.large[..]];
+        potentials.move_along(solved, &w.direction, couplings);
+    }
+    write_change(point, out);
+}
+
+/// Change of V_out from those of P_rr, Q_cc, K and the potentials.
+fn write_change(point: &LinearPoint, out: &mut [f64]) {
+    let (m, n, w) = (point.small, point.large, &point.work);
     for i in 0..m {
         for j in 0..n {
             let at = i * n + j;
-            let taxel = if *transposed { j * m + i } else { at };
+            let taxel = if point.transposed { j * m + i } else { at };
             out[taxel] = w.by_p[at] * w.along_small[i]
                 + w.by_q[at] * w.along_large[j]
                 + w.by_k[at] * w.c[at];
+            if let Some(potentials) = &point.potentials {
+                out[taxel] += potentials.change_of(at, &w.by_rest[at]);
+            }
         }
     }
 }
@@ -349,9 +377,11 @@ fn through_h(point: &mut LinearPoint) {
     let LinearPoint {
         inverse_d,
         h,
+        p,
         work: w,
         sheet,
         conductance,
+        potentials,
         ..
     } = point;
     // a ← (gradient by S) H; b ← (gradient by H) T⁻¹.
@@ -376,8 +406,16 @@ fn through_h(point: &mut LinearPoint) {
             w.c[at] = w.square[i * m + i] - 2.0 * w.a[at] + w.b[at] + w.along_large_too[j];
         }
     }
-    if let Some(sheet) = sheet {
+    if sheet.is_some() {
         coupling_gradient(w, h, m, n);
+    }
+    if let Some(potentials) = potentials {
+        let solved = LinearPoint::solved(p, h, inverse_d, sheet);
+        let couplings = [&mut w.sheet.small[..], &mut w.sheet.large[..]];
+        let weights = (&w.direction[..], &w.by_rest[..]);
+        potentials.add_gradient(solved, weights, &mut w.c, couplings);
+    }
+    if let Some(sheet) = sheet {
         let (small, large) = (&w.sheet.small, &w.sheet.large);
         let couplings = &sheet.couplings;
         couplings.add_gradient(conductance, small, large, &mut w.c);

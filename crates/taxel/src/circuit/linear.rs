@@ -2,10 +2,12 @@
 
 use super::coupling::{Chain, Couplings, diagonal};
 use super::ends::LEAK_SIEMENS;
+use super::potentials::{Potentials, Solved};
+use super::reading::{Blocks, Readings};
 use super::{Circuit, LineEnds, NotPassive, OperatingPoint};
 use crate::Error;
 use crate::material::Sheet;
-use crate::sensor::{Sensor, Topology};
+use crate::sensor::Sensor;
 use taxel_linalg::{Spd, View, ViewMut, mirror, multiply, multiply_lower, sum};
 
 /// A sensor's circuit, ready to be solved for any conductances.
@@ -63,20 +65,14 @@ impl LinearCircuit {
 
     /// The circuit of some of its lines alone, ascending.
     pub(crate) fn of_lines(&self, rows: &[usize], columns: &[usize]) -> Self {
-        let all = &self.ends;
-        let pick = |lines: &[usize], of: &[f64]| lines.iter().map(|&i| of[i]).collect();
+        let pick = |lines: &[usize], of: &[f64]| lines.iter().map(|&i| of[i]).collect::<Vec<f64>>();
         let place = |lines: &[usize], of: &[usize]| lines.iter().map(|&i| of[i]).collect();
         Self {
-            ends: LineEnds {
-                topology: all.topology,
-                v_test_volts: all.v_test_volts,
-                column_unselected: pick(columns, &all.column_unselected),
-                column_selected: pick(columns, &all.column_selected),
-                row_unselected: pick(rows, &all.row_unselected),
-                row_selected: pick(rows, &all.row_selected),
-                volts_per_ampere: all.volts_per_ampere,
-                feedback: pick(rows, &all.feedback),
-            },
+            ends: self
+                .ends
+                .mapped(&|of| pick(rows, of), &|of| pick(columns, of), &|of| {
+                    pick(rows, of)
+                }),
             sheet: self.sheet.as_ref().map(|over| SheetOver {
                 sheet: over.sheet,
                 rows: place(rows, &over.rows),
@@ -112,7 +108,8 @@ impl Circuit for LinearCircuit {
 
 /// A [`LinearCircuit`] solved at one frame of conductances.
 pub struct LinearPoint {
-    pub(super) ends: LineEnds,
+    readings: Readings,
+    pub(super) potentials: Option<Potentials>,
     /// Lines of the smaller side (m) and of the larger (n); matrices below are m×n or m×m, row-major.
     pub(super) small: usize,
     pub(super) large: usize,
@@ -159,7 +156,7 @@ impl SheetPoint {
 
 impl LinearPoint {
     fn new(circuit: &LinearCircuit) -> Self {
-        let ends = circuit.ends.clone();
+        let ends = &circuit.ends;
         let (rows, columns) = (ends.row_selected.len(), ends.column_selected.len());
         let transposed = columns < rows;
         let (small, large) = (rows.min(columns), rows.max(columns));
@@ -169,7 +166,8 @@ impl LinearPoint {
             (ends.row_unselected.clone(), ends.column_unselected.clone())
         };
         Self {
-            ends,
+            readings: Readings::new(ends),
+            potentials: Potentials::new(ends, transposed),
             small,
             large,
             transposed,
@@ -193,7 +191,7 @@ impl LinearPoint {
     }
 
     fn floating(&self) -> bool {
-        self.ends.topology == Topology::DividerFloating
+        self.readings.is_floating()
     }
 
     /// 1/d from the conductances.
@@ -304,19 +302,47 @@ impl LinearPoint {
         }
     }
 
-    /// Calls `visit(index in m×n, index by taxel, row, column, p, q)` for every taxel.
+    /// Calls `visit(index in m×n, index by taxel, row, column, blocks)` for every taxel.
     #[inline(always)]
-    pub(super) fn each(&self, mut visit: impl FnMut(usize, usize, usize, usize, f64, f64)) {
+    pub(super) fn each(&self, mut visit: impl FnMut(usize, usize, usize, usize, &Blocks)) {
         let (m, n) = (self.small, self.large);
         for i in 0..m {
             let diagonal = self.p[i * m + i];
             for j in 0..n {
-                if self.transposed {
-                    visit(i * n + j, j * m + i, j, i, self.q[j], diagonal)
+                let at = i * n + j;
+                let (p, q, taxel, row, column) = if self.transposed {
+                    (self.q[j], diagonal, j * m + i, j, i)
                 } else {
-                    visit(i * n + j, i * n + j, i, j, diagonal, self.q[j])
+                    (diagonal, self.q[j], at, i, j)
+                };
+                let mut blocks = self.readings.blocks(p, q, self.k[at]);
+                if let Some(potentials) = &self.potentials {
+                    [blocks.row, blocks.column] = potentials.at(i, j);
                 }
+                visit(at, taxel, row, column, &blocks);
             }
+        }
+    }
+
+    /// The derivative of every taxel's reading by the blocks: `take(index in m×n, partials)`.
+    pub(super) fn each_partial(&self, mut take: impl FnMut(usize, &Blocks)) {
+        self.each(|at, _, row, column, blocks| {
+            take(at, &self.readings.partials(row, column, blocks));
+        });
+    }
+
+    /// What applies the inverse of the whole nodal matrix.
+    pub(super) fn solved<'a>(
+        p: &'a [f64],
+        h: &'a [f64],
+        inverse_d: &'a [f64],
+        sheet: &'a Option<SheetPoint>,
+    ) -> Solved<'a> {
+        Solved {
+            p,
+            h,
+            inverse_d,
+            sheet: sheet.as_ref(),
         }
     }
 }
@@ -357,13 +383,16 @@ impl OperatingPoint for LinearPoint {
                 *q += h * k;
             }
         }
+        if let Some(potentials) = &mut self.potentials {
+            potentials.set(Self::solved(&self.p, &self.h, &self.inverse_d, &self.sheet));
+        }
         Ok(())
     }
 
     fn predict_into(&self, volts: &mut [f64]) {
-        if self.transposed {
-            self.each(|at, taxel, row, column, p, q| {
-                volts[taxel] = self.ends.volts(row, column, p, q, self.k[at]);
+        if self.transposed || self.potentials.is_some() {
+            self.each(|_, taxel, row, column, blocks| {
+                volts[taxel] = self.readings.volts(row, column, blocks);
             });
             return;
         }
@@ -371,7 +400,7 @@ impl OperatingPoint for LinearPoint {
         let lines = volts.chunks_exact_mut(n).zip(self.k.chunks_exact(n));
         for (row, (out, k)) in lines.enumerate() {
             let p = self.p[row * m + row];
-            self.ends.volts_of_row(row, p, &self.q, k, out);
+            self.readings.volts_of_row(row, p, &self.q, k, out);
         }
     }
 

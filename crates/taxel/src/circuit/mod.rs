@@ -11,11 +11,13 @@ mod derivative;
 mod ends;
 mod linear;
 pub mod netlist;
+mod potentials;
+mod reading;
 pub mod simplified;
 
 pub(crate) use converter::normal;
 pub use converter::{Converter, Noise, NoiseDraws, ROUNDING_COUNTS};
-pub use ends::LineEnds;
+pub use ends::{LineEnds, OfLines};
 pub use linear::{LinearCircuit, LinearPoint};
 
 use crate::{Frame, Siemens, Volts};

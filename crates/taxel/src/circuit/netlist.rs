@@ -8,7 +8,10 @@
 //! Node names: `drive` (test voltage behind R_v), `col0`… and `row0`… (the lines), `sense` (the row
 //! multiplexer's common pin: the amplifier's inverting input), `out` (V_out). In a divider read-out `out` is the
 //! common pin itself. With one amplifier a row (`tia-zero-potential`) they are `sense0`…, `out0`…, and `out`
-//! repeats the one that is read.
+//! repeats the one that is read. A table of line ends has `sense0`… and `pin0`… (what the converter's multiplexer leads to
+//! `out`).
+
+mod table;
 
 use std::fmt::{Arguments, Write};
 
@@ -83,8 +86,10 @@ pub fn netlist(
     let mut taxels = selection.taxels(rows, columns);
     taxels.retain(|(row, column)| !(is_scan && sensor.is_absent(row * columns + column)));
     check_taxels(&taxels, rows, columns)?;
-    let switch = |key, list: &Option<PerLine>| {
-        list.clone().ok_or_else(|| Error::MissingKey {
+    let table = &sensor.readout().table;
+    let switch = |key, list: &Option<PerLine>, needed: bool| {
+        let unused = (!needed).then_some(PerLine::One(0.0));
+        list.clone().or(unused).ok_or_else(|| Error::MissingKey {
             key,
             hint: "a netlist needs the switches' on-resistance, fitted or from the data sheet"
                 .to_owned(),
@@ -94,17 +99,26 @@ pub fn netlist(
         r_column: switch(
             "readout.r_mux_column_ohms",
             &sensor.readout().r_mux_column_ohms,
+            table.driven.is_switched(),
         )?,
-        r_row: switch("readout.r_mux_row_ohms", &sensor.readout().r_mux_row_ohms)?,
+        r_row: switch(
+            "readout.r_mux_row_ohms",
+            &sensor.readout().r_mux_row_ohms,
+            table.sensed.is_switched(),
+        )?,
         sensor,
         text: String::new(),
     };
     writer.head(&taxels);
-    writer.columns(taxels[0].1);
-    writer.read_out(taxels[0].0)?;
-    writer.rows(taxels[0].0);
-    writer.taxels(conductance);
-    writer.analysis(&taxels);
+    if sensor.readout().topology == Topology::LineEnds {
+        writer.line_ends(conductance, &taxels);
+    } else {
+        writer.columns(taxels[0].1);
+        writer.read_out(taxels[0].0)?;
+        writer.rows(taxels[0].0);
+        writer.taxels(conductance);
+        writer.analysis(&taxels);
+    }
     Ok(writer.text)
 }
 

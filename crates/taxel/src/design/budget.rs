@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use crate::circuit::{Circuit, Converter, LinearCircuit, Noise};
 use crate::material::LoadLaw;
-use crate::sensor::{PerLine, Sense, Sensor, SensorSpec, Topology};
+use crate::sensor::{PerLine, Sensor, SensorSpec, Topology};
 use crate::simulate::{DEFAULT_PEAK_G, Pattern, PatternKind, default_noise_counts};
 use crate::solve::{Method, Raw, default_method};
 use crate::{Counts, Error, Frame, Mark, Siemens, Volts};
@@ -37,6 +37,8 @@ const FULL_LOAD_SIEMENS: f64 = 1.0 / 500.0;
 pub enum Cause {
     /// A divider in place of a virtual ground: the pull-down, and currents through lines that float.
     Divider,
+    /// A table of line ends in place of a virtual ground and grounded columns: all of it but its switches.
+    LineEnds,
     /// On-resistance of the column switches.
     ColumnSwitches,
     /// On-resistance of the row switches.
@@ -56,34 +58,29 @@ pub enum Cause {
 impl Cause {
     /// The causes that a sensor's read-out can have.
     pub fn of(sensor: &Sensor) -> Vec<Cause> {
-        use Cause::{Bits, ColumnSwitches, Divider, Gain, Noise, Range, RowSwitches, Source};
-        if sensor.readout().topology.is_tia() {
-            vec![
-                ColumnSwitches,
-                RowSwitches,
-                Source,
-                Gain,
-                Range,
-                Bits,
-                Noise,
-            ]
-        } else {
-            vec![
-                Divider,
-                ColumnSwitches,
-                RowSwitches,
-                Source,
-                Range,
-                Bits,
-                Noise,
-            ]
-        }
+        let readout = sensor.readout();
+        let (amplified, table) = (readout.has_amplifier(), &readout.table);
+        let is_table = readout.topology == Topology::LineEnds;
+        let all = [
+            (Cause::LineEnds, is_table),
+            (Cause::Divider, !is_table && !amplified),
+            (Cause::ColumnSwitches, table.driven.is_switched()),
+            (Cause::RowSwitches, table.sensed.is_switched()),
+            (Cause::Source, true),
+            (Cause::Gain, amplified),
+            (Cause::Range, true),
+            (Cause::Bits, true),
+            (Cause::Noise, true),
+        ];
+        let there = all.into_iter().filter(|(_, is_there)| *is_there);
+        there.map(|(cause, _)| cause).collect()
     }
 
     /// Its name in reports.
     pub fn name(self) -> &'static str {
         match self {
             Cause::Divider => "divider",
+            Cause::LineEnds => "line ends",
             Cause::ColumnSwitches => "column switches",
             Cause::RowSwitches => "row switches",
             Cause::Source => "source resistor",
@@ -322,17 +319,25 @@ impl Budget {
                 readout.open_loop_gain = Some(IDEAL_GAIN);
             }
         });
-        if let Sense::PullDown { r_pull_down_ohms } = sensor.readout().sense
-            && !has(Cause::Divider)
-        {
-            // A virtual ground that fills as much of the converter as the divider does.
+        let own = self.sensor.readout();
+        let is_divider = !own.has_amplifier();
+        let has_ends = has(Cause::Divider) || has(Cause::LineEnds);
+        if (is_divider || own.topology == Topology::LineEnds) && !has_ends {
+            // A virtual ground, and one that fills as much of the converter as a divider does.
             let largest = largest_of(predict(&self.sensor, &circuit, siemens)?.values());
+            let ohms = own.sense.ohms();
             sensor.try_out(|spec| {
-                spec.readout.topology = Topology::TiaGroundedColumns;
-                spec.readout.r_feedback_ohms = Some(r_pull_down_ohms);
-                spec.readout.v_test_volts =
-                    largest / (r_pull_down_ohms * largest_of(siemens.values()));
-                spec.converter.inverted = true;
+                let readout = &mut spec.readout;
+                for switch in [&mut readout.r_mux_column_ohms, &mut readout.r_mux_row_ohms] {
+                    // A table may have none.
+                    switch.get_or_insert(PerLine::One(IDEAL_OHMS));
+                }
+                readout.take_topology(Topology::TiaGroundedColumns);
+                readout.r_feedback_ohms = Some(ohms);
+                if is_divider {
+                    readout.v_test_volts = largest / (ohms * largest_of(siemens.values()));
+                    spec.converter.inverted = true;
+                }
             });
         }
         Ok(sensor)

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use crate::calibrate::digits::with_error;
+use crate::calibrate::with_error;
 use crate::sensor::Topology;
 
 /// How far the frames tell the read-out.

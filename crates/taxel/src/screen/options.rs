@@ -2,7 +2,7 @@
 
 use crate::circuit::{Circuit, Converter, LinearCircuit};
 use crate::screen::CountsMask;
-use crate::sensor::{ScreenSpec, Sensor, Topology};
+use crate::sensor::{ScreenSpec, Sensor};
 use crate::{Frame, Siemens};
 
 /// Thresholds of the screen. The defaults were chosen on simulated 64 × 128 and 16 × 16 arrays (16 bits, 3 counts of
@@ -125,7 +125,7 @@ impl Default for ScreenOptions {
 impl ScreenOptions {
     /// The defaults for a sensor: its mask, and how far its read-out lets lines be judged by what they read.
     pub fn from_sensor(sensor: &Sensor) -> Self {
-        let floating = sensor.readout().topology == Topology::DividerFloating;
+        let floating = sensor.readout().has_open_columns();
         Self {
             floating,
             unloaded_counts: if floating {

@@ -1,7 +1,7 @@
 //! Every threshold of the self-test, with why it stands where it stands.
 
 use crate::screen::ScreenOptions;
-use crate::sensor::{ScanOrder, Sensor, Topology};
+use crate::sensor::{ScanOrder, Sensor};
 
 /// Thresholds of the self-test. Shares are 0 to 1. Those of [`ScreenOptions`] hold as well: what is loaded, what is
 /// silent, what is at an end of the converter, and all that makes a line dead, flickering or shorted.
@@ -116,7 +116,7 @@ impl SelfTestOptions {
         };
         options.screen.absent = sensor.absent().to_vec();
         options.screen.floor_count = sensor.converter().floor_count;
-        options.screen.floating = sensor.readout().topology == Topology::DividerFloating;
+        options.screen.floating = sensor.readout().has_open_columns();
         options
     }
 }

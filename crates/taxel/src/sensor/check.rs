@@ -2,7 +2,7 @@
 
 use super::{
     CheckSpec, ConverterSpec, DynamicSpec, MAX_DYNAMIC_TERMS, PerLine, PerTaxel, Sense, SensorSpec,
-    SheetSpec, UncertaintySpec, array, plausible, resolved,
+    SheetSpec, UncertaintySpec, array, line_ends, plausible, resolved,
 };
 use crate::Error;
 
@@ -65,7 +65,8 @@ fn geometry(sensor: &SensorSpec) -> Result<(), Error> {
 
 fn readout(sensor: &SensorSpec) -> Result<(), Error> {
     let readout = &sensor.readout;
-    match resolved::sense(readout)? {
+    line_ends::check(sensor)?;
+    match resolved::sense(readout, sensor.array.rows)? {
         Sense::Amplifier {
             r_feedback_ohms,
             open_loop_gain,

@@ -1,12 +1,12 @@
 //! Every key of a sensor file known, with the nearest known one where it is not.
 
-use super::Topology;
+use super::{EndTo, Topology};
 use crate::Error;
 
 /// Characters of a line that an error quotes.
 const MAX_QUOTE: usize = 200;
 
-const TABLES: [(&str, &[&str]); 12] = [
+const TABLES: [(&str, &[&str]); 18] = [
     (
         "",
         &[
@@ -45,8 +45,17 @@ const TABLES: [(&str, &[&str]); 12] = [
             "r_mux_row_ohms",
             "r_source_ohms",
             "r_pull_down_ohms",
+            "reads",
+            "driven",
+            "sensed",
         ],
     ),
+    ("readout.driven", &["selected", "unselected"]),
+    ("readout.sensed", &["selected", "unselected"]),
+    ("readout.driven.selected", &["to", "ohms", "switched"]),
+    ("readout.driven.unselected", &["to", "ohms", "switched"]),
+    ("readout.sensed.selected", &["to", "ohms", "switched"]),
+    ("readout.sensed.unselected", &["to", "ohms", "switched"]),
     (
         "converter",
         &[
@@ -185,7 +194,7 @@ pub(super) fn not_toml(error: &toml::de::Error) -> Error {
     }
 }
 
-/// Refuses a key that nobody reads, and a topology that is not one of the five.
+/// Refuses a key that nobody reads, a topology that is none, and words of line ends that are none.
 pub(super) fn check(text: &str) -> Result<(), Error> {
     let root: toml::Table = text
         .parse()
@@ -204,19 +213,61 @@ pub(super) fn check(text: &str) -> Result<(), Error> {
             });
         }
     }
-    if let Some(found) = root
-        .get("readout")
-        .and_then(|readout| readout.get("topology"))
-        .and_then(|topology| topology.as_str())
-        && !Topology::ALL.iter().any(|known| known.name() == found)
+    match root.get("readout").and_then(|readout| readout.as_table()) {
+        Some(readout) => read_out(readout),
+        None => Ok(()),
+    }
+}
+
+/// The words of a read-out.
+fn read_out(readout: &toml::Table) -> Result<(), Error> {
+    let known = || {
+        let all = Topology::ALL.iter().chain(&[Topology::LineEnds]);
+        all.map(|known| known.name())
+    };
+    if let Some(found) = readout.get("topology").and_then(|word| word.as_str())
+        && !known().any(|name| name == found)
     {
         return Err(Error::UnknownTopology {
             found: found.to_owned(),
-            hint: nearest(found, Topology::ALL.iter().map(|known| known.name())),
+            hint: nearest(found, known()),
         });
+    }
+    let word = |key: String, value: Option<&toml::Value>, known: &[&str]| match value
+        .and_then(|value| value.as_str())
+    {
+        Some(found) if !known.contains(&found) => Err(Error::LineEnds {
+            key,
+            problem: format!("is `{found}`, which is none of its words"),
+            hint: nearest(found, known.iter().copied()),
+        }),
+        _ => Ok(()),
+    };
+    word(
+        "readout.reads".to_owned(),
+        readout.get("reads"),
+        &["voltage", "current"],
+    )?;
+    let places = EndTo::ALL.map(EndTo::name);
+    for (axis, state) in AXES {
+        let ends = readout.get(axis).and_then(|axis| axis.get(state));
+        let ends = ends.map_or(&[][..], |ends| {
+            ends.as_array()
+                .map_or_else(|| std::slice::from_ref(ends), Vec::as_slice)
+        });
+        for end in ends {
+            word(format!("readout.{axis}.{state}.to"), end.get("to"), &places)?;
+        }
     }
     Ok(())
 }
+
+const AXES: [(&str, &str); 4] = [
+    ("driven", "selected"),
+    ("driven", "unselected"),
+    ("sensed", "selected"),
+    ("sensed", "unselected"),
+];
 
 fn table_keys(text: &str, name: &str, table: &toml::Table) -> Result<(), Error> {
     let Some((_, known)) = TABLES.iter().find(|(known, _)| *known == name) else {
@@ -234,13 +285,17 @@ fn table_keys(text: &str, name: &str, table: &toml::Table) -> Result<(), Error> 
                 hint: nearest(key, known.iter().copied()),
             });
         }
-        if let Some(inner) = value.as_table() {
-            let path = if name.is_empty() {
-                key.clone()
-            } else {
-                format!("{name}.{key}")
-            };
-            table_keys(text, &path, inner)?;
+        let path = if name.is_empty() {
+            key.clone()
+        } else {
+            format!("{name}.{key}")
+        };
+        // A list of tables is looked through as each of them.
+        let several = value.as_array().map_or(&[][..], Vec::as_slice);
+        for inner in std::iter::once(value).chain(several) {
+            if let Some(inner) = inner.as_table() {
+                table_keys(text, &path, inner)?;
+            }
         }
     }
     Ok(())

@@ -1,7 +1,7 @@
 //! Numbers that are possible in mathematics and in no sensor: nearly always a slip of the unit or of the key.
 
 use super::check::range;
-use super::{MaterialSpec, PerTaxel, SensorSpec};
+use super::{MaterialSpec, PerTaxel, SensorSpec, resolved};
 use crate::Error;
 
 /// An unloaded taxel may be found to conduct less than nothing by this share of the converter's range: noise, what an
@@ -116,8 +116,8 @@ fn plausible_material(
 /// What the converter's range stands for without cross-talk, siemens.
 fn range_siemens(sensor: &SensorSpec) -> f64 {
     let readout = &sensor.readout;
-    let ohms = readout.r_feedback_ohms.or(readout.r_pull_down_ohms);
-    sensor.converter.full_scale_volts / (readout.v_test_volts * ohms.unwrap_or(1.0))
+    let ohms = resolved::sense(readout, sensor.array.rows).map_or(1.0, |sense| sense.ohms());
+    sensor.converter.full_scale_volts / (readout.v_test_volts * ohms)
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! A sensor file's parts with every choice made: which resistor ends a line, a number for each taxel.
 
+use super::line_ends::ReadoutTable;
 use super::spec::{
     Bend, DynamicSpec, MaterialSpec, PerLine, PerTaxel, ReadoutSpec, SensorSpec, SheetSpec,
     Topology, UncertaintySpec,
@@ -21,10 +22,10 @@ pub enum Sense {
         /// A at the scan rate, a pure number.
         open_loop_gain: f64,
     },
-    /// A resistor to ground (`divider-*`).
+    /// A resistor to ground (`divider-*`, and tables by which a voltage is read).
     #[non_exhaustive]
     PullDown {
-        /// R_p, ohms.
+        /// R_p, ohms; of a table the mean over its rows, switches left out.
         r_pull_down_ohms: f64,
     },
 }
@@ -57,9 +58,39 @@ pub struct Readout {
     pub r_mux_row_ohms: Option<PerLine>,
     /// R_v, extra series resistance of the driven column, ohms.
     pub r_source_ohms: f64,
+    /// What every line ends in, also of a topology that has a name.
+    pub table: ReadoutTable,
 }
 
 impl Readout {
+    /// How its lines end, in words: the topology's name, of a table what it says.
+    pub fn words(&self) -> String {
+        match self.topology {
+            Topology::LineEnds => format!("line-ends ({})", self.table),
+            named => named.name().to_owned(),
+        }
+    }
+
+    /// The keys of switches that no end stands behind: of a table, which may have none.
+    pub fn unread_switches(&self) -> Vec<&'static str> {
+        let axes = [
+            ("readout.r_mux_column_ohms", &self.table.driven),
+            ("readout.r_mux_row_ohms", &self.table.sensed),
+        ];
+        let unread = axes.into_iter().filter(|(_, axis)| !axis.is_switched());
+        unread.map(|(key, _)| key).collect()
+    }
+
+    /// Whether an amplifier reads a current, else a voltage is read.
+    pub fn has_amplifier(&self) -> bool {
+        matches!(self.sense, Sense::Amplifier { .. })
+    }
+
+    /// Whether columns that are not selected are left open, so that loads elsewhere raise a reading.
+    pub fn has_open_columns(&self) -> bool {
+        self.table.driven.is_open()
+    }
+
     /// R_k, ohms, of a read-out with an amplifier.
     pub fn r_feedback_ohms(&self) -> Option<f64> {
         match self.sense {
@@ -136,7 +167,7 @@ pub(super) fn resolve(spec: &SensorSpec) -> Result<(Readout, Option<Material>), 
         // Whatever reads or writes loads by this law agrees on the day's scale.
         material.factor *= check.conductance_scale;
     }
-    Ok((readout(&spec.readout)?, material))
+    Ok((readout(&spec.readout, spec.array.rows)?, material))
 }
 
 /// What loads are uncertain by, with the error of the day's scale.
@@ -149,18 +180,22 @@ pub(super) fn uncertainty(spec: &SensorSpec) -> Option<UncertaintySpec> {
 }
 
 /// What the sensed row ends in; numbers as they stand.
-pub(super) fn sense(said: &ReadoutSpec) -> Result<Sense, Error> {
+pub(super) fn sense(said: &ReadoutSpec, rows: usize) -> Result<Sense, Error> {
     let missing = |key, part: &str| Error::MissingKey {
         key,
         hint: format!("topology `{}` {part}", said.topology.name()),
     };
-    Ok(if said.topology.is_tia() {
+    Ok(if said.has_amplifier() {
         Sense::Amplifier {
             r_feedback_ohms: said.r_feedback_ohms.ok_or_else(|| {
                 let part = "has an amplifier with a feedback resistor";
                 missing("readout.r_feedback_ohms", part)
             })?,
             open_loop_gain: said.open_loop_gain.unwrap_or(USUAL_OPEN_LOOP_GAIN),
+        }
+    } else if said.topology == Topology::LineEnds {
+        Sense::PullDown {
+            r_pull_down_ohms: ReadoutTable::of(said).pull_down_ohms(rows),
         }
     } else {
         Sense::PullDown {
@@ -172,11 +207,12 @@ pub(super) fn sense(said: &ReadoutSpec) -> Result<Sense, Error> {
     })
 }
 
-fn readout(said: &ReadoutSpec) -> Result<Readout, Error> {
+fn readout(said: &ReadoutSpec, rows: usize) -> Result<Readout, Error> {
     Ok(Readout {
+        table: ReadoutTable::of(said),
         topology: said.topology,
         v_test_volts: said.v_test_volts,
-        sense: sense(said)?,
+        sense: sense(said, rows)?,
         r_mux_column_ohms: said.r_mux_column_ohms.clone(),
         r_mux_row_ohms: said.r_mux_row_ohms.clone(),
         r_source_ohms: said.r_source_ohms,

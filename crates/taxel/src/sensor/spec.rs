@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::array::{Array, Population, Positions};
 use super::keys;
+use super::line_ends::{AxisSpec, ReadoutTable, Reads};
 use crate::Error;
 pub use check::{CheckSpec, Verdict};
 pub(crate) use material::MAX_DYNAMIC_TERMS;
@@ -27,10 +28,12 @@ pub enum Topology {
     DividerFloating,
     /// Voltage-feedback method: unselected columns follow the sensed voltage.
     DividerVoltageFeedback,
+    /// None of these: the file says what each line ends in.
+    LineEnds,
 }
 
 impl Topology {
-    /// All five.
+    /// All five that have a name.
     pub const ALL: [Topology; 5] = [
         Topology::TiaGroundedColumns,
         Topology::TiaZeroPotential,
@@ -47,10 +50,11 @@ impl Topology {
             Topology::DividerGroundedColumns => "divider-grounded-columns",
             Topology::DividerFloating => "divider-floating",
             Topology::DividerVoltageFeedback => "divider-voltage-feedback",
+            Topology::LineEnds => "line-ends",
         }
     }
 
-    /// Whether the sensed row ends in an inverting amplifier (else in a pull-down resistor).
+    /// Whether it is a named one whose sensed row ends in an inverting amplifier; of a table, [`ReadoutSpec::has_amplifier`] says it.
     pub fn is_tia(self) -> bool {
         matches!(
             self,
@@ -111,6 +115,15 @@ pub struct ReadoutSpec {
     /// R_p, pull-down of a divider read-out, ohms (`divider-*`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub r_pull_down_ohms: Option<f64>,
+    /// What is read (`line-ends`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reads: Option<Reads>,
+    /// What columns end in (`line-ends`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub driven: Option<AxisSpec>,
+    /// What rows end in (`line-ends`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sensed: Option<AxisSpec>,
 }
 
 /// From read-out volts to counts.
@@ -355,7 +368,48 @@ impl ReadoutSpec {
             r_mux_row_ohms: None,
             r_source_ohms: 0.0,
             r_pull_down_ohms: None,
+            reads: None,
+            driven: None,
+            sensed: None,
         }
+    }
+
+    /// A read-out of these line ends. A current needs `r_feedback_ohms` as well.
+    pub fn of_line_ends(
+        v_test_volts: f64,
+        reads: Reads,
+        driven: AxisSpec,
+        sensed: AxisSpec,
+    ) -> Self {
+        Self {
+            reads: Some(reads),
+            driven: Some(driven),
+            sensed: Some(sensed),
+            ..Self::new(Topology::LineEnds, v_test_volts)
+        }
+    }
+
+    /// Whether the sensed row ends in an inverting amplifier (else its voltage is read).
+    pub fn has_amplifier(&self) -> bool {
+        self.topology.is_tia()
+            || (self.topology == Topology::LineEnds && self.reads == Some(Reads::Current))
+    }
+
+    /// Leaves out the resistance of switches that no end stands behind.
+    pub(crate) fn forget_unread_switches(&mut self) {
+        let table = ReadoutTable::of(self);
+        if !table.driven.is_switched() {
+            self.r_mux_column_ohms = None;
+        }
+        if !table.sensed.is_switched() {
+            self.r_mux_row_ohms = None;
+        }
+    }
+
+    /// Takes a named topology in place of whatever there was.
+    pub(crate) fn take_topology(&mut self, topology: Topology) {
+        self.topology = topology;
+        (self.reads, self.driven, self.sensed) = (None, None, None);
     }
 }
 

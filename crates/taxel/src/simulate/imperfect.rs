@@ -4,7 +4,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{Purpose, ReadingFaults, generator};
 use crate::circuit::normal;
-use crate::sensor::{MaterialSpec, PerLine, PerTaxel, SensorSpec, SheetSpec};
+use crate::sensor::{AxisSpec, EndTo, MaterialSpec, PerLine, PerTaxel, SensorSpec, SheetSpec};
 use crate::{Error, Sensor};
 
 /// Load at which taxels that differ in exponent alone respond alike, grams.
@@ -128,7 +128,10 @@ fn draw(truth: &mut SensorSpec, imperfections: &Imperfections, seed: u64) {
     {
         *ohms *= 1.0 + imperfections.resistor_deviation;
     }
-    if imperfections.open_loop_gain.is_some() && readout.topology.is_tia() {
+    if let Some(sensed) = &mut readout.sensed {
+        vary_pull_downs(sensed, 1.0 + imperfections.resistor_deviation);
+    }
+    if imperfections.open_loop_gain.is_some() && readout.has_amplifier() {
         readout.open_loop_gain = imperfections.open_loop_gain;
     }
     truth.converter.offset_volts += imperfections.offset_volts;
@@ -163,6 +166,18 @@ fn vary_lines(ohms: &mut Option<PerLine>, lines: usize, sd: f64, random: &mut Ch
     if let Some(nominal) = ohms.as_ref().filter(|_| sd > 0.0) {
         let drawn = (0..lines).map(|line| nominal.at(line) * (sd * normal(random)).exp());
         *ohms = Some(PerLine::Each(drawn.collect()));
+    }
+}
+
+/// The same resistors of a table.
+fn vary_pull_downs(sensed: &mut AxisSpec, factor: f64) {
+    let ends = sensed.selected.iter_mut().chain(&mut sensed.unselected);
+    for end in ends.filter(|end| end.to == EndTo::Ground) {
+        match &mut end.ohms {
+            Some(PerLine::One(ohms)) => *ohms *= factor,
+            Some(PerLine::Each(list)) => list.iter_mut().for_each(|ohms| *ohms *= factor),
+            None => {}
+        }
     }
 }
 

@@ -18,7 +18,7 @@ use super::network::Network;
 use super::{Infeasible, Method, Outcome, Solver, Stop};
 use crate::circuit::{LineEnds, LinearCircuit};
 use crate::material::Sheet;
-use crate::sensor::{Sensor, Topology};
+use crate::sensor::Sensor;
 use crate::{Frame, Mark, Siemens, Volts};
 pub(crate) use state::SolverState;
 use state::unpack;
@@ -49,9 +49,7 @@ impl Exact {
     /// The method for a circuit; none when its read-out has no closed iteration.
     pub fn new(circuit: &LinearCircuit) -> Option<Self> {
         let ends = circuit.ends();
-        let closed = ends.topology == Topology::TiaGroundedColumns
-            && ends.column_selected == ends.column_unselected;
-        closed.then(|| Self {
+        (ends.reads_current && ends.are_shares()).then(|| Self {
             ends: ends.clone(),
             sheet: circuit.sheet(),
             tolerance: 1e-9,
@@ -162,7 +160,7 @@ impl Exact {
         state.strong.clear();
         for (i, &r) in state.live.rows.iter().enumerate() {
             // volts ← the share of V_t on the selected row's line.
-            let scale = 1.0 / (ends.volts_per_ampere * ends.row_selected[r] * ends.v_test_volts);
+            let scale = 1.0 / (ends.volts_per_volt[r] * ends.v_test_volts);
             let line = &mut state.volts[i * n..(i + 1) * n];
             let mut sum = 0.0;
             for value in line.iter_mut() {

@@ -1,7 +1,7 @@
 //! No compensation: what most programs do, and what every other method is compared with.
 
 use super::{Method, Outcome, Solver, Stop};
-use crate::sensor::{Sense, Sensor};
+use crate::sensor::{Sense, Sensor, Topology};
 use crate::{Frame, Mark, Siemens, Volts};
 
 /// G = |V_out|/(V_t·R_k), or G = V/(R_p·(V_t − V)) for a divider: each taxel as if it were alone and the
@@ -11,6 +11,8 @@ pub struct Raw {
     v_test_volts: f64,
     /// R_k (negative: the amplifier inverts) or R_p, ohms.
     ohms: f64,
+    /// R_p of each row, where a table gives them one by one.
+    row_ohms: Vec<f64>,
     divider: bool,
     /// Of a taxel whose reading is below what is recorded, siemens.
     unloaded_siemens: f64,
@@ -29,18 +31,28 @@ impl Raw {
         Self {
             v_test_volts: readout.v_test_volts,
             ohms,
+            row_ohms: if divider && readout.topology == Topology::LineEnds {
+                let row = |r| readout.table.pull_down_ohms_at(r);
+                (0..sensor.rows()).map(row).collect()
+            } else {
+                Vec::new()
+            },
             divider,
             unloaded_siemens: super::unloaded_siemens(sensor),
         }
     }
 
-    /// The apparent conductance of one reading, siemens.
+    /// The apparent conductance of one reading, siemens; over the mean pull-down where rows have different ones.
     pub fn siemens_from_volts(&self, volts: f64) -> f64 {
+        self.siemens_over(volts, self.ohms)
+    }
+
+    fn siemens_over(&self, volts: f64, ohms: f64) -> f64 {
         if self.divider {
             // At V_t the taxel would be a short; the last reading below it stands for that.
-            volts / (self.ohms * (self.v_test_volts - volts).max(1e-6 * self.v_test_volts))
+            volts / (ohms * (self.v_test_volts - volts).max(1e-6 * self.v_test_volts))
         } else {
-            volts / (self.v_test_volts * self.ohms)
+            volts / (self.v_test_volts * ohms)
         }
     }
 }
@@ -60,16 +72,14 @@ impl Solver for Raw {
 
     fn solve_into(&mut self, volts: &Frame<Volts>, siemens: &mut Frame<Siemens>) -> Outcome {
         siemens.copy_meta_from(volts);
-        for ((g, &v), mark) in siemens
-            .values
-            .iter_mut()
-            .zip(volts.values())
-            .zip(volts.marks())
-        {
+        let columns = volts.columns();
+        let readings = volts.values().iter().zip(volts.marks());
+        for (taxel, (g, (&v, mark))) in siemens.values.iter_mut().zip(readings).enumerate() {
+            let ohms = self.row_ohms.get(taxel / columns);
             *g = match mark {
                 Mark::Open | Mark::Absent => 0.0,
                 Mark::BelowFloor => self.unloaded_siemens,
-                _ => self.siemens_from_volts(v),
+                _ => self.siemens_over(v, *ohms.unwrap_or(&self.ohms)),
             };
         }
         Outcome::new(Stop::Direct, 0, 0.0)

@@ -1,9 +1,11 @@
 //! Sensors, frames and an independent solver that the integration tests share.
 #![allow(dead_code)]
 
+pub mod tables;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use taxel::circuit::{Circuit, LinearCircuit};
+use taxel::circuit::{Circuit, LineEnds, LinearCircuit};
 use taxel::sensor::{
     Array, ConverterSpec, MaterialSpec, PerLine, PerTaxel, ReadoutSpec, Sensor, SensorSpec,
     SheetSpec, Topology,
@@ -68,48 +70,62 @@ pub fn nodal_volts(
     let column_total = |c: usize| (0..rows).map(|r| g.at(r, c)).sum::<f64>();
     let isolated =
         (0..rows).any(|r| row_total(r) == 0.0) || (0..columns).any(|c| column_total(c) == 0.0);
-    let leak = |end: f64| match ends.topology {
-        Topology::DividerFloating if !isolated => 0.0,
-        _ => end,
+    let leak = |end: f64| {
+        if ends.is_floating() && !isolated {
+            0.0
+        } else {
+            end
+        }
     };
     let size = rows + columns;
     let mut matrix = vec![0.0; size * size];
     let mut sources = [vec![0.0; size], vec![0.0; size]];
-    for r in 0..rows {
-        matrix[r * size + r] += if r == row {
-            ends.row_selected[r]
-        } else {
-            leak(ends.row_unselected[r])
-        };
-        for c in 0..columns {
-            let (value, node) = (g.at(r, c), rows + c);
-            join(&mut matrix, size, [r, node], value);
-        }
+    for node in 0..size {
+        let selected = node == row || node == rows + column;
+        let [all, to_v_test, to_follower] = node_ends(ends, node, selected);
+        matrix[node * size + node] += if selected { all } else { leak(all) };
+        sources[0][node] = to_v_test * ends.v_test_volts;
+        sources[1][node] = to_follower;
+    }
+    for (r, c) in (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c))) {
+        join(&mut matrix, size, [r, rows + c], g.at(r, c));
     }
     join_sheet(&mut matrix, circuit, g);
-    for c in 0..columns {
-        let node = rows + c;
-        if c == column {
-            matrix[node * size + node] += ends.column_selected[c];
-            sources[0][node] = ends.column_selected[c] * ends.v_test_volts;
-        } else {
-            matrix[node * size + node] += leak(ends.column_unselected[c]);
-            if ends.topology == Topology::DividerVoltageFeedback {
-                sources[1][node] = ends.column_unselected[c];
-            }
-        }
-    }
     let [driven, fed_back] = sources
         .map(|source| taxel_linalg::solve_symmetric(&matrix, &source).expect("positive definite"));
-    // v = a + b · v_follower, v_follower = feedback · v_row.
-    let follower = ends.feedback[row] * driven[row] / (1.0 - ends.feedback[row] * fed_back[row]);
+    // v = a + b · v_follower, v_follower = what is read of v_row.
+    let rho = ends.volts_per_volt[row];
+    let follower = rho * driven[row] / (1.0 - rho * fed_back[row]);
     let nodes: Vec<f64> = (driven.iter().zip(&fed_back))
         .map(|(driven, fed_back)| driven + follower * fed_back)
         .collect();
-    (
-        ends.volts_per_ampere * ends.row_selected[row] * nodes[row],
-        nodes,
-    )
+    (rho * nodes[row], nodes)
+}
+
+/// What a line conducts to anywhere, to V_t and to the follower; rows first.
+fn node_ends(ends: &LineEnds, node: usize, selected: bool) -> [f64; 3] {
+    let (from, follow) = (&ends.to_v_test, &ends.to_follower);
+    let rows = ends.row_selected.len();
+    let lists = match (node < rows, selected) {
+        (true, true) => [&ends.row_selected, &from.row_selected, &follow.row_selected],
+        (true, false) => [
+            &ends.row_unselected,
+            &from.row_unselected,
+            &follow.row_unselected,
+        ],
+        (false, true) => [
+            &ends.column_selected,
+            &from.column_selected,
+            &follow.column_selected,
+        ],
+        (false, false) => [
+            &ends.column_unselected,
+            &from.column_unselected,
+            &follow.column_unselected,
+        ],
+    };
+    let line = if node < rows { node } else { node - rows };
+    lists.map(|list| list[line])
 }
 
 /// What a continuous sheet conducts from line to line, rows first.

@@ -27,15 +27,16 @@ pub(super) fn parts_of(sensor: &Sensor) -> String {
     let noise = converter
         .noise_counts
         .unwrap_or_else(|| default_noise_counts(converter.bits));
-    let mut parts = vec![
-        readout.topology.name().to_owned(),
-        format!(
-            "columns {}",
-            ohms(&readout.r_mux_column_ohms, sensor.columns())
-        ),
-        format!("rows {}", ohms(&readout.r_mux_row_ohms, sensor.rows())),
-        format!("source {} Ω", readout.r_source_ohms),
-    ];
+    let mut parts = vec![readout.words()];
+    if readout.table.driven.is_switched() {
+        let switches = ohms(&readout.r_mux_column_ohms, sensor.columns());
+        parts.push(format!("columns {switches}"));
+    }
+    if readout.table.sensed.is_switched() {
+        let switches = ohms(&readout.r_mux_row_ohms, sensor.rows());
+        parts.push(format!("rows {switches}"));
+    }
+    parts.push(format!("source {} Ω", readout.r_source_ohms));
     if let Some(gain) = readout.open_loop_gain() {
         parts.push(format!("gain {gain}"));
     }

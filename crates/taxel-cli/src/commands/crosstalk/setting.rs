@@ -3,8 +3,7 @@
 use std::str::FromStr;
 
 use taxel::circuit::simplified::{Amplifier, v_out_alike};
-use taxel::circuit::{Circuit, LineEnds, LinearCircuit};
-use taxel::sensor::Topology;
+use taxel::circuit::{Circuit, LineEnds, LinearCircuit, OfLines};
 use taxel::{Frame, Siemens};
 
 use super::super::design::quantity::{self, OHMS, VOLTS};
@@ -193,15 +192,23 @@ impl Setting {
             open_loop_gain: gain,
         } = self.amplifier;
         let switch = self.r_mux.max(IDEAL_OHMS);
+        let driven = vec![1.0 / (switch + self.r_source); columns];
+        let input = switch + r_k / (1.0 + gain);
         LineEnds {
-            topology: Topology::TiaGroundedColumns,
             v_test_volts,
             column_unselected: vec![1.0 / switch; columns],
-            column_selected: vec![1.0 / (switch + self.r_source); columns],
             row_unselected: vec![OPEN_SIEMENS; rows],
-            row_selected: vec![1.0 / (switch + r_k / (1.0 + gain)); rows],
-            volts_per_ampere: -gain / (1.0 + gain) * r_k,
-            feedback: vec![0.0; rows],
+            row_selected: vec![1.0 / input; rows],
+            to_v_test: OfLines {
+                column_selected: driven.clone(),
+                ..OfLines::none(rows, columns)
+            },
+            column_selected: driven,
+            to_follower: OfLines::none(rows, columns),
+            volts_per_volt: vec![-gain / (1.0 + gain) * r_k / input; rows],
+            reads_current: true,
+            columns_open: false,
+            rows_open: true,
         }
     }
 }

@@ -65,16 +65,11 @@ pub(super) fn read(
 ) -> Option<LumpedVolts> {
     let rows = Group::new(frame.rows.len(), live.0);
     let columns = Group::new(frame.columns.len(), live.1);
-    let thick = LineEnds {
-        topology: ends.topology,
-        v_test_volts: ends.v_test_volts,
-        column_unselected: columns.ends(&frame.columns, &ends.column_unselected),
-        column_selected: columns.ends(&frame.columns, &ends.column_selected),
-        row_unselected: rows.ends(&frame.rows, &ends.row_unselected),
-        row_selected: rows.ends(&frame.rows, &ends.row_selected),
-        volts_per_ampere: ends.volts_per_ampere,
-        feedback: rows.ratios(&frame.rows, &ends.feedback),
-    };
+    let thick = ends.mapped(
+        &|of| rows.ends(&frame.rows, of),
+        &|of| columns.ends(&frame.columns, of),
+        &|of| rows.ratios(&frame.rows, of),
+    );
     let (r, c) = (rows.size.len(), columns.size.len());
     let mut siemens = Frame::<Siemens>::zeros(r, c);
     for (at, value) in siemens.values_mut().iter_mut().enumerate() {

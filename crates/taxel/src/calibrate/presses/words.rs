@@ -68,6 +68,7 @@ impl PressFit<'_> {
         let index = |u| fitted.layout.position(u);
         let topology = self.sensor.readout().topology;
         if let Some(split) = index(Unknown::Split)
+            && self.sensor.readout().unread_switches().is_empty()
             && fitted.peak.error(split) > UNTOLD * fitted.layout.beliefs.ln_ratio().1
         {
             let error = index(Unknown::Sum).map_or(0.0, |i| sum * fitted.peak.error(i));
@@ -92,6 +93,7 @@ impl PressFit<'_> {
             });
         }
         if let Some(sum) = index(Unknown::Sum)
+            && self.sensor.readout().unread_switches().len() < 2
             && fitted.peak.error(sum) > UNTOLD * fitted.layout.beliefs.ln_sum().1
         {
             warnings.push(

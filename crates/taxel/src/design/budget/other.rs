@@ -33,8 +33,13 @@ pub enum Change {
 
 /// Every part of [`crate::parts`] that a sensor could have, when `taxels_per_second` are read.
 pub fn changes(sensor: &Sensor, taxels_per_second: f64) -> Vec<Change> {
-    let mut changes = switches();
-    if sensor.readout().topology.is_tia() {
+    let table = &sensor.readout().table;
+    let mut changes = if table.driven.is_switched() || table.sensed.is_switched() {
+        switches()
+    } else {
+        Vec::new()
+    };
+    if sensor.readout().has_amplifier() {
         changes.extend(GAIN_BANDWIDTHS_HZ.map(|gbw_hz| Change::Amplifier {
             gbw_hz,
             gain: gain_at(gbw_hz, taxels_per_second),

@@ -178,3 +178,42 @@ fn the_same_seed_gives_the_same_numbers() {
     assert_eq!(of(1), of(1));
     assert_ne!(of(1), of(2));
 }
+
+/// A table is one cause, and its switches are causes where it has any.
+#[test]
+fn a_table_of_line_ends_is_a_cause() {
+    let table = |switched: &str| {
+        let text = format!(
+            "format = 1\n[array]\nrows = 8\ncolumns = 8\n[readout]\ntopology = \"line-ends\"\nreads = \"voltage\"\nv_test_volts = 5.0\n{switched}\n\
+             sensed.selected = {{ to = \"ground\", ohms = 1000.0 }}\n\
+             sensed.unselected = {{ to = \"ground\", ohms = 1000.0 }}\n\
+             [converter]\nbits = 10\nfull_scale_volts = 5.0\n"
+        );
+        Sensor::from_toml(&text).unwrap()
+    };
+    let none = table(
+        "driven.selected = { to = \"v_test\", ohms = 45.0 }\ndriven.unselected = { to = \"ground\", ohms = 45.0 }",
+    );
+    let some = table(
+        "r_mux_column_ohms = 70.0\ndriven.selected = { to = \"v_test\", switched = true }\ndriven.unselected = { to = \"ground\", switched = true }",
+    );
+    for (sensor, switched) in [(&none, false), (&some, true)] {
+        let causes = Cause::of(sensor);
+        assert!(causes.contains(&Cause::LineEnds) && !causes.contains(&Cause::Divider));
+        assert_eq!(causes.contains(&Cause::ColumnSwitches), switched);
+        assert_eq!(
+            changes(sensor, 1e3)
+                .iter()
+                .any(|change| matches!(change, Change::Switches { .. })),
+            switched
+        );
+        let budget = budget(sensor);
+        let scene = budget.worst(None);
+        let ideal = budget.raw(&scene, &[]).unwrap();
+        assert!(ideal.percent.worst < 1e-6, "{ideal:?}");
+        let own = budget.raw(&scene, &[Cause::LineEnds]).unwrap();
+        assert!(own.percent.mean > 1.0, "{own:?}");
+        let exact = budget.compensated(&scene, &[]).unwrap();
+        assert!(exact.percent.worst < 1e-4, "{exact:?}");
+    }
+}

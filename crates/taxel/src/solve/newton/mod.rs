@@ -9,7 +9,7 @@ mod state;
 
 use super::{Method, Outcome, Solver, Stop};
 use crate::circuit::{LinearCircuit, OperatingPoint};
-use crate::sensor::{Sensor, Topology};
+use crate::sensor::Sensor;
 use crate::{Frame, Siemens, Volts};
 pub(crate) use state::SolverState;
 use state::{Shape, largest};
@@ -135,7 +135,8 @@ impl Newton {
         }
         state.take_volts(volts.values(), columns);
         let outcome = self.iterate(state);
-        state.warm = outcome.stop.is_good();
+        // From one of several answers the next frame would converge to the same, and nobody would look for another.
+        state.warm = outcome.is_answer();
         state.live.scatter(&state.g, columns, siemens.values_mut());
         outcome
     }
@@ -219,11 +220,7 @@ impl Newton {
     ///
     /// [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
     fn unique(&self) -> bool {
-        let ends = self.circuit.ends();
-        matches!(
-            ends.topology,
-            Topology::TiaGroundedColumns | Topology::DividerGroundedColumns
-        ) && ends.column_selected == ends.column_unselected
+        self.circuit.ends().are_shares()
     }
 
     /// Tries other multiples of the answer in `kept` that explain the sum of the readings. The likelier
