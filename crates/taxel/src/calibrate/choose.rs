@@ -9,6 +9,7 @@ use super::lines::separate;
 use super::model::{LawModel, Model, Unknown, no_fit};
 use super::outcome::{HeldOut, Outcome};
 use super::priors::Beliefs;
+use super::terms::Hearing;
 use super::together::Together;
 use super::{CalibrationOptions, EffectFinding};
 use crate::circuit::LinearCircuit;
@@ -36,8 +37,8 @@ pub(super) struct Search<'a> {
     pub(super) separated: bool,
     /// No taxel is ever unloaded, so that the presses must tell the switches.
     pub(super) by_presses: bool,
-    /// Everything tells every unknown, where they are fitted together.
-    pub(super) by_all: bool,
+    /// What tells an unknown, where all are fitted together.
+    pub(super) hearing: Hearing,
     pub(super) options: CalibrationOptions,
     pub(super) held_out: HeldOut,
     /// What presses of the folds were read as, where everything was fitted together.
@@ -146,7 +147,7 @@ impl<'a> Search<'a> {
             law: "power".to_owned(),
             separated: false,
             by_presses: false,
-            by_all: false,
+            hearing: Hearing::Own,
             options: options.clone(),
             held_out: HeldOut::default(),
             judged: Vec::new(),

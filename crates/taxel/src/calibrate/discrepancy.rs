@@ -20,6 +20,9 @@ const MIN_JUDGED: usize = 8;
 const MIN_PAIRS: usize = 20;
 /// Fewest unloaded taxels whose mean is one of a frame.
 const MIN_UNLOADED: usize = 20;
+/// The most of the variance that the error of the scale makes: by itself it may be told badly where others of the fit make up
+/// for it.
+const MOST_BY_SCALE: f64 = 0.5;
 /// Smallest floor, grams.
 const MIN_FLOOR_G: f64 = 1e-4;
 
@@ -86,11 +89,12 @@ pub(super) fn uncertainty(judged: &[Judged], beside: Beside) -> Option<Uncertain
         factor = conformal(judged, share, floor, inflation).max(NORMAL);
     }
     let own = (share * share - label_share * label_share).max(0.0);
+    let fit_share = fit_share.min((MOST_BY_SCALE * own).sqrt());
     let model = (own - fit_share * fit_share).max(0.0).sqrt();
     Some(UncertaintySpec {
         model_share: digits(model),
         model_floor_g: digits(floor),
-        fit_share: digits(fit_share.min(own.sqrt())),
+        fit_share: digits(fit_share),
         factor_95: digits(factor),
         presses: judged.len(),
         frame_share: shared_share(judged, inflation).map(|shared| digits(shared.min(model))),

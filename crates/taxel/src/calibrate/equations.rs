@@ -84,8 +84,8 @@ pub(super) fn covariance(hears: &[[f64; 3]], point: &Point, slopes: &[Residuals]
     // together.
     let mut between = vec![0.0; n * n];
     for (k, slope) in slopes.iter().enumerate() {
-        for kind in 0..3 {
-            let weighted = slope.of_terms[kind].iter().zip(&point.weights[kind]);
+        for (kind, of_term) in slope.of_terms.iter().enumerate() {
+            let weighted = of_term.iter().zip(&point.weights[kind]);
             let weighted: Vec<f64> = weighted.map(|(slope, w)| slope * w).collect();
             for (l, other) in slopes.iter().enumerate() {
                 let share = (hears[k][kind] * hears[l][kind]).sqrt();

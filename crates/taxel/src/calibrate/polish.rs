@@ -6,7 +6,7 @@ use super::effects::{MIN_SHARE, SPREAD, TOLD};
 use super::evaluate::{Evaluator, PressEstimate};
 use super::fit::Score;
 use super::model::{Model, Unknown};
-use super::terms::{MisfitTerm, Told};
+use super::terms::{Hearing, MisfitTerm, Told};
 use super::together::{Effort, Together, fit_together, loss_of};
 use super::{EffectFinding, LawChoice};
 use crate::Error;
@@ -24,12 +24,16 @@ const START_SHEET: f64 = 20.0;
 /// A sheet that conducts less is none, microsiemens; it is told when −2 ln of the posterior is larger without it by this.
 const MIN_SHEET: f64 = 1.0;
 const SHEET_TOLD: f64 = 9.0;
+/// What is read around presses may not grow by more than this: labels and ghosts can be explained by a spread that leaves
+/// loads beside presses where nothing stands.
+const MAX_AROUND: f64 = 1.2;
 /// Fewest presses with nothing near them that tell of what surrounds presses.
 const MIN_ALONE: usize = 5;
 
-/// On larger arrays every unknown listens to its own evidence alone: their many ghosts tell it well enough, and mislead it
-/// where it listens to all. On smaller ones such equations often lose their way.
+/// On larger arrays, unless labels are explained but for this share of a load, every unknown listens to its own evidence alone:
+/// their many ghosts tell it well enough, and faults of labels mislead what listens to all. On smaller ones such equations often lose their way.
 const MAX_TAXELS_BY_ALL: usize = 2048;
+const EXPLAINED: f64 = 0.02;
 
 /// What a search had found before everything was fitted together.
 struct Before {
@@ -69,18 +73,20 @@ impl Search<'_> {
         evaluator.clear();
     }
 
-    /// Fits everything together, and keeps it where it is more probable than what the search found; on small arrays in two
-    /// ways, one after the other.
+    /// Fits everything together, and keeps it where it is more probable than what the search found; in the first of the
+    /// ways that suit its size for which that is so.
     pub(super) fn polish(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
         let before = self.before();
         let taxels = self.model.sensor.rows() * self.model.sensor.columns();
-        let ways: &[bool] = if taxels <= MAX_TAXELS_BY_ALL {
-            &[true, false]
+        let ways: &[Hearing] = if taxels <= MAX_TAXELS_BY_ALL {
+            &[Hearing::All, Hearing::AllOfPresses, Hearing::Own]
+        } else if self.explains_labels() {
+            &[Hearing::All, Hearing::Own]
         } else {
-            &[false]
+            &[Hearing::Own]
         };
-        for &by_all in ways {
-            self.by_all = by_all;
+        for &hearing in ways {
+            self.hearing = hearing;
             let together = self.everything(progress);
             let better = together.filter(|together| self.is_more_probable(together, &before.model));
             if let Some(together) = better {
@@ -90,6 +96,17 @@ impl Search<'_> {
             self.go_back_to(&before);
         }
         self.score_held_out()
+    }
+
+    /// Whether the search alone reads held-out presses well: what is left are small effects, and no faults of labels.
+    fn explains_labels(&self) -> bool {
+        let presses = self.evaluator.evidence.presses.iter();
+        let score = self.best.as_ref().map(|best| &best.1);
+        let errors = score.map_or(&[][..], |score| &score.errors_g);
+        let shares = errors.iter().zip(presses);
+        let shares = shares.filter(|(_, press)| press.load_g > 0.0);
+        stats::median(shares.map(|(error, press)| error / press.load_g))
+            .is_some_and(|share| share < EXPLAINED)
     }
 
     fn is_more_probable(&mut self, together: &Together, than: &Model) -> bool {
@@ -129,7 +146,8 @@ impl Search<'_> {
         self.add_effects();
         self.look_closely()?;
         self.choose_scan_order()?;
-        self.model.spread_is_believed = self.by_all || self.alone() < MIN_ALONE;
+        self.model.spread_is_believed = self.hearing != Hearing::Own || self.alone() < MIN_ALONE;
+        let around = self.around_g()?;
         let mut last = None;
         for turn in 0..MAX_TURNS {
             progress("everything together", 0.6 + 0.05 * turn as f64);
@@ -152,7 +170,18 @@ impl Search<'_> {
                 break;
             }
         }
-        self.leave_out_what_is_not_there(&last?)
+        let found = self.leave_out_what_is_not_there(&last?)?;
+        (self.around_g()? <= MAX_AROUND * around).then_some(found)
+    }
+
+    /// The usual size of what is read around presses with nothing near them, grams; 0 where there are too few.
+    fn around_g(&mut self) -> Option<f64> {
+        if self.alone() < MIN_ALONE {
+            return Some(0.0);
+        }
+        let estimates = self.evaluator.estimates(&self.model)?;
+        let sizes = estimates.iter().flat_map(|e| &e.neighbours_g);
+        stats::median(sizes.map(|g| g.abs()))
     }
 
     /// What tells which unknown.
@@ -160,7 +189,7 @@ impl Search<'_> {
         Told {
             switches_by_unloaded: self.can_separate() && !self.by_presses,
             spread_by_presses: self.alone() < MIN_ALONE,
-            by_all: self.by_all,
+            hearing: self.hearing,
         }
     }
 
@@ -307,7 +336,7 @@ impl Search<'_> {
                 .try_out(|spec| spec.converter.scan_order = order);
             // A model without a sheet says too little of presses for them to be asked.
             let told = Told {
-                by_all: false,
+                hearing: Hearing::Own,
                 ..self.told()
             };
             let evaluator = &mut self.evaluator;

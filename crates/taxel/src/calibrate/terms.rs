@@ -21,8 +21,20 @@ pub(super) struct Told {
     pub(super) switches_by_unloaded: bool,
     /// Labelled loads tell the spread, where too few presses have nothing near them.
     pub(super) spread_by_presses: bool,
-    /// All evidence tells every unknown.
-    pub(super) by_all: bool,
+    /// Which evidence tells an unknown.
+    pub(super) hearing: Hearing,
+}
+
+/// How much of the evidence tells an unknown.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) enum Hearing {
+    /// One kind alone, its own.
+    #[default]
+    Own,
+    /// Labelled loads and unloaded taxels; what surrounds presses tells of itself alone.
+    AllOfPresses,
+    /// All kinds.
+    All,
 }
 
 /// What the unloaded taxels of a frame count for together, beside its press: they are many, and what a model lacks moves all
@@ -32,16 +44,23 @@ const BESIDE_A_PRESS: f64 = 0.1;
 impl Told {
     /// How much of each kind of evidence an unknown hears; `each`: how many residuals of a kind a press has.
     pub(super) fn hears(self, unknown: Unknown, each: [f64; 3]) -> [f64; 3] {
-        self.counts(each).unwrap_or_else(|| {
-            let own = MisfitTerm::of(unknown, self);
-            MisfitTerm::ALL.map(|term| f64::from(u8::from(term == own)))
-        })
+        let own = MisfitTerm::of(unknown, self);
+        let alone = MisfitTerm::ALL.map(|term| f64::from(u8::from(term == own)));
+        match (self.hearing, self.counts(each)) {
+            (Hearing::All, Some(counts)) => counts,
+            (Hearing::AllOfPresses, Some([_, unloaded, presses]))
+                if own != MisfitTerm::Surroundings =>
+            {
+                [0.0, unloaded, presses]
+            }
+            _ => alone,
+        }
     }
 
     /// How much of each kind of evidence counts for one loss, where there is one.
     pub(super) fn counts(self, each: [f64; 3]) -> Option<[f64; 3]> {
         let [surroundings, unloaded, _] = each;
-        self.by_all.then(|| {
+        (self.hearing != Hearing::Own).then(|| {
             [
                 1.0 / surroundings.max(1.0),
                 BESIDE_A_PRESS / unloaded.max(1.0),

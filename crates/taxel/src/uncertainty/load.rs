@@ -202,8 +202,9 @@ impl StandardErrors {
                 if *mark != Mark::Absent {
                     let own = loads[taxel].abs();
                     let near = NEAR_SHARE * heaviest_near(loads, columns, taxel);
-                    *fit = newtons_from_grams(beyond.fit_g(grams_from_newtons(own)));
-                    *model = newtons_from_grams(beyond.model_g(grams_from_newtons(own.max(near))));
+                    let (own, near) = (grams_from_newtons(own), grams_from_newtons(near));
+                    *fit = newtons_from_grams(beyond.fit_g(own));
+                    *model = newtons_from_grams(beyond.model_beside_g(own, near));
                 }
             }
         }

@@ -142,6 +142,13 @@ impl UncertaintySpec {
     pub fn model_g(&self, load_g: f64) -> f64 {
         self.model_floor_g.hypot(self.model_share * load_g)
     }
+
+    /// The same of a load beside a heavier one, where a part of that one may stand: whatever that one is off by.
+    pub fn model_beside_g(&self, load_g: f64, part_g: f64) -> f64 {
+        let part = self.model_share.hypot(self.fit_share) * part_g;
+        self.model_floor_g
+            .hypot(part.max(self.model_share * load_g.abs()))
+    }
 }
 
 impl MaterialSpec {
