@@ -98,10 +98,9 @@ fn a_sheet_is_found_and_undone() {
         .unwrap();
     let without = mean(&errors_g(&cut, &truth));
     println!("without the sheet: {without} g");
-    // On so small a mat few presses are alone, and the sheet's two numbers come out far from the drawn ones.
-    holds("under a sheet, grams", error, 6.222);
-    assert!(2.0 * error < without, "{error} {without}");
-    assert!(inside(&errors) >= 0.95, "{}", inside(&errors));
+    holds("under a sheet, grams", error, 0.3034);
+    assert!(20.0 * error < without, "{error} {without}");
+    assert!(inside(&errors) >= 0.9, "{}", inside(&errors));
 }
 
 #[test]
@@ -109,17 +108,17 @@ fn where_there_is_no_sheet_none_is_found() {
     let (truth, found) = calibrated(&Imperfections::beyond_the_circuit(), (24, 24), 31);
     assert!(!has_sheet(&found), "{}", found.report);
     let errors = errors_g(&found.sensor, &truth);
-    holds("without a sheet, grams", mean(&errors), 0.7381);
+    holds("without a sheet, grams", mean(&errors), 0.2114);
     assert!(inside(&errors) >= 0.95, "{}", inside(&errors));
 }
 
 /// Where the fit of everything loses, the search's own is judged by what it had looked at itself: otherwise a panic.
 #[test]
 fn where_the_fit_of_everything_loses_the_search_stands() {
-    let (truth, found) = calibrated(&Imperfections::under_a_sheet(), (32, 48), 32);
+    let (truth, found) = calibrated(&Imperfections::under_a_sheet(), (32, 66), 33);
     assert!(!has_sheet(&found), "{}", found.report);
     let errors = errors_g(&found.sensor, &truth);
-    holds("the search's own, grams", mean(&errors), 13.87);
+    holds("the search's own, grams", mean(&errors), 11.81);
     let uncertain = found.sensor.uncertainty().unwrap();
     assert!(uncertain.model_share > 0.01, "{uncertain:?}");
 }

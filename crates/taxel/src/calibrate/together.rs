@@ -461,18 +461,21 @@ impl Together {
     /// The model as it would be without the presses that `held` names: one step from the common answer, where the problem is
     /// all but linear. Nothing where they leave none.
     pub(super) fn without(&self, held: impl Fn(usize) -> bool) -> Option<Model> {
-        let keep = |kind: usize, i: usize| !held(self.point.owners[kind][i]);
-        let step = newton_step(
-            (&self.model, &self.unknowns),
-            &self.hears,
-            &self.point,
-            &self.slopes,
-            keep,
-        )?;
+        let step = |keep: &dyn Fn(usize, usize) -> bool| {
+            let at = (&self.model, self.unknowns.as_slice());
+            newton_step(at, &self.hears, &self.point, &self.slopes, keep)
+        };
+        let without = step(&|kind, i| !held(self.point.owners[kind][i]))?;
+        // What all evidence together would still move is no matter of these presses.
+        let with = step(&|_, _| true)?;
+        let step: Vec<f64> = without.iter().zip(&with).map(|(a, b)| a - b).collect();
         let length = longest(&self.unknowns, &step);
         let mut model = self.model.clone();
         for (&unknown, step) in self.unknowns.iter().zip(&step) {
-            model.set(unknown, self.model.get(unknown) + length * step)?;
+            // Where no sensor has that value, as near to it as one has.
+            let value = self.model.get(unknown);
+            let mut parts = (0..5).map(|halvings| length * 0.5f64.powi(halvings));
+            parts.find_map(|part| model.set(unknown, value + part * step));
         }
         Some(model)
     }
