@@ -117,7 +117,7 @@ fn uneven_switches_and_material_come_out_of_uniform_loads() {
     let data = calibration_data(&truth, 90, &[50.0, 150.0, 300.0], 4);
     let found = fit(&parts_list(truth.sensor()), &data).unwrap();
     let error = error_over_frames(&found.sensor, &truth);
-    holds("uniform loads, grams", error, 0.0584);
+    holds("uniform loads, grams", error, 0.0364);
     let list = |sensor: &Sensor| match &sensor.readout().r_mux_column_ohms {
         Some(PerLine::Each(values)) => values.clone(),
         other => panic!("one per column, not {other:?}"),
@@ -127,7 +127,7 @@ fn uneven_switches_and_material_come_out_of_uniform_loads() {
     holds(
         "the worst column's switch",
         off.fold(0.0, f64::max),
-        5.81e-3,
+        1.96e-3,
     );
 }
 
@@ -162,12 +162,12 @@ fn spread_carry_over_and_exponents_are_found_and_undone() {
     );
     let material = found.sensor.material().unwrap();
     let [row, column, _] = material.spread.unwrap();
-    holds("the spread along a column", (row - 0.06).abs(), 1.66e-4);
-    holds("the spread along a row", (column - 0.05).abs(), 1.69e-4);
+    holds("the spread along a column", (row - 0.06).abs(), 1.96e-5);
+    holds("the spread along a row", (column - 0.05).abs(), 1.34e-5);
     let carry_over = found.sensor.converter().carry_over;
-    holds("the carry-over", (carry_over - 0.01).abs(), 1.33e-5);
+    holds("the carry-over", (carry_over - 0.01).abs(), 3.25e-5);
     let error = error_over_frames(&found.sensor, &truth);
-    holds("spread, carry-over, exponents, grams", error, 0.1409);
+    holds("spread, carry-over, exponents, grams", error, 0.0679);
 }
 
 #[test]
