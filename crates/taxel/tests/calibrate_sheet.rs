@@ -6,6 +6,7 @@ use taxel::pipeline::Pipeline;
 use taxel::sensor::{ScreenSpec, Sensor, preset};
 use taxel::simulate::{Imperfections, VirtualSensor, calibration_data, validation_frames};
 use taxel::solve::default_method;
+use taxel::uncertainty::StandardErrors;
 
 /// An array of so many rows and columns with the e-Cone's circuit.
 fn nominal((rows, columns): (usize, usize)) -> Sensor {
@@ -40,19 +41,21 @@ fn calibrated(
 /// Absolute errors of loaded taxels of frames that were not fitted to, grams, and the half-widths of their intervals.
 fn errors_g(sensor: &Sensor, truth: &VirtualSensor) -> Vec<(f64, f64)> {
     let mut pipeline = Pipeline::new(sensor, default_method(sensor).unwrap()).unwrap();
+    let mut sigma = StandardErrors::new(sensor, None).unwrap();
+    let factor_95 = sigma.factor_95();
     let mut errors = Vec::new();
     for (counts, loads) in validation_frames(truth, 6) {
         let result = pipeline.process(&counts);
         assert!(result.outcome.stop.is_good());
         let found = result.newtons().unwrap();
-        let each = found.values().iter().zip(loads.values());
+        let mut marks = found.marks().to_vec();
+        let of_loads = sigma.of_loads(result.siemens.unwrap(), found.values(), true, &mut marks);
+        let sigmas = of_loads.unwrap().values().to_vec();
+        let each = found.values().iter().zip(&sigmas).zip(loads.values());
         let loaded = each.filter(|(_, load)| **load > 0.0);
-        errors.extend(loaded.map(|(newtons, &load)| {
+        errors.extend(loaded.map(|((newtons, sigma), &load)| {
             let off = (grams_from_newtons(*newtons) - load).abs();
-            let half = sensor
-                .uncertainty()
-                .map_or(f64::INFINITY, |u| u.factor_95 * u.beyond_noise_g(load));
-            (off, half)
+            (off, factor_95 * grams_from_newtons(*sigma))
         }));
     }
     assert!(errors.len() > 100, "only {} loaded taxels", errors.len());

@@ -4,6 +4,7 @@ use super::evidence::Evidence;
 use super::inverter::{Inverter, Job, Start};
 use super::levels::{Levels, TaxelMaterial};
 use super::model::Model;
+use super::patch::{Patch, cut_out};
 use super::transfer::transfers;
 use crate::circuit::LineEnds;
 use crate::material::LoadLaw;
@@ -11,24 +12,6 @@ use crate::parallel::{Executor, par_map};
 use crate::sensor::{PerLine, ScanOrder};
 use crate::{Frame, Sensor, Siemens};
 
-/// Taxels around a labelled one that its spread is undone with, to each side.
-const PATCH: usize = 4;
-const SIDE: usize = 2 * PATCH + 1;
-/// Places of a patch around its middle.
-const NEIGHBOURS: [usize; 8] = {
-    let middle = SIDE * SIDE / 2;
-    let (above, below) = (middle - SIDE, middle + SIDE);
-    [
-        above - 1,
-        above,
-        above + 1,
-        middle - 1,
-        middle + 1,
-        below - 1,
-        below,
-        below + 1,
-    ]
-};
 /// Frames that are inverted in one go.
 const BATCH: usize = 8;
 /// Unloaded taxels looked at in each frame.
@@ -57,7 +40,7 @@ enum Seen {
 /// Frames inverted with one circuit and converter.
 struct Inverted {
     key: Vec<u64>,
-    /// Conductances around each labelled taxel, SIDE×SIDE; not finite outside the array.
+    /// Conductances around each labelled taxel, its patch.
     patches: Vec<Vec<f64>>,
     /// Conductance of each unloaded taxel, and the share of its current that reaches the read-out.
     ghosts: Vec<Vec<(f64, f64)>>,
@@ -192,7 +175,7 @@ impl<'a> Evaluator<'a> {
             };
             let transfer = transfers(&ends, siemens);
             Seen::Press(
-                patch(siemens, press.row, press.column),
+                cut_out(siemens, (press.row, press.column)),
                 unloaded[i]
                     .iter()
                     .map(|&t| (siemens.values()[t], transfer(t)))
@@ -250,46 +233,26 @@ impl<'a> Evaluator<'a> {
         let at = self.inverted(&model.sensor)?;
         let inverted = &self.kept[at];
         let (law, _) = law_from(self.evidence, inverted, model)?;
-        let (rows, columns) = (model.sensor.rows(), model.sensor.columns());
-        let (mut effective, mut put, mut work) =
-            ([0.0; SIDE * SIDE], [0.0; SIDE * SIDE], [0.0; SIDE * SIDE]);
+        let mut patch = Patch::default();
         let mut estimates = Vec::with_capacity(self.evidence.presses.len());
         for (i, press) in self.evidence.presses.iter().enumerate() {
-            let around = &inverted.patches[i];
-            let needs_all = model.spread.is_some() || self.isolated[i];
-            for (k, effective) in effective.iter_mut().enumerate() {
-                let (r, c) = (press.row + k / SIDE, press.column + k % SIDE);
-                let inside =
-                    (PATCH..rows + PATCH).contains(&r) && (PATCH..columns + PATCH).contains(&c);
-                *effective = if inside && (needs_all || k == SIDE * SIDE / 2) {
-                    law.grams_from_siemens((r - PATCH) * columns + c - PATCH, around[k])
-                } else {
-                    0.0
-                };
-            }
-            let loads = match model.spread {
-                Some(spread) => {
-                    spread.undo(SIDE, &[], &effective, &mut put, &mut work);
-                    &put
-                }
-                None => &effective,
-            };
-            let middle = SIDE * SIDE / 2;
-            let beside = NEIGHBOURS.iter().map(|&k| loads[k]);
+            let is_all = model.spread.is_some() || self.isolated[i];
+            let (middle, around) = ((press.row, press.column), &inverted.patches[i]);
+            patch.find(model, &law, middle, around, is_all);
+            let (load_g, beside_g) = (patch.load_g(), || patch.beside_g());
             let beside: f64 = if self.forces && self.isolated[i] {
-                beside.filter(|x| x.is_finite()).sum()
+                beside_g().filter(|x| x.is_finite()).sum()
             } else {
                 0.0
             };
             estimates.push(PressEstimate {
-                load_g: loads[middle],
-                force_g: loads[middle] + beside,
+                load_g,
+                force_g: load_g + beside,
                 // As shares of the press, and by a fixed number of grams per siemens: otherwise the fit could
                 // make ghosts small by making every load small.
                 neighbours_g: if self.isolated[i] {
-                    NEIGHBOURS
-                        .iter()
-                        .map(|&k| press.load_g * loads[k] / loads[middle].max(1.0))
+                    beside_g()
+                        .map(|g| press.load_g * g / load_g.max(1.0))
                         .collect()
                 } else {
                     Vec::new()
@@ -447,20 +410,6 @@ fn law_from(
     let material = levels.material(model.law.own_exponents)?;
     (law.ln_scale, law.exponent) = levels.per_taxel(&material);
     Some((law, Some(material)))
-}
-
-fn patch(siemens: &Frame<Siemens>, row: usize, column: usize) -> Vec<f64> {
-    (0..SIDE * SIDE)
-        .map(|k| {
-            let (r, c) = (row + k / SIDE, column + k % SIDE);
-            match (r.checked_sub(PATCH), c.checked_sub(PATCH)) {
-                (Some(r), Some(c)) if r < siemens.rows() && c < siemens.columns() => {
-                    siemens.at(r, c)
-                }
-                _ => f64::NAN,
-            }
-        })
-        .collect()
 }
 
 /// Everything that an inversion depends on.

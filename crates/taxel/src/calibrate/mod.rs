@@ -17,6 +17,7 @@ mod levels;
 mod lines;
 mod model;
 mod outcome;
+mod patch;
 mod polish;
 mod posterior;
 mod presses;

@@ -148,6 +148,13 @@ impl Search<'_> {
         self.choose_scan_order()?;
         self.model.spread_is_believed = self.hearing != Hearing::Own || self.alone() < MIN_ALONE;
         let around = self.around_g()?;
+        let found = self.turns(progress)?;
+        let found = self.leave_out_what_is_not_there(&found, progress)?;
+        (self.around_g()? <= MAX_AROUND * around).then_some(found)
+    }
+
+    /// Fits the unknowns and the lines in turns, until neither moves.
+    fn turns(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Option<Together> {
         let mut last = None;
         for turn in 0..MAX_TURNS {
             progress("everything together", 0.6 + 0.05 * turn as f64);
@@ -170,8 +177,7 @@ impl Search<'_> {
                 break;
             }
         }
-        let found = self.leave_out_what_is_not_there(&last?)?;
-        (self.around_g()? <= MAX_AROUND * around).then_some(found)
+        last
     }
 
     /// The usual size of what is read around presses with nothing near them, grams; 0 where there are too few.
@@ -250,7 +256,11 @@ impl Search<'_> {
     }
 
     /// Fits again without the effects that were not told from nothing, and says what was found.
-    fn leave_out_what_is_not_there(&mut self, found: &Together) -> Option<Together> {
+    fn leave_out_what_is_not_there(
+        &mut self,
+        found: &Together,
+        progress: &mut dyn FnMut(&str, f64),
+    ) -> Option<Together> {
         let value = |unknown: Unknown| found.model.get(unknown);
         let told = |unknown: Unknown| {
             found
@@ -262,7 +272,8 @@ impl Search<'_> {
         let carry = told(Unknown::CarryOver) && value(Unknown::CarryOver) > MIN_SHARE;
         let offset = told(Unknown::Offset) && value(Unknown::Offset).abs() > MIN_OFFSET_COUNTS;
         let saturates = told(Unknown::Saturation) || self.options.law == LawChoice::Saturating;
-        let sheet = told(Unknown::Sheet) || self.is_sheet_told(found);
+        let sheet = value(Unknown::Sheet) > MIN_SHEET
+            && (told(Unknown::Sheet) || self.is_sheet_told(found));
         let gone = |unknown: &Unknown| match unknown {
             Unknown::SpreadRow | Unknown::SpreadColumn | Unknown::SpreadDiagonal => !spread,
             Unknown::CarryOver => !carry,
@@ -289,6 +300,10 @@ impl Search<'_> {
                 }
             }
         }
+        if looked_for.contains(&Unknown::Sheet) && !sheet {
+            // The lines were told apart under a sheet.
+            self.turns(progress)?;
+        }
         let last = self.fit_all(Effort::FULL)?;
         // Of what stays what the last fit found, of what does not what was there before it went.
         let now = self.words(&last, &looked_for, stays);
@@ -303,7 +318,7 @@ impl Search<'_> {
     /// valley, so that neither is told well where both together are.
     fn is_sheet_told(&mut self, found: &Together) -> bool {
         let mut model = found.model.clone();
-        if model.get(Unknown::Sheet) < MIN_SHEET || model.set(Unknown::Sheet, 0.0).is_none() {
+        if model.set(Unknown::Sheet, 0.0).is_none() {
             return false;
         }
         let is_sheet = |u: &Unknown| matches!(u, Unknown::Sheet | Unknown::SheetContact);
