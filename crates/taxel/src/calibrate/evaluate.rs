@@ -25,6 +25,8 @@ pub(super) struct PressEstimate {
     /// What the label stands for, grams: the load on the taxel, with that on its 8 neighbours where nothing else is near.
     /// A press off the taxel's centre is still the same force.
     pub(super) force_g: f64,
+    /// The load on the taxel and all within two of it, grams.
+    pub(super) together_g: f64,
     /// Loads on its 8 neighbours, grams, where nothing else is near.
     pub(super) neighbours_g: Vec<f64>,
     /// Loads on unloaded taxels of its frame, grams (by the secant).
@@ -248,6 +250,7 @@ impl<'a> Evaluator<'a> {
             estimates.push(PressEstimate {
                 load_g,
                 force_g: load_g + beside,
+                together_g: patch.together_g(),
                 // As shares of the press, and by a fixed number of grams per siemens: otherwise the fit could
                 // make ghosts small by making every load small.
                 neighbours_g: if self.isolated[i] {

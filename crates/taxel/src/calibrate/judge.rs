@@ -8,6 +8,7 @@ use super::fit::{Score, mean, standard_error};
 use super::least_squares::median;
 use super::model::Unknown;
 use super::outcome::HeldOut;
+use super::polish::judges_forces;
 use crate::sensor::UncertaintySpec;
 
 /// Presses are farther off than others when their errors are so by this many standard errors.
@@ -46,7 +47,7 @@ impl Search<'_> {
         let inflation = self.inflation(&score);
         let levelled = !self.evaluator.evidence.levels.is_empty();
         let scale = match (&self.together, &self.best) {
-            (Some(together), _) => together.error_of(Unknown::Factor),
+            (Some(together), _) => together.error_of_contacts(),
             (None, Some((fitted, _))) => fitted.error_of(Unknown::Factor),
             _ => None,
         };
@@ -92,6 +93,14 @@ impl Search<'_> {
         };
         let (evidence, sensor) = (self.evaluator.evidence, &self.model.sensor);
         let presses = evidence.presses.iter().zip(says_g).enumerate();
+        let noise =
+            |taxel, load_g| least_noise_g(sensor, &law, evidence.noise_counts, taxel, load_g);
+        // A force has the noise of eight unloaded taxels besides.
+        let beside = if judges_forces(&self.evaluator) {
+            8f64.sqrt()
+        } else {
+            0.0
+        };
         presses
             .filter_map(|(place, (press, says_g))| {
                 let taxel = press.row * sensor.columns() + press.column;
@@ -101,7 +110,7 @@ impl Search<'_> {
                     frame: press.frame,
                     load_g,
                     says_g: (*says_g)?,
-                    noise_g: least_noise_g(sensor, &law, evidence.noise_counts, taxel, load_g),
+                    noise_g: noise(taxel, load_g).hypot(beside * noise(taxel, 0.0)),
                 })
             })
             .collect()

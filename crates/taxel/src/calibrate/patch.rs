@@ -95,6 +95,16 @@ impl Patch {
         self.loads_g[MIDDLE]
     }
 
+    /// The loads on it and as far as its neighbours' neighbours together, grams.
+    pub(super) fn together_g(&self) -> f64 {
+        let near = |k: &usize| {
+            let (row, column) = (k / SIDE, k % SIDE);
+            row.abs_diff(REACH) <= 2 && column.abs_diff(REACH) <= 2
+        };
+        let near = (0..SIDE * SIDE).filter(near).map(|k| self.loads_g[k]);
+        near.filter(|load| load.is_finite()).sum()
+    }
+
     /// The loads on its neighbours, grams, where there are taxels.
     pub(super) fn beside_g(&self) -> impl Iterator<Item = f64> {
         let there = NEIGHBOURS.into_iter().filter(|&k| !self.nowhere[k]);

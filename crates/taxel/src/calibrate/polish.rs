@@ -148,7 +148,17 @@ impl Search<'_> {
         self.choose_scan_order()?;
         self.model.spread_is_believed = self.hearing != Hearing::Own || self.alone() < MIN_ALONE;
         let around = self.around_g()?;
-        let found = self.turns(progress)?;
+        let mut found = self.turns(progress)?;
+        let carry = found.model.get(Unknown::CarryOver);
+        let error = found.error_of(Unknown::CarryOver);
+        if error.is_some_and(|error| carry <= TOLD * error) {
+            // With all else known, the order may be told better.
+            let order = self.model.sensor.converter().scan_order;
+            self.choose_scan_order()?;
+            if self.model.sensor.converter().scan_order != order {
+                found = self.turns(progress)?;
+            }
+        }
         let found = self.leave_out_what_is_not_there(&found, progress)?;
         (self.around_g()? <= MAX_AROUND * around).then_some(found)
     }
@@ -364,7 +374,13 @@ impl Search<'_> {
             )?);
         }
         let loss = |fit: &Together| fit.loss_in_scales_of(MisfitTerm::Surroundings, &fits[0]);
-        let best = usize::from(loss(&fits[1]) < loss(&fits[0]));
+        // No reading keeps less than nothing of the one before.
+        let kept = [&fits[0], &fits[1]].map(|fit| fit.model.get(Unknown::CarryOver) > 0.0);
+        let best = match kept {
+            [true, false] => 0,
+            [false, true] => 1,
+            _ => usize::from(loss(&fits[1]) < loss(&fits[0])),
+        };
         self.model = fits[best].model.clone();
         Some(())
     }
@@ -439,12 +455,17 @@ impl Search<'_> {
 /// Fewest presses with nothing near them that stand for all in what a load is uncertain by.
 const MIN_FORCES: usize = 40;
 
-/// Held-out presses as forces, where enough of them are told so: a press beside its taxel is no fault of the sensor.
+/// Whether what loads are uncertain by is judged by presses with nothing near them alone, as forces: there are enough of them,
+/// and a press beside its taxel is no fault of the sensor.
+pub(super) fn judges_forces(evaluator: &Evaluator) -> bool {
+    let alone = evaluator.isolated.iter().filter(|&&i| i).count();
+    evaluator.forces && alone >= MIN_FORCES
+}
+
+/// What presses are read as, of those that are judged by.
 pub(super) fn judged(evaluator: &Evaluator, estimates: &[PressEstimate]) -> Vec<Option<f64>> {
-    let isolated = &evaluator.isolated;
-    let alone = isolated.iter().filter(|&&i| i).count();
-    let forces = evaluator.forces && alone >= MIN_FORCES;
-    let presses = estimates.iter().zip(isolated);
+    let forces = judges_forces(evaluator);
+    let presses = estimates.iter().zip(&evaluator.isolated);
     presses
         .map(|(says, isolated)| match (forces, *isolated) {
             (false, _) => Some(says.load_g),

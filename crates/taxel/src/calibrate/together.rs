@@ -76,6 +76,8 @@ impl Hears {
 pub(super) struct Residuals {
     pub(super) of_terms: [Vec<f64>; 3],
     pub(super) beliefs: Vec<f64>,
+    /// ln of what stands around each press, so that its derivative tells by how much of it contacts would change.
+    contacts: Vec<f64>,
 }
 
 /// A model, what it says, and how much of it is believed.
@@ -245,6 +247,10 @@ impl Residuals {
         Self {
             of_terms,
             beliefs: model.surprises(unknowns),
+            contacts: estimates
+                .iter()
+                .map(|estimate| estimate.together_g.max(1.0).ln())
+                .collect(),
         }
     }
 }
@@ -301,7 +307,10 @@ fn slopes_at(
         let mut there = Residuals::new(evaluator, &moved, unknowns, &estimates, &point.scales);
         let here = &point.residuals;
         let lists = there.of_terms.iter_mut().zip(&here.of_terms);
-        for (there, here) in lists.chain([(&mut there.beliefs, &here.beliefs)]) {
+        for (there, here) in lists.chain([
+            (&mut there.beliefs, &here.beliefs),
+            (&mut there.contacts, &here.contacts),
+        ]) {
             for (there, here) in there.iter_mut().zip(here) {
                 *there = (*there - here) / step;
             }
@@ -402,6 +411,24 @@ impl Together {
                 .max(0.0)
                 .sqrt(),
         )
+    }
+
+    /// Standard error of a contact's load by all that is fitted together, a share of it: the usual one of the contacts that
+    /// were pressed. Nothing where there was none.
+    pub(super) fn error_of_contacts(&self) -> Option<f64> {
+        let n = self.unknowns.len();
+        let variance = |i: usize| -> f64 {
+            let slope = |k: usize| self.slopes[k].contacts[i];
+            let row = |k: usize| {
+                (0..n)
+                    .map(|l| self.covariance[k * n + l] * slope(l))
+                    .sum::<f64>()
+            };
+            (0..n).map(|k| slope(k) * row(k)).sum()
+        };
+        let contacts = &self.point.residuals.contacts;
+        let pressed = (0..contacts.len()).filter(|&i| contacts[i] > 0.0);
+        crate::stats::median(pressed.map(variance)).map(|variance| variance.max(0.0).sqrt())
     }
 
     /// Correlation of two fitted unknowns.
