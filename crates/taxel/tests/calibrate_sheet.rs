@@ -91,19 +91,21 @@ fn has_sheet(found: &Calibration) -> bool {
 
 #[test]
 fn a_sheet_is_found_and_undone() {
-    let (truth, found) = calibrated(&Imperfections::under_a_sheet(), (24, 24), 31);
-    assert!(has_sheet(&found), "{}", found.report);
-    let errors = errors_g(&found.sensor, &truth);
-    let error = mean(&errors);
-    let cut = found
-        .sensor
-        .edited(|spec| spec.material.as_mut().unwrap().sheet = None)
-        .unwrap();
-    let without = mean(&errors_g(&cut, &truth));
-    println!("without the sheet: {without} g");
-    holds("under a sheet, grams", error, 0.3034);
-    assert!(20.0 * error < without, "{error} {without}");
-    assert!(inside(&errors) >= 0.9, "{}", inside(&errors));
+    for (seed, recorded) in [(31, 0.2500), (33, 0.0833)] {
+        let (truth, found) = calibrated(&Imperfections::under_a_sheet(), (24, 24), seed);
+        assert!(has_sheet(&found), "{}", found.report);
+        let errors = errors_g(&found.sensor, &truth);
+        let error = mean(&errors);
+        let cut = found
+            .sensor
+            .edited(|spec| spec.material.as_mut().unwrap().sheet = None)
+            .unwrap();
+        let without = mean(&errors_g(&cut, &truth));
+        println!("without the sheet: {without} g");
+        holds("under a sheet, grams", error, recorded);
+        assert!(60.0 * error < without, "{error} {without}");
+        assert!(inside(&errors) >= 0.92, "{}", inside(&errors));
+    }
 }
 
 #[test]
@@ -111,17 +113,6 @@ fn where_there_is_no_sheet_none_is_found() {
     let (truth, found) = calibrated(&Imperfections::beyond_the_circuit(), (24, 24), 31);
     assert!(!has_sheet(&found), "{}", found.report);
     let errors = errors_g(&found.sensor, &truth);
-    holds("without a sheet, grams", mean(&errors), 0.2114);
-    assert!(inside(&errors) >= 0.95, "{}", inside(&errors));
-}
-
-/// Where the fit of everything loses, the search's own is judged by what it had looked at itself: otherwise a panic.
-#[test]
-fn where_the_fit_of_everything_loses_the_search_stands() {
-    let (truth, found) = calibrated(&Imperfections::under_a_sheet(), (32, 66), 33);
-    assert!(!has_sheet(&found), "{}", found.report);
-    let errors = errors_g(&found.sensor, &truth);
-    holds("the search's own, grams", mean(&errors), 11.81);
-    let uncertain = found.sensor.uncertainty().unwrap();
-    assert!(uncertain.model_share > 0.01, "{uncertain:?}");
+    holds("without a sheet, grams", mean(&errors), 0.0781);
+    assert!(inside(&errors) >= 0.92, "{}", inside(&errors));
 }

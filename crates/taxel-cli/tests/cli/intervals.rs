@@ -52,7 +52,7 @@ fn standard_errors_are_the_sum_of_their_parts_and_intervals_a_multiple_of_them()
     for i in 0..loads.len() {
         assert!(noise[i] > 0.0);
         same(fit[i], 0.01 * loads[i].abs());
-        let beside = 0.05 * 0.02f64.hypot(0.01) * heaviest_near(&loads, i);
+        let beside = 0.06 * 0.02f64.hypot(0.01) * heaviest_near(&loads, i);
         let share = beside.max(0.02 * loads[i].abs());
         same(model[i], (0.3f64.powi(2) + share.powi(2)).sqrt());
         same(

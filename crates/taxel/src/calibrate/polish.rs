@@ -30,8 +30,8 @@ const MAX_AROUND: f64 = 1.2;
 /// Fewest presses with nothing near them that tell of what surrounds presses.
 const MIN_ALONE: usize = 5;
 
-/// On larger arrays, unless labels are explained but for this share of a load, every unknown listens to its own evidence alone:
-/// their many ghosts tell it well enough, and faults of labels mislead what listens to all. On smaller ones such equations often lose their way.
+/// On larger arrays, unless labels are explained but for this share of a load, what surrounds presses tells the spread and the
+/// carry-over alone: presses off the middle of their taxels bend the rest where that listens to it too. Smaller ones have too few presses alone for that.
 const MAX_TAXELS_BY_ALL: usize = 2048;
 const EXPLAINED: f64 = 0.02;
 
@@ -79,11 +79,11 @@ impl Search<'_> {
         let before = self.before();
         let taxels = self.model.sensor.rows() * self.model.sensor.columns();
         let ways: &[Hearing] = if taxels <= MAX_TAXELS_BY_ALL {
-            &[Hearing::All, Hearing::AllOfPresses, Hearing::Own]
+            &[Hearing::All, Hearing::AllOfPresses]
         } else if self.explains_labels() {
-            &[Hearing::All, Hearing::Own]
+            &[Hearing::All]
         } else {
-            &[Hearing::Own]
+            &[Hearing::AllOfPresses]
         };
         for &hearing in ways {
             self.hearing = hearing;
@@ -146,7 +146,7 @@ impl Search<'_> {
         self.add_effects();
         self.look_closely()?;
         self.choose_scan_order()?;
-        self.model.spread_is_believed = self.hearing != Hearing::Own || self.alone() < MIN_ALONE;
+        self.model.spread_is_believed = true;
         let around = self.around_g()?;
         let mut found = self.turns(progress)?;
         let carry = found.model.get(Unknown::CarryOver);

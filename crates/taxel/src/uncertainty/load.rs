@@ -58,7 +58,7 @@ pub(super) fn noise_counts_of(sensor: &Sensor, level: Option<Level>) -> f64 {
 
 /// What of a heavy neighbour's uncertainty a taxel shares: a part of its load that stands elsewhere stands here. Measured on
 /// simulated sensors whose loads spread: with nothing of it 2.8 % of unloaded taxels are outside their intervals.
-pub(super) const NEAR_SHARE: f64 = 0.05;
+pub(super) const NEAR_SHARE: f64 = 0.06;
 
 /// The heaviest load on the eight neighbours of a taxel.
 pub(super) fn heaviest_near(loads: &[f64], columns: usize, taxel: usize) -> f64 {
