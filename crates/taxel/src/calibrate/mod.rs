@@ -24,6 +24,7 @@ mod presses;
 mod priors;
 mod report;
 mod residuals;
+mod scatter;
 mod suspects;
 mod terms;
 mod together;

@@ -10,14 +10,13 @@
 
 use super::equations::{covariance, equations, solve};
 use super::evaluate::{Evaluator, PressEstimate};
-use super::least_squares::{median, weights};
+use super::least_squares::weights;
 use super::model::{Model, Unknown};
+use super::scatter::{MIN_SCATTER_G, press_scales, size};
 use super::terms::{MisfitTerm, Told};
 
 /// Residuals beyond this many standard deviations count linearly.
 const HUBER: f64 = 2.5;
-/// Smallest scatter that residuals of a kind are scaled by, grams.
-const MIN_SCATTER_G: f64 = 1e-3;
 /// A step is too long where a kind of evidence loses so many times what it had lost.
 const MAX_RISE: f64 = 1.5;
 /// Where there is one loss, what keeps an unknown where it is, as a part of what a step of its whole reach costs.
@@ -253,36 +252,6 @@ impl Residuals {
                 .collect(),
         }
     }
-}
-
-/// The usual size of residuals: their deviation from nothing, that of a normal distribution with the same median size.
-fn size(residuals: &[f64]) -> f64 {
-    let sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
-    1.4826 * median(&sizes)
-}
-
-/// What a labelled load is uncertain by: a part that is the same for all, which light ones tell, and one that goes with
-/// the load (labels, creep while it is held), which heavy ones tell.
-fn press_scales(evaluator: &Evaluator, residuals: &[f64]) -> Vec<f64> {
-    let loads: Vec<f64> = evaluator
-        .evidence
-        .presses
-        .iter()
-        .map(|p| p.load_g)
-        .collect();
-    let middle = median(&loads);
-    let part = |heavy: bool| -> Vec<f64> {
-        let each = residuals.iter().zip(&loads);
-        each.filter(|(_, load)| (**load > middle) == heavy)
-            .map(|(r, load)| if heavy { r / load } else { *r })
-            .collect()
-    };
-    let share = size(&part(true));
-    let of_light = loads.iter().filter(|load| **load <= middle).sum::<f64>()
-        / loads.iter().filter(|load| **load <= middle).count().max(1) as f64;
-    let same = size(&part(false)).powi(2) - (share * of_light).powi(2);
-    let same = same.max(0.0).sqrt().max(MIN_SCATTER_G);
-    loads.iter().map(|load| same.hypot(share * load)).collect()
 }
 
 /// The derivative of every residual by every unknown, one-sided differences.

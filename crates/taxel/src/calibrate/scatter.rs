@@ -1,0 +1,37 @@
+//! How much residuals of a fit of everything scatter.
+
+use super::evaluate::Evaluator;
+use super::least_squares::median;
+
+/// Smallest scatter that residuals of a kind are scaled by, grams.
+pub(super) const MIN_SCATTER_G: f64 = 1e-3;
+
+/// The usual size of residuals: their deviation from nothing, that of a normal distribution with the same median size.
+pub(super) fn size(residuals: &[f64]) -> f64 {
+    let sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
+    1.4826 * median(&sizes)
+}
+
+/// What a labelled load is uncertain by: a part that is the same for all, which light ones tell, and one that goes with
+/// the load (labels, creep while it is held), which heavy ones tell.
+pub(super) fn press_scales(evaluator: &Evaluator, residuals: &[f64]) -> Vec<f64> {
+    let loads: Vec<f64> = evaluator
+        .evidence
+        .presses
+        .iter()
+        .map(|p| p.load_g)
+        .collect();
+    let middle = median(&loads);
+    let part = |heavy: bool| -> Vec<f64> {
+        let each = residuals.iter().zip(&loads);
+        each.filter(|(_, load)| (**load > middle) == heavy)
+            .map(|(r, load)| if heavy { r / load } else { *r })
+            .collect()
+    };
+    let share = size(&part(true));
+    let of_light = loads.iter().filter(|load| **load <= middle).sum::<f64>()
+        / loads.iter().filter(|load| **load <= middle).count().max(1) as f64;
+    let same = size(&part(false)).powi(2) - (share * of_light).powi(2);
+    let same = same.max(0.0).sqrt().max(MIN_SCATTER_G);
+    loads.iter().map(|load| same.hypot(share * load)).collect()
+}
