@@ -14,6 +14,7 @@
 //! | [`identify`] | from recordings to the read-out that explains them |
 //! | [`line_survey`], [`presses`], [`check`], [`training_set`] | what is read before the work: faulty lines, labelled presses, known loads of the day, what a model learns from |
 
+pub mod calibration_age;
 pub mod calibration_picture;
 pub mod carry;
 pub mod chain;

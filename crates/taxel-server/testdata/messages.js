@@ -17,6 +17,7 @@ export const hello = {
     "bits": 16,
     "max_count": 65535.0,
     "has_load_law": true,
+    "calibration": "calibrated 2026-11-10 (12 days ago); not checked since",
     "positions_mm": null
   },
   "source": {
@@ -154,6 +155,7 @@ export const helloOfFile = {
     "bits": 0,
     "max_count": 0.0,
     "has_load_law": false,
+    "calibration": null,
     "positions_mm": [
       [
         1.5,

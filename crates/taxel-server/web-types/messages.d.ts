@@ -29,6 +29,7 @@ declare namespace Wire {
     bits: number;
     max_count: number;
     has_load_law: boolean;
+    calibration: string | null;
     /** Where the taxels lie, x and y, row by row; null where they lie at the crossings of their lines. */
     positions_mm: ([number, number] | null)[] | null;
   }

@@ -12,6 +12,7 @@ use taxel_plot::cells;
 use taxel_plot::report::{Section, Table, number};
 
 use super::plan::Plan;
+use crate::calibration_age::calibration_history;
 use crate::error::Error;
 
 /// Hexadecimal digits of a fingerprint that are shown: enough to tell files apart, few enough to compare by eye.
@@ -67,6 +68,8 @@ fn describe(sensor: &Sensor) -> Vec<(String, String)> {
         ),
     ));
     about.push(line("load law", describe_law(spec)));
+    let history = calibration_history(sensor, None);
+    about.extend(history.map(|history| line("calibration", history)));
     if spec.material.is_some() {
         about.push(line("a load is uncertain by", describe_doubt(sensor)));
     }

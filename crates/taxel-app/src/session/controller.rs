@@ -21,6 +21,7 @@ use super::recorder::{Owner, Recorder};
 use super::sliders::{Change, Simulation};
 use super::source::Controls;
 use super::status::{SessionStatus, secs};
+use crate::calibration_age::calibration_history;
 use crate::methods::MethodName;
 
 /// The longest note and the longest name that are taken.
@@ -286,6 +287,7 @@ impl ViewerBackend for LiveController {
             };
             places.iter().enumerate().map(place).collect()
         });
+        sensor.calibration = calibration_history(&self.sensor, Some(SystemTime::now()));
         sensor.has_load_law = self.sensor.material().is_some() || self.model.is_some();
         let program = format!("taxel {}", env!("CARGO_PKG_VERSION"));
         let source = SourceFacts::new(self.address.to_string(), kind);

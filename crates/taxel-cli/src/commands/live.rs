@@ -1,12 +1,14 @@
 //! `taxel live` and `taxel view`: what happens on the sensor, in the browser.
 
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use taxel_acquire::Address;
 use taxel_server::{Options as ServerOptions, random_token, token_problem};
 
 use crate::error::Error;
 use crate::{Exit, interrupt, out};
+use taxel_app::calibration_age::calibration_history;
 use taxel_app::methods::MethodName;
 use taxel_app::sensor_source;
 use taxel_app::session::{RecordTopics, Session, SessionOptions};
@@ -91,6 +93,7 @@ fn show(
     held: bool,
 ) -> Result<Exit, Error> {
     let (sensor, sensor_file) = sensor_source::of(address, shown.sensor.as_deref())?;
+    let history = calibration_history(&sensor, Some(SystemTime::now()));
     interrupt::listen();
     let mut options = SessionOptions::new(address.clone(), sensor, sensor_file);
     options.method = shown.method.clone();
@@ -107,6 +110,9 @@ fn show(
     let mut session = Session::start(options)?;
     out::result(&session.urls().join("\n"))?;
     out::note(&format!("{address}; Ctrl-C ends it"));
+    if let Some(history) = history {
+        out::note(&format!("sensor: {history}"));
+    }
     let mut told = String::new();
     while !interrupt::asked() {
         let (_, text) = session.state();

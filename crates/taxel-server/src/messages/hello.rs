@@ -67,6 +67,8 @@ pub struct SensorFacts {
     pub max_count: f64,
     /// Loads are newtons; else conductances in siemens.
     pub has_load_law: bool,
+    /// When it was calibrated and last checked, in words; nothing where it was not.
+    pub calibration: Option<String>,
     /// Where the taxels lie, row by row, x to the right and y down in mm; nothing where they lie at the crossings of their
     /// lines. A crossing without a taxel has none.
     pub positions_mm: Option<Vec<Option<[f64; 2]>>>,

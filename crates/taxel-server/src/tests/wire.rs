@@ -41,6 +41,7 @@ fn hello() -> Hello {
         bits: 16,
         max_count: 65535.0,
         has_load_law: true,
+        calibration: Some("calibrated 2026-11-10 (12 days ago); not checked since".to_owned()),
         ..SensorFacts::new("a \"mat\" \u{2013} 2 × 3", 2, 3)
     };
     let range = SliderKind::Range {

@@ -38,6 +38,8 @@ export class Status {
     byId("source-address").textContent = `${source.address}, ${sensor.rows} × ${sensor.columns}`;
     byId("source-address").title = source.address;
     byId("status-program").textContent = hello.program;
+    byId("status-calibration").textContent = sensor.calibration ?? "";
+    byId("status-calibration").hidden = !sensor.calibration;
     document.title = `${sensor.name} – Taxel`;
   }
 

@@ -53,10 +53,25 @@ pub fn standard_errors_by(
     siemens: &[f64],
     sigma_volts: f64,
 ) -> Result<Vec<f64>, NotPassive> {
-    point.set(siemens)?;
+    set_passive(point, siemens)?;
     Ok(match how {
         Uncertainty::Dense => dense(point, siemens.len(), sigma_volts),
         Uncertainty::Probes(count) => probes(point, siemens.len(), sigma_volts, count),
+    })
+}
+
+/// Sets a point whose derivative is wanted. Noise makes conductances of unloaded taxels negative, and a line that hangs on
+/// nothing else with them; where the network has no solution then, the derivative is that without conductances below zero.
+///
+/// # Errors
+/// [`NotPassive`] when there is none either.
+pub(crate) fn set_passive(
+    point: &mut dyn OperatingPoint,
+    siemens: &[f64],
+) -> Result<(), NotPassive> {
+    point.set(siemens).or_else(|_| {
+        let least: Vec<f64> = siemens.iter().map(|value| value.max(0.0)).collect();
+        point.set(&least)
     })
 }
 

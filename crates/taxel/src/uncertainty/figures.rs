@@ -5,7 +5,7 @@
 
 use super::known::{Known, is_left_out};
 use super::load::{NEAR_SHARE, factor_95_of, heaviest_near, noise_counts_of};
-use super::{Adjoint, least_error_siemens};
+use super::{Adjoint, least_error_siemens, set_passive};
 use crate::circuit::{Circuit, Converter, LinearCircuit, OperatingPoint};
 use crate::frame::{grams_from_newtons, newtons_from_grams};
 use crate::material::{LoadLaw, Spread};
@@ -141,7 +141,7 @@ impl FigureErrors {
         let touches = |(load, mark): (&f64, &Mark)| is_usable(*mark) && *load > CONTACT_NEWTONS;
         let is_touched = loads.values().iter().zip(loads.marks()).any(touches);
         let is_bounded = !loads.marks().contains(&Mark::Saturated);
-        if !is_answer || !is_bounded || self.point.set(siemens.values()).is_err() {
+        if !is_answer || !is_bounded || set_passive(&mut *self.point, siemens.values()).is_err() {
             return FrameFigureErrors {
                 total_force_newtons: FigureError::unbounded(),
                 contact_area_mm2: FigureError::unbounded(),

@@ -5,7 +5,7 @@ mod figures;
 mod known;
 mod load;
 
-pub(crate) use conductance::{Adjoint, influence_of};
+pub(crate) use conductance::{Adjoint, influence_of, set_passive};
 pub use conductance::{Uncertainty, standard_errors, standard_errors_by};
 pub use figures::{FigureError, FigureErrors, FrameFigureErrors};
 pub(crate) use known::Known;
