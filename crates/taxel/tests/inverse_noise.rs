@@ -85,6 +85,26 @@ fn a_large_array_is_probed() {
     assert!(errors.iter().all(|&error| error > 0.0));
 }
 
+/// Noise takes an unloaded row below nothing, and a network whose row hangs on that has no solution.
+#[test]
+fn a_row_that_reads_below_nothing_leaves_the_others_their_errors() {
+    for topology in [Topology::TiaGroundedColumns, Topology::DividerFloating] {
+        let inversion = inversion("newton", topology, (12, 12), 70.0, 0.0);
+        let mut truth = pressed(12, 12, 0.4, 7);
+        truth.values_mut()[12 * 4..12 * 5].fill(0.0);
+        let mut noisy = truth.clone();
+        noisy.values_mut()[12 * 4..12 * 5].fill(-1e-7);
+        let [at_truth, found] = [&truth, &noisy].map(|g| predicted(&inversion.circuit, g));
+        for (taxel, (found, expected)) in found.iter().zip(&at_truth).enumerate() {
+            assert!(found.is_finite() && *found > 0.0);
+            if taxel / 12 != 4 {
+                let ratio = found / expected;
+                assert!((ratio - 1.0).abs() < 1e-3, "{topology:?}, {taxel}: {ratio}");
+            }
+        }
+    }
+}
+
 /// With everything pressed, a floating mat carries a taxel's conductance in a small difference.
 #[test]
 fn a_fully_pressed_floating_mat_is_trusted_far_less() {
