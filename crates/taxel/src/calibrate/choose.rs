@@ -208,13 +208,7 @@ impl<'a> Search<'a> {
 
     /// Refuses a fit that says no more about held-out presses than their median would.
     fn explains(&self) -> Result<(), Error> {
-        let loads: Vec<f64> = self
-            .evaluator
-            .evidence
-            .presses
-            .iter()
-            .map(|p| p.load_g)
-            .collect();
+        let loads = self.evaluator.evidence.loads_g();
         let middle = median(&loads);
         let blind = mean(&loads.iter().map(|l| (l - middle).abs()).collect::<Vec<_>>());
         let found = self

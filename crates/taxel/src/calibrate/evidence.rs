@@ -94,6 +94,11 @@ impl Evidence {
 }
 
 impl Evidence {
+    /// What was labelled, grams.
+    pub(super) fn loads_g(&self) -> Vec<f64> {
+        self.presses.iter().map(|press| press.load_g).collect()
+    }
+
     /// The same with at most this many presses, evenly chosen: enough for a start, and faster.
     pub(super) fn thinned(&self, most: usize) -> Self {
         let stride = self.presses.len().div_ceil(most).max(1);

@@ -106,7 +106,7 @@ pub(super) struct Model {
     pub(super) most_offset_counts: f64,
     /// Uniform loads give the law, and presses the scale of these loads.
     pub(super) levelled: bool,
-    /// Whether what is believed of spread counts: not where presses with nothing near them tell it.
+    /// Whether what is believed of spread counts: where everything is fitted together.
     pub(super) spread_is_believed: bool,
     /// What is believed of it beforehand.
     pub(super) beliefs: Beliefs,

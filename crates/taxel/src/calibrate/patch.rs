@@ -2,7 +2,7 @@
 
 use super::model::Model;
 use crate::material::LoadLaw;
-use crate::{Frame, Sensor, Siemens};
+use crate::{Frame, Siemens};
 
 /// Taxels around a labelled one that its spread is undone with, to each side.
 const REACH: usize = 4;
@@ -72,7 +72,7 @@ impl Patch {
         let (sensor, shape) = (&model.sensor, [model.sensor.rows(), model.sensor.columns()]);
         for (k, &siemens) in siemens.iter().enumerate() {
             let taxel = place(middle, k, shape).map(|(r, c)| r * shape[1] + c);
-            let taxel = taxel.filter(|&taxel| !is_absent(sensor, taxel));
+            let taxel = taxel.filter(|&taxel| !sensor.is_absent(taxel));
             self.nowhere[k] = taxel.is_none();
             let taxel = taxel.filter(|_| is_all || k == MIDDLE);
             self.effective_g[k] = taxel.map_or(0.0, |t| law.grams_from_siemens(t, siemens));
@@ -110,8 +110,4 @@ impl Patch {
         let there = NEIGHBOURS.into_iter().filter(|&k| !self.nowhere[k]);
         there.map(|k| self.loads_g[k])
     }
-}
-
-fn is_absent(sensor: &Sensor, taxel: usize) -> bool {
-    sensor.absent().get(taxel).is_some_and(|&absent| absent)
 }

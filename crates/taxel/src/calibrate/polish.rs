@@ -229,7 +229,7 @@ impl Search<'_> {
         let estimates = self.evaluator.estimates(&self.model)?;
         let ghosts = estimates.iter().flat_map(|e| &e.ghosts_g).copied();
         let noise = 8f64.sqrt() * robust_deviation(ghosts);
-        let loads = self.evaluator.evidence.presses.iter().map(|p| p.load_g);
+        let loads = self.evaluator.evidence.loads_g();
         self.evaluator.forces = noise < QUIET * stats::median(loads).unwrap_or(0.0);
         Some(())
     }

@@ -15,12 +15,7 @@ pub(super) fn size(residuals: &[f64]) -> f64 {
 /// What a labelled load is uncertain by: a part that is the same for all, which light ones tell, and one that goes with
 /// the load (labels, creep while it is held), which heavy ones tell.
 pub(super) fn press_scales(evaluator: &Evaluator, residuals: &[f64]) -> Vec<f64> {
-    let loads: Vec<f64> = evaluator
-        .evidence
-        .presses
-        .iter()
-        .map(|p| p.load_g)
-        .collect();
+    let loads = evaluator.evidence.loads_g();
     let middle = median(&loads);
     let part = |heavy: bool| -> Vec<f64> {
         let each = residuals.iter().zip(&loads);
