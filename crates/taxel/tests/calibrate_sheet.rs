@@ -89,11 +89,35 @@ fn has_sheet(found: &Calibration) -> bool {
     written
 }
 
+/// Every number says where it comes from, all of it, and the sheet comes from the frames.
+fn tells_where_it_comes_from(found: &Calibration) {
+    let beliefs = &found.report.beliefs;
+    for belief in beliefs {
+        let sum: f64 = belief.told_by.iter().map(|part| part.1).sum();
+        assert!((sum - 1.0).abs() < 1e-9, "{belief}");
+        assert!(belief.told_by.iter().all(|part| part.1 >= 0.0), "{belief}");
+    }
+    let sheet = beliefs
+        .iter()
+        .find(|belief| belief.name == "sheet")
+        .unwrap();
+    let believed = sheet.told_by.iter().find(|part| part.0 == "beliefs");
+    assert!(
+        !sheet.untold && believed.is_none_or(|part| part.1 < 0.05),
+        "{sheet}"
+    );
+    assert!(
+        (sheet.after.0 - 1e6 / 12e3).abs() < 4.0 * sheet.after.1,
+        "{sheet}"
+    );
+}
+
 #[test]
 fn a_sheet_is_found_and_undone() {
     for (seed, recorded) in [(31, 0.2500), (33, 0.0833)] {
         let (truth, found) = calibrated(&Imperfections::under_a_sheet(), (24, 24), seed);
         assert!(has_sheet(&found), "{}", found.report);
+        tells_where_it_comes_from(&found);
         let errors = errors_g(&found.sensor, &truth);
         let error = mean(&errors);
         let cut = found

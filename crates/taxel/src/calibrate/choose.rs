@@ -11,7 +11,7 @@ use super::outcome::{HeldOut, Outcome};
 use super::priors::Beliefs;
 use super::terms::Hearing;
 use super::together::Together;
-use super::{CalibrationOptions, EffectFinding};
+use super::{Belief, CalibrationOptions, EffectFinding};
 use crate::circuit::LinearCircuit;
 use crate::solve::Exact;
 use crate::{Error, Executor, Sensor};
@@ -32,6 +32,8 @@ pub(super) struct Search<'a> {
     /// Everything fitted together, from there, where that is more probable.
     pub(super) together: Option<Together>,
     pub(super) findings: Vec<EffectFinding>,
+    /// What was believed of each number fitted together, and what told it.
+    pub(super) beliefs: Vec<Belief>,
     pub(super) laws: Vec<(String, f64)>,
     pub(super) law: String,
     pub(super) separated: bool,
@@ -143,6 +145,7 @@ impl<'a> Search<'a> {
             best: None,
             together: None,
             findings: Vec::new(),
+            beliefs: Vec::new(),
             laws: Vec::new(),
             law: "power".to_owned(),
             separated: false,

@@ -80,24 +80,10 @@ pub(super) fn covariance(hears: &[[f64; 3]], point: &Point, slopes: &[Residuals]
         }
     }
     let inverse = inverse(View::new(&scaled, n, n));
-    // Evidence of different kinds is independent, and beliefs are shared. What counts for less than it says is many that err
-    // together.
-    let mut between = vec![0.0; n * n];
-    for (k, slope) in slopes.iter().enumerate() {
-        for (kind, of_term) in slope.of_terms.iter().enumerate() {
-            let weighted = of_term.iter().zip(&point.weights[kind]);
-            let weighted: Vec<f64> = weighted.map(|(slope, w)| slope * w).collect();
-            for (l, other) in slopes.iter().enumerate() {
-                let share = (hears[k][kind] * hears[l][kind]).sqrt();
-                if share > 0.0 {
-                    between[k * n + l] += share * dot(&weighted, &other.of_terms[kind]);
-                }
-            }
-        }
-        for (l, other) in slopes.iter().enumerate() {
-            between[k * n + l] += dot(&slope.beliefs, &other.beliefs);
-        }
-    }
+    let between = information(hears, point, slopes);
+    let between: Vec<f64> = (0..n * n)
+        .map(|i| between.iter().map(|kind| kind[i]).sum())
+        .collect();
     let mut out = vec![0.0; n * n];
     for i in 0..n {
         for j in 0..n {
@@ -112,4 +98,55 @@ pub(super) fn covariance(hears: &[[f64; 3]], point: &Point, slopes: &[Residuals]
         }
     }
     out
+}
+
+/// What the three kinds of evidence, and beliefs, say of the unknowns: n × n each, row-major. Evidence of different kinds is
+/// independent, and beliefs are shared. What counts for less than it says is many that err together.
+fn information(hears: &[[f64; 3]], point: &Point, slopes: &[Residuals]) -> [Vec<f64>; 4] {
+    let n = hears.len();
+    let mut kinds = [(); 4].map(|()| vec![0.0; n * n]);
+    for (k, slope) in slopes.iter().enumerate() {
+        for (kind, of_term) in slope.of_terms.iter().enumerate() {
+            let weighted = of_term.iter().zip(&point.weights[kind]);
+            let weighted: Vec<f64> = weighted.map(|(slope, w)| slope * w).collect();
+            for (l, other) in slopes.iter().enumerate() {
+                let share = (hears[k][kind] * hears[l][kind]).sqrt();
+                if share > 0.0 {
+                    kinds[kind][k * n + l] = share * dot(&weighted, &other.of_terms[kind]);
+                }
+            }
+        }
+        for (l, other) in slopes.iter().enumerate() {
+            kinds[3][k * n + l] = dot(&slope.beliefs, &other.beliefs);
+        }
+    }
+    kinds
+}
+
+/// For each unknown, the parts of what is known of it that come from the three kinds of evidence and from beliefs; they sum to 1.
+/// With I the information of all and v = I⁻¹e/(I⁻¹)ₖₖ, the way in which the others follow this one, what is known of it is
+/// 1/(I⁻¹)ₖₖ = vᵀ I v, a sum over the kinds.
+pub(super) fn told_by(hears: &[[f64; 3]], point: &Point, slopes: &[Residuals]) -> Vec<[f64; 4]> {
+    let n = hears.len();
+    let kinds = information(hears, point, slopes);
+    let all: Vec<f64> = (0..n * n)
+        .map(|i| kinds.iter().map(|kind| kind[i]).sum())
+        .collect();
+    let quadratic = |matrix: &[f64], v: &[f64]| -> f64 {
+        let rows = matrix.chunks_exact(n).zip(v);
+        rows.map(|(row, v_k)| v_k * dot(row, v)).sum()
+    };
+    (0..n)
+        .map(|k| {
+            let mut unit = vec![0.0; n];
+            unit[k] = 1.0;
+            let follows = solve(&all, &unit).filter(|v| v[k] > 0.0);
+            let Some(follows) = follows else {
+                return [f64::NAN; 4];
+            };
+            let parts = kinds.each_ref().map(|kind| quadratic(kind, &follows));
+            let sum: f64 = parts.iter().sum();
+            parts.map(|part| part / sum)
+        })
+        .collect()
 }

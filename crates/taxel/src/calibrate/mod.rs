@@ -28,7 +28,9 @@ mod scatter;
 mod suspects;
 mod terms;
 mod together;
+mod told;
 mod transfer;
+mod words;
 mod write;
 
 pub use digits::with_error;
@@ -36,6 +38,7 @@ pub use dynamic::{DynamicFit, LoadSeries, fit_dynamic};
 pub use fit_law::{LawFit, fit_pairs, suspect_pairs};
 pub use report::{CalibrationReport, EffectFinding, Parameter, Suspect};
 pub use residuals::PressResidual;
+pub use told::Belief;
 
 use crate::parallel::{Executor, Serial};
 use crate::{Counts, Error, Frame, Sensor};

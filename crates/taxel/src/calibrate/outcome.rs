@@ -5,7 +5,7 @@ use super::evidence::{Evidence, UNIT_DOUBT};
 use super::fit::{mean, standard_error};
 use super::levels::TaxelMaterial;
 use super::model::Model;
-use super::{EffectFinding, Parameter, Suspect};
+use super::{Belief, EffectFinding, Parameter, Suspect};
 use crate::material::LoadLaw;
 use crate::sensor::UncertaintySpec;
 
@@ -45,6 +45,8 @@ pub(super) struct Outcome {
     pub(super) material: Option<TaxelMaterial>,
     pub(super) parameters: Vec<Parameter>,
     pub(super) findings: Vec<EffectFinding>,
+    /// What was believed of each number, and what told it.
+    pub(super) beliefs: Vec<Belief>,
     /// Law and held-out mean absolute error, grams.
     pub(super) laws: Vec<(String, f64)>,
     pub(super) law_name: String,

@@ -28,7 +28,7 @@ const SHEET_TOLD: f64 = 9.0;
 /// loads beside presses where nothing stands.
 const MAX_AROUND: f64 = 1.2;
 /// Fewest presses with nothing near them that tell of what surrounds presses.
-const MIN_ALONE: usize = 5;
+pub(super) const MIN_ALONE: usize = 5;
 
 /// On larger arrays, unless labels are explained but for this share of a load, what surrounds presses tells the spread and the
 /// carry-over alone: presses off the middle of their taxels bend the rest where that listens to it too. Smaller ones have too few presses alone for that.
@@ -63,6 +63,7 @@ impl Search<'_> {
         self.model = before.model.clone();
         self.unknowns.clone_from(&before.unknowns);
         self.findings.clone_from(&before.findings);
+        self.beliefs.clear();
         self.law.clone_from(&before.law);
         // Its fit has a derivative of what it looked at, not of what was looked at since.
         let evaluator = &mut self.evaluator;
@@ -210,7 +211,7 @@ impl Search<'_> {
     }
 
     /// Presses with nothing near them.
-    fn alone(&self) -> usize {
+    pub(super) fn alone(&self) -> usize {
         self.evaluator.isolated.iter().filter(|&&i| i).count()
     }
 
@@ -315,6 +316,7 @@ impl Search<'_> {
             self.turns(progress)?;
         }
         let last = self.fit_all(Effort::FULL)?;
+        self.tell_beliefs(found, &last);
         // Of what stays what the last fit found, of what does not what was there before it went.
         let now = self.words(&last, &looked_for, stays);
         for (first, now) in first.into_iter().zip(now) {
@@ -384,72 +386,6 @@ impl Search<'_> {
         self.model = fits[best].model.clone();
         Some(())
     }
-
-    /// What was found of spread, carry-over, offset and sheet, with its error, and whether it stays.
-    fn words(
-        &self,
-        found: &Together,
-        looked_for: &[Unknown],
-        stays: [bool; 4],
-    ) -> Vec<EffectFinding> {
-        let error = |u: Unknown| found.error_of(u).unwrap_or(f64::NAN);
-        let pm = |u: Unknown, factor: f64| {
-            format!(
-                "{:.2} ± {:.2}",
-                factor * found.model.get(u),
-                factor * error(u)
-            )
-        };
-        let kept = found.model.spread.map_or(1.0, |spread| spread.kept());
-        let order = match found.model.sensor.converter().scan_order {
-            ScanOrder::RowByRow => "row by row",
-            ScanOrder::ColumnByColumn => "column by column",
-        };
-        let texts = [
-            (
-                Unknown::SpreadRow,
-                "spread",
-                format!(
-                    "neighbours take {:.1} % of a load (one row away {} %, one column {} %, diagonal {} %), from {}",
-                    100.0 * (1.0 - kept),
-                    pm(SPREAD[0], 100.0),
-                    pm(SPREAD[1], 100.0),
-                    pm(SPREAD[2], 100.0),
-                    match self.alone() {
-                        alone if alone >= MIN_ALONE => format!("{alone} presses"),
-                        alone => format!("labels alone: {alone} presses have nothing near them"),
-                    }
-                ),
-            ),
-            (
-                Unknown::CarryOver,
-                "memory of the scan",
-                format!(
-                    "a reading keeps {} % of the one before, scanned {order}",
-                    pm(Unknown::CarryOver, 100.0)
-                ),
-            ),
-            (
-                Unknown::Offset,
-                "offset",
-                format!("{} counts", pm(Unknown::Offset, 1.0)),
-            ),
-            (
-                Unknown::Sheet,
-                "sheet",
-                sheet_words(&found.model, error(Unknown::Sheet)),
-            ),
-        ];
-        let texts = texts.into_iter().zip(stays);
-        texts
-            .filter(|((unknown, ..), _)| looked_for.contains(unknown))
-            .map(|((_, name, text), used)| EffectFinding {
-                name: name.to_owned(),
-                used,
-                text,
-            })
-            .collect()
-    }
 }
 
 /// Fewest presses with nothing near them that stand for all in what a load is uncertain by.
@@ -472,18 +408,4 @@ pub(super) fn judged(evaluator: &Evaluator, estimates: &[PressEstimate]) -> Vec<
             (true, isolated) => isolated.then_some(says.force_g),
         })
         .collect()
-}
-
-fn sheet_words(model: &Model, error: f64) -> String {
-    let conducts = model.get(Unknown::Sheet);
-    let film = format!("the film conducts {conducts:.0} ± {error:.0} µS between neighbours");
-    match model.sheet().filter(|_| conducts > 1.0) {
-        Some(sheet) => format!(
-            "{film} ({:.1} kΩ), contact factor {:.1}; told by uniform loads, which come out {:+.1} % off the labels' scale",
-            sheet.resistance_ohms / 1e3,
-            sheet.contact_factor,
-            100.0 * (model.law.ln_factor.exp() - 1.0)
-        ),
-        None => film,
-    }
 }

@@ -35,6 +35,18 @@ impl Peak {
     pub(super) fn error(&self, i: usize) -> f64 {
         self.covariance[i][i].max(0.0).sqrt()
     }
+
+    /// Which part of what is known of a parameter was believed before: of 1/C_ii = vᵀ C⁻¹ v, with v = C e/C_ii the way in
+    /// which the others follow it, what the priors add.
+    pub(super) fn share_of_beliefs(&self, i: usize, parameters: &[Parameter]) -> f64 {
+        let own = self.covariance[i][i];
+        let follows = self.covariance[i].iter().map(|c| c / own);
+        let believed = parameters.iter().zip(follows).map(|(p, v)| {
+            let sd = p.prior.map_or(f64::INFINITY, |prior| prior.1);
+            (v / sd).powi(2)
+        });
+        (own * believed.sum::<f64>()).clamp(0.0, 1.0)
+    }
 }
 
 const MAX_ITERATIONS: usize = 60;
@@ -198,7 +210,12 @@ mod tests {
         for i in 0..2 {
             assert!((peak.at[i] - 2.0).abs() < 1e-4, "{:?}", peak.at);
             assert!((peak.error(i) - 0.5 / f64::sqrt(2.0)).abs() < 1e-3);
+            // Their difference is all belief.
+            assert!((peak.share_of_beliefs(i, &parameters) - 1.0).abs() < 1e-4);
         }
+        let told = most_probable(&parameters, |x| Some(vec![x[0] - 4.0, x[1] / 0.1])).unwrap();
+        let shares = [0, 1].map(|i| told.share_of_beliefs(i, &parameters));
+        assert!((shares[0] - 0.8).abs() < 1e-4 && (shares[1] - 1.0 / 26.0).abs() < 1e-4);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! What a calibration found, with its errors.
 
 use super::digits::with_error;
+use super::told::Belief;
 use serde::Serialize;
 use std::fmt;
 
@@ -115,6 +116,8 @@ pub struct CalibrationReport {
     pub parameters: Vec<Parameter>,
     /// What was looked for beyond the circuit.
     pub findings: Vec<EffectFinding>,
+    /// What was believed of each number before, and what told it.
+    pub beliefs: Vec<Belief>,
     /// What the user should know before trusting the fit.
     pub warnings: Vec<String>,
     /// Reasons not to use the fit as it is; none for a good one.
@@ -205,6 +208,17 @@ impl fmt::Display for CalibrationReport {
         for finding in &self.findings {
             let used = if finding.used { "used" } else { "not used" };
             writeln!(f, "{:<22} {used:<9} {}", finding.name, finding.text)?;
+        }
+        if !self.beliefs.is_empty() {
+            writeln!(
+                f,
+                "\n{:<34} {:<24} {:<18} told by",
+                "number", "believed before", "now"
+            )?;
+            for belief in &self.beliefs {
+                writeln!(f, "{belief}")?;
+            }
+            writeln!(f)?;
         }
         for text in &self.left_out {
             writeln!(f, "left out: {text}")?;

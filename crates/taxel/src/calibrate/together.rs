@@ -8,7 +8,7 @@
 //! with the derivative of each kind of evidence by every unknown; their covariance is that of such estimating equations,
 //! A⁻¹ B A⁻ᵀ (Huber 1967).
 
-use super::equations::{covariance, equations, solve};
+use super::equations::{covariance, equations, solve, told_by};
 use super::evaluate::{Evaluator, PressEstimate};
 use super::least_squares::weights;
 use super::model::{Model, Unknown};
@@ -398,6 +398,11 @@ impl Together {
         let contacts = &self.point.residuals.contacts;
         let pressed = (0..contacts.len()).filter(|&i| contacts[i] > 0.0);
         crate::stats::median(pressed.map(variance)).map(|variance| variance.max(0.0).sqrt())
+    }
+
+    /// For each unknown, the parts of what is known of it from what surrounds lone presses, unloaded taxels, labels, beliefs.
+    pub(super) fn told_by(&self) -> Vec<[f64; 4]> {
+        told_by(&self.hears.of, &self.point, &self.slopes)
     }
 
     /// Correlation of two fitted unknowns.

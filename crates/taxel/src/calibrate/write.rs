@@ -7,7 +7,9 @@ use super::fit::{Fitted, mean};
 use super::model::{Model, Unknown, no_fit};
 use super::outcome::{HeldOut, Outcome};
 use super::residuals::residuals;
-use super::{Calibration, CalibrationOptions, CalibrationReport, Parameter, polish, suspects};
+use super::{
+    Belief, Calibration, CalibrationOptions, CalibrationReport, Parameter, polish, suspects,
+};
 use crate::material::LoadLaw;
 use crate::screen::Axis;
 use crate::sensor::{Bend, MaterialSpec, PerLine, PerTaxel, Provenance, SensorSpec, SheetSpec};
@@ -48,6 +50,7 @@ impl Search<'_> {
             material,
             parameters,
             findings: self.findings.clone(),
+            beliefs: self.beliefs.clone(),
             laws: self.laws.clone(),
             law_name: self.law.clone(),
             warnings,
@@ -260,9 +263,12 @@ fn report(
         laws: outcome.laws,
         law: outcome.law_name,
         findings: outcome.findings,
+        beliefs: outcome.beliefs,
         parameters: outcome.parameters,
         warnings: outcome.warnings,
     };
+    let untold = report.beliefs.iter().filter_map(Belief::warning);
+    report.warnings.extend(untold.collect::<Vec<_>>());
     for suspect in &mut report.suspects {
         suspect.press = evidence.origin[suspect.press];
     }

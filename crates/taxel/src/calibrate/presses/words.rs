@@ -2,7 +2,8 @@
 
 use super::super::discrepancy::{Beside, uncertainty};
 use super::super::outcome::{HeldOut, Outcome};
-use super::super::{EffectFinding, LawChoice, Parameter, Suspect};
+use super::super::told::Before;
+use super::super::{Belief, EffectFinding, LawChoice, Parameter, Suspect};
 use super::fit::{Fitted, plain_law};
 use super::known::KnownFrames;
 use super::unknowns::Unknown;
@@ -29,6 +30,7 @@ impl PressFit<'_> {
             law: plain_law(&fitted.model),
             material: None,
             findings: findings(fitted, alone, known.crowded.len()),
+            beliefs: beliefs(fitted),
             unexplained: alone == 0 && fitted.share > 0.0,
             laws,
             law_name: (*name).to_owned(),
@@ -223,4 +225,54 @@ fn parameters(fitted: &Fitted) -> Vec<Parameter> {
         ));
     }
     list
+}
+
+/// What was believed of every unknown, and what told it.
+fn beliefs(fitted: &Fitted) -> Vec<Belief> {
+    let (layout, peak) = (&fitted.layout, &fitted.peak);
+    let parameters = layout.parameters_at(&peak.at);
+    let told = (0..parameters.len()).filter(|&i| !matches!(layout.unknowns[i], Unknown::Scale));
+    told.map(|i| {
+        let believed = peak.share_of_beliefs(i, &parameters);
+        let parts = [("presses", 1.0 - believed), ("beliefs", believed)];
+        let (value, error) = (peak.at[i], peak.error(i));
+        let prior = parameters[i].prior;
+        let plain = || prior.map(|(mean, deviation)| Before::within(mean, deviation));
+        let logarithm = || prior.map(Before::within_factor);
+        let factor = (value.exp(), value.exp() * error);
+        let of =
+            |name, before, after, would_tell| Belief::new(name, before, after, &parts, would_tell);
+        // Of the first three and the exponent other warnings say more.
+        match layout.unknowns[i] {
+            Unknown::Sum => of(("column + row switch", "Ohm"), logarithm(), factor, None),
+            Unknown::Split => of(("column / row switch", ""), logarithm(), factor, None),
+            Unknown::GZero => of(("unloaded conductance", "S"), logarithm(), factor, None),
+            Unknown::Exponent => of(("exponent", ""), plain(), (value, error), None),
+            Unknown::Gain => of(
+                ("open-loop gain", ""),
+                logarithm(),
+                factor,
+                Some("heavier presses"),
+            ),
+            Unknown::Source => of(
+                ("source resistor", "Ohm"),
+                logarithm(),
+                factor,
+                Some("heavier presses in crowded columns"),
+            ),
+            Unknown::Saturation => of(
+                ("1/saturation", "1/kg"),
+                plain(),
+                (value, error),
+                Some("heavier presses"),
+            ),
+            Unknown::Bend(_) | Unknown::Scale => of(
+                ("bend of the law", ""),
+                plain(),
+                (value, error),
+                Some("more presses over the range of loads"),
+            ),
+        }
+    })
+    .collect()
 }
