@@ -12,6 +12,7 @@ use taxel_io::ReadOptions;
 use taxel_plot::report::{Cell, Figure, Section, Table, number};
 use taxel_plot::{Line, LineStyle, Panel, Series, Sheet, cells};
 
+use super::coverage::{self, Labelled};
 use super::plan::{Experiment, Plan};
 use super::readings::{Answer, Group, Reader};
 use super::{no_law, too_few};
@@ -97,6 +98,7 @@ pub(super) fn section(
         let mut total = headed("Load on the whole array, g", group, &HEAD);
         let from_known = "Centre of pressure, distance from the known place, mm";
         let mut place = headed(from_known, group, &PLACE_HEAD);
+        let mut held = coverage::table(&group.sensor, &format!(": {}", group.name()));
         for (number, method) in methods.iter().enumerate() {
             let name = name_of(method);
             let pairs = pairs(plan, group, |trial, reading| {
@@ -117,6 +119,8 @@ pub(super) fn section(
             total
                 .rows
                 .extend(accuracy(&totals, &plan.bootstrap).map(|found| row(name.clone(), &found)));
+            let labelled = Labelled::of(group, number);
+            held.rows.extend(labelled.rows(&name, &plan.bootstrap));
             let places = places(group, number);
             place
                 .rows
@@ -125,7 +129,7 @@ pub(super) fn section(
         if taxels.rows.is_empty() && total.rows.is_empty() && place.rows.is_empty() {
             return Err(too_few(experiment, group, "a reading of a known load"));
         }
-        let tables = [taxels, ranges, total, place];
+        let tables = [taxels, ranges, total, place, held];
         section
             .tables
             .extend(tables.into_iter().filter(|table| !table.rows.is_empty()));
@@ -229,6 +233,7 @@ struct Whole {
     ghosts: Vec<f64>,
     index: Vec<f64>,
     each: Option<TaxelCrossTalk>,
+    held: Option<coverage::WholeFrames>,
 }
 
 /// A recording with the load of every taxel in every frame.
@@ -277,7 +282,12 @@ pub(super) fn of_whole_frames(
         last = Some(number);
         for (method, whole) in whole.iter_mut().enumerate() {
             let loads = reader.result(method).newtons().map_err(|_| no_law(plan))?;
-            whole.add(&sensor, loads, &newtons(&truth), is_new)?;
+            let truth = newtons(&truth);
+            whole.add(&sensor, loads, &truth, is_new)?;
+            let held = whole
+                .held
+                .get_or_insert_with(|| coverage::WholeFrames::new(&sensor, &methods[method]));
+            held.add(&reader.result(method), &truth, is_new);
         }
         Ok(())
     })?;
@@ -384,6 +394,7 @@ fn whole_section(
         "Cross-talk; the worst taxel is named by its row and column",
         &GHOST_HEAD,
     );
+    let mut held = coverage::table(sensor, "");
     let mut drawn = Vec::new();
     let mut maps = Vec::new();
     for (method, whole) in methods.iter().zip(whole) {
@@ -399,12 +410,17 @@ fn whole_section(
         for (range, found) in by_range(&whole.loaded, &experiment.ranges_g, &plan.bootstrap) {
             ranges.push(row(range_name(&name, range), &found));
         }
+        let rows = whole
+            .held
+            .as_ref()
+            .map(|held| held.rows(&name, &plan.bootstrap));
+        held.rows.extend(rows.into_iter().flatten());
         let each = whole.each.as_ref().and_then(TaxelCrossTalk::index);
         ghosts.push(ghost_row(name.clone(), &whole, each.as_deref(), sensor));
         maps.extend(each.map(|each| (name.clone(), each)));
         drawn.push((name, whole.loaded.concat()));
     }
-    let tables = [loaded, ranges, total, centre, ghosts];
+    let tables = [loaded, ranges, total, centre, held, ghosts];
     let mut figures = vec![figure("loaded taxels", drawn)?];
     if !maps.is_empty() {
         figures.push(index_map(sensor, maps)?);

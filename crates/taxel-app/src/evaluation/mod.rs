@@ -1,6 +1,7 @@
 //! From a plan and its recordings to a report: every figure of a sensor, with its interval.
 
 mod accuracy;
+mod coverage;
 mod creep;
 mod cross_talk;
 mod hysteresis;
@@ -182,6 +183,9 @@ fn gather(
         let (sensor, file) = plan.sensor_of(own.or(experiment.sensor.as_ref()))?;
         files.insert(file.clone());
         let mut reader = Reader::new(&sensor, &file, &methods, plan.frames_per_second, reporter)?;
+        if experiment.kind == Kind::Accuracy {
+            reader.find_intervals(&methods);
+        }
         let readings = reader.read(&table, &trials)?;
         let left_out = reader.skipped + reader.unsolved;
         lost += left_out;

@@ -10,6 +10,7 @@ use taxel::pipeline::{FrameResult, Pipeline};
 use taxel::{Counts, Frame, Mark, Sensor};
 use taxel_io::{FrameSource, ReadOptions, Trial, open_counts};
 
+use super::coverage::Intervals;
 use super::plan::Value;
 use crate::error::Error;
 use crate::frames::show;
@@ -50,8 +51,12 @@ pub struct Answer {
     pub siemens: Option<f64>,
     /// Where the sensor has a load law.
     pub grams: Option<f64>,
+    /// Half of the 95 % interval of that, where it was asked for.
+    pub half_g: Option<f64>,
     /// Load of the whole frame, grams.
     pub total_g: Option<f64>,
+    /// Half of the 95 % interval of that, where it was asked for.
+    pub total_half_g: Option<f64>,
     /// Centre of pressure, mm.
     pub centre_mm: Option<[f64; 2]>,
 }
@@ -78,6 +83,8 @@ pub struct Reader<'a> {
     sensor: Sensor,
     converter: Converter,
     pipelines: Vec<Pipeline>,
+    /// Of each method, where they are asked for and it has them.
+    intervals: Vec<Option<Intervals>>,
     frames_per_second: Option<f64>,
     reporter: &'a dyn Reporter,
     /// The material has creep or hysteresis: every frame counts, wanted or not.
@@ -106,6 +113,7 @@ impl<'a> Reader<'a> {
         Ok(Self {
             converter: Converter::from_sensor(sensor),
             pipelines: methods.iter().map(pipeline).collect::<Result<_, _>>()?,
+            intervals: methods.iter().map(|_| None).collect(),
             remembers: sensor.material().is_some_and(|m| m.dynamic.is_some()),
             sensor: sensor.clone(),
             frames_per_second,
@@ -114,6 +122,12 @@ impl<'a> Reader<'a> {
             failed: None,
             skipped: 0,
         })
+    }
+
+    /// Finds intervals of loads as well, of the methods that have them.
+    pub fn find_intervals(&mut self, methods: &[MethodName]) {
+        let of = |method| Intervals::new(&self.sensor, method);
+        self.intervals = methods.iter().map(of).collect();
     }
 
     /// Reads every recording of the trials once; readings in the order of the trials, then of time.
@@ -234,6 +248,10 @@ impl<'a> Reader<'a> {
             is_answered &= self.solve(method, frame);
             let (total_g, centre_mm) = self.whole(method);
             let result = self.pipelines[method].result();
+            let intervals = self.intervals[method].as_mut();
+            let halves = intervals
+                .filter(|_| is_answered)
+                .and_then(|intervals| intervals.of(&result));
             for (place, &trial) in wanted.iter().enumerate() {
                 let taxel = taxel_of(trial).unwrap_or(any);
                 marks[place] = result.volts.marks()[taxel];
@@ -242,7 +260,9 @@ impl<'a> Reader<'a> {
                     grams: result
                         .loads
                         .map(|loads| grams_from_newtons(loads.values()[taxel])),
+                    half_g: halves.as_ref().map(|halves| halves.taxels[taxel]),
                     total_g,
+                    total_half_g: halves.as_ref().map(|halves| halves.total),
                     centre_mm,
                 });
             }

@@ -84,10 +84,16 @@ fn the_exact_inverse_has_no_error_and_the_raw_reading_has_one() {
     near(error, 0.0, 0.02);
     near(report.number((1, 2), 1, "mean absolute"), 0.0, 0.1);
     near(report.number((1, 3), 1, "mean"), 0.0, 1e-3);
-    near(report.number((1, 4), 1, "largest ghost, g"), 0.0, 0.05);
-    near(report.number((1, 4), 1, "index"), 0.0, 1e-4);
-    near(report.number((1, 4), 1, "of the worst taxel"), 0.0, 1e-3);
-    let ghost = |row| report.number((1, 4), row, "largest ghost, g");
+    // Rounding is all that is off, and the intervals are by rounding; raw readings have none.
+    assert_eq!(report.cell((1, 4), 0, ""), "auto, loaded taxels");
+    assert_eq!(report.number((1, 4), 0, "readings"), 24.0);
+    assert_eq!(report.estimate((1, 4), 0, "inside, %").3, 3);
+    assert!(report.estimate((1, 4), 0, "inside, %").0 >= 90.0);
+    assert_eq!(report.number((1, 4), 2, "readings"), 6.0);
+    near(report.number((1, 5), 1, "largest ghost, g"), 0.0, 0.05);
+    near(report.number((1, 5), 1, "index"), 0.0, 1e-4);
+    near(report.number((1, 5), 1, "of the worst taxel"), 0.0, 1e-3);
+    let ghost = |row| report.number((1, 5), row, "largest ghost, g");
     assert!(ghost(0) > 10.0 * ghost(1), "{} {}", ghost(0), ghost(1));
 }
 
@@ -104,4 +110,24 @@ fn a_table_may_mix_lines_about_taxels_and_about_the_whole() {
     near(report.number((0, 0), 1, "mean absolute"), 0.0, 0.02);
     near(report.number((0, 1), 1, "mean absolute"), 0.0, 0.1);
     assert_eq!(report.number((0, 0), 1, "readings"), 1.0);
+}
+
+#[test]
+fn loads_outside_of_their_intervals_are_counted() {
+    let folder = Folder::new();
+    presses(&folder);
+    // 80, 160, 240 g stand there; the third line is wrong.
+    folder.write(
+        "t.csv",
+        "recording,frame,row,column,load_g,total_g\npresses.txt,0,1,3,80,\npresses.txt,1,1,3,160,\n\
+         presses.txt,2,1,3,245,\npresses.txt,3,,,,900\n",
+    );
+    folder.plan("[[experiment]]\nkind = \"accuracy\"\nname = \"a\"\ntrials = \"t.csv\"\n");
+    let report = folder.evaluated();
+    let held = (0, 2);
+    assert_eq!(report.cell(held, 0, ""), "auto, taxel");
+    near(report.estimate(held, 0, "inside, %").0, 200.0 / 3.0, 1e-9);
+    // 4 × 160 g and 2 times 160 g: 800 g, not 900.
+    assert_eq!(report.cell(held, 1, ""), "auto, whole array");
+    near(report.number(held, 1, "inside, %"), 0.0, 1e-9);
 }
