@@ -18,8 +18,9 @@ pub use preset::{PRESETS, preset};
 pub use resolved::{Material, Readout, Sense, USUAL_OPEN_LOOP_GAIN};
 pub(crate) use spec::MAX_DYNAMIC_TERMS;
 pub use spec::{
-    Bend, CheckSpec, ConverterSpec, DynamicSpec, MaterialSpec, PerLine, PerTaxel, Provenance,
-    ReadoutSpec, ScanOrder, ScreenSpec, SensorSpec, SheetSpec, Topology, UncertaintySpec, Verdict,
+    Bend, CheckSpec, ConverterSpec, DynamicSpec, LineEnd, MaterialSpec, PerLine, PerTaxel,
+    Provenance, ReadoutSpec, ScanOrder, ScreenSpec, SensorSpec, SheetSpec, Topology,
+    UncertaintySpec, Verdict,
 };
 
 use crate::{Error, Mark};

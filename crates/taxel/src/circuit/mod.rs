@@ -3,29 +3,30 @@
 //! A reading is `converter(noise(circuit(G)))`; the three are separate parts: [`LinearCircuit`] (every
 //! topology whose parts are linear), [`Noise`], [`Converter`].
 //!
+//! Inside, the sensor is a network of R + C ports, the ends of its lines. Whatever it consists of, the readings need P_rr,
+//! Q_cc and K_rc of its inverse port matrix with nothing selected: `network` finds them (lines without resistance, under a
+//! sheet, lines that resist), `ends` says what hangs on the ports, `reading` makes voltages of both.
+//!
 //! [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
 
 mod converter;
-pub(crate) mod coupling;
-mod derivative;
 mod ends;
-mod linear;
 pub mod netlist;
-mod potentials;
+pub(crate) mod network;
 mod reading;
 pub mod simplified;
 
 pub(crate) use converter::normal;
 pub use converter::{Converter, Noise, NoiseDraws, ROUNDING_COUNTS};
 pub use ends::{LineEnds, OfLines};
-pub use linear::{LinearCircuit, LinearPoint};
+pub use network::{LineResistance, LinearCircuit, LinearPoint};
 
 use crate::{Frame, Siemens, Volts};
 
 /// A circuit that a frame of conductances is scanned by.
 ///
-/// Nothing here assumes a closed form: a circuit with resistance along its lines or a diode per taxel
-/// implements the same three operations at an operating point.
+/// Nothing here assumes a closed form: a circuit with a diode per taxel implements the same three operations at an
+/// operating point.
 pub trait Circuit: Send + Sync {
     /// Sensed lines.
     fn rows(&self) -> usize;

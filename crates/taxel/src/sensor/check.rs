@@ -63,6 +63,9 @@ fn geometry(sensor: &SensorSpec) -> Result<(), Error> {
     Ok(())
 }
 
+/// No line resists more from one taxel to the next, ohms.
+const MAX_LINE_OHMS: f64 = 1e6;
+
 fn readout(sensor: &SensorSpec) -> Result<(), Error> {
     let readout = &sensor.readout;
     line_ends::check(sensor)?;
@@ -96,6 +99,7 @@ fn readout(sensor: &SensorSpec) -> Result<(), Error> {
             "0 when there is no extra resistor",
         ));
     }
+    along_lines(sensor)?;
     per_line(
         "readout.r_mux_column_ohms",
         readout.r_mux_column_ohms.as_ref(),
@@ -210,12 +214,45 @@ fn per_line(
     unit: &'static str,
     unit_one: &'static str,
 ) -> Result<(), Error> {
-    let bad = |value: f64| !value.is_finite() || value <= 0.0;
+    let good = |value: f64| value.is_finite() && value > 0.0;
     let hint = "a switch's on-resistance; a CD74HC4067 has 70, an ADG732 has 4; without the key, a calibration finds it";
+    each_line(
+        key,
+        list,
+        (lines, unit, unit_one),
+        (&good, "a finite number above 0", hint),
+    )
+}
+
+/// Resistance along the lines: nothing is allowed.
+fn along_lines(sensor: &SensorSpec) -> Result<(), Error> {
+    let (readout, array) = (&sensor.readout, &sensor.array);
+    let good = |value: f64| (0.0..=MAX_LINE_OHMS).contains(&value);
+    let hint = "the resistance of a line from one taxel to the next: copper has 0.05, conductive thread 1 to 50; without the key it has none";
+    let rule: (&dyn Fn(f64) -> bool, _, _) = (&good, "0 to 1e6 Ohm a pitch", hint);
+    each_line(
+        "readout.r_line_row_ohms",
+        readout.r_line_row_ohms.as_ref(),
+        (array.rows, "rows", "row"),
+        rule,
+    )?;
+    each_line(
+        "readout.r_line_column_ohms",
+        readout.r_line_column_ohms.as_ref(),
+        (array.columns, "columns", "column"),
+        rule,
+    )
+}
+
+/// Checks a number of every line; `rule`: which are good, in words, and a hint.
+fn each_line(
+    key: &'static str,
+    list: Option<&PerLine>,
+    (lines, unit, unit_one): (usize, &'static str, &'static str),
+    (good, expected, hint): (&dyn Fn(f64) -> bool, &'static str, &'static str),
+) -> Result<(), Error> {
     match list {
-        Some(PerLine::One(value)) if bad(*value) => {
-            Err(range(key, *value, "a finite number above 0", hint))
-        }
+        Some(PerLine::One(value)) if !good(*value) => Err(range(key, *value, expected, hint)),
         Some(PerLine::Each(values)) if values.len() != lines => Err(Error::ListLength {
             key,
             found: values.len(),
@@ -223,13 +260,8 @@ fn per_line(
             unit,
             unit_one,
         }),
-        Some(PerLine::Each(values)) => match values.iter().position(|&value| bad(value)) {
-            Some(i) => Err(range(
-                &format!("{key}[{i}]"),
-                values[i],
-                "a finite number above 0",
-                hint,
-            )),
+        Some(PerLine::Each(values)) => match values.iter().position(|&value| !good(value)) {
+            Some(i) => Err(range(&format!("{key}[{i}]"), values[i], expected, hint)),
             None => Ok(()),
         },
         _ => Ok(()),

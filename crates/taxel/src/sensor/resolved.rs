@@ -2,8 +2,8 @@
 
 use super::line_ends::ReadoutTable;
 use super::spec::{
-    Bend, DynamicSpec, MaterialSpec, PerLine, PerTaxel, ReadoutSpec, SensorSpec, SheetSpec,
-    Topology, UncertaintySpec,
+    Bend, DynamicSpec, LineEnd, MaterialSpec, PerLine, PerTaxel, ReadoutSpec, SensorSpec,
+    SheetSpec, Topology, UncertaintySpec,
 };
 use crate::Error;
 
@@ -58,6 +58,14 @@ pub struct Readout {
     pub r_mux_row_ohms: Option<PerLine>,
     /// R_v, extra series resistance of the driven column, ohms.
     pub r_source_ohms: f64,
+    /// Resistance along rows, ohms a pitch; `None`: none.
+    pub r_line_row_ohms: Option<PerLine>,
+    /// Resistance along columns, ohms a pitch; `None`: none.
+    pub r_line_column_ohms: Option<PerLine>,
+    /// Where rows end.
+    pub row_end: LineEnd,
+    /// Where columns end.
+    pub column_end: LineEnd,
     /// What every line ends in, also of a topology that has a name.
     pub table: ReadoutTable,
 }
@@ -216,6 +224,10 @@ fn readout(said: &ReadoutSpec, rows: usize) -> Result<Readout, Error> {
         r_mux_column_ohms: said.r_mux_column_ohms.clone(),
         r_mux_row_ohms: said.r_mux_row_ohms.clone(),
         r_source_ohms: said.r_source_ohms,
+        r_line_row_ohms: said.r_line_row_ohms.clone(),
+        r_line_column_ohms: said.r_line_column_ohms.clone(),
+        row_end: said.row_end,
+        column_end: said.column_end,
     })
 }
 

@@ -112,6 +112,18 @@ pub struct ReadoutSpec {
     /// R_v, extra series resistance of the driven column, ohms.
     #[serde(default)]
     pub r_source_ohms: f64,
+    /// Resistance along rows from one taxel to the next, ohms: one number, or one a row.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub r_line_row_ohms: Option<PerLine>,
+    /// Resistance along columns from one taxel to the next, ohms: one number, or one a column.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub r_line_column_ohms: Option<PerLine>,
+    /// At which column the rows end, where they resist.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub row_end: LineEnd,
+    /// At which row the columns end, where they resist.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub column_end: LineEnd,
     /// R_p, pull-down of a divider read-out, ohms (`divider-*`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub r_pull_down_ohms: Option<f64>,
@@ -124,6 +136,17 @@ pub struct ReadoutSpec {
     /// What rows end in (`line-ends`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sensed: Option<AxisSpec>,
+}
+
+/// The side of the array where lines end: at the first line across them, or at the last.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LineEnd {
+    /// Rows end at column 0, columns at row 0.
+    #[default]
+    First,
+    /// Rows end at the last column, columns at the last row.
+    Last,
 }
 
 /// From read-out volts to counts.
@@ -367,6 +390,10 @@ impl ReadoutSpec {
             r_mux_column_ohms: None,
             r_mux_row_ohms: None,
             r_source_ohms: 0.0,
+            r_line_row_ohms: None,
+            r_line_column_ohms: None,
+            row_end: LineEnd::First,
+            column_end: LineEnd::First,
             r_pull_down_ohms: None,
             reads: None,
             driven: None,

@@ -1,7 +1,7 @@
 //! The e-Cone's network as its inverse sees it: what a frame fixes, and what is iterated.
 
 use super::sideways::Sideways;
-use crate::circuit::coupling::add_laplacian;
+use crate::circuit::network::coupling::add_laplacian;
 use crate::material::Sheet;
 use taxel_linalg::{Spd, View, ViewMut, multiply};
 

@@ -9,7 +9,7 @@ use super::anderson::Anderson;
 use super::network::Network;
 use super::square_root::SquareRoot;
 use super::{Outcome, Stop};
-use crate::circuit::coupling::{Chain, Couplings};
+use crate::circuit::network::coupling::{Chain, Couplings};
 use taxel_linalg::{Spd, View, ViewMut, mirror, multiply_lower};
 
 const MAX_ITERATIONS: u32 = 120;

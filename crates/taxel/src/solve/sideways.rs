@@ -7,7 +7,7 @@
 //! between rows i and i + 1 takes δ (P G)_{i+1} from row i of G and δ (P G)_i from row i + 1 (the diagonal of S is known),
 //! so that κ is tridiagonal; that between two columns moves H δ, which is little, and its own share is enough.
 
-use crate::circuit::coupling::{Couplings, diagonal};
+use crate::circuit::network::coupling::{Couplings, diagonal};
 use crate::material::Sheet;
 use taxel_linalg::{dot, sum};
 

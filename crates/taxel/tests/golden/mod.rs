@@ -24,8 +24,13 @@ pub fn folder() -> PathBuf {
 
 /// All cases, by name.
 pub fn cases() -> Vec<Case> {
-    let mut folders: Vec<PathBuf> = fs::read_dir(folder())
-        .expect("testdata/ngspice is part of the repository")
+    cases_in(&folder())
+}
+
+/// All cases of a folder, by name.
+pub fn cases_in(folder: &Path) -> Vec<Case> {
+    let mut folders: Vec<PathBuf> = fs::read_dir(folder)
+        .expect("the folder is part of the repository")
         .map(|entry| entry.expect("a readable folder").path())
         .filter(|path| path.join("sensor.toml").exists())
         .collect();

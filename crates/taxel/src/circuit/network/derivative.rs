@@ -1,9 +1,9 @@
-//! The exact derivative of the scan, matrix-free: the algorithm of `linear.rs` differentiated line by line,
+//! The exact derivative of the scan, matrix-free: the algorithm of `lumped.rs` differentiated line by line,
 //! forwards (J·v) and backwards (Jᵀ·w). A handful of m×m×n products each, as the scan itself.
 
 use super::coupling::add_laplacian;
-use super::linear::{LinearPoint, SheetPoint, divide, symmetrise};
-use super::reading::Rest;
+use super::lumped::{LumpedPoint, SheetPoint, divide, symmetrise};
+use crate::circuit::reading::Rest;
 use taxel_linalg::{View, ViewMut, multiply, multiply_add};
 
 /// Scratch and the partial derivatives of V_out by P_rr, Q_cc, K_rc.
@@ -74,7 +74,7 @@ impl Work {
     }
 }
 
-fn partials(point: &mut LinearPoint) {
+fn partials(point: &mut LumpedPoint) {
     if !point.work.stale {
         return;
     }
@@ -107,9 +107,9 @@ fn partials(point: &mut LinearPoint) {
 
 /// From a direction to dd (`along_large`), dH (`a`) and dS (`square`). With a sheet dT is the diagonal dd and the
 /// Laplacian of the changes of the larger side's couplings.
-fn schur_change(point: &mut LinearPoint, direction: &[f64]) {
+fn schur_change(point: &mut LumpedPoint, direction: &[f64]) {
     let (m, n) = (point.small, point.large);
-    let LinearPoint {
+    let LumpedPoint {
         inverse_d,
         h,
         work: w,
@@ -118,7 +118,7 @@ fn schur_change(point: &mut LinearPoint, direction: &[f64]) {
         conductance,
         ..
     } = point;
-    LinearPoint::gather(*transposed, m, n, direction, &mut w.direction);
+    LumpedPoint::gather(*transposed, m, n, direction, &mut w.direction);
     // dd (per line of the larger side) and the row sums of the direction.
     w.along_large.fill(0.0);
     for (i, line) in w.direction.chunks_exact(n).enumerate() {
@@ -190,11 +190,11 @@ fn large_side_change(w: &mut Work, inverse_d: &[f64], sheet: bool) {
 }
 
 /// J·v.
-pub(super) fn forward(point: &mut LinearPoint, direction: &[f64], out: &mut [f64]) {
+pub(super) fn forward(point: &mut LumpedPoint, direction: &[f64], out: &mut [f64]) {
     partials(point);
     schur_change(point, direction);
     let (m, n) = (point.small, point.large);
-    let LinearPoint {
+    let LumpedPoint {
         inverse_d,
         h,
         p,
@@ -240,7 +240,7 @@ pub(super) fn forward(point: &mut LinearPoint, direction: &[f64], out: &mut [f64
         }
     }
     if let Some(potentials) = potentials {
-        let solved = LinearPoint::solved(p, h, inverse_d, sheet);
+        let solved = LumpedPoint::solved(p, h, inverse_d, sheet);
         let couplings = [&w.sheet.small[..], &w.sheet.large[..]];
         potentials.move_along(solved, &w.direction, couplings);
     }
@@ -248,7 +248,7 @@ pub(super) fn forward(point: &mut LinearPoint, direction: &[f64], out: &mut [f64
 }
 
 /// Change of V_out from those of P_rr, Q_cc, K and the potentials.
-fn write_change(point: &LinearPoint, out: &mut [f64]) {
+fn write_change(point: &LumpedPoint, out: &mut [f64]) {
     let (m, n, w) = (point.small, point.large, &point.work);
     for i in 0..m {
         for j in 0..n {
@@ -266,9 +266,9 @@ fn write_change(point: &LinearPoint, out: &mut [f64]) {
 
 /// From weights to the gradients by P_rr (`along_small`), Q_cc (`along_large`), K (`a`), d
 /// (`along_large_too`) and, as far as Q hangs on it, H (`b`).
-fn gradients(point: &mut LinearPoint, weights: &[f64]) {
+fn gradients(point: &mut LumpedPoint, weights: &[f64]) {
     let (m, n) = (point.small, point.large);
-    let LinearPoint {
+    let LumpedPoint {
         inverse_d,
         h,
         k,
@@ -277,7 +277,7 @@ fn gradients(point: &mut LinearPoint, weights: &[f64]) {
         sheet,
         ..
     } = point;
-    LinearPoint::gather(*transposed, m, n, weights, &mut w.direction);
+    LumpedPoint::gather(*transposed, m, n, weights, &mut w.direction);
     w.along_large.fill(0.0);
     for i in 0..m {
         let mut sum = 0.0;
@@ -325,11 +325,11 @@ fn large_side_gradient(w: &mut Work) {
 }
 
 /// Jᵀ·w.
-pub(super) fn adjoint(point: &mut LinearPoint, weights: &[f64], out: &mut [f64]) {
+pub(super) fn adjoint(point: &mut LumpedPoint, weights: &[f64], out: &mut [f64]) {
     partials(point);
     gradients(point, weights);
     let (m, n) = (point.small, point.large);
-    let LinearPoint { p, k, work: w, .. } = point;
+    let LumpedPoint { p, k, work: w, .. } = point;
     // c = P · (gradient by K): joins the gradient by H; with −c Kᵀ − P diag(by P) P it is the one by S.
     multiply(
         ViewMut::new(&mut w.c, m, n),
@@ -357,7 +357,7 @@ pub(super) fn adjoint(point: &mut LinearPoint, weights: &[f64], out: &mut [f64])
     }
     symmetrise(&mut w.square, m);
     through_h(point);
-    let LinearPoint {
+    let LumpedPoint {
         work: w,
         transposed,
         ..
@@ -372,9 +372,9 @@ pub(super) fn adjoint(point: &mut LinearPoint, weights: &[f64], out: &mut [f64])
 }
 
 /// From the gradients by S, H and d to that by the conductances (`c`).
-fn through_h(point: &mut LinearPoint) {
+fn through_h(point: &mut LumpedPoint) {
     let (m, n) = (point.small, point.large);
-    let LinearPoint {
+    let LumpedPoint {
         inverse_d,
         h,
         p,
@@ -410,7 +410,7 @@ fn through_h(point: &mut LinearPoint) {
         coupling_gradient(w, h, m, n);
     }
     if let Some(potentials) = potentials {
-        let solved = LinearPoint::solved(p, h, inverse_d, sheet);
+        let solved = LumpedPoint::solved(p, h, inverse_d, sheet);
         let couplings = [&mut w.sheet.small[..], &mut w.sheet.large[..]];
         let weights = (&w.direction[..], &w.by_rest[..]);
         potentials.add_gradient(solved, weights, &mut w.c, couplings);

@@ -1,10 +1,10 @@
 //! Where lines stand when nothing is selected, of read-outs that hold them elsewhere than at ground: u in volts, and w per
 //! volt of the follower. Both are the inverse nodal matrix times a source, Z s; its change is −Z dY (Z s).
 
-use super::LineEnds;
 use super::coupling::add_laplacian;
-use super::linear::{SheetPoint, divide};
-use super::reading::Rest;
+use super::lumped::{SheetPoint, divide};
+use crate::circuit::LineEnds;
+use crate::circuit::reading::Rest;
 use taxel_linalg::dot;
 
 /// A value of every line of the smaller side, and of every line of the larger.

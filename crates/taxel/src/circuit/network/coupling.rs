@@ -1,7 +1,7 @@
 //! What a continuous sheet adds to the network: a chain of conductances between neighbouring lines, on either side.
 //!
 //! Lines are equipotential, so the couplings of all taxels of two lines add up. Arrays are over the smaller side (m) and
-//! the larger (n), row-major, as in `linear.rs`; the chain of the smaller side joins the taxels (i, j) and (i + 1, j), that of
+//! the larger (n), row-major, as in `lumped.rs`; the chain of the smaller side joins the taxels (i, j) and (i + 1, j), that of
 //! the larger (i, j) and (i, j + 1). Their Laplacians annihilate constants, so that what theory.md builds on row
 //! sums stays true.
 

@@ -1,113 +1,22 @@
-//! Every topology made of linear parts: one factorisation over the smaller side reads the whole scan.
+//! Lines of no resistance: one factorisation over the smaller side reads the whole scan.
+//!
+//! With d = g_cu + Gᵀ1, H = G diag(d)⁻¹, S = diag(G1 + g_ru) − H diag(d) Hᵀ:
+//! P = S⁻¹, K = P H, Q_cc = 1/d_c + (HᵀK)_cc, and V_out of a taxel is a function of P_rr, Q_cc, K_rc
+//! ([theory.md]). With fewer columns than rows, the same over columns. A continuous sheet couples neighbouring lines:
+//! their Laplacians are added to diag(d) and to S.
+//!
+//! [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
 
 use super::coupling::{Chain, Couplings, diagonal};
-use super::ends::LEAK_SIEMENS;
-use super::potentials::{Potentials, Solved};
-use super::reading::{Blocks, Readings};
-use super::{Circuit, LineEnds, NotPassive, OperatingPoint};
-use crate::Error;
-use crate::material::Sheet;
-use crate::sensor::Sensor;
+use super::rest::{Potentials, Solved};
+use super::{LinearCircuit, SheetOver};
+use crate::circuit::ends::LEAK_SIEMENS;
+use crate::circuit::reading::{Blocks, Readings};
+use crate::circuit::{NotPassive, OperatingPoint};
 use taxel_linalg::{Spd, View, ViewMut, mirror, multiply, multiply_lower, sum};
 
-/// A sensor's circuit, ready to be solved for any conductances.
-///
-/// With d = g_cu + Gᵀ1, H = G diag(d)⁻¹, S = diag(G1 + g_ru) − H diag(d) Hᵀ:
-/// P = S⁻¹, K = P H, Q_cc = 1/d_c + (HᵀK)_cc, and V_out of a taxel is a function of P_rr, Q_cc, K_rc
-/// ([theory.md]). With fewer columns than rows, the same over columns. A continuous sheet couples neighbouring lines:
-/// their Laplacians are added to diag(d) and to S.
-///
-/// [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
-#[derive(Debug, Clone, PartialEq)]
-pub struct LinearCircuit {
-    ends: LineEnds,
-    sheet: Option<SheetOver>,
-}
-
-/// A sheet, and where the circuit's lines lie under it: neighbours are one apart.
-#[derive(Debug, Clone, PartialEq)]
-struct SheetOver {
-    sheet: Sheet,
-    rows: Vec<usize>,
-    columns: Vec<usize>,
-}
-
-impl LinearCircuit {
-    /// The circuit of a sensor.
-    ///
-    /// # Errors
-    /// [`Error::MissingKey`] when a switch resistance is not known yet.
-    pub fn from_sensor(sensor: &Sensor) -> Result<Self, Error> {
-        let sheet = sensor.material().and_then(|material| material.sheet);
-        let sheet = sheet.map(Sheet::from_spec);
-        Ok(Self::new(LineEnds::from_sensor(sensor)?).with_sheet(sheet))
-    }
-
-    /// A circuit from its line ends, without a sheet.
-    pub fn new(ends: LineEnds) -> Self {
-        Self { ends, sheet: None }
-    }
-
-    /// The same lines under a continuous sheet, or under one that is cut between taxels.
-    pub fn with_sheet(mut self, sheet: Option<Sheet>) -> Self {
-        self.sheet = sheet.map(|sheet| SheetOver {
-            sheet,
-            rows: (0..self.ends.row_selected.len()).collect(),
-            columns: (0..self.ends.column_selected.len()).collect(),
-        });
-        self
-    }
-
-    /// The sheet over its lines, if one is continuous.
-    pub fn sheet(&self) -> Option<Sheet> {
-        self.sheet.as_ref().map(|over| over.sheet)
-    }
-
-    /// The circuit of some of its lines alone, ascending.
-    pub(crate) fn of_lines(&self, rows: &[usize], columns: &[usize]) -> Self {
-        let pick = |lines: &[usize], of: &[f64]| lines.iter().map(|&i| of[i]).collect::<Vec<f64>>();
-        let place = |lines: &[usize], of: &[usize]| lines.iter().map(|&i| of[i]).collect();
-        Self {
-            ends: self
-                .ends
-                .mapped(&|of| pick(rows, of), &|of| pick(columns, of), &|of| {
-                    pick(rows, of)
-                }),
-            sheet: self.sheet.as_ref().map(|over| SheetOver {
-                sheet: over.sheet,
-                rows: place(rows, &over.rows),
-                columns: place(columns, &over.columns),
-            }),
-        }
-    }
-
-    /// How its lines end.
-    pub fn ends(&self) -> &LineEnds {
-        &self.ends
-    }
-
-    /// The operating point as its own type, for callers that need no trait object.
-    pub fn point(&self) -> LinearPoint {
-        LinearPoint::new(self)
-    }
-}
-
-impl Circuit for LinearCircuit {
-    fn rows(&self) -> usize {
-        self.ends.row_selected.len()
-    }
-
-    fn columns(&self) -> usize {
-        self.ends.column_selected.len()
-    }
-
-    fn operating_point(&self) -> Box<dyn OperatingPoint> {
-        Box::new(self.point())
-    }
-}
-
-/// A [`LinearCircuit`] solved at one frame of conductances.
-pub struct LinearPoint {
+/// A circuit of lines without resistance, solved at one frame of conductances.
+pub(super) struct LumpedPoint {
     readings: Readings,
     pub(super) potentials: Option<Potentials>,
     /// Lines of the smaller side (m) and of the larger (n); matrices below are m×n or m×m, row-major.
@@ -154,8 +63,8 @@ impl SheetPoint {
     }
 }
 
-impl LinearPoint {
-    fn new(circuit: &LinearCircuit) -> Self {
+impl LumpedPoint {
+    pub(super) fn new(circuit: &LinearCircuit) -> Self {
         let ends = &circuit.ends;
         let (rows, columns) = (ends.row_selected.len(), ends.column_selected.len());
         let transposed = columns < rows;
@@ -347,7 +256,7 @@ impl LinearPoint {
     }
 }
 
-impl OperatingPoint for LinearPoint {
+impl OperatingPoint for LumpedPoint {
     fn set(&mut self, siemens: &[f64]) -> Result<(), NotPassive> {
         let (m, n) = (self.small, self.large);
         assert_eq!(siemens.len(), m * n, "one conductance per taxel");

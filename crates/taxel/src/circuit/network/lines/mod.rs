@@ -1,0 +1,217 @@
+//! Lines that resist along their length: 2RC nodes, swept block by block.
+//!
+//! A chain across the sweep is eliminated first ([`chains`]), what is left of it is a block of the sweep ([`sweep`]). The derivative
+//! goes by the potentials across all taxels ([`potentials`]).
+
+mod arrangement;
+mod chains;
+mod derivative;
+mod potentials;
+mod resistance;
+mod sweep;
+
+pub use resistance::LineResistance;
+
+use super::LinearCircuit;
+use crate::circuit::ends::LEAK_SIEMENS;
+use crate::circuit::reading::{Blocks as Reading, Readings};
+use crate::circuit::{NotPassive, OperatingPoint};
+use arrangement::Arrangement;
+use chains::Chains;
+use derivative::Work;
+use potentials::Potentials;
+use sweep::Sweep;
+
+/// A circuit of lines that resist, solved at one frame of conductances.
+pub(crate) struct LinesPoint {
+    readings: Readings,
+    arrangement: Arrangement,
+    /// One value a taxel, chain by chain.
+    conductance: Vec<f64>,
+    /// What the lines along the sweep and the chains end in.
+    line_end: Vec<f64>,
+    chain_end: Vec<f64>,
+    /// The same of this frame: an open line that its taxels hold has no leak.
+    line_end_now: Vec<f64>,
+    chain_end_now: Vec<f64>,
+    /// Of each line along the sweep what its taxels conduct, where nothing else holds lines.
+    totals: Vec<f64>,
+    chains: Chains,
+    sweep: Sweep,
+    /// Made when a derivative is first asked for.
+    potentials: Option<Potentials>,
+    work: Work,
+}
+
+impl LinesPoint {
+    /// # Panics
+    /// For ends that hold lines at rest elsewhere than at ground, and under a sheet: nobody has derived these.
+    pub(super) fn new(circuit: &LinearCircuit, lines: &LineResistance) -> Self {
+        let ends = circuit.ends();
+        let arrangement = Arrangement::new(lines);
+        let (along, across) = (arrangement.line_of.len(), arrangement.chain_of.len());
+        let (line_end, chain_end) =
+            arrangement.sides(&ends.row_unselected, &ends.column_unselected);
+        let (line_ohms, chain_ohms) = arrangement.sides(lines.row_ohms(), lines.column_ohms());
+        let between = line_ohms.iter().map(|ohms| 1.0 / ohms).collect();
+        Self {
+            readings: Readings::new(ends),
+            conductance: vec![0.0; along * across],
+            line_end_now: line_end.clone(),
+            chain_end_now: chain_end.clone(),
+            line_end,
+            chain_end,
+            totals: vec![0.0; along],
+            chains: Chains::new(along, &chain_ohms),
+            sweep: Sweep::new(across, between, arrangement.only_chains),
+            potentials: None,
+            work: Work::default(),
+            arrangement,
+        }
+    }
+
+    /// An open line leaks where its taxels hold it to nothing else; what each line along the sweep conducts.
+    fn take_ends(&mut self) {
+        if !self.readings.is_floating() {
+            return;
+        }
+        let n = self.arrangement.along;
+        self.totals.fill(0.0);
+        for (chain, g) in self.conductance.chunks_exact(n).enumerate() {
+            let held = g.iter().sum::<f64>() > LEAK_SIEMENS;
+            self.chain_end_now[chain] = if held { 0.0 } else { self.chain_end[chain] };
+            for (total, g) in self.totals.iter_mut().zip(g) {
+                *total += g;
+            }
+        }
+        for (i, total) in self.totals.iter_mut().enumerate() {
+            let held = *total > LEAK_SIEMENS;
+            self.line_end_now[i] = if held { 0.0 } else { self.line_end[i] };
+            *total += self.line_end_now[i];
+        }
+    }
+
+    /// The blocks of the inverse port matrix that a line along the sweep and a chain read by.
+    #[inline(always)]
+    fn reading(&self, line: usize, chain: usize) -> Reading {
+        let size = self.sweep.size;
+        let own = self.sweep.p[line * size + line];
+        let end = self.sweep.q[chain];
+        let k = self.sweep.k[chain * size + line];
+        if self.arrangement.transposed {
+            self.readings.blocks(end, own, k)
+        } else {
+            self.readings.blocks(own, end, k)
+        }
+    }
+
+    /// Calls `visit(place, row, column, blocks)` for every taxel, chain by chain.
+    #[inline(always)]
+    fn each(&self, mut visit: impl FnMut(usize, usize, usize, &Reading)) {
+        let (along, chains) = (self.arrangement.along, self.arrangement.chains);
+        for chain in 0..chains {
+            for line in 0..along {
+                let (row, column) = self.arrangement.place(line, chain);
+                visit(
+                    chain * along + line,
+                    row,
+                    column,
+                    &self.reading(line, chain),
+                );
+            }
+        }
+    }
+
+    /// The potentials, computed where they are not yet.
+    fn needs_potentials(&mut self) {
+        if !self.work.stale {
+            return;
+        }
+        let (along, chains) = (self.arrangement.along, self.arrangement.chains);
+        let potentials = self
+            .potentials
+            .get_or_insert_with(|| Potentials::new(along, chains, self.sweep.size));
+        potentials.set(&self.sweep, &self.chains, &self.conductance);
+        let mut work = std::mem::take(&mut self.work);
+        work.resize(along, chains);
+        self.each(|at, row, column, blocks| {
+            let by = self.readings.partials(row, column, blocks);
+            work.take(at, &by, self.arrangement.transposed);
+        });
+        work.stale = false;
+        self.work = work;
+    }
+}
+
+/// The chains as the sweep meets them.
+struct ChainBlocks<'a> {
+    chains: &'a mut Chains,
+    conductance: &'a [f64],
+}
+
+impl sweep::Blocks for ChainBlocks<'_> {
+    fn add(&mut self, chain: usize, block: &mut [f64], transfer: &mut [f64]) -> f64 {
+        self.chains.reduce(chain, self.conductance, block, transfer);
+        self.chains.at_end(chain)
+    }
+}
+
+impl OperatingPoint for LinesPoint {
+    fn set(&mut self, siemens: &[f64]) -> Result<(), NotPassive> {
+        let taxels = self.conductance.len();
+        assert_eq!(siemens.len(), taxels, "one conductance per taxel");
+        self.arrangement.gather(siemens, &mut self.conductance);
+        self.work.stale = true;
+        self.take_ends();
+        self.chains.set(&self.conductance, &self.chain_end_now)?;
+        let mut blocks = ChainBlocks {
+            chains: &mut self.chains,
+            conductance: &self.conductance,
+        };
+        let (n, ends, totals) = (self.sweep.size, &self.line_end_now, &self.totals);
+        let floating = self.readings.is_floating();
+        self.sweep.run(&mut blocks, |block| {
+            for (i, end) in ends.iter().enumerate() {
+                block[i * n + i] += end;
+            }
+            if floating {
+                // Nothing is grounded: holding the mean potential, each line weighted by its conductance, changes no resistance
+                // between lines and makes the matrix regular.
+                let inverse_sum = 1.0 / totals.iter().sum::<f64>();
+                for (i, weight) in totals.iter().enumerate() {
+                    for (j, total) in totals.iter().enumerate() {
+                        block[i * n + j] += weight * inverse_sum * total;
+                    }
+                }
+            }
+        })
+    }
+
+    fn predict_into(&self, volts: &mut [f64]) {
+        self.each(|at, row, column, blocks| {
+            volts[self.arrangement.taxel_of[at]] = self.readings.volts(row, column, blocks);
+        });
+    }
+
+    fn jvp_into(&mut self, direction: &[f64], out: &mut [f64]) {
+        self.needs_potentials();
+        let mut work = std::mem::take(&mut self.work);
+        self.arrangement.gather(direction, &mut work.direction);
+        if let Some(potentials) = &self.potentials {
+            work.forward(potentials);
+        }
+        self.arrangement.scatter(&work.out, out);
+        self.work = work;
+    }
+
+    fn vjp_into(&mut self, weights: &[f64], out: &mut [f64]) {
+        self.needs_potentials();
+        let mut work = std::mem::take(&mut self.work);
+        self.arrangement.gather(weights, &mut work.direction);
+        if let Some(potentials) = &self.potentials {
+            work.adjoint(potentials);
+        }
+        self.arrangement.scatter(&work.out, out);
+        self.work = work;
+    }
+}
