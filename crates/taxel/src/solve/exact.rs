@@ -49,7 +49,8 @@ impl Exact {
     /// The method for a circuit; none when its read-out has no closed iteration.
     pub fn new(circuit: &LinearCircuit) -> Option<Self> {
         let ends = circuit.ends();
-        (ends.reads_current && ends.are_shares()).then(|| Self {
+        let has_closed_form = ends.reads_current && ends.are_shares() && circuit.lines().is_none();
+        has_closed_form.then(|| Self {
             ends: ends.clone(),
             sheet: circuit.sheet(),
             tolerance: 1e-9,

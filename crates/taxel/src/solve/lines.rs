@@ -22,6 +22,12 @@ pub(super) struct LiveLines {
 }
 
 impl LiveLines {
+    /// Takes all lines.
+    pub(super) fn take_all(&mut self, rows: usize, columns: usize) {
+        self.rows = (0..rows).collect();
+        self.columns = (0..columns).collect();
+    }
+
     /// Reads the lines off a frame's marks; true when they are others than before.
     pub(super) fn update<Q>(&mut self, frame: &Frame<Q>) -> bool {
         let (rows, columns) = (frame.rows(), frame.columns());

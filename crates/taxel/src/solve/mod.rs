@@ -11,6 +11,7 @@ mod network;
 mod newton;
 mod path;
 mod raw;
+mod resistive;
 mod root;
 mod sideways;
 mod square_root;
@@ -21,7 +22,7 @@ pub use newton::Newton;
 pub(crate) use newton::SolverState as NewtonState;
 pub use raw::Raw;
 
-use crate::circuit::LinearCircuit;
+use crate::circuit::{Converter, LinearCircuit, ROUNDING_COUNTS};
 use crate::sensor::{Sensor, Topology};
 use crate::{Error, Frame, Siemens, Volts};
 
@@ -168,6 +169,12 @@ pub fn default_method(sensor: &Sensor) -> Result<Box<dyn Method>, Error> {
 fn unloaded_siemens(sensor: &Sensor) -> f64 {
     let g_zero = sensor.material().map(|material| material.g_zero_siemens);
     g_zero.unwrap_or(0.0).max(0.0)
+}
+
+/// Standard deviation of a reading as the sensor file tells it, with rounding, volts.
+fn sigma_volts(sensor: &Sensor) -> f64 {
+    let noise_counts = sensor.converter().noise_counts.unwrap_or(0.0);
+    noise_counts.hypot(ROUNDING_COUNTS) * Converter::from_sensor(sensor).lsb_volts()
 }
 
 /// The method called `name` for a sensor.

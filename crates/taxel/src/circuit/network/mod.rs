@@ -12,7 +12,7 @@ use super::{Circuit, LineEnds, NotPassive, OperatingPoint};
 use crate::Error;
 use crate::material::Sheet;
 use crate::sensor::Sensor;
-use lines::LinesPoint;
+pub(crate) use lines::LinesPoint;
 use lumped::LumpedPoint;
 
 /// A sensor's circuit of linear parts, ready to be solved for any conductances: lines with or without resistance, a cut sheet or

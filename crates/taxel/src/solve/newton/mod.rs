@@ -7,6 +7,7 @@
 mod held;
 mod state;
 
+use super::resistive::{Accuracy, Resistive};
 use super::{Method, Outcome, Solver, Stop};
 use crate::circuit::{LinearCircuit, OperatingPoint};
 use crate::sensor::Sensor;
@@ -22,6 +23,8 @@ pub struct Newton {
     iterations: u32,
     restarts: usize,
     unloaded_siemens: f64,
+    /// Standard deviation of a reading: lines that resist are solved no further than it tells.
+    sigma_volts: f64,
 }
 
 const MAX_ITERATIONS: u32 = 60;
@@ -46,6 +49,7 @@ impl Newton {
             iterations: MAX_ITERATIONS,
             restarts: RESTARTS,
             unloaded_siemens: 0.0,
+            sigma_volts: 0.0,
         }
     }
 
@@ -53,6 +57,7 @@ impl Newton {
     pub(crate) fn from_sensor(sensor: &Sensor, circuit: LinearCircuit) -> Self {
         Self {
             unloaded_siemens: super::unloaded_siemens(sensor),
+            sigma_volts: super::sigma_volts(sensor),
             ..Self::new(circuit)
         }
     }
@@ -121,6 +126,9 @@ impl Newton {
             "the frame has the sensor's shape"
         );
         siemens.copy_meta_from(volts);
+        if self.circuit.lines().is_some() {
+            return self.solve_resistive(volts, siemens, state, near);
+        }
         if state.live.update(volts) {
             state.reshape(&self.circuit);
         }
@@ -139,6 +147,28 @@ impl Newton {
         state.warm = outcome.is_answer();
         state.live.scatter(&state.g, columns, siemens.values_mut());
         outcome
+    }
+
+    fn solve_resistive(
+        &self,
+        volts: &Frame<Volts>,
+        siemens: &mut Frame<Siemens>,
+        state: &mut SolverState,
+        near: Option<&[f64]>,
+    ) -> Outcome {
+        if state.resistive.is_none() {
+            state.resistive = Resistive::new(&self.circuit).map(Box::new);
+        }
+        let accuracy = Accuracy {
+            tolerance: self.tolerance,
+            sigma_volts: self.sigma_volts,
+        };
+        match &mut state.resistive {
+            Some(resistive) => {
+                resistive.solve(volts, siemens, (self.unloaded_siemens, accuracy), near)
+            }
+            None => Outcome::new(Stop::Stalled, 0, f64::INFINITY),
+        }
     }
 
     fn iterate(&self, state: &mut SolverState) -> Outcome {

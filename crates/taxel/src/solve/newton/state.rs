@@ -3,6 +3,7 @@
 use super::super::gmres::{Gmres, norm};
 use super::super::lines::LiveLines;
 use super::super::path::OwnPath;
+use super::super::resistive::Resistive;
 use crate::Mark;
 use crate::circuit::{LinearCircuit, LinearPoint, OperatingPoint};
 use crate::stats::median_high;
@@ -44,6 +45,8 @@ pub(crate) struct SolverState {
     /// What those conduct, siemens.
     pub(super) rest: Vec<f64>,
     pub(super) marks: Vec<Mark>,
+    /// In place of all else, where lines resist.
+    pub(super) resistive: Option<Box<Resistive>>,
 }
 
 impl SolverState {
@@ -65,12 +68,16 @@ impl SolverState {
             held: Vec::new(),
             rest: Vec::new(),
             marks: Vec::new(),
+            resistive: None,
         }
     }
 
     /// Makes the next solve start cold.
     pub(crate) fn forget(&mut self) {
         self.warm = false;
+        if let Some(resistive) = &mut self.resistive {
+            resistive.forget();
+        }
     }
 
     pub(super) fn reshape(&mut self, all: &LinearCircuit) {

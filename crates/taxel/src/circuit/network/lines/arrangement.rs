@@ -7,11 +7,11 @@ use super::LineResistance;
 use super::resistance::resist;
 use crate::sensor::LineEnd;
 
-pub(super) struct Arrangement {
+pub(crate) struct Arrangement {
     /// Lines along the sweep.
-    pub(super) along: usize,
+    pub(crate) along: usize,
     /// Chains across it.
-    pub(super) chains: usize,
+    pub(crate) chains: usize,
     /// The lines along the sweep are the columns.
     pub(super) transposed: bool,
     /// Only chains resist: nothing is to be swept.
@@ -91,14 +91,14 @@ impl Arrangement {
     }
 
     /// One value a taxel, row by row, to one a place, chain by chain.
-    pub(super) fn gather(&self, from: &[f64], to: &mut [f64]) {
+    pub(crate) fn gather(&self, from: &[f64], to: &mut [f64]) {
         for (to, &taxel) in to.iter_mut().zip(&self.taxel_of) {
             *to = from[taxel];
         }
     }
 
     /// And back.
-    pub(super) fn scatter(&self, from: &[f64], to: &mut [f64]) {
+    pub(crate) fn scatter(&self, from: &[f64], to: &mut [f64]) {
         for (from, &taxel) in from.iter().zip(&self.taxel_of) {
             to[taxel] = *from;
         }

@@ -55,6 +55,15 @@ impl Work {
         self.by_both[at] = by.k;
     }
 
+    /// What the reading at a place moves by for a siemens more on a taxel across which its line has this potential, and its chain
+    /// that.
+    #[inline(always)]
+    pub(super) fn slope(&self, at: usize, of_line: f64, of_chain: f64) -> f64 {
+        -(self.by_line[at] * of_line * of_line
+            + self.by_chain[at] * of_chain * of_chain
+            + self.by_both[at] * of_line * of_chain)
+    }
+
     /// `out` ← J `direction`.
     pub(super) fn forward(&mut self, potentials: &Potentials) {
         let n = self.along;

@@ -4,6 +4,7 @@
 //! goes by the potentials across all taxels ([`potentials`]).
 
 mod arrangement;
+mod blocks;
 mod chains;
 mod derivative;
 mod potentials;

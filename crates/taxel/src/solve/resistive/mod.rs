@@ -1,0 +1,277 @@
+//! Lines that resist: Newton's method on apparent conductances, with the derivative among the taxels of each row and each column
+//! inverted exactly ([`preconditioner`]), to as far as noise allows.
+//!
+//! Where a taxel is hardly reached, an answer as exact as elsewhere would be noise: each is believed to be of a usable size
+//! beforehand, which counts only where a reading tells less than that (μ, Tikhonov's), and rounds end when every step left is a
+//! tenth of what noise makes.
+
+mod preconditioner;
+mod state;
+
+use super::{Outcome, Stop};
+use crate::circuit::LinearCircuit;
+use crate::{Frame, Siemens, Volts};
+use state::{State, largest};
+
+/// Rounds of one attempt, and after how many the prior's part is kept as it is.
+const MAX_ROUNDS: u32 = 40;
+const FREEZE_AFTER: u32 = 12;
+/// Steps with a derivative of an earlier frame.
+const MAX_FROZEN: u32 = 10;
+/// A derivative that needs more steps than this is too old.
+const OLD: u32 = 6;
+/// Part of a step that is still taken.
+const MIN_LENGTH: f64 = 0.03;
+const SHORTEN: f64 = 0.3;
+/// A step longer than so many times the conductance is cut to between these multiples of it.
+const LONG: f64 = 3.0;
+const CLIP: (f64, f64) = (-0.75, 3.0);
+/// A cut step may make the merit so many times worse.
+const MAX_RISE: f64 = 1.1;
+/// Noise that a hard frame is first solved with, in standard deviations.
+const EASED: [f64; 4] = [300.0, 30.0, 3.0, 1.0];
+
+/// How steps are accepted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Merit {
+    /// The norm of the misfit falls.
+    Norm,
+    /// Long steps are cut, taxel by taxel, and the sum of logarithms of relative misfits does not rise much.
+    Clip,
+}
+
+/// What it is solved to.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Accuracy {
+    /// Of the largest conductance.
+    pub(super) tolerance: f64,
+    /// Standard deviation of a reading.
+    pub(super) sigma_volts: f64,
+}
+
+/// One stream of frames.
+pub(super) struct Resistive {
+    state: State,
+}
+
+impl Resistive {
+    /// For a circuit whose lines resist; none for another.
+    pub(super) fn new(circuit: &LinearCircuit) -> Option<Self> {
+        Some(Self {
+            state: State::new(circuit)?,
+        })
+    }
+
+    pub(super) fn forget(&mut self) {
+        self.state.is_warm = false;
+    }
+
+    /// Solves a frame, from conductances that it is believed to be near, from the frame before, or from nothing.
+    pub(super) fn solve(
+        &mut self,
+        volts: &Frame<Volts>,
+        siemens: &mut Frame<Siemens>,
+        (unloaded_siemens, accuracy): (f64, Accuracy),
+        near: Option<&[f64]>,
+    ) -> Outcome {
+        let state = &mut self.state;
+        state.take(volts, unloaded_siemens);
+        if let Some(near) = near {
+            state.g.copy_from_slice(near);
+            state.is_warm = true;
+        }
+        let outcome = solve_taken(state, accuracy);
+        state.is_warm = outcome.is_answer();
+        siemens.values_mut().copy_from_slice(&state.g);
+        outcome
+    }
+}
+
+fn solve_taken(state: &mut State, accuracy: Accuracy) -> Outcome {
+    if let Some(infeasible) = state.infeasible() {
+        state.g.fill(0.0);
+        state.hold();
+        return Outcome::new(Stop::Infeasible(infeasible), 0, f64::INFINITY);
+    }
+    state.take_apparent();
+    if largest(&state.measured) == 0.0 {
+        state.g.fill(0.0);
+        state.hold();
+        return Outcome::new(Stop::Converged, 0, 0.0);
+    }
+    let mut rounds = 0;
+    if state.is_warm {
+        state.hold();
+        if state.is_fresh {
+            state.kept.copy_from_slice(&state.g);
+            if let Some(outcome) = follow(state, accuracy) {
+                return outcome;
+            }
+            state.g.copy_from_slice(&state.kept);
+        }
+        state.trial.copy_from_slice(&state.g);
+        if state.evaluate() {
+            let outcome = descend(state, accuracy, Merit::Norm);
+            if outcome.stop.is_good() {
+                return outcome;
+            }
+            rounds += outcome.iterations;
+        }
+    }
+    let outcome = cold(state, accuracy);
+    Outcome {
+        iterations: rounds + outcome.iterations,
+        ..outcome
+    }
+}
+
+/// From nothing: in the ways that were seen to lead somewhere.
+fn cold(state: &mut State, accuracy: Accuracy) -> Outcome {
+    let mut rounds = 0;
+    let mut last = Outcome::new(Stop::Stalled, 0, f64::INFINITY);
+    let merits = if state.floating {
+        [Merit::Norm, Merit::Clip]
+    } else {
+        [Merit::Clip, Merit::Norm]
+    };
+    for merit in merits {
+        if !start(state) {
+            break;
+        }
+        last = descend(state, accuracy, merit);
+        rounds += last.iterations;
+        if last.stop.is_good() {
+            break;
+        }
+    }
+    if !last.stop.is_good() && accuracy.sigma_volts > 0.0 && start(state) {
+        for times in EASED {
+            let eased = Accuracy {
+                sigma_volts: times * accuracy.sigma_volts,
+                ..accuracy
+            };
+            state.trial.copy_from_slice(&state.g);
+            if !state.evaluate() {
+                break;
+            }
+            last = descend(state, eased, Merit::Norm);
+            rounds += last.iterations;
+        }
+    }
+    Outcome {
+        iterations: rounds,
+        ..last
+    }
+}
+
+/// The apparent conductances; of lines that float the multiple of them that reads the measured sum.
+fn start(state: &mut State) -> bool {
+    let mut factor = 1.0;
+    if state.floating {
+        let (mut low, mut high) = ((1e-3f64).ln(), (1e3f64).ln());
+        for _ in 0..12 {
+            let middle = 0.5 * (low + high);
+            state.start_at(middle.exp());
+            if state.evaluate() && state.excess() < 1.0 {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        factor = (0.5 * (low + high)).exp();
+    }
+    state.start_at(factor);
+    state.g.copy_from_slice(&state.trial);
+    state.evaluate()
+}
+
+/// The frame after one whose derivative is known: steps with that alone. Nothing where they do not lead there.
+fn follow(state: &mut State, accuracy: Accuracy) -> Option<Outcome> {
+    state.mixing.restart();
+    for round in 0..MAX_FROZEN {
+        state.trial.copy_from_slice(&state.g);
+        if !state.evaluate() {
+            return None;
+        }
+        if state.is_settled(accuracy.tolerance) {
+            state.is_fresh = round <= OLD;
+            return Some(Outcome::new(Stop::Converged, round, state.residual()));
+        }
+        state.find_frozen_step();
+        for (step, g) in state.step.iter_mut().zip(&state.g) {
+            *step += g;
+        }
+        state.mixing.advance(&mut state.g, &state.step);
+        state.hold();
+    }
+    None
+}
+
+/// Newton's rounds from `g`, which was evaluated.
+fn descend(state: &mut State, accuracy: Accuracy, merit: Merit) -> Outcome {
+    for round in 0..MAX_ROUNDS {
+        state.linearise(accuracy.sigma_volts, round > FREEZE_AFTER);
+        let residual = state.residual();
+        if state.is_settled(accuracy.tolerance) {
+            // What is new since the last preconditioner is less than a step.
+            return Outcome::new(Stop::Converged, round, residual);
+        }
+        let size = largest(&state.misfit) / largest(&state.g);
+        if !state.precondition() {
+            return Outcome::new(Stop::Stalled, round, residual);
+        }
+        state.find_step((0.3 * size).clamp(1e-3, 5e-2));
+        if !take_step(state, merit) {
+            // Back to the best point, so that the misfit is that of the answer.
+            state.trial.copy_from_slice(&state.g);
+            state.evaluate();
+            return Outcome::new(Stop::Stalled, round, state.residual());
+        }
+    }
+    Outcome::new(Stop::IterationLimit, MAX_ROUNDS, state.residual())
+}
+
+/// Takes a step, or the part of it that is acceptable.
+fn take_step(state: &mut State, merit: Merit) -> bool {
+    let before = measure(state, merit);
+    let least = 1e-3 * largest(&state.g);
+    let is_long = merit == Merit::Clip
+        && state
+            .step
+            .iter()
+            .zip(&state.g)
+            .any(|(step, g)| step.abs() > LONG * (g.abs() + least));
+    if is_long {
+        let taxels = state.step.iter_mut().zip(&state.g).zip(&state.noise);
+        for ((step, g), noise) in taxels {
+            let size = g.abs() + least + noise;
+            *step = step.clamp(CLIP.0 * size, CLIP.1 * size);
+        }
+    }
+    let allowed = if is_long { MAX_RISE } else { 1.0 };
+    let mut length = 1.0;
+    while length >= MIN_LENGTH {
+        for ((trial, g), step) in state.trial.iter_mut().zip(&state.g).zip(&state.step) {
+            *trial = g + length * step;
+        }
+        if state.evaluate() && measure(state, merit) < allowed * before {
+            state.g.copy_from_slice(&state.trial);
+            return true;
+        }
+        length *= SHORTEN;
+    }
+    false
+}
+
+fn measure(state: &State, merit: Merit) -> f64 {
+    match merit {
+        Merit::Norm => state.misfit.iter().map(|r| r * r).sum(),
+        Merit::Clip => {
+            let least = 1e-3 * largest(&state.g);
+            let taxels = state.misfit.iter().zip(&state.g);
+            taxels
+                .map(|(r, g)| (r.abs() / (g.abs() + least)).ln_1p())
+                .sum()
+        }
+    }
+}
