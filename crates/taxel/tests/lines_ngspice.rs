@@ -36,7 +36,12 @@ fn what_ngspice_reads_is_undone() {
             volts.values_mut()[row * case.sensor.columns() + column] = read;
         }
         let solved = Newton::new(circuit).solve(&volts);
-        let largest = case.conductance.values().iter().copied().fold(0.0, f64::max);
+        let largest = case
+            .conductance
+            .values()
+            .iter()
+            .copied()
+            .fold(0.0, f64::max);
         let off = solved.frame.values().iter().zip(case.conductance.values());
         let off = off.fold(0f64, |most, (a, b)| most.max((a - b).abs())) / largest;
         println!("{:<45} {:?} {off:.1e}", case.name, solved.outcome);

@@ -1,21 +1,22 @@
 //! The circuit as a SPICE netlist: an answer that owes nothing to this crate's algebra.
 //!
-//! Every element is written as it stands on the board: a resistor per taxel (and between neighbours of a continuous sheet), the multiplexers' switches, the
+//! Every element is written as it stands on the board: a resistor per taxel (and between neighbours of a continuous sheet, and along lines that resist), the multiplexers' switches, the
 //! amplifier with its finite gain and its feedback resistor. A simulator then finds the node voltages by itself.
 //! Golden tests (`testdata/ngspice`) compare its answers with the fast forward scan; a reader can open the same
 //! file in LTspice and move the parts around.
 //!
-//! Node names: `drive` (test voltage behind R_v), `col0`… and `row0`… (the lines), `sense` (the row
+//! Node names: `drive` (test voltage behind R_v), `col0`… and `row0`… (the lines, or the ends of lines that resist; under the
+//! taxels `colCOLUMN_ROW`, `rowROW_COLUMN`), `sense` (the row
 //! multiplexer's common pin: the amplifier's inverting input), `out` (V_out). In a divider read-out `out` is the
 //! common pin itself. With one amplifier a row (`tia-zero-potential`) they are `sense0`…, `out0`…, and `out`
 //! repeats the one that is read. A table of line ends has `sense0`… and `pin0`… (what the converter's multiplexer leads to
 //! `out`).
 
+mod elements;
 mod table;
 
 use std::fmt::{Arguments, Write};
 
-use crate::material::Sheet;
 use crate::sensor::{PerLine, Sense, Topology};
 use crate::{Error, Frame, Sensor, Siemens};
 
@@ -116,7 +117,7 @@ pub fn netlist(
         writer.columns(taxels[0].1);
         writer.read_out(taxels[0].0)?;
         writer.rows(taxels[0].0);
-        writer.taxels(conductance);
+        writer.array(conductance);
         writer.analysis(&taxels);
     }
     Ok(writer.text)
@@ -330,45 +331,6 @@ impl Writer<'_> {
         for r in 0..self.sensor.rows() {
             let ohms = on_or_off(r == selected, self.r_row.at(r));
             self.line(format_args!("Rr{r} row{r} {common} {ohms}"));
-        }
-    }
-
-    fn taxels(&mut self, conductance: &Frame<Siemens>) {
-        self.line(format_args!("* taxels: RtROW_COLUMN"));
-        for r in 0..conductance.rows() {
-            for c in 0..conductance.columns() {
-                let siemens = conductance.at(r, c);
-                if siemens > 0.0 && !self.sensor.is_absent(r * conductance.columns() + c) {
-                    self.line(format_args!("Rt{r}_{c} col{c} row{r} {}", 1.0 / siemens));
-                }
-            }
-        }
-        if let Some(sheet) = self.sensor.material().and_then(|m| m.sheet) {
-            self.sheet(Sheet::from_spec(sheet), conductance);
-        }
-    }
-
-    /// What the film conducts between neighbours, from line to line.
-    fn sheet(&mut self, sheet: Sheet, conductance: &Frame<Siemens>) {
-        self.line(format_args!(
-            "* continuous sheet: RhROW_COLUMN to the next column, RvROW_COLUMN to the next row"
-        ));
-        let (rows, columns) = (conductance.rows(), conductance.columns());
-        let ohms = |a: (usize, usize), b: (usize, usize)| {
-            let siemens = sheet.siemens_between(conductance.at(a.0, a.1), conductance.at(b.0, b.1));
-            (siemens > 0.0).then(|| 1.0 / siemens)
-        };
-        for (r, c) in (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c))) {
-            if c + 1 < columns
-                && let Some(ohms) = ohms((r, c), (r, c + 1))
-            {
-                self.line(format_args!("Rh{r}_{c} col{c} col{} {ohms}", c + 1));
-            }
-            if r + 1 < rows
-                && let Some(ohms) = ohms((r, c), (r + 1, c))
-            {
-                self.line(format_args!("Rv{r}_{c} row{r} row{} {ohms}", r + 1));
-            }
         }
     }
 

@@ -71,7 +71,7 @@ impl Writer<'_> {
             })
             .collect();
         self.follower();
-        self.taxels(conductance);
+        self.array(conductance);
         self.select(taxels, &driven, &sensed);
     }
 

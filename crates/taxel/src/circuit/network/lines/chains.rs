@@ -16,7 +16,7 @@ pub(super) struct Chains {
     passes: Vec<f64>,
     /// 1/(far + b), and of the first node 1/(far + end).
     inverse_pivot: Vec<f64>,
-    /// T⁻¹ of one chain.
+    /// A row of T⁻¹ of one chain.
     inverse: Vec<f64>,
 }
 
@@ -37,7 +37,7 @@ impl Chains {
             far: vec![0.0; nodes],
             passes: vec![1.0; nodes],
             inverse_pivot: vec![0.0; nodes],
-            inverse: vec![0.0; length * length],
+            inverse: vec![0.0; length],
         }
     }
 
@@ -79,62 +79,100 @@ impl Chains {
         self.inverse_pivot[chain * self.length]
     }
 
-    /// Adds what a chain leaves of itself to its block, N = diag(g) − diag(g) T⁻¹ diag(g), and writes what its end does to
-    /// the block, h = g ∘ T⁻¹ e₀.
+    /// Adds what a chain leaves of itself to the lower triangle of its block, N = diag(g) − diag(g) T⁻¹ diag(g), and writes what
+    /// its end does to the block, h = g ∘ T⁻¹ e₀.
     pub(super) fn reduce(
         &mut self,
         chain: usize,
+        size: usize,
         conductance: &[f64],
-        block: &mut [f64],
-        transfer: &mut [f64],
+        (block, transfer): (&mut [f64], &mut [f64]),
     ) {
         let n = self.length;
         let nodes = chain * n..(chain + 1) * n;
         let (far, before) = (&self.far[nodes.clone()], &self.before[nodes.clone()]);
         let (passes, g) = (&self.passes[nodes.clone()], &conductance[nodes]);
         let mut back = self.end[chain];
+        // Row i of the lower triangle of T⁻¹, from row i − 1.
+        let row = &mut self.inverse;
         for i in 0..n {
             if i > 0 {
                 back = in_series(before[i], back + g[i - 1]);
-            }
-            let line = &mut self.inverse[i * n..(i + 1) * n];
-            let mut value = 1.0 / (far[i] + back);
-            line[i] = value;
-            for j in i + 1..n {
-                value *= passes[j];
-                line[j] = value;
-            }
-        }
-        for (i, line) in self.inverse.chunks_exact(n).enumerate() {
-            block[i * n + i] += g[i];
-            for j in i..n {
-                let taken = g[i] * line[j] * g[j];
-                block[i * n + j] -= taken;
-                if j > i {
-                    block[j * n + i] -= taken;
+                for value in &mut row[..i] {
+                    *value *= passes[i];
                 }
             }
-        }
-        for ((transfer, g), inverse) in transfer.iter_mut().zip(g).zip(&self.inverse) {
-            *transfer = g * inverse;
+            row[i] = 1.0 / (far[i] + back);
+            let line = &mut block[i * size..i * size + i + 1];
+            for ((block, inverse), g_j) in line.iter_mut().zip(row.iter()).zip(g) {
+                *block -= g[i] * inverse * g_j;
+            }
+            line[i] += g[i];
+            transfer[i] = g[i] * row[0];
         }
     }
 
-    /// values ← T⁻¹ values of a chain.
+    /// From potentials u of a block's nodes, a line for each port, to those across the chain's taxels of conductances g,
+    /// u − T⁻¹(g ∘ u); of the chain's own port −T⁻¹ e₀ besides.
+    pub(super) fn across(
+        &self,
+        (chain, own): (usize, usize),
+        g: &[f64],
+        (potentials, size): (&[f64], usize),
+        out: &mut [f64],
+    ) {
+        let n = self.length;
+        let (mut ports, mut first) = (out.chunks_exact_mut(PORTS * n), 0);
+        let mut us = potentials.chunks_exact(PORTS * size);
+        for (out, u) in (&mut ports).zip(&mut us) {
+            self.across_some::<PORTS>((chain, own.wrapping_sub(first)), g, (u, size), out);
+            first += PORTS;
+        }
+        let rest = us.remainder().chunks_exact(size);
+        for (out, u) in ports.into_remainder().chunks_exact_mut(n).zip(rest) {
+            self.across_some::<1>((chain, own.wrapping_sub(first)), g, (u, size), out);
+            first += 1;
+        }
+    }
+
+    /// Several ports at once: within one each value waits for the one before it.
     #[inline(always)]
-    pub(super) fn solve(&self, chain: usize, values: &mut [f64]) {
-        let nodes = chain * self.length..(chain + 1) * self.length;
+    fn across_some<const COUNT: usize>(
+        &self,
+        (chain, own): (usize, usize),
+        g: &[f64],
+        (u, size): (&[f64], usize),
+        out: &mut [f64],
+    ) {
+        let n = self.length;
+        let nodes = chain * n..(chain + 1) * n;
         let passes = &self.passes[nodes.clone()];
         let pivots = &self.inverse_pivot[nodes];
-        for i in (1..values.len()).rev() {
-            values[i - 1] += passes[i] * values[i];
+        let mut w = [0.0; COUNT];
+        for i in (0..n).rev() {
+            let passed = if i + 1 < n { passes[i + 1] } else { 0.0 };
+            for (p, w) in w.iter_mut().enumerate() {
+                *w = u[p * size + i] * g[i] + passed * *w;
+                out[p * n + i] = *w;
+            }
         }
-        values[0] *= pivots[0];
-        for i in 1..values.len() {
-            values[i] = values[i] * pivots[i] + passes[i] * values[i - 1];
+        if own < COUNT {
+            w[own] += 1.0;
+            out[own * n] = w[own];
+        }
+        let mut before = [0.0; COUNT];
+        for i in 0..n {
+            let passed = if i > 0 { passes[i] } else { 0.0 };
+            for (p, before) in before.iter_mut().enumerate() {
+                *before = out[p * n + i] * pivots[i] + passed * *before;
+                out[p * n + i] = u[p * size + i] - *before;
+            }
         }
     }
 }
+
+/// Ports whose chains are solved side by side.
+const PORTS: usize = 8;
 
 #[cfg(test)]
 mod tests {
@@ -147,19 +185,26 @@ mod tests {
             let mut chains = Chains::new(4, &[ohms]);
             chains.set(&g, &[0.1]).unwrap();
             let (mut block, mut transfer) = ([0.0; 16], [0.0; 4]);
-            chains.reduce(0, &g, &mut block, &mut transfer);
-            for (i, line) in chains.inverse.clone().chunks_exact(4).enumerate() {
-                for (j, &inverse) in line.iter().enumerate().skip(i) {
-                    let mut column = [0.0; 4];
-                    column[j] = 1.0;
-                    chains.solve(0, &mut column);
+            chains.reduce(0, 4, &g, (&mut block, &mut transfer));
+            // Ports that hold one node each at 1 V, and the chain's own: what flows, −N and −h.
+            let mut ports = [0.0; 40];
+            for i in 0..4 {
+                ports[i * 4 + i] = 1.0;
+            }
+            let mut out = [0.0; 40];
+            chains.across((0, 9), &g, (&ports, 4), &mut out);
+            for i in 0..4 {
+                for j in 0..=i {
+                    let flows = g[j] * out[i * 4 + j];
                     assert!(
-                        (column[i] - inverse).abs() <= 1e-13 * inverse,
+                        (flows - block[i * 4 + j]).abs() <= 1e-12 * g[2],
                         "{ohms} {i} {j}"
                     );
                 }
+                let flows = -g[i] * out[36 + i];
+                assert!((flows - transfer[i]).abs() <= 1e-12, "{ohms} {i}");
             }
-            assert_eq!(chains.at_end(0), chains.inverse[0]);
+            assert_eq!(chains.at_end(0), -out[36]);
         }
     }
 }

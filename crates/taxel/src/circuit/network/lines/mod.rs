@@ -152,7 +152,9 @@ struct ChainBlocks<'a> {
 
 impl sweep::Blocks for ChainBlocks<'_> {
     fn add(&mut self, chain: usize, block: &mut [f64], transfer: &mut [f64]) -> f64 {
-        self.chains.reduce(chain, self.conductance, block, transfer);
+        let size = transfer.len();
+        self.chains
+            .reduce(chain, size, self.conductance, (block, transfer));
         self.chains.at_end(chain)
     }
 }

@@ -56,19 +56,7 @@ impl Potentials {
                 }
                 std::mem::swap(&mut self.here, &mut self.next);
             }
-            let ports = phi.chunks_exact_mut(n).zip(self.here.chunks_exact(size));
-            for (port, (phi, u)) in ports.enumerate() {
-                for ((phi, u), g) in phi.iter_mut().zip(u).zip(g) {
-                    *phi = u * g;
-                }
-                if port == along + block {
-                    phi[0] += 1.0;
-                }
-                chains.solve(block, phi);
-                for (phi, u) in phi.iter_mut().zip(u) {
-                    *phi = u - *phi;
-                }
-            }
+            chains.across((block, along + block), g, (&self.here, size), phi);
         }
     }
 }

@@ -8,14 +8,14 @@
 //! [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
 
 use crate::circuit::NotPassive;
-use taxel_linalg::{Spd, View, ViewMut, dot, multiply, multiply_add};
+use taxel_linalg::{Spd, View, ViewMut, dot, mirror, multiply, multiply_add};
 
 /// A segment with less than this is taken in the form that needs no conductance of it, ohms: the other loses ε·a a step.
 const MIN_OHMS: f64 = 0.01;
 
 /// What a chain adds to its block.
 pub(super) trait Blocks {
-    /// Adds a block's own admittance, writes the transfer of its end, and gives what the end has by itself.
+    /// Adds a block's own admittance to the lower triangle, writes the transfer of its end, and gives what the end has by itself.
     fn add(&mut self, chain: usize, block: &mut [f64], transfer: &mut [f64]) -> f64;
 }
 
@@ -29,6 +29,7 @@ pub(super) struct Sweep {
     is_plain: bool,
     /// Nothing but the chains resists: one block for all.
     only_chains: bool,
+    /// Its lower triangle is what counts.
     x: Vec<f64>,
     d: Vec<f64>,
     square: Vec<f64>,
@@ -130,16 +131,16 @@ impl Sweep {
     fn eliminate(&mut self, block: usize) -> Result<(), NotPassive> {
         let n = self.size;
         if self.is_plain {
-            self.d.copy_from_slice(&self.x);
+            self.square.copy_from_slice(&self.x);
             for (i, a) in self.between.iter().enumerate() {
-                self.d[i * n + i] += a;
+                self.square[i * n + i] += a;
             }
-            self.square.copy_from_slice(&self.d);
             if !self.spd.factorise(&self.square) {
                 return Err(NotPassive);
             }
             self.spd.inverse_into(&mut self.d);
         } else {
+            mirror(&mut self.x, n);
             self.invert_scaled()?;
         }
         let (ends, beyond) = (self.chains - block, self.beyond_of(block));

@@ -1,0 +1,120 @@
+//! The array itself: taxels, the film between them, and lines that resist from one taxel to the next.
+
+use super::Writer;
+use crate::circuit::LineResistance;
+use crate::material::Sheet;
+use crate::sensor::LineEnd;
+use crate::{Frame, Siemens};
+
+/// The nodes of the lines: one a line, or where it resists one a taxel. The line's end is `row0`, `col0`, as without resistance.
+struct Nodes {
+    lines: Option<LineResistance>,
+    rows: usize,
+    columns: usize,
+}
+
+impl Nodes {
+    fn row(&self, row: usize, column: usize) -> String {
+        match &self.lines {
+            Some(lines)
+                if lines.row_ohms()[row] > 0.0 && column != at(lines.ends().0, self.columns) =>
+            {
+                format!("row{row}_{column}")
+            }
+            _ => format!("row{row}"),
+        }
+    }
+
+    fn column(&self, row: usize, column: usize) -> String {
+        match &self.lines {
+            Some(lines)
+                if lines.column_ohms()[column] > 0.0 && row != at(lines.ends().1, self.rows) =>
+            {
+                format!("col{column}_{row}")
+            }
+            _ => format!("col{column}"),
+        }
+    }
+}
+
+fn at(end: LineEnd, lines: usize) -> usize {
+    match end {
+        LineEnd::First => 0,
+        LineEnd::Last => lines - 1,
+    }
+}
+
+impl Writer<'_> {
+    pub(super) fn array(&mut self, conductance: &Frame<Siemens>) {
+        let nodes = Nodes {
+            lines: LineResistance::from_sensor(self.sensor),
+            rows: conductance.rows(),
+            columns: conductance.columns(),
+        };
+        self.taxels(&nodes, conductance);
+        if let Some(sheet) = self.sensor.material().and_then(|m| m.sheet) {
+            self.sheet(&nodes, Sheet::from_spec(sheet), conductance);
+        }
+        if let Some(lines) = &nodes.lines {
+            self.lines(&nodes, lines);
+        }
+    }
+
+    fn taxels(&mut self, nodes: &Nodes, conductance: &Frame<Siemens>) {
+        self.line(format_args!("* taxels: RtROW_COLUMN"));
+        for r in 0..conductance.rows() {
+            for c in 0..conductance.columns() {
+                let siemens = conductance.at(r, c);
+                if siemens > 0.0 && !self.sensor.is_absent(r * conductance.columns() + c) {
+                    let (column, row) = (nodes.column(r, c), nodes.row(r, c));
+                    self.line(format_args!("Rt{r}_{c} {column} {row} {}", 1.0 / siemens));
+                }
+            }
+        }
+    }
+
+    /// What the film conducts between neighbours, from line to line.
+    fn sheet(&mut self, nodes: &Nodes, sheet: Sheet, conductance: &Frame<Siemens>) {
+        self.line(format_args!(
+            "* continuous sheet: RhROW_COLUMN to the next column, RvROW_COLUMN to the next row"
+        ));
+        let (rows, columns) = (conductance.rows(), conductance.columns());
+        let ohms = |a: (usize, usize), b: (usize, usize)| {
+            let siemens = sheet.siemens_between(conductance.at(a.0, a.1), conductance.at(b.0, b.1));
+            (siemens > 0.0).then(|| 1.0 / siemens)
+        };
+        for (r, c) in (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c))) {
+            if c + 1 < columns
+                && let Some(ohms) = ohms((r, c), (r, c + 1))
+            {
+                let (from, to) = (nodes.column(r, c), nodes.column(r, c + 1));
+                self.line(format_args!("Rh{r}_{c} {from} {to} {ohms}"));
+            }
+            if r + 1 < rows
+                && let Some(ohms) = ohms((r, c), (r + 1, c))
+            {
+                let (from, to) = (nodes.row(r, c), nodes.row(r + 1, c));
+                self.line(format_args!("Rv{r}_{c} {from} {to} {ohms}"));
+            }
+        }
+    }
+
+    /// The lines themselves, from taxel to taxel.
+    fn lines(&mut self, nodes: &Nodes, lines: &LineResistance) {
+        self.line(format_args!(
+            "* lines: RlrROW_COLUMN along a row to the next column, RlcROW_COLUMN along a column to the next row"
+        ));
+        let (rows, columns) = (nodes.rows, nodes.columns);
+        for (r, c) in (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c))) {
+            let (of_row, of_column) = (lines.row_ohms()[r], lines.column_ohms()[c]);
+            if c + 1 < columns && of_row > 0.0 {
+                let (from, to) = (nodes.row(r, c), nodes.row(r, c + 1));
+                self.line(format_args!("Rlr{r}_{c} {from} {to} {of_row}"));
+            }
+            if r + 1 < rows && of_column > 0.0 {
+                let (from, to) = (nodes.column(r, c), nodes.column(r + 1, c));
+                self.line(format_args!("Rlc{r}_{c} {from} {to} {of_column}"));
+            }
+        }
+    }
+}
