@@ -209,7 +209,7 @@ impl LineEnds {
     }
 
     /// Whether lines at rest stand at V_t, or some of them at what a follower repeats: the potentials of all are then needed.
-    pub(super) fn have_potentials(&self) -> bool {
+    pub(crate) fn have_potentials(&self) -> bool {
         let to_v_test = [
             &self.to_v_test.column_unselected,
             &self.to_v_test.row_unselected,

@@ -6,6 +6,7 @@ pub mod tables;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use taxel::circuit::{Circuit, LineEnds, LinearCircuit};
+use taxel::sensor::LineEnd;
 use taxel::sensor::{
     Array, ConverterSpec, MaterialSpec, PerLine, PerTaxel, ReadoutSpec, Sensor, SensorSpec,
     SheetSpec, Topology,
@@ -77,10 +78,11 @@ pub fn nodal_volts(
             end
         }
     };
-    let size = rows + columns;
+    let nodes = Nodes::new(circuit, rows, columns);
+    let size = nodes.count;
     let mut matrix = vec![0.0; size * size];
     let mut sources = [vec![0.0; size], vec![0.0; size]];
-    for node in 0..size {
+    for node in 0..rows + columns {
         let selected = node == row || node == rows + column;
         let [all, to_v_test, to_follower] = node_ends(ends, node, selected);
         matrix[node * size + node] += if selected { all } else { leak(all) };
@@ -88,9 +90,12 @@ pub fn nodal_volts(
         sources[1][node] = to_follower;
     }
     for (r, c) in (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c))) {
-        join(&mut matrix, size, [r, rows + c], g.at(r, c));
+        let taxel = r * columns + c;
+        let ends = [nodes.rows[taxel], nodes.columns[taxel]];
+        join(&mut matrix, size, ends, g.at(r, c));
     }
-    join_sheet(&mut matrix, circuit, g);
+    join_sheet(&mut matrix, circuit, &nodes, g);
+    join_lines(&mut matrix, circuit, &nodes, [rows, columns]);
     let [driven, fed_back] = sources
         .map(|source| taxel_linalg::solve_symmetric(&matrix, &source).expect("positive definite"));
     // v = a + b · v_follower, v_follower = what is read of v_row.
@@ -128,24 +133,91 @@ fn node_ends(ends: &LineEnds, node: usize, selected: bool) -> [f64; 3] {
     lists.map(|list| list[line])
 }
 
-/// What a continuous sheet conducts from line to line, rows first.
-fn join_sheet(matrix: &mut [f64], circuit: &LinearCircuit, g: &Frame<Siemens>) {
+/// The node of each taxel's row and of its column. The ends of the lines come first, rows before columns; a line without
+/// resistance is its end.
+struct Nodes {
+    rows: Vec<usize>,
+    columns: Vec<usize>,
+    count: usize,
+}
+
+impl Nodes {
+    fn new(circuit: &LinearCircuit, rows: usize, columns: usize) -> Self {
+        let mut nodes = Self {
+            rows: Vec::new(),
+            columns: Vec::new(),
+            count: rows + columns,
+        };
+        let place = |end: LineEnd, lines: usize| match end {
+            LineEnd::First => 0,
+            LineEnd::Last => lines - 1,
+        };
+        for (r, c) in (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c))) {
+            let mut new = |end: usize, is_new: bool| {
+                nodes.count += usize::from(is_new);
+                if is_new { nodes.count - 1 } else { end }
+            };
+            let (along_row, along_column) = match circuit.lines() {
+                None => (false, false),
+                Some(lines) => (
+                    lines.row_ohms()[r] > 0.0 && c != place(lines.ends().0, columns),
+                    lines.column_ohms()[c] > 0.0 && r != place(lines.ends().1, rows),
+                ),
+            };
+            let row = new(r, along_row);
+            let column = new(rows + c, along_column);
+            nodes.rows.push(row);
+            nodes.columns.push(column);
+        }
+        nodes
+    }
+}
+
+/// What a continuous sheet conducts between the nodes of neighbours.
+fn join_sheet(matrix: &mut [f64], circuit: &LinearCircuit, nodes: &Nodes, g: &Frame<Siemens>) {
     let Some(sheet) = circuit.sheet() else {
         return;
     };
     let (rows, columns) = (g.rows(), g.columns());
-    let mut flow = |nodes: [usize; 2], a: f64, b: f64| {
+    let mut flow = |of: [usize; 2], a: f64, b: f64| {
         if a > 0.0 && b > 0.0 {
             let ohms = sheet.resistance_ohms + sheet.contact_factor * (1.0 / a + 1.0 / b);
-            join(matrix, rows + columns, nodes, 1.0 / ohms);
+            join(matrix, nodes.count, of, 1.0 / ohms);
         }
     };
     for (r, c) in (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c))) {
+        let at = r * columns + c;
         if r + 1 < rows {
-            flow([r, r + 1], g.at(r, c), g.at(r + 1, c));
+            let of = [nodes.rows[at], nodes.rows[at + columns]];
+            flow(of, g.at(r, c), g.at(r + 1, c));
         }
         if c + 1 < columns {
-            flow([rows + c, rows + c + 1], g.at(r, c), g.at(r, c + 1));
+            let of = [nodes.columns[at], nodes.columns[at + 1]];
+            flow(of, g.at(r, c), g.at(r, c + 1));
+        }
+    }
+}
+
+/// What lines conduct from taxel to taxel.
+fn join_lines(
+    matrix: &mut [f64],
+    circuit: &LinearCircuit,
+    nodes: &Nodes,
+    [rows, columns]: [usize; 2],
+) {
+    let Some(lines) = circuit.lines() else {
+        return;
+    };
+    for (r, c) in (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c))) {
+        let (at, along_row, along_column) =
+            (r * columns + c, lines.row_ohms()[r], lines.column_ohms()[c]);
+        if c + 1 < columns && along_row > 0.0 {
+            let of = [nodes.rows[at], nodes.rows[at + 1]];
+            join(matrix, nodes.count, of, 1.0 / along_row);
+        }
+        if r + 1 < rows && along_column > 0.0 {
+            let of = [nodes.columns[at], nodes.columns[at + columns]];
+            join(matrix, nodes.count, of, 1.0 / along_column);
         }
     }
 }

@@ -36,12 +36,23 @@ impl LinearCircuit {
     /// The circuit of a sensor.
     ///
     /// # Errors
-    /// [`Error::MissingKey`] when a switch resistance is not known yet.
+    /// [`Error::MissingKey`] when a switch resistance is not known yet; [`Error::LineEnds`] where lines resist and those that are
+    /// not selected stand elsewhere than at ground.
     pub fn from_sensor(sensor: &Sensor) -> Result<Self, Error> {
         let sheet = sensor.material().and_then(|material| material.sheet);
         let sheet = sheet.map(Sheet::from_spec);
-        let circuit = Self::new(LineEnds::from_sensor(sensor)?).with_sheet(sheet);
-        Ok(circuit.with_lines(LineResistance::from_sensor(sensor)))
+        let ends = LineEnds::from_sensor(sensor)?;
+        let moves_at_rest = ends.have_potentials();
+        let circuit = Self::new(ends).with_sheet(sheet);
+        let circuit = circuit.with_lines(LineResistance::from_sensor(sensor));
+        if circuit.lines.is_some() && moves_at_rest {
+            return Err(Error::LineEnds {
+                key: "readout.r_line_row_ohms, r_line_column_ohms".to_owned(),
+                problem: "stand beside ends that lead lines which are not selected to V_t, or some of them to a follower: nobody has worked out both together".to_owned(),
+                hint: "leave the resistance along the lines out, if it is small beside the switches'".to_owned(),
+            });
+        }
+        Ok(circuit)
     }
 
     /// A circuit from its line ends, without a sheet; lines have no resistance.

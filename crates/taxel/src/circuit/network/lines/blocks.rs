@@ -2,6 +2,7 @@
 
 use super::LinesPoint;
 use super::arrangement::Arrangement;
+use super::potentials::TAXELS;
 
 impl LinesPoint {
     /// How the taxels lie.
@@ -17,7 +18,7 @@ impl LinesPoint {
         };
         let n = self.arrangement.along;
         for chain in 0..self.arrangement.chains {
-            let (of_lines, of_chains) = potentials.of_block(chain);
+            let (of_lines, of_chains) = potentials.of_block(TAXELS, chain);
             let of_chain = &of_chains[chain * n..(chain + 1) * n];
             for line in 0..n {
                 let at = chain * n + line;
@@ -37,7 +38,7 @@ impl LinesPoint {
         };
         let (n, chains) = (self.arrangement.along, self.arrangement.chains);
         for by in 0..chains {
-            let (of_lines, of_chains) = potentials.of_block(by);
+            let (of_lines, of_chains) = potentials.of_block(TAXELS, by);
             for (chain, of_chain) in of_chains.chunks_exact(n).enumerate() {
                 for (line, of_chain) in of_chain.iter().enumerate() {
                     let own = of_lines[line * n + line];
@@ -57,7 +58,7 @@ impl LinesPoint {
         };
         let n = self.arrangement.along;
         for (chain, out) in out.chunks_exact_mut(n * n).enumerate() {
-            let (of_lines, of_chains) = potentials.of_block(chain);
+            let (of_lines, of_chains) = potentials.of_block(TAXELS, chain);
             let of_chain = &of_chains[chain * n..(chain + 1) * n];
             for (line, of_line) in of_lines.chunks_exact(n).enumerate() {
                 let at = chain * n + line;

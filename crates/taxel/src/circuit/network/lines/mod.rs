@@ -7,6 +7,7 @@ mod arrangement;
 mod blocks;
 mod chains;
 mod derivative;
+mod film;
 mod potentials;
 mod resistance;
 mod sweep;
@@ -20,7 +21,8 @@ use crate::circuit::{NotPassive, OperatingPoint};
 use arrangement::Arrangement;
 use chains::Chains;
 use derivative::Work;
-use potentials::Potentials;
+use film::Film;
+use potentials::{ACROSS, ONWARD, Potentials, TAXELS};
 use sweep::Sweep;
 
 /// A circuit of lines that resist, solved at one frame of conductances.
@@ -38,6 +40,8 @@ pub(crate) struct LinesPoint {
     /// Of each line along the sweep what its taxels conduct, where nothing else holds lines.
     totals: Vec<f64>,
     chains: Chains,
+    /// A continuous sheet, under which chains are not eliminated.
+    film: Option<Film>,
     sweep: Sweep,
     /// Made when a derivative is first asked for.
     potentials: Option<Potentials>,
@@ -45,8 +49,6 @@ pub(crate) struct LinesPoint {
 }
 
 impl LinesPoint {
-    /// # Panics
-    /// For ends that hold lines at rest elsewhere than at ground, and under a sheet: nobody has derived these.
     pub(super) fn new(circuit: &LinearCircuit, lines: &LineResistance) -> Self {
         let ends = circuit.ends();
         let arrangement = Arrangement::new(lines);
@@ -54,7 +56,12 @@ impl LinesPoint {
         let (line_end, chain_end) =
             arrangement.sides(&ends.row_unselected, &ends.column_unselected);
         let (line_ohms, chain_ohms) = arrangement.sides(lines.row_ohms(), lines.column_ohms());
-        let between = line_ohms.iter().map(|ohms| 1.0 / ohms).collect();
+        let mut between: Vec<f64> = line_ohms.iter().map(|ohms| 1.0 / ohms).collect();
+        let film = circuit.sheet().map(|sheet| {
+            between.resize(2 * along, 0.0);
+            Film::new(sheet, along, &chain_ohms)
+        });
+        let one_block = arrangement.only_chains && film.is_none();
         Self {
             readings: Readings::new(ends),
             conductance: vec![0.0; along * across],
@@ -64,7 +71,8 @@ impl LinesPoint {
             chain_end,
             totals: vec![0.0; along],
             chains: Chains::new(along, &chain_ohms),
-            sweep: Sweep::new(across, between, arrangement.only_chains),
+            sweep: Sweep::new(across, &between, (one_block, film.is_none())),
+            film,
             potentials: None,
             work: Work::default(),
             arrangement,
@@ -134,7 +142,7 @@ impl LinesPoint {
             .get_or_insert_with(|| Potentials::new(along, chains, self.sweep.size));
         potentials.set(&self.sweep, &self.chains, &self.conductance);
         let mut work = std::mem::take(&mut self.work);
-        work.resize(along, chains);
+        work.resize(along, chains, potentials.kinds());
         self.each(|at, row, column, blocks| {
             let by = self.readings.partials(row, column, blocks);
             work.take(at, &by, self.arrangement.transposed);
@@ -166,14 +174,9 @@ impl OperatingPoint for LinesPoint {
         self.arrangement.gather(siemens, &mut self.conductance);
         self.work.stale = true;
         self.take_ends();
-        self.chains.set(&self.conductance, &self.chain_end_now)?;
-        let mut blocks = ChainBlocks {
-            chains: &mut self.chains,
-            conductance: &self.conductance,
-        };
         let (n, ends, totals) = (self.sweep.size, &self.line_end_now, &self.totals);
         let floating = self.readings.is_floating();
-        self.sweep.run(&mut blocks, |block| {
+        let finish = |block: &mut [f64]| {
             for (i, end) in ends.iter().enumerate() {
                 block[i * n + i] += end;
             }
@@ -187,7 +190,22 @@ impl OperatingPoint for LinesPoint {
                     }
                 }
             }
-        })
+        };
+        if let Some(film) = &mut self.film {
+            film.set(&self.conductance, &self.chain_end_now);
+            let along = n / 2;
+            let between = self.sweep.between.chunks_exact_mut(n).skip(1);
+            for (between, film) in between.zip(film.onward.chunks_exact(along)) {
+                between[along..].copy_from_slice(film);
+            }
+            return self.sweep.run(film, finish);
+        }
+        self.chains.set(&self.conductance, &self.chain_end_now)?;
+        let mut blocks = ChainBlocks {
+            chains: &mut self.chains,
+            conductance: &self.conductance,
+        };
+        self.sweep.run(&mut blocks, finish)
     }
 
     fn predict_into(&self, volts: &mut [f64]) {
@@ -199,7 +217,12 @@ impl OperatingPoint for LinesPoint {
     fn jvp_into(&mut self, direction: &[f64], out: &mut [f64]) {
         self.needs_potentials();
         let mut work = std::mem::take(&mut self.work);
-        self.arrangement.gather(direction, &mut work.direction);
+        self.arrangement.gather(direction, &mut work.kinds[TAXELS]);
+        if let Some(film) = &self.film {
+            let (taxels, of_film) = work.kinds.split_at_mut(ACROSS);
+            let (across, onward) = of_film.split_at_mut(ONWARD - ACROSS);
+            film.changes(&taxels[TAXELS], &mut across[0], &mut onward[0]);
+        }
         if let Some(potentials) = &self.potentials {
             work.forward(potentials);
         }
@@ -214,7 +237,11 @@ impl OperatingPoint for LinesPoint {
         if let Some(potentials) = &self.potentials {
             work.adjoint(potentials);
         }
-        self.arrangement.scatter(&work.out, out);
+        if let Some(film) = &self.film {
+            let (taxels, of_film) = work.kinds.split_at_mut(ACROSS);
+            film.add_gradient(&of_film[0], &of_film[1], &mut taxels[TAXELS]);
+        }
+        self.arrangement.scatter(&work.kinds[TAXELS], out);
         self.work = work;
     }
 }

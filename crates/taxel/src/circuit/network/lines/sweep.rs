@@ -23,8 +23,8 @@ pub(super) struct Sweep {
     /// Nodes of a block.
     pub(super) size: usize,
     pub(super) chains: usize,
-    /// Of each node to its neighbour in the next block: conductance, infinite where nothing resists.
-    between: Vec<f64>,
+    /// Of each node to its neighbour in the block before, block by block: conductance, infinite where nothing resists.
+    pub(super) between: Vec<f64>,
     /// No segment resists so little that its conductance loses digits.
     is_plain: bool,
     /// Nothing but the chains resists: one block for all.
@@ -51,16 +51,21 @@ pub(super) struct Sweep {
 }
 
 impl Sweep {
-    /// `between`: the conductances from each node of a block to the next block's.
-    pub(super) fn new(chains: usize, between: Vec<f64>, only_chains: bool) -> Self {
+    /// `between`: the conductances from each node of a block to the next block's; `is_fixed`: they do not change, and none is
+    /// nothing.
+    pub(super) fn new(
+        chains: usize,
+        between: &[f64],
+        (only_chains, is_fixed): (bool, bool),
+    ) -> Self {
         let size = between.len();
         let squares = if only_chains { 0 } else { chains };
         Self {
             size,
             chains,
-            is_plain: between.iter().all(|a| *a <= 1.0 / MIN_OHMS),
+            is_plain: is_fixed && between.iter().all(|a| *a <= 1.0 / MIN_OHMS),
             only_chains,
-            between,
+            between: between.repeat(chains),
             x: vec![0.0; size * size],
             d: vec![0.0; size * size],
             square: vec![0.0; size * size],
@@ -130,9 +135,10 @@ impl Sweep {
     /// Passes a block, with all beyond, on to the one before it.
     fn eliminate(&mut self, block: usize) -> Result<(), NotPassive> {
         let n = self.size;
+        let between = block * n..(block + 1) * n;
         if self.is_plain {
             self.square.copy_from_slice(&self.x);
-            for (i, a) in self.between.iter().enumerate() {
+            for (i, a) in self.between[between.clone()].iter().enumerate() {
                 self.square[i * n + i] += a;
             }
             if !self.spd.factorise(&self.square) {
@@ -141,7 +147,7 @@ impl Sweep {
             self.spd.inverse_into(&mut self.d);
         } else {
             mirror(&mut self.x, n);
-            self.invert_scaled()?;
+            self.invert_scaled(block)?;
         }
         let (ends, beyond) = (self.chains - block, self.beyond_of(block));
         let e = &mut self.e[block * n..];
@@ -157,7 +163,7 @@ impl Sweep {
         }
         let onward = &mut self.onward[block * n * n..(block + 1) * n * n];
         if self.is_plain {
-            let a = &self.between;
+            let a = &self.between[between];
             for (e, b) in e.chunks_exact_mut(n).zip(beyond.chunks_exact(n)) {
                 for ((e, b), a) in e.iter_mut().zip(b).zip(a) {
                     *e = a * b;
@@ -172,45 +178,74 @@ impl Sweep {
                 x[i] += a[i];
             }
         } else {
-            // D X, then 1 − D X; E ← E − B X; X ← X − X D X.
-            multiply(
-                ViewMut::new(&mut self.square, n, n),
-                View::new(&self.d, n, n),
-                View::new(&self.x, n, n),
-            );
-            for (i, (onward, dx)) in (onward.chunks_exact_mut(n))
-                .zip(self.square.chunks_exact(n))
-                .enumerate()
-            {
-                for (onward, dx) in onward.iter_mut().zip(dx) {
-                    *onward = -dx;
-                }
-                onward[i] += 1.0;
-            }
-            multiply_add(
-                ViewMut::new(e, ends, n),
-                View::new(beyond, ends, n),
-                View::new(&self.x, n, n),
-                -1.0,
-            );
-            self.d.copy_from_slice(&self.x);
-            multiply_add(
-                ViewMut::new(&mut self.x, n, n),
-                View::new(&self.d, n, n),
-                View::new(&self.square, n, n),
-                -1.0,
-            );
-            super::super::lumped::symmetrise(&mut self.x, n);
+            self.pass_on_mixed(block);
         }
         Ok(())
     }
 
-    /// D = (X + a)⁻¹ = S (S X S + a/(κ + a))⁻¹ S with S = (κ + a)^−½, κ of the size of X: also where a is 0 or infinite.
-    fn invert_scaled(&mut self) -> Result<(), NotPassive> {
+    /// The same where some nodes are stiff: of these D a = 1 − D X, so that the conductance itself is not needed. C = D a, E ← a B or
+    /// E − X B, X ← a (1 − C) or X C, node by node.
+    fn pass_on_mixed(&mut self, block: usize) {
         let n = self.size;
+        let (ends, beyond) = (self.chains - block, self.beyond_of(block));
+        let between = &self.between[block * n..(block + 1) * n];
+        let stiff = |a: f64| a > 1.0 / MIN_OHMS;
+        multiply(
+            ViewMut::new(&mut self.square, n, n),
+            View::new(&self.d, n, n),
+            View::new(&self.x, n, n),
+        );
+        let onward = &mut self.onward[block * n * n..(block + 1) * n * n];
+        let lines = self.d.chunks_exact(n).zip(self.square.chunks_exact(n));
+        for (i, (onward, (d, dx))) in onward.chunks_exact_mut(n).zip(lines).enumerate() {
+            for (j, a) in between.iter().enumerate() {
+                onward[j] = if stiff(*a) {
+                    f64::from(u8::from(i == j)) - dx[j]
+                } else {
+                    d[j] * a
+                };
+            }
+        }
+        let (e, beyond) = (&mut self.e[block * n..], &self.beyond[beyond]);
+        multiply_add(
+            ViewMut::new(e, ends, n),
+            View::new(beyond, ends, n),
+            View::new(&self.x, n, n),
+            -1.0,
+        );
+        for (e, b) in e.chunks_exact_mut(n).zip(beyond.chunks_exact(n)) {
+            for ((e, b), a) in e.iter_mut().zip(b).zip(between) {
+                if !stiff(*a) {
+                    *e = a * b;
+                }
+            }
+        }
+        multiply(
+            ViewMut::new(&mut self.square, n, n),
+            View::new(&self.x, n, n),
+            View::new(onward, n, n),
+        );
+        let lines = self.square.chunks_exact(n).zip(onward.chunks_exact(n));
+        for (i, (x, (xc, c))) in self.x.chunks_exact_mut(n).zip(lines).enumerate() {
+            let a = between[i];
+            if stiff(a) {
+                x.copy_from_slice(xc);
+            } else {
+                for (x, c) in x.iter_mut().zip(c) {
+                    *x = -a * c;
+                }
+                x[i] += a;
+            }
+        }
+    }
+
+    /// D = (X + a)⁻¹ = S (S X S + a/(κ + a))⁻¹ S with S = (κ + a)^−½, κ of the size of X: also where a is 0 or infinite.
+    fn invert_scaled(&mut self, block: usize) -> Result<(), NotPassive> {
+        let n = self.size;
+        let between = &self.between[block * n..(block + 1) * n];
         let trace: f64 = self.x.iter().step_by(n + 1).map(|x| x.abs()).sum();
         let kappa = (trace / n as f64).max(f64::MIN_POSITIVE);
-        for (scale, a) in self.scale.iter_mut().zip(&self.between) {
+        for (scale, a) in self.scale.iter_mut().zip(between) {
             *scale = if a.is_infinite() {
                 0.0
             } else {
@@ -222,7 +257,7 @@ impl Sweep {
             for ((out, x), s) in out.iter_mut().zip(x).zip(&self.scale) {
                 *out = self.scale[i] * x * s;
             }
-            let a = self.between[i];
+            let a = between[i];
             out[i] += if a.is_infinite() {
                 1.0
             } else {
