@@ -6,9 +6,9 @@ use std::time::Duration;
 
 use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
 use tokio::sync::broadcast::error::RecvError;
-use tokio::time::{Instant, interval, sleep_until, timeout};
+use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until, timeout};
 
-use crate::command::{self, Own};
+use crate::command::{self, Own, Watched};
 use crate::messages::{Answer, Message as Text, Refused, Reply};
 use crate::{Shared, ViewerBackend};
 
@@ -36,7 +36,7 @@ struct Viewer<'a> {
     heard: Instant,
     allowance: f64,
     allowed_at: Instant,
-    watched: Vec<(usize, usize)>,
+    watched: Watched,
     is_counted: bool,
 }
 
@@ -52,7 +52,7 @@ pub(crate) async fn attend(socket: WebSocket, shared: &Shared) {
         heard: now,
         allowance: REQUESTS_AT_ONCE,
         allowed_at: now,
-        watched: Vec::new(),
+        watched: Watched::default(),
         is_counted: false,
     };
     // An ended connection needs no farewell.
@@ -72,6 +72,8 @@ impl Viewer<'_> {
         let mut texts = self.shared.texts.subscribe();
         let mut pings = interval(PING_EVERY);
         let mut details = interval(DETAILS_EVERY);
+        // Who has watched nothing for a while is not told the same over and over.
+        details.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let hello = Text::Hello(Box::new(self.shared.backend.hello()));
         self.say(hello.to_json()).await?;
         self.say(self.shared.state()).await?;
@@ -107,7 +109,7 @@ impl Viewer<'_> {
                     Err(RecvError::Lagged(_)) => {}
                     Err(RecvError::Closed) => return Err(Gone),
                 },
-                _ = details.tick(), if !self.watched.is_empty() => {
+                _ = details.tick(), if self.watched.is_any() => {
                     let details = self.shared.backend.details(&self.watched);
                     self.say(Text::Details(details).to_json()).await?;
                 }
@@ -180,7 +182,7 @@ impl Viewer<'_> {
                 self.rate = frames_per_second.clamp(*RATES.start(), *RATES.end());
                 self.due = Instant::now();
             }
-            Own::Watch { taxels } => self.watched = taxels,
+            Own::Watch(watched) => self.watched = watched,
         }
     }
 

@@ -73,8 +73,26 @@ pub(crate) enum Own {
     Got,
     /// The most frames a second it wants.
     Rate { frames_per_second: f64 },
-    /// The taxels whose details it wants.
-    Watch { taxels: Vec<(usize, usize)> },
+    /// What it wants details of.
+    Watch(Watched),
+}
+
+/// What a viewer wants to know more of than frames tell.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Deserialize)]
+#[non_exhaustive]
+pub struct Watched {
+    /// Taxels: row, column.
+    pub taxels: Vec<(usize, usize)>,
+    /// What the frame's figures are uncertain by. A viewer that does not ask is told nothing that it may not know.
+    #[serde(default)]
+    pub figures: bool,
+}
+
+impl Watched {
+    /// Whether there is anything to tell.
+    pub(crate) fn is_any(&self) -> bool {
+        self.figures || !self.taxels.is_empty()
+    }
 }
 
 /// A message, taken apart.
@@ -95,7 +113,7 @@ pub(crate) fn parse(text: &str) -> Result<Message, (u64, String)> {
     let failed = |error: serde_json::Error| (id, format!("{}: {error}", envelope.verb));
     if ["got", "rate", "watch"].contains(&envelope.verb.as_str()) {
         let own: Own = serde_json::from_str(text).map_err(failed)?;
-        let too_many = matches!(&own, Own::Watch { taxels } if taxels.len() > MAX_WATCHED);
+        let too_many = matches!(&own, Own::Watch(watched) if watched.taxels.len() > MAX_WATCHED);
         if too_many {
             return Err((id, format!("at most {MAX_WATCHED} taxels can be watched")));
         }
@@ -122,6 +140,15 @@ mod tests {
         assert_eq!(
             parse(r#"{"do":"got","sequence":9}"#),
             Ok(Message::Own(Own::Got))
+        );
+        let watch = |taxels, figures| Ok(Message::Own(Own::Watch(Watched { taxels, figures })));
+        assert_eq!(
+            parse(r#"{"do":"watch","taxels":[[1,2]]}"#),
+            watch(vec![(1, 2)], false)
+        );
+        assert_eq!(
+            parse(r#"{"do":"watch","taxels":[],"figures":true}"#),
+            watch(Vec::new(), true)
         );
         let seek = parse(r#"{"id":1,"do":"seek","secs":2.5}"#);
         assert_eq!(seek, Ok(Message::Command(1, Command::Seek { secs: 2.5 })));

@@ -19,14 +19,15 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use tokio::sync::{Semaphore, broadcast, oneshot, watch};
 
-pub use command::Command;
+pub use command::{Command, Watched};
 pub use frame::FrameMessage;
 use frame::Sent;
 pub use guard::{random_token, token_problem};
 pub use messages::{
-    Answer, BadLines, Details, DeviceState, DeviceStatus, Event, FileFacts, Hello, Latency,
-    MarkMeaning, Message, PROTOCOL, Player, RecordingStatus, Refused, Reply, SensorFacts, Severity,
-    Slider, SliderKind, SourceFacts, SourceKind, State, TareStatus, TaxelDetails, mark_meanings,
+    Answer, BadLines, Details, DeviceState, DeviceStatus, Event, FigureDetails, FileFacts, Hello,
+    Latency, MarkMeaning, Message, PROTOCOL, Player, RecordingStatus, Refused, Reply, SensorFacts,
+    Severity, Slider, SliderKind, SourceFacts, SourceKind, State, TareStatus, TaxelDetails,
+    mark_meanings,
 };
 
 /// Whether a text is a request that a viewer may make. For the fuzz targets.
@@ -43,8 +44,8 @@ pub trait ViewerBackend: Send + Sync + 'static {
     fn state(&self, viewers: usize) -> State;
     /// What happened since this was asked last, for all viewers.
     fn news(&self) -> Vec<Event>;
-    /// Details of the taxels that a viewer watches (row, column).
-    fn details(&self, taxels: &[(usize, usize)]) -> Details;
+    /// Details of what a viewer watches, asked for twice a second while it does.
+    fn details(&self, watched: &Watched) -> Details;
     /// A viewer has come. It gets no frame of before: a source that is held shows its frame again.
     fn joined(&self) {}
     /// Does what a viewer asks. May take its time: it holds up the viewer that asks alone.

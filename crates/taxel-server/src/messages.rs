@@ -30,7 +30,7 @@ pub enum Message {
     State(Box<State>),
     /// Something happened.
     Event(Event),
-    /// The taxels that a viewer watches.
+    /// What a viewer watches.
     Details(Details),
     /// What became of a request.
     Answer(Answer),
@@ -61,19 +61,45 @@ impl Event {
     }
 }
 
-/// The taxels that a viewer watches.
+/// What a viewer watches.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 #[non_exhaustive]
 pub struct Details {
     /// One each; a taxel of which nothing is known yet is left out.
     pub taxels: Vec<TaxelDetails>,
+    /// The frame as a whole; `None` where nobody asked, nothing is known yet, or frames are no loads.
+    pub figures: Option<FigureDetails>,
 }
 
 impl Details {
     /// Details of these taxels.
     pub fn new(taxels: Vec<TaxelDetails>) -> Self {
-        Self { taxels }
+        Self {
+            taxels,
+            figures: None,
+        }
     }
+}
+
+/// What the figures of one frame are uncertain by. Each figure comes with it: a viewer that shows a frame of another load has
+/// no use for this.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[non_exhaustive]
+pub struct FigureDetails {
+    /// The frame's number.
+    pub sequence: u64,
+    /// Sum of all loads that count, newtons.
+    pub total_newtons: f64,
+    /// Half the width of its 95 % interval; `None` where nothing bounds it.
+    pub total_half_width_95_newtons: Option<f64>,
+    /// Contact area, mm².
+    pub contact_area_mm2: f64,
+    /// Half the width of its 95 % interval; `None` where nothing bounds it.
+    pub contact_area_half_width_95_mm2: Option<f64>,
+    /// Whether those are of the noise alone: the sensor file has no `[uncertainty]`.
+    pub noise_only: bool,
+    /// Why nothing bounds them, in words for the viewer; empty where something does.
+    pub why_unbounded: String,
 }
 
 /// One taxel, all of one frame.

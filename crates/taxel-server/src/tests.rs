@@ -35,9 +35,12 @@ impl ViewerBackend for Stage {
     fn news(&self) -> Vec<Event> {
         Vec::new()
     }
-    fn details(&self, taxels: &[(usize, usize)]) -> Details {
+    fn details(&self, watched: &Watched) -> Details {
         let at = |&(row, column): &(usize, usize)| TaxelDetails::at(row, column);
-        Details::new(taxels.iter().map(at).collect())
+        Details {
+            figures: watched.figures.then(FigureDetails::default),
+            ..Details::new(watched.taxels.iter().map(at).collect())
+        }
     }
     fn joined(&self) {
         self.joined.fetch_add(1, Ordering::Relaxed);
@@ -155,7 +158,17 @@ fn a_viewer_is_told_and_asks_and_is_answered() {
     viewer
         .send(Message::text(r#"{"id":6,"do":"watch","taxels":[[3,7]]}"#))
         .unwrap();
-    assert!(text_of(&mut viewer, "details").contains(r#""row":3,"column":7"#));
+    let details = text_of(&mut viewer, "details");
+    assert!(details.contains(r#""row":3,"column":7"#), "{details}");
+    assert!(details.contains(r#""figures":null"#), "{details}");
+    // What a frame amounts to is told to those who ask for it, also where they watch no taxel.
+    viewer
+        .send(Message::text(
+            r#"{"id":7,"do":"watch","taxels":[],"figures":true}"#,
+        ))
+        .unwrap();
+    let told = |m: &Message| matches!(m, Message::Text(t) if t.contains(r#""taxels":[],"figures":{"sequence":0"#));
+    next(&mut viewer, told);
 }
 
 /// A stalled viewer gets no more than is on the way, and the others lose nothing by it.

@@ -389,7 +389,31 @@ export const details = {
       "half_width_95_newtons": null,
       "noise_only": false
     }
-  ]
+  ],
+  "figures": {
+    "sequence": 41,
+    "total_newtons": 21.5,
+    "total_half_width_95_newtons": 0.75,
+    "contact_area_mm2": 12.5,
+    "contact_area_half_width_95_mm2": 2.5,
+    "noise_only": false,
+    "why_unbounded": ""
+  }
+};
+
+/** @type {Wire.Details} */
+export const detailsUnbounded = {
+  "kind": "details",
+  "taxels": [],
+  "figures": {
+    "sequence": 42,
+    "total_newtons": 210.0,
+    "total_half_width_95_newtons": null,
+    "contact_area_mm2": 12.5,
+    "contact_area_half_width_95_mm2": null,
+    "noise_only": true,
+    "why_unbounded": "a taxel is at the converter's ceiling"
+  }
 };
 
 /** @type {Wire.Answer} */

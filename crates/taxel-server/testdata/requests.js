@@ -16,7 +16,8 @@ export const requests = [
   { "do": "pause" },
   { "do": "seek", "secs": 1.25 },
   { "do": "speed", "factor": 0.5 },
-  { "do": "watch", "taxels": [[3, 7], [0, 0]] },
+  { "do": "watch", "taxels": [[3, 7], [0, 0]], "figures": false },
+  { "do": "watch", "taxels": [], "figures": true },
   { "do": "rate", "frames_per_second": 60 },
   { "do": "got", "sequence": 9 }
 ];

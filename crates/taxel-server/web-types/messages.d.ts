@@ -116,6 +116,21 @@ declare namespace Wire {
   interface Details {
     kind: "details";
     taxels: TaxelDetails[];
+    /** null where nothing is known, or frames are no loads. */
+    figures: FigureDetails | null;
+  }
+
+  /** What the figures of one frame are uncertain by; null where nothing bounds it. */
+  interface FigureDetails {
+    sequence: number;
+    total_newtons: number;
+    total_half_width_95_newtons: number | null;
+    contact_area_mm2: number;
+    contact_area_half_width_95_mm2: number | null;
+    /** Whether those are of the noise alone. */
+    noise_only: boolean;
+    /** Empty where something does. */
+    why_unbounded: string;
   }
 
   interface TaxelDetails {
@@ -154,7 +169,7 @@ declare namespace Wire {
     | { do: "pause" }
     | { do: "seek"; secs: number }
     | { do: "speed"; factor: number }
-    | { do: "watch"; taxels: [number, number][] }
+    | { do: "watch"; taxels: [number, number][]; figures: boolean }
     | { do: "rate"; frames_per_second: number }
     | { do: "got"; sequence: number };
 }

@@ -11,7 +11,7 @@ use taxel_acquire::Address;
 use taxel_acquire::simulated::SimulationParameters;
 use taxel_server::{
     Command, Details as DetailsMessage, Event, Hello, Refused, Reply, SensorFacts, SourceFacts,
-    SourceKind, State, ViewerBackend,
+    SourceKind, State, ViewerBackend, Watched,
 };
 
 use super::SessionOptions;
@@ -307,6 +307,7 @@ impl ViewerBackend for LiveController {
     }
 
     fn joined(&self) {
+        self.details.expect();
         let _ = self.play(|play| play.again = true);
     }
 
@@ -314,8 +315,8 @@ impl ViewerBackend for LiveController {
         self.status.take_news()
     }
 
-    fn details(&self, taxels: &[(usize, usize)]) -> DetailsMessage {
-        self.details.message(taxels)
+    fn details(&self, watched: &Watched) -> DetailsMessage {
+        self.details.message(watched)
     }
 
     fn command(&self, command: Command) -> Result<Reply, Refused> {
@@ -344,6 +345,7 @@ impl ViewerBackend for LiveController {
             Command::Play => self.play(|play| play.playing = true),
             Command::Pause => self.play(|play| play.playing = false),
             Command::Seek { secs } if secs.is_finite() && secs >= 0.0 => {
+                self.details.expect();
                 self.play(|play| play.seek = Some(secs))
             }
             Command::Seek { secs } => Err(Refused::because(format!(

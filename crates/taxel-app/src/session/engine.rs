@@ -152,9 +152,9 @@ impl Engine {
                 if self.details.is_wanted() {
                     self.details.ask(DetailsRequest {
                         siemens: self.exact.result().siemens.cloned(),
+                        loads: self.is_load.then(|| self.loads.clone()),
                         is_answer: self.exact.result().outcome.is_answer(),
                         sensor: self.sensor.clone(),
-                        is_load: self.is_load,
                         shown: message.clone(),
                     });
                 }

@@ -109,7 +109,7 @@ fn file_state() -> State {
     }
 }
 
-fn details() -> Details {
+fn details() -> Message {
     let known = TaxelDetails {
         sequence: 41,
         load: 0.25,
@@ -125,7 +125,34 @@ fn details() -> Details {
         mark: 1,
         ..TaxelDetails::at(0, 0)
     };
-    Details::new(vec![known, bad])
+    let figures = FigureDetails {
+        sequence: 41,
+        total_newtons: 21.5,
+        total_half_width_95_newtons: Some(0.75),
+        contact_area_mm2: 12.5,
+        contact_area_half_width_95_mm2: Some(2.5),
+        ..FigureDetails::default()
+    };
+    Message::Details(Details {
+        figures: Some(figures),
+        ..Details::new(vec![known, bad])
+    })
+}
+
+/// Only what a frame amounts to is looked at, and nothing bounds it.
+fn details_of_nothing() -> Message {
+    let figures = FigureDetails {
+        sequence: 42,
+        total_newtons: 210.0,
+        contact_area_mm2: 12.5,
+        noise_only: true,
+        why_unbounded: "a taxel is at the converter's ceiling".to_owned(),
+        ..FigureDetails::default()
+    };
+    Message::Details(Details {
+        figures: Some(figures),
+        ..Details::default()
+    })
 }
 
 /// The page's type checker reads these as values of its own types: what one side alone has is an error there.
@@ -162,7 +189,8 @@ fn messages_of_the_wire_are_those_that_the_page_is_tested_with() {
             "Event",
             Message::Event(Event::new(1_795_255_201.25, "let go")),
         ),
-        ("details", "Details", Message::Details(details())),
+        ("details", "Details", details()),
+        ("detailsUnbounded", "Details", details_of_nothing()),
         (
             "answer",
             "Answer",

@@ -3,7 +3,7 @@
 import { TimeChart, longestStep } from "./timechart.js";
 import { faint, theme } from "./theme.js";
 import { byId, inside, write } from "./dom.js";
-import { fixed, decimalsFor, forceUnit, pressureUnit, loadFactor } from "./units.js";
+import { fixed, decimalsFor, plusMinus, forceUnit, pressureUnit, loadFactor } from "./units.js";
 
 const MAX_POINTS = 1500;
 const SELECTION_POINTS = 500;
@@ -21,13 +21,15 @@ export class Charts {
    * @param {import("./settings.js").Settings} parts.settings
    * @param {import("./history.js").History} parts.history
    * @param {import("./selection.js").Selection} parts.selection
+   * @param {import("./figures.js").Figures} parts.figures
    * @param {(time: number) => void} parts.goTo shows the frame of that time
    */
-  constructor({ view, settings, history, selection, goTo }) {
+  constructor({ view, settings, history, selection, figures, goTo }) {
     this.view = view;
     this.settings = settings;
     this.history = history;
     this.items = selection;
+    this.figures = figures;
     const options = { onClick: goTo };
     const line = () => [{ colour: () => theme.comp, fill: () => faint(theme.comp, 0.13) }];
     /** @param {string} id */
@@ -39,7 +41,9 @@ export class Charts {
     };
     this.selection = new TimeChart(plot("chart-selection"), [], options);
     this.hint = byId("selection-hint");
-    this.readouts = { force: byId("readout-force"), peak: byId("readout-peak"), area: byId("readout-area") };
+    /** @param {string} id */
+    const readout = (id) => ({ whole: byId(id), value: inside(byId(id), ".value"), error: inside(byId(id), ".error"), unit: inside(byId(id), ".unit") });
+    this.readouts = { force: readout("readout-force"), peak: readout("readout-peak"), area: readout("readout-area") };
     this.titles = { force: inside(byId("chart-force"), "h2"), peak: inside(byId("chart-peak"), "h2") };
     this.describedAt = -Infinity;
     selection.onChange(() => this.takeSelection(selection));
@@ -179,7 +183,14 @@ export class Charts {
       const [factor, unit] = quantities[name];
       const value = values[name] * factor;
       // Decimals from the size of the chart, not of the value: they would jump as it passes powers of ten.
-      this.readouts[name].textContent = `${fixed(value, this.decimals(name))} ${unit}`;
+      const decimals = this.decimals(name);
+      const { half, words } = this.figures.of(name, shown);
+      const readout = this.readouts[name];
+      readout.value.textContent = fixed(value, decimals);
+      readout.error.textContent = half === null ? "" : plusMinus(half * factor, decimals);
+      readout.unit.textContent = ` ${unit}`;
+      // A title that is written anew goes away under the pointer.
+      if (readout.whole.title !== words) readout.whole.title = words;
     }
   }
 }

@@ -6,6 +6,7 @@ import { Controls } from "./controls.js";
 import { byId, dialogById, openDialog } from "./dom.js";
 import { Drawing } from "./drawing.js";
 import { savePicture, saveTable } from "./export.js";
+import { Figures } from "./figures.js";
 import { History } from "./history.js";
 import { startKeys } from "./keys.js";
 import { Overlay } from "./overlay.js";
@@ -48,7 +49,8 @@ const playback = new Playback({ view, history, requests, makeRoom: (frame) => st
 /** @param {number} time */
 const goTo = (time) => playback.goTo(time);
 const drawing = new Drawing({ view, settings, selection, history, stage });
-const charts = new Charts({ view, settings, history, selection, goTo });
+const figures = new Figures(view);
+const charts = new Charts({ view, settings, history, selection, figures, goTo });
 const forceDecimals = () => charts.decimals("force");
 const panel = new Panel({ view, history, selection, scale, forceDecimals, goTo });
 const source = { view, settings, history, selection, stage };
@@ -69,7 +71,10 @@ session = new Session({
   view, history, selection, timing: drawing.timing,
   got: (sequence) => connection.got(sequence),
   onFrame: (frame) => stage.follow(frame),
-  onDetails: (details) => panel.takeDetails(details),
+  onDetails: (details) => {
+    panel.takeDetails(details);
+    figures.take(details);
+  },
 });
 const pointer = new Pointer(stage, settings, {
   pick: (taxel) => view.pick(taxel),

@@ -3,13 +3,13 @@
 import { layoutOf } from "./places.js";
 import { TimeChart, longestStep } from "./timechart.js";
 import { slotValue } from "./buffer.js";
+import { DETAILS_VALID_MS } from "./figures.js";
 import { cellArea, contactThreshold, measure } from "./selection.js";
 import { byId, inside, onClick, write } from "./dom.js";
 import { theme } from "./theme.js";
-import { fixed, decimalsFor, significant, siemens, areaText, forceUnit, pressureUnit, loadFactor } from "./units.js";
+import { fixed, decimalsFor, plusMinus, significant, siemens, areaText, forceUnit, pressureUnit, loadFactor } from "./units.js";
 
 const CHART_SECONDS = 30;
-const DETAILS_VALID_MS = 2500;
 const DESCRIBE_EVERY_MS = 1000;
 
 export class Panel {
@@ -113,7 +113,8 @@ export class Panel {
 
     const decimals = this.loadDecimals(force.factor, sensor);
     const load = fixed(one.load * force.factor, decimals);
-    const error = newtons ? uncertainty(one, force.factor, decimals) : "";
+    const half = one.half_width_95_newtons;
+    const error = newtons && half !== null ? plusMinus(half * force.factor, decimals) : "";
     const only = error && one.noise_only ? " (noise only)" : "";
     this.load = `${load}${error} ${force.text}${only}`;
     byId("taxel-load").textContent = this.load;
@@ -287,21 +288,6 @@ function ofFrame(frame, at) {
     mark: frame.marks[at], siemens: NaN, half_width_95_newtons: null,
     noise_only: false,
   };
-}
-
-/**
- * Half the width of the 95 % interval, and whether noise is all that it is of. Only where it means something: the server
- * gives none for taxels that are not measured or not resolved.
- * @param {{ half_width_95_newtons: number | null }} one
- * @param {number} factor
- * @param {number} decimals
- */
-function uncertainty(one, factor, decimals) {
-  if (one.half_width_95_newtons === null) return "";
-  const error = one.half_width_95_newtons * factor;
-  if (!Number.isFinite(error)) return "";
-  const least = 10 ** -decimals;
-  return error < least / 2 ? ` ± <${fixed(least, decimals)}` : ` ± ${fixed(error, decimals)}`;
 }
 
 /** @param {number} value */

@@ -71,6 +71,17 @@ export function fixed(value, decimals) {
   return Number(text) === 0 ? text.slice(1) : MINUS + text.slice(1);
 }
 
+/**
+ * Half the width of an interval, behind a number with so many decimals; empty where it means nothing.
+ * @param {number} half
+ * @param {number} decimals
+ */
+export function plusMinus(half, decimals) {
+  if (!Number.isFinite(half)) return "";
+  const least = 10 ** -decimals;
+  return half < least / 2 ? ` ± <${fixed(least, decimals)}` : ` ± ${fixed(half, decimals)}`;
+}
+
 /** @param {number} value */
 export const significant = (value, digits = 3) => fixed(value, decimalsFor(Math.abs(value), digits));
 

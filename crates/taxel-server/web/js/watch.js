@@ -1,4 +1,5 @@
-// Tells the server what this page looks at: how many frames a second it can use, and of which taxels it wants details.
+// Tells the server what this page looks at: how many frames a second it can use, of which taxels it wants details, and
+// whether anybody reads what the figures are uncertain by.
 
 const SHOWN_PER_SECOND = 60;
 const HIDDEN_PER_SECOND = 5;
@@ -19,22 +20,26 @@ export class Watch {
     view.on(["hello"], () => {
       this.told = "";
       this.sendRate();
-      this.sendTaxels();
+      this.sendWatched();
     });
-    view.on(["picked"], () => this.sendTaxels());
-    selection.onChange(() => this.sendTaxels());
-    document.addEventListener("visibilitychange", () => this.sendRate());
+    view.on(["picked", "newtons"], () => this.sendWatched());
+    selection.onChange(() => this.sendWatched());
+    document.addEventListener("visibilitychange", () => {
+      this.sendRate();
+      this.sendWatched();
+    });
   }
 
   sendRate() {
     if (this.view.now.hello) this.connection.send({ do: "rate", frames_per_second: document.hidden ? HIDDEN_PER_SECOND : SHOWN_PER_SECOND });
   }
 
-  sendTaxels() {
-    const { picked } = this.view.now;
+  sendWatched() {
+    const { picked, newtons } = this.view.now;
     const all = [...(picked ? [picked] : []), ...this.selection.pins];
     const taxels = all.slice(0, MAX_WATCHED).map(({ row, column }) => /** @type {[number, number]} */ ([row, column]));
-    const key = JSON.stringify(taxels);
-    if (key !== this.told && this.connection.send({ do: "watch", taxels })) this.told = key;
+    const figures = newtons && !document.hidden;
+    const key = JSON.stringify([taxels, figures]);
+    if (key !== this.told && this.connection.send({ do: "watch", taxels, figures })) this.told = key;
   }
 }
