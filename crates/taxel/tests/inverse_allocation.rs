@@ -3,10 +3,10 @@
 mod common;
 
 use allocation_counter::measure;
-use common::{inversions, pressed, sensor};
+use common::{inversions, pressed, sensor, under_sheet};
 use taxel::circuit::{Circuit, LinearCircuit};
 use taxel::pipeline::Pipeline;
-use taxel::sensor::{DynamicSpec, Topology, preset};
+use taxel::sensor::{DynamicSpec, PerLine, Topology, preset};
 use taxel::simulate::{Pattern, VirtualSensor};
 use taxel::solve::{Method, Solver, method};
 use taxel::{Frame, Mark, Volts};
@@ -93,4 +93,27 @@ fn neither_does_the_whole_pipeline_with_a_material_that_remembers() {
     };
     take(&frames[0]);
     assert_eq!([take(&frames[1]), take(&frames[2])], [0, 0]);
+}
+
+#[test]
+fn neither_does_one_of_lines_that_resist() {
+    for (topology, sheet) in [
+        (Topology::TiaGroundedColumns, None),
+        (Topology::TiaGroundedColumns, Some((10e3, 3.0))),
+        (Topology::DividerFloating, None),
+    ] {
+        let sensor = sensor(topology, 12, 20, 10.0, 0.0)
+            .edited(|spec| {
+                spec.readout.r_line_row_ohms = Some(PerLine::One(4.0));
+                spec.readout.r_line_column_ohms = Some(PerLine::One(2.0));
+                spec.converter.noise_counts = Some(2.0);
+            })
+            .unwrap();
+        let sensor = under_sheet(&sensor, sheet);
+        let circuit = LinearCircuit::from_sensor(&sensor).unwrap();
+        let scan = |seed| circuit.predict(&pressed(12, 20, 0.3, seed)).unwrap();
+        let newton = method("newton", &sensor).unwrap();
+        let found = allocations(&*newton, [&scan(1), &scan(2)]);
+        assert_eq!(found, [0, 0], "{topology:?}, {sheet:?}");
+    }
 }

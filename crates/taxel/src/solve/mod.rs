@@ -195,7 +195,7 @@ pub fn method(name: &str, sensor: &Sensor) -> Result<Box<dyn Method>, Error> {
             None => Err(Error::UnknownMethod {
                 name: name.to_owned(),
                 hint: format!(
-                    "`exact` needs topology `{}`, or a table of line ends that says the same, with r_source_ohms = 0 and every reading, no converter.floor_count; `newton` does the rest",
+                    "`exact` needs topology `{}`, or a table of line ends that says the same, with r_source_ohms = 0, lines without resistance and every reading, no converter.floor_count; `newton` does the rest",
                     Topology::TiaGroundedColumns.name()
                 ),
             }),
