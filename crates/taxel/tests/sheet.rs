@@ -5,8 +5,10 @@ mod common;
 use allocation_counter::measure;
 use common::{SHAPES, methods, pressed, relative_error, sensor, under_sheet};
 use taxel::circuit::{Circuit, LinearCircuit};
-use taxel::sensor::{Sensor, Topology};
-use taxel::solve::method;
+use taxel::material::{LoadLaw, Sheet};
+use taxel::sensor::{PerLine, Sensor, Topology, preset};
+use taxel::simulate::{Pattern, PatternKind};
+use taxel::solve::{Exact, Method, method};
 use taxel::{Frame, Mark};
 
 /// R_s and α of sheets from hardly there to one that carries as much as the taxels.
@@ -56,6 +58,31 @@ fn the_e_cone_is_inverted_from_weak_sheets_to_strong_ones() {
                 "{r_mux} Ohm, {sheet:?}: {error:e} in {rounds} rounds"
             );
         }
+    }
+}
+
+/// In a stream that hardly moves the iteration may believe to have arrived before it has.
+#[test]
+fn a_steady_stream_is_inverted_as_well_as_its_first_frame() {
+    let sensor = preset("econe").unwrap().edited(|spec| {
+        spec.readout.r_mux_row_ohms = Some(PerLine::One(5.0));
+        spec.readout.r_mux_column_ohms = Some(PerLine::One(5.0));
+    });
+    let sensor = sensor.unwrap();
+    let circuit = LinearCircuit::from_sensor(&sensor).unwrap();
+    let circuit = circuit.with_sheet(Some(Sheet::new(40e3, 3.0)));
+    let law = LoadLaw::from_sensor(&sensor).unwrap();
+    let pattern = Pattern::new(PatternKind::Fingers { tips: 5 });
+    let mut solver = Exact::new(&circuit).unwrap().solver();
+    let mut found = Frame::zeros(64, 128);
+    for frame in 100..106 {
+        let loads = pattern.loads(sensor.array(), 3, frame);
+        let truth = loads.map(|taxel, grams| law.siemens_from_grams(taxel, grams));
+        let outcome = solver.solve_into(&circuit.predict(&truth).unwrap(), &mut found);
+        assert!(outcome.stop.is_good(), "{outcome:?}");
+        let error = relative_error(&found, &truth);
+        println!("{frame}: {error:e} in {} rounds", outcome.iterations);
+        assert!(error < 1e-9, "{frame}: {error:e}");
     }
 }
 

@@ -5,9 +5,9 @@
 //!
 //! H = S K,  d_c = g_c/(1 − Σ_r H_rc),  S_ij ← −(H diag(d) Hᵀ)_ij,  S_ii such that (S⁻¹)_ii = P_rr.
 //!
-//! Under a continuous sheet diag(d) becomes tridiagonal and S gains the couplings of neighbouring rows, both of the last
-//! round's conductances. Mixed after Anderson, it takes five rounds at 10 Ω. Where it fails (50 Ω and more), the slower but
-//! sturdier iteration of `root.rs` takes over ([theory.md]).
+//! Under a continuous sheet diag(d) becomes tridiagonal and S gains the couplings of neighbouring rows; each round corrects
+//! them, and with them H and d, before G follows. Mixed after Anderson, it takes five rounds at 10 Ω, and one or two more
+//! under a sheet. Where it fails (50 Ω and more), the slower but sturdier iteration of `root.rs` takes over ([theory.md]).
 //!
 //! [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
 
@@ -42,6 +42,9 @@ const HAND_OVER: f64 = 1e-2;
 /// for, since mixed steps are irregular.
 const SAFETY: f64 = 4.0;
 const SLOWEST: f64 = 0.9;
+/// Under a sheet no ratio counts for less: in a steady stream mixing foresees most of a change at once, and what it has not
+/// foreseen shrinks as slowly as ever (frames that stopped in the third round were off by 2e-8).
+const LEAST_RATIO: f64 = 0.08;
 /// The last change of the slow iteration, as a share of the tolerance: it contracts by a half and more.
 const ROOT_SHARE: f64 = 0.2;
 
@@ -278,7 +281,8 @@ impl Exact {
             let stalled = Outcome::new(Stop::Stalled, round, last_change);
             unpack(packed, &mut network.s, m);
             network.take_couplings(&packed[m * (m + 1) / 2..]);
-            if network.columns_from_s(f64::MIN_POSITIVE).0 <= 0.0 {
+            let floor = f64::MIN_POSITIVE;
+            if network.columns_from_s(floor).0 <= 0.0 || network.settle(floor) <= 0.0 {
                 return stalled;
             }
             let (largest, change) = network.conductances();
@@ -289,6 +293,7 @@ impl Exact {
             // The first change is none of the iteration's; from the second on, their ratio says what is left.
             let ratio = match round {
                 1 | 2 => 1.0,
+                _ if network.sideways.is_some() => (change / last_change).max(LEAST_RATIO),
                 _ => change / last_change,
             };
             let slower = ratio.max(ratio_before).min(SLOWEST);
@@ -414,9 +419,11 @@ fn image_of(
         View::new(&network.h, m, network.n),
     );
     multiply_lower(ViewMut::new(&mut network.product, m, m), g, h.transpose());
-    let next = network.sideways.as_ref().map(|s| s.next.as_slice());
-    if let Some(next) = next {
-        image[m * (m + 1) / 2..].copy_from_slice(next);
+    let now = network.sideways.as_ref().map(|s| &s.now);
+    if let Some(now) = now {
+        let (rows, columns) = image[m * (m + 1) / 2..].split_at_mut(now.small.len());
+        rows.copy_from_slice(&now.small);
+        columns.copy_from_slice(&now.large);
     }
     for i in 0..m {
         let (low, at) = (i * m, i * (i + 1) / 2);
@@ -424,8 +431,8 @@ fn image_of(
             image[at + j] = -network.product[low + j];
             network.product[low + j] = image[at + j];
         }
-        if let (Some(next), Some(before)) = (next, i.checked_sub(1)) {
-            network.product[low + before] -= next[before];
+        if let (Some(now), Some(before)) = (now, i.checked_sub(1)) {
+            network.product[low + before] -= now.small[before];
         }
         image[at + i] = packed[at + i];
         network.product[low + i] = packed[at + i];

@@ -29,6 +29,8 @@ pub(super) struct Network {
     pub(super) sideways: Option<Sideways>,
     /// 1 − ΣH, and what the columns' chain takes from each.
     headroom: Vec<f64>,
+    /// H T under a sheet.
+    h_t: Vec<f64>,
     taken: Vec<f64>,
 }
 
@@ -48,6 +50,7 @@ impl Network {
             spd: Spd::new(m),
             sideways: None,
             headroom: vec![0.0; n],
+            h_t: vec![0.0; m * n],
             taken: vec![0.0; n],
         }
     }
@@ -55,7 +58,7 @@ impl Network {
     /// Takes another shape; allocates nothing when it is no larger than the one it was made for.
     pub(super) fn resize(&mut self, m: usize, n: usize) {
         (self.m, self.n) = (m, n);
-        for rectangle in [&mut self.k, &mut self.h, &mut self.g] {
+        for rectangle in [&mut self.k, &mut self.h, &mut self.g, &mut self.h_t] {
             rectangle.resize(m * n, 0.0);
         }
         for square in [&mut self.s, &mut self.product] {
@@ -78,6 +81,12 @@ impl Network {
             View::new(&self.s, m, m),
             View::new(&self.k, m, n),
         );
+        self.columns_from_h(floor)
+    }
+
+    /// The same from an H that is there.
+    fn columns_from_h(&mut self, floor: f64) -> (f64, usize) {
+        let n = self.n;
         self.d.fill(1.0);
         for line in self.h.chunks_exact(n) {
             for (d, h) in self.d.iter_mut().zip(line) {
@@ -108,20 +117,38 @@ impl Network {
         least
     }
 
-    /// G ← H diag(d) (H T under a sheet), and the couplings that follow. Returns the largest conductance and the largest change of one.
+    /// Under a sheet: brings the couplings, H and d nearer to where they agree, without another product S K. The change δ of
+    /// the coupling of rows i and i + 1, which is an entry of S off its diagonal, takes δ K_{i+1} from row i of H
+    /// and δ K_i from row i + 1. Returns the least denominator, which is above all without a sheet: then nothing happens.
+    pub(super) fn settle(&mut self, floor: f64) -> f64 {
+        let Some(sideways) = &mut self.sideways else {
+            return f64::INFINITY;
+        };
+        sideways.times(&self.h, &mut self.h_t);
+        sideways.find_next(&self.h_t, &self.h, &self.k);
+        sideways.go_on(&mut self.h, &self.k);
+        self.columns_from_h(floor).0
+    }
+
+    /// G ← H diag(d) (H T under a sheet). Returns the largest conductance and the largest change of one.
     pub(super) fn conductances(&mut self) -> (f64, f64) {
         let n = self.n;
         let (mut largest, mut change) = ([0f64; LANES], [0f64; LANES]);
-        for (g, h) in self.g.chunks_exact_mut(n).zip(self.h.chunks_exact(n)) {
-            let row = &mut self.headroom;
-            match &self.sideways {
-                Some(sideways) => sideways.times(h, row),
+        if let Some(sideways) = &self.sideways {
+            sideways.times(&self.h, &mut self.h_t);
+        }
+        for (i, g) in self.g.chunks_exact_mut(n).enumerate() {
+            let line = i * n..(i + 1) * n;
+            let row = match &self.sideways {
+                Some(_) => &self.h_t[line],
                 None => {
-                    for ((row, h), d) in row.iter_mut().zip(h).zip(&self.d) {
+                    let row = self.headroom.iter_mut();
+                    for ((row, h), d) in row.zip(&self.h[line]).zip(&self.d) {
                         *row = h * d;
                     }
+                    &self.headroom
                 }
-            }
+            };
             for (g, row) in g.chunks_mut(LANES).zip(row.chunks(LANES)) {
                 let lanes = largest.iter_mut().zip(&mut change);
                 for ((g, value), (largest, change)) in g.iter_mut().zip(row).zip(lanes) {
@@ -131,13 +158,18 @@ impl Network {
                 }
             }
         }
-        if let Some(sideways) = &mut self.sideways {
-            sideways.find_next(&self.g, &self.h, &self.k);
-        }
         let most = |lanes: [f64; LANES]| lanes.into_iter().fold(0f64, f64::max);
         // A value that is no number is not larger than anything: multiplying lets it through.
         let finite = self.d.iter().map(|d| d * 0.0).sum::<f64>();
         (most(largest), most(change) + finite)
+    }
+
+    /// The couplings that follow from G.
+    pub(super) fn advance_couplings(&mut self) {
+        if let Some(sideways) = &mut self.sideways {
+            sideways.find_next(&self.g, &self.h, &self.k);
+            sideways.advance();
+        }
     }
 }
 

@@ -93,9 +93,7 @@ impl Root {
             for (x, d) in self.image[m..].iter_mut().zip(&network.d) {
                 *x = d.ln();
             }
-            if let Some(sideways) = &mut network.sideways {
-                sideways.advance();
-            }
+            network.advance_couplings();
             self.mixing.advance(&mut self.point, &self.image);
         }
         let stop = Stop::IterationLimit;

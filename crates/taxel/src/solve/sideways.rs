@@ -6,16 +6,20 @@
 //! corrected by how much of its change comes back: λ ← λ + (1 − κ)⁻¹(λ(G) − λ), κ = dλ(G)/dλ. A change δ of the coupling
 //! between rows i and i + 1 takes δ (P G)_{i+1} from row i of G and δ (P G)_i from row i + 1 (the diagonal of S is known),
 //! so that κ is tridiagonal; that between two columns moves H δ, which is little, and its own share is enough.
+//!
+//! The same changes are taken from H at once, so that what a round goes on with fits the couplings it found. Left to the next
+//! round, as an entry of S, each change cost a product S K more: nine rounds or ten in place of seven.
 
 use crate::circuit::network::coupling::{Couplings, diagonal};
 use crate::material::Sheet;
+use crate::wide::wide;
 use taxel_linalg::{dot, sum};
 
 /// Couplings on their way: present ones, and the next.
 pub(super) struct Sideways {
     /// What the present round goes with.
     pub(super) now: Couplings,
-    /// What it leads to, rows and then columns.
+    /// What it leads to, rows and then columns; once taken, the step there.
     pub(super) next: Vec<f64>,
     /// κ: what comes back to each coupling from itself, from the one before and from the one after.
     feedback: Vec<f64>,
@@ -104,9 +108,43 @@ impl Sideways {
         }
     }
 
-    /// out ← row T.
-    pub(super) fn times(&self, row: &[f64], out: &mut [f64]) {
-        times(&self.own, &self.now.large, row, out);
+    /// out ← rows T.
+    pub(super) fn times(&self, rows: &[f64], out: &mut [f64]) {
+        let n = self.own.len();
+        wide(
+            #[inline(always)]
+            || {
+                for (row, out) in rows.chunks_exact(n).zip(out.chunks_exact_mut(n)) {
+                    times(&self.own, &self.now.large, row, out);
+                }
+            },
+        );
+    }
+
+    /// Goes on with the next couplings, and takes what those of the rows change from H.
+    pub(super) fn go_on(&mut self, h: &mut [f64], k: &[f64]) {
+        let n = self.own.len();
+        let couplings = self.now.small.iter_mut().chain(&mut self.now.large);
+        for (now, next) in couplings.zip(&mut self.next) {
+            let before = *now;
+            *now = next.max(0.0);
+            *next = *now - before;
+        }
+        let steps = &self.next;
+        let rows = self.now.small.len();
+        wide(
+            #[inline(always)]
+            || {
+                for (i, line) in h.chunks_exact_mut(n).enumerate() {
+                    if let Some(before) = i.checked_sub(1) {
+                        take_from(line, steps[before], &k[before * n..i * n]);
+                    }
+                    if i < rows {
+                        take_from(line, steps[i], &k[(i + 1) * n..(i + 2) * n]);
+                    }
+                }
+            },
+        );
     }
 
     /// The next couplings, from G, H and K (m×n).
@@ -123,6 +161,17 @@ impl Sideways {
 
     /// The couplings of G, and how much of a change of them comes back.
     fn find_feedback(&mut self, g: &[f64], h: &[f64], k: &[f64]) {
+        wide(
+            #[inline(always)]
+            || self.add_up(g, h, k),
+        );
+        let (next_row, next_column) = self.next.split_at_mut(self.now.small.len());
+        self.now.cut_sides(next_row, next_column);
+        self.factorise();
+    }
+
+    #[inline(always)]
+    fn add_up(&mut self, g: &[f64], h: &[f64], k: &[f64]) {
         let n = self.own.len();
         let rows = self.now.small.len();
         self.next.fill(0.0);
@@ -148,8 +197,6 @@ impl Sideways {
                 self.from_before[pair] = -dot(&lines.by_above, farther);
             }
         }
-        self.now.cut_sides(next_row, next_column);
-        self.factorise();
     }
 
     /// Factors 1 − κ: elimination along the rows' chain leaves its diagonal in `feedback`.
@@ -197,7 +244,15 @@ const ROUNDS_OF_FEEDBACK: u32 = 2;
 /// A change that comes back with its own sign is not taken to come back nearly whole.
 const MAX_FEEDBACK: f64 = 0.5;
 
+#[inline(always)]
+fn take_from(line: &mut [f64], step: f64, other: &[f64]) {
+    for (x, other) in line.iter_mut().zip(other) {
+        *x -= step * other;
+    }
+}
+
 /// Adds what flows between the neighbours of one row, and how much of a change of it comes back, column by column.
+#[inline(always)]
 fn add_along(sheet: Sheet, g: &[f64], h: &[f64], through: &mut [f64], back: &mut [f64]) {
     let n = through.len();
     let (g_a, g_b, h_a, h_b) = (&g[..n], &g[1..=n], &h[..n], &h[1..=n]);
@@ -210,6 +265,7 @@ fn add_along(sheet: Sheet, g: &[f64], h: &[f64], through: &mut [f64], back: &mut
 }
 
 /// What flows between the neighbours of two rows.
+#[inline(always)]
 fn across(sheet: Sheet, above: &[f64], below: &[f64], lines: &mut Lines) {
     let n = lines.through.len();
     let (above, below) = (&above[..n], &below[..n]);
@@ -234,6 +290,7 @@ fn flow(sheet: Sheet, a: f64, b: f64) -> (f64, f64, f64) {
     )
 }
 
+#[inline(always)]
 fn times(own: &[f64], chain: &[f64], row: &[f64], out: &mut [f64]) {
     for ((out, x), own) in out.iter_mut().zip(row).zip(own) {
         *out = x * own;

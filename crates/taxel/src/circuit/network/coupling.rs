@@ -6,6 +6,7 @@
 //! sums stays true.
 
 use crate::material::Sheet;
+use crate::wide::wide;
 
 /// Couplings of neighbouring lines, siemens: one value for each line but the last; 0 where two are no neighbours.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,6 +65,15 @@ impl Couplings {
 
     /// The couplings under these conductances.
     pub(crate) fn find(&mut self, conductance: &[f64], small: &mut [f64], large: &mut [f64]) {
+        wide(
+            #[inline(always)]
+            || self.add_up(conductance, small, large),
+        );
+        self.cut_sides(small, large);
+    }
+
+    #[inline(always)]
+    fn add_up(&mut self, conductance: &[f64], small: &mut [f64], large: &mut [f64]) {
         let n = self.large_joined.len() + 1;
         let sheet = self.sheet;
         large.fill(0.0);
@@ -81,7 +91,6 @@ impl Couplings {
             }
             *sum = taxel_linalg::sum(&self.line);
         }
-        self.cut_sides(small, large);
     }
 
     /// Sets couplings of lines that are no neighbours to 0.
