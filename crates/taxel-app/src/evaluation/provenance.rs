@@ -113,6 +113,15 @@ fn describe_readout(sensor: &Sensor) -> String {
         let ohms = switches(readout.r_mux_row_ohms.as_ref(), array.rows);
         parts.push(format!("row switches {ohms}"));
     }
+    for (side, ohms, lines) in [
+        ("rows", &readout.r_line_row_ohms, array.rows),
+        ("columns", &readout.r_line_column_ohms, array.columns),
+    ] {
+        if let Some(ohms) = ohms {
+            let along = switches(Some(ohms), lines);
+            parts.push(format!("{side} {along} a pitch"));
+        }
+    }
     if readout.r_source_ohms > 0.0 {
         parts.push(format!("R_v {} Ω", number(readout.r_source_ohms)));
     }

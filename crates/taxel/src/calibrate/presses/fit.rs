@@ -8,7 +8,7 @@ use super::known::KnownFrames;
 use super::lumped;
 use super::unknowns::Layout;
 use super::whole::Whole;
-use crate::circuit::{Converter, LineEnds};
+use crate::circuit::{Converter, LineEnds, LineResistance};
 use crate::material::LoadLaw;
 use crate::solve::Raw;
 
@@ -60,7 +60,8 @@ impl<'a> Readings<'a> {
         let law = plain_law(model);
         let count = |volts: f64| self.converter.count_from_volt(volts);
         let known = self.known;
-        let whole = if model.sensor.absent().is_empty() {
+        let resists = LineResistance::from_sensor(&model.sensor).is_some();
+        let whole = if model.sensor.absent().is_empty() && !resists {
             None
         } else {
             let faults = &self.evidence.faults;

@@ -1,11 +1,11 @@
-//! What a frame reads whose every load is known, of an array with crossings that carry no taxel.
+//! What a frame reads whose every load is known, of an array with crossings that carry no taxel, or of lines that resist.
 //!
-//! Its lines are not alike, so that none can be lumped with others: the whole circuit is scanned, and once empty, since what an
+//! Its lines, or the places on them, are not alike, so that none can be lumped with others: the whole circuit is scanned, and once empty, since what an
 //! unloaded taxel reads hangs on how many there are on its lines.
 
 use super::known::KnownFrame;
 use super::lumped::LumpedVolts;
-use crate::circuit::{Circuit, LineEnds, LinearCircuit};
+use crate::circuit::{Circuit, LineEnds, LineResistance, LinearCircuit};
 use crate::screen::{Axis, LineFaults};
 use crate::{Frame, Sensor, Siemens};
 
@@ -43,7 +43,8 @@ impl Whole {
         {
             *g = unloaded;
         }
-        let circuit = LinearCircuit::new(ends.clone());
+        let lines = LineResistance::from_sensor(sensor);
+        let circuit = LinearCircuit::new(ends.clone()).with_lines(lines);
         let volts = circuit.predict(&siemens).ok()?.values().to_vec();
         let there = volts.iter().zip(&is_there).filter(|(_, there)| **there);
         let elsewhere = mean(there.map(|(volts, _)| *volts));
