@@ -76,6 +76,9 @@ pub(crate) struct Args {
     /// Fit the source resistor
     #[arg(long)]
     fit_source: bool,
+    /// Look for resistance along the lines on large arrays as well (minutes)
+    #[arg(long, conflicts_with_all = ["pairs", "series"])]
+    line_resistance: bool,
     /// What the labelled loads themselves are off by, such as 2% or 0.02: taken out of what the sensor is uncertain by
     #[arg(long, value_name = "SHARE", value_parser = share, default_value = "0", conflicts_with_all = ["pairs", "series"])]
     label_error: f64,
@@ -216,6 +219,7 @@ fn options_of(args: &Args, table: &Path) -> CalibrationOptions {
     options.per_line = args.per_line;
     options.open_loop_gain = args.fit_gain;
     options.r_source = args.fit_source;
+    options.line_resistance = args.line_resistance;
     options.label_share = args.label_error;
     options.folds = args.folds.into();
     options.date = today();

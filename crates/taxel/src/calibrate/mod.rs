@@ -94,6 +94,8 @@ pub struct CalibrationOptions {
     pub open_loop_gain: bool,
     /// Fit the source resistor.
     pub r_source: bool,
+    /// Look for resistance along the lines on arrays of any size, and where noise explains the presses.
+    pub line_resistance: bool,
     /// What labelled loads themselves are off by, a share of the load: it is no fault of the sensor.
     pub label_share: f64,
     /// Folds of the cross-validation by press.
@@ -111,6 +113,7 @@ impl Default for CalibrationOptions {
             per_line: false,
             open_loop_gain: false,
             r_source: false,
+            line_resistance: false,
             label_share: 0.0,
             folds: 5,
             date: String::new(),
@@ -165,6 +168,11 @@ pub fn calibrate_with(
     let sensor = &sensor.edited(|spec| spec.check = None)?;
     let evidence = evidence::Evidence::new(sensor, data)?;
     let plain = presses::calibrate(sensor, &evidence, options, executor, progress);
+    let of_lines = plain
+        .0
+        .as_ref()
+        .ok()
+        .and_then(outcome::Outcome::line_finding);
     let mut search = |unless_plain: bool| {
         choose::search(sensor, &evidence, options, executor, unless_plain, progress)
     };
@@ -196,6 +204,7 @@ pub fn calibrate_with(
             }
         }
     };
+    outcome.take_line_finding(of_lines);
     if options.open_loop_gain && !sensor.readout().has_amplifier() {
         outcome.warnings.push(format!(
             "{} has no amplifier, so that no gain was looked for",

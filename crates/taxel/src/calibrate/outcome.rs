@@ -9,6 +9,8 @@ use super::{Belief, EffectFinding, Parameter, Suspect};
 use crate::material::LoadLaw;
 use crate::sensor::UncertaintySpec;
 
+/// The name of what is said of resistance along the lines.
+pub(super) const LINES: &str = "line resistance";
 /// One fit is better than another when it is so by this many standard errors.
 const BETTER: f64 = 2.0;
 
@@ -66,6 +68,30 @@ impl Outcome {
     /// Whether an effect beside circuit and law is in its model.
     pub(super) fn finds_something(&self) -> bool {
         self.findings.iter().any(|f| f.used)
+    }
+
+    /// What it says of resistance along the lines.
+    pub(super) fn line_finding(&self) -> Option<EffectFinding> {
+        self.findings.iter().find(|f| f.name == LINES).cloned()
+    }
+
+    /// Takes over what another fit says of that, where this one did not look for it.
+    pub(super) fn take_line_finding(&mut self, other: Option<EffectFinding>) {
+        if self.line_finding().is_some() {
+            return;
+        }
+        self.findings.extend(other.map(|finding| EffectFinding {
+            text: if finding.used {
+                format!(
+                    "{}; held-out presses are nearer without it, by what is used here",
+                    finding.text
+                )
+            } else {
+                finding.text
+            },
+            used: false,
+            name: finding.name,
+        }));
     }
 
     /// Whether its held-out presses are clearly nearer to their labels than another fit's.

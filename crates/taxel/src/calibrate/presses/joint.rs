@@ -19,6 +19,8 @@ const START_PRESSES: usize = 24;
 const TRUST: f64 = 0.5;
 /// Part of a standard error that a step may be off by, and gain of the loss, that end the search.
 const SETTLED: f64 = 0.02;
+/// What lines may resist a pitch where a search for that begins, ohms.
+const STARTS_LINE_OHMS: [f64; 4] = [0.4, 2.0, 8.0, 30.0];
 /// What a frame without a solution counts for, beyond what the others do.
 const FAILED: f64 = 9.0;
 
@@ -51,9 +53,15 @@ impl Joint<'_> {
         };
         let believed = layout.beliefs.ln_sum().0.exp();
         let mut best: Option<(f64, Vec<f64>)> = None;
-        for sum_ohms in std::iter::once(believed).chain(STARTS_OHMS) {
+        let sums = std::iter::once(believed).chain(STARTS_OHMS);
+        let starts: Vec<(f64, f64)> = match layout.position(Unknown::LineRow) {
+            None => sums.map(|sum| (sum, 0.0)).collect(),
+            // What lines resist moves frames more than switches do.
+            Some(_) => STARTS_LINE_OHMS.map(|line| (believed, line)).to_vec(),
+        };
+        for start in starts {
             let settled = rough
-                .begin(layout, sum_ohms)
+                .begin(layout, start)
                 .and_then(|linear| rough.settle(layout, linear, 0.0, START_ITERATIONS));
             let Some((linear, share)) = settled else {
                 continue;
@@ -62,8 +70,9 @@ impl Joint<'_> {
             if best.as_ref().is_none_or(|b| loss < b.0) {
                 best = Some((loss, linear.at));
             }
-            // Where noise explains all that is left, no other start can say more.
-            if share == 0.0 {
+            // Where noise explains all that is left, no other start can say more; but of lines that resist much too little, noise
+            // makes so much of conductances that it explains anything.
+            if share == 0.0 && layout.position(Unknown::LineRow).is_none() {
                 break;
             }
         }
@@ -74,16 +83,21 @@ impl Joint<'_> {
     pub(super) fn first(&self, layout: &Layout) -> Option<Linear> {
         let believed = layout.beliefs.ln_sum().0.exp();
         let mut starts = std::iter::once(believed).chain(STARTS_OHMS);
-        starts.find_map(|sum_ohms| self.begin(layout, sum_ohms))
+        starts.find_map(|sum_ohms| self.begin(layout, (sum_ohms, STARTS_LINE_OHMS[0])))
     }
 
-    /// The crowd about a sum of the switches, with the power law that suits it.
-    fn begin(&self, layout: &Layout, sum_ohms: f64) -> Option<Linear> {
-        let start: Vec<f64> = layout
+    /// The crowd about a sum of the switches and a resistance of the lines, with the power law that suits it.
+    fn begin(&self, layout: &Layout, (sum_ohms, line_ohms): (f64, f64)) -> Option<Linear> {
+        let mut start: Vec<f64> = layout
             .parameters(sum_ohms, -13.0, layout.beliefs.exponent.0)
             .iter()
             .map(|p| p.start)
             .collect();
+        for unknown in [Unknown::LineRow, Unknown::LineColumn] {
+            if let Some(i) = layout.position(unknown) {
+                start[i] = line_ohms.ln();
+            }
+        }
         let mut linear = self.crowd.linear(layout, &start)?;
         let pairs: Vec<(f64, f64)> = self
             .pairs(&linear)

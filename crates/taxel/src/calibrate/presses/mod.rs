@@ -10,6 +10,7 @@ mod fit;
 mod joint;
 mod known;
 mod labels;
+mod line_search;
 mod lumped;
 mod unknowns;
 mod whole;
@@ -32,6 +33,7 @@ use crowd::{Crowd, Linear};
 use fit::{Fitted, Readings, plain_law};
 use joint::Joint;
 use known::KnownFrames;
+use line_search::LineSearch;
 use unknowns::{Layout, Unknown};
 
 /// A law with one number more must be this much likelier (minus twice the logarithm), one with three this much.
@@ -92,6 +94,9 @@ struct PressFit<'a> {
     beliefs: Beliefs,
     /// What unloaded taxels of crowded frames seem to conduct, siemens.
     unloaded: f64,
+    /// Whether lines are taken to resist, and what was found of that.
+    with_lines: bool,
+    lines: Option<LineSearch>,
     /// Conductances of crowded presses' frames by a first look, where Newton's method found them.
     first: Vec<Option<Vec<f64>>>,
 }
@@ -156,6 +161,8 @@ impl<'a> PressFit<'a> {
         Self {
             beliefs: Beliefs::of(sensor, options),
             unloaded: ANY_G_ZERO,
+            with_lines: false,
+            lines: None,
             first: Vec::new(),
             sensor,
             evidence,
@@ -185,6 +192,7 @@ impl<'a> PressFit<'a> {
             looked_at.crowded
         };
         let mut chosen = self.choose(&kept, None)?;
+        self.look_for_lines(&kept, &mut chosen, progress);
         let mut estimates = self.read_all(&looked_at, &chosen);
         let mut later: Vec<Suspect> = suspects::after(&self.labelled(&estimates, &suspects));
         later.retain(|suspect| self.is_beyond_noise(suspect.press, &chosen));
@@ -223,7 +231,7 @@ impl<'a> PressFit<'a> {
     /// Leaves crowded frames alone no more presses than a fit may take; the others, no more than those, judge it.
     fn spare(&self, known: &KnownFrames) -> (KnownFrames, Vec<usize>) {
         let taxels = (self.sensor.rows() * self.sensor.columns()) as f64;
-        let more = if has_exact_inverse(self.sensor, self.options) {
+        let more = if !self.with_lines && has_exact_inverse(self.sensor, self.options) {
             WITH_EXACT
         } else {
             1.0
@@ -295,7 +303,10 @@ impl<'a> PressFit<'a> {
                 continue;
             }
             let layout = Layout::new(self.sensor, self.beliefs, choice, &loads, g_zero);
-            let Some(layout) = layout else { continue };
+            let Some(mut layout) = layout else { continue };
+            if self.with_lines {
+                layout = layout.with_lines();
+            }
             let power = chosen.as_ref().map(|c| &c.fits[0].1);
             let fitted = if crowded {
                 let about = self.about(&joint, &layout, power.zip(linear.as_ref()), from);

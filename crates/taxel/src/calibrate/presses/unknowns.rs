@@ -25,18 +25,26 @@ pub(super) enum Unknown {
     /// ln of open-loop gain, ln of the source resistor.
     Gain,
     Source,
+    /// ln of what rows, and columns, resist from one taxel to the next, ohms.
+    LineRow,
+    LineColumn,
 }
 
 impl Unknown {
     /// Whether it is one of the circuit's, and not of the law.
     pub(super) fn moves_circuit(self) -> bool {
-        use Unknown::{Gain, Source, Split, Sum};
-        matches!(self, Sum | Split | Gain | Source)
+        use Unknown::{Gain, LineColumn, LineRow, Source, Split, Sum};
+        matches!(self, Sum | Split | Gain | Source | LineRow | LineColumn)
     }
 }
 
 /// Standard deviation believed of ln g_zero about what is read.
 const G_ZERO: f64 = 1.1;
+/// What a line is believed to resist from one taxel to the next, ohms, and the factor within which that is believed. A search begins
+/// below: frames have no solution where lines resist too much.
+const LINE_OHMS: f64 = 1.0;
+const LINE_WITHIN: f64 = 10.0;
+const START_LINE_OHMS: f64 = 0.4;
 /// Inner knots of the spline law, and the least ratio of loads that it is tried with.
 const INNER_KNOTS: usize = 3;
 const MIN_RANGE: f64 = 3.0;
@@ -111,6 +119,13 @@ impl Layout {
         })
     }
 
+    /// The same with lines that resist.
+    pub(super) fn with_lines(mut self) -> Self {
+        self.unknowns
+            .extend([Unknown::LineRow, Unknown::LineColumn]);
+        self
+    }
+
     pub(super) fn position(&self, unknown: Unknown) -> Option<usize> {
         self.unknowns.iter().position(|&u| u == unknown)
     }
@@ -134,6 +149,10 @@ impl Layout {
                 Unknown::Source => {
                     let prior = b.source.unwrap_or((2.3, 1.1));
                     (prior.0, 1e-3, Some(prior), -4.0)
+                }
+                Unknown::LineRow | Unknown::LineColumn => {
+                    let prior = (LINE_OHMS.ln(), LINE_WITHIN.ln());
+                    (START_LINE_OHMS.ln(), 1e-3, Some(prior), -7.0)
                 }
             };
             Parameter {
@@ -211,6 +230,13 @@ impl Layout {
             }
             if self.beliefs.source.is_some() {
                 readout.r_source_ohms = self.value(at, Unknown::Source).exp();
+            }
+            if let (Some(row), Some(column)) = (
+                self.position(Unknown::LineRow),
+                self.position(Unknown::LineColumn),
+            ) {
+                readout.r_line_row_ohms = Some(PerLine::One(at[row].exp()));
+                readout.r_line_column_ohms = Some(PerLine::One(at[column].exp()));
             }
         });
         let mut bends = vec![0.0; self.knots.len()];

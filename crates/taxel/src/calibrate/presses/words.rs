@@ -29,7 +29,10 @@ impl PressFit<'_> {
             parameters: parameters(fitted),
             law: plain_law(&fitted.model),
             material: None,
-            findings: findings(fitted, alone, known.crowded.len()),
+            findings: findings(fitted, alone, known.crowded.len())
+                .into_iter()
+                .chain(self.line_finding(chosen))
+                .collect(),
             beliefs: beliefs(fitted),
             unexplained: alone == 0 && fitted.share > 0.0,
             laws,
@@ -205,6 +208,15 @@ fn parameters(fitted: &Fitted) -> Vec<Parameter> {
             "Ohm",
         ));
     }
+    for (unknown, name) in [
+        (Unknown::LineRow, "readout.r_line_row_ohms"),
+        (Unknown::LineColumn, "readout.r_line_column_ohms"),
+    ] {
+        if let Some(i) = layout.position(unknown) {
+            let ohms = peak.at[i].exp();
+            list.push(Parameter::fitted(name, ohms, ohms * one(unknown), "Ohm"));
+        }
+    }
     let factor = law.ln_scale[0].exp();
     let factor_error = factor * error_of(fitted, &layout.ln_factor_weights());
     let exponent_error = one(Unknown::Exponent);
@@ -259,6 +271,18 @@ fn beliefs(fitted: &Fitted) -> Vec<Belief> {
                 logarithm(),
                 factor,
                 Some("heavier presses in crowded columns"),
+            ),
+            Unknown::LineRow => of(
+                ("rows, a pitch", "Ohm"),
+                logarithm(),
+                factor,
+                Some("presses far from the rows' ends"),
+            ),
+            Unknown::LineColumn => of(
+                ("columns, a pitch", "Ohm"),
+                logarithm(),
+                factor,
+                Some("presses far from the columns' ends"),
             ),
             Unknown::Saturation => of(
                 ("1/saturation", "1/kg"),

@@ -1,0 +1,117 @@
+//! Resistance along the lines is found from labelled presses, and undone.
+
+use taxel::Sensor;
+use taxel::calibrate::{Calibration, CalibrationOptions, calibrate};
+use taxel::frame::grams_from_newtons;
+use taxel::pipeline::Pipeline;
+use taxel::sensor::{PerLine, ReadoutSpec, Topology, preset};
+use taxel::simulate::{VirtualSensor, labelled_presses, validation_frames};
+use taxel::solve::default_method;
+
+/// A mat of lines that resist so much a pitch, as it is.
+fn mat(topology: Topology, size: usize, ohms: Option<f64>) -> Sensor {
+    let sensor = preset("econe").unwrap().edited(|spec| {
+        (spec.array.rows, spec.array.columns) = (size, size);
+        let readout = &mut spec.readout;
+        if !topology.is_tia() {
+            *readout = ReadoutSpec::new(topology, 3.3);
+            readout.r_pull_down_ohms = Some(1000.0);
+            spec.converter.inverted = false;
+            spec.converter.full_scale_volts = 3.3;
+        }
+        readout.r_line_row_ohms = ohms.map(PerLine::One);
+        readout.r_line_column_ohms = ohms.map(PerLine::One);
+        readout.r_mux_column_ohms = Some(PerLine::One(9.3));
+        readout.r_mux_row_ohms = Some(PerLine::One(8.1));
+        spec.converter.bits = 16;
+        spec.converter.noise_counts = Some(3.0);
+    });
+    sensor.unwrap()
+}
+
+/// What its owner knows: no switches, no lines, no law.
+fn calibrated(real: &Sensor, truth: &VirtualSensor) -> Calibration {
+    let parts = real.edited(|spec| {
+        let readout = &mut spec.readout;
+        (readout.r_line_row_ohms, readout.r_line_column_ohms) = (None, None);
+        (readout.r_mux_row_ohms, readout.r_mux_column_ohms) = (None, None);
+        spec.material = None;
+    });
+    let data = labelled_presses(truth, 50);
+    calibrate(
+        &parts.unwrap(),
+        &data,
+        &CalibrationOptions::default(),
+        &mut |_, _| (),
+    )
+    .unwrap()
+}
+
+/// Mean absolute error on loaded taxels of frames that were not fitted to, grams.
+fn error_g(sensor: &Sensor, truth: &VirtualSensor) -> f64 {
+    let mut pipeline = Pipeline::new(sensor, default_method(sensor).unwrap()).unwrap();
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (counts, loads) in validation_frames(truth, 6) {
+        let result = pipeline.process(&counts);
+        assert!(result.outcome.stop.is_good(), "{:?}", result.outcome);
+        let found = result.newtons().unwrap().values().iter();
+        for (found, load) in found.zip(loads.values()).filter(|(_, load)| **load > 0.0) {
+            sum += (grams_from_newtons(*found) - load).abs();
+            count += 1.0;
+        }
+    }
+    sum / count
+}
+
+fn has_lines(found: &Calibration) -> bool {
+    let finding = found
+        .report
+        .findings
+        .iter()
+        .find(|f| f.name == "line resistance");
+    let used = finding.is_some_and(|f| f.used);
+    assert_eq!(
+        used,
+        found.sensor.readout().r_line_row_ohms.is_some(),
+        "{}",
+        found.report
+    );
+    used
+}
+
+/// Within 1 % of what lines resist, and loads within 1.3 times of what the sensor itself would give.
+#[test]
+fn what_lines_resist_is_found() {
+    for (topology, size, ohms, seed) in [
+        (Topology::TiaGroundedColumns, 16, 2.0, 1),
+        (Topology::TiaGroundedColumns, 24, 10.0, 2),
+        (Topology::DividerGroundedColumns, 16, 5.0, 3),
+    ] {
+        let real = mat(topology, size, Some(ohms));
+        let truth = VirtualSensor::new(&real, seed).unwrap();
+        let found = calibrated(&real, &truth);
+        assert!(has_lines(&found), "{}", found.report);
+        for line in [
+            &found.sensor.readout().r_line_row_ohms,
+            &found.sensor.readout().r_line_column_ohms,
+        ] {
+            let found = line.as_ref().unwrap().mean(size);
+            assert!((found / ohms - 1.0).abs() < 0.01, "{topology:?}: {found}");
+        }
+        let (by_fit, by_truth) = (error_g(&found.sensor, &truth), error_g(&real, &truth));
+        println!("{topology:?} {size}: {by_fit} g, by the sensor itself {by_truth} g");
+        assert!(by_fit < 1.3 * by_truth, "{by_fit} {by_truth}");
+    }
+}
+
+#[test]
+fn where_lines_do_not_resist_nothing_is_found_and_nothing_lost() {
+    let real = mat(Topology::TiaGroundedColumns, 16, None);
+    let truth = VirtualSensor::new(&real, 4).unwrap();
+    let found = calibrated(&real, &truth);
+    assert!(!has_lines(&found), "{}", found.report);
+    let says = found.report.to_string();
+    assert!(says.contains("looked for, not found"), "{says}");
+    let (by_fit, by_truth) = (error_g(&found.sensor, &truth), error_g(&real, &truth));
+    assert!(by_fit < 1.3 * by_truth, "{by_fit} {by_truth}");
+}
