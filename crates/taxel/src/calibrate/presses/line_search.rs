@@ -11,6 +11,9 @@ const GAIN: f64 = 16.0;
 /// On more taxels an inversion takes so long that it is looked for only where that is asked for.
 const MAX_TAXELS: usize = 1024;
 
+/// Presses that tell whether there is anything to look for.
+const MAX_LOOKED_AT: usize = 30;
+
 /// What came of the search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum LineSearch {
@@ -45,25 +48,40 @@ impl PressFit<'_> {
             LineSearch::TooLarge
         } else {
             progress("resistance along the lines", 0.3);
+            let gain = self.gain_by_lines(known, chosen);
             self.with_lines = true;
-            let gain = match self.choose(known, None) {
-                Ok(with) => {
-                    let gain = chosen.fitted().loss - with.fitted().loss;
-                    if gain > GAIN {
-                        *chosen = with;
-                    }
-                    gain
+            // Any law, now that the lines are known to resist.
+            let all = (gain > GAIN)
+                .then(|| self.choose(known, None).ok())
+                .flatten();
+            self.with_lines = all.is_some();
+            match all {
+                Some(all) => {
+                    *chosen = all;
+                    LineSearch::Found(gain)
                 }
-                Err(_) => 0.0,
-            };
-            self.with_lines = gain > GAIN;
-            if self.with_lines {
-                LineSearch::Found(gain)
-            } else {
-                LineSearch::NotFound(gain)
+                None => LineSearch::NotFound(gain),
             }
         };
         self.lines = Some(search);
+    }
+
+    /// By how much some of the presses are likelier with lines that resist, by the law that was chosen without.
+    fn gain_by_lines(&mut self, known: &KnownFrames, chosen: &Chosen) -> f64 {
+        let all = known.presses() + known.crowded.len();
+        let stride = all.div_ceil(MAX_LOOKED_AT);
+        let few = known.with(|press| press % stride == 0);
+        self.only = Some(chosen.fitted().layout.law);
+        let loss = [false, true].map(|with_lines| {
+            self.with_lines = with_lines;
+            self.choose(&few, None).map(|found| found.fitted().loss)
+        });
+        self.only = None;
+        match loss {
+            [Ok(without), Ok(with)] => without - with,
+            [Err(_), Ok(_)] => f64::INFINITY,
+            _ => 0.0,
+        }
     }
 
     /// What to say of it.
@@ -77,7 +95,7 @@ impl PressFit<'_> {
                 "not looked for: on more than {MAX_TAXELS} taxels it takes minutes, and is done where it is asked for"
             ),
             LineSearch::NotFound(gain) => format!(
-                "looked for, not found: presses are likelier with it by {:.1} in -2 ln, and {GAIN} would tell",
+                "looked for, not found: some of the presses are likelier with it by {:.1} in -2 ln, and {GAIN} would tell",
                 gain.max(0.0)
             ),
             LineSearch::Found(gain) => {
@@ -89,7 +107,7 @@ impl PressFit<'_> {
                     Some(format!("{value} ± {} Ohm", error.unwrap_or_default()))
                 };
                 format!(
-                    "rows resist {} from one taxel to the next, columns {}; presses are likelier with it by {gain:.0} in -2 ln",
+                    "rows resist {} from one taxel to the next, columns {}; some of the presses are likelier with it by {gain:.0} in -2 ln",
                     ohms(Unknown::LineRow)?,
                     ohms(Unknown::LineColumn)?
                 )

@@ -97,6 +97,8 @@ struct PressFit<'a> {
     /// Whether lines are taken to resist, and what was found of that.
     with_lines: bool,
     lines: Option<LineSearch>,
+    /// The one law that is fitted, while something else is tried.
+    only: Option<LawChoice>,
     /// Conductances of crowded presses' frames by a first look, where Newton's method found them.
     first: Vec<Option<Vec<f64>>>,
 }
@@ -163,6 +165,7 @@ impl<'a> PressFit<'a> {
             unloaded: ANY_G_ZERO,
             with_lines: false,
             lines: None,
+            only: None,
             first: Vec::new(),
             sensor,
             evidence,
@@ -300,6 +303,9 @@ impl<'a> PressFit<'a> {
         for (choice, name) in LAWS {
             let wanted = self.options.law == choice;
             if choice != LawChoice::Power && !wanted && self.options.law != LawChoice::Auto {
+                continue;
+            }
+            if self.only.is_some_and(|only| only != choice) {
                 continue;
             }
             let layout = Layout::new(self.sensor, self.beliefs, choice, &loads, g_zero);
