@@ -100,8 +100,8 @@ mod tests {
         let mut lu = LuBlocks::new(n, count);
         for k in 0..count {
             let matrix = lu.matrix_mut(k);
-            for at in 0..n * n {
-                matrix[at] = value(k, at % n, at / n);
+            for (at, cell) in matrix.iter_mut().enumerate() {
+                *cell = value(k, at % n, at / n);
             }
             assert!(lu.factorise(k));
         }

@@ -1,6 +1,5 @@
 //! Lines that resist: the scan against itself in other forms, and the inverse with and without noise.
 
-#[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
 use common::{farthest, largest, pressed, sensor, under_sheet};

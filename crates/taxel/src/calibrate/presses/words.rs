@@ -175,6 +175,20 @@ fn error_of_some(fitted: &Fitted, list: &[(Unknown, f64)]) -> f64 {
     error_of(fitted, &weights)
 }
 
+/// What lines resist, where that was fitted.
+fn line_parameters(fitted: &Fitted) -> impl Iterator<Item = Parameter> + '_ {
+    let names = [
+        (Unknown::LineRow, "readout.r_line_row_ohms"),
+        (Unknown::LineColumn, "readout.r_line_column_ohms"),
+    ];
+    names.into_iter().filter_map(|(unknown, name)| {
+        let at = fitted.layout.position(unknown)?;
+        let ohms = fitted.peak.at[at].exp();
+        let error = ohms * fitted.peak.error(at);
+        Some(Parameter::fitted(name, ohms, error, "Ohm"))
+    })
+}
+
 fn parameters(fitted: &Fitted) -> Vec<Parameter> {
     let (layout, peak) = (&fitted.layout, &fitted.peak);
     let (column, row) = layout.ohms(&peak.at);
@@ -208,15 +222,7 @@ fn parameters(fitted: &Fitted) -> Vec<Parameter> {
             "Ohm",
         ));
     }
-    for (unknown, name) in [
-        (Unknown::LineRow, "readout.r_line_row_ohms"),
-        (Unknown::LineColumn, "readout.r_line_column_ohms"),
-    ] {
-        if let Some(i) = layout.position(unknown) {
-            let ohms = peak.at[i].exp();
-            list.push(Parameter::fitted(name, ohms, ohms * one(unknown), "Ohm"));
-        }
-    }
+    list.extend(line_parameters(fitted));
     let factor = law.ln_scale[0].exp();
     let factor_error = factor * error_of(fitted, &layout.ln_factor_weights());
     let exponent_error = one(Unknown::Exponent);
