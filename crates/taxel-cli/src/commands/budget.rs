@@ -7,6 +7,7 @@ use std::str::FromStr;
 
 use serde::Serialize;
 use taxel::design::budget::{Budget, BudgetScene, Cause, Change, Errors, Part, changes};
+use taxel::design::reach::{LineReach, line_reach};
 use taxel::{Frame, Sensor};
 
 use crate::error::Error;
@@ -86,6 +87,8 @@ struct SceneReport {
     name: String,
     loaded_taxels: usize,
     largest_siemens: f64,
+    /// How far along lines that resist a taxel can be read.
+    line_reach: Vec<LineReach>,
     causes: Vec<Part>,
     raw: Errors,
     compensated: Errors,
@@ -167,6 +170,9 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         out::result(&report.to_string())?
     }
     for scene in &report.scenes {
+        for reach in scene.line_reach.iter().filter(|reach| !reach.is_enough()) {
+            out::warn(&format!("{}: {}", scene.name, table::too_far(reach)));
+        }
         if scene.compensated.unsolved > 0 {
             out::warn(&format!(
                 "{}: {} of {} draws have no answer: the inverse did not converge",
@@ -192,6 +198,7 @@ fn report_of(
         name: scene.name.clone(),
         loaded_taxels,
         largest_siemens,
+        line_reach: line_reach(sensor, &scene.siemens),
         causes: budget.split(scene)?,
         raw: budget.raw(scene, &all)?,
         compensated: budget.compensated(scene, &all)?,

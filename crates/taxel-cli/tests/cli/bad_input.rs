@@ -139,7 +139,7 @@ fn an_unknown_key_and_an_unknown_topology() {
 
     ----- stderr -----
     error: bad.toml: sensor file, line 16: unknown key `r_mux_rows_ohms` in [readout]
-    hint: did you mean `r_mux_row_ohms`? (known: topology, v_test_volts, r_feedback_ohms, open_loop_gain, r_mux_column_ohms, r_mux_row_ohms, r_source_ohms, r_pull_down_ohms, reads, driven, sensed)
+    hint: did you mean `r_mux_row_ohms`? (known: topology, v_test_volts, r_feedback_ohms, open_loop_gain, r_mux_column_ohms, r_mux_row_ohms, r_source_ohms, r_line_row_ohms, r_line_column_ohms, row_end, column_end, r_pull_down_ohms, reads, driven, sensed)
     ");
     insta::assert_snapshot!(with_sensor("tia-grounded-columns", "tia-grounded-column"), @r"
     exit code: 1

@@ -164,6 +164,7 @@ fn flags_of_calibrate() {
           --per-line              Fit one switch resistance per line, even without equilibration frames
           --fit-gain              Fit the amplifier's open-loop gain
           --fit-source            Fit the source resistor
+          --line-resistance       Look for resistance along the lines on large arrays as well (minutes)
           --label-error <SHARE>   What the labelled loads themselves are off by, such as 2% or 0.02:
                                   taken out of what the sensor is uncertain by [default: 0]
           --residuals <FILE>      Where to write what is read of each press beside its label, by fits

@@ -6,6 +6,7 @@
 //! gain that is low matters little beside a switch that is worse. Known by the calibration, and therefore undone
 //! exactly here, are the converter's offset and its carry-over; mechanical spread is no part of this.
 
+mod cause;
 mod other;
 
 use rand::SeedableRng;
@@ -19,6 +20,7 @@ use crate::simulate::{DEFAULT_PEAK_G, Pattern, PatternKind, default_noise_counts
 use crate::solve::{Method, Raw, default_method};
 use crate::{Counts, Error, Frame, Mark, Siemens, Volts};
 
+pub use cause::Cause;
 pub use other::{Change, changes};
 
 /// An ideal switch: small enough to change no digit that is shown, large enough to divide by.
@@ -29,73 +31,6 @@ const IDEAL_GAIN: f64 = 1e15;
 pub const LOADED_SHARE: f64 = 0.02;
 /// Conductance of a taxel at full load where the sensor has no load law: the paper's 500 Ω.
 const FULL_LOAD_SIEMENS: f64 = 1.0 / 500.0;
-
-/// What makes a reading differ from the conductance that it stands for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum Cause {
-    /// A divider in place of a virtual ground: the pull-down, and currents through lines that float.
-    Divider,
-    /// A table of line ends in place of a virtual ground and grounded columns: all of it but its switches.
-    LineEnds,
-    /// On-resistance of the column switches.
-    ColumnSwitches,
-    /// On-resistance of the row switches.
-    RowSwitches,
-    /// The resistor R_v in series with the driven column.
-    Source,
-    /// The amplifier's gain at the scan rate.
-    Gain,
-    /// Readings beyond either end of the converter.
-    Range,
-    /// Rounding to whole counts.
-    Bits,
-    /// Noise of a reading.
-    Noise,
-}
-
-impl Cause {
-    /// The causes that a sensor's read-out can have.
-    pub fn of(sensor: &Sensor) -> Vec<Cause> {
-        let readout = sensor.readout();
-        let (amplified, table) = (readout.has_amplifier(), &readout.table);
-        let is_table = readout.topology == Topology::LineEnds;
-        let all = [
-            (Cause::LineEnds, is_table),
-            (Cause::Divider, !is_table && !amplified),
-            (Cause::ColumnSwitches, table.driven.is_switched()),
-            (Cause::RowSwitches, table.sensed.is_switched()),
-            (Cause::Source, true),
-            (Cause::Gain, amplified),
-            (Cause::Range, true),
-            (Cause::Bits, true),
-            (Cause::Noise, true),
-        ];
-        let there = all.into_iter().filter(|(_, is_there)| *is_there);
-        there.map(|(cause, _)| cause).collect()
-    }
-
-    /// Its name in reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Cause::Divider => "divider",
-            Cause::LineEnds => "line ends",
-            Cause::ColumnSwitches => "column switches",
-            Cause::RowSwitches => "row switches",
-            Cause::Source => "source resistor",
-            Cause::Gain => "amplifier gain",
-            Cause::Range => "converter range",
-            Cause::Bits => "converter bits",
-            Cause::Noise => "noise",
-        }
-    }
-
-    /// Whether it is the converter's, so that no knowledge of the circuit undoes it.
-    pub fn is_converters(self) -> bool {
-        matches!(self, Cause::Range | Cause::Bits | Cause::Noise)
-    }
-}
 
 /// A frame whose conductances are known.
 #[derive(Debug, Clone, PartialEq)]
@@ -311,6 +246,9 @@ impl Budget {
             }
             if !has(Cause::RowSwitches) {
                 readout.r_mux_row_ohms = Some(PerLine::One(IDEAL_OHMS));
+            }
+            if !has(Cause::Lines) {
+                (readout.r_line_row_ohms, readout.r_line_column_ohms) = (None, None);
             }
             if !has(Cause::Source) {
                 readout.r_source_ohms = 0.0;

@@ -8,6 +8,7 @@
 //! [design.md]: https://github.com/taxel/taxel/blob/main/docs/design.md
 
 pub mod budget;
+pub mod reach;
 pub mod rig;
 pub mod sizing;
 pub mod statistics;

@@ -4,6 +4,8 @@ use std::fmt;
 
 use taxel::Sensor;
 use taxel::design::budget::{Change, Errors};
+use taxel::design::reach::{LineReach, MAX_ATTENUATION};
+use taxel::screen::Axis;
 use taxel::sensor::PerLine;
 use taxel::simulate::default_noise_counts;
 use taxel_plot::report::number;
@@ -36,6 +38,14 @@ pub(super) fn parts_of(sensor: &Sensor) -> String {
         let switches = ohms(&readout.r_mux_row_ohms, sensor.rows());
         parts.push(format!("rows {switches}"));
     }
+    for (side, list, lines) in [
+        ("rows", &readout.r_line_row_ohms, sensor.rows()),
+        ("columns", &readout.r_line_column_ohms, sensor.columns()),
+    ] {
+        if list.is_some() {
+            parts.push(format!("along {side} {} a pitch", ohms(list, lines)));
+        }
+    }
     parts.push(format!("source {} Ω", readout.r_source_ohms));
     if let Some(gain) = readout.open_loop_gain() {
         parts.push(format!("gain {gain}"));
@@ -45,6 +55,28 @@ pub(super) fn parts_of(sensor: &Sensor) -> String {
         converter.bits, converter.full_scale_volts
     ));
     parts.join(", ")
+}
+
+/// The lines of a side, and how far a reading carries along them.
+fn reach_words(reach: &LineReach) -> String {
+    format!(
+        "along {} readings fall to 1/e in {} of {} pitches",
+        match reach.axis {
+            Axis::Row => "rows",
+            Axis::Column => "columns",
+        },
+        number(reach.pitches),
+        reach.taxels
+    )
+}
+
+/// What to say where the far end cannot be read.
+pub(super) fn too_far(reach: &LineReach) -> String {
+    format!(
+        "{}: r g n² is {}, and above {MAX_ATTENUATION} the far end can hardly be read; lines of less resistance, taxels of more, or ends on both sides would help",
+        reach_words(reach),
+        number(reach.attenuation)
+    )
 }
 
 impl fmt::Display for Report {
@@ -72,6 +104,9 @@ impl Report {
             scene.loaded_taxels,
             1.0 / scene.largest_siemens
         )?;
+        for reach in &scene.line_reach {
+            writeln!(f, "{}", reach_words(reach))?;
+        }
         self.heading(f, "raw reading", ["alone", "without"])?;
         for part in &scene.causes {
             self.line(f, part.cause.name(), &[part.alone, part.without])?;
