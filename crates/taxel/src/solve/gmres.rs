@@ -147,6 +147,11 @@ pub(crate) fn norm(values: &[f64]) -> f64 {
     dot(values, values).sqrt()
 }
 
+/// The largest absolute value.
+pub(super) fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most, v| most.max(v.abs()))
+}
+
 fn scale(values: &mut [f64], factor: f64) {
     for value in values {
         *value *= factor;

@@ -63,7 +63,12 @@ impl PressFit<'_> {
         });
         let mut held = HeldOut {
             how: format!(
-                "{folds} folds, split by press; each judged by a fit and a choice of law made without it"
+                "{folds} folds, split by press; each judged by a fit and a choice of law made without it{}",
+                if self.with_lines {
+                    "; that lines resist was told by all of them"
+                } else {
+                    ""
+                }
             ),
             ..HeldOut::default()
         };

@@ -1,5 +1,6 @@
 //! Do the lines resist along their length? Looked for where the presses leave more than noise, and kept where they say so.
 
+use super::fit::Fitted;
 use super::known::KnownFrames;
 use super::unknowns::Unknown;
 use super::{Chosen, PressFit};
@@ -25,6 +26,13 @@ pub(super) enum LineSearch {
     NotFound(f64),
     /// Likelier by so much.
     Found(f64),
+}
+
+/// What lines resist from one taxel to the next, ohms, and its standard error, where that was fitted.
+pub(super) fn line_ohms(fitted: &Fitted, unknown: Unknown) -> Option<(f64, f64)> {
+    let at = fitted.layout.position(unknown)?;
+    let ohms = fitted.peak.at[at].exp();
+    Some((ohms, ohms * fitted.peak.error(at)))
 }
 
 impl PressFit<'_> {
@@ -100,9 +108,7 @@ impl PressFit<'_> {
             ),
             LineSearch::Found(gain) => {
                 let ohms = |unknown| {
-                    let at = fitted.layout.position(unknown)?;
-                    let ohms = fitted.peak.at[at].exp();
-                    let error = ohms * fitted.peak.error(at);
+                    let (ohms, error) = line_ohms(fitted, unknown)?;
                     let (value, error) = crate::calibrate::with_error(ohms, Some(error));
                     Some(format!("{value} ± {} Ohm", error.unwrap_or_default()))
                 };

@@ -6,6 +6,7 @@ use super::super::told::Before;
 use super::super::{Belief, EffectFinding, LawChoice, Parameter, Suspect};
 use super::fit::{Fitted, plain_law};
 use super::known::KnownFrames;
+use super::line_search::line_ohms;
 use super::unknowns::Unknown;
 use super::{Chosen, PressFit};
 use crate::Error;
@@ -182,9 +183,7 @@ fn line_parameters(fitted: &Fitted) -> impl Iterator<Item = Parameter> + '_ {
         (Unknown::LineColumn, "readout.r_line_column_ohms"),
     ];
     names.into_iter().filter_map(|(unknown, name)| {
-        let at = fitted.layout.position(unknown)?;
-        let ohms = fitted.peak.at[at].exp();
-        let error = ohms * fitted.peak.error(at);
+        let (ohms, error) = line_ohms(fitted, unknown)?;
         Some(Parameter::fitted(name, ohms, error, "Ohm"))
     })
 }

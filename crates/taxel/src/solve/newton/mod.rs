@@ -7,13 +7,14 @@
 mod held;
 mod state;
 
+use super::gmres::largest;
 use super::resistive::{Accuracy, Resistive};
 use super::{Method, Outcome, Solver, Stop};
 use crate::circuit::{LinearCircuit, OperatingPoint};
 use crate::sensor::Sensor;
 use crate::{Frame, Siemens, Volts};
+use state::Shape;
 pub(crate) use state::SolverState;
-use state::{Shape, largest};
 
 /// Newton's method for any linear circuit.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,6 +1,6 @@
 //! What Newton's method keeps between rounds and frames, and the misfit of its trial.
 
-use super::super::gmres::{Gmres, norm};
+use super::super::gmres::{Gmres, largest, norm};
 use super::super::lines::LiveLines;
 use super::super::path::OwnPath;
 use super::super::resistive::Resistive;
@@ -235,8 +235,4 @@ impl SolverState {
         let scatter = median_high(logarithms).unwrap_or(0.0);
         (-least > 1e-3 * largest(&self.g), scatter)
     }
-}
-
-pub(super) fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |most, v| most.max(v.abs()))
 }

@@ -8,10 +8,11 @@
 mod preconditioner;
 mod state;
 
+use super::gmres::largest;
 use super::{Outcome, Stop};
 use crate::circuit::LinearCircuit;
 use crate::{Frame, Siemens, Volts};
-use state::{State, largest};
+use state::State;
 
 /// Rounds of one attempt, and after how many the prior's part is kept as it is.
 const MAX_ROUNDS: u32 = 40;
@@ -154,6 +155,8 @@ fn cold(state: &mut State, accuracy: Accuracy) -> Outcome {
             };
             state.trial.copy_from_slice(&state.g);
             if !state.evaluate() {
+                // What was found with more noise than there is answers nothing.
+                last = Outcome::new(Stop::Stalled, 0, f64::INFINITY);
                 break;
             }
             last = descend(state, eased, Merit::Norm);

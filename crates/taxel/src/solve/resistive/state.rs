@@ -1,7 +1,7 @@
 //! What the inverse of lines that resist keeps between rounds and frames.
 
 use super::super::anderson::Anderson;
-use super::super::gmres::Gmres;
+use super::super::gmres::{Gmres, largest};
 use super::super::lines::LiveLines;
 use super::super::path::OwnPath;
 use super::preconditioner::Preconditioner;
@@ -257,8 +257,4 @@ impl State {
         let off = off.map(|((measured, found), held)| (measured - found).abs() * (1.0 - held));
         off.fold(0.0, f64::max) / largest(&self.measured)
     }
-}
-
-pub(super) fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |most, v| most.max(v.abs()))
 }
