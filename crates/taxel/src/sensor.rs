@@ -5,6 +5,7 @@
 
 mod array;
 mod check;
+mod diode;
 mod keys;
 mod line_ends;
 mod plausible;
@@ -13,6 +14,7 @@ mod resolved;
 mod spec;
 
 pub use array::{Array, Population, Positions};
+pub use diode::{DIODES, Diode, DiodePart, DiodePlace, DiodeSpec};
 pub use line_ends::{AxisSpec, EndSpec, EndTo, ReadoutTable, Reads};
 pub use preset::{PRESETS, preset};
 pub use resolved::{Material, Readout, Sense, USUAL_OPEN_LOOP_GAIN};

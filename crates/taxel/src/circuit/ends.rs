@@ -154,6 +154,14 @@ impl LineEnds {
         }
     }
 
+    /// Leaves columns that are not selected open, whatever they ended in.
+    pub(super) fn cut_off_columns(&mut self) {
+        for siemens in &mut self.column_unselected {
+            *siemens = LEAK_SIEMENS;
+        }
+        self.columns_open = true;
+    }
+
     /// Whether all lines are open when nothing is selected.
     pub fn is_floating(&self) -> bool {
         self.columns_open && self.rows_open

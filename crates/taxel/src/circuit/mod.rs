@@ -10,6 +10,7 @@
 //! [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
 
 mod converter;
+pub(crate) mod diode;
 mod ends;
 pub mod netlist;
 pub(crate) mod network;
@@ -17,11 +18,12 @@ mod reading;
 pub mod simplified;
 
 pub(crate) use converter::normal;
+pub use diode::DiodeCircuit;
 pub use converter::{Converter, Noise, NoiseDraws, ROUNDING_COUNTS};
 pub use ends::{LineEnds, OfLines};
 pub use network::{LineResistance, LinearCircuit, LinearPoint};
 
-use crate::{Frame, Siemens, Volts};
+use crate::{Error, Frame, Sensor, Siemens, Volts};
 
 /// A circuit that a frame of conductances is scanned by.
 ///
@@ -45,6 +47,52 @@ pub trait Circuit: Send + Sync {
         let mut volts = siemens.map(|_, _| 0.0);
         point.predict_into(volts.values_mut());
         Ok(volts)
+    }
+}
+
+/// A sensor's circuit, whatever it is made of.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum SensorCircuit {
+    /// Linear parts alone.
+    Linear(LinearCircuit),
+    /// Diodes in taxels or in driven lines.
+    Diodes(DiodeCircuit),
+}
+
+impl SensorCircuit {
+    /// The circuit of a sensor.
+    ///
+    /// # Errors
+    /// [`Error::MissingKey`] when a switch resistance is not known yet; as [`LinearCircuit::from_sensor`].
+    pub fn from_sensor(sensor: &Sensor) -> Result<Self, Error> {
+        Ok(match DiodeCircuit::from_sensor(sensor)? {
+            Some(diodes) => Self::Diodes(diodes),
+            None => Self::Linear(LinearCircuit::from_sensor(sensor)?),
+        })
+    }
+}
+
+impl Circuit for SensorCircuit {
+    fn rows(&self) -> usize {
+        match self {
+            Self::Linear(circuit) => circuit.rows(),
+            Self::Diodes(circuit) => circuit.rows(),
+        }
+    }
+
+    fn columns(&self) -> usize {
+        match self {
+            Self::Linear(circuit) => circuit.columns(),
+            Self::Diodes(circuit) => circuit.columns(),
+        }
+    }
+
+    fn operating_point(&self) -> Box<dyn OperatingPoint> {
+        match self {
+            Self::Linear(circuit) => circuit.operating_point(),
+            Self::Diodes(circuit) => circuit.operating_point(),
+        }
     }
 }
 

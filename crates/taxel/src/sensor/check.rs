@@ -2,7 +2,7 @@
 
 use super::{
     CheckSpec, ConverterSpec, DynamicSpec, MAX_DYNAMIC_TERMS, PerLine, PerTaxel, Sense, SensorSpec,
-    SheetSpec, UncertaintySpec, array, line_ends, plausible, resolved,
+    SheetSpec, UncertaintySpec, array, diode, line_ends, plausible, resolved,
 };
 use crate::Error;
 
@@ -69,6 +69,7 @@ const MAX_LINE_OHMS: f64 = 1e6;
 fn readout(sensor: &SensorSpec) -> Result<(), Error> {
     let readout = &sensor.readout;
     line_ends::check(sensor)?;
+    diode::check(sensor)?;
     match resolved::sense(readout, sensor.array.rows)? {
         Sense::Amplifier {
             r_feedback_ohms,

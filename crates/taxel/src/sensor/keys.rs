@@ -1,12 +1,12 @@
 //! Every key of a sensor file known, with the nearest known one where it is not.
 
-use super::{EndTo, Topology};
+use super::{DiodePlace, EndTo, Topology};
 use crate::Error;
 
 /// Characters of a line that an error quotes.
 const MAX_QUOTE: usize = 200;
 
-const TABLES: [(&str, &[&str]); 18] = [
+const TABLES: [(&str, &[&str]); 19] = [
     (
         "",
         &[
@@ -52,6 +52,17 @@ const TABLES: [(&str, &[&str]); 18] = [
             "reads",
             "driven",
             "sensed",
+            "diode",
+        ],
+    ),
+    (
+        "readout.diode",
+        &[
+            "place",
+            "part",
+            "saturation_amperes",
+            "emission",
+            "temperature_celsius",
         ],
     ),
     ("readout.driven", &["selected", "unselected"]),
@@ -252,6 +263,9 @@ fn read_out(readout: &toml::Table) -> Result<(), Error> {
         readout.get("reads"),
         &["voltage", "current"],
     )?;
+    let diode = readout.get("diode").and_then(|diode| diode.get("place"));
+    let diode_places = DiodePlace::ALL.map(DiodePlace::name);
+    word("readout.diode.place".to_owned(), diode, &diode_places)?;
     let places = EndTo::ALL.map(EndTo::name);
     for (axis, state) in AXES {
         let ends = readout.get(axis).and_then(|axis| axis.get(state));

@@ -196,6 +196,10 @@ impl ReadoutTable {
             }
             Topology::TiaGroundedColumns => (AxisSpec::new(amplifier(), Vec::new()), ground()),
             Topology::TiaZeroPotential => (AxisSpec::new(amplifier(), amplifier()), ground()),
+            Topology::DividerPulledRows => (
+                AxisSpec::new(vec![pull_down()], vec![pull_down()]),
+                Vec::new(),
+            ),
             divider => {
                 let sensed = AxisSpec::new(vec![pull_down()], Vec::new());
                 let columns = match divider {

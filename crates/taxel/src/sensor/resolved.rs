@@ -1,5 +1,6 @@
 //! A sensor file's parts with every choice made: which resistor ends a line, a number for each taxel.
 
+use super::diode::{Diode, DiodePlace};
 use super::line_ends::ReadoutTable;
 use super::spec::{
     Bend, DynamicSpec, LineEnd, MaterialSpec, PerLine, PerTaxel, ReadoutSpec, SensorSpec,
@@ -68,14 +69,21 @@ pub struct Readout {
     pub column_end: LineEnd,
     /// What every line ends in, also of a topology that has a name.
     pub table: ReadoutTable,
+    /// Diodes in taxels or in driven lines.
+    pub diode: Option<Diode>,
 }
 
 impl Readout {
     /// How its lines end, in words: the topology's name, of a table what it says.
     pub fn words(&self) -> String {
-        match self.topology {
+        let ends = match self.topology {
             Topology::LineEnds => format!("line-ends ({})", self.table),
             named => named.name().to_owned(),
+        };
+        match self.diode.map(|diode| diode.place) {
+            None => ends,
+            Some(DiodePlace::Taxel) => format!("{ends}, a diode per taxel"),
+            Some(DiodePlace::DrivenLine) => format!("{ends}, a diode per driven line"),
         }
     }
 
@@ -228,6 +236,7 @@ fn readout(said: &ReadoutSpec, rows: usize) -> Result<Readout, Error> {
         r_line_column_ohms: said.r_line_column_ohms.clone(),
         row_end: said.row_end,
         column_end: said.column_end,
+        diode: said.diode.as_ref().map(Diode::of),
     })
 }
 

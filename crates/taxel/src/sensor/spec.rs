@@ -6,6 +6,7 @@ mod material;
 use serde::{Deserialize, Serialize};
 
 use super::array::{Array, Population, Positions};
+use super::diode::DiodeSpec;
 use super::keys;
 use super::line_ends::{AxisSpec, ReadoutTable, Reads};
 use crate::Error;
@@ -28,18 +29,21 @@ pub enum Topology {
     DividerFloating,
     /// Voltage-feedback method: unselected columns follow the sensed voltage.
     DividerVoltageFeedback,
+    /// Shift registers and pull-downs: unselected columns open, every row over a pull-down, selected or not.
+    DividerPulledRows,
     /// None of these: the file says what each line ends in.
     LineEnds,
 }
 
 impl Topology {
-    /// All five that have a name.
-    pub const ALL: [Topology; 5] = [
+    /// All that have a name.
+    pub const ALL: [Topology; 6] = [
         Topology::TiaGroundedColumns,
         Topology::TiaZeroPotential,
         Topology::DividerGroundedColumns,
         Topology::DividerFloating,
         Topology::DividerVoltageFeedback,
+        Topology::DividerPulledRows,
     ];
 
     /// Its name in sensor.toml.
@@ -50,6 +54,7 @@ impl Topology {
             Topology::DividerGroundedColumns => "divider-grounded-columns",
             Topology::DividerFloating => "divider-floating",
             Topology::DividerVoltageFeedback => "divider-voltage-feedback",
+            Topology::DividerPulledRows => "divider-pulled-rows",
             Topology::LineEnds => "line-ends",
         }
     }
@@ -136,6 +141,9 @@ pub struct ReadoutSpec {
     /// What rows end in (`line-ends`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sensed: Option<AxisSpec>,
+    /// Diodes in taxels or in driven lines.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub diode: Option<DiodeSpec>,
 }
 
 /// The side of the array where lines end: at the first line across them, or at the last.
@@ -398,6 +406,7 @@ impl ReadoutSpec {
             reads: None,
             driven: None,
             sensed: None,
+            diode: None,
         }
     }
 

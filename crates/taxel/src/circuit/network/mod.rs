@@ -37,11 +37,22 @@ impl LinearCircuit {
     ///
     /// # Errors
     /// [`Error::MissingKey`] when a switch resistance is not known yet; [`Error::LineEnds`] where lines resist and those that are
-    /// not selected stand elsewhere than at ground.
+    /// not selected stand elsewhere than at ground, or where there are diodes.
     pub fn from_sensor(sensor: &Sensor) -> Result<Self, Error> {
+        if sensor.readout().diode.is_some() {
+            return Err(Error::LineEnds {
+                key: "readout.diode".to_owned(),
+                problem: "makes a circuit that is not linear, which this needs".to_owned(),
+                hint: "leave the diode out to see what the rest of the circuit does".to_owned(),
+            });
+        }
+        Self::of_ends(sensor, LineEnds::from_sensor(sensor)?)
+    }
+
+    /// The circuit of a sensor whose lines end so.
+    pub(super) fn of_ends(sensor: &Sensor, ends: LineEnds) -> Result<Self, Error> {
         let sheet = sensor.material().and_then(|material| material.sheet);
         let sheet = sheet.map(Sheet::from_spec);
-        let ends = LineEnds::from_sensor(sensor)?;
         let moves_at_rest = ends.have_potentials();
         let circuit = Self::new(ends).with_sheet(sheet);
         let circuit = circuit.with_lines(LineResistance::from_sensor(sensor));

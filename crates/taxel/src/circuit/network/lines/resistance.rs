@@ -73,9 +73,27 @@ impl LineResistance {
         (self.row_ohms.len(), self.column_ohms.len())
     }
 
+    /// Along a row from its end to a taxel, ohms.
+    pub(crate) fn to_row_end(&self, row: usize, column: usize) -> f64 {
+        self.row_ohms[row] * pitches(self.row_end, column, self.column_ohms.len())
+    }
+
+    /// Along a column from its end to a taxel, ohms.
+    pub(crate) fn to_column_end(&self, row: usize, column: usize) -> f64 {
+        self.column_ohms[column] * pitches(self.column_end, row, self.row_ohms.len())
+    }
+
     /// Whether no line resists.
     pub(crate) fn is_nothing(&self) -> bool {
         !(resist(&self.row_ohms) || resist(&self.column_ohms))
+    }
+}
+
+/// From the end of a line to the place where another crosses it.
+fn pitches(end: LineEnd, crossing: usize, crossings: usize) -> f64 {
+    match end {
+        LineEnd::First => crossing as f64,
+        LineEnd::Last => (crossings - 1 - crossing) as f64,
     }
 }
 

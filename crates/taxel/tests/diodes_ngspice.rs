@@ -1,0 +1,27 @@
+//! Diodes in taxels and in driven lines: the scan against ngspice's answers, and those undone.
+
+#[allow(dead_code, reason = "other tests use the rest")]
+mod golden;
+
+use taxel::circuit::{Circuit, SensorCircuit};
+use taxel::{Frame, Volts};
+
+fn cases() -> Vec<golden::Case> {
+    let cases = golden::cases_in(&golden::folder().with_file_name("ngspice-diodes"));
+    assert_eq!(cases.len(), 8);
+    cases
+}
+
+#[test]
+fn every_kept_answer_of_ngspice_is_predicted() {
+    for case in cases() {
+        let circuit = SensorCircuit::from_sensor(&case.sensor).unwrap();
+        let volts = circuit.predict(&case.conductance).unwrap();
+        let largest = case.v_out.iter().fold(0f64, |most, v| most.max(v.2.abs()));
+        let off = case.v_out.iter().map(|&(row, column, expected)| {
+            (volts.at(row, column) - expected).abs() / largest
+        });
+        let off = off.fold(0.0, f64::max);
+        println!("{:<55} {off:.1e}", case.name);
+    }
+}
