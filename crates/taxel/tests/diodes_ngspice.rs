@@ -25,3 +25,18 @@ fn every_kept_answer_of_ngspice_is_predicted() {
         println!("{:<55} {off:.1e}", case.name);
     }
 }
+
+#[test]
+fn what_ngspice_reads_is_undone() {
+    for case in cases() {
+        let mut volts: Frame<Volts> = case.conductance.map(|_, _| 0.0);
+        for &(row, column, read) in &case.v_out {
+            volts.values_mut()[row * case.sensor.columns() + column] = read;
+        }
+        let solved = taxel::solve::default_method(&case.sensor).unwrap().solve(&volts);
+        let largest = case.conductance.values().iter().copied().fold(0.0, f64::max);
+        let off = solved.frame.values().iter().zip(case.conductance.values());
+        let off = off.fold(0f64, |most, (a, b)| most.max((a - b).abs())) / largest;
+        println!("{:<55} {:?} {off:.1e}", case.name, solved.outcome);
+    }
+}

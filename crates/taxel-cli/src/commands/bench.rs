@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
-use taxel::circuit::{Circuit, LinearCircuit, OperatingPoint};
+use taxel::circuit::{Circuit, OperatingPoint, SensorCircuit};
 use taxel::estimate::LoadEstimator;
 use taxel::solve::Solver;
 use taxel::stats::median_in_place;
@@ -68,7 +68,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         file: args.sensor.clone(),
         source,
     };
-    let circuit = LinearCircuit::from_sensor(&sensor).map_err(in_file)?;
+    let circuit = SensorCircuit::from_sensor(&sensor).map_err(in_file)?;
     let mut work = Work::new(args.method.open(&sensor, &args.sensor)?);
     let progress = Progress::new("timing");
     let mut bench = Bench::new(&sensor, &circuit)?;
@@ -167,7 +167,7 @@ struct Bench {
 }
 
 impl Bench {
-    fn new(sensor: &Sensor, circuit: &LinearCircuit) -> Result<Self, Error> {
+    fn new(sensor: &Sensor, circuit: &SensorCircuit) -> Result<Self, Error> {
         let siemens: Vec<_> = (0..STREAM).map(|i| pressed(sensor, i)).collect();
         let mut point = circuit.operating_point();
         let mut volts = Vec::new();

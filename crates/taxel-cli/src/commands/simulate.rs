@@ -7,7 +7,7 @@ mod writer;
 use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, ValueEnum};
-use taxel::circuit::{Circuit, LinearCircuit, OperatingPoint};
+use taxel::circuit::{Circuit, SensorCircuit, OperatingPoint};
 use taxel::{Frame, Sensor, Siemens, Volts};
 use taxel_io::{FrameSource, ReadOptions};
 
@@ -85,7 +85,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
 /// Scans every frame of a file of conductances; gives back how many there were.
 fn scan_file(args: &Args, sensor: &Sensor, file: &Path) -> Result<u64, Error> {
     let circuit =
-        LinearCircuit::from_sensor(sensor).map_err(|source| taxel_app::Error::InFile {
+        SensorCircuit::from_sensor(sensor).map_err(|source| taxel_app::Error::InFile {
             file: args.sensor.clone(),
             source,
         })?;

@@ -12,8 +12,7 @@ use super::priors::Beliefs;
 use super::terms::Hearing;
 use super::together::Together;
 use super::{Belief, CalibrationOptions, EffectFinding};
-use crate::circuit::LinearCircuit;
-use crate::solve::Exact;
+use crate::solve::Best;
 use crate::{Error, Executor, Sensor};
 
 /// Offsets below this many counts are taken for none.
@@ -67,7 +66,7 @@ pub(super) fn search(
     let (seen, unseen) = evidence.split(folds);
     // A second search takes as long as the first: too long where no exact inverse helps.
     let sensor = &search.model.sensor;
-    let slow = Exact::from_sensor(sensor, &LinearCircuit::from_sensor(sensor)?).is_none();
+    let slow = !matches!(Best::of(sensor)?, Best::Exact(_) | Best::Diodes(_));
     let held_out = if slow || seen.presses.len() < MIN_TO_CHOOSE {
         search.judged_by_folds()
     } else {

@@ -1,9 +1,9 @@
 //! Many frames inverted with one circuit: what a fit spends its time on.
 
 use super::evidence::Evidence;
-use crate::circuit::{Converter, LinearCircuit};
+use crate::circuit::Converter;
 use crate::screen::stand_in;
-use crate::solve::{Exact, ExactState, Newton, NewtonState};
+use crate::solve::{Best, DiodeState, ExactState, NewtonState};
 use crate::{Counts, Frame, Sensor, Siemens, Volts};
 
 /// Accuracy of inversions while fitting, of the largest conductance: derivatives by differences need it.
@@ -35,16 +35,11 @@ impl Start {
     }
 }
 
-/// The sensor's best method.
-enum Best {
-    Exact(Exact),
-    Newton(Newton),
-}
-
 /// Memory for frames inverted one after the other.
 struct Work {
     exact: Option<ExactState>,
     newton: NewtonState,
+    diodes: Option<DiodeState>,
     volts: Frame<Volts>,
     siemens: Frame<Siemens>,
     around: Vec<f64>,
@@ -103,6 +98,7 @@ impl<'a> Inverter<'a> {
         Work {
             exact: None,
             newton: NewtonState::new(),
+            diodes: None,
             volts: Frame::zeros(rows, columns),
             siemens: Frame::zeros(rows, columns),
             around: Vec::new(),
@@ -127,6 +123,7 @@ impl<'a> Inverter<'a> {
         let Work {
             exact: shared,
             newton: state,
+            diodes,
             volts,
             siemens,
             ..
@@ -146,6 +143,10 @@ impl<'a> Inverter<'a> {
                 *start = Some(Start::Exact(state));
                 outcome.stop.is_good()
             }
+            Best::Diodes(method) => {
+                let state = diodes.get_or_insert_with(|| method.state());
+                method.solve_with(volts, siemens, state).stop.is_good()
+            }
             Best::Newton(newton) => {
                 state.forget();
                 let near = start.as_ref().and_then(Start::siemens);
@@ -161,13 +162,13 @@ impl<'a> Inverter<'a> {
 
 /// The sensor's best method, as accurately as a fit needs.
 fn method(sensor: &Sensor) -> Option<Best> {
-    let circuit = LinearCircuit::from_sensor(sensor).ok()?;
-    Some(match Exact::from_sensor(sensor, &circuit) {
-        Some(exact) => Best::Exact(exact.with_tolerance(TOLERANCE)),
-        None => Best::Newton(
-            Newton::from_sensor(sensor, circuit)
+    Some(match Best::of(sensor).ok()? {
+        Best::Exact(exact) => Best::Exact(exact.with_tolerance(TOLERANCE)),
+        Best::Newton(newton) => Best::Newton(
+            newton
                 .with_tolerance(TOLERANCE)
                 .with_limits(LIMITS.0, LIMITS.1),
         ),
+        Best::Diodes(diodes) => Best::Diodes(diodes.with_tolerance(TOLERANCE)),
     })
 }

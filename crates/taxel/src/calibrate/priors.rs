@@ -26,6 +26,8 @@ pub(super) const USUAL_CONTACT_FACTOR: f64 = 3.0;
 pub(super) const CONTACT_FACTOR: (f64, f64) = (1.098_612_288_668_109_8, std::f64::consts::LN_2);
 /// Standard deviation of the ratio between uniform loads and labels of presses, as a logarithm: both are grams.
 pub(super) const LEVEL_SCALE: f64 = 0.02;
+/// The factor within which a diode's I_s is believed: makers differ by two, and so do 10 °C.
+const DIODE_WITHIN: f64 = 2.0;
 /// No switch has less: a smaller number in the file stands for one that is not known.
 const MIN_SWITCH_OHMS: f64 = 0.1;
 /// A source resistor of which nothing is known, ohms.
@@ -41,6 +43,8 @@ pub(super) struct Beliefs {
     /// ln of the open-loop gain and of the source resistor, where they are to be found.
     pub(super) gain: Option<(f64, f64)>,
     pub(super) source: Option<(f64, f64)>,
+    /// ln of the diodes' I_s, amperes, where there are any.
+    pub(super) diode: Option<(f64, f64)>,
 }
 
 impl Beliefs {
@@ -68,6 +72,7 @@ impl Beliefs {
             gain: (options.open_loop_gain && readout.has_amplifier())
                 .then_some((gain.ln(), factor)),
             source: options.r_source.then_some((source.ln(), factor)),
+            diode: (readout.diode).map(|diode| (diode.saturation_amperes.ln(), DIODE_WITHIN.ln())),
         }
     }
 

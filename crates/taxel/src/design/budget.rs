@@ -13,9 +13,9 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
-use crate::circuit::{Circuit, Converter, LinearCircuit, Noise};
+use crate::circuit::{Circuit, Converter, Noise, SensorCircuit};
 use crate::material::LoadLaw;
-use crate::sensor::{PerLine, Sensor, SensorSpec, Topology};
+use crate::sensor::{DiodePlace, DiodeSpec, PerLine, Sensor, SensorSpec, Topology};
 use crate::simulate::{DEFAULT_PEAK_G, Pattern, PatternKind, default_noise_counts};
 use crate::solve::{Method, Raw, default_method};
 use crate::{Counts, Error, Frame, Mark, Siemens, Volts};
@@ -236,7 +236,7 @@ impl Budget {
     /// The sensor with the circuit's causes that are not listed made ideal.
     fn with_causes(&self, causes: &[Cause], siemens: &Frame<Siemens>) -> Result<Sensor, Error> {
         // The sensor must be complete even for causes that are not asked for.
-        let circuit = LinearCircuit::from_sensor(&self.sensor)?;
+        let circuit = SensorCircuit::from_sensor(&self.sensor)?;
         let mut sensor = self.sensor.clone();
         let has = |cause| causes.contains(&cause);
         sensor.try_out(|spec| {
@@ -249,6 +249,9 @@ impl Budget {
             }
             if !has(Cause::Lines) {
                 (readout.r_line_row_ohms, readout.r_line_column_ohms) = (None, None);
+            }
+            if !has(Cause::Diodes) {
+                readout.diode = None;
             }
             if !has(Cause::Source) {
                 readout.r_source_ohms = 0.0;
@@ -270,6 +273,9 @@ impl Budget {
                     // A table may have none.
                     switch.get_or_insert(PerLine::One(IDEAL_OHMS));
                 }
+                // A driven line's diode is part of what is taken away.
+                let in_taxels = |diode: &DiodeSpec| diode.place == DiodePlace::Taxel;
+                readout.diode = readout.diode.take().filter(in_taxels);
                 readout.take_topology(Topology::TiaGroundedColumns);
                 readout.r_feedback_ohms = Some(ohms);
                 if is_divider {
@@ -288,7 +294,7 @@ impl Budget {
         causes: &[Cause],
         method: &dyn Method,
     ) -> Result<Errors, Error> {
-        let volts = predict(sensor, &LinearCircuit::from_sensor(sensor)?, &scene.siemens)?;
+        let volts = predict(sensor, &SensorCircuit::from_sensor(sensor)?, &scene.siemens)?;
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         let draws = if causes.contains(&Cause::Noise) {
             self.draws
@@ -314,7 +320,7 @@ impl Budget {
 /// The scan of conductances that are not negative.
 pub(super) fn predict(
     sensor: &Sensor,
-    circuit: &LinearCircuit,
+    circuit: &impl Circuit,
     siemens: &Frame<Siemens>,
 ) -> Result<Frame<Volts>, Error> {
     let rows = sensor.readout().r_mux_row_ohms.as_ref();

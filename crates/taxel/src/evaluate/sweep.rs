@@ -1,7 +1,7 @@
 //! What do other pressed taxels of the line do to one? (The paper's Figs. 28, 29 and 31.)
 
 use crate::circuit::simplified::{Amplifier, v_out_alike};
-use crate::circuit::{Circuit, LinearCircuit};
+use crate::circuit::{Circuit, SensorCircuit};
 use crate::metric::cross_talk_drop;
 use crate::screen::Axis;
 use crate::sensor::USUAL_OPEN_LOOP_GAIN;
@@ -80,7 +80,7 @@ pub fn full_circuit_volts(
     rest_siemens: f64,
     others: &[usize],
 ) -> Result<Vec<f64>, Error> {
-    let circuit = LinearCircuit::from_sensor(sensor)?;
+    let circuit = SensorCircuit::from_sensor(sensor)?;
     let line = match along {
         Axis::Row => sensor.columns(),
         Axis::Column => sensor.rows(),

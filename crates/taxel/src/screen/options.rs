@@ -1,6 +1,6 @@
 //! Every threshold of the screen, with what it was chosen on.
 
-use crate::circuit::{Circuit, Converter, LinearCircuit};
+use crate::circuit::{Circuit, Converter, SensorCircuit};
 use crate::screen::CountsMask;
 use crate::sensor::{ScreenSpec, Sensor};
 use crate::{Frame, Siemens};
@@ -164,7 +164,7 @@ impl ScreenOptions {
 /// The lowest reading of the empty array, counts; `None` while circuit or material are not known.
 fn least_unloaded_counts(sensor: &Sensor) -> Option<f64> {
     let g_zero = sensor.material()?.g_zero_siemens;
-    let circuit = LinearCircuit::from_sensor(sensor).ok()?;
+    let circuit = SensorCircuit::from_sensor(sensor).ok()?;
     let siemens = Frame::<Siemens>::filled(sensor.rows(), sensor.columns(), g_zero);
     let siemens = siemens.map(|taxel, g| if sensor.is_absent(taxel) { 0.0 } else { g });
     let volts = circuit.predict(&siemens).ok()?;

@@ -137,6 +137,14 @@ impl Diode {
         self.emission * VOLTS_PER_KELVIN * (self.temperature_celsius + ZERO_CELSIUS)
     }
 
+    /// What a file says of the same with another I_s.
+    pub(crate) fn with_saturation(self, amperes: f64) -> DiodeSpec {
+        DiodeSpec {
+            temperature_celsius: Some(self.temperature_celsius),
+            ..DiodeSpec::new(self.place, amperes, self.emission)
+        }
+    }
+
     /// Of what a file says, which was checked.
     pub(super) fn of(said: &DiodeSpec) -> Self {
         let celsius = said.temperature_celsius.unwrap_or(NOMINAL_CELSIUS);

@@ -2,7 +2,7 @@
 //!
 //! Loads go the way they go in a real sensor: the cover spreads them ([`crate::material::Spread`]), each taxel turns
 //! what it feels into a conductance ([`crate::material::LoadLaw`]), the circuit is scanned
-//! ([`crate::circuit::LinearCircuit`]), noise is added, and the converter counts. Creep and hysteresis are not modelled.
+//! ([`crate::circuit::SensorCircuit`]), noise is added, and the converter counts. Creep and hysteresis are not modelled.
 //!
 //! Everything follows from a seed. Frame k depends on the seed and on k alone, so that any frame can be made on its
 //! own, in any order.

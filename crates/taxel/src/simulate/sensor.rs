@@ -3,7 +3,7 @@
 use rand::RngExt;
 
 use super::{Grams, Imperfections, Pattern, Purpose, generator, imperfect};
-use crate::circuit::{Circuit, Converter, LinearCircuit, Noise};
+use crate::circuit::{Circuit, Converter, SensorCircuit, Noise};
 use crate::material::{LoadLaw, Spread};
 use crate::{Counts, Error, Frame, Sensor, Siemens, Volts};
 
@@ -56,7 +56,7 @@ pub struct VirtualSensor {
     period_secs: Option<f64>,
     law: LoadLaw,
     spread: Option<Spread>,
-    circuit: LinearCircuit,
+    circuit: SensorCircuit,
     converter: Converter,
     noise: Noise,
 }
@@ -83,7 +83,7 @@ impl VirtualSensor {
                 .material()
                 .and_then(|material| material.spread)
                 .map(Spread::new),
-            circuit: LinearCircuit::from_sensor(&sensor)?,
+            circuit: SensorCircuit::from_sensor(&sensor)?,
             noise: Noise {
                 standard_deviation_volts: noise_counts * converter.lsb_volts(),
             },

@@ -8,7 +8,7 @@ use crate::circuit::LinearCircuit;
 use crate::{Frame, Mark};
 
 /// On a line that does not conduct in this frame, or no taxel at all.
-fn is_out(mark: Mark) -> bool {
+pub(super) fn is_out(mark: Mark) -> bool {
     matches!(mark, Mark::Open | Mark::Flickering | Mark::Absent)
 }
 

@@ -1,9 +1,11 @@
 //! Inverse: the conductances behind a scan.
 //!
 //! Every method implements [`Method`]: [`Raw`] (no compensation), [`Exact`] (the e-Cone's circuit, in about a
-//! millisecond), [`Newton`] (every linear topology). [`default_method`] picks by topology.
+//! millisecond), [`Newton`] (every linear topology, also behind a diode per driven line), [`TaxelDiodes`] (a diode per taxel).
+//! [`default_method`] picks by topology.
 
 mod anderson;
+mod diode;
 mod exact;
 pub(crate) mod gmres;
 mod lines;
@@ -16,14 +18,16 @@ mod root;
 mod sideways;
 mod square_root;
 
+pub use diode::TaxelDiodes;
 pub use exact::Exact;
+pub(crate) use diode::SolverState as DiodeState;
 pub(crate) use exact::SolverState as ExactState;
 pub use newton::Newton;
 pub(crate) use newton::SolverState as NewtonState;
 pub use raw::Raw;
 
-use crate::circuit::{Converter, LinearCircuit, ROUNDING_COUNTS};
-use crate::sensor::{Sensor, Topology};
+use crate::circuit::{Converter, LinearCircuit, ROUNDING_COUNTS, SensorCircuit};
+use crate::sensor::{DiodePlace, Sensor, Topology};
 use crate::{Error, Frame, Siemens, Volts};
 
 /// A way from read-out volts to conductances: physics, or nothing.
@@ -158,11 +162,35 @@ pub struct Solved {
 /// # Errors
 /// [`Error::MissingKey`] when a switch resistance is not known yet.
 pub fn default_method(sensor: &Sensor) -> Result<Box<dyn Method>, Error> {
-    let circuit = LinearCircuit::from_sensor(sensor)?;
-    Ok(match Exact::from_sensor(sensor, &circuit) {
-        Some(exact) => Box::new(exact),
-        None => Box::new(Newton::from_sensor(sensor, circuit)),
+    Ok(match Best::of(sensor)? {
+        Best::Exact(exact) => Box::new(exact),
+        Best::Newton(newton) => Box::new(newton),
+        Best::Diodes(diodes) => Box::new(diodes),
     })
+}
+
+/// A sensor's best method, by its kind.
+pub(crate) enum Best {
+    Exact(Exact),
+    Newton(Newton),
+    Diodes(TaxelDiodes),
+}
+
+impl Best {
+    /// # Errors
+    /// [`Error::MissingKey`] when a switch resistance is not known yet.
+    pub(crate) fn of(sensor: &Sensor) -> Result<Self, Error> {
+        Ok(match SensorCircuit::from_sensor(sensor)? {
+            SensorCircuit::Diodes(diodes) => match diodes.diode().place {
+                DiodePlace::Taxel => Self::Diodes(TaxelDiodes::new(sensor, &diodes)),
+                DiodePlace::DrivenLine => Self::Newton(Newton::behind_diodes(sensor, &diodes)),
+            },
+            SensorCircuit::Linear(linear) => match Exact::from_sensor(sensor, &linear) {
+                Some(exact) => Self::Exact(exact),
+                None => Self::Newton(Newton::from_sensor(sensor, linear)),
+            },
+        })
+    }
 }
 
 /// What a taxel conducts that nothing presses on, as far as is known, siemens.
@@ -183,26 +211,33 @@ fn sigma_volts(sensor: &Sensor) -> f64 {
 /// [`Error::UnknownMethod`] for another name, or `exact` where the read-out has no closed iteration;
 /// [`Error::MissingKey`] when a switch resistance is not known yet.
 pub fn method(name: &str, sensor: &Sensor) -> Result<Box<dyn Method>, Error> {
-    match name {
-        "auto" => default_method(sensor),
-        "raw" => Ok(Box::new(Raw::from_sensor(sensor))),
-        "newton" => {
+    let refuse = |hint: String| {
+        let name = name.to_owned();
+        Err(Error::UnknownMethod { name, hint })
+    };
+    match (name, Best::of(sensor)) {
+        ("raw", _) => Ok(Box::new(Raw::from_sensor(sensor))),
+        ("auto", _) => default_method(sensor),
+        ("newton" | "exact" | "diodes", Err(error)) => Err(error),
+        ("exact", Ok(Best::Exact(exact))) => Ok(Box::new(exact)),
+        ("newton", Ok(Best::Newton(newton))) => Ok(Box::new(newton)),
+        ("newton", Ok(Best::Exact(_))) => {
             let circuit = LinearCircuit::from_sensor(sensor)?;
             Ok(Box::new(Newton::from_sensor(sensor, circuit)))
         }
-        "exact" => match Exact::from_sensor(sensor, &LinearCircuit::from_sensor(sensor)?) {
-            Some(exact) => Ok(Box::new(exact)),
-            None => Err(Error::UnknownMethod {
-                name: name.to_owned(),
-                hint: format!(
-                    "`exact` needs topology `{}`, or a table of line ends that says the same, with r_source_ohms = 0, lines without resistance and every reading, no converter.floor_count; `newton` does the rest",
-                    Topology::TiaGroundedColumns.name()
-                ),
-            }),
-        },
-        _ => Err(Error::UnknownMethod {
-            name: name.to_owned(),
-            hint: "known: auto, exact, newton, raw".to_owned(),
-        }),
+        ("diodes", Ok(Best::Diodes(diodes))) => Ok(Box::new(diodes)),
+        ("newton", Ok(Best::Diodes(_))) => refuse(
+            "`newton` is for circuits of linear parts; with a diode per taxel, `diodes` (or auto)"
+                .to_owned(),
+        ),
+        ("diodes", Ok(_)) => refuse(
+            "`diodes` is for sensors with a diode per taxel, [readout.diode] in the sensor file"
+                .to_owned(),
+        ),
+        ("exact", Ok(_)) => refuse(format!(
+            "`exact` needs topology `{}`, or a table of line ends that says the same, with r_source_ohms = 0, lines without resistance, no diodes and every reading, no converter.floor_count; `auto` does the rest",
+            Topology::TiaGroundedColumns.name()
+        )),
+        _ => refuse("known: auto, exact, newton, diodes, raw".to_owned()),
     }
 }

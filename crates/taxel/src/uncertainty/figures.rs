@@ -6,7 +6,7 @@
 use super::known::{Known, is_left_out};
 use super::load::{NEAR_SHARE, factor_95_of, heaviest_near, noise_counts_of};
 use super::{Adjoint, least_error_siemens, set_passive};
-use crate::circuit::{Circuit, Converter, LinearCircuit, OperatingPoint};
+use crate::circuit::{Circuit, Converter, SensorCircuit, OperatingPoint};
 use crate::frame::{grams_from_newtons, newtons_from_grams};
 use crate::material::{LoadLaw, Spread};
 use crate::metric::{CONTACT_NEWTONS, is_usable};
@@ -102,7 +102,7 @@ impl FigureErrors {
         };
         let none = || vec![0.0; taxels];
         Ok(Self {
-            point: LinearCircuit::from_sensor(sensor)?.operating_point(),
+            point: SensorCircuit::from_sensor(sensor)?.operating_point(),
             adjoint: Adjoint::new(taxels),
             law: LoadLaw::from_sensor(sensor)?,
             spread: material.spread.map(Spread::new),

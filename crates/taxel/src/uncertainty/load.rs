@@ -2,7 +2,7 @@
 
 use super::known::{Known, is_left_out};
 use super::standard_errors;
-use crate::circuit::{Circuit, Converter, LinearCircuit, OperatingPoint, ROUNDING_COUNTS};
+use crate::circuit::{Circuit, Converter, SensorCircuit, OperatingPoint, ROUNDING_COUNTS};
 use crate::frame::{grams_from_newtons, newtons_from_grams};
 use crate::material::LoadLaw;
 use crate::screen::Level;
@@ -84,7 +84,7 @@ impl StandardErrors {
         let noise_counts = noise_counts_of(sensor, level);
         let (rows, columns) = (sensor.rows(), sensor.columns());
         Ok(Self {
-            point: LinearCircuit::from_sensor(sensor)?.operating_point(),
+            point: SensorCircuit::from_sensor(sensor)?.operating_point(),
             law: sensor
                 .material()
                 .map(|_| LoadLaw::from_sensor(sensor))

@@ -15,7 +15,7 @@ use super::known::rounding_of_a_mean;
 use super::unknowns::Layout;
 use crate::Executor;
 use crate::circuit::ROUNDING_COUNTS;
-use crate::circuit::{Converter, LinearCircuit, OperatingPoint};
+use crate::circuit::{Circuit, Converter, SensorCircuit};
 use crate::parallel::par_map;
 use crate::stats::quantile;
 use crate::uncertainty::{Known, influence_of};
@@ -105,13 +105,13 @@ impl Linear {
 
 /// A circuit, and the same with one unknown moved by a step.
 struct Circuits {
-    here: LinearCircuit,
-    moved: Vec<Option<(LinearCircuit, f64)>>,
+    here: SensorCircuit,
+    moved: Vec<Option<(SensorCircuit, f64)>>,
 }
 
 impl Circuits {
     fn new(layout: &Layout, at: &[f64], parameters: &[Parameter]) -> Option<Self> {
-        let circuit = |at: &[f64]| LinearCircuit::from_sensor(&layout.model(at)?.sensor).ok();
+        let circuit = |at: &[f64]| SensorCircuit::from_sensor(&layout.model(at)?.sensor).ok();
         let one = |(i, unknown): (usize, &super::Unknown)| {
             if !unknown.moves_circuit() {
                 return Some(None);
@@ -139,11 +139,11 @@ impl Circuits {
         let is_known: Vec<bool> = frame.marks().iter().map(|m| m.is_no_unknown()).collect();
         let mut volts = vec![0.0; siemens.len()];
         let mut there = vec![0.0; siemens.len()];
-        let mut point = self.here.point();
+        let mut point = self.here.operating_point();
         point.set(siemens).ok()?;
         point.predict_into(&mut volts);
         let mut known = Known {
-            point: &mut point,
+            point: &mut *point,
             is_known: &is_known,
             moved: &mut vec![0.0; siemens.len()],
         };
@@ -154,7 +154,7 @@ impl Circuits {
                 slopes.push(0.0);
                 continue;
             };
-            let mut point = circuit.point();
+            let mut point = circuit.operating_point();
             point.set(siemens).ok()?;
             point.predict_into(&mut there);
             let over = influence.iter().zip(there.iter().zip(&volts));

@@ -61,11 +61,12 @@ impl<'a> Readings<'a> {
         let count = |volts: f64| self.converter.count_from_volt(volts);
         let known = self.known;
         let resists = LineResistance::from_sensor(&model.sensor).is_some();
-        let whole = if model.sensor.absent().is_empty() && !resists {
+        let has_diodes = model.sensor.readout().diode.is_some();
+        let whole = if model.sensor.absent().is_empty() && !resists && !has_diodes {
             None
         } else {
             let faults = &self.evidence.faults;
-            Some(Whole::new(&model.sensor, &ends, faults, law.g_zero)?)
+            Some(Whole::new(&model.sensor, faults, law.g_zero)?)
         };
         let frames = known.frames.len().max(1) as f64;
         let mut presses = Vec::new();

@@ -28,13 +28,18 @@ pub(super) enum Unknown {
     /// ln of what rows, and columns, resist from one taxel to the next, ohms.
     LineRow,
     LineColumn,
+    /// ln of the diodes' I_s, amperes.
+    DiodeSaturation,
 }
 
 impl Unknown {
     /// Whether it is one of the circuit's, and not of the law.
     pub(super) fn moves_circuit(self) -> bool {
-        use Unknown::{Gain, LineColumn, LineRow, Source, Split, Sum};
-        matches!(self, Sum | Split | Gain | Source | LineRow | LineColumn)
+        use Unknown::{DiodeSaturation, Gain, LineColumn, LineRow, Source, Split, Sum};
+        matches!(
+            self,
+            Sum | Split | Gain | Source | LineRow | LineColumn | DiodeSaturation
+        )
     }
 }
 
@@ -108,6 +113,9 @@ impl Layout {
         if beliefs.source.is_some() {
             unknowns.push(Unknown::Source);
         }
+        if beliefs.diode.is_some() {
+            unknowns.push(Unknown::DiodeSaturation);
+        }
         Some(Self {
             unknowns,
             beliefs,
@@ -149,6 +157,10 @@ impl Layout {
                 Unknown::Source => {
                     let prior = b.source.unwrap_or((2.3, 1.1));
                     (prior.0, 1e-3, Some(prior), -4.0)
+                }
+                Unknown::DiodeSaturation => {
+                    let prior = b.diode.unwrap_or((-20.0, 1.0));
+                    (prior.0, 1e-3, Some(prior), -60.0)
                 }
                 Unknown::LineRow | Unknown::LineColumn => {
                     let prior = (LINE_OHMS.ln(), LINE_WITHIN.ln());
@@ -230,6 +242,12 @@ impl Layout {
             }
             if self.beliefs.source.is_some() {
                 readout.r_source_ohms = self.value(at, Unknown::Source).exp();
+            }
+            if let (Some(i), Some(diode)) = (
+                self.position(Unknown::DiodeSaturation),
+                self.sensor.readout().diode,
+            ) {
+                readout.diode = Some(diode.with_saturation(at[i].exp()));
             }
             if let (Some(row), Some(column)) = (
                 self.position(Unknown::LineRow),

@@ -1,17 +1,17 @@
-//! What a frame reads whose every load is known, of an array with crossings that carry no taxel, or of lines that resist.
+//! What a frame reads whose every load is known, of an array with crossings that carry no taxel, of lines that resist, or of diodes.
 //!
-//! Its lines, or the places on them, are not alike, so that none can be lumped with others: the whole circuit is scanned, and once empty, since what an
+//! Its lines, or the places on them, are not alike, or several diodes are not one thick one, so that none can be lumped with others: the whole circuit is scanned, and once empty, since what an
 //! unloaded taxel reads hangs on how many there are on its lines.
 
 use super::known::KnownFrame;
 use super::lumped::LumpedVolts;
-use crate::circuit::{Circuit, LineEnds, LineResistance, LinearCircuit};
+use crate::circuit::{Circuit, SensorCircuit};
 use crate::screen::{Axis, LineFaults};
 use crate::{Frame, Sensor, Siemens};
 
 /// The array without a load.
 pub(super) struct Whole {
-    circuit: LinearCircuit,
+    circuit: SensorCircuit,
     siemens: Frame<Siemens>,
     volts: Vec<f64>,
     /// Whether a crossing carries a taxel, on lines that conduct.
@@ -23,7 +23,6 @@ impl Whole {
     /// Nothing where the network has no solution.
     pub(super) fn new(
         sensor: &Sensor,
-        ends: &LineEnds,
         faults: &LineFaults,
         unloaded: f64,
     ) -> Option<Self> {
@@ -43,8 +42,13 @@ impl Whole {
         {
             *g = unloaded;
         }
-        let lines = LineResistance::from_sensor(sensor);
-        let circuit = LinearCircuit::new(ends.clone()).with_lines(lines);
+        let mut cut = sensor.clone();
+        cut.try_out(|spec| {
+            if let Some(material) = &mut spec.material {
+                material.sheet = None;
+            }
+        });
+        let circuit = SensorCircuit::from_sensor(&cut).ok()?;
         let volts = circuit.predict(&siemens).ok()?.values().to_vec();
         let there = volts.iter().zip(&is_there).filter(|(_, there)| **there);
         let elsewhere = mean(there.map(|(volts, _)| *volts));

@@ -221,6 +221,15 @@ fn parameters(fitted: &Fitted) -> Vec<Parameter> {
             "Ohm",
         ));
     }
+    if let (Some(diode), Some(_)) = (readout.diode, layout.position(Unknown::DiodeSaturation)) {
+        let amperes = diode.saturation_amperes;
+        list.push(Parameter::fitted(
+            "readout.diode.saturation_amperes",
+            amperes,
+            amperes * one(Unknown::DiodeSaturation),
+            "A",
+        ));
+    }
     list.extend(line_parameters(fitted));
     let factor = law.ln_scale[0].exp();
     let factor_error = factor * error_of(fitted, &layout.ln_factor_weights());
@@ -288,6 +297,12 @@ fn beliefs(fitted: &Fitted) -> Vec<Belief> {
                 logarithm(),
                 factor,
                 Some("presses far from the columns' ends"),
+            ),
+            Unknown::DiodeSaturation => of(
+                ("diodes' I_s", "A"),
+                logarithm(),
+                factor,
+                Some("the diodes' data sheet and temperature"),
             ),
             Unknown::Saturation => of(
                 ("1/saturation", "1/kg"),

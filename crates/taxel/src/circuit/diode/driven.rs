@@ -44,11 +44,13 @@ impl DrivenDiodes {
     }
 
     /// Readings as they would be without diodes, in the place of those with them: each column's, over the share of V_t that its
-    /// diode leaves. What a current less than nothing would drop is taken to be nothing.
-    pub(crate) fn undo(&self, columns: usize, volts: &mut [f64]) {
-        for c in 0..columns {
+    /// diode leaves. What a current less than nothing would drop is taken to be nothing. `lifts`: what leaks of other columns add
+    /// to V_t, volts, as far as is known; what they take from readings has been put back.
+    pub(crate) fn undo(&self, lifts: &[f64], volts: &mut [f64]) {
+        let columns = lifts.len();
+        for (c, lift) in lifts.iter().enumerate() {
             let current = self.current(volts.iter().skip(c).step_by(columns).copied());
-            let left = self.v_test_volts - self.junction.drop(current.max(0.0));
+            let left = self.v_test_volts + lift - self.junction.drop(current.max(0.0));
             // A diode that drops all of V_t lets nothing through: what is read then is no reading of this circuit.
             let share = (left / self.v_test_volts).max(1e-3);
             for reading in volts.iter_mut().skip(c).step_by(columns) {
@@ -59,7 +61,7 @@ impl DrivenDiodes {
 }
 
 /// A circuit with a diode per driven line, solved at one frame of conductances.
-pub(super) struct DrivenPoint {
+pub(crate) struct DrivenPoint {
     diodes: DrivenDiodes,
     columns: usize,
     linear: LinearPoint,
@@ -70,6 +72,8 @@ pub(super) struct DrivenPoint {
     carried: Vec<f64>,
     /// V_eff/V_t of each column.
     shares: Vec<f64>,
+    /// What the leaks of other columns add to V_t, volts.
+    lifts: Vec<f64>,
     derivative: PerColumn,
     moved: Vec<f64>,
     leaks: Vec<f64>,
@@ -77,7 +81,7 @@ pub(super) struct DrivenPoint {
 }
 
 impl DrivenPoint {
-    pub(super) fn new(circuit: &DiodeCircuit) -> Self {
+    pub(crate) fn new(circuit: &DiodeCircuit) -> Self {
         let ends = circuit.linear().ends();
         let (rows, columns) = (ends.row_selected.len(), ends.column_selected.len());
         let none = || vec![0.0; rows * columns];
@@ -89,11 +93,22 @@ impl DrivenPoint {
             volts: none(),
             carried: vec![0.0; columns],
             shares: vec![0.0; columns],
+            lifts: vec![0.0; columns],
             derivative: PerColumn::new(rows, columns),
             moved: none(),
             leaks: vec![0.0; columns],
             rows: vec![0.0; rows],
         }
+    }
+
+    /// What columns that are not driven leak at the conductances that were set: put back into readings, and what it adds to V_t of
+    /// each column, volts.
+    pub(crate) fn without_leaks(&self, volts: &mut [f64]) -> &[f64] {
+        for (taxel, volts) in volts.iter_mut().enumerate() {
+            let share = self.shares[taxel % self.columns];
+            *volts += self.scan[taxel] * share - self.volts[taxel];
+        }
+        &self.lifts
     }
 
     fn drive(&mut self, siemens: &[f64], c: usize) {
@@ -152,6 +167,7 @@ impl DrivenPoint {
                 break;
             }
         }
+        self.lifts[c] = lift;
     }
 
     /// Potentials of the rows' ends, with the leaks as they are: each takes from a row what a current into its column would bring.

@@ -18,6 +18,8 @@ pub enum Cause {
     ColumnSwitches,
     /// On-resistance of the row switches.
     RowSwitches,
+    /// Diodes in taxels or in driven lines.
+    Diodes,
     /// Resistance along the lines.
     Lines,
     /// The resistor R_v in series with the driven column.
@@ -43,6 +45,7 @@ impl Cause {
             (Cause::Divider, !is_table && !amplified),
             (Cause::ColumnSwitches, table.driven.is_switched()),
             (Cause::RowSwitches, table.sensed.is_switched()),
+            (Cause::Diodes, readout.diode.is_some()),
             (Cause::Lines, LineResistance::from_sensor(sensor).is_some()),
             (Cause::Source, true),
             (Cause::Gain, amplified),
@@ -61,6 +64,7 @@ impl Cause {
             Cause::LineEnds => "line ends",
             Cause::ColumnSwitches => "column switches",
             Cause::RowSwitches => "row switches",
+            Cause::Diodes => "diodes",
             Cause::Lines => "line resistance",
             Cause::Source => "source resistor",
             Cause::Gain => "amplifier gain",

@@ -4,15 +4,18 @@
 //! the taxel would be if it were alone. Then y ≈ G with a diagonal derivative near one, and what GMRES has
 //! left to undo is the cross-talk.
 
+mod behind;
 mod held;
 mod state;
 
 use super::gmres::largest;
 use super::resistive::{Accuracy, Resistive};
 use super::{Method, Outcome, Solver, Stop};
-use crate::circuit::{LinearCircuit, OperatingPoint};
+use crate::circuit::diode::DrivenDiodes;
+use crate::circuit::{DiodeCircuit, LinearCircuit, OperatingPoint};
 use crate::sensor::Sensor;
 use crate::{Frame, Siemens, Volts};
+use behind::Behind;
 use state::Shape;
 pub(crate) use state::SolverState;
 
@@ -20,6 +23,8 @@ pub(crate) use state::SolverState;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Newton {
     circuit: LinearCircuit,
+    /// What driven lines' diodes drop is taken off first.
+    driven: Option<Box<(DrivenDiodes, DiodeCircuit)>>,
     tolerance: f64,
     iterations: u32,
     restarts: usize,
@@ -46,6 +51,7 @@ impl Newton {
     pub fn new(circuit: LinearCircuit) -> Self {
         Self {
             circuit,
+            driven: None,
             tolerance: 1e-9,
             iterations: MAX_ITERATIONS,
             restarts: RESTARTS,
@@ -60,6 +66,15 @@ impl Newton {
             unloaded_siemens: super::unloaded_siemens(sensor),
             sigma_volts: super::sigma_volts(sensor),
             ..Self::new(circuit)
+        }
+    }
+
+    /// The method for the circuit behind the diodes of driven lines: each column's readings tell what its diode drops, and are those
+    /// of the linear circuit at what is left of V_t.
+    pub(crate) fn behind_diodes(sensor: &Sensor, circuit: &DiodeCircuit) -> Self {
+        Self {
+            driven: Some(Box::new((circuit.driven(), circuit.clone()))),
+            ..Self::from_sensor(sensor, circuit.linear().clone())
         }
     }
 
@@ -127,6 +142,26 @@ impl Newton {
             "the frame has the sensor's shape"
         );
         siemens.copy_meta_from(volts);
+        if let Some(driven) = &self.driven {
+            let (diodes, circuit) = &**driven;
+            let behind = state.behind.take();
+            let mut behind = behind.unwrap_or_else(|| Box::new(Behind::new(circuit, volts)));
+            let outcome = self.solve_behind(diodes, &mut behind, volts, siemens, (state, near));
+            state.behind = Some(behind);
+            return outcome;
+        }
+        self.solve_linear(volts, siemens, state, near)
+    }
+
+    /// The same of readings without diodes.
+    fn solve_linear(
+        &self,
+        volts: &Frame<Volts>,
+        siemens: &mut Frame<Siemens>,
+        state: &mut SolverState,
+        near: Option<&[f64]>,
+    ) -> Outcome {
+        let columns = volts.columns();
         if self.circuit.lines().is_some() {
             return self.solve_resistive(volts, siemens, state, near);
         }

@@ -47,6 +47,8 @@ pub(crate) struct SolverState {
     pub(super) marks: Vec<Mark>,
     /// In place of all else, where lines resist.
     pub(super) resistive: Option<Box<Resistive>>,
+    /// Readings behind driven lines' diodes.
+    pub(super) behind: Option<Box<super::behind::Behind>>,
 }
 
 impl SolverState {
@@ -69,6 +71,7 @@ impl SolverState {
             rest: Vec::new(),
             marks: Vec::new(),
             resistive: None,
+            behind: None,
         }
     }
 

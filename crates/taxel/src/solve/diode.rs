@@ -1,0 +1,206 @@
+//! A diode in every taxel: each taxel's own path, undone in closed form, with what flows beside it from the last answer.
+//!
+//! i = I + X, V_c = U_c − (i + D)/g_cs, G = i/(V_c − v_r − n V_T ln(1 + i/I_s)): X and D hardly hang on G, so that a few rounds suffice.
+//! Where rows are held alike, D is what the other rows of the column read.
+
+use super::lines::is_out;
+use super::{Infeasible, Method, Outcome, Solver, Stop};
+use crate::circuit::DiodeCircuit;
+use crate::circuit::diode::Paths;
+use crate::circuit::diode::taxel::Currents;
+use crate::sensor::Sensor;
+use crate::{Frame, Mark, Siemens, Volts};
+
+/// Rounds at most: three to six are usual.
+const ROUNDS: u32 = 60;
+
+/// The inverse of a circuit with a diode per taxel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TaxelDiodes {
+    paths: Paths,
+    tolerance: f64,
+    unloaded_siemens: f64,
+}
+
+impl TaxelDiodes {
+    /// The method for a circuit whose diodes stand in taxels.
+    pub(crate) fn new(sensor: &Sensor, circuit: &DiodeCircuit) -> Self {
+        Self {
+            paths: circuit.paths(),
+            tolerance: 1e-10,
+            unloaded_siemens: super::unloaded_siemens(sensor),
+        }
+    }
+
+    /// Stops when no conductance changes by more than `tolerance` times the largest (1e-10 otherwise).
+    pub(crate) fn with_tolerance(mut self, tolerance: f64) -> Self {
+        self.tolerance = tolerance;
+        self
+    }
+
+    /// Memory for a stream of frames.
+    pub(crate) fn state(&self) -> SolverState {
+        let taxels = self.paths.rows * self.paths.columns;
+        let none = || vec![0.0; taxels];
+        SolverState {
+            currents: Currents::new(&self.paths),
+            g: none(),
+            own: none(),
+            row_volts: none(),
+            drawn: vec![0.0; self.paths.columns],
+        }
+    }
+
+    /// [`Solver::solve_into`] with memory of the caller's.
+    pub(crate) fn solve_with(
+        &self,
+        volts: &Frame<Volts>,
+        siemens: &mut Frame<Siemens>,
+        state: &mut SolverState,
+    ) -> Outcome {
+        let (rows, columns) = (self.paths.rows, self.paths.columns);
+        assert_eq!(
+            (volts.rows(), volts.columns()),
+            (rows, columns),
+            "the frame has the sensor's shape"
+        );
+        siemens.copy_meta_from(volts);
+        for (taxel, row_volts) in state.row_volts.iter_mut().enumerate() {
+            *row_volts = volts.values()[taxel] / self.paths.ends.volts_per_volt[taxel / columns];
+        }
+        let outcome = self.iterate(volts.marks(), state);
+        siemens.values_mut().copy_from_slice(&state.g);
+        outcome
+    }
+
+    fn iterate(&self, marks: &[Mark], state: &mut SolverState) -> Outcome {
+        let mut change = f64::INFINITY;
+        for round in 1..=ROUNDS {
+            state.currents.set(&self.paths, &state.g);
+            self.own_currents(marks, state);
+            let mut largest = 0f64;
+            change = 0.0;
+            for (taxel, &mark) in marks.iter().enumerate() {
+                let found = match mark {
+                    mark if is_out(mark) => Ok(0.0),
+                    Mark::BelowFloor => Ok(self.unloaded_siemens),
+                    _ => self.siemens(taxel, state),
+                };
+                let found = match found {
+                    Ok(found) => found,
+                    Err(infeasible) => {
+                        return Outcome::new(Stop::Infeasible(infeasible), round, f64::INFINITY);
+                    }
+                };
+                largest = largest.max(found.abs());
+                let moved = (found - state.g[taxel]).abs();
+                change = if moved.is_nan() { f64::INFINITY } else { moved.max(change) };
+                state.g[taxel] = found;
+            }
+            if change <= self.tolerance * largest {
+                let residual = if largest > 0.0 { change / largest } else { 0.0 };
+                return Outcome::new(Stop::Converged, round, residual);
+            }
+        }
+        Outcome::new(Stop::IterationLimit, ROUNDS, change)
+    }
+
+    /// i of every taxel, and where rows are held alike their sum over each column.
+    fn own_currents(&self, marks: &[Mark], state: &mut SolverState) {
+        let columns = self.paths.columns;
+        state.drawn.fill(0.0);
+        for (taxel, &mark) in marks.iter().enumerate() {
+            if is_out(mark) {
+                state.own[taxel] = 0.0;
+                continue;
+            }
+            if mark == Mark::BelowFloor {
+                state.own[taxel] = self.unloaded(taxel, state.own[taxel]);
+                state.drawn[taxel % columns] += state.own[taxel];
+                continue;
+            }
+            let v_row = state.row_volts[taxel];
+            let into_end = self.paths.ends.row_selected[taxel / columns] * v_row;
+            let left = state
+                .currents
+                .left(&self.paths, taxel, v_row, state.own[taxel]);
+            state.own[taxel] = into_end + left.amperes;
+            state.drawn[taxel % columns] += state.own[taxel];
+        }
+    }
+
+    /// What an unloaded taxel carries, amperes, from what it was taken to carry.
+    fn unloaded(&self, taxel: usize, amperes: f64) -> f64 {
+        let (ends, g) = (&self.paths.ends, self.unloaded_siemens);
+        let (row, column) = (taxel / self.paths.columns, taxel % self.paths.columns);
+        let ohms = 1.0 / ends.row_selected[row] + 1.0 / ends.column_selected[column];
+        let over = self.paths.drives[column] - self.paths.junction.drop(amperes);
+        (g * over / (1.0 + g * ohms)).max(0.0)
+    }
+
+    /// The conductance of a taxel by its own path.
+    fn siemens(&self, taxel: usize, state: &SolverState) -> Result<f64, Infeasible> {
+        let (paths, column) = (&self.paths, taxel % self.paths.columns);
+        let (i, v_row) = (state.own[taxel], state.row_volts[taxel]);
+        let (u, g_cs) = (paths.drives[column], paths.ends.column_selected[column]);
+        let v_column = if paths.rows_alike {
+            u - state.drawn[column] / g_cs
+        } else {
+            // What others draw goes with the column's potential, a little.
+            let at = u - i / g_cs;
+            u - (i + state.currents.drawn(paths, taxel, at)) / g_cs
+        };
+        let beside = state.currents.left(paths, taxel, v_row, i).volts;
+        let left = v_column + beside - v_row - i * paths.along(taxel) - paths.junction.drop(i);
+        if left > 1e-6 * u {
+            return Ok(i / left);
+        }
+        let limit = u - paths.junction.drop(i);
+        Err(Infeasible {
+            number: "the path of a taxel (switches, resistor, lines; its diode at readout.diode)",
+            ohms: (u - left) / i,
+            limit_ohms: limit / i,
+            line: format!("row {} at column {column}", taxel / paths.columns),
+        })
+    }
+}
+
+impl Method for TaxelDiodes {
+    fn name(&self) -> &'static str {
+        "diodes"
+    }
+
+    fn solver(&self) -> Box<dyn Solver> {
+        Box::new(DiodeSolver {
+            state: self.state(),
+            method: self.clone(),
+        })
+    }
+}
+
+struct DiodeSolver {
+    method: TaxelDiodes,
+    state: SolverState,
+}
+
+/// What a stream of frames keeps.
+pub(crate) struct SolverState {
+    currents: Currents,
+    g: Vec<f64>,
+    /// i, amperes.
+    own: Vec<f64>,
+    row_volts: Vec<f64>,
+    /// Of each column, the sum of i.
+    drawn: Vec<f64>,
+}
+
+impl Solver for DiodeSolver {
+    fn solve_into(&mut self, volts: &Frame<Volts>, siemens: &mut Frame<Siemens>) -> Outcome {
+        self.method.solve_with(volts, siemens, &mut self.state)
+    }
+
+    fn forget(&mut self) {
+        self.state.g.fill(0.0);
+        self.state.own.fill(0.0);
+    }
+}
