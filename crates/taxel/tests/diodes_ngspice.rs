@@ -18,9 +18,10 @@ fn every_kept_answer_of_ngspice_is_predicted() {
         let circuit = SensorCircuit::from_sensor(&case.sensor).unwrap();
         let volts = circuit.predict(&case.conductance).unwrap();
         let largest = case.v_out.iter().fold(0f64, |most, v| most.max(v.2.abs()));
-        let off = case.v_out.iter().map(|&(row, column, expected)| {
-            (volts.at(row, column) - expected).abs() / largest
-        });
+        let off = case
+            .v_out
+            .iter()
+            .map(|&(row, column, expected)| (volts.at(row, column) - expected).abs() / largest);
         let off = off.fold(0.0, f64::max);
         println!("{:<55} {off:.1e}", case.name);
     }
@@ -33,8 +34,15 @@ fn what_ngspice_reads_is_undone() {
         for &(row, column, read) in &case.v_out {
             volts.values_mut()[row * case.sensor.columns() + column] = read;
         }
-        let solved = taxel::solve::default_method(&case.sensor).unwrap().solve(&volts);
-        let largest = case.conductance.values().iter().copied().fold(0.0, f64::max);
+        let solved = taxel::solve::default_method(&case.sensor)
+            .unwrap()
+            .solve(&volts);
+        let largest = case
+            .conductance
+            .values()
+            .iter()
+            .copied()
+            .fold(0.0, f64::max);
         let off = solved.frame.values().iter().zip(case.conductance.values());
         let off = off.fold(0f64, |most, (a, b)| most.max((a - b).abs())) / largest;
         println!("{:<55} {:?} {off:.1e}", case.name, solved.outcome);

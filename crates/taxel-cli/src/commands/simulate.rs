@@ -7,7 +7,7 @@ mod writer;
 use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, ValueEnum};
-use taxel::circuit::{Circuit, SensorCircuit, OperatingPoint};
+use taxel::circuit::{Circuit, OperatingPoint, SensorCircuit};
 use taxel::{Frame, Sensor, Siemens, Volts};
 use taxel_io::{FrameSource, ReadOptions};
 

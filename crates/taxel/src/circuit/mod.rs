@@ -18,8 +18,8 @@ mod reading;
 pub mod simplified;
 
 pub(crate) use converter::normal;
-pub use diode::DiodeCircuit;
 pub use converter::{Converter, Noise, NoiseDraws, ROUNDING_COUNTS};
+pub use diode::DiodeCircuit;
 pub use ends::{LineEnds, OfLines};
 pub use network::{LineResistance, LinearCircuit, LinearPoint};
 

@@ -111,7 +111,10 @@ pub fn netlist(
         text: String::new(),
     };
     writer.head(&taxels);
-    if sensor.readout().topology == Topology::LineEnds {
+    if matches!(
+        sensor.readout().topology,
+        Topology::LineEnds | Topology::DividerPulledRows
+    ) {
         writer.line_ends(conductance, &taxels);
     } else {
         writer.columns(taxels[0].1);
@@ -245,7 +248,8 @@ impl Writer<'_> {
         ));
         for c in 0..self.sensor.columns() {
             let ohms = on_or_off(c == selected, self.r_column.at(c));
-            self.line(format_args!("Rd{c} drive col{c} {ohms}"));
+            let driver = self.driver(c);
+            self.line(format_args!("Rd{c} drive {driver} {ohms}"));
         }
         let Some(rest) = self.rest_node() else {
             return self.leaks("col", self.sensor.columns());
@@ -256,7 +260,8 @@ impl Writer<'_> {
         ));
         for c in 0..self.sensor.columns() {
             let ohms = on_or_off(c != selected, self.r_column.at(c));
-            self.line(format_args!("Ru{c} col{c} {rest} {ohms}"));
+            let driver = self.driver(c);
+            self.line(format_args!("Ru{c} {driver} {rest} {ohms}"));
         }
     }
 

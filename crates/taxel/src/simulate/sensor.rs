@@ -3,7 +3,7 @@
 use rand::RngExt;
 
 use super::{Grams, Imperfections, Pattern, Purpose, generator, imperfect};
-use crate::circuit::{Circuit, Converter, SensorCircuit, Noise};
+use crate::circuit::{Circuit, Converter, Noise, SensorCircuit};
 use crate::material::{LoadLaw, Spread};
 use crate::{Counts, Error, Frame, Sensor, Siemens, Volts};
 

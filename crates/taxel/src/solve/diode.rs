@@ -3,6 +3,7 @@
 //! i = I + X, V_c = U_c − (i + D)/g_cs, G = i/(V_c − v_r − n V_T ln(1 + i/I_s)): X and D hardly hang on G, so that a few rounds suffice.
 //! Where rows are held alike, D is what the other rows of the column read.
 
+use super::anderson::Anderson;
 use super::lines::is_out;
 use super::{Infeasible, Method, Outcome, Solver, Stop};
 use crate::circuit::DiodeCircuit;
@@ -11,8 +12,11 @@ use crate::circuit::diode::taxel::Currents;
 use crate::sensor::Sensor;
 use crate::{Frame, Mark, Siemens, Volts};
 
-/// Rounds at most: three to six are usual.
+/// Rounds at most: two to four are usual.
 const ROUNDS: u32 = 60;
+/// Where more leaks through Schottky diodes than unloaded taxels conduct, so many are not enough: then rounds are mixed.
+const PLAIN_ROUNDS: u32 = 4;
+const MIXED: usize = 5;
 
 /// The inverse of a circuit with a diode per taxel.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,6 +49,8 @@ impl TaxelDiodes {
         SolverState {
             currents: Currents::new(&self.paths),
             g: none(),
+            image: none(),
+            mixing: Anderson::new(MIXED, taxels),
             own: none(),
             row_volts: none(),
             drawn: vec![0.0; self.paths.columns],
@@ -75,34 +81,57 @@ impl TaxelDiodes {
 
     fn iterate(&self, marks: &[Mark], state: &mut SolverState) -> Outcome {
         let mut change = f64::INFINITY;
+        state.mixing.restart();
         for round in 1..=ROUNDS {
-            state.currents.set(&self.paths, &state.g);
-            self.own_currents(marks, state);
-            let mut largest = 0f64;
-            change = 0.0;
-            for (taxel, &mark) in marks.iter().enumerate() {
-                let found = match mark {
-                    mark if is_out(mark) => Ok(0.0),
-                    Mark::BelowFloor => Ok(self.unloaded_siemens),
-                    _ => self.siemens(taxel, state),
-                };
-                let found = match found {
-                    Ok(found) => found,
-                    Err(infeasible) => {
-                        return Outcome::new(Stop::Infeasible(infeasible), round, f64::INFINITY);
-                    }
-                };
-                largest = largest.max(found.abs());
-                let moved = (found - state.g[taxel]).abs();
-                change = if moved.is_nan() { f64::INFINITY } else { moved.max(change) };
-                state.g[taxel] = found;
+            let before = change;
+            let largest = match self.round(marks, state) {
+                Ok(largest) => largest,
+                Err(infeasible) => {
+                    return Outcome::new(Stop::Infeasible(infeasible), round, f64::INFINITY);
+                }
+            };
+            let moves = state.image.iter().zip(&state.g);
+            change = moves.fold(0.0, |most, (a, b)| f64::max(most, (a - b).abs()));
+            if !largest.is_finite() {
+                return Outcome::new(Stop::Stalled, round, f64::INFINITY);
             }
-            if change <= self.tolerance * largest {
-                let residual = if largest > 0.0 { change / largest } else { 0.0 };
+            // Each plain round shortens the change by the same share: the next one's is foreseen.
+            let is_plain = round <= PLAIN_ROUNDS;
+            let left = if is_plain && before.is_finite() {
+                change * (change / before).min(1.0)
+            } else {
+                change
+            };
+            if left <= self.tolerance * largest || change == 0.0 {
+                state.g.copy_from_slice(&state.image);
+                let residual = if largest > 0.0 { left / largest } else { 0.0 };
                 return Outcome::new(Stop::Converged, round, residual);
+            }
+            if is_plain {
+                state.g.copy_from_slice(&state.image);
+            } else {
+                state.mixing.advance(&mut state.g, &state.image);
             }
         }
         Outcome::new(Stop::IterationLimit, ROUNDS, change)
+    }
+
+    /// The conductances that follow from what flows beside the taxels with those before; the largest of them.
+    fn round(&self, marks: &[Mark], state: &mut SolverState) -> Result<f64, Infeasible> {
+        state.currents.set(&self.paths, &state.g, true);
+        self.own_currents(marks, state);
+        let mut largest = 0f64;
+        for (taxel, &mark) in marks.iter().enumerate() {
+            let found = match mark {
+                mark if is_out(mark) => 0.0,
+                Mark::BelowFloor => self.unloaded_siemens,
+                _ => self.siemens(taxel, state)?,
+            };
+            // No number is larger than none: adding nothing of it lets it through.
+            largest = largest.max(found.abs()) + 0.0 * found;
+            state.image[taxel] = found;
+        }
+        Ok(largest)
     }
 
     /// i of every taxel, and where rows are held alike their sum over each column.
@@ -146,9 +175,8 @@ impl TaxelDiodes {
         let v_column = if paths.rows_alike {
             u - state.drawn[column] / g_cs
         } else {
-            // What others draw goes with the column's potential, a little.
-            let at = u - i / g_cs;
-            u - (i + state.currents.drawn(paths, taxel, at)) / g_cs
+            let (source, ohms) = state.currents.source(paths, taxel);
+            source - ohms * i
         };
         let beside = state.currents.left(paths, taxel, v_row, i).volts;
         let left = v_column + beside - v_row - i * paths.along(taxel) - paths.junction.drop(i);
@@ -187,6 +215,9 @@ struct DiodeSolver {
 pub(crate) struct SolverState {
     currents: Currents,
     g: Vec<f64>,
+    /// What a round makes of g.
+    image: Vec<f64>,
+    mixing: Anderson,
     /// i, amperes.
     own: Vec<f64>,
     row_volts: Vec<f64>,

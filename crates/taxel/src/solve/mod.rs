@@ -18,9 +18,9 @@ mod root;
 mod sideways;
 mod square_root;
 
+pub(crate) use diode::SolverState as DiodeState;
 pub use diode::TaxelDiodes;
 pub use exact::Exact;
-pub(crate) use diode::SolverState as DiodeState;
 pub(crate) use exact::SolverState as ExactState;
 pub use newton::Newton;
 pub(crate) use newton::SolverState as NewtonState;

@@ -6,7 +6,7 @@
 use super::known::{Known, is_left_out};
 use super::load::{NEAR_SHARE, factor_95_of, heaviest_near, noise_counts_of};
 use super::{Adjoint, least_error_siemens, set_passive};
-use crate::circuit::{Circuit, Converter, SensorCircuit, OperatingPoint};
+use crate::circuit::{Circuit, Converter, OperatingPoint, SensorCircuit};
 use crate::frame::{grams_from_newtons, newtons_from_grams};
 use crate::material::{LoadLaw, Spread};
 use crate::metric::{CONTACT_NEWTONS, is_usable};

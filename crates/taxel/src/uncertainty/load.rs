@@ -2,7 +2,7 @@
 
 use super::known::{Known, is_left_out};
 use super::standard_errors;
-use crate::circuit::{Circuit, Converter, SensorCircuit, OperatingPoint, ROUNDING_COUNTS};
+use crate::circuit::{Circuit, Converter, OperatingPoint, ROUNDING_COUNTS, SensorCircuit};
 use crate::frame::{grams_from_newtons, newtons_from_grams};
 use crate::material::LoadLaw;
 use crate::screen::Level;

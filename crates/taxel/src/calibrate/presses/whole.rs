@@ -21,11 +21,7 @@ pub(super) struct Whole {
 
 impl Whole {
     /// Nothing where the network has no solution.
-    pub(super) fn new(
-        sensor: &Sensor,
-        faults: &LineFaults,
-        unloaded: f64,
-    ) -> Option<Self> {
+    pub(super) fn new(sensor: &Sensor, faults: &LineFaults, unloaded: f64) -> Option<Self> {
         let (rows, columns) = (sensor.rows(), sensor.columns());
         let dead = |axis, line| faults.dead(axis).any(|dead| dead == line);
         let dead_rows: Vec<bool> = (0..rows).map(|r| dead(Axis::Row, r)).collect();

@@ -141,7 +141,11 @@ impl DrivenPoint {
         let mut lift = 0.0;
         for _ in 0..ROUNDS {
             let current = through.at(&junction, v_test + lift).amperes;
-            self.shares[c] = if current > 0.0 { current / self.carried[c] } else { 1.0 };
+            self.shares[c] = if current > 0.0 {
+                current / self.carried[c]
+            } else {
+                1.0
+            };
             self.rows_while_leaking(c);
             let mut moved = 0f64;
             lift = 0.0;
@@ -161,7 +165,11 @@ impl DrivenPoint {
                 moved = moved.max((leak - self.leaks[j]).abs());
                 self.leaks[j] = leak;
                 // What leaves here raises the driven column as a current there raises this one.
-                lift += if current > 0.0 { leak * volts / current } else { 0.0 };
+                lift += if current > 0.0 {
+                    leak * volts / current
+                } else {
+                    0.0
+                };
             }
             if moved <= 1e-9 * junction.saturation {
                 break;
@@ -173,7 +181,12 @@ impl DrivenPoint {
     /// Potentials of the rows' ends, with the leaks as they are: each takes from a row what a current into its column would bring.
     fn rows_while_leaking(&mut self, c: usize) {
         let n = self.columns;
-        for (r, (rows, per_volt)) in self.rows.iter_mut().zip(&self.diodes.row_per_volt).enumerate() {
+        for (r, (rows, per_volt)) in self
+            .rows
+            .iter_mut()
+            .zip(&self.diodes.row_per_volt)
+            .enumerate()
+        {
             let line = &self.scan[r * n..(r + 1) * n];
             let each = line.iter().zip(&self.leaks).zip(&self.carried);
             let taken: f64 = each

@@ -22,11 +22,23 @@ impl PerColumn {
     }
 
     pub(super) fn times(&mut self, direction: &[f64], out: &mut [f64]) {
-        apply(self.columns, &mut self.sums, [&self.diagonal, &self.left, &self.right], direction, out);
+        apply(
+            self.columns,
+            &mut self.sums,
+            [&self.diagonal, &self.left, &self.right],
+            direction,
+            out,
+        );
     }
 
     pub(super) fn transposed_times(&mut self, weights: &[f64], out: &mut [f64]) {
-        apply(self.columns, &mut self.sums, [&self.diagonal, &self.right, &self.left], weights, out);
+        apply(
+            self.columns,
+            &mut self.sums,
+            [&self.diagonal, &self.right, &self.left],
+            weights,
+            out,
+        );
     }
 }
 
@@ -44,7 +56,9 @@ fn apply(
         }
     }
     let lines = out.chunks_exact_mut(columns).zip(by.chunks_exact(columns));
-    let shares = diagonal.chunks_exact(columns).zip(left.chunks_exact(columns));
+    let shares = diagonal
+        .chunks_exact(columns)
+        .zip(left.chunks_exact(columns));
     for ((out, by), (diagonal, left)) in lines.zip(shares) {
         for (c, out) in out.iter_mut().enumerate() {
             *out = diagonal[c] * by[c] + left[c] * sums[c];

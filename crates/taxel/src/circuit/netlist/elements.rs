@@ -1,9 +1,9 @@
-//! The array itself: taxels, the film between them, and lines that resist from one taxel to the next.
+//! The array itself: taxels, the film between them, lines that resist from one taxel to the next, and diodes.
 
 use super::Writer;
 use crate::circuit::LineResistance;
 use crate::material::Sheet;
-use crate::sensor::LineEnd;
+use crate::sensor::{DiodePlace, LineEnd};
 use crate::{Frame, Siemens};
 
 /// The nodes of the lines: one a line, or where it resists one a taxel. The line's end is `row0`, `col0`, as without resistance.
@@ -51,6 +51,7 @@ impl Writer<'_> {
             rows: conductance.rows(),
             columns: conductance.columns(),
         };
+        self.diodes();
         self.taxels(&nodes, conductance);
         if let Some(sheet) = self.sensor.material().and_then(|m| m.sheet) {
             self.sheet(&nodes, Sheet::from_spec(sheet), conductance);
@@ -61,14 +62,61 @@ impl Writer<'_> {
     }
 
     fn taxels(&mut self, nodes: &Nodes, conductance: &Frame<Siemens>) {
-        self.line(format_args!("* taxels: RtROW_COLUMN"));
+        let in_taxels = self.diodes_in(DiodePlace::Taxel);
+        self.line(format_args!(
+            "* taxels: RtROW_COLUMN{}",
+            if in_taxels {
+                " behind DtROW_COLUMN"
+            } else {
+                ""
+            }
+        ));
         for r in 0..conductance.rows() {
             for c in 0..conductance.columns() {
                 let siemens = conductance.at(r, c);
                 if siemens > 0.0 && !self.sensor.is_absent(r * conductance.columns() + c) {
                     let (column, row) = (nodes.column(r, c), nodes.row(r, c));
-                    self.line(format_args!("Rt{r}_{c} {column} {row} {}", 1.0 / siemens));
+                    let from = if in_taxels {
+                        self.line(format_args!("Dt{r}_{c} {column} mid{r}_{c} dio"));
+                        format!("mid{r}_{c}")
+                    } else {
+                        column
+                    };
+                    self.line(format_args!("Rt{r}_{c} {from} {row} {}", 1.0 / siemens));
                 }
+            }
+        }
+    }
+
+    /// Whether there are diodes in this place.
+    pub(super) fn diodes_in(&self, place: DiodePlace) -> bool {
+        let diode = self.sensor.readout().diode;
+        diode.is_some_and(|diode| diode.place == place)
+    }
+
+    /// What drives a column: the column itself, or the node before its diode.
+    pub(super) fn driver(&self, column: usize) -> String {
+        if self.diodes_in(DiodePlace::DrivenLine) {
+            format!("driver{column}")
+        } else {
+            format!("col{column}")
+        }
+    }
+
+    /// The diodes' model, at their temperature, and those of driven lines.
+    pub(super) fn diodes(&mut self) {
+        let Some(diode) = self.sensor.readout().diode else {
+            return;
+        };
+        let celsius = diode.temperature_celsius;
+        self.line(format_args!(
+            "* diodes, at {celsius} C\n.options temp={celsius} tnom={celsius} gmin=1e-18 reltol=1e-9\n.model dio d(is={:e} n={})",
+            diode.saturation_amperes, diode.emission
+        ));
+        if self.diodes_in(DiodePlace::DrivenLine) {
+            self.line(format_args!("* a diode from each driver to its column"));
+            for c in 0..self.sensor.columns() {
+                self.line(format_args!("Dd{c} driver{c} col{c} dio"));
             }
         }
     }

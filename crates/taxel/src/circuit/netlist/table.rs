@@ -1,7 +1,7 @@
 //! The netlist of a read-out that is written as a table of line ends: each end a resistor of its own.
 
 use super::{OFF_OHMS, Writer};
-use crate::sensor::{EndSpec, EndTo, Sense};
+use crate::sensor::{DiodePlace, EndSpec, EndTo, Sense};
 use crate::{Frame, Siemens};
 
 /// On-resistance of the converter's multiplexer, which draws nothing, ohms.
@@ -54,7 +54,11 @@ impl Writer<'_> {
             "* ends of columns: Rds of the selected one, Rdu of the others, Rdf of all"
         ));
         let driven: Vec<_> = (0..columns)
-            .map(|c| self.ends(Axis::Driven, c, c == column))
+            .map(|c| {
+                let mut elements = self.ends(Axis::Driven, c, c == column);
+                elements.extend(self.at_rest(c, c == column));
+                elements
+            })
             .collect();
         self.line(format_args!(
             "* ends of rows: Rss of the selected one, Rsu of the others, Rsf of all"
@@ -87,6 +91,21 @@ impl Writer<'_> {
             self.line(format_args!("* ideal follower of what is read"));
             self.line(format_args!("Efollow follower 0 out 0 1"));
         }
+    }
+
+    /// A driver behind a diode stands at ground while another one drives.
+    fn at_rest(&mut self, column: usize, is_selected: bool) -> Option<Element> {
+        if !self.diodes_in(DiodePlace::DrivenLine) {
+            return None;
+        }
+        let element = Element {
+            name: format!("Rrest{column}"),
+            ohms: PIN_OHMS,
+            when: When::Unselected,
+        };
+        let now = number(element.ohms(is_selected));
+        self.line(format_args!("Rrest{column} driver{column} 0 {now}"));
+        Some(element)
     }
 
     /// The ends of a line; an end that is the same whether it is selected or not is one resistor.
@@ -133,7 +152,7 @@ impl Writer<'_> {
             return None;
         }
         let (switches, node, letter) = match axis {
-            Axis::Driven => (&self.r_column, format!("col{line}"), 'd'),
+            Axis::Driven => (&self.r_column, self.driver(line), 'd'),
             Axis::Sensed => (&self.r_row, format!("row{line}"), 's'),
         };
         let state = match when {

@@ -36,13 +36,22 @@ const ROUNDS: usize = 20;
 
 impl Currents {
     pub(crate) fn new(paths: &Paths) -> Self {
+        if paths.is_grounded() {
+            Self::by(paths, Scheme::Grounded(Box::new(Grounded::new(paths))))
+        } else {
+            Self::by_all_lines(paths)
+        }
+    }
+
+    /// By Newton's method on all lines at once, whatever their ends are.
+    pub(crate) fn by_all_lines(paths: &Paths) -> Self {
+        Self::by(paths, Scheme::Whole(Box::new(Whole::new(paths))))
+    }
+
+    fn by(paths: &Paths, scheme: Scheme) -> Self {
         let none = || vec![0.0; paths.rows * paths.columns];
         Self {
-            scheme: if paths.is_grounded() {
-                Scheme::Grounded(Box::new(Grounded::new(paths)))
-            } else {
-                Scheme::Whole(Box::new(Whole::new(paths)))
-            },
+            scheme,
             own: none(),
             row_volts: none(),
             column_volts: none(),
@@ -50,9 +59,10 @@ impl Currents {
     }
 
     /// Finds what flows beside the taxels' own currents. Nothing flows through conductances below 0, which are noise.
-    pub(crate) fn set(&mut self, paths: &Paths, siemens: &[f64]) {
+    /// `is_read`: for the inverse, which knows the readings.
+    pub(crate) fn set(&mut self, paths: &Paths, siemens: &[f64], is_read: bool) {
         match &mut self.scheme {
-            Scheme::Grounded(grounded) => grounded.set(paths, siemens),
+            Scheme::Grounded(grounded) => grounded.set(paths, siemens, is_read),
             Scheme::Whole(whole) => whole.set(paths, siemens),
         }
     }
@@ -69,14 +79,20 @@ impl Currents {
         }
     }
 
-    /// D of a taxel, where its column is at a potential.
+    /// The driven column's end without a taxel's own current: where it stands, volts, and what is in the way, ohms. What others
+    /// draw goes with its potential, a little.
     #[inline]
-    pub(crate) fn drawn(&self, paths: &Paths, taxel: usize, column_volts: f64) -> f64 {
-        self.drawn_and_slope(paths, taxel, column_volts).amperes
+    pub(crate) fn source(&self, paths: &Paths, taxel: usize) -> (f64, f64) {
+        let column = taxel % paths.columns;
+        let (u, g_cs) = (paths.drives[column], paths.ends.column_selected[column]);
+        let drawn = self.drawn(paths, taxel, u);
+        let ohms = 1.0 / (g_cs + drawn.siemens);
+        (u - ohms * drawn.amperes, ohms)
     }
 
+    /// D of a taxel, where its column is at a potential.
     #[inline]
-    fn drawn_and_slope(&self, paths: &Paths, taxel: usize, volts: f64) -> Current {
+    fn drawn(&self, paths: &Paths, taxel: usize, volts: f64) -> Current {
         match &self.scheme {
             Scheme::Grounded(grounded) => grounded.drawn(taxel, taxel % paths.columns, volts),
             Scheme::Whole(whole) => Current {
@@ -87,7 +103,7 @@ impl Currents {
     }
 
     /// The taxels' own currents, and where their lines stand. The network must be set.
-    pub(super) fn solve_own(&mut self, paths: &Paths, siemens: &[f64]) {
+    pub(crate) fn solve_own(&mut self, paths: &Paths, siemens: &[f64]) {
         for (taxel, &g) in siemens.iter().enumerate() {
             let column = taxel % paths.columns;
             let (own, row_volts, column_volts) = match &self.scheme {
@@ -106,11 +122,7 @@ impl Currents {
 
     /// A taxel whose reading moves its column: what others draw goes with the column's potential.
     fn selected(&self, paths: &Paths, taxel: usize, g: f64) -> (f64, f64, f64) {
-        let column = taxel % paths.columns;
-        let (u, g_cs) = (paths.drives[column], paths.ends.column_selected[column]);
-        let drawn = self.drawn_and_slope(paths, taxel, u);
-        let source = u - drawn.amperes / (g_cs + drawn.siemens);
-        let ohms = 1.0 / (g_cs + drawn.siemens);
+        let (source, ohms) = self.source(paths, taxel);
         let (i, v_row) = self.own(paths, taxel, g, (source, ohms), 0.0);
         (i, v_row, source - ohms * i)
     }

@@ -24,8 +24,9 @@ pub(super) struct Grounded {
 /// Rounds of a row's equation, and of a column's.
 const ROUNDS: usize = 60;
 const COLUMN_ROUNDS: usize = 12;
-/// Accuracy of potentials, of V_t.
+/// Accuracy of what a row draws: where rows are held alike it is all of the current, else a leak.
 const ACCURACY: f64 = 1e-14;
+const LEAK_ACCURACY: f64 = 1e-8;
 
 impl Grounded {
     pub(super) fn new(paths: &Paths) -> Self {
@@ -40,11 +41,15 @@ impl Grounded {
         }
     }
 
-    pub(super) fn set(&mut self, paths: &Paths, siemens: &[f64]) {
+    /// Finds what flows beside the taxels' own currents. Where rows are held alike and `is_read`, readings tell what a column feeds.
+    pub(super) fn set(&mut self, paths: &Paths, siemens: &[f64], is_read: bool) {
         for (taxel, (branch, g)) in self.branches.iter_mut().zip(siemens).enumerate() {
             *branch = Branch::new(&paths.junction, paths.with_lines(taxel, *g));
         }
         self.leaks.set(paths, siemens);
+        if is_read && paths.rows_alike {
+            return;
+        }
         for c in 0..paths.columns {
             self.drive(paths, c);
             self.find_drops(paths, c);
@@ -90,8 +95,17 @@ impl Grounded {
             // What would leave at the column's potential, had it come in.
             let i = out(column_volts).amperes;
             let over = i / branch.conductance() + junction.drop(i);
-            v = if over < column_volts { column_volts - over } else { 0.5 * column_volts };
+            v = if over < column_volts {
+                column_volts - over
+            } else {
+                0.5 * column_volts
+            };
         }
+        let accuracy = if paths.rows_alike {
+            ACCURACY
+        } else {
+            LEAK_ACCURACY
+        };
         let (mut least, mut most) = (0.0, column_volts);
         let mut now = (Current::default(), Current::default());
         for _ in 0..ROUNDS {
@@ -99,11 +113,18 @@ impl Grounded {
             let left = now.0.amperes - now.1.amperes;
             *(if left > 0.0 { &mut least } else { &mut most }) = v;
             let step = left / (now.0.siemens + now.1.siemens);
+            if left.abs() <= accuracy * now.0.amperes {
+                break;
+            }
             let next = v + step;
-            let next = if next > least && next < most { next } else { 0.5 * (least + most) };
+            let next = if next > least && next < most {
+                next
+            } else {
+                0.5 * (least + most)
+            };
             let moved = (next - v).abs();
             v = next;
-            if moved.is_nan() || moved <= ACCURACY * column_volts {
+            if moved.is_nan() || moved <= 1e-15 * column_volts {
                 break;
             }
         }
@@ -112,7 +133,11 @@ impl Grounded {
         let both = inward.siemens + outward.siemens;
         let feed = Current {
             amperes: inward.amperes,
-            siemens: if both > 0.0 { inward.siemens * outward.siemens / both } else { 0.0 },
+            siemens: if both > 0.0 {
+                inward.siemens * outward.siemens / both
+            } else {
+                0.0
+            },
         };
         self.feeds[taxel] = feed;
         feed
@@ -174,7 +199,9 @@ impl Grounded {
         };
         for other in line.filter(|&other| other != taxel) {
             let shared = own_ohms.min(along.row_ohms[other]);
-            let one = self.leaks.of_one(junction, other, row_volts + amperes * shared);
+            let one = self
+                .leaks
+                .of_one(junction, other, row_volts + amperes * shared);
             sum.amperes += one.amperes;
             sum.siemens += one.siemens;
             sum.volts += one.amperes * shared;

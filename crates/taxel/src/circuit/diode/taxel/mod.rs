@@ -47,11 +47,7 @@ struct Along {
 }
 
 impl Paths {
-    pub(crate) fn new(
-        ends: &LineEnds,
-        junction: Junction,
-        lines: Option<&LineResistance>,
-    ) -> Self {
+    pub(crate) fn new(ends: &LineEnds, junction: Junction, lines: Option<&LineResistance>) -> Self {
         let (rows, columns) = (ends.row_selected.len(), ends.column_selected.len());
         let drive = |(to, all): (&f64, &f64)| ends.v_test_volts * to / all;
         let drives = ends.to_v_test.column_selected.iter();
@@ -96,7 +92,10 @@ impl Paths {
         let held = |siemens: &f64| *siemens > 1e3 * crate::circuit::ends::LEAK_SIEMENS;
         let ends = &self.ends;
         let follow = &ends.to_follower;
-        let follows = follow.column_unselected.iter().chain(&follow.row_unselected);
+        let follows = follow
+            .column_unselected
+            .iter()
+            .chain(&follow.row_unselected);
         ends.column_unselected.iter().all(held) && follows.into_iter().all(|g| *g == 0.0)
     }
 }
@@ -136,10 +135,7 @@ impl TaxelPoint {
             let mut shared = g_cs;
             for r in 0..paths.rows {
                 let taxel = r * n + c;
-                let (g_end, rho) = (
-                    paths.ends.row_selected[r],
-                    paths.ends.volts_per_volt[r],
-                );
+                let (g_end, rho) = (paths.ends.row_selected[r], paths.ends.volts_per_volt[r]);
                 let (i, v_row) = (currents.own[taxel], currents.row_volts[taxel]);
                 volts[taxel] = rho * v_row;
                 let g = siemens[taxel].abs();
@@ -149,7 +145,8 @@ impl TaxelPoint {
                 } else {
                     i.abs() / g
                 };
-                let alone = 1.0 / (1.0 + g * (series + if paths.rows_alike { 0.0 } else { 1.0 / g_cs }));
+                let alone =
+                    1.0 / (1.0 + g * (series + if paths.rows_alike { 0.0 } else { 1.0 / g_cs }));
                 let at = rho / g_end * alone;
                 derivative.diagonal[taxel] = at * over;
                 derivative.left[taxel] = 0.0;
@@ -174,7 +171,7 @@ impl OperatingPoint for TaxelPoint {
         if siemens.iter().any(|g| !g.is_finite()) {
             return Err(NotPassive);
         }
-        self.currents.set(&self.paths, siemens);
+        self.currents.set(&self.paths, siemens, false);
         self.currents.solve_own(&self.paths, siemens);
         self.read(siemens);
         Ok(())

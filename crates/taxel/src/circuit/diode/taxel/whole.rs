@@ -87,7 +87,10 @@ impl Whole {
         self.stands.fill(0.0);
         self.stands[rows + c] = paths.drives[c];
         let follow = &paths.ends.to_follower;
-        let parts = follow.row_unselected.iter().chain(&follow.column_unselected);
+        let parts = follow
+            .row_unselected
+            .iter()
+            .chain(&follow.column_unselected);
         for (share, (part, all)) in self.shares.iter_mut().zip(parts.zip(&self.ends)) {
             *share = part / all;
         }
@@ -138,8 +141,9 @@ impl Whole {
                     *trial = volts + length * step;
                 }
                 self.evaluate(paths);
+                // Short of the least along the step, or not far behind it.
                 let still = dot(&self.residual, &self.step);
-                if still.abs() <= 0.9 * falls.abs() || longest <= ACCURACY * most {
+                if still >= -0.5 * falls || longest <= ACCURACY * most {
                     break;
                 }
                 length *= 0.5;
@@ -182,7 +186,11 @@ impl Whole {
         let (small_at, large_at) = if by_rows { (0, rows) } else { (rows, 0) };
         let through = &self.through;
         let between = |small: usize, large: usize| {
-            let taxel = if by_rows { small * n + large } else { large * n + small };
+            let taxel = if by_rows {
+                small * n + large
+            } else {
+                large * n + small
+            };
             through[taxel].siemens
         };
         for i in 0..m {
@@ -190,7 +198,11 @@ impl Whole {
                 let shared: f64 = (0..large)
                     .map(|l| between(i, l) * between(j, l) / self.totals[large_at + l])
                     .sum();
-                let own = if i == j { self.totals[small_at + i] } else { 0.0 };
+                let own = if i == j {
+                    self.totals[small_at + i]
+                } else {
+                    0.0
+                };
                 self.matrix[i * m + j] = own - shared;
             }
             let pushed: f64 = (0..large)

@@ -1,0 +1,186 @@
+//! Diodes: what is scanned is undone, in every read-out that they fit in, with faults and noise; and the derivative is one.
+
+#[allow(dead_code, reason = "other tests use the rest")]
+mod common;
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use taxel::circuit::{Circuit, OperatingPoint, SensorCircuit};
+use taxel::sensor::{DiodePlace, DiodeSpec, PerLine, Topology, preset};
+use taxel::solve::{Stop, default_method};
+use taxel::{Frame, Sensor, Siemens, Volts};
+
+const SILICON: (f64, f64) = (2.52e-9, 1.752);
+const SCHOTTKY: (f64, f64) = (2e-7, 1.05);
+
+fn sensor(
+    topology: Topology,
+    (rows, columns): (usize, usize),
+    place: DiodePlace,
+    (i_s, n): (f64, f64),
+) -> Sensor {
+    preset("econe")
+        .unwrap()
+        .edited(|spec| {
+            (spec.array.rows, spec.array.columns) = (rows, columns);
+            spec.readout.topology = topology;
+            spec.readout.v_test_volts = 3.3;
+            spec.readout.r_pull_down_ohms = Some(1000.0);
+            spec.readout.diode = Some(DiodeSpec::new(place, i_s, n));
+        })
+        .unwrap()
+}
+
+/// Read-outs and shapes: every one that a diode fits in.
+fn all() -> Vec<Sensor> {
+    let mut all = Vec::new();
+    for (numbers, shape) in [(SILICON, (6, 9)), (SCHOTTKY, (9, 6)), (SILICON, (16, 16))] {
+        for topology in Topology::ALL {
+            all.push(sensor(topology, shape, DiodePlace::Taxel, numbers));
+        }
+        for topology in [Topology::DividerPulledRows, Topology::TiaZeroPotential] {
+            all.push(sensor(topology, shape, DiodePlace::DrivenLine, numbers));
+        }
+    }
+    all.push(sensor(
+        Topology::TiaGroundedColumns,
+        (32, 32),
+        DiodePlace::Taxel,
+        SCHOTTKY,
+    ));
+    all.push(sensor(
+        Topology::DividerPulledRows,
+        (32, 32),
+        DiodePlace::DrivenLine,
+        SILICON,
+    ));
+    let lines = |sensor: Sensor| {
+        let lined = sensor.edited(|spec| {
+            spec.readout.r_line_row_ohms = Some(PerLine::One(5.0));
+            spec.readout.r_line_column_ohms = Some(PerLine::One(2.0));
+        });
+        lined.unwrap()
+    };
+    all.push(lines(sensor(
+        Topology::TiaGroundedColumns,
+        (8, 12),
+        DiodePlace::Taxel,
+        SILICON,
+    )));
+    all.push(lines(sensor(
+        Topology::DividerPulledRows,
+        (12, 8),
+        DiodePlace::DrivenLine,
+        SILICON,
+    )));
+    all
+}
+
+fn pressed(sensor: &Sensor, seed: u64) -> Frame<Siemens> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    Frame::<Siemens>::zeros(sensor.rows(), sensor.columns()).map(|taxel, _| {
+        let (share, ohms, rest): (f64, f64, f64) = random.random();
+        if sensor.is_absent(taxel) {
+            0.0
+        } else if share < 0.33 {
+            1.0 / (500.0 + 2500.0 * ohms)
+        } else {
+            1e-6 * (0.5 + rest)
+        }
+    })
+}
+
+fn scanned(sensor: &Sensor, siemens: &Frame<Siemens>) -> Frame<Volts> {
+    SensorCircuit::from_sensor(sensor)
+        .unwrap()
+        .predict(siemens)
+        .unwrap()
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values
+        .iter()
+        .fold(0f64, |most, value| most.max(value.abs()))
+}
+
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    let each = a.iter().zip(b);
+    each.fold(0f64, |most, (a, b)| most.max((a - b).abs())) / largest(b)
+}
+
+#[test]
+fn what_is_scanned_is_undone() {
+    let mut worst = [0f64; 2];
+    for sensor in all() {
+        let place = sensor.readout().diode.unwrap().place;
+        let mut solver = default_method(&sensor).unwrap().solver();
+        for seed in 1..=3 {
+            let siemens = pressed(&sensor, seed);
+            let volts = scanned(&sensor, &siemens);
+            let mut found = siemens.map(|_, _| 0.0);
+            let outcome = solver.solve_into(&volts, &mut found);
+            let off = apart(found.values(), siemens.values());
+            let words = sensor.readout().words();
+            println!(
+                "{words} {}: {off:.1e}, {} rounds",
+                sensor.rows(),
+                outcome.iterations
+            );
+            assert_eq!(outcome.stop, Stop::Converged, "{words}");
+            let at = usize::from(place == DiodePlace::DrivenLine);
+            worst[at] = worst[at].max(off);
+        }
+    }
+    println!("worst: {worst:?}");
+    assert!(worst[0] < 6e-10 && worst[1] < 7e-7, "{worst:?}");
+}
+
+#[test]
+fn the_derivative_is_one() {
+    for sensor in all() {
+        let siemens = pressed(&sensor, 4);
+        let mut point = SensorCircuit::from_sensor(&sensor)
+            .unwrap()
+            .operating_point();
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        let direction: Vec<f64> = siemens
+            .values()
+            .iter()
+            .map(|g| g * (random.random::<f64>() - 0.5))
+            .collect();
+        let at = |point: &mut Box<dyn OperatingPoint>, step: f64| {
+            let moved: Vec<f64> = siemens
+                .values()
+                .iter()
+                .zip(&direction)
+                .map(|(g, d)| g + step * d)
+                .collect();
+            point.set(&moved).unwrap();
+            let mut volts = vec![0.0; moved.len()];
+            point.predict_into(&mut volts);
+            volts
+        };
+        let step = 1e-4;
+        let (up, down) = (at(&mut point, step), at(&mut point, -step));
+        let slope: Vec<f64> = up
+            .iter()
+            .zip(&down)
+            .map(|(up, down)| (up - down) / (2.0 * step))
+            .collect();
+        at(&mut point, 0.0);
+        let mut forward = vec![0.0; slope.len()];
+        point.jvp_into(&direction, &mut forward);
+        let off = apart(&forward, &slope);
+        println!("{} {}: {off:.1e}", sensor.readout().words(), sensor.rows());
+        // How leaks change is left out: with silicon less than with Schottky diodes.
+        let schottky = sensor.readout().diode.unwrap().saturation_amperes > 1e-8;
+        assert!(off < if schottky { 2.2e-3 } else { 1e-5 }, "{off:e}");
+        // ⟨w, J d⟩ = ⟨Jᵀ w, d⟩, whatever is left out.
+        let weights: Vec<f64> = slope.iter().map(|_| random.random::<f64>() - 0.5).collect();
+        let mut backward = vec![0.0; slope.len()];
+        point.vjp_into(&weights, &mut backward);
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let (left, right) = (dot(&weights, &forward), dot(&backward, &direction));
+        assert!((left - right).abs() < 1e-12 * largest(&forward) * slope.len() as f64);
+    }
+}
