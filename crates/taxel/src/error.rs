@@ -44,7 +44,7 @@ pub enum Error {
         /// What to do.
         hint: String,
     },
-    /// A topology that is neither one of the five nor `line-ends`.
+    /// A topology that is neither a named one nor `line-ends`.
     #[error("sensor file: unknown topology `{found}`\nhint: {hint}")]
     UnknownTopology {
         /// What stands there.

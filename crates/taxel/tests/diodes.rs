@@ -5,10 +5,12 @@ mod common;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use taxel::circuit::{Circuit, OperatingPoint, SensorCircuit};
-use taxel::sensor::{DiodePlace, DiodeSpec, PerLine, Topology, preset};
+use taxel::circuit::{Circuit, Converter, Noise, OperatingPoint, ROUNDING_COUNTS, SensorCircuit};
+use taxel::pipeline::Pipeline;
+use taxel::sensor::{DiodePlace, DiodeSpec, PerLine, Population, Topology, preset};
 use taxel::solve::{Stop, default_method};
-use taxel::{Frame, Sensor, Siemens, Volts};
+use taxel::uncertainty::standard_errors;
+use taxel::{Frame, Mark, Sensor, Siemens, Volts};
 
 const SILICON: (f64, f64) = (2.52e-9, 1.752);
 const SCHOTTKY: (f64, f64) = (2e-7, 1.05);
@@ -182,5 +184,144 @@ fn the_derivative_is_one() {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let (left, right) = (dot(&weights, &forward), dot(&backward, &direction));
         assert!((left - right).abs() < 1e-12 * largest(&forward) * slope.len() as f64);
+    }
+}
+
+/// Noise of two counts through the inverse: standard errors hold as many conductances as they say.
+#[test]
+fn standard_errors_cover_noise() {
+    for (topology, place, numbers) in [
+        (Topology::TiaGroundedColumns, DiodePlace::Taxel, SILICON),
+        (Topology::TiaZeroPotential, DiodePlace::Taxel, SCHOTTKY),
+        (Topology::DividerPulledRows, DiodePlace::DrivenLine, SILICON),
+    ] {
+        let sensor = sensor(topology, (16, 16), place, numbers)
+            .edited(|spec| {
+                spec.converter.bits = 16;
+                spec.converter.full_scale_volts = if topology.is_tia() { 14.0 } else { 3.3 };
+                spec.converter.inverted = topology.is_tia();
+                spec.converter.noise_counts = Some(2.0);
+            })
+            .unwrap();
+        let converter = Converter::from_sensor(&sensor);
+        let sigma = 2f64.hypot(ROUNDING_COUNTS) * converter.lsb_volts();
+        let mut pipeline = Pipeline::new(&sensor, default_method(&sensor).unwrap()).unwrap();
+        let (mut within, mut within_two, mut all) = (0.0, 0.0, 0.0);
+        for seed in 1..=12 {
+            let siemens = pressed(&sensor, seed);
+            let circuit = SensorCircuit::from_sensor(&sensor).unwrap();
+            let mut volts = circuit.predict(&siemens).unwrap();
+            let noise = Noise {
+                standard_deviation_volts: 2.0 * converter.lsb_volts(),
+            };
+            noise.draws(seed).add(&mut volts);
+            let counts = converter.counts_from_volts(&volts);
+            let result = pipeline.process(&counts);
+            assert_eq!(result.outcome.stop, Stop::Converged, "{topology:?} {seed}");
+            let mut point = circuit.operating_point();
+            let (errors, _) = standard_errors(&mut *point, siemens.values(), sigma).unwrap();
+            let found = result.siemens.unwrap().values().iter();
+            for ((found, truth), error) in found.zip(siemens.values()).zip(errors) {
+                let off = (found - truth).abs() / error;
+                within += f64::from(u8::from(off < 1.0));
+                within_two += f64::from(u8::from(off < 1.96));
+                all += 1.0;
+            }
+        }
+        let (one, two) = (100.0 * within / all, 100.0 * within_two / all);
+        println!("{topology:?}: {one:.1} %, {two:.1} %");
+        assert!(
+            (one - 68.3).abs() < 3.0 && (two - 95.0).abs() < 2.0,
+            "{topology:?}: {one} {two}"
+        );
+    }
+}
+
+/// Lines that are dead, crossings without a taxel, and a recorder's floor.
+#[test]
+fn faults_are_no_conductances() {
+    for (topology, place) in [
+        (Topology::TiaGroundedColumns, DiodePlace::Taxel),
+        (Topology::TiaZeroPotential, DiodePlace::Taxel),
+        (Topology::DividerFloating, DiodePlace::Taxel),
+        (Topology::DividerPulledRows, DiodePlace::DrivenLine),
+    ] {
+        let whole = sensor(topology, (8, 10), place, SILICON);
+        let holes: Vec<Vec<f64>> = (0..8)
+            .map(|r| {
+                (0..10)
+                    .map(|c| f64::from(u8::from((r + 2 * c) % 5 != 0)))
+                    .collect()
+            })
+            .collect();
+        let sparse = whole
+            .edited(|spec| spec.array.population = Some(Population::Each(holes)))
+            .unwrap();
+        for seed in 1..=3 {
+            let mut siemens = pressed(&sparse, seed);
+            siemens.values_mut()[30..40].fill(0.0);
+            let mut volts = scanned(&sparse, &siemens);
+            for (taxel, mark) in volts.marks_mut().iter_mut().enumerate() {
+                *mark = match taxel {
+                    30..40 => Mark::Open,
+                    _ if sparse.is_absent(taxel) => Mark::Absent,
+                    _ => Mark::Good,
+                };
+            }
+            let solved = default_method(&sparse).unwrap().solve(&volts);
+            let off = apart(solved.frame.values(), siemens.values());
+            println!("{topology:?} {seed}: {off:.1e}");
+            assert_eq!(solved.outcome.stop, Stop::Converged);
+            assert!(off < 2.2e-10, "{topology:?} {off:e}");
+        }
+    }
+}
+
+/// A reading that no conductance behind this diode gives.
+#[test]
+fn a_reading_beyond_what_the_path_lets_through_has_no_answer() {
+    let sensor = sensor(
+        Topology::TiaGroundedColumns,
+        (4, 5),
+        DiodePlace::Taxel,
+        SILICON,
+    );
+    let short = Frame::<Siemens>::filled(4, 5, 1e3);
+    let mut volts = scanned(&sensor, &short);
+    for value in volts.values_mut() {
+        *value *= 1.2;
+    }
+    let solved = default_method(&sensor).unwrap().solve(&volts);
+    let Stop::Infeasible(infeasible) = solved.outcome.stop else {
+        panic!("{:?}", solved.outcome);
+    };
+    assert!(
+        infeasible.to_string().contains("row 0 at column 0"),
+        "{infeasible}"
+    );
+}
+
+/// What a file without the diode makes of the same readings.
+#[test]
+fn without_the_diode_conductances_are_too_small() {
+    for (numbers, most) in [(SILICON, 0.88), (SCHOTTKY, 0.98)] {
+        let sensor = sensor(
+            Topology::TiaGroundedColumns,
+            (16, 16),
+            DiodePlace::Taxel,
+            numbers,
+        );
+        let plain = sensor.edited(|spec| spec.readout.diode = None).unwrap();
+        let siemens = pressed(&sensor, 1);
+        let volts = scanned(&sensor, &siemens);
+        let found = default_method(&plain).unwrap().solve(&volts).frame;
+        let pairs = found.values().iter().zip(siemens.values());
+        let ratios: Vec<f64> = pairs
+            .filter(|(_, g)| **g > 1e-4)
+            .map(|(a, b)| a / b)
+            .collect();
+        let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
+        println!("{numbers:?}: {mean:.3}");
+        assert!(mean < most, "{mean}");
     }
 }

@@ -4,9 +4,9 @@ mod common;
 
 use allocation_counter::measure;
 use common::{inversions, pressed, sensor, under_sheet};
-use taxel::circuit::{Circuit, LinearCircuit};
+use taxel::circuit::{Circuit, LinearCircuit, SensorCircuit};
 use taxel::pipeline::Pipeline;
-use taxel::sensor::{DynamicSpec, PerLine, Topology, preset};
+use taxel::sensor::{DiodePlace, DiodeSpec, DynamicSpec, PerLine, Topology, preset};
 use taxel::simulate::{Pattern, VirtualSensor};
 use taxel::solve::{Method, Solver, method};
 use taxel::{Frame, Mark, Volts};
@@ -115,5 +115,28 @@ fn neither_does_one_of_lines_that_resist() {
         let newton = method("newton", &sensor).unwrap();
         let found = allocations(&*newton, [&scan(1), &scan(2)]);
         assert_eq!(found, [0, 0], "{topology:?}, {sheet:?}");
+    }
+}
+
+#[test]
+fn neither_does_one_of_diodes() {
+    for (topology, place) in [
+        (Topology::TiaGroundedColumns, DiodePlace::Taxel),
+        (Topology::TiaZeroPotential, DiodePlace::Taxel),
+        (Topology::DividerVoltageFeedback, DiodePlace::Taxel),
+        (Topology::DividerPulledRows, DiodePlace::DrivenLine),
+    ] {
+        let diode = DiodeSpec::new(place, 2.52e-9, 1.752);
+        let sensor = sensor(topology, 12, 20, 10.0, 0.0)
+            .edited(|spec| {
+                spec.readout.v_test_volts = 3.3;
+                spec.readout.diode = Some(diode);
+            })
+            .unwrap();
+        let circuit = SensorCircuit::from_sensor(&sensor).unwrap();
+        let scan = |seed| circuit.predict(&pressed(12, 20, 0.3, seed)).unwrap();
+        let method = method("auto", &sensor).unwrap();
+        let found = allocations(&*method, [&scan(1), &scan(2)]);
+        assert_eq!(found, [0, 0], "{topology:?}");
     }
 }

@@ -44,6 +44,15 @@ fn ngspice_gives_the_kept_answers_of_lines_that_resist() {
     }
 }
 
+#[test]
+#[ignore = "needs ngspice; `.ci/run` installs it, and runs this"]
+fn ngspice_gives_the_kept_answers_of_diodes() {
+    let folder = golden::folder().with_file_name("ngspice-diodes");
+    for case in golden::cases_in(&folder) {
+        compare(&case);
+    }
+}
+
 /// There a switch that is off has 1e15 Ohm, and only what insulates lines has 1e12.
 fn with_better_switches(text: &str) -> String {
     let line = |line: &str| {
@@ -61,9 +70,16 @@ fn compare(case: &golden::Case) {
     let selection = Selection::Taxels(taxels.collect());
     let mut text = netlist(&case.sensor, &case.conductance, selection).unwrap();
     let readout = &case.sensor.spec().readout;
-    if readout.r_line_row_ohms.is_some() {
+    if readout.r_line_row_ohms.is_some() || readout.diode.is_some() {
         text = with_better_switches(&text);
     }
+    // Leaks of nanoamperes are found to what the simulator's own tolerance is beside the largest currents.
+    let largest = case.v_out.iter().fold(0f64, |most, v| most.max(v.2.abs()));
+    let beside = if readout.diode.is_some() {
+        largest
+    } else {
+        0.0
+    };
     let name = format!("taxel-{}-{}.cir", std::process::id(), case.name);
     let path = std::env::temp_dir().join(name);
     std::fs::write(&path, text).unwrap();
@@ -74,7 +90,7 @@ fn compare(case: &golden::Case) {
     assert_eq!(found.len(), case.v_out.len(), "{}", case.name);
     for (found, kept) in found.iter().zip(&case.v_out) {
         assert_eq!((found.0, found.1), (kept.0, kept.1));
-        let difference = (found.2 - kept.2).abs() / kept.2.abs();
+        let difference = (found.2 - kept.2).abs() / kept.2.abs().max(beside);
         assert!(difference < 1e-7, "{}: {found:?} {kept:?}", case.name);
     }
 }

@@ -8,6 +8,7 @@ mod calibrate;
 mod check;
 mod compensate;
 mod design;
+mod diodes;
 mod evaluate;
 mod files;
 mod help;

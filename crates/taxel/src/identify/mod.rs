@@ -40,17 +40,36 @@ use crate::{Counts, Error, Executor, Frame};
 use candidate::Candidate;
 use readings::Readings;
 
+/// The read-outs that are compared: those of multiplexers. Boards with a pull-down at every row say so on their face.
+pub const CANDIDATES: [Topology; 5] = [
+    Topology::TiaGroundedColumns,
+    Topology::TiaZeroPotential,
+    Topology::DividerGroundedColumns,
+    Topology::DividerFloating,
+    Topology::DividerVoltageFeedback,
+];
+
 /// Tells which read-outs explain frames under any loads, and frames of one load everywhere (those may be none). Of many
 /// frames the most telling twenty are taken, fewer of large arrays.
 ///
 /// # Errors
-/// [`Error::Shape`] for frames of another shape; [`Error::NothingPressed`] where no frame shows a pressed taxel.
+/// [`Error::Shape`] for frames of another shape; [`Error::NothingPressed`] where no frame shows a pressed taxel;
+/// [`Error::LineEnds`] where the sensor file tells of diodes.
 pub fn identify(
     known: &Known,
     frames: &[Frame<Counts>],
     uniform: &[Frame<Counts>],
     executor: &dyn Executor,
 ) -> Result<Identification, Error> {
+    if known.sensor.readout().diode.is_some() {
+        return Err(Error::LineEnds {
+            key: "readout.diode".to_owned(),
+            problem: "makes a circuit that is not among those compared: they have no diodes"
+                .to_owned(),
+            hint: "leave the diode out of the file to see which of the others comes nearest"
+                .to_owned(),
+        });
+    }
     let readings = Readings::new(known, frames)?;
     if readings.are_alike() {
         return Err(Error::NothingPressed {
@@ -60,7 +79,7 @@ pub fn identify(
     let loaded = Readings::all(known, uniform)?;
     let scatters = uniform::scatters(&loaded.frames, loaded.columns);
     let shape = [known.sensor.rows(), known.sensor.columns()];
-    let results = par_map(executor, Topology::ALL.to_vec(), |topology| {
+    let results = par_map(executor, CANDIDATES.to_vec(), |topology| {
         let candidate = Candidate::new(known, topology);
         let compared = (!scatters.is_empty())
             .then(|| uniform::compare(&candidate, &scatters, shape, loaded.sigma));

@@ -1,4 +1,4 @@
-//! A read-out as a table: what driven and sensed lines end in, selected and not. The five named read-outs are presets of it.
+//! A read-out as a table: what driven and sensed lines end in, selected and not. The named read-outs are presets of it.
 
 mod check;
 

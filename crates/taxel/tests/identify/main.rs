@@ -3,6 +3,7 @@
 mod draw;
 
 use draw::Draw;
+use taxel::identify::CANDIDATES;
 use taxel::identify::{Identification, Known, Verdict, identify};
 use taxel::parallel::Serial;
 use taxel::sensor::{Topology, preset};
@@ -27,7 +28,7 @@ fn fingers(sensor: &Sensor, seed: u64) -> Vec<Frame<Counts>> {
 #[test]
 fn the_read_out_is_among_those_left_and_none_is_told_wrongly() {
     for seed in [107, 110] {
-        for topology in Topology::ALL {
+        for topology in CANDIDATES {
             let draw = Draw::new(topology, seed).unwrap();
             let found = found(&draw);
             let is_left = found.left().any(|standing| standing.topology == topology);

@@ -188,6 +188,16 @@ fn line_parameters(fitted: &Fitted) -> impl Iterator<Item = Parameter> + '_ {
     })
 }
 
+/// The diodes' I_s, where there are any.
+fn diode_parameter(fitted: &Fitted) -> Option<Parameter> {
+    let diode = fitted.model.sensor.readout().diode?;
+    fitted.layout.position(Unknown::DiodeSaturation)?;
+    let amperes = diode.saturation_amperes;
+    let error = amperes * error_of_some(fitted, &[(Unknown::DiodeSaturation, 1.0)]);
+    let name = "readout.diode.saturation_amperes";
+    Some(Parameter::fitted(name, amperes, error, "A"))
+}
+
 fn parameters(fitted: &Fitted) -> Vec<Parameter> {
     let (layout, peak) = (&fitted.layout, &fitted.peak);
     let (column, row) = layout.ohms(&peak.at);
@@ -221,15 +231,7 @@ fn parameters(fitted: &Fitted) -> Vec<Parameter> {
             "Ohm",
         ));
     }
-    if let (Some(diode), Some(_)) = (readout.diode, layout.position(Unknown::DiodeSaturation)) {
-        let amperes = diode.saturation_amperes;
-        list.push(Parameter::fitted(
-            "readout.diode.saturation_amperes",
-            amperes,
-            amperes * one(Unknown::DiodeSaturation),
-            "A",
-        ));
-    }
+    list.extend(diode_parameter(fitted));
     list.extend(line_parameters(fitted));
     let factor = law.ln_scale[0].exp();
     let factor_error = factor * error_of(fitted, &layout.ln_factor_weights());
@@ -251,6 +253,21 @@ fn parameters(fitted: &Fitted) -> Vec<Parameter> {
         ));
     }
     list
+}
+
+/// Name and unit of what lines and diodes are, and what would tell it.
+fn of_parts(unknown: Unknown) -> ((&'static str, &'static str), &'static str) {
+    match unknown {
+        Unknown::LineRow => (("rows, a pitch", "Ohm"), "presses far from the rows' ends"),
+        Unknown::LineColumn => (
+            ("columns, a pitch", "Ohm"),
+            "presses far from the columns' ends",
+        ),
+        _ => (
+            ("diodes' I_s", "A"),
+            "the diodes' data sheet and temperature",
+        ),
+    }
 }
 
 /// What was believed of every unknown, and what told it.
@@ -286,24 +303,10 @@ fn beliefs(fitted: &Fitted) -> Vec<Belief> {
                 factor,
                 Some("heavier presses in crowded columns"),
             ),
-            Unknown::LineRow => of(
-                ("rows, a pitch", "Ohm"),
-                logarithm(),
-                factor,
-                Some("presses far from the rows' ends"),
-            ),
-            Unknown::LineColumn => of(
-                ("columns, a pitch", "Ohm"),
-                logarithm(),
-                factor,
-                Some("presses far from the columns' ends"),
-            ),
-            Unknown::DiodeSaturation => of(
-                ("diodes' I_s", "A"),
-                logarithm(),
-                factor,
-                Some("the diodes' data sheet and temperature"),
-            ),
+            Unknown::LineRow | Unknown::LineColumn | Unknown::DiodeSaturation => {
+                let (name, would_tell) = of_parts(layout.unknowns[i]);
+                of(name, logarithm(), factor, Some(would_tell))
+            }
             Unknown::Saturation => of(
                 ("1/saturation", "1/kg"),
                 plain(),

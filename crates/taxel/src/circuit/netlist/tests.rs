@@ -180,3 +180,35 @@ fn a_crossing_without_a_taxel_has_no_resistor_and_is_not_scanned() {
         "{text}"
     );
 }
+
+#[test]
+fn a_diode_stands_before_its_taxel_or_behind_its_driver() {
+    let diode = |topology: &str, place: &str| {
+        let table = format!(
+            "{SWITCHES}\n[readout.diode]\nplace = \"{place}\"\npart = \"BAT54\"\ntemperature_celsius = 27.0"
+        );
+        let selection = Selection::Taxels(vec![(1, 0), (1, 1)]);
+        netlist(&sensor(topology, &table), &pressed(), selection).unwrap()
+    };
+    let model = ".model dio d(is=2e-7 n=1.05)";
+    let has = |text: &str, lines: &[&str]| {
+        for line in lines {
+            assert!(text.lines().any(|found| found == *line), "{line}\n{text}");
+        }
+    };
+    let taxels = diode("tia-grounded-columns", "taxel");
+    let all = ["Dt0_0 col0 mid0_0 dio", "Rt0_0 mid0_0 row0 1000", model];
+    has(&taxels, &all);
+    assert!(!taxels.contains("Dt1_1"), "a taxel of 0 S is left out");
+    let lines = diode("divider-pulled-rows", "driven-line");
+    let all = [
+        "Dd0 driver0 col0 dio",
+        "Rds0_0 driver0 drive 5",
+        "Rrest0 driver0 0 1e12",
+        "Rrest1 driver1 0 1",
+        "*# alter rrest0 = 1",
+        "*# alter rrest1 = 1e12",
+        model,
+    ];
+    has(&lines, &all);
+}
