@@ -63,7 +63,10 @@ impl IdentifyFiles {
             is_whole &= kept.read(recording, options, reporter)?;
         }
         let uniform = match &self.equilibration {
-            Some(table) => presses::read_uniform(table, options, reporter)?,
+            Some(table) => {
+                let uniform = presses::read_uniform(table, options, reporter)?;
+                uniform.into_iter().map(|(frame, _)| frame).collect()
+            }
             None => Vec::new(),
         };
         let (known, assumed) = match &self.sensor {

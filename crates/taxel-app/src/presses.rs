@@ -96,12 +96,12 @@ pub fn read_labelled(
     Ok((data, presses))
 }
 
-/// Reads the frames of a table of uniform loads.
+/// Reads the frames of a table of uniform loads, each with its load in grams; ascending.
 pub fn read_uniform(
     table: &Path,
     options: ReadOptions,
     reporter: &dyn Reporter,
-) -> Result<Vec<Frame<Counts>>, Error> {
+) -> Result<Vec<(Frame<Counts>, f64)>, Error> {
     let uniform = read_uniform_loads(table)?;
     let wanted: Vec<Wanted> = uniform
         .iter()
@@ -121,7 +121,8 @@ pub fn read_uniform(
     loads.sort_by(|a, b| a.0.total_cmp(&b.0));
     let found = read_frames(&wanted, options, reporter)?;
     let frame_of = |one: &Wanted| found[&(one.recording.to_owned(), one.frame)].clone();
-    Ok(loads.into_iter().map(|(_, one)| frame_of(one)).collect())
+    let loads = loads.into_iter();
+    Ok(loads.map(|(load_g, one)| (frame_of(one), load_g)).collect())
 }
 
 /// Refuses a table whose frames do not fit in memory. `again`: frames that are held a second time.

@@ -1,8 +1,5 @@
 //! Diodes: what is scanned is undone, in every read-out that they fit in, with faults and noise; and the derivative is one.
 
-#[allow(dead_code, reason = "other tests use the rest")]
-mod common;
-
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use taxel::circuit::{Circuit, Converter, Noise, OperatingPoint, ROUNDING_COUNTS, SensorCircuit};

@@ -2,6 +2,7 @@
 
 mod pairs;
 mod series;
+mod uniform;
 
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -35,9 +36,9 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
     /// Labelled presses: CSV with recording, frame, row, column (or taxel), load_g
-    #[arg(long, value_name = "FILE", required_unless_present_any = ["pairs", "series"])]
+    #[arg(long, value_name = "FILE", required_unless_present_any = ["pairs", "series", "equilibration"])]
     presses: Option<PathBuf>,
-    /// Frames under the same load everywhere: CSV with recording, frame, load_g
+    /// Frames under the same load everywhere: CSV with recording, frame, load_g; without presses they tell law and gains alone
     #[arg(long, value_name = "FILE", conflicts_with = "pairs")]
     equilibration: Option<PathBuf>,
     /// Fit the load law alone, to pairs of conductance (or resistance) and load
@@ -132,7 +133,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         return series::run(args, &sensor, recording, loads);
     }
     let Some(table) = &args.presses else {
-        return pairs::run(args, sensor);
+        return match &args.equilibration {
+            Some(table) => uniform::run(args, &sensor, table),
+            None => pairs::run(args, sensor),
+        };
     };
     let (data, labelled) = presses::read_labelled(
         table,
@@ -244,7 +248,8 @@ fn sensor_of(args: &Args) -> Result<Sensor, Error> {
     if args.sensor.is_some() {
         return Ok(recorded::needed_sensor(args.sensor.as_deref(), None)?.0);
     }
-    let recordings = match (&args.series, &args.presses) {
+    let tables = args.presses.as_ref().or(args.equilibration.as_ref());
+    let recordings = match (&args.series, tables) {
         (Some(recording), _) => vec![recording.clone()],
         // Standard input is read once.
         (None, Some(table)) if table.as_os_str() != "-" => recordings_of(table)?,

@@ -30,6 +30,7 @@ mod terms;
 mod together;
 mod told;
 mod transfer;
+mod uniform_loads;
 mod words;
 mod write;
 
@@ -39,6 +40,7 @@ pub use fit_law::{LawFit, fit_pairs, suspect_pairs};
 pub use report::{CalibrationReport, EffectFinding, Parameter, Suspect};
 pub use residuals::PressResidual;
 pub use told::Belief;
+pub use uniform_loads::{UniformCalibration, UniformLaw, UniformReport, calibrate_uniform};
 
 use crate::parallel::{Executor, Serial};
 use crate::{Counts, Error, Frame, Sensor};

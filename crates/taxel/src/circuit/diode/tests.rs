@@ -57,7 +57,6 @@ fn rows_one_by_one_find_what_all_lines_at_once_do() {
                 let largest = both[1].iter().fold(0f64, |most, v| most.max(v.abs()));
                 let apart = both[0].iter().zip(&both[1]);
                 let apart = apart.fold(0f64, |most, (a, b)| most.max((a - b).abs())) / largest;
-                println!("{topology:?} {shape:?} {seed}: {apart:.1e}");
                 worst = worst.max(apart);
             }
         }

@@ -1,0 +1,145 @@
+//! What uniform loads alone told, in words.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use crate::calibrate::{CalibrationReport, Parameter};
+
+/// Loads that are read worse than guessing them by this share tell that little was learnt.
+const LITTLE: f64 = 0.5;
+/// What is left of readings is more than noise from here on, times the noise.
+const MORE_THAN_NOISE: f64 = 1.5;
+
+/// A law that was tried, judged by loads that it was fitted without.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct UniformLaw {
+    /// Its name.
+    pub law: String,
+    /// Root mean square of held-out readings less predicted ones, counts.
+    pub held_out_counts: f64,
+    /// Mean absolute error of held-out loads, taxel by taxel, grams.
+    pub held_out_mean_absolute_g: Option<f64>,
+}
+
+/// How good a calibration by uniform loads alone is.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct UniformReport {
+    /// Numbers of the law.
+    pub parameters: Vec<Parameter>,
+    /// Loads that were fitted, and the least and the largest above nothing, grams a taxel.
+    pub levels: usize,
+    /// Least load above nothing, grams a taxel.
+    pub least_g: f64,
+    /// Largest load, grams a taxel.
+    pub most_g: f64,
+    /// Laws that were tried.
+    pub laws: Vec<UniformLaw>,
+    /// The law chosen.
+    pub law: String,
+    /// Root mean square of what the fit leaves of readings, counts.
+    pub left_counts: f64,
+    /// Standard deviation of a reading by noise and rounding, counts.
+    pub noise_counts: f64,
+    /// Mean absolute error of held-out loads, taxel by taxel, grams.
+    pub held_out_mean_absolute_g: Option<f64>,
+    /// Root mean square error of held-out loads' mean over the array, a share of the load.
+    pub held_out_array_share: Option<f64>,
+    /// Held-out loads whose frame has no answer.
+    pub held_out_unsolved: usize,
+    /// Readings left out of the fit as faults: too far off to be of the load.
+    pub left_out: usize,
+    /// Standard deviation of ln gain over the taxels.
+    pub gain_deviation: f64,
+    /// Standard deviation of ln resistance of the switches from the file's; none where they were held.
+    pub switch_deviation: Option<f64>,
+    /// Reasons not to use the fit as it is.
+    pub doubts: Vec<String>,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+impl UniformReport {
+    /// Says what speaks against the fit; `guessing_g`: how far off the median of all loads would be.
+    pub(super) fn judge(&mut self, guessing_g: f64) {
+        match self.held_out_mean_absolute_g {
+            None => self.doubts.push(
+                "no held-out load could be read, so that nothing says how good this fit is: check topology, v_test_volts and resistors".to_owned(),
+            ),
+            Some(error) if error > LITTLE * guessing_g => self.doubts.push(format!(
+                "single taxels under held-out loads are {error:.3} g off on average, and guessing the median load would be {guessing_g:.3} g off: little was learnt of them"
+            )),
+            _ => {}
+        }
+        if self.left_counts > MORE_THAN_NOISE * self.noise_counts {
+            self.warnings.push(format!(
+                "readings are {:.1} counts off the fit, noise and rounding are {:.2}: the loads were not uniform, or the circuit is another",
+                self.left_counts, self.noise_counts
+            ));
+        }
+        if self.held_out_unsolved > 0 {
+            self.warnings.push(format!(
+                "{} of {} held-out loads have no answer with this circuit",
+                self.held_out_unsolved, self.levels
+            ));
+        }
+        self.warnings.push(
+            "uniform loads alone do not tell the circuit: V_t, resistors and diodes are those of the sensor file, switches near them. Single presses of known load would tell".to_owned(),
+        );
+    }
+}
+
+impl fmt::Display for UniformReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", CalibrationReport::table(&self.parameters))?;
+        writeln!(
+            f,
+            "\n{} uniform loads, {:.3} to {:.3} g on each taxel above none; gains differ by {:.0} % (believed: {:.0} %)",
+            self.levels,
+            self.least_g,
+            self.most_g,
+            100.0 * self.gain_deviation,
+            100.0 * super::fit::GAIN
+        )?;
+        match self.switch_deviation {
+            Some(share) => writeln!(
+                f,
+                "switches differ from the file's by {:.0} % (believed: {:.0} %)",
+                100.0 * share,
+                100.0 * super::lines::WITHIN
+            )?,
+            None => writeln!(f, "switches are those of the sensor file")?,
+        }
+        for law in &self.laws {
+            let chosen = if law.law == self.law {
+                "  <- chosen"
+            } else {
+                ""
+            };
+            let loads = law.held_out_mean_absolute_g;
+            let loads = loads.map_or("no answer".to_owned(), |g| format!("{g:.3} g a taxel"));
+            writeln!(
+                f,
+                "  law {:<12} held-out readings {:.2} counts off (rms), held-out loads {loads}{chosen}",
+                law.law, law.held_out_counts
+            )?;
+        }
+        writeln!(
+            f,
+            "readings fitted to {:.2} counts (rms); noise and rounding {:.2}; {} readings left out as faults",
+            self.left_counts, self.noise_counts, self.left_out
+        )?;
+        if let Some(share) = self.held_out_array_share {
+            writeln!(
+                f,
+                "mean over the array under held-out loads: {:.1} % off (rms)",
+                100.0 * share
+            )?;
+        }
+        for warning in self.warnings.iter().chain(&self.doubts) {
+            writeln!(f, "warning: {warning}")?;
+        }
+        Ok(())
+    }
+}
