@@ -216,7 +216,8 @@ fn write(
 }
 
 fn options_of(args: &Args, table: &Path) -> CalibrationOptions {
-    let names = [Some(table), args.equilibration.as_deref()];
+    let beside = args.equilibration.as_deref().filter(|other| *other != table);
+    let names = [Some(table), beside];
     let names = names.iter().flatten();
     let mut options = CalibrationOptions::default();
     options.law = args.law.into();

@@ -139,7 +139,7 @@ fn an_unknown_key_and_an_unknown_topology() {
 
     ----- stderr -----
     error: bad.toml: sensor file, line 16: unknown key `r_mux_rows_ohms` in [readout]
-    hint: did you mean `r_mux_row_ohms`? (known: topology, v_test_volts, r_feedback_ohms, open_loop_gain, r_mux_column_ohms, r_mux_row_ohms, r_source_ohms, r_line_row_ohms, r_line_column_ohms, row_end, column_end, r_pull_down_ohms, reads, driven, sensed)
+    hint: did you mean `r_mux_row_ohms`? (known: topology, v_test_volts, r_feedback_ohms, open_loop_gain, r_mux_column_ohms, r_mux_row_ohms, r_source_ohms, r_line_row_ohms, r_line_column_ohms, row_end, column_end, r_pull_down_ohms, reads, driven, sensed, diode)
     ");
     insta::assert_snapshot!(with_sensor("tia-grounded-columns", "tia-grounded-column"), @r"
     exit code: 1
@@ -147,7 +147,7 @@ fn an_unknown_key_and_an_unknown_topology() {
 
     ----- stderr -----
     error: bad.toml: sensor file: unknown topology `tia-grounded-column`
-    hint: did you mean `tia-grounded-columns`? (known: tia-grounded-columns, tia-zero-potential, divider-grounded-columns, divider-floating, divider-voltage-feedback, line-ends)
+    hint: did you mean `tia-grounded-columns`? (known: tia-grounded-columns, tia-zero-potential, divider-grounded-columns, divider-floating, divider-voltage-feedback, divider-pulled-rows, line-ends)
     ");
 }
 
@@ -309,7 +309,7 @@ fn a_sensor_without_what_the_unit_needs() {
 
     ----- stderr -----
     error: zero.toml: no method `exact` for this sensor
-    hint: `exact` needs topology `tia-grounded-columns`, or a table of line ends that says the same, with r_source_ohms = 0, lines without resistance and every reading, no converter.floor_count; `newton` does the rest
+    hint: `exact` needs topology `tia-grounded-columns`, or a table of line ends that says the same, with r_source_ohms = 0, lines without resistance, no diodes and every reading, no converter.floor_count; `auto` does the rest
     ");
 }
 

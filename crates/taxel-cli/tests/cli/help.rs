@@ -146,7 +146,7 @@ fn flags_of_calibrate() {
           --presses <FILE>        Labelled presses: CSV with recording, frame, row, column (or taxel),
                                   load_g
           --equilibration <FILE>  Frames under the same load everywhere: CSV with recording, frame,
-                                  load_g
+                                  load_g; without presses they tell law and gains alone
           --pairs <FILE>          Fit the load law alone, to pairs of conductance (or resistance) and
                                   load
           --series <FILE>         Instead: a recording whose loads are known all the time, from rest;

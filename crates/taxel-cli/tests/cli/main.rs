@@ -26,4 +26,5 @@ mod run;
 mod selftest;
 mod simulate;
 mod tables;
+mod uniform_loads;
 mod viewers;

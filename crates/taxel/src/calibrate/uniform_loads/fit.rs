@@ -23,16 +23,16 @@ const SCALE: f64 = 10.0;
 const FAR: f64 = 15.0;
 const STEPS: usize = 25;
 const HALVINGS: usize = 12;
-/// Steps of a turn that find the derivative by the switches anew.
-const FRESH: usize = 2;
+/// Steps of the first turn that find the derivative by the switches anew; later turns do so once.
+const FRESH: usize = 3;
 /// Rounds in which what is left over tells the size of the errors.
-const TURNS: usize = 12;
+const TURNS: usize = 8;
 /// They end when that shrinks by less than this share.
 const STEADY: f64 = 0.03;
-const GRADIENTS: usize = 200;
+const GRADIENTS: usize = 100;
 const GRADIENT_ACCURACY: f64 = 1e-4;
-/// Steps that change the loss by less are none.
-const SETTLED: f64 = 1e-4;
+/// Steps that change the loss by a smaller share are none.
+const SETTLED: f64 = 1e-6;
 
 /// Numbers of the law: ln scale at the reference load, exponent, ln g_zero, 1/saturation per kilogram.
 pub(super) const LAW: usize = 4;
@@ -153,14 +153,14 @@ impl<'a> Fit<'a> {
     pub(super) fn run(&mut self, apparent: &[(f64, f64)], saturates: bool) -> Option<Fitted> {
         let mut fitted = self.start(apparent, saturates)?;
         let mut loss = self.evaluate(&fitted)?;
-        for _ in 0..TURNS {
+        for turn in 0..TURNS {
             for step in 0..STEPS {
-                if step < FRESH {
+                if step == 0 || (turn == 0 && step < FRESH) {
                     self.find_by_switch(&fitted)?;
                 }
                 let before = loss;
                 loss = self.step(&mut fitted, loss)?;
-                if before - loss <= SETTLED {
+                if before - loss <= SETTLED * before.abs().max(1.0) {
                     break;
                 }
             }

@@ -314,7 +314,7 @@ impl Bench<'_> {
         Some(Tried {
             name,
             fitted,
-            held_out_counts: stats::mean(squares.into_iter())?.sqrt(),
+            held_out_counts: stats::mean(squares)?.sqrt(),
             judged,
             means_g,
             unsolved,

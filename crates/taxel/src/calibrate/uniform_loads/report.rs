@@ -8,6 +8,8 @@ use crate::calibrate::{CalibrationReport, Parameter};
 
 /// Loads that are read worse than guessing them by this share tell that little was learnt.
 const LITTLE: f64 = 0.5;
+/// Switches that differ from the file's by more are none.
+const MOST_SWITCHES: f64 = 0.6;
 /// What is left of readings is more than noise from here on, times the noise.
 const MORE_THAN_NOISE: f64 = 1.5;
 
@@ -76,6 +78,12 @@ impl UniformReport {
             self.warnings.push(format!(
                 "readings are {:.1} counts off the fit, noise and rounding are {:.2}: the loads were not uniform, or the circuit is another",
                 self.left_counts, self.noise_counts
+            ));
+        }
+        if let Some(share) = self.switch_deviation.filter(|share| *share > MOST_SWITCHES) {
+            self.doubts.push(format!(
+                "switches come out {:.0} % from the file's, and switches of one kind differ by a few per cent: they stand for something else that is wrong with loads, circuit or file",
+                100.0 * share
             ));
         }
         if self.held_out_unsolved > 0 {

@@ -1,0 +1,67 @@
+//! `calibrate --equilibration` without presses: law, gains and switches from the same load everywhere.
+
+use crate::run::{Folder, SENSOR};
+
+/// The small sensor's parts list, and eight uniform loads on one that differs from it.
+fn folder() -> Folder {
+    let folder = Folder::new();
+    folder.write("sensor.toml", SENSOR);
+    let (parts, _) = SENSOR.split_once("[material]").unwrap();
+    folder.write("parts.toml", parts);
+    folder.good(
+        "simulate --sensor sensor.toml --pattern uniform --load-g 0,20,40,80,160,320,640,900 --frames 40 --seed 3 --presses loads.csv -o loads.npy",
+    );
+    folder
+}
+
+#[test]
+fn law_and_gains_come_out_and_read_other_loads() {
+    let folder = folder();
+    let run = folder.taxel("calibrate --sensor parts.toml --equilibration loads.csv -o fit.toml");
+    assert_eq!(run.code, Some(0), "{run}");
+    for words in [
+        "material.exponent",
+        "gains differ by",
+        "do not tell the circuit",
+        "<- chosen",
+    ] {
+        assert!(run.out.contains(words), "{words}\n{run}");
+    }
+    folder.good("simulate --sensor sensor.toml --pattern blobs --frames 4 --seed 9 --truth truth.csv -o blobs.npy");
+    folder.good("compensate blobs.npy --sensor fit.toml -o found.csv");
+    let (found, truth) = (folder.numbers("found.csv"), folder.numbers("truth.csv"));
+    let total = |loads: &[f64]| loads.iter().sum::<f64>();
+    let (found, truth) = (total(&found), total(&truth));
+    assert!((found / truth - 1.0).abs() < 0.01, "{found} {truth}");
+    let json =
+        folder.taxel("calibrate --sensor parts.toml --equilibration loads.csv --json -o fit.toml");
+    let json: serde_json::Value = serde_json::from_str(&json.out).unwrap();
+    assert_eq!(json["levels"], 8);
+}
+
+#[test]
+fn what_uniform_loads_cannot_do_is_said() {
+    let folder = folder();
+    let run = folder
+        .taxel("calibrate --sensor parts.toml --equilibration loads.csv --fit-gain -o fit.toml");
+    assert_eq!(run.code, Some(2), "{run}");
+    assert!(
+        run.to_string().contains("--fit-gain needs --presses"),
+        "{run}"
+    );
+    let unknown = folder
+        .read("parts.toml")
+        .replace("r_mux_row_ohms = 10.0\n", "");
+    folder.write("unknown.toml", &unknown);
+    let run = folder.taxel("calibrate --sensor unknown.toml --equilibration loads.csv -o fit.toml");
+    assert_eq!(run.code, Some(1), "{run}");
+    assert!(run.to_string().contains("r_mux_row_ohms"), "{run}");
+    folder.write(
+        "few.csv",
+        "recording,frame,load_g\nloads.npy,0,0\nloads.npy,9,20\n",
+    );
+    let run = folder.taxel("calibrate --sensor parts.toml --equilibration few.csv -o fit.toml");
+    assert_eq!(run.code, Some(1), "{run}");
+    assert!(run.to_string().contains("too few"), "{run}");
+    assert!(!folder.exists("fit.toml"));
+}
