@@ -216,7 +216,10 @@ fn write(
 }
 
 fn options_of(args: &Args, table: &Path) -> CalibrationOptions {
-    let beside = args.equilibration.as_deref().filter(|other| *other != table);
+    let beside = args
+        .equilibration
+        .as_deref()
+        .filter(|other| *other != table);
     let names = [Some(table), beside];
     let names = names.iter().flatten();
     let mut options = CalibrationOptions::default();

@@ -4,6 +4,8 @@
 //! switches differ from line to line, and not the circuit itself: its numbers stay as the file has them, or near.
 
 mod fit;
+mod fitted;
+mod levels;
 mod lines;
 mod report;
 mod silent;
@@ -12,36 +14,23 @@ use super::discrepancy::{Beside, Judged, least_noise_g, uncertainty};
 use super::{CalibrationOptions, LawChoice, Parameter};
 use crate::circuit::{Circuit, Converter, ROUNDING_COUNTS, SensorCircuit};
 use crate::parallel::{Executor, par_map};
-use crate::screen::{Axis, FrameScreen, LineFaults, LineScreen};
+use crate::screen::Axis;
 use crate::sensor::{PerLine, PerTaxel, Provenance};
 use crate::solve::default_method;
 use crate::stats;
-use crate::{Counts, Error, Frame, Mark, Sensor, Siemens, Volts};
-use fit::{Fit, Fitted};
+use crate::{Counts, Error, Frame, Sensor, Siemens};
+use fit::Fit;
+use fitted::Fitted;
+use levels::{Faults, Level, levels, noise_counts};
 pub use report::{UniformLaw, UniformReport};
-use silent::Silent;
 
-/// Fewest loads that a law is fitted to.
-const MIN_LEVELS: usize = 4;
 /// A law with a number more must leave so much less of held-out readings.
 const GAIN_BY_SATURATION: f64 = 0.98;
 /// Taxels of a held-out frame that its loads are judged by.
 const JUDGED: usize = 200;
-/// Readings of one load that are farther from their median, a share of it, are faults.
-const REPEATS: f64 = 0.2;
 /// Conductances among which a uniform array is sought that reads as much, siemens.
 const RANGE: (f64, f64) = (1e-9, 1.0);
 const BISECTIONS: usize = 50;
-
-/// Readings under one load.
-struct Level {
-    load_g: f64,
-    volts: Vec<f64>,
-    is_good: Vec<bool>,
-    /// Whether a taxel conducts: it is there, and its lines are not out in these frames.
-    conducts: Vec<bool>,
-    frame: Frame<Volts>,
-}
 
 /// A sensor with law and gains by uniform loads, and how good they are.
 #[derive(Debug, Clone, PartialEq)]
@@ -105,94 +94,6 @@ fn no_law(reason: &str) -> Error {
     Error::NoLaw {
         reason: reason.to_owned(),
     }
-}
-
-/// Lines that are out.
-struct Faults {
-    lines: LineFaults,
-    silent: Silent,
-}
-
-/// Standard deviation of a reading, counts.
-fn noise_counts(sensor: &Sensor, faults: &LineFaults) -> f64 {
-    let told = sensor.converter().noise_counts;
-    told.unwrap_or(faults.level.map_or(0.0, |level| level.noise_counts))
-}
-
-/// Frames of one load become one level, ascending: the mean of what is good.
-fn levels(
-    sensor: &Sensor,
-    uniform: &[(Frame<Counts>, f64)],
-) -> Result<(Vec<Level>, Faults), Error> {
-    let mut lines = LineScreen::from_sensor(sensor);
-    for (frame, load_g) in uniform {
-        lines.observe(frame)?;
-        if !(load_g.is_finite() && *load_g >= 0.0) {
-            return Err(no_law(&format!("a uniform load of {load_g} g is none")));
-        }
-    }
-    let faults = lines.finish().with_declared(sensor.screen());
-    let mut screen = FrameScreen::from_sensor(sensor);
-    screen.set_lines(&faults);
-    let converter = Converter::from_sensor(sensor);
-    let mut silent = Silent::new(sensor.rows(), sensor.columns());
-    let mut by_load: Vec<(f64, Vec<Frame<Volts>>)> = Vec::new();
-    let mut sorted: Vec<&(Frame<Counts>, f64)> = uniform.iter().collect();
-    sorted.sort_by(|a, b| a.1.total_cmp(&b.1));
-    for (frame, load_g) in sorted {
-        let mut marked = frame.clone();
-        screen.mark(&mut marked)?;
-        let mut volts = marked.map(|_, _| 0.0);
-        converter.volts_from_counts_into(&marked, &mut volts);
-        if *load_g > 0.0 {
-            silent.mark(&mut volts);
-        }
-        match by_load.last_mut() {
-            Some((load, frames)) if load == load_g => frames.push(volts),
-            _ => by_load.push((*load_g, vec![volts])),
-        }
-    }
-    let loaded = by_load.iter().filter(|(load, _)| *load > 0.0).count();
-    if loaded < MIN_LEVELS {
-        return Err(no_law(&format!(
-            "{loaded} uniform loads above nothing are too few: {MIN_LEVELS} or more tell a law"
-        )));
-    }
-    let lines = faults;
-    let levels = by_load.into_iter().map(level).collect();
-    Ok((levels, Faults { lines, silent }))
-}
-
-/// The mean of the frames in which the fewest lines are out.
-fn level((load_g, mut frames): (f64, Vec<Frame<Volts>>)) -> Level {
-    let out = |frame: &Frame<Volts>| frame.count(Mark::Flickering);
-    let fewest = frames.iter().map(out).min();
-    frames.retain(|frame| Some(out(frame)) == fewest);
-    let mut frame = frames[0].clone();
-    for taxel in 0..frame.values().len() {
-        let good = frames.iter().filter(|f| f.marks()[taxel] == Mark::Good);
-        let good: Vec<f64> = good.map(|f| f.values()[taxel]).collect();
-        let Some(middle) = stats::median(good.iter().copied()) else {
-            continue;
-        };
-        // A reading that is stuck in one frame is none of the load.
-        let near = |volts: &f64| (volts - middle).abs() <= REPEATS * middle.abs();
-        let alike = good.iter().copied().filter(near);
-        frame.values_mut()[taxel] = stats::mean(alike).unwrap_or(middle);
-        frame.marks_mut()[taxel] = Mark::Good;
-    }
-    Level {
-        load_g,
-        volts: frame.values().to_vec(),
-        is_good: frame.marks().iter().map(|m| *m == Mark::Good).collect(),
-        conducts: frame.marks().iter().map(|m| !is_out(*m)).collect(),
-        frame,
-    }
-}
-
-/// On a line that does not conduct in this frame, or no taxel at all.
-fn is_out(mark: Mark) -> bool {
-    matches!(mark, Mark::Open | Mark::Flickering | Mark::Absent)
 }
 
 /// A sensor under uniform loads.

@@ -1,0 +1,111 @@
+//! What there is to fit to: readings under every load, and the lines that are out.
+
+use super::no_law;
+use super::silent::Silent;
+use crate::circuit::Converter;
+use crate::screen::{FrameScreen, LineFaults, LineScreen};
+use crate::stats;
+use crate::{Counts, Error, Frame, Mark, Sensor, Volts};
+
+/// Fewest loads that a law is fitted to.
+const MIN_LEVELS: usize = 4;
+/// Readings of one load that are farther from their median, a share of it, are faults.
+const REPEATS: f64 = 0.2;
+
+/// Readings under one load.
+pub(super) struct Level {
+    pub(super) load_g: f64,
+    pub(super) volts: Vec<f64>,
+    pub(super) is_good: Vec<bool>,
+    /// Whether a taxel conducts: it is there, and its lines are not out in these frames.
+    pub(super) conducts: Vec<bool>,
+    pub(super) frame: Frame<Volts>,
+}
+
+/// Lines that are out.
+pub(super) struct Faults {
+    pub(super) lines: LineFaults,
+    pub(super) silent: Silent,
+}
+
+/// Standard deviation of a reading, counts.
+pub(super) fn noise_counts(sensor: &Sensor, faults: &LineFaults) -> f64 {
+    let told = sensor.converter().noise_counts;
+    told.unwrap_or(faults.level.map_or(0.0, |level| level.noise_counts))
+}
+
+/// Frames of one load become one level, ascending: the mean of what is good.
+pub(super) fn levels(
+    sensor: &Sensor,
+    uniform: &[(Frame<Counts>, f64)],
+) -> Result<(Vec<Level>, Faults), Error> {
+    let mut lines = LineScreen::from_sensor(sensor);
+    for (frame, load_g) in uniform {
+        lines.observe(frame)?;
+        if !(load_g.is_finite() && *load_g >= 0.0) {
+            return Err(no_law(&format!("a uniform load of {load_g} g is none")));
+        }
+    }
+    let faults = lines.finish().with_declared(sensor.screen());
+    let mut screen = FrameScreen::from_sensor(sensor);
+    screen.set_lines(&faults);
+    let converter = Converter::from_sensor(sensor);
+    let mut silent = Silent::new(sensor.rows(), sensor.columns());
+    let mut by_load: Vec<(f64, Vec<Frame<Volts>>)> = Vec::new();
+    let mut sorted: Vec<&(Frame<Counts>, f64)> = uniform.iter().collect();
+    sorted.sort_by(|a, b| a.1.total_cmp(&b.1));
+    for (frame, load_g) in sorted {
+        let mut marked = frame.clone();
+        screen.mark(&mut marked)?;
+        let mut volts = marked.map(|_, _| 0.0);
+        converter.volts_from_counts_into(&marked, &mut volts);
+        if *load_g > 0.0 {
+            silent.mark(&mut volts);
+        }
+        match by_load.last_mut() {
+            Some((load, frames)) if load == load_g => frames.push(volts),
+            _ => by_load.push((*load_g, vec![volts])),
+        }
+    }
+    let loaded = by_load.iter().filter(|(load, _)| *load > 0.0).count();
+    if loaded < MIN_LEVELS {
+        return Err(no_law(&format!(
+            "{loaded} uniform loads above nothing are too few: {MIN_LEVELS} or more tell a law"
+        )));
+    }
+    let lines = faults;
+    let levels = by_load.into_iter().map(level).collect();
+    Ok((levels, Faults { lines, silent }))
+}
+
+/// The mean of the frames in which the fewest lines are out.
+fn level((load_g, mut frames): (f64, Vec<Frame<Volts>>)) -> Level {
+    let out = |frame: &Frame<Volts>| frame.count(Mark::Flickering);
+    let fewest = frames.iter().map(out).min();
+    frames.retain(|frame| Some(out(frame)) == fewest);
+    let mut frame = frames[0].clone();
+    for taxel in 0..frame.values().len() {
+        let good = frames.iter().filter(|f| f.marks()[taxel] == Mark::Good);
+        let good: Vec<f64> = good.map(|f| f.values()[taxel]).collect();
+        let Some(middle) = stats::median(good.iter().copied()) else {
+            continue;
+        };
+        // A reading that is stuck in one frame is none of the load.
+        let near = |volts: &f64| (volts - middle).abs() <= REPEATS * middle.abs();
+        let alike = good.iter().copied().filter(near);
+        frame.values_mut()[taxel] = stats::mean(alike).unwrap_or(middle);
+        frame.marks_mut()[taxel] = Mark::Good;
+    }
+    Level {
+        load_g,
+        volts: frame.values().to_vec(),
+        is_good: frame.marks().iter().map(|m| *m == Mark::Good).collect(),
+        conducts: frame.marks().iter().map(|m| !is_out(*m)).collect(),
+        frame,
+    }
+}
+
+/// On a line that does not conduct in this frame, or no taxel at all.
+fn is_out(mark: Mark) -> bool {
+    matches!(mark, Mark::Open | Mark::Flickering | Mark::Absent)
+}
