@@ -202,6 +202,39 @@ fn standard_errors_cover_what_they_say() {
     assert!((share(two) - 95.0).abs() < 2.0, "{}", share(two));
 }
 
+/// Taxels that hardly read are marked in every frame, for nothing: on a mat all pressed whose far corner reads a thousandth of what
+/// it would alone, nine in ten of those that are off by half of the largest conductance; on one that is read well none at all.
+#[test]
+fn taxels_that_hardly_read_are_marked() {
+    let (mut bad, mut bad_marked) = (0, 0);
+    for (ohms, share) in [(2.0, 0.0..=0.0), (50.0, 0.2..=0.25)] {
+        let sensor = textile(Topology::TiaGroundedColumns, (32, 32), ohms);
+        let newton = method("newton", &sensor).unwrap();
+        for seed in 1..=3 {
+            let truth = pressed(32, 32, 0.9, seed);
+            let found = newton.solve(&noisy(&sensor, &truth, 70 + seed));
+            assert!(found.outcome.stop.is_good(), "{:?}", found.outcome);
+            let largest = truth.values().iter().copied().fold(0.0, f64::max);
+            let taxels = found.frame.values().iter().zip(truth.values());
+            let mut marked = 0;
+            for ((found, truth), mark) in taxels.zip(found.frame.marks()) {
+                let is_marked = *mark == Mark::Unresolved;
+                let is_bad = (found - truth).abs() > 0.5 * largest;
+                marked += i32::from(is_marked);
+                bad += i32::from(is_bad);
+                bad_marked += i32::from(is_bad && is_marked);
+            }
+            let part = f64::from(marked) / 1024.0;
+            assert!(share.contains(&part), "{ohms} Ohm, {seed}: {part}");
+        }
+    }
+    println!("{bad_marked} of {bad} marked");
+    assert!(
+        bad > 40 && f64::from(bad_marked) > 0.9 * f64::from(bad),
+        "{bad_marked} of {bad}"
+    );
+}
+
 #[test]
 fn a_stream_comes_to_what_a_cold_start_does() {
     let sensor = textile(Topology::TiaGroundedColumns, (24, 32), 5.0);

@@ -11,7 +11,7 @@ mod state;
 use super::gmres::largest;
 use super::{Outcome, Stop};
 use crate::circuit::LinearCircuit;
-use crate::{Frame, Siemens, Volts};
+use crate::{Frame, Mark, Siemens, Volts};
 use state::State;
 
 /// Rounds of one attempt, and after how many the prior's part is kept as it is.
@@ -33,6 +33,10 @@ const CLIP: (f64, f64) = (-0.75, 3.0);
 const MAX_RISE: f64 = 1.1;
 /// Noise that a hard frame is first solved with, in standard deviations.
 const EASED: [f64; 4] = [300.0, 30.0, 3.0, 1.0];
+
+/// A standard error that counts, of the largest conductance, and one that leaves nothing to be told; and how much larger than by its own derivative alone a taxel's may be.
+const UNRESOLVED: (f64, f64) = (0.01, 0.25);
+const CHEAP: f64 = 3.0;
 
 /// How steps are accepted.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,7 +90,21 @@ impl Resistive {
         let outcome = solve_taken(state, accuracy);
         state.is_warm = outcome.is_answer();
         siemens.values_mut().copy_from_slice(&state.g);
+        mark_unresolved(state, siemens);
         outcome
+    }
+}
+
+/// Marks what noise alone could make of a taxel that hardly reads: where the standard error by its own derivative is more than the
+/// taxel conducts, and counts beside the largest, or is a good part of that.
+fn mark_unresolved(state: &State, siemens: &mut Frame<Siemens>) {
+    let most = largest(&state.g);
+    let (counts, useless) = (UNRESOLVED.0 * most, UNRESOLVED.1 * most);
+    let taxels = siemens.marks.iter_mut().zip(&siemens.values);
+    for ((mark, g), noise) in taxels.zip(&state.noise) {
+        if *mark == Mark::Good && CHEAP * noise > g.abs().max(counts).min(useless) {
+            *mark = Mark::Unresolved;
+        }
     }
 }
 
