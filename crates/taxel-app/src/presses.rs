@@ -103,6 +103,20 @@ pub fn read_uniform(
     reporter: &dyn Reporter,
 ) -> Result<Vec<(Frame<Counts>, f64)>, Error> {
     let uniform = read_uniform_loads(table)?;
+    let mut first = BTreeMap::new();
+    for load in &uniform {
+        let before = *first
+            .entry((load.recording.as_path(), load.frame))
+            .or_insert(load);
+        if before.load_g != load.load_g {
+            return Err(Error::TwoUniformLoads {
+                table: table.to_owned(),
+                lines: [before.line, load.line],
+                frame: load.frame,
+                loads_g: [before.load_g, load.load_g],
+            });
+        }
+    }
     let wanted: Vec<Wanted> = uniform
         .iter()
         .map(|load| Wanted {

@@ -367,6 +367,14 @@ pub enum Error {
         /// What failed.
         reason: String,
     },
+    /// Uniform loads that tell no law.
+    #[error("these uniform loads tell no law: {reason}\nhint: {hint}")]
+    NoUniformLaw {
+        /// What failed.
+        reason: String,
+        /// What to do.
+        hint: &'static str,
+    },
     /// A series that is too short, or whose parts do not belong together.
     #[error(
         "the series has {frames} frames, {loads} frames of loads and {times} times, needs as many of each and {fewest} or more\nhint: one frame of known loads for each frame of counts"

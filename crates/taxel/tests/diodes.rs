@@ -131,7 +131,7 @@ fn what_is_scanned_is_undone() {
         }
     }
     println!("worst: {worst:?}");
-    assert!(worst[0] < 6e-10 && worst[1] < 7e-7, "{worst:?}");
+    assert!(worst[0] < 2.2e-8 && worst[1] < 1.8e-6, "{worst:?}");
 }
 
 #[test]
@@ -320,5 +320,36 @@ fn without_the_diode_conductances_are_too_small() {
         let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
         println!("{numbers:?}: {mean:.3}");
         assert!(mean < most, "{mean}");
+    }
+}
+
+/// Hot Schottky diodes leak more than taxels carry: still a passive circuit, and undone.
+#[test]
+fn hot_schottky_diodes_of_driven_lines_are_undone() {
+    for celsius in [27.0, 60.0, 85.0] {
+        let sensor = sensor(
+            Topology::DividerPulledRows,
+            (16, 16),
+            DiodePlace::DrivenLine,
+            SILICON,
+        );
+        let hot = sensor.edited(|spec| {
+            let mut diode = DiodeSpec::of_part(DiodePlace::DrivenLine, "1N5817");
+            diode.temperature_celsius = Some(celsius);
+            spec.readout.diode = Some(diode);
+        });
+        let hot = hot.unwrap();
+        for seed in 1..=3 {
+            let siemens = pressed(&hot, seed);
+            let volts = scanned(&hot, &siemens);
+            assert!(volts.values().iter().all(|v| (0.0..3.3).contains(v)));
+            let solved = default_method(&hot).unwrap().solve(&volts);
+            let off = apart(solved.frame.values(), siemens.values());
+            println!("{celsius} °C: {off:.1e}, {:?}", solved.outcome);
+            // At 85 °C rounds need not meet; what is called an answer is one.
+            let is_good = solved.outcome.stop.is_good();
+            assert!(is_good || celsius > 60.0, "{:?}", solved.outcome);
+            assert!(!is_good || off < 2e-7, "{celsius} °C: {off:e}");
+        }
     }
 }

@@ -152,11 +152,12 @@ fn check_saturated(inversion: &Inversion, truth: &Frame<Siemens>) {
             );
         } else {
             // In a divider the row's other readings hang on what the clipped taxel drains: only the other
-            // rows are nearly untouched. In a floating one everything hangs together.
+            // rows are nearly untouched. Where columns float everything hangs together.
             let row = at / 16 * 16..(at / 16 + 1) * 16;
             let clean = volts.marks()[row].iter().all(|&mark| mark == Mark::Good);
             let topology = inversion.sensor.readout().topology;
-            if topology == Topology::DividerFloating || (!clean && !topology.is_tia()) {
+            let floats = [Topology::DividerFloating, Topology::DividerPulledRows];
+            if floats.contains(&topology) || (!clean && !topology.is_tia()) {
                 continue;
             }
             let error = (found - true_g).abs();

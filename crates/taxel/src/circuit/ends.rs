@@ -189,7 +189,7 @@ impl LineEnds {
         self.to_v_test.is_at_selected_columns() && !self.has_followers() && !self.is_floating()
     }
 
-    fn has_followers(&self) -> bool {
+    pub(super) fn has_followers(&self) -> bool {
         let unselected = [
             &self.to_follower.column_unselected,
             &self.to_follower.row_unselected,

@@ -17,6 +17,8 @@ const ROUNDS: u32 = 60;
 /// Where more leaks through Schottky diodes than unloaded taxels conduct, so many are not enough: then rounds are mixed.
 const PLAIN_ROUNDS: u32 = 4;
 const MIXED: usize = 5;
+/// A change, of the largest conductance, that an answer may still have after the last round.
+const GOOD_ENOUGH: f64 = 1e-6;
 
 /// The inverse of a circuit with a diode per taxel.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,9 +31,11 @@ pub struct TaxelDiodes {
 impl TaxelDiodes {
     /// The method for a circuit whose diodes stand in taxels.
     pub(crate) fn new(sensor: &Sensor, circuit: &DiodeCircuit) -> Self {
+        let paths = circuit.paths();
         Self {
-            paths: circuit.paths(),
-            tolerance: 1e-10,
+            // All lines at once are found to a picovolt, which is this much of a small conductance.
+            tolerance: if paths.is_grounded() { 1e-10 } else { 1e-8 },
+            paths,
             unloaded_siemens: super::unloaded_siemens(sensor),
         }
     }
@@ -113,7 +117,14 @@ impl TaxelDiodes {
                 state.mixing.advance(&mut state.g, &state.image);
             }
         }
-        Outcome::new(Stop::IterationLimit, ROUNDS, change)
+        let most = state.g.iter().fold(0f64, |most, g| most.max(g.abs()));
+        // Rounds that no longer shorten what noise would hide are at their end.
+        let stop = if change <= GOOD_ENOUGH * most {
+            Stop::Converged
+        } else {
+            Stop::IterationLimit
+        };
+        Outcome::new(stop, ROUNDS, change / most)
     }
 
     /// The conductances that follow from what flows beside the taxels with those before; the largest of them.
@@ -183,11 +194,10 @@ impl TaxelDiodes {
         if left > 1e-6 * u {
             return Ok(i / left);
         }
-        let limit = u - paths.junction.drop(i);
         Err(Infeasible {
-            number: "the path of a taxel (switches, resistor, lines; its diode at readout.diode)",
+            number: "the path of a taxel (its diode at readout.diode, switches, resistor, lines)",
             ohms: (u - left) / i,
-            limit_ohms: limit / i,
+            limit_ohms: u / i,
             line: format!("row {} at column {column}", taxel / paths.columns),
         })
     }

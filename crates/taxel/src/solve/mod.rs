@@ -227,8 +227,7 @@ pub fn method(name: &str, sensor: &Sensor) -> Result<Box<dyn Method>, Error> {
         }
         ("diodes", Ok(Best::Diodes(diodes))) => Ok(Box::new(diodes)),
         ("newton", Ok(Best::Diodes(_))) => refuse(
-            "`newton` is for circuits of linear parts; with a diode per taxel, `diodes` (or auto)"
-                .to_owned(),
+            "`newton` is for circuits of linear parts; `auto` undoes a diode per taxel".to_owned(),
         ),
         ("diodes", Ok(_)) => refuse(
             "`diodes` is for sensors with a diode per taxel, [readout.diode] in the sensor file"

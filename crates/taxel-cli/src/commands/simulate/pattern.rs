@@ -308,7 +308,8 @@ impl Labels {
         let columns = loads.columns();
         let label = match self.name {
             Name::Uniform => {
-                let load = loads.values()[0];
+                // A crossing without a taxel carries nothing.
+                let load = loads.values().iter().copied().fold(0.0, f64::max);
                 let _ = writeln!(self.text, "{recording},{frame},{load}");
                 return;
             }

@@ -9,6 +9,8 @@ use crate::{Counts, Error, Frame, Mark, Sensor, Volts};
 
 /// Fewest loads that a law is fitted to.
 const MIN_LEVELS: usize = 4;
+/// The heaviest load reads so many times what the lightest does, at least.
+const RISE: f64 = 1.05;
 /// Readings of one load that are farther from their median, a share of it, are faults.
 const REPEATS: f64 = 0.2;
 
@@ -43,7 +45,10 @@ pub(super) fn levels(
     for (frame, load_g) in uniform {
         lines.observe(frame)?;
         if !(load_g.is_finite() && *load_g >= 0.0) {
-            return Err(no_law(&format!("a uniform load of {load_g} g is none")));
+            return Err(no_law(
+                format!("a uniform load of {load_g} g is none"),
+                "loads are grams on each taxel, 0 or more",
+            ));
         }
     }
     let faults = lines.finish().with_declared(sensor.screen());
@@ -69,13 +74,43 @@ pub(super) fn levels(
     }
     let loaded = by_load.iter().filter(|(load, _)| *load > 0.0).count();
     if loaded < MIN_LEVELS {
-        return Err(no_law(&format!(
-            "{loaded} uniform loads above nothing are too few: {MIN_LEVELS} or more tell a law"
-        )));
+        return Err(no_law(
+            format!(
+                "{loaded} uniform loads above nothing are too few: {MIN_LEVELS} or more tell a law"
+            ),
+            "frames of one load count once, however many there are",
+        ));
     }
     let lines = faults;
-    let levels = by_load.into_iter().map(level).collect();
+    let levels: Vec<Level> = by_load.into_iter().map(level).collect();
+    do_rise(&levels)?;
     Ok((levels, Faults { lines, silent }))
+}
+
+/// Refuses readings that do not rise with the load.
+fn do_rise(levels: &[Level]) -> Result<(), Error> {
+    let reads = |level: &Level| {
+        let good = level.volts.iter().zip(&level.is_good);
+        stats::median(
+            good.filter(|(_, good)| **good)
+                .map(|(volts, _)| volts.abs()),
+        )
+    };
+    let mut loaded = levels.iter().filter(|level| level.load_g > 0.0);
+    let (Some(least), Some(most)) = (loaded.next(), loaded.next_back()) else {
+        return Ok(());
+    };
+    let (low, high) = (reads(least).unwrap_or(0.0), reads(most).unwrap_or(0.0));
+    if high > RISE * low {
+        return Ok(());
+    }
+    Err(no_law(
+        format!(
+            "readings do not rise with the load: in the middle {low:.4} V at {} g, {high:.4} V at {} g",
+            least.load_g, most.load_g
+        ),
+        "are loads and frames in the same order, and is `converter.inverted` right? Readings at an end of the converter do not rise either",
+    ))
 }
 
 /// The mean of the frames in which the fewest lines are out.

@@ -13,6 +13,7 @@ mod silent;
 use super::discrepancy::{Beside, Judged, least_noise_g, uncertainty};
 use super::{CalibrationOptions, LawChoice, Parameter};
 use crate::circuit::{Circuit, Converter, ROUNDING_COUNTS, SensorCircuit};
+use crate::material::LoadLaw;
 use crate::parallel::{Executor, par_map};
 use crate::screen::Axis;
 use crate::sensor::{PerLine, PerTaxel, Provenance};
@@ -44,7 +45,7 @@ pub struct UniformCalibration {
 /// What frames of one load everywhere tell: the load law, and a gain for every taxel. `uniform`: frames and the load on each taxel, grams.
 ///
 /// # Errors
-/// [`Error::MissingKey`] where the circuit is not known; [`Error::Shape`]; [`Error::NoLaw`] for too few loads, and where nothing
+/// [`Error::MissingKey`] where the circuit is not known; [`Error::Shape`]; [`Error::NoUniformLaw`] for too few loads, and where nothing
 /// explains the readings.
 pub fn calibrate_uniform(
     sensor: &Sensor,
@@ -53,6 +54,8 @@ pub fn calibrate_uniform(
     executor: &dyn Executor,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<UniformCalibration, Error> {
+    let before = sensor.material().map(|_| LoadLaw::from_sensor(sensor));
+    let before = before.transpose()?;
     let sensor = &sensor.edited(|spec| {
         (spec.material, spec.uncertainty, spec.check) = (None, None, None);
     })?;
@@ -70,7 +73,8 @@ pub fn calibrate_uniform(
         LawChoice::Saturating => vec![("saturating", true)],
         LawChoice::Spline => {
             return Err(no_law(
-                "a spline is not fitted to uniform loads alone: power or saturating",
+                "a spline is not fitted to uniform loads alone".to_owned(),
+                "take `power`, `saturating` or `auto`",
             ));
         }
         LawChoice::Auto => vec![("power", false), ("saturating", true)],
@@ -79,7 +83,11 @@ pub fn calibrate_uniform(
         bench.try_law(name, saturates, options.folds)
     });
     let mut tried = tried.ok_or_else(|| {
-        no_law("no law and gains explain these readings through the circuit of the sensor file")
+        no_law(
+            "no law and gains explain these readings through the circuit of the sensor file"
+                .to_owned(),
+            "check topology, v_test_volts, resistors and switches",
+        )
     })?;
     progress("writing", 0.9);
     let least = tried[0].held_out_counts;
@@ -87,13 +95,13 @@ pub fn calibrate_uniform(
     let at = tried.iter().rposition(better).unwrap_or(0);
     let laws = tried.iter().map(Tried::line).collect();
     let chosen = tried.swap_remove(at);
-    bench.finish(&chosen, laws, &faults, options)
+    let mut found = bench.finish(&chosen, laws, &faults, options)?;
+    found.report.compare(&chosen.fitted.law(), before.as_ref());
+    Ok(found)
 }
 
-fn no_law(reason: &str) -> Error {
-    Error::NoLaw {
-        reason: reason.to_owned(),
-    }
+fn no_law(reason: String, hint: &'static str) -> Error {
+    Error::NoUniformLaw { reason, hint }
 }
 
 /// A sensor under uniform loads.
@@ -363,6 +371,7 @@ impl Bench<'_> {
                 .chain(faults.silent.words())
                 .collect(),
         };
+        report.name_dead(gains, self.sensor.columns());
         report.judge(guessing.unwrap_or(0.0));
         report
     }

@@ -5,11 +5,18 @@ use std::fmt;
 use serde::Serialize;
 
 use crate::calibrate::{CalibrationReport, Parameter};
+use crate::material::LoadLaw;
+use crate::stats::median;
 
 /// Loads that are read worse than guessing them by this share tell that little was learnt.
 const LITTLE: f64 = 0.5;
 /// Switches that differ from the file's by more are none.
 const MOST_SWITCHES: f64 = 0.6;
+/// A gain below this share of the usual one is none; how many of them are named.
+const DEAD: f64 = 0.2;
+const MOST_NAMED: usize = 5;
+/// A law so many times the one before is of another unit.
+const OTHER: f64 = 5.0;
 /// What is left of readings is more than noise from here on, times the noise.
 const MORE_THAN_NOISE: f64 = 1.5;
 
@@ -63,6 +70,52 @@ pub struct UniformReport {
 }
 
 impl UniformReport {
+    /// Names taxels that hardly answer to any load.
+    pub(super) fn name_dead(&mut self, gains: &[f64], columns: usize) {
+        let usual = median(gains.iter().copied()).unwrap_or(1.0);
+        let dead = gains
+            .iter()
+            .enumerate()
+            .filter(|(_, gain)| **gain < DEAD * usual);
+        let names: Vec<String> = dead
+            .map(|(taxel, gain)| {
+                let share = 100.0 * gain / usual;
+                format!(
+                    "row {}, column {} ({share:.0} %)",
+                    taxel / columns,
+                    taxel % columns
+                )
+            })
+            .collect();
+        if !names.is_empty() {
+            let more = names.len().saturating_sub(MOST_NAMED);
+            let and = if more > 0 {
+                format!(" and {more} more")
+            } else {
+                String::new()
+            };
+            self.doubts.push(format!(
+                "taxels that hardly answer to any load, beside the usual gain: {}{and}; a dead one reads nothing, whatever its gain",
+                names[..names.len().min(MOST_NAMED)].join(", ")
+            ));
+        }
+    }
+
+    /// Whether the law is far from the one that the sensor file had: another unit, most likely.
+    pub(super) fn compare(&mut self, found: &LoadLaw, before: Option<&LoadLaw>) {
+        let Some(before) = before else {
+            return;
+        };
+        let load_g = (self.least_g * self.most_g).sqrt();
+        let answers = |law: &LoadLaw| law.siemens_from_grams(0, load_g) - law.g_zero;
+        let ratio = answers(found) / answers(before);
+        if !(1.0 / OTHER..=OTHER).contains(&ratio) {
+            self.doubts.push(format!(
+                "at {load_g:.3} g taxels conduct {ratio:.3} times what the sensor file's law said: are the loads in grams on each taxel, and not in another unit, or on the whole array?"
+            ));
+        }
+    }
+
     /// Says what speaks against the fit; `guessing_g`: how far off the median of all loads would be.
     pub(super) fn judge(&mut self, guessing_g: f64) {
         match self.held_out_mean_absolute_g {

@@ -23,8 +23,11 @@ pub(crate) struct DrivenDiodes {
     row_per_volt: Vec<f64>,
 }
 
-/// Rounds in which the leaks of columns that are not driven are found.
-const ROUNDS: usize = 30;
+/// Rounds in which the leaks of columns that are not driven are found, and to what of the smaller of I_s and the current.
+const ROUNDS: usize = 200;
+const ACCURACY: f64 = 1e-9;
+/// What a diode leaves of V_t, at least: less is nothing, or noise.
+const LEAST_SHARE: f64 = 1e-6;
 
 impl DrivenDiodes {
     pub(super) fn new(ends: &LineEnds, junction: Junction) -> Self {
@@ -46,18 +49,35 @@ impl DrivenDiodes {
     /// Readings as they would be without diodes, in the place of those with them: each column's, over the share of V_t that its
     /// diode leaves. What a current less than nothing would drop is taken to be nothing. `lifts`: what leaks of other columns add
     /// to V_t, volts, as far as is known; what they take from readings has been put back.
-    pub(crate) fn undo(&self, lifts: &[f64], volts: &mut [f64]) {
+    /// `Err`: a column whose current would drop all of V_t, ohms of the diode and what V_t allows.
+    pub(crate) fn undo(&self, lifts: &[f64], volts: &mut [f64]) -> Result<(), Dropped> {
         let columns = lifts.len();
-        for (c, lift) in lifts.iter().enumerate() {
-            let current = self.current(volts.iter().skip(c).step_by(columns).copied());
-            let left = self.v_test_volts + lift - self.junction.drop(current.max(0.0));
-            // A diode that drops all of V_t lets nothing through: what is read then is no reading of this circuit.
-            let share = (left / self.v_test_volts).max(1e-3);
-            for reading in volts.iter_mut().skip(c).step_by(columns) {
+        for (column, lift) in lifts.iter().enumerate() {
+            let current = self.current(volts.iter().skip(column).step_by(columns).copied());
+            let drop = self.junction.drop(current.max(0.0));
+            let drive = self.v_test_volts + lift;
+            if drop >= (1.0 - LEAST_SHARE) * drive {
+                return Err(Dropped {
+                    column,
+                    ohms: drop / current,
+                    limit_ohms: drive / current,
+                });
+            }
+            let share = (drive - drop) / self.v_test_volts;
+            for reading in volts.iter_mut().skip(column).step_by(columns) {
                 *reading /= share;
             }
         }
+        Ok(())
     }
+}
+
+/// A driven line whose diode would drop all of V_t.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Dropped {
+    pub(crate) column: usize,
+    pub(crate) ohms: f64,
+    pub(crate) limit_ohms: f64,
 }
 
 /// A circuit with a diode per driven line, solved at one frame of conductances.
@@ -132,70 +152,98 @@ impl DrivenPoint {
         }
     }
 
-    /// The driven diode's current, what columns that are not driven leak meanwhile, and the rows' potentials then.
+    /// The driven diode's current, what columns that are not driven leak meanwhile, and the rows' potentials then: one unknown after the
+    /// other, each found for the others as they are. The network is passive and its currents rise with their voltages, so that this ends.
     fn leak(&mut self, siemens: &[f64], c: usize) {
         let (n, junction) = (self.columns, self.diodes.junction);
         let v_test = self.diodes.v_test_volts;
         let through = Branch::new(&junction, self.carried[c] / v_test);
         self.leaks.fill(0.0);
-        let mut lift = 0.0;
+        self.rows.fill(0.0);
+        let (mut lift, mut current) = (0.0, 0.0);
         for _ in 0..ROUNDS {
-            let current = through.at(&junction, v_test + lift).amperes;
-            self.shares[c] = if current > 0.0 {
-                current / self.carried[c]
-            } else {
-                1.0
-            };
-            self.rows_while_leaking(c);
-            let mut moved = 0f64;
+            let now = through.at(&junction, v_test + lift).amperes.max(0.0);
+            let mut moved = (now - current).abs();
+            self.add(c, now - current);
+            current = now;
             lift = 0.0;
-            for j in (0..n).filter(|&j| j != c) {
-                let (mut stands, mut total) = (0.0, 0.0);
-                for (line, volts) in siemens.chunks_exact(n).zip(&self.rows) {
-                    let g = line[j].max(0.0);
-                    stands += g * volts;
-                    total += g;
-                }
-                if total == 0.0 {
+            for j in 0..n {
+                if j == c || self.carried[j] <= 0.0 {
                     continue;
                 }
-                let volts = stands / total;
-                // The diode in series with the taxels that the column hangs on.
-                let leak = -Branch::new(&junction, total).at(&junction, -volts).amperes;
+                let Some(column) = self.column(siemens, j, c) else {
+                    continue;
+                };
+                // Without its own leak the column stands higher, and its diode sees what it hangs on.
+                let stands = column.stands + self.leaks[j] * column.own_ohms;
+                let seen = Branch::new(&junction, 1.0 / (column.own_ohms + column.ohms));
+                let leak = -seen.at(&junction, -stands).amperes;
                 moved = moved.max((leak - self.leaks[j]).abs());
+                self.add(j, self.leaks[j] - leak);
                 self.leaks[j] = leak;
                 // What leaves here raises the driven column as a current there raises this one.
-                lift += if current > 0.0 {
-                    leak * volts / current
-                } else {
-                    0.0
-                };
+                lift += leak * column.from_driven;
             }
-            if moved <= 1e-9 * junction.saturation {
+            if moved <= ACCURACY * junction.saturation.min(current.max(f64::MIN_POSITIVE)) {
                 break;
             }
         }
         self.lifts[c] = lift;
+        self.shares[c] = if self.carried[c] > 0.0 && current > 0.0 {
+            current / self.carried[c]
+        } else {
+            1.0
+        };
     }
 
-    /// Potentials of the rows' ends, with the leaks as they are: each takes from a row what a current into its column would bring.
-    fn rows_while_leaking(&mut self, c: usize) {
+    /// A column that is not driven, with the rows as they are; nothing of one without taxels.
+    fn column(&self, siemens: &[f64], j: usize, c: usize) -> Option<Hanging> {
         let n = self.columns;
-        for (r, (rows, per_volt)) in self
-            .rows
-            .iter_mut()
-            .zip(&self.diodes.row_per_volt)
-            .enumerate()
-        {
-            let line = &self.scan[r * n..(r + 1) * n];
-            let each = line.iter().zip(&self.leaks).zip(&self.carried);
-            let taken: f64 = each
-                .filter(|((_, leak), carried)| **leak != 0.0 && **carried > 0.0)
-                .map(|((volts, leak), carried)| volts * leak / carried)
-                .sum();
-            *rows = per_volt * (line[c] * self.shares[c] - taken);
+        let (mut total, mut stands, mut own, mut from) = (0.0, 0.0, 0.0, 0.0);
+        let rows = self.rows.iter().zip(&self.diodes.row_per_volt);
+        for (r, (volts, per_volt)) in rows.enumerate() {
+            let g = siemens[r * n + j].max(0.0);
+            total += g;
+            stands += g * volts;
+            own += g * per_volt * self.scan[r * n + j];
+            from += g * per_volt * self.scan[r * n + c];
+        }
+        (total > 0.0).then(|| Hanging {
+            ohms: 1.0 / total,
+            stands: stands / total,
+            own_ohms: own / (total * self.carried[j]),
+            from_driven: if self.carried[c] > 0.0 {
+                from / (total * self.carried[c])
+            } else {
+                0.0
+            },
+        })
+    }
+
+    /// Puts more current into a column: every row rises by what the linear scan says of it.
+    fn add(&mut self, column: usize, amperes: f64) {
+        if self.carried[column] <= 0.0 {
+            return;
+        }
+        let n = self.columns;
+        let share = amperes / self.carried[column];
+        let scan = self.scan.iter().skip(column).step_by(n);
+        let rows = self.rows.iter_mut().zip(&self.diodes.row_per_volt);
+        for ((volts, per_volt), read) in rows.zip(scan) {
+            *volts += per_volt * read * share;
         }
     }
+}
+
+/// What a column that is not driven hangs on.
+struct Hanging {
+    /// Of its taxels together, ohms.
+    ohms: f64,
+    /// The mean of its rows' potentials, volts.
+    stands: f64,
+    /// What that rises by for one ampere into it, and for one into the driven column.
+    own_ohms: f64,
+    from_driven: f64,
 }
 
 impl OperatingPoint for DrivenPoint {

@@ -10,7 +10,7 @@ use super::{Circuit, LineEnds, OperatingPoint};
 use crate::Error;
 use crate::sensor::{Diode, DiodePlace, Sensor};
 use branch::Junction;
-pub(crate) use driven::{DrivenDiodes, DrivenPoint};
+pub(crate) use driven::{DrivenDiodes, DrivenPoint, Dropped};
 pub(crate) use taxel::Paths;
 
 /// A sensor's circuit with its diodes ([theory.md]).

@@ -1,10 +1,14 @@
 //! Newton's method behind a diode in every driven line.
 
 use super::{Newton, SolverState};
-use crate::circuit::diode::{DrivenDiodes, DrivenPoint};
+use crate::circuit::diode::{DrivenDiodes, DrivenPoint, Dropped};
 use crate::circuit::{DiodeCircuit, OperatingPoint};
-use crate::solve::Outcome;
+use crate::solve::{Infeasible, Outcome, Stop};
 use crate::{Frame, Siemens, Volts};
+
+/// Rounds in which leaks and answer are brought together: two with silicon, more where Schottky diodes are warm; and how near.
+const LEAK_ROUNDS: u32 = 30;
+const LEAK_TOLERANCE: f64 = 1e-7;
 
 /// What a stream of frames keeps of driven lines' diodes.
 pub(super) struct Behind {
@@ -13,14 +17,22 @@ pub(super) struct Behind {
     volts: Frame<Volts>,
     siemens: Vec<f64>,
     lifts: Vec<f64>,
+    /// Whether `point` is that of an answer, and `siemens` its conductances.
+    is_warm: bool,
 }
 
 impl Behind {
+    /// Makes the next solve start cold.
+    pub(super) fn forget(&mut self) {
+        self.is_warm = false;
+    }
+
     pub(super) fn new(circuit: &DiodeCircuit, volts: &Frame<Volts>) -> Self {
         Self {
             point: DrivenPoint::new(circuit),
             siemens: vec![0.0; volts.values().len()],
             lifts: vec![0.0; volts.columns()],
+            is_warm: false,
             volts: volts.clone(),
         }
     }
@@ -38,18 +50,56 @@ impl Newton {
     ) -> Outcome {
         behind.volts.copy_meta_from(volts);
         behind.volts.values_mut().copy_from_slice(volts.values());
-        behind.lifts.fill(0.0);
-        diodes.undo(&behind.lifts, behind.volts.values_mut());
-        let first = self.solve_linear(&behind.volts, siemens, state, near);
-        for (passive, g) in behind.siemens.iter_mut().zip(siemens.values()) {
-            *passive = g.max(0.0);
+        if behind.is_warm {
+            let lifts = behind.point.without_leaks(behind.volts.values_mut());
+            behind.lifts.copy_from_slice(lifts);
+        } else {
+            behind.lifts.fill(0.0);
+            behind.siemens.fill(f64::INFINITY);
         }
-        if !first.is_answer() || behind.point.set(&behind.siemens).is_err() {
-            return first;
+        behind.is_warm = false;
+        let mut rounds = 0;
+        let mut near = near;
+        let mut change = f64::INFINITY;
+        for _ in 0..LEAK_ROUNDS {
+            if let Err(dropped) = diodes.undo(&behind.lifts, behind.volts.values_mut()) {
+                siemens.values_mut().fill(0.0);
+                return Outcome::new(Stop::Infeasible(infeasible(dropped)), rounds, f64::INFINITY);
+            }
+            let outcome = self.solve_linear(&behind.volts, siemens, state, near.take());
+            rounds += outcome.iterations;
+            let mut most = 0f64;
+            change = 0.0;
+            for (passive, g) in behind.siemens.iter_mut().zip(siemens.values()) {
+                change = f64::max(change, (g.max(0.0) - *passive).abs());
+                most = most.max(g.abs());
+                *passive = g.max(0.0);
+            }
+            change /= most.max(f64::MIN_POSITIVE);
+            let is_last = change <= LEAK_TOLERANCE.max(self.tolerance);
+            if !outcome.is_answer() || is_last || behind.point.set(&behind.siemens).is_err() {
+                // What leaks at an answer is a start for the next frame.
+                behind.is_warm = is_last && outcome.is_answer();
+                let iterations = rounds;
+                return Outcome {
+                    iterations,
+                    ..outcome
+                };
+            }
+            behind.volts.values_mut().copy_from_slice(volts.values());
+            let lifts = behind.point.without_leaks(behind.volts.values_mut());
+            behind.lifts.copy_from_slice(lifts);
         }
-        behind.volts.values_mut().copy_from_slice(volts.values());
-        let lifts = behind.point.without_leaks(behind.volts.values_mut());
-        diodes.undo(lifts, behind.volts.values_mut());
-        self.solve_linear(&behind.volts, siemens, state, None)
+        Outcome::new(Stop::IterationLimit, rounds, change)
+    }
+}
+
+/// Why a frame has no answer whose driven line drops all of V_t.
+fn infeasible(dropped: Dropped) -> Infeasible {
+    Infeasible {
+        number: "the diode of a driven line (readout.diode)",
+        ohms: dropped.ohms,
+        limit_ohms: dropped.limit_ohms,
+        line: format!("column {}", dropped.column),
     }
 }

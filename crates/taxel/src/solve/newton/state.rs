@@ -78,6 +78,9 @@ impl SolverState {
     /// Makes the next solve start cold.
     pub(crate) fn forget(&mut self) {
         self.warm = false;
+        if let Some(behind) = &mut self.behind {
+            behind.forget();
+        }
         if let Some(resistive) = &mut self.resistive {
             resistive.forget();
         }

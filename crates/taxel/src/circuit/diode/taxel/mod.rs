@@ -56,7 +56,8 @@ impl Paths {
             columns,
             junction,
             drives: drives.zip(&ends.column_selected).map(drive).collect(),
-            rows_alike: ends.row_selected == ends.row_unselected,
+            // What a follower repeats moves with the row that is selected.
+            rows_alike: ends.row_selected == ends.row_unselected && !ends.has_followers(),
             along: lines.map(|lines| {
                 let taxels = (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c)));
                 let row_ohms: Vec<f64> = (taxels.clone())
@@ -88,15 +89,10 @@ impl Paths {
     }
 
     /// Whether columns that are not selected are held at ground, each.
-    fn is_grounded(&self) -> bool {
+    pub(crate) fn is_grounded(&self) -> bool {
         let held = |siemens: &f64| *siemens > 1e3 * crate::circuit::ends::LEAK_SIEMENS;
         let ends = &self.ends;
-        let follow = &ends.to_follower;
-        let follows = follow
-            .column_unselected
-            .iter()
-            .chain(&follow.row_unselected);
-        ends.column_unselected.iter().all(held) && follows.into_iter().all(|g| *g == 0.0)
+        ends.column_unselected.iter().all(held) && !ends.has_followers()
     }
 }
 
