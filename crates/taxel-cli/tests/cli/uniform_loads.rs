@@ -65,3 +65,39 @@ fn what_uniform_loads_cannot_do_is_said() {
     assert!(run.to_string().contains("too few"), "{run}");
     assert!(!folder.exists("fit.toml"));
 }
+
+#[test]
+fn labels_that_cannot_be_are_named() {
+    let folder = folder();
+    let table = folder.read("loads.csv");
+    let calibrate = |table: &str, sensor: &str| {
+        folder.write("bad.csv", table);
+        let words = format!("calibrate --sensor {sensor} --equilibration bad.csv -o fit.toml");
+        folder.taxel(&words)
+    };
+    let run = calibrate(&format!("{table}loads.npy,7,33\n"), "parts.toml");
+    assert_eq!(run.code, Some(1), "{run}");
+    for words in ["lines 9 and 42", "frame 7 stands under 20 g and 33 g"] {
+        assert!(run.to_string().contains(words), "{words}\n{run}");
+    }
+    let relabelled = |other: &dyn Fn(f64) -> f64| -> String {
+        let line = |line: &str| {
+            let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+            if let Ok(load) = cells[2].parse::<f64>() {
+                cells[2] = other(load).to_string();
+            }
+            cells.join(",") + "\n"
+        };
+        table.lines().map(line).collect()
+    };
+    let run = calibrate(&relabelled(&|load| 1000.0 - load), "parts.toml");
+    assert_eq!(run.code, Some(1), "{run}");
+    assert!(
+        run.to_string()
+            .contains("readings do not rise with the load"),
+        "{run}"
+    );
+    let run = calibrate(&relabelled(&|load| load / 1000.0), "sensor.toml");
+    assert_eq!(run.code, Some(3), "{run}");
+    assert!(run.to_string().contains("are the loads in grams"), "{run}");
+}
