@@ -309,7 +309,7 @@ fn a_sensor_without_what_the_unit_needs() {
 
     ----- stderr -----
     error: zero.toml: no method `exact` for this sensor
-    hint: `exact` needs topology `tia-grounded-columns`, or a table of line ends that says the same, with r_source_ohms = 0, lines without resistance, no diodes and every reading, no converter.floor_count; `auto` does the rest
+    hint: `exact` needs topology `tia-grounded-columns`, or a table of line ends that says the same, with r_source_ohms = 0, lines without resistance, no diodes and every reading, no converter.floor_count; `newton` does the rest of linear circuits
     ");
 }
 

@@ -234,7 +234,7 @@ pub fn method(name: &str, sensor: &Sensor) -> Result<Box<dyn Method>, Error> {
                 .to_owned(),
         ),
         ("exact", Ok(_)) => refuse(format!(
-            "`exact` needs topology `{}`, or a table of line ends that says the same, with r_source_ohms = 0, lines without resistance, no diodes and every reading, no converter.floor_count; `auto` does the rest",
+            "`exact` needs topology `{}`, or a table of line ends that says the same, with r_source_ohms = 0, lines without resistance, no diodes and every reading, no converter.floor_count; `newton` does the rest of linear circuits",
             Topology::TiaGroundedColumns.name()
         )),
         _ => refuse("known: auto, exact, newton, diodes, raw".to_owned()),
