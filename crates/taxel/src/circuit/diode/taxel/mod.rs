@@ -22,6 +22,9 @@ use crate::circuit::network::LineResistance;
 use crate::circuit::{LineEnds, NotPassive, OperatingPoint};
 pub(crate) use currents::Currents;
 
+/// With a larger I_s (power Schottky diodes) what is left out of the quick scheme is 5e-4 of the signal; below, 1e-6.
+const STRONG_AMPERES: f64 = 1e-6;
+
 /// The circuit's numbers as this module needs them.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Paths {
@@ -88,8 +91,12 @@ impl Paths {
         siemens / (1.0 + siemens.abs() * self.along(taxel))
     }
 
-    /// Whether columns that are not selected are held at ground, each.
+    /// Whether columns that are not selected are held at ground, each, and diodes leak so little that they stay there: then rows can be
+    /// taken one by one. (Lines that resist are worked out for that alone.)
     pub(crate) fn is_grounded(&self) -> bool {
+        if self.junction.saturation > STRONG_AMPERES && self.along.is_none() {
+            return false;
+        }
         let held = |siemens: &f64| *siemens > 1e3 * crate::circuit::ends::LEAK_SIEMENS;
         let ends = &self.ends;
         ends.column_unselected.iter().all(held) && !ends.has_followers()
