@@ -12,6 +12,7 @@
 //! | [`frames`] | files of frames by their extension |
 //! | [`sensor_source`] | the sensor of a source: of a file, a preset, or what a recording brings |
 //! | [`identify`] | from recordings to the read-out that explains them |
+//! | [`in_order`] | work that several threads share, its results in order |
 //! | [`line_survey`], [`presses`], [`check`], [`training_set`] | what is read before the work: faulty lines, labelled presses, known loads of the day, what a model learns from |
 
 pub mod calibration_age;
@@ -25,6 +26,7 @@ pub mod executor;
 pub mod figures;
 pub mod frames;
 pub mod identify;
+pub mod in_order;
 pub mod line_survey;
 pub mod methods;
 pub mod named_files;

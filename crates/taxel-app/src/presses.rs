@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use taxel::calibrate::{CalibrationData, PressLabel};
 use taxel::screen::Axis;
 use taxel::{Counts, Frame, Sensor};
-use taxel_io::{FrameSource, Press, ReadOptions, open_counts, read_presses, read_uniform_loads};
+use taxel_io::{
+    FrameSource, Press, ReadOptions, Uniform, open_counts, read_presses, read_uniform_loads,
+};
 
 use crate::error::Error;
 use crate::frames::show;
@@ -52,7 +54,7 @@ pub fn read_labelled(
     }
     refuse_two_loads(table, &presses)?;
     let uniform = match equilibration {
-        Some(table) => read_uniform_loads(table)?,
+        Some(table) => uniform_loads(table)?,
         None => Vec::new(),
     };
     let of_presses = presses.iter().map(|press| Wanted {
@@ -102,21 +104,7 @@ pub fn read_uniform(
     options: ReadOptions,
     reporter: &dyn Reporter,
 ) -> Result<Vec<(Frame<Counts>, f64)>, Error> {
-    let uniform = read_uniform_loads(table)?;
-    let mut first = BTreeMap::new();
-    for load in &uniform {
-        let before = *first
-            .entry((load.recording.as_path(), load.frame))
-            .or_insert(load);
-        if before.load_g != load.load_g {
-            return Err(Error::TwoUniformLoads {
-                table: table.to_owned(),
-                lines: [before.line, load.line],
-                frame: load.frame,
-                loads_g: [before.load_g, load.load_g],
-            });
-        }
-    }
+    let uniform = uniform_loads(table)?;
     let wanted: Vec<Wanted> = uniform
         .iter()
         .map(|load| Wanted {
@@ -137,6 +125,26 @@ pub fn read_uniform(
     let frame_of = |one: &Wanted| found[&(one.recording.to_owned(), one.frame)].clone();
     let loads = loads.into_iter();
     Ok(loads.map(|(load_g, one)| (frame_of(one), load_g)).collect())
+}
+
+/// The lines of a table of uniform loads. Refuses two loads for one frame.
+fn uniform_loads(table: &Path) -> Result<Vec<Uniform>, Error> {
+    let uniform = read_uniform_loads(table)?;
+    let mut first = BTreeMap::new();
+    for load in &uniform {
+        let before = *first
+            .entry((load.recording.as_path(), load.frame))
+            .or_insert(load);
+        if before.load_g != load.load_g {
+            return Err(Error::TwoUniformLoads {
+                table: table.to_owned(),
+                lines: [before.line, load.line],
+                frame: load.frame,
+                loads_g: [before.load_g, load.load_g],
+            });
+        }
+    }
+    Ok(uniform)
 }
 
 /// Refuses a table whose frames do not fit in memory. `again`: frames that are held a second time.

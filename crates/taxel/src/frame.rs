@@ -68,6 +68,11 @@ pub enum Mark {
 }
 
 impl Mark {
+    /// Whether nothing conducts there in this frame: on a line that is out, or no taxel at all.
+    pub fn is_out(self) -> bool {
+        matches!(self, Mark::Open | Mark::Flickering | Mark::Absent)
+    }
+
     /// Every mark, in the order of its code.
     pub const ALL: [Mark; 12] = [
         Mark::Good,

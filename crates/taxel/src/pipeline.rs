@@ -221,6 +221,40 @@ impl Pipeline {
         self.finish()
     }
 
+    /// The first half of [`Self::process`]: marks what cannot be trusted. The screen remembers frames, so that one pipeline sees
+    /// all of a stream in order; the second half, [`Self::process_screened`], is most of the work and may be another's.
+    ///
+    /// # Panics
+    /// When the frame's shape is not the sensor's.
+    pub fn screen(&mut self, counts: &mut Frame<Counts>) {
+        self.screen
+            .mark(counts)
+            .expect("the frame has the sensor's shape");
+    }
+
+    /// The second half of [`Self::process`]: converts and solves one frame of counts that has its marks, and finds its loads.
+    ///
+    /// # Panics
+    /// When the frame's shape is not the sensor's.
+    pub fn process_screened(&mut self, counts: &Frame<Counts>) -> FrameResult<'_> {
+        self.converter
+            .volts_from_counts_into(counts, &mut self.volts);
+        self.finish()
+    }
+
+    /// Whether loads hang on the frames before: the load law has creep or hysteresis. Such frames are for one pipeline, in
+    /// order.
+    pub fn remembers(&self) -> bool {
+        match &self.stage {
+            Stage::Nothing => false,
+            Stage::Solve { material, .. } => {
+                let material = material.as_ref();
+                material.is_some_and(|material| material.hysteresis.is_some())
+            }
+            Stage::Estimate(_) => true,
+        }
+    }
+
     /// The same for one frame of read-out volts: no screen, no converter.
     ///
     /// # Panics

@@ -2,7 +2,7 @@
 //! answer.
 
 use super::together::{Point, Residuals};
-use taxel_linalg::{View, inverse};
+use taxel_linalg::{View, dot, inverse};
 
 /// Rows of equations, row-major, one for each unknown, and their right sides; `hears`: how much of each kind of evidence an
 /// unknown hears.
@@ -38,10 +38,6 @@ pub(super) fn equations(
         }
     }
     (matrix, right)
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// A few equations, scaled so that units do not matter.

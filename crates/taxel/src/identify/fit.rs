@@ -1,7 +1,7 @@
 //! One read-out fitted to all frames: its numbers, what an unpressed taxel conducts, and which taxels are pressed how
 //! much.
 
-use taxel_linalg::inverse_symmetric;
+use taxel_linalg::{dot, inverse_symmetric};
 
 use super::candidate::{Candidate, Number, Numbers};
 use super::frame_fit::{FrameFit, Pressed, Shared, bounded};
@@ -416,8 +416,4 @@ fn errors_of(normal: &[f64], n: usize) -> Option<Vec<f64>> {
 /// What naming one more pressed taxel costs, nats: which of all, and how much.
 pub(super) fn price(readings: &Readings) -> f64 {
     (readings.absent.len() as f64).ln().max(4.0)
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

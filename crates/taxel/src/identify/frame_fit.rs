@@ -1,5 +1,7 @@
 //! One frame under one circuit: conductances of its pressed taxels, what they predict, and what moves with what.
 
+use taxel_linalg::dot;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -269,8 +271,4 @@ impl<'a> FrameFit<'a> {
 /// Within what a pressed taxel can conduct.
 pub(super) fn bounded(log: f64) -> f64 {
     log.clamp(LOG_LEAST, LOG_MOST)
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

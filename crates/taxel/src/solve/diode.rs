@@ -4,7 +4,7 @@
 //! Where rows are held alike, D is what the other rows of the column read.
 
 use super::anderson::Anderson;
-use super::lines::is_out;
+use super::gmres::largest;
 use super::{Infeasible, Method, Outcome, Solver, Stop};
 use crate::circuit::DiodeCircuit;
 use crate::circuit::diode::Paths;
@@ -22,7 +22,7 @@ const GOOD_ENOUGH: f64 = 1e-6;
 
 /// The inverse of a circuit with a diode per taxel.
 #[derive(Debug, Clone, PartialEq)]
-pub struct TaxelDiodes {
+pub(crate) struct TaxelDiodes {
     paths: Paths,
     tolerance: f64,
     unloaded_siemens: f64,
@@ -117,7 +117,7 @@ impl TaxelDiodes {
                 state.mixing.advance(&mut state.g, &state.image);
             }
         }
-        let most = state.g.iter().fold(0f64, |most, g| most.max(g.abs()));
+        let most = largest(&state.g);
         // Rounds that no longer shorten what noise would hide are at their end.
         let stop = if change <= GOOD_ENOUGH * most {
             Stop::Converged
@@ -134,7 +134,7 @@ impl TaxelDiodes {
         let mut largest = 0f64;
         for (taxel, &mark) in marks.iter().enumerate() {
             let found = match mark {
-                mark if is_out(mark) => 0.0,
+                mark if mark.is_out() => 0.0,
                 Mark::BelowFloor => self.unloaded_siemens,
                 _ => self.siemens(taxel, state)?,
             };
@@ -150,7 +150,7 @@ impl TaxelDiodes {
         let columns = self.paths.columns;
         state.drawn.fill(0.0);
         for (taxel, &mark) in marks.iter().enumerate() {
-            if is_out(mark) {
+            if mark.is_out() {
                 state.own[taxel] = 0.0;
                 continue;
             }

@@ -4,13 +4,8 @@
 use std::iter::StepBy;
 use std::ops::Range;
 
+use crate::Frame;
 use crate::circuit::LinearCircuit;
-use crate::{Frame, Mark};
-
-/// On a line that does not conduct in this frame, or no taxel at all.
-pub(super) fn is_out(mark: Mark) -> bool {
-    matches!(mark, Mark::Open | Mark::Flickering | Mark::Absent)
-}
 
 /// The rows and columns that take part in a frame.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -31,7 +26,7 @@ impl LiveLines {
     /// Reads the lines off a frame's marks; true when they are others than before.
     pub(super) fn update<Q>(&mut self, frame: &Frame<Q>) -> bool {
         let (rows, columns) = (frame.rows(), frame.columns());
-        if frame.marks().iter().all(|&mark| !is_out(mark))
+        if frame.marks().iter().all(|&mark| !mark.is_out())
             && self.rows.len() == rows
             && self.columns.len() == columns
         {
@@ -43,7 +38,7 @@ impl LiveLines {
         self.column_open.resize(columns, true);
         for (r, line) in frame.marks().chunks_exact(columns).enumerate() {
             for (c, &mark) in line.iter().enumerate() {
-                if !is_out(mark) {
+                if !mark.is_out() {
                     self.row_open[r] = false;
                     self.column_open[c] = false;
                 }

@@ -1,7 +1,7 @@
 //! Inverse: the conductances behind a scan.
 //!
 //! Every method implements [`Method`]: [`Raw`] (no compensation), [`Exact`] (the e-Cone's circuit, in about a
-//! millisecond), [`Newton`] (every linear topology, also behind a diode per driven line), [`TaxelDiodes`] (a diode per taxel).
+//! millisecond), [`Newton`] (every linear topology, also behind a diode per driven line), `diodes` (a diode per taxel).
 //! [`default_method`] picks by topology.
 
 mod anderson;
@@ -19,7 +19,7 @@ mod sideways;
 mod square_root;
 
 pub(crate) use diode::SolverState as DiodeState;
-pub use diode::TaxelDiodes;
+pub(crate) use diode::TaxelDiodes;
 pub use exact::Exact;
 pub(crate) use exact::SolverState as ExactState;
 pub use newton::Newton;
@@ -162,11 +162,7 @@ pub struct Solved {
 /// # Errors
 /// [`Error::MissingKey`] when a switch resistance is not known yet.
 pub fn default_method(sensor: &Sensor) -> Result<Box<dyn Method>, Error> {
-    Ok(match Best::of(sensor)? {
-        Best::Exact(exact) => Box::new(exact),
-        Best::Newton(newton) => Box::new(newton),
-        Best::Diodes(diodes) => Box::new(diodes),
-    })
+    Ok(Best::of(sensor)?.boxed())
 }
 
 /// A sensor's best method, by its kind.
@@ -190,6 +186,14 @@ impl Best {
                 None => Self::Newton(Newton::from_sensor(sensor, linear)),
             },
         })
+    }
+
+    fn boxed(self) -> Box<dyn Method> {
+        match self {
+            Self::Exact(exact) => Box::new(exact),
+            Self::Newton(newton) => Box::new(newton),
+            Self::Diodes(diodes) => Box::new(diodes),
+        }
     }
 }
 
@@ -217,15 +221,15 @@ pub fn method(name: &str, sensor: &Sensor) -> Result<Box<dyn Method>, Error> {
     };
     match (name, Best::of(sensor)) {
         ("raw", _) => Ok(Box::new(Raw::from_sensor(sensor))),
-        ("auto", _) => default_method(sensor),
-        ("newton" | "exact" | "diodes", Err(error)) => Err(error),
-        ("exact", Ok(Best::Exact(exact))) => Ok(Box::new(exact)),
-        ("newton", Ok(Best::Newton(newton))) => Ok(Box::new(newton)),
+        ("auto" | "newton" | "exact" | "diodes", Err(error)) => Err(error),
+        ("auto", Ok(best))
+        | ("exact", Ok(best @ Best::Exact(_)))
+        | ("newton", Ok(best @ Best::Newton(_)))
+        | ("diodes", Ok(best @ Best::Diodes(_))) => Ok(best.boxed()),
         ("newton", Ok(Best::Exact(_))) => {
             let circuit = LinearCircuit::from_sensor(sensor)?;
             Ok(Box::new(Newton::from_sensor(sensor, circuit)))
         }
-        ("diodes", Ok(Best::Diodes(diodes))) => Ok(Box::new(diodes)),
         ("newton", Ok(Best::Diodes(_))) => refuse(
             "`newton` is for circuits of linear parts; `auto` undoes a diode per taxel".to_owned(),
         ),

@@ -6,6 +6,7 @@ use super::unknowns::Unknown;
 use super::{Chosen, PressFit};
 use crate::calibrate::EffectFinding;
 use crate::calibrate::outcome::LINES;
+use crate::sensor::PerLine;
 
 /// Two numbers more must make the presses so much likelier (minus twice the logarithm).
 const GAIN: f64 = 16.0;
@@ -45,7 +46,7 @@ impl PressFit<'_> {
     ) {
         let readout = self.sensor.readout();
         let is_told = readout.r_line_row_ohms.is_some() || readout.r_line_column_ohms.is_some();
-        if is_told {
+        if is_told || !self.may_lines_resist() {
             return;
         }
         let asked = self.options.line_resistance;
@@ -72,6 +73,18 @@ impl PressFit<'_> {
             }
         };
         self.lines = Some(search);
+    }
+
+    /// Whether a sensor file may say so beside all else that this one says: not all circuits with diodes have been worked out.
+    fn may_lines_resist(&self) -> bool {
+        let with_lines = self.sensor.edited(|spec| {
+            let ohms = PerLine::One(1.0);
+            (
+                spec.readout.r_line_row_ohms,
+                spec.readout.r_line_column_ohms,
+            ) = (Some(ohms.clone()), Some(ohms));
+        });
+        with_lines.is_ok()
     }
 
     /// By how much some of the presses are likelier with lines that resist, by the law that was chosen without.

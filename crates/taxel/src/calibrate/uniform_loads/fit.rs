@@ -3,6 +3,8 @@
 //! G_lt = g_zero + gain_t · f(L_l), and every frame is scanned by the whole circuit: what readings of neighbours tell of a taxel and what
 //! they do not comes out by itself. Gauss's and Newton's steps by conjugate gradients on J, which is never written down.
 
+use taxel_linalg::dot;
+
 use super::fitted::{Fitted, LAW, gather, spread};
 use super::levels::Level;
 use super::lines::{STEP, Switches, WITHIN};
@@ -161,10 +163,12 @@ impl<'a> Fit<'a> {
     /// no solution.
     fn evaluate(&mut self, fitted: &Fitted) -> Option<f64> {
         let mut sum = 0.0;
-        let circuit = SensorCircuit::from_sensor(&fitted.sensor(self.sensor)).ok()?;
-        self.points.clear();
-        let points = self.levels.iter().map(|_| circuit.operating_point());
-        self.points.extend(points);
+        if self.points.is_empty() || self.switches.count() > 0 {
+            let circuit = SensorCircuit::from_sensor(&fitted.sensor(self.sensor)).ok()?;
+            self.points.clear();
+            let points = self.levels.iter().map(|_| circuit.operating_point());
+            self.points.extend(points);
+        }
         let readings = self.residuals.iter_mut().zip(&self.is_used);
         for ((level, point), (residuals, is_used)) in
             (self.levels.iter().zip(&mut self.points)).zip(readings)
@@ -390,15 +394,10 @@ impl<'a> Fit<'a> {
         x.iter().zip(&units).map(|(x, u)| x * u).collect()
     }
 
-    /// Standard error of a number of the law: its place in the inverse of the curvature.
+    /// Standard error of a number of the law as it is reported, by the inverse of the curvature.
     fn error_of(&mut self, fitted: &Fitted, number: usize) -> f64 {
-        let mut one = vec![0.0; fitted.at.len()];
-        one[number] = 1.0;
-        self.hold(fitted, &mut one);
-        self.solve(fitted, &one)[number].max(0.0).sqrt()
+        let mut by = fitted.by_unknowns(number);
+        self.hold(fitted, &mut by);
+        dot(&self.solve(fitted, &by), &by).max(0.0).sqrt()
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -4,6 +4,7 @@ use super::levels::Level;
 use super::lines::Switches;
 use crate::Sensor;
 use crate::material::LoadLaw;
+use crate::stats;
 
 /// Numbers of the law: ln scale at the reference load, exponent, ln g_zero, 1/saturation per kilogram.
 pub(super) const LAW: usize = 4;
@@ -13,7 +14,7 @@ pub(super) const LAW: usize = 4;
 pub(super) struct Fitted {
     /// The law's numbers, then ln gain of every taxel, then ln of each switch over the file's.
     pub(super) at: Vec<f64>,
-    /// Standard errors of the law's numbers.
+    /// Standard errors of [`Fitted::reported`], by the curvature of the posterior.
     pub(super) law_errors: [f64; LAW],
     /// Standard deviation of what is left of a reading, volts.
     pub(super) sigma_volts: f64,
@@ -33,6 +34,24 @@ impl Fitted {
     /// ln of each switch over the file's: columns, then rows.
     pub(super) fn lines(&self) -> &[f64] {
         &self.at[LAW + self.taxels..]
+    }
+
+    /// The law as a sensor file has it: ln factor of the mean taxel, exponent, ln g_zero, 1/saturation per kilogram.
+    pub(super) fn reported(&self) -> [f64; LAW] {
+        let gain = stats::mean(self.gains().iter().copied()).unwrap_or(0.0);
+        let ln_factor = self.at[0] - self.at[1] * self.ln_reference + gain;
+        [ln_factor, self.at[1], self.at[2], self.at[3]]
+    }
+
+    /// The derivative of a number of [`Fitted::reported`] by the unknowns.
+    pub(super) fn by_unknowns(&self, number: usize) -> Vec<f64> {
+        let mut by = vec![0.0; self.at.len()];
+        by[number] = 1.0;
+        if number == 0 {
+            by[1] = -self.ln_reference;
+            by[LAW..LAW + self.taxels].fill(1.0 / self.taxels as f64);
+        }
+        by
     }
 
     /// The sensor with its switches as they were found.

@@ -135,12 +135,7 @@ fn level((load_g, mut frames): (f64, Vec<Frame<Volts>>)) -> Level {
         load_g,
         volts: frame.values().to_vec(),
         is_good: frame.marks().iter().map(|m| *m == Mark::Good).collect(),
-        conducts: frame.marks().iter().map(|m| !is_out(*m)).collect(),
+        conducts: frame.marks().iter().map(|m| !m.is_out()).collect(),
         frame,
     }
-}
-
-/// On a line that does not conduct in this frame, or no taxel at all.
-fn is_out(mark: Mark) -> bool {
-    matches!(mark, Mark::Open | Mark::Flickering | Mark::Absent)
 }

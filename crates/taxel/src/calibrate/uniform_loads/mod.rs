@@ -21,7 +21,7 @@ use crate::solve::default_method;
 use crate::stats;
 use crate::{Counts, Error, Frame, Sensor, Siemens};
 use fit::Fit;
-use fitted::Fitted;
+use fitted::{Fitted, LAW};
 use levels::{Faults, Level, levels, noise_counts};
 pub use report::{UniformLaw, UniformReport};
 
@@ -62,8 +62,8 @@ pub fn calibrate_uniform(
     let circuit = SensorCircuit::from_sensor(sensor)?;
     let (levels, faults) = levels(sensor, uniform)?;
     let bench = Bench {
+        apparent: (levels.iter().map(|level| apparent(&circuit, level))).collect(),
         sensor,
-        circuit,
         levels,
         noise_counts: noise_counts(sensor, &faults.lines),
     };
@@ -107,8 +107,9 @@ fn no_law(reason: String, hint: &'static str) -> Error {
 /// A sensor under uniform loads.
 struct Bench<'a> {
     sensor: &'a Sensor,
-    circuit: SensorCircuit,
     levels: Vec<Level>,
+    /// What every taxel would conduct, were all alike, for the mean reading of each level.
+    apparent: Vec<Option<f64>>,
     noise_counts: f64,
 }
 
@@ -116,6 +117,8 @@ struct Bench<'a> {
 struct Tried {
     name: &'static str,
     fitted: Fitted,
+    /// Standard errors of [`Fitted::reported`]: by the curvature or by what the folds make of it, whichever is larger.
+    law_errors: [f64; LAW],
     /// Root mean square of held-out readings less predicted ones, counts.
     held_out_counts: f64,
     judged: Vec<Judged>,
@@ -159,49 +162,12 @@ impl Bench<'_> {
     /// The fit to some of the levels.
     fn fit(&self, which: &[usize], saturates: bool) -> Option<Fitted> {
         let levels: Vec<&Level> = which.iter().map(|&l| &self.levels[l]).collect();
-        let apparent: Option<Vec<(f64, f64)>> = levels
+        let apparent: Option<Vec<(f64, f64)>> = which
             .iter()
-            .map(|level| Some((level.load_g, self.apparent(level)?)))
+            .map(|&l| Some((self.levels[l].load_g, self.apparent[l]?)))
             .collect();
         let mut fit = Fit::new(self.sensor, levels, self.sigma_volts());
         fit.run(&apparent?, saturates)
-    }
-
-    /// What every taxel would conduct, were all alike, for the mean reading of a level.
-    fn apparent(&self, level: &Level) -> Option<f64> {
-        let mut point = self.circuit.operating_point();
-        let mut volts = vec![0.0; level.volts.len()];
-        let good = |values: &[f64]| {
-            let each = values.iter().zip(&level.is_good).filter(|(_, good)| **good);
-            stats::mean(each.map(|(v, _)| v.abs()))
-        };
-        let wanted = good(&level.volts)?;
-        let (mut least, mut most) = (RANGE.0.ln(), RANGE.1.ln());
-        for _ in 0..BISECTIONS {
-            let middle = 0.5 * (least + most);
-            let siemens: Vec<f64> = (0..volts.len())
-                .map(|taxel| {
-                    if level.conducts[taxel] {
-                        middle.exp()
-                    } else {
-                        0.0
-                    }
-                })
-                .collect();
-            let reads = match point.set(&siemens) {
-                Ok(()) => {
-                    point.predict_into(&mut volts);
-                    good(&volts)?
-                }
-                Err(_) => f64::INFINITY,
-            };
-            *(if reads < wanted {
-                &mut least
-            } else {
-                &mut most
-            }) = middle;
-        }
-        Some(least.exp())
     }
 
     fn try_law(&self, name: &'static str, saturates: bool, folds: usize) -> Option<Tried> {
@@ -209,11 +175,13 @@ impl Bench<'_> {
         let fitted = self.fit(&all, saturates)?;
         let folds = folds.clamp(2, all.len() / 2);
         let (mut squares, mut judged, mut means_g) = (Vec::new(), Vec::new(), Vec::new());
-        let mut unsolved = 0;
+        let (mut unsolved, mut laws) = (0, Vec::new());
         for fold in 0..folds {
             let (out, kept): (Vec<usize>, Vec<usize>) =
                 all.iter().partition(|&l| l % folds == fold);
-            let one = self.judge(&self.fit(&kept, saturates)?, &out)?;
+            let without = self.fit(&kept, saturates)?;
+            let one = self.judge(&without, &out)?;
+            laws.push(without.reported());
             squares.extend(one.squares);
             judged.extend(one.judged);
             means_g.extend(one.means_g);
@@ -222,6 +190,7 @@ impl Bench<'_> {
         means_g.sort_by(|a, b| a.0.total_cmp(&b.0));
         Some(Tried {
             name,
+            law_errors: at_least_jackknife(fitted.law_errors, &laws),
             fitted,
             held_out_counts: stats::mean(squares)?.sqrt(),
             judged,
@@ -350,7 +319,7 @@ impl Bench<'_> {
         let middle = stats::median(loaded.iter().copied()).unwrap_or(0.0);
         let guessing = stats::mean(loaded.iter().map(|load| (load - middle).abs()));
         let mut report = UniformReport {
-            parameters: parameters(&chosen.fitted, ln_factor),
+            parameters: parameters(chosen, ln_factor),
             levels: self.levels.len(),
             least_g: loaded.first().copied().unwrap_or(0.0),
             most_g: loaded.last().copied().unwrap_or(0.0),
@@ -383,10 +352,7 @@ impl Bench<'_> {
             data: options.files.clone(),
             presses: 0,
             cross_validated_error_g: report.held_out_mean_absolute_g,
-            cross_validation: Some(format!(
-                "{} uniform loads, some held out in turn",
-                report.levels
-            )),
+            cross_validation: Some(report.cross_validation()),
             standard_errors: (report.parameters.iter())
                 .filter_map(|p| Some((p.name.clone(), p.standard_error?)))
                 .collect(),
@@ -396,6 +362,43 @@ impl Bench<'_> {
             ],
         }
     }
+}
+
+/// What every taxel would conduct, were all alike, for the mean reading of a level.
+fn apparent(circuit: &SensorCircuit, level: &Level) -> Option<f64> {
+    let mut point = circuit.operating_point();
+    let mut volts = vec![0.0; level.volts.len()];
+    let good = |values: &[f64]| {
+        let each = values.iter().zip(&level.is_good).filter(|(_, good)| **good);
+        stats::mean(each.map(|(v, _)| v.abs()))
+    };
+    let wanted = good(&level.volts)?;
+    let (mut least, mut most) = (RANGE.0.ln(), RANGE.1.ln());
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (least + most);
+        let siemens: Vec<f64> = (0..volts.len())
+            .map(|taxel| {
+                if level.conducts[taxel] {
+                    middle.exp()
+                } else {
+                    0.0
+                }
+            })
+            .collect();
+        let reads = match point.set(&siemens) {
+            Ok(()) => {
+                point.predict_into(&mut volts);
+                good(&volts)?
+            }
+            Err(_) => f64::INFINITY,
+        };
+        *(if reads < wanted {
+            &mut least
+        } else {
+            &mut most
+        }) = middle;
+    }
+    Some(least.exp())
 }
 
 /// As many digits as a sensor file needs.
@@ -409,9 +412,22 @@ fn gains(ln_scale: &[f64]) -> (f64, Vec<f64>) {
     (mean, ln_scale.iter().map(|s| (s - mean).exp()).collect())
 }
 
-fn parameters(fitted: &Fitted, ln_factor: f64) -> Vec<Parameter> {
-    let law = fitted.law();
-    let [scale, exponent, zero, saturation] = fitted.law_errors;
+/// Standard errors, or the jackknife's over fits that each lack a fold, where it is larger: loads that are not quite uniform, or off
+/// their labels, move all readings of a level together, which the curvature takes for so many witnesses.
+fn at_least_jackknife(mut errors: [f64; LAW], laws: &[[f64; LAW]]) -> [f64; LAW] {
+    let folds = laws.len() as f64;
+    for (number, error) in errors.iter_mut().enumerate() {
+        let each = || laws.iter().map(|law| law[number]);
+        let mean = stats::mean(each()).unwrap_or(0.0);
+        let spread: f64 = each().map(|x| (x - mean).powi(2)).sum();
+        *error = error.max((spread * (folds - 1.0) / folds).sqrt());
+    }
+    errors
+}
+
+fn parameters(chosen: &Tried, ln_factor: f64) -> Vec<Parameter> {
+    let law = chosen.fitted.law();
+    let [scale, exponent, zero, saturation] = chosen.law_errors;
     let factor = ln_factor.exp();
     let mut list = vec![
         Parameter::fitted("material.factor", factor, factor * scale, "S/g^exponent"),

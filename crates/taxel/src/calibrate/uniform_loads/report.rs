@@ -70,6 +70,19 @@ pub struct UniformReport {
 }
 
 impl UniformReport {
+    /// How the errors were found.
+    pub(super) fn cross_validation(&self) -> String {
+        let chosen = if self.laws.len() > 1 {
+            "; the law was chosen by the same loads"
+        } else {
+            ""
+        };
+        format!(
+            "{} uniform loads, some held out in turn{chosen}",
+            self.levels
+        )
+    }
+
     /// Names taxels that hardly answer to any load.
     pub(super) fn name_dead(&mut self, gains: &[f64], columns: usize) {
         let usual = median(gains.iter().copied()).unwrap_or(1.0);
@@ -191,6 +204,12 @@ impl fmt::Display for UniformReport {
             "readings fitted to {:.2} counts (rms); noise and rounding {:.2}; {} readings left out as faults",
             self.left_counts, self.noise_counts, self.left_out
         )?;
+        if self.laws.len() > 1 {
+            writeln!(
+                f,
+                "the law was chosen by the held-out loads that it is judged by"
+            )?;
+        }
         if let Some(share) = self.held_out_array_share {
             writeln!(
                 f,

@@ -2,7 +2,7 @@
 //! the driven diode's current: what it drops is measured.
 //!
 //! A linear scan at V_t gives, for the driven column c, readings L and their sum of currents I_L; seen from the diode the network is
-//! V_t/I_L. So i_c solves i + … : V_t = n V_T ln(1 + i/I_s) + i V_t/I_L, and readings are L V_eff/V_t with V_eff = i V_t/I_L. Diodes that
+//! V_t/I_L. So its current i solves V_t = n V_T ln(1 + i/I_s) + i V_t/I_L, and readings are L V_eff/V_t with V_eff = i V_t/I_L. Diodes that
 //! are not driven leak the other way, I_s (1 − e^(−u_j/n V_T)) each, into drivers at ground; that is carried to
 //! the rows by the same linear scan, by reciprocity.
 
@@ -14,7 +14,7 @@ use crate::circuit::{LineEnds, NotPassive, OperatingPoint};
 
 /// What finds the driven diodes' currents from readings.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct DrivenDiodes {
+pub(super) struct DrivenDiodes {
     junction: Junction,
     v_test_volts: f64,
     /// Amperes per volt read, of each row.
@@ -50,9 +50,13 @@ impl DrivenDiodes {
     /// diode leaves. What a current less than nothing would drop is taken to be nothing. `lifts`: what leaks of other columns add
     /// to V_t, volts, as far as is known; what they take from readings has been put back.
     /// `Err`: a column whose current would drop all of V_t, ohms of the diode and what V_t allows.
-    pub(crate) fn undo(&self, lifts: &[f64], volts: &mut [f64]) -> Result<(), Dropped> {
+    fn undo<'a>(
+        &self,
+        lifts: impl ExactSizeIterator<Item = &'a f64>,
+        volts: &mut [f64],
+    ) -> Result<(), Dropped> {
         let columns = lifts.len();
-        for (column, lift) in lifts.iter().enumerate() {
+        for (column, lift) in lifts.enumerate() {
             let current = self.current(volts.iter().skip(column).step_by(columns).copied());
             let drop = self.junction.drop(current.max(0.0));
             let drive = self.v_test_volts + lift;
@@ -121,14 +125,22 @@ impl DrivenPoint {
         }
     }
 
-    /// What columns that are not driven leak at the conductances that were set: put back into readings, and what it adds to V_t of
-    /// each column, volts.
-    pub(crate) fn without_leaks(&self, volts: &mut [f64]) -> &[f64] {
+    /// Readings as they would be without diodes, in the place of those with them. What columns that are not driven leak is taken to
+    /// be as at the conductances that were set last, or nothing.
+    ///
+    /// # Errors
+    /// A column whose current would drop all of V_t.
+    pub(crate) fn undo(&self, leaks: bool, volts: &mut [f64]) -> Result<(), Dropped> {
+        if !leaks {
+            return self
+                .diodes
+                .undo(std::iter::repeat_n(&0.0, self.columns), volts);
+        }
         for (taxel, volts) in volts.iter_mut().enumerate() {
             let share = self.shares[taxel % self.columns];
             *volts += self.scan[taxel] * share - self.volts[taxel];
         }
-        &self.lifts
+        self.diodes.undo(self.lifts.iter(), volts)
     }
 
     fn drive(&mut self, siemens: &[f64], c: usize) {

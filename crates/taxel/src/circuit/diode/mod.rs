@@ -10,7 +10,8 @@ use super::{Circuit, LineEnds, OperatingPoint};
 use crate::Error;
 use crate::sensor::{Diode, DiodePlace, Sensor};
 use branch::Junction;
-pub(crate) use driven::{DrivenDiodes, DrivenPoint, Dropped};
+use driven::DrivenDiodes;
+pub(crate) use driven::{DrivenPoint, Dropped};
 pub(crate) use taxel::Paths;
 
 /// A sensor's circuit with its diodes ([theory.md]).
@@ -60,7 +61,7 @@ impl DiodeCircuit {
     }
 
     /// What is needed to find what driven lines' diodes drop.
-    pub(crate) fn driven(&self) -> DrivenDiodes {
+    fn driven(&self) -> DrivenDiodes {
         DrivenDiodes::new(self.linear.ends(), Junction::new(&self.diode))
     }
 }

@@ -1,7 +1,7 @@
 //! Newton's method behind a diode in every driven line.
 
 use super::{Newton, SolverState};
-use crate::circuit::diode::{DrivenDiodes, DrivenPoint, Dropped};
+use crate::circuit::diode::{DrivenPoint, Dropped};
 use crate::circuit::{DiodeCircuit, OperatingPoint};
 use crate::solve::{Infeasible, Outcome, Stop};
 use crate::{Frame, Siemens, Volts};
@@ -16,7 +16,6 @@ pub(super) struct Behind {
     /// Readings as they would be without diodes.
     volts: Frame<Volts>,
     siemens: Vec<f64>,
-    lifts: Vec<f64>,
     /// Whether `point` is that of an answer, and `siemens` its conductances.
     is_warm: bool,
 }
@@ -31,7 +30,6 @@ impl Behind {
         Self {
             point: DrivenPoint::new(circuit),
             siemens: vec![0.0; volts.values().len()],
-            lifts: vec![0.0; volts.columns()],
             is_warm: false,
             volts: volts.clone(),
         }
@@ -42,27 +40,22 @@ impl Newton {
     /// The same behind driven lines' diodes: first as if no diode leaked, then with the leaks that follow from the answer.
     pub(super) fn solve_behind(
         &self,
-        diodes: &DrivenDiodes,
         behind: &mut Behind,
         volts: &Frame<Volts>,
         siemens: &mut Frame<Siemens>,
         (state, near): (&mut SolverState, Option<&[f64]>),
     ) -> Outcome {
         behind.volts.copy_meta_from(volts);
-        behind.volts.values_mut().copy_from_slice(volts.values());
-        if behind.is_warm {
-            let lifts = behind.point.without_leaks(behind.volts.values_mut());
-            behind.lifts.copy_from_slice(lifts);
-        } else {
-            behind.lifts.fill(0.0);
+        let mut leaks = std::mem::take(&mut behind.is_warm);
+        if !leaks {
             behind.siemens.fill(f64::INFINITY);
         }
-        behind.is_warm = false;
         let mut rounds = 0;
         let mut near = near;
         let mut change = f64::INFINITY;
         for _ in 0..LEAK_ROUNDS {
-            if let Err(dropped) = diodes.undo(&behind.lifts, behind.volts.values_mut()) {
+            behind.volts.values_mut().copy_from_slice(volts.values());
+            if let Err(dropped) = behind.point.undo(leaks, behind.volts.values_mut()) {
                 siemens.values_mut().fill(0.0);
                 return Outcome::new(Stop::Infeasible(infeasible(dropped)), rounds, f64::INFINITY);
             }
@@ -77,7 +70,7 @@ impl Newton {
             }
             change /= most.max(f64::MIN_POSITIVE);
             let is_last = change <= LEAK_TOLERANCE.max(self.tolerance);
-            if !outcome.is_answer() || is_last || behind.point.set(&behind.siemens).is_err() {
+            if !outcome.is_answer() || is_last {
                 // What leaks at an answer is a start for the next frame.
                 behind.is_warm = is_last && outcome.is_answer();
                 let iterations = rounds;
@@ -86,9 +79,10 @@ impl Newton {
                     ..outcome
                 };
             }
-            behind.volts.values_mut().copy_from_slice(volts.values());
-            let lifts = behind.point.without_leaks(behind.volts.values_mut());
-            behind.lifts.copy_from_slice(lifts);
+            if behind.point.set(&behind.siemens).is_err() {
+                return Outcome::new(Stop::Stalled, rounds, change);
+            }
+            leaks = true;
         }
         Outcome::new(Stop::IterationLimit, rounds, change)
     }

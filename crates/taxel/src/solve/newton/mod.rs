@@ -11,7 +11,6 @@ mod state;
 use super::gmres::largest;
 use super::resistive::{Accuracy, Resistive};
 use super::{Method, Outcome, Solver, Stop};
-use crate::circuit::diode::DrivenDiodes;
 use crate::circuit::{DiodeCircuit, LinearCircuit, OperatingPoint};
 use crate::sensor::Sensor;
 use crate::{Frame, Siemens, Volts};
@@ -24,7 +23,7 @@ pub(crate) use state::SolverState;
 pub struct Newton {
     circuit: LinearCircuit,
     /// What driven lines' diodes drop is taken off first.
-    driven: Option<Box<(DrivenDiodes, DiodeCircuit)>>,
+    driven: Option<Box<DiodeCircuit>>,
     tolerance: f64,
     iterations: u32,
     restarts: usize,
@@ -73,7 +72,7 @@ impl Newton {
     /// of the linear circuit at what is left of V_t.
     pub(crate) fn behind_diodes(sensor: &Sensor, circuit: &DiodeCircuit) -> Self {
         Self {
-            driven: Some(Box::new((circuit.driven(), circuit.clone()))),
+            driven: Some(Box::new(circuit.clone())),
             ..Self::from_sensor(sensor, circuit.linear().clone())
         }
     }
@@ -142,11 +141,10 @@ impl Newton {
             "the frame has the sensor's shape"
         );
         siemens.copy_meta_from(volts);
-        if let Some(driven) = &self.driven {
-            let (diodes, circuit) = &**driven;
+        if let Some(circuit) = &self.driven {
             let behind = state.behind.take();
             let mut behind = behind.unwrap_or_else(|| Box::new(Behind::new(circuit, volts)));
-            let outcome = self.solve_behind(diodes, &mut behind, volts, siemens, (state, near));
+            let outcome = self.solve_behind(&mut behind, volts, siemens, (state, near));
             state.behind = Some(behind);
             return outcome;
         }

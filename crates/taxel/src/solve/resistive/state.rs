@@ -99,7 +99,7 @@ impl State {
         let known = self.held.iter_mut().zip(&mut self.rest);
         let mut changed = false;
         for ((held, rest), mark) in known.zip(marks) {
-            let is_held = mark.is_no_unknown() || matches!(mark, Mark::Open | Mark::Flickering);
+            let is_held = mark.is_no_unknown() || mark.is_out();
             let now = f64::from(u8::from(is_held));
             changed |= *held != now;
             *held = now;

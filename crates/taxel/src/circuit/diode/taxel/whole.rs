@@ -3,6 +3,8 @@
 //! Without a follower the potentials are the least of a convex function (each branch's current rises with its voltage), so
 //! that steps can be shortened until that falls; the follower's potential is found around it.
 
+use taxel_linalg::dot;
+
 use super::Paths;
 use crate::circuit::diode::branch::{Branch, Current};
 
@@ -222,10 +224,6 @@ impl Whole {
         }
         self.step.iter().all(|step| step.is_finite())
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Solves a symmetric positive system of which the lower triangle is given, in the place of both. False where it is singular.
