@@ -84,7 +84,7 @@ impl Input {
 pub fn open_shown(
     file: &Path,
     options: ReadOptions,
-) -> Result<Box<dyn FrameSource<DisplayUnit>>, Error> {
+) -> Result<Box<dyn FrameSource<DisplayUnit> + Send>, Error> {
     if is_mcap(file) {
         return Ok(Box::new(LoadsReader::open(file, options)?));
     }
@@ -98,7 +98,7 @@ pub fn open_shown(
 pub fn open_values<Q: Send + 'static>(
     file: &Path,
     options: ReadOptions,
-) -> Result<Box<dyn FrameSource<Q>>, Error> {
+) -> Result<Box<dyn FrameSource<Q> + Send>, Error> {
     if carries_sensor(file) {
         return Err(Error::Request {
             what: format!(
@@ -120,9 +120,9 @@ pub enum FrameReader {
     /// What the converter gave.
     Counts(Box<dyn FrameSource + Send>, Frame<Counts>),
     /// What the circuit gave.
-    Volts(Box<dyn FrameSource<Volts>>, Frame<Volts>),
+    Volts(Box<dyn FrameSource<Volts> + Send>, Frame<Volts>),
     /// What an inverse gave.
-    Siemens(Box<dyn FrameSource<Siemens>>, Frame<Siemens>),
+    Siemens(Box<dyn FrameSource<Siemens> + Send>, Frame<Siemens>),
 }
 
 impl FrameReader {

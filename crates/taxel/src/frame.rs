@@ -226,6 +226,11 @@ impl<Q> Frame<Q> {
         &mut self.marks
     }
 
+    /// Values and marks, both to be changed.
+    pub fn values_and_marks_mut(&mut self) -> (&mut [f64], &mut [Mark]) {
+        (&mut self.values, &mut self.marks)
+    }
+
     /// The value of one taxel. Panics outside the array, as indexing does.
     pub fn at(&self, row: usize, column: usize) -> f64 {
         assert!(column < self.columns);

@@ -283,17 +283,28 @@ impl Pipeline {
 
     /// The last frame's result again.
     pub fn result(&self) -> FrameResult<'_> {
-        let has_loads = match &self.stage {
-            Stage::Nothing => false,
-            Stage::Solve { material, .. } => material.is_some(),
-            Stage::Estimate(_) => !self.has_siemens,
-        };
+        let is_estimate = matches!(self.stage, Stage::Estimate(_));
+        let has_loads = self.has_loads() && !(is_estimate && self.has_siemens);
         FrameResult {
             outcome: &self.outcome,
             volts: &self.volts,
             siemens: self.has_siemens.then_some(&self.siemens),
             loads: has_loads.then_some(&self.loads),
         }
+    }
+
+    /// Whether frames of counts come to loads.
+    pub fn has_loads(&self) -> bool {
+        match &self.stage {
+            Stage::Nothing => false,
+            Stage::Solve { material, .. } => material.is_some(),
+            Stage::Estimate(_) => true,
+        }
+    }
+
+    /// Whether they come to conductances.
+    pub fn has_siemens(&self) -> bool {
+        matches!(self.stage, Stage::Solve { .. })
     }
 
     /// From the volts on.

@@ -1,0 +1,255 @@
+//! `taxel.calibrate`.
+
+use std::path::PathBuf;
+
+use numpy::PyReadonlyArray1;
+use pyo3::prelude::*;
+use taxel::calibrate::{
+    Calibration as Found, CalibrationData, CalibrationOptions, LawChoice, PressLabel,
+    calibrate_with,
+};
+use taxel::frame::grams_from_newtons;
+use taxel::{Counts, Frame};
+use taxel_app::{Silent, calibration_picture, presses, residuals};
+use taxel_plot::Format;
+
+use crate::arrays::{Frames, Range};
+use crate::errors;
+use crate::interrupt::{StoppableThreads, interruptible};
+use crate::output::dict_of;
+use crate::sensor::Sensor;
+
+#[pyclass(frozen, module = "taxel._taxel", subclass)]
+pub(crate) struct Calibration {
+    found: Found,
+    file: PathBuf,
+    presses: Vec<taxel_io::Press>,
+}
+
+/// Labelled presses in arrays.
+#[derive(FromPyObject)]
+pub(crate) struct Labelled<'py> {
+    frames: Bound<'py, PyAny>,
+    frame: PyReadonlyArray1<'py, i64>,
+    row: PyReadonlyArray1<'py, i64>,
+    column: PyReadonlyArray1<'py, i64>,
+    load_newtons: PyReadonlyArray1<'py, f64>,
+}
+
+impl Labelled<'_> {
+    fn data(&self, sensor: &taxel::Sensor) -> PyResult<CalibrationData> {
+        let frames = Frames::take(&self.frames, sensor)?;
+        let numbers = frames.numbers()?;
+        let mut data = CalibrationData::default();
+        for at in 0..numbers.len() / sensor.taxels() {
+            let mut frame = Frame::<Counts>::zeros(sensor.rows(), sensor.columns());
+            let range = Range::Counts(sensor.max_count());
+            let copied = numbers.copy_frame(at, sensor.columns(), range, frame.values_mut());
+            copied.map_err(errors::array)?;
+            sensor.mark_absent(frame.marks_mut());
+            frame.sequence = at as u64;
+            data.frames.push(frame);
+        }
+        let (frame, row) = (self.frame.as_array(), self.row.as_array());
+        let (column, load) = (self.column.as_array(), self.load_newtons.as_array());
+        let counts = [frame.len(), row.len(), column.len(), load.len()];
+        if counts.iter().any(|count| *count != counts[0]) {
+            return Err(errors::array(format!(
+                "{} frames, {} rows, {} columns and {} loads: one of each is a press",
+                counts[0], counts[1], counts[2], counts[3]
+            )));
+        }
+        let place = |what: &str, press: usize, value: i64, most: usize| {
+            usize::try_from(value)
+                .ok()
+                .filter(|value| *value < most)
+                .ok_or_else(|| {
+                    errors::array(format!(
+                        "press {press}: {what} {value}, but there are {most}\nhint: counted from 0"
+                    ))
+                })
+        };
+        for press in 0..counts[0] {
+            let load_g = grams_from_newtons(load[press]);
+            if !(load_g.is_finite() && load_g >= 0.0) {
+                return Err(errors::array(format!(
+                    "press {press}: a load of {} N is none",
+                    load[press]
+                )));
+            }
+            data.presses.push(PressLabel {
+                frame: place("frame", press, frame[press], data.frames.len())?,
+                row: place("row", press, row[press], sensor.rows())?,
+                column: place("column", press, column[press], sensor.columns())?,
+                load_g,
+            });
+        }
+        Ok(data)
+    }
+}
+
+/// What to fit, and how.
+#[derive(FromPyObject)]
+pub(crate) struct Options {
+    law: String,
+    per_line: bool,
+    fit_gain: bool,
+    fit_source: bool,
+    line_resistance: bool,
+    label_error: f64,
+    folds: usize,
+    date: String,
+    transpose: bool,
+}
+
+impl Options {
+    fn of(&self, files: Vec<String>) -> PyResult<CalibrationOptions> {
+        if !(0.0..0.5).contains(&self.label_error) {
+            return Err(errors::other(format!(
+                "label_error {}: a share from 0 to below a half",
+                self.label_error
+            )));
+        }
+        if self.folds < 2 {
+            return Err(errors::other(format!(
+                "{} folds, but 2 or more are needed",
+                self.folds
+            )));
+        }
+        let mut options = CalibrationOptions::default();
+        options.law = match self.law.as_str() {
+            "auto" => LawChoice::Auto,
+            "power" => LawChoice::Power,
+            "saturating" => LawChoice::Saturating,
+            "spline" => LawChoice::Spline,
+            other => {
+                return Err(errors::other(format!(
+                    "no law {other:?}\nhint: auto, power, saturating, spline"
+                )));
+            }
+        };
+        options.per_line = self.per_line;
+        options.open_loop_gain = self.fit_gain;
+        options.r_source = self.fit_source;
+        options.line_resistance = self.line_resistance;
+        options.label_share = self.label_error;
+        options.folds = self.folds;
+        options.date = self.date.clone();
+        options.files = files;
+        Ok(options)
+    }
+}
+
+/// Fits a sensor to labelled presses: a table with its recordings, or arrays. `taxel.calibrate` is the face of it.
+#[pyfunction]
+pub(crate) fn calibrate(
+    py: Python<'_>,
+    sensor: &Sensor,
+    table: Option<PathBuf>,
+    labelled: Option<Labelled<'_>>,
+    equilibration: Option<PathBuf>,
+    options: Options,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Calibration> {
+    let known = &sensor.sensor;
+    let (data, presses) = match (&table, labelled) {
+        (Some(table), _) => {
+            let (uniform, transpose) = (equilibration.as_deref(), options.transpose);
+            interruptible(py, |_| {
+                presses::read_labelled(table, uniform, transpose, known, &Silent)
+            })?
+            .map_err(errors::of_app)?
+        }
+        (None, Some(labelled)) => (labelled.data(known)?, Vec::new()),
+        (None, None) => return Err(errors::other("no presses are given")),
+    };
+    let files = [&table, &equilibration].into_iter().flatten();
+    let options = options.of(files.map(|file| file.display().to_string()).collect())?;
+    let found = interruptible(py, |stop| {
+        let mut tell = |stage: &str, share: f64| {
+            stop.check();
+            if let Some(progress) = &progress {
+                // What a bar cannot show is no reason to lose a fit.
+                let _ = Python::attach(|py| progress.call1(py, (stage, share)));
+            }
+        };
+        calibrate_with(known, &data, &options, &StoppableThreads(stop), &mut tell)
+    })?
+    .map_err(errors::of_taxel)?;
+    Ok(Calibration {
+        found,
+        file: sensor.file.clone(),
+        presses,
+    })
+}
+
+#[pymethods]
+impl Calibration {
+    /// The sensor with what was found.
+    #[getter]
+    fn sensor(&self) -> Sensor {
+        Sensor {
+            sensor: self.found.sensor.clone(),
+            file: self.file.clone(),
+        }
+    }
+
+    /// All that the command reports, as a dict.
+    #[getter]
+    fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        dict_of(py, &self.found.report)
+    }
+
+    /// What is read of each press beside its label, newtons: columns of a table.
+    #[getter]
+    fn residuals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, pyo3::types::PyDict>> {
+        use numpy::IntoPyArray;
+        let newtons = taxel::frame::newtons_from_grams;
+        let all = &self.found.residuals;
+        let column = |value: fn(&taxel::calibrate::PressResidual) -> f64| {
+            let values: Vec<f64> = all.iter().map(|found| newtons(value(found))).collect();
+            values.into_pyarray(py)
+        };
+        let dict = pyo3::types::PyDict::new(py);
+        let press: Vec<u64> = all.iter().map(|found| found.press as u64).collect();
+        let held_out: Vec<bool> = all.iter().map(|found| found.held_out).collect();
+        dict.set_item("press", press.into_pyarray(py))?;
+        dict.set_item("held_out", held_out.into_pyarray(py))?;
+        dict.set_item("load_newtons", column(|found| found.load_g))?;
+        dict.set_item("estimate_newtons", column(|found| found.estimate_g))?;
+        dict.set_item(
+            "standard_error_newtons",
+            column(|found| found.standard_error_g),
+        )?;
+        dict.set_item(
+            "half_width_95_newtons",
+            column(|found| found.half_width_95_g),
+        )?;
+        Ok(dict)
+    }
+
+    /// The same as text, as `taxel calibrate --residuals` writes it; of presses from a table alone.
+    fn residuals_csv(&self) -> PyResult<String> {
+        if self.presses.is_empty() {
+            return Err(errors::other(
+                "presses from arrays have no lines in a table\nhint: `residuals` has the numbers",
+            ));
+        }
+        Ok(residuals::table(&self.found.residuals, &self.presses))
+    }
+
+    /// The picture of `taxel calibrate --picture`: the bytes of a `png` or the text of an `svg`.
+    fn picture(&self, py: Python<'_>, format: &str) -> PyResult<Vec<u8>> {
+        let format = Format::from_extension(std::path::Path::new(&format!("picture.{format}")));
+        let format = format.map_err(errors::other)?;
+        interruptible(py, |_| -> Result<Vec<u8>, String> {
+            let picture = calibration_picture::of(&self.found).map_err(|e| e.to_string())?;
+            picture.render(format).map_err(|e| e.to_string())
+        })?
+        .map_err(errors::other)
+    }
+
+    fn __str__(&self) -> String {
+        self.found.report.to_string()
+    }
+}

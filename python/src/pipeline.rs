@@ -1,0 +1,275 @@
+//! `taxel.Pipeline`: arrays of counts to arrays of loads, on all cores.
+
+mod block;
+
+use std::sync::{Mutex, PoisonError};
+
+use numpy::{PyReadonlyArray1, PyReadonlyArray3};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use taxel::pipeline::{Pipeline as Chain, Repair};
+use taxel::screen::{LineFaults, LineScreen};
+use taxel::{Counts, Frame};
+use taxel_app::in_order::in_order;
+use taxel_app::methods::MethodName;
+
+use crate::arrays::{Frames, Numbers, Range, one_a_frame};
+use crate::errors;
+use crate::interrupt::{Stop, interruptible};
+use crate::sensor::Sensor;
+use block::{Block, Input, Results, Solving, Wanted, Worker};
+
+/// Frames of a block, at most: a block begins cold, whatever the number of cores, so that results do not hang on it.
+const BLOCK_FRAMES: usize = 64;
+/// Numbers of a block, at most.
+const BLOCK_NUMBERS: usize = 1 << 19;
+
+#[pyclass(frozen, module = "taxel._taxel", subclass)]
+pub(crate) struct Pipeline {
+    sensor: Sensor,
+    method: MethodName,
+    state: Mutex<State>,
+}
+
+/// What one call leaves to the next.
+struct State {
+    /// Sees all frames in order.
+    screen: Chain,
+    workers: Vec<Worker>,
+    repair: Option<bool>,
+    faults: LineFaults,
+}
+
+#[pymethods]
+impl Pipeline {
+    #[new]
+    #[pyo3(signature = (sensor, method = "auto", repair = None))]
+    fn new(sensor: Sensor, method: &str, repair: Option<bool>) -> PyResult<Self> {
+        let method: MethodName = method.parse().map_err(errors::other)?;
+        let mut state = State {
+            screen: Chain::to_volts(&sensor.sensor),
+            workers: Vec::new(),
+            repair,
+            faults: LineFaults::from_spec(sensor.sensor.screen()),
+        };
+        state.grow(1, &sensor, &method)?;
+        Ok(Self {
+            sensor,
+            method,
+            state: Mutex::new(state),
+        })
+    }
+
+    #[getter]
+    fn sensor(&self) -> Sensor {
+        self.sensor.clone()
+    }
+
+    #[getter]
+    fn method(&self) -> String {
+        self.method.to_string()
+    }
+
+    #[getter]
+    fn repair(&self) -> Option<bool> {
+        self.lock().repair
+    }
+
+    /// Forgets all frames before.
+    fn reset(&self) {
+        let state = &mut *self.lock();
+        state.screen = Chain::to_volts(&self.sensor.sensor);
+        state.screen.set_lines(&state.faults);
+        for worker in &mut state.workers {
+            worker.chain.begin_anew();
+        }
+    }
+
+    /// Looks for faulty lines in all frames together; what it finds holds from then on. In words, each.
+    fn look_for_faults(&self, py: Python<'_>, frames: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
+        let frames = Frames::take(frames, &self.sensor.sensor)?;
+        let numbers = frames.numbers()?;
+        let sensor = &self.sensor.sensor;
+        let range = Range::Counts(sensor.max_count());
+        let found = interruptible(py, |stop| -> Result<LineFaults, String> {
+            let mut screen = LineScreen::from_sensor(sensor);
+            let mut frame = Frame::<Counts>::zeros(sensor.rows(), sensor.columns());
+            for at in 0..numbers.len() / sensor.taxels() {
+                stop.check();
+                numbers.copy_frame(at, sensor.columns(), range, frame.values_mut())?;
+                let seen = screen.observe(&frame);
+                seen.expect("the frame has the sensor's shape");
+            }
+            Ok(screen.finish().with_declared(sensor.screen()))
+        })?;
+        let found = found.map_err(errors::array)?;
+        let words = found.faults.iter().map(ToString::to_string).collect();
+        self.lock().set_lines(found);
+        Ok(words)
+    }
+
+    /// Of frames to arrays: see `taxel.Pipeline.process`.
+    #[pyo3(signature = (frames, unit, *, single, siemens, standard_errors, figures, marks = None, time = None, threads = None))]
+    #[allow(clippy::too_many_arguments)]
+    fn process<'py>(
+        &self,
+        py: Python<'py>,
+        frames: &Bound<'py, PyAny>,
+        unit: &str,
+        single: bool,
+        siemens: bool,
+        standard_errors: bool,
+        figures: bool,
+        marks: Option<PyReadonlyArray3<'py, u8>>,
+        time: Option<PyReadonlyArray1<'py, f64>>,
+        threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let sensor = &self.sensor.sensor;
+        let frames = Frames::take(frames, sensor)?;
+        let numbers = frames.numbers()?;
+        let count = numbers.len() / sensor.taxels();
+        let codes = marks.as_ref().map(|marks| marks.as_slice());
+        let codes = codes.transpose().map_err(errors::array)?;
+        if let Some(codes) = codes
+            && codes.len() != numbers.len()
+        {
+            return Err(errors::array(format!(
+                "{} marks for {} taxels of {count} frames",
+                codes.len(),
+                numbers.len()
+            )));
+        }
+        let input = Input::named(unit, sensor)?;
+        let wanted = Wanted {
+            siemens,
+            standard_errors,
+            figures,
+        };
+        let source = Source {
+            numbers,
+            codes,
+            time: one_a_frame(time.as_ref(), count, "times")?,
+            input,
+            count,
+        };
+        let mut results = Results::new(sensor, count, single, wanted, self.lock().has_loads())?;
+        interruptible(py, |stop| {
+            let mut state = self.lock();
+            let threads = threads.unwrap_or_else(cores);
+            state.run(
+                (&self.sensor, &self.method),
+                (&source, wanted, threads),
+                stop,
+                &mut results,
+            )
+        })??;
+        results.into_dict(py)
+    }
+}
+
+impl Pipeline {
+    fn lock(&self) -> std::sync::MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Frames as they came.
+struct Source<'a> {
+    numbers: Numbers<'a>,
+    codes: Option<&'a [u8]>,
+    time: Option<&'a [f64]>,
+    input: Input,
+    count: usize,
+}
+
+impl State {
+    fn has_loads(&self) -> bool {
+        self.workers.first().is_some_and(Worker::has_loads)
+    }
+
+    fn set_lines(&mut self, faults: LineFaults) {
+        self.screen.set_lines(&faults);
+        for worker in &mut self.workers {
+            worker.chain.set_lines(&faults);
+        }
+        self.faults = faults;
+    }
+
+    /// Sees to it that there are so many workers.
+    fn grow(&mut self, workers: usize, sensor: &Sensor, method: &MethodName) -> PyResult<()> {
+        while self.workers.len() < workers {
+            let mut chain = method
+                .pipeline(&sensor.sensor, &sensor.file)
+                .map_err(errors::of_app)?;
+            chain.set_lines(&self.faults);
+            if let Some(repair) = self.repair {
+                chain.set_repair(if repair {
+                    Repair::Everything
+                } else {
+                    Repair::Nothing
+                });
+            }
+            self.workers.push(Worker::new(chain));
+        }
+        Ok(())
+    }
+
+    fn run(
+        &mut self,
+        (sensor, method): (&Sensor, &MethodName),
+        (source, wanted, threads): (&Source, Wanted, usize),
+        stop: &Stop,
+        results: &mut Results,
+    ) -> PyResult<()> {
+        let each = (BLOCK_NUMBERS / sensor.sensor.taxels()).clamp(1, BLOCK_FRAMES);
+        let blocks = source.count.div_ceil(each);
+        // What loads remember goes from frame to frame, and so from block to block.
+        let is_stream = blocks <= 1 || self.workers[0].chain.remembers();
+        let threads = if is_stream {
+            1
+        } else {
+            threads.clamp(1, blocks)
+        };
+        self.grow(threads, sensor, method)?;
+        for worker in &mut self.workers[..threads] {
+            worker.prepare(&sensor.sensor, &self.faults, wanted)?;
+        }
+        let held = if threads == 1 { 1 } else { 2 * threads + 1 };
+        let memory = (0..held.min(blocks.max(1)))
+            .map(|_| Block::new(&sensor.sensor, each))
+            .collect();
+        let work = Solving {
+            wanted,
+            input: source.input,
+            begins_anew: !is_stream,
+            stop,
+            sensor: &sensor.sensor,
+        };
+        let mut next = 0;
+        let screen = &mut self.screen;
+        let done = in_order(
+            &work,
+            &mut self.workers[..threads],
+            memory,
+            |block| {
+                stop.check();
+                let frames = next..(next + each).min(source.count);
+                next = frames.end;
+                block.fill(frames, source, screen)
+            },
+            |block| {
+                results.take(block);
+                Ok(())
+            },
+        );
+        if !is_stream {
+            // Which worker had the last block is chance; the next call is not to hang on it.
+            self.workers.iter_mut().for_each(|w| w.chain.begin_anew());
+        }
+        done.map_err(errors::array)
+    }
+}
+
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
+}

@@ -1,0 +1,43 @@
+//! What recordings tell of a sensor: its read-out, and how good it is.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use taxel_app::Silent;
+use taxel_app::evaluation::{self, plan::Plan};
+use taxel_app::identify::IdentifyFiles;
+
+use crate::errors;
+use crate::interrupt::interruptible;
+use crate::output::dict_of;
+use crate::sensor::Sensor;
+
+/// Which read-out explains recordings of unknown loads: what `taxel identify --json` says. See `taxel.identify`.
+#[pyfunction]
+pub(crate) fn identify<'py>(
+    py: Python<'py>,
+    recordings: Vec<PathBuf>,
+    sensor: Option<Sensor>,
+    rows: Option<usize>,
+    equilibration: Option<PathBuf>,
+    transpose: bool,
+) -> PyResult<Bound<'py, PyAny>> {
+    let mut files = IdentifyFiles::default();
+    files.recordings = recordings;
+    files.sensor = sensor.map(|sensor| sensor.sensor);
+    files.rows = rows;
+    files.equilibration = equilibration;
+    files.transpose = transpose;
+    let found = interruptible(py, |_| files.identify(&Silent))?.map_err(errors::of_app)?;
+    dict_of(py, &found.identification)
+}
+
+/// A sensor evaluated by a plan: what `taxel evaluate --json` says. See `taxel.evaluate`.
+#[pyfunction]
+pub(crate) fn evaluate<'py>(py: Python<'py>, plan: PathBuf) -> PyResult<Bound<'py, PyAny>> {
+    let found = interruptible(py, |_| {
+        Plan::read(&plan).and_then(|plan| evaluation::run(&plan, &Silent))
+    })?
+    .map_err(errors::of_app)?;
+    dict_of(py, &found.report)
+}

@@ -1,0 +1,238 @@
+//! `taxel.Sensor`.
+
+use std::path::{Path, PathBuf};
+
+use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString};
+use taxel::sensor::PRESETS;
+use taxel_app::frames::carries_sensor;
+use taxel_app::sensor_source;
+use taxel_io::sensor_file;
+
+use crate::errors;
+use crate::output::dict_of;
+
+/// What a sensor is: its array, its read-out circuit, its converter, and, once calibrated, its load law.
+///
+/// Parameters
+/// ----------
+/// source : str, path or dict
+///     A sensor file (``.toml``), the name of a preset (``taxel.presets()``), a recording that carries its sensor (``.mcap``,
+///     ``.parquet``), or a dict with the tables of a sensor file.
+///
+/// Raises
+/// ------
+/// taxel.FileError
+///     No such file or preset.
+/// taxel.SensorError
+///     What it says cannot be: which key, its value, and what was expected.
+#[pyclass(frozen, module = "taxel", eq, from_py_object)]
+#[derive(Clone, PartialEq)]
+pub(crate) struct Sensor {
+    pub(crate) sensor: taxel::Sensor,
+    pub(crate) file: PathBuf,
+}
+
+/// The names of sensors that need no file.
+#[pyfunction]
+pub(crate) fn presets() -> Vec<&'static str> {
+    PRESETS.iter().map(|(name, _)| *name).collect()
+}
+
+#[pymethods]
+impl Sensor {
+    #[new]
+    fn new(source: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if let Ok(dict) = source.cast::<PyDict>() {
+            return Self::from_dict(dict);
+        }
+        let file: PathBuf = source.extract()?;
+        if carries_sensor(&file) {
+            let (sensor, file) = sensor_source::of_recording(&file).map_err(errors::of_app)?;
+            return Ok(Self { sensor, file });
+        }
+        let sensor = sensor_file::load(&file).map_err(errors::of_io)?;
+        Ok(Self { sensor, file })
+    }
+
+    /// A sensor from the text of a sensor file.
+    #[staticmethod]
+    #[pyo3(signature = (text, file = "sensor.toml".into()))]
+    fn from_toml(text: &str, file: PathBuf) -> PyResult<Self> {
+        let sensor = taxel::Sensor::from_toml(text).map_err(errors::of_taxel)?;
+        sensor_file::check_array(&file, sensor.rows(), sensor.columns()).map_err(errors::of_io)?;
+        Ok(Self { sensor, file })
+    }
+
+    /// The sensor that a recording carries; None where it carries none.
+    #[staticmethod]
+    fn carried_by(path: PathBuf) -> PyResult<Option<Self>> {
+        if !carries_sensor(&path) {
+            return Ok(None);
+        }
+        let sensor = sensor_source::carried(&path).map_err(errors::of_app)?;
+        Ok(sensor.map(|sensor| Self { sensor, file: path }))
+    }
+
+    /// A sensor from the tables of a sensor file.
+    #[staticmethod]
+    fn from_dict(dict: &Bound<'_, PyDict>) -> PyResult<Self> {
+        let json = dict.py().import("json")?;
+        let text: String = json.call_method1("dumps", (dict,))?.extract()?;
+        let table: toml::Table = serde_json::from_str(&text).map_err(errors::other)?;
+        let text = toml::to_string(&table).map_err(errors::other)?;
+        Self::from_toml(&text, "dict".into())
+    }
+
+    /// The text of its sensor file.
+    fn to_toml(&self) -> String {
+        self.sensor.to_toml()
+    }
+
+    /// The tables of its sensor file.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let table: toml::Table = toml::from_str(&self.sensor.to_toml()).map_err(errors::other)?;
+        dict_of(py, &table)
+    }
+
+    /// Writes its sensor file; a file of that name is replaced.
+    fn save(&self, path: PathBuf) -> PyResult<()> {
+        let write = || {
+            let mut file = taxel_io::AtomicFile::create(&path)?;
+            file.put(self.sensor.to_toml().as_bytes())?;
+            file.commit()
+        };
+        write().map_err(errors::of_io)
+    }
+
+    /// Its name.
+    #[getter]
+    fn name(&self) -> &str {
+        self.sensor.name()
+    }
+
+    /// Where it comes from: a file, or a preset's name.
+    #[getter]
+    fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// Sensed lines.
+    #[getter]
+    fn rows(&self) -> usize {
+        self.sensor.rows()
+    }
+
+    /// Driven lines.
+    #[getter]
+    fn columns(&self) -> usize {
+        self.sensor.columns()
+    }
+
+    /// Rows and columns.
+    #[getter]
+    fn shape(&self) -> (usize, usize) {
+        (self.sensor.rows(), self.sensor.columns())
+    }
+
+    /// How the lines that are not selected end, in words.
+    #[getter]
+    fn readout(&self) -> String {
+        self.sensor.readout().words()
+    }
+
+    /// From one taxel to the next, mm: down the rows and across the columns.
+    #[getter]
+    fn pitch_mm(&self) -> (f64, f64) {
+        self.sensor.array().pitch_mm.into()
+    }
+
+    /// What a taxel's load is divided by for its pressure, mm².
+    #[getter]
+    fn taxel_area_mm2(&self) -> f64 {
+        self.sensor.array().taxel_area_mm2
+    }
+
+    /// The largest count that the converter gives.
+    #[getter]
+    fn max_count(&self) -> f64 {
+        self.sensor.max_count()
+    }
+
+    /// Whether it has a load law, so that frames become newtons.
+    #[getter]
+    fn has_load_law(&self) -> bool {
+        self.sensor.material().is_some()
+    }
+
+    /// Whether it says how far its loads can be trusted beyond noise: a calibration has.
+    #[getter]
+    fn has_uncertainty(&self) -> bool {
+        self.sensor.uncertainty().is_some()
+    }
+
+    /// Which crossings carry a taxel: bool, rows × columns.
+    #[getter]
+    fn populated<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<bool>>> {
+        let there: Vec<bool> = (0..self.sensor.taxels())
+            .map(|taxel| !self.sensor.is_absent(taxel))
+            .collect();
+        there.into_pyarray(py).reshape(self.shape())
+    }
+
+    /// Where each taxel lies, mm, x and y: taxels × 2; None where the array is the regular grid of its pitch.
+    #[getter]
+    fn positions_mm<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        let positions = self.sensor.positions();
+        let flat = positions.map(|all| all.iter().flatten().copied().collect::<Vec<f64>>());
+        flat.map(|flat| {
+            let taxels = flat.len() / 2;
+            flat.into_pyarray(py).reshape((taxels, 2))
+        })
+        .transpose()
+    }
+
+    fn __repr__(&self) -> String {
+        let (sensor, converter) = (&self.sensor, self.sensor.converter());
+        let [down, across] = sensor.array().pitch_mm;
+        let law = match (sensor.material(), sensor.uncertainty()) {
+            (None, _) => "no load law",
+            (Some(_), None) => "load law, no calibration's uncertainty",
+            (Some(_), Some(_)) => "calibrated",
+        };
+        format!(
+            "<taxel.Sensor {}: {} × {} taxels, {down} × {across} mm apart; {}; {} bits; {law}>",
+            PyStringRepr(sensor.name()),
+            sensor.rows(),
+            sensor.columns(),
+            sensor.readout().words(),
+            converter.bits,
+        )
+    }
+
+    fn __hash__(&self) -> u64 {
+        use std::hash::{DefaultHasher, Hash, Hasher};
+        let mut hasher = DefaultHasher::new();
+        self.sensor.to_toml().hash(&mut hasher);
+        hasher.finish()
+    }
+
+    /// Pickled as the text of its file.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String, PathBuf))> {
+        let make = py.get_type::<Self>().getattr("from_toml")?;
+        Ok((make, (self.sensor.to_toml(), self.file.clone())))
+    }
+}
+
+/// A name in quotes.
+struct PyStringRepr<'a>(&'a str);
+
+impl std::fmt::Display for PyStringRepr<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        Python::attach(|py| match PyString::new(py, self.0).repr() {
+            Ok(text) => write!(f, "{text}"),
+            Err(_) => write!(f, "{:?}", self.0),
+        })
+    }
+}

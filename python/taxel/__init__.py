@@ -1,0 +1,57 @@
+"""Taxel: a cheap resistive pressure-sensor matrix as a calibrated pressure camera.
+
+From raw frames to newtons on every taxel, with the cross-talk removed, and how far to trust each number:
+
+>>> import taxel
+>>> grip = taxel.simulate("econe", pattern="hand", frames=100)      # or taxel.read("grip.mcap")
+>>> result = taxel.Pipeline("econe").process(grip.counts)
+>>> result.loads.shape
+(100, 64, 128)
+>>> result.figures["force_newtons"].shape
+(100,)
+
+In reading order: ``Sensor`` says what the sensor is, ``read`` opens a recording, ``calibrate`` finds what the parts list does not
+say, ``Pipeline`` makes loads of frames, ``live`` does it as they come; ``scan`` and ``solve`` are the circuit both ways;
+``simulate``, ``identify`` and ``evaluate`` go with them; ``taxel.plot`` draws.
+"""
+
+from . import plot
+from ._calibrate import Calibration, Presses, calibrate
+from ._circuit import Simulation, evaluate, identify, scan, simulate, solve
+from ._errors import ArrayError, Error, FileError, SensorError
+from ._live import Live, LiveFrame, live
+from ._pipeline import Pipeline
+from ._recording import Chunk, Recording, read
+from ._result import Result
+from ._table import Table
+from ._taxel import MARKS, Sensor, __version__, presets
+
+__all__ = [
+    "MARKS",
+    "ArrayError",
+    "Calibration",
+    "Chunk",
+    "Error",
+    "FileError",
+    "Live",
+    "LiveFrame",
+    "Pipeline",
+    "Presses",
+    "Recording",
+    "Result",
+    "Sensor",
+    "SensorError",
+    "Simulation",
+    "Table",
+    "__version__",
+    "calibrate",
+    "evaluate",
+    "identify",
+    "live",
+    "plot",
+    "presets",
+    "read",
+    "scan",
+    "simulate",
+    "solve",
+]

@@ -1,0 +1,159 @@
+"""The circuit both ways, a virtual sensor, and what recordings tell of a real one."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _taxel
+from ._arrays import frames_of
+from ._pipeline import sensor_of
+from ._taxel import Sensor
+
+
+def scan(sensor: Any, siemens: ArrayLike) -> NDArray[np.float64]:
+    """What the read-out gives of conductances: the whole circuit with its cross-talk, exactly, without noise.
+
+    Parameters
+    ----------
+    sensor : Sensor, str, path or dict
+        The sensor.
+    siemens : array of frames × rows × columns, or of rows × columns
+        Conductance of each taxel, siemens.
+
+    Returns
+    -------
+    array of the same shape
+        Output of the read-out, volts.
+
+    Raises
+    ------
+    taxel.ArrayError
+        Another shape, or a conductance that is negative or no number.
+    taxel.SensorError
+        A switch resistance that is not known yet.
+    """
+    frames, is_one = frames_of(siemens, "conductances")
+    volts = _taxel.scan(sensor_of(sensor), frames)
+    return volts[0] if is_one else volts
+
+
+def solve(sensor: Any, volts: ArrayLike, method: str = "auto") -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """The conductances behind volts: the inverse of ``scan``.
+
+    Parameters
+    ----------
+    sensor : Sensor, str, path or dict
+        The sensor.
+    volts : array of frames × rows × columns, or of rows × columns
+        Output of the read-out, volts.
+    method : str
+        ``auto``, ``exact``, ``newton`` or ``raw`` (no compensation).
+
+    Returns
+    -------
+    siemens : array of the same shape
+        Conductance of each taxel, siemens.
+    answered : array of bool, one a frame
+        Whether the inverse came to one answer.
+    """
+    frames, is_one = frames_of(volts, "volts")
+    siemens, answered = _taxel.solve(sensor_of(sensor), frames, method)
+    return (siemens[0] if is_one else siemens), np.asarray(answered, dtype=np.bool_)
+
+
+@dataclass(frozen=True, eq=False)
+class Simulation:
+    """What a virtual sensor read, and what truly pressed on it."""
+
+    counts: NDArray[Any]
+    """Readings: frames × rows × columns."""
+    loads: NDArray[np.float64]
+    """True loads, newtons: frames × rows × columns."""
+    truth: Sensor
+    """The sensor that read: the one given, or one drawn about it."""
+
+    def __repr__(self) -> str:
+        return f"<taxel.Simulation of {len(self.counts)} frames of {self.truth.name}>"
+
+
+def simulate(
+    sensor: Any,
+    loads: ArrayLike | None = None,
+    *,
+    pattern: str = "hand",
+    frames: int = 1,
+    peak_newtons: float | None = None,
+    seed: int = 0,
+    imperfect: bool = False,
+) -> Simulation:
+    """Reads loads with a virtual sensor: material, circuit, noise and converter. The same seed gives the same readings.
+
+    Parameters
+    ----------
+    sensor : Sensor, str, path or dict
+        The sensor; it needs a load law.
+    loads : array of frames × rows × columns, or of rows × columns, optional
+        What presses, newtons; without it a pattern does.
+    pattern : {"hand", "fingers", "feet", "uniform", "random", "blobs", "press"}
+        What presses.
+    frames : int
+        Frames of the pattern.
+    peak_newtons : float, optional
+        The highest load of the pattern on a taxel.
+    seed : int
+        Of everything that is drawn.
+    imperfect : bool
+        Read with a sensor whose switches, taxels and amplifier differ from the file's as those of real sensors do: ``truth``.
+
+    Returns
+    -------
+    Simulation
+    """
+    given = None if loads is None else frames_of(loads, "loads")[0]
+    found = _taxel.simulate(sensor_of(sensor), given, pattern, frames, peak_newtons, seed, imperfect)
+    return Simulation(found["counts"], found["loads_newtons"], found["truth"])
+
+
+def identify(
+    recordings: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
+    sensor: Any = None,
+    *,
+    rows: int | None = None,
+    equilibration: str | os.PathLike[str] | None = None,
+    transpose: bool = False,
+) -> dict[str, Any]:
+    """Which read-out explains recordings of unknown loads: what ``taxel identify --json`` says, as a dict.
+
+    Parameters
+    ----------
+    recordings : path, or list of paths
+        Recordings under any loads.
+    sensor : Sensor, str, path or dict, optional
+        What is known.
+    rows : int, optional
+        Rows of a frame, where neither the sensor nor the recordings say.
+    equilibration : path, optional
+        A table of uniform loads.
+    transpose : bool
+        The recordings have rows and columns swapped.
+    """
+    files = [recordings] if isinstance(recordings, (str, os.PathLike)) else list(recordings)
+    known = None if sensor is None else sensor_of(sensor)
+    return _taxel.identify(files, known, rows, equilibration, transpose)
+
+
+def evaluate(plan: str | os.PathLike[str]) -> dict[str, Any]:
+    """How good a sensor is, by a plan and its recordings: what ``taxel evaluate --json`` says, as a dict.
+
+    Parameters
+    ----------
+    plan : path
+        A plan (``docs/evaluate.md``).
+    """
+    return _taxel.evaluate(plan)

@@ -1,0 +1,137 @@
+"""A sensor while it reads."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from collections.abc import AsyncIterator, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _taxel
+from ._pipeline import sensor_of
+from ._taxel import Sensor
+
+
+@dataclass(frozen=True, eq=False)
+class LiveFrame:
+    """A frame that was solved a moment ago."""
+
+    number: int
+    """Its number among those that were solved; a gap says how many Python was too slow for."""
+    unix_secs: float
+    """When it arrived, seconds since 1970."""
+    device_secs: float | None
+    """The device's own time, seconds."""
+    loads: NDArray[np.float64] | None
+    """Loads, newtons: rows × columns; None without a load law."""
+    siemens: NDArray[np.float64] | None
+    """Conductances, siemens: rows × columns."""
+    marks: NDArray[np.uint8]
+    """Codes of ``taxel.MARKS``."""
+    answered: bool
+    """Whether the inverse came to one answer."""
+    force_newtons: float
+    """Sum of the loads, newtons."""
+
+
+class Live:
+    """A source of frames: iterate over it, in a ``with`` or ``async with`` block. See ``taxel.live``."""
+
+    def __init__(
+        self,
+        address: str,
+        sensor: Sensor | None,
+        method: str,
+        queue: int,
+        record: str | os.PathLike[str] | None,
+    ) -> None:
+        self._stream = _taxel.Stream(address, sensor, method, queue, record)
+
+    @property
+    def sensor(self) -> Sensor:
+        """The sensor."""
+        return self._stream.sensor
+
+    @property
+    def state(self) -> str:
+        """How the source stands, in words."""
+        return self._stream.state()
+
+    @property
+    def statistics(self) -> dict[str, Any]:
+        """``received``, ``solved``, ``dropped`` (Python was slower), ``waiting``; ``troubles`` on the way, in words."""
+        return self._stream.statistics()
+
+    def next(self, timeout: float | None = None) -> LiveFrame | None:
+        """The next frame; None at the end, or when none came within ``timeout`` seconds."""
+        found = self._stream.next(timeout)
+        return None if found is None else LiveFrame(**found)
+
+    def close(self) -> None:
+        """Ends it; a recording is whole when this returns."""
+        self._stream.close()
+
+    def __iter__(self) -> Iterator[LiveFrame]:
+        while (frame := self.next()) is not None:
+            yield frame
+
+    async def __aiter__(self) -> AsyncIterator[LiveFrame]:
+        while True:
+            frame = await asyncio.to_thread(self.next, 0.2)
+            if frame is not None:
+                yield frame
+            elif self._stream.has_ended():
+                return
+
+    def __enter__(self) -> Live:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    async def __aenter__(self) -> Live:
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        await asyncio.to_thread(self.close)
+
+
+def live(
+    address: str,
+    sensor: Any = None,
+    *,
+    method: str = "auto",
+    queue: int = 8,
+    record: str | os.PathLike[str] | None = None,
+) -> Live:
+    """Frames of a sensor as they come, loads in newtons.
+
+    Where Python takes longer than a frame lasts, the oldest that wait are left out and counted; a recording has them all.
+
+    Parameters
+    ----------
+    address : str
+        ``serial:/dev/ttyACM0?baud=2000000``, ``udp:0.0.0.0:9000``, ``tcp:…``, ``sim:econe?hand``, ``file:grip.mcap`` …, as
+        ``taxel live`` takes it.
+    sensor : Sensor, str, path or dict, optional
+        The sensor; a simulated one and a recording bring theirs.
+    method : str
+        How loads are found, as of ``Pipeline``.
+    queue : int
+        Frames that may wait.
+    record : path, optional
+        Record the counts meanwhile (``.mcap``); the file must not exist.
+
+    Examples
+    --------
+    >>> with taxel.live("sim:econe?hand&frames_per_second=50") as source:
+    ...     frame = source.next()
+    >>> frame.loads.shape
+    (64, 128)
+    """
+    known = None if sensor is None else sensor_of(sensor)
+    return Live(address, known, method, queue, record)

@@ -1,0 +1,248 @@
+"""From frames to loads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any, Literal, overload
+
+import numpy as np
+from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+from . import _taxel
+from ._arrays import codes_of, frames_of, times_of
+from ._errors import ArrayError, Error, SensorError
+from ._recording import Chunk, Recording
+from ._result import Result
+from ._table import Table
+from ._taxel import Sensor
+
+Unit = Literal["counts", "volts", "siemens"]
+
+
+def sensor_of(source: Any) -> Sensor:
+    """A sensor, or what makes one."""
+    return source if isinstance(source, Sensor) else Sensor(source)
+
+
+class Pipeline:
+    """From frames of counts to loads in newtons: screen, converter, inverse of the circuit, load law, spread.
+
+    Frames are a stream: the inverse of each begins with the answer before it, the screen learns the baseline as it goes, and a
+    load law with creep remembers. A call of more than 64 frames is shared out to all cores, in blocks that begin anew, so that its
+    results do not hang on how many cores there are. Other threads of Python run meanwhile; Ctrl-C ends a call.
+
+    Parameters
+    ----------
+    sensor : Sensor, str, path or dict
+        The sensor, or what ``Sensor`` makes one of.
+    method : str
+        How loads are found: ``auto`` (what suits the read-out), ``exact``, ``newton``, ``raw`` (no compensation), or the file of a
+        model that ``taxel train`` wrote.
+    repair : bool, optional
+        Replace what was not measured by the median of its neighbours, and mark it interpolated; as the sensor file says where it
+        is left out.
+
+    Raises
+    ------
+    taxel.SensorError
+        The sensor file lacks what the method needs, which ``taxel.calibrate`` finds.
+
+    Examples
+    --------
+    >>> import taxel
+    >>> grip = taxel.simulate("econe", pattern="hand", frames=3, seed=1)
+    >>> pipeline = taxel.Pipeline("econe")
+    >>> result = pipeline.process(grip.counts)
+    >>> result.loads.shape
+    (3, 64, 128)
+    >>> abs(result.loads.sum() / grip.loads.sum() - 1) < 0.01
+    True
+    """
+
+    def __init__(self, sensor: Any, method: str = "auto", repair: bool | None = None) -> None:
+        self._inner = _taxel.Pipeline(sensor_of(sensor), method, repair)
+
+    @property
+    def sensor(self) -> Sensor:
+        """The sensor."""
+        return self._inner.sensor
+
+    @property
+    def method(self) -> str:
+        """How loads are found."""
+        return self._inner.method
+
+    def __repr__(self) -> str:
+        return f"taxel.Pipeline({self.sensor!r}, method={self.method!r})"
+
+    def __reduce__(self) -> tuple[type[Pipeline], tuple[Sensor, str, bool | None]]:
+        """Pickled without its stream: the copy begins anew, with the lines that the sensor file declares."""
+        return type(self), (self.sensor, self.method, self._inner.repair)
+
+    def reset(self) -> None:
+        """Forgets the frames before: the next one is the first."""
+        self._inner.reset()
+
+    def look_for_faults(self, frames: ArrayLike | Recording) -> list[str]:
+        """Looks for dead, shorted and flickering lines in all frames together; what it finds holds from then on.
+
+        Parameters
+        ----------
+        frames : array of frames × rows × columns, or Recording
+            Counts.
+
+        Returns
+        -------
+        list of str
+            Each fault in words.
+        """
+        counts = frames.counts if isinstance(frames, Recording) else frames
+        return self._inner.look_for_faults(frames_of(counts)[0])
+
+    def process(
+        self,
+        frames: ArrayLike | Recording,
+        *,
+        unit: Unit = "counts",
+        marks: ArrayLike | None = None,
+        time: ArrayLike | None = None,
+        dtype: DTypeLike = np.float64,
+        siemens: bool = False,
+        standard_errors: bool = False,
+        figures: bool = True,
+        threads: int | None = None,
+    ) -> Result:
+        """Loads of frames.
+
+        Parameters
+        ----------
+        frames : array of frames × rows × columns, or of rows × columns, or Recording
+            Counts, of any type of number; means of several readings may have fractions.
+        unit : {"counts", "volts", "siemens"}
+            What the numbers are.
+        marks : array of the same shape, optional
+            Codes of ``taxel.MARKS`` of what is known to be wrong; 0 is good.
+        time : array, optional
+            Seconds, one a frame: what a load law with creep needs. A recording brings its own.
+        dtype : {numpy.float64, numpy.float32}
+            Type of the results; the work is done in float64.
+        siemens : bool
+            Return conductances as well.
+        standard_errors : bool
+            Return standard errors as well, and half of the 95 % intervals of figures. Takes several times as long.
+        figures : bool
+            Return figures over time.
+        threads : int, optional
+            How many cores; all without it.
+
+        Returns
+        -------
+        Result
+
+        Raises
+        ------
+        taxel.ArrayError
+            Frames of another shape or type, NaN, negative counts, counts above the converter's largest: which frame and taxel.
+        MemoryError
+            The result does not fit: ``stream`` goes through a recording in constant memory.
+        """
+        if isinstance(frames, Recording):
+            return self._of_chunk(frames.load(), dtype, siemens, standard_errors, figures, threads)
+        array, is_one = frames_of(frames)
+        single = np.dtype(dtype)
+        if single not in (np.dtype(np.float32), np.dtype(np.float64)):
+            raise ArrayError(f"dtype {single}, but results are float64 or float32")
+        if threads is not None and threads < 1:
+            raise Error(f"threads {threads}, but 1 or more are needed")
+        times = times_of(time, len(array))
+        found = self._inner.process(
+            array,
+            unit,
+            single=single == np.dtype(np.float32),
+            siemens=siemens,
+            standard_errors=standard_errors,
+            figures=figures,
+            marks=codes_of(marks, array.shape),
+            time=times,
+            threads=threads,
+        )
+        return self._result(found, array.shape[1:] if is_one else array.shape, times)
+
+    def stream(
+        self,
+        frames: Recording | Iterable[ArrayLike],
+        *,
+        chunk: int = 256,
+        dtype: DTypeLike = np.float64,
+        siemens: bool = False,
+        standard_errors: bool = False,
+        figures: bool = True,
+        threads: int | None = None,
+    ) -> Iterator[Result]:
+        """Goes through a recording in constant memory, some frames at a time.
+
+        Parameters
+        ----------
+        frames : Recording, or iterable of arrays
+            A recording, or arrays of counts as they come.
+        chunk : int
+            Frames of a recording at a time.
+
+        Yields
+        ------
+        Result
+        """
+        if isinstance(frames, Recording):
+            for piece in frames.chunks(chunk):
+                yield self._of_chunk(piece, dtype, siemens, standard_errors, figures, threads)
+            return
+        for array in frames:
+            yield self.process(
+                array,
+                dtype=dtype,
+                siemens=siemens,
+                standard_errors=standard_errors,
+                figures=figures,
+                threads=threads,
+            )
+
+    def _of_chunk(
+        self,
+        chunk: Chunk,
+        dtype: DTypeLike,
+        siemens: bool,
+        standard_errors: bool,
+        figures: bool,
+        threads: int | None,
+    ) -> Result:
+        return self.process(
+            chunk.values,
+            unit=chunk.unit,
+            marks=chunk.marks,
+            time=chunk.time,
+            dtype=dtype,
+            siemens=siemens,
+            standard_errors=standard_errors,
+            figures=figures,
+            threads=threads,
+        )
+
+    def _result(self, found: dict[str, Any], shape: tuple[int, ...], time: NDArray[np.float64] | None) -> Result:
+        def shaped(name: str) -> NDArray[Any] | None:
+            return found[name].reshape(shape) if name in found else None
+
+        columns: dict[str, NDArray[Any]] = {"time_s": time} if time is not None else {}
+        columns.update(found.get("figures", {}))
+        return Result(
+            sensor=self.sensor,
+            loads=shaped("loads"),
+            marks=found["marks"].reshape(shape),
+            siemens=shaped("siemens"),
+            standard_errors=shaped("standard_errors"),
+            half_width_factor=found["factor_95"],
+            answered=found["answered"],
+            rounds=found["rounds"],
+            residuals=found["residuals"],
+            time=time,
+            figures=Table(columns),
+        )

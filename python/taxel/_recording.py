@@ -1,0 +1,333 @@
+"""Recordings: files of frames, read as far as they are asked for."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._errors import Error, FileError
+from ._taxel import Reader, Sensor
+
+Unit = Literal["counts", "volts", "siemens"]
+_CHUNK = 256
+
+
+@dataclass(frozen=True, eq=False)
+class Chunk:
+    """Frames of a recording, one after the other."""
+
+    values: NDArray[Any]
+    """Frames × rows × columns."""
+    marks: NDArray[np.uint8]
+    """What the file says of each reading: codes of ``taxel.MARKS``."""
+    time: NDArray[np.float64] | None
+    """Seconds of the device, where the file knows them."""
+    sequence: NDArray[np.uint64]
+    """Place of each frame in the recording; those that could not be read are missing."""
+    tare: NDArray[np.float64] | None
+    """Newtons that were taken off each load while it was recorded, where there was a tare."""
+    unit: Unit
+    """What the values are."""
+
+
+class Recording:
+    """A recording: opened by ``taxel.read``. It is read as far as it is asked for, and kept once all of it was.
+
+    ``len(recording)``, ``recording[7]``, ``recording[10:20]``, ``for frame in recording`` and ``recording.counts`` do what one
+    expects of them.
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        sensor: Sensor | None,
+        unit: Unit,
+        transpose: bool,
+        keep_going: bool,
+    ) -> None:
+        self.path = Path(path)
+        self._sensor = sensor
+        self._unit: Unit = unit
+        self._options = (unit, transpose, keep_going)
+        self._all: Chunk | None = None
+        self._frames: int | None = None
+        self._events: list[dict[str, Any]] = []
+        self._missing: list[str] = []
+        self._closed = False
+        self._shape = self._open().shape
+
+    def _open(self) -> Reader:
+        if self._closed:
+            raise Error(f"{self.path}: the recording is closed\nhint: taxel.read opens it again")
+        return Reader(self.path, self._sensor, *self._options)
+
+    @property
+    def sensor(self) -> Sensor | None:
+        """The sensor: the one that was given, or that the file carries."""
+        return self._sensor
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of a frame."""
+        return self._shape
+
+    def chunks(self, frames: int = _CHUNK) -> Iterator[Chunk]:
+        """Goes through the file, some frames at a time, in constant memory."""
+        if frames < 1:
+            raise Error(f"chunks of {frames} frames")
+        if self._all is not None:
+            yield from (_cut(self._all, slice(at, at + frames)) for at in range(0, len(self._all.values), frames))
+            return
+        reader, count = self._open(), 0
+        while (found := reader.read(frames)) is not None:
+            chunk = self._chunk(found)
+            count += len(chunk.values)
+            yield chunk
+        self._frames = count
+        self._events, self._missing = reader.events(), reader.missing()
+
+    def load(self) -> Chunk:
+        """Reads all of it, and keeps it."""
+        if self._all is None:
+            self._all = self._memory_map() or _joined(list(self.chunks()), self._empty())
+            self._frames = len(self._all.values)
+        return self._all
+
+    def close(self) -> None:
+        """Lets go of what was read."""
+        self._all, self._closed = None, True
+
+    def __enter__(self) -> Recording:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @property
+    def values(self) -> NDArray[Any]:
+        """All frames: frames × rows × columns. Counts up to 65535 are ``uint16``; of a ``.npy`` file a map of the file itself."""
+        self._check_open()
+        return self.load().values
+
+    @property
+    def counts(self) -> NDArray[Any]:
+        """All frames of counts: frames × rows × columns."""
+        if self._unit != "counts":
+            raise Error(f"{self.path} was opened as {self._unit}\nhint: `values`")
+        return self.values
+
+    @property
+    def marks(self) -> NDArray[np.uint8]:
+        """What the file says of each reading: codes of ``taxel.MARKS``."""
+        self._check_open()
+        return self.load().marks
+
+    @property
+    def time(self) -> NDArray[np.float64] | None:
+        """Seconds of the device, each frame; None where the file knows none."""
+        self._check_open()
+        return self.load().time
+
+    @property
+    def tare(self) -> NDArray[np.float64] | None:
+        """Newtons that were taken off each load while it was recorded."""
+        self._check_open()
+        return self.load().tare
+
+    @property
+    def events(self) -> list[dict[str, Any]]:
+        """What happened meanwhile: marks, tares, the device; dicts of ``secs``, ``kind``, ``text``, ``unix_secs``."""
+        self._check_open()
+        self.load()
+        return self._events
+
+    @property
+    def missing(self) -> list[str]:
+        """What is known to be missing, in words; empty for a whole recording."""
+        self._check_open()
+        self.load()
+        return self._missing
+
+    def __len__(self) -> int:
+        if self._frames is None:
+            reader = self._open()
+            self._frames = reader.skip(2**62)
+        return self._frames
+
+    @overload
+    def __getitem__(self, key: int) -> NDArray[Any]: ...
+    @overload
+    def __getitem__(self, key: slice) -> NDArray[Any]: ...
+    def __getitem__(self, key: int | slice) -> NDArray[Any]:
+        """Values of one frame, or of several."""
+        self._check_open()
+        if self._all is not None:
+            return self._all.values[key]
+        if isinstance(key, slice):
+            if (key.start or 0) >= 0 and key.stop is not None and key.stop >= 0 and (key.step or 1) > 0:
+                start = key.start or 0
+                return self._part(start, key.stop - start)[:: key.step or 1]
+            return self.load().values[key]
+        if key < 0:
+            key += len(self)
+        found = self._part(key, 1) if key >= 0 else ()
+        if len(found) == 0:
+            raise IndexError(f"{self.path} has {len(self)} frames, counted from 0")
+        return found[0]
+
+    def _part(self, start: int, count: int) -> NDArray[Any]:
+        reader = self._open()
+        if count > 0 and reader.skip(start) == start and (found := reader.read(count)) is not None:
+            return found["values"]
+        return self._empty().values
+
+    def __iter__(self) -> Iterator[NDArray[Any]]:
+        for chunk in self.chunks():
+            yield from chunk.values
+
+    def __repr__(self) -> str:
+        frames = "" if self._frames is None else f"{self._frames} frames of "
+        name = f", sensor {self._sensor.name}" if self._sensor is not None else ""
+        return f"<taxel.Recording {self.path}: {frames}{self._shape[0]} × {self._shape[1]} {self._unit}{name}>"
+
+    def _check_open(self) -> None:
+        if self._closed:
+            self._open()
+
+    def _chunk(self, found: dict[str, Any]) -> Chunk:
+        time: NDArray[np.float64] = found["time"]
+        return Chunk(
+            values=found["values"],
+            marks=found["marks"],
+            time=None if np.isnan(time).all() else time,
+            sequence=found["sequence"],
+            tare=found.get("tare"),
+            unit=self._unit,
+        )
+
+    def _empty(self) -> Chunk:
+        kind = np.uint16 if self._unit == "counts" else np.float64
+        return Chunk(
+            values=np.empty((0, *self._shape), kind),
+            marks=np.empty((0, *self._shape), np.uint8),
+            time=None,
+            sequence=np.empty(0, np.uint64),
+            tare=None,
+            unit=self._unit,
+        )
+
+    def _memory_map(self) -> Chunk | None:
+        """The file itself as an array, where it is one of frames × rows × columns."""
+        unit, transpose, keep_going = self._options
+        if self.path.suffix.lower() != ".npy" or transpose or keep_going:
+            return None
+        # Read through once: what is no count is an error, as of every other format.
+        self._open().skip(2**62)
+        array = np.load(self.path, mmap_mode="r", allow_pickle=False)
+        if array.ndim != 3 or array.shape[1:] != self._shape or not array.flags.c_contiguous:
+            return None
+        return Chunk(
+            values=array,
+            marks=np.broadcast_to(np.uint8(0), array.shape),
+            time=None,
+            sequence=np.arange(len(array), dtype=np.uint64),
+            tare=None,
+            unit=unit,
+        )
+
+
+def _cut(chunk: Chunk, part: slice) -> Chunk:
+    return Chunk(
+        values=chunk.values[part],
+        marks=chunk.marks[part],
+        time=None if chunk.time is None else chunk.time[part],
+        sequence=chunk.sequence[part],
+        tare=None if chunk.tare is None else chunk.tare[part],
+        unit=chunk.unit,
+    )
+
+
+def _joined(chunks: list[Chunk], empty: Chunk) -> Chunk:
+    if not chunks:
+        return empty
+
+    def optional(name: str) -> NDArray[np.float64] | None:
+        if all(getattr(chunk, name) is None for chunk in chunks):
+            return None
+        fill = np.nan if name == "time" else 0.0
+
+        def of(chunk: Chunk) -> NDArray[np.float64]:
+            found = getattr(chunk, name)
+            shape = chunk.sequence.shape if name == "time" else chunk.values.shape
+            return np.full(shape, fill) if found is None else found
+
+        return np.concatenate([of(chunk) for chunk in chunks])
+
+    return Chunk(
+        values=np.concatenate([chunk.values for chunk in chunks]),
+        marks=np.concatenate([chunk.marks for chunk in chunks]),
+        time=optional("time"),
+        sequence=np.concatenate([chunk.sequence for chunk in chunks]),
+        tare=optional("tare"),
+        unit=empty.unit,
+    )
+
+
+def read(
+    path: str | os.PathLike[str],
+    sensor: Any = None,
+    *,
+    unit: Unit = "counts",
+    transpose: bool = False,
+    keep_going: bool = False,
+) -> Recording:
+    """Opens a recording.
+
+    Parameters
+    ----------
+    path : str or path
+        ``.txt``, ``.csv``, ``.npy``, ``.npz``, ``.mcap``, ``.parquet``.
+    sensor : Sensor, str, path or dict, optional
+        What it is of. Recordings of ``.mcap`` and ``.parquet`` bring their own; text needs one.
+    unit : {"counts", "volts", "siemens"}
+        What its numbers are.
+    transpose : bool
+        The file has rows and columns swapped.
+    keep_going : bool
+        Leave out frames that cannot be read, and of a damaged file give what is whole; ``missing`` tells what is not.
+
+    Returns
+    -------
+    Recording
+
+    Raises
+    ------
+    taxel.FileError
+        No such file, or what is wrong in it: frame, line, both numbers.
+    taxel.Error
+        Nothing tells the shape of its frames.
+
+    Examples
+    --------
+    >>> recording = taxel.read("grip.mcap")                       # doctest: +SKIP
+    >>> recording.counts.shape, recording.time[-1]                # doctest: +SKIP
+    """
+    if unit not in ("counts", "volts", "siemens"):
+        raise Error(f"unit {unit!r}\nhint: counts, volts or siemens")
+    if not os.path.exists(path):
+        raise FileError(f"cannot open {os.fspath(path)}: no such file")
+    if sensor is None:
+        sensor = _carried(path)
+    elif not isinstance(sensor, Sensor):
+        sensor = Sensor(sensor)
+    return Recording(path, sensor, unit, transpose, keep_going)
+
+
+def _carried(path: str | os.PathLike[str]) -> Sensor | None:
+    return Sensor.carried_by(path)
