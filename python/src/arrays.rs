@@ -6,6 +6,11 @@ use taxel::{Mark, Sensor};
 
 use crate::errors;
 
+/// Numbers of a frame: one for each crossing of the lines, also where there is no taxel.
+pub(crate) fn crossings(sensor: &Sensor) -> usize {
+    sensor.rows() * sensor.columns()
+}
+
 /// An array of frames, n × rows × columns, of any type of number, row by row in memory. `taxel._arrays` has seen to that.
 pub(crate) enum Frames<'py> {
     U8(PyReadonlyArray3<'py, u8>),

@@ -13,7 +13,7 @@ use taxel::{Counts, Frame};
 use taxel_app::{Silent, calibration_picture, presses, residuals};
 use taxel_plot::Format;
 
-use crate::arrays::{Frames, Range};
+use crate::arrays::{Frames, Range, crossings};
 use crate::errors;
 use crate::interrupt::{StoppableThreads, interruptible};
 use crate::output::dict_of;
@@ -41,7 +41,7 @@ impl Labelled<'_> {
         let frames = Frames::take(&self.frames, sensor)?;
         let numbers = frames.numbers()?;
         let mut data = CalibrationData::default();
-        for at in 0..numbers.len() / sensor.taxels() {
+        for at in 0..numbers.len() / crossings(sensor) {
             let mut frame = Frame::<Counts>::zeros(sensor.rows(), sensor.columns());
             let range = Range::Counts(sensor.max_count());
             let copied = numbers.copy_frame(at, sensor.columns(), range, frame.values_mut());

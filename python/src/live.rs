@@ -246,6 +246,7 @@ impl Stream {
             if let Some(mut session) = session {
                 session.end();
             }
+            self.waiting.lock().frames.clear();
         });
     }
 }

@@ -8,12 +8,12 @@ use numpy::{PyReadonlyArray1, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use taxel::pipeline::{Pipeline as Chain, Repair};
-use taxel::screen::{LineFaults, LineScreen};
-use taxel::{Counts, Frame};
+use taxel::screen::{Level, LineFaults, LineScreen};
+use taxel::{Counts, Frame, Mark};
 use taxel_app::in_order::in_order;
 use taxel_app::methods::MethodName;
 
-use crate::arrays::{Frames, Numbers, Range, one_a_frame};
+use crate::arrays::{Frames, Numbers, Range, copy_marks, crossings, one_a_frame};
 use crate::errors;
 use crate::interrupt::{Stop, interruptible};
 use crate::sensor::Sensor;
@@ -38,6 +38,8 @@ struct State {
     workers: Vec<Worker>,
     repair: Option<bool>,
     faults: LineFaults,
+    /// Baseline and noise as frames have told them.
+    level: Option<Level>,
 }
 
 #[pymethods]
@@ -51,6 +53,7 @@ impl Pipeline {
             workers: Vec::new(),
             repair,
             faults: LineFaults::from_spec(sensor.sensor.screen()),
+            level: None,
         };
         state.grow(1, &sensor, &method)?;
         Ok(Self {
@@ -80,6 +83,7 @@ impl Pipeline {
         let state = &mut *self.lock();
         state.screen = Chain::to_volts(&self.sensor.sensor);
         state.screen.set_lines(&state.faults);
+        state.level = state.faults.level;
         for worker in &mut state.workers {
             worker.chain.begin_anew();
         }
@@ -94,7 +98,7 @@ impl Pipeline {
         let found = interruptible(py, |stop| -> Result<LineFaults, String> {
             let mut screen = LineScreen::from_sensor(sensor);
             let mut frame = Frame::<Counts>::zeros(sensor.rows(), sensor.columns());
-            for at in 0..numbers.len() / sensor.taxels() {
+            for at in 0..numbers.len() / crossings(sensor) {
                 stop.check();
                 numbers.copy_frame(at, sensor.columns(), range, frame.values_mut())?;
                 let seen = screen.observe(&frame);
@@ -127,7 +131,7 @@ impl Pipeline {
         let sensor = &self.sensor.sensor;
         let frames = Frames::take(frames, sensor)?;
         let numbers = frames.numbers()?;
-        let count = numbers.len() / sensor.taxels();
+        let count = numbers.len() / crossings(sensor);
         let codes = marks.as_ref().map(|marks| marks.as_slice());
         let codes = codes.transpose().map_err(errors::array)?;
         if let Some(codes) = codes
@@ -152,6 +156,9 @@ impl Pipeline {
             input,
             count,
         };
+        if standard_errors {
+            self.find_level(py, &source)?;
+        }
         let mut results = Results::new(sensor, count, single, wanted, self.lock().has_loads())?;
         interruptible(py, |stop| {
             let mut state = self.lock();
@@ -163,11 +170,33 @@ impl Pipeline {
                 &mut results,
             )
         })??;
-        results.into_dict(py)
+        results.into_dict(py, self.lock().noise_counts())
     }
 }
 
 impl Pipeline {
+    /// Baseline and noise of these frames, where neither the sensor file nor frames before have told the noise.
+    fn find_level(&self, py: Python<'_>, source: &Source) -> PyResult<()> {
+        let sensor = &self.sensor.sensor;
+        let is_told = sensor.converter().noise_counts.is_some() || self.lock().level.is_some();
+        if is_told || !matches!(source.input, Input::Counts(_)) {
+            return Ok(());
+        }
+        let found = interruptible(py, |stop| -> Result<Option<Level>, String> {
+            let mut screen = LineScreen::from_sensor(sensor);
+            let mut frame = Frame::<Counts>::zeros(sensor.rows(), sensor.columns());
+            for at in 0..source.count {
+                stop.check();
+                source.copy_frame(at, &mut frame)?;
+                let seen = screen.observe(&frame);
+                seen.expect("the frame has the sensor's shape");
+            }
+            Ok(screen.level())
+        })?;
+        self.lock().level = found.map_err(errors::array)?;
+        Ok(())
+    }
+
     fn lock(&self) -> std::sync::MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -182,9 +211,29 @@ struct Source<'a> {
     count: usize,
 }
 
+impl Source<'_> {
+    /// Copies the numbers of frame `at`, and its marks.
+    fn copy_frame(&self, at: usize, frame: &mut Frame<Counts>) -> Result<(), String> {
+        let (taxels, columns) = (frame.taxels(), frame.columns());
+        let range = self.input.range();
+        self.numbers
+            .copy_frame(at, columns, range, frame.values_mut())?;
+        frame.marks_mut().fill(Mark::Good);
+        if let Some(codes) = self.codes {
+            copy_marks(&codes[at * taxels..(at + 1) * taxels], frame.marks_mut())?;
+        }
+        Ok(())
+    }
+}
+
 impl State {
     fn has_loads(&self) -> bool {
         self.workers.first().is_some_and(Worker::has_loads)
+    }
+
+    /// Standard deviation of a reading that standard errors were found with.
+    fn noise_counts(&self) -> Option<f64> {
+        self.workers.first().and_then(Worker::noise_counts)
     }
 
     fn set_lines(&mut self, faults: LineFaults) {
@@ -192,6 +241,7 @@ impl State {
         for worker in &mut self.workers {
             worker.chain.set_lines(&faults);
         }
+        self.level = faults.level.or(self.level);
         self.faults = faults;
     }
 
@@ -221,7 +271,7 @@ impl State {
         stop: &Stop,
         results: &mut Results,
     ) -> PyResult<()> {
-        let each = (BLOCK_NUMBERS / sensor.sensor.taxels()).clamp(1, BLOCK_FRAMES);
+        let each = (BLOCK_NUMBERS / crossings(&sensor.sensor)).clamp(1, BLOCK_FRAMES);
         let blocks = source.count.div_ceil(each);
         // What loads remember goes from frame to frame, and so from block to block.
         let is_stream = blocks <= 1 || self.workers[0].chain.remembers();
@@ -232,7 +282,7 @@ impl State {
         };
         self.grow(threads, sensor, method)?;
         for worker in &mut self.workers[..threads] {
-            worker.prepare(&sensor.sensor, &self.faults, wanted)?;
+            worker.prepare(&sensor.sensor, self.level, wanted)?;
         }
         let held = if threads == 1 { 1 } else { 2 * threads + 1 };
         let memory = (0..held.min(blocks.max(1)))

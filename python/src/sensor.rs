@@ -10,6 +10,7 @@ use taxel_app::frames::carries_sensor;
 use taxel_app::sensor_source;
 use taxel_io::sensor_file;
 
+use crate::arrays::crossings;
 use crate::errors;
 use crate::output::dict_of;
 
@@ -28,10 +29,17 @@ use crate::output::dict_of;
 /// taxel.SensorError
 ///     What it says cannot be: which key, its value, and what was expected.
 #[pyclass(frozen, module = "taxel", eq, from_py_object)]
-#[derive(Clone, PartialEq)]
+#[derive(Clone)]
 pub(crate) struct Sensor {
     pub(crate) sensor: taxel::Sensor,
     pub(crate) file: PathBuf,
+}
+
+/// The same sensor, wherever it comes from.
+impl PartialEq for Sensor {
+    fn eq(&self, other: &Self) -> bool {
+        self.sensor == other.sensor
+    }
 }
 
 /// The names of sensors that need no file.
@@ -175,7 +183,7 @@ impl Sensor {
     /// Which crossings carry a taxel: bool, rows × columns.
     #[getter]
     fn populated<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<bool>>> {
-        let there: Vec<bool> = (0..self.sensor.taxels())
+        let there: Vec<bool> = (0..crossings(&self.sensor))
             .map(|taxel| !self.sensor.is_absent(taxel))
             .collect();
         there.into_pyarray(py).reshape(self.shape())

@@ -4,14 +4,15 @@ use numpy::{IntoPyArray, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use taxel::circuit::{Circuit, SensorCircuit};
+use taxel::frame::{grams_from_newtons, newtons_from_grams};
 use taxel::simulate::{Imperfections, Pattern, VirtualSensor};
 use taxel::{Counts, Frame, Grams, Siemens, Volts};
 use taxel_app::methods::MethodName;
 
-use crate::arrays::{Frames, Range};
+use crate::arrays::{Frames, Range, crossings};
 use crate::errors;
 use crate::interrupt::interruptible;
-use crate::output::room;
+use crate::output::{Output, room};
 use crate::sensor::Sensor;
 
 type Array3<'py> = Bound<'py, PyArray3<f64>>;
@@ -27,7 +28,7 @@ pub(crate) fn scan<'py>(
     let frames = Frames::take(siemens, sensor)?;
     let numbers = frames.numbers()?;
     let circuit = SensorCircuit::from_sensor(sensor).map_err(errors::of_taxel)?;
-    let taxels = sensor.taxels();
+    let taxels = crossings(sensor);
     let mut volts = room(numbers.len())?;
     volts.resize(numbers.len(), 0.0);
     interruptible(py, |stop| {
@@ -74,7 +75,7 @@ pub(crate) fn solve<'py>(
         let mut read = Frame::<Volts>::zeros(rows, columns);
         let mut found = Frame::<Siemens>::zeros(rows, columns);
         let mut answered = Vec::new();
-        for at in 0..numbers.len() / sensor.taxels() {
+        for at in 0..numbers.len() / crossings(sensor) {
             stop.check();
             numbers.copy_frame(at, columns, Range::Finite, read.values_mut())?;
             sensor.mark_absent(read.marks_mut());
@@ -91,90 +92,95 @@ pub(crate) fn solve<'py>(
     Ok((shaped(py, siemens, sensor)?, answered))
 }
 
-/// What a virtual sensor reads of a pattern: a dict of counts and loads_newtons. See `taxel.simulate`.
+/// What presses on a virtual sensor, and how it differs from the file.
+#[derive(FromPyObject)]
+pub(crate) struct Drawing {
+    pattern: String,
+    frames: usize,
+    peak_newtons: Option<f64>,
+    seed: u64,
+    imperfect: bool,
+}
+
+impl Drawing {
+    fn sensor(&self, nominal: &taxel::Sensor) -> PyResult<VirtualSensor> {
+        let imperfections = if self.imperfect {
+            Imperfections::uneven()
+        } else {
+            Imperfections::default()
+        };
+        VirtualSensor::imperfect(nominal, &imperfections, self.seed).map_err(errors::of_taxel)
+    }
+
+    fn pattern(&self) -> PyResult<Pattern> {
+        let found = Pattern::named(&self.pattern).ok_or_else(|| {
+            errors::other(format!(
+                "no pattern `{}`\nhint: hand, fingers, feet, uniform, random, blobs, press",
+                self.pattern
+            ))
+        })?;
+        match self.peak_newtons {
+            None => Ok(found),
+            Some(peak) if peak.is_finite() && peak > 0.0 => {
+                Ok(found.with_peak_g(grams_from_newtons(peak)))
+            }
+            Some(peak) => Err(errors::other(format!(
+                "peak_newtons {peak}: a load above 0"
+            ))),
+        }
+    }
+}
+
+/// What a virtual sensor reads: a dict of counts, loads_newtons and truth. See `taxel.simulate`.
 #[pyfunction]
 pub(crate) fn simulate<'py>(
     py: Python<'py>,
     sensor: &Sensor,
     loads: Option<&Bound<'py, PyAny>>,
-    pattern: &str,
-    frames: usize,
-    peak_newtons: Option<f64>,
-    seed: u64,
-    imperfect: bool,
+    drawing: Drawing,
 ) -> PyResult<Bound<'py, PyDict>> {
     let nominal = &sensor.sensor;
-    let imperfections = if imperfect {
-        Imperfections::uneven()
-    } else {
-        Imperfections::default()
-    };
-    let drawn =
-        VirtualSensor::imperfect(nominal, &imperfections, seed).map_err(errors::of_taxel)?;
-    let mut kind = Pattern::named(pattern).ok_or_else(|| {
-        errors::other(format!(
-            "no pattern {pattern:?}\nhint: hand, grip, fingers, feet, uniform, random, blobs"
-        ))
-    })?;
-    if let Some(peak) = peak_newtons {
-        kind = kind.with_peak_g(taxel::frame::grams_from_newtons(peak));
-    }
+    let (drawn, pattern) = (drawing.sensor(nominal)?, drawing.pattern()?);
     let given = loads
         .map(|loads| Frames::take(loads, nominal))
         .transpose()?;
     let given = given.as_ref().map(Frames::numbers).transpose()?;
-    let count = given.map_or(frames, |given| given.len() / nominal.taxels());
-    let mut counts: Vec<f64> = room(count * nominal.taxels())?;
-    let mut newtons: Vec<f64> = room(count * nominal.taxels())?;
+    let count = given.map_or(drawing.frames, |given| given.len() / crossings(nominal));
+    let mut counts = Output::new(false, count.saturating_mul(crossings(nominal)))?;
+    let mut newtons = Output::new(false, count.saturating_mul(crossings(nominal)))?;
     interruptible(py, |stop| {
         let mut loads = Frame::<Grams>::zeros(nominal.rows(), nominal.columns());
         for at in 0..count {
             stop.check();
             match given {
                 Some(given) => {
-                    let values = loads.values_mut();
-                    given.copy_frame(at, nominal.columns(), Range::NotNegative, values)?;
-                    values
-                        .iter_mut()
-                        .for_each(|load| *load = taxel::frame::grams_from_newtons(*load));
+                    let (values, range) = (loads.values_mut(), Range::NotNegative);
+                    given.copy_frame(at, nominal.columns(), range, values)?;
+                    let each = values.iter_mut();
+                    each.for_each(|load| *load = grams_from_newtons(*load));
                 }
-                None => loads = kind.loads(nominal.array(), seed, at as u64),
+                None => loads = pattern.loads(nominal.array(), drawing.seed, at as u64),
             }
             let read: Frame<Counts> = drawn.read(&loads, at as u64).counts;
-            counts.extend_from_slice(read.values());
-            newtons.extend(
-                loads
-                    .values()
-                    .iter()
-                    .map(|g| taxel::frame::newtons_from_grams(*g)),
-            );
+            counts.extend(read.values().iter().copied());
+            newtons.extend(loads.values().iter().map(|g| newtons_from_grams(*g)));
         }
         Ok::<(), String>(())
     })?
     .map_err(errors::array)?;
     let dict = PyDict::new(py);
-    if nominal.max_count() <= f64::from(u16::MAX) {
-        let narrow: Vec<u16> = counts.iter().map(|count| *count as u16).collect();
-        let shape = (count, nominal.rows(), nominal.columns());
-        dict.set_item("counts", narrow.into_pyarray(py).reshape(shape)?)?;
-    } else {
-        dict.set_item("counts", shaped(py, counts, nominal)?)?;
-    }
-    dict.set_item("loads_newtons", shaped(py, newtons, nominal)?)?;
-    let file = sensor.file.clone();
-    let truth = drawn.sensor().clone();
-    dict.set_item(
-        "truth",
-        Sensor {
-            sensor: truth,
-            file,
-        },
-    )?;
+    dict.set_item("counts", counts.into_array(py))?;
+    dict.set_item("loads_newtons", newtons.into_array(py))?;
+    let truth = Sensor {
+        sensor: drawn.sensor().clone(),
+        file: sensor.file.clone(),
+    };
+    dict.set_item("truth", truth)?;
     Ok(dict)
 }
 
 fn shaped<'py>(py: Python<'py>, values: Vec<f64>, sensor: &taxel::Sensor) -> PyResult<Array3<'py>> {
-    let frames = values.len() / sensor.taxels();
+    let frames = values.len() / crossings(sensor);
     values
         .into_pyarray(py)
         .reshape((frames, sensor.rows(), sensor.columns()))

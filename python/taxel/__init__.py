@@ -18,7 +18,7 @@ say, ``Pipeline`` makes loads of frames, ``live`` does it as they come; ``scan``
 from . import plot
 from ._calibrate import Calibration, Presses, calibrate
 from ._circuit import Simulation, evaluate, identify, scan, simulate, solve
-from ._errors import ArrayError, Error, FileError, SensorError
+from ._errors import ArrayError, Error, FileError, NoiseOnlyWarning, SensorError
 from ._live import Live, LiveFrame, live
 from ._pipeline import Pipeline
 from ._recording import Chunk, Recording, read
@@ -35,6 +35,7 @@ __all__ = [
     "FileError",
     "Live",
     "LiveFrame",
+    "NoiseOnlyWarning",
     "Pipeline",
     "Presses",
     "Recording",

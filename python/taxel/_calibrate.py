@@ -11,12 +11,13 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import _taxel
 from ._arrays import frames_of
 from ._errors import ArrayError
 from ._pipeline import sensor_of
 from ._table import Table
+from ._taxel import Calibration as Compiled
 from ._taxel import Sensor
+from ._taxel import calibrate as fit
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +69,7 @@ class Calibration:
     ``print(calibration)`` says what ``taxel calibrate`` says.
     """
 
-    def __init__(self, inner: _taxel.Calibration) -> None:
+    def __init__(self, inner: Compiled) -> None:
         self._inner = inner
         self.sensor: Sensor = inner.sensor
         """The sensor with the fitted numbers, their origin and their errors."""
@@ -207,7 +208,7 @@ def calibrate(
         labelled = _labelled(presses)
     else:
         table = presses
-    return Calibration(_taxel.calibrate(known, table, labelled, equilibration, options, progress))
+    return Calibration(fit(known, table, labelled, equilibration, options, progress))
 
 
 def _labelled(presses: Presses) -> _Labelled:

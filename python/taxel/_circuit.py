@@ -10,10 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _taxel
 from ._arrays import frames_of
+from ._errors import Error
 from ._pipeline import sensor_of
 from ._taxel import Sensor
+from ._taxel import evaluate as evaluate_plan
+from ._taxel import identify as identify_recordings
+from ._taxel import scan as scan_frames
+from ._taxel import simulate as simulate_frames
+from ._taxel import solve as solve_frames
 
 
 def scan(sensor: Any, siemens: ArrayLike) -> NDArray[np.float64]:
@@ -39,7 +44,7 @@ def scan(sensor: Any, siemens: ArrayLike) -> NDArray[np.float64]:
         A switch resistance that is not known yet.
     """
     frames, is_one = frames_of(siemens, "conductances")
-    volts = _taxel.scan(sensor_of(sensor), frames)
+    volts = scan_frames(sensor_of(sensor), frames)
     return volts[0] if is_one else volts
 
 
@@ -63,7 +68,7 @@ def solve(sensor: Any, volts: ArrayLike, method: str = "auto") -> tuple[NDArray[
         Whether the inverse came to one answer.
     """
     frames, is_one = frames_of(volts, "volts")
-    siemens, answered = _taxel.solve(sensor_of(sensor), frames, method)
+    siemens, answered = solve_frames(sensor_of(sensor), frames, method)
     return (siemens[0] if is_one else siemens), np.asarray(answered, dtype=np.bool_)
 
 
@@ -80,6 +85,15 @@ class Simulation:
 
     def __repr__(self) -> str:
         return f"<taxel.Simulation of {len(self.counts)} frames of {self.truth.name}>"
+
+
+@dataclass(frozen=True)
+class _Drawing:
+    pattern: str
+    frames: int
+    peak_newtons: float | None
+    seed: int
+    imperfect: bool
 
 
 def simulate(
@@ -116,8 +130,14 @@ def simulate(
     Simulation
     """
     given = None if loads is None else frames_of(loads, "loads")[0]
-    found = _taxel.simulate(sensor_of(sensor), given, pattern, frames, peak_newtons, seed, imperfect)
-    return Simulation(found["counts"], found["loads_newtons"], found["truth"])
+    known = sensor_of(sensor)
+    if frames < 0:
+        raise Error(f"{frames} frames, but 0 or more are needed")
+    found = simulate_frames(known, given, _Drawing(pattern, frames, peak_newtons, seed, imperfect))
+    counts = found["counts"].reshape(-1, *known.shape)
+    if known.max_count <= 65535:
+        counts = counts.astype(np.uint16)
+    return Simulation(counts, found["loads_newtons"].reshape(-1, *known.shape), found["truth"])
 
 
 def identify(
@@ -145,7 +165,7 @@ def identify(
     """
     files = [recordings] if isinstance(recordings, (str, os.PathLike)) else list(recordings)
     known = None if sensor is None else sensor_of(sensor)
-    return _taxel.identify(files, known, rows, equilibration, transpose)
+    return identify_recordings(files, known, rows, equilibration, transpose)
 
 
 def evaluate(plan: str | os.PathLike[str]) -> dict[str, Any]:
@@ -156,4 +176,4 @@ def evaluate(plan: str | os.PathLike[str]) -> dict[str, Any]:
     plan : path
         A plan (``docs/evaluate.md``).
     """
-    return _taxel.evaluate(plan)
+    return evaluate_plan(plan)

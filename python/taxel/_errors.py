@@ -30,6 +30,10 @@ class ArrayError(Error, ValueError):
     """An array of the wrong shape, type or content."""
 
 
+class NoiseOnlyWarning(UserWarning):
+    """Standard errors that know nothing but the noise of readings: no calibration has told what the model leaves unexplained."""
+
+
 class FileError(Error, OSError):
     """A file that cannot be read or written, or what stands in it."""
 

@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _taxel
 from ._pipeline import sensor_of
-from ._taxel import Sensor
+from ._taxel import Sensor, Stream
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +48,7 @@ class Live:
         queue: int,
         record: str | os.PathLike[str] | None,
     ) -> None:
-        self._stream = _taxel.Stream(address, sensor, method, queue, record)
+        self._stream = Stream(address, sensor, method, queue, record)
 
     @property
     def sensor(self) -> Sensor:
@@ -128,7 +127,8 @@ def live(
 
     Examples
     --------
-    >>> with taxel.live("sim:econe?hand&frames_per_second=50") as source:
+    >>> import taxel
+    >>> with taxel.live("sim:econe?hand") as source:
     ...     frame = source.next()
     >>> frame.loads.shape
     (64, 128)

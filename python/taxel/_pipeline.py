@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Iterator
-from typing import Any, Literal, overload
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from . import _taxel
 from ._arrays import codes_of, frames_of, times_of
-from ._errors import ArrayError, Error, SensorError
+from ._errors import ArrayError, Error, NoiseOnlyWarning
 from ._recording import Chunk, Recording
 from ._result import Result
 from ._table import Table
+from ._taxel import Pipeline as Compiled
 from ._taxel import Sensor
 
 Unit = Literal["counts", "volts", "siemens"]
@@ -50,17 +51,17 @@ class Pipeline:
     Examples
     --------
     >>> import taxel
-    >>> grip = taxel.simulate("econe", pattern="hand", frames=3, seed=1)
+    >>> grip = taxel.simulate("econe", pattern="blobs", frames=3, seed=1)
     >>> pipeline = taxel.Pipeline("econe")
     >>> result = pipeline.process(grip.counts)
     >>> result.loads.shape
     (3, 64, 128)
-    >>> abs(result.loads.sum() / grip.loads.sum() - 1) < 0.01
+    >>> bool(abs(result.loads.sum() / grip.loads.sum() - 1) < 0.01)
     True
     """
 
     def __init__(self, sensor: Any, method: str = "auto", repair: bool | None = None) -> None:
-        self._inner = _taxel.Pipeline(sensor_of(sensor), method, repair)
+        self._inner = Compiled(sensor_of(sensor), method, repair)
 
     @property
     def sensor(self) -> Sensor:
@@ -129,7 +130,8 @@ class Pipeline:
         siemens : bool
             Return conductances as well.
         standard_errors : bool
-            Return standard errors as well, and half of the 95 % intervals of figures. Takes several times as long.
+            Return standard errors as well, and half of the 95 % intervals of figures. Takes several times as long. Beyond the
+            noise of the readings they know what a calibration has told; without one, ``taxel.NoiseOnlyWarning`` says so.
         figures : bool
             Return figures over time.
         threads : int, optional
@@ -154,6 +156,12 @@ class Pipeline:
             raise ArrayError(f"dtype {single}, but results are float64 or float32")
         if threads is not None and threads < 1:
             raise Error(f"threads {threads}, but 1 or more are needed")
+        if standard_errors and not self.sensor.has_uncertainty:
+            warnings.warn(
+                "noise only: the sensor has no [uncertainty], which taxel.calibrate finds, so that standard errors are too small",
+                NoiseOnlyWarning,
+                stacklevel=2,
+            )
         times = times_of(time, len(array))
         found = self._inner.process(
             array,
@@ -239,6 +247,7 @@ class Pipeline:
             marks=found["marks"].reshape(shape),
             siemens=shaped("siemens"),
             standard_errors=shaped("standard_errors"),
+            noise_counts=found["noise_counts"],
             half_width_factor=found["factor_95"],
             answered=found["answered"],
             rounds=found["rounds"],

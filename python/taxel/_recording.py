@@ -167,6 +167,8 @@ class Recording:
     def __getitem__(self, key: int | slice) -> NDArray[Any]:
         """Values of one frame, or of several."""
         self._check_open()
+        if not isinstance(key, slice) and self._frames is not None and not -self._frames <= key < self._frames:
+            raise self._no_frame()
         if self._all is not None:
             return self._all.values[key]
         if isinstance(key, slice):
@@ -178,8 +180,11 @@ class Recording:
             key += len(self)
         found = self._part(key, 1) if key >= 0 else ()
         if len(found) == 0:
-            raise IndexError(f"{self.path} has {len(self)} frames, counted from 0")
+            raise self._no_frame()
         return found[0]
+
+    def _no_frame(self) -> IndexError:
+        return IndexError(f"{self.path} has {len(self)} frames, counted from 0")
 
     def _part(self, start: int, count: int) -> NDArray[Any]:
         reader = self._open()

@@ -34,6 +34,9 @@ class Result:
     """Conductances with the cross-talk removed, siemens, where they were asked for or there are no loads."""
     standard_errors: NDArray[Any] | None
     """Standard error of each load, newtons (without a load law of each conductance, siemens); infinite where nothing bounds it."""
+    noise_counts: float | None
+    """Standard deviation of a reading that the standard errors are found with: of the sensor file, else of the frames themselves,
+    else of rounding."""
     half_width_factor: float
     """Half of a load's 95 % interval over its standard error."""
     answered: NDArray[np.bool_]

@@ -1,5 +1,8 @@
 """Pictures by ``matplotlib`` that look like the command's: inferno, axes in mm, marks outlined."""
 
+# matplotlib leaves some of its own types open.
+# pyright: reportUnknownMemberType=false
+
 from __future__ import annotations
 
 import io

@@ -6,14 +6,14 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use taxel::metric::FrameFigures;
 use taxel::pipeline::Pipeline as Chain;
-use taxel::screen::LineFaults;
+use taxel::screen::Level;
 use taxel::solve::Outcome;
 use taxel::uncertainty::{FigureErrors, StandardErrors};
-use taxel::{Counts, Frame, Mark, Newtons, Sensor, Siemens, Volts};
+use taxel::{Counts, Frame, Newtons, Sensor, Siemens, Volts};
 use taxel_app::in_order::Work;
 
 use super::Source;
-use crate::arrays::{self, copy_marks};
+use crate::arrays::{self, crossings};
 use crate::errors;
 use crate::interrupt::Stop;
 use crate::output::{Output, bytes, room};
@@ -40,7 +40,7 @@ impl Input {
         })
     }
 
-    fn range(self) -> arrays::Range {
+    pub(super) fn range(self) -> arrays::Range {
         match self {
             Self::Counts(most) => arrays::Range::Counts(most),
             Self::Volts => arrays::Range::Finite,
@@ -119,14 +119,7 @@ impl Block {
     ) -> Result<bool, String> {
         self.len = range.len();
         for (frame, at) in self.frames.iter_mut().zip(range) {
-            let (taxels, columns) = (frame.taxels(), frame.columns());
-            let values = frame.values_mut();
-            let range = source.input.range();
-            source.numbers.copy_frame(at, columns, range, values)?;
-            frame.marks_mut().fill(Mark::Good);
-            if let Some(codes) = source.codes {
-                copy_marks(&codes[at * taxels..(at + 1) * taxels], frame.marks_mut())?;
-            }
+            source.copy_frame(at, frame)?;
             frame.sequence = at as u64;
             let time = source.time.map(|time| time[at]);
             frame.time_secs = time.filter(|time| time.is_finite());
@@ -165,11 +158,17 @@ impl Worker {
         self.chain.has_loads()
     }
 
+    pub(super) fn noise_counts(&self) -> Option<f64> {
+        self.standard_errors
+            .as_ref()
+            .map(StandardErrors::noise_counts)
+    }
+
     /// What is needed for what is wanted.
     pub(super) fn prepare(
         &mut self,
         sensor: &Sensor,
-        faults: &LineFaults,
+        level: Option<Level>,
         wanted: Wanted,
     ) -> PyResult<()> {
         if !wanted.standard_errors {
@@ -181,10 +180,10 @@ impl Worker {
                 "standard errors need an inverse to carry the converter's noise through\nhint: take the method auto, exact or newton",
             ));
         }
-        let found = StandardErrors::new(sensor, faults.level).map_err(errors::of_taxel)?;
+        let found = StandardErrors::new(sensor, level).map_err(errors::of_taxel)?;
         self.standard_errors = Some(found);
         if wanted.figures && self.has_loads() {
-            let found = FigureErrors::new(sensor, faults.level).map_err(errors::of_taxel)?;
+            let found = FigureErrors::new(sensor, level).map_err(errors::of_taxel)?;
             self.figure_errors = Some(found);
         }
         Ok(())
@@ -320,7 +319,7 @@ impl Results {
         wanted: Wanted,
         has_loads: bool,
     ) -> PyResult<Self> {
-        let numbers = frames.saturating_mul(sensor.taxels());
+        let numbers = frames.saturating_mul(crossings(sensor));
         let some = |yes: bool| yes.then(|| Output::new(single, numbers)).transpose();
         let factor_95 = sensor.uncertainty().map(|found| found.factor_95);
         Ok(Self {
@@ -366,7 +365,11 @@ impl Results {
     }
 
     /// Arrays by their names, of one axis each: `taxel._pipeline` gives them their shape.
-    pub(super) fn into_dict(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    pub(super) fn into_dict(
+        self,
+        py: Python<'_>,
+        noise_counts: Option<f64>,
+    ) -> PyResult<Bound<'_, PyDict>> {
         use numpy::IntoPyArray;
         let dict = PyDict::new(py);
         for (name, output) in [
@@ -383,6 +386,7 @@ impl Results {
         dict.set_item("rounds", self.rounds.into_pyarray(py))?;
         dict.set_item("residuals", self.residuals.into_pyarray(py))?;
         dict.set_item("factor_95", self.factor_95.unwrap_or(1.96))?;
+        dict.set_item("noise_counts", noise_counts)?;
         if let Some(figures) = self.figures {
             let table = PyDict::new(py);
             for (name, column) in FIGURES.iter().zip(figures).take(self.plain) {

@@ -1,0 +1,237 @@
+"""Loads: the command's, the truth's, and the same whatever the call looks like."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import taxel
+
+
+def test_loads_are_those_that_pressed(preset: str) -> None:
+    for seed in (1, 2, 3):
+        pressed = taxel.simulate(preset, pattern="blobs", frames=12, seed=seed)
+        with pytest.warns(taxel.NoiseOnlyWarning):
+            result = taxel.Pipeline(preset).process(pressed.counts, standard_errors=True)
+        assert result.noise_counts is not None and result.noise_counts > 0.29
+        assert result.loads is not None and result.standard_errors is not None and result.answered.all()
+        measured = np.isfinite(result.standard_errors)
+        off = np.abs(result.loads - pressed.loads)[measured]
+        # Noise alone: the sensor is the one that was drawn from.
+        inside = off <= 1.96 * result.standard_errors[measured]
+        assert 0.93 < inside.mean() <= 1.0
+
+
+def test_it_says_what_the_command_says(grip: taxel.Simulation, command: Callable[..., str], tmp_path: Path) -> None:
+    np.save(tmp_path / "counts.npy", grip.counts)
+    command(
+        "compensate", tmp_path / "counts.npy", "--sensor", "econe", "--unit", "N", "-o", tmp_path / "loads.npy", "--marks", tmp_path / "marks.npy",
+        "--standard-error", tmp_path / "errors.npy", "--figures", tmp_path / "figures.csv",
+    )  # fmt: skip
+    pipeline = taxel.Pipeline("econe")
+    assert pipeline.look_for_faults(grip.counts) == []
+    result = pipeline.process(grip.counts, standard_errors=True)
+    assert result.loads is not None and result.standard_errors is not None
+    loads = np.load(tmp_path / "loads.npy")
+    assert np.abs(result.loads - loads).max() <= 1e-9 * np.abs(loads).max()
+    assert (result.marks == np.load(tmp_path / "marks.npy")).all()
+    np.testing.assert_allclose(result.standard_errors, np.load(tmp_path / "errors.npy"), rtol=1e-6)
+    said = np.genfromtxt(tmp_path / "figures.csv", delimiter=",", names=True)
+    np.testing.assert_allclose(result.figures["force_newtons"], said["total_force_N"], rtol=1e-9)
+    half = result.figures["force_half_width_newtons"]
+    np.testing.assert_allclose(half, said["total_force_half_width_95_N"], rtol=1e-6)
+    np.testing.assert_allclose(result.figures["centre_x_mm"], said["centre_column_mm"], rtol=1e-6)
+
+
+def test_results_do_not_hang_on_how_many_cores_there_are() -> None:
+    counts = taxel.simulate("mat-32x32-adg732", pattern="blobs", frames=150, seed=5).counts
+    one = taxel.Pipeline("mat-32x32-adg732").process(counts, threads=1)
+    for threads in (2, 3):
+        pipeline = taxel.Pipeline("mat-32x32-adg732")
+        for _ in range(2):
+            pipeline.reset()
+            result = pipeline.process(counts, threads=threads)
+            assert result.loads is not None and one.loads is not None
+            assert (result.loads == one.loads).all() and (result.marks == one.marks).all()
+
+
+def test_one_frame_has_the_shape_of_one(grip: taxel.Simulation) -> None:
+    result = taxel.Pipeline("econe").process(grip.counts[0])
+    assert result.loads is not None and result.loads.shape == (64, 128) == result.marks.shape
+    assert result.figures.rows == 1 and len(result.answered) == 1
+
+
+def test_frames_one_by_one_and_at_once_are_alike(grip: taxel.Simulation) -> None:
+    at_once = taxel.Pipeline("econe").process(grip.counts).loads
+    pipeline = taxel.Pipeline("econe")
+    one_by_one = np.stack([pipeline.process(frame).loads for frame in grip.counts])  # type: ignore[misc]
+    assert at_once is not None
+    assert np.abs(at_once - one_by_one).max() < 1e-9 * at_once.max()
+    streamed = [r.loads for r in taxel.Pipeline("econe").stream(iter([grip.counts[:9], grip.counts[9:]]))]
+    assert np.abs(np.concatenate(streamed) - at_once).max() < 1e-9 * at_once.max()  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("kind", ["u2", ">u2", "i4", "i8", "u8", "f4", "f8", "f2"])
+def test_any_type_of_number_is_the_same_number(kind: str) -> None:
+    counts = taxel.simulate("mat-16x16-cd4067", pattern="blobs", frames=3, seed=2).counts
+    assert counts.max() < 2048  # what float16 holds exactly
+    pipeline = taxel.Pipeline("mat-16x16-cd4067")
+    wanted, found = pipeline.process(counts), taxel.Pipeline("mat-16x16-cd4067").process(counts.astype(kind))
+    assert (wanted.loads == found.loads).all()  # type: ignore[union-attr]
+
+
+def test_order_in_memory_does_not_matter(grip: taxel.Simulation) -> None:
+    wanted = taxel.Pipeline("econe").process(grip.counts[::2]).loads
+    fixed = grip.counts.copy()
+    fixed.flags.writeable = False
+    for same in (np.asfortranarray(grip.counts)[::2], fixed[::2], grip.counts[:, ::-1][:, ::-1][::2]):
+        found = taxel.Pipeline("econe").process(same).loads
+        assert (found == wanted).all()  # type: ignore[union-attr]
+
+
+def test_single_precision_is_asked_for() -> None:
+    counts = taxel.simulate("mat-16x16-cd4067", pattern="blobs", frames=3).counts
+    double, single = (taxel.Pipeline("mat-16x16-cd4067").process(counts, dtype=kind).loads for kind in ("f8", "f4"))
+    assert double is not None and single is not None and single.dtype == np.float32
+    assert (single == double.astype(np.float32)).all()
+    with pytest.raises(taxel.ArrayError, match="float64 or float32"):
+        taxel.Pipeline("mat-16x16-cd4067").process(counts, dtype="i4")
+
+
+def test_volts_and_siemens_go_the_same_way(preset: str) -> None:
+    sensor = taxel.Sensor(preset)
+    siemens = np.random.default_rng(4).uniform(1e-6, 2e-4, (2, *sensor.shape))
+    volts = taxel.scan(sensor, siemens)
+    found, answered = taxel.solve(sensor, volts)
+    assert answered.all()
+    assert np.abs(found - siemens).max() < 1e-6 * siemens.max()
+    of_volts = taxel.Pipeline(sensor).process(volts, unit="volts", siemens=True)
+    of_siemens = taxel.Pipeline(sensor).process(siemens, unit="siemens")
+    assert of_volts.siemens is not None
+    assert np.abs(of_volts.siemens - siemens).max() < 1e-6 * siemens.max()
+    np.testing.assert_allclose(of_volts.loads, of_siemens.loads, rtol=1e-4, atol=1e-4)  # type: ignore[arg-type]
+    assert taxel.scan(sensor, siemens[0]).shape == sensor.shape
+
+
+def test_an_absent_taxel_is_marked_and_bears_nothing(insole: taxel.Sensor) -> None:
+    pressed = taxel.simulate(insole, pattern="blobs", frames=3, seed=7)
+    result = taxel.Pipeline(insole).process(pressed.counts)
+    assert result.loads is not None
+    assert (result.marks[:, ~insole.populated] == taxel.MARKS["absent"]).all()
+    assert (result.loads[:, ~insole.populated] == 0.0).all()
+    assert (result.measured == insole.populated).all()
+
+
+def test_a_dead_line_is_found_in_all_frames_together(grip: taxel.Simulation) -> None:
+    counts = grip.counts.copy()
+    counts[:, 30, :] = 0
+    pipeline = taxel.Pipeline("econe")
+    faults = pipeline.look_for_faults(counts)
+    assert len(faults) == 1 and "row 30" in faults[0]
+    marks = pipeline.process(counts).marks
+    assert (marks[:, 30] == taxel.MARKS["open"]).all() and (marks[:, 29] == 0).all()
+
+
+def test_marks_that_are_given_are_kept(grip: taxel.Simulation) -> None:
+    marks = np.zeros((20, 64, 128), np.uint8)
+    marks[3, 5, 7] = taxel.MARKS["stuck"]
+    result = taxel.Pipeline("econe").process(grip.counts, marks=marks)
+    assert result.marks[3, 5, 7] == taxel.MARKS["stuck"] and result.loads[3, 5, 7] == 0.0  # type: ignore[index]
+    repaired = taxel.Pipeline("econe", repair=True).process(grip.counts, marks=marks)
+    assert repaired.marks[3, 5, 7] == taxel.MARKS["interpolated"]
+
+
+def test_a_pickled_pipeline_does_the_same_elsewhere(grip: taxel.Simulation) -> None:
+    pipeline = taxel.Pipeline("econe", method="exact", repair=True)
+    again = pickle.loads(pickle.dumps(pipeline))
+    assert (again.method, again.sensor) == ("exact", pipeline.sensor)
+    assert (again.process(grip.counts).loads == pipeline.process(grip.counts).loads).all()
+
+
+def test_no_frames_are_no_error(preset: str) -> None:
+    rows, columns = taxel.Sensor(preset).shape
+    result = taxel.Pipeline(preset).process(np.empty((0, rows, columns)), standard_errors=True)
+    assert result.loads is not None and result.loads.shape == (0, rows, columns) == result.marks.shape
+    assert result.figures.rows == 0
+
+
+def test_tables_and_arrays_of_others(grip: taxel.Simulation) -> None:
+    time = np.arange(20) / 50.0
+    result = taxel.Pipeline("econe").process(grip.counts, time=time)
+    frame = result.figures.to_pandas()
+    assert list(frame["time_s"]) == list(time) and len(frame) == 20
+    assert result.figures.to_polars().shape == frame.shape
+    dataset = result.to_xarray()
+    assert dataset["loads"].dims == ("frame", "y", "x") and float(dataset["x"][-1]) == 254.0
+    assert dataset["loads"].attrs["units"] == "N"
+    assert np.from_dlpack(result.loads).shape == (20, 64, 128)
+    np.testing.assert_allclose(result.kilopascals, result.loads / result.sensor.taxel_area_mm2 * 1e3)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda c: c.astype(bool), ["bool", "whole or real"]),
+        (lambda c: c.astype(complex), ["complex"]),
+        (lambda c: c.astype(str), ["whole or real"]),
+        (lambda c: c.astype(object), ["object"]),
+        (lambda c: c[0, 0], ["1 axes"]),
+        (lambda c: c[None], ["4 axes"]),
+        (lambda c: c[:, :15], ["15 × 16", "16 × 16"]),
+        (lambda c: np.where(np.arange(16) == 3, np.nan, c), ["frame 0, row 0, column 3", "NaN", "marks="]),
+        (lambda c: c.astype(int) - 5000, ["frame 0, row 0, column 0", "0 to 1023"]),
+        (lambda c: c.astype(int) + 1024, ["frame 0", "0 to 1023", "converter.bits"]),
+        (lambda c: np.full(c.shape, np.inf), ["inf", "0 to 1023"]),
+    ],
+)
+def test_bad_frames_are_refused_in_words(make: Callable[[np.ndarray], np.ndarray], words: list[str]) -> None:
+    counts = taxel.simulate("mat-16x16-cd4067", pattern="blobs", frames=3).counts
+    with pytest.raises(taxel.ArrayError) as refused:
+        taxel.Pipeline("mat-16x16-cd4067").process(make(counts))
+    for word in words:
+        assert word in str(refused.value), refused.value
+
+
+def test_rows_and_columns_swapped_are_told(grip: taxel.Simulation) -> None:
+    with pytest.raises(taxel.ArrayError, match="swapped"):
+        taxel.Pipeline("econe").process(grip.counts.transpose(0, 2, 1))
+
+
+def test_options_that_cannot_be_are_refused(grip: taxel.Simulation) -> None:
+    pipeline = taxel.Pipeline("econe")
+    for options, words in (
+        ({"unit": "ohms"}, "counts, volts or siemens"),
+        ({"threads": 0}, "threads 0"),
+        ({"marks": np.zeros((3, 64, 128))}, "marks of shape"),
+        ({"marks": np.full(grip.counts.shape, 77)}, "codes from 0 to 11, not 77"),
+        ({"marks": np.full(grip.counts.shape, -1)}, "codes are whole numbers"),
+        ({"time": np.arange(3)}, "times of shape"),
+    ):
+        with pytest.raises(taxel.Error, match=words):
+            pipeline.process(grip.counts, **options)  # type: ignore[arg-type]
+    with pytest.raises(taxel.Error, match="no method `newtown`"):
+        taxel.Pipeline("econe", method="newtown")
+    tables = taxel.Sensor("econe").to_dict()
+    del tables["readout"]["r_mux_row_ohms"]
+    with pytest.raises(taxel.SensorError, match="r_mux_row_ohms"):
+        taxel.Pipeline(tables)
+
+
+def test_a_hundred_thousand_frames_go_through_in_one_call() -> None:
+    counts = taxel.simulate("mat-16x16-cd4067", pattern="blobs", frames=100).counts[:, :8, :8]
+    tables = taxel.Sensor("mat-16x16-cd4067").to_dict()
+    tables["array"].update(rows=8, columns=8)
+    many = np.broadcast_to(counts, (1000, *counts.shape)).reshape(-1, 8, 8)
+    result = taxel.Pipeline(tables).process(many, dtype="f4", figures=False)
+    assert result.loads is not None and result.loads.shape == (100_000, 8, 8)
+
+
+def test_what_does_not_fit_in_memory_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    huge = np.broadcast_to(np.zeros((64, 128), np.uint16), (2**45, 64, 128))
+    monkeypatch.setattr(np, "ascontiguousarray", lambda array, dtype=None: array)
+    with pytest.raises((MemoryError, taxel.ArrayError)):
+        taxel.Pipeline("econe").process(huge)

@@ -1,0 +1,120 @@
+"""Recordings of every format, by slices, and broken."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import taxel
+
+
+@pytest.fixture(scope="module")
+def files(grip: taxel.Simulation, command: Callable[..., str], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("recordings")
+    np.save(folder / "grip.npy", grip.counts)
+    for ending in ("txt", "csv", "npz", "mcap", "parquet"):
+        command("convert", folder / "grip.npy", "--sensor", "econe", "-o", folder / f"grip.{ending}")
+    return folder
+
+
+@pytest.mark.parametrize("ending", ["txt", "csv", "npy", "npz", "mcap", "parquet"])
+def test_every_format_gives_the_same_frames(ending: str, files: Path, grip: taxel.Simulation) -> None:
+    carries = ending in ("mcap", "parquet")
+    recording = taxel.read(files / f"grip.{ending}", None if carries else "econe")
+    assert recording.sensor == taxel.Sensor("econe") and recording.shape == (64, 128)
+    # Before anything is kept.
+    assert (recording[7] == grip.counts[7]).all() and (recording[-1] == grip.counts[-1]).all()
+    assert (recording[3:9:2] == grip.counts[3:9:2]).all() and (recording[-4:] == grip.counts[-4:]).all()
+    assert len(recording) == 20 and len(recording[25:30]) == 0
+    assert all((a == b).all() for a, b in zip(recording, grip.counts, strict=True))
+    # And after.
+    assert recording.counts.dtype == np.uint16 and (recording.counts == grip.counts).all()
+    assert (recording[7] == grip.counts[7]).all() and (recording.marks == 0).all()
+    assert [len(chunk.values) for chunk in recording.chunks(8)] == [8, 8, 4]
+    with pytest.raises(IndexError, match="20 frames"):
+        recording[20]
+    assert recording.missing == []
+    assert "20 frames of 64 × 128 counts" in repr(recording)
+
+
+def test_a_npy_file_is_not_copied(files: Path) -> None:
+    recording = taxel.read(files / "grip.npy", "econe")
+    assert isinstance(recording.counts, np.memmap)
+
+
+def test_a_recording_goes_through_a_pipeline(files: Path, grip: taxel.Simulation) -> None:
+    wanted = taxel.Pipeline("econe").process(grip.counts)
+    recording = taxel.read(files / "grip.mcap")
+    found = taxel.Pipeline(recording.sensor).process(recording)
+    assert (found.loads == wanted.loads).all()  # type: ignore[union-attr]
+    assert found.time is not None and (np.diff(found.time) > 0).all()
+    parts = list(taxel.Pipeline(recording.sensor).stream(taxel.read(files / "grip.mcap"), chunk=6))
+    assert [len(part.answered) for part in parts] == [6, 6, 6, 2]
+
+
+def test_means_of_counts_keep_their_fractions(tmp_path: Path, grip: taxel.Simulation) -> None:
+    means = grip.counts[:4].astype(np.float64)
+    means[2] += 0.25
+    np.save(tmp_path / "means.npz.npy", means)
+    recording = taxel.read(tmp_path / "means.npz.npy", "econe")
+    assert (recording.counts == means).all()
+    assert (recording[2] == means[2]).all()
+
+
+def test_other_quantities_are_asked_for(tmp_path: Path) -> None:
+    siemens = np.random.default_rng(1).uniform(1e-6, 1e-4, (3, 16, 16))
+    np.save(tmp_path / "g.npy", siemens)
+    recording = taxel.read(tmp_path / "g.npy", "mat-16x16-cd4067", unit="siemens")
+    assert (recording.values == siemens).all()
+    with pytest.raises(taxel.Error, match="opened as siemens"):
+        _ = recording.counts
+
+
+def test_broken_files_are_refused_in_words(tmp_path: Path, grip: taxel.Simulation, files: Path) -> None:
+    with pytest.raises(taxel.FileError, match="no such file"):
+        taxel.read(tmp_path / "none.mcap")
+    with pytest.raises(taxel.Error, match="sensor="):
+        taxel.read(files / "grip.txt")
+    lines = (files / "grip.txt").read_text().splitlines()
+    broken = tmp_path / "broken.txt"
+    broken.write_text("\n".join([*lines[:70], lines[70].replace("1", "x", 1), *lines[71:]]))
+    with pytest.raises(taxel.FileError) as refused:
+        taxel.read(broken, "econe").load()
+    assert "broken.txt" in str(refused.value) and "71" in str(refused.value)
+    kept = taxel.read(broken, "econe", keep_going=True)
+    assert len(kept.counts) == 19 and list(kept.load().sequence)[:2] == [0, 2]
+    assert len(kept.missing) == 1 and "1 frame" in kept.missing[0]
+    with taxel.live("sim:econe?fps=max", record=tmp_path / "long.mcap", queue=2) as source:
+        while source.statistics["received"] < 300:
+            assert source.next(timeout=5) is not None
+    whole = (tmp_path / "long.mcap").read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(taxel.Error):
+        taxel.read(tmp_path / "cut.mcap").load()
+    cut = taxel.read(tmp_path / "cut.mcap", "econe", keep_going=True)
+    assert 0 < len(cut.counts) < 300 and cut.missing
+    (tmp_path / "what.xyz").write_text("1")
+    with pytest.raises(taxel.FileError, match=".xyz"):
+        taxel.read(tmp_path / "what.xyz", "econe")
+    with pytest.raises(taxel.FileError):
+        taxel.read(files / "grip.npy", "mat-16x16-cd4067").load()
+
+
+def test_a_closed_recording_says_so(files: Path) -> None:
+    with taxel.read(files / "grip.npy", "econe") as recording:
+        assert len(recording) == 20
+    for use in (lambda: recording.counts, lambda: recording[0], lambda: next(iter(recording)), lambda: recording.time):
+        with pytest.raises(taxel.Error, match="closed"):
+            use()
+
+
+def test_a_live_recording_has_times_and_events(tmp_path: Path) -> None:
+    with taxel.live("sim:mat-16x16-cd4067?fps=200", record=tmp_path / "live.mcap") as source:
+        frames = [source.next(timeout=5) for _ in range(10)]
+    assert all(frame is not None for frame in frames)
+    recording = taxel.read(tmp_path / "live.mcap")
+    assert len(recording) >= 10 and recording.time is not None
+    assert all({"secs", "kind", "text"} <= set(event) for event in recording.events)

@@ -1,0 +1,88 @@
+"""Other threads run meanwhile, Ctrl-C ends a call, and a process may fork."""
+
+from __future__ import annotations
+
+import concurrent.futures
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import taxel
+
+
+def sum_of(counts: np.ndarray) -> float:
+    loads = taxel.Pipeline("mat-32x32-adg732").process(counts).loads
+    assert loads is not None
+    return float(loads.sum())
+
+
+@pytest.fixture(scope="module")
+def counts() -> np.ndarray:
+    return taxel.simulate("mat-32x32-adg732", pattern="blobs", frames=100, seed=8).counts
+
+
+def test_another_thread_runs_while_frames_are_processed(counts: np.ndarray) -> None:
+    many, ended, ticks = np.concatenate([counts] * 10), threading.Event(), 0
+
+    def tick() -> None:
+        nonlocal ticks
+        while not ended.is_set():
+            ticks += 1
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    begun = time.monotonic()
+    taxel.Pipeline("mat-32x32-adg732").process(many, threads=1)
+    took = time.monotonic() - begun
+    ended.set()
+    thread.join()
+    # A call that held the interpreter would let none through.
+    assert took > 0.05 and ticks > 10
+
+
+def test_one_pipeline_may_be_shared_by_threads(counts: np.ndarray) -> None:
+    pipeline = taxel.Pipeline("mat-32x32-adg732")
+    wanted = pipeline.process(counts).loads
+    with concurrent.futures.ThreadPoolExecutor(4) as pool:
+        for found in pool.map(lambda _: pipeline.process(counts).loads, range(8)):
+            assert found is not None and wanted is not None
+            assert np.abs(found - wanted).max() < 1e-6 * wanted.max()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
+@pytest.mark.parametrize("work", ["process", "calibrate", "simulate"])
+def test_ctrl_c_ends_a_call(work: str, counts: np.ndarray) -> None:
+    many = np.broadcast_to(counts, (400, *counts.shape)).reshape(-1, 32, 32)
+    rng = np.random.default_rng(3)
+    presses = taxel.Presses(
+        many[:400], np.arange(400), rng.integers(0, 32, 400), rng.integers(0, 32, 400), rng.uniform(0.5, 5, 400)
+    )
+    calls = {
+        "process": lambda: taxel.Pipeline("mat-32x32-adg732").process(many, standard_errors=True),
+        "calibrate": lambda: taxel.calibrate("mat-32x32-adg732", presses, line_resistance=True),
+        "simulate": lambda: taxel.simulate("econe", pattern="hand", frames=5_000, seed=1),
+    }
+    timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        calls[work]()
+    timer.join()
+    # Nothing of it is left that would stand in the way.
+    assert sum_of(counts) > 0.0
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
+@pytest.mark.parametrize("method", ["fork", "spawn"])
+def test_processes_begun_after_threads_do_the_same(method: str, counts: np.ndarray) -> None:
+    wanted = sum_of(counts)
+    context = multiprocessing.get_context(method)
+    with concurrent.futures.ProcessPoolExecutor(2, mp_context=context) as pool:
+        assert list(pool.map(sum_of, [counts] * 3)) == [wanted] * 3
