@@ -192,3 +192,25 @@ pub(crate) fn one_a_frame<'a>(
         )))
     }
 }
+
+/// One number a taxel of every frame, where it is told.
+pub(crate) fn one_a_taxel<'a, T: numpy::Element>(
+    array: Option<&'a PyReadonlyArray3<'_, T>>,
+    taxels: usize,
+    what: &str,
+) -> PyResult<Option<&'a [T]>> {
+    let Some(array) = array else {
+        return Ok(None);
+    };
+    let values = array
+        .as_slice()
+        .map_err(|_| errors::array(format!("{what} are to lie together in memory")))?;
+    if values.len() == taxels {
+        Ok(Some(values))
+    } else {
+        Err(errors::array(format!(
+            "{} {what} for {taxels} taxels of all frames",
+            values.len()
+        )))
+    }
+}

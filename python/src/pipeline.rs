@@ -13,7 +13,7 @@ use taxel::{Counts, Frame, Mark};
 use taxel_app::in_order::in_order;
 use taxel_app::methods::MethodName;
 
-use crate::arrays::{Frames, Numbers, Range, copy_marks, crossings, one_a_frame};
+use crate::arrays::{Frames, Numbers, Range, copy_marks, crossings, one_a_frame, one_a_taxel};
 use crate::errors;
 use crate::interrupt::{Stop, interruptible};
 use crate::sensor::Sensor;
@@ -113,7 +113,7 @@ impl Pipeline {
     }
 
     /// Of frames to arrays: see `taxel.Pipeline.process`.
-    #[pyo3(signature = (frames, unit, *, single, siemens, standard_errors, figures, marks = None, time = None, threads = None))]
+    #[pyo3(signature = (frames, unit, *, single, siemens, standard_errors, figures, marks = None, time = None, tare = None, threads = None))]
     #[allow(clippy::too_many_arguments)]
     fn process<'py>(
         &self,
@@ -126,23 +126,15 @@ impl Pipeline {
         figures: bool,
         marks: Option<PyReadonlyArray3<'py, u8>>,
         time: Option<PyReadonlyArray1<'py, f64>>,
+        tare: Option<PyReadonlyArray3<'py, f64>>,
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let sensor = &self.sensor.sensor;
         let frames = Frames::take(frames, sensor)?;
         let numbers = frames.numbers()?;
         let count = numbers.len() / crossings(sensor);
-        let codes = marks.as_ref().map(|marks| marks.as_slice());
-        let codes = codes.transpose().map_err(errors::array)?;
-        if let Some(codes) = codes
-            && codes.len() != numbers.len()
-        {
-            return Err(errors::array(format!(
-                "{} marks for {} taxels of {count} frames",
-                codes.len(),
-                numbers.len()
-            )));
-        }
+        let codes = one_a_taxel(marks.as_ref(), numbers.len(), "marks")?;
+        let tare = one_a_taxel(tare.as_ref(), numbers.len(), "numbers of the tare")?;
         let input = Input::named(unit, sensor)?;
         let wanted = Wanted {
             siemens,
@@ -152,6 +144,7 @@ impl Pipeline {
         let source = Source {
             numbers,
             codes,
+            tare,
             time: one_a_frame(time.as_ref(), count, "times")?,
             input,
             count,
@@ -206,6 +199,8 @@ impl Pipeline {
 struct Source<'a> {
     numbers: Numbers<'a>,
     codes: Option<&'a [u8]>,
+    /// What is taken off each load, newtons.
+    tare: Option<&'a [f64]>,
     time: Option<&'a [f64]>,
     input: Input,
     count: usize,
@@ -291,6 +286,7 @@ impl State {
         let work = Solving {
             wanted,
             input: source.input,
+            tare: source.tare,
             begins_anew: !is_stream,
             stop,
             sensor: &sensor.sensor,

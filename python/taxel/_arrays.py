@@ -60,3 +60,15 @@ def times_of(time: ArrayLike | None, frames: int) -> NDArray[np.float64] | None:
     if times.shape != (frames,):
         raise ArrayError(f"times of shape {times.shape} for {frames} frames")
     return times
+
+
+def tare_of(tare: ArrayLike | None, shape: tuple[int, ...]) -> NDArray[np.float64] | None:
+    """Newtons to take off, for frames of this shape."""
+    if tare is None:
+        return None
+    zeros = np.asarray(tare, dtype=np.float64)
+    if zeros.shape not in (shape, shape[1:]):
+        raise ArrayError(f"a tare of shape {zeros.shape} for frames of shape {shape}")
+    if not np.isfinite(zeros).all():
+        raise ArrayError("a tare that is no number\nhint: the mean load of frames without load")
+    return np.ascontiguousarray(np.broadcast_to(zeros, shape))

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from ._arrays import codes_of, frames_of, times_of
+from ._arrays import codes_of, frames_of, tare_of, times_of
 from ._errors import ArrayError, Error, NoiseOnlyWarning
 from ._recording import Chunk, Recording
 from ._result import Result
@@ -107,6 +107,7 @@ class Pipeline:
         unit: Unit = "counts",
         marks: ArrayLike | None = None,
         time: ArrayLike | None = None,
+        tare: ArrayLike | None = None,
         dtype: DTypeLike = np.float64,
         siemens: bool = False,
         standard_errors: bool = False,
@@ -125,6 +126,8 @@ class Pipeline:
             Codes of ``taxel.MARKS`` of what is known to be wrong; 0 is good.
         time : array, optional
             Seconds, one a frame: what a load law with creep needs. A recording brings its own.
+        tare : array of rows × columns, or of frames × rows × columns, optional
+            Newtons to take off each load. A recording brings its own, as it was while it was made.
         dtype : {numpy.float64, numpy.float32}
             Type of the results; the work is done in float64.
         siemens : bool
@@ -172,6 +175,7 @@ class Pipeline:
             figures=figures,
             marks=codes_of(marks, array.shape),
             time=times,
+            tare=tare_of(tare, array.shape),
             threads=threads,
         )
         return self._result(found, array.shape[1:] if is_one else array.shape, times)
@@ -228,6 +232,7 @@ class Pipeline:
             unit=chunk.unit,
             marks=chunk.marks,
             time=chunk.time,
+            tare=chunk.tare,
             dtype=dtype,
             siemens=siemens,
             standard_errors=standard_errors,

@@ -110,6 +110,7 @@ class Pipeline:
         figures: bool,
         marks: NDArray[np.uint8] | None = None,
         time: NDArray[np.float64] | None = None,
+        tare: NDArray[np.float64] | None = None,
         threads: int | None = None,
     ) -> dict[str, Any]: ...
 

@@ -145,6 +145,16 @@ def test_marks_that_are_given_are_kept(grip: taxel.Simulation) -> None:
     assert repaired.marks[3, 5, 7] == taxel.MARKS["interpolated"]
 
 
+def test_a_tare_is_taken_off_loads_and_figures(grip: taxel.Simulation) -> None:
+    without = taxel.Pipeline("econe").process(grip.counts)
+    zero = np.full((64, 128), 0.001)
+    for tare in (zero, np.broadcast_to(zero, grip.counts.shape)):
+        found = taxel.Pipeline("econe").process(grip.counts, tare=tare)
+        np.testing.assert_allclose(found.loads, without.loads - 0.001, rtol=0, atol=1e-12)  # type: ignore[operator]
+        off = without.figures["force_newtons"] - found.figures["force_newtons"]
+        np.testing.assert_allclose(off, 0.001 * 64 * 128, rtol=0.01)
+
+
 def test_a_pickled_pipeline_does_the_same_elsewhere(grip: taxel.Simulation) -> None:
     pipeline = taxel.Pipeline("econe", method="exact", repair=True)
     again = pickle.loads(pickle.dumps(pipeline))
@@ -210,6 +220,8 @@ def test_options_that_cannot_be_are_refused(grip: taxel.Simulation) -> None:
         ({"marks": np.full(grip.counts.shape, 77)}, "codes from 0 to 11, not 77"),
         ({"marks": np.full(grip.counts.shape, -1)}, "codes are whole numbers"),
         ({"time": np.arange(3)}, "times of shape"),
+        ({"tare": np.zeros((64, 127))}, "a tare of shape"),
+        ({"tare": np.full((64, 128), np.nan)}, "no number"),
     ):
         with pytest.raises(taxel.Error, match=words):
             pipeline.process(grip.counts, **options)  # type: ignore[arg-type]

@@ -269,6 +269,8 @@ impl Worker {
 pub(super) struct Solving<'a> {
     pub(super) wanted: Wanted,
     pub(super) input: Input,
+    /// What is taken off each load, newtons.
+    pub(super) tare: Option<&'a [f64]>,
     pub(super) begins_anew: bool,
     pub(super) stop: &'a Stop,
     pub(super) sensor: &'a Sensor,
@@ -289,6 +291,13 @@ impl Work<Block> for Solving<'_> {
             worker.process(frame, self.input, out);
             if self.wanted.standard_errors {
                 worker.find_errors(out);
+            }
+            // Readings were uncertain by as much before it.
+            if let Some(tare) = self.tare {
+                let taxels = frame.taxels();
+                let zeros = &tare[frame.sequence as usize * taxels..][..taxels];
+                let loads = out.loads.values_mut().iter_mut().zip(zeros);
+                loads.for_each(|(load, zero)| *load -= zero);
             }
             if self.wanted.figures && worker.has_loads() {
                 worker.find_figures(self.sensor, out);
