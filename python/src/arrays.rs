@@ -1,6 +1,7 @@
 //! Arrays of numpy as frames.
 
-use numpy::{PyReadonlyArray1, PyReadonlyArray3, PyUntypedArrayMethods};
+use numpy::ndarray::Dimension;
+use numpy::{Element, PyReadonlyArray, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use taxel::{Mark, Sensor};
 
@@ -171,32 +172,13 @@ pub(crate) fn copy_marks(codes: &[u8], marks: &mut [Mark]) -> Result<(), String>
     Ok(())
 }
 
-/// One number a frame, where it is told.
-pub(crate) fn one_a_frame<'a>(
-    array: Option<&'a PyReadonlyArray1<'_, f64>>,
-    frames: usize,
-    what: &str,
-) -> PyResult<Option<&'a [f64]>> {
-    let Some(array) = array else {
-        return Ok(None);
-    };
-    let values = array
-        .as_slice()
-        .map_err(|_| errors::array(format!("{what} are to lie together in memory")))?;
-    if values.len() == frames {
-        Ok(Some(values))
-    } else {
-        Err(errors::array(format!(
-            "{} {what} for {frames} frames",
-            values.len()
-        )))
-    }
-}
-
-/// One number a taxel of every frame, where it is told.
-pub(crate) fn one_a_taxel<'a, T: numpy::Element>(
-    array: Option<&'a PyReadonlyArray3<'_, T>>,
-    taxels: usize,
+/// Numbers that go with frames, where they are told: so many.
+///
+/// # Errors
+/// `ArrayError` for another count, or where they do not lie together.
+pub(crate) fn beside_frames<'a, T: Element, D: Dimension>(
+    array: Option<&'a PyReadonlyArray<'_, T, D>>,
+    wanted: usize,
     what: &str,
 ) -> PyResult<Option<&'a [T]>> {
     let Some(array) = array else {
@@ -205,11 +187,11 @@ pub(crate) fn one_a_taxel<'a, T: numpy::Element>(
     let values = array
         .as_slice()
         .map_err(|_| errors::array(format!("{what} are to lie together in memory")))?;
-    if values.len() == taxels {
+    if values.len() == wanted {
         Ok(Some(values))
     } else {
         Err(errors::array(format!(
-            "{} {what} for {taxels} taxels of all frames",
+            "{} {what}, but the frames have {wanted}",
             values.len()
         )))
     }

@@ -10,7 +10,7 @@ use taxel::calibrate::{
 };
 use taxel::frame::grams_from_newtons;
 use taxel::{Counts, Frame};
-use taxel_app::{Silent, calibration_picture, presses, residuals};
+use taxel_app::{Silent, calibration_picture, presses};
 use taxel_plot::Format;
 
 use crate::arrays::{Frames, Range, crossings};
@@ -23,7 +23,6 @@ use crate::sensor::Sensor;
 pub(crate) struct Calibration {
     found: Found,
     file: PathBuf,
-    presses: Vec<taxel_io::Press>,
 }
 
 /// Labelled presses in arrays.
@@ -152,15 +151,15 @@ pub(crate) fn calibrate(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Calibration> {
     let known = &sensor.sensor;
-    let (data, presses) = match (&table, labelled) {
+    let data = match (&table, labelled) {
         (Some(table), _) => {
             let (uniform, transpose) = (equilibration.as_deref(), options.transpose);
             interruptible(py, |_| {
-                presses::read_labelled(table, uniform, transpose, known, &Silent)
+                presses::read(table, uniform, transpose, known, &Silent)
             })?
             .map_err(errors::of_app)?
         }
-        (None, Some(labelled)) => (labelled.data(known)?, Vec::new()),
+        (None, Some(labelled)) => labelled.data(known)?,
         (None, None) => return Err(errors::other("no presses are given")),
     };
     let files = [&table, &equilibration].into_iter().flatten();
@@ -179,7 +178,6 @@ pub(crate) fn calibrate(
     Ok(Calibration {
         found,
         file: sensor.file.clone(),
-        presses,
     })
 }
 
@@ -226,16 +224,6 @@ impl Calibration {
             column(|found| found.half_width_95_g),
         )?;
         Ok(dict)
-    }
-
-    /// The same as text, as `taxel calibrate --residuals` writes it; of presses from a table alone.
-    fn residuals_csv(&self) -> PyResult<String> {
-        if self.presses.is_empty() {
-            return Err(errors::other(
-                "presses from arrays have no lines in a table\nhint: `residuals` has the numbers",
-            ));
-        }
-        Ok(residuals::table(&self.found.residuals, &self.presses))
     }
 
     /// The picture of `taxel calibrate --picture`: the bytes of a `png` or the text of an `svg`.

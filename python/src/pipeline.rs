@@ -7,13 +7,13 @@ use std::sync::{Mutex, PoisonError};
 use numpy::{PyReadonlyArray1, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use taxel::pipeline::{Pipeline as Chain, Repair};
-use taxel::screen::{Level, LineFaults, LineScreen};
+use taxel::pipeline::Repair;
+use taxel::screen::{FrameScreen, Level, LineFaults, LineScreen};
 use taxel::{Counts, Frame, Mark};
 use taxel_app::in_order::in_order;
 use taxel_app::methods::MethodName;
 
-use crate::arrays::{Frames, Numbers, Range, copy_marks, crossings, one_a_frame, one_a_taxel};
+use crate::arrays::{Frames, Numbers, Range, beside_frames, copy_marks, crossings};
 use crate::errors;
 use crate::interrupt::{Stop, interruptible};
 use crate::sensor::Sensor;
@@ -34,7 +34,7 @@ pub(crate) struct Pipeline {
 /// What one call leaves to the next.
 struct State {
     /// Sees all frames in order.
-    screen: Chain,
+    screen: FrameScreen,
     workers: Vec<Worker>,
     repair: Option<bool>,
     faults: LineFaults,
@@ -49,12 +49,13 @@ impl Pipeline {
     fn new(sensor: Sensor, method: &str, repair: Option<bool>) -> PyResult<Self> {
         let method: MethodName = method.parse().map_err(errors::other)?;
         let mut state = State {
-            screen: Chain::to_volts(&sensor.sensor),
+            screen: FrameScreen::from_sensor(&sensor.sensor),
             workers: Vec::new(),
             repair,
             faults: LineFaults::from_spec(sensor.sensor.screen()),
             level: None,
         };
+        state.screen.set_lines(&state.faults);
         state.grow(1, &sensor, &method)?;
         Ok(Self {
             sensor,
@@ -81,7 +82,7 @@ impl Pipeline {
     /// Forgets all frames before.
     fn reset(&self) {
         let state = &mut *self.lock();
-        state.screen = Chain::to_volts(&self.sensor.sensor);
+        state.screen = FrameScreen::from_sensor(&self.sensor.sensor);
         state.screen.set_lines(&state.faults);
         state.level = state.faults.level;
         for worker in &mut state.workers {
@@ -133,8 +134,8 @@ impl Pipeline {
         let frames = Frames::take(frames, sensor)?;
         let numbers = frames.numbers()?;
         let count = numbers.len() / crossings(sensor);
-        let codes = one_a_taxel(marks.as_ref(), numbers.len(), "marks")?;
-        let tare = one_a_taxel(tare.as_ref(), numbers.len(), "numbers of the tare")?;
+        let codes = beside_frames(marks.as_ref(), numbers.len(), "marks")?;
+        let tare = beside_frames(tare.as_ref(), numbers.len(), "numbers of the tare")?;
         let input = Input::named(unit, sensor)?;
         let wanted = Wanted {
             siemens,
@@ -145,7 +146,7 @@ impl Pipeline {
             numbers,
             codes,
             tare,
-            time: one_a_frame(time.as_ref(), count, "times")?,
+            time: beside_frames(time.as_ref(), count, "times")?,
             input,
             count,
         };

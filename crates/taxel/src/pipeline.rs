@@ -221,18 +221,8 @@ impl Pipeline {
         self.finish()
     }
 
-    /// The first half of [`Self::process`]: marks what cannot be trusted. The screen remembers frames, so that one pipeline sees
-    /// all of a stream in order; the second half, [`Self::process_screened`], is most of the work and may be another's.
-    ///
-    /// # Panics
-    /// When the frame's shape is not the sensor's.
-    pub fn screen(&mut self, counts: &mut Frame<Counts>) {
-        self.screen
-            .mark(counts)
-            .expect("the frame has the sensor's shape");
-    }
-
-    /// The second half of [`Self::process`]: converts and solves one frame of counts that has its marks, and finds its loads.
+    /// [`Self::process`] of a frame that a [`FrameScreen`] has marked: converts and solves it, and finds its loads. A screen
+    /// remembers frames and sees all of a stream in order; this is most of the work, and may be shared out to several pipelines.
     ///
     /// # Panics
     /// When the frame's shape is not the sensor's.

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use taxel::metric::FrameFigures;
 use taxel::pipeline::Pipeline as Chain;
-use taxel::screen::Level;
+use taxel::screen::{FrameScreen, Level};
 use taxel::solve::Outcome;
 use taxel::uncertainty::{FigureErrors, StandardErrors};
 use taxel::{Counts, Frame, Newtons, Sensor, Siemens, Volts};
@@ -115,7 +115,7 @@ impl Block {
         &mut self,
         range: Range<usize>,
         source: &Source,
-        screen: &mut Chain,
+        screen: &mut FrameScreen,
     ) -> Result<bool, String> {
         self.len = range.len();
         for (frame, at) in self.frames.iter_mut().zip(range) {
@@ -124,7 +124,8 @@ impl Block {
             let time = source.time.map(|time| time[at]);
             frame.time_secs = time.filter(|time| time.is_finite());
             if matches!(source.input, Input::Counts(_)) {
-                screen.screen(frame);
+                let marked = screen.mark(frame);
+                marked.expect("the frame has the sensor's shape");
             }
         }
         Ok(self.len > 0)
