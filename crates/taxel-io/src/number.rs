@@ -149,6 +149,12 @@ pub(crate) fn is_blank(line: &[u8]) -> bool {
 
 /// Appends the shortest text that reads back as the same number; `inf` for what nothing bounds.
 pub(crate) fn push_number(out: &mut Vec<u8>, buffer: &mut zmij::Buffer, value: f64) {
+    // Counts and marks; minus nothing keeps its sign.
+    let whole = value as u32;
+    if f64::from(whole) == value && value.is_sign_positive() {
+        out.extend_from_slice(itoa::Buffer::new().format(whole).as_bytes());
+        return;
+    }
     let text = if value.is_finite() {
         buffer.format_finite(value)
     } else {

@@ -275,7 +275,10 @@ impl<Q> Frame<Q> {
 
     /// How many taxels carry `mark`.
     pub fn count(&self, mark: Mark) -> usize {
-        self.marks.iter().filter(|&&m| m == mark).count()
+        // In bytes, as many as one holds: sixteen marks at a time.
+        let pieces = self.marks.chunks(usize::from(u8::MAX));
+        let of_piece = |piece: &[Mark]| piece.iter().map(|&m| u8::from(m == mark)).sum::<u8>();
+        pieces.map(|piece| usize::from(of_piece(piece))).sum()
     }
 }
 

@@ -112,11 +112,10 @@ fn encode<Q>(
     out: &mut Vec<u8>,
 ) -> Result<(), Error> {
     check_frame(frame, name, number, Some(shape), -f64::MAX..=maximum)?;
-    if let Some(found) = frame
-        .values()
-        .iter()
-        .find(|v| v.is_finite() && !element.holds(**v))
-    {
+    let is_lost = |value: &&f64| value.is_finite() && !element.holds(**value);
+    // Whatever is allowed in a frame is a number of eight bytes.
+    let mut narrow = frame.values().iter().filter(|_| element != Element::F8);
+    if let Some(found) = narrow.find(is_lost) {
         let (minimum, maximum) = element.range();
         return Err(Error::DoesNotFit {
             file: name.to_owned(),

@@ -1,9 +1,7 @@
 //! Single readings that cannot be trusted, frame by frame.
 
-use super::line_state::Thresholds;
-use super::{
-    Axis, Level, LevelScreen, LineFaults, ScreenOptions, SpaceSpikes, check_shape, lines_dropped,
-};
+use super::line_state::{FrameLines, Thresholds, find_dropped};
+use super::{Axis, Level, LevelScreen, LineFaults, ScreenOptions, SpaceSpikes, check_shape};
 use crate::sensor::mark_absent;
 use crate::stats::{SIGMA_PER_MAD, median_high};
 use crate::{Counts, Error, Frame, Mark, Sensor};
@@ -69,6 +67,8 @@ pub struct FrameScreen {
     at_ceiling: Vec<u8>,
     /// Taxels that the whole recording tells to be pressed beyond the ceiling.
     held_at_ceiling: Vec<bool>,
+    /// The frame's readings by line, where flickering lines are looked for.
+    by_line: FrameLines,
     dropped: Vec<(Axis, usize)>,
     spikes: Vec<usize>,
 }
@@ -97,6 +97,7 @@ impl FrameScreen {
             was_high: vec![false; rows * columns],
             at_ceiling: vec![0; rows * columns],
             held_at_ceiling: vec![false; rows * columns],
+            by_line: FrameLines::new(rows, columns),
             dropped: Vec::with_capacity(rows + columns),
             spikes: Vec::with_capacity(rows * columns),
         }
@@ -134,7 +135,7 @@ impl FrameScreen {
         self.levels.observe(frame)?;
         let level = self.level();
         let thresholds = Thresholds::new(level, self.max_count, &self.options);
-        self.mark_lines(frame, level);
+        self.mark_lines(frame, &thresholds);
         self.mark_ends(frame, &thresholds);
         if let Some(spikes) = self.options.space_spikes {
             self.mark_space_spikes(frame, &thresholds, &spikes);
@@ -152,15 +153,13 @@ impl FrameScreen {
         Ok(())
     }
 
-    fn mark_lines(&mut self, frame: &mut Frame<Counts>, level: Option<Level>) {
-        lines_dropped(
-            frame,
-            &self.lines,
-            level,
-            self.max_count,
-            &self.options,
-            &mut self.dropped,
-        );
+    fn mark_lines(&mut self, frame: &mut Frame<Counts>, thresholds: &Thresholds) {
+        self.dropped.clear();
+        if self.lines.has_flickering() {
+            self.by_line.take(frame, &self.options);
+            let (lines, dropped) = (&self.by_line, &mut self.dropped);
+            find_dropped(lines, &self.lines, thresholds, &self.options, dropped);
+        }
         for axis in Axis::BOTH {
             for line in self.lines.dead(axis) {
                 mark_line(frame, axis, line, Mark::Open);

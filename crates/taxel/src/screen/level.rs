@@ -100,7 +100,7 @@ impl LevelScreen {
                 continue;
             }
             readings += 1;
-            let bin = (value.max(0.0) / self.width).round() as usize;
+            let bin = nearest(value.max(0.0) / self.width);
             if let Some(count) = self.bins.get_mut(bin) {
                 *count += 1;
             }
@@ -152,7 +152,7 @@ impl LevelScreen {
         let pairs = frame.values().iter().zip(&self.previous);
         for ((&now, &before), &absent) in pairs.zip(&self.absent) {
             if !absent && unloaded(now) && unloaded(before) {
-                let bin = (now - before).abs().round() as usize;
+                let bin = nearest((now - before).abs());
                 if let Some(count) = self.differences.get_mut(bin) {
                     *count += 1;
                 }
@@ -207,6 +207,11 @@ impl LevelScreen {
             ..rough
         }
     }
+}
+
+/// The bin of a number that is not negative. Not `round`: without the instructions of newer processors that is a call.
+fn nearest(number: f64) -> usize {
+    (number + 0.5) as usize
 }
 
 /// Halves the shortest interval that holds half of what is left until it is three bins wide; its centroid.

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::frame::HELD_FRAMES;
-use super::line_state::{LineReadings, LineVerdict, Thresholds, classify};
+use super::line_state::{FrameLines, LineVerdict, Thresholds, classify};
 use super::short::{AlikePairs, Usual};
 use super::tally::{LineTally, Looked};
 use super::{Axis, Level, LevelScreen, ScreenOptions};
@@ -190,6 +190,14 @@ impl LineFaults {
         self.flickering(Axis::Column)
     }
 
+    /// Whether any line comes and goes.
+    pub(super) fn has_flickering(&self) -> bool {
+        let kinds = self.faults.iter().map(|fault| fault.kind);
+        kinds
+            .into_iter()
+            .any(|kind| kind == LineFaultKind::Flickering)
+    }
+
     /// Whether nothing was found.
     pub fn is_empty(&self) -> bool {
         self.faults.is_empty()
@@ -221,7 +229,10 @@ pub struct LineScreen {
     scratch: Vec<f64>,
     frames: u64,
     blank_frames: u64,
-    previous: Option<Frame<Counts>>,
+    lines: FrameLines,
+    /// Of the frame before that was not blank.
+    previous: FrameLines,
+    has_previous: bool,
     /// Of an array with floating lines: what every row, then every column, reads at most of its places, counts above
     /// the baseline.
     usual: Vec<f64>,
@@ -255,7 +266,9 @@ impl LineScreen {
             scratch: Vec::with_capacity(2 * rows.max(columns)),
             frames: 0,
             blank_frames: 0,
-            previous: None,
+            lines: FrameLines::new(rows, columns),
+            previous: FrameLines::new(rows, columns),
+            has_previous: false,
             usual: vec![0.0; rows + columns],
             at_ceiling: vec![0; rows * columns],
             held: vec![false; rows * columns],
@@ -271,12 +284,13 @@ impl LineScreen {
         self.frames += 1;
         let thresholds = Thresholds::new(self.levels.level(), self.max_count, &self.options);
         self.follow_ceiling(frame, thresholds.ceiling);
+        self.lines.take(frame, &self.options);
         if self.options.floating {
-            self.find_usual(frame, thresholds.baseline);
+            self.find_usual(thresholds.baseline);
         }
         self.verdicts.clear();
         for axis in Axis::BOTH {
-            let lines = LineReadings::of(frame, axis, &self.options);
+            let lines = self.lines.along(axis, &self.options);
             for line in 0..lines.count {
                 self.verdicts
                     .push(classify(&lines, line, &thresholds, &self.options));
@@ -291,16 +305,14 @@ impl LineScreen {
             self.blank_frames += 1;
             return Ok(());
         }
-        self.tally(frame, &thresholds);
-        match &mut self.previous {
-            Some(previous) => previous.values.copy_from_slice(frame.values()),
-            None => self.previous = Some(frame.clone()),
-        }
+        self.tally(&thresholds);
+        std::mem::swap(&mut self.lines, &mut self.previous);
+        self.has_previous = true;
         Ok(())
     }
 
     /// Adds what the frame says of every line and of every two neighbours.
-    fn tally(&mut self, frame: &Frame<Counts>, thresholds: &Thresholds) {
+    fn tally(&mut self, thresholds: &Thresholds) {
         let (of_rows, of_columns) = self.verdicts.split_at(self.rows.len());
         for (axis, verdicts, tallies, pairs) in [
             (Axis::Row, of_rows, &mut self.rows, &mut self.row_pairs),
@@ -312,11 +324,10 @@ impl LineScreen {
             ),
         ] {
             let looked = Looked {
-                lines: LineReadings::of(frame, axis, &self.options),
+                lines: self.lines.along(axis, &self.options),
                 before: self
-                    .previous
-                    .as_ref()
-                    .map(|frame| LineReadings::of(frame, axis, &self.options)),
+                    .has_previous
+                    .then(|| self.previous.along(axis, &self.options)),
                 thresholds,
                 options: &self.options,
             };
@@ -341,13 +352,15 @@ impl LineScreen {
     }
 
     /// Medians of all lines.
-    fn find_usual(&mut self, frame: &Frame<Counts>, baseline: f64) {
+    fn find_usual(&mut self, baseline: f64) {
         let mut usual = self.usual.iter_mut();
         for axis in Axis::BOTH {
-            let lines = LineReadings::of(frame, axis, &self.options);
+            let lines = self.lines.along(axis, &self.options);
             for (line, usual) in (0..lines.count).zip(&mut usual) {
                 self.scratch.clear();
-                self.scratch.extend(lines.of_line(line));
+                let readings = lines.of_line(line).iter().copied();
+                self.scratch
+                    .extend(readings.filter(|reading| !reading.is_nan()));
                 *usual = median_high(&mut self.scratch).unwrap_or(0.0) - baseline;
             }
         }

@@ -6,109 +6,119 @@ use crate::{Counts, Frame};
 /// A line of fewer taxels has no readings to tell its own fault from that of a taxel.
 const MIN_LINE: usize = 4;
 
-/// The readings of one frame, seen as lines along one axis.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct LineReadings<'a> {
-    values: &'a [f64],
-    options: &'a ScreenOptions,
-    /// How many lines.
-    pub count: usize,
-    /// Readings on each.
-    pub length: usize,
-    line_stride: usize,
-    stride: usize,
+/// The readings of one frame as lines along either axis, each line in one piece; NaN where there is no taxel.
+#[derive(Debug, Clone)]
+pub(super) struct FrameLines {
+    rows: usize,
+    columns: usize,
+    by_row: Vec<f64>,
+    by_column: Vec<f64>,
 }
 
-impl<'a> LineReadings<'a> {
-    pub fn of(frame: &'a Frame<Counts>, axis: Axis, options: &'a ScreenOptions) -> Self {
-        let (rows, columns) = (frame.rows(), frame.columns());
-        let (count, length, line_stride, stride) = match axis {
-            Axis::Row => (rows, columns, columns, 1),
-            Axis::Column => (columns, rows, 1, columns),
-        };
+impl FrameLines {
+    pub fn new(rows: usize, columns: usize) -> Self {
         Self {
-            values: frame.values(),
-            options,
-            count,
-            length,
-            line_stride,
-            stride,
+            rows,
+            columns,
+            by_row: vec![0.0; rows * columns],
+            by_column: vec![0.0; rows * columns],
         }
     }
 
-    pub fn at(&self, line: usize, position: usize) -> f64 {
-        self.values[self.taxel(line, position)]
+    /// Takes the readings of a frame.
+    pub fn take(&mut self, frame: &Frame<Counts>, options: &ScreenOptions) {
+        self.by_row.copy_from_slice(frame.values());
+        for (value, _) in self
+            .by_row
+            .iter_mut()
+            .zip(&options.absent)
+            .filter(|(_, absent)| **absent)
+        {
+            *value = f64::NAN;
+        }
+        for (row, values) in self.by_row.chunks_exact(self.columns).enumerate() {
+            let places = self.by_column[row..].iter_mut().step_by(self.rows);
+            for (place, value) in places.zip(values) {
+                *place = *value;
+            }
+        }
     }
 
-    fn taxel(&self, line: usize, position: usize) -> usize {
-        line * self.line_stride + position * self.stride
+    pub fn along(&self, axis: Axis, options: &ScreenOptions) -> LineReadings<'_> {
+        let (readings, count, length) = match axis {
+            Axis::Row => (&self.by_row, self.rows, self.columns),
+            Axis::Column => (&self.by_column, self.columns, self.rows),
+        };
+        LineReadings {
+            readings,
+            count,
+            length,
+            floating: options.floating,
+        }
     }
+}
 
-    /// Whether there is a taxel.
-    pub fn is_there(&self, line: usize, position: usize) -> bool {
-        !self.options.is_absent(self.taxel(line, position))
-    }
+/// The readings of one frame, seen as lines along one axis.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LineReadings<'a> {
+    readings: &'a [f64],
+    /// How many lines.
+    pub count: usize,
+    /// Readings on each.
+    length: usize,
+    floating: bool,
+}
 
-    /// The positions on a line at which there is a taxel.
-    pub fn positions(self, line: usize) -> impl Iterator<Item = usize> + 'a {
-        (0..self.length).filter(move |&position| self.is_there(line, position))
+impl<'a> LineReadings<'a> {
+    /// What a line reads; NaN where there is no taxel.
+    pub fn of_line(&self, line: usize) -> &'a [f64] {
+        &self.readings[line * self.length..][..self.length]
     }
 
     /// Taxels on a line.
     pub fn taxels(&self, line: usize) -> usize {
-        if self.options.absent.is_empty() {
-            self.length
-        } else {
-            self.positions(line).count()
-        }
+        let readings = self.of_line(line).iter();
+        readings.filter(|reading| !reading.is_nan()).count()
     }
 
-    pub fn of_line(self, line: usize) -> impl Iterator<Item = f64> + 'a {
-        self.positions(line)
-            .map(move |position| self.at(line, position))
-    }
-
-    /// What a taxel reads; where there is none, nothing that a line could be judged by.
-    fn beside(&self, line: usize, position: usize) -> f64 {
-        if self.is_there(line, position) {
-            self.at(line, position)
-        } else {
-            f64::NEG_INFINITY
-        }
-    }
-
-    /// The reading beside a line that tells of a real load there, counts. On an array with floating lines none does.
-    pub fn supported_load(
-        &self,
-        line: usize,
-        position: usize,
-        thresholds: &Thresholds,
-        options: &ScreenOptions,
-    ) -> Option<f64> {
-        let real = |load: &f64| *load > thresholds.really_loaded && *load < thresholds.ceiling;
-        if options.floating {
-            None
-        } else {
-            self.supported(line, position).filter(real)
-        }
-    }
-
-    /// The load that both sides of a line vouch for: the smaller of the two sides, each taken at its greater of
-    /// the two nearest lines (so that a second bad line beside this one does not hide it). A line at the edge
-    /// has one side only, and nobody vouches for it.
-    fn supported(&self, line: usize, position: usize) -> Option<f64> {
-        if line == 0 || line + 1 >= self.count {
+    /// What may vouch for a load on a line. On an array with floating lines nothing does; a line at the edge has one
+    /// side only, and nobody vouches for it.
+    pub fn sides(&self, line: usize) -> Option<Sides<'a>> {
+        if self.floating || line == 0 || line + 1 >= self.count {
             return None;
         }
-        let mut before = self.beside(line - 1, position);
-        if line >= 2 {
-            before = before.max(self.beside(line - 2, position));
-        }
-        let mut after = self.beside(line + 1, position);
-        if line + 2 < self.count {
-            after = after.max(self.beside(line + 2, position));
-        }
-        Some(before.min(after))
+        let last = self.count - 1;
+        Some(Sides {
+            before: [line - 1, line.saturating_sub(2)].map(|line| self.of_line(line)),
+            after: [line + 1, (line + 2).min(last)].map(|line| self.of_line(line)),
+        })
+    }
+}
+
+/// What the lines beside a line read: on each side the two nearest (so that a second bad line beside this one does not
+/// hide the load), at the edge the one there is.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sides<'a> {
+    before: [&'a [f64]; 2],
+    after: [&'a [f64]; 2],
+}
+
+impl Sides<'_> {
+    /// The load that both sides vouch for at a position, the smaller of the two, counts; and whether it is a real one.
+    pub fn load(&self, position: usize, thresholds: &Thresholds) -> (f64, bool) {
+        // Of a taxel that is not there `max` takes the other; where neither is, nothing is above anything.
+        let before = self.before[0][position].max(self.before[1][position]);
+        let after = self.after[0][position].max(self.after[1][position]);
+        let load = if before < after { before } else { after };
+        let least = thresholds.really_loaded;
+        let real = (before > least) & (after > least) & (load < thresholds.ceiling);
+        (load, real)
+    }
+
+    /// The load, if it is a real one.
+    pub fn real_load(&self, position: usize, thresholds: &Thresholds) -> Option<f64> {
+        let (load, is_real) = self.load(position, thresholds);
+        is_real.then_some(load)
     }
 }
 
@@ -206,20 +216,25 @@ pub(super) fn classify(
         return verdict;
     }
     verdict.judged = true;
-    let (mut fallen, mut ceiling) = (0u64, 0u64);
-    // A reading below the floor may be as much as that.
-    let bound = |value: f64| match options.floor_count {
-        Some(floor) => value.max(floor),
-        None => value,
-    };
-    for position in lines.positions(line) {
-        let value = lines.at(line, position);
-        fallen += u64::from(thresholds.floor.is_some_and(|floor| value < floor));
-        verdict.responding += u64::from(value > thresholds.loaded && value < thresholds.ceiling);
+    let own = lines.of_line(line);
+    let floor = thresholds.floor.unwrap_or(f64::NEG_INFINITY);
+    let (mut fallen, mut responding, mut ceiling) = (0u64, 0u64, 0u64);
+    // Without branches, so that several readings are looked at at once; NaN is none of it.
+    for &value in own {
+        fallen += u64::from(value < floor);
+        responding += u64::from((value > thresholds.loaded) & (value < thresholds.ceiling));
         ceiling += u64::from(value >= thresholds.ceiling);
-        if let Some(load) = lines.supported_load(line, position, thresholds, options) {
-            verdict.supported += 1;
-            verdict.silent += u64::from(bound(value) <= thresholds.silence(load, options));
+    }
+    verdict.responding = responding;
+    if let Some(sides) = lines.sides(line) {
+        // A reading below the floor may be as much as that.
+        let least = options.floor_count.unwrap_or(f64::NEG_INFINITY);
+        for (position, &value) in own.iter().enumerate() {
+            let (load, real) = sides.load(position, thresholds);
+            let real = real & !value.is_nan();
+            let silent = value.max(least) <= thresholds.silence(load, options);
+            verdict.supported += u64::from(real);
+            verdict.silent += u64::from(real & silent);
         }
     }
     let length = taxels as f64;
@@ -247,29 +262,26 @@ pub(super) fn classify(
 /// Whether a line beside this one is at the ceiling on more than half of its length as well.
 fn next_to_at_ceiling(lines: &LineReadings<'_>, line: usize, thresholds: &Thresholds) -> bool {
     let full = |other: usize| {
-        let at_end = lines.of_line(other).filter(|&v| v >= thresholds.ceiling);
+        let of_line = lines.of_line(other).iter();
+        let at_end = of_line.filter(|&&value| value >= thresholds.ceiling);
         2 * at_end.count() > lines.taxels(other)
     };
     (line > 0 && full(line - 1)) || (line + 1 < lines.count && full(line + 1))
 }
 
-/// Which of the flickering lines in `faults` are out in this very frame, into `out` (cleared first; its capacity
-/// is reused). `level` as from [`super::LevelScreen`]; without it only lines between loaded ones can be told.
-pub fn lines_dropped(
-    frame: &Frame<Counts>,
+/// Which of the flickering lines in `faults` are out in this very frame, appended to `out`. Without a level only lines between loaded ones can be told.
+pub(super) fn find_dropped(
+    frame: &FrameLines,
     faults: &LineFaults,
-    level: Option<Level>,
-    max_count: f64,
+    thresholds: &Thresholds,
     options: &ScreenOptions,
     out: &mut Vec<(Axis, usize)>,
 ) {
-    out.clear();
-    let thresholds = Thresholds::new(level, max_count, options);
     for axis in Axis::BOTH {
-        let lines = LineReadings::of(frame, axis, options);
+        let lines = frame.along(axis, options);
         let indices = faults.flickering(axis).filter(|&line| line < lines.count);
         for line in indices {
-            if classify(&lines, line, &thresholds, options).out {
+            if classify(&lines, line, thresholds, options).out {
                 out.push((axis, line));
             }
         }

@@ -54,7 +54,6 @@ pub use axis::Axis;
 pub use frame::FrameScreen;
 pub use level::{Level, LevelScreen};
 pub use line::{LineFault, LineFaultKind, LineFaults, LineScreen};
-pub use line_state::lines_dropped;
 pub use mask::{CountsMask, MaskCount};
 pub use options::{ScreenOptions, SpaceSpikes, TimeSpikes};
 pub(crate) use repair::{fill, stand_in};

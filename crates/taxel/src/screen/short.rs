@@ -17,10 +17,15 @@ pub(super) struct Usual<'a> {
 }
 
 impl Usual<'_> {
-    fn over(&self, line: usize, position: usize) -> f64 {
+    /// On a line and the next one.
+    fn along(&self, line: usize) -> f64 {
         let of_pair = self.lines.get(line..line + 2).unwrap_or_default();
-        let along = of_pair.iter().copied().fold(0.0, f64::max);
-        along.max(self.positions.get(position).copied().unwrap_or(0.0))
+        of_pair.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// On a position of all lines.
+    fn across(&self, position: usize) -> f64 {
+        self.positions.get(position).copied().unwrap_or(0.0)
     }
 }
 
@@ -68,28 +73,28 @@ impl AlikePairs {
         options: &ScreenOptions,
         usual: &Usual<'_>,
     ) {
-        let both = |position: &usize| lines.is_there(line + 1, *position);
-        self.both[line] = lines.positions(line).filter(both).count();
-        for position in lines.positions(line).filter(both) {
-            let (a, b) = (lines.at(line, position), lines.at(line + 1, position));
+        let (own, next) = (lines.of_line(line), lines.of_line(line + 1));
+        if self.both[line] == 0 {
+            let both = own.iter().zip(next);
+            self.both[line] = both.filter(|(a, b)| !a.is_nan() && !b.is_nan()).count();
+        }
+        let is_inside = line > 0 && line + 2 < lines.count;
+        let beyond = is_inside.then(|| (lines.of_line(line - 1), lines.of_line(line + 2)));
+        let along = usual.along(line);
+        for (position, (&a, &b)) in own.iter().zip(next).enumerate() {
             let higher = a.max(b);
-            let least = thresholds.loaded + usual.over(line, position);
-            if higher <= least || higher >= thresholds.ceiling {
+            let least = thresholds.loaded + along.max(usual.across(position));
+            if !(higher > least && higher < thresholds.ceiling) || a.is_nan() || b.is_nan() {
                 continue;
             }
             let tolerance = 4.0 * thresholds.noise
                 + options.short_tolerance_share * (higher - thresholds.baseline);
             // A load centred between the two lines makes them alike, and the lines beyond them as well: it
             // says nothing.
-            let is_beyond = line > 0
-                && line + 2 < lines.count
-                && lines.is_there(line - 1, position)
-                && lines.is_there(line + 2, position);
-            if is_beyond {
-                let beyond = (lines.at(line - 1, position), lines.at(line + 2, position));
-                if (beyond.0 - beyond.1).abs() <= 4.0 * tolerance {
-                    continue;
-                }
+            if let Some((before, after)) = beyond
+                && (before[position] - after[position]).abs() <= 4.0 * tolerance
+            {
+                continue;
             }
             self.loaded[line] += 1;
             let is_alike = (a - b).abs() <= tolerance;

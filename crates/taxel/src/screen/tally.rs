@@ -69,9 +69,11 @@ impl Looked<'_> {
         tally.tested += 1;
         tally.supported_readings += verdict.supported;
         tally.silent_readings += verdict.silent;
-        if verdict.supported > 0 {
-            for position in self.lines.positions(line) {
-                tally.covered[position] |= self.load_next_to(&self.lines, line, position).is_some();
+        if let Some(sides) = self.lines.sides(line).filter(|_| verdict.supported > 0) {
+            let own = self.lines.of_line(line).iter();
+            for (position, (covered, value)) in tally.covered.iter_mut().zip(own).enumerate() {
+                let (_, is_real) = sides.load(position, self.thresholds);
+                *covered |= is_real & !value.is_nan();
             }
         }
         if !verdict.out {
@@ -89,47 +91,56 @@ impl Looked<'_> {
         tally.next_to_sum += next_to;
     }
 
-    fn load_next_to(&self, lines: &LineReadings<'_>, line: usize, position: usize) -> Option<f64> {
-        lines.supported_load(line, position, self.thresholds, self.options)
-    }
-
     /// Whether a line that is silent answered in the frame before, to much the same load beside it.
     fn fell_silent(&self, line: usize) -> bool {
-        let Some(before) = &self.before else {
+        let (Some(before), Some(sides)) = (&self.before, self.lines.sides(line)) else {
+            return false;
+        };
+        let Some(sides_before) = before.sides(line) else {
             return false;
         };
         let baseline = self.thresholds.baseline;
         let (mut supported, mut fell) = (0, 0);
-        for position in self.lines.positions(line) {
-            let Some(now) = self.load_next_to(&self.lines, line, position) else {
+        for position in self.positions(line) {
+            let Some(now) = sides.real_load(position, self.thresholds) else {
                 continue;
             };
             supported += 1;
-            let steady = self
-                .load_next_to(before, line, position)
+            let steady = sides_before
+                .real_load(position, self.thresholds)
                 .map(|then| (then - baseline, (then - baseline) / (now - baseline)))
                 .filter(|(_, change)| (1.0 / STEADY_FACTOR..=STEADY_FACTOR).contains(change));
-            let answered = before.at(line, position) - baseline;
+            let answered = before.of_line(line)[position] - baseline;
             fell += u64::from(steady.is_some_and(|(then, _)| answered >= ANSWERED_SHARE * then));
         }
         fell as f64 >= self.options.line_share * supported as f64
     }
 
+    /// Positions along a line at which there is a taxel.
+    fn positions(&self, line: usize) -> impl Iterator<Item = usize> + use<'_> {
+        let readings = self.lines.of_line(line).iter().enumerate();
+        let there = readings.filter(|(_, reading)| !reading.is_nan());
+        there.map(|(position, _)| position)
+    }
+
     /// Median readings of a line and of those beside it: where these carry a load, if that is what tells.
     fn medians(&self, line: usize, by_silence: bool, scratch: &mut Vec<f64>) -> (f64, f64) {
-        let lines = &self.lines;
-        let counts =
-            |position: &usize| !by_silence || self.load_next_to(lines, line, *position).is_some();
-        let positions = |of: usize| lines.positions(of).filter(counts);
-        scratch.clear();
-        scratch.extend(positions(line).map(|position| lines.at(line, position)));
-        let own = median_high(scratch).unwrap_or(0.0);
-        scratch.clear();
-        for next_to in [line.checked_sub(1), Some(line + 1)].into_iter().flatten() {
-            if next_to < lines.count {
-                scratch.extend(positions(next_to).map(|position| lines.at(next_to, position)));
+        let sides = self.lines.sides(line);
+        let is_loaded = |position: usize| {
+            let load = sides.and_then(|sides| sides.real_load(position, self.thresholds));
+            load.is_some()
+        };
+        let mut median_of = |of_lines: [Option<usize>; 2]| {
+            scratch.clear();
+            for of in of_lines.into_iter().flatten() {
+                let positions = self.positions(of);
+                let counted = positions.filter(|&position| !by_silence || is_loaded(position));
+                scratch.extend(counted.map(|position| self.lines.of_line(of)[position]));
             }
-        }
-        (own, median_high(scratch).unwrap_or(0.0))
+            median_high(scratch).unwrap_or(0.0)
+        };
+        let after = Some(line + 1).filter(|&after| after < self.lines.count);
+        let own = median_of([Some(line), None]);
+        (own, median_of([line.checked_sub(1), after]))
     }
 }

@@ -3,7 +3,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::*;
 use crate::Mark;
-use crate::screen::{FrameScreen, ScreenReport, lines_dropped};
+use crate::screen::{FrameScreen, ScreenReport};
 
 const FULL: f64 = 65_535.0;
 const ROWS: usize = 24;
@@ -174,11 +174,13 @@ fn a_flickering_column_is_found_and_its_drops_are_named_frame_by_frame() {
 
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let options = ScreenOptions::default();
-        let mut dropped = Vec::new();
+        let mut screen = FrameScreen::new(ROWS, COLUMNS, FULL, &options);
+        screen.set_lines(&found);
         for t in 0..30 {
-            let frame = array.frame(&mut random, |r, c, v| fault(t, r, c, v));
-            lines_dropped(&frame, &found, found.level, FULL, &options, &mut dropped);
-            assert_eq!(dropped.contains(&(Axis::Column, 20)), out(t), "frame {t}");
+            let mut frame = array.frame(&mut random, |r, c, v| fault(t, r, c, v));
+            screen.mark(&mut frame).unwrap();
+            let is_dropped = screen.dropped().contains(&(Axis::Column, 20));
+            assert_eq!(is_dropped, out(t), "frame {t}");
         }
     }
 }
