@@ -6,7 +6,7 @@ use std::time::{Duration, SystemTime};
 
 use taxel::Sensor;
 use taxel_io::mcap::About;
-use taxel_io::{FrameSource, Losses, McapWriter, Tare};
+use taxel_io::{Event, FrameSource, Losses, McapWriter, Tare};
 
 use crate::error::{Error, remedy};
 
@@ -38,8 +38,8 @@ impl Clock {
     }
 
     /// By the recording itself, else from the date of its file on.
-    pub fn host(&self, source: &dyn FrameSource, secs: f64) -> Result<SystemTime, Error> {
-        match source.host_time() {
+    pub fn host(&self, known: Option<SystemTime>, secs: f64) -> Result<SystemTime, Error> {
+        match known {
             Some(host) => Ok(host),
             None => self.after(secs),
         }
@@ -81,15 +81,26 @@ impl Carry {
         }
     }
 
-    /// What comes before the next frame.
+    /// What comes before the next frame of a source.
     pub fn before(
         &mut self,
         writer: &mut McapWriter,
         source: &mut dyn FrameSource,
     ) -> Result<(), Error> {
-        write_events(writer, source)?;
-        if !self.without_tare && source.tare() != self.tare.as_ref() {
-            let now = source.tare().cloned();
+        let events = source.take_events();
+        self.before_frame(writer, &events, source.tare())
+    }
+
+    /// What comes before a frame: what happened, and what is taken off from it on.
+    pub fn before_frame(
+        &mut self,
+        writer: &mut McapWriter,
+        events: &[Event],
+        tare: Option<&Tare>,
+    ) -> Result<(), Error> {
+        write_events(writer, events)?;
+        if !self.without_tare && tare != self.tare.as_ref() {
+            let now = tare.cloned();
             let undone = |before: &Tare| Tare::undone(before.from_sequence, before.at);
             let told = now.clone().or_else(|| self.tare.as_ref().map(undone));
             if let Some(tare) = told {
@@ -107,14 +118,14 @@ impl Carry {
         source: &mut dyn FrameSource,
         losses: Losses,
     ) -> Result<(), Error> {
-        write_events(writer, source)?;
+        write_events(writer, &source.take_events())?;
         writer.set_losses(losses);
         Ok(())
     }
 }
 
-fn write_events(writer: &mut McapWriter, source: &mut dyn FrameSource) -> Result<(), Error> {
-    for event in source.take_events() {
+fn write_events(writer: &mut McapWriter, events: &[Event]) -> Result<(), Error> {
+    for event in events {
         writer.write_event(&event.kind, &event.text, event.at)?;
     }
     Ok(())

@@ -6,7 +6,7 @@ use taxel::material::LoadLaw;
 use taxel::pipeline::{Pipeline, Repair};
 use taxel::screen::LineFaults;
 use taxel::solve::{Outcome, Stop};
-use taxel::{Frame, Newtons, Sensor, Siemens};
+use taxel::{Counts, Frame, Newtons, Sensor, Siemens, Volts};
 
 use crate::error::{Error, remedy};
 use crate::frames::{DisplayUnit, FrameReader};
@@ -73,28 +73,60 @@ impl Chain {
     /// # Errors
     /// Conductances, where they are not what the chain begins with.
     pub fn take(&mut self, reading: &FrameReader) -> Result<Option<Outcome>, Error> {
-        let result = match reading {
-            FrameReader::Counts(_, counts) => self.pipeline.process(counts),
-            FrameReader::Volts(_, volts) => self.pipeline.process_volts(volts),
-            FrameReader::Siemens(_, siemens) => {
-                let result = self.pipeline.process_siemens(siemens);
-                if self.unit == Unit::Volts {
-                    return Err(Error::Request {
-                        what: "volts cannot be had from siemens here".to_owned(),
-                        hint: remedy::SCAN,
-                    });
-                }
-                if self.unit.is_load() && result.loads.is_none() {
-                    return Err(Error::Request {
-                        what: "a model estimates loads from what was read, not from siemens"
-                            .to_owned(),
-                        hint: "without a model, the sensor's load law is used",
-                    });
-                }
-                return Ok(None);
+        Ok(match reading {
+            FrameReader::Counts(_, counts) => {
+                let result = self.pipeline.process(counts);
+                (self.unit != Unit::Volts).then(|| result.outcome.clone())
             }
-        };
-        Ok((self.unit != Unit::Volts).then(|| result.outcome.clone()))
+            FrameReader::Volts(_, volts) => self.take_volts(volts),
+            FrameReader::Siemens(_, siemens) => {
+                self.take_siemens(siemens)?;
+                None
+            }
+        })
+    }
+
+    /// [`Self::take`] of counts that a screen has marked.
+    pub fn take_screened(&mut self, counts: &Frame<Counts>) -> Option<Outcome> {
+        let result = self.pipeline.process_screened(counts);
+        (self.unit != Unit::Volts).then(|| result.outcome.clone())
+    }
+
+    /// [`Self::take`] of volts.
+    pub fn take_volts(&mut self, volts: &Frame<Volts>) -> Option<Outcome> {
+        let result = self.pipeline.process_volts(volts);
+        (self.unit != Unit::Volts).then(|| result.outcome.clone())
+    }
+
+    /// [`Self::take`] of conductances.
+    ///
+    /// # Errors
+    /// Where they are not what the chain begins with.
+    pub fn take_siemens(&mut self, siemens: &Frame<Siemens>) -> Result<(), Error> {
+        let result = self.pipeline.process_siemens(siemens);
+        if self.unit == Unit::Volts {
+            return Err(Error::Request {
+                what: "volts cannot be had from siemens here".to_owned(),
+                hint: remedy::SCAN,
+            });
+        }
+        if self.unit.is_load() && result.loads.is_none() {
+            return Err(Error::Request {
+                what: "a model estimates loads from what was read, not from siemens".to_owned(),
+                hint: "without a model, the sensor's load law is used",
+            });
+        }
+        Ok(())
+    }
+
+    /// Makes the next frame the first.
+    pub fn begin_anew(&mut self) {
+        self.pipeline.begin_anew();
+    }
+
+    /// Whether loads hang on the frames before.
+    pub fn remembers(&self) -> bool {
+        self.pipeline.remembers()
     }
 
     /// The conductances of the frame taken in last, where they were solved for.

@@ -8,9 +8,13 @@ use taxel::Executor;
 /// As many threads as the machine has cores, each taking the next job.
 pub struct Threads;
 
+/// How many threads can run at once, as the system allows this program.
+pub fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, NonZero::get)
+}
+
 impl Executor for Threads {
     fn each(&self, jobs: usize, job: &(dyn Fn(usize) + Sync)) {
-        let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
         let next = AtomicUsize::new(0);
         let work = || {
             loop {
@@ -22,7 +26,7 @@ impl Executor for Threads {
             }
         };
         std::thread::scope(|scope| {
-            for _ in 1..cores.min(jobs) {
+            for _ in 1..cores().min(jobs) {
                 scope.spawn(work);
             }
             work();

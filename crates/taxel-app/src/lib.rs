@@ -8,6 +8,7 @@
 //! |---|---|
 //! | [`session`] | from a source to viewers and a file, while it happens |
 //! | [`evaluation`] | from a plan and its recordings to a report |
+//! | [`conversion`] | from a recording to files of numbers, on all cores |
 //! | [`chain`] | from frames of a file to numbers in a unit, one frame at a time |
 //! | [`frames`] | files of frames by their extension |
 //! | [`sensor_source`] | the sensor of a source: of a file, a preset, or what a recording brings |
@@ -20,6 +21,7 @@ pub mod calibration_picture;
 pub mod carry;
 pub mod chain;
 pub mod check;
+pub mod conversion;
 pub mod error;
 pub mod evaluation;
 pub mod executor;
@@ -36,6 +38,7 @@ pub mod residuals;
 pub mod sensor_source;
 pub mod session;
 pub mod standard_error;
+pub mod tare;
 pub mod training_set;
 pub mod units;
 

@@ -1,12 +1,32 @@
 //! The first pass over a recording: which lines cannot be trusted.
 
 use serde::Serialize;
-use taxel::Sensor;
-use taxel::screen::{LineFault, LineFaultKind, LineFaults, LineScreen};
+use taxel::screen::{Level, LevelScreen, LineFault, LineFaultKind, LineFaults, LineScreen};
+use taxel::{Counts, Frame, Sensor};
 
 use crate::error::Error;
+use crate::executor::cores;
 use crate::frames::{FrameReader, Input};
+use crate::in_order::{Work, in_order};
 use crate::reporter::Reporter;
+
+/// Frames that are read ahead of those looked at.
+const AHEAD: usize = 8;
+
+/// The look at one frame after the other, by one thread.
+struct Looking;
+
+/// A frame, and the level in all frames up to it.
+type Levelled = (Frame<Counts>, Option<Level>);
+
+impl Work<Levelled> for Looking {
+    type Worker = LineScreen;
+
+    fn work(&self, screen: &mut LineScreen, (frame, level): &mut Levelled) {
+        let seen = screen.observe_at(frame, *level);
+        seen.expect("a reader's frames have the sensor's shape");
+    }
+}
 
 /// What the first pass found.
 #[derive(Debug, Clone, Default)]
@@ -30,24 +50,49 @@ impl Survey {
         }
     }
 
-    /// Reads a recording of counts through for line faults. A pipe and other quantities are not looked at.
-    pub fn of(input: &Input, sensor: &Sensor, reporter: &dyn Reporter) -> Result<Self, Error> {
+    /// Reads a recording of counts through for line faults; with two threads one reads while the other looks. A pipe and
+    /// other quantities are not looked at.
+    pub fn of(
+        input: &Input,
+        sensor: &Sensor,
+        reporter: &dyn Reporter,
+        threads: Option<usize>,
+    ) -> Result<Self, Error> {
         let mut survey = Self::declared(sensor);
         if !input.can_be_read_twice() {
             return Ok(survey);
         }
-        let FrameReader::Counts(mut source, mut frame) = input.open()? else {
+        let FrameReader::Counts(mut source, _) = input.open()? else {
             return Ok(survey);
         };
-        let mut screen = LineScreen::from_sensor(sensor);
+        let (rows, columns) = source.shape();
         let stage = reporter.stage("looking for line faults");
         let mut frames = 0;
-        while source.next_into(&mut frame)? {
-            screen.observe(&frame)?;
-            frames += 1;
-            crate::frames::show(&source, &*stage);
-        }
-        survey.faults = screen.finish().with_declared(sensor.screen());
+        let held = if threads.unwrap_or_else(cores) == 1 {
+            1
+        } else {
+            AHEAD
+        };
+        let memory = vec![(Frame::zeros(rows, columns), None); held];
+        let mut levels = LevelScreen::from_sensor(sensor);
+        let mut screens = [LineScreen::from_sensor(sensor)];
+        in_order(
+            &Looking,
+            &mut screens,
+            memory,
+            |(frame, level)| -> Result<bool, Error> {
+                let is_more = source.next_into(frame)?;
+                if is_more {
+                    levels.observe(frame)?;
+                    *level = levels.level();
+                    frames += 1;
+                }
+                crate::frames::show(&source, &*stage);
+                Ok(is_more)
+            },
+            |_| Ok(()),
+        )?;
+        survey.faults = screens[0].finish().with_declared(sensor.screen());
         survey.frames = Some(frames);
         Ok(survey)
     }

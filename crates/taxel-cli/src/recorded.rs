@@ -10,6 +10,7 @@ use crate::hints::SENSOR;
 use crate::out;
 use taxel_app::frames::carries_sensor;
 use taxel_app::sensor_source;
+use taxel_app::tare;
 use taxel_app::units::Unit;
 use taxel_io::sensor_file;
 
@@ -59,18 +60,52 @@ pub fn tell_missing(file: &Path, integrity: &Integrity) -> bool {
     !integrity.is_whole()
 }
 
-/// Takes a recording's tare off loads, and says once that it does.
+/// Says once that a recording's tare is taken off, or is not.
 #[derive(Debug, Default)]
-pub struct Untared {
+pub struct TareNote {
     /// It was asked that nothing is taken off.
     off: bool,
     told: bool,
 }
 
-impl Untared {
+impl TareNote {
     /// `off`: nothing is to be taken off.
     pub fn new(off: bool) -> Self {
         Self { off, told: false }
+    }
+
+    /// Says so of the first frame that has one for so many loads. `raw`: they are not compensated.
+    pub fn tell(&mut self, tare: Option<&Tare>, raw: bool, unit: Unit, loads: usize) {
+        let Some(tare) = tare.filter(|_| !self.told) else {
+            return;
+        };
+        if tare::zeros(tare, raw, unit, loads).is_none() {
+            return;
+        }
+        self.told = true;
+        let from = tare.from_sequence;
+        out::note(&if self.off {
+            format!("the tare of the recording, from frame number {from} on, is left out")
+        } else {
+            format!(
+                "the tare of the recording is taken off, from frame number {from} on (--no-tare leaves it out)"
+            )
+        });
+    }
+}
+
+/// Takes a recording's tare off loads, and says once that it does.
+#[derive(Debug, Default)]
+pub struct Untared {
+    note: TareNote,
+}
+
+impl Untared {
+    /// `off`: nothing is to be taken off.
+    pub fn new(off: bool) -> Self {
+        Self {
+            note: TareNote::new(off),
+        }
     }
 
     /// Takes off what was taken off while it was recorded. `raw`: the loads are not compensated.
@@ -82,28 +117,11 @@ impl Untared {
         area_mm2: f64,
         loads: &mut [f64],
     ) {
-        let Some(tare) = tare.filter(|tare| unit.is_load() && tare.unit == "N") else {
-            return;
-        };
-        let zeros = if raw { &tare.raw } else { &tare.loads };
-        if zeros.len() != loads.len() {
-            return;
-        }
-        if !self.told {
-            self.told = true;
-            let from = tare.from_sequence;
-            out::note(&if self.off {
-                format!("the tare of the recording, from frame number {from} on, is left out")
-            } else {
-                format!(
-                    "the tare of the recording is taken off, from frame number {from} on (--no-tare leaves it out)"
-                )
-            });
-        }
-        if !self.off {
-            for (load, zero) in loads.iter_mut().zip(zeros) {
-                *load -= unit.of_newtons(*zero, area_mm2);
-            }
+        self.note.tell(tare, raw, unit, loads.len());
+        let zeros = tare.filter(|_| !self.note.off);
+        let zeros = zeros.and_then(|tare| tare::zeros(tare, raw, unit, loads.len()));
+        if let Some(zeros) = zeros {
+            tare::take_off(zeros, unit, area_mm2, loads);
         }
     }
 }

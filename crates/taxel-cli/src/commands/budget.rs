@@ -226,7 +226,7 @@ fn report_of(
 fn scene_of(of: &FrameOf, sensor: &Sensor, file: &Path) -> Result<BudgetScene, Error> {
     let input = Input::new(&of.file, InputUnit::Counts, sensor);
     let mut chain = Chain::new(sensor, file, &MethodName::Auto, Unit::Siemens)?;
-    chain.set_lines(&Survey::of(&input, sensor, &Terminal)?.faults);
+    chain.set_lines(&Survey::of(&input, sensor, &Terminal, None)?.faults);
     let mut reading = input.open()?;
     let mut read = 0;
     while reading.advance()? {

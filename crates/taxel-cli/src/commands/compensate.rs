@@ -6,24 +6,22 @@ mod summary;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use taxel::solve::Outcome;
-use taxel::{Frame, Sensor};
+use taxel::Sensor;
 
 use crate::error::Error;
 use crate::outputs::{Files, check_ending};
 use crate::progress::{Progress, Terminal};
-use crate::recorded::Untared;
+use crate::recorded::TareNote;
 use crate::values;
 use crate::{Exit, out, recorded};
-use output::{Outputs, marks_file};
+use output::marks_file;
 use summary::Summary;
 use taxel_app::carry;
-use taxel_app::chain::Chain;
-use taxel_app::figures::Figures;
+use taxel_app::conversion::files::{Outputs, Written};
+use taxel_app::conversion::{Conversion, Request};
 use taxel_app::frames::{FrameReader, Input, NUMBERS, needs_frame_count};
 use taxel_app::line_survey::Survey;
 use taxel_app::methods::MethodName;
-use taxel_app::standard_error::StandardErrors;
 use taxel_app::units::{InputUnit, Unit};
 
 /// Remove the cross-talk from a recording
@@ -83,6 +81,9 @@ pub(crate) struct Args {
     /// The recording has rows and columns swapped
     #[arg(long)]
     transpose: bool,
+    /// Threads that share the work, with the same results; as many as there are cores where it is not given
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
     /// Print a summary as JSON
     #[arg(long, requires = "output")]
     json: bool,
@@ -101,38 +102,44 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         carry::check_bits(args.output.as_deref().unwrap_or(Path::new("-")), &sensor)?;
     }
     let unit = output::unit(args);
-    let mut chain = Chain::new(&sensor, &sensor_file, &args.method, unit)?;
-    if args.repair || args.no_repair {
-        chain.set_repair(args.repair);
-    }
-    let mut survey = match args.input_unit {
-        InputUnit::Counts => Survey::of(&input, &sensor, &Terminal)?,
-        _ => Survey::declared(&sensor),
-    };
-    chain.set_lines(&survey.faults);
-    if survey.frames.is_none() && needs_count(args) && input.can_be_read_twice() {
-        survey.frames = Some(input.count_frames(&Terminal)?);
-    }
-    let level = survey.faults.level;
+    let files = output::files(args);
+    let threads = args.threads.map(usize::from);
     let wanted = wants_errors(args);
-    let errors = wanted.then(|| StandardErrors::new(&sensor, &sensor_file, unit, level));
-    let errors = Doubts {
-        taxels: errors.transpose()?,
-        figures: (wanted && unit.is_load())
-            .then(|| Figures::new(&sensor, &sensor_file, unit, level))
-            .transpose()?,
+    let request = Request {
+        sensor: &sensor,
+        sensor_file: &sensor_file,
+        method: &args.method,
+        unit,
+        repair: (args.repair || args.no_repair).then_some(args.repair),
+        errors: files.errors(),
+        figures: wanted && unit.is_load(),
+        no_tare: args.no_tare,
+        threads,
+        promptly: !input.can_be_read_twice(),
     };
+    request.check()?;
+    let survey = survey(args, &input, &sensor, threads)?;
+    let conversion = Conversion::new(request, &survey.faults)?;
     if wanted && !(unit.is_load() && sensor.uncertainty().is_some()) {
         out::note(
             "noise only: the sensor file has no [uncertainty], which `taxel calibrate` writes, so that standard errors and intervals are too small",
         );
     }
-    let outputs = Outputs::create(args, &sensor, survey.frames)?;
-    let mut summary = Summary::new(args, &sensor, &sensor_file, &survey, chain.method_name());
-    summary.noise_counts = errors.taxels.as_ref().map(|errors| errors.noise_counts);
+    let outputs = Outputs::create(
+        &files,
+        Written {
+            input: &input,
+            sensor: &sensor,
+            unit,
+            no_tare: args.no_tare,
+            frames: survey.frames,
+        },
+    )?;
+    let method = conversion.method_name();
+    let mut summary = Summary::new(args, &sensor, &sensor_file, &survey, method);
+    summary.noise_counts = conversion.noise_counts();
     let started = Instant::now();
-    let reading = input.open()?;
-    convert(args, reading, chain, errors, outputs, &sensor, &mut summary)?;
+    convert(args, input.open()?, conversion, outputs, &mut summary)?;
     summary.finish(started.elapsed().as_secs_f64());
     if args.json {
         out::json(&summary)?
@@ -142,58 +149,50 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     Ok(summary.exit())
 }
 
-/// What is wanted of how far to trust numbers.
-struct Doubts {
-    taxels: Option<StandardErrors>,
-    figures: Option<Figures>,
+/// What is to be known of a recording before its first frame.
+fn survey(
+    args: &Args,
+    input: &Input,
+    sensor: &Sensor,
+    threads: Option<usize>,
+) -> Result<Survey, Error> {
+    let mut survey = match args.input_unit {
+        InputUnit::Counts => Survey::of(input, sensor, &Terminal, threads)?,
+        _ => Survey::declared(sensor),
+    };
+    if survey.frames.is_none() && needs_count(args) && input.can_be_read_twice() {
+        survey.frames = Some(input.count_frames(&Terminal)?);
+    }
+    Ok(survey)
 }
 
 /// Frame by frame, in constant memory.
 fn convert(
     args: &Args,
     mut reading: FrameReader,
-    mut chain: Chain,
-    mut errors: Doubts,
+    conversion: Conversion,
     mut outputs: Outputs,
-    sensor: &Sensor,
     summary: &mut Summary,
 ) -> Result<(), Error> {
     let progress = Progress::new("compensating");
-    let mut shown = Frame::zeros(sensor.rows(), sensor.columns());
-    let mut untared = Untared::new(args.no_tare);
-    let (raw, area_mm2) = (
-        args.method == MethodName::Raw,
-        sensor.array().taxel_area_mm2,
-    );
+    let mut tare = TareNote::new(args.no_tare);
+    let raw = args.method == MethodName::Raw;
     let unit = output::unit(args);
-    while reading.advance()? {
-        let outcome = chain.take(&reading)?;
-        if let Some(outcome) = &outcome {
-            summary.add_outcome(reading.sequence(), outcome);
+    conversion.run(&mut reading, &progress, |frame| {
+        if let Some(outcome) = &frame.outcome {
+            summary.add_outcome(frame.sequence(), outcome);
         }
-        chain.show_into(&mut shown)?;
-        let is_answer = outcome.as_ref().is_none_or(Outcome::is_answer);
-        if let (Some(errors), Some(siemens)) = (&mut errors.taxels, chain.siemens()) {
-            errors.of(siemens, is_answer, &mut shown)?;
-            outputs.write_errors(errors)?;
-        }
-        let loads = shown.values_mut();
-        untared.apply(reading.tare(), raw, unit, area_mm2, loads);
-        let found = (chain.siemens(), chain.loads());
-        if let (Some(figures), (Some(siemens), Some(loads))) = (&mut errors.figures, found) {
-            let mut row = figures.of(siemens, loads, &shown, is_answer);
-            row.frame = reading.sequence();
-            outputs.write_figures(&row)?;
+        tare.tell(frame.tare.as_deref(), raw, unit, frame.shown.values().len());
+        if let Some(row) = frame.figures {
             summary.add_figures(row);
         }
-        summary.add_frame(&shown);
-        outputs.write(&shown, &mut reading)?;
-        reading.show(&progress);
-    }
+        summary.add_frame(&frame.shown);
+        outputs.write(frame)
+    })?;
     drop(progress);
     summary.add_skips(reading.skips());
     summary.add_missing(&args.recording, &reading.integrity());
-    outputs.commit(&mut reading)
+    Ok(outputs.commit(&mut reading)?)
 }
 
 fn needs_count(args: &Args) -> bool {

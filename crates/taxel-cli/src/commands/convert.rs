@@ -191,7 +191,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let mut carry = Carry::default();
     while source.frames().next_into(&mut frame)? {
         let secs = *frame.time_secs.get_or_insert(clock.secs(count));
-        let host = clock.host(source.frames(), secs)?;
+        let host = clock.host(source.frames().host_time(), secs)?;
         let position = frame.sequence;
         if let Some(number) = source.frames().device_number() {
             // The device's own: a gap in them is all that tells of frames that never came.

@@ -125,7 +125,7 @@ fn behind_counts(
 ) -> Result<Frame<Siemens>, Error> {
     let input = Input::new(file, InputUnit::Counts, sensor);
     let mut chain = Chain::new(sensor, from, &MethodName::Auto, Unit::Siemens)?;
-    chain.set_lines(&Survey::of(&input, sensor, &Terminal)?.faults);
+    chain.set_lines(&Survey::of(&input, sensor, &Terminal, None)?.faults);
     let mut reading = input.open()?;
     let mut read = 0;
     while reading.advance()? {

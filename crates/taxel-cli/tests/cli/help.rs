@@ -120,6 +120,8 @@ fn flags_of_compensate() {
           --no-repair                Replace nothing, even if the sensor file asks for it
           --no-tare                  Leave the recording's tare on
           --transpose                The recording has rows and columns swapped
+          --threads <N>              Threads that share the work, with the same results; as many as
+                                     there are cores where it is not given
           --json                     Print a summary as JSON
       -h, --help                     Print help (see more with '--help')
 

@@ -26,5 +26,6 @@ mod run;
 mod selftest;
 mod simulate;
 mod tables;
+mod threads;
 mod uniform_loads;
 mod viewers;

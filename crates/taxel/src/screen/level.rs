@@ -2,7 +2,7 @@
 
 use super::{ScreenOptions, check_shape};
 use crate::circuit::ROUNDING_COUNTS;
-use crate::{Counts, Error, Frame};
+use crate::{Counts, Error, Frame, Sensor};
 
 /// Readings needed below the ceiling of unloaded ones before a baseline is stated.
 const MIN_READINGS: u64 = 32;
@@ -58,6 +58,17 @@ pub struct LevelScreen {
 }
 
 impl LevelScreen {
+    /// For the frames of a sensor, as its `screen` says.
+    pub fn from_sensor(sensor: &Sensor) -> Self {
+        let options = ScreenOptions::from_sensor(sensor);
+        Self::new(
+            sensor.rows(),
+            sensor.columns(),
+            sensor.max_count(),
+            &options,
+        )
+    }
+
     /// For frames of this shape and a converter whose largest count is `max_count`.
     pub fn new(rows: usize, columns: usize, max_count: f64, options: &ScreenOptions) -> Self {
         let ceiling = (options.unloaded_share_of_range * max_count)

@@ -3,10 +3,10 @@
 use std::fmt;
 
 use super::frame::HELD_FRAMES;
-use super::line_state::{FrameLines, LineVerdict, Thresholds, classify};
+use super::line_state::{FrameLines, LineVerdict, Thresholds, classify, is_there};
 use super::short::{AlikePairs, Usual};
 use super::tally::{LineTally, Looked};
-use super::{Axis, Level, LevelScreen, ScreenOptions};
+use super::{Axis, Level, LevelScreen, ScreenOptions, check_shape};
 use crate::sensor::ScreenSpec;
 use crate::stats::median_high;
 use crate::{Counts, Error, Frame, Sensor};
@@ -221,6 +221,7 @@ pub struct LineScreen {
     options: ScreenOptions,
     max_count: f64,
     levels: LevelScreen,
+    level: Option<Level>,
     rows: Vec<LineTally>,
     columns: Vec<LineTally>,
     row_pairs: AlikePairs,
@@ -258,6 +259,7 @@ impl LineScreen {
             options: options.clone(),
             max_count,
             levels: LevelScreen::new(rows, columns, max_count, options),
+            level: None,
             rows: vec![LineTally::of_length(columns); rows],
             columns: vec![LineTally::of_length(rows); columns],
             row_pairs: AlikePairs::new(rows, columns),
@@ -281,8 +283,23 @@ impl LineScreen {
     /// [`Error::Shape`] for a frame of another shape.
     pub fn observe(&mut self, frame: &Frame<Counts>) -> Result<(), Error> {
         self.levels.observe(frame)?;
+        self.observe_at(frame, self.levels.level())
+    }
+
+    /// [`Self::observe`] where a [`LevelScreen`] that runs ahead has found the level in the frames up to this one.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] for a frame of another shape.
+    pub fn observe_at(&mut self, frame: &Frame<Counts>, level: Option<Level>) -> Result<(), Error> {
+        check_shape(
+            "frame to screen",
+            self.rows.len(),
+            self.columns.len(),
+            frame,
+        )?;
+        self.level = level;
         self.frames += 1;
-        let thresholds = Thresholds::new(self.levels.level(), self.max_count, &self.options);
+        let thresholds = Thresholds::new(level, self.max_count, &self.options);
         self.follow_ceiling(frame, thresholds.ceiling);
         self.lines.take(frame, &self.options);
         if self.options.floating {
@@ -360,7 +377,7 @@ impl LineScreen {
                 self.scratch.clear();
                 let readings = lines.of_line(line).iter().copied();
                 self.scratch
-                    .extend(readings.filter(|reading| !reading.is_nan()));
+                    .extend(readings.filter(|reading| is_there(*reading)));
                 *usual = median_high(&mut self.scratch).unwrap_or(0.0) - baseline;
             }
         }
@@ -381,7 +398,7 @@ impl LineScreen {
 
     /// Baseline and noise so far.
     pub fn level(&self) -> Option<Level> {
-        self.levels.level()
+        self.level
     }
 
     /// The faults in all frames seen. More frames can follow, and it can be asked again.
@@ -415,7 +432,7 @@ impl LineScreen {
         let held = self.held.iter().zip(&self.at_ceiling).enumerate();
         LineFaults {
             faults,
-            level: self.levels.level(),
+            level: self.level,
             frames: self.frames,
             blank_frames: self.blank_frames,
             held_at_ceiling: held

@@ -6,7 +6,20 @@ use crate::{Counts, Frame};
 /// A line of fewer taxels has no readings to tell its own fault from that of a taxel.
 const MIN_LINE: usize = 4;
 
-/// The readings of one frame as lines along either axis, each line in one piece; NaN where there is no taxel.
+/// What stands for a reading where there is no taxel: below every other.
+const NOWHERE: f64 = f64::NEG_INFINITY;
+
+/// Whether a reading is one.
+pub(super) fn is_there(reading: f64) -> bool {
+    reading > NOWHERE
+}
+
+/// The greater of two readings, as one instruction: `f64::max` would look for NaN, of which there is none.
+fn greater(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// The readings of one frame as lines along either axis, each line in one piece; [`NOWHERE`] where there is no taxel.
 #[derive(Debug, Clone)]
 pub(super) struct FrameLines {
     rows: usize,
@@ -34,7 +47,7 @@ impl FrameLines {
             .zip(&options.absent)
             .filter(|(_, absent)| **absent)
         {
-            *value = f64::NAN;
+            *value = NOWHERE;
         }
         for (row, values) in self.by_row.chunks_exact(self.columns).enumerate() {
             let places = self.by_column[row..].iter_mut().step_by(self.rows);
@@ -70,7 +83,7 @@ pub(super) struct LineReadings<'a> {
 }
 
 impl<'a> LineReadings<'a> {
-    /// What a line reads; NaN where there is no taxel.
+    /// What a line reads; [`NOWHERE`] where there is no taxel.
     pub fn of_line(&self, line: usize) -> &'a [f64] {
         &self.readings[line * self.length..][..self.length]
     }
@@ -78,7 +91,7 @@ impl<'a> LineReadings<'a> {
     /// Taxels on a line.
     pub fn taxels(&self, line: usize) -> usize {
         let readings = self.of_line(line).iter();
-        readings.filter(|reading| !reading.is_nan()).count()
+        readings.filter(|reading| is_there(**reading)).count()
     }
 
     /// What may vouch for a load on a line. On an array with floating lines nothing does; a line at the edge has one
@@ -106,13 +119,32 @@ pub(super) struct Sides<'a> {
 impl Sides<'_> {
     /// The load that both sides vouch for at a position, the smaller of the two, counts; and whether it is a real one.
     pub fn load(&self, position: usize, thresholds: &Thresholds) -> (f64, bool) {
-        // Of a taxel that is not there `max` takes the other; where neither is, nothing is above anything.
-        let before = self.before[0][position].max(self.before[1][position]);
-        let after = self.after[0][position].max(self.after[1][position]);
+        let before = greater(self.before[0][position], self.before[1][position]);
+        let after = greater(self.after[0][position], self.after[1][position]);
         let load = if before < after { before } else { after };
-        let least = thresholds.really_loaded;
-        let real = (before > least) & (after > least) & (load < thresholds.ceiling);
+        let real = (load > thresholds.really_loaded) & (load < thresholds.ceiling);
         (load, real)
+    }
+
+    /// On how many readings of the line between them both sides vouch for a real load, and how many of these are silent.
+    fn look(&self, own: &[f64], thresholds: &Thresholds, options: &ScreenOptions) -> (u64, u64) {
+        // Of one length, so that no place is looked up twice.
+        let length = own.len();
+        let sides = Sides {
+            before: self.before.map(|line| &line[..length]),
+            after: self.after.map(|line| &line[..length]),
+        };
+        // A reading below the floor may be as much as that.
+        let least = options.floor_count.unwrap_or(NOWHERE);
+        let (mut supported, mut silent) = (0, 0);
+        for (position, &value) in own.iter().enumerate() {
+            let (load, real) = sides.load(position, thresholds);
+            let real = real & is_there(value);
+            let is_silent = greater(value, least) <= thresholds.silence(load, options);
+            supported += u64::from(real);
+            silent += u64::from(real & is_silent);
+        }
+        (supported, silent)
     }
 
     /// The load, if it is a real one.
@@ -175,7 +207,7 @@ impl Thresholds {
     /// What a line that says nothing may read beside this load, counts.
     pub fn silence(&self, load: f64, options: &ScreenOptions) -> f64 {
         let left = options.silent_share * (load - self.baseline);
-        self.baseline + left.max(options.floor_sigmas * self.noise)
+        self.baseline + greater(left, options.floor_sigmas * self.noise)
     }
 }
 
@@ -217,25 +249,18 @@ pub(super) fn classify(
     }
     verdict.judged = true;
     let own = lines.of_line(line);
-    let floor = thresholds.floor.unwrap_or(f64::NEG_INFINITY);
+    let floor = thresholds.floor.unwrap_or(NOWHERE);
     let (mut fallen, mut responding, mut ceiling) = (0u64, 0u64, 0u64);
-    // Without branches, so that several readings are looked at at once; NaN is none of it.
+    // Without branches, so that several readings are looked at at once.
     for &value in own {
-        fallen += u64::from(value < floor);
+        fallen += u64::from((value < floor) & is_there(value));
         responding += u64::from((value > thresholds.loaded) & (value < thresholds.ceiling));
         ceiling += u64::from(value >= thresholds.ceiling);
     }
     verdict.responding = responding;
     if let Some(sides) = lines.sides(line) {
-        // A reading below the floor may be as much as that.
-        let least = options.floor_count.unwrap_or(f64::NEG_INFINITY);
-        for (position, &value) in own.iter().enumerate() {
-            let (load, real) = sides.load(position, thresholds);
-            let real = real & !value.is_nan();
-            let silent = value.max(least) <= thresholds.silence(load, options);
-            verdict.supported += u64::from(real);
-            verdict.silent += u64::from(real & silent);
-        }
+        let (supported, silent) = sides.look(own, thresholds, options);
+        (verdict.supported, verdict.silent) = (supported, silent);
     }
     let length = taxels as f64;
     let share = options.line_share;

@@ -1,7 +1,7 @@
 //! Lines shorted together read alike, frame after frame.
 
 use super::ScreenOptions;
-use super::line_state::{LineReadings, Thresholds};
+use super::line_state::{LineReadings, Thresholds, is_there};
 
 /// Share of their length along which two lines must have been alike under a load: a hand that lies still makes two
 /// lines alike for as long as it lies there, but not all along.
@@ -76,7 +76,7 @@ impl AlikePairs {
         let (own, next) = (lines.of_line(line), lines.of_line(line + 1));
         if self.both[line] == 0 {
             let both = own.iter().zip(next);
-            self.both[line] = both.filter(|(a, b)| !a.is_nan() && !b.is_nan()).count();
+            self.both[line] = both.filter(|(a, b)| is_there(**a) && is_there(**b)).count();
         }
         let is_inside = line > 0 && line + 2 < lines.count;
         let beyond = is_inside.then(|| (lines.of_line(line - 1), lines.of_line(line + 2)));
@@ -84,7 +84,8 @@ impl AlikePairs {
         for (position, (&a, &b)) in own.iter().zip(next).enumerate() {
             let higher = a.max(b);
             let least = thresholds.loaded + along.max(usual.across(position));
-            if !(higher > least && higher < thresholds.ceiling) || a.is_nan() || b.is_nan() {
+            let is_loaded = higher > least && higher < thresholds.ceiling;
+            if !is_loaded || !is_there(a) || !is_there(b) {
                 continue;
             }
             let tolerance = 4.0 * thresholds.noise

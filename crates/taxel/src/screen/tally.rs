@@ -1,7 +1,7 @@
 //! What a recording says of each line, frame by frame.
 
 use super::ScreenOptions;
-use super::line_state::{LineReadings, LineVerdict, Thresholds};
+use super::line_state::{LineReadings, LineVerdict, Thresholds, is_there};
 use crate::stats::median_high;
 
 /// A line falls silent when it read at least this share of the load beside it in the frame before …
@@ -73,7 +73,7 @@ impl Looked<'_> {
             let own = self.lines.of_line(line).iter();
             for (position, (covered, value)) in tally.covered.iter_mut().zip(own).enumerate() {
                 let (_, is_real) = sides.load(position, self.thresholds);
-                *covered |= is_real & !value.is_nan();
+                *covered |= is_real & is_there(*value);
             }
         }
         if !verdict.out {
@@ -119,7 +119,7 @@ impl Looked<'_> {
     /// Positions along a line at which there is a taxel.
     fn positions(&self, line: usize) -> impl Iterator<Item = usize> + use<'_> {
         let readings = self.lines.of_line(line).iter().enumerate();
-        let there = readings.filter(|(_, reading)| !reading.is_nan());
+        let there = readings.filter(|(_, reading)| is_there(**reading));
         there.map(|(position, _)| position)
     }
 

@@ -10,7 +10,7 @@ use taxel::{Frame, Mark, Sensor};
 use taxel_io::{Integrity, Skipped};
 
 use super::Args;
-use super::output::{marks_file, part_files};
+use super::output::files;
 use crate::out::warn_unsolved;
 use crate::{Exit, out, recorded};
 use taxel_app::chain::stop_words;
@@ -127,6 +127,7 @@ impl Summary {
         });
         let codes = Mark::ALL.map(|mark| (mark.code(), mark.word()));
         let show = |file: &std::path::PathBuf| file.display().to_string();
+        let files = files(args);
         for line in survey.lines() {
             out::note(&format!("faulty line: {}", line.text));
         }
@@ -156,10 +157,10 @@ impl Summary {
             faulty_lines: survey.lines(),
             noise_counts: None,
             output: args.output.as_ref().map(show),
-            marks_output: marks_file(args).as_ref().map(show),
+            marks_output: files.marks.as_ref().map(show),
             standard_error_output: args.standard_error.as_ref().map(show),
             interval_output: args.interval.as_ref().map(show),
-            parts_output: part_files(args).iter().map(show).collect(),
+            parts_output: files.part_files().iter().map(show).collect(),
             figures_output: args.figures.as_ref().map(show),
             heaviest_frame: None,
         }

@@ -79,7 +79,7 @@ fn each_count(job: &Job<'_>, mut see: impl FnMut(u64, Stages<'_>)) -> Result<See
     let name = &job.sensor_file;
     let mut input = Input::new(&job.args.file, InputUnit::Counts, sensor);
     input.options = job.options;
-    let survey = Survey::of(&input, sensor, &Terminal)?;
+    let survey = Survey::of(&input, sensor, &Terminal, None)?;
     let chain = |method: &MethodName| -> Result<Chain, Error> {
         let mut chain = Chain::new(sensor, name, method, unit)?;
         chain.set_lines(&survey.faults);

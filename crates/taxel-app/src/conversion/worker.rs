@@ -1,0 +1,118 @@
+//! What one thread does with a frame.
+
+use taxel::screen::LineFaults;
+
+use super::Request;
+use super::frame::{Block, Converted, Read};
+use crate::chain::Chain;
+use crate::error::Error;
+use crate::figures::Figures;
+use crate::in_order::Work;
+use crate::methods::MethodName;
+use crate::standard_error::{Part, StandardErrors};
+use crate::tare;
+
+/// A thread's own pipeline.
+pub(super) struct Worker {
+    pub(super) chain: Chain,
+    errors: Option<StandardErrors>,
+    figures: Option<Figures>,
+}
+
+impl Worker {
+    pub(super) fn new(request: &Request, faults: &LineFaults) -> Result<Self, Error> {
+        let Request {
+            sensor,
+            sensor_file,
+            unit,
+            ..
+        } = *request;
+        let mut chain = Chain::new(sensor, sensor_file, request.method, unit)?;
+        if let Some(repair) = request.repair {
+            chain.set_repair(repair);
+        }
+        chain.set_lines(faults);
+        let level = faults.level;
+        let wants_errors = request.errors.any() || request.figures;
+        let errors = wants_errors.then(|| StandardErrors::new(sensor, sensor_file, unit, level));
+        let figures = request
+            .figures
+            .then(|| Figures::new(sensor, sensor_file, unit, level));
+        Ok(Self {
+            chain,
+            errors: errors.transpose()?,
+            figures: figures.transpose()?,
+        })
+    }
+
+    pub(super) fn noise_counts(&self) -> Option<f64> {
+        self.errors.as_ref().map(|errors| errors.noise_counts)
+    }
+
+    fn convert(&mut self, frame: &mut Converted, request: &Request) -> Result<(), Error> {
+        if frame.is_first {
+            self.chain.begin_anew();
+        }
+        frame.outcome = match &frame.read {
+            Read::Counts(counts) => self.chain.take_screened(counts),
+            Read::Volts(volts) => self.chain.take_volts(volts),
+            Read::Siemens(siemens) => {
+                self.chain.take_siemens(siemens)?;
+                None
+            }
+        };
+        self.chain.show_into(&mut frame.shown)?;
+        self.find_errors(frame)?;
+        if let Some(tare) = frame.tare.as_ref().filter(|_| !request.no_tare) {
+            let raw = *request.method == MethodName::Raw;
+            let area_mm2 = request.sensor.array().taxel_area_mm2;
+            let loads = frame.shown.values_mut();
+            if let Some(zeros) = tare::zeros(tare, raw, request.unit, loads.len()) {
+                tare::take_off(zeros, request.unit, area_mm2, loads);
+            }
+        }
+        let found = (self.chain.siemens(), self.chain.loads());
+        frame.figures = None;
+        if let (Some(figures), (Some(siemens), Some(loads))) = (&mut self.figures, found) {
+            let mut row = figures.of(siemens, loads, &frame.shown, frame.is_answer());
+            row.frame = frame.sequence();
+            frame.figures = Some(row);
+        }
+        Ok(())
+    }
+
+    /// How far to trust the numbers, before any tare: readings were uncertain by as much.
+    fn find_errors(&mut self, frame: &mut Converted) -> Result<(), Error> {
+        let (Some(errors), Some(siemens)) = (&mut self.errors, self.chain.siemens()) else {
+            return Ok(());
+        };
+        let is_answer = frame.is_answer();
+        let found = errors.of(siemens, is_answer, &mut frame.shown)?;
+        if let Some(out) = &mut frame.errors.standard_errors {
+            out.copy_meta_from(found);
+            out.values_mut().copy_from_slice(found.values());
+        }
+        if let Some(out) = &mut frame.errors.half_widths {
+            errors.half_widths_into(out);
+        }
+        for (part, out) in Part::ALL.into_iter().zip(&mut frame.errors.parts) {
+            errors.part_into(part, out);
+        }
+        Ok(())
+    }
+}
+
+/// The work on a block, by any thread.
+pub(super) struct Converting<'a> {
+    pub(super) request: &'a Request<'a>,
+}
+
+impl Work<Block> for Converting<'_> {
+    type Worker = Worker;
+
+    fn work(&self, worker: &mut Worker, block: &mut Block) {
+        for frame in block.converted_mut() {
+            frame.failed = worker.convert(frame, self.request).err();
+        }
+    }
+}

@@ -1,0 +1,19 @@
+//! The tare of a recording, taken off loads again.
+
+use taxel_io::Tare;
+
+use crate::units::Unit;
+
+/// What is to be taken off so many numbers in a unit, newtons each; `None` where nothing is. `raw`: the loads are not
+/// compensated.
+pub fn zeros(tare: &Tare, raw: bool, unit: Unit, numbers: usize) -> Option<&[f64]> {
+    let zeros = if raw { &tare.raw } else { &tare.loads };
+    (unit.is_load() && tare.unit == "N" && zeros.len() == numbers).then_some(zeros)
+}
+
+/// Takes newtons off loads in a unit.
+pub fn take_off(zeros: &[f64], unit: Unit, area_mm2: f64, loads: &mut [f64]) {
+    for (load, zero) in loads.iter_mut().zip(zeros) {
+        *load -= unit.of_newtons(*zero, area_mm2);
+    }
+}
