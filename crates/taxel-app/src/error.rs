@@ -249,6 +249,14 @@ pub enum Error {
         /// The system's reason.
         source: io::Error,
     },
+    /// A folder for what is to be written.
+    #[error("cannot make the folder {}: {source}", .folder.display())]
+    Folder {
+        /// The folder.
+        folder: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
     /// No folder for what is simulated.
     #[error(
         "cannot make a folder for what is simulated: {0}\nhint: TMPDIR names where there is room"

@@ -17,18 +17,27 @@ use crate::units::Unit;
 
 /// What figures of frames are found with.
 pub struct Figures {
-    errors: FigureErrors,
+    errors: Option<FigureErrors>,
     sensor: Sensor,
     shown_in: Unit,
     loads: Frame<Newtons>,
 }
 
-/// One figure, with what it is uncertain by.
+/// One figure, with what it is uncertain by where that was asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Figure {
     /// Its value, in its unit.
     pub value: f64,
+    /// What it is uncertain by, in its unit.
+    #[serde(flatten)]
+    pub error: Option<FigureDoubt>,
+}
+
+/// What a figure is uncertain by.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct FigureDoubt {
     /// Half the width of its 95 % interval; infinite where nothing bounds it.
     pub half_width_95: f64,
     /// Its standard error by the noise of the readings,
@@ -62,29 +71,42 @@ pub struct FigureRow {
 }
 
 impl Figure {
-    fn new(value: f64, error: FigureError, unit: f64) -> Self {
+    fn new(value: f64, error: Option<FigureError>, unit: f64) -> Self {
         Self {
             value: unit * value,
-            half_width_95: unit * error.half_width_95,
-            noise: unit * error.noise,
-            fit: unit * error.fit,
-            model: unit * error.model,
+            error: error.map(|error| FigureDoubt {
+                half_width_95: unit * error.half_width_95,
+                noise: unit * error.noise,
+                fit: unit * error.fit,
+                model: unit * error.model,
+            }),
         }
     }
 
-    fn cells(figure: Option<&Self>, cells: &mut String) {
-        if let Some(figure) = figure {
-            let Self {
-                value,
+    /// Half the width of its 95 % interval, where one was asked for.
+    pub fn half_width_95(&self) -> Option<f64> {
+        self.error.map(|error| error.half_width_95)
+    }
+
+    fn cells(figure: Option<&Self>, with_errors: bool, cells: &mut String) {
+        // To a String: nothing that could fail.
+        let _ = match figure {
+            Some(figure) => write!(cells, ",{}", figure.value),
+            None => write!(cells, ","),
+        };
+        if !with_errors {
+            return;
+        }
+        if let Some(error) = figure.and_then(|figure| figure.error) {
+            let FigureDoubt {
                 half_width_95,
                 noise,
                 fit,
                 model,
-            } = figure;
-            // To a String: nothing that could fail.
-            let _ = write!(cells, ",{value},{half_width_95},{noise},{fit},{model}");
+            } = error;
+            let _ = write!(cells, ",{half_width_95},{noise},{fit},{model}");
         } else {
-            cells.push_str(",,,,,");
+            cells.push_str(",,,,");
         }
     }
 }
@@ -92,10 +114,12 @@ impl Figure {
 impl fmt::Display for Figure {
     /// With the digits that its interval allows.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match with_error(self.value, Some(self.half_width_95)) {
-            (value, Some(half)) => write!(f, "{value} ± {half}"),
-            (value, None) if self.half_width_95.is_finite() => write!(f, "{value} ± 0"),
-            (value, None) => write!(f, "{value} (nothing bounds it)"),
+        let half = self.half_width_95();
+        match (with_error(self.value, half), half) {
+            ((value, Some(half)), _) => write!(f, "{value} ± {half}"),
+            ((value, None), None) => write!(f, "{value}"),
+            ((value, None), Some(half)) if half.is_finite() => write!(f, "{value} ± 0"),
+            ((value, None), Some(_)) => write!(f, "{value} (nothing bounds it)"),
         }
     }
 }
@@ -117,11 +141,19 @@ impl Figures {
             source,
         })?;
         Ok(Self {
-            errors,
+            errors: Some(errors),
+            ..Self::without_errors(sensor, unit)
+        })
+    }
+
+    /// The same without their errors, which are most of the work.
+    pub fn without_errors(sensor: &Sensor, unit: Unit) -> Self {
+        Self {
+            errors: None,
             sensor: sensor.clone(),
             shown_in: unit,
             loads: Frame::zeros(sensor.rows(), sensor.columns()),
-        })
+        }
     }
 
     /// Of the frame `shown`, with the marks of `loads`, which its numbers came from before a tare.
@@ -139,7 +171,8 @@ impl Figures {
         let each = self.loads.values_mut().iter_mut().zip(shown.values());
         each.for_each(|(load, shown)| *load = shown / newton);
         let figures = FrameFigures::of(&self.loads, &self.sensor);
-        let errors = self.errors.of(siemens, &self.loads, is_answer);
+        let errors = self.errors.as_mut();
+        let errors = errors.map(|errors| errors.of(siemens, &self.loads, is_answer));
         let (force, force_unit) = if self.shown_in == Unit::Grams {
             (grams_from_newtons(1.0), Unit::Grams.word())
         } else {
@@ -147,7 +180,11 @@ impl Figures {
         };
         let centre = |axis: usize| {
             let value = figures.centre_mm?[axis];
-            Some(Figure::new(value, errors.centre_mm?[axis], 1.0))
+            let error = match &errors {
+                Some(errors) => Some(errors.centre_mm?[axis]),
+                None => None,
+            };
+            Some(Figure::new(value, error, 1.0))
         };
         FigureRow {
             frame: loads.sequence,
@@ -155,10 +192,14 @@ impl Figures {
             force_unit,
             total_force: Figure::new(
                 figures.total_force_newtons,
-                errors.total_force_newtons,
+                errors.map(|errors| errors.total_force_newtons),
                 force,
             ),
-            contact_area_mm2: Figure::new(figures.contact_area_mm2, errors.contact_area_mm2, 1.0),
+            contact_area_mm2: Figure::new(
+                figures.contact_area_mm2,
+                errors.map(|errors| errors.contact_area_mm2),
+                1.0,
+            ),
             centre_row_mm: centre(0),
             centre_column_mm: centre(1),
             measured_share: figures.measured_share,
@@ -167,8 +208,11 @@ impl Figures {
 }
 
 impl FigureRow {
-    /// The heading of a table of such lines, whose loads are shown in `unit`.
-    pub fn heading(unit: Unit) -> String {
+    /// The heading of a table of such lines, whose loads are shown in `unit`, with or without what they are
+    /// uncertain by.
+    pub fn heading(unit: Unit, with_errors: bool) -> String {
+        let parts = ["", "_half_width_95", "_noise", "_fit", "_model"];
+        let parts = &parts[..if with_errors { parts.len() } else { 1 }];
         let force = if unit == Unit::Grams { "g" } else { "N" };
         let mut text = "frame,time_s".to_owned();
         for (name, unit) in [
@@ -177,7 +221,7 @@ impl FigureRow {
             ("centre_row", "mm"),
             ("centre_column", "mm"),
         ] {
-            for part in ["", "_half_width_95", "_noise", "_fit", "_model"] {
+            for part in parts {
                 let _ = write!(text, ",{name}{part}_{unit}");
             }
         }
@@ -196,7 +240,7 @@ impl FigureRow {
             self.centre_row_mm.as_ref(),
             self.centre_column_mm.as_ref(),
         ] {
-            Figure::cells(figure, &mut text);
+            Figure::cells(figure, self.total_force.error.is_some(), &mut text);
         }
         let _ = writeln!(text, ",{}", self.measured_share);
         text

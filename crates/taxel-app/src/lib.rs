@@ -8,6 +8,7 @@
 //! |---|---|
 //! | [`session`] | from a source to viewers and a file, while it happens |
 //! | [`evaluation`] | from a plan and its recordings to a report |
+//! | [`batch`] | from an archive of recordings to loads, figures and one table |
 //! | [`conversion`] | from a recording to files of numbers, on all cores |
 //! | [`chain`] | from frames of a file to numbers in a unit, one frame at a time |
 //! | [`frames`] | files of frames by their extension |
@@ -16,6 +17,7 @@
 //! | [`in_order`] | work that several threads share, its results in order |
 //! | [`line_survey`], [`presses`], [`check`], [`training_set`] | what is read before the work: faulty lines, labelled presses, known loads of the day, what a model learns from |
 
+pub mod batch;
 pub mod calibration_age;
 pub mod calibration_picture;
 pub mod carry;
@@ -26,6 +28,7 @@ pub mod error;
 pub mod evaluation;
 pub mod executor;
 pub mod figures;
+pub mod fingerprint;
 pub mod frames;
 pub mod identify;
 pub mod in_order;

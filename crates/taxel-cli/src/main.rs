@@ -23,8 +23,8 @@ use std::process::ExitCode;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use commands::{
-    analyse, bench, calibrate, compare, compensate, convert, dataset, demo, devices, evaluate,
-    info, model, netlist, plot, record, recover, replay, report, simulate, train,
+    analyse, batch, bench, calibrate, compare, compensate, convert, dataset, demo, devices,
+    evaluate, info, model, netlist, plot, record, recover, replay, report, simulate, train,
 };
 
 /// From raw frames of a resistive pressure-sensor matrix to calibrated loads.
@@ -54,6 +54,7 @@ enum Command {
     Calibrate(calibrate::Args),
     Check(commands::check::Args),
     Compensate(compensate::Args),
+    Batch(batch::Args),
     Dataset(dataset::Args),
     Train(train::Args),
     Compare(compare::Args),
@@ -110,6 +111,7 @@ fn main() -> ExitCode {
         Command::Calibrate(args) => calibrate::run(&args),
         Command::Check(args) => commands::check::run(&args),
         Command::Compensate(args) => compensate::run(&args),
+        Command::Batch(args) => batch::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Budget(args) => commands::budget::run(&args),
         Command::Design(args) => commands::design::run(&args),

@@ -28,8 +28,10 @@ pub struct Files {
     pub parts: bool,
     /// Half the width of each number's 95 % interval.
     pub half_widths: Option<PathBuf>,
-    /// The figures of each frame, `.csv`.
+    /// The figures of each frame, `.csv`,
     pub figures: Option<PathBuf>,
+    /// and whether with what they are uncertain by.
+    pub figure_errors: bool,
 }
 
 impl Files {
@@ -129,7 +131,9 @@ impl Outputs {
             numbers,
             marks: marks.map(|file| create(file, Element::U1)).transpose()?,
             errors: ErrorFiles::create(files, create)?,
-            figures: figures.map(|file| begin(file, of.unit)).transpose()?,
+            figures: figures
+                .map(|file| begin(file, of.unit, files.figure_errors))
+                .transpose()?,
             codes: Frame::zeros(shape.0, shape.1),
         })
     }
@@ -179,9 +183,9 @@ impl Outputs {
 }
 
 /// The table of figures, with its heading.
-fn begin(file: &Path, unit: Unit) -> Result<AtomicFile, Error> {
+fn begin(file: &Path, unit: Unit, with_errors: bool) -> Result<AtomicFile, Error> {
     let mut table = AtomicFile::create(file)?;
-    table.put(FigureRow::heading(unit).as_bytes())?;
+    table.put(FigureRow::heading(unit, with_errors).as_bytes())?;
     Ok(table)
 }
 

@@ -8,7 +8,7 @@ use taxel::solve::Outcome;
 use taxel::{Counts, Frame, Mark, Siemens, Volts};
 use taxel_io::{Event, Tare};
 
-use super::Request;
+use super::{FiguresWanted, Request};
 use crate::error::Error;
 use crate::figures::FigureRow;
 use crate::frames::{DisplayUnit, FrameReader};
@@ -37,6 +37,8 @@ pub struct Converted {
     pub errors: ErrorFrames,
     /// Its figures, where asked for.
     pub figures: Option<FigureRow>,
+    /// Its conductances, where figures were asked for without their errors.
+    pub siemens: Option<Frame<Siemens>>,
     pub(super) failed: Option<Error>,
 }
 
@@ -87,6 +89,8 @@ impl Converted {
                     .collect(),
             },
             figures: None,
+            siemens: (request.figures == Some(FiguresWanted::Values))
+                .then(|| Frame::zeros(rows, columns)),
             failed: None,
         }
     }

@@ -4,6 +4,7 @@ mod frame;
 mod worker;
 
 pub mod files;
+pub mod tally;
 
 use std::path::Path;
 
@@ -43,14 +44,23 @@ pub struct Request<'a> {
     pub repair: Option<bool>,
     /// What is wanted of how far to trust each number.
     pub errors: ErrorsWanted,
-    /// Whether total force, area and centre are wanted, with their errors. Only of loads.
-    pub figures: bool,
+    /// Whether total force, area and centre are wanted. Only of loads.
+    pub figures: Option<FiguresWanted>,
     /// Whether what was taken off the loads while they were recorded is left on.
     pub no_tare: bool,
     /// Threads, at most; `None`: one for each core.
     pub threads: Option<usize>,
     /// Whether each frame is handed on before the next one is read: of a pipe, whose next frame may take its time.
     pub promptly: bool,
+}
+
+/// Which figures of frames are wanted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FiguresWanted {
+    /// Their values; and the conductances of each frame, so that errors can be had of those that matter.
+    Values,
+    /// Their values and what these are uncertain by.
+    WithErrors,
 }
 
 impl Request<'_> {

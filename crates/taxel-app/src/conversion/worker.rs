@@ -2,8 +2,8 @@
 
 use taxel::screen::LineFaults;
 
-use super::Request;
 use super::frame::{Block, Converted, Read};
+use super::{FiguresWanted, Request};
 use crate::chain::Chain;
 use crate::error::Error;
 use crate::figures::Figures;
@@ -33,11 +33,13 @@ impl Worker {
         }
         chain.set_lines(faults);
         let level = faults.level;
-        let wants_errors = request.errors.any() || request.figures;
+        let with_errors = request.figures == Some(FiguresWanted::WithErrors);
+        let wants_errors = request.errors.any() || with_errors;
         let errors = wants_errors.then(|| StandardErrors::new(sensor, sensor_file, unit, level));
-        let figures = request
-            .figures
-            .then(|| Figures::new(sensor, sensor_file, unit, level));
+        let figures = request.figures.map(|wanted| match wanted {
+            FiguresWanted::Values => Ok(Figures::without_errors(sensor, unit)),
+            FiguresWanted::WithErrors => Figures::new(sensor, sensor_file, unit, level),
+        });
         Ok(Self {
             chain,
             errors: errors.transpose()?,
@@ -77,6 +79,10 @@ impl Worker {
             let mut row = figures.of(siemens, loads, &frame.shown, frame.is_answer());
             row.frame = frame.sequence();
             frame.figures = Some(row);
+            if let Some(out) = &mut frame.siemens {
+                out.copy_meta_from(siemens);
+                out.values_mut().copy_from_slice(siemens.values());
+            }
         }
         Ok(())
     }

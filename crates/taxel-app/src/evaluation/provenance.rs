@@ -1,11 +1,8 @@
 //! What a report rests on: the sensor, the program, the files with their fingerprints.
 
 use std::collections::BTreeSet;
-use std::fs::File;
-use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use sha2::{Digest, Sha256};
 use taxel::Sensor;
 use taxel::sensor::{PerLine, PerTaxel, SensorSpec};
 use taxel_plot::cells;
@@ -14,6 +11,7 @@ use taxel_plot::report::{Section, Table, number};
 use super::plan::Plan;
 use crate::calibration_age::calibration_history;
 use crate::error::Error;
+use crate::fingerprint;
 
 /// Hexadecimal digits of a fingerprint that are shown: enough to tell files apart, few enough to compare by eye.
 const SHOWN: usize = 16;
@@ -176,7 +174,7 @@ pub(super) fn data(plan: &Plan, files: &BTreeSet<PathBuf>) -> Result<Section, Er
     files.insert(plan.sensor_file.clone());
     // A preset's name is no file.
     for file in files.iter().filter(|file| file.exists()) {
-        let (bytes, digits) = fingerprint(file)?;
+        let (bytes, digits) = fingerprint::of_file(file)?;
         let name = file.strip_prefix(folder).unwrap_or(file);
         table.push(cells![
             name.display().to_string(),
@@ -193,30 +191,4 @@ pub(super) fn data(plan: &Plan, files: &BTreeSet<PathBuf>) -> Result<Section, Er
         tables: vec![table],
         figures: Vec::new(),
     })
-}
-
-/// Bytes and SHA-256 of a file, read piece by piece.
-fn fingerprint(path: &Path) -> Result<(u64, String), Error> {
-    let unread = |source| Error::Fingerprint {
-        file: path.to_owned(),
-        source,
-    };
-    let mut file = File::open(path).map_err(unread)?;
-    let mut hash = Sha256::new();
-    let mut piece = vec![0; 1 << 16];
-    let mut bytes = 0;
-    loop {
-        let read = file.read(&mut piece).map_err(unread)?;
-        if read == 0 {
-            break;
-        }
-        bytes += read as u64;
-        hash.update(&piece[..read]);
-    }
-    let digits = hash
-        .finalize()
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect();
-    Ok((bytes, digits))
 }

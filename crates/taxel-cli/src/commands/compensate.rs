@@ -18,7 +18,7 @@ use output::marks_file;
 use summary::Summary;
 use taxel_app::carry;
 use taxel_app::conversion::files::{Outputs, Written};
-use taxel_app::conversion::{Conversion, Request};
+use taxel_app::conversion::{Conversion, FiguresWanted, Request};
 use taxel_app::frames::{FrameReader, Input, NUMBERS, needs_frame_count};
 use taxel_app::line_survey::Survey;
 use taxel_app::methods::MethodName;
@@ -112,7 +112,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         unit,
         repair: (args.repair || args.no_repair).then_some(args.repair),
         errors: files.errors(),
-        figures: wanted && unit.is_load(),
+        figures: (wanted && unit.is_load()).then_some(FiguresWanted::WithErrors),
         no_tare: args.no_tare,
         threads,
         promptly: !input.can_be_read_twice(),
@@ -138,9 +138,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let method = conversion.method_name();
     let mut summary = Summary::new(args, &sensor, &sensor_file, &survey, method);
     summary.noise_counts = conversion.noise_counts();
-    let started = Instant::now();
     convert(args, input.open()?, conversion, outputs, &mut summary)?;
-    summary.finish(started.elapsed().as_secs_f64());
     if args.json {
         out::json(&summary)?
     } else {
@@ -174,25 +172,21 @@ fn convert(
     mut outputs: Outputs,
     summary: &mut Summary,
 ) -> Result<(), Error> {
+    let started = Instant::now();
     let progress = Progress::new("compensating");
     let mut tare = TareNote::new(args.no_tare);
     let raw = args.method == MethodName::Raw;
     let unit = output::unit(args);
     conversion.run(&mut reading, &progress, |frame| {
-        if let Some(outcome) = &frame.outcome {
-            summary.add_outcome(frame.sequence(), outcome);
-        }
+        summary.add(frame);
         tare.tell(frame.tare.as_deref(), raw, unit, frame.shown.values().len());
-        if let Some(row) = frame.figures {
-            summary.add_figures(row);
-        }
-        summary.add_frame(&frame.shown);
         outputs.write(frame)
     })?;
     drop(progress);
-    summary.add_skips(reading.skips());
-    summary.add_missing(&args.recording, &reading.integrity());
-    Ok(outputs.commit(&mut reading)?)
+    outputs.commit(&mut reading)?;
+    let seconds = started.elapsed().as_secs_f64();
+    summary.finish(&args.recording, &reading, seconds);
+    Ok(())
 }
 
 fn needs_count(args: &Args) -> bool {

@@ -1,6 +1,7 @@
 //! One file a verb, each with `run(args) -> Result<Exit, Error>`.
 
 pub(crate) mod analyse;
+pub(crate) mod batch;
 pub(crate) mod bench;
 pub(crate) mod budget;
 pub(crate) mod calibrate;

@@ -103,9 +103,9 @@ fn a_summary_for_scripts() {
       "columns": 6,
       "unit": "g",
       "method": "raw",
-      "frames": 6,
       "seconds": [time],
       "frames_per_second": [time],
+      "frames": 6,
       "stops": {
         "direct": 6
       },

@@ -3,6 +3,7 @@
 mod absent;
 mod analyse;
 mod bad_input;
+mod batch;
 mod bounds;
 mod calibrate;
 mod check;

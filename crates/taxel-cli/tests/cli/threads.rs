@@ -37,7 +37,9 @@ fn many_frames(sensor: &str) -> Folder {
 
 #[test]
 fn every_number_of_threads_gives_the_same_files() {
-    let remembers = format!("{SENSOR}\n[material.dynamic]\nlag_weight = [0.08]\nlag_secs = [0.8]\nplay_weight = [0.07]\nplay_g = [40.0]\nperiod_secs = 0.01\n");
+    let remembers = format!(
+        "{SENSOR}\n[material.dynamic]\nlag_weight = [0.08]\nlag_secs = [0.8]\nplay_weight = [0.07]\nplay_g = [40.0]\nperiod_secs = 0.01\n"
+    );
     for sensor in [SENSOR, &remembers] {
         let folder = many_frames(sensor);
         let one = converted(&folder, "many.txt", "--threads 1");

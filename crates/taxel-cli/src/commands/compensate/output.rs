@@ -18,6 +18,7 @@ pub(super) fn files(args: &Args) -> Files {
         parts: args.parts,
         half_widths: args.interval.clone(),
         figures: args.figures.clone(),
+        figure_errors: true,
     }
 }
 

@@ -1,0 +1,266 @@
+//! One recording of an archive, worked through.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use taxel::{Frame, Sensor, Siemens};
+use taxel_io::AtomicFile;
+use taxel_plot::Panel;
+
+use super::entry::{Entry, PROGRAM, Status, Written, about, with_ending};
+use super::row::Sums;
+use super::{Batch, Settings};
+use crate::conversion::files::{self, Files, Outputs};
+use crate::conversion::tally::Tally;
+use crate::conversion::{Conversion, Converted, Request};
+use crate::error::Error;
+use crate::figures::{FigureRow, Figures};
+use crate::fingerprint;
+use crate::frames::{DisplayUnit, Input};
+use crate::line_survey::Survey;
+use crate::reporter::Silent;
+use crate::sensor_source;
+use crate::units::{InputUnit, Unit};
+
+/// Everything that is made of a recording, but for its entry.
+pub(super) fn process(batch: &Batch, recording: &Path, place: &Path, threads: usize) -> Entry {
+    let started = Instant::now();
+    let (bytes, modified_secs) = about(recording);
+    let mut entry = Entry {
+        recording: recording.display().to_string(),
+        bytes,
+        modified_secs,
+        sha256: String::new(),
+        program: PROGRAM.to_owned(),
+        settings_sha256: batch.fingerprint.clone(),
+        status: Status::Broken,
+        error: None,
+        seconds: 0.0,
+        files: Vec::new(),
+        row: None,
+    };
+    match convert(batch.settings, recording, place, threads, &mut entry) {
+        Ok(()) => {}
+        Err(error) => entry.error = Some(error.to_string()),
+    }
+    entry.seconds = started.elapsed().as_secs_f64();
+    entry
+}
+
+fn convert(
+    settings: &Settings,
+    recording: &Path,
+    place: &Path,
+    threads: usize,
+    entry: &mut Entry,
+) -> Result<(), Error> {
+    if recording.is_dir() {
+        return Err(Error::Request {
+            what: format!("{} is a directory", recording.display()),
+            hint: "`find DIRECTORY -name '*.mcap'` names what is in it, for --list",
+        });
+    }
+    if !recording.is_file() {
+        // Says why where it is not there; a pipe can be read once only.
+        taxel_io::shape_of(recording)?;
+        return Err(Error::Request {
+            what: format!("{} is no file", recording.display()),
+            hint: "a recording of an archive is read more than once",
+        });
+    }
+    (_, entry.sha256) = fingerprint::of_file(recording)?;
+    let (sensor, sensor_file) = match &settings.sensor {
+        Some((sensor, file)) => (sensor.clone(), file.clone()),
+        None => sensor_source::of_recording(recording)?,
+    };
+    let folder = place.parent().expect("a file lies in a folder");
+    std::fs::create_dir_all(folder).map_err(|source| Error::Folder {
+        folder: folder.to_owned(),
+        source,
+    })?;
+    let job = Job {
+        settings,
+        recording,
+        place,
+        threads,
+        sensor: &sensor,
+        sensor_file: &sensor_file,
+    };
+    job.run(entry)
+}
+
+/// What is to be done with one recording.
+struct Job<'a> {
+    settings: &'a Settings,
+    recording: &'a Path,
+    place: &'a Path,
+    threads: usize,
+    sensor: &'a Sensor,
+    sensor_file: &'a Path,
+}
+
+impl Job<'_> {
+    fn run(&self, entry: &mut Entry) -> Result<(), Error> {
+        let mut input = Input::new(self.recording, InputUnit::Counts, self.sensor);
+        input.options.transpose = self.settings.transpose;
+        input.options.keep_going = true;
+        input.options.accept_damage = true;
+        let request = self
+            .settings
+            .request(self.sensor, self.sensor_file, self.threads);
+        request.check()?;
+        let survey = Survey::of(&input, self.sensor, &Silent, Some(self.threads))?;
+        let files = self.files();
+        let mut seen = self.convert(request, &input, &survey, &files)?;
+        if let Some(heaviest) = &seen.heaviest {
+            seen.tally.heaviest_frame = Some(self.figures(heaviest, &survey)?);
+        }
+        let drawn = seen.heaviest.filter(|_| self.settings.pictures);
+        let picture = drawn
+            .map(|heaviest| self.picture(&heaviest.shown))
+            .transpose()?;
+        let written = [files.numbers, files.figures, picture];
+        entry.files = written.iter().flatten().map(|file| size_of(file)).collect();
+        entry.row = Some(seen.sums.row(self.sensor, &survey, &seen.tally));
+        entry.status = if seen.tally.is_whole() {
+            Status::Done
+        } else {
+            Status::Incomplete
+        };
+        Ok(())
+    }
+
+    /// Writes loads and figures, frame by frame.
+    fn convert(
+        &self,
+        request: Request,
+        input: &Input,
+        survey: &Survey,
+        files: &Files,
+    ) -> Result<Seen, Error> {
+        let written = files::Written {
+            input,
+            sensor: self.sensor,
+            unit: Unit::Newtons,
+            no_tare: self.settings.no_tare,
+            frames: survey.frames,
+        };
+        let mut outputs = Outputs::create(files, written)?;
+        let mut seen = Seen {
+            tally: Tally::new(Unit::Newtons, self.sensor.array().taxel_area_mm2),
+            sums: Sums::default(),
+            heaviest: None,
+        };
+        let mut reading = input.open()?;
+        let conversion = Conversion::new(request, &survey.faults)?;
+        conversion.run(&mut reading, &Silent, |frame| {
+            seen.add(frame);
+            outputs.write(frame)
+        })?;
+        seen.tally.finish(&reading);
+        self.check(&seen.tally)?;
+        outputs.commit(&mut reading)?;
+        Ok(seen)
+    }
+
+    /// Refuses a recording of nothing: then nothing is written.
+    fn check(&self, tally: &Tally) -> Result<(), Error> {
+        if tally.frames > 0 {
+            return Ok(());
+        }
+        let file = self.recording.display();
+        Err(match tally.skipped.first() {
+            Some(skipped) => Error::Request {
+                what: format!("{file}: no frame can be read; the first: {}", skipped.why),
+                hint: "is it a recording of counts, and of this sensor?",
+            },
+            None => Error::Request {
+                what: format!("{file}: there is no frame in it"),
+                hint: "was anything recorded?",
+            },
+        })
+    }
+
+    /// Those of the frame with the largest force, with what they are uncertain by.
+    fn figures(&self, heaviest: &Heaviest, survey: &Survey) -> Result<FigureRow, Error> {
+        let Some(siemens) = &heaviest.siemens else {
+            return Ok(heaviest.figures);
+        };
+        let level = survey.faults.level;
+        let mut figures = Figures::new(self.sensor, self.sensor_file, Unit::Newtons, level)?;
+        // Marks are all that is taken of the loads before a tare.
+        let mut loads = Frame::zeros(self.sensor.rows(), self.sensor.columns());
+        loads.copy_meta_from(&heaviest.shown);
+        let is_answer = heaviest.is_answer;
+        let mut row = figures.of(siemens, &loads, &heaviest.shown, is_answer);
+        row.frame = heaviest.figures.frame;
+        Ok(row)
+    }
+
+    fn files(&self) -> Files {
+        let ending = self.settings.loads.ending();
+        Files {
+            numbers: ending.map(|ending| with_ending(self.place, ending)),
+            figures: Some(with_ending(self.place, "figures.csv")),
+            figure_errors: self.settings.intervals,
+            ..Files::default()
+        }
+    }
+
+    /// Draws the frame with the largest force.
+    fn picture(&self, frame: &Frame<DisplayUnit>) -> Result<PathBuf, Error> {
+        let array = self.sensor.array();
+        let name = self.place.file_name().unwrap_or_default().to_string_lossy();
+        let panel = Panel::new(frame.rows(), frame.columns(), frame.values())?
+            .title(format!("{name}, frame {}", frame.sequence))
+            .quantity("load")
+            .unit("N")
+            .pitch_mm(array.pitch_mm)
+            .marks(frame.marks())?;
+        let panel = match self.sensor.positions() {
+            Some(positions_mm) => panel.positions_mm(positions_mm)?,
+            None => panel,
+        };
+        let picture = with_ending(self.place, "png");
+        AtomicFile::write_whole(&picture, &panel.picture()?.png()?)?;
+        Ok(picture)
+    }
+}
+
+/// What was seen of a recording.
+struct Seen {
+    tally: Tally,
+    sums: Sums,
+    heaviest: Option<Heaviest>,
+}
+
+/// The frame with the largest force.
+struct Heaviest {
+    shown: Frame<DisplayUnit>,
+    siemens: Option<Frame<Siemens>>,
+    figures: FigureRow,
+    is_answer: bool,
+}
+
+impl Seen {
+    fn add(&mut self, frame: &Converted) {
+        self.sums.add(frame);
+        if !self.tally.add(frame) {
+            return;
+        }
+        self.heaviest = frame.figures.map(|figures| Heaviest {
+            shown: frame.shown.clone(),
+            siemens: frame.siemens.clone(),
+            figures,
+            is_answer: frame.is_answer(),
+        });
+    }
+}
+
+fn size_of(file: &Path) -> Written {
+    let name = file.file_name().unwrap_or_default();
+    Written {
+        name: name.to_string_lossy().into_owned(),
+        bytes: std::fs::metadata(file).map_or(0, |about| about.len()),
+    }
+}

@@ -1,0 +1,202 @@
+//! What happened to a recording on its way, counted: answers, marks, frames that are missing.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use taxel::solve::Outcome;
+use taxel::{Frame, Mark};
+use taxel_io::{Integrity, Skipped};
+
+use super::Converted;
+use crate::chain::stop_words;
+use crate::figures::FigureRow;
+use crate::frames::{DisplayUnit, FrameReader};
+use crate::units::Unit;
+
+/// How many frames are named one by one.
+pub const NAMED: usize = 10;
+/// Loads of which more than this share lies below nothing, and one of them by so many newtons, are of another circuit.
+const BELOW_SHARE: f64 = 0.9;
+const BELOW_NEWTONS: f64 = 0.5;
+
+/// A recording's frames, counted by what became of them.
+#[derive(Debug, Serialize)]
+#[non_exhaustive]
+pub struct Tally {
+    /// Frames that were read.
+    pub frames: u64,
+    /// Frames by why the inverse stopped.
+    pub stops: BTreeMap<&'static str, u64>,
+    /// Frames that another set of conductances explains as well.
+    pub ambiguous_frames: u64,
+    /// The first frames without an answer.
+    pub unsolved: Vec<NamedFrame>,
+    /// Frames left out because they could not be read.
+    pub skipped_frames: usize,
+    /// The first of them.
+    pub skipped: Vec<NamedFrame>,
+    /// What the recording tells of frames that are missing.
+    pub missing: Vec<String>,
+    /// Readings of taxels that there are, over all frames.
+    #[serde(skip)]
+    taxels: u64,
+    /// Share of the taxels, over all frames, whose own reading stands behind their number, be it a bound, 0 to 1.
+    pub measured_share: f64,
+    /// Share of the readings that are below what the recorder keeps, 0 to 1.
+    #[serde(skip_serializing_if = "is_nothing")]
+    pub below_floor_share: f64,
+    /// Whether nearly all loads lie below nothing, which no load does.
+    pub loads_below_nothing: bool,
+    #[serde(skip)]
+    loads: Option<Loads>,
+    /// Taxels by mark, over all frames.
+    pub marks: BTreeMap<&'static str, u64>,
+    /// The figures of the frame with the largest total force, where figures were asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub heaviest_frame: Option<FigureRow>,
+}
+
+/// A frame and what happened to it.
+#[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
+pub struct NamedFrame {
+    /// Its position in the recording, from 0.
+    pub frame: u64,
+    /// What happened.
+    pub why: String,
+}
+
+/// Sums of measured loads above and below nothing, sizes, and the one farthest below.
+#[derive(Debug, Default)]
+struct Loads {
+    above: f64,
+    below: f64,
+    lowest: f64,
+    /// What the lowest must be beyond.
+    limit: f64,
+}
+
+impl Loads {
+    fn add(&mut self, load: f64) {
+        self.above += load.max(0.0);
+        self.below -= load.min(0.0);
+        self.lowest = self.lowest.min(load);
+    }
+
+    fn are_below_nothing(&self) -> bool {
+        self.below > BELOW_SHARE * (self.above + self.below) && self.lowest < -self.limit
+    }
+}
+
+impl Tally {
+    /// Of no frames so far, whose numbers are in `unit`.
+    pub fn new(unit: Unit, taxel_area_mm2: f64) -> Self {
+        let loads = unit.is_load().then(|| Loads {
+            limit: unit.of_newtons(BELOW_NEWTONS, taxel_area_mm2),
+            ..Loads::default()
+        });
+        Self {
+            frames: 0,
+            stops: BTreeMap::new(),
+            ambiguous_frames: 0,
+            unsolved: Vec::new(),
+            skipped_frames: 0,
+            skipped: Vec::new(),
+            missing: Vec::new(),
+            taxels: 0,
+            measured_share: 0.0,
+            below_floor_share: 0.0,
+            loads_below_nothing: false,
+            loads,
+            marks: BTreeMap::new(),
+            heaviest_frame: None,
+        }
+    }
+
+    /// Counts one frame. True where it is the heaviest so far.
+    pub fn add(&mut self, frame: &Converted) -> bool {
+        if let Some(outcome) = &frame.outcome {
+            self.add_outcome(frame.sequence(), outcome);
+        }
+        self.add_numbers(&frame.shown);
+        let force = |row: &FigureRow| row.total_force.value;
+        let before = self.heaviest_frame.as_ref().map(force);
+        let heavier = frame
+            .figures
+            .filter(|row| before.is_none_or(|before| force(row) > before));
+        if heavier.is_some() {
+            self.heaviest_frame = heavier;
+        }
+        heavier.is_some()
+    }
+
+    fn add_outcome(&mut self, frame: u64, outcome: &Outcome) {
+        let (word, why) = stop_words(outcome);
+        *self.stops.entry(word).or_default() += 1;
+        self.ambiguous_frames += u64::from(outcome.ambiguous);
+        if let Some(why) = why.filter(|_| self.unsolved.len() < NAMED) {
+            self.unsolved.push(NamedFrame { frame, why });
+        }
+    }
+
+    fn add_numbers(&mut self, frame: &Frame<DisplayUnit>) {
+        self.frames += 1;
+        if let Some(loads) = &mut self.loads {
+            let measured = frame.values().iter().zip(frame.marks());
+            let measured = measured.filter(|(_, mark)| **mark == Mark::Good);
+            measured.for_each(|(&load, _)| loads.add(load));
+        }
+        self.taxels += frame.taxels() as u64;
+        for mark in Mark::ALL {
+            let count = frame.count(mark) as u64;
+            if count > 0 && mark != Mark::Absent {
+                *self.marks.entry(mark.word()).or_default() += count;
+            }
+        }
+    }
+
+    /// All frames were read: what was left out of them, and shares of the whole.
+    pub fn finish(&mut self, reading: &FrameReader) {
+        let (count, first) = reading.skips();
+        self.add_skips(count, first);
+        let integrity: Integrity = reading.integrity();
+        self.missing = integrity.words();
+        let of = |mark: Mark| self.marks.get(mark.word()).copied().unwrap_or(0) as f64;
+        let readings = Mark::ALL.into_iter().filter(|mark| mark.is_reading());
+        let taxels = self.taxels.max(1) as f64;
+        self.measured_share = readings.map(of).sum::<f64>() / taxels;
+        self.below_floor_share = of(Mark::BelowFloor) / taxels;
+        self.loads_below_nothing = self.loads.as_ref().is_some_and(Loads::are_below_nothing);
+    }
+
+    fn add_skips(&mut self, count: usize, first: &[Skipped]) {
+        self.skipped_frames = count;
+        let named = first.iter().take(NAMED).map(|skipped| NamedFrame {
+            frame: skipped.frame,
+            why: skipped.error.to_string(),
+        });
+        self.skipped = named.collect();
+    }
+
+    /// Frames whose inverse came to no answer.
+    pub fn unsolved_frames(&self) -> u64 {
+        let good = ["direct", "converged"];
+        let stops = self.stops.iter();
+        stops
+            .filter(|(word, _)| !good.contains(word))
+            .map(|(_, n)| n)
+            .sum()
+    }
+
+    /// Whether nothing was left out, every frame has one answer, and something was measured, and no less than nothing.
+    pub fn is_whole(&self) -> bool {
+        let all = self.skipped_frames == 0 && self.missing.is_empty();
+        let measured = self.frames == 0 || self.measured_share > 0.0;
+        let solved = self.unsolved_frames() == 0 && self.ambiguous_frames == 0;
+        all && measured && solved && !self.loads_below_nothing
+    }
+}
+
+fn is_nothing(share: &f64) -> bool {
+    *share == 0.0
+}
