@@ -237,6 +237,8 @@ pub struct LineScreen {
     /// Of an array with floating lines: what every row, then every column, reads at most of its places, counts above
     /// the baseline.
     usual: Vec<f64>,
+    /// Whether any taxel stood at the ceiling in the frame before.
+    any_at_ceiling: bool,
     at_ceiling: Vec<u8>,
     held: Vec<bool>,
 }
@@ -272,6 +274,7 @@ impl LineScreen {
             previous: FrameLines::new(rows, columns),
             has_previous: false,
             usual: vec![0.0; rows + columns],
+            any_at_ceiling: false,
             at_ceiling: vec![0; rows * columns],
             held: vec![false; rows * columns],
         }
@@ -385,6 +388,12 @@ impl LineScreen {
 
     /// Counts how long each taxel has stood at the ceiling.
     fn follow_ceiling(&mut self, frame: &Frame<Counts>, ceiling: f64) {
+        let readings = frame.values().iter();
+        let any = readings.fold(false, |any, &value| any | (value >= ceiling));
+        let was_any = std::mem::replace(&mut self.any_at_ceiling, any);
+        if !any && !was_any {
+            return;
+        }
         let taxels = self.at_ceiling.iter_mut().zip(&mut self.held);
         for ((run, held), &value) in taxels.zip(frame.values()) {
             *run = if value >= ceiling {
