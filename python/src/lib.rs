@@ -2,6 +2,7 @@
 //! crates that the `taxel` command stands on, with Python free to run meanwhile.
 
 mod arrays;
+mod batch;
 mod calibration;
 mod errors;
 mod interrupt;
@@ -17,6 +18,8 @@ use pyo3::prelude::*;
 
 #[pymodule(gil_used = false)]
 mod _taxel {
+    #[pymodule_export]
+    use crate::batch::Batch;
     #[pymodule_export]
     use crate::calibration::{Calibration, calibrate};
     #[pymodule_export]

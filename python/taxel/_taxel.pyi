@@ -114,6 +114,25 @@ class Pipeline:
         threads: int | None = None,
     ) -> dict[str, Any]: ...
 
+class Batch:
+    def __init__(
+        self,
+        folder: str,
+        sensor: Sensor | None,
+        *,
+        method: str,
+        loads: str,
+        intervals: bool,
+        pictures: bool,
+        repair: bool | None,
+        no_tare: bool,
+        transpose: bool,
+    ) -> None: ...
+    def run(self, recordings: list[str], threads: int | None = None) -> list[tuple[str, bool]]: ...
+    @staticmethod
+    def check_names(recordings: list[str]) -> None: ...
+    def write_tables(self, recordings: list[str]) -> None: ...
+
 class Reader:
     def __init__(self, path: _Path, sensor: Sensor | None, unit: str, transpose: bool, keep_going: bool) -> None: ...
     @property

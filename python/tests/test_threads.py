@@ -9,6 +9,7 @@ import signal
 import sys
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -57,8 +58,8 @@ def test_one_pipeline_may_be_shared_by_threads(counts: np.ndarray) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
-@pytest.mark.parametrize("work", ["process", "calibrate", "simulate"])
-def test_ctrl_c_ends_a_call(work: str, counts: np.ndarray) -> None:
+@pytest.mark.parametrize("work", ["process", "calibrate", "simulate", "map"])
+def test_ctrl_c_ends_a_call(work: str, counts: np.ndarray, tmp_path: Path) -> None:
     many = np.broadcast_to(counts, (400, *counts.shape)).reshape(-1, 32, 32)
     rng = np.random.default_rng(3)
     presses = taxel.Presses(
@@ -68,7 +69,9 @@ def test_ctrl_c_ends_a_call(work: str, counts: np.ndarray) -> None:
         "process": lambda: taxel.Pipeline("mat-32x32-adg732").process(many, standard_errors=True),
         "calibrate": lambda: taxel.calibrate("mat-32x32-adg732", presses, line_resistance=True),
         "simulate": lambda: taxel.simulate("econe", pattern="hand", frames=5_000, seed=1),
+        "map": lambda: taxel.map(tmp_path / "many.npy", tmp_path / "out", sensor="mat-32x32-adg732", intervals=True),
     }
+    np.save(tmp_path / "many.npy", many)
     timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
     timer.start()
     with pytest.raises(KeyboardInterrupt):

@@ -249,6 +249,9 @@ pub enum Error {
         /// The system's reason.
         source: io::Error,
     },
+    /// Work that nobody wants any more.
+    #[error("stopped before it was done")]
+    Stopped,
     /// A folder for what is to be written.
     #[error("cannot make the folder {}: {source}", .folder.display())]
     Folder {

@@ -95,6 +95,7 @@ impl Settings {
         sensor: &'a Sensor,
         sensor_file: &'a Path,
         threads: usize,
+        is_stopped: &'a (dyn Fn() -> bool + Sync),
     ) -> Request<'a> {
         Request {
             sensor,
@@ -111,6 +112,7 @@ impl Settings {
             no_tare: self.no_tare,
             threads: Some(threads),
             promptly: false,
+            is_stopped,
         }
     }
 
@@ -143,6 +145,7 @@ pub struct Batch<'a> {
     settings: &'a Settings,
     fingerprint: String,
     folder: &'a Path,
+    is_stopped: &'a (dyn Fn() -> bool + Sync),
 }
 
 impl<'a> Batch<'a> {
@@ -152,7 +155,7 @@ impl<'a> Batch<'a> {
     /// A folder that cannot be made; a model that cannot be read; a sensor whose loads cannot be found.
     pub fn new(settings: &'a Settings, folder: &'a Path) -> Result<Self, Error> {
         if let Some((sensor, file)) = &settings.sensor {
-            settings.request(sensor, file, 1).check()?;
+            settings.request(sensor, file, 1, &|| false).check()?;
         }
         std::fs::create_dir_all(folder).map_err(|source| Error::Folder {
             folder: folder.to_owned(),
@@ -162,14 +165,20 @@ impl<'a> Batch<'a> {
             settings,
             fingerprint: settings.fingerprint()?,
             folder,
+            is_stopped: &|| false,
         })
+    }
+
+    /// The same, but ended once nobody wants it any more: asked before every frame.
+    pub fn until(self, is_stopped: &'a (dyn Fn() -> bool + Sync)) -> Self {
+        Self { is_stopped, ..self }
     }
 
     /// Works one recording through with so many threads, unless that was done before. What is wrong with it stands in the
     /// entry.
     ///
     /// # Errors
-    /// An entry that cannot be written.
+    /// An entry that cannot be written; [`Error::Stopped`].
     pub fn process(&self, recording: &Path, threads: usize) -> Result<Done, Error> {
         let place = self.folder.join(name_of(recording));
         if let Some(entry) = entry::found(&place, recording, &self.fingerprint) {
@@ -178,7 +187,7 @@ impl<'a> Batch<'a> {
                 again: false,
             });
         }
-        let entry = recording::process(self, recording, &place, threads);
+        let entry = recording::process(self, recording, &place, threads)?;
         entry.write(&place)?;
         Ok(Done { entry, again: true })
     }
@@ -186,7 +195,7 @@ impl<'a> Batch<'a> {
     /// Works recordings through, several at once; `each` hears of every one when it is done, in the order in which they are.
     ///
     /// # Errors
-    /// An entry that cannot be written, as on a full disk: what is under way is finished, the rest is left.
+    /// An entry that cannot be written, as on a full disk: what is under way is finished, the rest is left. [`Error::Stopped`].
     pub fn run(
         &self,
         recordings: &[PathBuf],

@@ -23,7 +23,15 @@ use crate::sensor_source;
 use crate::units::{InputUnit, Unit};
 
 /// Everything that is made of a recording, but for its entry.
-pub(super) fn process(batch: &Batch, recording: &Path, place: &Path, threads: usize) -> Entry {
+///
+/// # Errors
+/// [`Error::Stopped`]; whatever else is wrong stands in the entry.
+pub(super) fn process(
+    batch: &Batch,
+    recording: &Path,
+    place: &Path,
+    threads: usize,
+) -> Result<Entry, Error> {
     let started = Instant::now();
     let (bytes, modified_secs) = about(recording);
     let mut entry = Entry {
@@ -39,16 +47,17 @@ pub(super) fn process(batch: &Batch, recording: &Path, place: &Path, threads: us
         files: Vec::new(),
         row: None,
     };
-    match convert(batch.settings, recording, place, threads, &mut entry) {
+    match convert(batch, recording, place, threads, &mut entry) {
         Ok(()) => {}
+        Err(Error::Stopped) => return Err(Error::Stopped),
         Err(error) => entry.error = Some(error.to_string()),
     }
     entry.seconds = started.elapsed().as_secs_f64();
-    entry
+    Ok(entry)
 }
 
 fn convert(
-    settings: &Settings,
+    batch: &Batch,
     recording: &Path,
     place: &Path,
     threads: usize,
@@ -69,7 +78,7 @@ fn convert(
         });
     }
     (_, entry.sha256) = fingerprint::of_file(recording)?;
-    let (sensor, sensor_file) = match &settings.sensor {
+    let (sensor, sensor_file) = match &batch.settings.sensor {
         Some((sensor, file)) => (sensor.clone(), file.clone()),
         None => sensor_source::of_recording(recording)?,
     };
@@ -79,7 +88,8 @@ fn convert(
         source,
     })?;
     let job = Job {
-        settings,
+        settings: batch.settings,
+        is_stopped: batch.is_stopped,
         recording,
         place,
         threads,
@@ -92,6 +102,7 @@ fn convert(
 /// What is to be done with one recording.
 struct Job<'a> {
     settings: &'a Settings,
+    is_stopped: &'a (dyn Fn() -> bool + Sync),
     recording: &'a Path,
     place: &'a Path,
     threads: usize,
@@ -105,9 +116,9 @@ impl Job<'_> {
         input.options.transpose = self.settings.transpose;
         input.options.keep_going = true;
         input.options.accept_damage = true;
-        let request = self
-            .settings
-            .request(self.sensor, self.sensor_file, self.threads);
+        let request =
+            self.settings
+                .request(self.sensor, self.sensor_file, self.threads, self.is_stopped);
         request.check()?;
         let survey = Survey::of(&input, self.sensor, &Silent, Some(self.threads))?;
         let files = self.files();

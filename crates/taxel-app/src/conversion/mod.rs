@@ -30,7 +30,7 @@ const BLOCK_FRAMES: usize = 64;
 const BLOCK_NUMBERS: usize = 1 << 19;
 
 /// What is to be made of each frame of a recording.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub struct Request<'a> {
     /// The sensor, and where it comes from.
     pub sensor: &'a Sensor,
@@ -52,6 +52,8 @@ pub struct Request<'a> {
     pub threads: Option<usize>,
     /// Whether each frame is handed on before the next one is read: of a pipe, whose next frame may take its time.
     pub promptly: bool,
+    /// Whether nobody wants it any more: asked before every frame, and then it ends with [`Error::Stopped`].
+    pub is_stopped: &'a (dyn Fn() -> bool + Sync),
 }
 
 /// Which figures of frames are wanted.
@@ -124,7 +126,7 @@ impl<'a> Conversion<'a> {
     /// All frames that are left to read, in order; `take` has each with what became of it.
     ///
     /// # Errors
-    /// A frame that cannot be read, when all before it were handed on; what `take` says.
+    /// A frame that cannot be read, when all before it were handed on; what `take` says; [`Error::Stopped`].
     pub fn run(
         self,
         reading: &mut FrameReader,

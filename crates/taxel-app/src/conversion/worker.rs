@@ -118,7 +118,11 @@ impl Work<Block> for Converting<'_> {
 
     fn work(&self, worker: &mut Worker, block: &mut Block) {
         for frame in block.converted_mut() {
-            frame.failed = worker.convert(frame, self.request).err();
+            frame.failed = if (self.request.is_stopped)() {
+                Some(Error::Stopped)
+            } else {
+                worker.convert(frame, self.request).err()
+            };
         }
     }
 }

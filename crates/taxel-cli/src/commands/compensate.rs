@@ -116,6 +116,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         no_tare: args.no_tare,
         threads,
         promptly: !input.can_be_read_twice(),
+        is_stopped: &|| false,
     };
     request.check()?;
     let survey = survey(args, &input, &sensor, threads)?;

@@ -1,0 +1,183 @@
+"""An archive by the module: what `taxel batch` makes of it, on threads, processes and a cluster."""
+
+from __future__ import annotations
+
+import csv
+import functools
+import multiprocessing
+import os
+import pickle
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import taxel
+from taxel._batch import Settings
+
+SENSOR = "mat-16x16-cd4067"
+
+
+@pytest.fixture(scope="module")
+def archive(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """Recordings of three formats, one of them cut, one that is none."""
+    folder = tmp_path_factory.mktemp("archive")
+    paths: list[str] = []
+    for seed, name in enumerate(["a.npy", "b.txt", "c.npy", "d.npy", "e.npy"]):
+        counts = taxel.simulate(SENSOR, pattern="hand", frames=40, seed=seed).counts
+        path = folder / name
+        if path.suffix == ".npy":
+            np.save(path, counts)
+        else:
+            lines = [",".join(str(int(count)) for count in row) for frame in counts for row in frame]
+            path.write_text("\n".join(lines[:-1]) + "\n")
+        paths.append(str(path))
+    (folder / "f.npy").write_bytes(b"no array")
+    return [*paths, str(folder / "f.npy")]
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Everything below a folder that is the same in every run."""
+    files = (path for path in folder.rglob("*") if path.is_file())
+    timed = ("entry.json", "manifest.csv", "summary.parquet")
+    return {str(path.relative_to(folder)): path.read_bytes() for path in files if not path.name.endswith(timed)}
+
+
+def same(a: taxel.Table, b: taxel.Table) -> bool:
+    """Whether two tables are equal, row for row."""
+    cells = ((x, y) for name in a for x, y in zip(a[name], b[name], strict=True))
+    return list(a) == list(b) and all(x == y or (x != x and y != y) for x, y in cells)
+
+
+def test_it_is_what_the_command_makes(archive: list[str], command: Callable[..., str], tmp_path: Path) -> None:
+    command("batch", *archive, "--sensor", SENSOR, "--out", tmp_path / "command", code=3)
+    table = taxel.map(archive, tmp_path / "module", sensor=SENSOR)
+    assert contents(tmp_path / "module") == contents(tmp_path / "command")
+    assert table["status"].tolist() == ["done", "incomplete", "done", "done", "done", "broken"]
+    with open(tmp_path / "command" / "summary.csv", encoding="utf-8", newline="") as file:
+        lines = list(csv.DictReader(file))
+    assert sorted(lines[0]) == sorted(table)
+    for name in table:
+        for cell, line in zip(table[name], lines, strict=True):
+            if isinstance(cell, str):
+                assert cell.replace("\n", "; ") == line[name]
+            elif line["status"] != "broken":
+                assert np.isnan(cell) if line[name] == "" else float(line[name]) == cell
+    peak = taxel.Pipeline(SENSOR).process(np.load(archive[0])).figures["force_newtons"].max()
+    assert table["peak_force_n"][0] == pytest.approx(peak, rel=1e-9)
+    assert table.to_pandas().shape == (6, len(table))
+
+
+def test_called_again_it_does_what_is_missing(archive: list[str], tmp_path: Path) -> None:
+    first = taxel.map(archive[:2], tmp_path, sensor=SENSOR, workers=1)
+    dates = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.entry.json")}
+    again = taxel.map(archive, tmp_path, sensor=SENSOR, pictures=False)
+    assert same(first, taxel.Table({name: again[name][:2] for name in again}))
+    assert all(path.stat().st_mtime_ns == date for path, date in dates.items())
+
+
+def test_processes_may_share_a_folder(archive: list[str], tmp_path: Path) -> None:
+    """The recipe for Dask, joblib and the like: a function of one path that can be pickled."""
+    one = functools.partial(taxel.map, out=str(tmp_path), sensor=taxel.Sensor(SENSOR), workers=1, summary=False)
+    one = pickle.loads(pickle.dumps(one))
+    with multiprocessing.get_context("spawn").Pool(2) as pool:
+        tables = pool.map(one, archive)
+    assert not (tmp_path / "summary.csv").exists()
+    whole = taxel.map(archive, tmp_path, sensor=SENSOR)
+    for place, table in enumerate(tables):
+        assert same(table, taxel.Table({name: whole[name][place : place + 1] for name in whole}))
+
+
+def test_what_cannot_be_is_said(archive: list[str], tmp_path: Path) -> None:
+    with pytest.raises(taxel.Error, match="under one name"):
+        taxel.map([archive[0], archive[0]], tmp_path, sensor=SENSOR)
+    with pytest.raises(taxel.Error, match="loads are written as"):
+        taxel.map(archive, tmp_path, sensor=SENSOR, loads="xls")
+    with pytest.raises(taxel.Error, match="cannot make the folder"):
+        taxel.map(archive, archive[0], sensor=SENSOR)
+    tables = taxel.Sensor(SENSOR).to_dict()
+    del tables["material"]
+    with pytest.raises(taxel.SensorError, match="material"):
+        taxel.map(archive, tmp_path, sensor=taxel.Sensor(tables))
+    assert taxel.map([], tmp_path, sensor=SENSOR).rows == 0
+
+
+def test_settings_can_be_pickled(tmp_path: Path) -> None:
+    settings = Settings(str(tmp_path), taxel.Sensor(SENSOR), pictures=True)
+    assert pickle.loads(pickle.dumps(settings)) == settings
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[Any]:
+    """Ray on two nodes of a processor each, both on this machine."""
+    import ray
+    from ray.cluster_utils import Cluster
+
+    nodes = Cluster(initialize_head=True, head_node_args={"num_cpus": 1})
+    nodes.add_node(num_cpus=1)
+    ray.init(address=nodes.address, log_to_driver=False)
+    yield ray
+    ray.shutdown()
+    nodes.shutdown()
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_cluster_gives_the_same_row_for_row(cluster: Any, archive: list[str], tmp_path: Path) -> None:
+    import pandas
+
+    import taxel.ray
+
+    assert sum(node["Alive"] for node in cluster.nodes()) == 2
+    here = taxel.map(archive, tmp_path / "here", sensor=SENSOR, pictures=True)
+    there = taxel.ray.process(archive, tmp_path / "there", sensor=SENSOR, pictures=True)
+    assert same(here, there)
+    assert contents(tmp_path / "here") == contents(tmp_path / "there")
+    table = pandas.read_parquet(tmp_path / "there" / "summary.parquet")
+    assert table["recording"].tolist() == archive and "no array" in table["error"].iloc[-1]
+    with pytest.raises(taxel.Error, match="under one name"):
+        taxel.ray.process([archive[0], archive[0]], tmp_path, sensor=SENSOR)
+
+
+def workers() -> list[int]:
+    """The processes of Ray's that do the work."""
+    found: list[int] = []
+    for folder in Path("/proc").iterdir():
+        try:
+            if b"ray::MapWorker" in (folder / "cmdline").read_bytes():
+                found.append(int(folder.name))
+        except (OSError, ValueError):
+            continue
+    return found
+
+
+@pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="processes are looked for as Linux lists them")
+@pytest.mark.filterwarnings("ignore")
+def test_a_worker_that_is_killed_loses_and_doubles_nothing(cluster: Any, tmp_path: Path) -> None:
+    import taxel.ray
+
+    counts = taxel.simulate(SENSOR, pattern="hand", frames=400, seed=9).counts
+    paths = [str(tmp_path / f"{place}.npy") for place in range(12)]
+    for path in paths:
+        np.save(path, counts)
+    killed: list[int] = []
+
+    def kill() -> None:
+        # In the middle: some are done, and not all.
+        while len(list(tmp_path.rglob("*.entry.json"))) < 3:
+            time.sleep(0.005)
+        killed.extend(workers()[:1])
+        os.kill(killed[0], signal.SIGKILL)
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    there = taxel.ray.process(paths, tmp_path / "there", sensor=SENSOR)
+    killer.join()
+    assert killed
+    here = taxel.map(paths, tmp_path / "here", sensor=SENSOR)
+    assert same(here, there)
+    assert contents(tmp_path / "here") == contents(tmp_path / "there")
