@@ -7,7 +7,7 @@ use std::time::UNIX_EPOCH;
 use numpy::{IntoPyArray, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use taxel::Frame;
+use taxel::{Frame, Mark};
 use taxel_app::frames::{FrameReader, Input};
 use taxel_app::units::InputUnit;
 use taxel_io::{ReadOptions, shape_of};
@@ -34,11 +34,10 @@ impl Values {
     fn extend(&mut self, values: &[f64]) {
         if let Self::U16(narrow) = self {
             let before = narrow.len();
-            narrow.extend(values.iter().map(|&x| x as u16));
-            let fits = narrow[before..]
-                .iter()
-                .zip(values)
-                .all(|(&n, &x)| f64::from(n) == x);
+            narrow.extend(values.iter().map(|&x| x as i32 as u16));
+            let both = narrow[before..].iter().zip(values);
+            // Without branches, so that several are looked at at once.
+            let fits = both.fold(true, |all, (&n, &x)| all & (f64::from(n) == x));
             if fits {
                 return;
             }
@@ -53,7 +52,9 @@ impl Values {
 /// Frames read: numbers, and what stands beside them.
 struct Chunk {
     values: Values,
-    marks: Vec<u8>,
+    /// Codes; none as long as all readings are good.
+    marks: Option<Vec<u8>>,
+    taxels: usize,
     time: Vec<f64>,
     /// For each frame, what is taken off its loads, newtons; empty where no frame has any.
     tare: Vec<f64>,
@@ -190,7 +191,8 @@ impl Chunk {
             } else {
                 Values::F64(Vec::new())
             },
-            marks: Vec::new(),
+            marks: None,
+            taxels: 0,
             time: Vec::new(),
             tare: Vec::new(),
             has_tare: false,
@@ -205,7 +207,7 @@ impl Chunk {
             FrameReader::Siemens(_, frame) => self.add_frame(frame),
         }
         let frames = self.sequence.len();
-        let taxels = self.marks.len() / frames;
+        let taxels = self.taxels;
         let tare = reader
             .tare()
             .filter(|tare| tare.unit == "N" && tare.loads.len() == taxels);
@@ -220,8 +222,15 @@ impl Chunk {
 
     fn add_frame<Q>(&mut self, frame: &Frame<Q>) {
         self.values.extend(frame.values());
-        self.marks
-            .extend(frame.marks().iter().map(|mark| mark.code()));
+        self.taxels = frame.values().len();
+        let before = self.sequence.len() * self.taxels;
+        let good = Mark::Good.code();
+        if self.marks.is_none() && frame.marks().iter().any(|mark| *mark != Mark::Good) {
+            self.marks = Some(vec![good; before]);
+        }
+        if let Some(marks) = &mut self.marks {
+            marks.extend(frame.marks().iter().map(|mark| mark.code()));
+        }
         self.time.push(frame.time_secs.unwrap_or(f64::NAN));
         self.sequence.push(frame.sequence);
     }
@@ -237,7 +246,9 @@ impl Chunk {
             Values::U16(values) => dict.set_item("values", values.into_pyarray(py).reshape(shape)?),
             Values::F64(values) => dict.set_item("values", values.into_pyarray(py).reshape(shape)?),
         }?;
-        dict.set_item("marks", bytes(py, self.marks).reshape(shape)?)?;
+        if let Some(marks) = self.marks {
+            dict.set_item("marks", bytes(py, marks).reshape(shape)?)?;
+        }
         dict.set_item("time", self.time.into_pyarray(py))?;
         dict.set_item("sequence", self.sequence.into_pyarray(py))?;
         if self.has_tare {

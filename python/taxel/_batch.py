@@ -63,9 +63,9 @@ class Settings:
 
 def row_of(entry: str) -> dict[str, Any]:
     """The row of an entry: a line of ``summary.csv``."""
-    told = json.loads(entry)
-    row = told.get("row") or {}
-    marks = row.get("marks", {})
+    told: dict[str, Any] = json.loads(entry)
+    row: dict[str, Any] = told.get("row") or {}
+    marks: dict[str, int] = row.get("marks", {})
     cells: dict[str, Any] = {"recording": told["recording"], "status": told["status"]}
     cells.update({name: row.get(name, "") for name in WORDS})
     cells.update({name: int(row.get(name, 0)) for name in COUNTS})

@@ -95,7 +95,7 @@ class Recording:
     def load(self) -> Chunk:
         """Reads all of it, and keeps it."""
         if self._all is None:
-            self._all = self._memory_map() or _joined(list(self.chunks()), self._empty())
+            self._all = self._memory_map() or [*self.chunks(2**62), self._empty()][0]
             self._frames = len(self._all.values)
         return self._all
 
@@ -209,7 +209,8 @@ class Recording:
         time: NDArray[np.float64] = found["time"]
         return Chunk(
             values=found["values"],
-            marks=found["marks"],
+            # Where all are good, a number for all of them.
+            marks=found.get("marks", np.broadcast_to(np.uint8(0), found["values"].shape)),
             time=None if np.isnan(time).all() else time,
             sequence=found["sequence"],
             tare=found.get("tare"),
@@ -255,32 +256,6 @@ def _cut(chunk: Chunk, part: slice) -> Chunk:
         sequence=chunk.sequence[part],
         tare=None if chunk.tare is None else chunk.tare[part],
         unit=chunk.unit,
-    )
-
-
-def _joined(chunks: list[Chunk], empty: Chunk) -> Chunk:
-    if not chunks:
-        return empty
-
-    def optional(name: str) -> NDArray[np.float64] | None:
-        if all(getattr(chunk, name) is None for chunk in chunks):
-            return None
-        fill = np.nan if name == "time" else 0.0
-
-        def of(chunk: Chunk) -> NDArray[np.float64]:
-            found = getattr(chunk, name)
-            shape = chunk.sequence.shape if name == "time" else chunk.values.shape
-            return np.full(shape, fill) if found is None else found
-
-        return np.concatenate([of(chunk) for chunk in chunks])
-
-    return Chunk(
-        values=np.concatenate([chunk.values for chunk in chunks]),
-        marks=np.concatenate([chunk.marks for chunk in chunks]),
-        time=optional("time"),
-        sequence=np.concatenate([chunk.sequence for chunk in chunks]),
-        tare=optional("tare"),
-        unit=empty.unit,
     )
 
 

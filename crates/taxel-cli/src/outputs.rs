@@ -6,6 +6,7 @@ use std::path::{Component, Path, PathBuf};
 use crate::error::Error;
 use crate::{out, patience};
 use taxel_app::named_files;
+use taxel_io::atomic::is_device;
 
 /// The files of a command, each with what the user calls it.
 #[derive(Debug, Default)]
@@ -161,7 +162,7 @@ struct Identity {
 impl Identity {
     /// `None` for what is no file: standard output, pipes, devices.
     fn of(file: &Path) -> Option<Self> {
-        if out::is_stdout(file) || file.starts_with("/dev") {
+        if out::is_stdout(file) || is_device(file) {
             return None;
         }
         let about = fs::metadata(file).ok();
@@ -224,7 +225,7 @@ pub(crate) fn check_ending(
         Ok(about) => about.is_file(),
         Err(_) => true,
     };
-    if out::is_stdout(file) || file.starts_with("/dev") || !is_file {
+    if out::is_stdout(file) || is_device(file) || !is_file {
         return Ok(());
     }
     let ending = file.extension().unwrap_or_default().to_string_lossy();

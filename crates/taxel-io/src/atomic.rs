@@ -263,6 +263,12 @@ impl Write for AtomicFile {
     }
 }
 
+/// Whether a path names a device or what the kernel shows, and no file; `/dev/shm` is a folder of files in memory.
+pub fn is_device(path: &Path) -> bool {
+    let in_memory = path.starts_with("/dev/shm");
+    !in_memory && (path.starts_with("/dev") || path.starts_with("/proc"))
+}
+
 /// The real target behind links, and what to write into.
 fn open_sink(path: &Path) -> io::Result<(PathBuf, Sink)> {
     if path.as_os_str() == "-" || path == Path::new("/dev/stdout") {
@@ -276,8 +282,7 @@ fn open_sink(path: &Path) -> io::Result<(PathBuf, Sink)> {
     if about.as_ref().is_some_and(fs::Metadata::is_dir) {
         return Err(io::ErrorKind::IsADirectory.into());
     }
-    let special = path.starts_with("/dev") || path.starts_with("/proc");
-    if special && about.is_some() || about.as_ref().is_some_and(|about| !about.is_file()) {
+    if is_device(path) && about.is_some() || about.as_ref().is_some_and(|about| !about.is_file()) {
         let file = OpenOptions::new().write(true).open(path)?;
         return Ok((path.to_owned(), Sink::Through(file)));
     }
@@ -302,6 +307,16 @@ fn sync_folder(target: &Path) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn files_in_memory_are_files() {
+        for device in ["/dev/null", "/dev/fd/1", "/dev/stdout", "/proc/self/fd/1"] {
+            assert!(is_device(Path::new(device)), "{device}");
+        }
+        for file in ["/dev/shm/a.npy", "dev/a", "/device/a", "/tmp/dev/a"] {
+            assert!(!is_device(Path::new(file)), "{file}");
+        }
+    }
 
     fn names(folder: &Path) -> Vec<String> {
         let mut names: Vec<String> = fs::read_dir(folder)

@@ -8,6 +8,7 @@ use crate::out;
 use taxel_app::conversion::files::Files;
 use taxel_app::frames::is_mcap;
 use taxel_app::units::{InputUnit, Unit};
+use taxel_io::atomic::is_device;
 
 /// What is asked for.
 pub(super) fn files(args: &Args) -> Files {
@@ -78,7 +79,7 @@ pub(super) fn check(args: &Args) -> Result<(), Error> {
 pub(super) fn marks_file(args: &Args) -> Option<PathBuf> {
     let next_to = || {
         let output = args.output.as_ref()?;
-        let is_file = !out::is_stdout(output) && !output.starts_with("/dev");
+        let is_file = !out::is_stdout(output) && !is_device(output);
         (is_file && !is_together(args)).then(|| output.with_extension("marks.csv"))
     };
     args.marks.clone().or_else(next_to)
