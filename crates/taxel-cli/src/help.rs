@@ -19,6 +19,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
             "calibrate",
             "check",
             "compensate",
+            "batch",
             "dataset",
             "train",
             "compare",
@@ -42,7 +43,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
 ];
 
 /// One to three examples of every verb. Files that are read are those that another example writes, where one does.
-const EXAMPLES: [(&str, &[&str]); 29] = [
+const EXAMPLES: [(&str, &[&str]); 30] = [
     (
         "live",
         &[
@@ -131,6 +132,13 @@ const EXAMPLES: [(&str, &[&str]); 29] = [
             "taxel compensate hand.txt --sensor calibrated.toml --unit g -o loads.csv",
             "taxel compensate hand.txt --sensor calibrated.toml -o loads.npy --marks marks.npy",
             "taxel compensate hand.txt --sensor calibrated.toml --method model.safetensors -o loads.csv",
+        ],
+    ),
+    (
+        "batch",
+        &[
+            "taxel batch study/*/*.mcap --out results --pictures",
+            "taxel batch --list recordings.txt --sensor calibrated.toml --out results --shard 3/8",
         ],
     ),
     (

@@ -47,6 +47,7 @@ impl Files {
             standard_errors: self.standard_errors.is_some(),
             half_widths: self.half_widths.is_some(),
             parts: self.parts && self.standard_errors.is_some(),
+            marks: false,
         }
     }
 

@@ -84,11 +84,13 @@ pub struct ErrorsWanted {
     pub half_widths: bool,
     /// What its standard error is made of.
     pub parts: bool,
+    /// Whether a good taxel that is uncertain by more than itself is marked, be its error kept or not.
+    pub marks: bool,
 }
 
 impl ErrorsWanted {
     fn any(self) -> bool {
-        self.standard_errors || self.half_widths || self.parts
+        self.standard_errors || self.half_widths || self.parts || self.marks
     }
 }
 

@@ -33,9 +33,10 @@ impl Worker {
         }
         chain.set_lines(faults);
         let level = faults.level;
-        let with_errors = request.figures == Some(FiguresWanted::WithErrors);
-        let wants_errors = request.errors.any() || with_errors;
-        let errors = wants_errors.then(|| StandardErrors::new(sensor, sensor_file, unit, level));
+        let errors = request
+            .errors
+            .any()
+            .then(|| StandardErrors::new(sensor, sensor_file, unit, level));
         let figures = request.figures.map(|wanted| match wanted {
             FiguresWanted::Values => Ok(Figures::without_errors(sensor, unit)),
             FiguresWanted::WithErrors => Figures::new(sensor, sensor_file, unit, level),

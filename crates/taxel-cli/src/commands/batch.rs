@@ -44,7 +44,7 @@ pub(crate) struct Args {
     /// What loads and marks are written as, in newtons, with counts and times
     #[arg(long, value_enum, default_value_t)]
     loads: Loads,
-    /// Half of the 95 % interval of every frame's figures: ten times and more of the work
+    /// Half of the 95 % interval of every frame's figures: many times the work
     #[arg(long)]
     intervals: bool,
     /// Draw of each recording the frame with the largest force (.png)
@@ -65,6 +65,9 @@ pub(crate) struct Args {
     /// Only every n-th recording from the i-th on, for jobs side by side; then once without it for summary.csv
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
+    /// Write no summary.csv and manifest.csv: for jobs side by side that know of their own recordings alone
+    #[arg(long)]
+    no_summary: bool,
     /// Threads that share the work, with the same results; as many as there are cores where it is not given
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -105,7 +108,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     };
     let settings = settings(args)?;
     let batch = Batch::new(&settings, &args.out)?;
-    let mut counted = Counted::new(&args.out, args.shard, mine.len());
+    let mut counted = Counted::new(args, mine.len());
     check_tables(args, &counted, &mine)?;
     let started = Instant::now();
     batch.run(&mine, args.threads.map(usize::from), |_, done| {
@@ -114,9 +117,11 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             out::note(&line(&counted, done));
         }
     })?;
-    let entries = batch.entries(&mine);
-    summary(&counted.summary, &entries)?;
-    manifest(&counted.manifest, &entries)?;
+    if let (Some(lines), Some(files)) = (&counted.summary, &counted.manifest) {
+        let entries = batch.entries(&mine);
+        summary(lines, &entries)?;
+        manifest(files, &entries)?;
+    }
     counted.seconds = started.elapsed().as_secs_f64();
     if args.json {
         out::json(&counted)?;
@@ -191,8 +196,8 @@ fn check_tables(args: &Args, counted: &Counted, recordings: &[PathBuf]) -> Resul
         files = files.input("recording", recording);
     }
     files
-        .output("the summary", &counted.summary)
-        .output("the manifest", &counted.manifest)
+        .maybe_output("the summary", counted.summary.as_ref())
+        .maybe_output("the manifest", counted.manifest.as_ref())
         .check()
 }
 
@@ -207,15 +212,18 @@ struct Counted {
     broken: usize,
     frames: u64,
     seconds: f64,
-    summary: PathBuf,
-    manifest: PathBuf,
+    summary: Option<PathBuf>,
+    manifest: Option<PathBuf>,
 }
 
 impl Counted {
-    fn new(folder: &Path, shard: Option<Shard>, recordings: usize) -> Self {
-        let name = |table: &str| match shard {
-            Some(shard) => folder.join(format!("{table}-{}.csv", shard.word())),
-            None => folder.join(format!("{table}.csv")),
+    fn new(args: &Args, recordings: usize) -> Self {
+        let name = |table: &str| {
+            let name = match args.shard {
+                Some(shard) => format!("{table}-{}.csv", shard.word()),
+                None => format!("{table}.csv"),
+            };
+            (!args.no_summary).then(|| args.out.join(name))
         };
         Self {
             recordings,
@@ -307,14 +315,16 @@ impl fmt::Display for Counted {
                 write!(f, ", {count} {what}")?;
             }
         }
-        writeln!(
+        write!(
             f,
             "; {} frames in {:.2} s, {:.1} frames/s",
             self.frames,
             self.seconds,
             self.frames as f64 / self.seconds.max(1e-9)
         )?;
-        writeln!(f, "wrote {}", self.summary.display())?;
-        write!(f, "wrote {}", self.manifest.display())
+        for file in [&self.summary, &self.manifest].into_iter().flatten() {
+            write!(f, "\nwrote {}", file.display())?;
+        }
+        Ok(())
     }
 }

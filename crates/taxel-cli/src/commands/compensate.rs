@@ -18,7 +18,7 @@ use output::marks_file;
 use summary::Summary;
 use taxel_app::carry;
 use taxel_app::conversion::files::{Outputs, Written};
-use taxel_app::conversion::{Conversion, FiguresWanted, Request};
+use taxel_app::conversion::{Conversion, ErrorsWanted, FiguresWanted, Request};
 use taxel_app::frames::{FrameReader, Input, NUMBERS, needs_frame_count};
 use taxel_app::line_survey::Survey;
 use taxel_app::methods::MethodName;
@@ -111,7 +111,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         method: &args.method,
         unit,
         repair: (args.repair || args.no_repair).then_some(args.repair),
-        errors: files.errors(),
+        errors: ErrorsWanted {
+            marks: wanted,
+            ..files.errors()
+        },
         figures: (wanted && unit.is_load()).then_some(FiguresWanted::WithErrors),
         no_tare: args.no_tare,
         threads,

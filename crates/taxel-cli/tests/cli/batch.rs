@@ -114,6 +114,24 @@ fn an_archive_becomes_loads_figures_and_a_table() {
 }
 
 #[test]
+fn every_frame_has_its_interval_where_that_is_asked_for() {
+    let folder = archive();
+    folder.good("batch s1/grip.txt --sensor sensor.toml --out out --intervals");
+    folder.good("compensate s1/grip.txt --sensor sensor.toml --unit N -o n.csv --figures f.csv");
+    assert_eq!(
+        folder.read("out/s1/grip.txt.figures.csv"),
+        folder.read("f.csv")
+    );
+    let halves = column(&folder, "f.csv", "total_force_half_width_95_N");
+    let halves = halves.iter().map(|cell| cell.parse::<f64>().unwrap());
+    let mean = halves.sum::<f64>() / 70.0;
+    let told: f64 = column(&folder, "out/summary.csv", "mean_force_half_width_n")[0]
+        .parse()
+        .unwrap();
+    assert!((told / mean - 1.0).abs() < 1e-12);
+}
+
+#[test]
 fn what_is_done_is_not_done_again_and_what_has_changed_is() {
     let folder = archive();
     let words = format!("batch {ALL} --sensor sensor.toml --out out");
@@ -194,6 +212,8 @@ fn parts_of_an_archive_are_the_archive() {
     assert!(parts == contents(&folder.path("whole")));
     // As many parts as anybody likes, also those without a recording.
     folder.good(&format!("{words} many --shard 9/9"));
+    folder.good(&format!("{words} bare --no-summary"));
+    assert!(folder.exists("bare/s1/grip.txt.entry.json") && !folder.exists("bare/summary.csv"));
     assert!(column(&folder, "parts/summary-3-of-3.csv", "recording") == ["s2/grip.txt"]);
 }
 

@@ -33,6 +33,7 @@ fn without_a_verb_the_help_is_shown_and_the_exit_code_is_2() {
       calibrate   Fit switch resistances and load law to labelled presses
       check       Tell whether a calibrated sensor still is what it was
       compensate  Remove the cross-talk from a recording
+      batch       Work through an archive of recordings
       dataset     Make a training set
       train       Train a network on labelled presses
       compare     Compare ways from counts to loads on your own data
