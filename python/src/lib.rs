@@ -29,7 +29,7 @@ mod _taxel {
     #[pymodule_export]
     use crate::reader::Reader;
     #[pymodule_export]
-    use crate::reports::{evaluate, identify};
+    use crate::reports::{evaluate, identify, report};
     #[pymodule_export]
     use crate::sensor::{Sensor, presets};
     #[pymodule_export]

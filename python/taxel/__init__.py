@@ -12,14 +12,14 @@ From raw frames to newtons on every taxel, with the cross-talk removed, and how 
 
 In reading order: ``Sensor`` says what the sensor is, ``read`` opens a recording, ``calibrate`` finds what the parts list does not
 say, ``Pipeline`` makes loads of frames, ``live`` does it as they come; ``scan`` and ``solve`` are the circuit both ways;
-``simulate``, ``identify`` and ``evaluate`` go with them; ``map`` works through an archive, ``taxel.ray`` on a cluster; ``taxel.plot``
+``simulate``, ``identify``, ``evaluate`` and ``report`` go with them; ``map`` works through an archive, ``taxel.ray`` on a cluster; ``taxel.plot``
 draws.
 """
 
 from . import plot
 from ._batch import map
 from ._calibrate import Calibration, Presses, calibrate
-from ._circuit import Simulation, evaluate, identify, scan, simulate, solve
+from ._circuit import Simulation, evaluate, identify, report, scan, simulate, solve
 from ._errors import ArrayError, Error, FileError, NoiseOnlyWarning, SensorError
 from ._live import Live, LiveFrame, live
 from ._pipeline import Pipeline
@@ -55,6 +55,7 @@ __all__ = [
     "plot",
     "presets",
     "read",
+    "report",
     "scan",
     "simulate",
     "solve",

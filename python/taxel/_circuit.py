@@ -16,6 +16,7 @@ from ._pipeline import sensor_of
 from ._taxel import Sensor
 from ._taxel import evaluate as evaluate_plan
 from ._taxel import identify as identify_recordings
+from ._taxel import report as write_report
 from ._taxel import scan as scan_frames
 from ._taxel import simulate as simulate_frames
 from ._taxel import solve as solve_frames
@@ -175,5 +176,37 @@ def evaluate(plan: str | os.PathLike[str]) -> dict[str, Any]:
     ----------
     plan : path
         A plan (``docs/evaluate.md``).
+
+    Raises
+    ------
+    taxel.Error
+        What the plan, or a file that it names, cannot be: which, where, and a hint.
     """
     return evaluate_plan(plan)
+
+
+def report(plan: str | os.PathLike[str], output: str | os.PathLike[str] = "report.html") -> str:
+    """Writes an evaluation as one page to publish: what ``taxel report`` writes, byte for byte.
+
+    Parameters
+    ----------
+    plan : path
+        A plan (``docs/evaluate.md``).
+    output : path
+        Where to write it (``.html``).
+
+    Returns
+    -------
+    str
+        The path.
+
+    Raises
+    ------
+    taxel.Error
+        As of ``evaluate``; a page of another ending.
+    """
+    name = os.fspath(output)
+    if not name.lower().endswith((".html", ".htm")):
+        raise Error(f"{name}: a page ends in .html\nhint: a browser prints it as .pdf, and so does `taxel report`")
+    write_report(plan, name)
+    return name

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._batch import Path, Settings, paths_of, row_of, table_of
+from ._errors import Error
 from ._pipeline import sensor_of
 from ._table import Table
 
@@ -81,7 +82,7 @@ def process(
     Raises
     ------
     taxel.Error, taxel.SensorError
-        As of ``taxel.map``.
+        As of ``taxel.map``; a path that is not absolute.
     """
     # None of them tells all of its types.
     ray: Any = import_module("ray")
@@ -90,6 +91,9 @@ def process(
     parquet: Any = import_module("pyarrow.parquet")
     settings = Settings(os.path.abspath(out), None if sensor is None else sensor_of(sensor), **options)
     paths = paths_of(recordings)
+    for path in paths:
+        if not os.path.isabs(path):
+            raise Error(f"{path} is a different file on every machine\nhint: os.path.abspath gives the name that all of them know")
     folder = settings.folder()
     # Refused here, not by every worker.
     folder.run([], 1)

@@ -104,6 +104,8 @@ def test_what_cannot_be_is_said(archive: list[str], tmp_path: Path) -> None:
     del tables["material"]
     with pytest.raises(taxel.SensorError, match="material"):
         taxel.map(archive, tmp_path, sensor=taxel.Sensor(tables))
+    with pytest.raises(taxel.Error, match="no intervals with the method raw"):
+        taxel.map(archive, tmp_path, sensor=SENSOR, method="raw", intervals=True)
     assert taxel.map([], tmp_path, sensor=SENSOR).rows == 0
 
 
@@ -141,6 +143,8 @@ def test_a_cluster_gives_the_same_row_for_row(cluster: Any, archive: list[str], 
     assert table["recording"].tolist() == archive and "no array" in table["error"].iloc[-1]
     with pytest.raises(taxel.Error, match="under one name"):
         taxel.ray.process([archive[0], archive[0]], tmp_path, sensor=SENSOR)
+    with pytest.raises(taxel.Error, match="on every machine"):
+        taxel.ray.process(["a.npy"], tmp_path, sensor=SENSOR)
 
 
 def workers() -> list[int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import pickle
 from collections.abc import Callable
 from pathlib import Path
@@ -153,6 +154,28 @@ def test_a_tare_is_taken_off_loads_and_figures(grip: taxel.Simulation) -> None:
         np.testing.assert_allclose(found.loads, without.loads - 0.001, rtol=0, atol=1e-12)  # type: ignore[operator]
         off = without.figures["force_newtons"] - found.figures["force_newtons"]
         np.testing.assert_allclose(off, 0.001 * 64 * 128, rtol=0.01)
+
+
+# A pipeline of the mat, by newton and with repair, as version 0.1.0 pickled it.
+PICKLED = (
+    "gASVOQIAAAAAAACMD3RheGVsLl9waXBlbGluZZSMCFBpcGVsaW5llJOUjAhidWlsdGluc5SMB2dldGF0dHKUk5SMBXRheGVslIwGU2Vuc29ylJ"
+    "OUjAlmcm9tX3RvbWyUhpRSlFiYAQAAZm9ybWF0ID0gMQpuYW1lID0gIm1hdCAxNngxNiwgQ0Q3NEhDNDA2NyIKClthcnJheV0Kcm93cyA9IDE2"
+    "CmNvbHVtbnMgPSAxNgpwaXRjaF9tbSA9IFsxMC4wLCAxMC4wXQp0YXhlbF9hcmVhX21tMiA9IDI1LjAKCltyZWFkb3V0XQp0b3BvbG9neSA9IC"
+    "JkaXZpZGVyLWZsb2F0aW5nIgp2X3Rlc3Rfdm9sdHMgPSA1LjAKcl9tdXhfY29sdW1uX29obXMgPSA3MC4wCnJfbXV4X3Jvd19vaG1zID0gNzAu"
+    "MApyX3NvdXJjZV9vaG1zID0gMC4wCnJfcHVsbF9kb3duX29obXMgPSAxMDAwLjAKCltjb252ZXJ0ZXJdCmJpdHMgPSAxMApmdWxsX3NjYWxlX3"
+    "ZvbHRzID0gNS4wCmludmVydGVkID0gZmFsc2UKClttYXRlcmlhbF0KZ196ZXJvX3NpZW1lbnMgPSAwLjAwMDAwMQpmYWN0b3IgPSAwLjAwMDAw"
+    "MgpleHBvbmVudCA9IDAuODUKlIwHcGF0aGxpYpSMCVBvc2l4UGF0aJSTlIwQbWF0LTE2eDE2LWNkNDA2N5SFlFKUhpRSlIwGbmV3dG9ulIiHlF"
+    "KULg=="
+)
+
+
+def test_a_pipeline_that_an_older_version_pickled_is_the_same() -> None:
+    pipeline = pickle.loads(base64.b64decode(PICKLED))
+    assert pipeline.method == "newton"
+    assert pipeline.sensor == taxel.Sensor("mat-16x16-cd4067")
+    counts = taxel.simulate("mat-16x16-cd4067", pattern="hand", frames=3, seed=1).counts
+    wanted = taxel.Pipeline("mat-16x16-cd4067", method="newton", repair=True).process(counts).loads
+    assert (pipeline.process(counts).loads == wanted).all()
 
 
 def test_a_pickled_pipeline_does_the_same_elsewhere(grip: taxel.Simulation) -> None:

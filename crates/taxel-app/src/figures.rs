@@ -156,10 +156,11 @@ impl Figures {
         }
     }
 
-    /// Of the frame `shown`, with the marks of `loads`, which its numbers came from before a tare.
+    /// Of the frame `shown`, with the marks of `loads`, which its numbers came from before a tare; their errors by its
+    /// conductances, where there are any.
     pub fn of(
         &mut self,
-        siemens: &Frame<Siemens>,
+        siemens: Option<&Frame<Siemens>>,
         loads: &Frame<Newtons>,
         shown: &Frame<DisplayUnit>,
         is_answer: bool,
@@ -171,8 +172,8 @@ impl Figures {
         let each = self.loads.values_mut().iter_mut().zip(shown.values());
         each.for_each(|(load, shown)| *load = shown / newton);
         let figures = FrameFigures::of(&self.loads, &self.sensor);
-        let errors = self.errors.as_mut();
-        let errors = errors.map(|errors| errors.of(siemens, &self.loads, is_answer));
+        let errors = self.errors.as_mut().zip(siemens);
+        let errors = errors.map(|(errors, siemens)| errors.of(siemens, &self.loads, is_answer));
         let (force, force_unit) = if self.shown_in == Unit::Grams {
             (grams_from_newtons(1.0), Unit::Grams.word())
         } else {

@@ -80,6 +80,11 @@ impl MethodName {
         }
     }
 
+    /// Whether it undoes the circuit, so that the noise of readings can be carried through to loads.
+    pub fn inverts(&self) -> bool {
+        !matches!(self, MethodName::Raw | MethodName::Model(_))
+    }
+
     /// Whether it estimates loads, and no conductances.
     pub fn is_model(&self) -> bool {
         matches!(self, MethodName::Model(_))

@@ -275,6 +275,36 @@ fn a_wrong_label_is_named_with_what_the_others_say() {
 }
 
 #[test]
+fn a_press_that_reads_nothing_is_named_and_left_out() {
+    for seed in [12, 13, 14] {
+        let truth = truth((16, 16), (10.0, 10.0), seed);
+        let data = alone(&truth, 40);
+        let sound = fit(&parts(&truth, None), &data, LawChoice::Power);
+        let mut silent = data.clone();
+        // A dead taxel, or a press that missed it: of the heavier ones, which noise cannot hide.
+        let heavy = data.presses.iter().filter(|press| press.load_g > 100.0);
+        let missed: Vec<usize> = heavy.take(3).map(|press| press.frame).collect();
+        let nothing = Frame::<Grams>::zeros(16, 16);
+        for &frame in &missed {
+            silent.frames[frame] = truth.read(&nothing, 20_000 + frame as u64).counts;
+        }
+        let found = fit(&parts(&truth, None), &silent, LawChoice::Power);
+        let named: Vec<usize> = found.report.suspects.iter().map(|s| s.press).collect();
+        assert_eq!(named, missed, "seed {seed}: {}", found.report);
+        assert!(found.report.suspects.iter().all(|s| s.left_out));
+        // Three presses fewer, and nothing else.
+        let (with, without) = (
+            of_hand(&found.sensor, &truth),
+            of_hand(&sound.sensor, &truth),
+        );
+        assert!(
+            with < 1.3 * without + 0.3,
+            "seed {seed}: {with} g, {without} g"
+        );
+    }
+}
+
+#[test]
 fn a_label_said_ten_times_is_one_label_and_two_loads_are_none() {
     let truth = truth((8, 8), (10.0, 10.0), 6);
     let data = alone(&truth, 30);

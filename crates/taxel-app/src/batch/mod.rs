@@ -67,8 +67,8 @@ impl LoadsFile {
     /// Ending of its files.
     fn ending(self) -> Option<&'static str> {
         match self {
-            LoadsFile::Parquet => Some("loads.parquet"),
-            LoadsFile::Mcap => Some("loads.mcap"),
+            LoadsFile::Parquet => Some(recording::LOADS_PARQUET),
+            LoadsFile::Mcap => Some(recording::LOADS_MCAP),
             LoadsFile::Nothing => None,
         }
     }
@@ -152,8 +152,15 @@ impl<'a> Batch<'a> {
     /// Into a folder, which is made if it is not there.
     ///
     /// # Errors
-    /// A folder that cannot be made; a model that cannot be read; a sensor whose loads cannot be found.
+    /// A folder that cannot be made; a model that cannot be read; a sensor whose loads cannot be found; intervals without an
+    /// inverse.
     pub fn new(settings: &'a Settings, folder: &'a Path) -> Result<Self, Error> {
+        if settings.intervals && !settings.method.inverts() {
+            return Err(Error::Request {
+                what: format!("there are no intervals with the method {}", settings.method),
+                hint: "they need an inverse to carry the converter's noise through: auto, exact or newton",
+            });
+        }
         if let Some((sensor, file)) = &settings.sensor {
             settings.request(sensor, file, 1, &|| false).check()?;
         }

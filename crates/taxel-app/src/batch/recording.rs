@@ -22,6 +22,13 @@ use crate::reporter::Silent;
 use crate::sensor_source;
 use crate::units::{InputUnit, Unit};
 
+/// Endings of what is made of a recording.
+const ENDINGS: [&str; 4] = [LOADS_PARQUET, LOADS_MCAP, FIGURES, PICTURE];
+pub(super) const LOADS_PARQUET: &str = "loads.parquet";
+pub(super) const LOADS_MCAP: &str = "loads.mcap";
+const FIGURES: &str = "figures.csv";
+const PICTURE: &str = "png";
+
 /// Everything that is made of a recording, but for its entry.
 ///
 /// # Errors
@@ -52,8 +59,22 @@ pub(super) fn process(
         Err(Error::Stopped) => return Err(Error::Stopped),
         Err(error) => entry.error = Some(error.to_string()),
     }
+    remove_others(place, &entry.files);
     entry.seconds = started.elapsed().as_secs_f64();
     Ok(entry)
+}
+
+/// Removes what was made of the recording by other settings, or when it was another: beside this entry it would seem to be
+/// its own.
+fn remove_others(place: &Path, files: &[Written]) {
+    for ending in ENDINGS {
+        let file = with_ending(place, ending);
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        if !files.iter().any(|written| written.name == name) {
+            // Mostly there is none.
+            let _ = std::fs::remove_file(&file);
+        }
+    }
 }
 
 fn convert(
@@ -163,7 +184,7 @@ impl Job<'_> {
             heaviest: None,
         };
         let mut reading = input.open()?;
-        let conversion = Conversion::new(request, &survey.faults)?;
+        let conversion = Conversion::new(request, survey)?;
         conversion.run(&mut reading, &Silent, |frame| {
             seen.add(frame);
             outputs.write(frame)
@@ -203,7 +224,7 @@ impl Job<'_> {
         let mut loads = Frame::zeros(self.sensor.rows(), self.sensor.columns());
         loads.copy_meta_from(&heaviest.shown);
         let is_answer = heaviest.is_answer;
-        let mut row = figures.of(siemens, &loads, &heaviest.shown, is_answer);
+        let mut row = figures.of(Some(siemens), &loads, &heaviest.shown, is_answer);
         row.frame = heaviest.figures.frame;
         Ok(row)
     }
@@ -212,7 +233,7 @@ impl Job<'_> {
         let ending = self.settings.loads.ending();
         Files {
             numbers: ending.map(|ending| with_ending(self.place, ending)),
-            figures: Some(with_ending(self.place, "figures.csv")),
+            figures: Some(with_ending(self.place, FIGURES)),
             figure_errors: self.settings.intervals,
             ..Files::default()
         }
@@ -232,7 +253,7 @@ impl Job<'_> {
             Some(positions_mm) => panel.positions_mm(positions_mm)?,
             None => panel,
         };
-        let picture = with_ending(self.place, "png");
+        let picture = with_ending(self.place, PICTURE);
         AtomicFile::write_whole(&picture, &panel.picture()?.png()?)?;
         Ok(picture)
     }

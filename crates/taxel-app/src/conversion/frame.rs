@@ -37,7 +37,7 @@ pub struct Converted {
     pub errors: ErrorFrames,
     /// Its figures, where asked for.
     pub figures: Option<FigureRow>,
-    /// Its conductances, where figures were asked for without their errors.
+    /// Its conductances, where figures were asked for without their errors, and an inverse can tell these.
     pub siemens: Option<Frame<Siemens>>,
     pub(super) failed: Option<Error>,
 }
@@ -89,7 +89,7 @@ impl Converted {
                     .collect(),
             },
             figures: None,
-            siemens: (request.figures == Some(FiguresWanted::Values))
+            siemens: (request.figures == Some(FiguresWanted::Values) && request.method.inverts())
                 .then(|| Frame::zeros(rows, columns)),
             failed: None,
         }

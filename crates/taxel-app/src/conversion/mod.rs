@@ -9,13 +9,14 @@ pub mod tally;
 use std::path::Path;
 
 use taxel::Sensor;
-use taxel::screen::{FrameScreen, LineFaults};
+use taxel::screen::FrameScreen;
 
 use crate::chain::Chain;
 use crate::error::Error;
 use crate::executor::cores;
 use crate::frames::FrameReader;
 use crate::in_order::in_order;
+use crate::line_survey::Survey;
 use crate::methods::MethodName;
 use crate::reporter::Stage;
 use crate::units::Unit;
@@ -97,20 +98,20 @@ impl ErrorsWanted {
 /// A recording on its way to numbers.
 pub struct Conversion<'a> {
     request: Request<'a>,
-    faults: &'a LineFaults,
+    survey: &'a Survey,
     first: Worker,
 }
 
 impl<'a> Conversion<'a> {
-    /// Prepares what a request needs; `faults`: lines of the recording that cannot be trusted.
+    /// Prepares what a request needs, with what a first pass has found in the recording.
     ///
     /// # Errors
     /// As [`Request::check`]; errors of numbers that cannot be found.
-    pub fn new(request: Request<'a>, faults: &'a LineFaults) -> Result<Self, Error> {
-        let first = Worker::new(&request, faults)?;
+    pub fn new(request: Request<'a>, survey: &'a Survey) -> Result<Self, Error> {
+        let first = Worker::new(&request, &survey.faults)?;
         Ok(Self {
             request,
-            faults,
+            survey,
             first,
         })
     }
@@ -123,6 +124,17 @@ impl<'a> Conversion<'a> {
     /// Standard deviation of a reading that standard errors are found with, counts, where they are.
     pub fn noise_counts(&self) -> Option<f64> {
         self.first.noise_counts()
+    }
+
+    /// As many as are asked for, and no more than there are blocks of `each` frames.
+    fn threads(&self, each: usize) -> usize {
+        let blocks = self
+            .survey
+            .frames
+            .map(|frames| frames.div_ceil(each as u64));
+        let most = blocks.and_then(|blocks| usize::try_from(blocks).ok());
+        let threads = self.request.threads.unwrap_or_else(cores);
+        threads.min(most.unwrap_or(threads)).max(1)
     }
 
     /// All frames that are left to read, in order; `take` has each with what became of it.
@@ -139,22 +151,22 @@ impl<'a> Conversion<'a> {
             sensor, promptly, ..
         } = self.request;
         let remembers = self.first.chain.remembers();
+        let each = (BLOCK_NUMBERS / (sensor.rows() * sensor.columns())).clamp(1, BLOCK_FRAMES);
         let threads = if remembers || promptly {
             1
         } else {
-            self.request.threads.unwrap_or_else(cores).max(1)
+            self.threads(each)
         };
+        let faults = &self.survey.faults;
         let mut workers = vec![self.first];
         while workers.len() < threads {
-            workers.push(Worker::new(&self.request, self.faults)?);
+            workers.push(Worker::new(&self.request, faults)?);
         }
-        let each = (BLOCK_NUMBERS / (sensor.rows() * sensor.columns())).clamp(1, BLOCK_FRAMES);
         let held = if threads == 1 { 1 } else { threads + 2 };
         let block = || Block::new(reading, &self.request, if promptly { 1 } else { each });
         let memory = (0..held).map(|_| block()).collect();
         let mut screen = FrameScreen::from_sensor(sensor);
-        let faults = self.faults.clone();
-        screen.set_lines(&faults.with_declared(sensor.screen()));
+        screen.set_lines(&faults.clone().with_declared(sensor.screen()));
         let mut reader = Reader::new(reading, screen, (!remembers).then_some(each));
         let work = Converting {
             request: &self.request,

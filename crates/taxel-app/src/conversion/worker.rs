@@ -74,18 +74,23 @@ impl Worker {
                 tare::take_off(zeros, request.unit, area_mm2, loads);
             }
         }
-        let found = (self.chain.siemens(), self.chain.loads());
-        frame.figures = None;
-        if let (Some(figures), (Some(siemens), Some(loads))) = (&mut self.figures, found) {
-            let mut row = figures.of(siemens, loads, &frame.shown, frame.is_answer());
-            row.frame = frame.sequence();
-            frame.figures = Some(row);
-            if let Some(out) = &mut frame.siemens {
-                out.copy_meta_from(siemens);
-                out.values_mut().copy_from_slice(siemens.values());
-            }
-        }
+        self.find_figures(frame);
         Ok(())
+    }
+
+    fn find_figures(&mut self, frame: &mut Converted) {
+        frame.figures = None;
+        let (Some(figures), Some(loads)) = (&mut self.figures, self.chain.loads()) else {
+            return;
+        };
+        let siemens = self.chain.siemens();
+        let mut row = figures.of(siemens, loads, &frame.shown, frame.is_answer());
+        row.frame = frame.sequence();
+        frame.figures = Some(row);
+        if let (Some(out), Some(siemens)) = (&mut frame.siemens, siemens) {
+            out.copy_meta_from(siemens);
+            out.values_mut().copy_from_slice(siemens.values());
+        }
     }
 
     /// How far to trust the numbers, before any tare: readings were uncertain by as much.

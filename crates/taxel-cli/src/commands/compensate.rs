@@ -123,7 +123,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     };
     request.check()?;
     let survey = survey(args, &input, &sensor, threads)?;
-    let conversion = Conversion::new(request, &survey.faults)?;
+    let conversion = Conversion::new(request, &survey)?;
     if wanted && !(unit.is_load() && sensor.uncertainty().is_some()) {
         out::note(
             "noise only: the sensor file has no [uncertainty], which `taxel calibrate` writes, so that standard errors and intervals are too small",
@@ -262,9 +262,7 @@ fn check(args: &Args) -> Result<(), Error> {
         );
     }
     let unsolved = args.unit == Unit::Volts || args.input_unit == InputUnit::Siemens;
-    if wants_errors(args)
-        && (unsolved || matches!(args.method, MethodName::Raw | MethodName::Model(_)))
-    {
+    if wants_errors(args) && (unsolved || !args.method.inverts()) {
         return refuse(
             "standard errors need an inverse to carry the converter's noise through",
             "read counts or volts, write siemens or loads, with method auto, exact or newton",

@@ -151,9 +151,11 @@ fn what_is_done_is_not_done_again_and_what_has_changed_is() {
         run.err.contains("3 of them done before; 130 frames"),
         "{run}"
     );
-    // Other settings are other work.
+    // Other settings are other work, and what the settings before have left goes.
+    assert!(folder.exists("out/s2/press.csv.loads.parquet"));
     let run = folder.taxel(&format!("{words} --loads none"));
     assert!(run.err.contains("5 done; 670 frames"), "{run}");
+    assert!(!folder.exists("out/s2/press.csv.loads.parquet"));
     fs::write(
         folder.path("sensor.toml"),
         folder.read("sensor.toml").replace("0.857", "0.9"),
@@ -251,6 +253,7 @@ fn one_that_is_broken_does_not_stop_the_others() {
         errors[1].is_empty() && errors[4].contains("is a directory"),
         "{errors:?}"
     );
+    assert!(!folder.exists("out/s1/words.txt.figures.csv"));
     // What is broken is tried again, and mended by then.
     folder.write("s1/words.txt", &text);
     let run = folder.taxel(&format!("{words} --sensor sensor.toml"));
@@ -266,6 +269,30 @@ fn one_that_is_broken_does_not_stop_the_others() {
     assert_eq!(
         column(&folder, "own/summary.csv", "status"),
         ["done", "broken"]
+    );
+}
+
+#[test]
+fn without_an_inverse_there_are_forces_and_no_intervals() {
+    let folder = archive();
+    folder.good("batch s1/grip.txt --sensor sensor.toml --out out --method raw");
+    let peak: f64 = column(&folder, "out/summary.csv", "peak_force_n")[0]
+        .parse()
+        .unwrap();
+    folder.good("compensate s1/grip.txt --sensor sensor.toml --method raw --unit N -o raw.csv");
+    let loads = folder.numbers("raw.csv");
+    let forces = loads.chunks(24).map(|frame| frame.iter().sum::<f64>());
+    assert!((forces.fold(f64::MIN, f64::max) / peak - 1.0).abs() < 1e-12);
+    assert_eq!(
+        column(&folder, "out/summary.csv", "peak_force_half_width_n"),
+        [""]
+    );
+    let run =
+        folder.taxel("batch s1/grip.txt --sensor sensor.toml --out out --method raw --intervals");
+    assert_eq!(run.code, Some(1), "{run}");
+    assert!(
+        run.err.contains("no intervals with the method raw"),
+        "{run}"
     );
 }
 

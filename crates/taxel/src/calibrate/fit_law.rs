@@ -247,7 +247,7 @@ pub fn suspect_pairs(pairs: &[(f64, f64)]) -> Vec<Suspect> {
         .enumerate()
         .map(|(i, &(siemens, load))| (i, load, siemens))
         .collect();
-    let found = suspects::gross(&readings);
+    let found = suspects::gross(&readings, None);
     if suspects::few(found.len(), pairs.len()) {
         found
     } else {

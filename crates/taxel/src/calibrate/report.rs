@@ -62,6 +62,9 @@ impl fmt::Display for Parameter {
     }
 }
 
+/// Below this share of its label a press reads nothing.
+const NOTHING: f64 = 0.02;
+
 /// A label that the other presses contradict.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Suspect {
@@ -99,6 +102,9 @@ impl fmt::Display for Suspect {
         write!(f, "{label} g where the other presses say {says} g")?;
         match self.unit() {
             Some(unit) => write!(f, "; are these {unit}?")?,
+            None if self.says_g < NOTHING * self.load_g => {
+                write!(f, ": is the taxel dead, or was it missed?")?;
+            }
             None => write!(f, " ({:.2} times)", self.says_g / self.load_g)?,
         }
         if self.left_out {

@@ -111,14 +111,26 @@ impl<'a> Readings<'a> {
 
     /// Apparent conductance over an unloaded taxel's, siemens, of each press in known frames.
     pub(super) fn apparent(&self, sensor: &crate::Sensor) -> Vec<(usize, f64)> {
-        let raw = Raw::from_sensor(sensor);
-        let lsb = self.converter.count_from_volt(0.0);
-        let volts_per_count = 1.0 / (self.converter.count_from_volt(1.0) - lsb);
-        let siemens = |counts: f64| raw.siemens_from_volts((counts - lsb) * volts_per_count);
+        let siemens = self.siemens_from_counts(sensor);
         let base = siemens(self.known.base_counts);
         self.press_counts()
             .map(|(p, counts)| (p, siemens(counts) - base))
             .collect()
+    }
+
+    /// What a reading so many standard deviations of its noise above an unloaded one seems to conduct over that, siemens.
+    pub(super) fn apparent_noise(&self, sensor: &crate::Sensor, deviations: f64) -> f64 {
+        let siemens = self.siemens_from_counts(sensor);
+        let known = self.known;
+        let noise = known.noise_counts.max(known.rounding_counts);
+        siemens(known.base_counts + deviations * noise) - siemens(known.base_counts)
+    }
+
+    fn siemens_from_counts(&self, sensor: &crate::Sensor) -> impl Fn(f64) -> f64 {
+        let raw = Raw::from_sensor(sensor);
+        let lsb = self.converter.count_from_volt(0.0);
+        let volts_per_count = 1.0 / (self.converter.count_from_volt(1.0) - lsb);
+        move |counts: f64| raw.siemens_from_volts((counts - lsb) * volts_per_count)
     }
 
     /// What an unloaded taxel seems to conduct, siemens; a tenth of a count where it reads nothing.

@@ -19,15 +19,16 @@ impl PressFit<'_> {
     /// Labels that contradict the others before anything is fitted.
     pub(super) fn gross(&mut self, known: &KnownFrames) -> Result<Vec<Suspect>, Error> {
         let readings = Readings::new(self.evidence, known, self.sensor);
-        let apparent: Vec<(usize, f64, f64)> = if known.frames.is_empty() {
-            self.through_the_inverse(known, &readings)?
+        let (apparent, clear) = if known.frames.is_empty() {
+            // Presses that do not stand out of noise there are left out before.
+            (self.through_the_inverse(known, &readings)?, None)
         } else {
             let apparent = readings.apparent(self.sensor).into_iter();
-            apparent
-                .map(|(p, g)| (p, self.evidence.presses[p].load_g, g))
-                .collect()
+            let labelled = apparent.map(|(p, g)| (p, self.evidence.presses[p].load_g, g));
+            let clear = readings.apparent_noise(self.sensor, CLEAR);
+            (labelled.collect(), Some(clear))
         };
-        let suspects = suspects::gross(&apparent);
+        let suspects = suspects::gross(&apparent, clear);
         if suspects::few(suspects.len(), apparent.len()) {
             Ok(suspects)
         } else {
