@@ -289,7 +289,7 @@ fn without_an_inverse_there_are_forces_and_no_intervals() {
     );
     let run =
         folder.taxel("batch s1/grip.txt --sensor sensor.toml --out out --method raw --intervals");
-    assert_eq!(run.code, Some(1), "{run}");
+    assert_eq!(run.code, Some(2), "{run}");
     assert!(
         run.err.contains("no intervals with the method raw"),
         "{run}"
