@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 
 use pyo3::prelude::*;
-use taxel_app::batch::{self, Done, LoadsFile, Settings};
+use taxel_app::batch::{self, Done, Entry, LoadsFile, Settings};
 use taxel_app::methods::MethodName;
 
 use crate::errors;
@@ -55,40 +55,60 @@ impl Batch {
     }
 
     /// Works recordings through, several at once; their entries in their order, as JSON, each with whether it was done now.
-    #[pyo3(signature = (recordings, threads = None))]
+    /// `tables`: `summary.csv` and `manifest.csv` are written.
+    #[pyo3(signature = (recordings, threads = None, tables = false))]
     fn run(
         &self,
         py: Python<'_>,
         recordings: Vec<PathBuf>,
         threads: Option<usize>,
+        tables: bool,
     ) -> PyResult<Vec<(String, bool)>> {
-        batch::check_names(&recordings).map_err(errors::of_app)?;
+        let files = if tables { self.tables() } else { Vec::new() };
         let found = Mutex::new(vec![None; recordings.len()]);
         let done = interruptible(py, |stop| {
             let is_stopped = || stop.is_set();
             let batch = batch::Batch::new(&self.settings, &self.folder)?.until(&is_stopped);
+            batch.check_names(&recordings, &files)?;
             let mut found = found.lock().expect("nobody else has it");
             batch.run(&recordings, threads, |at, done: &Done| {
-                let entry = serde_json::to_string(&done.entry);
-                found[at] = Some((entry.expect("numbers and words"), done.again));
+                found[at] = Some((done.entry.clone(), done.again));
             })
         })?;
         done.map_err(errors::of_app)?;
         let found = found.into_inner().expect("the work has ended");
-        Ok(found.into_iter().flatten().collect())
+        let (entries, again): (Vec<Entry>, Vec<bool>) = found.into_iter().flatten().unzip();
+        if let [summary, manifest] = &files[..] {
+            batch::summary(summary, &entries).map_err(errors::of_app)?;
+            batch::manifest(manifest, &entries).map_err(errors::of_app)?;
+        }
+        let json = |entry: &Entry| serde_json::to_string(entry).expect("numbers and words");
+        Ok(entries.iter().map(json).zip(again).collect())
     }
 
-    /// Refuses recordings that would be written under one name.
-    #[staticmethod]
-    fn check_names(recordings: Vec<PathBuf>) -> PyResult<()> {
-        batch::check_names(&recordings).map_err(errors::of_app)
-    }
-
-    /// Writes `summary.csv` and `manifest.csv` of what is done of these recordings.
-    fn write_tables(&self, recordings: Vec<PathBuf>) -> PyResult<()> {
+    /// Refuses recordings that would be written under one name, or replaced.
+    fn check_names(&self, recordings: Vec<PathBuf>) -> PyResult<()> {
         let batch = batch::Batch::new(&self.settings, &self.folder).map_err(errors::of_app)?;
-        let entries = batch.entries(&recordings);
-        batch::summary(&self.folder.join("summary.csv"), &entries).map_err(errors::of_app)?;
-        batch::manifest(&self.folder.join("manifest.csv"), &entries).map_err(errors::of_app)
+        let checked = batch.check_names(&recordings, &self.tables());
+        checked.map_err(errors::of_app)
+    }
+
+    /// Writes `summary.csv` and `manifest.csv` of recordings, from their entries as `run` has given them.
+    fn write_tables(&self, entries: Vec<String>) -> PyResult<()> {
+        let read = |entry: &String| serde_json::from_str(entry);
+        let entries: Result<Vec<Entry>, _> = entries.iter().map(read).collect();
+        let entries = entries.map_err(|error| errors::other(format!("an entry: {error}")))?;
+        let [summary, manifest] = &self.tables()[..] else {
+            unreachable!("there are two");
+        };
+        batch::summary(summary, &entries).map_err(errors::of_app)?;
+        batch::manifest(manifest, &entries).map_err(errors::of_app)
+    }
+}
+
+impl Batch {
+    fn tables(&self) -> Vec<PathBuf> {
+        let names = ["summary.csv", "manifest.csv"];
+        names.map(|name| self.folder.join(name)).into()
     }
 }

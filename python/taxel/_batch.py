@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ._errors import Error
 from ._pipeline import sensor_of
 from ._table import Table
 from ._taxel import MARKS, Sensor
@@ -170,9 +171,7 @@ def map(
         tare,
         transpose,
     )
-    paths = paths_of(recordings)
-    folder = settings.folder()
-    entries = folder.run(paths, workers)
-    if summary:
-        folder.write_tables(paths)
+    if workers is not None and workers < 1:
+        raise Error(f"{workers} workers\nhint: without `workers`, there are as many as cores")
+    entries = settings.folder().run(paths_of(recordings), workers, summary)
     return table_of([row_of(entry) for entry, _ in entries])

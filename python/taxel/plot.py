@@ -62,7 +62,9 @@ def heatmap(
     if sensor is not None:
         shown = np.where(sensor.populated, shown, np.nan)
     if ax is None:
-        _, ax = plt.subplots(layout="constrained")
+        # As high as the array is beside its colour bar.
+        height = 4.6 * rows * down / (columns * across) + 1.0
+        _, ax = plt.subplots(layout="constrained", figsize=(6.4, min(max(height, 2.2), 9.0)))
     top = most if most is not None else float(np.nanmax(shown, initial=0.0))
     picture = ax.imshow(
         shown,
@@ -77,7 +79,9 @@ def heatmap(
     unit = "(mm)" if sensor is not None else "(taxels)"
     ax.set_xlabel(f"Across the columns {unit}")
     ax.set_ylabel(f"Down the rows {unit}")
-    ax.figure.colorbar(picture, ax=ax, label=label)
+    # As high as the picture, whatever its shape is.
+    beside = ax.inset_axes((1.03, 0.0, 0.035, 1.0))
+    ax.figure.colorbar(picture, cax=beside, label=label)
     return ax
 
 
@@ -93,10 +97,12 @@ def over_time(result: Result, *, ax: Axes | None = None) -> Axes:
     ax.plot(x, force, color="#5b2a86")
     if "force_half_width_newtons" in result.figures:
         half = result.figures["force_half_width_newtons"]
-        ax.fill_between(x, force - half, force + half, color="#5b2a86", alpha=0.25, linewidth=0, label="95 %")
+        ax.fill_between(x, force - half, force + half, color="#5b2a86", alpha=0.25, linewidth=0, label="95 % interval")
         ax.legend(frameon=False)
     ax.set_xlabel("Frame" if time is None else "Time (s)")
     ax.set_ylabel("Total force (N)")
+    # From nothing on: half a force is to look like half of it.
+    ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]) if force.size and np.nanmin(force) < 0.0 else 0.0)
     return ax
 
 

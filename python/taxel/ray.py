@@ -44,7 +44,8 @@ class Worker:
 
     def __call__(self, batch: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
         entries = self._folder.run([str(path) for path in batch["recording"]], self._threads)
-        rows = [{"place": place, **row_of(entry)} for place, (entry, _) in zip(batch["place"], entries, strict=True)]
+        told = [(place, entry) for place, (entry, _) in zip(batch["place"], entries, strict=True)]
+        rows = [{"place": place, "entry": entry, **row_of(entry)} for place, entry in told]
         return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
@@ -112,9 +113,8 @@ def process(
             compute=data.ActorPoolStrategy(size=count),
         )
         found = sorted(done.take_all(), key=lambda row: row["place"])
-    rows = [{name: cell for name, cell in row.items() if name != "place"} for row in found]
-    table = table_of(rows)
-    folder.write_tables(paths)
+    table = table_of([row_of(str(row["entry"])) for row in found])
+    folder.write_tables([str(row["entry"]) for row in found])
     summary = os.path.join(settings.out, "summary.parquet")
     parquet.write_table(arrow.table({name: list(table[name]) for name in table}), f"{summary}.new")
     os.replace(f"{summary}.new", summary)

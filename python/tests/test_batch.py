@@ -106,6 +106,13 @@ def test_what_cannot_be_is_said(archive: list[str], tmp_path: Path) -> None:
         taxel.map(archive, tmp_path, sensor=taxel.Sensor(tables))
     with pytest.raises(taxel.Error, match="no intervals with the method raw"):
         taxel.map(archive, tmp_path, sensor=SENSOR, method="raw", intervals=True)
+    np.save(tmp_path / "counts.npy", np.load(archive[0]))
+    (tmp_path / "summary.csv").symlink_to(tmp_path / "counts.npy")
+    with pytest.raises(taxel.Error, match="would be replaced: a table"):
+        taxel.map(tmp_path / "counts.npy", tmp_path, sensor=SENSOR)
+    (tmp_path / "summary.csv").unlink()
+    with pytest.raises(taxel.Error, match="0 workers"):
+        taxel.map(archive, tmp_path, sensor=SENSOR, workers=0)
     assert taxel.map([], tmp_path, sensor=SENSOR).rows == 0
 
 

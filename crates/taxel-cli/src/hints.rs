@@ -72,7 +72,7 @@ fn of_files(error: &taxel_io::Error) -> Option<&'static str> {
         Error::SensorFile(SensorFileError::Invalid { source, .. }) => {
             return of_mathematics(source);
         }
-        Error::LineShape { hint, .. } | Error::NpyShape { hint, .. } => match hint {
+        Error::LineShape { hint, .. } | Error::FileShape { hint, .. } => match hint {
             ShapeFault::Swapped => "read it with `--transpose`",
             ShapeFault::NotSwapped => "read it without `--transpose`",
             ShapeFault::Torn => FRAME_OUT,

@@ -14,6 +14,7 @@ use std::path::PathBuf;
 pub use parquet::ParquetError;
 pub use sensor_file::SensorFileError;
 pub use shape::ShapeFault;
+pub(crate) use shape::other_shape;
 pub use table::TableError;
 use words::{kept_words, names_words, value_words};
 
@@ -284,12 +285,12 @@ pub enum Error {
         /// What should.
         expected: &'static str,
     },
-    /// A .npy array of another shape than the sensor's.
+    /// A file whose frames are of another shape than the sensor's.
     #[error("wrong shape of {}: {found}, expected {expected}\nhint: {hint}", .file.display())]
-    NpyShape {
+    FileShape {
         /// The file.
         file: PathBuf,
-        /// The array's shape, e.g. `(10, 128, 64)`.
+        /// Its shape, e.g. `(10, 128, 64)`, `128 rows x 64 columns`.
         found: String,
         /// The shape that is needed.
         expected: String,

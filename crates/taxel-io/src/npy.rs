@@ -307,7 +307,7 @@ impl<Q, R: Read> FrameSource<Q> for NpyReader<Q, R> {
 
 /// Checks the header's shape against what is asked for, and against sense.
 fn layout(header: &Header, file: &Path, options: &NpyOptions) -> Result<Layout, Error> {
-    let wrong = |expected: String, hint| Error::NpyShape {
+    let wrong = |expected: String, hint| Error::FileShape {
         file: file.to_owned(),
         found: shape_words(&header.shape),
         expected,

@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::fingerprint;
 
 /// Ending of entries.
-const ENDING: &str = "entry.json";
+pub(super) const ENDING: &str = "entry.json";
 /// The program that makes them.
 pub(super) const PROGRAM: &str = concat!("taxel ", env!("CARGO_PKG_VERSION"));
 
@@ -61,7 +61,7 @@ pub struct Entry {
     pub error: Option<String>,
     /// How long it took.
     pub seconds: f64,
-    /// The files that were written, in the folder of this entry.
+    /// The files that were written, beside this entry.
     pub files: Vec<Written>,
     /// Its line of the summary; where it is broken, none.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -71,13 +71,19 @@ pub struct Entry {
 /// A file that was written.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Written {
-    /// Its name.
-    pub name: String,
+    /// What stands behind the recording's name in its own.
+    pub ending: String,
     /// Its bytes.
     pub bytes: u64,
 }
 
 impl Entry {
+    /// There is nothing of the recording after all.
+    pub(super) fn break_off(&mut self, error: &Error) {
+        (self.status, self.row) = (Status::Broken, None);
+        self.error = Some(error.to_string());
+    }
+
     /// Writes it beside what was made of the recording, whose files begin as `place` does.
     pub(super) fn write(&self, place: &Path) -> Result<(), Error> {
         let file = with_ending(place, ENDING);
@@ -88,6 +94,14 @@ impl Entry {
         })?;
         let text = serde_json::to_vec_pretty(self).expect("numbers and words");
         Ok(AtomicFile::write_whole(&file, &text)?)
+    }
+}
+
+/// A path as it stands in tables; what is no text in it as its bytes.
+pub(super) fn words(path: &Path) -> String {
+    match path.to_str() {
+        Some(text) => text.to_owned(),
+        None => format!("{path:?}"),
     }
 }
 
@@ -121,10 +135,10 @@ pub(super) fn found(place: &Path, recording: &Path, settings: &str) -> Option<En
     let entry = read(place)?;
     let same = entry.program == PROGRAM && entry.settings_sha256 == settings;
     let there = entry.files.iter().all(|file| {
-        let about = fs::metadata(place.with_file_name(&file.name));
+        let about = fs::metadata(with_ending(place, &file.ending));
         about.is_ok_and(|about| about.len() == file.bytes)
     });
-    if !same || !there || entry.status == Status::Broken {
+    if !same || !there || entry.row.is_none() {
         return None;
     }
     let (bytes, modified_secs) = about(recording);
@@ -132,5 +146,8 @@ pub(super) fn found(place: &Path, recording: &Path, settings: &str) -> Option<En
     let is_same = entry.bytes == bytes
         && (entry.modified_secs == modified_secs
             || fingerprint::of_file(recording).is_ok_and(|(_, sum)| sum == entry.sha256));
-    is_same.then_some(entry)
+    is_same.then(|| Entry {
+        recording: words(recording),
+        ..entry
+    })
 }

@@ -11,6 +11,7 @@ mod row;
 mod shard;
 mod table;
 
+use std::collections::HashMap;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::mpsc::channel;
@@ -25,6 +26,7 @@ use crate::fingerprint;
 use crate::methods::MethodName;
 use crate::units::Unit;
 pub use entry::{Entry, Status};
+use entry::{with_ending, words};
 pub use row::Row;
 pub use shard::Shard;
 pub use table::{manifest, summary};
@@ -184,8 +186,11 @@ impl<'a> Batch<'a> {
     /// Works one recording through with so many threads, unless that was done before. What is wrong with it stands in the
     /// entry.
     ///
+    /// What was made of it before stays until there is something else of it: a recording out of reach, or a full disk, destroys
+    /// nothing.
+    ///
     /// # Errors
-    /// An entry that cannot be written; [`Error::Stopped`].
+    /// [`Error::Stopped`].
     pub fn process(&self, recording: &Path, threads: usize) -> Result<Done, Error> {
         let place = self.folder.join(name_of(recording));
         if let Some(entry) = entry::found(&place, recording, &self.fingerprint) {
@@ -194,15 +199,21 @@ impl<'a> Batch<'a> {
                 again: false,
             });
         }
-        let entry = recording::process(self, recording, &place, threads)?;
-        entry.write(&place)?;
+        let before = entry::read(&place).filter(|entry| entry.row.is_some());
+        let mut entry = recording::process(self, recording, &place, threads)?;
+        if entry.row.is_some() || before.is_none() {
+            match entry.write(&place) {
+                Ok(()) => recording::remove_others(&place, before.as_ref(), &entry),
+                Err(error) => entry.break_off(&error),
+            }
+        }
         Ok(Done { entry, again: true })
     }
 
     /// Works recordings through, several at once; `each` hears of every one when it is done, in the order in which they are.
     ///
     /// # Errors
-    /// An entry that cannot be written, as on a full disk: what is under way is finished, the rest is left. [`Error::Stopped`].
+    /// [`Error::Stopped`].
     pub fn run(
         &self,
         recordings: &[PathBuf],
@@ -235,11 +246,58 @@ impl<'a> Batch<'a> {
         })
     }
 
-    /// The entries of recordings as far as there are any, in their order.
-    pub fn entries(&self, recordings: &[PathBuf]) -> Vec<Entry> {
-        let read = |recording: &PathBuf| entry::read(&self.folder.join(name_of(recording)));
-        recordings.iter().filter_map(read).collect()
+    /// Refuses recordings that would be written under one name, or replaced: by what is made of another, or by `tables`.
+    ///
+    /// # Errors
+    /// [`Error::Request`] with both.
+    pub fn check_names(&self, recordings: &[PathBuf], tables: &[PathBuf]) -> Result<(), Error> {
+        let mut names = HashMap::new();
+        let mut written: HashMap<PathBuf, &Path> = HashMap::new();
+        for recording in recordings {
+            if let Some(other) = names.insert(name_of(recording), recording) {
+                return Err(Error::Request {
+                    what: format!(
+                        "{} and {} would be written under one name",
+                        words(other),
+                        words(recording)
+                    ),
+                    hint: "give each recording once, or give them to two folders",
+                });
+            }
+            let place = self.folder.join(name_of(recording));
+            for ending in recording::ENDINGS.into_iter().chain([entry::ENDING]) {
+                written.extend(
+                    there(&with_ending(&place, ending)).map(|file| (file, recording.as_path())),
+                );
+            }
+        }
+        for table in tables {
+            written.extend(there(table).map(|file| (file, table.as_path())));
+        }
+        for recording in recordings {
+            let file = there(recording);
+            if let Some(by) = file.and_then(|file| written.get(&file)) {
+                return Err(Error::Request {
+                    what: format!(
+                        "the recording {} would be replaced: {} is written there",
+                        words(recording),
+                        if tables.iter().any(|table| table == by) {
+                            "a table".to_owned()
+                        } else {
+                            format!("what is made of {}", words(by))
+                        }
+                    ),
+                    hint: "write to another folder, or leave the results of a former run out",
+                });
+            }
+        }
+        Ok(())
     }
+}
+
+/// The one name of a file, where there is such a file.
+fn there(file: &Path) -> Option<PathBuf> {
+    std::fs::canonicalize(file).ok()
 }
 
 fn next<T>(queue: &Mutex<impl Iterator<Item = T>>) -> Option<T> {
@@ -266,25 +324,4 @@ pub fn name_of(recording: &Path) -> PathBuf {
         Component::Prefix(_) | Component::RootDir | Component::CurDir => None,
     });
     parts.collect()
-}
-
-/// Refuses recordings that would be written under one name.
-///
-/// # Errors
-/// [`Error::Request`] with both.
-pub fn check_names(recordings: &[PathBuf]) -> Result<(), Error> {
-    let mut names = std::collections::HashMap::new();
-    for recording in recordings {
-        if let Some(other) = names.insert(name_of(recording), recording) {
-            return Err(Error::Request {
-                what: format!(
-                    "{} and {} would be written under one name",
-                    other.display(),
-                    recording.display()
-                ),
-                hint: "give each recording once, or give them to two folders",
-            });
-        }
-    }
-    Ok(())
 }

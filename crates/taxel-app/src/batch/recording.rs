@@ -1,13 +1,13 @@
 //! One recording of an archive, worked through.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use taxel::{Frame, Sensor, Siemens};
 use taxel_io::AtomicFile;
 use taxel_plot::Panel;
 
-use super::entry::{Entry, PROGRAM, Status, Written, about, with_ending};
+use super::entry::{Entry, PROGRAM, Status, Written, about, with_ending, words};
 use super::row::Sums;
 use super::{Batch, Settings};
 use crate::conversion::files::{self, Files, Outputs};
@@ -23,7 +23,7 @@ use crate::sensor_source;
 use crate::units::{InputUnit, Unit};
 
 /// Endings of what is made of a recording.
-const ENDINGS: [&str; 4] = [LOADS_PARQUET, LOADS_MCAP, FIGURES, PICTURE];
+pub(super) const ENDINGS: [&str; 4] = [LOADS_PARQUET, LOADS_MCAP, FIGURES, PICTURE];
 pub(super) const LOADS_PARQUET: &str = "loads.parquet";
 pub(super) const LOADS_MCAP: &str = "loads.mcap";
 const FIGURES: &str = "figures.csv";
@@ -42,7 +42,7 @@ pub(super) fn process(
     let started = Instant::now();
     let (bytes, modified_secs) = about(recording);
     let mut entry = Entry {
-        recording: recording.display().to_string(),
+        recording: words(recording),
         bytes,
         modified_secs,
         sha256: String::new(),
@@ -59,20 +59,22 @@ pub(super) fn process(
         Err(Error::Stopped) => return Err(Error::Stopped),
         Err(error) => entry.error = Some(error.to_string()),
     }
-    remove_others(place, &entry.files);
     entry.seconds = started.elapsed().as_secs_f64();
     Ok(entry)
 }
 
-/// Removes what was made of the recording by other settings, or when it was another: beside this entry it would seem to be
-/// its own.
-fn remove_others(place: &Path, files: &[Written]) {
+/// Removes what an earlier entry names and this one does not: beside it, it would seem to be its own. And what a full disk
+/// has left of what is whole now.
+pub(super) fn remove_others(place: &Path, before: Option<&Entry>, now: &Entry) {
+    let names = |entry: &Entry, ending: &str| entry.files.iter().any(|file| file.ending == ending);
     for ending in ENDINGS {
-        let file = with_ending(place, ending);
-        let name = file.file_name().unwrap_or_default().to_string_lossy();
-        if !files.iter().any(|written| written.name == name) {
-            // Mostly there is none.
-            let _ = std::fs::remove_file(&file);
+        let was = before.is_some_and(|before| names(before, ending));
+        // Mostly there is none.
+        if was && !names(now, ending) {
+            let _ = std::fs::remove_file(with_ending(place, ending));
+        }
+        if names(now, ending) {
+            let _ = std::fs::remove_file(with_ending(place, &format!("{ending}.partial")));
         }
     }
 }
@@ -90,12 +92,14 @@ fn convert(
             hint: "`find DIRECTORY -name '*.mcap'` names what is in it, for --list",
         });
     }
-    if !recording.is_file() {
-        // Says why where it is not there; a pipe can be read once only.
-        taxel_io::shape_of(recording)?;
+    let about = std::fs::metadata(recording).map_err(|source| taxel_io::Error::Open {
+        file: recording.to_owned(),
+        source,
+    })?;
+    if !about.is_file() {
         return Err(Error::Request {
             what: format!("{} is no file", recording.display()),
-            hint: "a recording of an archive is read more than once",
+            hint: "a recording of an archive is read more than once, which a pipe or a device does not bear",
         });
     }
     (_, entry.sha256) = fingerprint::of_file(recording)?;
@@ -148,11 +152,13 @@ impl Job<'_> {
             seen.tally.heaviest_frame = Some(self.figures(heaviest, &survey)?);
         }
         let drawn = seen.heaviest.filter(|_| self.settings.pictures);
-        let picture = drawn
-            .map(|heaviest| self.picture(&heaviest.shown))
-            .transpose()?;
-        let written = [files.numbers, files.figures, picture];
-        entry.files = written.iter().flatten().map(|file| size_of(file)).collect();
+        if let Some(heaviest) = &drawn {
+            self.picture(&heaviest.shown)?;
+        }
+        let loads = self.settings.loads.ending();
+        let picture = drawn.map(|_| PICTURE);
+        let written = [loads, Some(FIGURES), picture].into_iter().flatten();
+        entry.files = written.map(|ending| self.written(ending)).collect();
         entry.row = Some(seen.sums.row(self.sensor, &survey, &seen.tally));
         entry.status = if seen.tally.is_whole() {
             Status::Done
@@ -176,6 +182,7 @@ impl Job<'_> {
             unit: Unit::Newtons,
             no_tare: self.settings.no_tare,
             frames: survey.frames,
+            replaces: true,
         };
         let mut outputs = Outputs::create(files, written)?;
         let mut seen = Seen {
@@ -229,6 +236,14 @@ impl Job<'_> {
         Ok(row)
     }
 
+    fn written(&self, ending: &str) -> Written {
+        let about = std::fs::metadata(with_ending(self.place, ending));
+        Written {
+            ending: ending.to_owned(),
+            bytes: about.map_or(0, |about| about.len()),
+        }
+    }
+
     fn files(&self) -> Files {
         let ending = self.settings.loads.ending();
         Files {
@@ -240,7 +255,7 @@ impl Job<'_> {
     }
 
     /// Draws the frame with the largest force.
-    fn picture(&self, frame: &Frame<DisplayUnit>) -> Result<PathBuf, Error> {
+    fn picture(&self, frame: &Frame<DisplayUnit>) -> Result<(), Error> {
         let array = self.sensor.array();
         let name = self.place.file_name().unwrap_or_default().to_string_lossy();
         let panel = Panel::new(frame.rows(), frame.columns(), frame.values())?
@@ -254,8 +269,7 @@ impl Job<'_> {
             None => panel,
         };
         let picture = with_ending(self.place, PICTURE);
-        AtomicFile::write_whole(&picture, &panel.picture()?.png()?)?;
-        Ok(picture)
+        Ok(AtomicFile::write_whole(&picture, &panel.picture()?.png()?)?)
     }
 }
 
@@ -286,13 +300,5 @@ impl Seen {
             figures,
             is_answer: frame.is_answer(),
         });
-    }
-}
-
-fn size_of(file: &Path) -> Written {
-    let name = file.file_name().unwrap_or_default();
-    Written {
-        name: name.to_string_lossy().into_owned(),
-        bytes: std::fs::metadata(file).map_or(0, |about| about.len()),
     }
 }

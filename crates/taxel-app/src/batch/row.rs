@@ -10,7 +10,7 @@ use crate::conversion::tally::Tally;
 use crate::line_survey::Survey;
 
 /// One recording in numbers. Half-widths are of 95 % intervals; what nothing bounds is not there.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Row {
     /// Name of the sensor.
     pub sensor: String,

@@ -5,6 +5,7 @@ use std::path::Path;
 use taxel_io::AtomicFile;
 
 use super::entry::{Entry, Status};
+use super::row::Row;
 use crate::error::Error;
 
 /// A line a recording: what came of it. The same for the same recordings, program and settings, byte for byte.
@@ -12,10 +13,11 @@ use crate::error::Error;
 /// # Errors
 /// A file that cannot be written.
 pub fn summary(file: &Path, entries: &[Entry]) -> Result<(), Error> {
-    let names = entries.iter().find_map(|entry| entry.row.as_ref());
-    let names: Vec<String> = names
-        .map(|row| row.cells().into_iter().map(|(name, _)| name).collect())
-        .unwrap_or_default();
+    let names: Vec<String> = Row::default()
+        .cells()
+        .into_iter()
+        .map(|(name, _)| name)
+        .collect();
     let mut heading = vec!["recording".to_owned(), "status".to_owned()];
     heading.extend(names.iter().cloned());
     heading.push("error".to_owned());

@@ -76,6 +76,8 @@ pub struct Written<'a> {
     pub no_tare: bool,
     /// How many frames there are, where that is known; `.npz` needs it.
     pub frames: Option<u64>,
+    /// Whether a recording of the name is replaced once another is whole; else it is refused.
+    pub replaces: bool,
 }
 
 /// What is written, frame by frame; nothing appears under its name before `commit`.
@@ -248,7 +250,12 @@ impl Together {
             } else {
                 Carry::default()
             };
-            File::Mcap(Box::new(McapWriter::create_at_once(output, &about)?), carry)
+            let writer = if of.replaces {
+                McapWriter::replace_at_once(output, &about)?
+            } else {
+                McapWriter::create_at_once(output, &about)?
+            };
+            File::Mcap(Box::new(writer), carry)
         } else {
             let has_counts = of.input.unit == InputUnit::Counts;
             let writer = ParquetWriter::create_with_loads(output, of.sensor, has_counts)?;

@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::outputs::Files;
 use crate::{Exit, out};
 use taxel_app::batch::{Batch, Done, Entry, LoadsFile, Settings, Shard, Status};
-use taxel_app::batch::{check_names, manifest, summary};
+use taxel_app::batch::{manifest, summary};
 use taxel_app::methods::MethodName;
 
 /// The most bytes of a list of recordings: some hundred thousand.
@@ -28,7 +28,7 @@ const MAX_LIST: u64 = 1 << 26;
 pub(crate) struct Args {
     /// Recordings of counts (.mcap, .parquet, .txt, .csv, .npy, .npz)
     recordings: Vec<PathBuf>,
-    /// File with a recording a line, for more than fit on a command line (- for standard input)
+    /// File with a recording a line, or NUL between them, for more than fit on a command line (- for standard input)
     #[arg(long, value_name = "FILE")]
     list: Option<PathBuf>,
     /// Folder to write to; things of a recording lie in it under the recording's own path
@@ -101,24 +101,28 @@ impl From<Loads> for LoadsFile {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let all = recordings(args)?;
-    check_names(&all)?;
-    let mine = match args.shard {
-        Some(shard) => shard.part(&all),
-        None => all,
-    };
     let settings = settings(args)?;
     let batch = Batch::new(&settings, &args.out)?;
+    let mine = match args.shard {
+        Some(shard) => shard.part(&all),
+        None => all.clone(),
+    };
     let mut counted = Counted::new(args, mine.len());
-    check_tables(args, &counted, &mine)?;
+    let tables = [&counted.summary, &counted.manifest];
+    let tables: Vec<PathBuf> = tables.into_iter().flatten().cloned().collect();
+    batch.check_names(&all, &tables)?;
+    check_tables(args, &counted)?;
     let started = Instant::now();
-    batch.run(&mine, args.threads.map(usize::from), |_, done| {
+    let mut entries = vec![None; mine.len()];
+    batch.run(&mine, args.threads.map(usize::from), |at, done| {
         counted.add(done);
+        entries[at] = Some(done.entry.clone());
         if !args.json || !done.entry.is_whole() {
             out::note(&line(&counted, done));
         }
     })?;
     if let (Some(lines), Some(files)) = (&counted.summary, &counted.manifest) {
-        let entries = batch.entries(&mine);
+        let entries: Vec<Entry> = entries.into_iter().flatten().collect();
         summary(lines, &entries)?;
         manifest(files, &entries)?;
     }
@@ -173,8 +177,16 @@ fn recordings(args: &Args) -> Result<Vec<PathBuf>, Error> {
             what: "a list of recordings",
             limit: MAX_LIST,
         })?;
-        let lines = text.lines().filter(|line| !line.trim().is_empty());
-        all.extend(lines.map(PathBuf::from));
+        // As editors and `find` write lists, also with `-print0`.
+        let text = text.trim_start_matches('\u{feff}');
+        let names = text
+            .split(['\n', '\0'])
+            .map(|name| name.trim_end_matches('\r'));
+        all.extend(
+            names
+                .filter(|name| !name.trim().is_empty())
+                .map(PathBuf::from),
+        );
     }
     if all.is_empty() {
         return Err(Error::Arguments {
@@ -185,16 +197,13 @@ fn recordings(args: &Args) -> Result<Vec<PathBuf>, Error> {
     Ok(all)
 }
 
-/// Refuses to replace what is read.
-fn check_tables(args: &Args, counted: &Counted, recordings: &[PathBuf]) -> Result<(), Error> {
+/// Refuses to replace what is read beside the recordings.
+fn check_tables(args: &Args, counted: &Counted) -> Result<(), Error> {
     let mut files = Files::default().maybe_sensor(args.sensor.as_ref());
     let (list, model) = (args.list.as_ref(), args.method.file());
     files = files
         .maybe_input("list", list)
         .maybe_input("model", model.as_ref());
-    for recording in recordings {
-        files = files.input("recording", recording);
-    }
     files
         .maybe_output("the summary", counted.summary.as_ref())
         .maybe_output("the manifest", counted.manifest.as_ref())

@@ -137,6 +137,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             unit,
             no_tare: args.no_tare,
             frames: survey.frames,
+            replaces: false,
         },
     )?;
     let method = conversion.method_name();
@@ -158,6 +159,11 @@ fn survey(
     sensor: &Sensor,
     threads: Option<usize>,
 ) -> Result<Survey, Error> {
+    if args.input_unit == InputUnit::Counts && !input.can_be_read_twice() {
+        out::note(
+            "faulty lines are not looked for: that takes a first pass, and a pipe is read once (`screen` in the sensor file can name them)",
+        );
+    }
     let mut survey = match args.input_unit {
         InputUnit::Counts => Survey::of(input, sensor, &Terminal, threads)?,
         _ => Survey::declared(sensor),

@@ -4,6 +4,7 @@ mod absent;
 mod analyse;
 mod bad_input;
 mod batch;
+mod batch_names;
 mod bounds;
 mod calibrate;
 mod check;

@@ -1,6 +1,9 @@
 //! Shapes that do not fit.
 
 use std::fmt;
+use std::path::Path;
+
+use super::Error;
 
 /// What is the matter with a frame's or a recording's shape; as text, a hint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,5 +42,20 @@ impl fmt::Display for ShapeFault {
                 "write numpy.ascontiguousarray(frames): in Fortran order no frame lies together"
             }
         })
+    }
+}
+
+/// A file that says of its own which shape its frames have, and it is not the sensor's.
+pub(crate) fn other_shape(file: &Path, found: (usize, usize), expected: (usize, usize)) -> Error {
+    let words = |(rows, columns): (usize, usize)| format!("{rows} rows x {columns} columns");
+    Error::FileShape {
+        file: file.to_owned(),
+        found: words(found),
+        expected: words(expected),
+        hint: if found == (expected.1, expected.0) {
+            ShapeFault::Swapped
+        } else {
+            ShapeFault::OtherSensor
+        },
     }
 }

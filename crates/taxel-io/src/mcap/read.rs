@@ -17,7 +17,7 @@ use super::parse::{self, Records};
 use super::scan::{Found, MAX_RECORD, Scanner};
 use super::topics::Topics;
 use super::{METADATA, sought};
-use crate::error::Error;
+use crate::error::{Error, other_shape};
 use crate::integrity::{Damage, Gaps};
 use crate::losses::{self, Losses};
 use crate::options::ReadOptions;
@@ -122,7 +122,7 @@ impl McapReader {
     /// Opens a recording of the shape that `options` give.
     ///
     /// # Errors
-    /// [`Error::Open`], [`Error::NotMcap`], [`Error::NoCounts`], [`Error::FrameShape`].
+    /// [`Error::Open`], [`Error::NotMcap`], [`Error::NoCounts`], [`Error::FileShape`].
     pub fn open(path: impl AsRef<Path>, options: ReadOptions) -> Result<Self, Error> {
         let mut reader = Self::open_any(path)?;
         reader.options = options;
@@ -134,12 +134,7 @@ impl McapReader {
         };
         let expected = (options.rows, options.columns);
         if found != expected {
-            return Err(Error::FrameShape {
-                file: reader.path,
-                frame: 0,
-                found,
-                expected,
-            });
+            return Err(other_shape(&reader.path, found, expected));
         }
         reader.shape = expected;
         Ok(reader)

@@ -71,6 +71,12 @@ impl Tail {
         Ok(Self::new(Out::Once(Box::new(file)), u64::MAX))
     }
 
+    /// The same, in place of an older file of the name.
+    pub fn once_instead(path: &Path) -> Result<Self, Error> {
+        let file = AtomicFile::create(path)?;
+        Ok(Self::new(Out::Once(Box::new(file)), u64::MAX))
+    }
+
     fn new(out: Out, room: u64) -> Self {
         Self {
             out,

@@ -114,6 +114,17 @@ impl McapWriter {
         Ok(writer)
     }
 
+    /// The same, in place of an older file of the name once it is whole. For what is made again from the same recording.
+    ///
+    /// # Errors
+    /// As [`Self::create_at_once`].
+    pub fn replace_at_once(path: impl AsRef<Path>, about: &About) -> Result<Self, Error> {
+        let path = path.as_ref().to_owned();
+        let mut writer = Self::begin(Tail::once_instead(&path)?, path, about)?;
+        writer.only_whole = true;
+        Ok(writer)
+    }
+
     pub(super) fn begin(tail: Tail, path: PathBuf, about: &About) -> Result<Self, Error> {
         let array = about.sensor.array();
         let mut recording = Self {

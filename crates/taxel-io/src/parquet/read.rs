@@ -13,7 +13,7 @@ use super::numbers::Numbers;
 use super::pages::{Pages, Spent};
 use super::table::{Leaves, Table};
 use super::{COUNTS, MARKS, NEWTONS};
-use crate::error::{BROKEN_READING, Error, ParquetError};
+use crate::error::{BROKEN_READING, Error, ParquetError, other_shape};
 use crate::integrity::{Gaps, Integrity};
 use crate::options::ReadOptions;
 use crate::source::{FrameSource, MAX_TAXELS, SkipLog, Skipped, fill_marked, mark_of};
@@ -105,12 +105,7 @@ impl<Q> ParquetReader<Q> {
             (rows, columns)
         };
         if let Some(found) = table.shape().filter(|found| *found != expected) {
-            return Err(Error::FrameShape {
-                file: path.to_owned(),
-                frame: 0,
-                found,
-                expected,
-            });
+            return Err(other_shape(path, found, expected));
         }
         Ok(Self {
             path: path.to_owned(),
