@@ -143,7 +143,14 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let method = conversion.method_name();
     let mut summary = Summary::new(args, &sensor, &sensor_file, &survey, method);
     summary.noise_counts = conversion.noise_counts();
-    convert(args, input.open()?, conversion, outputs, &mut summary)?;
+    convert(
+        args,
+        input.open()?,
+        conversion,
+        outputs,
+        &survey,
+        &mut summary,
+    )?;
     if args.json {
         out::json(&summary)?
     } else {
@@ -159,11 +166,6 @@ fn survey(
     sensor: &Sensor,
     threads: Option<usize>,
 ) -> Result<Survey, Error> {
-    if args.input_unit == InputUnit::Counts && !input.can_be_read_twice() {
-        out::note(
-            "faulty lines are not looked for: that takes a first pass, and a pipe is read once (`screen` in the sensor file can name them)",
-        );
-    }
     let mut survey = match args.input_unit {
         InputUnit::Counts => Survey::of(input, sensor, &Terminal, threads)?,
         _ => Survey::declared(sensor),
@@ -180,6 +182,7 @@ fn convert(
     mut reading: FrameReader,
     conversion: Conversion,
     mut outputs: Outputs,
+    survey: &Survey,
     summary: &mut Summary,
 ) -> Result<(), Error> {
     let started = Instant::now();
@@ -196,6 +199,11 @@ fn convert(
     outputs.commit(&mut reading)?;
     let seconds = started.elapsed().as_secs_f64();
     summary.finish(&args.recording, &reading, seconds);
+    if summary.tally.frames > 0 && survey.frames.is_none() && args.input_unit == InputUnit::Counts {
+        out::note(
+            "faulty lines were not looked for: that takes a first pass, and a pipe is read once (`screen` in the sensor file can name them)",
+        );
+    }
     Ok(())
 }
 
