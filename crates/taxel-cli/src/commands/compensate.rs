@@ -94,13 +94,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     check(args)?;
     let (sensor, sensor_file) =
         recorded::needed_sensor(args.sensor.as_deref(), Some(&args.recording))?;
-    let mut input = Input::new(&args.recording, args.input_unit, &sensor);
-    input.options.transpose = args.transpose;
-    input.options.keep_going = args.keep_going;
-    input.options.accept_damage = true;
-    if output::holds_counts(args) {
-        carry::check_bits(args.output.as_deref().unwrap_or(Path::new("-")), &sensor)?;
-    }
+    let input = input(args, &sensor)?;
     let unit = output::unit(args);
     let files = output::files(args);
     let threads = args.threads.map(usize::from);
@@ -157,6 +151,18 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         out::note(&summary.to_string())
     }
     Ok(summary.exit())
+}
+
+/// What is read, and how.
+fn input(args: &Args, sensor: &Sensor) -> Result<Input, Error> {
+    if output::holds_counts(args) {
+        carry::check_bits(args.output.as_deref().unwrap_or(Path::new("-")), sensor)?;
+    }
+    let mut input = Input::new(&args.recording, args.input_unit, sensor);
+    input.options.transpose = args.transpose;
+    input.options.keep_going = args.keep_going;
+    input.options.accept_damage = true;
+    Ok(input)
 }
 
 /// What is to be known of a recording before its first frame.
