@@ -10,6 +10,7 @@ use pyo3::types::PyDict;
 use taxel::pipeline::Repair;
 use taxel::screen::{FrameScreen, Level, LineFaults, LineScreen};
 use taxel::{Counts, Frame, Mark};
+use taxel_app::executor::cores;
 use taxel_app::in_order::in_order;
 use taxel_app::methods::MethodName;
 
@@ -315,8 +316,4 @@ impl State {
         }
         done.map_err(errors::array)
     }
-}
-
-fn cores() -> usize {
-    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }

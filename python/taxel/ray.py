@@ -97,7 +97,6 @@ def process(
             raise Error(f"{path} is a different file on every machine\nhint: os.path.abspath gives the name that all of them know")
     folder = settings.folder()
     # Refused here, not by every worker.
-    folder.run([], 1)
     folder.check_names(paths)
     found: list[dict[str, Any]] = []
     if paths:

@@ -144,13 +144,14 @@ impl Job<'_> {
         let request =
             self.settings
                 .request(self.sensor, self.sensor_file, self.threads, self.is_stopped);
-        request.check()?;
         let survey = Survey::of(&input, self.sensor, &Silent, Some(self.threads))?;
         let files = self.files();
-        let mut seen = self.convert(request, &input, &survey, &files)?;
-        if let Some(heaviest) = &seen.heaviest {
-            seen.tally.heaviest_frame = Some(self.figures(heaviest, &survey)?);
-        }
+        let seen = self.convert(request, &input, &survey, &files)?;
+        let heaviest = seen.heaviest.as_ref();
+        let peak = heaviest.map(|heaviest| self.figures(heaviest, &survey));
+        let row = seen
+            .sums
+            .row(self.sensor, &survey, &seen.tally, peak.transpose()?);
         let drawn = seen.heaviest.filter(|_| self.settings.pictures);
         if let Some(heaviest) = &drawn {
             self.picture(&heaviest.shown)?;
@@ -159,7 +160,7 @@ impl Job<'_> {
         let picture = drawn.map(|_| PICTURE);
         let written = [loads, Some(FIGURES), picture].into_iter().flatten();
         entry.files = written.map(|ending| self.written(ending)).collect();
-        entry.row = Some(seen.sums.row(self.sensor, &survey, &seen.tally));
+        entry.row = Some(row);
         entry.status = if seen.tally.is_whole() {
             Status::Done
         } else {
@@ -184,6 +185,7 @@ impl Job<'_> {
             frames: survey.frames,
             replaces: true,
         };
+        let conversion = Conversion::new(request, survey)?;
         let mut outputs = Outputs::create(files, written)?;
         let mut seen = Seen {
             tally: Tally::new(Unit::Newtons, self.sensor.array().taxel_area_mm2),
@@ -191,7 +193,6 @@ impl Job<'_> {
             heaviest: None,
         };
         let mut reading = input.open()?;
-        let conversion = Conversion::new(request, survey)?;
         conversion.run(&mut reading, &Silent, |frame| {
             seen.add(frame);
             outputs.write(frame)
@@ -230,8 +231,7 @@ impl Job<'_> {
         // Marks are all that is taken of the loads before a tare.
         let mut loads = Frame::zeros(self.sensor.rows(), self.sensor.columns());
         loads.copy_meta_from(&heaviest.shown);
-        let is_answer = heaviest.is_answer;
-        let mut row = figures.of(Some(siemens), &loads, &heaviest.shown, is_answer);
+        let mut row = figures.of(Some(siemens), &loads, &heaviest.shown, true);
         row.frame = heaviest.figures.frame;
         Ok(row)
     }
@@ -280,25 +280,31 @@ struct Seen {
     heaviest: Option<Heaviest>,
 }
 
-/// The frame with the largest force.
+/// The frame with the largest force, of those with an answer: the others' numbers are the last that an inverse tried.
 struct Heaviest {
     shown: Frame<DisplayUnit>,
     siemens: Option<Frame<Siemens>>,
     figures: FigureRow,
-    is_answer: bool,
 }
 
 impl Seen {
     fn add(&mut self, frame: &Converted) {
         self.sums.add(frame);
-        if !self.tally.add(frame) {
+        self.tally.add(frame);
+        let Some(figures) = frame.figures.filter(|_| frame.is_answer()) else {
             return;
+        };
+        let force = |figures: &FigureRow| figures.total_force.value;
+        let before = self
+            .heaviest
+            .as_ref()
+            .map(|heaviest| force(&heaviest.figures));
+        if before.is_none_or(|before| force(&figures) > before) {
+            self.heaviest = Some(Heaviest {
+                shown: frame.shown.clone(),
+                siemens: frame.siemens.clone(),
+                figures,
+            });
         }
-        self.heaviest = frame.figures.map(|figures| Heaviest {
-            shown: frame.shown.clone(),
-            siemens: frame.siemens.clone(),
-            figures,
-            is_answer: frame.is_answer(),
-        });
     }
 }

@@ -7,6 +7,7 @@ use taxel::{Mark, Sensor};
 
 use crate::conversion::Converted;
 use crate::conversion::tally::Tally;
+use crate::figures::FigureRow;
 use crate::line_survey::Survey;
 
 /// One recording in numbers. Half-widths are of 95 % intervals; what nothing bounds is not there.
@@ -18,7 +19,7 @@ pub struct Row {
     pub frames: u64,
     /// and from the first to the last of them, seconds, where the recording knows its times.
     pub duration_s: Option<f64>,
-    /// Largest total force, newtons, and its frame.
+    /// Largest total force of the frames with an answer, newtons.
     pub peak_force_n: Option<f64>,
     /// Half the width of its interval.
     pub peak_force_half_width_n: Option<f64>,
@@ -76,9 +77,16 @@ impl Sums {
         self.area += row.contact_area_mm2.value;
     }
 
-    pub(super) fn row(&self, sensor: &Sensor, survey: &Survey, tally: &Tally) -> Row {
+    /// `heaviest`: the figures of the frame with the largest force.
+    pub(super) fn row(
+        &self,
+        sensor: &Sensor,
+        survey: &Survey,
+        tally: &Tally,
+        heaviest: Option<FigureRow>,
+    ) -> Row {
         let mean = |sum: f64| finite(sum / self.frames as f64);
-        let heaviest = tally.heaviest_frame.as_ref();
+        let heaviest = heaviest.as_ref();
         let lines = survey.lines();
         let marks = tally.marks.iter();
         Row {

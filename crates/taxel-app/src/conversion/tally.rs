@@ -113,8 +113,8 @@ impl Tally {
         }
     }
 
-    /// Counts one frame. True where it is the heaviest so far.
-    pub fn add(&mut self, frame: &Converted) -> bool {
+    /// Counts one frame.
+    pub fn add(&mut self, frame: &Converted) {
         if let Some(outcome) = &frame.outcome {
             self.add_outcome(frame.sequence(), outcome);
         }
@@ -127,7 +127,6 @@ impl Tally {
         if heavier.is_some() {
             self.heaviest_frame = heavier;
         }
-        heavier.is_some()
     }
 
     fn add_outcome(&mut self, frame: u64, outcome: &Outcome) {

@@ -132,6 +132,32 @@ fn every_frame_has_its_interval_where_that_is_asked_for() {
 }
 
 #[test]
+fn a_frame_without_an_answer_is_no_largest_force() {
+    let folder = archive();
+    let wrong = folder
+        .read("sensor.toml")
+        .replace("_ohms = 10.0", "_ohms = 4000.0");
+    folder.write("wrong.toml", &wrong);
+    let run = folder.taxel("batch s1/grip.txt --sensor wrong.toml --out out");
+    assert_eq!(run.code, Some(3), "{run}");
+    let cell = |name: &str| column(&folder, "out/summary.csv", name)[0].clone();
+    assert_eq!(cell("status"), "incomplete");
+    // By the marks: what was measured is unresolved (8) in a frame without an answer.
+    let words = "compensate s1/grip.txt --sensor wrong.toml --unit N -o n.csv";
+    assert_eq!(folder.taxel(words).code, Some(3));
+    let (loads, marks) = (folder.numbers("n.csv"), folder.numbers("n.marks.csv"));
+    let frames = loads.chunks(24).zip(marks.chunks(24));
+    let solved = frames.filter(|(_, marks)| !marks.contains(&8.0));
+    let forces: Vec<f64> = solved.map(|(loads, _)| loads.iter().sum()).collect();
+    assert_eq!(cell("unsolved_frames"), (70 - forces.len()).to_string());
+    assert!(!forces.is_empty() && forces.len() < 70);
+    let peak: f64 = cell("peak_force_n").parse().unwrap();
+    let wanted = forces.iter().copied().fold(f64::MIN, f64::max);
+    assert!((peak / wanted - 1.0).abs() < 1e-12, "{peak} {wanted}");
+    assert!(!cell("peak_force_half_width_n").is_empty());
+}
+
+#[test]
 fn what_is_done_is_not_done_again_and_what_has_changed_is() {
     let folder = archive();
     let words = format!("batch {ALL} --sensor sensor.toml --out out");
