@@ -11,13 +11,13 @@ use taxel::{Counts, Frame, Newtons, Sensor, Siemens, Volts};
 use crate::error::{Error, remedy};
 use crate::frames::{DisplayUnit, FrameReader};
 use crate::methods::MethodName;
-use crate::units::Unit;
+use crate::units::{LoadUnit, Unit};
 
 /// A pipeline, as far as the unit needs it.
 pub struct Chain {
     pipeline: Pipeline,
     unit: Unit,
-    area_mm2: f64,
+    load_unit: LoadUnit,
 }
 
 impl Chain {
@@ -45,13 +45,18 @@ impl Chain {
                 name.pipeline(sensor, file)?
             },
             unit,
-            area_mm2: sensor.array().taxel_area_mm2,
+            load_unit: LoadUnit::of(unit, sensor),
         })
     }
 
     /// The method's name.
     pub fn method_name(&self) -> &'static str {
         self.pipeline.method_name()
+    }
+
+    /// Loads of taxels in its unit.
+    pub fn load_unit(&self) -> &LoadUnit {
+        &self.load_unit
     }
 
     /// Tells it which lines are faulty.
@@ -146,10 +151,10 @@ impl Chain {
     pub fn show_into(&self, shown: &mut Frame<DisplayUnit>) -> Result<(), Error> {
         let (unit, result) = (self.unit, self.pipeline.result());
         match result.siemens.filter(|_| unit == Unit::Siemens) {
-            Some(siemens) => copy(siemens, shown, |siemens| siemens),
-            None if unit == Unit::Volts => copy(result.volts, shown, |volts| volts),
-            None => copy(result.newtons()?, shown, |newtons| {
-                unit.of_newtons(newtons, self.area_mm2)
+            Some(siemens) => copy(siemens, shown, |_, siemens| siemens),
+            None if unit == Unit::Volts => copy(result.volts, shown, |_, volts| volts),
+            None => copy(result.newtons()?, shown, |taxel, newtons| {
+                self.load_unit.from_newtons(taxel, newtons)
             }),
         }
         Ok(())
@@ -173,9 +178,9 @@ pub fn stop_words(outcome: &Outcome) -> (&'static str, Option<String>) {
     (word, Some(why))
 }
 
-fn copy<Q>(from: &Frame<Q>, to: &mut Frame<DisplayUnit>, number: impl Fn(f64) -> f64) {
+fn copy<Q>(from: &Frame<Q>, to: &mut Frame<DisplayUnit>, number: impl Fn(usize, f64) -> f64) {
     to.copy_meta_from(from);
-    for (to, from) in to.values_mut().iter_mut().zip(from.values()) {
-        *to = number(*from);
+    for (taxel, (to, from)) in to.values_mut().iter_mut().zip(from.values()).enumerate() {
+        *to = number(taxel, *from);
     }
 }

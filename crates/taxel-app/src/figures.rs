@@ -13,13 +13,14 @@ use taxel::{Frame, Newtons, Sensor, Siemens};
 
 use crate::error::Error;
 use crate::frames::DisplayUnit;
-use crate::units::Unit;
+use crate::units::{LoadUnit, Unit};
 
 /// What figures of frames are found with.
 pub struct Figures {
     errors: Option<FigureErrors>,
     sensor: Sensor,
     shown_in: Unit,
+    load_unit: LoadUnit,
     loads: Frame<Newtons>,
 }
 
@@ -152,6 +153,7 @@ impl Figures {
             errors: None,
             sensor: sensor.clone(),
             shown_in: unit,
+            load_unit: LoadUnit::of(unit, sensor),
             loads: Frame::zeros(sensor.rows(), sensor.columns()),
         }
     }
@@ -165,12 +167,11 @@ impl Figures {
         shown: &Frame<DisplayUnit>,
         is_answer: bool,
     ) -> FigureRow {
-        let newton = self
-            .shown_in
-            .of_newtons(1.0, self.sensor.array().taxel_area_mm2);
         self.loads.copy_meta_from(loads);
         let each = self.loads.values_mut().iter_mut().zip(shown.values());
-        each.for_each(|(load, shown)| *load = shown / newton);
+        for (taxel, (load, shown)) in each.enumerate() {
+            *load = self.load_unit.newtons(taxel, *shown);
+        }
         let figures = FrameFigures::of(&self.loads, &self.sensor);
         let errors = self.errors.as_mut().zip(siemens);
         let errors = errors.map(|(errors, siemens)| errors.of(siemens, &self.loads, is_answer));

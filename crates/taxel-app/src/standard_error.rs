@@ -8,13 +8,13 @@ use taxel::{Frame, Sensor, Siemens, uncertainty};
 
 use crate::error::Error;
 use crate::frames::DisplayUnit;
-use crate::units::Unit;
+use crate::units::{LoadUnit, Unit};
 
 /// What numbers of one unit are uncertain by.
 pub struct StandardErrors {
     errors: uncertainty::StandardErrors,
     unit: Unit,
-    area_mm2: f64,
+    load_unit: LoadUnit,
     /// Standard deviation of a reading, counts: of the sensor file, else of the recording, else of rounding.
     pub noise_counts: f64,
     in_unit: Frame<DisplayUnit>,
@@ -71,7 +71,7 @@ impl StandardErrors {
             noise_counts: errors.noise_counts(),
             errors,
             unit,
-            area_mm2: sensor.array().taxel_area_mm2,
+            load_unit: LoadUnit::of(unit, sensor),
             in_unit: Frame::zeros(sensor.rows(), sensor.columns()),
             loads: vec![0.0; sensor.rows() * sensor.columns()],
         })
@@ -91,15 +91,14 @@ impl StandardErrors {
     ) -> Result<&Frame<DisplayUnit>, Error> {
         let to = self.in_unit.values_mut();
         if self.unit.is_load() {
-            let newton = self.unit.of_newtons(1.0, self.area_mm2);
-            let loads = self.loads.iter_mut().zip(shown.values());
-            loads.for_each(|(load, shown)| *load = shown / newton);
+            let loads = self.loads.iter_mut().zip(shown.values()).enumerate();
+            loads.for_each(|(taxel, (load, shown))| *load = self.load_unit.newtons(taxel, *shown));
             let marks = shown.marks_mut();
             let errors = self
                 .errors
                 .of_loads(siemens, &self.loads, is_answer, marks)?;
-            for (to, &newtons) in to.iter_mut().zip(errors.values()) {
-                *to = self.unit.of_newtons(newtons, self.area_mm2);
+            for (taxel, (to, newtons)) in to.iter_mut().zip(errors.values()).enumerate() {
+                *to = self.load_unit.from_newtons(taxel, *newtons);
             }
         } else {
             let errors = self
@@ -141,8 +140,9 @@ impl StandardErrors {
             Part::Model => &parts.model,
         };
         out.copy_meta_from(&self.in_unit);
-        for (out, &newtons) in out.values_mut().iter_mut().zip(newtons.values()) {
-            *out = self.unit.of_newtons(newtons, self.area_mm2);
+        let each = out.values_mut().iter_mut().zip(newtons.values());
+        for (taxel, (out, newtons)) in each.enumerate() {
+            *out = self.load_unit.from_newtons(taxel, *newtons);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use taxel_io::Tare;
 
-use crate::units::Unit;
+use crate::units::{LoadUnit, Unit};
 
 /// What is to be taken off so many numbers in a unit, newtons each; `None` where nothing is. `raw`: the loads are not
 /// compensated.
@@ -12,8 +12,8 @@ pub fn zeros(tare: &Tare, raw: bool, unit: Unit, numbers: usize) -> Option<&[f64
 }
 
 /// Takes newtons off loads in a unit.
-pub fn take_off(zeros: &[f64], unit: Unit, area_mm2: f64, loads: &mut [f64]) {
-    for (load, zero) in loads.iter_mut().zip(zeros) {
-        *load -= unit.of_newtons(*zero, area_mm2);
+pub fn take_off(zeros: &[f64], load_unit: &LoadUnit, loads: &mut [f64]) {
+    for (taxel, (load, zero)) in loads.iter_mut().zip(zeros).enumerate() {
+        *load -= load_unit.from_newtons(taxel, *zero);
     }
 }

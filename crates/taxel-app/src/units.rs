@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use taxel::Sensor;
 use taxel::frame::grams_from_newtons;
 use taxel::metric::kilopascals_from_newtons;
 
@@ -127,6 +128,50 @@ impl Unit {
             Unit::Megapascals => 1e-3 * kilopascals_from_newtons(newtons, area_mm2),
             Unit::Newtons | Unit::Volts | Unit::Siemens => newtons,
         }
+    }
+}
+
+/// Loads of taxels in a unit: a pressure by the taxel's own area, which a cone narrows.
+#[derive(Debug, Clone)]
+pub struct LoadUnit {
+    unit: Unit,
+    /// One for all, or one of each, mm².
+    areas: Vec<f64>,
+}
+
+impl LoadUnit {
+    /// Of a sensor's taxels.
+    pub fn of(unit: Unit, sensor: &Sensor) -> Self {
+        let is_same = sensor.handle().is_none_or(|handle| handle.slope == 0.0);
+        let taxels = if is_same {
+            1
+        } else {
+            sensor.rows() * sensor.columns()
+        };
+        let areas = (0..taxels).map(|taxel| sensor.taxel_area_mm2(taxel));
+        Self {
+            unit,
+            areas: areas.collect(),
+        }
+    }
+
+    /// The unit.
+    pub fn unit(&self) -> Unit {
+        self.unit
+    }
+
+    /// A taxel's load in the unit.
+    pub fn from_newtons(&self, taxel: usize, newtons: f64) -> f64 {
+        let area_mm2 = match self.areas[..] {
+            [one] => one,
+            ref each => each[taxel],
+        };
+        self.unit.of_newtons(newtons, area_mm2)
+    }
+
+    /// The newtons of a taxel's load in the unit.
+    pub fn newtons(&self, taxel: usize, load: f64) -> f64 {
+        load / self.from_newtons(taxel, 1.0)
     }
 }
 

@@ -11,7 +11,7 @@ use crate::out;
 use taxel_app::frames::carries_sensor;
 use taxel_app::sensor_source;
 use taxel_app::tare;
-use taxel_app::units::Unit;
+use taxel_app::units::{LoadUnit, Unit};
 use taxel_io::sensor_file;
 
 /// The sensor that is given, else the one that the recording carries; with where it comes from. `None` where neither
@@ -113,15 +113,15 @@ impl Untared {
         &mut self,
         tare: Option<&Tare>,
         raw: bool,
-        unit: Unit,
-        area_mm2: f64,
+        load_unit: &LoadUnit,
         loads: &mut [f64],
     ) {
+        let unit = load_unit.unit();
         self.note.tell(tare, raw, unit, loads.len());
         let zeros = tare.filter(|_| !self.note.off);
         let zeros = zeros.and_then(|tare| tare::zeros(tare, raw, unit, loads.len()));
         if let Some(zeros) = zeros {
-            tare::take_off(zeros, unit, area_mm2, loads);
+            tare::take_off(zeros, load_unit, loads);
         }
     }
 }

@@ -62,6 +62,26 @@ pub enum Error {
         /// What to do.
         hint: String,
     },
+    /// A named region that is none.
+    #[error("region {name} {problem}\nhint: {hint}")]
+    Region {
+        /// Its name in quotes, or its number.
+        name: String,
+        /// What is wrong with it.
+        problem: String,
+        /// What to do.
+        hint: &'static str,
+    },
+    /// A body that no array lies on, or that the array does not fit.
+    #[error("sensor file: `array.geometry.{key}` {problem}\nhint: {hint}")]
+    Geometry {
+        /// Key of the table.
+        key: &'static str,
+        /// What is wrong with it.
+        problem: String,
+        /// What to do.
+        hint: String,
+    },
     /// A number outside its physical range.
     #[error("sensor file: `{key}` is {}, but must be {expected}\nhint: {hint}", plain(*.found))]
     OutOfRange {

@@ -6,17 +6,23 @@
 mod array;
 mod check;
 mod diode;
+mod geometry;
+mod handle;
 mod keys;
 mod line_ends;
 mod plausible;
 mod preset;
+mod region;
 mod resolved;
 mod spec;
 
 pub use array::{Array, Population, Positions};
 pub use diode::{DIODES, Diode, DiodePart, DiodePlace, DiodeSpec};
+pub use geometry::{Geometry, Rings, Shape};
+pub use handle::Handle;
 pub use line_ends::{AxisSpec, EndSpec, EndTo, ReadoutTable, Reads};
 pub use preset::{PRESETS, preset};
+pub use region::{Region, RegionSpec};
 pub use resolved::{Material, Readout, Sense, USUAL_OPEN_LOOP_GAIN};
 pub(crate) use spec::MAX_DYNAMIC_TERMS;
 pub use spec::{
@@ -24,6 +30,8 @@ pub use spec::{
     Provenance, ReadoutSpec, ScanOrder, ScreenSpec, SensorSpec, SheetSpec, Topology,
     UncertaintySpec, Verdict,
 };
+
+use std::sync::Arc;
 
 use crate::{Error, Mark};
 
@@ -48,6 +56,9 @@ pub struct Sensor {
     absent: Vec<bool>,
     /// x and y of every taxel, mm; empty where none are said.
     positions: Vec<[f64; 2]>,
+    /// The handle that the array is wrapped around; `None`: flat.
+    handle: Option<Arc<Handle>>,
+    regions: Arc<[Region]>,
     uncertainty: Option<UncertaintySpec>,
 }
 
@@ -99,14 +110,19 @@ impl Sensor {
         let (readout, material) = resolved::resolve(&spec)?;
         let absent = array::absent(&spec)?;
         let positions = array::places(&spec, &absent)?;
-        Ok(Self {
+        let handle = handle::of(&spec)?.map(Arc::new);
+        let mut sensor = Self {
             uncertainty: resolved::uncertainty(&spec),
             spec,
             readout,
             material,
             absent,
             positions,
-        })
+            handle,
+            regions: Arc::default(),
+        };
+        sensor.regions = Region::all(&sensor.spec.regions, &sensor)?.into();
+        Ok(sensor)
     }
 
     /// What its sensor file says: to look at, and to write.
@@ -199,6 +215,55 @@ impl Sensor {
     /// the sensor file says nothing of it: at the crossings of lines `pitch_mm` apart.
     pub fn positions(&self) -> Option<&[[f64; 2]]> {
         (!self.positions.is_empty()).then_some(&self.positions[..])
+    }
+
+    /// The handle that the array is wrapped around; `None` where it is flat.
+    pub fn handle(&self) -> Option<&Handle> {
+        self.handle.as_deref()
+    }
+
+    /// Area that a taxel's load acts on, mm²: that of the sensor file, on a cone the smaller the narrower the body is there.
+    pub fn taxel_area_mm2(&self, taxel: usize) -> f64 {
+        self.spec.array.taxel_area_mm2 * self.narrowness(taxel)
+    }
+
+    /// Area of a taxel's cell, mm²: from line to line both ways.
+    pub fn cell_mm2(&self, taxel: usize) -> f64 {
+        match &self.handle {
+            Some(handle) => handle.step_mm * handle.pitch_round_mm * self.narrowness(taxel),
+            None => self.spec.array.pitch_mm[0] * self.spec.array.pitch_mm[1],
+        }
+    }
+
+    /// Where a place on the surface lies, given in mm across the rows and across the columns from the first taxel (as the
+    /// centre of pressure is): in lines, so that a taxel's own place is its row and column.
+    pub fn lines_from_mm(&self, [down, across]: [f64; 2]) -> [f64; 2] {
+        let Some(handle) = &self.handle else {
+            let pitch = self.spec.array.pitch_mm;
+            return [down / pitch[0], across / pitch[1]];
+        };
+        let (along, round) = match handle.rings {
+            Rings::Rows => (down, across),
+            Rings::Columns => (across, down),
+        };
+        let radius = handle.radii_mm[0] - along * handle.slope.sin();
+        let (ring, line) = (along / handle.step_mm, round / radius / handle.angles[1]);
+        match handle.rings {
+            Rings::Rows => [ring, line],
+            Rings::Columns => [line, ring],
+        }
+    }
+
+    fn narrowness(&self, taxel: usize) -> f64 {
+        self.handle.as_ref().map_or(1.0, |handle| {
+            let (ring, _) = handle.ring_and_line(taxel);
+            handle.narrowness(ring)
+        })
+    }
+
+    /// Its named regions.
+    pub fn regions(&self) -> &[Region] {
+        &self.regions
     }
 
     /// The largest count of the converter, 2^bits − 1.

@@ -1,9 +1,11 @@
-//! Total force, contact area and centre of pressure know their own errors.
+//! Total force, grip force, contact area and centre of pressure know their own errors.
+
+use std::f64::consts::PI;
 
 use taxel::frame::newtons_from_grams;
 use taxel::metric::FrameFigures;
 use taxel::pipeline::Pipeline;
-use taxel::sensor::{PerLine, Sensor, UncertaintySpec, preset};
+use taxel::sensor::{Geometry, PerLine, Rings, Sensor, UncertaintySpec, preset};
 use taxel::simulate::{Grams, Pattern, VirtualSensor};
 use taxel::solve::default_method;
 use taxel::stats::{mean, standard_deviation};
@@ -79,7 +81,8 @@ fn the_noise_of_a_figure_is_the_scatter_of_many_frames() {
                 scatter(&|r| r.figures.centre_mm.unwrap()[axis])
                     / stated(&|r| r.errors.centre_mm.unwrap()[axis].noise)
             });
-            println!("{} {seed}: {total:.2} {centre:.2?}", sensor.name());
+            let ratios = [total, centre[0], centre[1]];
+            println!("{} {seed}: {ratios:.2?}", sensor.name());
             // 120 frames tell a scatter to 6.5 %. Unloaded taxels of the divider read 0 counts and no less: what is cut off
             // there does not scatter.
             let least = if sensor.converter().bits == 10 {
@@ -87,11 +90,64 @@ fn the_noise_of_a_figure_is_the_scatter_of_many_frames() {
             } else {
                 0.8
             };
-            for ratio in [total, centre[0], centre[1]] {
+            for ratio in ratios {
                 assert!((least..1.25).contains(&ratio), "{}: {ratio}", sensor.name());
             }
         }
     }
+}
+
+#[test]
+fn a_grip_force_and_its_direction_scatter_by_what_is_stated() {
+    let round = |name: &str, rings: Rings, noise_counts: f64| {
+        let mat = sensor(name, (12, 12), noise_counts);
+        let cone = mat.edited(|spec| {
+            spec.array.pitch_mm = [4.0, 4.0];
+            let mut cone = Geometry::cone(rings, [16.0, 14.0]);
+            cone.seam_gap_mm = Some(4.0);
+            spec.array.geometry = Some(cone);
+        });
+        cone.unwrap()
+    };
+    let mut two_directions = 0;
+    for sensor in [
+        round("mat-32x32-adg732", Rings::Rows, 1.0),
+        round("econe", Rings::Columns, 6.0),
+    ] {
+        for seed in [1, 2, 3] {
+            let drawn = VirtualSensor::new(&sensor, seed).unwrap();
+            let loads = blobs(&sensor, seed);
+            let frames = (0..120).map(|frame| read(&sensor, &drawn, &loads, frame));
+            let frames: Vec<Read> = frames.collect();
+            let grip = |r: &Read| r.figures.grip.unwrap();
+            let force = frames.iter().map(|r| grip(r).newtons).collect::<Vec<_>>();
+            let stated = mean(frames.iter().map(|r| r.errors.grip_newtons.unwrap().noise));
+            let ratio = standard_deviation(&force).unwrap() / stated.unwrap();
+            assert!((0.8..1.25).contains(&ratio), "{}: {ratio}", sensor.name());
+            let direction = |r: &Read| r.errors.grip_direction.unwrap();
+            let off = |r: &Read| {
+                let off = (grip(r).direction - grip(&frames[0]).direction).abs();
+                off.min(PI - off)
+            };
+            // Along two directions a grip may press nearly alike: then no straight line tells how far off it is.
+            if frames
+                .iter()
+                .all(|r| direction(r).half_width_95 < 3.0 * direction(r).noise)
+            {
+                let turned: Vec<f64> = frames.iter().map(|r| grip(r).direction).collect();
+                let stated = mean(frames.iter().map(|r| direction(r).noise)).unwrap();
+                let ratio = standard_deviation(&turned).unwrap() / stated;
+                assert!((0.8..1.25).contains(&ratio), "{}: {ratio}", sensor.name());
+            } else {
+                two_directions += 1;
+            }
+            let within = |r: &&Read| off(r) <= 2.0 * direction(r).half_width_95;
+            let covered = frames.iter().filter(within).count();
+            assert!(covered >= 114, "{}: {covered} of 120", sensor.name());
+        }
+    }
+    // One of the six drawn grips, so that both kinds were looked at.
+    assert_eq!(two_directions, 1);
 }
 
 #[test]

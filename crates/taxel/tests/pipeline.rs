@@ -12,6 +12,7 @@ fn econe(rows: usize, columns: usize) -> Sensor {
         .unwrap()
         .edited(|spec| {
             (spec.array.rows, spec.array.columns) = (rows, columns);
+            spec.array.geometry = None;
         })
         .unwrap()
 }

@@ -68,10 +68,9 @@ impl Worker {
         self.find_errors(frame)?;
         if let Some(tare) = frame.tare.as_ref().filter(|_| !request.no_tare) {
             let raw = *request.method == MethodName::Raw;
-            let area_mm2 = request.sensor.array().taxel_area_mm2;
             let loads = frame.shown.values_mut();
             if let Some(zeros) = tare::zeros(tare, raw, request.unit, loads.len()) {
-                tare::take_off(zeros, request.unit, area_mm2, loads);
+                tare::take_off(zeros, self.chain.load_unit(), loads);
             }
         }
         self.find_figures(frame);

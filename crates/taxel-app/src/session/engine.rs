@@ -237,7 +237,6 @@ impl Engine {
         if done {
             self.tell_tare(arrived.frame.sequence);
         }
-        let pitch = self.sensor.array().pitch_mm;
         let mut message = FrameMessage::default();
         message.rows = self.loads.rows();
         message.columns = self.loads.columns();
@@ -250,9 +249,7 @@ impl Engine {
         message.total_newtons = figures.total_force_newtons;
         message.peak_kilopascals = figures.peak_kilopascals;
         message.contact_area_mm2 = figures.contact_area_mm2;
-        message.centre = figures
-            .centre_mm
-            .map(|[down, across]| [down / pitch[0], across / pitch[1]]);
+        message.centre = figures.centre_mm.map(|mm| self.sensor.lines_from_mm(mm));
         message.outlier_share = figures.outlier_share;
         message.frames_per_second = self.status.frames_per_second();
         message.counts = arrived.frame.values().iter().map(|&v| v as u16).collect();

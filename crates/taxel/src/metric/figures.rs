@@ -1,9 +1,11 @@
 //! The figures of one frame that a live view and a recording show.
 
 use super::{
-    centre_of_placed_mm, centre_of_pressure_mm, contact_area_mm2, measured_share, outlier_share,
-    peak_pressure, total_force_newtons,
+    GripForce, centre_of_placed_mm, centre_of_pressure_mm, centre_on_handle_mm, contact_area_mm2,
+    grip_force, measured_share, outlier_share, peak_pressure, resultant_newtons,
+    total_force_newtons,
 };
+use crate::sensor::Rings;
 use crate::{Frame, Newtons, Sensor};
 
 /// Load above which a taxel counts as touched, newtons: about 5 g.
@@ -16,10 +18,15 @@ pub struct FrameFigures {
     pub total_force_newtons: f64,
     /// Highest pressure, kPa.
     pub peak_kilopascals: f64,
-    /// Area of the cells (pitch × pitch) that carry more than [`CONTACT_NEWTONS`], mm².
+    /// The largest grip force along any direction, of a handle. A dynamometer shows this, not the total.
+    pub grip: Option<GripForce>,
+    /// What all normal forces of a handle add up to, newtons: x and y across its axis, z along it.
+    pub resultant_newtons: Option<[f64; 3]>,
+    /// Area of the cells (line to line both ways) that carry more than [`CONTACT_NEWTONS`], mm².
     pub contact_area_mm2: f64,
     /// Centre of pressure over those taxels, mm from the centre of the taxel at row 0, column 0, across the rows and
-    /// across the columns; of a sensor that says where its taxels lie, y and x there. `None` when nothing touches.
+    /// across the columns; of a sensor that says where its taxels lie, y and x there; of a handle along its surface, round it
+    /// the circular mean. `None` when nothing touches.
     pub centre_mm: Option<[f64; 2]>,
     /// Share of the taxels whose mark is not good, 0 to 1.
     pub outlier_share: f64,
@@ -28,22 +35,42 @@ pub struct FrameFigures {
 }
 
 impl FrameFigures {
-    /// Of one frame of a sensor.
+    /// Of one frame of a sensor, which counts as touched above [`CONTACT_NEWTONS`] a taxel.
     pub fn of(loads: &Frame<Newtons>, sensor: &Sensor) -> Self {
-        let array = sensor.array();
-        let cell_mm2 = array.pitch_mm[0] * array.pitch_mm[1];
+        Self::with_threshold(loads, sensor, CONTACT_NEWTONS)
+    }
+
+    /// The same with another threshold of what counts as touched, newtons a taxel.
+    pub fn with_threshold(loads: &Frame<Newtons>, sensor: &Sensor, threshold_newtons: f64) -> Self {
+        let handle = sensor.handle();
+        let peak = peak_pressure(loads, |taxel| sensor.taxel_area_mm2(taxel));
+        let cell_mm2 = |taxel| sensor.cell_mm2(taxel);
         Self {
             total_force_newtons: total_force_newtons(loads),
-            peak_kilopascals: peak_pressure(loads, array.taxel_area_mm2)
-                .map_or(0.0, |peak| peak.kilopascals),
-            contact_area_mm2: contact_area_mm2(loads, CONTACT_NEWTONS, cell_mm2),
-            centre_mm: match sensor.positions() {
-                Some(positions) => centre_of_placed_mm(loads, positions, CONTACT_NEWTONS),
-                None => centre_of_pressure_mm(loads, array.pitch_mm, CONTACT_NEWTONS),
-            },
+            grip: handle.map(|handle| grip_force(loads, handle)),
+            resultant_newtons: handle.map(|handle| resultant_newtons(loads, handle)),
+            peak_kilopascals: peak.map_or(0.0, |peak| peak.kilopascals),
+            contact_area_mm2: contact_area_mm2(loads, threshold_newtons, cell_mm2),
+            centre_mm: centre_mm(loads, sensor, threshold_newtons),
             outlier_share: outlier_share(loads),
             measured_share: measured_share(loads),
         }
+    }
+}
+
+/// Across the rows and across the columns, by whatever the sensor lies on.
+fn centre_mm(loads: &Frame<Newtons>, sensor: &Sensor, threshold_newtons: f64) -> Option<[f64; 2]> {
+    if let Some(handle) = sensor.handle() {
+        let [along, round] = centre_on_handle_mm(loads, handle, threshold_newtons)?;
+        // Rows that are rings lie one after the other along the body.
+        return Some(match handle.rings {
+            Rings::Rows => [along, round],
+            Rings::Columns => [round, along],
+        });
+    }
+    match sensor.positions() {
+        Some(positions) => centre_of_placed_mm(loads, positions, threshold_newtons),
+        None => centre_of_pressure_mm(loads, sensor.array().pitch_mm, threshold_newtons),
     }
 }
 
@@ -63,7 +90,15 @@ mod tests {
         // 3 N on 5 mm² = 600 kPa; two cells of 2 mm x 2 mm
         assert_eq!(figures.peak_kilopascals, 600.0);
         assert_eq!(figures.contact_area_mm2, 8.0);
-        assert_eq!(figures.centre_mm, Some([2.0, 6.0]));
+        // 1 N at the first line, 3 N four lines on: a little nearer to the heavier one than on a plane.
+        let (radius, angle) = (81.49 / 2.0, 8.0 / (81.49 / 2.0));
+        let round = radius * (3.0 * f64::sin(angle)).atan2(1.0 + 3.0 * f64::cos(angle));
+        let [along, found] = figures.centre_mm.unwrap();
+        assert!(along == 2.0 && (found - round).abs() < 1e-9 && found > 6.0);
+        let grip = figures.grip.unwrap();
+        let along_mean =
+            0.5 * (1.0 * f64::cos(round / radius) + 3.0 * f64::cos(angle - round / radius));
+        assert!((grip.newtons - along_mean).abs() < 1e-9);
         assert_eq!(
             FrameFigures::of(&Frame::zeros(64, 128), &sensor).centre_mm,
             None

@@ -27,30 +27,35 @@ pub struct PeakPressure {
     pub kilopascals: f64,
 }
 
-/// Peak pressure: the highest p_i = F_i / A_taxel of a frame, `taxel_area_mm2` being the area that one taxel's load
-/// acts on. The first of several equal ones. `None` when no taxel counts.
+/// Peak pressure: the highest p_i = F_i / A_i of a frame, `area_mm2` being the area that a taxel's load acts on. The first of
+/// several equal ones. `None` when no taxel counts.
 ///
 /// Source: Brady, Wukelic and Ledoux, *Gait & Posture* 111:92 (2024), doi 10.1016/j.gaitpost.2024.04.015.
-pub fn peak_pressure(frame: &Frame<Newtons>, taxel_area_mm2: f64) -> Option<PeakPressure> {
-    let (i, newtons) = usable(frame).reduce(|a, b| if b.1 > a.1 { b } else { a })?;
+pub fn peak_pressure(
+    frame: &Frame<Newtons>,
+    area_mm2: impl Fn(usize) -> f64,
+) -> Option<PeakPressure> {
+    let pressure = |(i, newtons)| (i, kilopascals_from_newtons(newtons, area_mm2(i)));
+    let all = usable(frame).map(pressure);
+    let (i, kilopascals) = all.reduce(|a, b| if b.1 > a.1 { b } else { a })?;
     Some(PeakPressure {
         row: i / frame.columns(),
         column: i % frame.columns(),
-        kilopascals: kilopascals_from_newtons(newtons, taxel_area_mm2),
+        kilopascals,
     })
 }
 
-/// Contact area, mm²: how many taxels carry more than `threshold_newtons`, times `area_per_taxel_mm2` (for an array
-/// without gaps the product of its two pitches).
+/// Contact area, mm²: the cells of the taxels that carry more than `threshold_newtons` (of an array without gaps the
+/// product of its two pitches each).
 ///
 /// Source: definition, the summed area of the loaded sensors (overview: doi 10.5772/23464). The threshold decides the result, so it belongs beside it in a report.
 pub fn contact_area_mm2(
     frame: &Frame<Newtons>,
     threshold_newtons: f64,
-    area_per_taxel_mm2: f64,
+    cell_mm2: impl Fn(usize) -> f64,
 ) -> f64 {
     let loaded = usable(frame).filter(|(_, newtons)| *newtons > threshold_newtons);
-    loaded.count() as f64 * area_per_taxel_mm2
+    loaded.map(|(taxel, _)| cell_mm2(taxel)).sum()
 }
 
 /// Centre of pressure, mm from the centre of the taxel at row 0, column 0: `[across the rows, across the columns]` =
@@ -117,19 +122,19 @@ mod tests {
 
     #[test]
     fn peak_is_found_with_its_place() {
-        let peak = peak_pressure(&frame(), 5.0).unwrap();
+        let peak = peak_pressure(&frame(), |_| 5.0).unwrap();
         // 4 N on 5 mm² = 0.8 MPa
         assert_eq!((peak.row, peak.column, peak.kilopascals), (1, 2, 800.0));
         let mut none = frame();
         none.marks_mut().fill(Mark::Open);
-        assert_eq!(peak_pressure(&none, 5.0), None);
+        assert_eq!(peak_pressure(&none, |_| 5.0), None);
     }
 
     #[test]
     fn area_counts_taxels_above_the_threshold() {
-        assert_eq!(contact_area_mm2(&frame(), 0.0, 4.0), 16.0);
-        assert_eq!(contact_area_mm2(&frame(), 0.5, 4.0), 12.0);
-        assert_eq!(contact_area_mm2(&frame(), 10.0, 4.0), 0.0);
+        assert_eq!(contact_area_mm2(&frame(), 0.0, |_| 4.0), 16.0);
+        assert_eq!(contact_area_mm2(&frame(), 0.5, |_| 4.0), 12.0);
+        assert_eq!(contact_area_mm2(&frame(), 10.0, |_| 4.0), 0.0);
     }
 
     #[test]

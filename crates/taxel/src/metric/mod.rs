@@ -11,8 +11,8 @@
 //! // Two taxels side by side, 1 N and 3 N; pitch 2 mm, taxel area 4 mm².
 //! let frame = Frame::<Newtons>::new(1, 3, vec![0.0, 1.0, 3.0])?;
 //! assert_eq!(total_force_newtons(&frame), 4.0);
-//! assert_eq!(peak_pressure(&frame, 4.0).unwrap().kilopascals, 750.0);
-//! assert_eq!(contact_area_mm2(&frame, 0.5, 4.0), 8.0);
+//! assert_eq!(peak_pressure(&frame, |_taxel| 4.0).unwrap().kilopascals, 750.0);
+//! assert_eq!(contact_area_mm2(&frame, 0.5, |_taxel| 4.0), 8.0);
 //! assert_eq!(centre_of_pressure_mm(&frame, [2.0, 2.0], 0.0), Some([0.0, 3.5]));
 //! # Ok::<(), taxel::Error>(())
 //! ```
@@ -20,11 +20,14 @@
 mod cross_talk;
 mod deviation;
 mod figures;
+mod grip;
 mod load;
 
 pub use cross_talk::{Ghost, TaxelCrossTalk, cross_talk_drop, cross_talk_index, ghost_level};
 pub use deviation::{Deviations, deviations, deviations_of_frames};
 pub use figures::{CONTACT_NEWTONS, FrameFigures};
+pub use grip::{GripForce, centre_on_handle_mm, grip_force, grip_force_along, resultant_newtons};
+pub(crate) use grip::{MeanDirection, grip_summits, grip_weight, mean_direction};
 pub use load::{
     PeakPressure, centre_of_placed_mm, centre_of_pressure_mm, contact_area_mm2,
     kilopascals_from_newtons, peak_pressure, total_force_newtons,

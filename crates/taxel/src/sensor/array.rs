@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize, Serializer};
 
-use super::SensorSpec;
+use super::{Geometry, SensorSpec};
 use crate::Error;
 
 /// Geometry of the array.
@@ -28,6 +28,9 @@ pub struct Array {
     /// Where the taxels lie. Absent: at the crossings of lines `pitch_mm` apart.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub positions: Option<Positions>,
+    /// The body that the array lies on. Absent: a plane.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub geometry: Option<Geometry>,
 }
 
 fn default_pitch() -> [f64; 2] {
@@ -48,6 +51,7 @@ impl Array {
             labels: None,
             population: None,
             positions: None,
+            geometry: None,
         }
     }
 

@@ -2,14 +2,15 @@
 
 use super::{
     CheckSpec, ConverterSpec, DynamicSpec, MAX_DYNAMIC_TERMS, PerLine, PerTaxel, Sense, SensorSpec,
-    SheetSpec, UncertaintySpec, array, diode, line_ends, plausible, resolved,
+    SheetSpec, UncertaintySpec, array, diode, handle, line_ends, plausible, resolved,
 };
 use crate::Error;
 
 /// Refuses numbers that no sensor can have.
 pub(super) fn values(sensor: &SensorSpec) -> Result<(), Error> {
-    geometry(sensor)?;
+    lines(sensor)?;
     array::check(sensor)?;
+    handle::of(sensor)?;
     readout(sensor)?;
     converter(&sensor.converter)?;
     material(sensor)?;
@@ -31,7 +32,7 @@ fn positive(key: &str, value: f64, hint: &'static str) -> Result<(), Error> {
     }
 }
 
-fn geometry(sensor: &SensorSpec) -> Result<(), Error> {
+fn lines(sensor: &SensorSpec) -> Result<(), Error> {
     if sensor.format != 1 {
         let found = f64::from(sensor.format);
         return Err(range(

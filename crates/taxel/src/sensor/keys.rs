@@ -1,12 +1,12 @@
 //! Every key of a sensor file known, with the nearest known one where it is not.
 
-use super::{DiodePlace, EndTo, Topology};
+use super::{DiodePlace, EndTo, Rings, Shape, Topology};
 use crate::Error;
 
 /// Characters of a line that an error quotes.
 const MAX_QUOTE: usize = 200;
 
-const TABLES: [(&str, &[&str]); 19] = [
+const TABLES: [(&str, &[&str]); 21] = [
     (
         "",
         &[
@@ -20,8 +20,10 @@ const TABLES: [(&str, &[&str]); 19] = [
             "check",
             "screen",
             "provenance",
+            "region",
         ],
     ),
+    ("region", &["name", "boxes", "outline", "confidence"]),
     (
         "array",
         &[
@@ -32,6 +34,18 @@ const TABLES: [(&str, &[&str]); 19] = [
             "labels",
             "population",
             "positions",
+            "geometry",
+        ],
+    ),
+    (
+        "array.geometry",
+        &[
+            "shape",
+            "rings",
+            "diameter_mm",
+            "diameters_mm",
+            "height_mm",
+            "seam_gap_mm",
         ],
     ),
     (
@@ -164,13 +178,20 @@ const TABLES: [(&str, &[&str]); 19] = [
 ];
 
 /// Lists of fixed length: table, key, both, numbers, what they are.
-const LISTS: [(&str, &str, &str, usize, &str); 2] = [
+const LISTS: [(&str, &str, &str, usize, &str); 3] = [
     (
         "array",
         "pitch_mm",
         "array.pitch_mm",
         2,
         "the distance between rows, and that between columns",
+    ),
+    (
+        "array.geometry",
+        "diameters_mm",
+        "array.geometry.diameters_mm",
+        2,
+        "the diameter at the first ring, and that at the last",
     ),
     (
         "material",
@@ -216,7 +237,10 @@ pub(super) fn check(text: &str) -> Result<(), Error> {
         .map_err(|error: toml::de::Error| not_toml(&error))?;
     table_keys(text, "", &root)?;
     for (table, key, path, expected, meaning) in LISTS {
-        let list = root.get(table).and_then(|table| table.get(key));
+        let mut names = table.split('.');
+        let first = names.next().and_then(|name| root.get(name));
+        let table = names.fold(first, |table, name| table?.get(name));
+        let list = table.and_then(|table| table.get(key));
         if let Some(list) = list.and_then(|list| list.as_array())
             && list.len() != expected
         {
@@ -228,10 +252,30 @@ pub(super) fn check(text: &str) -> Result<(), Error> {
             });
         }
     }
+    if let Some(geometry) = root.get("array").and_then(|array| array.get("geometry")) {
+        body(geometry)?;
+    }
     match root.get("readout").and_then(|readout| readout.as_table()) {
         Some(readout) => read_out(readout),
         None => Ok(()),
     }
+}
+
+/// The words of a body that an array lies on.
+fn body(geometry: &toml::Value) -> Result<(), Error> {
+    let shapes = Shape::ALL.map(Shape::name);
+    let rings = Rings::ALL.map(Rings::name);
+    for (key, known) in [("shape", &shapes[..]), ("rings", &rings)] {
+        let found = geometry.get(key).and_then(|value| value.as_str());
+        if let Some(found) = found.filter(|found| !known.contains(found)) {
+            return Err(Error::Geometry {
+                key,
+                problem: format!("is `{found}`, which is none of its words"),
+                hint: nearest(found, known.iter().copied()),
+            });
+        }
+    }
+    Ok(())
 }
 
 /// The words of a read-out.

@@ -9,6 +9,7 @@ use super::array::{Array, Population, Positions};
 use super::diode::DiodeSpec;
 use super::keys;
 use super::line_ends::{AxisSpec, ReadoutTable, Reads};
+use super::region::RegionSpec;
 use crate::Error;
 pub use check::{CheckSpec, Verdict};
 pub(crate) use material::MAX_DYNAMIC_TERMS;
@@ -306,6 +307,9 @@ pub struct SensorSpec {
     /// Where fitted numbers come from.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub provenance: Option<Provenance>,
+    /// Named regions.
+    #[serde(default, rename = "region", skip_serializing_if = "Vec::is_empty")]
+    pub regions: Vec<RegionSpec>,
 }
 
 impl SensorSpec {
@@ -322,6 +326,7 @@ impl SensorSpec {
             check: None,
             screen: ScreenSpec::default(),
             provenance: None,
+            regions: Vec::new(),
         }
     }
 

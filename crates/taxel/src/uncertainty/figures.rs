@@ -3,15 +3,20 @@
 //! Errors of taxels hang together: noise through the lines, the fit through the scale, the model through what a frame shares.
 //! So each figure is taken for what it is, a sum of loads with weights, and its errors are found for the whole of it.
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 use super::known::{Known, is_left_out};
 use super::load::{NEAR_SHARE, factor_95_of, heaviest_near, noise_counts_of};
 use super::{Adjoint, least_error_siemens, set_passive};
 use crate::circuit::{Circuit, Converter, OperatingPoint, SensorCircuit};
 use crate::frame::{grams_from_newtons, newtons_from_grams};
 use crate::material::{LoadLaw, Spread};
-use crate::metric::{CONTACT_NEWTONS, is_usable};
+use crate::metric::{
+    CONTACT_NEWTONS, GripForce, MeanDirection, grip_force, grip_summits, grip_weight, is_usable,
+    mean_direction,
+};
 use crate::screen::Level;
-use crate::sensor::UncertaintySpec;
+use crate::sensor::{Rings, UncertaintySpec};
 use crate::{Error, Frame, Mark, Newtons, Sensor, Siemens};
 
 /// What one figure is uncertain by, in its unit; σ² is the sum of the squares of the parts.
@@ -49,6 +54,10 @@ impl FigureError {
 pub struct FrameFigureErrors {
     /// Of the sum of all loads that count, newtons.
     pub total_force_newtons: FigureError,
+    /// Of the grip force of a handle, newtons,
+    pub grip_newtons: Option<FigureError>,
+    /// and of its direction, radians; a quarter of a turn where nothing is known of it.
+    pub grip_direction: Option<FigureError>,
     /// Of the contact area, mm².
     pub contact_area_mm2: FigureError,
     /// Of the centre of pressure, mm, in the order of `centre_mm`. `None` when nothing touches.
@@ -67,7 +76,8 @@ pub struct FigureErrors {
     beyond: Option<UncertaintySpec>,
     sigma_volts: f64,
     sensor: Sensor,
-    cell_mm2: f64,
+    /// Load above which a taxel counts as touched, newtons.
+    threshold_newtons: f64,
     /// Where each taxel lies: across the rows and across the columns, mm.
     places_mm: Vec<[f64; 2]>,
     is_known: Vec<bool>,
@@ -79,6 +89,8 @@ pub struct FigureErrors {
     /// What each load is off by itself, newtons.
     own: Vec<f64>,
     weights: Vec<f64>,
+    /// Directions that may be that of the grip force as well.
+    rivals: Vec<GripForce>,
     right: Vec<f64>,
     work: Vec<f64>,
 }
@@ -91,11 +103,11 @@ impl FigureErrors {
     pub fn new(sensor: &Sensor, level: Option<Level>) -> Result<Self, Error> {
         let material = sensor.material().ok_or_else(LoadLaw::missing)?;
         let taxels = sensor.rows() * sensor.columns();
-        let array = sensor.array();
-        let [down, across] = array.pitch_mm;
-        let place = |taxel: usize| match sensor.positions() {
-            Some(positions) => [positions[taxel][1], positions[taxel][0]],
-            None => [
+        let [down, across] = sensor.array().pitch_mm;
+        let place = |taxel: usize| match (sensor.positions(), sensor.handle()) {
+            (Some(positions), _) => [positions[taxel][1], positions[taxel][0]],
+            (None, Some(handle)) => [handle.step_mm * handle.ring_and_line(taxel).0 as f64; 2],
+            (None, None) => [
                 down * (taxel / sensor.columns()) as f64,
                 across * (taxel % sensor.columns()) as f64,
             ],
@@ -110,7 +122,7 @@ impl FigureErrors {
             sigma_volts: noise_counts_of(sensor, level)
                 * Converter::from_sensor(sensor).lsb_volts(),
             sensor: sensor.clone(),
-            cell_mm2: down * across,
+            threshold_newtons: CONTACT_NEWTONS,
             places_mm: (0..taxels).map(place).collect(),
             is_known: vec![false; taxels],
             moved: none(),
@@ -118,9 +130,16 @@ impl FigureErrors {
             noise: none(),
             own: none(),
             weights: none(),
+            rivals: Vec::new(),
             right: none(),
             work: none(),
         })
+    }
+
+    /// With another load above which a taxel counts as touched, newtons; 0.05 otherwise.
+    pub fn with_threshold(mut self, newtons: f64) -> Self {
+        self.threshold_newtons = newtons;
+        self
     }
 
     /// Whether more than noise is known: a calibration has told what fit and model leave.
@@ -138,19 +157,26 @@ impl FigureErrors {
         loads: &Frame<Newtons>,
         is_answer: bool,
     ) -> FrameFigureErrors {
-        let touches = |(load, mark): (&f64, &Mark)| is_usable(*mark) && *load > CONTACT_NEWTONS;
+        let threshold = self.threshold_newtons;
+        let touches = |(load, mark): (&f64, &Mark)| is_usable(*mark) && *load > threshold;
         let is_touched = loads.values().iter().zip(loads.marks()).any(touches);
         let is_bounded = !loads.marks().contains(&Mark::Saturated);
         if !is_answer || !is_bounded || set_passive(&mut *self.point, siemens.values()).is_err() {
+            let of_handle = self.sensor.handle().map(|_| FigureError::unbounded());
             return FrameFigureErrors {
                 total_force_newtons: FigureError::unbounded(),
+                grip_newtons: of_handle,
+                grip_direction: of_handle,
                 contact_area_mm2: FigureError::unbounded(),
                 centre_mm: is_touched.then(|| [FigureError::unbounded(); 2]),
             };
         }
         self.look_at(siemens, loads);
+        let [grip_newtons, grip_direction] = self.grip(loads);
         FrameFigureErrors {
             total_force_newtons: self.total(loads),
+            grip_newtons,
+            grip_direction,
             contact_area_mm2: self.area(loads),
             centre_mm: self.centre(loads),
         }
@@ -183,18 +209,110 @@ impl FigureErrors {
     }
 
     fn total(&mut self, loads: &Frame<Newtons>) -> FigureError {
-        let (mut sum, mut count) = (0.0, 0.0);
-        let each = loads.values().iter().zip(loads.marks());
-        for (weight, (load, mark)) in self.weights.iter_mut().zip(each) {
+        for (weight, mark) in self.weights.iter_mut().zip(loads.marks()) {
             *weight = f64::from(u8::from(is_usable(*mark)));
-            sum += *weight * load;
-            count += *weight;
+        }
+        self.of_sum(loads)
+    }
+
+    /// Of the sum of loads with the weights as they stand: a scale that all share moves it as a whole.
+    fn of_sum(&mut self, loads: &Frame<Newtons>) -> FigureError {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for (weight, load) in self.weights.iter().zip(loads.values()) {
+            sum += weight * load;
+            count += weight;
         }
         let (share, floor) = self.shared();
         let model = (share * sum).hypot(floor * count).hypot(self.own_of_sum());
         let fit = self.beyond.map_or(0.0, |beyond| beyond.fit_share) * sum.abs();
         let noise = self.noise_of_sum();
         self.figure(noise, fit, model)
+    }
+
+    /// Of a place that the loads tell by the weights as they stand: no common scale moves it, one that leans over the
+    /// contact by what a frame shares does, and so do errors of single taxels.
+    fn of_place(&mut self, loads: &Frame<Newtons>) -> FigureError {
+        let (mut sum, mut spread, mut lever) = (0.0, 0.0, 0.0);
+        for (weight, load) in self.weights.iter().zip(loads.values()) {
+            if *weight != 0.0 {
+                sum += load.max(0.0);
+                spread += load.max(0.0) * weight.powi(2);
+                lever += weight;
+            }
+        }
+        let (share, floor) = self.shared();
+        let shared = (share * (sum * spread).sqrt()).hypot(floor * lever);
+        let model = shared.hypot(self.own_of_sum());
+        let noise = self.noise_of_sum();
+        self.figure(noise, 0.0, model)
+    }
+
+    /// Of the grip force of a handle and of its direction. At its largest the force does not change with the direction, so
+    /// that each load adds what it adds along it.
+    fn grip(&mut self, loads: &Frame<Newtons>) -> [Option<FigureError>; 2] {
+        let Some(handle) = self.sensor.handle() else {
+            return [None; 2];
+        };
+        let grip = grip_force(loads, handle);
+        for (taxel, (weight, mark)) in self.weights.iter_mut().zip(loads.marks()).enumerate() {
+            let counts = f64::from(u8::from(is_usable(*mark)));
+            *weight = counts * grip_weight(handle, taxel, grip.direction);
+        }
+        let force = self.of_sum(loads);
+        if grip.newtons <= 0.0 {
+            return [Some(force), Some(quarter_turn())];
+        }
+        [Some(force), Some(self.grip_direction(loads, grip, &force))]
+    }
+
+    fn grip_direction(
+        &mut self,
+        loads: &Frame<Newtons>,
+        grip: GripForce,
+        force: &FigureError,
+    ) -> FigureError {
+        let handle = self.sensor.handle().expect("there is a grip force");
+        let outward = 0.5 * handle.slope.cos() / grip.newtons;
+        for (taxel, (weight, mark)) in self.weights.iter_mut().zip(loads.marks()).enumerate() {
+            let (_, line) = handle.ring_and_line(taxel);
+            let (sin, cos) = (handle.angles[line] - grip.direction).sin_cos();
+            // The force on either half is a vector; what stands across it turns it.
+            *weight = f64::from(u8::from(is_usable(*mark))) * outward * cos.signum() * sin;
+        }
+        let mut direction = self.of_place(loads);
+        // Another direction may be the one as well, if along it the force is less by no more than errors leave.
+        let mut rivals = std::mem::take(&mut self.rivals);
+        rivals.clear();
+        let handle = self.sensor.handle().expect("there is a grip force");
+        grip_summits(loads, handle, |rival| {
+            if grip.newtons - rival.newtons <= 2.0 * force.half_width_95 {
+                rivals.push(rival);
+            }
+        });
+        let near = direction.half_width_95;
+        for rival in &rivals {
+            let apart = (rival.direction - grip.direction).abs();
+            let apart = apart.min(PI - apart);
+            if apart > near && self.may_be_larger(loads, *rival, grip) {
+                direction.half_width_95 = direction.half_width_95.max(apart + near);
+            }
+        }
+        self.rivals = rivals;
+        if direction.half_width_95 > FRAC_PI_2 {
+            return quarter_turn();
+        }
+        direction
+    }
+
+    /// Whether the force along a rival may be larger than the largest found.
+    fn may_be_larger(&mut self, loads: &Frame<Newtons>, rival: GripForce, grip: GripForce) -> bool {
+        let handle = self.sensor.handle().expect("there is a grip force");
+        for (taxel, (weight, mark)) in self.weights.iter_mut().zip(loads.marks()).enumerate() {
+            let along = |direction| grip_weight(handle, taxel, direction);
+            let counts = f64::from(u8::from(is_usable(*mark)));
+            *weight = counts * (along(grip.direction) - along(rival.direction));
+        }
+        grip.newtons - rival.newtons <= self.of_sum(loads).half_width_95
     }
 
     /// Shares of the load and newtons that all taxels of a frame are off by together.
@@ -267,52 +385,87 @@ impl FigureErrors {
             if !is_usable(*mark) {
                 continue;
             }
-            let above = load - CONTACT_NEWTONS;
-            noise += doubt(above, self.noise[taxel]);
-            all += doubt(above, self.noise[taxel].hypot(self.own[taxel]));
-            let moves = |by: f64| f64::from(u8::from(above.abs() <= by)) / 2.0;
+            let cell = self.sensor.cell_mm2(taxel);
+            let above = load - self.threshold_newtons;
+            noise += cell.powi(2) * doubt(above, self.noise[taxel]);
+            all += cell.powi(2) * doubt(above, self.noise[taxel].hypot(self.own[taxel]));
+            let moves = |by: f64| cell * f64::from(u8::from(above.abs() <= by)) / 2.0;
             let near = NEAR_SHARE * heaviest_near(loads.values(), loads.columns(), taxel);
             by_fit += moves(fit_share * load.abs());
             by_model += moves((share * load.abs().max(near)).hypot(floor));
         }
-        let [noise, fit] = [noise.sqrt(), by_fit].map(|count| self.cell_mm2 * count);
-        let model = self.cell_mm2 * (all - noise.powi(2)).max(0.0).sqrt().hypot(by_model);
-        self.figure(noise, fit, model)
+        let model = (all - noise).max(0.0).sqrt().hypot(by_model);
+        self.figure(noise.sqrt(), by_fit, model)
     }
 
-    /// A common scale moves no centre. A scale that leans over the contact by what a frame shares does, and so do errors of
-    /// single taxels.
+    fn touched(&self, loads: &Frame<Newtons>, taxel: usize) -> Option<f64> {
+        let load = loads.values()[taxel];
+        let is_touched = is_usable(loads.marks()[taxel]) && load > self.threshold_newtons;
+        is_touched.then_some(load)
+    }
+
     fn centre(&mut self, loads: &Frame<Newtons>) -> Option<[FigureError; 2]> {
-        let touched = |taxel: usize| {
-            let load = loads.values()[taxel];
-            (is_usable(loads.marks()[taxel]) && load > CONTACT_NEWTONS).then_some(load)
-        };
         let taxels = 0..loads.values().len();
-        let sum: f64 = taxels.clone().filter_map(touched).sum();
+        let sum: f64 = taxels.clone().filter_map(|t| self.touched(loads, t)).sum();
         if sum <= 0.0 {
             return None;
         }
-        let (share, floor) = self.shared();
-        Some([0, 1].map(|axis| {
-            let at = |taxel: usize| self.places_mm[taxel][axis];
-            let moments = taxels
-                .clone()
-                .filter_map(|t| touched(t).map(|load| load * at(t)));
-            let middle = moments.sum::<f64>() / sum;
-            let (mut width, mut lever) = (0.0, 0.0);
-            for taxel in taxels.clone() {
-                let load = touched(taxel);
-                let weight = load.map_or(0.0, |_| (at(taxel) - middle) / sum);
-                width += load.unwrap_or(0.0) * (at(taxel) - middle).powi(2) / sum;
-                lever += weight;
-                self.work[taxel] = weight;
+        let round = match self.sensor.handle() {
+            Some(handle) => {
+                let mean = mean_direction(loads, handle, self.threshold_newtons)?;
+                Some((usize::from(handle.rings == Rings::Rows), mean))
             }
-            self.weights.copy_from_slice(&self.work);
-            let shared = (share * width.sqrt()).hypot(floor * lever);
-            let model = shared.hypot(self.own_of_sum());
-            let noise = self.noise_of_sum();
-            self.figure(noise, 0.0, model)
+            None => None,
+        };
+        Some([0, 1].map(|axis| {
+            if let Some((_, mean)) = round.as_ref().filter(|(round, _)| *round == axis) {
+                return self.centre_round(loads, mean);
+            }
+            let at = |own: &Self, taxel: usize| own.places_mm[taxel][axis];
+            let moment = |taxel| {
+                self.touched(loads, taxel)
+                    .map(|load| load * at(self, taxel))
+            };
+            let middle = taxels.clone().filter_map(moment).sum::<f64>() / sum;
+            for taxel in taxels.clone() {
+                let touched = self.touched(loads, taxel);
+                self.weights[taxel] = touched.map_or(0.0, |_| (at(self, taxel) - middle) / sum);
+            }
+            self.of_place(loads)
         }))
+    }
+
+    /// Of the circular mean of a handle.
+    fn centre_round(&mut self, loads: &Frame<Newtons>, mean: &MeanDirection) -> FigureError {
+        for taxel in 0..self.weights.len() {
+            let touched = self.touched(loads, taxel);
+            self.weights[taxel] = touched
+                .zip(self.sensor.handle())
+                .map_or(0.0, |(_, handle)| {
+                    let (_, line) = handle.ring_and_line(taxel);
+                    let off = handle.angles[line] - mean.direction;
+                    mean.radius_mm * off.sin() / (mean.newtons * mean.length)
+                });
+        }
+        let mut error = self.of_place(loads);
+        // Beyond half a turn nothing is known of it.
+        let most = PI * mean.radius_mm;
+        if error.half_width_95 > most {
+            error = FigureError {
+                half_width_95: most,
+                ..error
+            };
+        }
+        error
+    }
+}
+
+/// Nothing is known of a direction that is as good as its opposite: within a quarter of a turn either way.
+fn quarter_turn() -> FigureError {
+    FigureError {
+        noise: FRAC_PI_2 / 1.96,
+        half_width_95: FRAC_PI_2,
+        ..FigureError::default()
     }
 }
 

@@ -115,13 +115,8 @@ pub(super) fn take(
         if let Some(chain) = &mut chain {
             chain.take(&reading)?;
             chain.show_into(&mut shown)?;
-            if let (Some(sensor), Some(unit)) = (sensor, args.unit) {
-                let (raw, area) = (
-                    args.method == MethodName::Raw,
-                    sensor.array().taxel_area_mm2,
-                );
-                untared.apply(reading.tare(), raw, unit, area, shown.values_mut());
-            }
+            let raw = args.method == MethodName::Raw;
+            untared.apply(reading.tare(), raw, chain.load_unit(), shown.values_mut());
         }
         taken.add(args, &screened, chain.is_some().then_some(&shown), places)?;
         reading.show(&progress);

@@ -113,8 +113,7 @@ fn each_count(job: &Job<'_>, mut see: impl FnMut(u64, Stages<'_>)) -> Result<See
                 }
                 chain.show_into(shown)?;
                 let raw = i == 0 || job.args.method == MethodName::Raw;
-                let area = sensor.array().taxel_area_mm2;
-                untared.apply(reading.tare(), raw, unit, area, shown.values_mut());
+                untared.apply(reading.tare(), raw, chain.load_unit(), shown.values_mut());
             }
             let stages = Stages {
                 raw: wants_raw.then_some(&shown[0]),

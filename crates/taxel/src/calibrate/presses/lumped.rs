@@ -118,6 +118,7 @@ mod tests {
                     .unwrap()
                     .edited(|spec| {
                         (spec.array.rows, spec.array.columns) = (rows, columns);
+                        spec.array.geometry = None;
                         spec.readout.topology = topology;
                         spec.readout.r_pull_down_ohms = Some(1000.0);
                     })
