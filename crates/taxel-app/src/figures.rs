@@ -6,8 +6,9 @@ use std::path::Path;
 use serde::Serialize;
 use taxel::calibrate::with_error;
 use taxel::frame::grams_from_newtons;
-use taxel::metric::FrameFigures;
+use taxel::metric::{CONTACT_NEWTONS, FrameFigures, RegionFigures};
 use taxel::screen::Level;
+use taxel::sensor::Region;
 use taxel::uncertainty::{FigureError, FigureErrors};
 use taxel::{Frame, Newtons, Sensor, Siemens};
 
@@ -21,6 +22,9 @@ pub struct Figures {
     sensor: Sensor,
     shown_in: Unit,
     load_unit: LoadUnit,
+    /// Load above which a taxel counts as touched, newtons.
+    threshold_newtons: f64,
+    regions: Vec<Region>,
     loads: Frame<Newtons>,
 }
 
@@ -61,6 +65,14 @@ pub struct FigureRow {
     pub force_unit: &'static str,
     /// Sum of all loads that count.
     pub total_force: Figure,
+    /// The largest grip force along any direction, of a handle,
+    pub grip_force: Option<Figure>,
+    /// and that direction, degrees from the first line along the handle, 0 to below 180.
+    pub grip_direction_degrees: Option<Figure>,
+    /// What the normal forces on a handle add up to, whatever the direction.
+    pub resultant_force: Option<f64>,
+    /// Highest pressure, kPa.
+    pub peak_kilopascals: f64,
     /// Area of the cells that carry more than 0.05 N, mm².
     pub contact_area_mm2: Figure,
     /// Centre of pressure across the rows, mm; nothing where nothing touches.
@@ -69,6 +81,29 @@ pub struct FigureRow {
     pub centre_column_mm: Option<Figure>,
     /// Share of the taxels whose own reading stands behind the sum, 0 to 1.
     pub measured_share: f64,
+}
+
+/// The figures of one region of a frame, forces in newtons.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct RegionRow {
+    /// Sum of its loads that count, newtons.
+    pub total_newtons: Figure,
+    /// The same as a frame's.
+    #[serde(skip)]
+    pub figures: RegionFigures,
+}
+
+impl FigureDoubt {
+    /// Of a figure that is so many times as large.
+    pub fn times(self, factor: f64) -> Self {
+        Self {
+            half_width_95: factor * self.half_width_95,
+            noise: factor * self.noise,
+            fit: factor * self.fit,
+            model: factor * self.model,
+        }
+    }
 }
 
 impl Figure {
@@ -154,7 +189,37 @@ impl Figures {
             sensor: sensor.clone(),
             shown_in: unit,
             load_unit: LoadUnit::of(unit, sensor),
+            threshold_newtons: CONTACT_NEWTONS,
+            regions: Vec::new(),
             loads: Frame::zeros(sensor.rows(), sensor.columns()),
+        }
+    }
+
+    /// With another load above which a taxel counts as touched, newtons.
+    pub fn touched_above(mut self, newtons: f64) -> Self {
+        self.threshold_newtons = newtons;
+        self.errors = self.errors.map(|errors| errors.with_threshold(newtons));
+        self
+    }
+
+    /// With these regions.
+    pub fn with_regions(mut self, regions: &[Region]) -> Self {
+        self.regions = regions.to_vec();
+        self
+    }
+
+    /// Of each region of the frame that was looked at last, into `rows`.
+    pub fn regions_into(&mut self, rows: &mut Vec<RegionRow>) {
+        rows.clear();
+        for region in &self.regions {
+            let threshold = self.threshold_newtons;
+            let figures = RegionFigures::of(&self.loads, &self.sensor, region, threshold);
+            let errors = self.errors.as_mut();
+            let error = errors.map(|errors| errors.of_region(&self.loads, region));
+            rows.push(RegionRow {
+                total_newtons: Figure::new(figures.total_force_newtons, error, 1.0),
+                figures,
+            });
         }
     }
 
@@ -172,7 +237,8 @@ impl Figures {
         for (taxel, (load, shown)) in each.enumerate() {
             *load = self.load_unit.newtons(taxel, *shown);
         }
-        let figures = FrameFigures::of(&self.loads, &self.sensor);
+        let figures =
+            FrameFigures::with_threshold(&self.loads, &self.sensor, self.threshold_newtons);
         let errors = self.errors.as_mut().zip(siemens);
         let errors = errors.map(|(errors, siemens)| errors.of(siemens, &self.loads, is_answer));
         let (force, force_unit) = if self.shown_in == Unit::Grams {
@@ -197,6 +263,18 @@ impl Figures {
                 errors.map(|errors| errors.total_force_newtons),
                 force,
             ),
+            grip_force: figures.grip.map(|grip| {
+                let error = errors.and_then(|errors| errors.grip_newtons);
+                Figure::new(grip.newtons, error, force)
+            }),
+            grip_direction_degrees: figures.grip.map(|grip| {
+                let error = errors.and_then(|errors| errors.grip_direction);
+                Figure::new(grip.direction, error, f64::to_degrees(1.0))
+            }),
+            resultant_force: figures
+                .resultant_newtons
+                .map(|[x, y, z]| force * x.hypot(y).hypot(z)),
+            peak_kilopascals: figures.peak_kilopascals,
             contact_area_mm2: Figure::new(
                 figures.contact_area_mm2,
                 errors.map(|errors| errors.contact_area_mm2),

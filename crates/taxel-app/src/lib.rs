@@ -9,6 +9,7 @@
 //! | [`session`] | from a source to viewers and a file, while it happens |
 //! | [`evaluation`] | from a plan and its recordings to a report |
 //! | [`batch`] | from an archive of recordings to loads, figures and one table |
+//! | [`measure`] | from a recording to forces over time, trial by trial |
 //! | [`conversion`] | from a recording to files of numbers, on all cores |
 //! | [`chain`] | from frames of a file to numbers in a unit, one frame at a time |
 //! | [`frames`] | files of frames by their extension |
@@ -33,6 +34,7 @@ pub mod frames;
 pub mod identify;
 pub mod in_order;
 pub mod line_survey;
+pub mod measure;
 pub mod methods;
 pub mod named_files;
 pub mod presses;

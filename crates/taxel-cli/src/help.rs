@@ -12,7 +12,10 @@ const GROUPS: [(&str, &[&str]); 5] = [
             "live", "view", "record", "replay", "convert", "recover", "devices",
         ],
     ),
-    ("Look", &["info", "analyse", "plot", "selftest", "identify"]),
+    (
+        "Look",
+        &["info", "measure", "analyse", "plot", "selftest", "identify"],
+    ),
     (
         "Fit and compensate",
         &[
@@ -43,7 +46,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
 ];
 
 /// One to three examples of every verb. Files that are read are those that another example writes, where one does.
-const EXAMPLES: [(&str, &[&str]); 30] = [
+const EXAMPLES: [(&str, &[&str]); 31] = [
     (
         "live",
         &[
@@ -88,6 +91,14 @@ const EXAMPLES: [(&str, &[&str]); 30] = [
         &[
             "taxel analyse run.mcap --taxel 3,4 -o taxel.png --export taxel.csv",
             "taxel analyse hand.txt --sensor calibrated.toml --unit g --row 12",
+        ],
+    ),
+    (
+        "measure",
+        &[
+            "taxel measure run.mcap -o force.csv --picture force.png",
+            "taxel measure hand.txt --sensor calibrated.toml --frames-per-second 60 --regions hand.toml",
+            "taxel measure run.mcap --trials 2.5..10.5,70..78 --json",
         ],
     ),
     (

@@ -5,6 +5,7 @@
 //! `taxel-plot`.
 
 mod commands;
+mod doubts;
 mod enter;
 mod error;
 mod help;
@@ -49,6 +50,7 @@ enum Command {
     Devices(devices::Args),
     Info(info::Args),
     Analyse(analyse::Args),
+    Measure(commands::measure::Args),
     Selftest(commands::selftest::Args),
     Identify(commands::identify::Args),
     Calibrate(calibrate::Args),
@@ -102,6 +104,7 @@ fn main() -> ExitCode {
         Command::Demo(args) => demo::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Analyse(args) => analyse::run(&args),
+        Command::Measure(args) => commands::measure::run(&args),
         Command::Selftest(args) => commands::selftest::run(&args),
         Command::Identify(args) => commands::identify::run(&args),
         Command::Plot(args) => plot::run(&args),

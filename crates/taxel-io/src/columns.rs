@@ -20,6 +20,7 @@ pub fn write_columns(path: impl AsRef<Path>, columns: &[Column]) -> Result<(), E
         "csv" => write_csv(path, columns),
         "xlsx" => xlsx::write(path, columns),
         "parquet" => parquet::write_columns(path, columns),
+        "json" => write_json(path, columns),
         other => Err(Error::UnknownFormat {
             file: path.to_owned(),
             extension: match other {
@@ -61,6 +62,33 @@ fn write_csv(path: &Path, columns: &[Column]) -> Result<(), Error> {
     file.commit()
 }
 
+/// A list of records, a line each; what is not finite is `null`.
+fn write_json(path: &Path, columns: &[Column]) -> Result<(), Error> {
+    let mut file = AtomicFile::create(path)?;
+    let names: Vec<String> = columns
+        .iter()
+        .map(|column| serde_json::Value::from(column.name.as_str()).to_string())
+        .collect();
+    let rows = columns.first().map_or(0, |column| column.values.len());
+    let mut line = String::new();
+    for row in 0..rows {
+        line.clear();
+        line.push_str(if row == 0 { "[{" } else { ",\n{" });
+        for (i, (name, column)) in names.iter().zip(columns).enumerate() {
+            let comma = if i > 0 { "," } else { "" };
+            // Rust writes a finite number as JSON does; writing to a string cannot fail.
+            let _ = match column.values[row] {
+                value if value.is_finite() => write!(line, "{comma}{name}:{value}"),
+                _ => write!(line, "{comma}{name}:null"),
+            };
+        }
+        line.push('}');
+        file.put(line.as_bytes())?;
+    }
+    file.put(if rows == 0 { b"[]\n" } else { b"]\n" })?;
+    file.commit()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -86,6 +114,21 @@ mod tests {
             text,
             "frame,\"row 1, column <2>\"\n0,0.5\n1,\n2,-0.000000003\n"
         );
+    }
+
+    #[test]
+    fn json_is_a_list_of_records() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.json");
+        let read = |columns: &[Column]| -> serde_json::Value {
+            write_columns(&path, columns).unwrap();
+            serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap()
+        };
+        let found = read(&columns());
+        assert_eq!(found.as_array().unwrap().len(), 3);
+        assert_eq!(found[2]["row 1, column <2>"], -3e-9);
+        assert!(found[1]["row 1, column <2>"].is_null() && found[1]["frame"] == 1.0);
+        assert_eq!(read(&[]), serde_json::json!([]));
     }
 
     #[cfg(feature = "xlsx")]

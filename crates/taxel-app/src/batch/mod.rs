@@ -18,6 +18,7 @@ use std::sync::mpsc::channel;
 
 use serde::Serialize;
 use taxel::Sensor;
+use taxel::metric::CONTACT_NEWTONS;
 
 use crate::conversion::{ErrorsWanted, FiguresWanted, Request};
 use crate::error::Error;
@@ -111,6 +112,8 @@ impl Settings {
             } else {
                 FiguresWanted::Values
             }),
+            touched_newtons: CONTACT_NEWTONS,
+            regions: &[],
             no_tare: self.no_tare,
             threads: Some(threads),
             promptly: false,

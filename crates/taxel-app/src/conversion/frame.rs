@@ -10,7 +10,7 @@ use taxel_io::{Event, Tare};
 
 use super::{FiguresWanted, Request};
 use crate::error::Error;
-use crate::figures::FigureRow;
+use crate::figures::{FigureRow, RegionRow};
 use crate::frames::{DisplayUnit, FrameReader};
 use crate::reporter::Stage;
 
@@ -37,6 +37,8 @@ pub struct Converted {
     pub errors: ErrorFrames,
     /// Its figures, where asked for.
     pub figures: Option<FigureRow>,
+    /// Those of its regions, in order.
+    pub regions: Vec<RegionRow>,
     /// Its conductances, where figures were asked for without their errors, and an inverse can tell these.
     pub siemens: Option<Frame<Siemens>>,
     pub(super) failed: Option<Error>,
@@ -89,6 +91,7 @@ impl Converted {
                     .collect(),
             },
             figures: None,
+            regions: Vec::new(),
             siemens: (request.figures == Some(FiguresWanted::Values) && request.method.inverts())
                 .then(|| Frame::zeros(rows, columns)),
             failed: None,

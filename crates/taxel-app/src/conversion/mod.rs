@@ -10,6 +10,7 @@ use std::path::Path;
 
 use taxel::Sensor;
 use taxel::screen::FrameScreen;
+use taxel::sensor::Region;
 
 use crate::chain::Chain;
 use crate::error::Error;
@@ -47,6 +48,10 @@ pub struct Request<'a> {
     pub errors: ErrorsWanted,
     /// Whether total force, area and centre are wanted. Only of loads.
     pub figures: Option<FiguresWanted>,
+    /// Load above which a taxel counts as touched in them, newtons,
+    pub touched_newtons: f64,
+    /// and the regions that have figures of their own.
+    pub regions: &'a [Region],
     /// Whether what was taken off the loads while they were recorded is left on.
     pub no_tare: bool,
     /// Threads, at most; `None`: one for each core.

@@ -41,10 +41,14 @@ impl Worker {
             FiguresWanted::Values => Ok(Figures::without_errors(sensor, unit)),
             FiguresWanted::WithErrors => Figures::new(sensor, sensor_file, unit, level),
         });
+        let figures = figures.transpose()?.map(|figures| {
+            let figures = figures.touched_above(request.touched_newtons);
+            figures.with_regions(request.regions)
+        });
         Ok(Self {
             chain,
             errors: errors.transpose()?,
-            figures: figures.transpose()?,
+            figures,
         })
     }
 
@@ -86,6 +90,7 @@ impl Worker {
         let mut row = figures.of(siemens, loads, &frame.shown, frame.is_answer());
         row.frame = frame.sequence();
         frame.figures = Some(row);
+        figures.regions_into(&mut frame.regions);
         if let (Some(out), Some(siemens)) = (&mut frame.siemens, siemens) {
             out.copy_meta_from(siemens);
             out.values_mut().copy_from_slice(siemens.values());

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use taxel::Sensor;
+use taxel::metric::CONTACT_NEWTONS;
 
 use crate::error::Error;
 use crate::outputs::{Files, check_ending};
@@ -99,22 +100,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let files = output::files(args);
     let threads = args.threads.map(usize::from);
     let wanted = wants_errors(args);
-    let request = Request {
-        sensor: &sensor,
-        sensor_file: &sensor_file,
-        method: &args.method,
-        unit,
-        repair: (args.repair || args.no_repair).then_some(args.repair),
-        errors: ErrorsWanted {
-            marks: wanted,
-            ..files.errors()
-        },
-        figures: (wanted && unit.is_load()).then_some(FiguresWanted::WithErrors),
-        no_tare: args.no_tare,
-        threads,
-        promptly: !input.can_be_read_twice(),
-        is_stopped: &|| false,
-    };
+    let request = request(args, &sensor, &sensor_file, !input.can_be_read_twice());
     request.check()?;
     let survey = survey(args, &input, &sensor, threads)?;
     let conversion = Conversion::new(request, &survey)?;
@@ -151,6 +137,34 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         out::note(&summary.to_string())
     }
     Ok(summary.exit())
+}
+
+/// What is made of each frame.
+fn request<'a>(
+    args: &'a Args,
+    sensor: &'a Sensor,
+    sensor_file: &'a Path,
+    promptly: bool,
+) -> Request<'a> {
+    let (unit, wanted) = (output::unit(args), wants_errors(args));
+    Request {
+        sensor,
+        sensor_file,
+        method: &args.method,
+        unit,
+        repair: (args.repair || args.no_repair).then_some(args.repair),
+        errors: ErrorsWanted {
+            marks: wanted,
+            ..output::files(args).errors()
+        },
+        figures: (wanted && unit.is_load()).then_some(FiguresWanted::WithErrors),
+        touched_newtons: CONTACT_NEWTONS,
+        regions: &[],
+        no_tare: args.no_tare,
+        threads: args.threads.map(usize::from),
+        promptly,
+        is_stopped: &|| false,
+    }
 }
 
 /// What is read, and how.

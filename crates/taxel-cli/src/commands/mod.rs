@@ -20,6 +20,7 @@ pub(crate) mod info;
 pub(crate) mod live;
 #[cfg(feature = "manual")]
 pub(crate) mod manual;
+pub(crate) mod measure;
 pub(crate) mod model;
 pub(crate) mod netlist;
 pub(crate) mod plot;

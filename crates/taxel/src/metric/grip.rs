@@ -163,9 +163,9 @@ pub fn centre_on_handle_mm(
     handle: &Handle,
     threshold_newtons: f64,
 ) -> Option<[f64; 2]> {
-    let mean = mean_direction(loads, handle, threshold_newtons)?;
-    let round = mean.direction * mean.radius_mm;
-    Some([mean.along_mm, round])
+    let each = usable(loads).filter(|(_, load)| *load > threshold_newtons);
+    let mean = mean_direction(each, handle)?;
+    Some([mean.along_mm, mean.direction * mean.radius_mm])
 }
 
 /// Where the loads of a handle lie in the mean.
@@ -185,13 +185,13 @@ pub(crate) struct MeanDirection {
 /// A mean direction shorter than this is that of rounding.
 const MIN_LENGTH: f64 = 1e-9;
 
+/// Of taxels with their loads; `None` of none, or of loads that go round evenly.
 pub(crate) fn mean_direction(
-    loads: &Frame<Newtons>,
+    loads: impl Iterator<Item = (usize, f64)>,
     handle: &Handle,
-    threshold_newtons: f64,
 ) -> Option<MeanDirection> {
     let (mut sum, mut x, mut y, mut ring_sum) = (0.0, 0.0, 0.0, 0.0);
-    for (taxel, load) in usable(loads).filter(|(_, load)| *load > threshold_newtons) {
+    for (taxel, load) in loads {
         let (ring, line) = handle.ring_and_line(taxel);
         let (sin, cos) = handle.angles[line].sin_cos();
         sum += load;

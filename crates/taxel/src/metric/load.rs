@@ -55,7 +55,8 @@ pub fn contact_area_mm2(
     cell_mm2: impl Fn(usize) -> f64,
 ) -> f64 {
     let loaded = usable(frame).filter(|(_, newtons)| *newtons > threshold_newtons);
-    loaded.map(|(taxel, _)| cell_mm2(taxel)).sum()
+    // Not a sum: that of nothing would be -0.
+    loaded.fold(0.0, |sum, (taxel, _)| sum + cell_mm2(taxel))
 }
 
 /// Centre of pressure, mm from the centre of the taxel at row 0, column 0: `[across the rows, across the columns]` =

@@ -21,7 +21,9 @@ mod cross_talk;
 mod deviation;
 mod figures;
 mod grip;
+pub mod hold;
 mod load;
+mod region;
 
 pub use cross_talk::{Ghost, TaxelCrossTalk, cross_talk_drop, cross_talk_index, ghost_level};
 pub use deviation::{Deviations, deviations, deviations_of_frames};
@@ -32,6 +34,8 @@ pub use load::{
     PeakPressure, centre_of_placed_mm, centre_of_pressure_mm, contact_area_mm2,
     kilopascals_from_newtons, peak_pressure, total_force_newtons,
 };
+
+pub use region::RegionFigures;
 
 use crate::{Error, Frame, Mark};
 

@@ -3,7 +3,7 @@
 //! Errors of taxels hang together: noise through the lines, the fit through the scale, the model through what a frame shares.
 //! So each figure is taken for what it is, a sum of loads with weights, and its errors are found for the whole of it.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+mod grip;
 
 use super::known::{Known, is_left_out};
 use super::load::{NEAR_SHARE, factor_95_of, heaviest_near, noise_counts_of};
@@ -11,12 +11,9 @@ use super::{Adjoint, least_error_siemens, set_passive};
 use crate::circuit::{Circuit, Converter, OperatingPoint, SensorCircuit};
 use crate::frame::{grams_from_newtons, newtons_from_grams};
 use crate::material::{LoadLaw, Spread};
-use crate::metric::{
-    CONTACT_NEWTONS, GripForce, MeanDirection, grip_force, grip_summits, grip_weight, is_usable,
-    mean_direction,
-};
+use crate::metric::{CONTACT_NEWTONS, GripForce, is_usable, mean_direction};
 use crate::screen::Level;
-use crate::sensor::{Rings, UncertaintySpec};
+use crate::sensor::{Region, Rings, UncertaintySpec};
 use crate::{Error, Frame, Mark, Newtons, Sensor, Siemens};
 
 /// What one figure is uncertain by, in its unit; σ² is the sum of the squares of the parts.
@@ -76,6 +73,7 @@ pub struct FigureErrors {
     beyond: Option<UncertaintySpec>,
     sigma_volts: f64,
     sensor: Sensor,
+    is_looked_at: bool,
     /// Load above which a taxel counts as touched, newtons.
     threshold_newtons: f64,
     /// Where each taxel lies: across the rows and across the columns, mm.
@@ -122,6 +120,7 @@ impl FigureErrors {
             sigma_volts: noise_counts_of(sensor, level)
                 * Converter::from_sensor(sensor).lsb_volts(),
             sensor: sensor.clone(),
+            is_looked_at: false,
             threshold_newtons: CONTACT_NEWTONS,
             places_mm: (0..taxels).map(place).collect(),
             is_known: vec![false; taxels],
@@ -161,7 +160,12 @@ impl FigureErrors {
         let touches = |(load, mark): (&f64, &Mark)| is_usable(*mark) && *load > threshold;
         let is_touched = loads.values().iter().zip(loads.marks()).any(touches);
         let is_bounded = !loads.marks().contains(&Mark::Saturated);
-        if !is_answer || !is_bounded || set_passive(&mut *self.point, siemens.values()).is_err() {
+        // A reading at the ceiling bounds no sum that it is in, and tells of the others what it tells.
+        self.is_looked_at = is_answer && set_passive(&mut *self.point, siemens.values()).is_ok();
+        if self.is_looked_at {
+            self.look_at(siemens, loads);
+        }
+        if !self.is_looked_at || !is_bounded {
             let of_handle = self.sensor.handle().map(|_| FigureError::unbounded());
             return FrameFigureErrors {
                 total_force_newtons: FigureError::unbounded(),
@@ -171,7 +175,6 @@ impl FigureErrors {
                 centre_mm: is_touched.then(|| [FigureError::unbounded(); 2]),
             };
         }
-        self.look_at(siemens, loads);
         let [grip_newtons, grip_direction] = self.grip(loads);
         FrameFigureErrors {
             total_force_newtons: self.total(loads),
@@ -180,6 +183,22 @@ impl FigureErrors {
             contact_area_mm2: self.area(loads),
             centre_mm: self.centre(loads),
         }
+    }
+
+    /// Of the sum of some taxels' loads of the frame that [`Self::of`] looked at last, newtons.
+    ///
+    /// # Panics
+    /// When a frame's shape is not the sensor's.
+    pub fn of_region(&mut self, loads: &Frame<Newtons>, region: &Region) -> FigureError {
+        let is_bounded = |&taxel: &usize| loads.marks()[taxel] != Mark::Saturated;
+        if !self.is_looked_at || !region.taxels().iter().all(is_bounded) {
+            return FigureError::unbounded();
+        }
+        self.weights.fill(0.0);
+        for &taxel in region.taxels() {
+            self.weights[taxel] = f64::from(u8::from(is_usable(loads.marks()[taxel])));
+        }
+        self.of_sum(loads)
     }
 
     /// Slopes and errors of every taxel.
@@ -245,74 +264,6 @@ impl FigureErrors {
         let model = shared.hypot(self.own_of_sum());
         let noise = self.noise_of_sum();
         self.figure(noise, 0.0, model)
-    }
-
-    /// Of the grip force of a handle and of its direction. At its largest the force does not change with the direction, so
-    /// that each load adds what it adds along it.
-    fn grip(&mut self, loads: &Frame<Newtons>) -> [Option<FigureError>; 2] {
-        let Some(handle) = self.sensor.handle() else {
-            return [None; 2];
-        };
-        let grip = grip_force(loads, handle);
-        for (taxel, (weight, mark)) in self.weights.iter_mut().zip(loads.marks()).enumerate() {
-            let counts = f64::from(u8::from(is_usable(*mark)));
-            *weight = counts * grip_weight(handle, taxel, grip.direction);
-        }
-        let force = self.of_sum(loads);
-        if grip.newtons <= 0.0 {
-            return [Some(force), Some(quarter_turn())];
-        }
-        [Some(force), Some(self.grip_direction(loads, grip, &force))]
-    }
-
-    fn grip_direction(
-        &mut self,
-        loads: &Frame<Newtons>,
-        grip: GripForce,
-        force: &FigureError,
-    ) -> FigureError {
-        let handle = self.sensor.handle().expect("there is a grip force");
-        let outward = 0.5 * handle.slope.cos() / grip.newtons;
-        for (taxel, (weight, mark)) in self.weights.iter_mut().zip(loads.marks()).enumerate() {
-            let (_, line) = handle.ring_and_line(taxel);
-            let (sin, cos) = (handle.angles[line] - grip.direction).sin_cos();
-            // The force on either half is a vector; what stands across it turns it.
-            *weight = f64::from(u8::from(is_usable(*mark))) * outward * cos.signum() * sin;
-        }
-        let mut direction = self.of_place(loads);
-        // Another direction may be the one as well, if along it the force is less by no more than errors leave.
-        let mut rivals = std::mem::take(&mut self.rivals);
-        rivals.clear();
-        let handle = self.sensor.handle().expect("there is a grip force");
-        grip_summits(loads, handle, |rival| {
-            if grip.newtons - rival.newtons <= 2.0 * force.half_width_95 {
-                rivals.push(rival);
-            }
-        });
-        let near = direction.half_width_95;
-        for rival in &rivals {
-            let apart = (rival.direction - grip.direction).abs();
-            let apart = apart.min(PI - apart);
-            if apart > near && self.may_be_larger(loads, *rival, grip) {
-                direction.half_width_95 = direction.half_width_95.max(apart + near);
-            }
-        }
-        self.rivals = rivals;
-        if direction.half_width_95 > FRAC_PI_2 {
-            return quarter_turn();
-        }
-        direction
-    }
-
-    /// Whether the force along a rival may be larger than the largest found.
-    fn may_be_larger(&mut self, loads: &Frame<Newtons>, rival: GripForce, grip: GripForce) -> bool {
-        let handle = self.sensor.handle().expect("there is a grip force");
-        for (taxel, (weight, mark)) in self.weights.iter_mut().zip(loads.marks()).enumerate() {
-            let along = |direction| grip_weight(handle, taxel, direction);
-            let counts = f64::from(u8::from(is_usable(*mark)));
-            *weight = counts * (along(grip.direction) - along(rival.direction));
-        }
-        grip.newtons - rival.newtons <= self.of_sum(loads).half_width_95
     }
 
     /// Shares of the load and newtons that all taxels of a frame are off by together.
@@ -412,7 +363,10 @@ impl FigureErrors {
         }
         let round = match self.sensor.handle() {
             Some(handle) => {
-                let mean = mean_direction(loads, handle, self.threshold_newtons)?;
+                let each = taxels
+                    .clone()
+                    .filter_map(|t| Some((t, self.touched(loads, t)?)));
+                let mean = mean_direction(each, handle)?;
                 Some((usize::from(handle.rings == Rings::Rows), mean))
             }
             None => None,
@@ -433,39 +387,6 @@ impl FigureErrors {
             }
             self.of_place(loads)
         }))
-    }
-
-    /// Of the circular mean of a handle.
-    fn centre_round(&mut self, loads: &Frame<Newtons>, mean: &MeanDirection) -> FigureError {
-        for taxel in 0..self.weights.len() {
-            let touched = self.touched(loads, taxel);
-            self.weights[taxel] = touched
-                .zip(self.sensor.handle())
-                .map_or(0.0, |(_, handle)| {
-                    let (_, line) = handle.ring_and_line(taxel);
-                    let off = handle.angles[line] - mean.direction;
-                    mean.radius_mm * off.sin() / (mean.newtons * mean.length)
-                });
-        }
-        let mut error = self.of_place(loads);
-        // Beyond half a turn nothing is known of it.
-        let most = PI * mean.radius_mm;
-        if error.half_width_95 > most {
-            error = FigureError {
-                half_width_95: most,
-                ..error
-            };
-        }
-        error
-    }
-}
-
-/// Nothing is known of a direction that is as good as its opposite: within a quarter of a turn either way.
-fn quarter_turn() -> FigureError {
-    FigureError {
-        noise: FRAC_PI_2 / 1.96,
-        half_width_95: FRAC_PI_2,
-        ..FigureError::default()
     }
 }
 

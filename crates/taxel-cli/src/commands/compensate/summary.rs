@@ -9,6 +9,7 @@ use taxel::{Mark, Sensor};
 
 use super::Args;
 use super::output::files;
+use crate::doubts::doubts;
 use crate::out::warn_unsolved;
 use crate::{Exit, out, recorded};
 use taxel_app::conversion::Converted;
@@ -135,7 +136,7 @@ impl fmt::Display for Summary {
             self.seconds, self.frames_per_second
         )?;
         self.fmt_inverse(f)?;
-        self.fmt_doubts(f)?;
+        f.write_str(&doubts(&self.tally))?;
         self.fmt_outputs(f)
     }
 }
@@ -170,39 +171,6 @@ impl Summary {
                 "{} frames ambiguous: other conductances explain them as well, and all of them is marked unresolved",
                 self.tally.ambiguous_frames
             )?;
-        }
-        Ok(())
-    }
-
-    /// What is missing or cannot be.
-    fn fmt_doubts(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.tally.frames > 0 && self.tally.measured_share == 0.0 {
-            writeln!(
-                f,
-                "no taxel of any frame was measured\nhint: does the sensor file belong to this recording? (`converter.inverted`, `bits`, `full_scale_volts`; rows and columns swapped?)"
-            )?;
-        } else if self.tally.measured_share < 1.0 {
-            writeln!(
-                f,
-                "{:.1} % of the area measured; the rest is missing from sums",
-                (1000.0 * self.tally.measured_share).floor() / 10.0
-            )?;
-        }
-        if self.tally.below_floor_share > 0.0 {
-            writeln!(
-                f,
-                "{:.1} % of the readings below the floor: taken to be unloaded, and may be loaded by as much as reads that little",
-                100.0 * self.tally.below_floor_share
-            )?;
-        }
-        if self.tally.loads_below_nothing {
-            writeln!(
-                f,
-                "nearly all loads lie below nothing\nhint: is `converter.inverted` right in the sensor file, and was the offset still that of the calibration?"
-            )?;
-        }
-        if self.tally.skipped_frames > 0 {
-            writeln!(f, "{} frames left out", self.tally.skipped_frames)?;
         }
         Ok(())
     }

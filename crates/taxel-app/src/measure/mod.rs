@@ -1,0 +1,210 @@
+//! From a recording to forces over time: total, grip and regions, frame by frame, and what each trial amounts to.
+
+mod regions_file;
+mod series;
+mod trials;
+
+use std::path::Path;
+
+use taxel::Sensor;
+use taxel::metric::CONTACT_NEWTONS;
+use taxel::metric::hold::HoldOptions;
+use taxel::sensor::Region;
+use taxel_io::Event;
+
+use crate::conversion::tally::Tally;
+use crate::conversion::{Conversion, Converted, ErrorsWanted, FiguresWanted, Request};
+use crate::error::Error;
+use crate::frames::Input;
+use crate::line_survey::{FaultyLine, Survey};
+use crate::methods::MethodName;
+use crate::reporter::Reporter;
+use crate::units::{InputUnit, Unit};
+pub use regions_file::regions_of_file;
+pub use series::{ForceSeries, Series};
+pub use trials::{ForceOverTime, PlateauFigures, Trial};
+
+/// How a recording is measured.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct Settings {
+    /// How loads are found.
+    pub method: MethodName,
+    /// Where trials begin and end.
+    pub trials: TrialsBy,
+    /// What counts as a trial and its plateau.
+    pub hold: HoldOptions,
+    /// Load above which a taxel counts as touched, newtons.
+    pub touched_newtons: f64,
+    /// Whether the 95 % intervals of forces are found, which is most of the work.
+    pub intervals: bool,
+    /// Frames a second, where the recording tells no times.
+    pub frames_per_second: Option<f64>,
+    /// Whether what was not measured is replaced; `None`: as the sensor file says.
+    pub repair: Option<bool>,
+    /// Whether the recording's tare stays on.
+    pub no_tare: bool,
+    /// Whether rows and columns are swapped in the recording.
+    pub transpose: bool,
+    /// Whether frames that cannot be read are left out.
+    pub keep_going: bool,
+    /// Threads, at most; `None`: one for each core.
+    pub threads: Option<usize>,
+}
+
+/// Where trials begin and end.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
+pub enum TrialsBy {
+    /// Where the total force rises and falls.
+    #[default]
+    Force,
+    /// At the marks that were set while it was recorded: each begins a trial, which the next one ends.
+    Marks,
+    /// The whole recording is one.
+    Whole,
+    /// From and to, seconds since the first frame.
+    Times(Vec<[f64; 2]>),
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            method: MethodName::Auto,
+            trials: TrialsBy::default(),
+            hold: HoldOptions::default(),
+            touched_newtons: CONTACT_NEWTONS,
+            intervals: true,
+            frames_per_second: None,
+            repair: None,
+            no_tare: false,
+            transpose: false,
+            keep_going: false,
+            threads: None,
+        }
+    }
+}
+
+/// What a recording amounts to.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct Measurement {
+    /// Frame by frame.
+    pub series: Series,
+    /// Trial by trial; none where the recording tells no times, or nobody pressed.
+    pub trials: Vec<Trial>,
+    /// What happened to its frames.
+    pub tally: Tally,
+    /// Lines that cannot be trusted.
+    pub faulty_lines: Vec<FaultyLine>,
+    /// What happened beside the frames.
+    pub events: Vec<Event>,
+    /// Whether intervals tell of more than the noise of readings.
+    pub knows_more_than_noise: bool,
+}
+
+/// What is measured.
+#[derive(Clone, Copy)]
+pub struct Measured<'a> {
+    /// A recording of counts.
+    pub recording: &'a Path,
+    /// Its sensor,
+    pub sensor: &'a Sensor,
+    /// and where that comes from.
+    pub sensor_file: &'a Path,
+    /// Parts of it that are measured by themselves.
+    pub regions: &'a [Region],
+}
+
+impl Measured<'_> {
+    /// Every frame of it, and every trial.
+    ///
+    /// # Errors
+    /// A recording that cannot be read, a sensor without a load law, times that run backwards, trials outside the recording;
+    /// [`Error::Stopped`] when `is_stopped` says so.
+    pub fn measure(
+        &self,
+        settings: &Settings,
+        reporter: &dyn Reporter,
+        is_stopped: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Measurement, Error> {
+        let mut input = Input::new(self.recording, InputUnit::Counts, self.sensor);
+        input.options.transpose = settings.transpose;
+        input.options.keep_going = settings.keep_going;
+        input.options.accept_damage = true;
+        let request = self.request(settings, is_stopped, !input.can_be_read_twice());
+        request.check()?;
+        let survey = Survey::of(&input, self.sensor, reporter, settings.threads)?;
+        let conversion = Conversion::new(request, &survey)?;
+        let mut seen = Seen {
+            series: Series::new(self.sensor, self.regions, settings.intervals),
+            tally: Tally::new(Unit::Newtons, self.sensor.array().taxel_area_mm2),
+            events: Vec::new(),
+        };
+        let mut reading = input.open()?;
+        let stage = reporter.stage("measuring");
+        conversion.run(&mut reading, &*stage, |frame| {
+            seen.add(frame, settings.frames_per_second);
+            Ok(())
+        })?;
+        drop(stage);
+        seen.tally.finish(&reading);
+        let Seen {
+            mut series,
+            tally,
+            events,
+        } = seen;
+        series.begin_at_first_frame(self.recording)?;
+        Ok(Measurement {
+            trials: trials::trials(&series, &events, settings)?,
+            series,
+            tally,
+            faulty_lines: survey.lines(),
+            events,
+            knows_more_than_noise: self.sensor.uncertainty().is_some(),
+        })
+    }
+
+    fn request<'a>(
+        &'a self,
+        settings: &'a Settings,
+        is_stopped: &'a (dyn Fn() -> bool + Sync),
+        promptly: bool,
+    ) -> Request<'a> {
+        Request {
+            sensor: self.sensor,
+            sensor_file: self.sensor_file,
+            method: &settings.method,
+            unit: Unit::Newtons,
+            repair: settings.repair,
+            errors: ErrorsWanted::default(),
+            figures: Some(if settings.intervals && settings.method.inverts() {
+                FiguresWanted::WithErrors
+            } else {
+                FiguresWanted::Values
+            }),
+            touched_newtons: settings.touched_newtons,
+            regions: self.regions,
+            no_tare: settings.no_tare,
+            threads: settings.threads,
+            promptly,
+            is_stopped,
+        }
+    }
+}
+
+/// What was seen of a recording so far.
+struct Seen {
+    series: Series,
+    tally: Tally,
+    events: Vec<Event>,
+}
+
+impl Seen {
+    fn add(&mut self, frame: &Converted, frames_per_second: Option<f64>) {
+        self.tally.add(frame);
+        self.events.extend(frame.events.iter().cloned());
+        let counted = frames_per_second.map(|rate| frame.sequence() as f64 / rate);
+        self.series.add(frame, frame.time_secs().or(counted));
+    }
+}

@@ -1,0 +1,50 @@
+//! Named regions in a file of their own.
+
+use std::path::Path;
+
+use serde::Deserialize;
+use taxel::Sensor;
+use taxel::sensor::{Region, RegionSpec};
+use taxel_io::bounded;
+
+use crate::error::Error;
+
+/// The longest file of regions, bytes: as long as a sensor file.
+const MAX: u64 = 2 << 20;
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RegionsFile {
+    #[serde(default, rename = "region")]
+    regions: Vec<RegionSpec>,
+}
+
+/// The regions of a sensor that a TOML file names, a `[[region]]` each.
+///
+/// # Errors
+/// A file that cannot be read, is no TOML, has another key, names no region, or one that the sensor cannot have.
+pub fn regions_of_file(file: &Path, sensor: &Sensor) -> Result<Vec<Region>, Error> {
+    let text = bounded::read_text(file, MAX).map_err(|source| taxel_io::Error::Open {
+        file: file.to_owned(),
+        source,
+    })?;
+    let text = text.ok_or_else(|| Error::TextLength {
+        file: file.to_owned(),
+        what: "a file of regions",
+        limit: MAX,
+    })?;
+    let read: RegionsFile = toml::from_str(&text).map_err(|source| Error::Request {
+        what: format!("{}: {}", file.display(), source.to_string().trim_end()),
+        hint: "a [[region]] each, with `name`, and `boxes` or `outline`",
+    })?;
+    if read.regions.is_empty() {
+        return Err(Error::Request {
+            what: format!("{}: there is no region in it", file.display()),
+            hint: "a [[region]] each, with `name`, and `boxes` or `outline`",
+        });
+    }
+    Region::all(&read.regions, sensor).map_err(|source| Error::InFile {
+        file: file.to_owned(),
+        source,
+    })
+}

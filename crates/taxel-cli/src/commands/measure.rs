@@ -1,0 +1,185 @@
+//! `taxel measure`: forces of a recording over time, in all and by region, and what each trial amounts to.
+
+mod picture;
+mod report;
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use taxel::metric::CONTACT_NEWTONS;
+use taxel_io::write_columns;
+use taxel_plot::Format;
+
+use super::positive::positive;
+use crate::error::Error;
+use crate::outputs::{Files, check_ending};
+use crate::progress::Terminal;
+use crate::{Exit, out, recorded};
+use report::Report;
+use taxel_app::measure::{Measured, Settings, TrialsBy, regions_of_file};
+use taxel_app::methods::MethodName;
+
+/// Measure forces over time: total, grip, fingers; peak, plateau, fatigue of each trial
+///
+/// Frame by frame: total normal force with half of its 95 % interval, grip force (what a dynamometer shows, of sensors around a
+/// handle), highest pressure, area, centre of pressure, the share of the taxels that was measured, and the same of each
+/// named region. Trial by trial: largest force, time to it, rate of loading, impulse, plateau with its variation and slope. Loads
+/// are not cut off at zero, so that noise adds up to nothing. Exit code 3: frames were left out, or have no answer.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Recording of counts (.mcap, .parquet, .txt, .csv, .npy, .npz)
+    recording: PathBuf,
+    /// Sensor file, or the name of a preset; .mcap and .parquet bring their own
+    #[arg(long, value_name = "FILE|PRESET")]
+    sensor: Option<PathBuf>,
+    /// Where to write a line a frame (.csv, .parquet, .xlsx, .json)
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Where to write the forces over time as a picture (.png, .svg)
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
+    /// File of named regions (.toml); without it those of the sensor file
+    #[arg(long, value_name = "FILE")]
+    regions: Option<PathBuf>,
+    /// Where trials begin and end: `force` (where it rises and falls), `marks` (set while it was recorded), `whole`, or from
+    /// when to when, in seconds since the first frame
+    #[arg(long, value_name = "force|marks|whole|FROM..TO,…", default_value = "force", value_parser = trials)]
+    trials: TrialsBy,
+    /// A trial is where the total force is above this, newtons; without it above a tenth of the largest
+    #[arg(long, value_name = "NEWTONS", value_parser = positive)]
+    trial_force: Option<f64>,
+    /// Length of the plateau, seconds; in a trial of less than 8 s it is shorter
+    #[arg(long, value_name = "SECONDS", default_value_t = 5.0, value_parser = positive)]
+    plateau: f64,
+    /// A taxel counts as touched above this, newtons: for area and centre of pressure
+    #[arg(long, value_name = "NEWTONS", default_value_t = CONTACT_NEWTONS, value_parser = positive)]
+    touched: f64,
+    /// Find no intervals: many times faster
+    #[arg(long)]
+    no_intervals: bool,
+    /// Frames a second, where the recording tells no times
+    #[arg(long, value_name = "RATE", value_parser = positive)]
+    frames_per_second: Option<f64>,
+    /// How loads are found: auto (what suits the read-out), exact, newton, raw (no compensation), or the file of
+    /// a model that `taxel train` wrote
+    #[arg(long, value_name = "NAME|MODEL", default_value_t)]
+    method: MethodName,
+    /// Leave out frames that cannot be read, instead of stopping at the first
+    #[arg(long)]
+    keep_going: bool,
+    /// Replace what was not measured by the median of its neighbours
+    #[arg(long, overrides_with = "no_repair")]
+    repair: bool,
+    /// Replace nothing, even if the sensor file asks for it: what was not measured is missing from the sums
+    #[arg(long)]
+    no_repair: bool,
+    /// Leave the recording's tare on
+    #[arg(long)]
+    no_tare: bool,
+    /// The recording has rows and columns swapped
+    #[arg(long)]
+    transpose: bool,
+    /// Threads that share the work, with the same results; as many as there are cores where it is not given
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Words, or times.
+fn trials(text: &str) -> Result<TrialsBy, String> {
+    let times = |part: &str| -> Option<[f64; 2]> {
+        let (from, to) = part.split_once("..")?;
+        let [from, to] = [from, to].map(|secs| f64::from_str(secs.trim()).ok());
+        let (from, to) = (from?, to?);
+        (from.is_finite() && to.is_finite() && from < to).then_some([from, to])
+    };
+    match text {
+        "force" => Ok(TrialsBy::Force),
+        "marks" => Ok(TrialsBy::Marks),
+        "whole" => Ok(TrialsBy::Whole),
+        text => {
+            let all: Option<Vec<[f64; 2]>> = text.split(',').map(times).collect();
+            all.map(TrialsBy::Times).ok_or_else(|| {
+                "must be force, marks, whole, or seconds as 2.5..10.5, several with commas between, each ending after it begins".to_owned()
+            })
+        }
+    }
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
+    let format = args.picture.as_deref().map(Format::from_extension);
+    let format = format.transpose()?;
+    check(args)?;
+    let (sensor, sensor_file) =
+        recorded::needed_sensor(args.sensor.as_deref(), Some(&args.recording))?;
+    let regions = match &args.regions {
+        Some(file) => regions_of_file(file, &sensor)?,
+        None => sensor.regions().to_vec(),
+    };
+    let measured = Measured {
+        recording: &args.recording,
+        sensor: &sensor,
+        sensor_file: &sensor_file,
+        regions: &regions,
+    };
+    let settings = settings(args);
+    let measurement = measured.measure(&settings, &Terminal, &|| false)?;
+    let report = Report::new(args, &measured, &settings, &measurement);
+    report.tell();
+    if let Some(file) = &args.output {
+        write_columns(file, &measurement.series.columns())?;
+        out::note(&format!("wrote {}", file.display()));
+    }
+    if let (Some(file), Some(format)) = (&args.picture, format) {
+        let picture = picture::forces(&args.recording, &sensor, &measurement)?;
+        out::file(file, &picture.render(format)?)?;
+        out::note(&format!("wrote {}", file.display()));
+    }
+    // Last: whoever reads may stop reading, and the files are to be whole.
+    if args.json {
+        out::json(&report)?;
+    } else {
+        out::result(&report.to_string())?;
+    }
+    Ok(if measurement.tally.is_whole() {
+        Exit::Good
+    } else {
+        Exit::DataLost
+    })
+}
+
+fn settings(args: &Args) -> Settings {
+    let mut settings = Settings::default();
+    settings.method = args.method.clone();
+    settings.trials = args.trials.clone();
+    settings.hold.threshold_newtons = args.trial_force;
+    settings.hold.plateau_secs = args.plateau;
+    settings.touched_newtons = args.touched;
+    settings.intervals = !args.no_intervals;
+    settings.frames_per_second = args.frames_per_second;
+    settings.repair = (args.repair || args.no_repair).then_some(args.repair);
+    settings.no_tare = args.no_tare;
+    settings.transpose = args.transpose;
+    settings.keep_going = args.keep_going;
+    settings.threads = args.threads.map(usize::from);
+    settings
+}
+
+/// Refuses, before any work, what cannot be written.
+fn check(args: &Args) -> Result<(), Error> {
+    if let Some(file) = &args.output {
+        let hint = "a table is written as text, as a sheet, as Parquet or as JSON";
+        check_ending("-o", file, &["csv", "parquet", "xlsx", "json"], hint)?;
+    }
+    Files::default()
+        .input("recording", &args.recording)
+        .maybe_sensor(args.sensor.as_ref())
+        .maybe_input("regions", args.regions.as_ref())
+        .maybe_input("model", args.method.file().as_ref())
+        .maybe_output("-o", args.output.as_ref())
+        .maybe_output("--picture", args.picture.as_ref())
+        .check()
+}

@@ -1,0 +1,204 @@
+//! What was measured, for people and for scripts.
+
+use std::fmt::{self, Write as _};
+
+use serde::Serialize;
+use taxel::frame::grams_from_newtons;
+use taxel_plot::report::{Cell, Table};
+
+use super::Args;
+use crate::doubts::doubts;
+use crate::out;
+use taxel_app::conversion::tally::{NamedFrame, Tally};
+use taxel_app::figures::Figure;
+use taxel_app::line_survey::FaultyLine;
+use taxel_app::measure::{ForceOverTime, Measured, Measurement, Settings, Trial};
+
+/// Everything that is printed.
+#[derive(Serialize)]
+pub(super) struct Report<'a> {
+    recording: String,
+    sensor: String,
+    /// A taxel counts as touched above this, newtons.
+    touched_n: f64,
+    /// What intervals are made of.
+    intervals_of: &'static str,
+    duration_s: Option<f64>,
+    regions: Vec<String>,
+    trials: &'a [Trial],
+    #[serde(flatten)]
+    tally: &'a Tally,
+    faulty_lines: &'a [FaultyLine],
+    #[serde(skip)]
+    is_handle: bool,
+}
+
+impl<'a> Report<'a> {
+    pub(super) fn new(
+        args: &Args,
+        measured: &Measured,
+        settings: &Settings,
+        measurement: &'a Measurement,
+    ) -> Self {
+        let has_intervals = settings.intervals && settings.method.inverts();
+        let series = &measurement.series;
+        Self {
+            recording: args.recording.display().to_string(),
+            sensor: measured.sensor_file.display().to_string(),
+            touched_n: settings.touched_newtons,
+            intervals_of: match (has_intervals, measurement.knows_more_than_noise) {
+                (false, _) => "nothing",
+                (true, true) => "noise, fit and model",
+                (true, false) => "noise alone",
+            },
+            duration_s: series.secs.last().copied().filter(|secs| secs.is_finite()),
+            regions: series.regions.iter().map(|r| r.0.name.clone()).collect(),
+            trials: &measurement.trials,
+            tally: &measurement.tally,
+            faulty_lines: &measurement.faulty_lines,
+            is_handle: measured.sensor.handle().is_some(),
+        }
+    }
+
+    /// Says what a reader of the numbers has to know.
+    pub(super) fn tell(&self) {
+        for line in self.faulty_lines {
+            out::note(&format!("faulty line: {}", line.text));
+        }
+        for NamedFrame { frame, why, .. } in &self.tally.skipped {
+            out::warn(&format!("frame {frame} left out: {why}"));
+        }
+        for words in &self.tally.missing {
+            out::warn(&format!("{}: {words}", self.recording));
+        }
+        if self.intervals_of == "noise alone" {
+            out::note(
+                "noise only: the sensor file has no [uncertainty], which `taxel calibrate` writes, so that intervals are too small",
+            );
+        }
+        if !self.is_handle {
+            out::note(
+                "no grip force: the sensor file has no [array.geometry] that says what handle it is around",
+            );
+        }
+        if self.duration_s.is_none() && self.tally.frames > 0 {
+            out::note(
+                "the recording tells no times, so that there are no trials, rates and impulses; --frames-per-second says how many frames there were",
+            );
+        } else if self.trials.is_empty() {
+            out::note(
+                "no trial: nobody pressed for half a second (--trials says from when to when)",
+            );
+        }
+    }
+}
+
+impl fmt::Display for Report<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} frames", self.tally.frames)?;
+        if let Some(secs) = self.duration_s {
+            write!(f, ", {secs:.2} s")?;
+        }
+        writeln!(f, "; intervals of 95 %: {}", self.intervals_of)?;
+        for trial in self.trials {
+            writeln!(f)?;
+            fmt_trial(trial, f)?;
+        }
+        let unsolved = self.tally.unsolved_frames();
+        if unsolved > 0 {
+            writeln!(f, "{unsolved} frames without an answer are in no number")?;
+        }
+        f.write_str(&doubts(self.tally))
+    }
+}
+
+fn fmt_trial(trial: &Trial, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    let Trial {
+        name, from_s, to_s, ..
+    } = trial;
+    let caption = format!(
+        "{name}: {from_s:.2} s to {to_s:.2} s, {} frames",
+        trial.frames
+    );
+    let has_shares = trial.forces.iter().any(|force| force.share.is_some());
+    let mut head = vec![
+        "force",
+        "largest, N",
+        "kg",
+        "at, s",
+        "rise, N/s",
+        "plateau, N",
+        "CV, %",
+        "slope, %/s",
+        "impulse, N·s",
+    ];
+    head.extend(has_shares.then_some("share, %"));
+    let mut table = Table::new(caption, &head);
+    for force in &trial.forces {
+        let mut row = cells(force);
+        row.truncate(head.len());
+        table.push(row);
+    }
+    write!(f, "{table}")?;
+    let mut text = format!(
+        "  highest pressure {}, area {}",
+        with_unit(trial.peak_kpa, "kPa"),
+        with_unit(trial.area_mm2, "mm²")
+    );
+    if let Some([x, y]) = trial.centre_mm {
+        // Writing to a string cannot fail.
+        let _ = write!(
+            text,
+            ", centre at the largest force {x:.1} mm across the columns, {y:.1} mm across the rows"
+        );
+    }
+    if let Some(path) = trial.centre_path_mm {
+        let _ = write!(text, ", its path over the plateau {path:.1} mm");
+    }
+    writeln!(f, "{text}")?;
+    if let Some(plateau) = trial.forces.first().and_then(|total| total.plateau) {
+        writeln!(
+            f,
+            "  plateau from {:.2} s to {:.2} s, where the total force is largest over {:.2} s",
+            plateau.from_s,
+            plateau.to_s,
+            plateau.to_s - plateau.from_s
+        )?;
+    }
+    Ok(())
+}
+
+fn with_unit(value: f64, unit: &str) -> String {
+    format!("{value:.0} {unit}")
+}
+
+fn cells(force: &ForceOverTime) -> Vec<Cell> {
+    let plateau = force.plateau.as_ref();
+    let fixed = |value: Option<f64>, digits: usize| match value {
+        Some(value) if value.is_finite() => format!("{value:.digits$}"),
+        _ => String::new(),
+    };
+    [
+        force.name.clone(),
+        force.peak_n.to_string(),
+        kilograms(&force.peak_n),
+        fixed(Some(force.peak_at_s), 2),
+        fixed(force.loading_rate_n_per_s, 0),
+        plateau.map_or_else(String::new, |plateau| plateau.mean_n.to_string()),
+        fixed(plateau.map(|plateau| plateau.variation_percent), 1),
+        fixed(plateau.map(|plateau| plateau.slope_percent_per_s), 2),
+        force.impulse_n_s.to_string(),
+        fixed(force.share.map(|share| 100.0 * share), 1),
+    ]
+    .map(Cell::from)
+    .to_vec()
+}
+
+/// A force as people who grip know it: kilogram-force.
+fn kilograms(newtons: &Figure) -> String {
+    let kilograms = |newtons: f64| grams_from_newtons(newtons) / 1000.0;
+    let mut figure = *newtons;
+    figure.value = kilograms(figure.value);
+    figure.error = figure.error.map(|error| error.times(kilograms(1.0)));
+    figure.to_string()
+}
