@@ -139,6 +139,16 @@ impl Chain {
         self.pipeline.result().siemens
     }
 
+    /// What was read of the frame taken in last, volts, where it was not taken as conductances.
+    pub fn volts(&self) -> &Frame<Volts> {
+        self.pipeline.result().volts
+    }
+
+    /// The pipeline by itself.
+    pub(crate) fn into_pipeline(self) -> Pipeline {
+        self.pipeline
+    }
+
     /// The loads of the frame taken in last, newtons, where there are any.
     pub fn loads(&self) -> Option<&Frame<Newtons>> {
         self.pipeline.result().loads

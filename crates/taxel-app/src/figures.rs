@@ -9,7 +9,7 @@ use taxel::frame::grams_from_newtons;
 use taxel::metric::{CONTACT_NEWTONS, FrameFigures, RegionFigures};
 use taxel::screen::Level;
 use taxel::sensor::Region;
-use taxel::uncertainty::{FigureError, FigureErrors};
+use taxel::uncertainty::{DRAWS, FigureError, FigureErrors};
 use taxel::{Frame, Newtons, Sensor, Siemens};
 
 use crate::error::Error;
@@ -26,6 +26,9 @@ pub struct Figures {
     threshold_newtons: f64,
     regions: Vec<Region>,
     loads: Frame<Newtons>,
+    /// The same without what noise has added, for sums.
+    unbiased: Frame<Newtons>,
+    is_biased: bool,
 }
 
 /// One figure, with what it is uncertain by where that was asked for.
@@ -192,6 +195,8 @@ impl Figures {
             threshold_newtons: CONTACT_NEWTONS,
             regions: Vec::new(),
             loads: Frame::zeros(sensor.rows(), sensor.columns()),
+            unbiased: Frame::zeros(sensor.rows(), sensor.columns()),
+            is_biased: false,
         }
     }
 
@@ -216,11 +221,47 @@ impl Figures {
             let figures = RegionFigures::of(&self.loads, &self.sensor, region, threshold);
             let errors = self.errors.as_mut();
             let error = errors.map(|errors| errors.of_region(&self.loads, region));
+            let total = if self.is_biased {
+                RegionFigures::of(&self.unbiased, &self.sensor, region, threshold)
+            } else {
+                figures
+            };
             rows.push(RegionRow {
-                total_newtons: Figure::new(figures.total_force_newtons, error, 1.0),
+                total_newtons: Figure::new(total.total_force_newtons, error, 1.0),
                 figures,
             });
         }
+    }
+
+    /// What noise has added to the loads of the next frame, newtons: it is taken off sums, of which alone it tells something.
+    pub fn set_bias(&mut self, draws: Option<&[Vec<f64>; DRAWS]>) {
+        self.is_biased = draws.is_some();
+        if let Some([one, other]) = draws {
+            let values = self.unbiased.values_mut().iter_mut();
+            for (value, (one, other)) in values.zip(one.iter().zip(other)) {
+                *value = -(one + other) / 2.0;
+            }
+        }
+        if let Some(errors) = &mut self.errors {
+            errors.set_bias(draws);
+        }
+    }
+
+    /// Of the loads as they are shown; what noise has added is taken off sums.
+    fn values(&mut self, loads: &Frame<Newtons>) -> FrameFigures {
+        let threshold = self.threshold_newtons;
+        let mut figures = FrameFigures::with_threshold(&self.loads, &self.sensor, threshold);
+        if self.is_biased {
+            self.unbiased.copy_meta_from(loads);
+            let each = self.unbiased.values_mut().iter_mut();
+            each.zip(self.loads.values())
+                .for_each(|(unbiased, load)| *unbiased += load);
+            let sums = FrameFigures::with_threshold(&self.unbiased, &self.sensor, threshold);
+            figures.total_force_newtons = sums.total_force_newtons;
+            figures.grip = sums.grip;
+            figures.resultant_newtons = sums.resultant_newtons;
+        }
+        figures
     }
 
     /// Of the frame `shown`, with the marks of `loads`, which its numbers came from before a tare; their errors by its
@@ -237,8 +278,7 @@ impl Figures {
         for (taxel, (load, shown)) in each.enumerate() {
             *load = self.load_unit.newtons(taxel, *shown);
         }
-        let figures =
-            FrameFigures::with_threshold(&self.loads, &self.sensor, self.threshold_newtons);
+        let figures = self.values(loads);
         let errors = self.errors.as_mut().zip(siemens);
         let errors = errors.map(|(errors, siemens)| errors.of(siemens, &self.loads, is_answer));
         let (force, force_unit) = if self.shown_in == Unit::Grams {

@@ -1,6 +1,7 @@
 //! What one thread does with a frame.
 
 use taxel::screen::LineFaults;
+use taxel::uncertainty::NoiseBias;
 
 use super::frame::{Block, Converted, Read};
 use super::{FiguresWanted, Request};
@@ -17,6 +18,21 @@ pub(super) struct Worker {
     pub(super) chain: Chain,
     errors: Option<StandardErrors>,
     figures: Option<Figures>,
+    bias: Option<NoiseBias>,
+}
+
+fn chain(request: &Request, faults: &LineFaults) -> Result<Chain, Error> {
+    let mut chain = Chain::new(
+        request.sensor,
+        request.sensor_file,
+        request.method,
+        request.unit,
+    )?;
+    if let Some(repair) = request.repair {
+        chain.set_repair(repair);
+    }
+    chain.set_lines(faults);
+    Ok(chain)
 }
 
 impl Worker {
@@ -27,11 +43,7 @@ impl Worker {
             unit,
             ..
         } = *request;
-        let mut chain = Chain::new(sensor, sensor_file, request.method, unit)?;
-        if let Some(repair) = request.repair {
-            chain.set_repair(repair);
-        }
-        chain.set_lines(faults);
+        let chain = chain(request, faults)?;
         let level = faults.level;
         let errors = request
             .errors
@@ -45,7 +57,15 @@ impl Worker {
             let figures = figures.touched_above(request.touched_newtons);
             figures.with_regions(request.regions)
         });
+        let bias = if figures.is_some() && request.method.inverts() {
+            // One of its own: what goes through it is no frame of the recording.
+            let own = self::chain(request, faults)?.into_pipeline();
+            NoiseBias::new(sensor, own, level)
+        } else {
+            None
+        };
         Ok(Self {
+            bias,
             chain,
             errors: errors.transpose()?,
             figures,
@@ -59,6 +79,7 @@ impl Worker {
     fn convert(&mut self, frame: &mut Converted, request: &Request) -> Result<(), Error> {
         if frame.is_first {
             self.chain.begin_anew();
+            self.bias.iter_mut().for_each(NoiseBias::begin_anew);
         }
         frame.outcome = match &frame.read {
             Read::Counts(counts) => self.chain.take_screened(counts),
@@ -86,6 +107,11 @@ impl Worker {
         let (Some(figures), Some(loads)) = (&mut self.figures, self.chain.loads()) else {
             return;
         };
+        if let Some(bias) = &mut self.bias {
+            let has_volts = frame.is_answer() && !matches!(frame.read, Read::Siemens(_));
+            let volts = has_volts.then(|| self.chain.volts());
+            figures.set_bias(volts.and_then(|volts| bias.of(volts, loads)));
+        }
         let siemens = self.chain.siemens();
         let mut row = figures.of(siemens, loads, &frame.shown, frame.is_answer());
         row.frame = frame.sequence();

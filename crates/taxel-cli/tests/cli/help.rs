@@ -24,6 +24,7 @@ fn without_a_verb_the_help_is_shown_and_the_exit_code_is_2() {
 
     Look:
       info        Summarise a recording
+      measure     Measure forces over time: total, grip, fingers; peak, plateau, fatigue of each trial
       analyse     Look at taxels of a recording over time: a taxel, a row, a column, a region
       plot        Draw frames, or values over frames
       selftest    Test a sensor: open, shorted, stuck, noisy and flickering lines and taxels

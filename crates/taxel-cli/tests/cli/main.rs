@@ -21,6 +21,7 @@ mod left_out;
 mod line_ends;
 mod live;
 mod look;
+mod measure;
 mod record;
 mod recordings;
 mod rewritten;

@@ -7,7 +7,7 @@ mod grip;
 
 use super::known::{Known, is_left_out};
 use super::load::{NEAR_SHARE, factor_95_of, heaviest_near, noise_counts_of};
-use super::{Adjoint, least_error_siemens, set_passive};
+use super::{Adjoint, DRAWS, least_error_siemens, set_passive};
 use crate::circuit::{Circuit, Converter, OperatingPoint, SensorCircuit};
 use crate::frame::{grams_from_newtons, newtons_from_grams};
 use crate::material::{LoadLaw, Spread};
@@ -74,6 +74,8 @@ pub struct FigureErrors {
     sigma_volts: f64,
     sensor: Sensor,
     is_looked_at: bool,
+    /// What noise has added to each load, by two draws; empty where that is not known, or nothing.
+    bias: [Vec<f64>; DRAWS],
     /// Load above which a taxel counts as touched, newtons.
     threshold_newtons: f64,
     /// Where each taxel lies: across the rows and across the columns, mm.
@@ -121,6 +123,7 @@ impl FigureErrors {
                 * Converter::from_sensor(sensor).lsb_volts(),
             sensor: sensor.clone(),
             is_looked_at: false,
+            bias: Default::default(),
             threshold_newtons: CONTACT_NEWTONS,
             places_mm: (0..taxels).map(place).collect(),
             is_known: vec![false; taxels],
@@ -144,6 +147,15 @@ impl FigureErrors {
     /// Whether more than noise is known: a calibration has told what fit and model leave.
     pub fn knows_more_than_noise(&self) -> bool {
         self.beyond.is_some()
+    }
+
+    /// What noise has added to the loads of the frame that is looked at next ([`super::NoiseBias`]), taken off them before they
+    /// are summed: then the sums are uncertain by how far its draws are apart, and by what it cannot tell.
+    pub fn set_bias(&mut self, draws: Option<&[Vec<f64>; DRAWS]>) {
+        for (draw, bias) in self.bias.iter_mut().enumerate() {
+            bias.clear();
+            bias.extend(draws.iter().flat_map(|draws| &draws[draw]));
+        }
     }
 
     /// Of one frame: its conductances, and the loads found from them.
@@ -244,8 +256,18 @@ impl FigureErrors {
         let (share, floor) = self.shared();
         let model = (share * sum).hypot(floor * count).hypot(self.own_of_sum());
         let fit = self.beyond.map_or(0.0, |beyond| beyond.fit_share) * sum.abs();
-        let noise = self.noise_of_sum();
+        let noise = self.noise_of_sum().hypot(self.doubt_of_bias(sum));
         self.figure(noise, fit, model)
+    }
+
+    /// What the weighted sum of loads is uncertain by since noise has added to them.
+    fn doubt_of_bias(&self, sum: f64) -> f64 {
+        let of = |bias: &[f64]| -> f64 { self.weights.iter().zip(bias).map(|(w, b)| w * b).sum() };
+        let [one, other] = [of(&self.bias[0]), of(&self.bias[1])];
+        let added = (one + other) / 2.0;
+        // Bends of higher order are to this one as this one is to the sum.
+        let beyond = added * (added / sum).abs().min(1.0);
+        ((one - other) / 2.0).hypot(if sum == 0.0 { added } else { beyond })
     }
 
     /// Of a place that the loads tell by the weights as they stand: no common scale moves it, one that leans over the

@@ -4,12 +4,14 @@ mod conductance;
 mod figures;
 mod known;
 mod load;
+mod noise_bias;
 
 pub(crate) use conductance::{Adjoint, influence_of, set_passive};
 pub use conductance::{Uncertainty, standard_errors, standard_errors_by};
 pub use figures::{FigureError, FigureErrors, FrameFigureErrors};
 pub(crate) use known::Known;
 pub use load::{Parts, StandardErrors};
+pub use noise_bias::{DRAWS, NoiseBias};
 
 use crate::Sensor;
 use crate::sensor::Sense;

@@ -87,7 +87,7 @@ impl<'a> Report<'a> {
             );
         } else if self.trials.is_empty() {
             out::note(
-                "no trial: nobody pressed for half a second (--trials says from when to when)",
+                "no trial: for half a second no force stood out of what it is uncertain by (--trials says from when to when)",
             );
         }
     }

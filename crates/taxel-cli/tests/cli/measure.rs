@@ -1,0 +1,198 @@
+//! `taxel measure`: what was pressed comes back as forces over time, of all, of a grip and of regions, and trial by trial.
+
+use std::f64::consts::PI;
+
+use crate::run::Folder;
+
+/// A recording of 160 frames of a hand, with its true loads in newtons.
+fn gripped(sensor: &str, seed: u32) -> (Folder, Vec<Vec<f64>>) {
+    let folder = Folder::new();
+    folder.good(&format!(
+        "simulate --sensor {sensor} --pattern hand --frames 160 --seed {seed} -o hand.txt --truth truth.csv"
+    ));
+    let truth = folder.numbers("truth.csv");
+    let each = truth.len() / 160;
+    let newtons = |g: &f64| g * 9.80665e-3;
+    let truth = truth.chunks(each).map(|f| f.iter().map(newtons).collect());
+    (folder, truth.collect())
+}
+
+/// A column of a table; an empty cell is NaN.
+fn column(folder: &Folder, table: &str, name: &str) -> Vec<f64> {
+    let text = folder.read(table);
+    let mut lines = text.lines();
+    let at = lines.next().unwrap().split(',').position(|n| n == name);
+    let at = at.unwrap_or_else(|| panic!("no {name} in {text:.300}"));
+    let cell = |line: &str| line.split(',').nth(at).unwrap().parse().unwrap_or(f64::NAN);
+    lines.map(cell).collect()
+}
+
+/// Share of frames whose number lies within what it is said to be off by.
+fn covered(found: &[f64], half: &[f64], truth: &[f64]) -> f64 {
+    let within = found.iter().zip(half).zip(truth);
+    let within = within.filter(|((found, half), truth)| (*found - *truth).abs() <= **half);
+    within.count() as f64 / found.len() as f64
+}
+
+#[test]
+fn total_grip_and_a_region_are_what_was_pressed_within_their_intervals() {
+    for seed in [1, 2, 3] {
+        let (folder, truth) = gripped("econe", seed);
+        folder.write(
+            "hand.toml",
+            "[[region]]\nname = \"Far half\"\nboxes = [[0, 63, 60, 127]]\n",
+        );
+        folder.good(
+            "measure hand.txt --sensor econe --frames-per-second 100 --regions hand.toml -o f.csv",
+        );
+        let held = |name: &str| column(&folder, "f.csv", name)[50..110].to_vec();
+        let truth = &truth[50..110];
+        let totals: Vec<f64> = truth.iter().map(|frame| frame.iter().sum()).collect();
+        assert!(covered(&held("total_n"), &held("total_error_n"), &totals) >= 0.85);
+        // By a search all around, of the 128 lines that lie a pitch of 2 mm apart on 81.49 mm.
+        let grip = |frame: &Vec<f64>| {
+            let line = |c: usize| (0..64).map(|r| frame[r * 128 + c]).sum::<f64>();
+            let lines: Vec<f64> = (0..128).map(line).collect();
+            let along = |phi: f64| -> f64 {
+                let each = lines.iter().enumerate();
+                0.5 * each
+                    .map(|(c, f)| f * (4.0 / 81.49 * c as f64 - phi).cos().abs())
+                    .sum::<f64>()
+            };
+            (0..4000)
+                .map(|i| along(PI * f64::from(i) / 4000.0))
+                .fold(0.0, f64::max)
+        };
+        let grips: Vec<f64> = truth.iter().map(grip).collect();
+        assert!(covered(&held("grip_n"), &held("grip_error_n"), &grips) >= 0.85);
+        let far = |frame: &Vec<f64>| {
+            let taxels = frame.iter().enumerate().filter(|(t, _)| t % 128 >= 60);
+            taxels.map(|(_, f)| f).sum()
+        };
+        let fars: Vec<f64> = truth.iter().map(far).collect();
+        assert!(covered(&held("far_half_n"), &held("far_half_error_n"), &fars) >= 0.85);
+    }
+}
+
+/// Half a count of noise on a mat of 10 bits whose lines are left open: its inverse bends, and the sum of all loads was 9 % too large.
+#[test]
+fn noise_does_not_add_up_where_lines_are_left_open() {
+    let preset = taxel::sensor::preset("mat-16x16-cd4067").unwrap();
+    let noisy = preset.edited(|spec| spec.converter.noise_counts = Some(0.5));
+    for seed in [1, 2, 3] {
+        let folder = Folder::new();
+        folder.write("mat.toml", &noisy.as_ref().unwrap().to_toml());
+        folder.good(&format!(
+            "simulate --sensor mat.toml --pattern hand --frames 110 --seed {seed} -o hand.txt --truth truth.csv"
+        ));
+        folder.good("measure hand.txt --sensor mat.toml --frames-per-second 100 -o f.csv");
+        let truth = folder.numbers("truth.csv");
+        let truth: Vec<f64> = truth
+            .chunks(256)
+            .map(|f| 9.80665e-3 * f.iter().sum::<f64>())
+            .collect();
+        let held = |name: &str| column(&folder, "f.csv", name)[50..].to_vec();
+        let (found, half) = (held("total_n"), held("total_error_n"));
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+        let off = mean(&found) / mean(&truth[50..]) - 1.0;
+        assert!(off.abs() < 0.01, "{off}");
+        assert!(covered(&found, &half, &truth[50..]) >= 0.95);
+        assert!(mean(&half) < 0.08 * mean(&found));
+        assert!(held("grip_n").iter().all(|n| n.is_nan()), "the mat is flat");
+    }
+}
+
+#[test]
+fn trials_are_found_by_force_or_said() {
+    let (folder, _) = gripped("mat-32x32-adg732", 2);
+    let measured = |words: &str| -> serde_json::Value {
+        let run = folder.good(&format!(
+            "measure hand.txt --sensor mat-32x32-adg732 --frames-per-second 100 --json {words}"
+        ));
+        serde_json::from_str(&run.out).unwrap()
+    };
+    let by_force = measured("");
+    let trials = by_force["trials"].as_array().unwrap();
+    assert_eq!(trials.len(), 1);
+    let total = &trials[0]["forces"][0];
+    let largest = total["peak_n"]["value"].as_f64().unwrap();
+    let steady = total["plateau"]["mean_n"]["value"].as_f64().unwrap();
+    assert!((0.95..1.0).contains(&(steady / largest)), "{total}");
+    // It holds from frame 48 to 119.
+    let from = total["plateau"]["from_s"].as_f64().unwrap();
+    let to = total["plateau"]["to_s"].as_f64().unwrap();
+    assert!(from > 0.4 && to < 1.25 && to - from > 0.4, "{total}");
+    let two = measured("--trials 0.5..0.8,0.9..1.1");
+    assert_eq!(two["trials"].as_array().unwrap().len(), 2);
+    assert_eq!(two["trials"][1]["from_s"], 0.9);
+    let whole = measured("--trials whole --no-intervals");
+    assert_eq!(whole["trials"][0]["frames"], 160);
+    assert!(
+        whole["trials"][0]["forces"][0]["peak_n"]
+            .get("half_width_95")
+            .is_none()
+    );
+    // The same numbers, with intervals or without.
+    let value = |of: &serde_json::Value| of["trials"][0]["forces"][0]["peak_n"]["value"].clone();
+    assert_eq!(value(&whole), value(&by_force));
+}
+
+#[test]
+fn every_format_holds_the_same_numbers() {
+    let (folder, _) = gripped("mat-32x32-adg732", 1);
+    for name in ["f.csv", "f.json", "f.parquet", "f.xlsx"] {
+        folder.good(&format!(
+            "measure hand.txt --sensor mat-32x32-adg732 --frames-per-second 50 --threads 2 -o {name} --picture f.png"
+        ));
+    }
+    let csv = column(&folder, "f.csv", "total_n");
+    let json: Vec<serde_json::Value> = serde_json::from_str(&folder.read("f.json")).unwrap();
+    assert_eq!(json.len(), 160);
+    for (at, (record, value)) in json.iter().zip(&csv).enumerate() {
+        assert_eq!(record["total_n"].as_f64(), Some(*value));
+        assert_eq!(record["time_s"].as_f64(), Some(at as f64 / 50.0));
+        assert!(record["grip_n"].is_null());
+    }
+    let png = std::fs::read(folder.path("f.png")).unwrap();
+    assert!(png.starts_with(b"\x89PNG"));
+}
+
+#[test]
+fn what_cannot_be_measured_is_said() {
+    let (folder, _) = gripped("mat-32x32-adg732", 1);
+    let run = folder.taxel("measure hand.txt --sensor mat-32x32-adg732 -o f.csv");
+    assert!(
+        run.err.contains("tells no times") && run.code == Some(0),
+        "{run}"
+    );
+    assert!(run.err.contains("no grip force"), "{run}");
+    assert!(
+        column(&folder, "f.csv", "time_s")
+            .iter()
+            .all(|s| s.is_nan())
+    );
+    let bad = |words: &str, error: &str| {
+        let run = folder.taxel(&format!(
+            "measure hand.txt --sensor mat-32x32-adg732 {words}"
+        ));
+        assert!(run.code != Some(0) && run.err.contains(error), "{run}");
+        assert!(run.err.contains("hint") || run.code == Some(2), "{run}");
+    };
+    bad("--trials 3..1", "must be force, marks, whole");
+    bad(
+        "--frames-per-second 100 --trials 2..3",
+        "goes from 0 s to 1.590 s",
+    );
+    bad("--frames-per-second 100 --trials marks", "holds no marks");
+    bad("--touched 0", "above 0");
+    bad("-o hand.txt", ".csv, .parquet, .xlsx, .json");
+    folder.write(
+        "r.toml",
+        "[[region]]\nname = \"heel\"\nboxes = [[0, 40, 0, 1]]\n",
+    );
+    bad("--regions r.toml", "rows 0 to 31 and columns 0 to 31");
+    folder.write("r.toml", "[[regoin]]\nname = \"heel\"\n");
+    bad("--regions r.toml", "unknown field `regoin`");
+    folder.write("r.toml", "");
+    bad("--regions r.toml", "no region in it");
+}
