@@ -7,6 +7,7 @@ mod calibration;
 mod errors;
 mod interrupt;
 mod live;
+mod measurement;
 mod output;
 mod pipeline;
 mod reader;
@@ -24,6 +25,8 @@ mod _taxel {
     use crate::calibration::{Calibration, calibrate};
     #[pymodule_export]
     use crate::live::Stream;
+    #[pymodule_export]
+    use crate::measurement::measure;
     #[pymodule_export]
     use crate::pipeline::Pipeline;
     #[pymodule_export]

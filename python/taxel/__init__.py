@@ -12,7 +12,7 @@ From raw frames to newtons on every taxel, with the cross-talk removed, and how 
 
 In reading order: ``Sensor`` says what the sensor is, ``read`` opens a recording, ``calibrate`` finds what the parts list does not
 say, ``Pipeline`` makes loads of frames, ``live`` does it as they come; ``scan`` and ``solve`` are the circuit both ways;
-``simulate``, ``identify``, ``evaluate`` and ``report`` go with them; ``map`` works through an archive, ``taxel.ray`` on a cluster; ``taxel.plot``
+``simulate``, ``identify``, ``evaluate`` and ``report`` go with them; ``measure`` finds forces over time, ``map`` works through an archive, ``taxel.ray`` on a cluster; ``taxel.plot``
 draws.
 """
 
@@ -22,6 +22,7 @@ from ._calibrate import Calibration, Presses, calibrate
 from ._circuit import Simulation, evaluate, identify, report, scan, simulate, solve
 from ._errors import ArrayError, Error, FileError, NoiseOnlyWarning, SensorError
 from ._live import Live, LiveFrame, live
+from ._measure import Measurement, measure
 from ._pipeline import Pipeline
 from ._recording import Chunk, Recording, read
 from ._result import Result
@@ -37,6 +38,7 @@ __all__ = [
     "FileError",
     "Live",
     "LiveFrame",
+    "Measurement",
     "NoiseOnlyWarning",
     "Pipeline",
     "Presses",
@@ -52,6 +54,7 @@ __all__ = [
     "identify",
     "live",
     "map",
+    "measure",
     "plot",
     "presets",
     "read",

@@ -134,6 +134,25 @@ class Batch:
     def check_names(self, recordings: list[str]) -> None: ...
     def write_tables(self, entries: list[str]) -> None: ...
 
+def measure(
+    recording: str,
+    sensor: Sensor | None,
+    *,
+    regions: str | None,
+    trials: str,
+    trial_force: float | None,
+    plateau: float,
+    touched: float,
+    intervals: bool,
+    frames_per_second: float | None,
+    method: str,
+    repair: bool | None,
+    no_tare: bool,
+    transpose: bool,
+    keep_going: bool,
+    threads: int | None,
+) -> tuple[list[tuple[str, NDArray[np.float64]]], str, str]: ...
+
 class Reader:
     def __init__(self, path: _Path, sensor: Sensor | None, unit: str, transpose: bool, keep_going: bool) -> None: ...
     @property

@@ -22,7 +22,7 @@ def test_the_stubs_name_everything() -> None:
             found = {member for member in vars(getattr(_taxel, name)) if not member.startswith("_")}
             assert members - {"__new__", "__init__"} == found, name
         elif isinstance(node, ast.FunctionDef):
-            parameters = [argument.arg for argument in node.args.args]
+            parameters = [argument.arg for argument in node.args.args + node.args.kwonlyargs]
             assert parameters == list(inspect.signature(getattr(_taxel, name)).parameters), name
 
 

@@ -235,6 +235,14 @@ impl Sensor {
         }
     }
 
+    /// A taxel's area and that of its cell, mm², where the first is the larger: one of both is wrong, and pressures are too low by
+    /// their ratio if it is the first.
+    pub fn taxel_beyond_cell_mm2(&self) -> Option<[f64; 2]> {
+        let areas = [self.taxel_area_mm2(0), self.cell_mm2(0)];
+        // A pitch has no more digits than a ruler.
+        (self.positions.is_empty() && areas[0] > 1.01 * areas[1]).then_some(areas)
+    }
+
     /// Where a place on the surface lies, given in mm across the rows and across the columns from the first taxel (as the
     /// centre of pressure is): in lines, so that a taxel's own place is its row and column.
     pub fn lines_from_mm(&self, [down, across]: [f64; 2]) -> [f64; 2] {

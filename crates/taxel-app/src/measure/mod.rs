@@ -5,6 +5,7 @@ mod series;
 mod trials;
 
 use std::path::Path;
+use std::str::FromStr;
 
 use taxel::Sensor;
 use taxel::metric::CONTACT_NEWTONS;
@@ -65,6 +66,31 @@ pub enum TrialsBy {
     Whole,
     /// From and to, seconds since the first frame.
     Times(Vec<[f64; 2]>),
+}
+
+impl FromStr for TrialsBy {
+    type Err = String;
+
+    /// `force`, `marks`, `whole`, or times as `2.5..10.5,20..28`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let times = |part: &str| -> Option<[f64; 2]> {
+            let (from, to) = part.split_once("..")?;
+            let [from, to] = [from, to].map(|secs| secs.trim().parse::<f64>().ok());
+            let (from, to) = (from?, to?);
+            (from.is_finite() && to.is_finite() && from < to).then_some([from, to])
+        };
+        match text {
+            "force" => Ok(Self::Force),
+            "marks" => Ok(Self::Marks),
+            "whole" => Ok(Self::Whole),
+            text => {
+                let all: Option<Vec<[f64; 2]>> = text.split(',').map(times).collect();
+                all.map(Self::Times).ok_or_else(|| {
+                    "must be force, marks, whole, or seconds as 2.5..10.5, several with commas between, each ending after it begins".to_owned()
+                })
+            }
+        }
+    }
 }
 
 impl Default for Settings {

@@ -4,7 +4,6 @@ mod picture;
 mod report;
 
 use std::path::PathBuf;
-use std::str::FromStr;
 
 use taxel::metric::CONTACT_NEWTONS;
 use taxel_io::write_columns;
@@ -43,7 +42,11 @@ pub(crate) struct Args {
     regions: Option<PathBuf>,
     /// Where trials begin and end: `force` (where it rises and falls), `marks` (set while it was recorded), `whole`, or from
     /// when to when, in seconds since the first frame
-    #[arg(long, value_name = "force|marks|whole|FROM..TO,…", default_value = "force", value_parser = trials)]
+    #[arg(
+        long,
+        value_name = "force|marks|whole|FROM..TO,…",
+        default_value = "force"
+    )]
     trials: TrialsBy,
     /// A trial is where the total force is above this, newtons; without it above a tenth of the largest
     #[arg(long, value_name = "NEWTONS", value_parser = positive)]
@@ -85,27 +88,6 @@ pub(crate) struct Args {
     /// Print JSON
     #[arg(long)]
     json: bool,
-}
-
-/// Words, or times.
-fn trials(text: &str) -> Result<TrialsBy, String> {
-    let times = |part: &str| -> Option<[f64; 2]> {
-        let (from, to) = part.split_once("..")?;
-        let [from, to] = [from, to].map(|secs| f64::from_str(secs.trim()).ok());
-        let (from, to) = (from?, to?);
-        (from.is_finite() && to.is_finite() && from < to).then_some([from, to])
-    };
-    match text {
-        "force" => Ok(TrialsBy::Force),
-        "marks" => Ok(TrialsBy::Marks),
-        "whole" => Ok(TrialsBy::Whole),
-        text => {
-            let all: Option<Vec<[f64; 2]>> = text.split(',').map(times).collect();
-            all.map(TrialsBy::Times).ok_or_else(|| {
-                "must be force, marks, whole, or seconds as 2.5..10.5, several with commas between, each ending after it begins".to_owned()
-            })
-        }
-    }
 }
 
 /// Runs the command.

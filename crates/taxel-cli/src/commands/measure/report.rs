@@ -31,6 +31,8 @@ pub(super) struct Report<'a> {
     faulty_lines: &'a [FaultyLine],
     #[serde(skip)]
     is_handle: bool,
+    #[serde(skip)]
+    areas_mm2: Option<[f64; 2]>,
 }
 
 impl<'a> Report<'a> {
@@ -57,6 +59,7 @@ impl<'a> Report<'a> {
             tally: &measurement.tally,
             faulty_lines: &measurement.faulty_lines,
             is_handle: measured.sensor.handle().is_some(),
+            areas_mm2: measured.sensor.taxel_beyond_cell_mm2(),
         }
     }
 
@@ -75,6 +78,12 @@ impl<'a> Report<'a> {
             out::note(
                 "noise only: the sensor file has no [uncertainty], which `taxel calibrate` writes, so that intervals are too small",
             );
+        }
+        if let Some([area, cell]) = self.areas_mm2 {
+            out::warn(&format!(
+                "array.taxel_area_mm2 is {area:.1} mm², and the lines leave a taxel {cell:.1} mm² (array.pitch_mm): pressures are {:.0} % too low if the second is right",
+                100.0 * (1.0 - cell / area)
+            ));
         }
         if !self.is_handle {
             out::note(

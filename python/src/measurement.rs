@@ -1,0 +1,99 @@
+//! `taxel.measure`: forces of a recording over time, as `taxel measure` finds them.
+
+use std::path::PathBuf;
+
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use taxel_app::measure::{Measured, Measurement, Settings, TrialsBy, regions_of_file};
+use taxel_app::methods::MethodName;
+use taxel_app::{Silent, sensor_source};
+
+use crate::errors;
+use crate::interrupt::interruptible;
+use crate::sensor::Sensor;
+
+/// Columns by name; trials, and what happened to the frames, as JSON.
+type Found<'py> = (Vec<(String, Bound<'py, PyArray1<f64>>)>, String, String);
+
+/// Forces over time of a recording, with those of its trials and of what happened to its frames.
+#[pyfunction]
+#[pyo3(signature = (recording, sensor, *, regions, trials, trial_force, plateau, touched, intervals, frames_per_second, method, repair, no_tare, transpose, keep_going, threads))]
+#[allow(clippy::too_many_arguments)]
+pub(crate) fn measure<'py>(
+    py: Python<'py>,
+    recording: PathBuf,
+    sensor: Option<Sensor>,
+    regions: Option<PathBuf>,
+    trials: &str,
+    trial_force: Option<f64>,
+    plateau: f64,
+    touched: f64,
+    intervals: bool,
+    frames_per_second: Option<f64>,
+    method: &str,
+    repair: Option<bool>,
+    no_tare: bool,
+    transpose: bool,
+    keep_going: bool,
+    threads: Option<usize>,
+) -> PyResult<Found<'py>> {
+    let mut settings = Settings::default();
+    settings.trials = trials.parse::<TrialsBy>().map_err(|words| {
+        errors::other(format!(
+            "trials {trials:?}: {words}\nhint: 'force' finds them"
+        ))
+    })?;
+    for (name, number) in [
+        ("trial_force", trial_force.unwrap_or(1.0)),
+        ("plateau", plateau),
+        ("touched", touched),
+        ("frames_per_second", frames_per_second.unwrap_or(1.0)),
+    ] {
+        if !(number.is_finite() && number > 0.0) {
+            return Err(errors::other(format!(
+                "{name} is {number}\nhint: a number above 0"
+            )));
+        }
+    }
+    settings.hold.threshold_newtons = trial_force;
+    settings.hold.plateau_secs = plateau;
+    settings.touched_newtons = touched;
+    settings.intervals = intervals;
+    settings.frames_per_second = frames_per_second;
+    settings.method = method.parse::<MethodName>().map_err(errors::other)?;
+    settings.repair = repair;
+    settings.no_tare = no_tare;
+    settings.transpose = transpose;
+    settings.keep_going = keep_going;
+    settings.threads = threads;
+    let found = interruptible(py, |stop| {
+        let (sensor, file) = match sensor {
+            Some(sensor) => (sensor.sensor, sensor.file),
+            None => sensor_source::of_recording(&recording)?,
+        };
+        let regions = match &regions {
+            Some(file) => regions_of_file(file, &sensor)?,
+            None => sensor.regions().to_vec(),
+        };
+        let measured = Measured {
+            recording: &recording,
+            sensor: &sensor,
+            sensor_file: &file,
+            regions: &regions,
+        };
+        measured.measure(&settings, &Silent, &|| stop.is_set())
+    })?;
+    Ok(told(py, &found.map_err(errors::of_app)?))
+}
+
+fn told<'py>(py: Python<'py>, found: &Measurement) -> Found<'py> {
+    let columns = found.series.columns().into_iter();
+    let json = |value: serde_json::Result<String>| value.expect("numbers and words");
+    (
+        columns
+            .map(|column| (column.name, PyArray1::from_vec(py, column.values)))
+            .collect(),
+        json(serde_json::to_string(&found.trials)),
+        json(serde_json::to_string(&found.tally)),
+    )
+}
