@@ -15,6 +15,7 @@
 //! | [`pipeline`] | all of these in the order that a stream needs: counts → loads |
 //! | [`simulate`] | a virtual sensor with known loads |
 //! | [`metric`], [`stats`] | figures of merit; one definition of each statistic |
+//! | [`segment`] | a map of loads → contacts, and the parts of a hand |
 //! | [`evaluate`] | readings by experiment → repeatability, hysteresis, creep, accuracy |
 //! | [`identify`] | frames of unknown loads → which read-out explains them |
 //! | [`selftest`] | frames of a self-test → faults, and what to solder |
@@ -42,6 +43,7 @@ pub mod identify;
 
 pub mod metric;
 pub mod parts;
+pub mod segment;
 pub mod selftest;
 pub mod simulate;
 

@@ -1,5 +1,6 @@
 //! From a recording to forces over time: total, grip and regions, frame by frame, and what each trial amounts to.
 
+mod find_regions;
 mod regions_file;
 mod series;
 mod trials;
@@ -21,7 +22,7 @@ use crate::line_survey::{FaultyLine, Survey};
 use crate::methods::MethodName;
 use crate::reporter::Reporter;
 use crate::units::{InputUnit, Unit};
-pub use regions_file::regions_of_file;
+pub use regions_file::{regions_of_file, regions_to_toml};
 pub use series::{ForceSeries, Series};
 pub use trials::{ForceOverTime, PlateauFigures, Trial};
 
@@ -154,10 +155,7 @@ impl Measured<'_> {
         reporter: &dyn Reporter,
         is_stopped: &(dyn Fn() -> bool + Sync),
     ) -> Result<Measurement, Error> {
-        let mut input = Input::new(self.recording, InputUnit::Counts, self.sensor);
-        input.options.transpose = settings.transpose;
-        input.options.keep_going = settings.keep_going;
-        input.options.accept_damage = true;
+        let input = self.input(settings);
         let request = self.request(settings, is_stopped, !input.can_be_read_twice());
         request.check()?;
         let survey = Survey::of(&input, self.sensor, reporter, settings.threads)?;
@@ -189,6 +187,14 @@ impl Measured<'_> {
             events,
             knows_more_than_noise: self.sensor.uncertainty().is_some(),
         })
+    }
+
+    fn input(&self, settings: &Settings) -> Input {
+        let mut input = Input::new(self.recording, InputUnit::Counts, self.sensor);
+        input.options.transpose = settings.transpose;
+        input.options.keep_going = settings.keep_going;
+        input.options.accept_damage = true;
+        input
     }
 
     fn request<'a>(

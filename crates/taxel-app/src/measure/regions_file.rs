@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use taxel::Sensor;
 use taxel::sensor::{Region, RegionSpec};
 use taxel_io::bounded;
@@ -12,11 +12,19 @@ use crate::error::Error;
 /// The longest file of regions, bytes: as long as a sensor file.
 const MAX: u64 = 2 << 20;
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RegionsFile {
     #[serde(default, rename = "region")]
     regions: Vec<RegionSpec>,
+}
+
+/// The text of such a file.
+pub fn regions_to_toml(regions: &[RegionSpec]) -> String {
+    let file = RegionsFile {
+        regions: regions.to_vec(),
+    };
+    toml::to_string(&file).expect("regions are plain data")
 }
 
 /// The regions of a sensor that a TOML file names, a `[[region]]` each.

@@ -3,9 +3,11 @@
 mod picture;
 mod report;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use taxel::Sensor;
 use taxel::metric::CONTACT_NEWTONS;
+use taxel::sensor::Region;
 use taxel_io::write_columns;
 use taxel_plot::Format;
 
@@ -15,7 +17,7 @@ use crate::outputs::{Files, check_ending};
 use crate::progress::Terminal;
 use crate::{Exit, out, recorded};
 use report::Report;
-use taxel_app::measure::{Measured, Settings, TrialsBy, regions_of_file};
+use taxel_app::measure::{Measured, Settings, TrialsBy, regions_of_file, regions_to_toml};
 use taxel_app::methods::MethodName;
 
 /// Measure forces over time: total, grip, fingers; peak, plateau, fatigue of each trial
@@ -37,9 +39,13 @@ pub(crate) struct Args {
     /// Where to write the forces over time as a picture (.png, .svg)
     #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
-    /// File of named regions (.toml); without it those of the sensor file
-    #[arg(long, value_name = "FILE")]
+    /// File of named regions (.toml), or `auto`: palm, thumb and fingers of a hand around a handle, else contacts; without it
+    /// those of the sensor file
+    #[arg(long, value_name = "FILE|auto")]
     regions: Option<PathBuf>,
+    /// Where to write the regions that were found, to be renamed and redrawn (.toml)
+    #[arg(long, value_name = "FILE", requires = "regions")]
+    write_regions: Option<PathBuf>,
     /// Where trials begin and end: `force` (where it rises and falls), `marks` (set while it was recorded), `whole`, or from
     /// when to when, in seconds since the first frame
     #[arg(
@@ -97,17 +103,14 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     check(args)?;
     let (sensor, sensor_file) =
         recorded::needed_sensor(args.sensor.as_deref(), Some(&args.recording))?;
-    let regions = match &args.regions {
-        Some(file) => regions_of_file(file, &sensor)?,
-        None => sensor.regions().to_vec(),
-    };
+    let settings = settings(args);
+    let regions = regions(args, &settings, &sensor, &sensor_file)?;
     let measured = Measured {
         recording: &args.recording,
         sensor: &sensor,
         sensor_file: &sensor_file,
         regions: &regions,
     };
-    let settings = settings(args);
     let measurement = measured.measure(&settings, &Terminal, &|| false)?;
     let report = Report::new(args, &measured, &settings, &measurement);
     report.tell();
@@ -133,6 +136,45 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     })
 }
 
+/// Those of a file, of the sensor file, or found.
+fn regions(
+    args: &Args,
+    settings: &Settings,
+    sensor: &Sensor,
+    sensor_file: &Path,
+) -> Result<Vec<Region>, Error> {
+    let Some(file) = &args.regions else {
+        return Ok(sensor.regions().to_vec());
+    };
+    if file != Path::new(AUTO) {
+        return Ok(regions_of_file(file, sensor)?);
+    }
+    let all = Measured {
+        recording: &args.recording,
+        sensor,
+        sensor_file,
+        regions: &[],
+    };
+    let found = all.find_regions(settings, &Terminal, &|| false)?;
+    let names: Vec<&str> = found.iter().map(|region| region.name.as_str()).collect();
+    let confidence = found.first().and_then(|region| region.confidence);
+    out::note(&match confidence {
+        Some(confidence) => format!(
+            "a hand, with a confidence of {confidence}: {}; --write-regions keeps them to be looked at",
+            names.join(", ")
+        ),
+        None => format!("no hand; regions: {}", names.join(", ")),
+    });
+    if let Some(file) = &args.write_regions {
+        out::file(file, regions_to_toml(&found).as_bytes())?;
+        out::note(&format!("wrote {}", file.display()));
+    }
+    Ok(Region::all(&found, sensor)?)
+}
+
+/// The word for regions that are found, in place of a file's name.
+const AUTO: &str = "auto";
+
 fn settings(args: &Args) -> Settings {
     let mut settings = Settings::default();
     settings.method = args.method.clone();
@@ -156,12 +198,28 @@ fn check(args: &Args) -> Result<(), Error> {
         let hint = "a table is written as text, as a sheet, as Parquet or as JSON";
         check_ending("-o", file, &["csv", "parquet", "xlsx", "json"], hint)?;
     }
+    let is_auto = args.regions.as_deref() == Some(Path::new(AUTO));
+    if let Some(file) = &args.write_regions {
+        check_ending(
+            "--write-regions",
+            file,
+            &["toml"],
+            "regions are kept as TOML",
+        )?;
+        if !is_auto {
+            return Err(Error::Arguments {
+                what: "--write-regions writes what `--regions auto` finds".to_owned(),
+                hint: "a file of regions is there already",
+            });
+        }
+    }
     Files::default()
         .input("recording", &args.recording)
         .maybe_sensor(args.sensor.as_ref())
-        .maybe_input("regions", args.regions.as_ref())
+        .maybe_input("regions", args.regions.as_ref().filter(|_| !is_auto))
         .maybe_input("model", args.method.file().as_ref())
         .maybe_output("-o", args.output.as_ref())
         .maybe_output("--picture", args.picture.as_ref())
+        .maybe_output("--write-regions", args.write_regions.as_ref())
         .check()
 }

@@ -102,6 +102,48 @@ fn noise_does_not_add_up_where_lines_are_left_open() {
     }
 }
 
+/// A recording tells which part is which, and each has its force within a twentieth, in every frame of the hold.
+#[test]
+fn the_fingers_of_a_hand_are_found_with_their_forces() {
+    let econe = taxel::sensor::preset("econe").unwrap();
+    let pattern = taxel::simulate::Pattern::named("hand").unwrap();
+    for seed in [4, 5, 6] {
+        let (folder, truth) = gripped("econe", seed);
+        let run = folder.good(
+            "measure hand.txt --sensor econe --frames-per-second 100 --regions auto --write-regions r.toml -o f.csv",
+        );
+        assert!(
+            run.err.contains("a hand, with a confidence of 0.9"),
+            "{run}"
+        );
+        let mut right = 0;
+        for frame in 50..110 {
+            let parts = pattern
+                .hand_parts(econe.array(), u64::from(seed), frame)
+                .unwrap();
+            let is_right = |part: &&str| {
+                let loads = truth[frame as usize].iter().zip(&parts);
+                let true_newtons: f64 = loads
+                    .filter(|(_, p)| **p == Some(*part))
+                    .map(|(f, _)| f)
+                    .sum();
+                let found = column(&folder, "f.csv", &format!("{part}_n"))[frame as usize];
+                (found / true_newtons - 1.0).abs() < 0.05
+            };
+            right += usize::from(taxel::segment::HAND_PARTS.iter().all(is_right));
+        }
+        assert!(right >= 57, "{right} of 60 frames");
+        // What was found can be read back, and renamed.
+        let renamed = folder
+            .read("r.toml")
+            .replace("\"little\"", "\"small finger\"");
+        folder.write("r.toml", &renamed);
+        folder.good("measure hand.txt --sensor econe --frames-per-second 100 --regions r.toml --no-intervals -o g.csv");
+        let before = column(&folder, "f.csv", "little_n");
+        assert_eq!(column(&folder, "g.csv", "small_finger_n"), before);
+    }
+}
+
 #[test]
 fn trials_are_found_by_force_or_said() {
     let (folder, _) = gripped("mat-32x32-adg732", 2);
@@ -195,4 +237,16 @@ fn what_cannot_be_measured_is_said() {
     bad("--regions r.toml", "unknown field `regoin`");
     folder.write("r.toml", "");
     bad("--regions r.toml", "no region in it");
+    bad(
+        "--regions r.toml --write-regions s.toml",
+        "what `--regions auto` finds",
+    );
+    folder.good(
+        "simulate --sensor mat-32x32-adg732 --pattern uniform --load-g 0 --frames 20 -o hand.txt",
+    );
+    let run = folder.taxel("measure hand.txt --sensor mat-32x32-adg732 --regions auto");
+    assert!(
+        run.err.contains("no region is pressed") && run.code == Some(2),
+        "{run}"
+    );
 }

@@ -40,6 +40,9 @@ pub(super) const HAND_GROUPS: usize = 6;
 /// Heel and forefoot.
 pub(super) const FOOT_GROUPS: usize = 2;
 const THUMB: usize = 5;
+/// What they are called.
+pub(super) const HAND_GROUP_NAMES: [&str; HAND_GROUPS] =
+    ["palm", "index", "middle", "ring", "little", "thumb"];
 
 /// A right hand around a cylinder, unrolled: the fingers reach round one way, the thumb the other.
 pub(super) fn hand() -> Drawing {
@@ -169,6 +172,17 @@ impl Drawing {
     /// that is left. Each pad's pressure is times its group's level, p = share · level · (1 − ρ²)^1.5 inside its
     /// ellipse, and the highest of overlapping pads counts. Row by row, 0 to 1.
     pub(super) fn lay(&self, array: &Array, place: [f64; 2], levels: &[f64]) -> Vec<f64> {
+        let laid = self.lay_groups(array, place, levels);
+        laid.into_iter().map(|(share, _)| share).collect()
+    }
+
+    /// The same with the group whose pad counts; of a taxel without a load the first.
+    pub(super) fn lay_groups(
+        &self,
+        array: &Array,
+        place: [f64; 2],
+        levels: &[f64],
+    ) -> Vec<(f64, usize)> {
         let side = [
             array.rows as f64 * array.pitch_mm[0],
             array.columns as f64 * array.pitch_mm[1],
@@ -179,7 +193,7 @@ impl Drawing {
         let scale = (side[long] / self.size[0])
             .min(side[1 - long] / self.size[1])
             .min(1.0);
-        let mut shares = vec![0.0; array.rows * array.columns];
+        let mut shares = vec![(0.0, 0); array.rows * array.columns];
         for pad in &self.pads {
             let (mut centre, mut half) = ([0.0; 2], [0.0; 2]);
             for (from, &to) in axes.iter().enumerate() {
@@ -192,7 +206,7 @@ impl Drawing {
                 array,
                 centre,
                 half,
-                pad.share * levels[pad.group],
+                (pad.share * levels[pad.group], pad.group),
                 &mut shares,
             );
         }
@@ -200,7 +214,13 @@ impl Drawing {
     }
 }
 
-fn add_ellipse(array: &Array, centre: [f64; 2], half: [f64; 2], share: f64, shares: &mut [f64]) {
+fn add_ellipse(
+    array: &Array,
+    centre: [f64; 2],
+    half: [f64; 2],
+    (share, group): (f64, usize),
+    shares: &mut [(f64, usize)],
+) {
     for (taxel, value) in shares.iter_mut().enumerate() {
         let at = [taxel / array.columns, taxel % array.columns];
         let distance: f64 = (0..2)
@@ -210,7 +230,10 @@ fn add_ellipse(array: &Array, centre: [f64; 2], half: [f64; 2], share: f64, shar
             })
             .sum();
         if distance < 1.0 {
-            *value = value.max(share * (1.0 - distance).powf(1.5));
+            let own = share * (1.0 - distance).powf(1.5);
+            if own > value.0 {
+                *value = (own, group);
+            }
         }
     }
 }

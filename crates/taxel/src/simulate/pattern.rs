@@ -130,7 +130,10 @@ impl Pattern {
         let shape = &mut generator(seed, Purpose::Shape, 0);
         let contacts = &mut generator(seed, Purpose::Contacts, frame);
         let shares = match self.kind {
-            PatternKind::Hand { frames_per_grip } => hand(array, shape, frames_per_grip, frame),
+            PatternKind::Hand { frames_per_grip } => {
+                let hand = hand(shape, frames_per_grip, frame);
+                hand.drawing.lay(array, hand.place, &hand.levels)
+            }
             PatternKind::Fingers { tips } => {
                 let levels = rhythm(shape, 5, 0.3, frame);
                 let place = [shape.random(), shape.random()];
@@ -150,6 +153,28 @@ impl Pattern {
             PatternKind::Press => return labelled_press(array, peak, seed, frame).loads,
         };
         frame_of(array, peak, shares, frame)
+    }
+}
+
+impl Pattern {
+    /// Which part of a hand presses each taxel in a frame: `palm`, `thumb`, `index`, `middle`, `ring`, `little`, or none; `None` of
+    /// other patterns. What [`crate::segment::hand`] is held against.
+    pub fn hand_parts(
+        &self,
+        array: &Array,
+        seed: u64,
+        frame: u64,
+    ) -> Option<Vec<Option<&'static str>>> {
+        let PatternKind::Hand { frames_per_grip } = self.kind else {
+            return None;
+        };
+        let shape = &mut generator(seed, Purpose::Shape, 0);
+        let hand = hand(shape, frames_per_grip, frame);
+        let laid = hand.drawing.lay_groups(array, hand.place, &hand.levels);
+        let name = |(share, group): (f64, usize)| {
+            (share > 0.0).then_some(drawing::HAND_GROUP_NAMES[group])
+        };
+        Some(laid.into_iter().map(name).collect())
     }
 }
 
@@ -178,12 +203,14 @@ fn rhythm(random: &mut ChaCha8Rng, groups: usize, least: f64, frame: u64) -> Vec
         .collect()
 }
 
-fn hand(
-    array: &Array,
-    shape: &mut ChaCha8Rng,
-    frames_per_grip: Option<u64>,
-    frame: u64,
-) -> Vec<f64> {
+/// A hand in one frame.
+struct DrawnHand {
+    drawing: drawing::Drawing,
+    place: [f64; 2],
+    levels: Vec<f64>,
+}
+
+fn hand(shape: &mut ChaCha8Rng, frames_per_grip: Option<u64>, frame: u64) -> DrawnHand {
     let mut hand = drawing::hand();
     hand.vary(shape);
     let place = [
@@ -205,7 +232,11 @@ fn hand(
             grip * slow[0] * tremor
         })
         .collect();
-    hand.lay(array, place, &levels)
+    DrawnHand {
+        drawing: hand,
+        place,
+        levels,
+    }
 }
 
 /// One grip over a phase of 0 to 1: rest, squeeze (0.08 to 0.28), hold, release (0.75 to 0.88), rest.
