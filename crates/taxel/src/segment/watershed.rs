@@ -2,6 +2,7 @@
 
 use crate::metric::is_usable;
 use crate::sensor::Rings;
+use crate::stats::median;
 use crate::{Frame, Newtons, Sensor};
 
 /// What counts as a contact.
@@ -45,7 +46,8 @@ pub struct Contact {
 
 /// The contacts of a map of loads, the heaviest first. A handle's map goes on across a closed seam.
 pub fn contacts(map: &Frame<Newtons>, sensor: &Sensor, options: &ContactOptions) -> Vec<Contact> {
-    let smooth = smoothed(map, sensor);
+    let neighbours = all_neighbours(sensor);
+    let smooth = smoothed(map, &neighbours);
     let highest = smooth.iter().copied().fold(0.0, f64::max);
     let floor = options.touched_share * highest;
     let mut order: Vec<usize> = (0..smooth.len())
@@ -54,7 +56,7 @@ pub fn contacts(map: &Frame<Newtons>, sensor: &Sensor, options: &ContactOptions)
     order.sort_by(|a, b| smooth[*b].total_cmp(&smooth[*a]).then(a.cmp(b)));
     let mut basins = Basins::new(smooth.len());
     for taxel in order {
-        basins.add(taxel, &smooth, sensor, options.saddle_share);
+        basins.add(taxel, &smooth, &neighbours[taxel], options.saddle_share);
     }
     let mut found: Vec<Contact> = Vec::new();
     let mut place = vec![usize::MAX; smooth.len()];
@@ -111,23 +113,19 @@ impl Basins {
 
     /// The next taxel from the highest down: it belongs to the basin of its highest neighbour, and is the saddle between
     /// that one and the others that it touches.
-    fn add(&mut self, taxel: usize, map: &[f64], sensor: &Sensor, saddle_share: f64) {
+    fn add(&mut self, taxel: usize, map: &[f64], neighbours: &[usize], saddle_share: f64) {
         let mut best: Option<usize> = None;
-        let mut touched = [usize::MAX; 8];
-        let mut count = 0;
-        for neighbour in neighbours(taxel, sensor) {
-            let Some(summit) = self.summit_of(neighbour) else {
+        for &neighbour in neighbours {
+            if self.summit[neighbour].is_none() {
                 continue;
-            };
-            touched[count] = summit;
-            count += 1;
+            }
             if best.is_none_or(|best| map[neighbour] > map[best]) {
                 best = Some(neighbour);
             }
         }
         let own = best.and_then(|best| self.summit_of(best));
         self.summit[taxel] = Some(own.unwrap_or(taxel));
-        for &other in &touched[..count] {
+        for other in neighbours.iter().filter_map(|&n| self.summit[n]) {
             let (a, b) = (self.top(own.unwrap_or(taxel)), self.top(other));
             let (high, low) = if map[a] >= map[b] { (a, b) } else { (b, a) };
             if a != b && map[taxel] > saddle_share * map[low] {
@@ -137,13 +135,46 @@ impl Basins {
     }
 }
 
-/// The taxels around one, across a closed seam as well.
-pub(super) fn neighbours(taxel: usize, sensor: &Sensor) -> impl Iterator<Item = usize> + '_ {
+/// The taxels around each: by lines, across a closed seam as well; of a sensor that says where its taxels lie, those near by.
+fn all_neighbours(sensor: &Sensor) -> Vec<Vec<usize>> {
+    let taxels = 0..sensor.rows() * sensor.columns();
+    match sensor.positions() {
+        Some(positions) => near(positions, sensor),
+        None => taxels.map(|taxel| by_lines(taxel, sensor)).collect(),
+    }
+}
+
+/// Taxels count as beside each other within this many times the usual distance from one to the nearest: diagonals do.
+const BESIDE: f64 = 1.6;
+
+fn near(positions: &[[f64; 2]], sensor: &Sensor) -> Vec<Vec<usize>> {
+    let there: Vec<usize> = (0..positions.len())
+        .filter(|&t| !sensor.is_absent(t))
+        .collect();
+    let apart = |a: usize, b: usize| {
+        let ([ax, ay], [bx, by]) = (positions[a], positions[b]);
+        (ax - bx).hypot(ay - by)
+    };
+    let others = |a: usize| there.iter().copied().filter(move |&b| b != a);
+    let nearest = there
+        .iter()
+        .map(|&a| others(a).map(|b| apart(a, b)).fold(f64::INFINITY, f64::min));
+    let reach = BESIDE * median(nearest).unwrap_or(0.0);
+    let mut all = vec![Vec::new(); positions.len()];
+    for &taxel in &there {
+        all[taxel] = others(taxel)
+            .filter(|&b| apart(taxel, b) <= reach)
+            .collect();
+    }
+    all
+}
+
+fn by_lines(taxel: usize, sensor: &Sensor) -> Vec<usize> {
     let (rows, columns) = (sensor.rows(), sensor.columns());
     let (row, column) = (taxel / columns, taxel % columns);
     let closed = sensor.handle().filter(|handle| handle.closes());
     let closed = closed.map(|handle| handle.rings);
-    let step = move |at: usize, by: usize, lines: usize, wraps: bool| -> Option<usize> {
+    let step = |at: usize, by: usize, lines: usize, wraps: bool| -> Option<usize> {
         match (at + by).checked_sub(1) {
             Some(to) if to < lines => Some(to),
             _ if wraps => Some((at + by + lines - 1) % lines),
@@ -151,15 +182,16 @@ pub(super) fn neighbours(taxel: usize, sensor: &Sensor) -> impl Iterator<Item = 
         }
     };
     let around = (0..9).filter(|&place| place != 4);
-    around.filter_map(move |place| {
+    let places = around.filter_map(|place| {
         let r = step(row, place / 3, rows, closed == Some(Rings::Columns))?;
         let c = step(column, place % 3, columns, closed == Some(Rings::Rows))?;
         Some(r * columns + c)
-    })
+    });
+    places.collect()
 }
 
-/// Each load with an eighth of those beside it: noise makes no summits.
-fn smoothed(map: &Frame<Newtons>, sensor: &Sensor) -> Vec<f64> {
+/// The mean of each load and of the mean around it: noise makes no summits.
+fn smoothed(map: &Frame<Newtons>, neighbours: &[Vec<usize>]) -> Vec<f64> {
     let load = |taxel: usize| {
         if is_usable(map.marks()[taxel]) {
             map.values()[taxel].max(0.0)
@@ -167,9 +199,12 @@ fn smoothed(map: &Frame<Newtons>, sensor: &Sensor) -> Vec<f64> {
             0.0
         }
     };
-    let around = |taxel: usize| -> f64 { neighbours(taxel, sensor).map(load).sum() };
-    (0..map.taxels().max(map.values().len()))
-        .map(|taxel| 0.5 * load(taxel) + around(taxel) / 16.0)
+    let around = |near: &[usize]| -> f64 {
+        let sum: f64 = near.iter().map(|&taxel| load(taxel)).sum();
+        sum / near.len().max(1) as f64
+    };
+    let each = neighbours.iter().enumerate();
+    each.map(|(taxel, near)| 0.5 * load(taxel) + 0.5 * around(near))
         .collect()
 }
 
@@ -239,6 +274,24 @@ mod tests {
             contacts(&Frame::zeros(32, 32), &sensor, &ContactOptions::default()),
             []
         );
+    }
+
+    /// A mat whose lines are wired in another order than its taxels lie: one hill is one contact all the same.
+    #[test]
+    fn neighbours_are_those_that_lie_near() {
+        use crate::sensor::Positions;
+        let place = |column: f64| (column * 5.0) % 32.0;
+        let all = (0..1024).map(|t| [t / 32, t % 32].map(f64::from));
+        let all = all.map(|[r, c]| [r, c, 2.0 * place(c), 2.0 * r]).collect();
+        let sensor = mat(None).edited(|spec| spec.array.positions = Some(Positions::Each(all)));
+        let load = |t: usize| {
+            let (r, c) = ((t / 32) as f64, place((t % 32) as f64));
+            (1.0 - ((r - 16.0).powi(2) + (c - 16.0).powi(2)) / 49.0).max(0.0)
+        };
+        let map = Frame::new(32, 32, (0..1024).map(load).collect()).unwrap();
+        let count = |sensor: &Sensor| contacts(&map, sensor, &ContactOptions::default()).len();
+        assert_eq!(count(&sensor.unwrap()), 1);
+        assert!(count(&mat(None)) > 1);
     }
 
     #[test]
