@@ -765,6 +765,30 @@ test("a page that comes later shows nothing of before it", async () => {
   check(times.every((time) => time > before - 0.1), `a frame of ${(before - Math.min(...times)).toFixed(1)} s before the page is saved`);
 });
 
+test("regions that are drawn are saved as the command takes them", async () => {
+  const server = await live("sim:econe?hand");
+  const page = await openLive(server);
+  const box = await page.locator("#compensated-canvas").boundingBox();
+  const at = (x, y) => [box.x + x * box.width, box.y + y * box.height];
+  check(await page.locator("#save-regions").isHidden(), "regions can be saved where there are none");
+  await page.click('button[data-tool="rectangle"]');
+  await page.mouse.move(...at(0.3, 0.3));
+  await page.mouse.down();
+  await page.mouse.move(...at(0.5, 0.5), { steps: 5 });
+  await page.mouse.up();
+  await appears(page, "save-regions");
+  const [download] = await Promise.all([page.waitForEvent("download", { timeout: PATIENCE_MS }), page.click("#save-regions")]);
+  check(download.suggestedFilename().endsWith("_regions.toml"), `it is called ${download.suggestedFilename()}`);
+  const regions = path.join(scratch, "drawn.toml");
+  await download.saveAs(regions);
+  const recording = path.join(scratch, "drawn.mcap");
+  execFileSync(program, ["record", "sim:econe?hand", "--frames", "20", "-o", recording], { stdio: "ignore" });
+  const table = path.join(scratch, "drawn.csv");
+  execFileSync(program, ["measure", recording, "--regions", regions, "--no-intervals", "-o", table], { stdio: "ignore" });
+  const head = readFileSync(table, "utf8").split("\n")[0].split(",");
+  check(head.includes("r1_n") && head.includes("r1_cop_x_mm"), `the table has ${head.join(", ")}`);
+});
+
 test("a recording that has ended is said to be saved, and method raw is no compensation", async () => {
   const server = await live("sim:econe?hand");
   const page = await openLive(server);

@@ -22,9 +22,10 @@ export class Controls {
    * @param {import("./scale.js").Scale} parts.scale
    * @param {() => Promise<string>} parts.savePicture gives the name of the file
    * @param {() => Promise<string>} parts.saveTable gives the name of the file
+   * @param {() => Promise<string>} parts.saveRegions gives the name of the file
    * @param {() => void} parts.onTheme
    */
-  constructor({ view, settings, requests, scale, savePicture, saveTable, onTheme }) {
+  constructor({ view, settings, requests, scale, savePicture, saveTable, saveRegions, onTheme }) {
     this.view = view;
     this.settings = settings;
     this.requests = requests;
@@ -34,6 +35,7 @@ export class Controls {
     this.startDialogs();
     onClick("png-button", () => this.save(savePicture));
     onClick("csv-button", () => this.save(saveTable));
+    onClick("save-regions", () => this.save(saveRegions));
     onClick("theme-button", () => toggleTheme(onTheme));
     this.write();
     view.on(["hello", "newtons"], () => this.takeHello());

@@ -125,6 +125,51 @@ export async function saveTable(source) {
 }
 
 /**
+ * The regions as `taxel measure --regions` and a sensor file take them.
+ * @param {Source} source
+ * @returns {Promise<string>} the name of the file
+ */
+export async function saveRegions(source) {
+  const both = shownOf(source);
+  const { columns } = both.sensor;
+  const tables = source.selection.regions.map(({ label, taxels }) => {
+    const boxes = boxesOf([...taxels], columns).map((box) => `[${box.join(", ")}]`);
+    return `[[region]]\nname = ${JSON.stringify(label)}\nboxes = [${boxes.join(", ")}]\n`;
+  });
+  return save(new Blob([tables.join("\n")], { type: "application/toml" }), fileName(both, "regions", "toml"));
+}
+
+/**
+ * The boxes (first row, last row, first column, last column) that hold these taxels and no others.
+ * @param {number[]} taxels row · columns + column each
+ * @param {number} columns
+ */
+function boxesOf(taxels, columns) {
+  /** @type {number[][]} */
+  const boxes = [];
+  let row = -1;
+  let run = [0, 0];
+  const end = () => {
+    if (row < 0) return;
+    const above = boxes.find((box) => box[1] === row - 1 && box[2] === run[0] && box[3] === run[1]);
+    if (above) above[1] = row;
+    else boxes.push([row, row, ...run]);
+  };
+  for (const taxel of taxels.sort((a, b) => a - b)) {
+    const at = [Math.floor(taxel / columns), taxel % columns];
+    if (at[0] === row && at[1] === run[1] + 1) {
+      run[1] += 1;
+      continue;
+    }
+    end();
+    row = at[0];
+    run = [at[1], at[1]];
+  }
+  end();
+  return boxes;
+}
+
+/**
  * @param {Source} source
  * @param {Shown} both
  */

@@ -5,7 +5,7 @@ import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
 import { byId, dialogById, openDialog } from "./dom.js";
 import { Drawing } from "./drawing.js";
-import { savePicture, saveTable } from "./export.js";
+import { savePicture, saveRegions, saveTable } from "./export.js";
 import { Figures } from "./figures.js";
 import { History } from "./history.js";
 import { startKeys } from "./keys.js";
@@ -61,6 +61,7 @@ const controls = new Controls({
     return savePicture(source);
   },
   saveTable: () => saveTable(source),
+  saveRegions: () => saveRegions(source),
   onTheme: () => themeChanged(),
 });
 new Sliders(view, requests);

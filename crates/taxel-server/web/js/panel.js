@@ -181,6 +181,7 @@ export class Panel {
     const items = selection.items;
     byId("selection-empty").hidden = items.length > 0;
     byId("clear-selection").hidden = items.length === 0;
+    byId("save-regions").hidden = !items.some((item) => item.letter === "R");
     for (const [item, row] of this.rows) {
       if (!items.includes(item)) {
         row.element.remove();

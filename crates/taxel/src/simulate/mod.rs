@@ -29,6 +29,7 @@ mod imperfect;
 mod labelled;
 mod mechanism;
 mod pattern;
+mod person;
 mod sensor;
 
 pub use imperfect::{Imperfections, imperfect};

@@ -3,6 +3,7 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
+use super::person::Person;
 use super::{Grams, Purpose, below, drawing, generator};
 use crate::Frame;
 use crate::frame::grams_from_newtons;
@@ -21,6 +22,9 @@ pub enum PatternKind {
         /// the time.
         frames_per_grip: Option<u64>,
     },
+    /// A person who grips a cylinder as strongly as they can, every 20 s for 8 s: strength, tremor, fatigue and the share of
+    /// each finger by the seed. Drawn for 100 frames a second.
+    Grip,
     /// Finger tips, each with a slow rhythm of its own.
     Fingers {
         /// 1 to 5.
@@ -66,8 +70,8 @@ pub struct Pattern {
 
 impl Pattern {
     /// The names that [`Self::named`] knows.
-    pub const NAMES: [&str; 7] = [
-        "hand", "fingers", "feet", "uniform", "random", "blobs", "press",
+    pub const NAMES: [&str; 8] = [
+        "hand", "grip", "fingers", "feet", "uniform", "random", "blobs", "press",
     ];
 
     /// A pattern of its natural height.
@@ -86,6 +90,7 @@ impl Pattern {
     pub fn named(name: &str) -> Option<Self> {
         Some(match name {
             "hand" => Self::hand(),
+            "grip" => Self::new(PatternKind::Grip),
             "fingers" => Self::new(PatternKind::Fingers { tips: 5 }),
             "feet" => Self::new(PatternKind::Feet { soles: 2 }),
             "uniform" => Self::new(PatternKind::Uniform),
@@ -113,7 +118,7 @@ impl Pattern {
     /// had to be reduced sums to less.
     pub fn peak_of(&self, array: &Array) -> f64 {
         let natural_kilopascals = match self.kind {
-            PatternKind::Hand { .. } => 400.0,
+            PatternKind::Hand { .. } | PatternKind::Grip => 400.0,
             PatternKind::Fingers { .. } => 250.0,
             PatternKind::Feet { .. } => 210.0,
             _ => f64::INFINITY,
@@ -132,6 +137,10 @@ impl Pattern {
         let shares = match self.kind {
             PatternKind::Hand { frames_per_grip } => {
                 let hand = hand(shape, frames_per_grip, frame);
+                hand.drawing.lay(array, hand.place, &hand.levels)
+            }
+            PatternKind::Grip => {
+                let hand = person(shape, seed, frame);
                 hand.drawing.lay(array, hand.place, &hand.levels)
             }
             PatternKind::Fingers { tips } => {
@@ -165,11 +174,12 @@ impl Pattern {
         seed: u64,
         frame: u64,
     ) -> Option<Vec<Option<&'static str>>> {
-        let PatternKind::Hand { frames_per_grip } = self.kind else {
-            return None;
-        };
         let shape = &mut generator(seed, Purpose::Shape, 0);
-        let hand = hand(shape, frames_per_grip, frame);
+        let hand = match self.kind {
+            PatternKind::Hand { frames_per_grip } => hand(shape, frames_per_grip, frame),
+            PatternKind::Grip => person(shape, seed, frame),
+            _ => return None,
+        };
         let laid = hand.drawing.lay_groups(array, hand.place, &hand.levels);
         let name = |(share, group): (f64, usize)| {
             (share > 0.0).then_some(drawing::HAND_GROUP_NAMES[group])
@@ -236,6 +246,21 @@ fn hand(shape: &mut ChaCha8Rng, frames_per_grip: Option<u64>, frame: u64) -> Dra
         drawing: hand,
         place,
         levels,
+    }
+}
+
+/// The hand of a person who grips, in one frame.
+fn person(shape: &mut ChaCha8Rng, seed: u64, frame: u64) -> DrawnHand {
+    let mut drawing = drawing::hand();
+    drawing.vary(shape);
+    let place = [
+        shape.random_range(0.25..0.75),
+        shape.random_range(0.25..0.75),
+    ];
+    DrawnHand {
+        drawing,
+        place,
+        levels: Person::draw(shape).levels(seed, frame),
     }
 }
 

@@ -22,6 +22,8 @@ use taxel_app::frames::{FrameWriter, NUMBERS};
 pub(super) enum Name {
     /// A hand that grips and lets go
     Hand,
+    /// A person who grips for 8 s every 20 s, with tremor and fatigue, at 100 frames a second
+    Grip,
     /// Five finger tips
     Fingers,
     /// Two feet, standing
@@ -40,6 +42,7 @@ impl Name {
     fn pattern(self) -> Pattern {
         let name = match self {
             Name::Hand => "hand",
+            Name::Grip => "grip",
             Name::Fingers => "fingers",
             Name::Feet => "feet",
             Name::Uniform => "uniform",
