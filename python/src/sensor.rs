@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use taxel::sensor::PRESETS;
@@ -160,6 +160,14 @@ impl Sensor {
     #[getter]
     fn taxel_area_mm2(&self) -> f64 {
         self.sensor.array().taxel_area_mm2
+    }
+
+    /// The same of every taxel, rows × columns: on a cone smaller where it is narrow.
+    #[getter]
+    fn taxel_areas_mm2<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let taxels = self.sensor.rows() * self.sensor.columns();
+        let areas = (0..taxels).map(|taxel| self.sensor.taxel_area_mm2(taxel));
+        PyArray1::from_iter(py, areas).reshape([self.sensor.rows(), self.sensor.columns()])
     }
 
     /// The largest count that the converter gives.

@@ -59,7 +59,7 @@ class Result:
     @property
     def kilopascals(self) -> NDArray[Any] | None:
         """Mean pressure on each taxel's area, kPa."""
-        return None if self.loads is None else self.loads / self.sensor.taxel_area_mm2 * 1000.0
+        return None if self.loads is None else self.loads / self.sensor.taxel_areas_mm2 * 1000.0
 
     @property
     def measured(self) -> NDArray[np.bool_]:

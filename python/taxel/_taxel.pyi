@@ -74,6 +74,9 @@ class Sensor:
     def taxel_area_mm2(self) -> float:
         """What a taxel's load is divided by for its pressure, mm²."""
     @property
+    def taxel_areas_mm2(self) -> NDArray[np.float64]:
+        """The same of every taxel, rows x columns: on a cone smaller where it is narrow."""
+    @property
     def max_count(self) -> float:
         """The largest count that the converter gives."""
     @property

@@ -49,3 +49,14 @@ def test_what_cannot_be_measured_is_said(hand):
         taxel.measure(hand / "hand.txt", sensor="mat-32x32-adg732", plateau=0.0)
     with pytest.raises(taxel.Error, match="regions.toml"):
         taxel.measure(hand / "hand.txt", sensor="mat-16x16-cd4067", regions=hand / "regions.toml")
+
+
+def test_a_cone_has_smaller_taxels_where_it_is_narrow():
+    text = taxel.Sensor("mat-32x32-adg732").to_toml()
+    cone = text.replace("[readout]", '[array.geometry]\nshape = "cone"\nrings = "rows"\ndiameters_mm = [70.0, 35.0]\n\n[readout]', 1)
+    cone = taxel.Sensor.from_toml(cone.replace("pitch_mm = [5.0, 5.0]", "pitch_mm = [6.0, 6.0]"))
+    areas = cone.taxel_areas_mm2
+    assert areas.shape == (32, 32)
+    np.testing.assert_allclose(areas[-1] / areas[0], 0.5)
+    result = taxel.Pipeline(cone).process(np.full((1, 32, 32), 60, dtype=np.uint16))
+    np.testing.assert_allclose(result.kilopascals, 1000.0 * result.loads / areas)
