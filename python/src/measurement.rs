@@ -89,11 +89,16 @@ pub(crate) fn measure<'py>(
 fn told<'py>(py: Python<'py>, found: &Measurement) -> Found<'py> {
     let columns = found.series.columns().into_iter();
     let json = |value: serde_json::Result<String>| value.expect("numbers and words");
+    let tally = serde_json::to_value(&found.tally).map(|mut tally| {
+        tally["saturated_frames"] = found.saturated_frames.into();
+        tally["is_whole"] = found.is_whole().into();
+        tally
+    });
     (
         columns
             .map(|column| (column.name, PyArray1::from_vec(py, column.values)))
             .collect(),
         json(serde_json::to_string(&found.trials)),
-        json(serde_json::to_string(&found.tally)),
+        json(tally.and_then(|tally| serde_json::to_string(&tally))),
     )
 }

@@ -30,9 +30,8 @@ class Measurement:
 
     @property
     def is_whole(self) -> bool:
-        """Whether no frame was lost, left out or without an answer."""
-        unsolved: list[Any] = self.tally["unsolved"]
-        return not (self.tally["skipped_frames"] or self.tally["missing"] or unsolved or self.tally["ambiguous_frames"])
+        """Whether no frame was lost, left out, without an answer, or at the end of the converter's range."""
+        return bool(self.tally["is_whole"])
 
 
 def measure(
@@ -74,7 +73,7 @@ def measure(
     intervals : bool
         Whether 95 % intervals are found, which is most of the work.
     frames_per_second : float, optional
-        Where the recording tells no times.
+        In place of the times that the recording tells, or where it tells none.
     method, repair, tare, transpose, keep_going, threads
         As of ``taxel.map`` and ``taxel.Pipeline``.
 

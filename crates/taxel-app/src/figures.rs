@@ -9,7 +9,7 @@ use taxel::frame::grams_from_newtons;
 use taxel::metric::{CONTACT_NEWTONS, FrameFigures, RegionFigures};
 use taxel::screen::Level;
 use taxel::sensor::Region;
-use taxel::uncertainty::{DRAWS, FigureError, FigureErrors};
+use taxel::uncertainty::{Bias, FigureError, FigureErrors};
 use taxel::{Frame, Newtons, Sensor, Siemens};
 
 use crate::error::Error;
@@ -234,16 +234,16 @@ impl Figures {
     }
 
     /// What noise has added to the loads of the next frame, newtons: it is taken off sums, of which alone it tells something.
-    pub fn set_bias(&mut self, draws: Option<&[Vec<f64>; DRAWS]>) {
-        self.is_biased = draws.is_some();
-        if let Some([one, other]) = draws {
+    pub fn set_bias(&mut self, bias: Option<&Bias>) {
+        self.is_biased = bias.is_some();
+        if let Some([one, other]) = bias.map(|bias| &bias.draws) {
             let values = self.unbiased.values_mut().iter_mut();
             for (value, (one, other)) in values.zip(one.iter().zip(other)) {
                 *value = -(one + other) / 2.0;
             }
         }
         if let Some(errors) = &mut self.errors {
-            errors.set_bias(draws);
+            errors.set_bias(bias);
         }
     }
 

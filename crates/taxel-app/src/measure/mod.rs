@@ -8,10 +8,10 @@ mod trials;
 use std::path::Path;
 use std::str::FromStr;
 
-use taxel::Sensor;
 use taxel::metric::CONTACT_NEWTONS;
 use taxel::metric::hold::HoldOptions;
 use taxel::sensor::Region;
+use taxel::{Mark, Sensor};
 use taxel_io::Event;
 
 use crate::conversion::tally::Tally;
@@ -40,7 +40,7 @@ pub struct Settings {
     pub touched_newtons: f64,
     /// Whether the 95 % intervals of forces are found, which is most of the work.
     pub intervals: bool,
-    /// Frames a second, where the recording tells no times.
+    /// Frames a second, in place of the times that the recording tells.
     pub frames_per_second: Option<f64>,
     /// Whether what was not measured is replaced; `None`: as the sensor file says.
     pub repair: Option<bool>,
@@ -126,8 +126,17 @@ pub struct Measurement {
     pub faulty_lines: Vec<FaultyLine>,
     /// What happened beside the frames.
     pub events: Vec<Event>,
+    /// Frames with readings at the end of the converter's range: what is said of them is less than what pressed.
+    pub saturated_frames: u64,
     /// Whether intervals tell of more than the noise of readings.
     pub knows_more_than_noise: bool,
+}
+
+impl Measurement {
+    /// Whether no frame was lost, left out, without an answer, or beyond what the converter reads.
+    pub fn is_whole(&self) -> bool {
+        self.tally.is_whole() && self.saturated_frames == 0
+    }
 }
 
 /// What is measured.
@@ -160,10 +169,13 @@ impl Measured<'_> {
         request.check()?;
         let survey = Survey::of(&input, self.sensor, reporter, settings.threads)?;
         let conversion = Conversion::new(request, &survey)?;
+        let series = Series::new(self.sensor, self.regions, settings.intervals);
+        series.check_names()?;
         let mut seen = Seen {
-            series: Series::new(self.sensor, self.regions, settings.intervals),
+            series,
             tally: Tally::new(Unit::Newtons, self.sensor.array().taxel_area_mm2),
             events: Vec::new(),
+            saturated_frames: 0,
         };
         let mut reading = input.open()?;
         let stage = reporter.stage("measuring");
@@ -177,6 +189,7 @@ impl Measured<'_> {
             mut series,
             tally,
             events,
+            saturated_frames,
         } = seen;
         series.begin_at_first_frame(self.recording)?;
         Ok(Measurement {
@@ -185,6 +198,7 @@ impl Measured<'_> {
             tally,
             faulty_lines: survey.lines(),
             events,
+            saturated_frames,
             knows_more_than_noise: self.sensor.uncertainty().is_some(),
         })
     }
@@ -230,13 +244,16 @@ struct Seen {
     series: Series,
     tally: Tally,
     events: Vec<Event>,
+    saturated_frames: u64,
 }
 
 impl Seen {
     fn add(&mut self, frame: &Converted, frames_per_second: Option<f64>) {
         self.tally.add(frame);
         self.events.extend(frame.events.iter().cloned());
+        let is_saturated = frame.shown.marks().contains(&Mark::Saturated);
+        self.saturated_frames += u64::from(is_saturated);
         let counted = frames_per_second.map(|rate| frame.sequence() as f64 / rate);
-        self.series.add(frame, frame.time_secs().or(counted));
+        self.series.add(frame, counted.or(frame.time_secs()));
     }
 }

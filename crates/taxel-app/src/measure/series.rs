@@ -8,7 +8,7 @@ use taxel_io::Column;
 
 use crate::conversion::Converted;
 use crate::error::Error;
-use crate::figures::{Figure, RegionRow};
+use crate::figures::{Figure, FigureRow, RegionRow};
 
 /// A force over time, newtons; what no frame tells is NaN.
 #[derive(Debug, Clone, Default)]
@@ -72,6 +72,10 @@ pub struct ContactSeries {
     pub x_mm: Vec<f64>,
     /// and across the rows.
     pub y_mm: Vec<f64>,
+    /// Halves of the 95 % intervals of the centre, mm, where asked for.
+    pub x_half_width_95_mm: Vec<f64>,
+    /// The same across the rows.
+    pub y_half_width_95_mm: Vec<f64>,
     /// Share of the taxels whose own reading stands behind the force, 0 to 1.
     pub measured_share: Vec<f64>,
 }
@@ -170,6 +174,18 @@ impl Series {
             }
             None => self.contact.add_nothing(0.0),
         }
+        let half = |centre: Option<Figure>| {
+            let half = centre.and_then(|centre| centre.half_width_95());
+            half.unwrap_or(f64::NAN)
+        };
+        let centre = |of: fn(&FigureRow) -> Option<Figure>| half(row.and_then(of));
+        let contact = &mut self.contact;
+        contact
+            .x_half_width_95_mm
+            .push(centre(|row| row.centre_column_mm));
+        contact
+            .y_half_width_95_mm
+            .push(centre(|row| row.centre_row_mm));
         for (at, (force, contact)) in self.regions.iter_mut().enumerate() {
             let region = row.and_then(|_| frame.regions.get(at));
             force.add(region.map(|region| &region.total_newtons), errors);
@@ -205,6 +221,22 @@ impl Series {
         Ok(())
     }
 
+    /// Refuses regions whose columns would have the name of another.
+    pub(super) fn check_names(&self) -> Result<(), Error> {
+        let columns = self.columns();
+        let mut seen = std::collections::BTreeSet::new();
+        match columns.iter().find(|column| !seen.insert(&column.name)) {
+            Some(twice) => Err(Error::Request {
+                what: format!(
+                    "a region would have the column `{}`, which is there already",
+                    twice.name
+                ),
+                hint: "give it another name: columns begin with it, in small letters",
+            }),
+            None => Ok(()),
+        }
+    }
+
     /// Whether the recording tells times.
     pub fn has_times(&self) -> bool {
         self.secs.iter().all(|secs| secs.is_finite())
@@ -235,6 +267,8 @@ impl Series {
         column("cop_x_mm", &self.contact.x_mm);
         column("cop_y_mm", &self.contact.y_mm);
         column("measured_share", &self.contact.measured_share);
+        column("cop_x_error_mm", &self.contact.x_half_width_95_mm);
+        column("cop_y_error_mm", &self.contact.y_half_width_95_mm);
         if let Some(grip) = grip {
             column("grip_error_n", &grip.half_width_95);
             column("grip_direction_deg", &self.grip_direction_degrees);

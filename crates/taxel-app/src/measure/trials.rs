@@ -90,6 +90,12 @@ pub(super) fn trials(
     settings: &Settings,
 ) -> Result<Vec<Trial>, Error> {
     if !series.has_times() || series.secs.is_empty() {
+        if let TrialsBy::Times(_) = settings.trials {
+            return Err(Error::Request {
+                what: "trials from when to when, and the recording tells no times".to_owned(),
+                hint: "say how many frames a second there were",
+            });
+        }
         return Ok(Vec::new());
     }
     let ranges = ranges(series, events, settings)?;
@@ -135,6 +141,12 @@ fn ranges(
                         "a trial from {from} s to {to} s, and the recording goes from 0 s to {last:.3} s"
                     ),
                     hint: "seconds since the first frame: from..to, several with commas between",
+                });
+            }
+            if let Some([from, to]) = times.iter().find(|times| within(**times).is_empty()) {
+                return Err(Error::Request {
+                    what: format!("a trial from {from} s to {to} s holds no frame"),
+                    hint: "frames are farther apart than that",
                 });
             }
             let each = times.iter().enumerate();

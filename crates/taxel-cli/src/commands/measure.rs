@@ -25,7 +25,8 @@ use taxel_app::methods::MethodName;
 /// Frame by frame: total normal force with half of its 95 % interval, grip force (what a dynamometer shows, of sensors around a
 /// handle), highest pressure, area, centre of pressure, the share of the taxels that was measured, and the same of each
 /// named region. Trial by trial: largest force, time to it, rate of loading, impulse, plateau with its variation and slope. Loads
-/// are not cut off at zero, so that noise adds up to nothing. Exit code 3: frames were left out, or have no answer.
+/// are not cut off at zero, so that noise adds up to nothing. Exit code 3: frames were left out, have no answer, or
+/// readings at the end of the converter's range.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Recording of counts (.mcap, .parquet, .txt, .csv, .npy, .npz)
@@ -66,7 +67,7 @@ pub(crate) struct Args {
     /// Find no intervals: many times faster
     #[arg(long)]
     no_intervals: bool,
-    /// Frames a second, where the recording tells no times
+    /// Frames a second, in place of the times that the recording tells, or where it tells none
     #[arg(long, value_name = "RATE", value_parser = positive)]
     frames_per_second: Option<f64>,
     /// How loads are found: auto (what suits the read-out), exact, newton, raw (no compensation), or the file of
@@ -77,7 +78,7 @@ pub(crate) struct Args {
     #[arg(long)]
     keep_going: bool,
     /// Replace what was not measured by the median of its neighbours
-    #[arg(long, overrides_with = "no_repair")]
+    #[arg(long, conflicts_with = "no_repair")]
     repair: bool,
     /// Replace nothing, even if the sensor file asks for it: what was not measured is missing from the sums
     #[arg(long)]
@@ -129,7 +130,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     } else {
         out::result(&report.to_string())?;
     }
-    Ok(if measurement.tally.is_whole() {
+    Ok(if measurement.is_whole() {
         Exit::Good
     } else {
         Exit::DataLost

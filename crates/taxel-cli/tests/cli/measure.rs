@@ -179,6 +179,42 @@ fn trials_are_found_by_force_or_said() {
     assert_eq!(value(&whole), value(&by_force));
 }
 
+/// At the end of the converter's range a reading is a bound: the numbers are there, and not called good.
+#[test]
+fn saturated_frames_are_told() {
+    let folder = Folder::new();
+    folder.good(
+        "simulate --sensor mat-32x32-adg732 --pattern hand --load-g 9000 --frames 100 -o hand.txt",
+    );
+    let run =
+        folder.taxel("measure hand.txt --sensor mat-32x32-adg732 --frames-per-second 100 -o f.csv");
+    let told = "of 100 frames hold readings at the end of the converter's range";
+    assert!(run.code == Some(3) && run.err.contains(told), "{run}");
+    // Nothing bounds the force of the hold: an empty cell.
+    let half = column(&folder, "f.csv", "total_error_n");
+    assert!(half[80].is_nan() && half[0].is_finite());
+}
+
+/// What lies unloaded reads below nothing as often as above.
+#[test]
+fn an_unloaded_sensor_has_no_trial_and_breaks_nothing() {
+    let folder = Folder::new();
+    folder.good(
+        "simulate --sensor mat-32x32-adg732 --pattern uniform --load-g 0 --frames 40 -o empty.txt",
+    );
+    let run = folder.good("measure empty.txt --sensor mat-32x32-adg732 --frames-per-second 100");
+    assert!(run.err.contains("no trial"), "{run}");
+    folder.write(
+        "r.toml",
+        "[[region]]\nname = \"corner\"\nboxes = [[0, 0, 0, 1]]\n",
+    );
+    for trials in ["whole", "0..0.05", "0.1..0.12,0.2..0.3"] {
+        folder.good(&format!(
+            "measure empty.txt --sensor mat-32x32-adg732 --frames-per-second 100 --trials {trials} --regions r.toml"
+        ));
+    }
+}
+
 #[test]
 fn every_format_holds_the_same_numbers() {
     let (folder, _) = gripped("mat-32x32-adg732", 1);
@@ -226,8 +262,24 @@ fn what_cannot_be_measured_is_said() {
         "goes from 0 s to 1.590 s",
     );
     bad("--frames-per-second 100 --trials marks", "holds no marks");
+    bad("--trials 2..3", "tells no times");
+    bad(
+        "--frames-per-second 100 --trials 0.501..0.505",
+        "holds no frame",
+    );
     bad("--touched 0", "above 0");
     bad("-o hand.txt", ".csv, .parquet, .xlsx, .json");
+}
+
+#[test]
+fn regions_that_cannot_be_are_refused_before_any_work() {
+    let (folder, _) = gripped("mat-32x32-adg732", 1);
+    let bad = |words: &str, error: &str| {
+        let run = folder.taxel(&format!(
+            "measure hand.txt --sensor mat-32x32-adg732 {words}"
+        ));
+        assert!(run.code != Some(0) && run.err.contains(error), "{run}");
+    };
     folder.write(
         "r.toml",
         "[[region]]\nname = \"heel\"\nboxes = [[0, 40, 0, 1]]\n",
@@ -235,6 +287,14 @@ fn what_cannot_be_measured_is_said() {
     bad("--regions r.toml", "rows 0 to 31 and columns 0 to 31");
     folder.write("r.toml", "[[regoin]]\nname = \"heel\"\n");
     bad("--regions r.toml", "unknown field `regoin`");
+    folder.write(
+        "r.toml",
+        "[[region]]\nname = \"Total\"\nboxes = [[0, 1, 0, 1]]\n",
+    );
+    bad(
+        "--regions r.toml",
+        "the column `total_n`, which is there already",
+    );
     folder.write("r.toml", "");
     bad("--regions r.toml", "no region in it");
     bad(

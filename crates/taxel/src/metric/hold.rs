@@ -157,7 +157,7 @@ pub fn impulse(secs: &[f64], newtons: &[f64]) -> f64 {
 
 /// Up to the peak, which is the last value.
 fn loading_rate(secs: &[f64], newtons: &[f64]) -> Option<f64> {
-    let peak = *newtons.last()?;
+    let peak = *newtons.last().filter(|peak| **peak > 0.0)?;
     // The last crossings before the peak, at their place between two values.
     let crossing = |level: f64| -> Option<f64> {
         let below = newtons.iter().rposition(|force| *force <= level)?;
@@ -288,6 +288,9 @@ mod tests {
         assert_eq!((plateau.mean, plateau.variation), (50.0, 0.0));
         // It was there from the first value on.
         assert_eq!(held.loading_rate, None);
+        // Unloaded taxels read below nothing as often as above it.
+        let unloaded = hold(&secs[..4], &[-0.3, -0.1, -0.2, -0.4], 0..4, &options);
+        assert_eq!((unloaded.peak, unloaded.loading_rate), (1, None));
         let knock = hold(&secs[..3], &[0.0, 9.0, 1.0], 0..3, &options);
         assert_eq!(knock.plateau, None);
     }

@@ -73,6 +73,7 @@ fn unrolled(contacts: &[Contact], sensor: &Sensor) -> Option<Vec<Placed>> {
     for taxel in contacts.iter().flat_map(|contact| &contact.taxels) {
         is_touched[handle.ring_and_line(*taxel).1] = true;
     }
+    // A hand that reaches all around has no end to begin at.
     let first = after_longest_gap(&is_touched)?;
     let pitch = handle.pitch_round_mm;
     Some(
@@ -108,7 +109,7 @@ fn after_longest_gap(is_touched: &[bool]) -> Option<usize> {
             gap += 1;
         }
     }
-    Some(best.1)
+    (best.0 > 0).then_some(best.1)
 }
 
 /// Four rows of contacts at the far end, each from its tip inwards, and how much they are fingers, 0 to 1.

@@ -7,7 +7,7 @@ mod grip;
 
 use super::known::{Known, is_left_out};
 use super::load::{NEAR_SHARE, factor_95_of, heaviest_near, noise_counts_of};
-use super::{Adjoint, DRAWS, least_error_siemens, set_passive};
+use super::{Adjoint, Bias, least_error_siemens, set_passive};
 use crate::circuit::{Circuit, Converter, OperatingPoint, SensorCircuit};
 use crate::frame::{grams_from_newtons, newtons_from_grams};
 use crate::material::{LoadLaw, Spread};
@@ -74,8 +74,8 @@ pub struct FigureErrors {
     sigma_volts: f64,
     sensor: Sensor,
     is_looked_at: bool,
-    /// What noise has added to each load, by two draws; empty where that is not known, or nothing.
-    bias: [Vec<f64>; DRAWS],
+    /// What noise has added to each load, where that is known.
+    bias: Option<Bias>,
     /// Load above which a taxel counts as touched, newtons.
     threshold_newtons: f64,
     /// Where each taxel lies: across the rows and across the columns, mm.
@@ -123,7 +123,7 @@ impl FigureErrors {
                 * Converter::from_sensor(sensor).lsb_volts(),
             sensor: sensor.clone(),
             is_looked_at: false,
-            bias: Default::default(),
+            bias: None,
             threshold_newtons: CONTACT_NEWTONS,
             places_mm: (0..taxels).map(place).collect(),
             is_known: vec![false; taxels],
@@ -151,10 +151,10 @@ impl FigureErrors {
 
     /// What noise has added to the loads of the frame that is looked at next ([`super::NoiseBias`]), taken off them before they
     /// are summed: then the sums are uncertain by how far its draws are apart, and by what it cannot tell.
-    pub fn set_bias(&mut self, draws: Option<&[Vec<f64>; DRAWS]>) {
-        for (draw, bias) in self.bias.iter_mut().enumerate() {
-            bias.clear();
-            bias.extend(draws.iter().flat_map(|draws| &draws[draw]));
+    pub fn set_bias(&mut self, bias: Option<&Bias>) {
+        match (&mut self.bias, bias) {
+            (Some(own), Some(bias)) => own.clone_from(bias),
+            (own, bias) => *own = bias.cloned(),
         }
     }
 
@@ -256,18 +256,30 @@ impl FigureErrors {
         let (share, floor) = self.shared();
         let model = (share * sum).hypot(floor * count).hypot(self.own_of_sum());
         let fit = self.beyond.map_or(0.0, |beyond| beyond.fit_share) * sum.abs();
-        let noise = self.noise_of_sum().hypot(self.doubt_of_bias(sum));
-        self.figure(noise, fit, model)
+        let [apart, common] = self.doubts_of_bias(sum);
+        let noise = self.noise_of_sum().hypot(apart);
+        self.figure(noise, fit, model.hypot(common))
     }
 
-    /// What the weighted sum of loads is uncertain by since noise has added to them.
-    fn doubt_of_bias(&self, sum: f64) -> f64 {
-        let of = |bias: &[f64]| -> f64 { self.weights.iter().zip(bias).map(|(w, b)| w * b).sum() };
-        let [one, other] = [of(&self.bias[0]), of(&self.bias[1])];
+    /// What the weighted sum of loads is uncertain by since noise has added to them: by its draws, and by what is wrong in
+    /// every frame alike.
+    fn doubts_of_bias(&self, sum: f64) -> [f64; 2] {
+        let Some(bias) = &self.bias else {
+            return [0.0; 2];
+        };
+        let of = |draw: &[f64]| -> f64 { self.weights.iter().zip(draw).map(|(w, b)| w * b).sum() };
+        let [one, other] = [of(&bias.draws[0]), of(&bias.draws[1])];
         let added = (one + other) / 2.0;
         // Bends of higher order are to this one as this one is to the sum.
-        let beyond = added * (added / sum).abs().min(1.0);
-        ((one - other) / 2.0).hypot(if sum == 0.0 { added } else { beyond })
+        let higher = if sum == 0.0 {
+            1.0
+        } else {
+            (added / sum).abs().min(1.0)
+        };
+        [
+            (one - other).abs() / 2.0,
+            added.abs() * bias.share.hypot(higher),
+        ]
     }
 
     /// Of a place that the loads tell by the weights as they stand: no common scale moves it, one that leans over the

@@ -11,7 +11,7 @@ pub use conductance::{Uncertainty, standard_errors, standard_errors_by};
 pub use figures::{FigureError, FigureErrors, FrameFigureErrors};
 pub(crate) use known::Known;
 pub use load::{Parts, StandardErrors};
-pub use noise_bias::{DRAWS, NoiseBias};
+pub use noise_bias::{Bias, NoiseBias};
 
 use crate::Sensor;
 use crate::sensor::Sense;

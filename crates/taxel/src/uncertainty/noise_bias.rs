@@ -23,8 +23,24 @@ pub struct NoiseBias {
     pipeline: Pipeline,
     sigma_volts: f64,
     volts: Frame<Volts>,
-    draws: [Vec<f64>; DRAWS],
+    bias: Bias,
 }
+
+/// What noise has added to each load of a frame, newtons, by two draws; their mean is the estimate, and of a sum alone it is
+/// worth something.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct Bias {
+    /// By each draw, of every taxel.
+    pub draws: [Vec<f64>; DRAWS],
+    /// Standard error of all of it, as a share: what the noise's variance is uncertain by.
+    pub share: f64,
+}
+
+/// Of a noise that the sensor file tells.
+const TOLD_SHARE: f64 = 0.1;
+/// Of one that was found in the recording: where loads move from frame to frame it is found too large.
+const FOUND_SHARE: f64 = 0.5;
 
 impl NoiseBias {
     /// For frames of a sensor that come to loads by `pipeline`, of which this has one of its own; `level`: what a recording
@@ -39,7 +55,13 @@ impl NoiseBias {
             sigma_volts: noise_counts_of(sensor, level)
                 * Converter::from_sensor(sensor).lsb_volts(),
             volts: Frame::zeros(rows, columns),
-            draws: [vec![0.0; rows * columns], vec![0.0; rows * columns]],
+            bias: Bias {
+                draws: [vec![0.0; rows * columns], vec![0.0; rows * columns]],
+                share: match sensor.converter().noise_counts {
+                    Some(_) => TOLD_SHARE,
+                    None => FOUND_SHARE,
+                },
+            },
         })
     }
 
@@ -48,18 +70,13 @@ impl NoiseBias {
         self.pipeline.begin_anew();
     }
 
-    /// Newtons that noise has added to each load of a frame, by two draws; their mean is the estimate, and of a sum alone it
-    /// is worth something. `None` where an inverse nearby comes to no answer.
+    /// What noise has added to the loads of a frame. `None` where an inverse nearby comes to no answer.
     ///
     /// # Panics
     /// When a frame's shape is not the sensor's.
-    pub fn of(
-        &mut self,
-        volts: &Frame<Volts>,
-        loads: &Frame<Newtons>,
-    ) -> Option<&[Vec<f64>; DRAWS]> {
+    pub fn of(&mut self, volts: &Frame<Volts>, loads: &Frame<Newtons>) -> Option<&Bias> {
         for draw in 0..DRAWS {
-            self.draws[draw].fill(0.0);
+            self.bias.draws[draw].fill(0.0);
             for sign in [1.0, -1.0] {
                 self.volts.copy_meta_from(volts);
                 let each = self.volts.values_mut().iter_mut().zip(volts.values());
@@ -69,13 +86,13 @@ impl NoiseBias {
                 }
                 let result = self.pipeline.process_volts(&self.volts);
                 let found = result.loads.filter(|_| result.outcome.is_answer())?;
-                let sums = self.draws[draw].iter_mut().zip(found.values());
+                let sums = self.bias.draws[draw].iter_mut().zip(found.values());
                 for ((sum, moved), load) in sums.zip(loads.values()) {
                     *sum += (moved - load) / (2.0 * STEP * STEP);
                 }
             }
         }
-        Some(&self.draws)
+        Some(&self.bias)
     }
 }
 

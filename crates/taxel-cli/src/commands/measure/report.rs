@@ -26,6 +26,8 @@ pub(super) struct Report<'a> {
     duration_s: Option<f64>,
     regions: Vec<String>,
     trials: &'a [Trial],
+    /// Frames with readings at the end of the converter's range.
+    saturated_frames: u64,
     #[serde(flatten)]
     tally: &'a Tally,
     faulty_lines: &'a [FaultyLine],
@@ -56,6 +58,7 @@ impl<'a> Report<'a> {
             duration_s: series.secs.last().copied().filter(|secs| secs.is_finite()),
             regions: series.regions.iter().map(|r| r.0.name.clone()).collect(),
             trials: &measurement.trials,
+            saturated_frames: measurement.saturated_frames,
             tally: &measurement.tally,
             faulty_lines: &measurement.faulty_lines,
             is_handle: measured.sensor.handle().is_some(),
@@ -79,6 +82,12 @@ impl<'a> Report<'a> {
                 "noise only: the sensor file has no [uncertainty], which `taxel calibrate` writes, so that intervals are too small",
             );
         }
+        if self.saturated_frames > 0 {
+            out::warn(&format!(
+                "{} of {} frames hold readings at the end of the converter's range: more pressed than is said of them",
+                self.saturated_frames, self.tally.frames
+            ));
+        }
         if let Some([area, cell]) = self.areas_mm2 {
             out::warn(&format!(
                 "array.taxel_area_mm2 is {area:.1} mm², and the lines leave a taxel {cell:.1} mm² (array.pitch_mm): pressures are {:.0} % too low if the second is right",
@@ -96,7 +105,7 @@ impl<'a> Report<'a> {
             );
         } else if self.trials.is_empty() {
             out::note(
-                "no trial: for half a second no force stood out of what it is uncertain by (--trials says from when to when)",
+                "no trial: for no half second was the total force above what begins one (--trial-force; else a tenth of its largest), and its largest three times what it is uncertain by; --trials says from when to when",
             );
         }
     }
