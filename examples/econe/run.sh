@@ -51,6 +51,11 @@ error() {
                     name, sum / loaded, loaded, ghost, good, all
             }'
 }
+
+# 6. A person grips it: force over time, in all, as an instrumented cylinder reads it, of palm, thumb and fingers.
+"$TAXEL" simulate $real --pattern grip --frames 950 -o grip.txt
+"$TAXEL" measure grip.txt --sensor calibrated.toml --frames-per-second 100 --regions auto --repair -o force.csv --picture force.png
+
 echo
 error raw.csv "the load law alone"
 error loads.csv "the circuit undone"
