@@ -17,7 +17,7 @@ type Found<'py> = (Vec<(String, Bound<'py, PyArray1<f64>>)>, String, String);
 
 /// Forces over time of a recording, with those of its trials and of what happened to its frames.
 #[pyfunction]
-#[pyo3(signature = (recording, sensor, *, regions, trials, trial_force, plateau, touched, intervals, frames_per_second, method, repair, no_tare, transpose, keep_going, threads))]
+#[pyo3(signature = (recording, sensor, *, regions, trials, trial_force, plateau, touched, intervals, zero, frames_per_second, method, repair, no_tare, transpose, keep_going, threads))]
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn measure<'py>(
     py: Python<'py>,
@@ -29,6 +29,7 @@ pub(crate) fn measure<'py>(
     plateau: f64,
     touched: f64,
     intervals: bool,
+    zero: Option<[f64; 2]>,
     frames_per_second: Option<f64>,
     method: &str,
     repair: Option<bool>,
@@ -59,6 +60,7 @@ pub(crate) fn measure<'py>(
     settings.hold.plateau_secs = plateau;
     settings.touched_newtons = touched;
     settings.intervals = intervals;
+    settings.zero = zero;
     settings.frames_per_second = frames_per_second;
     settings.method = method.parse::<MethodName>().map_err(errors::other)?;
     settings.repair = repair;

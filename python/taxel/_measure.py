@@ -44,6 +44,7 @@ def measure(
     plateau: float = 5.0,
     touched: float = 0.05,
     intervals: bool = True,
+    zero: tuple[float, float] | None = None,
     frames_per_second: float | None = None,
     method: str = "auto",
     repair: bool | None = None,
@@ -72,6 +73,8 @@ def measure(
         A taxel counts as touched above this, newtons.
     intervals : bool
         Whether 95 % intervals are found, which is most of the work.
+    zero : (float, float), optional
+        Seconds since the first frame in which nothing presses: their mean is taken off every taxel.
     frames_per_second : float, optional
         In place of the times that the recording tells, or where it tells none.
     method, repair, tare, transpose, keep_going, threads
@@ -91,6 +94,7 @@ def measure(
         plateau=plateau,
         touched=touched,
         intervals=intervals,
+        zero=zero,
         frames_per_second=frames_per_second,
         method=method,
         repair=repair,

@@ -147,6 +147,7 @@ def measure(
     plateau: float,
     touched: float,
     intervals: bool,
+    zero: tuple[float, float] | None,
     frames_per_second: float | None,
     method: str,
     repair: bool | None,

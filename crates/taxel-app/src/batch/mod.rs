@@ -115,6 +115,7 @@ impl Settings {
             touched_newtons: CONTACT_NEWTONS,
             regions: &[],
             no_tare: self.no_tare,
+            zeros: None,
             threads: Some(threads),
             promptly: false,
             is_stopped,

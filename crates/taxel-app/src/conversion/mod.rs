@@ -54,6 +54,8 @@ pub struct Request<'a> {
     pub regions: &'a [Region],
     /// Whether what was taken off the loads while they were recorded is left on.
     pub no_tare: bool,
+    /// What is taken off every load besides, newtons.
+    pub zeros: Option<&'a [f64]>,
     /// Threads, at most; `None`: one for each core.
     pub threads: Option<usize>,
     /// Whether each frame is handed on before the next one is read: of a pipe, whose next frame may take its time.

@@ -98,6 +98,9 @@ impl Worker {
                 tare::take_off(zeros, self.chain.load_unit(), loads);
             }
         }
+        if let Some(zeros) = request.zeros {
+            tare::take_off(zeros, self.chain.load_unit(), frame.shown.values_mut());
+        }
         self.find_figures(frame);
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! From a recording to forces over time: total, grip and regions, frame by frame, and what each trial amounts to.
 
 mod find_regions;
+mod mean;
 mod regions_file;
 mod series;
 mod trials;
@@ -40,6 +41,8 @@ pub struct Settings {
     pub touched_newtons: f64,
     /// Whether the 95 % intervals of forces are found, which is most of the work.
     pub intervals: bool,
+    /// Seconds since the first frame in which nothing presses: their mean is taken off every taxel.
+    pub zero: Option<[f64; 2]>,
     /// Frames a second, in place of the times that the recording tells.
     pub frames_per_second: Option<f64>,
     /// Whether what was not measured is replaced; `None`: as the sensor file says.
@@ -67,6 +70,15 @@ pub enum TrialsBy {
     Whole,
     /// From and to, seconds since the first frame.
     Times(Vec<[f64; 2]>),
+}
+
+impl Settings {
+    /// When a frame was read, seconds, where that is known or told.
+    fn secs_of(&self, frame: &Converted) -> Option<f64> {
+        let counted = self.frames_per_second;
+        let counted = counted.map(|rate| frame.sequence() as f64 / rate);
+        counted.or(frame.time_secs())
+    }
 }
 
 impl FromStr for TrialsBy {
@@ -102,6 +114,7 @@ impl Default for Settings {
             hold: HoldOptions::default(),
             touched_newtons: CONTACT_NEWTONS,
             intervals: true,
+            zero: None,
             frames_per_second: None,
             repair: None,
             no_tare: false,
@@ -126,6 +139,8 @@ pub struct Measurement {
     pub faulty_lines: Vec<FaultyLine>,
     /// What happened beside the frames.
     pub events: Vec<Event>,
+    /// What was taken off the total as a zero, newtons.
+    pub zero_newtons: Option<f64>,
     /// Frames with readings at the end of the converter's range: what is said of them is less than what pressed.
     pub saturated_frames: u64,
     /// Whether intervals tell of more than the noise of readings.
@@ -164,8 +179,10 @@ impl Measured<'_> {
         reporter: &dyn Reporter,
         is_stopped: &(dyn Fn() -> bool + Sync),
     ) -> Result<Measurement, Error> {
+        let zeros = self.zeros(settings, reporter, is_stopped)?;
         let input = self.input(settings);
-        let request = self.request(settings, is_stopped, !input.can_be_read_twice());
+        let mut request = self.request(settings, is_stopped, !input.can_be_read_twice());
+        request.zeros = zeros.as_deref();
         request.check()?;
         let survey = Survey::of(&input, self.sensor, reporter, settings.threads)?;
         let conversion = Conversion::new(request, &survey)?;
@@ -180,7 +197,7 @@ impl Measured<'_> {
         let mut reading = input.open()?;
         let stage = reporter.stage("measuring");
         conversion.run(&mut reading, &*stage, |frame| {
-            seen.add(frame, settings.frames_per_second);
+            seen.add(frame, settings.secs_of(frame));
             Ok(())
         })?;
         drop(stage);
@@ -193,6 +210,7 @@ impl Measured<'_> {
         } = seen;
         series.begin_at_first_frame(self.recording)?;
         Ok(Measurement {
+            zero_newtons: zeros.map(|zeros| zeros.iter().sum()),
             trials: trials::trials(&series, &events, settings)?,
             series,
             tally,
@@ -201,6 +219,29 @@ impl Measured<'_> {
             saturated_frames,
             knows_more_than_noise: self.sensor.uncertainty().is_some(),
         })
+    }
+
+    /// Mean loads of the seconds in which nothing presses, newtons.
+    fn zeros(
+        &self,
+        settings: &Settings,
+        reporter: &dyn Reporter,
+        is_stopped: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<Vec<f64>>, Error> {
+        let Some([from, to]) = settings.zero else {
+            return Ok(None);
+        };
+        let window = Some([from, to]);
+        let (mean, frames) = self.mean_loads(settings, window, reporter, is_stopped)?;
+        if frames == 0 {
+            return Err(Error::Request {
+                what: format!(
+                    "no frame with an answer from {from} s to {to} s to take the zero from"
+                ),
+                hint: "seconds since the first frame; a recording without times needs to be told how many frames a second there were",
+            });
+        }
+        Ok(Some(mean.values().to_vec()))
     }
 
     fn input(&self, settings: &Settings) -> Input {
@@ -232,6 +273,7 @@ impl Measured<'_> {
             touched_newtons: settings.touched_newtons,
             regions: self.regions,
             no_tare: settings.no_tare,
+            zeros: None,
             threads: settings.threads,
             promptly,
             is_stopped,
@@ -248,12 +290,11 @@ struct Seen {
 }
 
 impl Seen {
-    fn add(&mut self, frame: &Converted, frames_per_second: Option<f64>) {
+    fn add(&mut self, frame: &Converted, secs: Option<f64>) {
         self.tally.add(frame);
         self.events.extend(frame.events.iter().cloned());
         let is_saturated = frame.shown.marks().contains(&Mark::Saturated);
         self.saturated_frames += u64::from(is_saturated);
-        let counted = frames_per_second.map(|rate| frame.sequence() as f64 / rate);
-        self.series.add(frame, counted.or(frame.time_secs()));
+        self.series.add(frame, secs);
     }
 }

@@ -161,6 +161,7 @@ fn request<'a>(
         touched_newtons: CONTACT_NEWTONS,
         regions: &[],
         no_tare: args.no_tare,
+        zeros: None,
         threads: args.threads.map(usize::from),
         promptly,
         is_stopped: &|| false,

@@ -64,6 +64,9 @@ pub(crate) struct Args {
     /// A taxel counts as touched above this, newtons: for area and centre of pressure
     #[arg(long, value_name = "NEWTONS", default_value_t = CONTACT_NEWTONS, value_parser = positive)]
     touched: f64,
+    /// Seconds since the first frame in which nothing presses: their mean is taken off every taxel
+    #[arg(long, value_name = "FROM..TO", value_parser = window)]
+    zero: Option<Window>,
     /// Find no intervals: many times faster
     #[arg(long)]
     no_intervals: bool,
@@ -95,6 +98,17 @@ pub(crate) struct Args {
     /// Print JSON
     #[arg(long)]
     json: bool,
+}
+
+/// From when to when, seconds.
+#[derive(Debug, Clone, Copy)]
+struct Window([f64; 2]);
+
+fn window(text: &str) -> Result<Window, String> {
+    match text.parse::<TrialsBy>() {
+        Ok(TrialsBy::Times(times)) if times.len() == 1 => Ok(Window(times[0])),
+        _ => Err("must be seconds as 0..2, ending after it begins".to_owned()),
+    }
 }
 
 /// Runs the command.
@@ -184,6 +198,7 @@ fn settings(args: &Args) -> Settings {
     settings.hold.plateau_secs = args.plateau;
     settings.touched_newtons = args.touched;
     settings.intervals = !args.no_intervals;
+    settings.zero = args.zero.map(|Window(secs)| secs);
     settings.frames_per_second = args.frames_per_second;
     settings.repair = (args.repair || args.no_repair).then_some(args.repair);
     settings.no_tare = args.no_tare;

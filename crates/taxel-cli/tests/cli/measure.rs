@@ -179,6 +179,33 @@ fn trials_are_found_by_force_or_said() {
     assert_eq!(value(&whole), value(&by_force));
 }
 
+/// A sensor that has drifted reads what nobody presses; a second in which nothing does tells how much.
+#[test]
+fn a_zero_is_taken_off_and_one_under_load_is_doubted() {
+    let (folder, truth) = gripped("mat-32x32-adg732", 2);
+    let preset = taxel::sensor::preset("mat-32x32-adg732").unwrap();
+    let drifted = preset.edited(|spec| spec.material.as_mut().unwrap().g_zero_siemens = 0.6e-6);
+    folder.write("drifted.toml", &drifted.unwrap().to_toml());
+    let total = |words: &str, frame: usize| {
+        let run = folder.good(&format!(
+            "measure hand.txt --sensor drifted.toml --frames-per-second 100 --no-intervals -o f.csv {words}"
+        ));
+        (column(&folder, "f.csv", "total_n")[frame], run.err)
+    };
+    let empty: f64 = truth[7].iter().sum();
+    let (off, _) = total("", 7);
+    let (zeroed, told) = total("--zero 0..0.05", 7);
+    assert!((off - empty).abs() > 0.2 && (zeroed - empty).abs() < 0.1 * (off - empty).abs());
+    assert!(told.contains("the zero takes") && !told.contains("was something pressing"));
+    let (_, told) = total("--zero 0.8..0.9", 7);
+    assert!(told.contains("was something pressing"), "{told}");
+    let run = folder.taxel("measure hand.txt --sensor drifted.toml --zero 0..1");
+    assert!(
+        run.code == Some(2) && run.err.contains("to take the zero from"),
+        "{run}"
+    );
+}
+
 /// At the end of the converter's range a reading is a bound: the numbers are there, and not called good.
 #[test]
 fn saturated_frames_are_told() {

@@ -26,6 +26,8 @@ pub(super) struct Report<'a> {
     duration_s: Option<f64>,
     regions: Vec<String>,
     trials: &'a [Trial],
+    /// What was taken off the total as a zero, newtons.
+    zero_n: Option<f64>,
     /// Frames with readings at the end of the converter's range.
     saturated_frames: u64,
     #[serde(flatten)]
@@ -33,6 +35,8 @@ pub(super) struct Report<'a> {
     faulty_lines: &'a [FaultyLine],
     #[serde(skip)]
     is_handle: bool,
+    #[serde(skip)]
+    largest_n: f64,
     #[serde(skip)]
     areas_mm2: Option<[f64; 2]>,
 }
@@ -58,10 +62,12 @@ impl<'a> Report<'a> {
             duration_s: series.secs.last().copied().filter(|secs| secs.is_finite()),
             regions: series.regions.iter().map(|r| r.0.name.clone()).collect(),
             trials: &measurement.trials,
+            zero_n: measurement.zero_newtons,
             saturated_frames: measurement.saturated_frames,
             tally: &measurement.tally,
             faulty_lines: &measurement.faulty_lines,
             is_handle: measured.sensor.handle().is_some(),
+            largest_n: largest(&series.total.newtons),
             areas_mm2: measured.sensor.taxel_beyond_cell_mm2(),
         }
     }
@@ -81,6 +87,14 @@ impl<'a> Report<'a> {
             out::note(
                 "noise only: the sensor file has no [uncertainty], which `taxel calibrate` writes, so that intervals are too small",
             );
+        }
+        if let Some(zero) = self.zero_n {
+            out::note(&format!("the zero takes {zero:.2} N off the total"));
+            if zero.abs() > MAX_ZERO_SHARE * self.largest_n.max(zero.abs()) {
+                out::warn(
+                    "that is more than a twentieth of the largest force: was something pressing?",
+                );
+            }
         }
         if self.saturated_frames > 0 {
             out::warn(&format!(
@@ -109,6 +123,17 @@ impl<'a> Report<'a> {
             );
         }
     }
+}
+
+/// A zero that takes off more than this share of the largest force was hardly taken of nothing.
+const MAX_ZERO_SHARE: f64 = 0.05;
+
+fn largest(newtons: &[f64]) -> f64 {
+    newtons
+        .iter()
+        .copied()
+        .filter(|n| n.is_finite())
+        .fold(0.0, f64::max)
 }
 
 impl fmt::Display for Report<'_> {
