@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use taxel::Mark;
 use taxel_app::conversion::tally::Tally;
 
 /// The lines; none where nothing is to be doubted.
@@ -16,8 +17,13 @@ pub(crate) fn doubts(tally: &Tally) -> String {
     } else if tally.measured_share < 1.0 {
         let _ = writeln!(
             text,
-            "{:.1} % of the area measured; the rest is missing from sums",
-            (1000.0 * tally.measured_share).floor() / 10.0
+            "{:.1} % of the area measured; the rest is {} sums",
+            (1000.0 * tally.measured_share).floor() / 10.0,
+            if tally.marks.contains_key(Mark::Interpolated.word()) {
+                "interpolated in, or missing from"
+            } else {
+                "missing from"
+            }
         );
     }
     if tally.below_floor_share > 0.0 {
