@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
+use taxel::uncertainty::Bias;
 use taxel::{Frame, Sensor, Siemens};
 use taxel_io::AtomicFile;
 use taxel_plot::Panel;
@@ -231,6 +232,7 @@ impl Job<'_> {
         // Marks are all that is taken of the loads before a tare.
         let mut loads = Frame::zeros(self.sensor.rows(), self.sensor.columns());
         loads.copy_meta_from(&heaviest.shown);
+        figures.set_bias(heaviest.bias.as_ref());
         let mut row = figures.of(Some(siemens), &loads, &heaviest.shown, true);
         row.frame = heaviest.figures.frame;
         Ok(row)
@@ -284,6 +286,7 @@ struct Seen {
 struct Heaviest {
     shown: Frame<DisplayUnit>,
     siemens: Option<Frame<Siemens>>,
+    bias: Option<Bias>,
     figures: FigureRow,
 }
 
@@ -303,6 +306,7 @@ impl Seen {
             self.heaviest = Some(Heaviest {
                 shown: frame.shown.clone(),
                 siemens: frame.siemens.clone(),
+                bias: frame.bias.clone(),
                 figures,
             });
         }

@@ -5,6 +5,7 @@ use std::time::SystemTime;
 
 use taxel::screen::FrameScreen;
 use taxel::solve::Outcome;
+use taxel::uncertainty::Bias;
 use taxel::{Counts, Frame, Mark, Siemens, Volts};
 use taxel_io::{Event, Tare};
 
@@ -41,6 +42,8 @@ pub struct Converted {
     pub regions: Vec<RegionRow>,
     /// Its conductances, where figures were asked for without their errors, and an inverse can tell these.
     pub siemens: Option<Frame<Siemens>>,
+    /// What noise has added to its loads, where figures were asked for without their errors.
+    pub bias: Option<Bias>,
     pub(super) failed: Option<Error>,
 }
 
@@ -94,6 +97,7 @@ impl Converted {
             regions: Vec::new(),
             siemens: (request.figures == Some(FiguresWanted::Values) && request.method.inverts())
                 .then(|| Frame::zeros(rows, columns)),
+            bias: None,
             failed: None,
         }
     }

@@ -113,7 +113,10 @@ impl Worker {
         if let Some(bias) = &mut self.bias {
             let has_volts = frame.is_answer() && !matches!(frame.read, Read::Siemens(_));
             let volts = has_volts.then(|| self.chain.volts());
-            figures.set_bias(volts.and_then(|volts| bias.of(volts, loads)));
+            let found = volts.and_then(|volts| bias.of(volts, loads));
+            figures.set_bias(found);
+            // For whoever finds the errors of this frame later.
+            frame.bias = found.filter(|_| frame.siemens.is_some()).cloned();
         }
         let siemens = self.chain.siemens();
         let mut row = figures.of(siemens, loads, &frame.shown, frame.is_answer());

@@ -99,6 +99,18 @@ fn noise_does_not_add_up_where_lines_are_left_open() {
         assert!(covered(&found, &half, &truth[50..]) >= 0.95);
         assert!(mean(&half) < 0.08 * mean(&found));
         assert!(held("grip_n").iter().all(|n| n.is_nan()), "the mat is flat");
+        // An archive's summary says the same of the frame with the largest force.
+        folder.good("batch hand.txt --sensor mat.toml --out out");
+        let (all, errors) = (
+            column(&folder, "f.csv", "total_n"),
+            column(&folder, "f.csv", "total_error_n"),
+        );
+        let largest = (0..all.len())
+            .max_by(|a, b| all[*a].total_cmp(&all[*b]))
+            .unwrap();
+        let told = |name: &str| column(&folder, "out/summary.csv", name)[0];
+        assert!((told("peak_force_n") - all[largest]).abs() < 1e-9);
+        assert!((told("peak_force_half_width_n") - errors[largest]).abs() < 1e-9);
     }
 }
 
