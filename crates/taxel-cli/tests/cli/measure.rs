@@ -78,7 +78,10 @@ fn total_grip_and_a_region_are_what_was_pressed_within_their_intervals() {
 #[test]
 fn noise_does_not_add_up_where_lines_are_left_open() {
     let preset = taxel::sensor::preset("mat-16x16-cd4067").unwrap();
-    let noisy = preset.edited(|spec| spec.converter.noise_counts = Some(0.5));
+    let noisy = preset.edited(|spec| {
+        spec.converter.noise_counts = Some(0.5);
+        spec.name = "mat".to_owned();
+    });
     for seed in [1, 2, 3] {
         let folder = Folder::new();
         folder.write("mat.toml", &noisy.as_ref().unwrap().to_toml());
