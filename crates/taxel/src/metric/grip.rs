@@ -109,14 +109,14 @@ fn each_piece(loads: &Frame<Newtons>, handle: &Handle, mut take: impl FnMut(&Pie
     };
     for (taxel, load) in usable(loads) {
         let (_, line) = handle.ring_and_line(taxel);
-        let (sin, cos) = handle.angles[line].sin_cos();
+        let (sin, cos) = handle.sin_cos(line);
         piece.x += side(line) * load * cos;
         piece.y += side(line) * load * sin;
     }
     for &(turn, line) in handle.turns() {
         piece.to = turn;
         take(&piece);
-        let (sin, cos) = handle.angles[line].sin_cos();
+        let (sin, cos) = handle.sin_cos(line);
         let twice = 2.0 * side(line) * sum_of_line(loads, handle, line);
         piece.x -= twice * cos;
         piece.y -= twice * sin;
@@ -145,7 +145,7 @@ pub fn resultant_newtons(loads: &Frame<Newtons>, handle: &Handle) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for (taxel, load) in usable(loads) {
         let (_, line) = handle.ring_and_line(taxel);
-        let (sin, cos) = handle.angles[line].sin_cos();
+        let (sin, cos) = handle.sin_cos(line);
         // What presses on the surface pushes inwards; where the body narrows with z, towards its wide end.
         let force = [-load * outward * cos, -load * outward * sin, -load * along];
         (0..3).for_each(|axis| sum[axis] += force[axis]);
@@ -193,7 +193,7 @@ pub(crate) fn mean_direction(
     let (mut sum, mut x, mut y, mut ring_sum) = (0.0, 0.0, 0.0, 0.0);
     for (taxel, load) in loads {
         let (ring, line) = handle.ring_and_line(taxel);
-        let (sin, cos) = handle.angles[line].sin_cos();
+        let (sin, cos) = handle.sin_cos(line);
         sum += load;
         (x, y) = (x + load * cos, y + load * sin);
         ring_sum += load * ring as f64;

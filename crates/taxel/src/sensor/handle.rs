@@ -25,6 +25,9 @@ pub struct Handle {
     pub pitch_round_mm: f64,
     columns: usize,
     turns: Vec<(f64, usize)>,
+    /// Sine and cosine of each angle: found once, asked for by every taxel of every frame.
+    sines: Vec<(f64, f64)>,
+    widest_mm: f64,
 }
 
 impl Handle {
@@ -32,6 +35,11 @@ impl Handle {
     /// halves it turns; ascending, each with its line.
     pub(crate) fn turns(&self) -> &[(f64, usize)] {
         &self.turns
+    }
+
+    /// Sine and cosine of a line's angle.
+    pub(crate) fn sin_cos(&self, line: usize) -> (f64, f64) {
+        self.sines[line]
     }
 
     /// The half that a line is on before it passes: 1 or −1.
@@ -56,7 +64,7 @@ impl Handle {
 
     /// Where the body is widest, mm.
     pub fn widest_mm(&self) -> f64 {
-        2.0 * self.radii_mm.iter().copied().fold(0.0, f64::max)
+        self.widest_mm
     }
 
     /// From the first ring to the last along the axis, mm.
@@ -77,7 +85,7 @@ impl Handle {
     /// x, y and z of a taxel, mm; the axis of the body is z.
     pub fn point_mm(&self, taxel: usize) -> [f64; 3] {
         let (ring, line) = self.ring_and_line(taxel);
-        let (sin, cos) = self.angles[line].sin_cos();
+        let (sin, cos) = self.sin_cos(line);
         let radius = self.radii_mm[ring];
         let z = self.step_mm * ring as f64 * self.slope.cos();
         [radius * cos, radius * sin, z]
@@ -174,9 +182,10 @@ fn diameters(geometry: &Geometry) -> Result<[f64; 2], Error> {
         let one = one.ok_or_else(|| missing("diameter_mm", "in mm, measured over the sensor"))?;
         ("diameter_mm", [one, one])
     };
+    let [least, most] = BODY_MM;
     for diameter in both {
-        if !(MIN_MM..=MAX_MM).contains(&diameter) {
-            let problem = format!("is {diameter}; expected {MIN_MM} to {MAX_MM}");
+        if !(least..=most).contains(&diameter) {
+            let problem = format!("is {diameter}; expected {least} to {most}");
             return Err(wrong(
                 key,
                 problem,
@@ -188,8 +197,7 @@ fn diameters(geometry: &Geometry) -> Result<[f64; 2], Error> {
 }
 
 /// The smallest and the largest body, mm.
-const MIN_MM: f64 = 1.0;
-const MAX_MM: f64 = 1e5;
+const BODY_MM: [f64; 2] = [1.0, 1e5];
 
 fn wrap(
     array: &Array,
@@ -228,6 +236,8 @@ fn wrap(
     turns.sort_by(|a, b| a.0.total_cmp(&b.0));
     Ok(Handle {
         rings,
+        widest_mm: diameters[0].max(diameters[1]),
+        sines: angles.iter().map(|angle| angle.sin_cos()).collect(),
         angles,
         turns,
         radii_mm: (0..rings_there).map(radius).collect(),
@@ -385,7 +395,6 @@ mod tests {
         cone.seam_gap_mm = Some(1.5);
         for geometry in [Geometry::cylinder(Rings::Rows, 25.0), cone] {
             let sensor = with(geometry).unwrap();
-            assert!(sensor.handle().is_some());
             let text = sensor.to_toml();
             assert_eq!(Sensor::from_toml(&text).unwrap(), sensor, "{text}");
         }
