@@ -73,9 +73,13 @@ def test_ctrl_c_ends_a_call(work: str, counts: np.ndarray, tmp_path: Path) -> No
     }
     np.save(tmp_path / "many.npy", many)
     timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
+    # The first may fall into a destructor, where Python drops it: as a person would, it is pressed once more.
+    again = threading.Timer(20.0, os.kill, (os.getpid(), signal.SIGINT))
     timer.start()
+    again.start()
     with pytest.raises(KeyboardInterrupt):
         calls[work]()
+    again.cancel()
     timer.join()
     # Nothing of it is left that would stand in the way.
     assert sum_of(counts) > 0.0
