@@ -6,7 +6,10 @@ use std::path::Path;
 use serde::Serialize;
 use taxel::calibrate::with_error;
 use taxel::frame::grams_from_newtons;
-use taxel::metric::{CONTACT_NEWTONS, FrameFigures, RegionFigures};
+use taxel::metric::{
+    CONTACT_NEWTONS, FrameFigures, RegionFigures, grip_force, resultant_newtons,
+    total_force_newtons,
+};
 use taxel::screen::Level;
 use taxel::sensor::Region;
 use taxel::uncertainty::{Bias, FigureError, FigureErrors};
@@ -256,10 +259,10 @@ impl Figures {
             let each = self.unbiased.values_mut().iter_mut();
             each.zip(self.loads.values())
                 .for_each(|(unbiased, load)| *unbiased += load);
-            let sums = FrameFigures::with_threshold(&self.unbiased, &self.sensor, threshold);
-            figures.total_force_newtons = sums.total_force_newtons;
-            figures.grip = sums.grip;
-            figures.resultant_newtons = sums.resultant_newtons;
+            let (sums, handle) = (&self.unbiased, self.sensor.handle());
+            figures.total_force_newtons = total_force_newtons(sums);
+            figures.grip = handle.map(|handle| grip_force(sums, handle));
+            figures.resultant_newtons = handle.map(|handle| resultant_newtons(sums, handle));
         }
         figures
     }

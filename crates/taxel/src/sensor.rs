@@ -250,15 +250,22 @@ impl Sensor {
             let pitch = self.spec.array.pitch_mm;
             return [down / pitch[0], across / pitch[1]];
         };
-        let (along, round) = match handle.rings {
-            Rings::Rows => (down, across),
-            Rings::Columns => (across, down),
-        };
-        let radius = handle.radii_mm[0] - along * handle.slope.sin();
+        // The two are each other's way back.
+        let [along, round] = handle.rows_and_columns(down, across);
+        let radius = handle.radius_at_mm(along);
         let (ring, line) = (along / handle.step_mm, round / radius / handle.angles[1]);
-        match handle.rings {
-            Rings::Rows => [ring, line],
-            Rings::Columns => [line, ring],
+        handle.rows_and_columns(ring, line)
+    }
+
+    /// Where a taxel of a plane lies, mm across the rows and across the columns.
+    pub(crate) fn place_mm(&self, taxel: usize) -> [f64; 2] {
+        let [down, across] = self.spec.array.pitch_mm;
+        match self.positions() {
+            Some(positions) => [positions[taxel][1], positions[taxel][0]],
+            None => [
+                down * (taxel / self.columns()) as f64,
+                across * (taxel % self.columns()) as f64,
+            ],
         }
     }
 

@@ -25,7 +25,8 @@ impl Measured<'_> {
         reporter: &dyn Reporter,
         is_stopped: &(dyn Fn() -> bool + Sync),
     ) -> Result<Vec<RegionSpec>, Error> {
-        let (map, _) = self.mean_loads(settings, None, reporter, is_stopped)?;
+        let survey = self.survey(settings, reporter)?;
+        let (map, _) = self.mean_loads(settings, None, &survey, reporter, is_stopped)?;
         let mut found = contacts(&map, self.sensor, &ContactOptions::default());
         let is_pressed = |newtons: f64| newtons > PRESSED_SHARE * settings.touched_newtons;
         found.retain(|contact| is_pressed(contact.highest_newtons));

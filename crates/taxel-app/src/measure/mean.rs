@@ -11,11 +11,12 @@ use crate::reporter::Reporter;
 
 impl Measured<'_> {
     /// Mean load of every taxel, newtons, over the frames with an answer, of some seconds since the first frame or of all; marked
-    /// absent where none was read. With how many frames there were.
+    /// absent where none was read. With how many frames there were. `survey`: what a first pass has found.
     pub(super) fn mean_loads(
         &self,
         settings: &Settings,
         window: Option<[f64; 2]>,
+        survey: &Survey,
         reporter: &dyn Reporter,
         is_stopped: &(dyn Fn() -> bool + Sync),
     ) -> Result<(Frame<Newtons>, u64), Error> {
@@ -32,9 +33,7 @@ impl Measured<'_> {
         };
         let mut request = no_figures.request(settings, is_stopped, false);
         request.figures = None;
-        request.check()?;
-        let survey = Survey::of(&input, self.sensor, reporter, settings.threads)?;
-        let conversion = Conversion::new(request, &survey)?;
+        let conversion = Conversion::new(request, survey)?;
         let mut reading = input.open()?;
         let stage = reporter.stage("looking at all frames");
         let mut mean = Mean::new(self.sensor.rows(), self.sensor.columns());

@@ -179,12 +179,11 @@ impl Measured<'_> {
         reporter: &dyn Reporter,
         is_stopped: &(dyn Fn() -> bool + Sync),
     ) -> Result<Measurement, Error> {
-        let zeros = self.zeros(settings, reporter, is_stopped)?;
+        let survey = self.survey(settings, reporter)?;
+        let zeros = self.zeros(settings, &survey, reporter, is_stopped)?;
         let input = self.input(settings);
         let mut request = self.request(settings, is_stopped, !input.can_be_read_twice());
         request.zeros = zeros.as_deref();
-        request.check()?;
-        let survey = Survey::of(&input, self.sensor, reporter, settings.threads)?;
         let conversion = Conversion::new(request, &survey)?;
         let series = Series::new(self.sensor, self.regions, settings.intervals);
         series.check_names()?;
@@ -225,6 +224,7 @@ impl Measured<'_> {
     fn zeros(
         &self,
         settings: &Settings,
+        survey: &Survey,
         reporter: &dyn Reporter,
         is_stopped: &(dyn Fn() -> bool + Sync),
     ) -> Result<Option<Vec<f64>>, Error> {
@@ -232,7 +232,7 @@ impl Measured<'_> {
             return Ok(None);
         };
         let window = Some([from, to]);
-        let (mean, frames) = self.mean_loads(settings, window, reporter, is_stopped)?;
+        let (mean, frames) = self.mean_loads(settings, window, survey, reporter, is_stopped)?;
         if frames == 0 {
             return Err(Error::Request {
                 what: format!(
@@ -242,6 +242,17 @@ impl Measured<'_> {
             });
         }
         Ok(Some(mean.values().to_vec()))
+    }
+
+    /// What a first pass finds, if what is asked for can be done at all.
+    fn survey(&self, settings: &Settings, reporter: &dyn Reporter) -> Result<Survey, Error> {
+        self.request(settings, &|| false, false).check()?;
+        Survey::of(
+            &self.input(settings),
+            self.sensor,
+            reporter,
+            settings.threads,
+        )
     }
 
     fn input(&self, settings: &Settings) -> Input {

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use serde::Serialize;
-use taxel::metric::hold::{self, Hold, Plateau};
+use taxel::metric::hold::{self, Plateau};
 use taxel::stats::mean;
 use taxel_io::Event;
 
@@ -119,9 +119,11 @@ fn ranges(
     Ok(match &settings.trials {
         TrialsBy::Whole => vec![("all".to_owned(), 0..secs.len())],
         TrialsBy::Force => {
-            let solved = Solved::of(series, 0..secs.len(), &series.total.newtons);
-            let largest = solved.largest(&series.total.half_width_95);
-            let found = hold::holds(&solved.secs, &solved.newtons, largest, &settings.hold);
+            let solved = Solved::of(series, 0..secs.len());
+            let half = |frame| series.total.half_width_95.get(frame).copied();
+            let half = solved.heaviest().and_then(half);
+            let half = half.filter(|half| half.is_finite()).unwrap_or(0.0);
+            let found = hold::holds(&solved.secs, &solved.newtons, half, &settings.hold);
             let whole =
                 |range: Range<usize>| solved.frames[range.start]..solved.frames[range.end - 1] + 1;
             found
@@ -182,7 +184,7 @@ fn numbered(place: usize) -> String {
     format!("trial {}", place + 1)
 }
 
-/// The frames of a range that have an answer.
+/// The frames of a range that have an answer, with their times and total forces.
 struct Solved {
     frames: Vec<usize>,
     secs: Vec<f64>,
@@ -190,7 +192,8 @@ struct Solved {
 }
 
 impl Solved {
-    fn of(series: &Series, range: Range<usize>, newtons: &[f64]) -> Self {
+    fn of(series: &Series, range: Range<usize>) -> Self {
+        let newtons = &series.total.newtons;
         let frames: Vec<usize> = range.filter(|&at| newtons[at].is_finite()).collect();
         Self {
             secs: frames.iter().map(|&at| series.secs[at]).collect(),
@@ -199,68 +202,50 @@ impl Solved {
         }
     }
 
-    /// What `of` is where the force is largest; 0 of nothing.
-    fn largest(&self, of: &[f64]) -> f64 {
-        let larger = |a: &&usize, b: &&usize| self.at(**a).total_cmp(&self.at(**b));
-        let places: Vec<usize> = (0..self.frames.len()).collect();
-        let place = places.iter().max_by(larger);
-        let value = place.and_then(|&place| of.get(self.frames[place])).copied();
-        value.filter(|value| value.is_finite()).unwrap_or(0.0)
-    }
-
-    fn at(&self, place: usize) -> f64 {
-        self.newtons[place]
+    /// The frame with the largest force, the first of several.
+    fn heaviest(&self) -> Option<usize> {
+        let each = self.frames.iter().zip(&self.newtons);
+        let heavier = each.reduce(|a, b| if b.1 > a.1 { b } else { a });
+        heavier.map(|(&frame, _)| frame)
     }
 }
 
 fn trial(name: String, series: &Series, range: Range<usize>, settings: &Settings) -> Option<Trial> {
     let frames = range.len();
-    let total = Solved::of(series, range, &series.total.newtons);
-    if total.frames.is_empty() {
-        return None;
-    }
-    let all = 0..total.frames.len();
-    let held = hold::hold(&total.secs, &total.newtons, all.clone(), &settings.hold);
-    let plateau = held.plateau;
-    let steady = plateau.map_or(all, |plateau| plateau.first..plateau.last + 1);
-    let over = |series: &ForceSeries| {
-        let own = Solved {
-            newtons: total.frames.iter().map(|&at| series.newtons[at]).collect(),
-            secs: total.secs.clone(),
-            frames: total.frames.clone(),
-        };
-        force(series, &own, plateau.as_ref(), settings)
+    let solved = Solved::of(series, range);
+    let heaviest = solved.heaviest()?;
+    let plateau = hold::plateau(&solved.secs, &solved.newtons, &settings.hold);
+    let steady = match &plateau {
+        Some(plateau) => &solved.frames[plateau.first..=plateau.last],
+        None => &solved.frames[..],
     };
+    let over = |series: &ForceSeries| force(series, &solved, plateau.as_ref());
     let mut forces = vec![over(&series.total)];
     forces.extend(series.grip.as_ref().map(over));
-    let whole = sum_over(&total.frames[steady.clone()], &series.total.newtons);
+    let whole = sum_over(steady, &series.total.newtons);
     for (region, _) in &series.regions {
-        let part = sum_over(&total.frames[steady.clone()], &region.newtons);
+        let part = sum_over(steady, &region.newtons);
         forces.push(ForceOverTime {
             share: Some(part / whole).filter(|share| share.is_finite()),
             ..over(region)
         });
     }
     let contact = &series.contact;
-    let values = |of: &[f64], range: Range<usize>| -> Vec<f64> {
-        total.frames[range].iter().map(|&at| of[at]).collect()
-    };
-    let peak = total.frames[held.peak];
-    let centre = [contact.x_mm[peak], contact.y_mm[peak]];
+    let mean_over = |frames: &[usize], of: &[f64]| sum_over(frames, of) / frames.len() as f64;
+    let pressures = solved.frames.iter().map(|&at| contact.peak_kilopascals[at]);
+    let centre = [contact.x_mm[heaviest], contact.y_mm[heaviest]];
     Some(Trial {
         name,
-        from_s: total.secs[0],
-        to_s: *total.secs.last()?,
-        frames: total.frames.len(),
-        unsolved_frames: frames - total.frames.len(),
+        from_s: solved.secs[0],
+        to_s: *solved.secs.last()?,
+        frames: solved.frames.len(),
+        unsolved_frames: frames - solved.frames.len(),
         forces,
-        peak_kpa: values(&contact.peak_kilopascals, 0..total.frames.len())
-            .into_iter()
-            .fold(0.0, f64::max),
-        area_mm2: mean(values(&contact.area_mm2, steady.clone())).unwrap_or(0.0),
+        peak_kpa: pressures.fold(0.0, f64::max),
+        area_mm2: mean_over(steady, &contact.area_mm2),
         centre_mm: centre[0].is_finite().then_some(centre),
-        centre_path_mm: plateau.and_then(|_| path_mm(series, &total.frames[steady])),
-        measured_share: mean(values(&contact.measured_share, 0..total.frames.len())).unwrap_or(0.0),
+        centre_path_mm: plateau.and_then(|_| path_mm(series, steady)),
+        measured_share: mean_over(&solved.frames, &contact.measured_share),
     })
 }
 
@@ -269,24 +254,19 @@ fn sum_over(frames: &[usize], of: &[f64]) -> f64 {
 }
 
 /// One force over a trial: its own peak, and its mean where the total force stands.
-fn force(
-    series: &ForceSeries,
-    own: &Solved,
-    plateau: Option<&Plateau>,
-    settings: &Settings,
-) -> ForceOverTime {
-    let all = 0..own.frames.len();
-    let held: Hold = hold::hold(&own.secs, &own.newtons, all.clone(), &settings.hold);
-    let duration = own.secs[all.end - 1] - own.secs[0];
-    let peak = own.frames[held.peak];
-    let over = mean_figure(series, &own.frames);
+fn force(series: &ForceSeries, solved: &Solved, plateau: Option<&Plateau>) -> ForceOverTime {
+    let (frames, secs) = (&solved.frames, &solved.secs);
+    let newtons: Vec<f64> = frames.iter().map(|&at| series.newtons[at]).collect();
+    let held = hold::hold(secs, &newtons);
+    let duration = secs[secs.len() - 1] - secs[0];
+    let over = mean_figure(series, frames);
     ForceOverTime {
         name: series.name.clone(),
         peak_n: Figure {
             value: held.peak_newtons,
-            error: doubt(series, peak),
+            error: doubt(series, frames[held.peak]),
         },
-        peak_at_s: own.secs[held.peak],
+        peak_at_s: secs[held.peak],
         time_to_peak_s: held.time_to_peak_secs,
         loading_rate_n_per_s: held.loading_rate,
         impulse_n_s: Figure {
@@ -295,13 +275,11 @@ fn force(
         },
         plateau: plateau.map(|plateau| {
             let range = plateau.first..plateau.last + 1;
-            let (secs, newtons) = (&own.secs[range.clone()], &own.newtons[range.clone()]);
-            let stands = Plateau::of(secs, newtons);
-            let mean_n = mean_figure(series, &own.frames[range]);
+            let stands = Plateau::of(&secs[range.clone()], &newtons[range.clone()]);
             PlateauFigures {
-                from_s: secs[0],
-                to_s: secs[secs.len() - 1],
-                mean_n,
+                from_s: secs[plateau.first],
+                to_s: secs[plateau.last],
+                mean_n: mean_figure(series, &frames[range]),
                 variation_percent: 100.0 * stands.variation,
                 slope_n_per_s: stands.slope_per_sec,
                 slope_percent_per_s: 100.0 * stands.slope_per_sec / stands.mean,

@@ -5,7 +5,6 @@ use super::{
     grip_force, measured_share, outlier_share, peak_pressure, resultant_newtons,
     total_force_newtons,
 };
-use crate::sensor::{Handle, Rings};
 use crate::{Frame, Newtons, Sensor};
 
 /// Load above which a taxel counts as touched, newtons: about 5 g.
@@ -63,18 +62,10 @@ fn centre_mm(loads: &Frame<Newtons>, sensor: &Sensor, threshold_newtons: f64) ->
     match (sensor.handle(), sensor.positions()) {
         (Some(handle), _) => {
             let [along, round] = centre_on_handle_mm(loads, handle, threshold_newtons)?;
-            Some(rows_and_columns(handle, along, round))
+            Some(handle.rows_and_columns(along, round))
         }
         (None, Some(positions)) => centre_of_placed_mm(loads, positions, threshold_newtons),
         (None, None) => centre_of_pressure_mm(loads, sensor.array().pitch_mm, threshold_newtons),
-    }
-}
-
-/// Across the rows and across the columns: rows that are rings lie one after the other along the body.
-pub(super) fn rows_and_columns(handle: &Handle, along: f64, round: f64) -> [f64; 2] {
-    match handle.rings {
-        Rings::Rows => [along, round],
-        Rings::Columns => [round, along],
     }
 }
 

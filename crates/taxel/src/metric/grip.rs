@@ -205,7 +205,7 @@ pub(crate) fn mean_direction(
         length,
         direction: y.atan2(x).rem_euclid(2.0 * PI),
         along_mm,
-        radius_mm: handle.radii_mm[0] - along_mm * handle.slope.sin(),
+        radius_mm: handle.radius_at_mm(along_mm),
     })
 }
 

@@ -77,8 +77,6 @@ pub struct Hold {
     pub impulse: f64,
     /// Mean rate from 10 to 90 % of the peak, newtons a second; `None` where the force is there from the beginning.
     pub loading_rate: Option<f64>,
-    /// Where it stands; `None` of fewer than [`MIN_PLATEAU`] values.
-    pub plateau: Option<Plateau>,
 }
 
 /// The fewest values of a plateau.
@@ -120,30 +118,21 @@ pub fn holds(
     found
 }
 
-/// What one hold amounts to. `secs` and `newtons` are of the whole recording.
+/// What one hold amounts to, of which these are all values.
 ///
 /// # Panics
-/// When the range is empty, or not within both.
-pub fn hold(secs: &[f64], newtons: &[f64], range: Range<usize>, options: &HoldOptions) -> Hold {
-    let start = range.start;
-    let (secs, newtons) = (&secs[range.clone()], &newtons[range]);
+/// When there are none, or not as many times as forces.
+pub fn hold(secs: &[f64], newtons: &[f64]) -> Hold {
     let larger = |a: usize, b: usize| if newtons[b] > newtons[a] { b } else { a };
     let peak = (0..newtons.len())
         .reduce(larger)
         .expect("a hold has values");
     Hold {
-        peak: start + peak,
+        peak,
         peak_newtons: newtons[peak],
         time_to_peak_secs: secs[peak] - secs[0],
         impulse: impulse(secs, newtons),
         loading_rate: loading_rate(&secs[..=peak], &newtons[..=peak]),
-        plateau: plateau(secs, newtons, newtons[peak], options.plateau_secs).map(|plateau| {
-            Plateau {
-                first: start + plateau.first,
-                last: start + plateau.last,
-                ..plateau
-            }
-        }),
     }
 }
 
@@ -178,12 +167,15 @@ fn loading_rate(secs: &[f64], newtons: &[f64]) -> Option<f64> {
     (took > 0.0).then(|| (high - from) / took)
 }
 
-/// The window of a length whose mean is largest.
-fn plateau(secs: &[f64], newtons: &[f64], peak: f64, longest: f64) -> Option<Plateau> {
+/// Where a force stands over a hold: the window of a length whose mean is largest. `None` of fewer than [`MIN_PLATEAU`] values.
+pub fn plateau(secs: &[f64], newtons: &[f64], options: &HoldOptions) -> Option<Plateau> {
+    let peak = newtons.iter().copied().reduce(f64::max)?;
     let above = |force: &f64| *force >= HALF * peak;
     let first = newtons.iter().position(above)?;
     let last = newtons.iter().rposition(above)?;
-    let length = longest.min(PLATEAU_SHARE * (secs[last] - secs[first]));
+    let length = options
+        .plateau_secs
+        .min(PLATEAU_SHARE * (secs[last] - secs[first]));
     let (mut best, mut end, mut sum) = (None::<(f64, usize, usize)>, first, 0.0);
     // A clock that counts in small steps is not taken at its last digit.
     let slack = 1e-6 * length;
@@ -192,12 +184,9 @@ fn plateau(secs: &[f64], newtons: &[f64], peak: f64, longest: f64) -> Option<Pla
             sum += newtons[end];
             end += 1;
         }
-        let is_whole = end > last
-            || secs[end - 1] - secs[begin] >= length - slack
-            || secs[end] - secs[begin] > length;
         let reaches = secs[last] - secs[begin] >= length - slack;
         let mean = sum / (end - begin) as f64;
-        if is_whole && reaches && best.is_none_or(|best| mean > best.0) {
+        if reaches && best.is_none_or(|best| mean > best.0) {
             best = Some((mean, begin, end - 1));
         }
         sum -= newtons[begin];
@@ -233,8 +222,10 @@ mod tests {
         let options = HoldOptions::default();
         let found = holds(&secs, &newtons, 1.0, &options);
         assert_eq!(found.len(), 1);
-        let hold = hold(&secs, &newtons, found[0].clone(), &options);
-        assert!((hold.peak_newtons - 400.0).abs() < 1e-9 && hold.peak == 150);
+        let range = found[0].clone();
+        let (secs, newtons) = (&secs[range.clone()], &newtons[range.clone()]);
+        let hold = hold(secs, newtons);
+        assert!((hold.peak_newtons - 400.0).abs() < 1e-9 && range.start + hold.peak == 150);
         // A tenth is passed 0.05 s after the beginning of the rise.
         assert!((hold.time_to_peak_secs - 0.45).abs() < 0.011);
         assert!((hold.loading_rate.unwrap() - 800.0).abs() < 1e-6);
@@ -245,7 +236,7 @@ mod tests {
             "{}",
             hold.impulse
         );
-        let plateau = hold.plateau.unwrap();
+        let plateau = plateau(secs, newtons, &options).unwrap();
         // Where the force is largest: the first 5 s, though with some of the rise its mean may be as large.
         assert!((secs[plateau.last] - secs[plateau.first] - 5.0).abs() < 1e-6);
         assert!((plateau.mean - 390.0).abs() < 0.1);
@@ -281,17 +272,17 @@ mod tests {
             .collect();
         let options = HoldOptions::default();
         let found = holds(&secs, &newtons, 0.1, &options);
-        let held = hold(&secs, &newtons, found[0].clone(), &options);
-        let plateau = held.plateau.unwrap();
-        let length = secs[plateau.last] - secs[plateau.first];
+        let range = found[0].clone();
+        let held = hold(&secs[range.clone()], &newtons[range.clone()]);
+        let steady = plateau(&secs[range.clone()], &newtons[range], &options).unwrap();
+        let length = secs[steady.last] - secs[steady.first];
         assert!((0.58..0.62).contains(&length), "{length}");
-        assert_eq!((plateau.mean, plateau.variation), (50.0, 0.0));
+        assert_eq!((steady.mean, steady.variation), (50.0, 0.0));
         // It was there from the first value on.
         assert_eq!(held.loading_rate, None);
         // Unloaded taxels read below nothing as often as above it.
-        let unloaded = hold(&secs[..4], &[-0.3, -0.1, -0.2, -0.4], 0..4, &options);
+        let unloaded = hold(&secs[..4], &[-0.3, -0.1, -0.2, -0.4]);
         assert_eq!((unloaded.peak, unloaded.loading_rate), (1, None));
-        let knock = hold(&secs[..3], &[0.0, 9.0, 1.0], 0..3, &options);
-        assert_eq!(knock.plateau, None);
+        assert_eq!(plateau(&secs[..3], &[0.0, 9.0, 1.0], &options), None);
     }
 }

@@ -93,11 +93,23 @@ pub fn centre_of_placed_mm(
     threshold_newtons: f64,
 ) -> Option<[f64; 2]> {
     assert_eq!(positions_mm.len(), frame.values().len(), "a place a taxel");
+    let touched = usable(frame).filter(|(_, newtons)| *newtons > threshold_newtons);
+    centre_of(touched, |taxel| {
+        let [x, y] = positions_mm[taxel];
+        [y, x]
+    })
+}
+
+/// The load-weighted mean of the places of taxels; `None` of none, or of no load.
+pub(super) fn centre_of(
+    loads: impl Iterator<Item = (usize, f64)>,
+    place: impl Fn(usize) -> [f64; 2],
+) -> Option<[f64; 2]> {
     let mut sums = [0.0; 3];
-    for (i, newtons) in usable(frame).filter(|(_, newtons)| *newtons > threshold_newtons) {
-        let [x, y] = positions_mm[i];
-        sums[0] += newtons * y;
-        sums[1] += newtons * x;
+    for (taxel, newtons) in loads {
+        let [down, across] = place(taxel);
+        sums[0] += newtons * down;
+        sums[1] += newtons * across;
         sums[2] += newtons;
     }
     (sums[2] > 0.0).then(|| [sums[0] / sums[2], sums[1] / sums[2]])

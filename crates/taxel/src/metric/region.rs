@@ -1,7 +1,7 @@
 //! The figures of a named region of a frame.
 
-use super::figures::rows_and_columns;
 use super::grip::mean_direction;
+use super::load::centre_of;
 use super::{is_usable, kilopascals_from_newtons};
 use crate::sensor::Region;
 use crate::{Frame, Newtons, Sensor};
@@ -51,35 +51,13 @@ impl RegionFigures {
             contact_area_mm2: touched().fold(0.0, |sum, (taxel, _)| sum + sensor.cell_mm2(taxel)),
             centre_mm: match sensor.handle() {
                 Some(handle) => mean_direction(touched(), handle).map(|mean| {
-                    rows_and_columns(handle, mean.along_mm, mean.direction * mean.radius_mm)
+                    handle.rows_and_columns(mean.along_mm, mean.direction * mean.radius_mm)
                 }),
-                None => centre_on_plane_mm(touched(), sensor),
+                None => centre_of(touched(), |taxel| sensor.place_mm(taxel)),
             },
             measured_share: measured.count() as f64 / region.taxels().len() as f64,
         }
     }
-}
-
-fn centre_on_plane_mm(
-    touched: impl Iterator<Item = (usize, f64)>,
-    sensor: &Sensor,
-) -> Option<[f64; 2]> {
-    let [down, across] = sensor.array().pitch_mm;
-    let place = |taxel: usize| match sensor.positions() {
-        Some(positions) => [positions[taxel][1], positions[taxel][0]],
-        None => [
-            down * (taxel / sensor.columns()) as f64,
-            across * (taxel % sensor.columns()) as f64,
-        ],
-    };
-    let mut sums = [0.0; 3];
-    for (taxel, load) in touched {
-        let [y, x] = place(taxel);
-        sums[0] += load * y;
-        sums[1] += load * x;
-        sums[2] += load;
-    }
-    (sums[2] > 0.0).then(|| [sums[0] / sums[2], sums[1] / sums[2]])
 }
 
 #[cfg(test)]

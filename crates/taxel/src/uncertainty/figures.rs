@@ -103,14 +103,10 @@ impl FigureErrors {
     pub fn new(sensor: &Sensor, level: Option<Level>) -> Result<Self, Error> {
         let material = sensor.material().ok_or_else(LoadLaw::missing)?;
         let taxels = sensor.rows() * sensor.columns();
-        let [down, across] = sensor.array().pitch_mm;
-        let place = |taxel: usize| match (sensor.positions(), sensor.handle()) {
-            (Some(positions), _) => [positions[taxel][1], positions[taxel][0]],
-            (None, Some(handle)) => [handle.step_mm * handle.ring_and_line(taxel).0 as f64; 2],
-            (None, None) => [
-                down * (taxel / sensor.columns()) as f64,
-                across * (taxel % sensor.columns()) as f64,
-            ],
+        // Round a handle it is the circular mean, which asks for angles.
+        let place = |taxel: usize| match sensor.handle() {
+            Some(handle) => [handle.step_mm * handle.ring_and_line(taxel).0 as f64; 2],
+            None => sensor.place_mm(taxel),
         };
         let none = || vec![0.0; taxels];
         Ok(Self {
