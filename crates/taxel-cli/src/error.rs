@@ -92,8 +92,10 @@ impl Error {
             Error::Arguments { .. } | Error::TaxelOutside { .. } => 2,
             Error::App(taxel_app::Error::Request { .. } | taxel_app::Error::NoSensor { .. }) => 2,
             // A name that is no picture's.
-            Error::Plot(taxel_plot::Error::UnknownFormat { .. })
-            | Error::App(taxel_app::Error::Plot(taxel_plot::Error::UnknownFormat { .. })) => 2,
+            Error::Plot(taxel_plot::Error::UnknownFormat { .. } | taxel_plot::Error::NoPdf)
+            | Error::App(taxel_app::Error::Plot(
+                taxel_plot::Error::UnknownFormat { .. } | taxel_plot::Error::NoPdf,
+            )) => 2,
             Error::App(taxel_app::Error::InFile {
                 source: taxel::Error::NothingLearnt { .. },
                 ..

@@ -86,6 +86,25 @@ pub enum Error {
         /// Most pixels allowed.
         limit: u64,
     },
+    /// A `.pdf` was asked of a build without it.
+    #[error(
+        "this build has no PDF\nhint: write .svg or .png, or build taxel-plot with its feature `pdf`"
+    )]
+    NoPdf,
+    /// The PDF could not be made.
+    #[error("PDF could not be made: {message}")]
+    Pdf {
+        /// What stood in the way.
+        message: String,
+    },
+    /// A report of more pages than are set.
+    #[error(
+        "report of more than {limit} pages is not set on paper\nhint: shorten its tables, or write .html"
+    )]
+    TooManyPages {
+        /// Most pages allowed.
+        limit: usize,
+    },
     /// The rasteriser did not accept the picture.
     #[error("picture could not be rasterised: {message}")]
     Raster {

@@ -3,7 +3,7 @@
 //! # In reading order
 //!
 //! [`Panel`]s make a [`Sheet`] or a [`ContactSheet`], [`Line`]s make a [`Series`], a self-test a [`FaultMap`]; each
-//! gives a [`Picture`]. [`report`] puts tables and pictures on one page.
+//! gives a [`Picture`]. [`report`] puts tables and pictures on one page, or on sheets of paper.
 
 mod board;
 mod colour;
@@ -14,6 +14,7 @@ mod fault_map;
 mod glyphs;
 mod heatmap;
 mod outline;
+mod pdf;
 mod picture;
 mod placed;
 mod quantity;

@@ -1,18 +1,25 @@
-//! A finished picture, as SVG text or PNG bytes.
+//! A finished picture, as SVG text, or PNG or PDF bytes.
 
 use std::path::Path;
 
 use resvg::tiny_skia::{Pixmap, Transform};
-use resvg::usvg::{Options, Tree};
+use resvg::usvg::Tree;
 
 use crate::Error;
-use crate::glyphs::outlined;
+use crate::glyphs::{outlined, tree_of};
+use crate::pdf::{self, Page};
 use crate::svg::Canvas;
 
 /// Pixels per SVG point in a PNG.
 pub const PNG_SCALE: u32 = 2;
 /// Most pixels of a PNG.
 const MAX_PIXELS: u64 = 100_000_000;
+/// The extensions that pictures are written with.
+const KNOWN: &str = if cfg!(feature = "pdf") {
+    "png, svg, pdf"
+} else {
+    "png, svg"
+};
 
 /// What a picture is written as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -22,13 +29,17 @@ pub enum Format {
     Png,
     /// Text and lines as vectors, heatmaps as embedded pixels.
     Svg,
+    /// One page, a point of the picture a point of paper: text that can be searched, lines as vectors, heatmaps as embedded
+    /// pixels. Written by builds with the feature `pdf`, which is on by default.
+    Pdf,
 }
 
 impl Format {
     /// The format that the extension of `path` names, in capitals or not.
     ///
     /// # Errors
-    /// [`Error::UnknownFormat`] with the extension, and those that would do.
+    /// [`Error::UnknownFormat`] with the extension, and those that would do; [`Error::NoPdf`] for `pdf` where this build
+    /// writes none.
     pub fn from_extension(path: impl AsRef<Path>) -> Result<Format, Error> {
         let extension = path
             .as_ref()
@@ -38,9 +49,11 @@ impl Format {
         match extension.to_ascii_lowercase().as_str() {
             "png" => Ok(Format::Png),
             "svg" => Ok(Format::Svg),
+            "pdf" if cfg!(feature = "pdf") => Ok(Format::Pdf),
+            "pdf" => Err(Error::NoPdf),
             _ => Err(Error::UnknownFormat {
                 extension: extension.into_owned(),
-                known: "png, svg",
+                known: KNOWN,
             }),
         }
     }
@@ -91,11 +104,21 @@ impl Picture {
     /// The bytes of a file of that format.
     ///
     /// # Errors
-    /// Those of [`Picture::png`].
+    /// Those of [`Picture::png`] for a PNG; [`Error::Pdf`] and [`Error::NoPdf`] for a PDF.
     pub fn render(&self, format: Format) -> Result<Vec<u8>, Error> {
         match format {
             Format::Png => self.png(),
             Format::Svg => Ok(self.svg.clone().into_bytes()),
+            Format::Pdf => pdf::document(&[self.page()], "", &[]),
+        }
+    }
+
+    /// The picture as a page of a PDF.
+    pub(crate) fn page(&self) -> Page<'_> {
+        Page {
+            svg: &self.svg,
+            width: self.width,
+            height: self.height,
         }
     }
 
@@ -124,9 +147,7 @@ impl Picture {
 
 /// The document as the rasteriser understands it.
 pub(crate) fn parse(svg: &str) -> Result<Tree, Error> {
-    Tree::from_str(&outlined(svg), &Options::default()).map_err(|error| Error::Raster {
-        message: error.to_string(),
-    })
+    tree_of(&outlined(svg).0)
 }
 
 fn encode_rgb(pixels: &Pixmap) -> Result<Vec<u8>, Error> {
@@ -169,8 +190,16 @@ mod tests {
         assert_eq!(Format::from_extension("a/b.PNG"), Ok(Format::Png));
         assert_eq!(Format::from_extension("a.b.svg"), Ok(Format::Svg));
         let error = Format::from_extension("frame.jpg").unwrap_err().to_string();
-        assert!(error.contains("`jpg`") && error.contains("png, svg"));
+        assert!(error.contains("`jpg`") && error.contains(KNOWN));
         assert!(Format::from_extension("frame").is_err());
+        let pdf = Format::from_extension("frame.pdf");
+        if cfg!(feature = "pdf") {
+            assert_eq!(pdf, Ok(Format::Pdf));
+        } else {
+            assert_eq!(pdf, Err(Error::NoPdf));
+            let picture = Picture::new(Canvas::default(), 9.0, 9.0);
+            assert_eq!(picture.render(Format::Pdf), Err(Error::NoPdf));
+        }
     }
 
     #[test]

@@ -1,7 +1,10 @@
-//! A report: numbers, tables and pictures with words between them, as one HTML file that needs nothing else, or as text
-//! for a terminal.
+//! A report: numbers, tables and pictures with words between them, as one HTML file that needs nothing else, on sheets of
+//! A4, or as text for a terminal.
 
 mod page;
+mod paper;
+
+pub use paper::Paper;
 
 use std::fmt::{self, Write};
 
@@ -200,12 +203,30 @@ impl Table {
         self.rows.push(row);
     }
 
+    /// Which of its columns have words in them: they read from the left.
+    fn columns_of_words(&self) -> Vec<bool> {
+        let longest = self.rows.iter().map(Vec::len).max().unwrap_or(0);
+        let mut found = vec![false; longest.max(self.head.len())];
+        for line in &self.lines()[1..] {
+            for (column, cell) in line.iter().enumerate() {
+                found[column] |= is_words(cell);
+            }
+        }
+        found
+    }
+
     /// All its lines as they are shown, the head first.
     fn lines(&self) -> Vec<Vec<String>> {
         let shown = |row: &Vec<Cell>| row.iter().map(Cell::to_string).collect();
         let rows = self.rows.iter().map(shown);
         std::iter::once(self.head.clone()).chain(rows).collect()
     }
+}
+
+/// More letters than anything else: such a column reads from the left.
+fn is_words(cell: &str) -> bool {
+    let letters = cell.chars().filter(|c| c.is_alphabetic()).count();
+    2 * letters > cell.chars().count()
 }
 
 impl fmt::Display for Section {

@@ -55,8 +55,20 @@ impl Anchor {
     }
 }
 
+/// What a text looks like.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Look {
+    /// Type size, in points.
+    pub(crate) size: f64,
+    pub(crate) colour: &'static str,
+    pub(crate) bold: bool,
+}
+
+/// Width of the stroke about a bold letter, in type sizes: the shipped font has one weight.
+const BOLD: f64 = 0.035;
+
 /// The growing document.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Canvas {
     body: String,
 }
@@ -66,6 +78,23 @@ impl Canvas {
     pub(crate) fn text(&mut self, x: f64, y: f64, size: f64, anchor: Anchor, text: &str) {
         let place = format!("x=\"{}\" y=\"{}\"", number(x), number(y));
         self.push_text(&place, size, anchor, text);
+    }
+
+    /// Text in a look of its own, its baseline at `y`.
+    pub(crate) fn styled_text(
+        &mut self,
+        (x, y): (f64, f64),
+        look: Look,
+        anchor: Anchor,
+        text: &str,
+    ) {
+        let colour = look.colour;
+        let mut place = format!("x=\"{}\" y=\"{}\" fill=\"{colour}\"", number(x), number(y));
+        if look.bold {
+            let width = number(BOLD * look.size);
+            place += &format!(" stroke=\"{colour}\" stroke-width=\"{width}\"");
+        }
+        self.push_text(&place, look.size, anchor, text);
     }
 
     /// Text that reads upwards, centred on `y`, its baseline at `x`.
@@ -146,6 +175,19 @@ impl Canvas {
             "<svg x=\"{}\" y=\"{}\" {rest}",
             number(rect.x),
             number(rect.y)
+        ));
+    }
+
+    /// All that `part` has, `scale` as large, its origin at `(x, y)`.
+    pub(crate) fn group(&mut self, (x, y): (f64, f64), scale: f64, part: &Canvas) {
+        let (x, y, body) = (number(x), number(y), &part.body);
+        let scale = if scale == 1.0 {
+            String::new()
+        } else {
+            format!(" scale({scale:.6})")
+        };
+        self.push(format_args!(
+            "<g transform=\"translate({x} {y}){scale}\">\n{body}</g>"
         ));
     }
 

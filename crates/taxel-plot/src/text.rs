@@ -35,6 +35,11 @@ pub(crate) fn widest(labels: &[String], size: f64) -> f64 {
 
 /// `text` in lines no wider than `limit`: broken between words, and within a word that is wider alone.
 pub(crate) fn wrap(text: &str, size: f64, limit: f64) -> Vec<String> {
+    wrap_by(text, limit, &|text| width(text, size))
+}
+
+/// The same with another measure of a text's width.
+pub(crate) fn wrap_by(text: &str, limit: f64, width: &dyn Fn(&str) -> f64) -> Vec<String> {
     let mut lines = Vec::new();
     for paragraph in text.lines() {
         let mut line = String::new();
@@ -44,14 +49,14 @@ pub(crate) fn wrap(text: &str, size: f64, limit: f64) -> Vec<String> {
             } else {
                 format!("{line} {word}")
             };
-            if width(&joined, size) <= limit {
+            if width(&joined) <= limit {
                 line = joined;
                 continue;
             }
             if !line.is_empty() {
                 lines.push(std::mem::take(&mut line));
             }
-            line = break_word(word, size, limit, &mut lines);
+            line = break_word(word, limit, width, &mut lines);
         }
         if !line.is_empty() {
             lines.push(line);
@@ -61,11 +66,16 @@ pub(crate) fn wrap(text: &str, size: f64, limit: f64) -> Vec<String> {
 }
 
 /// Pushes what of `word` fills whole lines, and gives back the rest.
-fn break_word(word: &str, size: f64, limit: f64, lines: &mut Vec<String>) -> String {
+fn break_word(
+    word: &str,
+    limit: f64,
+    width: &dyn Fn(&str) -> f64,
+    lines: &mut Vec<String>,
+) -> String {
     let mut rest = String::new();
     for character in word.chars() {
         rest.push(character);
-        if width(&rest, size) > limit && rest.chars().count() > 1 {
+        if width(&rest) > limit && rest.chars().count() > 1 {
             rest.pop();
             lines.push(std::mem::replace(&mut rest, character.to_string()));
         }

@@ -31,6 +31,8 @@ fn check(picture: &Picture) {
         .unwrap();
     assert_eq!(reader.info().width, picture.width() * PNG_SCALE);
     assert_eq!(reader.info().height, picture.height() * PNG_SCALE);
+    #[cfg(feature = "pdf")]
+    assert!(picture.render(Format::Pdf).unwrap().starts_with(b"%PDF"));
 }
 
 #[test]

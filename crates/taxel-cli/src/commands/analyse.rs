@@ -66,7 +66,7 @@ pub(crate) struct Args {
     /// Frames a second, where the recording tells no times
     #[arg(long, value_name = "RATE", value_parser = positive)]
     frames_per_second: Option<f64>,
-    /// Where to write a plot (.png, .svg)
+    /// Where to write a plot (.png, .svg, .pdf)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Where to write the values: before screening, and after it with empty cells for what is filtered (.csv, .xlsx, .parquet)

@@ -86,7 +86,7 @@ pub(crate) struct Args {
     /// Where to write what is read of each press beside its label, by fits without it and by the fit of all (.csv)
     #[arg(long, value_name = "FILE", conflicts_with_all = ["pairs", "series"])]
     residuals: Option<PathBuf>,
-    /// Where to draw residuals, how many their intervals hold, gain of each taxel and load law (.png, .svg)
+    /// Where to draw residuals, how many their intervals hold, gain of each taxel and load law (.png, .svg, .pdf)
     #[arg(long, value_name = "FILE", conflicts_with_all = ["pairs", "series"])]
     picture: Option<PathBuf>,
     /// Folds of the cross-validation by press

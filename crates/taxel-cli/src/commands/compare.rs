@@ -68,7 +68,7 @@ pub(crate) struct Args {
     /// Where to write the table (.csv)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Where to draw error against load (.png, .svg)
+    /// Where to draw error against load (.png, .svg, .pdf)
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
     /// Print the table as JSON

@@ -41,7 +41,7 @@ pub(crate) struct Args {
     /// Print CSV instead of a table
     #[arg(long)]
     csv: bool,
-    /// Where to write the picture (.png, .svg)
+    /// Where to write the picture (.png, .svg, .pdf)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }

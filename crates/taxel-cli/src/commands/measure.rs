@@ -37,7 +37,7 @@ pub(crate) struct Args {
     /// Where to write a line a frame (.csv, .parquet, .xlsx, .json)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Where to write the forces over time as a picture (.png, .svg)
+    /// Where to write the forces over time as a picture (.png, .svg, .pdf)
     #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
     /// File of named regions (.toml), or `auto`: palm, thumb and fingers of a hand around a handle, else contacts; without it

@@ -81,7 +81,7 @@ pub(crate) struct Args {
     /// The file has rows and columns swapped
     #[arg(long)]
     transpose: bool,
-    /// Where to write the picture (.png, .svg)
+    /// Where to write the picture (.png, .svg, .pdf)
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 }

@@ -43,7 +43,7 @@ pub(crate) struct Args {
     /// Sensor file, or the name of a preset; simulated sensors and .mcap and .parquet bring their own
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
-    /// Where to draw the array with what was found (.png, .svg)
+    /// Where to draw the array with what was found (.png, .svg, .pdf)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// How long each of the two live recordings is

@@ -218,7 +218,7 @@ fn what_cannot_be_tested_is_refused() {
 
     ----- stderr -----
     error: no picture format has the extension `jpg`
-    hint: known are png, svg
+    hint: known are png, svg, pdf
     ");
 }
 

@@ -97,13 +97,7 @@ impl Table {
             marked_up(&self.caption)
         );
         let lines = self.lines();
-        let words: Vec<bool> = (0..self.head.len())
-            .map(|column| {
-                lines[1..]
-                    .iter()
-                    .any(|line| line.get(column).is_some_and(|c| is_words(c)))
-            })
-            .collect();
+        let words = self.columns_of_words();
         let line = |cells: &[String], tag: &str| {
             let cells = cells.iter().zip(&words).map(|(cell, words)| {
                 let class = if *words { " class=\"words\"" } else { "" };
@@ -126,12 +120,6 @@ fn inlined(svg: &str, prefix: &str) -> String {
         .replace(" id=\"", &format!(" id=\"{prefix}"))
         .replace("url(#", &format!("url(#{prefix}"))
         .replace("href=\"#", &format!("href=\"#{prefix}"))
-}
-
-/// More letters than anything else: such a column reads from the left.
-fn is_words(cell: &str) -> bool {
-    let letters = cell.chars().filter(|c| c.is_alphabetic()).count();
-    2 * letters > cell.chars().count()
 }
 
 /// Words between back-ticks as code; a back-tick without another stands for itself.
