@@ -1,15 +1,19 @@
 //! A virtual sensor that scans in real time: a source of frames without hardware, with knobs.
 
+mod person;
+
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
 use taxel::Sensor;
 use taxel::sensor::{PerLine, USUAL_OPEN_LOOP_GAIN};
-use taxel::simulate::{Pattern, VirtualSensor, default_noise_counts};
+use taxel::simulate::{Pattern, PatternKind, VirtualSensor, default_noise_counts};
 
 use crate::Error;
 use crate::protocol::LinkStats;
 use crate::transport::{Receiver, State};
+use person::DRAWN_RATE;
+pub use person::{Person, ToldGrip};
 
 /// What can be turned while it runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,6 +84,7 @@ pub struct Simulated {
     seed: u64,
     frames_per_second: Option<f64>,
     parameters: Arc<Mutex<SimulationParameters>>,
+    person: Person,
 }
 
 impl Simulated {
@@ -100,12 +105,19 @@ impl Simulated {
             seed,
             frames_per_second,
             parameters: Arc::new(Mutex::new(SimulationParameters::of(sensor))),
+            person: Person::default(),
         })
     }
 
     /// The knobs, to be turned from anywhere.
     pub fn parameters(&self) -> Arc<Mutex<SimulationParameters>> {
         self.parameters.clone()
+    }
+
+    /// Who grips, to be told when; `None` of another pattern.
+    pub fn person(&self) -> Option<Person> {
+        let grips = matches!(self.pattern.kind, PatternKind::Grip { .. });
+        grips.then(|| self.person.clone())
     }
 
     /// Scans until it is stopped. Patterns were drawn for 100 frames a second: at another rate they move as fast.
@@ -139,9 +151,10 @@ impl Simulated {
                 Some(rate) => number as f64 / rate,
                 None => begun.elapsed().as_secs_f64(),
             };
-            let shape = (100.0 * secs) as u64;
+            let shape = (DRAWN_RATE * secs) as u64;
             let array = self.sensor.array();
-            let loads = self.pattern.loads(array, self.seed, shape);
+            let told_to = self.person.loads(array, self.seed, secs);
+            let loads = told_to.unwrap_or_else(|| self.pattern.loads(array, self.seed, shape));
             let mut counts = virtual_sensor.read(&loads, number).counts;
             if let Some(rate) = self.frames_per_second {
                 let due = begun + Duration::from_secs_f64((number + 1) as f64 / rate);

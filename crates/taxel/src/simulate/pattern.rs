@@ -3,7 +3,7 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::person::Person;
+use super::person::{Person, frames_per_trial};
 use super::{Grams, Purpose, below, drawing, generator};
 use crate::Frame;
 use crate::frame::grams_from_newtons;
@@ -22,9 +22,12 @@ pub enum PatternKind {
         /// the time.
         frames_per_grip: Option<u64>,
     },
-    /// A person who grips a cylinder as strongly as they can, every 20 s for 8 s: strength, tremor, fatigue and the share of
-    /// each finger by the seed. Drawn for 100 frames a second.
-    Grip,
+    /// A person who grips a cylinder as strongly as they can, every 20 s: strength, tremor, fatigue and the share of each finger by
+    /// the seed. Drawn for 100 frames a second.
+    Grip {
+        /// How long they hold, seconds; above 8 s the pause after it stays 12 s long.
+        hold_secs: f64,
+    },
     /// Finger tips, each with a slow rhythm of its own.
     Fingers {
         /// 1 to 5.
@@ -86,11 +89,19 @@ impl Pattern {
         })
     }
 
+    /// Of a person who grips: frames from the beginning of one trial to that of the next. The first of them is without load.
+    pub fn frames_per_trial(&self) -> Option<u64> {
+        match self.kind {
+            PatternKind::Grip { hold_secs } => Some(frames_per_trial(hold_secs)),
+            _ => None,
+        }
+    }
+
     /// By name, with the usual choices: 5 finger tips, two feet, a twentieth of the taxels at random, 5 to 12 blobs.
     pub fn named(name: &str) -> Option<Self> {
         Some(match name {
             "hand" => Self::hand(),
-            "grip" => Self::new(PatternKind::Grip),
+            "grip" => Self::new(PatternKind::Grip { hold_secs: 8.0 }),
             "fingers" => Self::new(PatternKind::Fingers { tips: 5 }),
             "feet" => Self::new(PatternKind::Feet { soles: 2 }),
             "uniform" => Self::new(PatternKind::Uniform),
@@ -118,7 +129,7 @@ impl Pattern {
     /// had to be reduced sums to less.
     pub fn peak_of(&self, array: &Array) -> f64 {
         let natural_kilopascals = match self.kind {
-            PatternKind::Hand { .. } | PatternKind::Grip => 400.0,
+            PatternKind::Hand { .. } | PatternKind::Grip { .. } => 400.0,
             PatternKind::Fingers { .. } => 250.0,
             PatternKind::Feet { .. } => 210.0,
             _ => f64::INFINITY,
@@ -139,8 +150,8 @@ impl Pattern {
                 let hand = hand(shape, frames_per_grip, frame);
                 hand.drawing.lay(array, hand.place, &hand.levels)
             }
-            PatternKind::Grip => {
-                let hand = person(shape, seed, frame);
+            PatternKind::Grip { hold_secs } => {
+                let hand = person(shape, seed, frame, hold_secs);
                 hand.drawing.lay(array, hand.place, &hand.levels)
             }
             PatternKind::Fingers { tips } => {
@@ -177,7 +188,7 @@ impl Pattern {
         let shape = &mut generator(seed, Purpose::Shape, 0);
         let hand = match self.kind {
             PatternKind::Hand { frames_per_grip } => hand(shape, frames_per_grip, frame),
-            PatternKind::Grip => person(shape, seed, frame),
+            PatternKind::Grip { hold_secs } => person(shape, seed, frame, hold_secs),
             _ => return None,
         };
         let laid = hand.drawing.lay_groups(array, hand.place, &hand.levels);
@@ -250,7 +261,7 @@ fn hand(shape: &mut ChaCha8Rng, frames_per_grip: Option<u64>, frame: u64) -> Dra
 }
 
 /// The hand of a person who grips, in one frame.
-fn person(shape: &mut ChaCha8Rng, seed: u64, frame: u64) -> DrawnHand {
+fn person(shape: &mut ChaCha8Rng, seed: u64, frame: u64, hold_secs: f64) -> DrawnHand {
     let mut drawing = drawing::hand();
     drawing.vary(shape);
     let place = [
@@ -260,7 +271,7 @@ fn person(shape: &mut ChaCha8Rng, seed: u64, frame: u64) -> DrawnHand {
     DrawnHand {
         drawing,
         place,
-        levels: Person::draw(shape).levels(seed, frame),
+        levels: Person::draw(shape).levels(seed, frame, hold_secs),
     }
 }
 

@@ -13,13 +13,18 @@ use super::{Purpose, generator};
 
 /// Frames a second that patterns are drawn for.
 const RATE: f64 = 100.0;
-/// From one trial to the next, seconds.
-pub(super) const TRIAL_SECS: f64 = 20.0;
-/// Before each trial, and how long it is held, seconds.
+/// From one trial to the next at least, seconds, and between two grips.
+const TRIAL_SECS: f64 = 20.0;
+const PAUSE_SECS: f64 = 12.0;
+/// Before each trial, seconds.
 const REST_SECS: f64 = 0.5;
-const HOLD_SECS: f64 = 8.0;
 /// Letting go takes so long, seconds.
 const RELEASE_SECS: f64 = 0.25;
+
+/// Frames from the beginning of one trial to that of the next; the first and the last of them are without load.
+pub(super) fn frames_per_trial(hold_secs: f64) -> u64 {
+    (RATE * TRIAL_SECS.max(hold_secs + PAUSE_SECS)).round() as u64
+}
 
 /// How one person grips.
 #[derive(Debug, Clone)]
@@ -52,14 +57,15 @@ impl Person {
         }
     }
 
-    /// How hard each part presses in a frame, 0 to 1.
-    pub(super) fn levels(&self, seed: u64, frame: u64) -> Vec<f64> {
+    /// How hard each part presses in a frame of grips of `hold_secs`, 0 to 1.
+    pub(super) fn levels(&self, seed: u64, frame: u64, hold_secs: f64) -> Vec<f64> {
         let secs = frame as f64 / RATE;
-        let trial = (secs / TRIAL_SECS).floor();
+        let trial_secs = frames_per_trial(hold_secs) as f64 / RATE;
+        let trial = (secs / trial_secs).floor();
         let drawn = &mut generator(seed, Purpose::Contacts, trial as u64);
         let (effort, late) = (drawn.random_range(0.96..1.04), drawn.random_range(0.0..0.2));
-        let within = secs - trial * TRIAL_SECS - REST_SECS - late;
-        let held = self.held(within) * effort * self.strength;
+        let within = secs - trial * trial_secs - REST_SECS - late;
+        let held = self.held(within, hold_secs) * effort * self.strength;
         let tremor = 1.0 + self.tremor * (TAU * self.tremor_hertz * secs).sin();
         let part = |group: usize| {
             // Fingers hand the work to each other, slowly.
@@ -70,13 +76,13 @@ impl Person {
     }
 
     /// From the beginning of a grip: up, tiring, gone.
-    fn held(&self, secs: f64) -> f64 {
+    fn held(&self, secs: f64, hold_secs: f64) -> f64 {
         let smooth = |x: f64| {
             let x = x.clamp(0.0, 1.0);
             x * x * (3.0 - 2.0 * x)
         };
         let up = smooth(secs / self.rise_secs);
-        let gone = 1.0 - smooth((secs - HOLD_SECS) / RELEASE_SECS);
+        let gone = 1.0 - smooth((secs - hold_secs) / RELEASE_SECS);
         let tired = 1.0 - self.fatigue * (secs - self.rise_secs).max(0.0);
         up * gone * tired.max(0.0)
     }
