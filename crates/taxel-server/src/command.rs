@@ -54,6 +54,47 @@ pub enum Command {
         /// 1: as recorded.
         factor: f64,
     },
+    /// Go on with the grip session.
+    Grip {
+        /// How.
+        step: GripStep,
+    },
+}
+
+/// What the operator of a grip session does, `is` in its JSON.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(tag = "is", rename_all = "kebab-case", deny_unknown_fields)]
+#[non_exhaustive]
+pub enum GripStep {
+    /// Begin the session of a person.
+    Begin {
+        /// A pseudonymous id.
+        person: String,
+        /// What is to be remembered of the session.
+        #[serde(default)]
+        note: String,
+    },
+    /// Nothing presses: take this for zero.
+    Zero {
+        /// Though there is load on the sensor.
+        #[serde(default)]
+        force: bool,
+    },
+    /// Start the trial.
+    Start,
+    /// End the countdown or the grip before its time; the trial is not kept as one.
+    Cancel,
+    /// The trial counts.
+    Accept,
+    /// The trial does not count.
+    Repeat {
+        /// Why.
+        reason: String,
+    },
+    /// The person has rested enough.
+    SkipRest,
+    /// End the session with the trials that there are.
+    Finish,
 }
 
 /// Everything that a viewer may send.

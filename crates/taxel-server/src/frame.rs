@@ -6,8 +6,8 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use axum::body::Bytes;
 
 /// Version of the binary message.
-const VERSION: u8 = 1;
-const HEADER: usize = 64;
+const VERSION: u8 = 2;
+const HEADER: usize = 68;
 
 /// What viewers see of one frame. On the wire it is bytes, laid out as docs/formats.md says; `decodeFrame` in the page's
 /// `wire.js` reads them.
@@ -32,6 +32,8 @@ pub struct FrameMessage {
     pub at: Option<SystemTime>,
     /// Total force, newtons.
     pub total_newtons: f64,
+    /// The largest grip force along any direction, newtons; `None` of a sensor that is no handle.
+    pub grip_newtons: Option<f64>,
     /// Peak pressure, kPa.
     pub peak_kilopascals: f64,
     /// Contact area, mm².
@@ -114,6 +116,7 @@ impl FrameMessage {
             self.outlier_share,
             age.map_or(f64::NAN, |age| 1e3 * age.as_secs_f64()),
             self.frames_per_second,
+            self.grip_newtons.unwrap_or(f64::NAN),
         ] {
             out.extend((number as f32).to_le_bytes());
         }
@@ -145,17 +148,19 @@ mod tests {
             loads: vec![0.25, 0.5, 0.75],
             marks: vec![0, 3, 9],
             total_newtons: 1.5,
+            grip_newtons: Some(1.25),
             ..FrameMessage::default()
         };
         let bytes = message.encode(UNIX_EPOCH);
-        assert_eq!(bytes.len(), 64 + 6 + 2 + 12 + 12 + 3);
-        assert_eq!(&bytes[..8], [1, 1, 1, 0, 3, 0, 5, 0]);
+        assert_eq!(bytes.len(), 68 + 6 + 2 + 12 + 12 + 3);
+        assert_eq!(&bytes[..8], [1, 2, 1, 0, 3, 0, 5, 0]);
         assert_eq!(bytes[8], 7);
         assert!(f64::from_le_bytes(bytes[16..24].try_into().unwrap()).is_nan());
         assert_eq!(&bytes[32..36], 1.5f32.to_le_bytes());
-        assert_eq!(&bytes[68..70], [255, 255]);
-        assert_eq!(&bytes[72..76], 0.5f32.to_le_bytes());
-        assert_eq!(&bytes[84..88], 0.25f32.to_le_bytes());
-        assert_eq!(&bytes[96..], [0, 3, 9]);
+        assert_eq!(&bytes[64..68], 1.25f32.to_le_bytes());
+        assert_eq!(&bytes[72..74], [255, 255]);
+        assert_eq!(&bytes[76..80], 0.5f32.to_le_bytes());
+        assert_eq!(&bytes[88..92], 0.25f32.to_le_bytes());
+        assert_eq!(&bytes[100..], [0, 3, 9]);
     }
 }

@@ -19,15 +19,15 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use tokio::sync::{Semaphore, broadcast, oneshot, watch};
 
-pub use command::{Command, Watched};
+pub use command::{Command, GripStep, Watched};
 pub use frame::FrameMessage;
 use frame::Sent;
 pub use guard::{random_token, token_problem};
 pub use messages::{
-    Answer, BadLines, Details, DeviceState, DeviceStatus, Event, FigureDetails, FileFacts, Hello,
-    Latency, MarkMeaning, Message, PROTOCOL, Player, RecordingStatus, Refused, Reply, SensorFacts,
-    Severity, Slider, SliderKind, SourceFacts, SourceKind, State, TareStatus, TaxelDetails,
-    mark_meanings,
+    Answer, BadLines, Details, DeviceState, DeviceStatus, Event, FigureDetails, FileFacts,
+    GripHand, GripMeasured, GripPhase, GripProtocol, GripSession, GripTrial, Hello, Latency,
+    MarkMeaning, Message, PROTOCOL, Player, RecordingStatus, Refused, Reply, SensorFacts, Severity,
+    Slider, SliderKind, SourceFacts, SourceKind, State, TareStatus, TaxelDetails, mark_meanings,
 };
 
 /// Whether a text is a request that a viewer may make. For the fuzz targets.
@@ -53,6 +53,20 @@ pub trait ViewerBackend: Send + Sync + 'static {
     /// # Errors
     /// Why not, in words for the viewer.
     fn command(&self, command: Command) -> Result<Reply, Refused>;
+    /// A file of results, by its name; `None` where there is none of that name.
+    fn result_file(&self, name: &str) -> Option<ResultFile> {
+        let _ = name;
+        None
+    }
+}
+
+/// A file that the page offers.
+#[derive(Debug, Clone)]
+pub struct ResultFile {
+    /// What is in it,
+    pub bytes: Vec<u8>,
+    /// and what kind of thing that is, as browsers name it: `application/pdf`.
+    pub kind: &'static str,
 }
 
 /// Where to listen, and who may look.

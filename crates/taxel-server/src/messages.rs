@@ -3,9 +3,11 @@
 //!
 //! On the wire each is a JSON object whose `kind` says which it is.
 
+mod grip;
 mod hello;
 mod state;
 
+pub use grip::{GripHand, GripMeasured, GripPhase, GripProtocol, GripSession, GripTrial};
 pub use hello::{
     FileFacts, Hello, MarkMeaning, SensorFacts, Severity, Slider, SliderKind, SourceFacts,
     SourceKind, mark_meanings,
@@ -17,7 +19,7 @@ pub use state::{
 use serde::Serialize;
 
 /// Version of the messages, in [`Hello`]: a page of another version says that it must be loaded again.
-pub const PROTOCOL: u32 = 2;
+pub const PROTOCOL: u32 = 3;
 
 /// Every message that the server writes as text.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -36,6 +36,8 @@ pub(crate) async fn serve(
     let router = Router::new()
         .route("/", get(page))
         .route("/model", get(model_page))
+        .route("/grip", get(grip_page))
+        .route("/results/{name}", get(result_file))
         .route("/assets/{*path}", get(asset))
         .route("/live", get(live))
         .layer(middleware::from_fn_with_state(shared.clone(), check))
@@ -103,6 +105,20 @@ async fn page(State(shared): State<Arc<Shared>>, request: Request) -> Response {
 
 async fn model_page(State(shared): State<Arc<Shared>>, request: Request) -> Response {
     page_of("model.html", &shared, &request)
+}
+
+async fn grip_page(State(shared): State<Arc<Shared>>, request: Request) -> Response {
+    page_of("grip.html", &shared, &request)
+}
+
+/// A file of results, from a thread that may wait for the disk.
+async fn result_file(State(shared): State<Arc<Shared>>, Path(name): Path<String>) -> Response {
+    let backend = shared.backend.clone();
+    let found = tokio::task::spawn_blocking(move || backend.result_file(&name)).await;
+    match found.ok().flatten() {
+        Some(file) => ([(header::CONTENT_TYPE, file.kind)], file.bytes).into_response(),
+        None => (StatusCode::NOT_FOUND, "there is no such file\n").into_response(),
+    }
 }
 
 /// A page, with the cookie that its files need.

@@ -3,7 +3,7 @@
 /** @type {Wire.Hello} */
 export const hello = {
   "kind": "hello",
-  "protocol": 2,
+  "protocol": 3,
   "program": "taxel 0",
   "sensor": {
     "name": "a \"mat\" – 2 × 3",
@@ -141,7 +141,7 @@ export const hello = {
 /** @type {Wire.Hello} */
 export const helloOfFile = {
   "kind": "hello",
-  "protocol": 2,
+  "protocol": 3,
   "program": "taxel 0",
   "sensor": {
     "name": "",
@@ -306,7 +306,8 @@ export const state = {
       0,
       2
     ]
-  }
+  },
+  "grip": null
 };
 
 /** @type {Wire.State} */
@@ -351,6 +352,100 @@ export const stateOfFile = {
   "bad_lines": {
     "rows": [],
     "columns": []
+  },
+  "grip": null
+};
+
+/** @type {Wire.State} */
+export const stateOfGrip = {
+  "kind": "state",
+  "device": {
+    "state": "waiting",
+    "text": ""
+  },
+  "frames_per_second": 0.0,
+  "frames": 0,
+  "lost": 0,
+  "corrupt": 0,
+  "repeated": 0,
+  "skipped": 0,
+  "latency_ms": {
+    "median": 0.0,
+    "p99": 0.0
+  },
+  "clients": 0,
+  "tare": {
+    "on": false,
+    "host_secs": 0.0
+  },
+  "recording": null,
+  "method": "",
+  "player": null,
+  "sliders": {},
+  "bad_lines": {
+    "rows": [],
+    "columns": []
+  },
+  "grip": {
+    "phase": "rest",
+    "remaining_secs": 41.5,
+    "lasts_secs": 60.0,
+    "person": "P01",
+    "folder": "grips/P01/20261123-120000",
+    "trial": 1,
+    "trials": [
+      {
+        "hand": "right",
+        "number": 1,
+        "repeats": 1,
+        "accepted": {
+          "max_newtons": 412.5,
+          "plateau_newtons": 380.25,
+          "variation_percent": 2.5,
+          "time_to_peak_secs": 0.75,
+          "total_newtons": 650.0,
+          "doubts": [
+            "3 frames were lost"
+          ]
+        }
+      },
+      {
+        "hand": "left",
+        "number": 1,
+        "repeats": 0,
+        "accepted": null
+      }
+    ],
+    "measured": {
+      "max_newtons": 412.5,
+      "plateau_newtons": 380.25,
+      "variation_percent": 2.5,
+      "time_to_peak_secs": 0.75,
+      "total_newtons": 650.0,
+      "doubts": [
+        "3 frames were lost"
+      ]
+    },
+    "protocol": {
+      "name": "maximal grip",
+      "posture": "seated, elbow at 90°",
+      "hold_secs": 8.0,
+      "rest_secs": 60.0,
+      "target_newtons": [
+        100.0,
+        150.0
+      ],
+      "force": "grip force"
+    },
+    "warnings": [
+      "the zero has drifted by 3 N"
+    ],
+    "trouble": "",
+    "is_resumed": false,
+    "is_simulated": true,
+    "files": [
+      "page.pdf"
+    ]
   }
 };
 

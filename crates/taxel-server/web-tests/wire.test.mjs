@@ -24,7 +24,7 @@ for (const [name, there] of Object.entries(expected)) {
     const frame = decodeFrame(bytesOf(name));
     for (const key of ["rows", "columns", "sequence"]) assert.equal(frame[key], there[key], key);
     for (const key of ["device", "host"]) assert.equal(frame[key], double(there[key]), key);
-    for (const key of ["total", "peak", "area", "copRow", "copColumn", "outliers", "age", "rate"]) {
+    for (const key of ["total", "peak", "area", "copRow", "copColumn", "outliers", "age", "rate", "grip"]) {
       assert.equal(frame[key], single(there[key]), key);
     }
     assert.deepEqual([isNewtons(frame), isTared(frame), isRaw(frame)], [there.newtons, there.tared, there.rawMethod]);
@@ -44,10 +44,10 @@ test("what is no frame is refused with a reason", () => {
     bytes[at] = to;
     return bytes.buffer;
   };
-  assert.throws(() => decodeFrame(good.slice(0, 63)), /shorter than its header/);
+  assert.throws(() => decodeFrame(good.slice(0, 67)), /shorter than its header/);
   assert.throws(() => decodeFrame(good.slice(0, good.byteLength - 1)), /too short for its taxels/);
   assert.throws(() => decodeFrame(changed(0, 2)), /message type 2/);
-  assert.throws(() => decodeFrame(changed(1, 2)), /frame version 2/);
+  assert.throws(() => decodeFrame(changed(1, 9)), /frame version 9/);
 });
 
 test("the server's table of marks says what counts, what sets the scale, and how bad it is", () => {

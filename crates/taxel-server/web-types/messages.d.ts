@@ -81,6 +81,66 @@ declare namespace Wire {
     player: Player | null;
     sliders: Record<string, number>;
     bad_lines: BadLines;
+    /** null where there is no grip session. */
+    grip: GripSession | null;
+  }
+
+  /** One person, one operator, trial after trial. */
+  interface GripSession {
+    phase: GripPhase;
+    /** Until the phase ends by itself; null where the operator ends it. */
+    remaining_secs: number | null;
+    /** How long it lasts in all. */
+    lasts_secs: number | null;
+    /** Empty before the session begins. */
+    person: string;
+    folder: string;
+    /** The trial that is next or going on: its place in `trials`. */
+    trial: number | null;
+    trials: GripTrial[];
+    /** What was measured last, to be accepted or repeated. */
+    measured: GripMeasured | null;
+    protocol: GripProtocol;
+    /** What makes the numbers doubtful, in words. */
+    warnings: string[];
+    /** Why something did not work; empty where all did. */
+    trouble: string;
+    is_resumed: boolean;
+    is_simulated: boolean;
+    /** To be fetched from /results/; empty before the session has ended. */
+    files: string[];
+  }
+
+  type GripPhase =
+    | "setup" | "zero" | "ready" | "countdown" | "hold" | "measuring" | "review" | "rest" | "finishing" | "done";
+
+  interface GripTrial {
+    hand: "left" | "right";
+    /** Which of that hand's trials, from 1. */
+    number: number;
+    repeats: number;
+    accepted: GripMeasured | null;
+  }
+
+  /** What a trial came to; forces are what the protocol speaks of. */
+  interface GripMeasured {
+    max_newtons: number;
+    plateau_newtons: number | null;
+    variation_percent: number | null;
+    time_to_peak_secs: number;
+    total_newtons: number;
+    doubts: string[];
+  }
+
+  interface GripProtocol {
+    name: string;
+    posture: string;
+    hold_secs: number;
+    rest_secs: number;
+    /** From and to; null: as strongly as possible. */
+    target_newtons: [number, number] | null;
+    /** What the force is, in words. */
+    force: string;
   }
 
   type DeviceState = "live" | "waiting" | "lost" | "ended" | "paused";
@@ -170,6 +230,18 @@ declare namespace Wire {
     | { do: "seek"; secs: number }
     | { do: "speed"; factor: number }
     | { do: "watch"; taxels: [number, number][]; figures: boolean }
+    | { do: "grip"; step: GripStep }
     | { do: "rate"; frames_per_second: number }
     | { do: "got"; sequence: number };
+
+  /** What the operator of a grip session does. */
+  type GripStep =
+    | { is: "begin"; person: string; note?: string }
+    | { is: "zero"; force?: boolean }
+    | { is: "start" }
+    | { is: "cancel" }
+    | { is: "accept" }
+    | { is: "repeat"; reason: string }
+    | { is: "skip-rest" }
+    | { is: "finish" };
 }

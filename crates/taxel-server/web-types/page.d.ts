@@ -31,6 +31,8 @@ declare namespace Page {
     age: number;
     /** Frames a second. */
     rate: number;
+    /** The largest grip force along any direction, N; NaN of a sensor that is no handle. */
+    grip: number;
   }
 
   /** A packed value v is low + v * step. */

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::GripSession;
+
 /// How things stand, twice a second and after every change.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 #[non_exhaustive]
@@ -38,6 +40,8 @@ pub struct State {
     pub sliders: BTreeMap<String, f64>,
     /// Lines that are dead or flicker.
     pub bad_lines: BadLines,
+    /// The grip session, where there is one.
+    pub grip: Option<Box<GripSession>>,
 }
 
 /// How it stands with the source.

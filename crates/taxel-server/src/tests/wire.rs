@@ -92,6 +92,48 @@ fn busy_state() -> State {
         ]
         .into(),
         bad_lines: BadLines::new(vec![1], vec![0, 2]),
+        grip: None,
+    }
+}
+
+/// In the middle of a grip session.
+fn grip_state() -> State {
+    let measured = GripMeasured {
+        max_newtons: 412.5,
+        plateau_newtons: Some(380.25),
+        variation_percent: Some(2.5),
+        time_to_peak_secs: 0.75,
+        total_newtons: 650.0,
+        doubts: vec!["3 frames were lost".to_owned()],
+    };
+    let mut first = GripTrial::planned(GripHand::Right, 1);
+    first.repeats = 1;
+    first.accepted = Some(measured.clone());
+    let grip = GripSession {
+        phase: GripPhase::Rest,
+        remaining_secs: Some(41.5),
+        lasts_secs: Some(60.0),
+        person: "P01".to_owned(),
+        folder: "grips/P01/20261123-120000".to_owned(),
+        trial: Some(1),
+        trials: vec![first, GripTrial::planned(GripHand::Left, 1)],
+        measured: Some(measured),
+        protocol: GripProtocol {
+            name: "maximal grip".to_owned(),
+            posture: "seated, elbow at 90°".to_owned(),
+            hold_secs: 8.0,
+            rest_secs: 60.0,
+            target_newtons: Some([100.0, 150.0]),
+            force: "grip force".to_owned(),
+        },
+        warnings: vec!["the zero has drifted by 3 N".to_owned()],
+        is_simulated: true,
+        files: vec!["page.pdf".to_owned()],
+        ..GripSession::default()
+    };
+    State {
+        grip: Some(Box::new(grip)),
+        ..State::default()
     }
 }
 
@@ -185,6 +227,11 @@ fn messages_of_the_wire_are_those_that_the_page_is_tested_with() {
             Message::State(Box::new(file_state())),
         ),
         (
+            "stateOfGrip",
+            "State",
+            Message::State(Box::new(grip_state())),
+        ),
+        (
             "event",
             "Event",
             Message::Event(Event::new(1_795_255_201.25, "let go")),
@@ -225,6 +272,7 @@ fn frames() -> [(&'static str, FrameMessage); 3] {
         device_secs: Some(12.125),
         at: Some(UNIX_EPOCH + Duration::from_millis(1_795_255_200_250)),
         total_newtons: 21.5,
+        grip_newtons: Some(17.25),
         peak_kilopascals: 101.25,
         contact_area_mm2: 12.5,
         centre: Some([0.5, 1.75]),
@@ -264,7 +312,7 @@ fn expected(frame: &FrameMessage, now: SystemTime) -> serde_json::Value {
         "device": frame.device_secs, "host": frame.at.map(since), "age": frame.at.map(age),
         "total": frame.total_newtons, "peak": frame.peak_kilopascals, "area": frame.contact_area_mm2,
         "copRow": frame.centre.map(|centre| centre[0]), "copColumn": frame.centre.map(|centre| centre[1]),
-        "outliers": frame.outlier_share, "rate": frame.frames_per_second,
+        "outliers": frame.outlier_share, "rate": frame.frames_per_second, "grip": frame.grip_newtons,
         "counts": frame.counts, "raw": frame.raw, "compensated": frame.loads, "marks": frame.marks,
     })
 }

@@ -15,7 +15,7 @@ const LEVELS = [
 ];
 
 /** @type {(keyof Page.FrameScalars)[]} */
-const SCALARS = ["sequence", "host", "device", "flags", "total", "peak", "area", "copRow", "copColumn", "outliers", "age", "rate"];
+const SCALARS = ["sequence", "host", "device", "flags", "total", "peak", "area", "copRow", "copColumn", "outliers", "age", "rate", "grip"];
 
 class Ring {
   /** @param {number} capacity */
@@ -143,7 +143,7 @@ export class FrameBuffer {
     const memory = new ArrayBuffer(BYTES_PER_TAXEL * n);
     return {
       sequence: 0, host: NaN, device: NaN, flags: 0, total: NaN, peak: NaN, area: NaN, copRow: NaN, copColumn: NaN,
-      outliers: NaN, age: NaN, rate: NaN, threshold: NaN,
+      outliers: NaN, age: NaN, rate: NaN, grip: NaN, threshold: NaN,
       counts: new Uint16Array(memory, 0, n),
       raw: new Uint16Array(memory, 2 * n, n),
       compensated: new Uint16Array(memory, 4 * n, n),

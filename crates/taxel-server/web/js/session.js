@@ -5,7 +5,7 @@ import { NO_LINES } from "./view.js";
 import { decodeFrame, isNewtons } from "./wire.js";
 import { toast } from "./toast.js";
 
-const PROTOCOL = 2;
+const PROTOCOL = 3;
 
 export class Session {
   /**

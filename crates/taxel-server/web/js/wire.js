@@ -1,8 +1,8 @@
 // The binary messages: frames, as docs/formats.md lays them out. crates/taxel-server/testdata has some to test this with.
 
-const HEADER_BYTES = 64;
+const HEADER_BYTES = 68;
 const TYPE_FRAME = 1;
-const VERSION = 1;
+const VERSION = 2;
 
 export const FLAG_NEWTONS = 1;
 export const FLAG_TARED = 2;
@@ -48,6 +48,7 @@ export function decodeFrame(message) {
     outliers: view.getFloat32(52, true),
     age: view.getFloat32(56, true),
     rate: view.getFloat32(60, true),
+    grip: view.getFloat32(64, true),
     counts: new Uint16Array(message, HEADER_BYTES, taxels),
     raw: new Float32Array(message, loadsAt, taxels),
     compensated: new Float32Array(message, loadsAt + 4 * taxels, taxels),
@@ -65,7 +66,7 @@ export function blankFrame(rows, columns) {
   const taxels = rows * columns;
   return {
     rows, columns, flags: 0, sequence: 0, device: NaN, host: NaN, total: NaN, peak: NaN, area: NaN,
-    copRow: NaN, copColumn: NaN, outliers: 0, age: NaN, rate: NaN,
+    copRow: NaN, copColumn: NaN, outliers: 0, age: NaN, rate: NaN, grip: NaN,
     counts: new Uint16Array(taxels),
     raw: new Float32Array(taxels),
     compensated: new Float32Array(taxels),

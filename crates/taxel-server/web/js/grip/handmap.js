@@ -1,0 +1,135 @@
+// The hand on the handle: the viewer's map of the compensated loads, with its marks, and a scale in kPa.
+
+import { ColourBar, BAR_WIDTH } from "../colourbar.js";
+import { colourTable } from "../colour.js";
+import { byId, canvasById, write } from "../dom.js";
+import { MARGIN } from "../furniture.js";
+import { MarkTable } from "../marks.js";
+import { layoutOf } from "../places.js";
+import { Scale } from "../scale.js";
+import { Selection } from "../selection.js";
+import { Settings } from "../settings.js";
+import { Tile } from "../tile.js";
+import { Trail } from "../trail.js";
+import { fixed, loadFactor, unitOf } from "../units.js";
+import { isNewtons } from "../wire.js";
+import { NO_LINES } from "../view.js";
+
+const COLOURS = "inferno";
+/** The number is written less often than the map is drawn, and what is read out even less. */
+const WRITE_EVERY_MS = 250;
+const SUMMARY_EVERY_MS = 2000;
+
+export class HandMap {
+  constructor() {
+    this.tile = new Tile("hand", false);
+    this.tile.show(true);
+    this.bar = new ColourBar(canvasById("hand-bar"));
+    this.scale = new Scale();
+    // The hand lies here as it lies in the live view.
+    this.orientation = new Settings().orientation;
+    this.selection = new Selection();
+    this.trail = new Trail();
+    /** @type {Wire.SensorFacts | null} */
+    this.sensor = null;
+    this.meanings = new MarkTable([]);
+    this.badLines = NO_LINES;
+    this.badLinesKey = "";
+    this.marks = new Uint8Array(0);
+    this.marksVersion = 0;
+    this.saidAt = -Infinity;
+    this.writtenAt = -Infinity;
+    this.ratio = 1;
+    this.height = 0;
+    new ResizeObserver(() => this.layOut()).observe(byId("hand-map"));
+  }
+
+  /** @param {Wire.Hello} hello */
+  reset({ sensor, marks }) {
+    this.sensor = sensor;
+    this.meanings = new MarkTable(marks);
+    this.marks = new Uint8Array(sensor.rows * sensor.columns);
+    this.marksVersion += 1;
+    this.scale.reset();
+    this.tile.reset(sensor);
+    this.layOut();
+  }
+
+  /** @param {Wire.BadLines} lines */
+  takeBadLines(lines) {
+    const key = lines.rows.length + lines.columns.length > 0 ? JSON.stringify(lines) : "";
+    if (key === this.badLinesKey) return;
+    this.badLines = lines;
+    this.badLinesKey = key;
+  }
+
+  // As large as its place allows, with the handle's own proportions.
+  layOut() {
+    const { sensor, orientation } = this;
+    const box = byId("hand-map");
+    if (!sensor || box.clientWidth === 0) return;
+    const [width, height] = layoutOf(sensor).extent(sensor);
+    const aspect = orientation.turned ? height / width : width / height;
+    const style = getComputedStyle(box);
+    const wide = box.clientWidth - parseFloat(style.paddingLeft) - parseFloat(style.paddingRight) - BAR_WIDTH - MARGIN.left - MARGIN.right - 2;
+    const high = box.clientHeight - parseFloat(style.paddingTop) - parseFloat(style.paddingBottom) - 30 - MARGIN.top - MARGIN.bottom;
+    const across = Math.max(40, Math.floor(Math.min(wide, high * aspect)));
+    const down = Math.max(30, Math.floor(across / aspect));
+    this.ratio = Math.min(2, window.devicePixelRatio || 1);
+    this.height = down + MARGIN.top + MARGIN.bottom;
+    this.tile.resize(across + MARGIN.left + MARGIN.right, this.height, this.ratio, orientation);
+  }
+
+  /** @param {Page.Frame} frame */
+  draw(frame) {
+    const { sensor, tile } = this;
+    if (!sensor || frame.marks.length !== this.marks.length || byId("hand-map").clientWidth === 0) return;
+    this.noteMarks(frame);
+    const newtons = isNewtons(frame);
+    const factor = newtons ? loadFactor(unitOf("kPa"), sensor.taxel_area_mm2) : 1e6;
+    const highest = this.highest(frame) * factor;
+    this.scale.update(highest, frame.host, "follow", 0);
+    const table = colourTable(COLOURS);
+    const unit = newtons ? "kPa" : "µS";
+    tile.draw({
+      frame, sensor, meanings: this.meanings, marks: this.marks, marksVersion: this.marksVersion, badLines: this.badLines,
+      badLinesKey: this.badLinesKey, draft: null, trail: this.trail, selection: this.selection, picked: null,
+      smooth: false, showMarks: true, showCop: false,
+    }, frame.compensated, table, factor / this.scale.top, 0);
+    this.bar.draw([{ name: COLOURS, table, low: 0, high: this.scale.top, unit, title: "Pressure" }], this.height, this.ratio);
+    this.say(frame, highest, unit);
+  }
+
+  /** @param {Page.Frame} frame */
+  highest({ compensated, marks }) {
+    let highest = 0;
+    for (let i = 0; i < marks.length; i += 1) {
+      if (compensated[i] > highest && this.meanings.scales(marks[i])) highest = compensated[i];
+    }
+    return highest;
+  }
+
+  /** @param {Page.Frame} frame */
+  noteMarks({ marks }) {
+    if (marks.every((mark, i) => mark === this.marks[i])) return;
+    this.marks.set(marks);
+    this.marksVersion += 1;
+  }
+
+  /**
+   * @param {Page.Frame} frame
+   * @param {number} highest
+   * @param {string} unit
+   */
+  say(frame, highest, unit) {
+    const now = performance.now();
+    if (now - this.writtenAt > WRITE_EVERY_MS) {
+      this.writtenAt = now;
+      write("hand-sum", `highest ${fixed(highest, highest < 10 ? 1 : 0)} ${unit}`);
+    }
+    if (now - this.saidAt < SUMMARY_EVERY_MS) return;
+    this.saidAt = now;
+    const bad = frame.marks.reduce((count, mark) => count + (this.meanings.of(mark).severity === 2 ? 1 : 0), 0);
+    write("hand-summary", `Highest ${fixed(highest, 1)} ${unit}, contact area ${fixed(frame.area, 0)} mm², ${bad} bad taxels.`);
+  }
+}
