@@ -21,6 +21,13 @@ pub fn calibration_history(sensor: &Sensor, now: Option<SystemTime>) -> Option<S
     Some(said)
 }
 
+/// Days since a sensor was calibrated; `None` where that is not known.
+pub fn days_since_calibration(sensor: &Sensor, now: SystemTime) -> Option<i64> {
+    let provenance = sensor.spec().provenance.as_ref()?;
+    let today = now.duration_since(SystemTime::UNIX_EPOCH).ok()?;
+    Some((today.as_secs() / 86_400) as i64 - days_since_1970(&provenance.date)?)
+}
+
 fn dated(date: &str, now: Option<SystemTime>) -> String {
     if date.is_empty() {
         return "on a day that the sensor file does not tell".to_owned();

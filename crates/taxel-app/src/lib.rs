@@ -10,6 +10,7 @@
 //! | [`evaluation`] | from a plan and its recordings to a report |
 //! | [`batch`] | from an archive of recordings to loads, figures and one table |
 //! | [`measure`] | from a recording to forces over time, trial by trial |
+//! | [`grip`] | a grip session: one operator, one person, trial after trial, one page |
 //! | [`conversion`] | from a recording to files of numbers, on all cores |
 //! | [`chain`] | from frames of a file to numbers in a unit, one frame at a time |
 //! | [`frames`] | files of frames by their extension |
@@ -31,6 +32,7 @@ pub mod executor;
 pub mod figures;
 pub mod fingerprint;
 pub mod frames;
+pub mod grip;
 pub mod identify;
 pub mod in_order;
 pub mod line_survey;

@@ -20,7 +20,7 @@ pub(crate) enum NoEnter {
 
 /// Lines of standard input, read aside: Ctrl-C must end the wait for one.
 pub(crate) struct Enter {
-    lines: Receiver<()>,
+    lines: Receiver<String>,
 }
 
 impl Enter {
@@ -30,8 +30,7 @@ impl Enter {
         std::thread::spawn(move || {
             let mut line = String::new();
             while matches!(io::stdin().lock().read_line(&mut line), Ok(count) if count > 0) {
-                line.clear();
-                if send.send(()).is_err() {
+                if send.send(std::mem::take(&mut line)).is_err() {
                     return;
                 }
             }
@@ -39,11 +38,23 @@ impl Enter {
         Self { lines }
     }
 
+    /// A line, where there is one now.
+    ///
+    /// # Errors
+    /// [`NoEnter::Ended`] where there will be none.
+    pub(crate) fn line(&self) -> Result<Option<String>, NoEnter> {
+        match self.lines.try_recv() {
+            Ok(line) => Ok(Some(line)),
+            Err(mpsc::TryRecvError::Empty) => Ok(None),
+            Err(mpsc::TryRecvError::Disconnected) => Err(NoEnter::Ended),
+        }
+    }
+
     /// Waits for it.
     pub(crate) fn wait(&self) -> Result<(), NoEnter> {
         loop {
             match self.lines.recv_timeout(TURN) {
-                Ok(()) => return Ok(()),
+                Ok(_) => return Ok(()),
                 Err(RecvTimeoutError::Disconnected) => return Err(NoEnter::Ended),
                 Err(RecvTimeoutError::Timeout) if interrupt::asked() => {
                     return Err(NoEnter::Stopped);

@@ -42,6 +42,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Live(commands::live::Args),
+    Grip(commands::grip::Args),
     View(commands::live::ViewArgs),
     Record(record::Args),
     Replay(replay::Args),
@@ -95,6 +96,7 @@ fn main() -> ExitCode {
     patience::watch_pipes(std::env::args_os().skip(1).map(Into::into));
     let result = match cli.command {
         Command::Live(args) => commands::live::run(&args),
+        Command::Grip(args) => commands::grip::run(&args),
         Command::View(args) => commands::live::run_view(&args),
         Command::Record(args) => record::run(&args),
         Command::Replay(args) => replay::run(&args),

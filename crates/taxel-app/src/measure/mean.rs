@@ -10,6 +10,22 @@ use crate::line_survey::Survey;
 use crate::reporter::Reporter;
 
 impl Measured<'_> {
+    /// Mean load of every taxel, newtons, from and to so many seconds since the first frame; marked absent where none was read.
+    ///
+    /// # Errors
+    /// As [`Measured::measure`].
+    pub fn mean_map(
+        &self,
+        settings: &Settings,
+        window: [f64; 2],
+        reporter: &dyn Reporter,
+        is_stopped: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Frame<Newtons>, Error> {
+        let survey = self.survey(settings, reporter)?;
+        let (map, _) = self.mean_loads(settings, Some(window), &survey, reporter, is_stopped)?;
+        Ok(map)
+    }
+
     /// Mean load of every taxel, newtons, over the frames with an answer, of some seconds since the first frame or of all; marked
     /// absent where none was read. With how many frames there were. `survey`: what a first pass has found.
     pub(super) fn mean_loads(

@@ -10,13 +10,14 @@ use taxel::{Sensor, solve};
 use taxel_acquire::Address;
 use taxel_acquire::simulated::SimulationParameters;
 use taxel_server::{
-    Command, Details as DetailsMessage, Event, Hello, Refused, Reply, SensorFacts, SourceFacts,
-    SourceKind, State, ViewerBackend, Watched,
+    Command, Details as DetailsMessage, Event, Hello, Refused, Reply, ResultFile, SensorFacts,
+    SourceFacts, SourceKind, State, ViewerBackend, Watched,
 };
 
 use super::SessionOptions;
 use super::details::Details;
 use super::engine::EngineCommand;
+use super::guide::{Guide, changes_what_is_measured};
 use super::recorder::{Owner, Recorder};
 use super::sliders::{Change, Simulation};
 use super::source::Controls;
@@ -45,6 +46,7 @@ pub(super) struct LiveController {
     recorder: Arc<Recorder>,
     details: Arc<Details>,
     controls: Controls,
+    guide: Option<Arc<dyn Guide>>,
     commands: Mutex<Sender<EngineCommand>>,
     /// The inverse is told of the knobs.
     inverse_knows: Mutex<bool>,
@@ -73,6 +75,7 @@ impl LiveController {
             recorder,
             details,
             controls,
+            guide: options.guide.clone(),
             commands: Mutex::new(commands),
             inverse_knows: Mutex::new(true),
             begun: Mutex::new(None),
@@ -235,7 +238,7 @@ impl LiveController {
     }
 
     /// Takes what stands on the sensor for nothing, where next to nothing does.
-    fn tare(&self, force: bool) -> Result<Reply, Refused> {
+    pub(super) fn tare(&self, force: bool) -> Result<Reply, Refused> {
         let total = self.status.total().unwrap_or(0.0);
         if !force && total.abs() > TARED_NEWTONS {
             return Err(Refused::because(format!(
@@ -303,7 +306,9 @@ impl ViewerBackend for LiveController {
     }
 
     fn state(&self, viewers: usize) -> State {
-        self.status.state(viewers)
+        let mut state = self.status.state(viewers);
+        state.grip = self.guide.as_ref().map(|guide| Box::new(guide.state()));
+        state
     }
 
     fn joined(&self) {
@@ -319,8 +324,21 @@ impl ViewerBackend for LiveController {
         self.details.message(watched)
     }
 
+    fn result_file(&self, name: &str) -> Option<ResultFile> {
+        self.guide.as_ref()?.result_file(name)
+    }
+
     fn command(&self, command: Command) -> Result<Reply, Refused> {
+        if self.guide.is_some() && changes_what_is_measured(&command) {
+            return Err(Refused::because(
+                "a grip session goes on, which zeroes and records by itself",
+            ));
+        }
         match command {
+            Command::Grip { step } => match &self.guide {
+                Some(guide) => guide.step(step),
+                None => Err(Refused::because("this is no grip session")),
+            },
             Command::Tare { force } => self.tare(force),
             Command::Untare => {
                 self.command(EngineCommand::Untare);

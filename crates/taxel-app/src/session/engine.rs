@@ -147,8 +147,9 @@ impl Engine {
                 self.is_load
                     .then(|| figures.total_force_newtons + self.tared_total()),
             );
-            if let Some(server) = server.filter(|_| awaited || tares) {
-                let message = self.message(&arrived, &figures);
+            // A tare is the mean of raw loads, too.
+            let message = (awaited || tares).then(|| self.message(&arrived, &figures));
+            if let (Some(server), Some(message)) = (server, message) {
                 if self.details.is_wanted() {
                     self.details.ask(DetailsRequest {
                         siemens: self.exact.result().siemens.cloned(),
@@ -247,6 +248,7 @@ impl Engine {
         message.device_secs = arrived.frame.time_secs;
         message.at = Some(arrived.at);
         message.total_newtons = figures.total_force_newtons;
+        message.grip_newtons = figures.grip.map(|grip| grip.newtons);
         message.peak_kilopascals = figures.peak_kilopascals;
         message.contact_area_mm2 = figures.contact_area_mm2;
         message.centre = figures.centre_mm.map(|mm| self.sensor.lines_from_mm(mm));

@@ -11,6 +11,7 @@
 mod controller;
 mod details;
 mod engine;
+mod guide;
 mod latest_queue;
 mod player;
 mod recorder;
@@ -27,8 +28,9 @@ use std::time::{Duration, Instant, SystemTime};
 use taxel::metric::FrameFigures;
 use taxel::{Counts, Frame, Newtons, Sensor, Siemens};
 use taxel_acquire::Address;
+use taxel_acquire::simulated::Person;
 use taxel_acquire::transport::State;
-use taxel_server::{Options as ServerOptions, Server};
+use taxel_server::{BadLines, Options as ServerOptions, Server};
 
 use crate::error::Error;
 use crate::methods::MethodName;
@@ -36,6 +38,7 @@ use controller::LiveController;
 pub use controller::time_stamp;
 use details::Details;
 use engine::Engine;
+pub use guide::Guide;
 use latest_queue::LatestQueue;
 use recorder::Owner;
 use recorder::Recorder;
@@ -81,6 +84,8 @@ pub struct SessionOptions {
     pub held: bool,
     /// The server; none for a session without viewers.
     pub server: Option<ServerOptions>,
+    /// Who leads through the session; while one does, viewers cannot change what is measured.
+    pub guide: Option<Arc<dyn Guide>>,
     /// Called with every frame that is solved, on the engine's thread. One that takes longer than a frame lasts makes the
     /// engine leave frames out, never the recording.
     pub observer: Option<FrameObserver>,
@@ -100,6 +105,7 @@ impl SessionOptions {
             max_frames: None,
             held: false,
             server: None,
+            guide: None,
             observer: None,
         }
     }
@@ -194,6 +200,8 @@ pub struct Session {
     finished: bool,
     incoming: Arc<LatestQueue<TimestampedFrame>>,
     details: Arc<Details>,
+    controller: Arc<LiveController>,
+    person: Option<Person>,
 }
 
 impl Session {
@@ -212,7 +220,11 @@ impl Session {
             status.clone(),
             waits_for_disk(&options.address),
         )?);
-        let (controls, run) = source::prepare(&options)?;
+        let source::Prepared {
+            controls,
+            person,
+            run,
+        } = source::prepare(&options)?;
         let (commands, taken) = std::sync::mpsc::channel();
         let details = Arc::new(Details::new(options.sensor_file.clone()));
         let mut engine = Engine::new(
@@ -231,7 +243,7 @@ impl Session {
             controls,
             commands,
         ));
-        let server = serve(&options, controller)?;
+        let server = serve(&options, controller.clone())?;
         let (queue, with) = (incoming.clone(), server.clone());
         let worker = details.clone();
         // From here on what has begun ends with it, also where the rest fails.
@@ -244,6 +256,8 @@ impl Session {
             finished: false,
             incoming,
             details,
+            controller,
+            person,
         };
         let engine = spawn("engine", move || engine.run(&queue, with.as_deref()))?;
         session.threads.push(engine);
@@ -277,6 +291,49 @@ impl Session {
         self.server
             .as_ref()
             .map_or_else(Vec::new, |server| server.urls())
+    }
+
+    /// The simulated person who grips, where the source has one.
+    pub fn person(&self) -> Option<&Person> {
+        self.person.as_ref()
+    }
+
+    /// Takes the mean of the next frames for nothing; [`Session::zero`] gives it when it is there. `force`: though there is load on
+    /// the sensor.
+    ///
+    /// # Errors
+    /// How much load there is, in words.
+    pub fn take_zero(&self, force: bool) -> Result<String, String> {
+        let done = self.controller.tare(force);
+        done.map(|reply| reply.text)
+            .map_err(|refused| refused.to_string())
+    }
+
+    /// What is taken off every taxel, and since when; `None` where nothing is.
+    pub fn zero(&self) -> Option<taxel_io::Tare> {
+        self.recorder.taken_off()
+    }
+
+    /// Notes something that happens now in the recording, where there is one.
+    pub fn mark(&self, text: &str) {
+        self.recorder.event("mark", text);
+    }
+
+    /// Tells all viewers how things stand now. Not to be called by a guide that is being asked.
+    pub fn tell_viewers(&self) {
+        if let Some(server) = &self.server {
+            server.tell_state();
+        }
+    }
+
+    /// Lines that are dead or flicker, of those looked at so far.
+    pub fn bad_lines(&self) -> BadLines {
+        self.status.state(0).bad_lines
+    }
+
+    /// Frames a second of the source.
+    pub fn frames_per_second(&self) -> f64 {
+        self.status.frames_per_second()
     }
 
     /// How the source stands, in words.

@@ -8,7 +8,7 @@ use taxel::simulate::Pattern;
 use taxel::{Counts, Frame, Sensor};
 use taxel_acquire::Address;
 use taxel_acquire::protocol::{Expected, LinkStats, Protocol};
-use taxel_acquire::simulated::{Simulated, SimulationParameters};
+use taxel_acquire::simulated::{Person, Simulated, SimulationParameters};
 use taxel_acquire::transport::{Receiver, State, receive};
 use taxel_server::Server;
 
@@ -32,9 +32,19 @@ pub(super) enum Controls {
 
 type Run = Box<dyn FnOnce(&mut FrameSink) + Send>;
 
-/// Makes the source ready; what comes back runs until it is stopped.
-pub(super) fn prepare(options: &SessionOptions) -> Result<(Controls, Run), Error> {
-    Ok(match &options.address {
+/// A source that is ready.
+pub(super) struct Prepared {
+    pub(super) controls: Controls,
+    /// A simulated person, who can be told what to do.
+    pub(super) person: Option<Person>,
+    /// Runs until it is stopped.
+    pub(super) run: Run,
+}
+
+/// Makes the source ready.
+pub(super) fn prepare(options: &SessionOptions) -> Result<Prepared, Error> {
+    let mut person = None;
+    let (controls, run) = match &options.address {
         Address::Sim {
             pattern,
             frames_per_second,
@@ -44,6 +54,7 @@ pub(super) fn prepare(options: &SessionOptions) -> Result<(Controls, Run), Error
             let pattern = Pattern::named(pattern).expect("the address was checked");
             let source = Simulated::new(&options.sensor, pattern, *seed, *frames_per_second)?;
             let parameters = source.parameters();
+            person = source.person();
             let run: Run = Box::new(move |sink| source.run(sink));
             (Controls::Simulation(parameters), run)
         }
@@ -71,6 +82,11 @@ pub(super) fn prepare(options: &SessionOptions) -> Result<(Controls, Run), Error
             });
             (Controls::Device, run)
         }
+    };
+    Ok(Prepared {
+        controls,
+        person,
+        run,
     })
 }
 

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use taxel_acquire::Address;
-use taxel_server::{Options as ServerOptions, random_token, token_problem};
 
 use crate::error::Error;
 use crate::{Exit, interrupt, out};
@@ -12,11 +11,8 @@ use taxel_app::calibration_age::calibration_history;
 use taxel_app::methods::MethodName;
 use taxel_app::sensor_source;
 use taxel_app::session::{RecordTopics, Session, SessionOptions};
-use taxel_io::bounded;
 
 const SIMULATED: &str = "sim:econe?hand";
-/// The longest file with a token, bytes.
-const MAX_TOKEN_FILE: u64 = 64 << 10;
 
 /// Show a sensor live in the browser, compensated; record it
 ///
@@ -52,15 +48,8 @@ struct Shown {
     /// How loads are found: auto, exact, newton, raw, or the file of a model that `taxel train` wrote
     #[arg(long, value_name = "NAME|MODEL", default_value_t)]
     method: MethodName,
-    /// Address to listen on (a token protects it on other addresses)
-    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8432")]
-    listen: String,
-    /// Access token, at least 8 of A-Z, a-z, 0-9, - . _ ~; generated when --listen is not local
-    #[arg(long, conflicts_with = "token_file")]
-    token: Option<String>,
-    /// File whose first line is the access token: unlike --token it does not show in the list of processes
-    #[arg(long, value_name = "FILE")]
-    token_file: Option<PathBuf>,
+    #[command(flatten)]
+    access: super::access::Access,
     /// Where recordings go
     #[arg(long, value_name = "FOLDER", default_value = "recordings")]
     folder: PathBuf,
@@ -102,9 +91,7 @@ fn show(
         loads: shown.loads,
         figures: shown.loads,
     };
-    let mut server = ServerOptions::new(&shown.listen);
-    server.token = token_of(shown)?.or_else(|| needs_token(&shown.listen));
-    options.server = Some(server);
+    options.server = Some(shown.access.server()?);
     options.record = record.map(Path::to_owned);
     options.held = held;
     let mut session = Session::start(options)?;
@@ -127,39 +114,4 @@ fn show(
     }
     session.end();
     super::record::conclude(&session)
-}
-
-/// The token that was chosen, if it will do.
-fn token_of(shown: &Shown) -> Result<Option<String>, Error> {
-    let token = match (&shown.token, &shown.token_file) {
-        (Some(token), _) => token.clone(),
-        (None, Some(file)) => {
-            let text = bounded::read_text(file, MAX_TOKEN_FILE);
-            let text = text.map_err(|error| Error::Arguments {
-                what: format!("cannot read the token in {}: {error}", file.display()),
-                hint: "its first line is the token",
-            })?;
-            let text = text.ok_or_else(|| taxel_app::Error::TextLength {
-                file: file.clone(),
-                what: "a file with a token",
-                limit: MAX_TOKEN_FILE,
-            })?;
-            text.lines().next().unwrap_or_default().trim().to_owned()
-        }
-        (None, None) => return Ok(None),
-    };
-    match token_problem(&token) {
-        None => Ok(Some(token)),
-        Some(what) => Err(Error::Arguments {
-            what,
-            hint: "letters, digits and - . _ ~; without --token one is made up where it is needed",
-        }),
-    }
-}
-
-/// A token, where the address is not this machine's own.
-fn needs_token(listen: &str) -> Option<String> {
-    let host = listen.rsplit_once(':').map_or(listen, |(host, _)| host);
-    let own = ["127.0.0.1", "localhost", "[::1]"].contains(&host);
-    (!own).then(random_token)
 }

@@ -1,5 +1,6 @@
 //! One file a verb, each with `run(args) -> Result<Exit, Error>`.
 
+mod access;
 pub(crate) mod analyse;
 pub(crate) mod batch;
 pub(crate) mod bench;
@@ -15,6 +16,7 @@ pub(crate) mod demo;
 pub(crate) mod design;
 pub(crate) mod devices;
 pub(crate) mod evaluate;
+pub(crate) mod grip;
 pub(crate) mod identify;
 pub(crate) mod info;
 pub(crate) mod live;

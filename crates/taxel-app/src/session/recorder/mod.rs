@@ -291,6 +291,11 @@ impl Recorder {
         self.put(|| Item::Tare(Box::new(tare)));
     }
 
+    /// What is taken off now.
+    pub(super) fn taken_off(&self) -> Option<Tare> {
+        self.shared.tare().clone()
+    }
+
     fn put(&self, item: impl FnOnce() -> Item) {
         if self.shared.phase() != Phase::Recording {
             return;
