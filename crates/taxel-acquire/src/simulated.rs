@@ -12,8 +12,7 @@ use taxel::simulate::{Pattern, PatternKind, VirtualSensor, default_noise_counts}
 use crate::Error;
 use crate::protocol::LinkStats;
 use crate::transport::{Receiver, State};
-use person::DRAWN_RATE;
-pub use person::{Person, ToldGrip};
+pub use person::{DRAWN_RATE, Person, ToldGrip};
 
 /// What can be turned while it runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -151,7 +150,7 @@ impl Simulated {
                 Some(rate) => number as f64 / rate,
                 None => begun.elapsed().as_secs_f64(),
             };
-            let shape = (DRAWN_RATE * secs) as u64;
+            let shape = person::drawn_frame(secs);
             let array = self.sensor.array();
             let told_to = self.person.loads(array, self.seed, secs);
             let loads = told_to.unwrap_or_else(|| self.pattern.loads(array, self.seed, shape));

@@ -42,6 +42,7 @@ pub struct Panel<'a> {
     pub(crate) colour_map: ColourMap,
     pub(crate) pitch_mm: [f64; 2],
     positions_mm: Option<&'a [[f64; 2]]>,
+    room: Room,
 }
 
 impl<'a> Panel<'a> {
@@ -76,6 +77,7 @@ impl<'a> Panel<'a> {
             colour_map: ColourMap::default(),
             pitch_mm: [1.0, 1.0],
             positions_mm: None,
+            room: Room::WHOLE,
         })
     }
 
@@ -96,6 +98,7 @@ impl<'a> Panel<'a> {
             colour_map: ColourMap::default(),
             pitch_mm: [1.0, 1.0],
             positions_mm: None,
+            room: Room::WHOLE,
         }
     }
 
@@ -193,12 +196,18 @@ impl<'a> Panel<'a> {
         Ok(self)
     }
 
+    /// The plot as a picture of its own is no wider and no higher, in points: 520 × 384 unless told.
+    pub fn within(mut self, width: f64, height: f64) -> Self {
+        self.room = Room { width, height };
+        self
+    }
+
     /// The panel as a picture of its own.
     ///
     /// # Errors
     /// [`Error::Png`] should the heatmap not be encodable.
     pub fn picture(&self) -> Result<Picture, Error> {
-        let layout = PanelLayout::measure(self, self.drawn_range(), Room::WHOLE);
+        let layout = PanelLayout::measure(self, self.drawn_range(), self.room);
         let mut canvas = Canvas::default();
         layout.draw(self, &mut canvas, MARGIN, MARGIN)?;
         let (width, height) = layout.size();

@@ -27,7 +27,7 @@ pub struct Report {
 /// A part of a report.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Section {
-    /// The line above it.
+    /// The line above it; without one it goes on from what is before it.
     pub title: String,
     /// What was asked and how, sentence by sentence.
     pub paragraphs: Vec<String>,
@@ -231,12 +231,10 @@ fn is_words(cell: &str) -> bool {
 
 impl fmt::Display for Section {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            f,
-            "{}\n{}",
-            self.title,
-            "=".repeat(self.title.chars().count())
-        )?;
+        if !self.title.is_empty() {
+            let line = "=".repeat(self.title.chars().count());
+            writeln!(f, "{}\n{line}", self.title)?;
+        }
         for paragraph in &self.paragraphs {
             writeln!(f, "{paragraph}")?;
         }

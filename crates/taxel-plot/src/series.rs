@@ -140,7 +140,13 @@ pub struct Series {
     pub(crate) x_label: String,
     pub(crate) x: Vec<f64>,
     pub(crate) lines: Vec<Line>,
+    pub(crate) size: (f64, f64),
 }
+
+/// Width and height of a plot, points.
+const SIZE: (f64, f64) = (480.0, 260.0);
+/// Smaller ones have no room for two numbers on an axis.
+const SMALLEST: (f64, f64) = (80.0, 50.0);
 
 impl Series {
     /// Lines over the positions `x`, whose axis is labelled `x_label`, such as `frame` or `time (s)`.
@@ -167,6 +173,7 @@ impl Series {
             x_label: x_label.into(),
             x,
             lines,
+            size: SIZE,
         })
     }
 
@@ -247,6 +254,12 @@ impl Series {
     /// The sentence or two below it.
     pub fn caption(mut self, caption: impl Into<String>) -> Self {
         self.caption = caption.into();
+        self
+    }
+
+    /// Width and height of the plot in points, axes and legend not counted: 480 × 260 unless told, at least 80 × 50.
+    pub fn size(mut self, width: f64, height: f64) -> Self {
+        self.size = (width.max(SMALLEST.0), height.max(SMALLEST.1));
         self
     }
 

@@ -8,7 +8,13 @@ use taxel::simulate::{Pattern, PatternKind};
 use taxel::{Frame, Grams};
 
 /// Frames a second that patterns are drawn for.
-pub(super) const DRAWN_RATE: f64 = 100.0;
+pub const DRAWN_RATE: f64 = 100.0;
+
+/// The frame that is drawn at a time, seconds. A source with as many frames a second sees each once: times are rounded, and 0.29 s
+/// is not 28 frames.
+pub(super) fn drawn_frame(secs: f64) -> u64 {
+    (DRAWN_RATE * secs + 1e-6).max(0.0) as u64
+}
 
 /// One grip that a person was told to do. With the seed of the source it says what pressed at any time: the truth.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -43,7 +49,7 @@ impl ToldGrip {
         let pattern = pattern.with_peak_g(self.strength * pattern.peak_of(array));
         let length = pattern.frames_per_trial().expect("a person who grips");
         let since = self.begun_secs.map_or(0.0, |begun| secs - begun);
-        let within = (DRAWN_RATE * since).max(0.0) as u64;
+        let within = drawn_frame(since);
         (pattern, self.trial * length + within.min(length - 1))
     }
 
@@ -51,6 +57,13 @@ impl ToldGrip {
     pub fn loads(&self, array: &Array, seed: u64, secs: f64) -> Frame<Grams> {
         let (pattern, frame) = self.drawn(array, secs);
         pattern.loads(array, seed, frame)
+    }
+
+    /// All that presses from the word on, grams, [`DRAWN_RATE`] frames a second: the truth, whenever a sensor looks.
+    pub fn all_loads(&self, array: &Array, seed: u64) -> impl Iterator<Item = Frame<Grams>> {
+        let (pattern, first) = self.drawn(array, self.begun_secs.unwrap_or(0.0));
+        let length = pattern.frames_per_trial().unwrap_or(0);
+        (first..first + length).map(move |frame| pattern.loads(array, seed, frame))
     }
 
     /// Which part of the hand presses each taxel then.
@@ -146,6 +159,11 @@ mod tests {
         let told = person.told().unwrap();
         assert_eq!(told.begun_secs, Some(100.0));
         assert_eq!(total(&told.loads(array, 4, 102.5)), held);
+        let all: Vec<f64> = told
+            .all_loads(array, 4)
+            .map(|loads| total(&loads))
+            .collect();
+        assert!(all.contains(&held) && all[0] == 0.0 && all.last() == Some(&0.0));
         // With the other hand they are as much weaker as was said, taxel by taxel.
         let strong = ToldGrip {
             strength: 1.0,

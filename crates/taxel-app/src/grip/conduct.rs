@@ -7,10 +7,12 @@ use taxel_acquire::protocol::LinkStats;
 use taxel_acquire::simulated::ToldGrip;
 
 use super::attempt::{AttemptFile, GO, STOP};
+use super::background::Background;
 use super::desk::{Desk, Known, Phase};
 use super::protocol::Hand;
 use super::record::{Attempt, GripRecord, Verdict};
 use super::results;
+use super::trial::MeasuredTrial;
 use crate::error::Error;
 
 /// After the signal to stop the recording goes on for this long: the hand lets go, and the zero is seen.
@@ -29,6 +31,7 @@ pub(super) struct Conductor {
     before: LinkStats,
     watched: Instant,
     last: Phase,
+    background: Background,
 }
 
 impl Conductor {
@@ -39,6 +42,7 @@ impl Conductor {
             before: before.unwrap_or_default(),
             watched: Instant::now(),
             last: Phase::Setup,
+            background: Background::default(),
         }
     }
 
@@ -46,6 +50,9 @@ impl Conductor {
     pub(super) fn tick(&mut self) {
         let phase = self.desk.known().phase.clone();
         let now = Instant::now();
+        if matches!(phase, Phase::Review | Phase::Rest(_)) {
+            self.background.go_on(&self.desk);
+        }
         let done = match phase {
             Phase::Zero(Some(asked)) => self.take_zero(asked),
             Phase::Countdown(until, None) => self.begin_recording(until),
@@ -269,13 +276,18 @@ impl Conductor {
         known.write()
     }
 
-    fn finish(&self) -> Result<(), Error> {
+    fn finish(&mut self) -> Result<(), Error> {
         let (folder, record) = {
             let known = self.desk.known();
             (known.folder.clone(), known.record.clone())
         };
         let settings = &self.desk.settings;
-        let written = results::write(&folder, &record, &settings.sensor, &settings.sensor_file);
+        let (sensor, sensor_file) = (&settings.sensor, &settings.sensor_file);
+        let written = results::write(&folder, &record, sensor, |attempt| {
+            self.background.measured(attempt, || {
+                MeasuredTrial::of(&folder, attempt, &record, sensor, sensor_file)
+            })
+        });
         let mut known = self.desk.known();
         known.phase = Phase::Done;
         known.files = written?;

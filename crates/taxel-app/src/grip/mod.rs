@@ -8,12 +8,16 @@
 //! while it happens (for a page, a terminal, a program), [`GripResults`] what it amounts to.
 
 mod attempt;
+mod background;
 mod conduct;
 mod desk;
 mod page;
+mod pictures;
 mod protocol;
 mod record;
 mod results;
+mod table;
+mod trial;
 mod watch;
 
 use std::sync::Arc;
@@ -31,7 +35,7 @@ use desk::Desk;
 pub use desk::GripSettings;
 pub use protocol::{Counts, Hand, Planned, Protocol};
 pub use record::{Attempt, GripRecord, KeptMeasured, Verdict, id_problem};
-pub use results::{Force, GripResults, HandResult, TrialResult, write as write_results};
+pub use results::{Force, GripResults, HandResult, TrialResult};
 
 /// How often the session looks whether something is due.
 const TICK: Duration = Duration::from_millis(20);

@@ -1,45 +1,49 @@
 //! The one page of a grip session.
 
 use taxel::Sensor;
-use taxel_plot::report::{Figure, Report, Section, Table};
-use taxel_plot::{Line, LineStyle, Panel, Picture, Series, cells};
+use taxel_plot::cells;
+use taxel_plot::report::{Report, Section, Table};
 
+use super::pictures;
 use super::protocol::{Counts, Hand};
 use super::record::GripRecord;
-use super::results::{Drawn, Force, GRAVITY, GripResults, HandResult};
+use super::results::{Force, GRAVITY, GripResults, HandResult, NOISE_ALONE, TrialResult};
+use super::trial::MeasuredTrial;
 use crate::calibration_age::calibration_history;
 use crate::error::Error;
 use crate::session::time_stamp;
 
+/// Parts of a hand, or contacts, that are told at most.
+const MOST_PARTS: usize = 7;
+
 /// What stands at the foot of the paper.
-pub(super) const FOOTER: &str = "Taxel grip session. Not a medical device.";
-/// Points of a curve at most: finer than a picture shows.
-const POINTS: usize = 600;
+pub(super) fn footer(results: &GripResults) -> &'static str {
+    if results.is_simulated {
+        "Taxel grip session. Simulated data: no person gripped. Not a medical device."
+    } else {
+        "Taxel grip session. Not a medical device."
+    }
+}
 
 /// Everything on one page.
 pub(super) fn report(
     record: &GripRecord,
     results: &GripResults,
-    hands: &[(Hand, Vec<Drawn>)],
+    hands: &[(Hand, Vec<MeasuredTrial>)],
     sensor: &Sensor,
 ) -> Result<Report, Error> {
     let mut forces = Section {
         title: format!("Strength: {}", results.force),
         ..Section::default()
     };
-    forces.tables.push(summary(record, results));
     forces.paragraphs.extend(sides(results));
-    let mut trials = Section {
-        title: "Trials".to_owned(),
-        ..Section::default()
-    };
-    trials.tables.push(trial_table(results));
-    trials.tables.extend(share_table(results));
-    trials.figures = figures(hands, sensor)?;
+    forces.tables.push(summary(record, results));
+    forces.tables.push(trial_table(results));
+    forces.figures = pictures::figures(hands, sensor, &results.force)?;
     Ok(Report {
         title: format!("Grip strength of {}", record.person),
         about: about(record, sensor),
-        sections: vec![forces, trials, reading(results)],
+        sections: vec![forces, reading(results)],
     })
 }
 
@@ -51,7 +55,7 @@ fn about(record: &GripRecord, sensor: &Sensor) -> Vec<(String, String)> {
         None => "as strongly as possible".to_owned(),
     };
     let mut about = vec![
-        ("Began", format!("{} UTC", time_stamp(began))),
+        ("Began", date_of(&time_stamp(began))),
         (
             "Protocol",
             format!(
@@ -62,7 +66,8 @@ fn about(record: &GripRecord, sensor: &Sensor) -> Vec<(String, String)> {
         ("Sensor", record.sensor.clone()),
         (
             "Calibration",
-            calibration_history(sensor, None).unwrap_or_else(|| "none".to_owned()),
+            calibration_history(sensor, Some(began))
+                .unwrap_or_else(|| "none: forces are as the sensor file supposes".to_owned()),
         ),
     ];
     if record.simulated_seed.is_some() {
@@ -84,15 +89,32 @@ fn about(record: &GripRecord, sensor: &Sensor) -> Vec<(String, String)> {
         .collect()
 }
 
-/// "41.2 ± 0.5" in a unit that is so many newtons.
-fn with_interval(force: Force, unit: f64) -> String {
-    let (value, half) = (
-        force.newtons / unit,
-        force.half_width_95_newtons.map(|h| h / unit),
-    );
-    match taxel::calibrate::with_error(value, half) {
+/// "2026-11-23 21:15 UTC" of "2026-11-23-211559".
+fn date_of(stamp: &str) -> String {
+    match (stamp.get(..10), stamp.get(11..13), stamp.get(13..15)) {
+        (Some(day), Some(hour), Some(minute)) => format!("{day} {hour}:{minute} UTC"),
+        _ => stamp.to_owned(),
+    }
+}
+
+/// Three digits: more would say more than anybody knows.
+fn rounded(value: f64) -> String {
+    let power = value.abs().log10().floor();
+    let decimals = if value == 0.0 {
+        0.0
+    } else {
+        (2.0 - power).clamp(0.0, 3.0)
+    };
+    format!("{value:.0$}", decimals as usize).replace('-', "\u{2212}")
+}
+
+/// "41.2 ± 0.5" in a unit that is so many newtons. Noise alone says too little of how far a force may be off.
+fn with_interval(results: &GripResults, force: Force, unit: f64) -> String {
+    let half = force.half_width_95_newtons.map(|half| half / unit);
+    let half = half.filter(|_| results.intervals != NOISE_ALONE);
+    match taxel::calibrate::with_error(force.newtons / unit, half) {
         (value, Some(half)) => format!("{value} ± {half}"),
-        (value, None) => value,
+        (..) => rounded(force.newtons / unit),
     }
 }
 
@@ -101,11 +123,14 @@ fn summary(record: &GripRecord, results: &GripResults) -> Table {
         Counts::Mean => "the mean counts",
         Counts::Best => "the best counts",
     };
+    let known = if results.intervals == NOISE_ALONE {
+        "no interval: the sensor file has no [uncertainty]"
+    } else {
+        "± half of a 95 % interval"
+    };
+    let force = &results.force;
     let mut table = Table::new(
-        format!(
-            "Largest {} of each trial, ± half of its 95 % interval; {counts}",
-            results.force
-        ),
+        format!("Largest {force} of the trials; {counts}; {known}"),
         &[
             "hand",
             "trials",
@@ -113,18 +138,20 @@ fn summary(record: &GripRecord, results: &GripResults) -> Table {
             "mean, kg",
             "best, N",
             "mean, N",
-            "spread, N",
+            "SD, N",
+            "share in the best, %",
         ],
     );
     for hand in &results.hands {
         table.push(cells![
             hand.hand.word(),
             hand.trials.len(),
-            with_interval(hand.best, GRAVITY),
-            with_interval(hand.mean, GRAVITY),
-            with_interval(hand.best, 1.0),
-            with_interval(hand.mean, 1.0),
-            hand.spread_newtons,
+            with_interval(results, hand.best, GRAVITY),
+            with_interval(results, hand.mean, GRAVITY),
+            with_interval(results, hand.best, 1.0),
+            with_interval(results, hand.mean, 1.0),
+            hand.spread_newtons.map(|spread| format!("{spread:.1}")),
+            shares(hand),
         ]);
     }
     table
@@ -142,7 +169,7 @@ fn sides(results: &GripResults) -> Option<String> {
 
 fn trial_table(results: &GripResults) -> Table {
     let mut table = Table::new(
-        "CV: coefficient of variation over the plateau; slope: change over the plateau, below 0 where the hand tires",
+        "CV: coefficient of variation over the plateau; slope: change over it; rate: from 10 to 90 % of the largest force",
         &[
             "hand",
             "trial",
@@ -152,184 +179,66 @@ fn trial_table(results: &GripResults) -> Table {
             "plateau, N",
             "CV, %",
             "slope, %/s",
-            "time to peak, s",
+            "to peak, s",
             "rate, N/s",
-            "area, mm²",
+            "area, cm²",
         ],
     );
+    let row = |hand: Hand, trial: &TrialResult| {
+        let plateau = trial.plateau;
+        cells![
+            hand.word(),
+            trial.number,
+            rounded(trial.max.newtons / GRAVITY),
+            with_interval(results, trial.max, 1.0),
+            with_interval(results, trial.total, 1.0),
+            plateau.map(|plateau| with_interval(results, plateau, 1.0)),
+            trial.variation_percent.map(rounded),
+            trial.slope_percent_per_s.map(rounded),
+            format!("{:.2}", trial.time_to_peak_s),
+            trial.rate_n_per_s.map(rounded),
+            rounded(0.01 * trial.area_mm2),
+        ]
+    };
     for hand in &results.hands {
         for trial in &hand.trials {
-            table.push(cells![
-                hand.hand.word(),
-                trial.number,
-                with_interval(trial.max, GRAVITY),
-                with_interval(trial.max, 1.0),
-                with_interval(trial.total, 1.0),
-                trial.plateau.map(|plateau| with_interval(plateau, 1.0)),
-                trial.variation_percent.map(|cv| format!("{cv:.1}")),
-                trial.slope_percent_per_s.map(|slope| format!("{slope:.2}")),
-                format!("{:.2}", trial.time_to_peak_s),
-                trial.rate_n_per_s.map(|rate| format!("{rate:.0}")),
-                format!("{:.0}", trial.area_mm2),
-            ]);
+            table.push(row(hand.hand, trial));
         }
     }
     table
 }
 
-/// Parts of the hand in the best trial of each hand; none where no parts were found.
-fn share_table(results: &GripResults) -> Option<Table> {
-    let best = |hand: &HandResult| {
-        let larger = hand
-            .trials
-            .iter()
-            .max_by(|a, b| a.max.newtons.total_cmp(&b.max.newtons));
-        larger.map(|trial| trial.shares.clone()).unwrap_or_default()
-    };
-    let shares: Vec<(Hand, Vec<(String, f64)>)> = results
-        .hands
-        .iter()
-        .map(|hand| (hand.hand, best(hand)))
-        .collect();
-    let names: Vec<String> = shares
-        .iter()
-        .find(|(_, shares)| !shares.is_empty())?
-        .1
-        .iter()
-        .map(|(name, _)| name.clone())
-        .collect();
-    let mut head = vec!["hand"];
-    head.extend(names.iter().map(String::as_str));
-    let mut table = Table::new(
-        "Share of the total normal force over the plateau of the best trial, %",
-        &head,
-    );
-    for (hand, shares) in &shares {
-        let share = |name: &String| {
-            let found = shares.iter().find(|(of, _)| of == name);
-            found
-                .map(|(_, share)| format!("{:.1}", 100.0 * share))
-                .into()
-        };
-        let mut row = cells![hand.word()];
-        row.extend(names.iter().map(share));
-        table.push(row);
-    }
-    Some(table)
-}
-
-fn figures(hands: &[(Hand, Vec<Drawn>)], sensor: &Sensor) -> Result<Vec<Figure>, Error> {
-    let mut figures = vec![Figure {
-        caption: "Force of every trial from the beginning of the grip; solid: right, dashed: left."
-            .to_owned(),
-        picture: curves(hands)?,
-    }];
-    for (hand, drawn) in hands {
-        let best = drawn
-            .iter()
-            .max_by(|a, b| a.result.max.newtons.total_cmp(&b.result.max.newtons));
-        let Some((map, number)) =
-            best.and_then(|best| Some((best.map.as_ref()?, best.result.number)))
-        else {
-            continue;
-        };
-        let panel = Panel::of(map).pitch_mm(sensor.array().pitch_mm);
-        figures.push(Figure {
-            caption: format!(
-                "Mean load over the plateau: {} hand, trial {number}, its best.",
-                hand.word()
-            ),
-            picture: panel.picture()?,
-        });
-    }
-    if let Some(picture) = paths(hands)? {
-        figures.push(Figure {
-            caption: "Path of the centre of pressure over the plateau of each hand's best trial, from its mean.".to_owned(),
-            picture,
-        });
-    }
-    Ok(figures)
-}
-
-/// Paths of the centre about their means; none where there are none.
-fn paths(hands: &[(Hand, Vec<Drawn>)]) -> Result<Option<Picture>, Error> {
-    let mut lines = Vec::new();
-    for (at, (hand, drawn)) in hands.iter().enumerate() {
-        let best = drawn
-            .iter()
-            .max_by(|a, b| a.result.max.newtons.total_cmp(&b.result.max.newtons));
-        let Some(best) = best.filter(|best| best.path.0.len() > 1) else {
-            continue;
-        };
-        let about_mean = |values: &[f64]| -> Vec<f64> {
-            let middle = taxel::stats::mean(values.iter().copied()).unwrap_or(0.0);
-            values.iter().map(|value| value - middle).collect()
-        };
-        let (x, y) = (about_mean(&best.path.0), about_mean(&best.path.1));
-        lines.push(
-            Line::new(format!("{} hand", hand.word()), y)
-                .over(x)
-                .colour(at),
-        );
-    }
-    if lines.is_empty() {
-        return Ok(None);
-    }
-    let series = Series::new("across the columns (mm)", Vec::new(), lines)?;
-    Ok(Some(
-        series.quantity("across the rows").unit("mm").picture()?,
-    ))
-}
-
-fn curves(hands: &[(Hand, Vec<Drawn>)]) -> Result<Picture, Error> {
-    let mut lines = Vec::new();
-    for (hand, drawn) in hands {
-        for trial in drawn {
-            let (secs, newtons) = &trial.curve;
-            let every = secs.len().div_ceil(POINTS).max(1);
-            let (colour, style) = match hand {
-                Hand::Right => (0, LineStyle::Solid),
-                Hand::Left => (1, LineStyle::Dashed),
-            };
-            let name = match trial.result.number {
-                1 => format!("{} hand", hand.word()),
-                _ => String::new(),
-            };
-            lines.push(
-                Line::new(name, newtons.iter().copied().step_by(every).collect())
-                    .over(secs.iter().copied().step_by(every).collect())
-                    .colour(colour)
-                    .style(style),
-            );
-        }
-    }
-    let series = Series::new("time (s)", Vec::new(), lines)?;
-    Ok(series.quantity("force").unit("N").picture()?)
+/// "palm 46, thumb 12, index 10": shares in the hand's best trial, %; nothing where no parts were found.
+fn shares(hand: &HandResult) -> String {
+    let newtons = |trial: &&TrialResult| trial.max.newtons;
+    let best = hand.trials.iter();
+    let best = best.max_by(|a, b| newtons(a).total_cmp(&newtons(b)));
+    let shares = best.map_or(&[][..], |trial| &trial.shares);
+    let mut largest: Vec<f64> = shares.iter().map(|(_, share)| *share).collect();
+    largest.sort_by(|a, b| b.total_cmp(a));
+    let least = largest.get(MOST_PARTS - 1).copied().unwrap_or(0.0);
+    let told = shares.iter().filter(|(_, share)| *share >= least);
+    let told = told.map(|(name, share)| format!("{name} {:.0}", 100.0 * share));
+    told.collect::<Vec<_>>().join(", ")
 }
 
 /// How to read it, and what not to do with it.
 fn reading(results: &GripResults) -> Section {
-    let mut section = Section {
-        title: "Reading it".to_owned(),
-        ..Section::default()
-    };
-    section.paragraphs.push(if results.force == "grip force" {
-        "Grip force is what an instrumented split cylinder would show along the direction in which it shows most; the total normal force, the sum around the handle, is larger.".to_owned()
+    let mut section = Section::default();
+    let force = if results.force == "grip force" {
+        "Grip force is what an instrumented split cylinder shows in the direction in which it shows most; the total normal force is the sum around the handle."
     } else {
-        "The sensor file tells no handle: forces are sums of what presses on the sensor, and no dynamometer shows those.".to_owned()
-    });
-    section.paragraphs.push("This is not a medical device. Norms of other dynamometers do not hold for this handle: its diameter and what it measures differ.".to_owned());
-    let all = results
-        .hands
-        .iter()
-        .flat_map(|hand| hand.trials.iter().map(move |trial| (hand.hand, trial)));
-    for (hand, trial) in all {
-        for doubt in &trial.doubts {
-            section.paragraphs.push(format!(
-                "{} hand, trial {}: {doubt}.",
-                hand.word(),
-                trial.number
-            ));
+        "The sensor file tells no handle: forces are sums of what presses on the sensor, which no dynamometer shows."
+    };
+    section.paragraphs.push(format!(
+        "{force} Not a medical device: norms of other instruments do not hold for this one."
+    ));
+    for hand in &results.hands {
+        for trial in hand.trials.iter().filter(|trial| !trial.doubts.is_empty()) {
+            let (hand, number) = (hand.hand.word(), trial.number);
+            let doubts = trial.doubts.join("; ");
+            let text = format!("Doubtful: {hand} hand, trial {number}: {doubts}.");
+            section.paragraphs.push(text);
         }
     }
     section

@@ -103,8 +103,6 @@ pub struct Series {
     pub frame: Vec<u64>,
     /// Seconds since the first frame; NaN where the recording tells no times.
     pub secs: Vec<f64>,
-    /// When the first frame was read, by the clock of the source, seconds.
-    pub first_secs: f64,
     /// Sum of all loads.
     pub total: ForceSeries,
     /// The largest grip force along any direction; `None` of a flat sensor.
@@ -134,7 +132,6 @@ impl Series {
         Self {
             frame: Vec::new(),
             secs: Vec::new(),
-            first_secs: 0.0,
             total: ForceSeries::named("total"),
             grip: sensor.handle().map(|_| ForceSeries::named("grip")),
             grip_direction_degrees: Vec::new(),
@@ -207,7 +204,6 @@ impl Series {
     /// Counts times from the first frame on.
     pub(super) fn begin_at_first_frame(&mut self, recording: &Path) -> Result<(), Error> {
         let first = self.secs.first().copied().unwrap_or(0.0);
-        self.first_secs = first;
         self.secs.iter_mut().for_each(|secs| *secs -= first);
         let mut pairs = self.secs.windows(2).enumerate();
         if let Some((at, pair)) = pairs.find(|(_, pair)| pair[1] < pair[0]) {

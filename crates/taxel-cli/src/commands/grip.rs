@@ -69,9 +69,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     settings.folder.clone_from(&args.folder);
     settings.begin_anew = args.new;
     interrupt::listen();
-    let server = match args.terminal {
-        true => None,
-        false => Some(args.access.server()?),
+    let server = if args.terminal {
+        None
+    } else {
+        Some(args.access.server()?)
     };
     let mut desk = GripDesk::start(settings, server)?;
     if let Some(person) = &args.person {
@@ -193,8 +194,10 @@ impl<'a> Terminal<'a> {
         self.shown_at = Instant::now();
         let left = state.remaining_secs.unwrap_or(0.0).max(0.0);
         if let Some(newtons) = self.desk.total_newtons() {
+            // No force is not less than none.
+            let newtons = newtons.round() + 0.0;
             out::note(&format!(
-                "  {left:.0} s left, total normal force {newtons:.0} N"
+                "  {left:.0} s left, total normal force {newtons} N"
             ));
         }
     }
@@ -206,7 +209,7 @@ impl<'a> Terminal<'a> {
             (GripPhase::Zero, "force") => GripStep::Zero { force: true },
             (GripPhase::Ready, "") => GripStep::Start,
             (GripPhase::Ready, "zero") => GripStep::Zero { force: false },
-            (GripPhase::Countdown | GripPhase::Hold, _) => GripStep::Cancel,
+            (GripPhase::Countdown | GripPhase::Hold, "c" | "cancel") => GripStep::Cancel,
             (GripPhase::Review, "") => GripStep::Accept,
             (GripPhase::Review, reason) => GripStep::Repeat {
                 reason: reason.to_owned(),
@@ -244,8 +247,11 @@ fn words(state: &GripSession) -> String {
         GripPhase::Setup => "the page asks for the person's id".to_owned(),
         GripPhase::Zero => "hands off the handle; Enter takes the zero".to_owned(),
         GripPhase::Ready => format!("{trial}: {}. Enter starts it", state.protocol.posture),
-        GripPhase::Countdown => format!("\x07{trial}: get ready; Enter cancels"),
-        GripPhase::Hold => format!("\x07GRIP for {} s; Enter cancels", state.protocol.hold_secs),
+        GripPhase::Countdown => format!("\x07{trial}: get ready; c and Enter cancels"),
+        GripPhase::Hold => format!(
+            "\x07GRIP for {} s; c and Enter cancels",
+            state.protocol.hold_secs
+        ),
         GripPhase::Measuring => "\x07let go".to_owned(),
         GripPhase::Review => match &state.measured {
             Some(measured) => review(measured),

@@ -112,7 +112,7 @@ pub(crate) fn draw_heatmap(
 
 /// The colour bar of a plot of that size: below a plot too low for one beside it.
 fn bar_beside(panel: &Panel<'_>, range: (f64, f64), (width, height): (f64, f64)) -> ColourBar {
-    let horizontal = height < MIN_BAR * 0.9 && width > height;
+    let horizontal = height < MIN_BAR * 0.8 && width > height;
     let length = if horizontal {
         width.clamp(MIN_BAR, MAX_BAR_BELOW)
     } else {

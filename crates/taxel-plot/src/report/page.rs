@@ -12,17 +12,19 @@ h1{font-size:1.8rem;line-height:1.2;margin:0 0 1rem}h2{font-size:1.25rem;margin:
 @page{size:A4;margin:14mm 12mm}\
 p{margin:.5rem 0;max-width:46rem}code{font:.92em ui-monospace,Menlo,Consolas,monospace}nav ol{columns:2;padding-left:1.4rem}nav a{color:inherit}\
 dl{display:grid;grid-template-columns:max-content 1fr;gap:.15rem 1.2rem;margin:0 0 1.2rem}dt{color:var(--soft)}dd{margin:0;overflow-wrap:anywhere}\
-figure{margin:1.2rem 0}figcaption,caption{color:var(--soft);font-size:.87rem;text-align:left;max-width:46rem}figcaption{margin-top:.3rem}caption{padding-bottom:.35rem}\
+figure{margin:1.2rem 0;max-width:100%}.figures{display:flex;flex-wrap:wrap;column-gap:1.5rem;align-items:flex-start}figcaption,caption{color:var(--soft);font-size:.87rem;text-align:left;max-width:46rem}figcaption{margin-top:.3rem}caption{padding-bottom:.35rem}\
 .wide{overflow-x:auto;margin:1.2rem 0;width:max-content;min-width:min(100%,20rem);max-width:calc(100vw - max(1.5rem,(100vw - 64rem)/2) - 1.5rem)}\
 caption span{display:inline-block;position:sticky;left:0;max-width:min(46rem,calc(100vw - 3rem))}table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:.86rem}\
 th,td{padding:.22rem .8rem .22rem 0;text-align:right;vertical-align:top}.words{text-align:left!important}td{white-space:nowrap}.words:not(:first-child){white-space:normal}th:first-child,td:first-child{text-align:left}\
 th{font-weight:600;border-bottom:1.5px solid var(--ink)}tr+tr td{border-top:1px solid #efeff2}\
-svg{max-width:100%;height:auto}footer{margin-top:3rem;color:var(--soft);font-size:.85rem}\
+svg{width:100%;height:auto}footer{margin-top:3rem;color:var(--soft);font-size:.85rem}\
 @media print{body{margin:0;padding:0;max-width:none;font-size:10.5pt}\
 .wide{overflow:visible;width:100%;max-width:none;break-inside:avoid}caption span{position:static;max-width:none}\
 th,td{white-space:normal!important;padding-right:.5rem;overflow-wrap:break-word}.many{font-size:7.5pt}.many th,.many td{padding-right:.3rem}\
 tr,figure{break-inside:avoid}h2,caption{break-after:avoid}nav{display:none}}";
 
+/// Labels of pictures are 10 units high: in a page they are read at 11 pixels and more.
+const ON_SCREEN: f64 = 1.2;
 /// More columns than a sheet of paper has room for at the size of the text.
 const MANY: usize = 6;
 
@@ -44,7 +46,12 @@ impl Report {
         out.push_str("</dl>\n");
         if self.sections.len() > 2 {
             out.push_str("<nav><ol>\n");
-            for (i, section) in self.sections.iter().enumerate() {
+            for (i, section) in self
+                .sections
+                .iter()
+                .enumerate()
+                .filter(|(_, section)| !section.title.is_empty())
+            {
                 let _ = writeln!(
                     out,
                     "<li><a href=\"#s{i}\">{}</a></li>",
@@ -64,21 +71,31 @@ impl Report {
 impl Section {
     fn html(&self, number: usize, out: &mut String) {
         let title = escaped(&self.title);
-        let _ = writeln!(out, "<section id=\"s{number}\">\n<h2>{title}</h2>");
+        let _ = writeln!(out, "<section id=\"s{number}\">");
+        if !title.is_empty() {
+            let _ = writeln!(out, "<h2>{title}</h2>");
+        }
         for paragraph in &self.paragraphs {
             let _ = writeln!(out, "<p>{}</p>", marked_up(paragraph));
         }
         for table in &self.tables {
             table.html(out);
         }
+        if !self.figures.is_empty() {
+            out.push_str("<div class=\"figures\">\n");
+        }
         for (i, figure) in self.figures.iter().enumerate() {
             // Names inside a picture are its own: two pictures of one page must not share them.
             let picture = inlined(figure.picture.svg(), &format!("s{number}f{i}-"));
             let caption = marked_up(&figure.caption);
+            let width = ON_SCREEN * f64::from(figure.picture.width());
             let _ = writeln!(
                 out,
-                "<figure>\n{picture}\n<figcaption>{caption}</figcaption>\n</figure>"
+                "<figure style=\"width:{width}px\">\n{picture}\n<figcaption>{caption}</figcaption>\n</figure>"
             );
+        }
+        if !self.figures.is_empty() {
+            out.push_str("</div>\n");
         }
         out.push_str("</section>\n");
     }

@@ -154,10 +154,17 @@ impl Paper {
 
 impl Section {
     fn pieces(&self, area: Rect) -> Vec<Piece> {
-        let mut pieces = heading(&self.title, area.width);
+        let mut pieces = match self.title.as_str() {
+            "" => Vec::new(),
+            title => heading(title, area.width),
+        };
         let measure = MEASURE.min(area.width);
         for (i, text) in self.paragraphs.iter().enumerate() {
-            let space = if i == 0 { 3.0 } else { 5.0 };
+            let space = match i {
+                0 if self.title.is_empty() => 12.0,
+                0 => 3.0,
+                _ => 5.0,
+            };
             let lines = words::paragraph(&without_ticks(text), BODY, measure);
             words::space_before(&mut pieces, words::together(lines), space);
         }

@@ -14,8 +14,9 @@ use crate::svg::{Anchor, Canvas, INK, Rect, number};
 use crate::ticks::{nice_ticks, tick_labels};
 use crate::{Error, MARGIN, text};
 
-const WIDTH: f64 = 480.0;
-const HEIGHT: f64 = 260.0;
+/// An axis has a number for so many points, and no more than so many numbers.
+const PER_NUMBER: (f64, f64) = (40.0, 25.0);
+const MOST_NUMBERS: (f64, f64) = (8.0, 6.0);
 const GAP: f64 = 3.0;
 const GRID: &str = "#e4e4e4";
 const LEGEND_GAP: f64 = 14.0;
@@ -78,7 +79,8 @@ impl Axis {
             0.0
         };
         let range = drawable(Some((low - margin, high + margin)));
-        let mut axis = Axis::new(range, &scale, label, 8);
+        let most = (series.size.0 / PER_NUMBER.0).clamp(2.0, MOST_NUMBERS.0);
+        let mut axis = Axis::new(range, &scale, label, most as usize);
         if series.x_label == "frame" && range.1 - range.0 < 4.0 {
             axis.ticks = whole_ticks(range);
         }
@@ -101,7 +103,9 @@ impl Axis {
             high + margin
         };
         let scale = Scale::new(&series.unit, (low, high));
-        Axis::new((bottom, top), &scale, scale.label(&series.quantity), 6)
+        let most = (series.size.1 / PER_NUMBER.1).clamp(2.0, MOST_NUMBERS.1);
+        let label = scale.label(&series.quantity);
+        Axis::new((bottom, top), &scale, label, most as usize)
     }
 
     fn widest_number(&self) -> f64 {
@@ -124,13 +128,13 @@ fn whole_ticks(range: (f64, f64)) -> Vec<(f64, String)> {
 pub(crate) fn draw(series: &Series) -> Result<Picture, Error> {
     let (along, upwards) = (Axis::along(series), Axis::upwards(series));
     let left = LABEL_SIZE + 6.0 + upwards.widest_number() + GAP + TICK;
-    let title = text::wrap(&series.title, TITLE_SIZE, WIDTH);
+    let title = text::wrap(&series.title, TITLE_SIZE, series.size.0);
     let top = MARGIN + title.len() as f64 * TITLE_LEADING + 6.0;
     let plot = Rect {
         x: MARGIN + left,
         y: top,
-        width: WIDTH,
-        height: HEIGHT,
+        width: series.size.0,
+        height: series.size.1,
     };
     let mut canvas = Canvas::default();
     for (i, line) in title.iter().enumerate() {

@@ -4,6 +4,7 @@
 //! recording. The end is answered when the file is closed, however long the disk takes.
 
 mod file;
+mod shared;
 
 use std::path::PathBuf;
 use std::sync::{Arc, PoisonError};
@@ -16,13 +17,14 @@ use taxel_io::{McapWriter, Tare};
 
 use super::status::{Recording, SessionStatus};
 use super::sync::{
-    AtomicU8, Builder, JoinHandle, Mutex, MutexGuard, Ordering, Receiver, RecvTimeoutError, Sender,
-    SyncSender, TrySendError, channel, sync_channel, unit_tests,
+    AtomicU8, Builder, JoinHandle, Mutex, Receiver, RecvTimeoutError, Sender, SyncSender,
+    TrySendError, channel, sync_channel, unit_tests,
 };
 use super::{SessionOptions, TimestampedFrame};
 use crate::error::Error;
 use file::Open;
 pub use file::{Owner, SavedRecording};
+use shared::{Phase, Shared};
 
 /// What is recorded beside the counts.
 #[derive(Debug, Clone, Copy, Default)]
@@ -66,62 +68,6 @@ pub(super) struct SolvedFrame {
     pub(super) figures: FrameFigures,
     pub(super) sequence: u64,
     pub(super) at: SystemTime,
-}
-
-/// How the recording stands, for those who have something for it.
-#[repr(u8)]
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Phase {
-    Idle,
-    /// The file is there; what comes does not belong to it yet.
-    Beginning,
-    /// Everything is taken.
-    Recording,
-    /// It has its last frame: only the loads of its frames are still taken.
-    Closing,
-    /// As `Closing`, and nothing is missing any more.
-    Complete,
-    /// The queue was full: the disk is too slow. What waits is still written.
-    Overrun,
-    /// The thread is gone.
-    Dead,
-}
-
-/// What both ends see.
-struct Shared {
-    phase: AtomicU8,
-    status: Arc<SessionStatus>,
-    /// What is taken off now: a recording that begins has it too.
-    tare: Mutex<Option<Tare>>,
-}
-
-impl Shared {
-    fn tare(&self) -> MutexGuard<'_, Option<Tare>> {
-        self.tare.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn phase(&self) -> Phase {
-        match self.phase.load(Ordering::Acquire) {
-            0 => Phase::Idle,
-            1 => Phase::Beginning,
-            2 => Phase::Recording,
-            3 => Phase::Closing,
-            4 => Phase::Complete,
-            5 => Phase::Overrun,
-            _ => Phase::Dead,
-        }
-    }
-
-    fn set(&self, phase: Phase) {
-        self.phase.store(phase as u8, Ordering::Release);
-    }
-
-    /// Goes on from one phase to the next; false where it was another one.
-    fn go(&self, from: Phase, to: Phase) -> bool {
-        self.phase
-            .compare_exchange(from as u8, to as u8, Ordering::AcqRel, Ordering::Acquire)
-            .is_ok()
-    }
 }
 
 /// The recorder's near end.

@@ -14,7 +14,7 @@ const SIZES: [f64; 2] = [8.5, 8.0];
 const GAPS: [f64; 2] = [10.0, 7.0];
 const MANY: usize = 8;
 /// Space above and below the text of a row.
-const PAD: f64 = 2.2;
+const PAD: f64 = 1.4;
 /// A longer word is broken, in shares of the width of the page.
 const LONGEST_WORD: f64 = 0.3;
 /// A column that is wrapped is not made narrower for the sake of having all columns beside each other, in points.
