@@ -5,6 +5,7 @@ use std::fmt::Write;
 use super::{Report, Section, Table};
 use crate::svg::escaped;
 
+/// Labels of pictures are 10 units high: they are read at 12 pixels on a screen, and at 8 points on paper.
 const STYLE: &str = "\
 :root{color-scheme:light;--ink:#1d1d1f;--soft:#5b5b60;--line:#d9d9de}\
 body{font:15px/1.5 Inter,system-ui,Helvetica,Arial,sans-serif;color:var(--ink);background:#fff;max-width:64rem;margin:2.5rem auto;padding:0 1.5rem}\
@@ -12,19 +13,18 @@ h1{font-size:1.8rem;line-height:1.2;margin:0 0 1rem}h2{font-size:1.25rem;margin:
 @page{size:A4;margin:14mm 12mm}\
 p{margin:.5rem 0;max-width:46rem}code{font:.92em ui-monospace,Menlo,Consolas,monospace}nav ol{columns:2;padding-left:1.4rem}nav a{color:inherit}\
 dl{display:grid;grid-template-columns:max-content 1fr;gap:.15rem 1.2rem;margin:0 0 1.2rem}dt{color:var(--soft)}dd{margin:0;overflow-wrap:anywhere}\
-figure{margin:1.2rem 0;max-width:100%}.figures{display:flex;flex-wrap:wrap;column-gap:1.5rem;align-items:flex-start}figcaption,caption{color:var(--soft);font-size:.87rem;text-align:left;max-width:46rem}figcaption{margin-top:.3rem}caption{padding-bottom:.35rem}\
+figure{margin:1.2rem 0;width:calc(1.2*var(--width));max-width:100%}.figures{display:flex;flex-wrap:wrap;column-gap:1.5rem;align-items:flex-start}figcaption,caption{color:var(--soft);font-size:.87rem;text-align:left;max-width:46rem}figcaption{margin-top:.3rem}caption{padding-bottom:.35rem}\
 .wide{overflow-x:auto;margin:1.2rem 0;width:max-content;min-width:min(100%,20rem);max-width:calc(100vw - max(1.5rem,(100vw - 64rem)/2) - 1.5rem)}\
 caption span{display:inline-block;position:sticky;left:0;max-width:min(46rem,calc(100vw - 3rem))}table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:.86rem}\
-th,td{padding:.22rem .8rem .22rem 0;text-align:right;vertical-align:top}.words{text-align:left!important}td{white-space:nowrap}.words:not(:first-child){white-space:normal}th:first-child,td:first-child{text-align:left}\
+th,td{padding:.22rem .8rem .22rem 0;text-align:right;vertical-align:top}.words{text-align:left!important}td{white-space:nowrap}.words:not(:first-child){white-space:normal;min-width:11rem}th:first-child,td:first-child{text-align:left}\
 th{font-weight:600;border-bottom:1.5px solid var(--ink)}tr+tr td{border-top:1px solid #efeff2}\
 svg{width:100%;height:auto}footer{margin-top:3rem;color:var(--soft);font-size:.85rem}\
-@media print{body{margin:0;padding:0;max-width:none;font-size:10.5pt}\
+@media print{html{font-size:11px}body{margin:0;padding:0;max-width:none;font-size:9pt}dl{grid-template-columns:max-content 1fr max-content 1fr}h2{margin-top:1.2rem}\
+figure{margin:.6rem 0;width:calc(1.07*var(--width))}figure svg{margin-bottom:-.8rem}.wide{margin:.7rem 0}table,figcaption,caption{font-size:8.5pt}\
 .wide{overflow:visible;width:100%;max-width:none;break-inside:avoid}caption span{position:static;max-width:none}\
-th,td{white-space:normal!important;padding-right:.5rem;overflow-wrap:break-word}.many{font-size:7.5pt}.many th,.many td{padding-right:.3rem}\
+th,td{white-space:normal!important;padding-right:.5rem;overflow-wrap:break-word}.many{font-size:8pt}.many th,.many td{padding-right:.8rem}\
 tr,figure{break-inside:avoid}h2,caption{break-after:avoid}nav{display:none}}";
 
-/// Labels of pictures are 10 units high: in a page they are read at 11 pixels and more.
-const ON_SCREEN: f64 = 1.2;
 /// More columns than a sheet of paper has room for at the size of the text.
 const MANY: usize = 6;
 
@@ -88,10 +88,10 @@ impl Section {
             // Names inside a picture are its own: two pictures of one page must not share them.
             let picture = inlined(figure.picture.svg(), &format!("s{number}f{i}-"));
             let caption = marked_up(&figure.caption);
-            let width = ON_SCREEN * f64::from(figure.picture.width());
+            let width = figure.picture.width();
             let _ = writeln!(
                 out,
-                "<figure style=\"width:{width}px\">\n{picture}\n<figcaption>{caption}</figcaption>\n</figure>"
+                "<figure style=\"--width:{width}px\">\n{picture}\n<figcaption>{caption}</figcaption>\n</figure>"
             );
         }
         if !self.figures.is_empty() {
