@@ -16,6 +16,8 @@ import { isNewtons } from "../wire.js";
 import { NO_LINES } from "../view.js";
 
 const COLOURS = "inferno";
+/** Colours reach at least to this, so that an empty handle does not show its noise, kPa. */
+const LEAST_TOP = 2;
 /** The number is written less often than the map is drawn, and what is read out even less. */
 const WRITE_EVERY_MS = 250;
 const SUMMARY_EVERY_MS = 2000;
@@ -88,7 +90,7 @@ export class HandMap {
     const newtons = isNewtons(frame);
     const factor = newtons ? loadFactor(unitOf("kPa"), sensor.taxel_area_mm2) : 1e6;
     const highest = this.highest(frame) * factor;
-    this.scale.update(highest, frame.host, "follow", 0);
+    this.scale.update(newtons ? Math.max(highest, LEAST_TOP) : highest, frame.host, "follow", 0);
     const table = colourTable(COLOURS);
     const unit = newtons ? "kPa" : "µS";
     tile.draw({

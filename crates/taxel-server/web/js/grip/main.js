@@ -29,6 +29,8 @@ class App {
     /** @type {Page.Frame | null} */
     this.frame = null;
     this.frameAt = -Infinity;
+    /** That of the largest force of a hold. @type {Page.Frame | null} */
+    this.strongest = null;
     /** A new frame is to be drawn; and the chart, which changes in a hold only. */
     this.isDue = false;
     this.isChartDue = false;
@@ -166,6 +168,7 @@ class App {
   /** @param {Wire.GripSession} grip */
   beginCurve(grip) {
     this.curve.clear();
+    this.strongest = null;
     this.chart.begin(grip.protocol, grip.trials);
     const trial = trialText(grip);
     write("curve-title", trial ? `Force against time – ${trial}` : "Force against time");
@@ -193,6 +196,7 @@ class App {
     if (grip.phase !== "hold") return;
     const time = this.curve.timeOf(frame.host, (now - this.deadline.begun) / 1000);
     if (time > this.chart.secs) return;
+    if (!(newtons <= this.curve.max)) this.strongest = frame;
     this.curve.push(time, newtons);
     this.isChartDue = true;
   }
@@ -228,7 +232,11 @@ class App {
     write("force-kg", kilograms(newtons));
     write("force-n", wholeNewtons(newtons));
     write("largest", this.curve.max >= 0 ? bothForces(this.curve.max) : "");
-    if (this.frame) this.map.draw(this.frame);
+    // The hand has let go by then: what it did is what is judged.
+    const past = ["measuring", "review", "rest"].includes(this.phase) ? this.strongest : null;
+    write("hand-title", past ? "Hand at the largest force" : "Hand on the handle");
+    const frame = past ?? this.frame;
+    if (frame) this.map.draw(frame);
   }
 
   /** @param {number} now ms */
