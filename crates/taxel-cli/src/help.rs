@@ -9,7 +9,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
     (
         "Measure",
         &[
-            "live", "view", "record", "replay", "convert", "recover", "devices",
+            "live", "grip", "view", "record", "replay", "convert", "recover", "devices",
         ],
     ),
     (
@@ -46,13 +46,21 @@ const GROUPS: [(&str, &[&str]); 5] = [
 ];
 
 /// One to three examples of every verb. Files that are read are those that another example writes, where one does.
-const EXAMPLES: [(&str, &[&str]); 31] = [
+const EXAMPLES: [(&str, &[&str]); 32] = [
     (
         "live",
         &[
             "taxel live                                              # a simulated e-Cone, gripped by a hand",
             "taxel live 'serial:/dev/ttyACM0?baud=2000000' --sensor sensor.toml",
             "taxel live udp:0.0.0.0:5005 --sensor sensor.toml --record run.mcap",
+        ],
+    ),
+    (
+        "grip",
+        &[
+            "taxel grip                                # a simulated person grips a simulated e-Cone",
+            "taxel grip serial:/dev/ttyACM0 --sensor calibrated.toml --person P01",
+            "taxel grip compare grips -o retest.pdf",
         ],
     ),
     (

@@ -296,6 +296,9 @@ impl Conductor {
     }
 }
 
+/// More attempts than a session has: those of two sessions differ.
+const SESSION: usize = 1000;
+
 /// What a simulated person is told: each attempt has an effort of its own, and the left hand is the weaker one.
 fn told(known: &Known) -> ToldGrip {
     let hand = known.next().map(|(_, planned)| planned.hand);
@@ -304,6 +307,7 @@ fn told(known: &Known) -> ToldGrip {
     } else {
         1.0
     };
-    let attempt = known.record.attempts.len() as u64;
+    let before = SESSION * known.record.session.saturating_sub(1);
+    let attempt = (before + known.record.attempts.len()) as u64;
     ToldGrip::new(attempt, known.record.protocol.hold_secs, strength)
 }

@@ -219,6 +219,7 @@ impl Desk {
         let note: String = note.chars().take(MAX_TEXT).collect();
         let mut record = GripRecord::new(person, &note, &self.settings.protocol, now);
         record.sensor = self.settings.sensor.name().to_owned();
+        record.session = 1 + GripRecord::count(&self.settings.folder, person);
         record.source = self.settings.address.to_string();
         record.simulated_seed = match &self.settings.address {
             Address::Sim { seed, .. } => Some(*seed),

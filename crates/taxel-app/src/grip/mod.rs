@@ -5,7 +5,7 @@
 //! ```
 //!
 //! In reading order: a [`Protocol`] says what is asked, [`GripRecord`] is what is kept after every step, [`GripDesk`] is the session
-//! while it happens (for a page, a terminal, a program), [`GripResults`] what it amounts to.
+//! while it happens (for a page, a terminal, a program), [`GripResults`] what it amounts to, [`RetestStudy`] what several tell.
 
 mod attempt;
 mod background;
@@ -16,6 +16,7 @@ mod pictures;
 mod protocol;
 mod record;
 mod results;
+mod retest;
 mod table;
 mod trial;
 mod watch;
@@ -36,6 +37,7 @@ pub use desk::GripSettings;
 pub use protocol::{Counts, Hand, Planned, Protocol};
 pub use record::{Attempt, GripRecord, KeptMeasured, Verdict, id_problem};
 pub use results::{Force, GripResults, HandResult, TrialResult};
+pub use retest::RetestStudy;
 
 /// How often the session looks whether something is due.
 const TICK: Duration = Duration::from_millis(20);
@@ -109,9 +111,9 @@ impl GripDesk {
         self.desk.state()
     }
 
-    /// Total force on the sensor over the last second, newtons; `None` where no frame came.
+    /// Total force on the sensor now, newtons; `None` where no frame came for a second.
     pub fn total_newtons(&self) -> Option<f64> {
-        self.desk.watch.total_newtons()
+        self.desk.watch.latest_newtons()
     }
 
     /// Goes on: what was done, in words, where there is something to say.

@@ -55,7 +55,14 @@ fn about(record: &GripRecord, sensor: &Sensor) -> Vec<(String, String)> {
         None => "as strongly as possible".to_owned(),
     };
     let mut about = vec![
-        ("Began", date_of(&time_stamp(began))),
+        (
+            "Began",
+            format!(
+                "{}, session {}",
+                date_of(&time_stamp(began)),
+                record.session
+            ),
+        ),
         (
             "Protocol",
             format!(

@@ -32,6 +32,8 @@ pub struct GripRecord {
     pub person: String,
     /// What the operator wants to remember.
     pub note: String,
+    /// Which of the person's sessions in its folder, from 1.
+    pub session: usize,
     /// When it began, seconds since 1970.
     pub began_secs: u64,
     /// When it was written last.
@@ -143,6 +145,7 @@ impl GripRecord {
             version: VERSION,
             person: person.to_owned(),
             note: note.to_owned(),
+            session: 1,
             began_secs: since_1970(at),
             written_secs: since_1970(at),
             program: format!("taxel {}", env!("CARGO_PKG_VERSION")),
@@ -154,6 +157,13 @@ impl GripRecord {
             attempts: Vec::new(),
             is_finished: false,
         }
+    }
+
+    /// Sessions of a person below `all`.
+    pub(super) fn count(all: &Path, person: &str) -> usize {
+        let folders = std::fs::read_dir(all.join(person));
+        let folders = folders.into_iter().flatten().flatten();
+        folders.filter(|entry| Self::is_in(&entry.path())).count()
     }
 
     /// Where the sessions of a person stand below `all`, each in a folder of its own.
@@ -184,6 +194,11 @@ impl GripRecord {
         let (record, folder) = read.next()?;
         let is_recent = since_1970(now).saturating_sub(record.written_secs) < RESUMED_WITHIN;
         (!record.is_finished && is_recent && record.person == person).then_some((folder, record))
+    }
+
+    /// Whether a folder is that of a session.
+    pub(super) fn is_in(folder: &Path) -> bool {
+        folder.join(FILE).exists()
     }
 
     /// Of a session's folder.
@@ -316,6 +331,8 @@ mod tests {
         record.is_finished = true;
         record.write(&folder).unwrap();
         assert!(GripRecord::unfinished(all.path(), "P01", soon).is_none());
+        assert_eq!(GripRecord::count(all.path(), "P01"), 1);
+        assert_eq!(GripRecord::count(all.path(), "P02"), 0);
     }
 
     #[test]

@@ -17,6 +17,8 @@ use crate::figures::Figure;
 /// Standard gravity, m/s²: what makes kilograms of newtons.
 pub(super) const GRAVITY: f64 = 9.80665;
 
+/// What a session amounts to, for programs.
+pub(super) const FILE: &str = "results.json";
 /// Intervals that know no more.
 pub(super) const NOISE_ALONE: &str = "noise alone";
 
@@ -168,7 +170,7 @@ pub(super) fn write(
     let mut files = vec![
         ("page.html", report.html().into_bytes()),
         ("results.csv", csv_of(&results)?),
-        ("results.json", json.into_bytes()),
+        (FILE, json.into_bytes()),
     ];
     match report.paper(page::footer(&results))?.pdf() {
         Ok(pdf) => files.insert(1, ("page.pdf", pdf)),

@@ -72,8 +72,15 @@ impl Watch {
         }
     }
 
+    /// Total force of the last frame, newtons; `None` where none came for a second.
+    pub(super) fn latest_newtons(&self) -> Option<f64> {
+        let totals = self.totals.lock().unwrap_or_else(PoisonError::into_inner);
+        let (at, newtons) = totals.back()?;
+        (at.elapsed() < ZERO_OVER).then_some(*newtons)
+    }
+
     /// Total force of the last second, newtons; `None` where no frame came.
-    pub(super) fn total_newtons(&self) -> Option<f64> {
+    fn total_newtons(&self) -> Option<f64> {
         let totals = self.totals.lock().unwrap_or_else(PoisonError::into_inner);
         let (last, _) = totals.back()?;
         (last.elapsed() < ZERO_OVER).then(|| median(totals.iter().map(|(_, newtons)| *newtons)))?

@@ -1,5 +1,7 @@
 //! `taxel grip`: a grip session, one operator and one person, on a page or in the terminal.
 
+mod compare;
+
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -24,7 +26,21 @@ const TURN: Duration = Duration::from_millis(50);
 /// folder holds the page (page.html, page.pdf), the numbers (results.csv, results.json) and a recording a trial. This is not a
 /// medical device.
 #[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true, disable_help_subcommand = true)]
 pub(crate) struct Args {
+    #[command(subcommand)]
+    verb: Option<Verb>,
+    #[command(flatten)]
+    session: SessionArgs,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Verb {
+    Compare(compare::Args),
+}
+
+#[derive(Debug, clap::Args)]
+struct SessionArgs {
     /// Where frames come from, as for `taxel live`; sim:econe?grip simulates a person who grips when told
     #[arg(default_value = "sim:econe?grip")]
     address: Address,
@@ -55,6 +71,14 @@ pub(crate) struct Args {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
+    match &args.verb {
+        Some(Verb::Compare(args)) => compare::run(args),
+        None => hold(&args.session),
+    }
+}
+
+/// Holds a session.
+fn hold(args: &SessionArgs) -> Result<Exit, Error> {
     if let Some(problem) = args.person.as_deref().and_then(id_problem) {
         return Err(Error::Arguments {
             what: format!("--person: {problem}"),

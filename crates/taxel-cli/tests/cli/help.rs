@@ -15,6 +15,7 @@ fn without_a_verb_the_help_is_shown_and_the_exit_code_is_2() {
 
     Measure:
       live        Show a sensor live in the browser, compensated; record it
+      grip        Measure a person's grip: trials by a protocol, live, with one page at the end
       view        Play a recording in the browser
       record      Record a sensor
       replay      Send a recording as a device would, in protocol taxel-1

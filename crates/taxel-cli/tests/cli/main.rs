@@ -13,6 +13,7 @@ mod design;
 mod diodes;
 mod evaluate;
 mod files;
+mod grip;
 mod help;
 mod identify;
 mod intervals;

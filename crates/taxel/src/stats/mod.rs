@@ -14,10 +14,12 @@
 
 mod bootstrap;
 mod line;
+mod retest;
 mod student;
 
 pub use bootstrap::{Bootstrap, Estimate};
 pub use line::Line;
+pub use retest::{Difference, Retest};
 pub use student::{normal_quantile, student_quantile};
 
 /// The standard deviation of normal numbers over their median absolute deviation from the middle: 1/Φ⁻¹(3/4).

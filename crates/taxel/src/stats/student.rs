@@ -1,4 +1,4 @@
-//! Quantiles of the normal distribution and of Student's t.
+//! Quantiles of the normal distribution, of Student's t and of Fisher's F.
 
 /// The value below which a standard normal number falls with probability `p`; to 1e-12.
 pub fn normal_quantile(p: f64) -> f64 {
@@ -11,13 +11,25 @@ pub fn student_quantile(p: f64, degrees: f64) -> f64 {
     if p < 0.5 {
         return -student_quantile(1.0 - p, degrees);
     }
+    positive_quantile(p, |t| student_above(t, degrees))
+}
+
+/// The value below which Fisher's F with `degrees` of freedom above and `below` of them below falls with probability `p`; relative
+/// error 1e-9.
+pub(super) fn fisher_quantile(p: f64, degrees: f64, below: f64) -> f64 {
+    let above = |f: f64| beta_share(below / (below + degrees * f), 0.5 * below, 0.5 * degrees);
+    positive_quantile(p, above)
+}
+
+/// Where the probability `above` of something larger, which falls from x = 0 on, has come down to 1 − p.
+fn positive_quantile(p: f64, above: impl Fn(f64) -> f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
-    while student_above(high, degrees) > 1.0 - p {
+    while above(high) > 1.0 - p && high < f64::MAX {
         high *= 2.0;
     }
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
-        if student_above(middle, degrees) > 1.0 - p {
+        if above(middle) > 1.0 - p {
             low = middle;
         } else {
             high = middle;
@@ -145,6 +157,27 @@ mod tests {
             let error = found / value - 1.0;
             assert!(error.abs() < 1e-10, "{p} {degrees}: {found}, {error:e} off");
             assert_eq!(student_quantile(1.0 - p, degrees).signum(), -1.0);
+        }
+    }
+
+    /// As scipy 1.16 has them.
+    #[test]
+    fn so_are_those_of_fishers_f() {
+        for (p, degrees, below, value) in [
+            (0.975, 5.0, 15.0, 3.576_415_349_279_060_7),
+            (0.975, 15.0, 5.0, 6.427_728_167_078_779),
+            (0.975, 5.0, 4.79, 7.490_103_962_012_941),
+            (0.975, 1.0, 9.3, 7.119_788_571_988_362),
+            (0.95, 30.0, 29.0, 1.854_293_002_852_673_2),
+            (0.975, 7.0, 0.9, 1_978.247_657_358_659_1),
+            (0.025, 5.0, 15.0, 0.155_575_963_078_487_03),
+        ] {
+            let found = fisher_quantile(p, degrees, below);
+            let error = found / value - 1.0;
+            assert!(
+                error.abs() < 1e-9,
+                "{p} {degrees} {below}: {found}, {error:e} off"
+            );
         }
     }
 
