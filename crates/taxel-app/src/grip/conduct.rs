@@ -50,7 +50,7 @@ impl Conductor {
     pub(super) fn tick(&mut self) {
         let phase = self.desk.known().phase.clone();
         let now = Instant::now();
-        if matches!(phase, Phase::Review | Phase::Rest(_)) {
+        if matches!(phase, Phase::Review | Phase::Rest(_) | Phase::Ready) {
             self.background.go_on(&self.desk);
         }
         let done = match phase {
@@ -174,7 +174,7 @@ impl Conductor {
             session.mark(STOP);
         }
         let mut known = self.desk.known();
-        known.rests_since = Instant::now();
+        known.hold_ended();
         known.phase = Phase::LettingGo(Instant::now() + LETTING_GO, recording);
         Ok(())
     }
@@ -183,8 +183,10 @@ impl Conductor {
         let (phase, was_held) = {
             let mut known = self.desk.known();
             known.is_cancelled = false;
-            known.rests_since = Instant::now();
             let was_held = matches!(known.phase, Phase::Hold(..));
+            if was_held {
+                known.hold_ended();
+            }
             (known.phase.clone(), was_held)
         };
         let (Phase::Countdown(_, Some(recording)) | Phase::Hold(_, recording)) = phase else {

@@ -1,5 +1,6 @@
 //! The grip session while it happens: phases, the operator's steps, and what each makes happen.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
@@ -8,7 +9,7 @@ use taxel::Sensor;
 use taxel_acquire::Address;
 use taxel_server::{GripPhase, GripSession, GripStep, GripTrial, Refused, Reply, ResultFile};
 
-use super::protocol::{Planned, Protocol};
+use super::protocol::{Hand, Planned, Protocol};
 use super::record::{Attempt, GripRecord, Verdict, id_problem};
 use super::watch::Watch;
 use crate::error::Error;
@@ -73,8 +74,8 @@ pub(super) struct Known {
     pub phase: Phase,
     pub record: GripRecord,
     pub folder: PathBuf,
-    /// Where the person began to rest.
-    pub rests_since: Instant,
+    /// When each hand's last hold ended.
+    pub rests_since: BTreeMap<Hand, Instant>,
     /// Whether a zero was taken since the program began.
     pub is_zeroed: bool,
     pub is_resumed: bool,
@@ -110,13 +111,23 @@ impl Known {
         }
     }
 
-    /// After an attempt has its verdict.
+    /// After an attempt has its verdict: the hand that comes next rests as long as it must, the other one may grip meanwhile.
     pub(super) fn after_a_trial(&self) -> Phase {
-        if self.next().is_none() {
+        let Some((_, next)) = self.next() else {
             return Phase::Finishing;
-        }
+        };
         let rest = Duration::from_secs_f64(self.record.protocol.rest_secs);
-        Phase::Rest(self.rests_since + rest)
+        match self.rests_since.get(&next.hand) {
+            Some(&since) if since + rest > Instant::now() => Phase::Rest(since + rest),
+            _ => self.before_a_trial(),
+        }
+    }
+
+    /// The hand that grips has let go.
+    pub(super) fn hold_ended(&mut self) {
+        if let Some((_, planned)) = self.next() {
+            self.rests_since.insert(planned.hand, Instant::now());
+        }
     }
 
     pub(super) fn write(&mut self) -> Result<(), Error> {
@@ -143,7 +154,7 @@ impl Desk {
                 phase: Phase::Setup,
                 record: nobody,
                 folder: PathBuf::new(),
-                rests_since: Instant::now(),
+                rests_since: BTreeMap::new(),
                 is_zeroed: false,
                 is_resumed: false,
                 trouble: String::new(),

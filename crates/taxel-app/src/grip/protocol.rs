@@ -40,7 +40,7 @@ pub struct Protocol {
     pub hold_secs: f64,
     /// Length of the plateau that means are of, seconds; shorter where a hold is.
     pub plateau_secs: f64,
-    /// From the end of one trial to the beginning of the next, seconds.
+    /// Rest of a hand from the end of its hold to its next trial, seconds; the other hand may grip meanwhile.
     pub rest_secs: f64,
     /// The force to hold, from and to, newtons; without it as strongly as possible.
     pub target_newtons: Option<[f64; 2]>,
@@ -99,7 +99,7 @@ impl Hand {
 }
 
 impl Default for Protocol {
-    /// Three trials a hand, right and left in turn, 8 s as strongly as possible with a plateau of 5 s, a minute of rest. Where each
+    /// Three trials a hand, right and left in turn, 8 s as strongly as possible with a plateau of 5 s, a minute of rest for each hand. Where each
     /// of these comes from stands in docs/grip.md.
     fn default() -> Self {
         Self {

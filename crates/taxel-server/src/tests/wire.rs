@@ -137,6 +137,21 @@ fn grip_state() -> State {
     }
 }
 
+/// Of a recording, on a sensor whose taxels lie anywhere.
+fn file_hello() -> Hello {
+    Hello {
+        file: Some(FileFacts::new(500, 5.0)),
+        ..Hello::new(
+            "taxel 0",
+            SensorFacts {
+                positions_mm: Some(vec![Some([1.5, -2.0]), None]),
+                ..SensorFacts::new("", 1, 2)
+            },
+            SourceFacts::new("file:run.mcap", SourceKind::File),
+        )
+    }
+}
+
 fn file_state() -> State {
     let mut player = Player::new(500, 5.0);
     player.position_secs = 1.25;
@@ -200,17 +215,6 @@ fn details_of_nothing() -> Message {
 /// The page's type checker reads these as values of its own types: what one side alone has is an error there.
 #[test]
 fn messages_of_the_wire_are_those_that_the_page_is_tested_with() {
-    let file_hello = Hello {
-        file: Some(FileFacts::new(500, 5.0)),
-        ..Hello::new(
-            "taxel 0",
-            SensorFacts {
-                positions_mm: Some(vec![Some([1.5, -2.0]), None]),
-                ..SensorFacts::new("", 1, 2)
-            },
-            SourceFacts::new("file:run.mcap", SourceKind::File),
-        )
-    };
     let refused = Answer::new(
         8,
         Err(Refused::because(
@@ -219,7 +223,11 @@ fn messages_of_the_wire_are_those_that_the_page_is_tested_with() {
     );
     let all = [
         ("hello", "Hello", Message::Hello(Box::new(hello()))),
-        ("helloOfFile", "Hello", Message::Hello(Box::new(file_hello))),
+        (
+            "helloOfFile",
+            "Hello",
+            Message::Hello(Box::new(file_hello())),
+        ),
         ("state", "State", Message::State(Box::new(busy_state()))),
         (
             "stateOfFile",
