@@ -14,7 +14,7 @@ import { open, runAll, start, test } from "./harness.mjs";
 const SHOTS = process.env.TAXEL_SCREENSHOTS;
 // Keys within this time after a step do nothing: nobody has read yet what they would do.
 const READ_MS = 350;
-const STEP_MS = 40000;
+const STEP_MS = 120000;
 
 let sessions = 0;
 
@@ -42,6 +42,8 @@ async function at(page, wanted, name = null) {
   const shot = `grip-${name}-${wanted}`;
   if (SHOTS && !looked.has(shot)) {
     looked.add(shot);
+    // With a hand on it.
+    if (wanted === "hold") await sleep(1400);
     mkdirSync(SHOTS, { recursive: true });
     await page.screenshot({ path: path.join(SHOTS, `${shot}.png`), fullPage: name.startsWith("phone") });
   }
