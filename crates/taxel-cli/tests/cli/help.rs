@@ -175,7 +175,7 @@ fn flags_of_calibrate() {
           --residuals <FILE>      Where to write what is read of each press beside its label, by fits
                                   without it and by the fit of all (.csv)
           --picture <FILE>        Where to draw residuals, how many their intervals hold, gain of each
-                                  taxel and load law (.png, .svg)
+                                  taxel and load law (.png, .svg, .pdf)
           --folds <N>             Folds of the cross-validation by press [default: 5]
           --transpose             The recordings have rows and columns swapped
           --json                  Print the report as JSON
@@ -296,7 +296,7 @@ fn flags_of_plot() {
           --rows <N>                       Rows of a frame, where there is no sensor
           --no-tare                        Leave the recording's tare on
           --transpose                      The file has rows and columns swapped
-      -o, --output <FILE>                  Where to write the picture (.png, .svg)
+      -o, --output <FILE>                  Where to write the picture (.png, .svg, .pdf)
       -h, --help                           Print help (see more with '--help')
 
     Examples:
