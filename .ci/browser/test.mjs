@@ -464,7 +464,7 @@ test("a key right after a box was closed is not lost in it", async () => {
   const server = await live("sim:econe?hand");
   const page = await openLive(server);
   // In one go, before the browser takes the focus out of the closed box: with the next picture it does.
-  const opened = await page.evaluate(() => {
+  const opened = await page.evaluate(async () => {
     const dialog = document.getElementById("event-dialog");
     const press = (key) => document.activeElement.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true }));
     const field = document.getElementById("event-text");
@@ -473,10 +473,14 @@ test("a key right after a box was closed is not lost in it", async () => {
     dialog.close();
     // As Chromium leaves it until then.
     field.dispatchEvent(new KeyboardEvent("keydown", { key: "e", bubbles: true, cancelable: true }));
-    return { first, again: dialog.open };
+    const again = dialog.open;
+    // That the first one was closed is told to the page only now.
+    await new Promise((resolve) => dialog.addEventListener("close", () => setTimeout(resolve), { once: true }));
+    return { first, again, kept: document.activeElement === field };
   });
   check(opened.first, "the key e does not open the box with its field");
   check(opened.again, "the key e, pressed as soon as the box is closed, is lost");
+  check(opened.kept, "the box that was opened again loses the focus when the page hears that it was closed before");
 });
 
 test("keys of a letter can be turned off, and stay off", async () => {

@@ -77,13 +77,17 @@ export function contextOf(canvas) {
 export function openDialog(dialog) {
   // A box gives the focus back to what had it. Where nothing had, it would keep it until the next picture, and swallow
   // the keys until then.
-  const nothing = document.activeElement === null || document.activeElement === document.body;
+  const { activeElement } = document;
+  const nothing = activeElement === null || activeElement === document.body || dialog.contains(activeElement);
   if (nothing) {
     const letGo = () => {
+      // That a box was closed is told later; by then it may be open again, with its field in use.
+      if (dialog.open) return;
+      dialog.removeEventListener("close", letGo);
       const { activeElement } = document;
       if (activeElement instanceof HTMLElement && dialog.contains(activeElement)) activeElement.blur();
     };
-    dialog.addEventListener("close", letGo, { once: true });
+    dialog.addEventListener("close", letGo);
   }
   dialog.showModal();
 }
