@@ -46,6 +46,7 @@ pub mod sensor_source;
 pub mod session;
 pub mod standard_error;
 pub mod tare;
+pub mod text_file;
 pub mod training_set;
 pub mod units;
 

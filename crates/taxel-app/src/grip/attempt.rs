@@ -4,9 +4,9 @@ use std::path::Path;
 
 use taxel::sensor::Region;
 use taxel::{Frame, Newtons, Sensor};
+use taxel_server::GripMeasured;
 
 use super::protocol::Protocol;
-use super::record::KeptMeasured;
 use crate::error::Error;
 use crate::measure::{ForceOverTime, Measured, Measurement, Settings, Trial};
 use crate::reporter::Silent;
@@ -82,7 +82,7 @@ impl AttemptFile<'_> {
     }
 
     /// What it came to, fast and without intervals.
-    pub(super) fn look(&self) -> Result<KeptMeasured, Error> {
+    pub(super) fn look(&self) -> Result<GripMeasured, Error> {
         let measurement = self.measurement(&[], false)?;
         let Some(trial) = strongest(&measurement) else {
             return Err(Error::Request {
@@ -101,14 +101,14 @@ impl AttemptFile<'_> {
             });
         }
         let plateau = force.plateau.as_ref();
-        Ok(KeptMeasured {
-            max_newtons: force.peak_n.value,
-            plateau_newtons: plateau.map(|plateau| plateau.mean_n.value),
-            variation_percent: plateau.map(|plateau| plateau.variation_percent),
-            time_to_peak_secs: force.time_to_peak_s,
-            total_newtons: trial.forces[0].peak_n.value,
-            doubts: self.doubts(&measurement, trial),
-        })
+        let mut measured = GripMeasured::default();
+        measured.max_newtons = force.peak_n.value;
+        measured.plateau_newtons = plateau.map(|plateau| plateau.mean_n.value);
+        measured.variation_percent = plateau.map(|plateau| plateau.variation_percent);
+        measured.time_to_peak_secs = force.time_to_peak_s;
+        measured.total_newtons = trial.forces[0].peak_n.value;
+        measured.doubts = self.doubts(&measurement, trial);
+        Ok(measured)
     }
 
     /// What makes it doubtful, in words.

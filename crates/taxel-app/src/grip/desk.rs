@@ -11,6 +11,7 @@ use taxel_server::{GripPhase, GripSession, GripStep, GripTrial, Refused, Reply, 
 
 use super::protocol::{Hand, Planned, Protocol};
 use super::record::{Attempt, GripRecord, Verdict, id_problem};
+use super::results::force_of;
 use super::watch::Watch;
 use crate::error::Error;
 use crate::session::{Guide, Session};
@@ -173,14 +174,6 @@ impl Desk {
 
     pub(super) fn session(&self) -> MutexGuard<'_, Option<Session>> {
         self.session.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// What forces are spoken of.
-    fn force(&self) -> &'static str {
-        match self.settings.sensor.handle() {
-            Some(_) => "grip force",
-            None => "total normal force",
-        }
     }
 
     fn begin(&self, person: &str, note: &str) -> Result<Reply, Refused> {
@@ -367,7 +360,7 @@ impl Guide for Desk {
             let mut shown = GripTrial::planned(planned.hand.shown(), planned.number);
             shown.repeats = known.record.repeats(*planned);
             let measured = attempt.and_then(|attempt| attempt.measured.as_ref());
-            shown.accepted = measured.map(|measured| measured.shown());
+            shown.accepted = measured.cloned();
             shown
         };
         let now = Instant::now();
@@ -384,8 +377,8 @@ impl Guide for Desk {
             .clone()
             .find(|attempt| attempt.verdict == Verdict::Open);
         let measured = open.and_then(|attempt| attempt.measured.as_ref());
-        state.measured = measured.map(|measured| measured.shown());
-        state.protocol = protocol.shown(self.force());
+        state.measured = measured.cloned();
+        state.protocol = protocol.shown(force_of(&self.settings.sensor));
         state.warnings.clone_from(&known.warnings);
         state.trouble.clone_from(&known.trouble);
         state.is_resumed = known.is_resumed;

@@ -35,7 +35,7 @@ use conduct::Conductor;
 use desk::Desk;
 pub use desk::GripSettings;
 pub use protocol::{Counts, Hand, Planned, Protocol};
-pub use record::{Attempt, GripRecord, KeptMeasured, Verdict, id_problem};
+pub use record::{Attempt, GripRecord, Verdict, id_problem};
 pub use results::{Force, GripResults, HandResult, TrialResult};
 pub use retest::RetestStudy;
 

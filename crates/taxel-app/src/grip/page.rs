@@ -1,13 +1,14 @@
 //! The one page of a grip session.
 
 use taxel::Sensor;
+use taxel::frame::STANDARD_GRAVITY;
 use taxel_plot::cells;
 use taxel_plot::report::{Report, Section, Table};
 
 use super::pictures;
 use super::protocol::{Counts, Hand};
 use super::record::GripRecord;
-use super::results::{Force, GRAVITY, GripResults, HandResult, NOISE_ALONE, TrialResult};
+use super::results::{Force, GripResults, HandResult, NOISE_ALONE, TrialResult};
 use super::trial::MeasuredTrial;
 use crate::calibration_age::calibration_history;
 use crate::error::Error;
@@ -153,8 +154,8 @@ fn summary(record: &GripRecord, results: &GripResults) -> Table {
         table.push(cells![
             hand.hand.word(),
             hand.trials.len(),
-            with_interval(results, hand.best, GRAVITY),
-            with_interval(results, hand.mean, GRAVITY),
+            with_interval(results, hand.best, STANDARD_GRAVITY),
+            with_interval(results, hand.mean, STANDARD_GRAVITY),
             with_interval(results, hand.best, 1.0),
             with_interval(results, hand.mean, 1.0),
             hand.spread_newtons.map(|spread| format!("{spread:.1}")),
@@ -196,7 +197,7 @@ fn trial_table(results: &GripResults) -> Table {
         cells![
             hand.word(),
             trial.number,
-            rounded(trial.max.newtons / GRAVITY),
+            rounded(trial.max.newtons / STANDARD_GRAVITY),
             with_interval(results, trial.max, 1.0),
             with_interval(results, trial.total, 1.0),
             plateau.map(|plateau| with_interval(results, plateau, 1.0)),

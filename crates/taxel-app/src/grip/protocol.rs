@@ -4,10 +4,10 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use taxel_io::bounded;
 use taxel_server::{GripHand, GripProtocol};
 
 use crate::error::Error;
+use crate::text_file;
 
 /// The longest protocol, bytes.
 const MAX: u64 = 64 << 10;
@@ -124,15 +124,7 @@ impl Protocol {
     /// # Errors
     /// A file that cannot be read, is no TOML, has another key, or asks for what cannot be done.
     pub fn of_file(file: &Path) -> Result<Self, Error> {
-        let text = bounded::read_text(file, MAX).map_err(|source| taxel_io::Error::Open {
-            file: file.to_owned(),
-            source,
-        })?;
-        let text = text.ok_or_else(|| Error::TextLength {
-            file: file.to_owned(),
-            what: "a protocol",
-            limit: MAX,
-        })?;
+        let text = text_file::read(file, "a protocol", MAX)?;
         Self::from_toml(&text).map_err(|what| Error::Request {
             what: format!("{}: {what}", file.display()),
             hint: "docs/grip.md has every key of a protocol; those left out are as usual",

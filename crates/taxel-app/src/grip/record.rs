@@ -6,12 +6,13 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use serde::{Deserialize, Serialize};
 use taxel_acquire::simulated::ToldGrip;
-use taxel_io::{AtomicFile, bounded};
+use taxel_io::AtomicFile;
 use taxel_server::GripMeasured;
 
 use super::protocol::{Hand, Planned, Protocol};
 use crate::error::Error;
 use crate::session::time_stamp;
+use crate::text_file;
 
 /// The file that says how the session stands.
 const FILE: &str = "session.json";
@@ -70,7 +71,7 @@ pub struct Attempt {
     /// What a simulated person was told to do: the truth can be told from it.
     pub told: Option<ToldGrip>,
     /// What it came to, once it was measured.
-    pub measured: Option<KeptMeasured>,
+    pub measured: Option<GripMeasured>,
 }
 
 /// What the operator said of an attempt.
@@ -87,37 +88,6 @@ pub enum Verdict {
     Accepted,
     /// It does not count, for this reason.
     Repeated(String),
-}
-
-/// [`GripMeasured`], to be read again.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub struct KeptMeasured {
-    /// The largest force, newtons.
-    pub max_newtons: f64,
-    /// Mean over the plateau, newtons.
-    pub plateau_newtons: Option<f64>,
-    /// Coefficient of variation over it, %.
-    pub variation_percent: Option<f64>,
-    /// To the largest force, seconds.
-    pub time_to_peak_secs: f64,
-    /// The largest total normal force, newtons.
-    pub total_newtons: f64,
-    /// What makes it doubtful, in words.
-    pub doubts: Vec<String>,
-}
-
-impl KeptMeasured {
-    pub(super) fn shown(&self) -> GripMeasured {
-        let mut shown = GripMeasured::default();
-        shown.max_newtons = self.max_newtons;
-        shown.plateau_newtons = self.plateau_newtons;
-        shown.variation_percent = self.variation_percent;
-        shown.time_to_peak_secs = self.time_to_peak_secs;
-        shown.total_newtons = self.total_newtons;
-        shown.doubts.clone_from(&self.doubts);
-        shown
-    }
 }
 
 /// What is wrong with an id; `None` where it will do.
@@ -207,15 +177,7 @@ impl GripRecord {
     /// A file that is not there, or is none of these.
     pub fn read(folder: &Path) -> Result<Self, Error> {
         let file = folder.join(FILE);
-        let text = bounded::read_text(&file, MAX).map_err(|source| taxel_io::Error::Open {
-            file: file.clone(),
-            source,
-        })?;
-        let text = text.ok_or_else(|| Error::TextLength {
-            file: file.clone(),
-            what: "a grip session",
-            limit: MAX,
-        })?;
+        let text = text_file::read(&file, "a grip session", MAX)?;
         let record: Self = serde_json::from_str(&text).map_err(|error| Error::Request {
             what: format!("{}: {error}", file.display()),
             hint: "`taxel grip` writes it; a folder of a grip session has it beside its recordings",

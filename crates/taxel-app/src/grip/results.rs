@@ -14,9 +14,6 @@ use super::trial::MeasuredTrial;
 use crate::error::Error;
 use crate::figures::Figure;
 
-/// Standard gravity, m/s²: what makes kilograms of newtons.
-pub(super) const GRAVITY: f64 = 9.80665;
-
 /// What a session amounts to, for programs.
 pub(super) const FILE: &str = "results.json";
 /// Intervals that know no more.

@@ -3,15 +3,17 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use taxel::frame::STANDARD_GRAVITY;
 use taxel::stats::{Estimate, Retest};
-use taxel_io::bounded;
 use taxel_plot::report::{Figure, Report, Section, Table};
 use taxel_plot::{Line, LineStyle, Picture, Series, cells};
 
 use super::protocol::{Counts, Hand};
 use super::record::GripRecord;
-use super::results::{FILE as RESULTS, GRAVITY, GripResults};
+use super::results::{FILE as RESULTS, GripResults};
+use super::table::unwritten;
 use crate::error::Error;
+use crate::text_file;
 
 /// The longest results file, bytes.
 const MAX: u64 = 16 << 20;
@@ -168,7 +170,7 @@ impl RetestStudy {
             ],
         );
         for (hand, retest) in hands {
-            let kilograms = |newtons: f64| format!("{:.2}", newtons / GRAVITY);
+            let kilograms = |newtons: f64| format!("{:.2}", newtons / STANDARD_GRAVITY);
             table.push(cells![
                 hand.word(),
                 retest.persons,
@@ -220,12 +222,8 @@ impl RetestStudy {
     /// None that data could cause.
     pub fn csv(&self) -> Result<Vec<u8>, Error> {
         let mut out = csv::Writer::from_writer(Vec::new());
-        let unwritten = |error: String| Error::Request {
-            what: error,
-            hint: "the table could not be written",
-        };
         out.write_record(["person", "hand", "session", "newtons"])
-            .map_err(|error| unwritten(error.to_string()))?;
+            .map_err(unwritten)?;
         for (hand, persons) in &self.values {
             for (person, values) in persons {
                 for (session, newtons) in values.iter().enumerate() {
@@ -235,13 +233,11 @@ impl RetestStudy {
                         (session + 1).to_string(),
                         newtons.to_string(),
                     ];
-                    out.write_record(line)
-                        .map_err(|error| unwritten(error.to_string()))?;
+                    out.write_record(line).map_err(unwritten)?;
                 }
             }
         }
-        out.into_inner()
-            .map_err(|error| unwritten(error.to_string()))
+        out.into_inner().map_err(unwritten)
     }
 }
 
@@ -355,15 +351,7 @@ fn read(folder: &Path) -> Result<Option<Session>, Error> {
     if !record.is_finished || !file.exists() {
         return Ok(None);
     }
-    let text = bounded::read_text(&file, MAX).map_err(|source| taxel_io::Error::Open {
-        file: file.clone(),
-        source,
-    })?;
-    let text = text.ok_or_else(|| Error::TextLength {
-        file: file.clone(),
-        what: "results of a grip session",
-        limit: MAX,
-    })?;
+    let text = text_file::read(&file, "results of a grip session", MAX)?;
     let results = serde_json::from_str(&text).map_err(|error| Error::Request {
         what: format!("{}: {error}", file.display()),
         hint: "`taxel grip` writes it",

@@ -1,7 +1,9 @@
 //! A line a trial, for statistics.
 
+use taxel::frame::STANDARD_GRAVITY;
+
 use super::protocol::Hand;
-use super::results::{Force, GRAVITY, GripResults, TrialResult};
+use super::results::{Force, GripResults, TrialResult};
 use crate::error::Error;
 
 /// A column: its name, and what it says of a trial.
@@ -12,7 +14,9 @@ const COLUMNS: [Column; 19] = [
     ("trial", |trial| trial.number.to_string()),
     ("max_n", |trial| trial.max.newtons.to_string()),
     ("max_error_n", |trial| half(Some(trial.max))),
-    ("max_kg", |trial| (trial.max.newtons / GRAVITY).to_string()),
+    ("max_kg", |trial| {
+        (trial.max.newtons / STANDARD_GRAVITY).to_string()
+    }),
     ("total_n", |trial| trial.total.newtons.to_string()),
     ("total_error_n", |trial| half(Some(trial.total))),
     ("plateau_n", |trial| {
@@ -86,7 +90,7 @@ fn line_of(results: &GripResults, hand: Hand, trial: &TrialResult, parts: &[&str
     line
 }
 
-fn unwritten(error: impl std::fmt::Display) -> Error {
+pub(super) fn unwritten(error: impl std::fmt::Display) -> Error {
     Error::Request {
         what: error.to_string(),
         hint: "the table could not be written",

@@ -5,9 +5,9 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use taxel::Sensor;
 use taxel::sensor::{Region, RegionSpec};
-use taxel_io::bounded;
 
 use crate::error::Error;
+use crate::text_file;
 
 /// The longest file of regions, bytes: as long as a sensor file.
 const MAX: u64 = 2 << 20;
@@ -32,15 +32,7 @@ pub fn regions_to_toml(regions: &[RegionSpec]) -> String {
 /// # Errors
 /// A file that cannot be read, is no TOML, has another key, names no region, or one that the sensor cannot have.
 pub fn regions_of_file(file: &Path, sensor: &Sensor) -> Result<Vec<Region>, Error> {
-    let text = bounded::read_text(file, MAX).map_err(|source| taxel_io::Error::Open {
-        file: file.to_owned(),
-        source,
-    })?;
-    let text = text.ok_or_else(|| Error::TextLength {
-        file: file.to_owned(),
-        what: "a file of regions",
-        limit: MAX,
-    })?;
+    let text = text_file::read(file, "a file of regions", MAX)?;
     let read: RegionsFile = toml::from_str(&text).map_err(|source| Error::Request {
         what: format!("{}: {}", file.display(), source.to_string().trim_end()),
         hint: "a [[region]] each, with `name`, and `boxes` or `outline`",

@@ -5,6 +5,7 @@ mod compare;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use taxel::frame::STANDARD_GRAVITY;
 use taxel_acquire::Address;
 use taxel_app::grip::{GripDesk, GripSettings, Protocol, id_problem};
 use taxel_app::sensor_source;
@@ -14,8 +15,6 @@ use crate::enter::{Enter, NoEnter};
 use crate::error::Error;
 use crate::{Exit, interrupt, out};
 
-/// Newtons of a kilogram's weight.
-const GRAVITY: f64 = 9.80665;
 /// How often the session is looked at.
 const TURN: Duration = Duration::from_millis(50);
 
@@ -293,7 +292,7 @@ fn words(state: &GripSession) -> String {
 fn review(measured: &GripMeasured) -> String {
     let mut text = format!(
         "largest {:.1} kg ({:.0} N), after {:.1} s",
-        measured.max_newtons / GRAVITY,
+        measured.max_newtons / STANDARD_GRAVITY,
         measured.max_newtons,
         measured.time_to_peak_secs
     );

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::PathBuf;
-use std::process::{Child, ChildStderr, Command, Stdio};
+use std::process::{Child, ChildStderr};
 
 use serde_json::Value;
 
@@ -22,14 +22,7 @@ struct Operated {
 
 impl Operated {
     fn begin(folder: &Folder, words: &str) -> Self {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_taxel"))
-            .args(words.split_whitespace())
-            .current_dir(folder.path(""))
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
+        let mut child = folder.spawn(words);
         let said = BufReader::new(child.stderr.take().unwrap());
         Self {
             child,

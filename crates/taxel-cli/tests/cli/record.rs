@@ -12,14 +12,7 @@ const SIM: &str = "sim:sensor.toml?uniform";
 
 /// `taxel` with these bytes on standard input, which then ends.
 fn fed(folder: &Folder, words: &str, bytes: &[u8]) -> Run {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_taxel"))
-        .args(words.split_whitespace())
-        .current_dir(folder.path(""))
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut child = folder.spawn(words);
     let _ = child.stdin.take().unwrap().write_all(bytes);
     Run::from(child.wait_with_output().unwrap())
 }

@@ -4,7 +4,7 @@ use std::fmt;
 use std::fs;
 use std::io::Write;
 use std::path::PathBuf;
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 
 use tempfile::TempDir;
 
@@ -79,7 +79,7 @@ impl Folder {
     }
 
     /// Whether a program is writing a file in it that has not its name yet: one without any, or a hidden one.
-    pub fn is_written_by(&self, child: &std::process::Child) -> bool {
+    pub fn is_written_by(&self, child: &Child) -> bool {
         let open = fs::read_dir(format!("/proc/{}/fd", child.id()));
         let folder = fs::canonicalize(self.folder.path()).unwrap();
         let nameless = open.into_iter().flatten().flatten().any(|file| {
@@ -95,14 +95,9 @@ impl Folder {
         numbers(&self.read(name))
     }
 
-    /// Runs `taxel` with these words, separated by spaces.
-    pub fn taxel(&self, words: &str) -> Run {
-        self.taxel_with(words, "")
-    }
-
-    /// The same with something on standard input.
-    pub fn taxel_with(&self, words: &str, input: &str) -> Run {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_taxel"))
+    /// Starts `taxel` with these words, separated by spaces; all that goes in and out is piped.
+    pub fn spawn(&self, words: &str) -> Child {
+        Command::new(env!("CARGO_BIN_EXE_taxel"))
             .args(words.split_whitespace())
             .current_dir(self.folder.path())
             .env("COLUMNS", "100")
@@ -110,7 +105,17 @@ impl Folder {
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
-            .unwrap();
+            .unwrap()
+    }
+
+    /// Runs `taxel` with these words, separated by spaces.
+    pub fn taxel(&self, words: &str) -> Run {
+        self.taxel_with(words, "")
+    }
+
+    /// The same with something on standard input.
+    pub fn taxel_with(&self, words: &str, input: &str) -> Run {
+        let mut child = self.spawn(words);
         // It may well end without reading all of it.
         let _ = child.stdin.take().unwrap().write_all(input.as_bytes());
         Run::from(child.wait_with_output().unwrap())

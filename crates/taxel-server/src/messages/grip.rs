@@ -1,6 +1,6 @@
 //! How a grip session stands, as part of the message `state`.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A grip session: one person, one operator, trial after trial.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
@@ -102,7 +102,7 @@ impl GripTrial {
 }
 
 /// What a trial came to. Forces are those that the protocol speaks of: grip force on a handle, else the total.
-#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct GripMeasured {
     /// The largest force, newtons.

@@ -6,7 +6,7 @@ use std::path::Path;
 use taxel::stats::{mean, standard_deviation, student_quantile};
 
 use crate::error::Error;
-use taxel_io::bounded;
+use taxel_app::text_file;
 
 /// The longest file of points, bytes: half a million lines.
 const MAX: u64 = 4 << 20;
@@ -25,16 +25,7 @@ pub(super) struct Points {
 impl Points {
     /// Reads them. A first line without numbers is a header; a third column names the replicate and is not used.
     pub(super) fn read(file: &Path, volts_per_count: Option<f64>) -> Result<Self, Error> {
-        let text = bounded::read_text(file, MAX);
-        let text = text.map_err(|source| taxel_io::Error::Open {
-            file: file.to_owned(),
-            source,
-        })?;
-        let text = text.ok_or_else(|| taxel_app::Error::TextLength {
-            file: file.to_owned(),
-            what: "a file of points",
-            limit: MAX,
-        })?;
+        let text = text_file::read(file, "a file of points", MAX)?;
         let scale = volts_per_count.unwrap_or(1.0);
         let mut by_n: BTreeMap<u64, (f64, Vec<f64>)> = BTreeMap::new();
         for (i, line) in text

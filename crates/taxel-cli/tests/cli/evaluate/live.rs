@@ -129,17 +129,10 @@ fn what_cannot_be_measured_live_is_refused() {
 #[test]
 fn ctrl_c_ends_the_wait_for_enter() {
     use std::io::{BufRead, BufReader};
-    use std::process::{Command, Stdio};
+    use std::process::Command;
 
     let folder = unmade();
-    let mut child = Command::new(env!("CARGO_BIN_EXE_taxel"))
-        .args(LIVE.split_whitespace())
-        .current_dir(folder.path(""))
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut child = folder.spawn(LIVE);
     // Standard input stays open: nobody presses Enter, and nobody has gone.
     let input = child.stdin.take();
     let mut err = BufReader::new(child.stderr.take().unwrap());
