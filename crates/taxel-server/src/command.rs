@@ -59,6 +59,33 @@ pub enum Command {
         /// How.
         step: GripStep,
     },
+    /// Go on with the guided calibration.
+    Calibrate {
+        /// How.
+        step: CalibrationStep,
+    },
+}
+
+/// What the operator of a guided calibration does, `is` in its JSON.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(tag = "is", rename_all = "kebab-case", deny_unknown_fields)]
+#[non_exhaustive]
+pub enum CalibrationStep {
+    /// What was to be done is done: all is taken off, or other things lie on the sensor.
+    Ready,
+    /// What presses now stands on the taxel where it is seen: take it there.
+    Here,
+    /// Take another taxel, load or kind of press instead of the one that is asked for.
+    Skip,
+    /// Press with another of the loads that there are.
+    Load {
+        /// Which, grams.
+        load_g: f64,
+    },
+    /// The last press was none: forget it, and ask again.
+    Undo,
+    /// End with the presses that there are.
+    Finish,
 }
 
 /// What the operator of a grip session does, `is` in its JSON.

@@ -19,15 +19,16 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use tokio::sync::{Semaphore, broadcast, oneshot, watch};
 
-pub use command::{Command, GripStep, Watched};
+pub use command::{CalibrationStep, Command, GripStep, Watched};
 pub use frame::FrameMessage;
 use frame::Sent;
 pub use guard::{random_token, token_problem};
 pub use messages::{
-    Answer, BadLines, Details, DeviceState, DeviceStatus, Event, FigureDetails, FileFacts,
-    GripHand, GripMeasured, GripPhase, GripProtocol, GripSession, GripTrial, Hello, Latency,
-    MarkMeaning, Message, PROTOCOL, Player, RecordingStatus, Refused, Reply, SensorFacts, Severity,
-    Slider, SliderKind, SourceFacts, SourceKind, State, TareStatus, TaxelDetails, mark_meanings,
+    Answer, AskedPress, BadLines, CalibrationPhase, CalibrationSession, Details, DeviceState,
+    DeviceStatus, Event, FigureDetails, FileFacts, GripHand, GripMeasured, GripPhase, GripProtocol,
+    GripSession, GripTrial, HeldOutError, Hello, Latency, MarkMeaning, Message, PROTOCOL, Player,
+    RecordingStatus, Refused, Reply, SeenPress, SensorFacts, Severity, Slider, SliderKind,
+    SourceFacts, SourceKind, State, TakenPress, TareStatus, TaxelDetails, mark_meanings,
 };
 
 /// Whether a text is a request that a viewer may make. For the fuzz targets.

@@ -3,10 +3,14 @@
 //!
 //! On the wire each is a JSON object whose `kind` says which it is.
 
+mod calibration;
 mod grip;
 mod hello;
 mod state;
 
+pub use calibration::{
+    AskedPress, CalibrationPhase, CalibrationSession, HeldOutError, SeenPress, TakenPress,
+};
 pub use grip::{GripHand, GripMeasured, GripPhase, GripProtocol, GripSession, GripTrial};
 pub use hello::{
     FileFacts, Hello, MarkMeaning, SensorFacts, Severity, Slider, SliderKind, SourceFacts,

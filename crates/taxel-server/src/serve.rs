@@ -37,6 +37,7 @@ pub(crate) async fn serve(
         .route("/", get(page))
         .route("/model", get(model_page))
         .route("/grip", get(grip_page))
+        .route("/calibrate", get(calibrate_page))
         .route("/results/{name}", get(result_file))
         .route("/assets/{*path}", get(asset))
         .route("/live", get(live))
@@ -109,6 +110,10 @@ async fn model_page(State(shared): State<Arc<Shared>>, request: Request) -> Resp
 
 async fn grip_page(State(shared): State<Arc<Shared>>, request: Request) -> Response {
     page_of("grip.html", &shared, &request)
+}
+
+async fn calibrate_page(State(shared): State<Arc<Shared>>, request: Request) -> Response {
+    page_of("calibrate.html", &shared, &request)
 }
 
 /// A file of results, from a thread that may wait for the disk.

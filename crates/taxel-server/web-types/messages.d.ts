@@ -83,7 +83,91 @@ declare namespace Wire {
     bad_lines: BadLines;
     /** null where there is no grip session. */
     grip: GripSession | null;
+    /** null where there is no guided calibration. */
+    calibration: CalibrationSession | null;
   }
+
+  /** Press after press, until more gain nothing. */
+  interface CalibrationSession {
+    phase: CalibrationPhase;
+    /** What is to be pressed now; null where nothing is. */
+    asked: AskedPress | null;
+    /** What presses now; null where nothing does. */
+    seen: SeenPress | null;
+    /** All presses that were taken, in order. */
+    presses: TakenPress[];
+    /** How good the calibration was after so many presses, in order. */
+    progress: HeldOutError[];
+    /** Whether more presses gain nothing any more. */
+    is_enough: boolean;
+    /** What the calibration says of itself, in words; may be empty. */
+    advice: string;
+    /** Presses before which it is not asked whether that is enough. */
+    least_presses: number;
+    /** The loads that there are, grams, ascending. */
+    loads_g: number[];
+    sensor: string;
+    folder: string;
+    /** Where the calibrated sensor goes. */
+    output: string;
+    /** What makes the result doubtful, in words. */
+    warnings: string[];
+    /** Why something did not work; empty where all did. */
+    trouble: string;
+    is_resumed: boolean;
+    is_simulated: boolean;
+    /** To be fetched from /results/; empty before the calibration has ended. */
+    files: string[];
+  }
+
+  type CalibrationPhase =
+    | "empty" | "reading" | "others" | "press" | "elsewhere" | "taking" | "off" | "finishing" | "done";
+
+  interface AskedPress {
+    /** From 0; null (both) where the whole sensor is to be loaded evenly. */
+    row: number | null;
+    column: number | null;
+    /** On that taxel, or on each taxel, grams. */
+    load_g: number;
+    /** Other things lie on the sensor meanwhile. */
+    is_among_others: boolean;
+    /** Why this one, in words. */
+    why: string;
+    /** It was pressed before, and the others contradict it. */
+    is_again: boolean;
+  }
+
+  interface SeenPress {
+    /** The taxel that is pressed most, from 0. */
+    row: number;
+    column: number;
+    is_there: boolean;
+    /** 0 to 1: how far it stands. */
+    standing: number;
+    /** What is wrong with it, in words; empty where nothing is. */
+    problem: string;
+  }
+
+  interface TakenPress {
+    /** What was asked for, at the taxel where it stood. */
+    asked: AskedPress;
+    /** What the calibration without this press says of it, grams. */
+    says_g: number | null;
+    /** Why it is left out; empty where it counts. */
+    left_out: string;
+  }
+
+  /** How good the calibration was after so many presses. */
+  interface HeldOutError {
+    presses: number;
+    /** Grams; null as long as nothing could be fitted. */
+    mean_absolute_g: number | null;
+    standard_error_g: number;
+  }
+
+  /** `is` and what belongs to it, in `{ do: "calibrate", step }`. */
+  type CalibrationStep =
+    | { is: "ready" } | { is: "here" } | { is: "skip" } | { is: "load"; load_g: number } | { is: "undo" } | { is: "finish" };
 
   /** One person, one operator, trial after trial. */
   interface GripSession {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::GripSession;
+use super::{CalibrationSession, GripSession};
 
 /// How things stand, twice a second and after every change.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
@@ -42,6 +42,8 @@ pub struct State {
     pub bad_lines: BadLines,
     /// The grip session, where there is one.
     pub grip: Option<Box<GripSession>>,
+    /// The guided calibration, where there is one.
+    pub calibration: Option<Box<CalibrationSession>>,
 }
 
 /// How it stands with the source.

@@ -93,6 +93,7 @@ fn busy_state() -> State {
         .into(),
         bad_lines: BadLines::new(vec![1], vec![0, 2]),
         grip: None,
+        calibration: None,
     }
 }
 
