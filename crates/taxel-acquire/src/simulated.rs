@@ -1,6 +1,7 @@
 //! A virtual sensor that scans in real time: a source of frames without hardware, with knobs.
 
 mod person;
+mod presser;
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
@@ -13,6 +14,7 @@ use crate::Error;
 use crate::protocol::LinkStats;
 use crate::transport::{Receiver, State};
 pub use person::{DRAWN_RATE, Person, ToldGrip};
+pub use presser::{LaidLoads, Presser};
 
 /// What can be turned while it runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,6 +86,7 @@ pub struct Simulated {
     frames_per_second: Option<f64>,
     parameters: Arc<Mutex<SimulationParameters>>,
     person: Person,
+    presser: Presser,
 }
 
 impl Simulated {
@@ -105,6 +108,7 @@ impl Simulated {
             frames_per_second,
             parameters: Arc::new(Mutex::new(SimulationParameters::of(sensor))),
             person: Person::default(),
+            presser: Presser::default(),
         })
     }
 
@@ -117,6 +121,11 @@ impl Simulated {
     pub fn person(&self) -> Option<Person> {
         let grips = matches!(self.pattern.kind, PatternKind::Grip { .. });
         grips.then(|| self.person.clone())
+    }
+
+    /// Who lays weights on the sensor, to be told which; as long as nobody is told anything, the pattern presses.
+    pub fn presser(&self) -> Presser {
+        self.presser.clone()
     }
 
     /// Scans until it is stopped. Patterns were drawn for 100 frames a second: at another rate they move as fast.
@@ -152,7 +161,8 @@ impl Simulated {
             };
             let shape = person::drawn_frame(secs);
             let array = self.sensor.array();
-            let told_to = self.person.loads(array, self.seed, secs);
+            let laid = self.presser.loads(array, secs);
+            let told_to = laid.or_else(|| self.person.loads(array, self.seed, secs));
             let loads = told_to.unwrap_or_else(|| self.pattern.loads(array, self.seed, shape));
             let mut counts = virtual_sensor.read(&loads, number).counts;
             if let Some(rate) = self.frames_per_second {

@@ -32,16 +32,37 @@ pub fn of(calibration: &Calibration) -> Result<Picture, Error> {
     let most_g = loads.clone().fold(1.0, f64::max);
     let usual_g = median(loads.filter(|g| *g > 0.0)).unwrap_or(1.0);
     let pictures = vec![
-        residuals(&held_out, &fitted, most_g, sensor)?,
+        residuals(&held_out, &fitted, most_g, sensor)?.picture()?,
         coverage(&held_out, &fitted)?,
         gains(sensor, &law, usual_g)?,
-        the_law(sensor, &law, most_g)?,
+        the_law(sensor, &law, most_g)?.picture()?,
     ];
     let name = match sensor.name() {
         "" => "Calibration".to_owned(),
         name => format!("Calibration of {name}"),
     };
     Ok(Board::new(pictures)?.title(name).picture())
+}
+
+/// What is left of the presses, and the law, each in a picture of that size, pixels.
+///
+/// # Errors
+/// As [`of`].
+pub fn small(
+    calibration: &Calibration,
+    (width, height): (f64, f64),
+) -> Result<[Picture; 2], Error> {
+    let sensor = &calibration.sensor;
+    let law = LoadLaw::from_sensor(sensor)?;
+    let (held_out, fitted): (Vec<_>, Vec<_>) =
+        calibration.residuals.iter().partition(|r| r.held_out);
+    let loads = calibration.residuals.iter().map(|r| r.load_g);
+    let most_g = loads.fold(1.0, f64::max);
+    let residuals = residuals(&held_out, &fitted, most_g, sensor)?;
+    let law = the_law(sensor, &law, most_g)?;
+    // Their captions say more there.
+    let small = |series: Series| series.title("").caption("").size(width, height).picture();
+    Ok([small(residuals)?, small(law)?])
 }
 
 /// Half of what is stated to hold 95 %, grams, without noise.
@@ -62,7 +83,7 @@ fn residuals(
     fitted: &[&PressResidual],
     most_g: f64,
     sensor: &Sensor,
-) -> Result<Picture, Error> {
+) -> Result<Series, Error> {
     let loads = curve(most_g);
     let all = || held_out.iter().chain(fitted);
     let widest = all().map(|r| r.half_width_95_g).fold(0.0, f64::max);
@@ -105,7 +126,7 @@ fn residuals(
         .quantity("read − label")
         .unit("g")
         .caption(caption);
-    Ok(series.picture()?)
+    Ok(series)
 }
 
 fn coverage(held_out: &[&PressResidual], fitted: &[&PressResidual]) -> Result<Picture, Error> {
@@ -181,7 +202,7 @@ fn gains(sensor: &Sensor, law: &LoadLaw, usual_g: f64) -> Result<Picture, Error>
 }
 
 /// The law of the taxel whose gain is in the middle, between the loads that an interval allows.
-fn the_law(sensor: &Sensor, law: &LoadLaw, most_g: f64) -> Result<Picture, Error> {
+fn the_law(sensor: &Sensor, law: &LoadLaw, most_g: f64) -> Result<Series, Error> {
     let loads = curve(most_g);
     let taxels = 0..sensor.rows() * sensor.columns();
     let mut by_gain: Vec<(f64, usize)> = taxels
@@ -217,5 +238,5 @@ fn the_law(sensor: &Sensor, law: &LoadLaw, most_g: f64) -> Result<Picture, Error
         .title("What a taxel of middling gain conducts")
         .quantity("conductance")
         .unit("S");
-    Ok(series.picture()?)
+    Ok(series)
 }

@@ -11,6 +11,7 @@
 //! | [`batch`] | from an archive of recordings to loads, figures and one table |
 //! | [`measure`] | from a recording to forces over time, trial by trial |
 //! | [`grip`] | a grip session: one operator, one person, trial after trial, one page |
+//! | [`guided`] | a guided calibration: which taxel to press with what, press after press, to a certificate |
 //! | [`conversion`] | from a recording to files of numbers, on all cores |
 //! | [`chain`] | from frames of a file to numbers in a unit, one frame at a time |
 //! | [`frames`] | files of frames by their extension |
@@ -21,6 +22,7 @@
 
 pub mod batch;
 pub mod calibration_age;
+pub mod calibration_certificate;
 pub mod calibration_picture;
 pub mod carry;
 pub mod chain;
@@ -33,6 +35,7 @@ pub mod figures;
 pub mod fingerprint;
 pub mod frames;
 pub mod grip;
+pub mod guided;
 pub mod identify;
 pub mod in_order;
 pub mod line_survey;

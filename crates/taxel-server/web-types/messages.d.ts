@@ -315,6 +315,7 @@ declare namespace Wire {
     | { do: "speed"; factor: number }
     | { do: "watch"; taxels: [number, number][]; figures: boolean }
     | { do: "grip"; step: GripStep }
+    | { do: "calibrate"; step: CalibrationStep }
     | { do: "rate"; frames_per_second: number }
     | { do: "got"; sequence: number };
 

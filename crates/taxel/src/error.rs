@@ -351,6 +351,16 @@ pub enum Error {
         /// Fewest that a fit is tried with.
         needed: usize,
     },
+    /// Loads that no calibration can be planned with.
+    #[error(
+        "presses of {loads_g:?} g on {taxels} taxels tell no load law\nhint: two different loads above nothing at the least, and a taxel that is not on a dead line"
+    )]
+    NoPressPlan {
+        /// The loads, grams.
+        loads_g: Vec<f64>,
+        /// Taxels that could be pressed.
+        taxels: usize,
+    },
     /// Presses that are all of one load.
     #[error(
         "all {presses} presses are labelled {load_g} g, but a load law needs several loads\nhint: label presses from the lightest to the heaviest that you will measure"

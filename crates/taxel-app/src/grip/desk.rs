@@ -7,14 +7,16 @@ use std::time::{Duration, Instant, SystemTime};
 
 use taxel::Sensor;
 use taxel_acquire::Address;
-use taxel_server::{GripPhase, GripSession, GripStep, GripTrial, Refused, Reply, ResultFile};
+use taxel_server::{
+    GripPhase, GripSession, GripStep, GripTrial, Refused, Reply, ResultFile, State,
+};
 
 use super::protocol::{Hand, Planned, Protocol};
 use super::record::{Attempt, GripRecord, Verdict, id_problem};
 use super::results::force_of;
 use super::watch::Watch;
 use crate::error::Error;
-use crate::session::{Guide, Session};
+use crate::session::{Guide, GuideStep, Session};
 
 /// The longest note and reason.
 const MAX_TEXT: usize = 500;
@@ -337,8 +339,9 @@ impl Desk {
     }
 }
 
-impl Guide for Desk {
-    fn state(&self) -> GripSession {
+impl Desk {
+    /// How it stands.
+    pub(super) fn state(&self) -> GripSession {
         let known = self.known();
         let protocol = &known.record.protocol;
         let (phase, until, lasts) = match &known.phase {
@@ -387,7 +390,7 @@ impl Guide for Desk {
         state
     }
 
-    fn step(&self, step: GripStep) -> Result<Reply, Refused> {
+    pub(super) fn go_on(&self, step: GripStep) -> Result<Reply, Refused> {
         match step {
             GripStep::Begin { person, note } => self.begin(&person, &note),
             GripStep::Zero { force } => self.zero(force),
@@ -404,6 +407,23 @@ impl Guide for Desk {
             GripStep::SkipRest => self.skip_rest(),
             GripStep::Finish => self.finish(),
             _ => Err(Refused::because("this program does not know that step")),
+        }
+    }
+}
+
+impl Guide for Desk {
+    fn name(&self) -> &'static str {
+        "a grip session"
+    }
+
+    fn tell(&self, state: &mut State) {
+        state.grip = Some(Box::new(self.state()));
+    }
+
+    fn step(&self, step: GuideStep) -> Result<Reply, Refused> {
+        match step {
+            GuideStep::Grip(step) => self.go_on(step),
+            _ => Err(Refused::because("this is a grip session")),
         }
     }
 

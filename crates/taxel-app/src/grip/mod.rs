@@ -30,7 +30,7 @@ use taxel_server::{GripSession, GripStep, Options as ServerOptions};
 
 use crate::error::Error;
 use crate::methods::MethodName;
-use crate::session::{Guide, Session, SessionOptions};
+use crate::session::{Session, SessionOptions, page_url};
 use conduct::Conductor;
 use desk::Desk;
 pub use desk::GripSettings;
@@ -99,10 +99,7 @@ impl GripDesk {
 
     /// The addresses of the operator's page; none without a server.
     pub fn urls(&self) -> Vec<String> {
-        let page = |url: &String| match url.split_once('?') {
-            Some((place, query)) => format!("{place}grip?{query}"),
-            None => format!("{url}grip"),
-        };
+        let page = |url: &String| page_url(url, "grip");
         self.urls.iter().map(page).collect()
     }
 
@@ -121,7 +118,7 @@ impl GripDesk {
     /// # Errors
     /// Why not, in words.
     pub fn step(&self, step: GripStep) -> Result<String, String> {
-        let done = self.desk.step(step);
+        let done = self.desk.go_on(step);
         if let Some(session) = self.desk.session().as_ref() {
             session.tell_viewers();
         }

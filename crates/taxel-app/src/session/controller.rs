@@ -17,7 +17,7 @@ use taxel_server::{
 use super::SessionOptions;
 use super::details::Details;
 use super::engine::EngineCommand;
-use super::guide::{Guide, changes_what_is_measured};
+use super::guide::{self, Guide, GuideStep};
 use super::recorder::{Owner, Recorder};
 use super::sliders::{Change, Simulation};
 use super::source::Controls;
@@ -307,7 +307,9 @@ impl ViewerBackend for LiveController {
 
     fn state(&self, viewers: usize) -> State {
         let mut state = self.status.state(viewers);
-        state.grip = self.guide.as_ref().map(|guide| Box::new(guide.state()));
+        if let Some(guide) = &self.guide {
+            guide.tell(&mut state);
+        }
         state
     }
 
@@ -329,16 +331,12 @@ impl ViewerBackend for LiveController {
     }
 
     fn command(&self, command: Command) -> Result<Reply, Refused> {
-        if self.guide.is_some() && changes_what_is_measured(&command) {
-            return Err(Refused::because(
-                "a grip session goes on, which zeroes and records by itself",
-            ));
-        }
+        guide::check(self.guide.as_deref(), &command)?;
         match command {
-            Command::Grip { step } => match &self.guide {
-                Some(guide) => guide.step(step),
-                None => Err(Refused::because("this is no grip session")),
-            },
+            Command::Grip { step } => guide::go_on(self.guide.as_deref(), GuideStep::Grip(step)),
+            Command::Calibrate { step } => {
+                guide::go_on(self.guide.as_deref(), GuideStep::Calibration(step))
+            }
             Command::Tare { force } => self.tare(force),
             Command::Untare => {
                 self.command(EngineCommand::Untare);

@@ -132,7 +132,7 @@ impl Engine {
                 continue;
             }
             let figures = self.solve(&arrived);
-            self.show_observer(arrived.at, &figures);
+            self.show_observer(&arrived, &figures);
             if wanted.any() {
                 let loads = wanted.loads.then_some(&self.loads);
                 let solved = SolvedFrame {
@@ -166,17 +166,18 @@ impl Engine {
     }
 
     /// Calls who wants every frame.
-    fn show_observer(&mut self, at: SystemTime, figures: &FrameFigures) {
+    fn show_observer(&mut self, arrived: &TimestampedFrame, figures: &FrameFigures) {
         let Some(observe) = &mut self.observer else {
             return;
         };
         let result = self.exact.result();
         observe(&LiveFrame {
+            counts: &arrived.frame,
             siemens: result.siemens,
             loads: self.is_load.then_some(&self.loads),
             figures,
             is_answer: result.outcome.is_answer(),
-            at,
+            at: arrived.at,
         });
     }
 

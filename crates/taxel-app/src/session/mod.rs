@@ -28,7 +28,7 @@ use std::time::{Duration, Instant, SystemTime};
 use taxel::metric::FrameFigures;
 use taxel::{Counts, Frame, Newtons, Sensor, Siemens};
 use taxel_acquire::Address;
-use taxel_acquire::simulated::Person;
+use taxel_acquire::simulated::{Person, Presser};
 use taxel_acquire::transport::State;
 use taxel_server::{BadLines, Options as ServerOptions, Server};
 
@@ -38,7 +38,7 @@ use controller::LiveController;
 pub use controller::time_stamp;
 use details::Details;
 use engine::Engine;
-pub use guide::Guide;
+pub use guide::{Guide, GuideStep};
 use latest_queue::LatestQueue;
 use recorder::Owner;
 use recorder::Recorder;
@@ -68,6 +68,8 @@ pub struct SessionOptions {
     pub address: Address,
     /// The sensor that they are of.
     pub sensor: Sensor,
+    /// What a simulated source scans, where that is another sensor than the one that its frames are taken to be of.
+    pub scanned: Option<Sensor>,
     /// Where the sensor comes from, for messages.
     pub sensor_file: PathBuf,
     /// How loads are found.
@@ -97,6 +99,7 @@ impl SessionOptions {
         Self {
             address,
             sensor,
+            scanned: None,
             sensor_file: sensor_file.into(),
             method: MethodName::Auto,
             folder: PathBuf::from("recordings"),
@@ -117,6 +120,8 @@ pub type FrameObserver = Box<dyn FnMut(&LiveFrame) + Send>;
 /// A frame that was solved a moment ago.
 #[non_exhaustive]
 pub struct LiveFrame<'a> {
+    /// As they came.
+    pub counts: &'a Frame<Counts>,
     /// Conductances of the taxels, with marks; none where a learned model estimates the loads.
     pub siemens: Option<&'a Frame<Siemens>>,
     /// Loads, the tare taken off, with marks; none without a load law.
@@ -190,6 +195,14 @@ fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> Result<JoinHandle<(
         .map_err(Error::Thread)
 }
 
+/// The address of another page of the same server.
+pub(crate) fn page_url(url: &str, page: &str) -> String {
+    match url.split_once('?') {
+        Some((place, query)) => format!("{place}{page}?{query}"),
+        None => format!("{url}{page}"),
+    }
+}
+
 /// A source, an engine, a recorder and a server at work. Dropped, all of them end, the recording whole.
 pub struct Session {
     status: Arc<SessionStatus>,
@@ -202,6 +215,7 @@ pub struct Session {
     details: Arc<Details>,
     controller: Arc<LiveController>,
     person: Option<Person>,
+    presser: Option<Presser>,
 }
 
 impl Session {
@@ -223,6 +237,7 @@ impl Session {
         let source::Prepared {
             controls,
             person,
+            presser,
             run,
         } = source::prepare(&options)?;
         let (commands, taken) = std::sync::mpsc::channel();
@@ -258,6 +273,7 @@ impl Session {
             details,
             controller,
             person,
+            presser,
         };
         let engine = spawn("engine", move || engine.run(&queue, with.as_deref()))?;
         session.threads.push(engine);
@@ -296,6 +312,11 @@ impl Session {
     /// The simulated person who grips, where the source has one.
     pub fn person(&self) -> Option<&Person> {
         self.person.as_ref()
+    }
+
+    /// The simulated operator who lays weights on the sensor, where the source is simulated.
+    pub fn presser(&self) -> Option<&Presser> {
+        self.presser.as_ref()
     }
 
     /// Takes the mean of the next frames for nothing; [`Session::zero`] gives it when it is there. `force`: though there is load on

@@ -8,7 +8,7 @@ use taxel::simulate::Pattern;
 use taxel::{Counts, Frame, Sensor};
 use taxel_acquire::Address;
 use taxel_acquire::protocol::{Expected, LinkStats, Protocol};
-use taxel_acquire::simulated::{Person, Simulated, SimulationParameters};
+use taxel_acquire::simulated::{Person, Presser, Simulated, SimulationParameters};
 use taxel_acquire::transport::{Receiver, State, receive};
 use taxel_server::Server;
 
@@ -37,6 +37,8 @@ pub(super) struct Prepared {
     pub(super) controls: Controls,
     /// A simulated person, who can be told what to do.
     pub(super) person: Option<Person>,
+    /// A simulated operator, who lays weights as told.
+    pub(super) presser: Option<Presser>,
     /// Runs until it is stopped.
     pub(super) run: Run,
 }
@@ -44,6 +46,7 @@ pub(super) struct Prepared {
 /// Makes the source ready.
 pub(super) fn prepare(options: &SessionOptions) -> Result<Prepared, Error> {
     let mut person = None;
+    let mut presser = None;
     let (controls, run) = match &options.address {
         Address::Sim {
             pattern,
@@ -52,9 +55,11 @@ pub(super) fn prepare(options: &SessionOptions) -> Result<Prepared, Error> {
             ..
         } => {
             let pattern = Pattern::named(pattern).expect("the address was checked");
-            let source = Simulated::new(&options.sensor, pattern, *seed, *frames_per_second)?;
+            let scanned = options.scanned.as_ref().unwrap_or(&options.sensor);
+            let source = Simulated::new(scanned, pattern, *seed, *frames_per_second)?;
             let parameters = source.parameters();
             person = source.person();
+            presser = Some(source.presser());
             let run: Run = Box::new(move |sink| source.run(sink));
             (Controls::Simulation(parameters), run)
         }
@@ -86,6 +91,7 @@ pub(super) fn prepare(options: &SessionOptions) -> Result<Prepared, Error> {
     Ok(Prepared {
         controls,
         person,
+        presser,
         run,
     })
 }

@@ -1,5 +1,6 @@
 //! `taxel calibrate`: from labelled presses to a sensor file with everything a parts list does not say.
 
+mod live;
 mod pairs;
 mod series;
 mod uniform;
@@ -18,10 +19,11 @@ use crate::error::Error;
 use crate::outputs::{Files, check_ending, check_sensor_ending};
 use crate::progress::{Progress, Terminal};
 use crate::{Exit, out, recorded};
+use taxel_app::calibration_certificate::{self, CalibrationOrigin};
 use taxel_app::executor::Threads;
 use taxel_app::frames::carries_sensor;
 use taxel_app::session::time_stamp;
-use taxel_app::{calibration_picture, presses, residuals, sensor_source};
+use taxel_app::{calibration_picture, fingerprint, presses, residuals, sensor_source};
 
 /// Fit switch resistances and load law to labelled presses
 ///
@@ -29,14 +31,15 @@ use taxel_app::{calibration_picture, presses, residuals, sensor_source};
 /// numbers, their origin and their errors. The report goes to standard output. The error reported is of presses held out: of
 /// those that neither fitted nor chose what judges them; where that can't be had, the report says who chose. Ends with
 /// code 3 where the file is written but should not be used as it is, and where labels were left out because the others
-/// contradict them. With --series, also what the material remembers: creep and hysteresis.
+/// contradict them. With --series, also what the material remembers: creep and hysteresis. With --live it says which taxel to press
+/// with what, on a page or with --terminal, sees by itself that the press stands, and ends with a certificate: docs/calibrate.md.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Sensor file (the parts list), or the name of a preset; .mcap and .parquet bring their own
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
     /// Labelled presses: CSV with recording, frame, row, column (or taxel), load_g
-    #[arg(long, value_name = "FILE", required_unless_present_any = ["pairs", "series", "equilibration"])]
+    #[arg(long, value_name = "FILE", required_unless_present_any = ["pairs", "series", "equilibration", "live"])]
     presses: Option<PathBuf>,
     /// Frames under the same load everywhere: CSV with recording, frame, load_g; without presses they tell law and gains alone
     #[arg(long, value_name = "FILE", conflicts_with = "pairs")]
@@ -62,6 +65,8 @@ pub(crate) struct Args {
     /// Where to write the sensor with the best static law of the series, to compare with
     #[arg(long, value_name = "FILE", requires = "series")]
     static_output: Option<PathBuf>,
+    #[command(flatten)]
+    live: live::LiveArgs,
     /// Where to write the calibrated sensor
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -89,6 +94,9 @@ pub(crate) struct Args {
     /// Where to draw residuals, how many their intervals hold, gain of each taxel and load law (.png, .svg, .pdf)
     #[arg(long, value_name = "FILE", conflicts_with_all = ["pairs", "series"])]
     picture: Option<PathBuf>,
+    /// Where to write the certificate: how far off it is, by what, and of which files (.html, .pdf)
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["pairs", "series", "live"])]
+    certificate: Option<PathBuf>,
     /// Folds of the cross-validation by press
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(2..))]
     folds: u16,
@@ -128,6 +136,9 @@ impl From<Law> for LawChoice {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let format = check(args)?;
+    if let Some(address) = &args.live.live {
+        return live::run(args, address);
+    }
     let sensor = sensor_of(args)?;
     if let (Some(recording), Some(loads)) = (&args.series, &args.loads) {
         return series::run(args, &sensor, recording, loads);
@@ -181,7 +192,11 @@ fn check(args: &Args) -> Result<Option<Format>, Error> {
         .maybe_output("--static-output", args.static_output.as_ref())
         .maybe_output("--residuals", args.residuals.as_ref())
         .maybe_output("--picture", args.picture.as_ref())
+        .maybe_output("--certificate", args.certificate.as_ref())
         .check()?;
+    if let Some(file) = &args.certificate {
+        super::report::check_name(file)?;
+    }
     check_sensor_ending("-o", &args.output)?;
     if let Some(file) = &args.residuals {
         check_ending("--residuals", file, &["csv"], "the table is text")?;
@@ -207,12 +222,36 @@ fn write(
         out::file(file, text.as_bytes())?;
         out::note(&format!("wrote {}", file.display()));
     }
+    if let Some(file) = &args.certificate {
+        let origin = origin_of(args)?;
+        let footer = calibration_certificate::footer(&origin);
+        let certificate = calibration_certificate::of(calibration, origin)?;
+        super::report::write_signed(&certificate, file, footer)?;
+    }
     if let (Some(file), Some(format)) = (&args.picture, format) {
         let picture = calibration_picture::of(calibration)?;
         out::file(file, &picture.render(format)?)?;
         out::note(&format!("wrote {}", file.display()));
     }
     Ok(())
+}
+
+/// What the calibration came from, for its certificate.
+fn origin_of(args: &Args) -> Result<CalibrationOrigin, Error> {
+    let mut origin = CalibrationOrigin::default();
+    let files = [
+        ("parts list", args.sensor.as_ref()),
+        ("presses", args.presses.as_ref()),
+        ("uniform loads", args.equilibration.as_ref()),
+    ];
+    for (what, file) in files {
+        // A preset is no file; standard input is read already.
+        if let Some(file) = file.filter(|file| file.is_file()) {
+            let (_, print) = fingerprint::of_file(file)?;
+            origin.files.push((what.to_owned(), print));
+        }
+    }
+    Ok(origin)
 }
 
 fn options_of(args: &Args, table: &Path) -> CalibrationOptions {

@@ -64,11 +64,15 @@ pub(super) fn check_name(file: &Path) -> Result<(), Error> {
 
 /// Writes a report.
 pub(super) fn write(report: &Report, file: &Path) -> Result<(), Error> {
+    write_signed(report, file, concat!("taxel ", env!("CARGO_PKG_VERSION")))
+}
+
+/// Writes a report with other words at the foot of each page.
+pub(super) fn write_signed(report: &Report, file: &Path, footer: &str) -> Result<(), Error> {
     let is_pdf = file
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("pdf"));
     if is_pdf {
-        let footer = concat!("taxel ", env!("CARGO_PKG_VERSION"));
         out::file(file, &report.paper(footer)?.pdf()?)?;
     } else {
         out::file(file, report.html().as_bytes())?;

@@ -63,6 +63,18 @@ export function write(where, text) {
 }
 
 /**
+ * @param {string} tag
+ * @param {string} text
+ * @param {string} className
+ */
+export function made(tag, text, className = "") {
+  const element = document.createElement(tag);
+  element.textContent = text;
+  if (className) element.className = className;
+  return element;
+}
+
+/**
  * A 2D context. Only a canvas that another kind of context has taken has none.
  * @param {HTMLCanvasElement} canvas
  * @returns {CanvasRenderingContext2D}

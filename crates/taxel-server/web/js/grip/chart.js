@@ -1,11 +1,11 @@
 // Force against time since the hold began: a fixed time axis, the target as a band, the largest force so far as a line.
 
+import { AXIS, splits, texts } from "../axes.js";
 import { byId } from "../dom.js";
 import { colourOf, faint, theme } from "../theme.js";
-import { fixed, niceCeil, niceStep } from "../units.js";
+import { fixed, niceCeil } from "../units.js";
 import { wholeNewtons } from "./numbers.js";
 
-const FONT = "12px system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif";
 /** The axis of forces reaches at least so far, N: noise must not look like a grip. */
 const LEAST_TOP = 50;
 
@@ -23,7 +23,6 @@ export class HoldChart {
   }
 
   makePlot() {
-    const axis = { stroke: () => theme.ink2, font: FONT, labelFont: FONT, grid: { stroke: () => theme.line, width: 1 }, ticks: { show: false } };
     return new window.uPlot({
       ...this.size(),
       legend: { show: false },
@@ -31,8 +30,8 @@ export class HoldChart {
       cursor: { show: false },
       scales: { x: { time: false, range: () => [0, this.secs] }, y: { range: () => [0, this.top] } },
       axes: [
-        { ...axis, size: 24, gap: 4, label: "Time since the hold began (s)", labelSize: 18, splits: (plot) => splits(this.secs, plot.width, 60), values: texts },
-        { ...axis, size: 42, gap: 5, label: "Force (N)", labelSize: 18, splits: (plot) => splits(this.top, plot.height, 40), values: texts },
+        { ...AXIS, size: 24, gap: 4, label: "Time since the hold began (s)", labelSize: 18, splits: (plot) => splits(this.secs, plot.width, 60), values: texts },
+        { ...AXIS, size: 42, gap: 5, label: "Force (N)", labelSize: 18, splits: (plot) => splits(this.top, plot.height, 40), values: texts },
       ],
       series: [{}, { stroke: () => theme.comp, width: 2, points: { show: false } }, { stroke: () => theme.ink2, width: 1.5, dash: [6, 4], points: { show: false } }],
       hooks: { drawAxes: [(plot) => this.drawTarget(plot)] },
@@ -102,25 +101,4 @@ export class HoldChart {
     ctx.fillText(`target ${wholeNewtons(this.target[0])} to ${wholeNewtons(this.target[1])} N`, bbox.left + bbox.width - 6 * ratio, high - 3 * ratio);
     ctx.restore();
   }
-}
-
-/**
- * @param {number} top
- * @param {number} pixels
- * @param {number} apart
- */
-function splits(top, pixels, apart) {
-  const step = niceStep(top, Math.max(2, Math.floor((pixels || 300) / apart)));
-  const all = [];
-  for (let i = 0; i * step <= top + 1e-6; i += 1) all.push(i * step);
-  return all;
-}
-
-/**
- * @param {import("uplot")} _
- * @param {number[]} values
- */
-function texts(_, values) {
-  const whole = values.every((value) => Math.abs(value - Math.round(value)) < 1e-9);
-  return values.map((value) => fixed(value, whole ? 0 : 1));
 }

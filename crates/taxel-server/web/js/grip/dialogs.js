@@ -1,8 +1,8 @@
-// Two questions: why a trial is repeated, and whether the session is to end.
+// A question: why a trial is repeated.
 
-import { byId, dialogById, inputById, onClick, openDialog, write } from "../dom.js";
-import { made } from "./panel.js";
-import { REASONS, capital, finishText } from "./words.js";
+import { byId, dialogById, inputById, made, onClick, openDialog, write } from "../dom.js";
+import { capital } from "../text.js";
+import { REASONS } from "./words.js";
 
 const OTHER = "other";
 
@@ -73,27 +73,4 @@ function choice(value, text) {
   input.value = value;
   label.append(input, made("span", text));
   return label;
-}
-
-export class FinishDialog {
-  /** @param {() => void} finish */
-  constructor(finish) {
-    this.dialog = dialogById("finish-dialog");
-    onClick("finish-cancel", () => this.dialog.close());
-    byId("finish-form").addEventListener("submit", (event) => {
-      event.preventDefault();
-      this.dialog.close();
-      finish();
-    });
-  }
-
-  /** @param {Wire.GripSession} grip */
-  open(grip) {
-    write("finish-text", finishText(grip));
-    openDialog(this.dialog);
-  }
-
-  close() {
-    if (this.dialog.open) this.dialog.close();
-  }
 }

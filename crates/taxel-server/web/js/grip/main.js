@@ -1,26 +1,46 @@
 // A grip session: joins what the server says with the task, the chart, the map and the beeps.
 
+import { Banners, STALE_MS } from "../banners.js";
 import { Connection } from "../connection.js";
 import { byId, onClick, write } from "../dom.js";
+import { FinishDialog } from "../finishdialog.js";
+import { LiveMap } from "../livemap.js";
+import { Sound } from "../sound.js";
+import { capital } from "../text.js";
 import { startTheme, toggleTheme } from "../theme.js";
 import { decodeFrame } from "../wire.js";
-import { Banners, STALE_MS } from "./banners.js";
 import { HoldChart } from "./chart.js";
 import { Curve } from "./curve.js";
 import { Deadline } from "./deadline.js";
-import { FinishDialog, RepeatDialog } from "./dialogs.js";
-import { HandMap } from "./handmap.js";
+import { RepeatDialog } from "./dialogs.js";
 import { SteadyForce, bothForces, countOf, forceOf, kilograms, wholeNewtons } from "./numbers.js";
 import { Panel } from "./panel.js";
 import { Results } from "./results.js";
 import { Ring } from "./ring.js";
-import { Sound } from "./sound.js";
 import { Task } from "./task.js";
-import { announcement, capital, trialText } from "./words.js";
+import { announcement, finishText, trialText } from "./words.js";
 
 const CHECK_MS = 250;
 /** A rest that ends by itself has no more than this left, s. */
 const JUST_OVER_SECS = 1.5;
+
+/** For each second of the countdown, for the beginning and the end of a hold, for the end of a rest. */
+const BEEPS = /** @satisfies {Record<string, import("../sound.js").Beep>} */ ({
+  second: [[660, 0.09]],
+  begin: [[1100, 0.35]],
+  end: [[880, 0.16], [550, 0.32]],
+  rested: [[660, 0.12], [880, 0.2]],
+});
+
+/** @type {import("../banners.js").Subject} */
+const BANNERS = {
+  of: ({ grip }) => grip && { trouble: grip.trouble, isAtWork: !["finishing", "done"].includes(grip.phase) },
+  parts: ["work", "side", "steps-nav"],
+  missing: { title: "This is not a grip session", text: "Start one with “taxel grip”. This server shows its sensor in the live view." },
+  lost: "Connection lost. The session goes on where it was; trying again.",
+  connecting: "the session",
+  noFrames: "No frames arrive: the force at this moment is not known.",
+};
 
 class App {
   constructor() {
@@ -44,7 +64,8 @@ class App {
     this.sound = new Sound();
     this.panel = new Panel();
     this.ring = new Ring();
-    this.map = new HandMap();
+    this.map = new LiveMap({ name: "hand", unit: "kPa", least: 2, title: "Pressure" });
+    this.map.onLaidOut = () => this.redraw();
     this.task = new Task((action) => this.act(action));
     this.repeat = new RepeatDialog((reason) => this.step({ is: "repeat", reason }));
     this.finish = new FinishDialog(() => this.step({ is: "finish" }));
@@ -55,7 +76,7 @@ class App {
       onFrame: (message) => this.takeFrame(message),
       onStatus: () => this.check(),
     });
-    this.banners = new Banners(this.connection);
+    this.banners = new Banners(this.connection, BANNERS);
     this.results = new Results(() => this.connection.token);
     this.startControls();
     this.connection.connect();
@@ -88,7 +109,7 @@ class App {
       const who = this.task.person();
       if (who) this.step({ is: "begin", person: who.person, ...(who.note ? { note: who.note } : {}) });
     } else if (action === "repeat") this.repeat.open();
-    else if (action === "finish" && this.grip) this.finish.open(this.grip);
+    else if (action === "finish" && this.grip) this.finish.open(finishText(this.grip));
     else if (action === "zero" || action === "zero-again") this.step({ is: "zero" });
     else if (action === "zero-anyway") this.step({ is: "zero", force: true });
     else if (action === "start" || action === "cancel" || action === "accept" || action === "skip-rest") this.step({ is: action });
@@ -98,11 +119,11 @@ class App {
   step(step) {
     const asked = this.phaseKey;
     const isSent = this.connection.send({ do: "grip", step }, (ok, text) => {
-      this.task.wait(false);
+      this.task.primary.wait(false);
       // What is refused because the phase is another one by now is no news.
       if (asked === this.phaseKey) this.task.say(ok ? "" : text || "The server refuses.", !ok && step.is === "zero");
     });
-    if (isSent) this.task.wait(true);
+    if (isSent) this.task.primary.wait(true);
     else this.task.say("Not connected: nothing was sent.");
   }
 
@@ -156,9 +177,9 @@ class App {
     if (phase === "finishing" || phase === "done") this.finish.close();
     if (phase === "ready" || phase === "countdown" || phase === "hold" || this.curve.isEmpty) this.beginCurve(grip);
     byId("curve-empty").hidden = !(["measuring", "review", "rest"].includes(phase) && this.curve.isEmpty);
-    if (phase === "hold") this.sound.play("begin");
-    if (before === "hold" && (phase === "measuring" || phase === "review")) this.sound.play("end");
-    if (before === "rest" && phase === "ready" && left < JUST_OVER_SECS) this.sound.play("rested");
+    if (phase === "hold") this.sound.play(BEEPS.begin);
+    if (before === "hold" && (phase === "measuring" || phase === "review")) this.sound.play(BEEPS.end);
+    if (before === "rest" && phase === "ready" && left < JUST_OVER_SECS) this.sound.play(BEEPS.rested);
     write("announce", announcement(grip));
     document.title = `${trialText(grip) || "Grip session"} · Taxel`;
     this.task.takeFocus();
@@ -207,7 +228,7 @@ class App {
     const age = performance.now() - this.frameAt;
     this.banners.show(this.state, age);
     document.body.classList.toggle("stale", age > STALE_MS || !this.connection.open);
-    if (this.connection.status !== "open") this.task.wait(false);
+    if (this.connection.status !== "open") this.task.primary.wait(false);
     this.chart.describe();
   }
 
@@ -245,7 +266,7 @@ class App {
     const count = countOf(this.deadline.remaining(now));
     if (count === this.counted || !Number.isFinite(count)) return;
     this.counted = count;
-    if (count > 0) this.sound.play("second");
+    if (count > 0) this.sound.play(BEEPS.second);
   }
 }
 

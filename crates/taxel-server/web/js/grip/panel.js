@@ -1,25 +1,14 @@
 // What is always to be seen: the steps, the trials, the warnings, and whose session it is.
 
-import { byId, inside, write } from "../dom.js";
+import { byId, inside, made, write } from "../dom.js";
+import { SidePanel } from "../sidepanel.js";
+import { capital } from "../text.js";
 import { kilograms, lengthText, targetText } from "./numbers.js";
-import { STEPS, capital, maxText, standing } from "./words.js";
+import { STEPS, maxText, standing } from "./words.js";
 
-/**
- * @param {string} tag
- * @param {string} text
- * @param {string} className
- */
-export function made(tag, text, className = "") {
-  const element = document.createElement(tag);
-  element.textContent = text;
-  if (className) element.className = className;
-  return element;
-}
-
-export class Panel {
+export class Panel extends SidePanel {
   constructor() {
-    /** @type {Map<string, string>} what each part shows */
-    this.shown = new Map();
+    super();
     byId("steps").replaceChildren(...STEPS.map(({ name }, i) => {
       const item = document.createElement("li");
       item.append(made("span", String(i + 1), "number num"), made("span", name, "name"));
@@ -27,24 +16,12 @@ export class Panel {
     }));
   }
 
-  /**
-   * States come twice a second: what is the same is left alone, with the selection of whoever copies something.
-   * @param {string} part
-   * @param {unknown} what
-   */
-  isNew(part, what) {
-    const key = JSON.stringify(what);
-    if (this.shown.get(part) === key) return false;
-    this.shown.set(part, key);
-    return true;
-  }
-
   /** @param {Wire.GripSession} grip */
   show(grip) {
     if (this.isNew("steps", grip.phase)) this.showSteps(grip.phase);
     if (this.isNew("trials", [grip.trials, grip.trial, grip.phase])) this.showTrials(grip);
-    if (this.isNew("warnings", grip.warnings)) this.showWarnings(grip.warnings);
-    if (this.isNew("facts", [grip.person, grip.folder, grip.protocol])) this.showFacts(grip);
+    this.showWarnings(grip.warnings);
+    this.showFacts(factsOf(grip));
     byId("person-chip").hidden = !grip.person;
     write("person-name", grip.person);
     byId("simulated").hidden = !grip.is_simulated;
@@ -79,30 +56,21 @@ export class Panel {
     const done = grip.trials.filter(({ accepted }) => accepted).length;
     write("trials-done", `${done} of ${grip.trials.length} accepted`);
   }
+}
 
-  /** @param {string[]} warnings */
-  showWarnings(warnings) {
-    byId("warnings-panel").hidden = warnings.length === 0;
-    byId("warnings").replaceChildren(...warnings.map((text) => made("li", capital(text))));
-  }
-
-  /** @param {Wire.GripSession} grip */
-  showFacts({ person, folder, protocol }) {
-    /** @type {[string, string][]} */
-    const facts = [
-      ["Person", person || "not given yet"],
-      ["Folder", folder || "chosen when the session begins"],
-      ["Protocol", protocol.name],
-      ["Hold, rest", `${lengthText(protocol.hold_secs)}, ${lengthText(protocol.rest_secs)}`],
-      ["Target", protocol.target_newtons ? targetText(protocol.target_newtons) : "as strongly as possible"],
-      ["Force", `${protocol.force}; 1 kg = 9.80665 N`],
-    ];
-    byId("facts").replaceChildren(...facts.map(([name, text]) => {
-      const pair = document.createElement("div");
-      pair.append(made("dt", name), made("dd", text));
-      return pair;
-    }));
-  }
+/**
+ * @param {Wire.GripSession} grip
+ * @returns {[string, string][]}
+ */
+function factsOf({ person, folder, protocol }) {
+  return [
+    ["Person", person || "not given yet"],
+    ["Folder", folder || "chosen when the session begins"],
+    ["Protocol", protocol.name],
+    ["Hold, rest", `${lengthText(protocol.hold_secs)}, ${lengthText(protocol.rest_secs)}`],
+    ["Target", protocol.target_newtons ? targetText(protocol.target_newtons) : "as strongly as possible"],
+    ["Force", `${protocol.force}; 1 kg = 9.80665 N`],
+  ];
 }
 
 /** @param {number} newtons */

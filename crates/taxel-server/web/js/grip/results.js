@@ -1,8 +1,9 @@
 // What the session came to: a table of the accepted trials, and what was written.
 
-import { byId } from "../dom.js";
+import { byId, made } from "../dom.js";
+import { showFiles } from "../filelinks.js";
 import { summaryOf, wholeNewtons } from "./numbers.js";
-import { kgCell, made } from "./panel.js";
+import { kgCell } from "./panel.js";
 import { filesOf, handText } from "./words.js";
 
 /** @typedef {import("./numbers.js").HandSummary} HandSummary */
@@ -21,7 +22,7 @@ export class Results {
     if (phase !== "done" || key === this.key) return;
     this.key = key;
     this.showSummary(summaryOf(trials));
-    byId("files").replaceChildren(...filesOf(files).map(({ name, text }, i) => this.fileLink(name, text, i === 0)));
+    showFiles(filesOf(files), this.token());
   }
 
   /** @param {HandSummary[]} hands */
@@ -41,24 +42,6 @@ export class Results {
     foot.append(line("Best", hands.map(({ best }) => best)), line(meanText(hands), hands.map(({ mean }) => mean)));
     const caption = made("caption", "Largest force of each accepted trial");
     byId("summary").replaceChildren(caption, head, body, foot);
-  }
-
-  /**
-   * @param {string} name
-   * @param {string} text
-   * @param {boolean} isFirst
-   */
-  fileLink(name, text, isFirst) {
-    const item = document.createElement("li");
-    const link = document.createElement("a");
-    const token = this.token();
-    link.href = `/results/${encodeURIComponent(name)}${token ? `?token=${encodeURIComponent(token)}` : ""}`;
-    link.target = "_blank";
-    link.rel = "noopener";
-    link.className = isFirst ? "button first" : "button";
-    link.append(made("span", text, "file-text"), made("span", name, "file-name"), made("span", " (opens in a new tab)", "sr"));
-    item.append(link);
-    return item;
   }
 }
 

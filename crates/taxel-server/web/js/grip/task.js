@@ -1,13 +1,13 @@
 // The task of the phase: what to do, the one button for it, and what the last trial came to.
 
-import { buttonById, byId, inputById, write } from "../dom.js";
+import { byId, inputById, made, write } from "../dom.js";
+import { PrimaryButton } from "../primary.js";
+import { pair } from "../sidepanel.js";
+import { capital } from "../text.js";
 import { fixed } from "../units.js";
 import { bothForces, wrongWithPerson } from "./numbers.js";
-import { made } from "./panel.js";
-import { capital, wordsOf } from "./words.js";
+import { wordsOf } from "./words.js";
 
-/** A second press of a key so soon after a step was none on purpose, ms. */
-const ONE_PRESS_MS = 300;
 /** @type {Wire.GripPhase[]} */
 const WITH_FORCE = ["zero", "ready", "countdown", "hold"];
 /** @type {Wire.GripPhase[]} */
@@ -17,36 +17,11 @@ export class Task {
   /** @param {(action: string) => void} act */
   constructor(act) {
     this.act = act;
-    this.primary = buttonById("primary");
-    /** When the last step was sent, by the page's clock, ms. */
-    this.sentAt = -Infinity;
-    this.isWaiting = false;
-    this.primary.addEventListener("click", (event) => this.refuseDouble(event));
-    byId("task").addEventListener("submit", (event) => {
-      event.preventDefault();
-      if (!this.isWaiting) act(this.primary.dataset.action ?? "");
-    });
-    // A key that is held presses again and again: the next phase has another button in the same place.
-    byId("task").addEventListener("keydown", (event) => {
-      if (event.repeat && (event.key === "Enter" || event.key === " ")) event.preventDefault();
-    });
+    this.primary = new PrimaryButton(act);
     for (const id of ["repeat", "zero-again", "zero-anyway"]) {
       byId(id).addEventListener("click", () => act(byId(id).dataset.action ?? ""));
     }
     inputById("person").addEventListener("input", () => this.showWrong(""));
-  }
-
-  /** @param {MouseEvent} event */
-  refuseDouble(event) {
-    const isDouble = event.detail > 1 || (event.detail === 0 && event.timeStamp - this.sentAt < ONE_PRESS_MS);
-    if (isDouble || this.isWaiting) event.preventDefault();
-  }
-
-  /** @param {boolean} isWaiting for the server's answer */
-  wait(isWaiting) {
-    this.isWaiting = isWaiting;
-    if (isWaiting) this.sentAt = performance.now();
-    this.primary.setAttribute("aria-disabled", String(isWaiting));
   }
 
   /** @param {Wire.GripSession} grip */
@@ -63,12 +38,8 @@ export class Task {
     byId("finish").hidden = ["setup", "finishing", "done"].includes(phase);
     byId("repeat").hidden = phase !== "review";
     byId("zero-again").hidden = phase !== "ready";
-    this.primary.hidden = primary === null;
-    if (primary) {
-      this.primary.dataset.action = primary.action;
-      write(this.primary, primary.label);
-      this.primary.classList.toggle("calm", primary.action === "cancel" || primary.action === "skip-rest");
-    }
+    this.primary.show(primary);
+    this.primary.element.classList.toggle("calm", primary?.action === "cancel" || primary?.action === "skip-rest");
     write("key-hint", primary?.action === "cancel" ? "or Esc" : "");
     this.showFigures(grip);
   }
@@ -87,17 +58,13 @@ export class Task {
       ["Time to peak", one(measured.time_to_peak_secs, "s")],
       ["Total normal force", `${fixed(measured.total_newtons, 0)} N`],
     ];
-    byId("figures-list").replaceChildren(...figures.map(([name, value]) => {
-      const pair = document.createElement("div");
-      pair.append(made("dt", name), made("dd", value, "num"));
-      return pair;
-    }));
+    byId("figures-list").replaceChildren(...figures.map(([name, value]) => pair(name, value, "num")));
     byId("doubts").replaceChildren(...measured.doubts.map((text) => made("li", capital(text))));
   }
 
   get focusTarget() {
     if (!byId("fields").hidden) return inputById("person");
-    if (!this.primary.hidden) return this.primary;
+    if (!this.primary.isHidden) return this.primary.element;
     const link = byId("files").querySelector("a");
     return link && !byId("results").hidden ? link : byId("phase-title");
   }

@@ -1,5 +1,6 @@
 // What the page says in each phase. Nothing here knows the page.
 
+import { capital, filesInOrder } from "../text.js";
 import { bothForces, kilograms, lengthText, targetText } from "./numbers.js";
 
 /** @typedef {{ action: string, label: string }} Button */
@@ -32,9 +33,6 @@ const FILES = [
   { end: ".csv", text: "Table for statistics" },
   { end: ".json", text: "Everything, for programs" },
 ];
-
-/** @param {string} text */
-export const capital = (text) => text.slice(0, 1).toUpperCase() + text.slice(1);
 
 /** @param {Wire.GripTrial["hand"]} hand */
 export const handText = (hand) => `${capital(hand)} hand`;
@@ -129,19 +127,8 @@ export function finishText({ trials }) {
   return `${accepted} of ${trials.length} trials ${accepted === 1 ? "is" : "are"} accepted; the other ${rest === 1 ? "one stays" : `${rest} stay`} empty. The results are written, and nothing can be added afterwards.`;
 }
 
-/**
- * The files that are there, those that people read first.
- * @param {string[]} names
- * @returns {{ name: string, text: string }[]}
- */
-export function filesOf(names) {
-  /** @param {string} name */
-  const place = (name) => {
-    const at = FILES.findIndex(({ end }) => name.endsWith(end));
-    return at < 0 ? FILES.length : at;
-  };
-  return [...names].sort((a, b) => place(a) - place(b)).map((name) => ({ name, text: FILES[place(name)]?.text ?? name }));
-}
+/** @param {string[]} names */
+export const filesOf = (names) => filesInOrder(names, FILES);
 
 /** @param {Wire.GripTrial} trial */
 export const maxText = ({ accepted }) => (accepted ? kilograms(accepted.max_newtons) : "–");

@@ -1,10 +1,21 @@
-// What is wrong: a card where there is nothing to work with, and lines above the session where there is.
+// What is wrong with a guided task: a card where there is nothing to work with, and lines above the task where there is.
 
-import { byId, inputById, write } from "../dom.js";
+import { byId, inputById, write } from "./dom.js";
 
 /** @typedef {{ title: string, text: string, spinner?: boolean, token?: boolean, link?: boolean }} Card */
 
-/** Frames that are older than this say nothing about the hand now, ms. */
+/**
+ * What the task is.
+ * @typedef {object} Subject
+ * @property {(state: Wire.State) => { trouble: string, isAtWork: boolean } | null} of how it stands; null where there is none
+ * @property {string[]} parts ids of what is hidden as long as there is none
+ * @property {{ title: string, text: string }} missing said where there is none
+ * @property {string} lost said while the connection is lost
+ * @property {string} connecting what the server is asked for
+ * @property {string} noFrames said while the sensor says nothing
+ */
+
+/** Frames that are older than this say nothing about the sensor now, ms. */
 export const STALE_MS = 1500;
 
 /** @type {Partial<Record<Wire.DeviceState, string>>} */
@@ -13,9 +24,13 @@ const DEVICE = {
 };
 
 export class Banners {
-  /** @param {import("../connection.js").Connection} connection */
-  constructor(connection) {
+  /**
+   * @param {import("./connection.js").Connection} connection
+   * @param {Subject} subject
+   */
+  constructor(connection, subject) {
     this.connection = connection;
+    this.subject = subject;
     byId("token-form").addEventListener("submit", (event) => {
       event.preventDefault();
       connection.connectWith(inputById("token-input").value.trim());
@@ -28,15 +43,15 @@ export class Banners {
    */
   show(state, frameAge) {
     const card = this.blocked(state);
+    const { subject } = this;
     const { open } = this.connection;
-    const grip = state?.grip ?? null;
+    const task = state && subject.of(state);
     byId("blocked").hidden = !card;
-    for (const id of ["work", "side", "steps-nav"]) byId(id).hidden = Boolean(card);
+    for (const id of subject.parts) byId(id).hidden = Boolean(card);
     if (card) this.showCard(card);
-    tell("connection-alert", card || open ? "" : "Connection lost. The session goes on where it was; trying again.");
-    const isAtWork = grip !== null && !["finishing", "done"].includes(grip.phase);
-    tell("device-alert", !card && open && isAtWork ? deviceText(state, frameAge) : "");
-    tell("trouble", card ? "" : grip?.trouble ?? "");
+    tell("connection-alert", card || open ? "" : subject.lost);
+    tell("device-alert", !card && open && task?.isAtWork ? deviceText(state, frameAge, subject.noFrames) : "");
+    tell("trouble", card ? "" : task?.trouble ?? "");
     return card === null;
   }
 
@@ -54,7 +69,7 @@ export class Banners {
    * @returns {Card | null}
    */
   blocked(state) {
-    const { connection } = this;
+    const { connection, subject } = this;
     if (connection.status === "refused") {
       return {
         title: connection.token ? "The token is wrong" : "A token is needed",
@@ -62,25 +77,24 @@ export class Banners {
         token: true,
       };
     }
-    if (state && !state.grip) {
-      return { title: "This is not a grip session", text: "Start one with “taxel grip”. This server shows its sensor in the live view.", link: true };
-    }
+    if (state && !subject.of(state)) return { ...subject.missing, link: true };
     if (state) return null;
     if (connection.status === "waiting") return { title: "The server does not answer", text: "Trying again. This page goes on by itself as soon as the server is there.", spinner: true };
-    return { title: "Connecting", text: `Asking ${location.host} for the session.`, spinner: true };
+    return { title: "Connecting", text: `Asking ${location.host} for ${subject.connecting}.`, spinner: true };
   }
 }
 
 /**
  * @param {Wire.State | null} state
  * @param {number} frameAge ms
+ * @param {string} noFrames
  */
-function deviceText(state, frameAge) {
+function deviceText(state, frameAge, noFrames) {
   if (!state) return "";
   const { device } = state;
   const name = DEVICE[device.state];
   if (name) return device.text ? `${name}: ${device.text}` : `${name}.`;
-  return frameAge > STALE_MS ? "No frames arrive: the force at this moment is not known." : "";
+  return frameAge > STALE_MS ? noFrames : "";
 }
 
 /**

@@ -1,18 +1,15 @@
-// Beeps: for each second of the countdown, for the beginning and the end of a hold, for the end of a rest.
+// Beeps, for those who look at the sensor and not at the screen.
 
-import { buttonById } from "../dom.js";
+import { buttonById } from "./dom.js";
 
-const KEY = "taxel.grip.muted";
+const KEY = "taxel.muted";
 const LOUDNESS = 0.25;
 const FADE_SECS = 0.012;
 
-/** Hertz and seconds, one after the other. @type {Record<string, [number, number][]>} */
-const BEEPS = {
-  second: [[660, 0.09]],
-  begin: [[1100, 0.35]],
-  end: [[880, 0.16], [550, 0.32]],
-  rested: [[660, 0.12], [880, 0.2]],
-};
+/** Hertz and seconds, one after the other. @typedef {[number, number][]} Beep */
+
+/** Who turns the sound on hears that it is on. @type {Beep} */
+const ON = [[660, 0.09]];
 
 export class Sound {
   constructor() {
@@ -43,20 +40,19 @@ export class Sound {
     }
     this.show();
     this.wake();
-    // Who turns the sound on hears that it is on.
-    this.play("second");
+    this.play(ON);
   }
 
   show() {
     this.button.setAttribute("aria-pressed", String(this.muted));
   }
 
-  /** @param {keyof typeof BEEPS} name */
-  play(name) {
+  /** @param {Beep} tones */
+  play(tones) {
     const { context } = this;
     if (this.muted || !context || context.state !== "running") return;
     let at = context.currentTime;
-    for (const [hertz, secs] of BEEPS[name]) {
+    for (const [hertz, secs] of tones) {
       beep(context, hertz, at, secs);
       at += secs + 0.03;
     }

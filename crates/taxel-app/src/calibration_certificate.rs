@@ -1,0 +1,266 @@
+//! The certificate of a calibration: one page that says how good it is, by what, and of which files.
+
+use std::time::SystemTime;
+
+use taxel::calibrate::{Calibration, CalibrationReport, PressResidual, with_error};
+use taxel::stats::mean;
+use taxel_plot::cells;
+use taxel_plot::report::{Figure, Report, Section, Table, number};
+
+use crate::calibration_picture;
+use crate::error::Error;
+use crate::fingerprint;
+use crate::session::time_stamp;
+
+/// Loads are told one by one up to so many; more are put together in so many groups.
+const MOST_LOADS: usize = 8;
+const GROUPS: usize = 6;
+/// Size of the pictures, pixels.
+const PICTURE: (f64, f64) = (350.0, 230.0);
+/// Digits of a fingerprint that are shown: no two files of a person's have these in common.
+const FINGERPRINT: usize = 16;
+/// Doubts and warnings that find room.
+const MOST_DOUBTS: usize = 6;
+
+/// What a calibration does not know of itself.
+#[derive(Debug, Clone, Default)]
+#[non_exhaustive]
+pub struct CalibrationOrigin {
+    /// Where the frames came from, in words.
+    pub source: String,
+    /// No sensor was pressed.
+    pub is_simulated: bool,
+    /// Files by what they are, each with its SHA-256: the parts list, the presses.
+    pub files: Vec<(String, String)>,
+    /// More about the presses, in words; may be empty.
+    pub presses: String,
+    /// More pictures.
+    pub figures: Vec<Figure>,
+}
+
+/// What stands at the foot of the paper.
+pub fn footer(origin: &CalibrationOrigin) -> &'static str {
+    if origin.is_simulated {
+        "Taxel calibration. Simulated data: no sensor was pressed."
+    } else {
+        "Taxel calibration, made by the user of the sensor; traceable as far as the weights were."
+    }
+}
+
+/// The certificate.
+///
+/// # Errors
+/// [`Error::Plot`] should a picture not be encodable; a sensor without a load law.
+pub fn of(calibration: &Calibration, origin: CalibrationOrigin) -> Result<Report, Error> {
+    let report = &calibration.report;
+    let name = match calibration.sensor.name() {
+        "" => "a sensor".to_owned(),
+        name => name.to_owned(),
+    };
+    let about = about(calibration, &origin);
+    let mut errors = Section {
+        title: "How far off it is".to_owned(),
+        paragraphs: vec![held_out(report)],
+        ..Section::default()
+    };
+    errors.paragraphs.extend(stated(calibration));
+    errors.tables.push(by_load(&calibration.residuals));
+    let [residuals, law] = calibration_picture::small(calibration, PICTURE)?;
+    errors.figures.push(Figure {
+        caption:
+            "What presses read, less their labels: by fits without them, and by the fit of all."
+                .to_owned(),
+        picture: residuals,
+    });
+    errors.figures.push(Figure {
+        caption: "The load law of a taxel of middling gain.".to_owned(),
+        picture: law,
+    });
+    errors.figures.extend(origin.figures);
+    let mut numbers = Section {
+        title: "What was found".to_owned(),
+        ..Section::default()
+    };
+    numbers.tables.push(parameters(report));
+    numbers.paragraphs.extend(doubts(report));
+    Ok(Report {
+        title: format!("Calibration of {name}"),
+        about,
+        sections: vec![errors, numbers],
+    })
+}
+
+fn about(calibration: &Calibration, origin: &CalibrationOrigin) -> Vec<(String, String)> {
+    let sensor = &calibration.sensor;
+    let report = &calibration.report;
+    let date = sensor.provenance().map_or("", |p| p.date.as_str());
+    let date = if date.is_empty() {
+        time_stamp(SystemTime::now()).chars().take(10).collect()
+    } else {
+        date.to_owned()
+    };
+    let mut about = Vec::new();
+    if origin.is_simulated {
+        about.push((
+            "Simulated data",
+            "no sensor was pressed; a program drew it".to_owned(),
+        ));
+    }
+    let (rows, columns) = (sensor.rows(), sensor.columns());
+    about.push(("Date", date));
+    about.push((
+        "Sensor",
+        format!("{} ({rows} × {columns} taxels)", sensor.name()),
+    ));
+    let mut presses = format!("{} used", report.presses);
+    if !report.suspects.is_empty() {
+        presses += &format!(", {} contradicted by the others", report.suspects.len());
+    }
+    if !origin.presses.is_empty() {
+        presses += &format!("; {}", origin.presses);
+    }
+    about.push(("Presses", presses));
+    if !origin.source.is_empty() {
+        about.push(("Source", origin.source.clone()));
+    }
+    let short = |sha: &str| sha.chars().take(FINGERPRINT).collect::<String>();
+    let sensor = (
+        "calibrated sensor".to_owned(),
+        fingerprint::of_text(&sensor.to_toml()),
+    );
+    let prints = origin.files.iter().chain([&sensor]);
+    let prints = prints.map(|(what, sha)| format!("{what} {}…", short(sha)));
+    about.push(("SHA-256", prints.collect::<Vec<_>>().join(", ")));
+    about.push(("Program", format!("taxel {}", env!("CARGO_PKG_VERSION"))));
+    let owned = about
+        .into_iter()
+        .map(|(what, said)| (what.to_owned(), said));
+    owned.collect()
+}
+
+fn held_out(report: &CalibrationReport) -> String {
+    match report.held_out_mean_absolute_g {
+        Some(mean) => {
+            let (mean, error) = with_error(mean, Some(report.held_out_standard_error_g));
+            let error = error.map_or_else(String::new, |error| format!(" ± {error}"));
+            format!(
+                "Presses that took no part in the fit are {mean}{error} g off on average, 95 % of them within {} g ({} presses; {}).",
+                number(report.held_out_p95_g),
+                report.held_out_presses,
+                report.held_out
+            )
+        }
+        None => "No fit could be made without some of the presses, so that nobody knows how far off it is.".to_owned(),
+    }
+}
+
+/// What the sensor file states of new loads.
+fn stated(calibration: &Calibration) -> Option<String> {
+    let known = calibration.sensor.uncertainty()?;
+    Some(format!(
+        "The sensor file states of a new load F, with 95 %: ± {} g and {} % of F, and noise.",
+        number(known.factor_95 * known.model_floor_g),
+        number(100.0 * known.factor_95 * known.model_share.hypot(known.fit_share)),
+    ))
+}
+
+/// Errors of held-out presses, load by load.
+fn by_load(residuals: &[PressResidual]) -> Table {
+    let mut held_out: Vec<&PressResidual> = residuals.iter().filter(|r| r.held_out).collect();
+    held_out.sort_by(|a, b| a.load_g.total_cmp(&b.load_g));
+    let mut table = Table::new(
+        "Held-out presses by load: mean error (read − label), mean absolute error, and how many their stated 95 % intervals hold",
+        &[
+            "load, g",
+            "presses",
+            "mean error, g",
+            "mean absolute, g",
+            "mean absolute, %",
+            "within",
+        ],
+    );
+    for group in groups(&held_out) {
+        let off = |r: &&PressResidual| r.estimate_g - r.load_g;
+        let count = group.len();
+        let within = group.iter().filter(|r| off(r).abs() <= r.half_width_95_g);
+        let (low, high) = (group[0].load_g, group[count - 1].load_g);
+        let load = if low == high {
+            number(low)
+        } else {
+            format!("{} to {}", number(low), number(high))
+        };
+        let absolute = mean(group.iter().map(|r| off(r).abs()));
+        let middle = mean(group.iter().map(|r| r.load_g));
+        let percent = absolute.zip(middle).filter(|(_, g)| *g > 0.0);
+        table.push(cells![
+            load,
+            count,
+            mean(group.iter().map(off)).map(three_digits),
+            absolute.map(three_digits),
+            percent.map(|(off, g)| three_digits(100.0 * off / g)),
+            format!("{} of {count}", within.count()),
+        ]);
+    }
+    table
+}
+
+/// Presses of one load each, or where there are many loads, as many to a group.
+fn groups<'a, 'b>(sorted: &'b [&'a PressResidual]) -> Vec<&'b [&'a PressResidual]> {
+    let of_load: Vec<_> = sorted.chunk_by(|a, b| a.load_g == b.load_g).collect();
+    if of_load.len() <= MOST_LOADS {
+        return of_load;
+    }
+    let size = sorted.len().div_ceil(GROUPS);
+    sorted.chunks(size).collect()
+}
+
+/// An error is not known to more.
+fn three_digits(value: f64) -> String {
+    let places = (2.0 - value.abs().max(1e-3).log10().floor()).clamp(0.0, 3.0);
+    format!("{value:.0$}", places as usize).replace('-', "\u{2212}")
+}
+
+fn parameters(report: &CalibrationReport) -> Table {
+    let mut table = Table::new(
+        "Numbers of the circuit and of the load law, with standard errors",
+        &["number", "value", "unit", "told by"],
+    );
+    for parameter in &report.parameters {
+        let (value, error) = with_error(parameter.value, parameter.standard_error);
+        let value = match error {
+            Some(error) => format!("{value} ± {error}"),
+            None => value,
+        };
+        let told = match (&parameter.held, parameter.standard_error) {
+            (Some(by), _) => format!("held: {by}"),
+            (None, Some(_)) => "presses".to_owned(),
+            (None, None) => "not told".to_owned(),
+        };
+        table.push(cells![
+            parameter.name.as_str(),
+            value,
+            parameter.unit.as_str(),
+            told
+        ]);
+    }
+    table
+}
+
+/// Why not to use it as it is, and what to know before trusting it.
+fn doubts(report: &CalibrationReport) -> Vec<String> {
+    let doubts = report
+        .doubts
+        .iter()
+        .map(|text| format!("Do not use it as it is: {text}."));
+    let warnings = report
+        .warnings
+        .iter()
+        .map(|text| format!("To be known: {text}."));
+    let mut all: Vec<String> = doubts.chain(warnings).collect();
+    let more = all.len().saturating_sub(MOST_DOUBTS);
+    if more > 0 {
+        all.truncate(MOST_DOUBTS);
+        all.push(format!("The calibration's report has {more} more."));
+    }
+    all
+}

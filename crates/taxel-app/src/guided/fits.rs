@@ -1,0 +1,242 @@
+//! Fits in the background: always of the newest presses, one at a time.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use taxel::calibrate::{
+    Calibration, CalibrationData, CalibrationOptions, PressLabel, calibrate_with,
+};
+use taxel::{Counts, Frame, Sensor};
+use taxel_server::HeldOutError;
+
+use super::record::KeptPress;
+use crate::executor::Threads;
+
+/// So many presses fewer are compared with, to see whether more gain anything.
+const COMPARED: usize = 8;
+
+/// The presses of a moment, with their frames.
+#[derive(Clone)]
+pub(super) struct Evidence {
+    pub presses: Vec<KeptPress>,
+    pub frames: Vec<Arc<Frame<Counts>>>,
+}
+
+impl Evidence {
+    /// Those that count; and of each of the labels its place among all presses.
+    fn data(&self) -> (CalibrationData, Vec<usize>) {
+        let mut data = CalibrationData::default();
+        let mut places = Vec::new();
+        for (place, (press, frame)) in self.presses.iter().zip(&self.frames).enumerate() {
+            if !press.counts() {
+                continue;
+            }
+            let frame = Frame::clone(frame);
+            match press.taxel {
+                None => data.uniform.push((frame, press.load_g)),
+                Some((row, column)) => {
+                    data.presses.push(PressLabel {
+                        frame: data.frames.len(),
+                        row,
+                        column,
+                        load_g: press.load_g,
+                    });
+                    data.frames.push(frame);
+                    places.push(place);
+                }
+            }
+        }
+        (data, places)
+    }
+}
+
+/// A fit, of the presses of a moment.
+pub(super) struct Fit {
+    /// How many presses there were, those that do not count too,
+    pub presses: usize,
+    /// and of what: changes with every press that comes or goes.
+    pub revision: u64,
+    /// What was found, or why nothing.
+    pub found: Result<Calibration, String>,
+    /// Of each press that was fitted its place among all.
+    pub places: Vec<usize>,
+}
+
+impl Fit {
+    /// How good it is.
+    pub(super) fn held_out(&self) -> HeldOutError {
+        let report = self.found.as_ref().ok().map(|found| &found.report);
+        let both = report.and_then(|report| {
+            Some((
+                report.held_out_mean_absolute_g?,
+                report.held_out_standard_error_g,
+            ))
+        });
+        HeldOutError::new(self.presses, both)
+    }
+
+    /// What is read of each press by a fit without it, where there is one: its place among all presses, and grams.
+    pub(super) fn says(&self) -> Vec<(usize, f64)> {
+        let Ok(found) = &self.found else {
+            return Vec::new();
+        };
+        let held_out = found.residuals.iter().filter(|r| r.held_out);
+        let place = |press: usize| self.places.get(press).copied();
+        held_out
+            .filter_map(|r| Some((place(r.press)?, r.estimate_g)))
+            .collect()
+    }
+
+    /// Labels that the others contradict: places among all presses, and in words why.
+    pub(super) fn contradicted(&self) -> Vec<(usize, String)> {
+        let Ok(found) = &self.found else {
+            return Vec::new();
+        };
+        let suspects = found.report.suspects.iter();
+        let place = |press: usize| self.places.get(press).copied();
+        suspects
+            .filter_map(|suspect| Some((place(suspect.press)?, suspect.to_string())))
+            .collect()
+    }
+}
+
+#[derive(Default)]
+struct State {
+    revision: u64,
+    wanted: Option<Evidence>,
+    is_working: bool,
+    latest: Option<Arc<Fit>>,
+    progress: Vec<HeldOutError>,
+}
+
+/// Fits what is asked for, in threads of its own.
+#[derive(Clone)]
+pub(super) struct Fits {
+    sensor: Arc<Sensor>,
+    options: Arc<CalibrationOptions>,
+    state: Arc<Mutex<State>>,
+}
+
+impl Fits {
+    pub(super) fn new(sensor: &Sensor, options: CalibrationOptions) -> Self {
+        Self {
+            sensor: Arc::new(sensor.clone()),
+            options: Arc::new(options),
+            state: Arc::default(),
+        }
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// These presses are fitted, once the fit that is being made is done; of several askings the last.
+    pub(super) fn ask(&self, evidence: Evidence) {
+        let mut state = self.state();
+        state.revision += 1;
+        state.wanted = Some(evidence);
+        if state.is_working {
+            return;
+        }
+        state.is_working = true;
+        drop(state);
+        let fits = self.clone();
+        let thread = std::thread::Builder::new().name("fit".to_owned());
+        if thread.spawn(move || fits.work()).is_err() {
+            self.state().is_working = false;
+        }
+    }
+
+    fn work(&self) {
+        loop {
+            let (evidence, revision) = {
+                let mut state = self.state();
+                let Some(evidence) = state.wanted.take() else {
+                    state.is_working = false;
+                    return;
+                };
+                (evidence, state.revision)
+            };
+            let fit = Arc::new(self.fit(&evidence, revision));
+            let mut state = self.state();
+            let count = fit.presses;
+            // Presses that were undone take their errors with them.
+            state.progress.retain(|one| one.presses < count);
+            state.progress.push(fit.held_out());
+            state.latest = Some(fit);
+        }
+    }
+
+    fn fit(&self, evidence: &Evidence, revision: u64) -> Fit {
+        let (data, places) = evidence.data();
+        let mut silent = |_: &str, _: f64| {};
+        let (sensor, options) = (&self.sensor, &self.options);
+        let found = calibrate_with(sensor, &data, options, &Threads, &mut silent);
+        Fit {
+            presses: evidence.presses.len(),
+            revision,
+            found: found.map_err(|error| error.to_string()),
+            places,
+        }
+    }
+
+    /// The last fit that was made.
+    pub(super) fn latest(&self) -> Option<Arc<Fit>> {
+        self.state().latest.clone()
+    }
+
+    /// The last fit, where it is of all that was asked for.
+    pub(super) fn finished(&self) -> Option<Arc<Fit>> {
+        let state = self.state();
+        let latest = state.latest.as_ref()?;
+        (latest.revision == state.revision).then(|| latest.clone())
+    }
+
+    /// How good the calibration was after so many presses.
+    pub(super) fn progress(&self) -> Vec<HeldOutError> {
+        self.state().progress.clone()
+    }
+}
+
+/// Whether more presses gain nothing, and what is to be said of that.
+pub(super) fn judge(progress: &[HeldOutError], least: usize) -> (bool, String) {
+    let known = |one: &HeldOutError| {
+        let mean = one.mean_absolute_g?;
+        Some((one.presses, mean, one.standard_error_g))
+    };
+    let Some((presses, now, error)) = progress.last().and_then(known) else {
+        return (false, String::new());
+    };
+    let mut earlier = progress.iter().rev().filter_map(known);
+    let earlier = earlier.find(|(count, ..)| count + COMPARED <= presses);
+    let Some((count, before, _)) = earlier else {
+        let text = format!("held-out presses are {now:.1} ± {error:.1} g off");
+        return (false, text);
+    };
+    let gained = before - now;
+    let ago = presses - count;
+    let is_enough = presses >= least && gained < error;
+    let text = if is_enough {
+        format!(
+            "held-out presses are {now:.1} ± {error:.1} g off, {before:.1} g {ago} presses ago: more presses like these gain nothing"
+        )
+    } else {
+        format!("held-out presses are {now:.1} ± {error:.1} g off, {before:.1} g {ago} presses ago")
+    };
+    (is_enough, text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_presses_gain_nothing_when_the_error_has_not_fallen_by_its_own_error() {
+        let at = |presses, mean| HeldOutError::new(presses, Some((mean, 1.0)));
+        assert!(!judge(&[HeldOutError::new(5, None)], 16).0);
+        assert!(!judge(&[at(10, 20.0), at(17, 20.0)], 16).0);
+        assert!(!judge(&[at(10, 20.0), at(18, 12.0)], 16).0);
+        let (is_enough, text) = judge(&[at(10, 12.4), at(18, 12.0)], 16);
+        assert!(is_enough && text.contains("12.4 g 8 presses ago"), "{text}");
+        assert!(!judge(&[at(10, 12.4), at(18, 12.0)], 24).0);
+    }
+}
