@@ -15,8 +15,8 @@ use crate::session::time_stamp;
 /// Loads are told one by one up to so many; more are put together in so many groups.
 const MOST_LOADS: usize = 8;
 const GROUPS: usize = 6;
-/// Size of the pictures, pixels.
-const PICTURE: (f64, f64) = (350.0, 230.0);
+/// Size of the pictures' plots, points: three stand side by side on A4.
+pub const PICTURE: (f64, f64) = (150.0, 105.0);
 /// Digits of a fingerprint that are shown: no two files of a person's have these in common.
 const FINGERPRINT: usize = 16;
 /// Doubts and warnings that find room.
@@ -68,12 +68,12 @@ pub fn of(calibration: &Calibration, origin: CalibrationOrigin) -> Result<Report
     let [residuals, law] = calibration_picture::small(calibration, PICTURE)?;
     errors.figures.push(Figure {
         caption:
-            "What presses read, less their labels: by fits without them, and by the fit of all."
+            "What presses read, less their labels: red by fits without them, grey by the fit of all. Dashed: the stated 95 % interval, without noise."
                 .to_owned(),
         picture: residuals,
     });
     errors.figures.push(Figure {
-        caption: "The load law of a taxel of middling gain.".to_owned(),
+        caption: "What a taxel of middling gain conducts. Dashed: the stated interval, made wider where nobody would see it.".to_owned(),
         picture: law,
     });
     errors.figures.extend(origin.figures);
@@ -159,8 +159,8 @@ fn stated(calibration: &Calibration) -> Option<String> {
     let known = calibration.sensor.uncertainty()?;
     Some(format!(
         "The sensor file states of a new load F, with 95 %: ± {} g and {} % of F, and noise.",
-        number(known.factor_95 * known.model_floor_g),
-        number(100.0 * known.factor_95 * known.model_share.hypot(known.fit_share)),
+        two_digits(known.factor_95 * known.model_floor_g),
+        two_digits(100.0 * known.factor_95 * known.model_share.hypot(known.fit_share)),
     ))
 }
 
@@ -212,6 +212,12 @@ fn groups<'a, 'b>(sorted: &'b [&'a PressResidual]) -> Vec<&'b [&'a PressResidual
     }
     let size = sorted.len().div_ceil(GROUPS);
     sorted.chunks(size).collect()
+}
+
+/// An interval is not known to more.
+fn two_digits(value: f64) -> String {
+    let unit = 10f64.powf(value.abs().max(1e-4).log10().floor() - 1.0);
+    number((value / unit).round() * unit)
 }
 
 /// An error is not known to more.

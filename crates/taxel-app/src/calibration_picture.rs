@@ -44,7 +44,7 @@ pub fn of(calibration: &Calibration) -> Result<Picture, Error> {
     Ok(Board::new(pictures)?.title(name).picture())
 }
 
-/// What is left of the presses, and the law, each in a picture of that size, pixels.
+/// What is left of the presses, and the law, each in a picture whose plot has that size, points, without a legend.
 ///
 /// # Errors
 /// As [`of`].
@@ -61,7 +61,10 @@ pub fn small(
     let residuals = residuals(&held_out, &fitted, most_g, sensor)?;
     let law = the_law(sensor, &law, most_g)?;
     // Their captions say more there.
-    let small = |series: Series| series.title("").caption("").size(width, height).picture();
+    let small = |series: Series| {
+        let series = series.title("").caption("").unnamed();
+        series.size(width, height).picture()
+    };
     Ok([small(residuals)?, small(law)?])
 }
 

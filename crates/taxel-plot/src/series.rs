@@ -257,6 +257,14 @@ impl Series {
         self
     }
 
+    /// Without a legend: a caption elsewhere says what the lines are.
+    pub fn unnamed(mut self) -> Self {
+        for line in &mut self.lines {
+            line.name.clear();
+        }
+        self
+    }
+
     /// Width and height of the plot in points, axes and legend not counted: 480 × 260 unless told, at least 80 × 50.
     pub fn size(mut self, width: f64, height: f64) -> Self {
         self.size = (width.max(SMALLEST.0), height.max(SMALLEST.1));

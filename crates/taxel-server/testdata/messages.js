@@ -307,7 +307,8 @@ export const state = {
       2
     ]
   },
-  "grip": null
+  "grip": null,
+  "calibration": null
 };
 
 /** @type {Wire.State} */
@@ -353,7 +354,8 @@ export const stateOfFile = {
     "rows": [],
     "columns": []
   },
-  "grip": null
+  "grip": null,
+  "calibration": null
 };
 
 /** @type {Wire.State} */
@@ -446,6 +448,115 @@ export const stateOfGrip = {
     "files": [
       "page.pdf"
     ]
+  },
+  "calibration": null
+};
+
+/** @type {Wire.State} */
+export const stateOfCalibration = {
+  "kind": "state",
+  "device": {
+    "state": "waiting",
+    "text": ""
+  },
+  "frames_per_second": 0.0,
+  "frames": 0,
+  "lost": 0,
+  "corrupt": 0,
+  "repeated": 0,
+  "skipped": 0,
+  "latency_ms": {
+    "median": 0.0,
+    "p99": 0.0
+  },
+  "clients": 0,
+  "tare": {
+    "on": false,
+    "host_secs": 0.0
+  },
+  "recording": null,
+  "method": "",
+  "player": null,
+  "sliders": {},
+  "bad_lines": {
+    "rows": [],
+    "columns": []
+  },
+  "grip": null,
+  "calibration": {
+    "phase": "elsewhere",
+    "asked": {
+      "row": 3,
+      "column": 5,
+      "load_g": 200.0,
+      "is_among_others": true,
+      "why": "this load tells most of the law and of the switches now",
+      "is_again": false
+    },
+    "seen": {
+      "row": 3,
+      "column": 6,
+      "is_there": false,
+      "standing": 0.5,
+      "problem": "row 3, column 6 is pressed most, not row 3, column 5"
+    },
+    "presses": [
+      {
+        "asked": {
+          "row": 7,
+          "column": 7,
+          "load_g": 500.0,
+          "is_among_others": false,
+          "why": "",
+          "is_again": false
+        },
+        "says_g": 491.5,
+        "left_out": ""
+      },
+      {
+        "asked": {
+          "row": null,
+          "column": null,
+          "load_g": 5.0,
+          "is_among_others": false,
+          "why": "",
+          "is_again": false
+        },
+        "says_g": null,
+        "left_out": "undone by the operator"
+      }
+    ],
+    "progress": [
+      {
+        "presses": 8,
+        "mean_absolute_g": null,
+        "standard_error_g": 0.0
+      },
+      {
+        "presses": 9,
+        "mean_absolute_g": 12.5,
+        "standard_error_g": 2.25
+      }
+    ],
+    "is_enough": false,
+    "advice": "held-out presses are 12.5 ± 2.3 g off",
+    "least_presses": 8,
+    "loads_g": [
+      50.0,
+      200.0,
+      500.0
+    ],
+    "sensor": "mat 16x16",
+    "folder": "calibrations/2026-11-24-120000",
+    "output": "calibrated.toml",
+    "warnings": [
+      "row 2: dead or flickering, not looked at"
+    ],
+    "doubts": [],
+    "trouble": "",
+    "is_resumed": true,
+    "is_simulated": true,
+    "files": []
   }
 };
 

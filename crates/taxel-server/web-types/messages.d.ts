@@ -112,6 +112,8 @@ declare namespace Wire {
     output: string;
     /** What makes the result doubtful, in words. */
     warnings: string[];
+    /** Why the calibrated sensor should not be used as it is; empty where it may, and before the end. */
+    doubts: string[];
     /** Why something did not work; empty where all did. */
     trouble: string;
     is_resumed: boolean;

@@ -1,10 +1,11 @@
 //! What happens by itself in a guided calibration: presses are seen, taken and kept, and asked for again where the others contradict
 //! them.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use taxel_server::SeenPress;
+use taxel_server::{BadLines, SeenPress};
 
 use super::desk::{Desk, Known, Phase};
 use super::operator::Operator;
@@ -15,6 +16,8 @@ use crate::error::Error;
 
 /// How often doubts are looked for.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
+/// A line that is found faulty so often in a row is broken: 15 s, three surveys.
+const BROKEN_LOOKS: u32 = 30;
 /// Two presses of one taxel with one load that rise by the same within this share agree.
 const AGREE: f64 = 0.1;
 /// A press that moves by more than this share while it is taken does not stand.
@@ -29,6 +32,7 @@ pub(super) struct Conductor {
     looked: Instant,
     last: (Phase, usize),
     frames_seen: (u64, Instant),
+    faults: LineWatch,
 }
 
 impl Conductor {
@@ -39,6 +43,7 @@ impl Conductor {
             looked: Instant::now(),
             last: (Phase::Empty, usize::MAX),
             frames_seen: (0, Instant::now()),
+            faults: LineWatch::default(),
         }
     }
 
@@ -303,6 +308,10 @@ impl Conductor {
             }
         }
         self.desk.watch().set_bad_lines(&lines);
+        if self.faults.see(&lines) {
+            self.desk.set_dead_lines(&self.faults.dead);
+            self.desk.ask_for_fit();
+        }
         self.desk.known().warnings = warnings;
     }
 
@@ -321,6 +330,7 @@ impl Conductor {
         match written {
             Ok(files) => {
                 known.phase = Phase::Done;
+                known.doubts = fit.doubts();
                 known.files = files;
                 known.record.is_finished = true;
                 known.write()
@@ -331,6 +341,37 @@ impl Conductor {
                 Err(error)
             }
         }
+    }
+}
+
+/// Lines that were found faulty for so long that they are taken to be broken: a hand on the sensor may look like a fault for a while.
+#[derive(Default)]
+struct LineWatch {
+    looks: BTreeMap<(bool, usize), u32>,
+    dead: BadLines,
+}
+
+impl LineWatch {
+    /// Looks once more; whether there are more broken lines than before.
+    fn see(&mut self, lines: &BadLines) -> bool {
+        let rows = lines.rows.iter().map(|&row| (true, row));
+        let all: Vec<_> = rows
+            .chain(lines.columns.iter().map(|&column| (false, column)))
+            .collect();
+        self.looks
+            .retain(|line, looks| *looks >= BROKEN_LOOKS || all.contains(line));
+        for line in all {
+            *self.looks.entry(line).or_insert(0) += 1;
+        }
+        let broken = self
+            .looks
+            .iter()
+            .filter(|(_, looks)| **looks >= BROKEN_LOOKS);
+        let (rows, columns): (Vec<_>, Vec<_>) =
+            broken.map(|(line, _)| *line).partition(|line| line.0);
+        let index = |lines: Vec<(bool, usize)>| lines.into_iter().map(|line| line.1).collect();
+        let dead = BadLines::new(index(rows), index(columns));
+        std::mem::replace(&mut self.dead, dead.clone()) != dead
     }
 }
 

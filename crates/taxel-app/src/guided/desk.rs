@@ -8,8 +8,8 @@ use std::time::SystemTime;
 use taxel::calibrate::{MadePress, PressPlan};
 use taxel::{Counts, Frame};
 use taxel_server::{
-    AskedPress, CalibrationPhase, CalibrationSession, CalibrationStep, Refused, Reply, ResultFile,
-    SeenPress, State, TakenPress,
+    AskedPress, BadLines, CalibrationPhase, CalibrationSession, CalibrationStep, Refused, Reply,
+    ResultFile, SeenPress, State, TakenPress,
 };
 
 use super::GuidedSettings;
@@ -58,6 +58,8 @@ pub(super) struct Known {
     pub warnings: Vec<String>,
     pub trouble: String,
     pub files: Vec<String>,
+    /// Why the result should not be used as it is.
+    pub doubts: Vec<String>,
     /// Revision of the fit whose contradictions were looked at.
     pub looked_at: u64,
 }
@@ -99,7 +101,7 @@ impl Known {
 /// What viewers and the terminal talk to.
 pub(super) struct Desk {
     pub(super) settings: GuidedSettings,
-    plan: PressPlan,
+    plan: Mutex<PressPlan>,
     known: Mutex<Known>,
     pub(super) session: Mutex<Option<Session>>,
     watch: Mutex<PressWatch>,
@@ -145,6 +147,7 @@ impl Desk {
             warnings: Vec::new(),
             trouble: String::new(),
             files: Vec::new(),
+            doubts: Vec::new(),
             looked_at: 0,
         };
         known.write()?;
@@ -152,7 +155,7 @@ impl Desk {
             watch: Mutex::new(PressWatch::new(sensor)?),
             fits: Fits::new(sensor, settings.options.clone()),
             settings,
-            plan,
+            plan: Mutex::new(plan),
             known: Mutex::new(known),
             session: Mutex::new(None),
         };
@@ -162,6 +165,31 @@ impl Desk {
 
     pub(super) fn known(&self) -> MutexGuard<'_, Known> {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn plan(&self) -> MutexGuard<'_, PressPlan> {
+        self.plan.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// These lines are broken: nothing is asked for on them, and the fit leaves them alone.
+    pub(super) fn set_dead_lines(&self, lines: &BadLines) {
+        let edited = self.settings.sensor.edited(|spec| {
+            let screen = &mut spec.screen;
+            for (all, found) in [
+                (&mut screen.dead_rows, &lines.rows),
+                (&mut screen.dead_columns, &lines.columns),
+            ] {
+                all.extend(found);
+                all.sort_unstable();
+                all.dedup();
+            }
+        });
+        let Ok(sensor) = edited else { return };
+        // Where all is broken there is nothing to plan: the plan stays, and the warning is there.
+        if let Ok(plan) = PressPlan::new(&sensor, &self.settings.loads_g) {
+            *self.plan() = plan;
+            self.fits.set_sensor(&sensor);
+        }
     }
 
     pub(super) fn session(&self) -> MutexGuard<'_, Option<Session>> {
@@ -208,7 +236,7 @@ impl Desk {
         let fit = self.fits.latest();
         let fitted = fit.as_ref().and_then(|fit| fit.found.as_ref().ok());
         let sensor = fitted.map(|found| &found.sensor);
-        let planned = self.plan.next(&made, &known.avoided, sensor);
+        let planned = self.plan().next(&made, &known.avoided, sensor);
         let press = planned.press;
         let mut asked = AskedPress::of_taxel(press.row, press.column, press.load_g);
         asked.is_among_others = press.is_among_others;
@@ -265,8 +293,8 @@ impl Desk {
     fn take_load(&self, load_g: f64) -> Result<Reply, Refused> {
         let mut known = self.known();
         let known = &mut *known;
-        if !self.plan.loads_g().contains(&load_g) {
-            let loads = self.plan.loads_g();
+        let loads = self.plan().loads_g().to_vec();
+        if !loads.contains(&load_g) {
             return Err(Refused::because(format!(
                 "{load_g} g is none of {loads:?} g"
             )));
@@ -374,11 +402,12 @@ impl Desk {
         state.is_enough = is_enough;
         state.advice = advice;
         state.least_presses = MIN_PRESSES;
-        state.loads_g = self.plan.loads_g().to_vec();
+        state.loads_g = self.plan().loads_g().to_vec();
         state.sensor.clone_from(&known.record.sensor);
         state.folder = known.folder.display().to_string();
         state.output = self.settings.output.display().to_string();
         state.warnings.clone_from(&known.warnings);
+        state.doubts.clone_from(&known.doubts);
         state.trouble.clone_from(&known.trouble);
         state.is_resumed = known.is_resumed;
         state.is_simulated = known.record.is_simulated;

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use taxel::calibrate::{
-    Calibration, CalibrationData, CalibrationOptions, PressLabel, calibrate_with,
+    Calibration, CalibrationData, CalibrationOptions, PressLabel, calibrate_with, with_error,
 };
 use taxel::{Counts, Frame, Sensor};
 use taxel_server::HeldOutError;
@@ -99,6 +99,21 @@ impl Fit {
     }
 }
 
+impl Fit {
+    /// Why what was found should not be used as it is; none where it may.
+    pub(super) fn doubts(&self) -> Vec<String> {
+        let report = match &self.found {
+            Ok(found) => &found.report,
+            Err(why) => return vec![why.clone()],
+        };
+        let suspects = report.suspects.iter().filter(|suspect| suspect.left_out);
+        let place = |press: usize| self.places.get(press).map_or(press, |place| *place);
+        let contradicted =
+            suspects.map(|suspect| format!("press {}: {suspect}", place(suspect.press) + 1));
+        report.doubts.iter().cloned().chain(contradicted).collect()
+    }
+}
+
 #[derive(Default)]
 struct State {
     revision: u64,
@@ -111,7 +126,7 @@ struct State {
 /// Fits what is asked for, in threads of its own.
 #[derive(Clone)]
 pub(super) struct Fits {
-    sensor: Arc<Sensor>,
+    sensor: Arc<Mutex<Sensor>>,
     options: Arc<CalibrationOptions>,
     state: Arc<Mutex<State>>,
 }
@@ -119,7 +134,7 @@ pub(super) struct Fits {
 impl Fits {
     pub(super) fn new(sensor: &Sensor, options: CalibrationOptions) -> Self {
         Self {
-            sensor: Arc::new(sensor.clone()),
+            sensor: Arc::new(Mutex::new(sensor.clone())),
             options: Arc::new(options),
             state: Arc::default(),
         }
@@ -127,6 +142,12 @@ impl Fits {
 
     fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What is fitted from now on: the parts list with what was found to be broken.
+    pub(super) fn set_sensor(&self, sensor: &Sensor) {
+        let mut mine = self.sensor.lock().unwrap_or_else(PoisonError::into_inner);
+        mine.clone_from(sensor);
     }
 
     /// These presses are fitted, once the fit that is being made is done; of several askings the last.
@@ -169,8 +190,9 @@ impl Fits {
     fn fit(&self, evidence: &Evidence, revision: u64) -> Fit {
         let (data, places) = evidence.data();
         let mut silent = |_: &str, _: f64| {};
-        let (sensor, options) = (&self.sensor, &self.options);
-        let found = calibrate_with(sensor, &data, options, &Threads, &mut silent);
+        let sensor = self.sensor.lock();
+        let sensor = sensor.unwrap_or_else(PoisonError::into_inner).clone();
+        let found = calibrate_with(&sensor, &data, &self.options, &Threads, &mut silent);
         Fit {
             presses: evidence.presses.len(),
             revision,
@@ -206,22 +228,24 @@ pub(super) fn judge(progress: &[HeldOutError], least: usize) -> (bool, String) {
     let Some((presses, now, error)) = progress.last().and_then(known) else {
         return (false, String::new());
     };
+    let (said, half) = with_error(now, Some(error).filter(|error| *error > 0.0));
+    let said = match half {
+        Some(half) => format!("held-out presses are {said} ± {half} g off"),
+        None => format!("held-out presses are {said} g off"),
+    };
     let mut earlier = progress.iter().rev().filter_map(known);
     let earlier = earlier.find(|(count, ..)| count + COMPARED <= presses);
     let Some((count, before, _)) = earlier else {
-        let text = format!("held-out presses are {now:.1} ± {error:.1} g off");
-        return (false, text);
+        return (false, said);
     };
     let gained = before - now;
     let ago = presses - count;
     let is_enough = presses >= least && gained < error;
-    let text = if is_enough {
-        format!(
-            "held-out presses are {now:.1} ± {error:.1} g off, {before:.1} g {ago} presses ago: more presses like these gain nothing"
-        )
-    } else {
-        format!("held-out presses are {now:.1} ± {error:.1} g off, {before:.1} g {ago} presses ago")
-    };
+    let (before, _) = with_error(before, Some(error).filter(|error| *error > 0.0));
+    let mut text = format!("{said}, {before} g {ago} presses ago");
+    if is_enough {
+        text += ": more presses like these gain nothing";
+    }
     (is_enough, text)
 }
 

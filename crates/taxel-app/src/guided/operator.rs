@@ -25,6 +25,8 @@ pub(super) struct Operator {
     since: Option<Instant>,
     is_corrected: bool,
     has_begun: bool,
+    /// How often other things were laid: each time they lie elsewhere.
+    arrangement: usize,
 }
 
 impl Operator {
@@ -41,13 +43,16 @@ impl Operator {
         if is_new {
             self.is_corrected = false;
             self.since = Some(Instant::now());
-            presser.lay(laid(&known, desk, false));
+            if known.phase == Phase::Others {
+                self.arrangement += 1;
+            }
+            presser.lay(self.laid(&known, desk, false));
             self.doing = Some(now);
         }
         let waited = self.since.map_or(Duration::ZERO, |since| since.elapsed());
         if known.phase == Phase::Elsewhere && !self.is_corrected && waited > SEEN_AFTER {
             self.is_corrected = true;
-            presser.lay(laid(&known, desk, true));
+            presser.lay(self.laid(&known, desk, true));
         }
         self.has_begun |= known.phase == Phase::Reading;
         // The first time a person says that the sensor is empty.
@@ -61,6 +66,42 @@ impl Operator {
             let _ = desk.go_on(&CalibrationStep::Ready);
         }
     }
+
+    /// What lies on the sensor in a phase.
+    fn laid(&self, known: &Known, desk: &Desk, is_corrected: bool) -> LaidLoads {
+        let sensor = &desk.settings.sensor;
+        let (rows, columns) = (sensor.rows(), sensor.columns());
+        let asked = known.asked.as_ref();
+        let others = known.others_lie || known.phase == Phase::Others;
+        let mut taxels = Vec::new();
+        if others {
+            let heaviest = known.record.loads_g.iter().copied().fold(0.0, f64::max);
+            taxels.extend(other_things(self.arrangement, (rows, columns), heaviest));
+            // Where something is to be pressed, nothing else lies.
+            let taxel = asked.and_then(|asked| asked.row.zip(asked.column));
+            taxels.retain(|(row, column, _)| Some((*row, *column)) != taxel);
+        }
+        let Some(asked) = asked.filter(|_| simple(&known.phase) == Phase::Press) else {
+            return LaidLoads::on_taxels(taxels);
+        };
+        let Some((row, column)) = asked.row.zip(asked.column) else {
+            return LaidLoads::even(asked.load_g);
+        };
+        let number = known.record.presses.len();
+        let misses = number % MISSES_EVERY == MISSES_EVERY - 1 && !is_corrected;
+        let beside = if column + 1 < columns {
+            column + 1
+        } else {
+            column - 1
+        };
+        let errs = number % ERRS_EVERY == ERRS_EVERY - 1 && !asked.is_again;
+        taxels.push((
+            row,
+            if misses { beside } else { column },
+            asked.load_g * if errs { ERROR } else { 1.0 },
+        ));
+        LaidLoads::on_taxels(taxels)
+    }
 }
 
 /// Elsewhere is the same press.
@@ -71,55 +112,13 @@ fn simple(phase: &Phase) -> Phase {
     }
 }
 
-/// What lies on the sensor in a phase.
-fn laid(known: &Known, desk: &Desk, is_corrected: bool) -> LaidLoads {
-    let sensor = &desk.settings.sensor;
-    let (rows, columns) = (sensor.rows(), sensor.columns());
-    let asked = known.asked.as_ref();
-    let others = known.others_lie || known.phase == Phase::Others;
-    let mut taxels = Vec::new();
-    if others {
-        let heaviest = known.record.loads_g.iter().copied().fold(0.0, f64::max);
-        taxels.extend(other_things(
-            known.record.presses.len(),
-            (rows, columns),
-            heaviest,
-        ));
-        // Where something is to be pressed, nothing else lies.
-        let taxel = asked.and_then(|asked| asked.row.zip(asked.column));
-        taxels.retain(|(row, column, _)| Some((*row, *column)) != taxel);
-    }
-    let Some(asked) = asked.filter(|_| simple(&known.phase) == Phase::Press) else {
-        return LaidLoads::on_taxels(taxels);
-    };
-    let Some((row, column)) = asked.row.zip(asked.column) else {
-        return LaidLoads::even(asked.load_g);
-    };
-    let number = known.record.presses.len();
-    let misses = number % MISSES_EVERY == MISSES_EVERY - 1 && !is_corrected;
-    let beside = if column + 1 < columns {
-        column + 1
-    } else {
-        column - 1
-    };
-    let errs = number % ERRS_EVERY == ERRS_EVERY - 1 && !asked.is_again;
-    taxels.push((
-        row,
-        if misses { beside } else { column },
-        asked.load_g * if errs { ERROR } else { 1.0 },
-    ));
-    LaidLoads::on_taxels(taxels)
-}
-
-/// Where other things lie, by how many presses there were when they were laid: the same ones for some presses in a row.
+/// Where other things lie.
 fn other_things(
-    presses: usize,
+    arrangement: usize,
     (rows, columns): (usize, usize),
     heaviest_g: f64,
 ) -> impl Iterator<Item = (usize, usize, f64)> {
-    const RUN: usize = 4;
     const THINGS: usize = 6;
-    let arrangement = presses / RUN;
     (0..THINGS).map(move |thing| {
         let step = arrangement * THINGS + thing;
         // Irrational steps: spread over the sensor, and never twice the same.

@@ -4,6 +4,9 @@
 //! rose by since the sensor was empty: the taxel that rose most. A press stands when the same taxel rose most in several blocks and by
 //! the same; the mean of the blocks after that is what the calibration gets.
 
+#[cfg(test)]
+mod tests;
+
 use std::collections::VecDeque;
 use std::time::{Duration, SystemTime};
 

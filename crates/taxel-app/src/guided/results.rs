@@ -12,12 +12,9 @@ use taxel_server::HeldOutError;
 use super::GuidedSettings;
 use super::fits::Fit;
 use super::record::{CalibrationRecord, KeptPress};
-use crate::calibration_certificate::{self, CalibrationOrigin};
+use crate::calibration_certificate::{self, CalibrationOrigin, PICTURE};
 use crate::error::Error;
 use crate::{fingerprint, residuals};
-
-/// Size of the picture of the errors, pixels.
-const PICTURE: (f64, f64) = (350.0, 230.0);
 
 /// Writes everything; the names of what is in the folder.
 pub(super) fn write(
@@ -171,8 +168,8 @@ fn error_by_presses(progress: &[HeldOutError]) -> Result<Figure, Error> {
             .collect()
     };
     let lines = vec![
-        Line::new("held-out error", shifted(0.0)).colour(3),
-        Line::new("± standard error", shifted(1.0))
+        Line::new("", shifted(0.0)).colour(3),
+        Line::new("", shifted(1.0))
             .style(LineStyle::Dashed)
             .colour(0),
         Line::new("", shifted(-1.0))
@@ -182,9 +179,10 @@ fn error_by_presses(progress: &[HeldOutError]) -> Result<Figure, Error> {
     let series = Series::new("presses", presses, lines)?
         .quantity("mean absolute error")
         .unit("g")
-        .size(PICTURE.0, PICTURE.1);
+        .size(PICTURE.0, PICTURE.1)
+        .unnamed();
     Ok(Figure {
-        caption: "The error of held-out presses while presses were made.".to_owned(),
+        caption: "The error of held-out presses while presses were made. Dashed: one standard error up and down.".to_owned(),
         picture: series.picture()?,
     })
 }

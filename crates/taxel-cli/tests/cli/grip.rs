@@ -1,63 +1,21 @@
 //! Grip sessions in the terminal, and sessions compared.
 
 use std::fmt::Write as _;
-use std::io::{BufRead, BufReader, Read, Write};
 use std::path::PathBuf;
-use std::process::{Child, ChildStderr};
 
 use serde_json::Value;
 
+use crate::operated::Operated;
 use crate::run::Folder;
 
 /// As short as a protocol may be.
 const SHORT: &str =
     "trials = 1\nhold_secs = 1.5\nplateau_secs = 0.5\nrest_secs = 0\ncountdown_secs = 1\n";
 
-/// The program, and an operator who reads what it says.
-struct Operated {
-    child: Child,
-    said: BufReader<ChildStderr>,
-    text: String,
-}
-
-impl Operated {
-    fn begin(folder: &Folder, words: &str) -> Self {
-        let mut child = folder.spawn(words);
-        let said = BufReader::new(child.stderr.take().unwrap());
-        Self {
-            child,
-            said,
-            text: String::new(),
-        }
-    }
-
-    /// Waits until it says `words`, and answers.
-    fn answer(&mut self, words: &str, answer: &str) {
-        let mut line = String::new();
-        while !line.contains(words) {
-            line.clear();
-            let read = self.said.read_line(&mut line).unwrap();
-            assert!(read > 0, "it never says {words:?}:\n{}", self.text);
-            self.text += &line;
-        }
-        writeln!(self.child.stdin.as_mut().unwrap(), "{answer}").unwrap();
-    }
-
-    /// One trial, from ready to its verdict.
-    fn trial(&mut self, verdict: &str) {
-        self.answer("Enter starts it", "");
-        self.answer("Enter accepts it", verdict);
-    }
-
-    /// Its exit code, and what it printed.
-    fn end(mut self) -> (Option<i32>, String, String) {
-        drop(self.child.stdin.take());
-        self.said.read_to_string(&mut self.text).unwrap();
-        let mut printed = String::new();
-        let out = self.child.stdout.as_mut().unwrap();
-        out.read_to_string(&mut printed).unwrap();
-        (self.child.wait().unwrap().code(), printed, self.text)
-    }
+/// One trial, from ready to its verdict.
+fn trial(operated: &mut Operated, verdict: &str) {
+    operated.answer("Enter starts it", "");
+    operated.answer("Enter accepts it", verdict);
 }
 
 /// The folder of a person's only session.
@@ -94,8 +52,8 @@ fn a_session_with_a_repeat_a_cancel_and_a_crash_ends_in_a_page_and_in_true_numbe
     let words = "grip sim:sensor.toml?grip&seed=7 --person P1 --protocol short.toml --terminal";
     let mut first = Operated::begin(&folder, words);
     first.answer("takes the zero", "");
-    first.trial("slipped");
-    first.trial("");
+    trial(&mut first, "slipped");
+    trial(&mut first, "");
     // The left hand's turn: the power fails.
     first.answer("Enter starts it", "");
     first.answer("GRIP", "");
@@ -107,7 +65,7 @@ fn a_session_with_a_repeat_a_cancel_and_a_crash_ends_in_a_page_and_in_true_numbe
     again.answer("takes the zero", "");
     again.answer("Enter starts it", "");
     again.answer("GRIP", "c");
-    again.trial("");
+    trial(&mut again, "");
     let (code, printed, said) = again.end();
     assert_eq!(code, Some(0), "{said}");
     let session = session(&folder, "P1");
@@ -243,7 +201,7 @@ fn sessions_are_compared() {
         "grip sim:sensor.toml?grip --person P1 --protocol short.toml --terminal",
     );
     one.answer("takes the zero", "");
-    one.trial("");
+    trial(&mut one, "");
     assert_eq!(one.end().0, Some(0));
     let done = session(&folder, "P1");
     let (record, results) = (

@@ -32,6 +32,8 @@ pub struct CalibrationSession {
     pub output: String,
     /// What makes the result doubtful, in words; empty where nothing does.
     pub warnings: Vec<String>,
+    /// Why the calibrated sensor should not be used as it is, in words; empty where it may, and before the end.
+    pub doubts: Vec<String>,
     /// Why something did not work, in words; empty where all did.
     pub trouble: String,
     /// The calibration was found unfinished, and goes on.

@@ -138,6 +138,45 @@ fn grip_state() -> State {
     }
 }
 
+/// In the middle of a guided calibration: a press stands elsewhere.
+fn calibration_state() -> State {
+    let mut asked = AskedPress::of_taxel(3, 5, 200.0);
+    asked.is_among_others = true;
+    asked.why = "this load tells most of the law and of the switches now".to_owned();
+    let mut seen = SeenPress::new(3, 6);
+    seen.standing = 0.5;
+    seen.problem = "row 3, column 6 is pressed most, not row 3, column 5".to_owned();
+    let mut taken = TakenPress::new(AskedPress::of_taxel(7, 7, 500.0));
+    taken.says_g = Some(491.5);
+    let mut left_out = TakenPress::new(AskedPress::of_all(5.0));
+    left_out.left_out = "undone by the operator".to_owned();
+    let calibration = CalibrationSession {
+        phase: CalibrationPhase::Elsewhere,
+        asked: Some(asked),
+        seen: Some(seen),
+        presses: vec![taken, left_out],
+        progress: vec![
+            HeldOutError::new(8, None),
+            HeldOutError::new(9, Some((12.5, 2.25))),
+        ],
+        is_enough: false,
+        advice: "held-out presses are 12.5 ± 2.3 g off".to_owned(),
+        least_presses: 8,
+        loads_g: vec![50.0, 200.0, 500.0],
+        sensor: "mat 16x16".to_owned(),
+        folder: "calibrations/2026-11-24-120000".to_owned(),
+        output: "calibrated.toml".to_owned(),
+        warnings: vec!["row 2: dead or flickering, not looked at".to_owned()],
+        is_resumed: true,
+        is_simulated: true,
+        ..CalibrationSession::default()
+    };
+    State {
+        calibration: Some(Box::new(calibration)),
+        ..State::default()
+    }
+}
+
 /// Of a recording, on a sensor whose taxels lie anywhere.
 fn file_hello() -> Hello {
     Hello {
@@ -239,6 +278,11 @@ fn messages_of_the_wire_are_those_that_the_page_is_tested_with() {
             "stateOfGrip",
             "State",
             Message::State(Box::new(grip_state())),
+        ),
+        (
+            "stateOfCalibration",
+            "State",
+            Message::State(Box::new(calibration_state())),
         ),
         (
             "event",

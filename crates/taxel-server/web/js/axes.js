@@ -1,7 +1,7 @@
 // Axes of charts that begin at zero, for uPlot.
 
 import { theme } from "./theme.js";
-import { fixed, niceStep } from "./units.js";
+import { decimalsFor, fixed, niceStep } from "./units.js";
 
 const FONT = "12px system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif";
 
@@ -27,6 +27,6 @@ export function splits(top, pixels, apart) {
  * @param {number[]} values
  */
 export function texts(_, values) {
-  const whole = values.every((value) => Math.abs(value - Math.round(value)) < 1e-9);
-  return values.map((value) => fixed(value, whole ? 0 : 1));
+  const step = values.length > 1 ? values[1] - values[0] : 1;
+  return values.map((value) => fixed(value, decimalsFor(step, 1)));
 }

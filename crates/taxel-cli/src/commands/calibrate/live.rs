@@ -158,7 +158,10 @@ impl<'a> Terminal<'a> {
             let state = self.guided.state();
             self.tell(&state);
             for line in self.guided.take_messages() {
-                out::note(&line);
+                // Each press is recorded: told as taken.
+                if !line.contains(&state.folder) {
+                    out::note(&line);
+                }
             }
             if state.phase == CalibrationPhase::Done && self.enter.is_some() {
                 return done(&state);
@@ -250,7 +253,14 @@ fn done(state: &CalibrationSession) -> Result<Exit, Error> {
     let files = files.map(|file| format!("{}/{file}", state.folder));
     let all: Vec<String> = files.chain([state.output.clone()]).collect();
     out::result(&all.join("\n"))?;
-    Ok(Exit::Good)
+    for doubt in &state.doubts {
+        out::warn(doubt);
+    }
+    Ok(if state.doubts.is_empty() {
+        Exit::Good
+    } else {
+        Exit::DataLost
+    })
 }
 
 /// Whether nothing goes on without the operator.
@@ -273,7 +283,7 @@ fn words(state: &CalibrationSession) -> String {
             format!("  {problem}; move it, or `here` and Enter if it stands where it should")
         }
         CalibrationPhase::Taking => "  hold still".to_owned(),
-        CalibrationPhase::Off => "  take it off".to_owned(),
+        CalibrationPhase::Off => "  take it off (and Enter, where it is off and nothing happens)".to_owned(),
         CalibrationPhase::Finishing => "fitting all presses".to_owned(),
         _ => String::new(),
     }

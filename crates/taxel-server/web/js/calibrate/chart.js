@@ -68,7 +68,7 @@ export class ErrorChart {
     const known = progress.filter(({ mean_absolute_g }) => mean_absolute_g !== null);
     const last = lastError(progress);
     const text = last ? `${errorText(known[0])} after ${countText(known[0].presses)}, ${errorText(last)} after ${countText(last.presses)}` : "no values yet";
-    this.element.setAttribute("aria-label", `Error of presses held out against the number of presses: ${text}`);
+    this.element.setAttribute("aria-label", `Held-out error against the number of presses: ${text}`);
     this.element.dataset.points = String(known.length);
   }
 }

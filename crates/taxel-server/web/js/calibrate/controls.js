@@ -2,7 +2,7 @@
 
 import { buttonById, byId, onClick, selectById } from "../dom.js";
 import { loadText } from "./numbers.js";
-import { PRESSING, taxelOf } from "./words.js";
+import { PRESSING, counting, taxelOf } from "./words.js";
 
 export class Controls {
   /** @param {(step: Wire.CalibrationStep) => void} act */
@@ -23,13 +23,13 @@ export class Controls {
   /** @param {Wire.CalibrationSession} session */
   show(session) {
     const { phase, asked, presses } = session;
-    const isPressing = PRESSING.includes(phase);
-    const canChoose = phase === "press" || phase === "elsewhere";
+    const isPressing = PRESSING.includes(phase) || phase === "others";
+    const canChoose = ["press", "elsewhere", "others"].includes(phase);
     byId("skip").hidden = !isPressing;
     byId("undo").hidden = !isPressing;
     // One that has the focus keeps it while it has nothing to do for a moment.
     able("skip", canChoose && asked !== null);
-    able("undo", presses.length > 0 && phase !== "taking");
+    able("undo", counting(presses) > 0 && phase !== "taking");
     byId("load-field").hidden = !isPressing || session.loads_g.length < 2 || (asked !== null && taxelOf(asked) === null);
     this.load.disabled = !canChoose || asked === null;
     this.showLoads(session);

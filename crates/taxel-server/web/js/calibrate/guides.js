@@ -1,5 +1,6 @@
 // On the map: where to press, and what presses now. The two differ in shape, not by colour alone.
 
+import { MARGIN } from "../furniture.js";
 import { theme } from "../theme.js";
 import { loadText } from "./numbers.js";
 import { taxelOf } from "./words.js";
@@ -95,12 +96,13 @@ function drawNumbers(g, p, { x, y }, { row, column }) {
   g.textBaseline = "middle";
   for (const [text, middleX, middleY] of /** @type {[number, number, number][]} */ ([[down, p.left / 2 - 1, y], [across, x, bottom + 11]])) {
     const wide = Math.max(20, g.measureText(String(text)).width + 8);
+    const centre = Math.min(middleX, right + MARGIN.right - wide / 2);
     g.fillStyle = theme.ink;
     g.beginPath();
-    g.roundRect(middleX - wide / 2, middleY - 9, wide, 18, 4);
+    g.roundRect(centre - wide / 2, middleY - 9, wide, 18, 4);
     g.fill();
     g.fillStyle = theme.panel;
-    g.fillText(String(text), middleX, middleY + 1);
+    g.fillText(String(text), centre, middleY + 1);
   }
 }
 

@@ -28,7 +28,7 @@ const BEEPS = /** @satisfies {Record<string, import("../sound.js").Beep>} */ ({
 const BANNERS = {
   of: ({ calibration }) => calibration && { trouble: calibration.trouble, isAtWork: !["finishing", "done"].includes(calibration.phase) },
   parts: ["work", "side"],
-  missing: { title: "No guided calibration here", text: "None was begun, or it has ended. This server shows its sensor in the live view." },
+  missing: { title: "No guided calibration here", text: "Begin one with “taxel calibrate --live”. This server shows its sensor in the live view." },
   lost: "Connection lost. The calibration goes on where it was; trying again.",
   connecting: "the calibration",
   noFrames: "No frames arrive: what presses at this moment is not known.",

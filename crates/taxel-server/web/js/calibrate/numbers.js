@@ -35,9 +35,9 @@ export function saysText(saysG, askedG) {
 /** @param {Wire.HeldOutError} error */
 export function errorText({ mean_absolute_g: mean, standard_error_g: error }) {
   if (mean === null) return "–";
-  const decimals = error > 0 ? decimalsFor(error, error < 1 ? 1 : 2) : decimalsFor(mean, 2);
-  const shown = Math.min(3, decimals);
-  return `${fixed(mean, shown)}${error > 0 ? plusMinus(error, shown) : ""}${NARROW}g`;
+  // As the server writes it in its advice: two digits of the error's own.
+  const decimals = Math.min(4, decimalsFor(error > 0 ? error : mean, 2));
+  return `${fixed(mean, decimals)}${error > 0 ? plusMinus(error, decimals) : ""}${NARROW}g`;
 }
 
 /**
@@ -79,5 +79,5 @@ export function endsOf({ presses, mean, above }) {
   const last = known[known.length - 1] || 1;
   const highest = Math.max(0, ...above.map((value) => value ?? 0)) || 1;
   const top = known.length > 0 ? niceCeil(1.05 * Math.min(highest, MOST_TIMES_LAST * last)) : EMPTY_TOP;
-  return { across: niceCeil(Math.max(LEAST_PRESSES, ...presses)), top };
+  return { across: niceCeil(Math.max(LEAST_PRESSES, ...presses.map((count) => count + 1))), top };
 }

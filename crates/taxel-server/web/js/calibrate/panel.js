@@ -3,7 +3,7 @@
 import { byId, inside, made, write } from "../dom.js";
 import { SidePanel } from "../sidepanel.js";
 import { errorText, lastError, loadText, saysText } from "./numbers.js";
-import { countText, taxelOf } from "./words.js";
+import { countText, counting, taxelOf } from "./words.js";
 
 export class Panel extends SidePanel {
   /** @param {import("./chart.js").ErrorChart} chart */
@@ -42,8 +42,8 @@ export class Panel extends SidePanel {
 
   /** @param {Wire.TakenPress[]} presses */
   showPresses(presses) {
-    const out = presses.filter(({ left_out }) => left_out !== "").length;
-    write("presses-count", `${presses.length} taken${out > 0 ? `, ${out} left out` : ""}`);
+    const out = presses.length - counting(presses);
+    write("presses-count", `${counting(presses)} taken${out > 0 ? `, ${out} left out` : ""}`);
     byId("presses-empty").hidden = presses.length > 0;
     byId("presses-box").hidden = presses.length === 0;
     inside(byId("presses"), "tbody").replaceChildren(...presses.map(line).reverse());
@@ -79,7 +79,7 @@ function factsOf({ sensor, folder, output, loads_g, presses, least_presses }) {
   return [
     ["Sensor", sensor || "–"],
     ["Loads", loads_g.map(loadText).join(", ") || "–"],
-    ["Presses", `${countText(presses.length)}, at least ${least_presses}`],
+    ["Presses", `${countText(counting(presses))}, at least ${least_presses}`],
     ["Folder", folder || "–"],
     ["Output", output || "–"],
   ];

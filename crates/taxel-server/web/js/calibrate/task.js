@@ -1,15 +1,19 @@
 // The task of the phase: what to do, the buttons for it, and whether it is enough by now.
 
-import { byId, write } from "../dom.js";
+import { byId, made, write } from "../dom.js";
 import { showFiles } from "../filelinks.js";
 import { PrimaryButton } from "../primary.js";
 import { Controls } from "./controls.js";
 import { errorText, lastError } from "./numbers.js";
 import { Ring } from "./ring.js";
-import { canFinish, filesOf, verdictText, wordsOf } from "./words.js";
+import { canFinish, filesOf, sentence, verdictText, wordsOf } from "./words.js";
 
 /** Phases come by themselves here, while somebody aims at a button, ms. */
 const READ_MS = 400;
+/** What was taken off is seen by itself, within some seconds. Where it is not, somebody can say so. */
+const OFF_MS = 6000;
+/** @type {import("./words.js").Button} */
+const IS_OFF = { action: "ready", label: "It is off" };
 
 export class Task {
   /**
@@ -24,6 +28,7 @@ export class Task {
     this.controls = new Controls(act);
     this.ring = new Ring();
     this.files = "";
+    this.offSince = Infinity;
   }
 
   /** @param {Wire.CalibrationSession} session */
@@ -35,7 +40,10 @@ export class Task {
     write("phase-more", more);
     byId("phase-more").hidden = more === "";
     byId("waiting").hidden = phase !== "reading" && phase !== "finishing";
-    this.primary.show(primary);
+    this.offSince = phase === "off" ? Math.min(this.offSince, performance.now()) : Infinity;
+    const isLong = performance.now() - this.offSince > OFF_MS;
+    this.primary.show(isLong ? IS_OFF : primary);
+    this.primary.element.classList.toggle("calm", isLong);
     this.controls.show(session);
     this.ring.show(session);
     byId("verdict").hidden = ["finishing", "done"].includes(phase);
@@ -48,13 +56,15 @@ export class Task {
   }
 
   /** @param {Wire.CalibrationSession} session */
-  showResults({ phase, files, progress }) {
+  showResults({ phase, files, progress, doubts }) {
     byId("results").hidden = phase !== "done";
+    byId("doubts-box").hidden = doubts.length === 0;
     const last = lastError(progress);
     write("final-error", last ? errorText(last) : "not known");
-    const key = JSON.stringify(files);
+    const key = JSON.stringify([files, doubts]);
     if (phase !== "done" || key === this.files) return;
     this.files = key;
+    byId("doubts").replaceChildren(...doubts.map((text) => made("li", sentence(text))));
     showFiles(filesOf(files), this.token());
   }
 

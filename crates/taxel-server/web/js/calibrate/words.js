@@ -11,11 +11,13 @@ export const PRESSING = ["press", "elsewhere", "taking", "off"];
 
 /** What the files are, by the end of their name, in the order in which they are shown. */
 const FILES = [
-  { end: ".html", text: "Report to read" },
-  { end: ".pdf", text: "Report to print (A4)" },
-  { end: ".toml", text: "The calibrated sensor" },
-  { end: ".csv", text: "Table of the presses" },
-  { end: ".json", text: "Everything, for programs" },
+  { end: ".html", text: "Certificate to read" },
+  { end: ".pdf", text: "Certificate to print (A4)" },
+  { end: "sensor.toml", text: "The calibrated sensor" },
+  { end: "presses.csv", text: "Table of the presses" },
+  { end: "even.csv", text: "Table of the even loads" },
+  { end: "residuals.csv", text: "What each press is off by" },
+  { end: "parts.toml", text: "The sensor before it was calibrated" },
 ];
 
 /** @param {string[]} names */
@@ -76,26 +78,32 @@ function standsText(asked) {
  */
 function elsewhereWords(seen, asked) {
   const here = taxelText(seen);
-  const move = asked ? (taxelOf(asked) ? `Move it to ${whereText(asked)}` : "Load it evenly") : "Take it off";
-  return {
-    title: seen.is_there ? `Something is wrong at ${here}` : `It stands at ${here}`,
-    text: sentence(seen.problem),
-    more: seen.is_there ? "Put it right, or say that it is there." : `${move}, or take it where it stands.`,
-    primary: { action: "here", label: seen.is_there ? "It is there" : "Take it there" },
-  };
+  const text = sentence(seen.problem);
+  if (asked && !taxelOf(asked)) return { title: "That is not the whole sensor", text, more: "Load it evenly, or skip this one.", primary: null };
+  // That it is there is known already: to say so would change nothing.
+  if (seen.is_there) return { title: `Something is wrong at ${here}`, text, more: "Put it right, or choose another load.", primary: null };
+  const move = asked ? `Move it to ${whereText(asked)}` : "Take it off";
+  return { title: `It stands at ${here}`, text, more: `${move}, or take it where it stands.`, primary: { action: "here", label: "Take it there" } };
 }
 
 /** @param {Wire.CalibrationSession} session */
 function offText({ presses }) {
   const last = presses.at(-1);
+  if (last?.left_out) return `${sentence(`left out: ${last.left_out}`)} The next press is asked for by itself.`;
   if (!last || last.says_g === null) return "The next press is asked for by itself.";
   return `The other presses say ${saysText(last.says_g, last.asked.load_g)}. The next press is asked for by itself.`;
 }
 
 /** @param {Wire.CalibrationSession} session */
 function doneText({ presses, output, folder }) {
-  return `${capital(countText(presses.length))} taken. The calibrated sensor is in ${output || folder}.`;
+  return `${capital(countText(counting(presses)))} taken. The calibrated sensor is in ${output || folder}.`;
 }
+
+/**
+ * How many of them count.
+ * @param {Wire.TakenPress[]} presses
+ */
+export const counting = (presses) => presses.filter(({ left_out }) => left_out === "").length;
 
 /** @param {number} presses */
 export const countText = (presses) => `${presses} ${presses === 1 ? "press" : "presses"}`;
@@ -111,7 +119,7 @@ export function wordsOf(session) {
     case "empty":
       return { title: "Take everything off the sensor", text: "Nothing may touch it while it is read empty.", more: "", primary: READY };
     case "reading":
-      return { title: "Reading the empty sensor…", text: "Touch nothing for some seconds.", more: "", primary: null };
+      return { title: asked?.is_among_others ? "Reading what lies there…" : "Reading the empty sensor…", text: "Touch nothing for some seconds.", more: "", primary: null };
     case "others": {
       const free = asked && taxelOf(asked) ? `Leave ${whereText(asked)} free.` : "";
       return { title: "Lay something heavy on other places", text: joined("A hand, or bottles: how heavy they are does not matter.", free), more: "", primary: READY };
@@ -125,7 +133,7 @@ export function wordsOf(session) {
     case "taking":
       return { title: "Hold still", text: asked ? `${standsText(asked)}.` : "", more: others, primary: null };
     case "off":
-      return { title: "Taken. Take it off", text: offText(session), more: session.presses.at(-1)?.asked.is_among_others ? OTHERS_STAY : "", primary: null };
+      return { title: session.presses.at(-1)?.left_out ? "Take it off" : "Taken. Take it off", text: offText(session), more: session.presses.at(-1)?.asked.is_among_others ? OTHERS_STAY : "", primary: null };
     case "finishing":
       return { title: "Writing the results…", text: "The last fit takes some seconds. Leave the page open.", more: "", primary: null };
     case "done":
@@ -147,19 +155,21 @@ export function announcement(session) {
  * @param {Wire.CalibrationSession} session
  */
 export function verdictText({ presses, least_presses, is_enough, advice }) {
-  const taken = `${capital(countText(presses.length))} taken.`;
-  if (presses.length < least_presses) return `${taken} At least ${least_presses} are needed.`;
+  const count = counting(presses);
+  const taken = `${capital(countText(count))} taken.`;
+  if (count < least_presses) return `${taken} At least ${least_presses} are needed.`;
   if (is_enough) return joined("That is enough.", sentence(advice));
   return joined(taken, sentence(advice));
 }
 
 /** @param {Wire.CalibrationSession} session */
 export function finishText({ presses, advice }) {
-  return joined(`${capital(countText(presses.length))} ${presses.length === 1 ? "is" : "are"} taken, and more would still make it better.`, sentence(advice),
+  const count = counting(presses);
+  return joined(`${capital(countText(count))} ${count === 1 ? "is" : "are"} taken, and more would still make it better.`, sentence(advice),
     "The results are written, and nothing can be added afterwards.");
 }
 
 /** @param {Wire.CalibrationSession} session */
 export function canFinish({ phase, presses, least_presses }) {
-  return presses.length >= least_presses && presses.length > 0 && !["finishing", "done"].includes(phase);
+  return counting(presses) >= Math.max(1, least_presses) && !["finishing", "done"].includes(phase);
 }

@@ -1,0 +1,123 @@
+use super::*;
+use taxel::Grams;
+use taxel::sensor::preset;
+use taxel::simulate::{Imperfections, VirtualSensor};
+
+/// A sensor that is scanned fifty times a second.
+struct Bench {
+    truth: VirtualSensor,
+    watch: PressWatch,
+    frame: u64,
+}
+
+impl Bench {
+    fn new(name: &str, seed: u64) -> Self {
+        let nominal = preset(name).unwrap();
+        let mut uneven = Imperfections::beyond_the_circuit();
+        uneven.carry_over = 0.0;
+        Self {
+            truth: VirtualSensor::imperfect(&nominal, &uneven, seed).unwrap(),
+            watch: PressWatch::new(&nominal.edited(|spec| spec.material = None).unwrap()).unwrap(),
+            frame: 0,
+        }
+    }
+
+    fn scan(&mut self, laid: &[(usize, usize, f64)], frames: u64) {
+        let array = self.truth.sensor().array();
+        let mut loads: Frame<Grams> = Frame::zeros(array.rows, array.columns);
+        for (row, column, grams) in laid {
+            loads.values_mut()[row * array.columns + column] = *grams;
+        }
+        for _ in 0..frames {
+            let counts = self.truth.read(&loads, self.frame).counts;
+            let at = SystemTime::UNIX_EPOCH + Duration::from_millis(20 * self.frame);
+            self.watch.see(&counts, at);
+            self.frame += 1;
+        }
+    }
+
+    fn read_empty(&mut self, laid: &[(usize, usize, f64)]) {
+        self.watch.look_anew();
+        self.scan(laid, 150);
+        assert_eq!(self.watch.read_empty(), 1.0);
+    }
+}
+
+/// Presses on sensors of three kinds, by three seeds: alone and among other things each is seen where it is, stands, is taken and is off.
+#[test]
+fn a_press_is_seen_where_it_is_alone_and_among_other_things() {
+    for name in ["mat-16x16-cd4067", "mat-32x32-adg732", "econe"] {
+        for seed in 1..=3 {
+            let mut bench = Bench::new(name, seed);
+            let others = [(1, 1, 300.0), (9, 4, 200.0), (4, 10, 450.0)];
+            for laid in [&[][..], &others] {
+                bench.read_empty(laid);
+                assert_eq!(bench.watch.pressing(), None, "{name}, {seed}");
+                for (row, column, grams) in [(3, 5, 500.0), (14, 12, 50.0), (0, 15, 100.0)] {
+                    let all: Vec<_> = laid.iter().copied().chain([(row, column, grams)]).collect();
+                    bench.scan(&all, 30);
+                    let press = bench.watch.pressing().unwrap();
+                    assert!(press.standing < 1.0);
+                    bench.scan(&all, 45);
+                    let press = bench.watch.pressing().unwrap();
+                    assert_eq!((press.row, press.column), (row, column), "{name}, {seed}");
+                    assert_eq!(press.standing, 1.0, "{name}, {seed}");
+                    bench.watch.look_anew();
+                    assert_eq!(bench.watch.take(press.rise).0, 0.0);
+                    bench.scan(&all, 60);
+                    let frame = bench.watch.take(press.rise).1.unwrap();
+                    assert_eq!(frame.rows(), bench.truth.sensor().rows());
+                    let taxel = row * frame.columns() + column;
+                    assert!(!bench.watch.is_off(taxel, press.rise));
+                    bench.scan(laid, 40);
+                    assert!(bench.watch.is_off(taxel, press.rise), "{name}, {seed}");
+                    assert_eq!(bench.watch.pressing(), None, "{name}, {seed}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn what_moves_does_not_stand_and_what_lies_everywhere_is_no_single_press() {
+    let mut bench = Bench::new("mat-16x16-cd4067", 1);
+    bench.read_empty(&[]);
+    // Lifted slowly: never the same for a second.
+    for step in 0..12 {
+        bench.scan(&[(3, 5, 500.0 - 35.0 * f64::from(step))], 13);
+        if let Some(press) = bench.watch.pressing() {
+            assert!(press.standing < 1.0, "{step}");
+        }
+    }
+    bench.scan(&[], 50);
+    let even: Vec<_> = (0..256)
+        .map(|taxel| (taxel / 16, taxel % 16, 20.0))
+        .collect();
+    assert_eq!(bench.watch.loaded_evenly(), None);
+    bench.scan(&even, 75);
+    assert_eq!(bench.watch.loaded_evenly(), Some(1.0));
+    bench.scan(&[(3, 5, 500.0)], 75);
+    assert_eq!(bench.watch.loaded_evenly(), None);
+}
+
+#[test]
+fn a_sensor_that_is_touched_is_not_read_as_empty() {
+    let mut bench = Bench::new("mat-16x16-cd4067", 2);
+    bench.watch.look_anew();
+    for step in 0..8 {
+        bench.scan(&[(8, 8, 40.0 * f64::from(step % 2))], 25);
+        assert!(bench.watch.read_empty() < 1.0);
+    }
+    // Before it was read empty nothing can be said to press.
+    assert_eq!(bench.watch.pressing(), None);
+    bench.scan(&[], 150);
+    assert_eq!(bench.watch.read_empty(), 1.0);
+}
+
+#[test]
+fn a_reading_at_the_ceiling_is_said_to_be() {
+    let mut bench = Bench::new("econe", 1);
+    bench.read_empty(&[]);
+    bench.scan(&[(3, 5, 9e5)], 75);
+    assert!(bench.watch.pressing().unwrap().is_saturated);
+}
