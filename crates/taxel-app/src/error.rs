@@ -157,6 +157,20 @@ pub enum Error {
         /// The two loads, grams.
         loads_g: [f64; 2],
     },
+    /// One frame under two total loads.
+    #[error(
+        "{}, lines {} and {}: frame {frame} carries {} g and {} g in all\nhint: a frame has one total load: remove the wrong line", .table.display(), .lines[0], .lines[1], .loads_g[0], .loads_g[1]
+    )]
+    TwoTotals {
+        /// The table of total loads.
+        table: PathBuf,
+        /// Its two lines, from 1.
+        lines: [u64; 2],
+        /// The frame.
+        frame: usize,
+        /// The two loads, grams.
+        loads_g: [f64; 2],
+    },
     /// The plan of an evaluation cannot be read.
     #[error("cannot open {}: {source}\nhint: docs/evaluate.md has an example of a plan", .file.display())]
     OpenPlan {

@@ -3,11 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use taxel::calibrate::{CalibrationData, PressLabel};
+use taxel::calibrate::{CalibrationData, PressLabel, TotalLoad};
 use taxel::screen::Axis;
 use taxel::{Counts, Frame, Sensor};
 use taxel_io::{
-    FrameSource, Press, ReadOptions, Uniform, open_counts, read_presses, read_uniform_loads,
+    FrameSource, Press, ReadOptions, Uniform, open_counts, read_presses, read_totals,
+    read_uniform_loads,
 };
 
 use crate::error::Error;
@@ -125,6 +126,61 @@ pub fn read_uniform(
     let frame_of = |one: &Wanted| found[&(one.recording.to_owned(), one.frame)].clone();
     let loads = loads.into_iter();
     Ok(loads.map(|(load_g, one)| (frame_of(one), load_g)).collect())
+}
+
+/// Reads the frames of a table of total loads, in the order of its lines, each with its line from 1. A line given twice counts
+/// once.
+pub fn read_total_loads(
+    table: &Path,
+    options: ReadOptions,
+    reporter: &dyn Reporter,
+) -> Result<Vec<(u64, TotalLoad)>, Error> {
+    let mut totals = read_totals(table)?;
+    let mut first = BTreeMap::new();
+    let mut contradiction = None;
+    totals.retain(|total| {
+        let key = (total.recording.clone(), total.frame);
+        match first.insert(key.clone(), (total.line, total.load_g)) {
+            None => true,
+            Some((line, load_g)) if load_g == total.load_g => {
+                first.insert(key, (line, load_g));
+                false
+            }
+            Some((line, load_g)) => {
+                contradiction.get_or_insert(Error::TwoTotals {
+                    table: table.to_owned(),
+                    lines: [line, total.line],
+                    frame: total.frame,
+                    loads_g: [load_g, total.load_g],
+                });
+                false
+            }
+        }
+    });
+    if let Some(error) = contradiction {
+        return Err(error);
+    }
+    let wanted: Vec<Wanted> = totals
+        .iter()
+        .map(|total| Wanted {
+            recording: &total.recording,
+            frame: total.frame,
+            table,
+            line: total.line,
+        })
+        .collect();
+    check_memory(table, &wanted, 0, options.rows * options.columns)?;
+    let mut found = read_frames(&wanted, options, reporter)?;
+    let each = totals.iter().map(|total| {
+        let key = (total.recording.clone(), total.frame);
+        let total_load = TotalLoad {
+            frame: found.remove(&key).expect("every frame asked for was read"),
+            load_g: total.load_g,
+            group: total.group.clone(),
+        };
+        (total.line, total_load)
+    });
+    Ok(each.collect())
 }
 
 /// The lines of a table of uniform loads. Refuses two loads for one frame.

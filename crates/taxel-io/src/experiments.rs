@@ -1,4 +1,5 @@
-//! Labelled presses: `experiments.csv` (one taxel, one load) and `equilibration.csv` (one load everywhere).
+//! Labelled presses: `experiments.csv` (one taxel, one load), `equilibration.csv` (one load everywhere) and `totals.csv` (one load
+//! on all taxels together).
 
 use std::collections::BTreeSet;
 use std::io::Read;
@@ -44,6 +45,21 @@ pub struct Uniform {
     pub line: u64,
 }
 
+/// The load on all taxels together in one frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Total {
+    /// The recording, its path already relative to the table's folder.
+    pub recording: PathBuf,
+    /// The frame in it, from 0.
+    pub frame: usize,
+    /// The load on the whole array, grams-force; 0 for the empty sensor.
+    pub load_g: f64,
+    /// What it is held out together with, such as a posture, where the table says.
+    pub group: Option<String>,
+    /// The table's line, from 1.
+    pub line: u64,
+}
+
 const PRESS_COLUMNS: [&str; 9] = [
     "recording",
     "frame",
@@ -65,6 +81,7 @@ const UNIFORM_COLUMNS: [&str; 6] = [
     "note",
 ];
 const UNIFORM_NEEDS: &str = "recording, frame, load_g";
+const TOTAL_COLUMNS: [&str; 6] = ["recording", "frame", "load_g", "group", "replicate", "note"];
 
 /// Reads `experiments.csv` for an array of `rows` × `columns`: columns `recording,frame,row,column,load_g`
 /// in any order, or `taxel` (labels, [`taxel_of_label`]) for row and column.
@@ -165,6 +182,28 @@ pub fn read_uniform_loads(path: impl AsRef<Path>) -> Result<Vec<Uniform>, Error>
             recording: next_to(path, line, recording)?,
             frame: line.index(frame, "frame")?,
             load_g: line.amount(load, "load_g")?,
+            line: line.line,
+        })
+    })
+}
+
+/// Reads `totals.csv`: columns `recording,frame,load_g` in any order, and perhaps `group`.
+///
+/// # Errors
+/// As [`read_presses`].
+pub fn read_totals(path: impl AsRef<Path>) -> Result<Vec<Total>, Error> {
+    let path = path.as_ref();
+    let table = Table::open(path, &TOTAL_COLUMNS)?;
+    let recording = table.need("recording", UNIFORM_NEEDS)?;
+    let frame = table.need("frame", UNIFORM_NEEDS)?;
+    let load = table.need("load_g", UNIFORM_NEEDS)?;
+    let group = table.find("group");
+    table.rows("total", |line| {
+        Ok(Total {
+            recording: next_to(path, line, recording)?,
+            frame: line.index(frame, "frame")?,
+            load_g: line.amount(load, "load_g")?,
+            group: line.optional(group)?.map(str::to_owned),
             line: line.line,
         })
     })

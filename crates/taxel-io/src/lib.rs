@@ -10,7 +10,7 @@
 //! | [`mcap`] | recordings with times, events and the sensor file, `.mcap` |
 //! | [`parquet`] | a table, one row a frame, `.parquet` (feature `parquet`) |
 //! | [`columns`] | tables of numbers to look at elsewhere, `.csv`, `.xlsx` (feature `xlsx`), `.parquet` (written only) |
-//! | [`experiments`] | labelled presses, `experiments.csv` and `equilibration.csv` |
+//! | [`experiments`] | labelled presses, `experiments.csv`, `equilibration.csv` and `totals.csv` |
 //! | [`trials`] | what was done to a sensor that is evaluated, `.csv` |
 //! | [`pairs`] | conductance against load, `.csv` |
 //!
@@ -53,7 +53,8 @@ pub use error::{
     BROKEN_READING, Error, ParquetError, Place, SensorFileError, ShapeFault, TableError,
 };
 pub use experiments::{
-    Press, Uniform, read_presses, read_uniform_loads, recordings_named_in, recordings_of,
+    Press, Total, Uniform, read_presses, read_totals, read_uniform_loads, recordings_named_in,
+    recordings_of,
 };
 pub use integrity::{Damage, Gaps, Integrity};
 pub use mcap::{Event, LoadsReader, Losses, McapReader, McapWriter, Tare};

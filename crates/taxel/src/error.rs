@@ -405,6 +405,14 @@ pub enum Error {
         /// What to do.
         hint: &'static str,
     },
+    /// Known totals that tell no law.
+    #[error("these totals tell no law: {reason}\nhint: {hint}")]
+    NoTotalsLaw {
+        /// What failed.
+        reason: String,
+        /// What to do.
+        hint: &'static str,
+    },
     /// A series that is too short, or whose parts do not belong together.
     #[error(
         "the series has {frames} frames, {loads} frames of loads and {times} times, needs as many of each and {fewest} or more\nhint: one frame of known loads for each frame of counts"

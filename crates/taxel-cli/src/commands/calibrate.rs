@@ -3,6 +3,7 @@
 mod live;
 mod pairs;
 mod series;
+mod totals;
 mod uniform;
 
 use std::path::{Path, PathBuf};
@@ -11,7 +12,7 @@ use std::time::SystemTime;
 use clap::ValueEnum;
 use taxel::Sensor;
 use taxel::calibrate::{Calibration, CalibrationOptions, CalibrationReport, LawChoice};
-use taxel_io::{Press, recordings_of};
+use taxel_io::{Press, recordings_named_in, recordings_of};
 use taxel_plot::Format;
 
 use super::positive::positive;
@@ -31,7 +32,8 @@ use taxel_app::{calibration_picture, fingerprint, presses, residuals, sensor_sou
 /// numbers, their origin and their errors. The report goes to standard output. The error reported is of presses held out: of
 /// those that neither fitted nor chose what judges them; where that can't be had, the report says who chose. Ends with
 /// code 3 where the file is written but should not be used as it is, and where labels were left out because the others
-/// contradict them. With --series, also what the material remembers: creep and hysteresis. With --live it says which taxel to press
+/// contradict them. With --totals, the load law alone, by what all taxels carry together. With --series, also what the material
+/// remembers: creep and hysteresis. With --live it says which taxel to press
 /// with what, on a page or with --terminal, sees by itself that the press stands, and ends with a certificate: docs/calibrate.md.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
@@ -39,7 +41,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
     /// Labelled presses: CSV with recording, frame, row, column (or taxel), load_g
-    #[arg(long, value_name = "FILE", required_unless_present_any = ["pairs", "series", "equilibration", "live"])]
+    #[arg(long, value_name = "FILE", required_unless_present_any = ["pairs", "series", "equilibration", "totals", "live"])]
     presses: Option<PathBuf>,
     /// Frames under the same load everywhere: CSV with recording, frame, load_g; without presses they tell law and gains alone
     #[arg(long, value_name = "FILE", conflicts_with = "pairs")]
@@ -47,6 +49,9 @@ pub(crate) struct Args {
     /// Fit the load law alone, to pairs of conductance (or resistance) and load
     #[arg(long, value_name = "FILE", conflicts_with = "presses")]
     pairs: Option<PathBuf>,
+    /// Frames of known total load (a scale below, a person's weight): CSV with recording, frame, load_g (0: empty), perhaps group; tell the law alone
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["presses", "pairs", "equilibration", "series"])]
+    totals: Option<PathBuf>,
     /// Instead: a recording whose loads are known all the time, from rest; finds creep and hysteresis too
     #[arg(long, value_name = "FILE", requires = "loads", conflicts_with_all = ["presses", "pairs", "equilibration"])]
     series: Option<PathBuf>,
@@ -95,9 +100,9 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["pairs", "series"])]
     picture: Option<PathBuf>,
     /// Where to write the certificate: how far off it is, by what, and of which files (.html, .pdf)
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["pairs", "series", "live"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["pairs", "series", "totals", "live"])]
     certificate: Option<PathBuf>,
-    /// Folds of the cross-validation by press
+    /// Folds of the cross-validation by press; of --totals that are all one load, stretches of frames held out
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(2..))]
     folds: u16,
     /// The recordings have rows and columns swapped
@@ -143,6 +148,9 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     if let (Some(recording), Some(loads)) = (&args.series, &args.loads) {
         return series::run(args, &sensor, recording, loads);
     }
+    if let Some(table) = &args.totals {
+        return totals::run(args, &sensor, table);
+    }
     let Some(table) = &args.presses else {
         return match &args.equilibration {
             Some(table) => uniform::run(args, &sensor, table),
@@ -185,6 +193,7 @@ fn check(args: &Args) -> Result<Option<Format>, Error> {
         .maybe_sensor(args.sensor.as_ref())
         .maybe_table("table of presses", args.presses.as_ref())
         .maybe_table("table of uniform loads", args.equilibration.as_ref())
+        .maybe_table("table of totals", args.totals.as_ref())
         .maybe_input("table of pairs", args.pairs.as_ref())
         .maybe_input("recording", args.series.as_ref())
         .maybe_input("file of loads", args.loads.as_ref())
@@ -293,6 +302,10 @@ fn sensor_of(args: &Args) -> Result<Sensor, Error> {
     }
     let tables = args.presses.as_ref().or(args.equilibration.as_ref());
     let recordings = match (&args.series, tables) {
+        (None, None) => match &args.totals {
+            Some(table) => recordings_named_in(table)?,
+            None => Vec::new(),
+        },
         (Some(recording), _) => vec![recording.clone()],
         // Standard input is read once.
         (None, Some(table)) if table.as_os_str() != "-" => recordings_of(table)?,

@@ -154,6 +154,9 @@ fn flags_of_calibrate() {
                                   load_g; without presses they tell law and gains alone
           --pairs <FILE>          Fit the load law alone, to pairs of conductance (or resistance) and
                                   load
+          --totals <FILE>         Frames of known total load (a scale below, a person's weight): CSV
+                                  with recording, frame, load_g (0: empty), perhaps group; tell the law
+                                  alone
           --series <FILE>         Instead: a recording whose loads are known all the time, from rest;
                                   finds creep and hysteresis too
           --loads <FILE>          The load of every taxel in every frame of the series, g
@@ -176,7 +179,8 @@ fn flags_of_calibrate() {
                                   without it and by the fit of all (.csv)
           --picture <FILE>        Where to draw residuals, how many their intervals hold, gain of each
                                   taxel and load law (.png, .svg, .pdf)
-          --folds <N>             Folds of the cross-validation by press [default: 5]
+          --folds <N>             Folds of the cross-validation by press; of --totals that are all one
+                                  load, stretches of frames held out [default: 5]
           --transpose             The recordings have rows and columns swapped
           --json                  Print the report as JSON
       -h, --help                  Print help (see more with '--help')

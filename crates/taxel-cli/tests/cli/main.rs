@@ -33,5 +33,6 @@ mod selftest;
 mod simulate;
 mod tables;
 mod threads;
+mod totals;
 mod uniform_loads;
 mod viewers;

@@ -30,6 +30,7 @@ mod suspects;
 mod terms;
 mod together;
 mod told;
+mod totals;
 mod transfer;
 mod uniform_loads;
 mod words;
@@ -42,6 +43,7 @@ pub use next_press::{MadePress, PlannedPress, PressPlan, PressReason};
 pub use report::{CalibrationReport, EffectFinding, Parameter, Suspect};
 pub use residuals::PressResidual;
 pub use told::Belief;
+pub use totals::{LeftOut, TotalLoad, TotalsCalibration, TotalsReport, calibrate_totals};
 pub use uniform_loads::{UniformCalibration, UniformLaw, UniformReport, calibrate_uniform};
 
 use crate::parallel::{Executor, Serial};

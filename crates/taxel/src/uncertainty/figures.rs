@@ -193,6 +193,17 @@ impl FigureErrors {
         }
     }
 
+    /// Standard error by noise of the sum of all loads of one frame with an answer, newtons; none of what no circuit has.
+    pub(crate) fn noise_of_total(
+        &mut self,
+        siemens: &Frame<Siemens>,
+        loads: &Frame<Newtons>,
+    ) -> Option<f64> {
+        set_passive(&mut *self.point, siemens.values()).ok()?;
+        self.look_at(siemens, loads);
+        Some(self.total(loads).noise)
+    }
+
     /// Of the sum of some taxels' loads of the frame that [`Self::of`] looked at last, newtons.
     ///
     /// # Panics

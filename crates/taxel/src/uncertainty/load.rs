@@ -48,7 +48,7 @@ pub(super) fn factor_95_of(beyond: Option<&UncertaintySpec>) -> f64 {
 }
 
 /// Standard deviation of a reading, counts: of the sensor file, else of the recording, else of rounding.
-pub(super) fn noise_counts_of(sensor: &Sensor, level: Option<Level>) -> f64 {
+pub(crate) fn noise_counts_of(sensor: &Sensor, level: Option<Level>) -> f64 {
     match (sensor.converter().noise_counts, level) {
         (Some(noise), _) => noise.hypot(ROUNDING_COUNTS),
         (None, Some(level)) => level.noise_counts,

@@ -10,7 +10,9 @@ pub(crate) use conductance::{Adjoint, influence_of, set_passive};
 pub use conductance::{Uncertainty, standard_errors, standard_errors_by};
 pub use figures::{FigureError, FigureErrors, FrameFigureErrors};
 pub(crate) use known::Known;
+pub(crate) use load::noise_counts_of;
 pub use load::{Parts, StandardErrors};
+pub(crate) use noise_bias::take_off_siemens;
 pub use noise_bias::{Bias, NoiseBias};
 
 use crate::Sensor;

@@ -11,7 +11,7 @@ use super::load::noise_counts_of;
 use crate::circuit::Converter;
 use crate::pipeline::Pipeline;
 use crate::screen::Level;
-use crate::{Frame, Newtons, Sensor, Volts};
+use crate::{Frame, Newtons, Sensor, Siemens, Volts};
 
 /// Draws a frame: two tell how far they are apart.
 pub const DRAWS: usize = 2;
@@ -94,6 +94,39 @@ impl NoiseBias {
         }
         Some(&self.bias)
     }
+}
+
+/// Takes what noise of `sigma_volts` adds to the conductances of a frame in the mean off them. `pipeline` is of the frame's sensor,
+/// `volts` what it solved; it is left at another frame. Whether there was an answer on both sides of every draw: otherwise nothing
+/// is taken off.
+pub(crate) fn take_off_siemens(
+    pipeline: &mut Pipeline,
+    volts: &Frame<Volts>,
+    sigma_volts: f64,
+    siemens: &mut Frame<Siemens>,
+) -> bool {
+    let mut moved = volts.clone();
+    let mut added = vec![0.0; siemens.values().len()];
+    for draw in 0..DRAWS {
+        for sign in [1.0, -1.0] {
+            let each = moved.values_mut().iter_mut().zip(volts.values());
+            for (taxel, (moved, read)) in each.enumerate() {
+                *moved = read + sign * toss(volts.sequence, draw, taxel) * STEP * sigma_volts;
+            }
+            let result = pipeline.process_volts(&moved);
+            let Some(found) = result.siemens.filter(|_| result.outcome.is_answer()) else {
+                return false;
+            };
+            let each = found.values().iter().zip(siemens.values());
+            for (added, (there, here)) in added.iter_mut().zip(each) {
+                *added += (there - here) / (2.0 * STEP * STEP * DRAWS as f64);
+            }
+        }
+    }
+    for (siemens, added) in siemens.values_mut().iter_mut().zip(added) {
+        *siemens -= added;
+    }
+    true
 }
 
 /// 1 or −1, the same for a frame and a taxel whoever asks.

@@ -26,7 +26,7 @@ const USUAL_LOADS_G: [f64; 4] = [50.0, 100.0, 200.0, 500.0];
 #[command(next_help_heading = "Guided, with --live")]
 pub(super) struct LiveArgs {
     /// Instead of a table: from this source, press after press, as it asks; sim:mat-16x16-cd4067 presses itself
-    #[arg(long, value_name = "SOURCE", conflicts_with_all = ["presses", "pairs", "series", "equilibration"])]
+    #[arg(long, value_name = "SOURCE", conflicts_with_all = ["presses", "pairs", "series", "equilibration", "totals", "residuals", "picture"])]
     pub(super) live: Option<Address>,
     /// What your weights press one taxel with, grams: 50,100,200,500
     #[arg(long, value_name = "G,G,…", requires = "live", value_delimiter = ',', value_parser = positive)]

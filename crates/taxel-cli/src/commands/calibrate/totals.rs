@@ -1,0 +1,86 @@
+//! `taxel calibrate --totals`: the load law from what all taxels carry together.
+
+use std::path::Path;
+
+use taxel::Sensor;
+use taxel::calibrate::{TotalLoad, TotalsReport, calibrate_totals};
+use taxel_app::executor::Threads;
+use taxel_app::presses;
+use taxel_io::ReadOptions;
+
+use super::{Args, options_of};
+use crate::error::Error;
+use crate::progress::{Progress, Terminal};
+use crate::{Exit, out};
+
+/// Fits and writes; the circuit stays as the sensor file has it.
+pub(super) fn run(args: &Args, sensor: &Sensor, table: &Path) -> Result<Exit, Error> {
+    refuse(args)?;
+    let mut options = ReadOptions::of(sensor);
+    options.transpose = args.transpose;
+    let read = presses::read_total_loads(table, options, &Terminal)?;
+    let (lines, totals): (Vec<u64>, Vec<TotalLoad>) = read.into_iter().unzip();
+    let progress = Progress::new("fitting");
+    let mut show = |stage: &str, share| progress.stage(stage, share);
+    let options = options_of(args, table);
+    let found = calibrate_totals(sensor, &totals, &options, &Threads, &mut show);
+    drop(progress);
+    let found = found.map_err(|source| taxel_app::Error::InFile {
+        file: table.to_owned(),
+        source,
+    })?;
+    out::file(&args.output, found.sensor.to_toml().as_bytes())?;
+    if args.json {
+        out::json(&found.report)?
+    } else {
+        out::result(&found.report.to_string())?
+    }
+    let exit = doubt(&found.report, table, &lines);
+    out::note(&format!("wrote {}", args.output.display()));
+    Ok(exit)
+}
+
+/// Refuses what needs single presses.
+fn refuse(args: &Args) -> Result<(), Error> {
+    for (given, flag) in [
+        (args.per_line, "--per-line"),
+        (args.fit_gain, "--fit-gain"),
+        (args.fit_source, "--fit-source"),
+        (args.line_resistance, "--line-resistance"),
+        (args.residuals.is_some(), "--residuals"),
+        (args.picture.is_some(), "--picture"),
+    ] {
+        if given {
+            return Err(Error::Arguments {
+                what: format!(
+                    "{flag} needs --presses: known totals do not tell the circuit, nor single taxels"
+                ),
+                hint: "leave it out, or label single presses",
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Names totals that took no part, by their lines, and says what speaks against using the fit.
+fn doubt(report: &TotalsReport, table: &Path, lines: &[u64]) -> Exit {
+    let at = |total: usize| format!("{}, line {}", table.display(), lines[total]);
+    for out_of_fit in &report.left_out {
+        out::warn(&format!("{}: {out_of_fit}", at(out_of_fit.total)));
+    }
+    for suspect in &report.suspects {
+        let words = suspect
+            .to_string()
+            .replace("the other presses", "the other totals");
+        out::warn(&format!("{}: {words}", at(suspect.press)));
+    }
+    for doubt in &report.doubts {
+        out::warn(doubt);
+    }
+    let lost = report.left_out.len() + report.suspects.len() + report.doubts.len();
+    if lost == 0 {
+        Exit::Good
+    } else {
+        Exit::DataLost
+    }
+}
