@@ -27,7 +27,7 @@ def true_sensor(given, seed, folder):
     file = folder / "true.toml"
     run(given.taxel, "simulate", "--sensor", given.sensor, "--pattern", "uniform", "--imperfect", "uneven", "--seed", seed,
         "-o", folder / "unused.npy", "--truth-sensor", file)
-    text = re.sub(r"^dead_(rows|columns) = \[[^\]]*\]\n", "", file.read_text(), flags=re.M)
+    text = re.sub(r"^(dead|flickering)_(rows|columns) = \[[^\]]*\]\n", "", file.read_text(), flags=re.M)
     file.write_text(text)
     return file
 

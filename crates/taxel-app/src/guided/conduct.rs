@@ -18,6 +18,8 @@ use crate::error::Error;
 const LOOK_EVERY: Duration = Duration::from_millis(500);
 /// A line that is found faulty so often in a row is broken: 15 s, three surveys.
 const BROKEN_LOOKS: u32 = 30;
+/// A press that is asked for and not seen for so long is not seen by the sensor.
+const UNSEEN: Duration = Duration::from_secs(12);
 /// Two presses of one taxel with one load that rise by the same within this share agree.
 const AGREE: f64 = 0.1;
 /// A press that moves by more than this share while it is taken does not stand.
@@ -33,6 +35,7 @@ pub(super) struct Conductor {
     last: (Phase, usize),
     frames_seen: (u64, Instant),
     faults: LineWatch,
+    waits_since: Instant,
 }
 
 impl Conductor {
@@ -44,6 +47,7 @@ impl Conductor {
             last: (Phase::Empty, usize::MAX),
             frames_seen: (0, Instant::now()),
             faults: LineWatch::default(),
+            waits_since: Instant::now(),
         }
     }
 
@@ -290,11 +294,22 @@ impl Conductor {
         if frames != self.frames_seen.0 {
             self.frames_seen = (frames, Instant::now());
         }
+        if self.faults.see(&lines) {
+            self.desk.set_dead_lines(&self.faults.dead);
+            self.desk.ask_for_fit();
+        }
+        let warnings = self.warnings();
+        self.desk.known().warnings = warnings;
+    }
+
+    /// What the operator should know.
+    fn warnings(&mut self) -> Vec<String> {
         let mut warnings = Vec::new();
         if self.frames_seen.1.elapsed() > SILENT {
             warnings.push("no frames come: is the sensor connected?".to_owned());
         }
-        for (lines, one) in [(&lines.rows, "row"), (&lines.columns, "column")] {
+        let dead = &self.faults.dead;
+        for (lines, one) in [(&dead.rows, "row"), (&dead.columns, "column")] {
             if let [first, ..] = lines.as_slice() {
                 let more = lines.len() - 1;
                 let more = if more == 0 {
@@ -302,17 +317,20 @@ impl Conductor {
                 } else {
                     format!(" and {more} more")
                 };
-                warnings.push(format!(
-                    "{one} {first}{more}: dead or flickering, not looked at"
-                ));
+                warnings.push(format!("{one} {first}{more}: dead or flickering, left out"));
             }
         }
-        self.desk.watch().set_bad_lines(&lines);
-        if self.faults.see(&lines) {
-            self.desk.set_dead_lines(&self.faults.dead);
-            self.desk.ask_for_fit();
+        let known = self.desk.known();
+        let waits = known.phase == Phase::Press && known.seen.is_none();
+        if !waits {
+            self.waits_since = Instant::now();
+        } else if self.waits_since.elapsed() > UNSEEN {
+            warnings.push(
+                "nothing is seen to press; where the weight lies already, the taxel is dead: skip it"
+                    .to_owned(),
+            );
         }
-        self.desk.known().warnings = warnings;
+        warnings
     }
 
     /// Writes the results, once all is fitted.

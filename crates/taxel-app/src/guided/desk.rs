@@ -189,6 +189,17 @@ impl Desk {
         if let Ok(plan) = PressPlan::new(&sensor, &self.settings.loads_g) {
             *self.plan() = plan;
             self.fits.set_sensor(&sensor);
+            self.watch().set_bad_lines(lines);
+            let mut known = self.known();
+            let is_dead = known.asked.as_ref().is_some_and(|asked| {
+                let is_on = |line: Option<usize>, dead: &[usize]| {
+                    line.is_some_and(|line| dead.contains(&line))
+                };
+                is_on(asked.row, &lines.rows) || is_on(asked.column, &lines.columns)
+            });
+            if is_dead && matches!(known.phase, Phase::Press | Phase::Elsewhere | Phase::Others) {
+                self.ask_next(&mut known);
+            }
         }
     }
 

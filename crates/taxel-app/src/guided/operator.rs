@@ -4,7 +4,7 @@
 use std::time::{Duration, Instant};
 
 use taxel_acquire::simulated::LaidLoads;
-use taxel_server::CalibrationStep;
+use taxel_server::{AskedPress, CalibrationStep};
 
 use super::desk::{Desk, Known, Phase};
 
@@ -21,7 +21,8 @@ const ARRANGES_IN: Duration = Duration::from_millis(900);
 /// What the operator does at the moment.
 #[derive(Default)]
 pub(super) struct Operator {
-    doing: Option<(Phase, usize)>,
+    /// Phase, presses so far, and what is asked for.
+    doing: Option<(Phase, usize, Option<AskedPress>)>,
     since: Option<Instant>,
     is_corrected: bool,
     has_begun: bool,
@@ -38,7 +39,8 @@ impl Operator {
         };
         let Some(presser) = presser else { return };
         let known = desk.known();
-        let now = (simple(&known.phase), known.record.presses.len());
+        let presses = known.record.presses.len();
+        let now = (simple(&known.phase), presses, known.asked.clone());
         let is_new = self.doing.as_ref() != Some(&now);
         if is_new {
             self.is_corrected = false;
