@@ -77,7 +77,7 @@ def main():
     parser.add_argument("--folder", type=pathlib.Path, default=pathlib.Path("guided"))
     given = parser.parse_args()
     given.parts = given.parts or given.sensor
-    print("sensor,seed,exit,seconds,presses,asked_again,elsewhere,error_g,error_by_parts_list_g,mean_load_g")
+    print("sensor,seed,exit,seconds,presses,asked_again,elsewhere,error_g,error_by_preset_g,mean_load_g")
     for seed in given.seeds:
         folder = given.folder / f"{pathlib.Path(given.sensor).stem}-{seed}"
         folder.mkdir(parents=True, exist_ok=True)

@@ -70,8 +70,6 @@ pub(crate) struct Args {
     /// Where to write the sensor with the best static law of the series, to compare with
     #[arg(long, value_name = "FILE", requires = "series")]
     static_output: Option<PathBuf>,
-    #[command(flatten)]
-    live: live::LiveArgs,
     /// Where to write the calibrated sensor
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -111,6 +109,8 @@ pub(crate) struct Args {
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    live: live::LiveArgs,
 }
 
 /// The words of `--law`.

@@ -179,13 +179,32 @@ fn flags_of_calibrate() {
                                   without it and by the fit of all (.csv)
           --picture <FILE>        Where to draw residuals, how many their intervals hold, gain of each
                                   taxel and load law (.png, .svg, .pdf)
+          --certificate <FILE>    Where to write the certificate: how far off it is, by what, and of
+                                  which files (.html, .pdf)
           --folds <N>             Folds of the cross-validation by press; of --totals that are all one
                                   load, stretches of frames held out [default: 5]
           --transpose             The recordings have rows and columns swapped
           --json                  Print the report as JSON
       -h, --help                  Print help (see more with '--help')
 
+    Guided, with --live:
+          --live <SOURCE>          Instead of a table: from this source, press after press, as it asks;
+                                   sim:mat-16x16-cd4067 presses itself
+          --weights <G,G,…>        What your weights press one taxel with, grams: 50,100,200,500
+          --even-weights <G,G,…>   What you can lay on all taxels alike, grams on each taxel
+          --folder <FOLDER>        Where calibrations are kept, each in a folder of its own [default:
+                                   calibrations]
+          --new                    Begin anew, though a calibration of this sensor was left unfinished
+          --terminal               Without a page: Enter goes on, words do the rest
+          --listen <ADDRESS:PORT>  Address to listen on (a token protects it on other addresses)
+                                   [default: 127.0.0.1:8432]
+          --token <TOKEN>          Access token, at least 8 of A-Z, a-z, 0-9, - . _ ~; generated when
+                                   --listen is not local
+          --token-file <FILE>      File whose first line is the access token: unlike --token it does not
+                                   show in the list of processes
+
     Examples:
+      taxel calibrate --live sim:mat-16x16-cd4067 -o calibrated.toml    # guided
       taxel calibrate --sensor sensor.toml --presses experiments.csv -o calibrated.toml
       taxel calibrate --sensor sensor.toml --pairs pairs.csv -o calibrated.toml    # one taxel
       taxel calibrate --sensor calibrated.toml --series run.txt --loads g.csv --period 0.05 -o d.toml

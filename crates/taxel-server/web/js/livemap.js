@@ -15,6 +15,8 @@ import { fixed, loadFactor, unitOf } from "./units.js";
 import { isNewtons } from "./wire.js";
 import { NO_LINES } from "./view.js";
 
+/** Before there are newtons: a light press conducts as much, and noise does not fill the colours. */
+const LEAST_TOP_MICROSIEMENS = 40;
 const COLOURS = "inferno";
 /** The number is written less often than the map is drawn, and what is read out even less. */
 const WRITE_EVERY_MS = 250;
@@ -113,7 +115,7 @@ export class LiveMap {
     const newtons = isNewtons(frame);
     const factor = newtons ? loadFactor(unitOf(this.shows.unit), sensor.taxel_area_mm2) : 1e6;
     const highest = this.highest(frame) * factor;
-    this.scale.update(newtons ? Math.max(highest, this.shows.least) : highest, frame.host, "follow", 0);
+    this.scale.update(Math.max(highest, newtons ? this.shows.least : LEAST_TOP_MICROSIEMENS), frame.host, "follow", 0);
     const table = colourTable(COLOURS);
     const unit = newtons ? this.shows.unit : "µS";
     tile.draw({
