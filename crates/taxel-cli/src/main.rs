@@ -54,7 +54,7 @@ enum Command {
     Measure(commands::measure::Args),
     Selftest(commands::selftest::Args),
     Identify(commands::identify::Args),
-    Calibrate(calibrate::Args),
+    Calibrate(Box<calibrate::Args>),
     Check(commands::check::Args),
     Compensate(compensate::Args),
     Batch(batch::Args),

@@ -272,7 +272,8 @@ impl Conductor {
             let waits = known.again.iter().any(|other| {
                 (other.row, other.column, other.load_g) == (again.row, again.column, again.load_g)
             });
-            if press.is_again || times.count() > 1 || waits {
+            // One at a time: the next fit may think otherwise of the others.
+            if press.is_again || times.count() > 1 || waits || !known.again.is_empty() {
                 continue;
             }
             again.is_again = true;

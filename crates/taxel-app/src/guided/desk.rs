@@ -119,9 +119,10 @@ impl Desk {
         let plan = PressPlan::new(sensor, &settings.loads_g).map_err(in_file)?;
         let source = settings.address.to_string();
         let mut record = CalibrationRecord::new(sensor, source, plan.loads_g(), &settings.even_g);
-        let left = match settings.begin_anew {
-            true => None,
-            false => record.unfinished(&settings.folder),
+        let left = if settings.begin_anew {
+            None
+        } else {
+            record.unfinished(&settings.folder)
         };
         let is_resumed = left.is_some();
         let folder = match left {

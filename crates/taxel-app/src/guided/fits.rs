@@ -3,8 +3,10 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use taxel::calibrate::{
-    Calibration, CalibrationData, CalibrationOptions, PressLabel, calibrate_with, with_error,
+    Calibration, CalibrationData, CalibrationOptions, PressLabel, PressResidual, calibrate_with,
+    with_error,
 };
+use taxel::stats::median;
 use taxel::{Counts, Frame, Sensor};
 use taxel_server::HeldOutError;
 
@@ -13,6 +15,9 @@ use crate::executor::Threads;
 
 /// So many presses fewer are compared with, to see whether more gain anything.
 const COMPARED: usize = 8;
+/// A press so many times as far off as usual, and by this share at the least, is worth pressing again: that costs seconds.
+const FAR: f64 = 2.5;
+const FAR_AT_LEAST: f64 = 0.05;
 
 /// The presses of a moment, with their frames.
 #[derive(Clone)]
@@ -86,16 +91,42 @@ impl Fit {
             .collect()
     }
 
-    /// Labels that the others contradict: places among all presses, and in words why.
+    /// Presses worth pressing again: the fit left them out, or they are far from what the others say, measured by how far presses
+    /// usually are; places among all presses, and in words why. The worst first.
     pub(super) fn contradicted(&self) -> Vec<(usize, String)> {
         let Ok(found) = &self.found else {
             return Vec::new();
         };
         let suspects = found.report.suspects.iter();
         let place = |press: usize| self.places.get(press).copied();
-        suspects
-            .filter_map(|suspect| Some((place(suspect.press)?, suspect.to_string())))
-            .collect()
+        let left_out =
+            suspects.filter_map(|suspect| Some((place(suspect.press)?, suspect.to_string())));
+        let held_out = found
+            .residuals
+            .iter()
+            .filter(|r| r.held_out && r.load_g > 0.0);
+        let mut off: Vec<(f64, &PressResidual)> = held_out
+            .map(|r| ((r.estimate_g / r.load_g - 1.0).abs(), r))
+            .collect();
+        off.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let usual = 1.4826 * median(off.iter().map(|(off, _)| *off)).unwrap_or(f64::INFINITY);
+        let far = off
+            .iter()
+            .filter(|(off, _)| *off > (FAR * usual).max(FAR_AT_LEAST));
+        let far = far.filter_map(|(_, r)| {
+            let says = with_error(r.estimate_g, Some(r.standard_error_g)).0;
+            Some((
+                place(r.press)?,
+                format!("{} g where the others say {says} g", r.load_g),
+            ))
+        });
+        let mut all: Vec<(usize, String)> = left_out.collect();
+        for (press, words) in far {
+            if all.iter().all(|(other, _)| *other != press) {
+                all.push((press, words));
+            }
+        }
+        all
     }
 }
 

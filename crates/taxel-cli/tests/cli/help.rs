@@ -137,6 +137,7 @@ fn flags_of_compensate() {
 }
 
 #[test]
+#[allow(clippy::too_many_lines, reason = "a help is as long as it is")]
 fn flags_of_calibrate() {
     insta::assert_snapshot!(Folder::new().taxel("calibrate -h"), @"
     exit code: 0
