@@ -22,6 +22,8 @@ const LOADS_G: [f64; 4] = [50.0, 100.0, 200.0, 500.0];
 const COUNTS: [usize; 3] = [12, 20, 36];
 /// A fit so often while presses are chosen.
 const REFIT: usize = 4;
+/// Presses among the same other things.
+const RUN: usize = 4;
 const FRAMES: usize = 8;
 
 /// How presses are chosen.
@@ -64,12 +66,25 @@ fn run(name: &str, seed: u64, way: Way) -> Result<(), Error> {
     let mut data = CalibrationData::default();
     let mut made: Vec<MadePress> = Vec::new();
     let mut fitted: Option<Sensor> = None;
+    let mut others: Vec<(usize, usize, f64)> = Vec::new();
     for count in 1..=COUNTS[COUNTS.len() - 1] {
         let press = match way {
-            Way::Guided => plan.next(&made, &[], fitted.as_ref()).press,
+            Way::Guided => {
+                let places: Vec<_> = others.iter().map(|other| (other.0, other.1)).collect();
+                plan.next(&made, &[], fitted.as_ref(), &places).press
+            }
             _ => by_chance(&truth, &mut random, way),
         };
-        add(&truth, press, &mut random, &mut data);
+        // Guided, they lie for some presses; else they are laid anew for each.
+        let run = made
+            .iter()
+            .rev()
+            .take_while(|press| press.is_among_others)
+            .count();
+        if others.is_empty() || way != Way::Guided || run % RUN == RUN - 1 {
+            others = other_things(&truth, &mut random);
+        }
+        add(&truth, press, &others, &mut data);
         made.push(press);
         let is_told = COUNTS.contains(&count);
         let is_refitted = way == Way::Guided && count >= 8 && count % REFIT == 0;
@@ -114,20 +129,33 @@ fn by_chance(truth: &VirtualSensor, random: &mut ChaCha8Rng, way: Way) -> MadePr
     }
 }
 
-/// Makes the press; other things are six taxels with up to the heaviest load.
+/// Six taxels with up to the heaviest load.
+fn other_things(truth: &VirtualSensor, random: &mut ChaCha8Rng) -> Vec<(usize, usize, f64)> {
+    let (rows, columns) = (truth.sensor().rows(), truth.sensor().columns());
+    let thing = |random: &mut ChaCha8Rng| {
+        let load_g = LOADS_G[3] * random.random_range(0.4..1.0);
+        (
+            random.random_range(0..rows),
+            random.random_range(0..columns),
+            load_g,
+        )
+    };
+    (0..6).map(|_| thing(random)).collect()
+}
+
+/// Makes the press.
 fn add(
     truth: &VirtualSensor,
     press: MadePress,
-    random: &mut ChaCha8Rng,
+    others: &[(usize, usize, f64)],
     data: &mut CalibrationData,
 ) {
     let sensor = truth.sensor();
     let (rows, columns) = (sensor.rows(), sensor.columns());
     let mut loads = Frame::zeros(rows, columns);
     if press.is_among_others {
-        for _ in 0..6 {
-            let taxel = random.random_range(0..rows * columns);
-            loads.values_mut()[taxel] = LOADS_G[3] * random.random_range(0.4..1.0);
+        for (row, column, load_g) in others {
+            loads.values_mut()[row * columns + column] = *load_g;
         }
     }
     loads.values_mut()[press.row * columns + press.column] = press.load_g;

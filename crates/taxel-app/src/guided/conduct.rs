@@ -86,14 +86,17 @@ impl Conductor {
     }
 
     fn read_empty(&self) -> Result<(), Error> {
-        let read = self.desk.watch().read_empty();
+        let is_bare = !self.desk.known().others_lie;
+        let read = self.desk.watch().read_empty(is_bare);
         if read < 1.0 {
             return Ok(());
         }
         let mut known = self.desk.known();
-        if known.asked.is_some() {
+        let is_again = known.asked.as_ref().is_some_and(|asked| asked.is_again);
+        if is_again || (is_bare && known.asked.is_some()) {
             known.phase = Phase::Press;
         } else {
+            // Where to press among other things hangs on where these lie.
             self.desk.ask_next(&mut known);
         }
         Ok(())

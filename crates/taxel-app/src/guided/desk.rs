@@ -248,7 +248,8 @@ impl Desk {
         let fit = self.fits.latest();
         let fitted = fit.as_ref().and_then(|fit| fit.found.as_ref().ok());
         let sensor = fitted.map(|found| &found.sensor);
-        let planned = self.plan().next(&made, &known.avoided, sensor);
+        let others = self.watch().others();
+        let planned = self.plan().next(&made, &known.avoided, sensor, &others);
         let press = planned.press;
         let mut asked = AskedPress::of_taxel(press.row, press.column, press.load_g);
         asked.is_among_others = press.is_among_others;

@@ -35,6 +35,9 @@ const ABOVE_NOISE: f64 = 12.0;
 const ABOVE_PRESSES: f64 = 0.02;
 /// What is left of a press when it was taken off, at the most, as a share of it.
 const LEFT: f64 = 0.25;
+/// Other things that are looked at, at the most, and how much each rises at the least, of the one that rises most.
+const MOST_OTHERS: usize = 12;
+const ANOTHER: f64 = 0.25;
 /// A load on all is one where this share of the taxels rose by half of the median rise.
 const EVEN: f64 = 0.6;
 /// At this share of the converter's range a reading is at its ceiling.
@@ -121,6 +124,8 @@ pub(super) struct PressWatch {
     sensor: Sensor,
     max_count: f64,
     baseline: Option<Baseline>,
+    /// What the empty sensor read, siemens; empty before it was read.
+    bare: Vec<f64>,
     /// The newest last.
     blocks: VecDeque<Block>,
     filling: Block,
@@ -146,6 +151,7 @@ impl PressWatch {
             sensor: sensor.clone(),
             max_count: sensor.max_count(),
             baseline: None,
+            bare: Vec::new(),
             blocks: VecDeque::new(),
             filling: Block::new(taxels),
             filling_since: None,
@@ -192,7 +198,9 @@ impl PressWatch {
     }
 
     /// Takes what is read now for nothing, once it has stood still for long enough: 0 to 1, how far that is.
-    pub(super) fn read_empty(&mut self) -> f64 {
+    ///
+    /// `is_bare`: nothing lies on it, not even other things.
+    pub(super) fn read_empty(&mut self, is_bare: bool) -> f64 {
         let blocks: Vec<&Block> = self.newest(EMPTY).collect();
         let Some((first, rest)) = blocks.split_first() else {
             return 0.0;
@@ -213,8 +221,27 @@ impl PressWatch {
             return steady as f64 / EMPTY as f64;
         }
         let siemens = mean_of(&blocks).siemens;
+        if is_bare {
+            self.bare.clone_from(&siemens);
+        }
         self.baseline = Some(Baseline { siemens, noise });
         1.0
+    }
+
+    /// Where other things lie: the taxels that rose most since the sensor was bare.
+    pub(super) fn others(&self) -> Vec<(usize, usize)> {
+        let Some(baseline) = &self.baseline else {
+            return Vec::new();
+        };
+        let both = baseline.siemens.iter().zip(&self.bare).zip(&self.blind);
+        let rises = both.map(|((now, bare), blind)| if *blind { 0.0 } else { now - bare });
+        let mut rises: Vec<(f64, usize)> = rises.zip(0..).collect();
+        rises.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let highest = rises.first().map_or(0.0, |first| first.0);
+        let high = rises.iter().take(MOST_OTHERS);
+        let high = high.filter(|(rise, _)| *rise > ANOTHER * highest && *rise > self.least_rise());
+        high.map(|(_, taxel)| (taxel / self.columns, taxel % self.columns))
+            .collect()
     }
 
     /// The typical standard deviation of a block's mean, of the differences between blocks; of rounding at the least.

@@ -1,9 +1,11 @@
 //! Which press would tell a calibration most, given those made so far.
 //!
 //! *Where*: on lines that were pressed least, far from all presses, so that each tells of switches, lines and taxels that no other
-//! told of. *With what*: the load that adds most to the determinant of the information on the law's scale and exponent and on the
-//! switches behind it (D-optimal, chosen one after the other: Wynn 1970, Fedorov 1972). *Among what*: first alone, where a press tells
-//! the law; then a part of them with other things on the sensor, as it will be used: their ghosts tell the switches best.
+//! told of. *With what*: in turn every load, which tells the law's shape, and the load that adds most to the determinant of the
+//! information on the law's scale and exponent and on the switches behind it (D-optimal, chosen one after the other: Wynn 1970, Fedorov
+//! 1972). *Among what*: first alone, where a press tells the law; then a part of them with other things on the sensor, as it will be
+//! used, where the row of one crosses the column of another, as heavy as it goes: the current of all three shares switches there, and
+//! ghosts tell them best.
 
 use std::fmt;
 
@@ -122,15 +124,22 @@ impl PressPlan {
     }
 
     /// The press that would tell most after those `made`; `avoided`: taxels not to be asked for. `fitted`: what they tell so far.
+    /// `others`: taxels that other things lie on, for a press among them.
     pub fn next(
         &self,
         made: &[MadePress],
         avoided: &[(usize, usize)],
         fitted: Option<&Sensor>,
+        others: &[(usize, usize)],
     ) -> PlannedPress {
         let is_among_others = is_among_others_next(made);
-        let (row, column) = self.place(made, avoided);
-        let (load_g, load_reason) = self.load(made, fitted);
+        let others = if is_among_others { others } else { &[] };
+        let (row, column) = self.place(made, avoided, others);
+        let (load_g, load_reason) = if is_among_others {
+            (self.load_among_others(made), PressReason::Ghosts)
+        } else {
+            self.load(made, fitted)
+        };
         PlannedPress {
             press: MadePress {
                 row,
@@ -138,16 +147,18 @@ impl PressPlan {
                 load_g,
                 is_among_others,
             },
-            reason: if is_among_others {
-                PressReason::Ghosts
-            } else {
-                load_reason
-            },
+            reason: load_reason,
         }
     }
 
-    /// On the lines that were pressed least, as far as can be from all presses; the first in the middle.
-    fn place(&self, made: &[MadePress], avoided: &[(usize, usize)]) -> (usize, usize) {
+    /// On the lines that were pressed least, as far as can be from all presses; the first in the middle. Among other things where
+    /// their lines cross, as far as there are such places.
+    fn place(
+        &self,
+        made: &[MadePress],
+        avoided: &[(usize, usize)],
+        others: &[(usize, usize)],
+    ) -> (usize, usize) {
         let mut used_rows = vec![0usize; self.rows];
         let mut used_columns = vec![0usize; self.columns];
         for press in made {
@@ -176,7 +187,12 @@ impl PressPlan {
         };
         let score = |&taxel: &(usize, usize)| {
             let used = used_rows[taxel.0] + used_columns[taxel.1];
-            (avoided.contains(&taxel), used, -nearest(taxel))
+            let shares = others.iter().any(|other| other.0 == taxel.0);
+            let shares_both = shares && others.iter().any(|other| other.1 == taxel.1);
+            let is_bad = avoided.contains(&taxel)
+                || others.contains(&taxel)
+                || (!others.is_empty() && !shares_both);
+            (is_bad, used, -nearest(taxel))
         };
         let better = |a: &(bool, usize, f64), b: &(bool, usize, f64)| {
             (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2))
@@ -186,8 +202,20 @@ impl PressPlan {
         best.expect("a taxel to press").1
     }
 
+    /// The heaviest, and now and then another, so that the law is judged there too.
+    fn load_among_others(&self, made: &[MadePress]) -> f64 {
+        let others: Vec<MadePress> = made.iter().filter(|p| p.is_among_others).copied().collect();
+        if others.len() % RUN == RUN - 1 {
+            self.least_used(&others)
+        } else {
+            self.loads_g[self.loads_g.len() - 1]
+        }
+    }
+
     /// The load to press with.
     fn load(&self, made: &[MadePress], fitted: Option<&Sensor>) -> (f64, PressReason) {
+        // Every other one is for the law's shape.
+        let fitted = fitted.filter(|_| made.len() % 2 == 1);
         let best = fitted.and_then(|sensor| self.most_telling(made, sensor));
         match best {
             Some(load_g) => (load_g, PressReason::LeastSure),
@@ -327,7 +355,7 @@ mod tests {
         let plan = PressPlan::new(sensor, &LOADS).unwrap();
         let mut made = Vec::new();
         for _ in 0..presses {
-            made.push(plan.next(&made, &[], fitted).press);
+            made.push(plan.next(&made, &[], fitted, &[]).press);
         }
         made
     }
@@ -339,13 +367,11 @@ mod tests {
         let rows: BTreeSet<usize> = made.iter().map(|p| p.row).collect();
         let columns: BTreeSet<usize> = made.iter().map(|p| p.column).collect();
         assert_eq!((rows.len(), columns.len()), (16, 16));
-        // Four loads, each as often as the others.
+        // Alone each of four loads as often as the others.
+        let alone = &made[..ALONE_FIRST];
         for load in LOADS {
-            assert_eq!(
-                made.iter().filter(|p| p.load_g == load).count(),
-                4,
-                "{load}"
-            );
+            let uses = alone.iter().filter(|p| p.load_g == load).count();
+            assert_eq!(uses, 3, "{load}");
         }
         assert_eq!([made[0].load_g, made[1].load_g], [500.0, 50.0]);
     }
@@ -359,8 +385,10 @@ mod tests {
         let made = planned(&sensor, 40, None);
         assert!(made.iter().all(|p| p.row != 0 && p.row != 7));
         let plan = PressPlan::new(&sensor, &LOADS).unwrap();
-        let first = plan.next(&[], &[], None).press;
-        let other = plan.next(&[], &[(first.row, first.column)], None).press;
+        let first = plan.next(&[], &[], None, &[]).press;
+        let other = plan
+            .next(&[], &[(first.row, first.column)], None, &[])
+            .press;
         assert_ne!((first.row, first.column), (other.row, other.column));
         assert!(PressPlan::new(&sensor, &[100.0, 100.0]).is_err());
         assert!(PressPlan::new(&sensor, &[100.0, f64::NAN]).is_err());
@@ -376,6 +404,27 @@ mod tests {
         let changes = made.windows(2);
         let changes = changes.filter(|w| w[0].is_among_others != w[1].is_among_others);
         assert!(changes.count() <= 12);
+        assert!(
+            made.iter()
+                .filter(|p| p.is_among_others && p.load_g == 500.0)
+                .count()
+                >= 12
+        );
+    }
+
+    #[test]
+    fn among_others_presses_are_where_their_lines_cross() {
+        let sensor = preset("econe").unwrap();
+        let plan = PressPlan::new(&sensor, &LOADS).unwrap();
+        let mut made = planned(&sensor, ALONE_FIRST, None);
+        let others = [(3, 90), (40, 17), (60, 64)];
+        for _ in 0..RUN {
+            let press = plan.next(&made, &[], None, &others).press;
+            assert!(press.is_among_others && !others.contains(&(press.row, press.column)));
+            assert!(others.iter().any(|other| other.0 == press.row));
+            assert!(others.iter().any(|other| other.1 == press.column));
+            made.push(press);
+        }
     }
 
     #[test]
@@ -385,5 +434,6 @@ mod tests {
         let made = planned(&sensor, 40, Some(&sensor));
         let uses = |load: f64| made.iter().filter(|p| p.load_g == load).count();
         assert!(uses(500.0) >= 10 && uses(50.0) >= 8, "{made:?}");
+        assert!(uses(100.0) >= 4 && uses(200.0) >= 4, "{made:?}");
     }
 }
