@@ -5,7 +5,7 @@ use std::fmt::Write;
 use clap::Command;
 
 /// Verbs by what they are for.
-const GROUPS: [(&str, &[&str]); 5] = [
+const GROUPS: [(&str, &[&str]); 6] = [
     (
         "Measure",
         &[
@@ -43,10 +43,11 @@ const GROUPS: [(&str, &[&str]); 5] = [
             "bench",
         ],
     ),
+    ("Set up", &["completions"]),
 ];
 
 /// One to three examples of every verb. Files that are read are those that another example writes, where one does.
-const EXAMPLES: [(&str, &[&str]); 32] = [
+const EXAMPLES: [(&str, &[&str]); 33] = [
     (
         "live",
         &[
@@ -245,6 +246,14 @@ const EXAMPLES: [(&str, &[&str]); 32] = [
         &["taxel netlist --sensor sensor.toml --conductance siemens.csv --taxel 3,4 -o taxel.cir"],
     ),
     ("bench", &["taxel bench --sensor econe"]),
+    (
+        "completions",
+        &[
+            "taxel completions bash > ~/.local/share/bash-completion/completions/taxel",
+            "taxel completions zsh > ~/.zfunc/_taxel    # a folder of $fpath",
+            "taxel completions fish > ~/.config/fish/completions/taxel.fish",
+        ],
+    ),
 ];
 
 /// The command with its verbs grouped, and examples at the end of the help of each.
@@ -257,7 +266,7 @@ pub(crate) fn with_examples(command: Command) -> Command {
                 .find_subcommand(name)
                 .and_then(Command::get_about)
                 .map_or(String::new(), ToString::to_string);
-            let _ = writeln!(verbs, "  {name:<12}{about}");
+            let _ = writeln!(verbs, "  {name:<13}{about}");
         }
         verbs.push('\n');
     }
@@ -301,11 +310,13 @@ mod tests {
         assert!(EXAMPLES.iter().all(|e| (1..=3).contains(&e.1.len())));
     }
 
-    /// The words of a line as a shell makes them, its remark left out.
+    /// The words of a line as a shell makes them, its remark left out, and the file that its output goes to.
     fn words(line: &str) -> Vec<String> {
         let mut words = vec![String::new()];
         let mut quoted = false;
-        for letter in line.split(" # ").next().unwrap_or(line).trim().chars() {
+        let line = line.split(" # ").next().unwrap_or(line);
+        let line = line.split(" > ").next().unwrap_or(line);
+        for letter in line.trim().chars() {
             match letter {
                 '\'' => quoted = !quoted,
                 ' ' if !quoted => words.push(String::new()),

@@ -73,6 +73,7 @@ enum Command {
     Crosstalk(commands::crosstalk::Args),
     Bench(bench::Args),
     Demo(demo::Args),
+    Completions(commands::completions::Args),
     #[cfg(feature = "manual")]
     #[command(hide = true)]
     Manual(commands::manual::Args),
@@ -127,6 +128,7 @@ fn main() -> ExitCode {
         Command::Train(args) => train::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Model(args) => model::run(&args),
+        Command::Completions(args) => commands::completions::run(&args),
         #[cfg(feature = "manual")]
         Command::Manual(args) => commands::manual::run(&args),
     };

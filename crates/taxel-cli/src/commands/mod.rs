@@ -9,6 +9,7 @@ pub(crate) mod calibrate;
 pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod compensate;
+pub(crate) mod completions;
 pub(crate) mod convert;
 pub(crate) mod crosstalk;
 pub(crate) mod dataset;

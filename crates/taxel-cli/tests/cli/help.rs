@@ -14,46 +14,49 @@ fn without_a_verb_the_help_is_shown_and_the_exit_code_is_2() {
     Usage: taxel <COMMAND>
 
     Measure:
-      live        Show a sensor live in the browser, compensated; record it
-      grip        Measure a person's grip: trials by a protocol, live, with one page at the end
-      view        Play a recording in the browser
-      record      Record a sensor
-      replay      Send a recording as a device would, in protocol taxel-1
-      convert     Write a recording in another format
-      recover     Repair a recording that was cut off
-      devices     List the serial ports of this machine
+      live         Show a sensor live in the browser, compensated; record it
+      grip         Measure a person's grip: trials by a protocol, live, with one page at the end
+      view         Play a recording in the browser
+      record       Record a sensor
+      replay       Send a recording as a device would, in protocol taxel-1
+      convert      Write a recording in another format
+      recover      Repair a recording that was cut off
+      devices      List the serial ports of this machine
 
     Look:
-      info        Summarise a recording
-      measure     Measure forces over time: total, grip, fingers; peak, plateau, fatigue of each trial
-      analyse     Look at taxels of a recording over time: a taxel, a row, a column, a region
-      plot        Draw frames, or values over frames
-      selftest    Test a sensor: open, shorted, stuck, noisy and flickering lines and taxels
-      identify    Tell which read-out explains recordings, and what to measure where several do
+      info         Summarise a recording
+      measure      Measure forces over time: total, grip, fingers; peak, plateau, fatigue of each trial
+      analyse      Look at taxels of a recording over time: a taxel, a row, a column, a region
+      plot         Draw frames, or values over frames
+      selftest     Test a sensor: open, shorted, stuck, noisy and flickering lines and taxels
+      identify     Tell which read-out explains recordings, and what to measure where several do
 
     Fit and compensate:
-      calibrate   Fit switch resistances and load law to labelled presses
-      check       Tell whether a calibrated sensor still is what it was
-      compensate  Remove the cross-talk from a recording
-      batch       Work through an archive of recordings
-      dataset     Make a training set
-      train       Train a network on labelled presses
-      compare     Compare ways from counts to loads on your own data
-      model       Show a model's card, or exchange it through ONNX
+      calibrate    Fit switch resistances and load law to labelled presses
+      check        Tell whether a calibrated sensor still is what it was
+      compensate   Remove the cross-talk from a recording
+      batch        Work through an archive of recordings
+      dataset      Make a training set
+      train        Train a network on labelled presses
+      compare      Compare ways from counts to loads on your own data
+      model        Show a model's card, or exchange it through ONNX
 
     Publish:
-      evaluate    Evaluate a sensor by a plan: repeatability, response, hysteresis, creep, cross-talk, accuracy
-      report      Write an evaluation as one file: every figure, table and plot, the sensor, versions, data fingerprints
+      evaluate     Evaluate a sensor by a plan: repeatability, response, hysteresis, creep, cross-talk, accuracy
+      report       Write an evaluation as one file: every figure, table and plot, the sensor, versions, data fingerprints
 
     Design and simulate:
-      demo        Watch the whole chain at work on a simulated hand
-      simulate    Record with a virtual sensor
-      design      Size a read-out: test voltage, resistor, settling, ghosts, resolution
-      budget      Split a sensor's error by cause; what other parts would make of it
-      rig         Plan presses: springs and tips to pressures, and how many experiments
-      crosstalk   Draw V_out against the number N of other pressed taxels of a row
-      netlist     Write a sensor's circuit as a SPICE netlist
-      bench       Time scan and inverse of a sensor on this machine
+      demo         Watch the whole chain at work on a simulated hand
+      simulate     Record with a virtual sensor
+      design       Size a read-out: test voltage, resistor, settling, ghosts, resolution
+      budget       Split a sensor's error by cause; what other parts would make of it
+      rig          Plan presses: springs and tips to pressures, and how many experiments
+      crosstalk    Draw V_out against the number N of other pressed taxels of a row
+      netlist      Write a sensor's circuit as a SPICE netlist
+      bench        Time scan and inverse of a sensor on this machine
+
+    Set up:
+      completions  Print the script by which a shell completes verbs and options
 
     Options:
       -h, --help     Print help (see more with '--help')
@@ -72,7 +75,7 @@ fn an_unknown_verb_names_the_nearest() {
     ----- stderr -----
     error: unrecognized subcommand 'compenstae'
 
-      tip: some similar subcommands exist: 'compare', 'compensate'
+      tip: some similar subcommands exist: 'compare', 'completions', 'compensate'
 
     Usage: taxel <COMMAND>
 

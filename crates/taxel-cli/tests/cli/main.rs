@@ -9,6 +9,7 @@ mod bounds;
 mod calibrate;
 mod check;
 mod compensate;
+mod completions;
 mod design;
 mod diodes;
 mod evaluate;
