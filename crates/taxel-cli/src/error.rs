@@ -91,8 +91,13 @@ impl Error {
         match self {
             Error::Arguments { .. } | Error::TaxelOutside { .. } => 2,
             Error::App(taxel_app::Error::Request { .. } | taxel_app::Error::NoSensor { .. }) => 2,
-            // A name that is no picture's.
-            Error::Plot(taxel_plot::Error::UnknownFormat { .. } | taxel_plot::Error::NoPdf)
+            // A name that is no picture's, or a size that no picture has.
+            Error::Plot(
+                taxel_plot::Error::UnknownFormat { .. }
+                | taxel_plot::Error::NoPdf
+                | taxel_plot::Error::NoRoom { .. }
+                | taxel_plot::Error::TooLarge { .. },
+            )
             | Error::App(taxel_app::Error::Plot(
                 taxel_plot::Error::UnknownFormat { .. } | taxel_plot::Error::NoPdf,
             )) => 2,

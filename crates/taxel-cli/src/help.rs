@@ -115,6 +115,7 @@ const EXAMPLES: [(&str, &[&str]); 33] = [
         &[
             "taxel plot hand.txt --sensor calibrated.toml --frame 68 -o picture.png",
             "taxel plot hand.txt --sensor calibrated.toml --frame 68 --interpolation nearest -o nearest.svg",
+            "taxel plot run.mcap --frame 40 --range 0..50 --mm --title 'Left hand' --size 1200x800 -o left.png",
         ],
     ),
     (

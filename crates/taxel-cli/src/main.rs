@@ -62,7 +62,7 @@ enum Command {
     Train(train::Args),
     Compare(compare::Args),
     Model(model::Args),
-    Plot(plot::Args),
+    Plot(Box<plot::Args>),
     Evaluate(evaluate::Args),
     Report(report::Args),
     Simulate(simulate::Args),

@@ -1,11 +1,13 @@
 //! Many frames at a glance: small heatmaps over one range.
 
 use crate::colour_bar::{Beyond, ColourBar};
+use crate::extent::Extent;
+use crate::fitting::{Drawn, fit};
 use crate::heatmap::Panel;
 use crate::heatmap::layout::{Room, draw_heatmap, plot_size};
 use crate::picture::Picture;
 use crate::scale::{drawable, union};
-use crate::sheet::draw_caption;
+use crate::sheet::{draw_caption, headed};
 use crate::svg::{Anchor, Canvas, Rect};
 use crate::{Error, MARGIN, text};
 
@@ -14,6 +16,11 @@ const TITLE_SIZE: f64 = 9.0;
 const TITLE_ROOM: f64 = 13.0;
 /// Width over height that a sheet is brought near to.
 const SHAPE: f64 = 1.4;
+/// In less a panel shows nothing.
+const SMALLEST: Room = Room {
+    width: 20.0,
+    height: 20.0,
+};
 
 /// Small heatmaps on a grid, one colour bar for all; titles above them, no axes.
 ///
@@ -24,6 +31,8 @@ pub struct ContactSheet<'a> {
     caption: String,
     columns: Option<usize>,
     range: Option<(f64, f64)>,
+    title: String,
+    extent: Option<Extent>,
 }
 
 /// The measured grid.
@@ -63,6 +72,8 @@ impl<'a> ContactSheet<'a> {
             caption: String::new(),
             columns: None,
             range: None,
+            title: String::new(),
+            extent: None,
         })
     }
 
@@ -84,11 +95,38 @@ impl<'a> ContactSheet<'a> {
         self
     }
 
+    /// The line above all of them.
+    pub fn title(mut self, title: impl Into<String>) -> Self {
+        self.title = title.into();
+        self
+    }
+
+    /// The size that the whole picture is to have; the panels are as large as there is room for.
+    pub fn fit(mut self, extent: Extent) -> Self {
+        self.extent = Some(extent);
+        self
+    }
+
     /// The sheet as a picture.
     ///
     /// # Errors
-    /// [`Error::Png`] should a heatmap not be encodable.
+    /// [`Error::Png`] should a heatmap not be encodable; [`Error::NoRoom`] in an [`Extent`] that is too small.
     pub fn picture(&self) -> Result<Picture, Error> {
+        let Some(extent) = self.extent else {
+            let side = match self.panels.len() {
+                0..=20 => 150.0,
+                21..=60 => 110.0,
+                _ => 80.0,
+            };
+            return Ok(self.draw(side, SHAPE)?.whole());
+        };
+        let (width, height) = extent.in_points();
+        let compose = |room: Room| self.draw(room.width.min(room.height), width / height);
+        Ok(fit(extent, SMALLEST, compose)?.0)
+    }
+
+    /// The sheet with panels no larger than `side`, near to that shape.
+    fn draw(&self, side: f64, shape: f64) -> Result<Drawn, Error> {
         let all = self
             .panels
             .iter()
@@ -99,7 +137,7 @@ impl<'a> ContactSheet<'a> {
                 .filter(|(a, b)| a.is_finite() && b.is_finite())
                 .or(all),
         );
-        let cells = self.cells();
+        let cells = self.cells(side, shape);
         let (width, height) = cells.size();
         let mut canvas = Canvas::default();
         let top = MARGIN;
@@ -110,7 +148,14 @@ impl<'a> ContactSheet<'a> {
         }
         let (right, bottom) = self.draw_bar(&mut canvas, range, cells.title, width, height)?;
         let bottom = draw_caption(&mut canvas, &self.caption, bottom, right);
-        Ok(Picture::new(canvas, right + 2.0 * MARGIN, bottom + MARGIN))
+        let drawn = Drawn {
+            canvas,
+            width: right + 2.0 * MARGIN,
+            height: bottom + MARGIN,
+            plot: (cells.width, cells.height),
+            grid: (cells.across, cells.down),
+        };
+        Ok(headed(&self.title, drawn))
     }
 
     fn draw_bar(
@@ -135,13 +180,8 @@ impl<'a> ContactSheet<'a> {
         Ok((right, MARGIN + height.max(title + length + 6.0)))
     }
 
-    fn cells(&self) -> Cells {
+    fn cells(&self, side: f64, shape: f64) -> Cells {
         let count = self.panels.len();
-        let side = match count {
-            0..=20 => 150.0,
-            21..=60 => 110.0,
-            _ => 80.0,
-        };
         let room = Room {
             width: side,
             height: side,
@@ -160,17 +200,18 @@ impl<'a> ContactSheet<'a> {
             room,
         };
         let fitting = || {
-            (1..=count).min_by(|&a, &b| misfit(&grid(a), count).total_cmp(&misfit(&grid(b), count)))
+            let misfit = |across: usize| misfit(&grid(across), count, shape);
+            (1..=count).min_by(|&a, &b| misfit(a).total_cmp(&misfit(b)))
         };
         grid(self.columns.or_else(fitting).unwrap_or(1).clamp(1, count))
     }
 }
 
-/// How far a grid is from the usual shape, with a little for every place left empty in it.
-fn misfit(cells: &Cells, count: usize) -> f64 {
+/// How far a grid is from the shape, with a little for every place left empty in it.
+fn misfit(cells: &Cells, count: usize, shape: f64) -> f64 {
     let (width, height) = cells.size();
     let places = (cells.across * cells.down) as f64;
-    (width / height / SHAPE).ln().abs() + (places - count as f64) / count as f64
+    (width / height / shape).ln().abs() + (places - count as f64) / count as f64
 }
 
 fn draw_cell(

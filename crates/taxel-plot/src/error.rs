@@ -1,5 +1,19 @@
 //! What can go wrong between frames and a picture, with both numbers in every message.
 
+impl Error {
+    /// How much a picture needs at its smallest, where that is what was refused.
+    pub(crate) fn needed_area(&self) -> Option<u64> {
+        match self {
+            Error::NoRoom {
+                needed_width,
+                needed_height,
+                ..
+            } => Some(needed_width * needed_height),
+            _ => None,
+        }
+    }
+}
+
 /// Everything this crate refuses to do, and why.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -76,7 +90,7 @@ pub enum Error {
     },
     /// More pixels than a PNG is made with.
     #[error(
-        "picture of {width} x {height} pixels is over the limit of {limit} pixels\nhint: draw fewer frames, or write .svg"
+        "picture of {width} x {height} pixels is over the limit of {limit} pixels\nhint: draw fewer frames, ask for a smaller picture or fewer dots per inch, or write .svg"
     )]
     TooLarge {
         /// Width in pixels.
@@ -85,6 +99,22 @@ pub enum Error {
         height: u64,
         /// Most pixels allowed.
         limit: u64,
+    },
+    /// A size in which the plots and their labels have no room.
+    #[error(
+        "a picture of {width} x {height} {unit} has no room for its plots and labels: at their smallest they need {needed_width} x {needed_height}\nhint: ask for a larger picture, or for fewer dots per inch"
+    )]
+    NoRoom {
+        /// `pixels` or `points`.
+        unit: &'static str,
+        /// Width asked for.
+        width: u32,
+        /// Height asked for.
+        height: u32,
+        /// Width that would do.
+        needed_width: u64,
+        /// Height that would do.
+        needed_height: u64,
     },
     /// A `.pdf` was asked of a build without it.
     #[error(

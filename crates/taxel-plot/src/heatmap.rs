@@ -41,6 +41,7 @@ pub struct Panel<'a> {
     pub(crate) interpolation: Interpolation,
     pub(crate) colour_map: ColourMap,
     pub(crate) pitch_mm: [f64; 2],
+    pub(crate) axes_mm: bool,
     positions_mm: Option<&'a [[f64; 2]]>,
     room: Room,
 }
@@ -76,6 +77,7 @@ impl<'a> Panel<'a> {
             interpolation: Interpolation::default(),
             colour_map: ColourMap::default(),
             pitch_mm: [1.0, 1.0],
+            axes_mm: false,
             positions_mm: None,
             room: Room::WHOLE,
         })
@@ -97,6 +99,7 @@ impl<'a> Panel<'a> {
             interpolation: Interpolation::default(),
             colour_map: ColourMap::default(),
             pitch_mm: [1.0, 1.0],
+            axes_mm: false,
             positions_mm: None,
             room: Room::WHOLE,
         }
@@ -168,6 +171,12 @@ impl<'a> Panel<'a> {
     /// Distance between rows and between columns in mm, as in the sensor file: the shape of the picture.
     pub fn pitch_mm(mut self, pitch_mm: [f64; 2]) -> Self {
         self.pitch_mm = pitch_mm;
+        self
+    }
+
+    /// Axes in millimetres from the centre of the taxel at row 0, column 0, by the pitch, in place of rows and columns.
+    pub fn axes_mm(mut self, axes_mm: bool) -> Self {
+        self.axes_mm = axes_mm;
         self
     }
 

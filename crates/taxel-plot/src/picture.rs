@@ -2,18 +2,18 @@
 
 use std::path::Path;
 
-use resvg::tiny_skia::{Pixmap, Transform};
+use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::Tree;
 
 use crate::Error;
+use crate::extent::{Extent, MAX_PIXELS, POINTS_PER_INCH};
 use crate::glyphs::{outlined, tree_of};
 use crate::pdf::{self, Page};
 use crate::svg::Canvas;
 
 /// Pixels per SVG point in a PNG.
 pub const PNG_SCALE: u32 = 2;
-/// Most pixels of a PNG.
-const MAX_PIXELS: u64 = 100_000_000;
+const METRES_PER_INCH: f64 = 0.0254;
 /// The extensions that pictures are written with.
 const KNOWN: &str = if cfg!(feature = "pdf") {
     "png, svg, pdf"
@@ -65,6 +65,29 @@ pub struct Picture {
     svg: String,
     width: u32,
     height: u32,
+    /// Pixels of its PNG, and how many of them make a point.
+    raster: Raster,
+    /// Pixels per inch that its PNG says, where that is asked for.
+    dots_per_inch: Option<f64>,
+}
+
+/// What a PNG is rasterised to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Raster {
+    width: u64,
+    height: u64,
+    per_point: f64,
+}
+
+impl Raster {
+    fn of(width: u32, height: u32, per_point: f64) -> Raster {
+        let pixels = |points: u32| (f64::from(points) * per_point).round().max(1.0) as u64;
+        Raster {
+            width: pixels(width),
+            height: pixels(height),
+            per_point,
+        }
+    }
 }
 
 impl Picture {
@@ -74,7 +97,36 @@ impl Picture {
             svg: canvas.finish(width, height),
             width: width as u32,
             height: height as u32,
+            raster: Raster::of(width as u32, height as u32, PNG_SCALE.into()),
+            dots_per_inch: None,
         }
+    }
+
+    /// What is drawn over exactly so many pixels or points.
+    pub(crate) fn exact(canvas: Canvas, extent: Extent) -> Picture {
+        let (width, height) = extent.in_points();
+        Picture {
+            svg: canvas.finish(width, height),
+            width: width.ceil() as u32,
+            height: height.ceil() as u32,
+            raster: Raster {
+                width: extent.width.into(),
+                height: extent.height.into(),
+                per_point: extent.per_point,
+            },
+            dots_per_inch: None,
+        }
+    }
+
+    /// So many pixels per inch in a PNG, which tells them to programs that print or place it: more pixels for the same
+    /// picture, or for one of an [`Extent`] just those that it has.
+    pub fn dots_per_inch(mut self, dots_per_inch: f64) -> Self {
+        let per_point = dots_per_inch / POINTS_PER_INCH;
+        if per_point != self.raster.per_point {
+            self.raster = Raster::of(self.width, self.height, per_point);
+        }
+        self.dots_per_inch = Some(dots_per_inch);
+        self
     }
 
     /// Width in points.
@@ -92,13 +144,13 @@ impl Picture {
         &self.svg
     }
 
-    /// The picture as PNG bytes, [`PNG_SCALE`] pixels per point.
+    /// The picture as PNG bytes, [`PNG_SCALE`] pixels per point unless told.
     ///
     /// # Errors
     /// [`Error::TooLarge`] for more than 10⁸ pixels.
     pub fn png(&self) -> Result<Vec<u8>, Error> {
         let pixels = self.pixels()?;
-        encode_rgb(&pixels)
+        encode_rgb(&pixels, self.dots_per_inch)
     }
 
     /// The bytes of a file of that format.
@@ -123,19 +175,24 @@ impl Picture {
     }
 
     fn pixels(&self) -> Result<Pixmap, Error> {
-        let width = u64::from(self.width) * u64::from(PNG_SCALE);
-        let height = u64::from(self.height) * u64::from(PNG_SCALE);
+        let Raster {
+            width,
+            height,
+            per_point,
+        } = self.raster;
         let too_large = Error::TooLarge {
             width,
             height,
             limit: MAX_PIXELS,
         };
-        if width * height > MAX_PIXELS {
+        if width.saturating_mul(height) > MAX_PIXELS {
             return Err(too_large);
         }
         let tree = parse(&self.svg)?;
         let mut pixmap = Pixmap::new(width as u32, height as u32).ok_or(too_large)?;
-        let scale = PNG_SCALE as f32;
+        // Where the last pixel is not wholly the picture's it would else be grey.
+        pixmap.fill(Color::WHITE);
+        let scale = per_point as f32;
         resvg::render(
             &tree,
             Transform::from_scale(scale, scale),
@@ -150,7 +207,7 @@ pub(crate) fn parse(svg: &str) -> Result<Tree, Error> {
     tree_of(&outlined(svg).0)
 }
 
-fn encode_rgb(pixels: &Pixmap) -> Result<Vec<u8>, Error> {
+fn encode_rgb(pixels: &Pixmap, dots_per_inch: Option<f64>) -> Result<Vec<u8>, Error> {
     // The background is opaque, so premultiplied colours are the colours.
     let rgb: Vec<u8> = pixels
         .data()
@@ -161,6 +218,12 @@ fn encode_rgb(pixels: &Pixmap) -> Result<Vec<u8>, Error> {
     let mut encoder = png::Encoder::new(&mut bytes, pixels.width(), pixels.height());
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_compression(png::Compression::Fast);
+    let density = dots_per_inch.map(|dots| (dots / METRES_PER_INCH).round() as u32);
+    encoder.set_pixel_dims(density.map(|per_metre| png::PixelDimensions {
+        xppu: per_metre,
+        yppu: per_metre,
+        unit: png::Unit::Meter,
+    }));
     write_image(encoder, &rgb)?;
     Ok(bytes)
 }

@@ -5,6 +5,9 @@ mod plot;
 use taxel::Frame;
 
 use crate::Error;
+use crate::extent::Extent;
+use crate::fitting::fit;
+use crate::heatmap::layout::Room;
 use crate::picture::Picture;
 use crate::quantity::Quantity;
 
@@ -141,6 +144,8 @@ pub struct Series {
     pub(crate) x: Vec<f64>,
     pub(crate) lines: Vec<Line>,
     pub(crate) size: (f64, f64),
+    pub(crate) range: Option<(f64, f64)>,
+    extent: Option<Extent>,
 }
 
 /// Width and height of a plot, points.
@@ -174,6 +179,8 @@ impl Series {
             x,
             lines,
             size: SIZE,
+            range: None,
+            extent: None,
         })
     }
 
@@ -271,6 +278,19 @@ impl Series {
         self
     }
 
+    /// The values at the lower and at the upper end of the y axis; without it the picture's own. Values beyond are drawn at
+    /// the end.
+    pub fn range(mut self, low: f64, high: f64) -> Self {
+        self.range = Some((low, high));
+        self
+    }
+
+    /// The size that the whole picture is to have; the plot is what is left of it.
+    pub fn fit(mut self, extent: Extent) -> Self {
+        self.extent = Some(extent);
+        self
+    }
+
     /// What the lines count, where there are too many for a legend: `line`, `column`, `row`.
     pub fn order(mut self, order: impl Into<String>) -> Self {
         self.order = order.into();
@@ -280,9 +300,17 @@ impl Series {
     /// The plot as a picture.
     ///
     /// # Errors
-    /// [`Error::Png`] should the bar of line colours not be encodable.
+    /// [`Error::Png`] should the bar of line colours not be encodable; [`Error::NoRoom`] in an [`Extent`] that is too small.
     pub fn picture(&self) -> Result<Picture, Error> {
-        plot::draw(self)
+        let Some(extent) = self.extent else {
+            return Ok(plot::draw(self, self.size)?.whole());
+        };
+        let smallest = Room {
+            width: SMALLEST.0,
+            height: SMALLEST.1,
+        };
+        let compose = |room: Room| plot::draw(self, (room.width, room.height));
+        Ok(fit(extent, smallest, compose)?.0)
     }
 }
 

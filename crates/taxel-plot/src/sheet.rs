@@ -1,5 +1,7 @@
 //! A few heatmaps in one picture: before and after, measured against estimated.
 
+use crate::extent::Extent;
+use crate::fitting::{Drawn, fit};
 use crate::heatmap::Panel;
 use crate::heatmap::layout::{NOTE_LEADING, NOTE_SIZE, PanelLayout, Room, plot_size};
 use crate::picture::Picture;
@@ -21,6 +23,10 @@ pub enum Arrangement {
 }
 
 const GAP: f64 = 22.0;
+/// Type size of what stands above a whole picture.
+const HEADING_SIZE: f64 = 14.0;
+const HEADING_LEADING: f64 = 17.0;
+const HEADING_GAP: f64 = 5.0;
 /// Arrays wider than this, in proportion to their height, are stacked.
 const WIDE: f64 = 1.5;
 const MAX_ABREAST: usize = 3;
@@ -40,6 +46,8 @@ pub struct Sheet<'a> {
     caption: String,
     arrangement: Arrangement,
     shared_range: bool,
+    title: String,
+    extent: Option<Extent>,
 }
 
 impl<'a> Sheet<'a> {
@@ -59,6 +67,8 @@ impl<'a> Sheet<'a> {
             caption: String::new(),
             arrangement: Arrangement::default(),
             shared_range: false,
+            title: String::new(),
+            extent: None,
         })
     }
 
@@ -80,29 +90,78 @@ impl<'a> Sheet<'a> {
         self
     }
 
+    /// The line above all of them.
+    pub fn title(mut self, title: impl Into<String>) -> Self {
+        self.title = title.into();
+        self
+    }
+
+    /// The size that the whole picture is to have; the plots are as large as there is room for, and stand as they become
+    /// larger where [`Arrangement::Fitting`] is asked for.
+    pub fn fit(mut self, extent: Extent) -> Self {
+        self.extent = Some(extent);
+        self
+    }
+
     /// The sheet as a picture.
     ///
     /// # Errors
-    /// [`Error::Png`] should a heatmap not be encodable.
+    /// [`Error::Png`] should a heatmap not be encodable; [`Error::NoRoom`] in an [`Extent`] that is too small.
     pub fn picture(&self) -> Result<Picture, Error> {
-        let layouts = self.measure();
+        let Some(extent) = self.extent else {
+            let stacked = self.stacked();
+            let room = if stacked { STACKED } else { ABREAST };
+            return Ok(self.draw(room, stacked)?.whole());
+        };
+        let fitted = |stacked: bool| {
+            fit(extent, Room::SMALLEST, |room: Room| {
+                self.draw(room, stacked)
+            })
+        };
+        if self.arrangement != Arrangement::Fitting || self.panels.len() == 1 {
+            return Ok(fitted(self.stacked())?.0);
+        }
+        match (fitted(true), fitted(false)) {
+            (Ok(above), Ok(beside)) if above.1 > beside.1 => Ok(above.0),
+            (Err(above), Err(beside)) if above.needed_area() < beside.needed_area() => Err(above),
+            (above, Err(beside)) => Ok(above.map_err(|_| beside)?.0),
+            (_, Ok(beside)) => Ok(beside.0),
+        }
+    }
+
+    fn draw(&self, room: Room, stacked: bool) -> Result<Drawn, Error> {
+        let layouts = self.measure(room);
         let mut canvas = Canvas::default();
-        let (width, bottom) = if self.stacked() {
+        let (width, bottom) = if stacked {
             self.draw_stacked(&layouts, &mut canvas)?
         } else {
             self.draw_abreast(&layouts, &mut canvas)?
         };
         let bottom = draw_caption(&mut canvas, &self.caption, bottom, width);
-        Ok(Picture::new(canvas, width + 2.0 * MARGIN, bottom + MARGIN))
+        let plot = |(w, h): (f64, f64), layout: &PanelLayout| {
+            (layout.plot.width.max(w), layout.plot.height.max(h))
+        };
+        let count = layouts.len();
+        let drawn = Drawn {
+            canvas,
+            width: width + 2.0 * MARGIN,
+            height: bottom + MARGIN,
+            plot: layouts.iter().fold((0.0, 0.0), plot),
+            grid: if stacked {
+                (1, count)
+            } else {
+                (count.min(MAX_ABREAST), count.div_ceil(MAX_ABREAST))
+            },
+        };
+        Ok(headed(&self.title, drawn))
     }
 
-    fn measure(&self) -> Vec<PanelLayout> {
+    fn measure(&self, room: Room) -> Vec<PanelLayout> {
         let all = self
             .panels
             .iter()
             .map(Panel::wanted_range)
             .fold(None, union);
-        let room = if self.stacked() { STACKED } else { ABREAST };
         let range = |panel: &Panel<'_>| {
             if self.shared_range {
                 drawable(all)
@@ -177,6 +236,26 @@ impl<'a> Sheet<'a> {
             y += height + GAP;
         }
         Ok((width, y - GAP))
+    }
+}
+
+/// What is drawn, with `title` above it.
+pub(crate) fn headed(title: &str, drawn: Drawn) -> Drawn {
+    let lines = text::wrap(title, HEADING_SIZE, drawn.width - 2.0 * MARGIN);
+    if lines.is_empty() {
+        return drawn;
+    }
+    let mut canvas = Canvas::default();
+    for (i, line) in lines.iter().enumerate() {
+        let baseline = MARGIN + HEADING_SIZE * 0.8 + i as f64 * HEADING_LEADING;
+        canvas.text(MARGIN, baseline, HEADING_SIZE, Anchor::Start, line);
+    }
+    let room = lines.len() as f64 * HEADING_LEADING + HEADING_GAP;
+    canvas.group((0.0, room), 1.0, &drawn.canvas);
+    Drawn {
+        canvas,
+        height: drawn.height + room,
+        ..drawn
     }
 }
 

@@ -3,13 +3,14 @@
 mod collect;
 mod draw;
 mod frame_range;
+mod look;
 
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use taxel::Sensor;
 use taxel_io::{AtomicFile, ReadOptions, shape_of};
-use taxel_plot::{Format, Interpolation};
+use taxel_plot::{Extent, Format, Interpolation};
 
 use super::positive::lines;
 use super::taxel_address::TaxelAddress;
@@ -18,6 +19,7 @@ use crate::outputs::Files;
 use crate::values;
 use crate::{Exit, out, recorded};
 use frame_range::FrameRange;
+use look::{Beyond, Look};
 use taxel_app::frames::carries_sensor;
 use taxel_app::methods::MethodName;
 use taxel_app::units::Unit;
@@ -81,6 +83,8 @@ pub(crate) struct Args {
     /// The file has rows and columns swapped
     #[arg(long)]
     transpose: bool,
+    #[command(flatten)]
+    look: Look,
     /// Where to write the picture (.png, .svg, .pdf)
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -115,6 +119,8 @@ struct Job<'a> {
     unit: Option<Unit>,
     /// Distance between taxels, mm.
     pitch_mm: [f64; 2],
+    /// How large the picture is to be.
+    extent: Option<Extent>,
 }
 
 /// Runs the command.
@@ -127,11 +133,13 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         .maybe_input("model", args.method.file().as_ref())
         .output("-o", &args.output)
         .check()?;
-    let job = Job::new(args)?;
+    let extent = args.look.extent(&args.output, format)?;
+    let job = Job::new(args, extent)?;
     let picture = match job.lines()? {
         Some(taxels) => draw::series(&job, &taxels)?,
         None => draw::frames(&job)?,
     };
+    let picture = args.look.finished(picture);
     let mut file = AtomicFile::create(&args.output)?;
     file.put(&picture.render(format)?)?;
     file.commit()?;
@@ -140,7 +148,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
 }
 
 impl<'a> Job<'a> {
-    fn new(args: &'a Args) -> Result<Self, Error> {
+    fn new(args: &'a Args, extent: Option<Extent>) -> Result<Self, Error> {
         let given = args.sensor.as_deref();
         let found = if args.values {
             recorded::sensor(given, None)?
@@ -159,15 +167,32 @@ impl<'a> Job<'a> {
             (true, None) => carries_sensor(&args.file).then_some(Unit::Newtons),
             (false, None) => Some(if has_law { Unit::Grams } else { Unit::Siemens }),
         };
+        if args.look.mm && sensor.is_none() {
+            return Err(Error::Arguments {
+                what: format!(
+                    "--mm: {} does not say how far apart taxels are",
+                    args.file.display()
+                ),
+                hint: "give --sensor, whose `pitch_mm` says it",
+            });
+        }
         let pitch = sensor.as_ref().map(|sensor| sensor.array().pitch_mm);
-        Ok(Self {
+        let job = Self {
             args,
             sensor,
             sensor_file: sensor_file.unwrap_or_default(),
             options,
             unit,
             pitch_mm: pitch.unwrap_or([1.0, 1.0]),
-        })
+            extent,
+        };
+        if args.look.mm && !job.range().is_one() {
+            return Err(Error::Arguments {
+                what: "--mm: the small maps of several frames have no axes".to_owned(),
+                hint: "draw one frame, with --frame",
+            });
+        }
+        Ok(job)
     }
 
     /// The taxels whose values are drawn over frames, if that is asked for.
@@ -207,6 +232,18 @@ impl<'a> Job<'a> {
             (false, true) => (true, false),
             (false, false) => (args.before_after || one, true),
         }
+    }
+
+    /// The unit's sign, where one is known.
+    fn symbol(&self) -> &'static str {
+        self.unit.map_or("", Unit::symbol)
+    }
+
+    /// What the range asked for leaves out of `values`, for the caption.
+    fn beyond(&self, values: impl IntoIterator<Item = f64>) -> Option<String> {
+        let mut beyond = Beyond::new(self.args.look.range?);
+        beyond.count(values);
+        beyond.told(self.symbol())
     }
 
     /// The frames asked for.

@@ -323,12 +323,22 @@ fn flags_of_plot() {
           --rows <N>                       Rows of a frame, where there is no sensor
           --no-tare                        Leave the recording's tare on
           --transpose                      The file has rows and columns swapped
+          --title <TEXT>                   The line above the picture
+          --range <LOW..HIGH>              Ends of the colours, or of the values' axis, in the unit
+                                           drawn, so that pictures compare: 0..50
+          --size <WIDTHxHEIGHT>            Size of the picture, which is laid out to fit: pixels of a
+                                           .png, points of .svg and .pdf
+          --dpi <N>                        Pixels per inch of a .png; text keeps its size in points
+                                           [default: 144]
+          --mm                             Axes of maps in millimetres from the first taxel's centre, by
+                                           the sensor's pitch
       -o, --output <FILE>                  Where to write the picture (.png, .svg, .pdf)
       -h, --help                           Print help (see more with '--help')
 
     Examples:
       taxel plot hand.txt --sensor calibrated.toml --frame 68 -o picture.png
       taxel plot hand.txt --sensor calibrated.toml --frame 68 --interpolation nearest -o nearest.svg
+      taxel plot run.mcap --frame 40 --range 0..50 --mm --title 'Left hand' --size 1200x800 -o left.png
     ----- stderr -----
     ");
 }

@@ -26,6 +26,7 @@ mod live;
 mod look;
 mod measure;
 mod operated;
+mod plot_look;
 mod record;
 mod recordings;
 mod rewritten;

@@ -30,13 +30,18 @@ const MIN_PLOT: f64 = 12.0;
 const OUTLINE_PIXELS: usize = 8;
 
 /// The largest plot that there is room for.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Room {
     pub(crate) width: f64,
     pub(crate) height: f64,
 }
 
 impl Room {
+    /// In less a heatmap shows nothing.
+    pub(crate) const SMALLEST: Room = Room {
+        width: 40.0,
+        height: 40.0,
+    };
     /// A picture of one panel.
     pub(crate) const WHOLE: Room = Room {
         width: 520.0,
@@ -140,11 +145,21 @@ fn note_lines(panel: &Panel<'_>, width: f64) -> Vec<String> {
 /// Where on an axis, 0 to 1, and what stands there.
 type Tick = (f64, String);
 
-/// Down, then across: lines of the array, or mm where the taxels have places.
+/// Down, then across: lines of the array, or mm where the taxels have places or that is asked for.
 fn ticks(panel: &Panel<'_>, (width, height): (f64, f64)) -> (Vec<Tick>, Vec<Tick>) {
     let most_down = (height / 24.0).clamp(1.0, 10.0) as usize;
     let most_across = (width / 36.0).clamp(1.0, 14.0) as usize;
-    let Some(placed) = panel.placed() else {
+    let [between_rows, between_columns] = panel.pitch_mm;
+    let by_pitch = |count: usize, pitch: f64| (-pitch / 2.0, count as f64 * pitch);
+    let spans = match panel.placed() {
+        Some(at) => Some(((at.top, at.height), (at.left, at.width))),
+        None if panel.axes_mm => Some((
+            by_pitch(panel.grid.rows, between_rows),
+            by_pitch(panel.grid.columns, between_columns),
+        )),
+        None => None,
+    };
+    let Some((down, across)) = spans else {
         let lines = |count: usize, most: usize| {
             let tick = |line: usize| ((line as f64 + 0.5) / count as f64, line.to_string());
             index_ticks(count, most).into_iter().map(tick).collect()
@@ -154,16 +169,13 @@ fn ticks(panel: &Panel<'_>, (width, height): (f64, f64)) -> (Vec<Tick>, Vec<Tick
             lines(panel.grid.columns, most_across),
         );
     };
-    let along = |start: f64, length: f64, most: usize| {
+    let along = |(start, length): (f64, f64), most: usize| {
         let at = nice_ticks(start, start + length, most);
         let labels = tick_labels(&at);
         let shares = at.into_iter().map(|at| (at - start) / length);
         shares.zip(labels).collect()
     };
-    (
-        along(placed.top, placed.height, most_down),
-        along(placed.left, placed.width, most_across),
-    )
+    (along(down, most_down), along(across, most_across))
 }
 
 /// A measured panel; its parts are placed relative to its top left corner.
@@ -271,7 +283,7 @@ impl PanelLayout {
         }
         canvas.strokes(&marks, INK, HAIRLINE);
         let (x, y) = (plot.x + plot.width / 2.0, baseline + LABEL_SIZE + 4.0);
-        let (across, down) = if panel.placed().is_some() {
+        let (across, down) = if panel.axes_mm || panel.placed().is_some() {
             ("x (mm)", "y (mm)")
         } else {
             ("column", "row")

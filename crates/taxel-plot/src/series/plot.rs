@@ -5,8 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::{Line, LineStyle, Series};
 use crate::colour::{ColourMap, hex};
 use crate::colour_bar::{Beyond, ColourBar, HAIRLINE, LABEL_SIZE, TICK};
+use crate::fitting::Drawn;
 use crate::heatmap::layout::{TITLE_LEADING, TITLE_SIZE};
-use crate::picture::{PNG_SCALE, Picture};
+use crate::picture::PNG_SCALE;
 use crate::raster::position;
 use crate::scale::{Scale, drawable, finite_range};
 use crate::sheet::draw_caption;
@@ -54,7 +55,7 @@ impl Axis {
         }
     }
 
-    fn along(series: &Series) -> Axis {
+    fn along(series: &Series, length: f64) -> Axis {
         let own = series.lines.iter().filter_map(|line| line.x.as_ref());
         // Positions at which every line has its own instead say nothing.
         let common = Some(&series.x).filter(|_| series.lines.iter().any(|line| line.x.is_none()));
@@ -79,7 +80,7 @@ impl Axis {
             0.0
         };
         let range = drawable(Some((low - margin, high + margin)));
-        let most = (series.size.0 / PER_NUMBER.0).clamp(2.0, MOST_NUMBERS.0);
+        let most = (length / PER_NUMBER.0).clamp(2.0, MOST_NUMBERS.0);
         let mut axis = Axis::new(range, &scale, label, most as usize);
         if series.x_label == "frame" && range.1 - range.0 < 4.0 {
             axis.ticks = whole_ticks(range);
@@ -87,7 +88,16 @@ impl Axis {
         axis
     }
 
-    fn upwards(series: &Series) -> Axis {
+    fn upwards(series: &Series, length: f64) -> Axis {
+        let most = (length / PER_NUMBER.1).clamp(2.0, MOST_NUMBERS.1) as usize;
+        let asked = series
+            .range
+            .filter(|(low, high)| low.is_finite() && high.is_finite());
+        if asked.is_some() {
+            let range = drawable(asked);
+            let scale = Scale::new(&series.unit, range);
+            return Axis::new(range, &scale, scale.label(&series.quantity), most);
+        }
         let values = series.lines.iter().flat_map(Line::reach);
         let (low, high) = drawable(finite_range(values));
         let margin = (high / 2.0 - low / 2.0) * 0.08;
@@ -103,9 +113,8 @@ impl Axis {
             high + margin
         };
         let scale = Scale::new(&series.unit, (low, high));
-        let most = (series.size.1 / PER_NUMBER.1).clamp(2.0, MOST_NUMBERS.1);
         let label = scale.label(&series.quantity);
-        Axis::new((bottom, top), &scale, label, most as usize)
+        Axis::new((bottom, top), &scale, label, most)
     }
 
     fn widest_number(&self) -> f64 {
@@ -124,17 +133,17 @@ fn whole_ticks(range: (f64, f64)) -> Vec<(f64, String)> {
         .collect()
 }
 
-/// Composes the picture of `series`.
-pub(crate) fn draw(series: &Series) -> Result<Picture, Error> {
-    let (along, upwards) = (Axis::along(series), Axis::upwards(series));
+/// Draws `series` with a plot of that width and height.
+pub(crate) fn draw(series: &Series, size: (f64, f64)) -> Result<Drawn, Error> {
+    let (along, upwards) = (Axis::along(series, size.0), Axis::upwards(series, size.1));
     let left = LABEL_SIZE + 6.0 + upwards.widest_number() + GAP + TICK;
-    let title = text::wrap(&series.title, TITLE_SIZE, series.size.0);
+    let title = text::wrap(&series.title, TITLE_SIZE, size.0);
     let top = MARGIN + title.len() as f64 * TITLE_LEADING + 6.0;
     let plot = Rect {
         x: MARGIN + left,
         y: top,
-        width: series.size.0,
-        height: series.size.1,
+        width: size.0,
+        height: size.1,
     };
     let mut canvas = Canvas::default();
     for (i, line) in title.iter().enumerate() {
@@ -148,7 +157,13 @@ pub(crate) fn draw(series: &Series) -> Result<Picture, Error> {
     let right = draw_key(&mut canvas, series, plot, &colours)?.max(plot.right() + 10.0);
     let bottom = plot.bottom() + TICK + GAP + 2.0 * LABEL_SIZE + 5.0;
     let bottom = draw_caption(&mut canvas, &series.caption, bottom, right - MARGIN);
-    Ok(Picture::new(canvas, right + MARGIN, bottom + MARGIN))
+    Ok(Drawn {
+        canvas,
+        width: right + MARGIN,
+        height: bottom + MARGIN,
+        plot: size,
+        grid: (1, 1),
+    })
 }
 
 /// The colour asked for; after the last the first follows.
@@ -428,9 +443,9 @@ mod tests {
         assert!(svg.svg().contains(">line 11<") && !svg.svg().contains("<image"));
         let own = |i: usize| Line::new("", vec![0.0, 1.0]).over(vec![i as f64, 40.0]);
         let apart = series(vec![own(10), own(20)]);
-        assert_eq!(Axis::along(&apart).range, (10.0, 40.0));
+        assert_eq!(Axis::along(&apart, 480.0).range, (10.0, 40.0));
         let dots = series(vec![own(10).style(LineStyle::Points)]);
-        assert_eq!(Axis::along(&dots).range, (9.25, 40.75));
+        assert_eq!(Axis::along(&dots, 480.0).range, (9.25, 40.75));
         assert!(svg.render(crate::Format::Png).is_ok());
     }
 }

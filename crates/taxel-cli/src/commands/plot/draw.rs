@@ -32,22 +32,46 @@ pub(super) fn frames(job: &Job<'_>) -> Result<Picture, Error> {
         .iter()
         .map(|(title, frame)| panel(job, title, frame))
         .collect::<Result<Vec<_>, Error>>()?;
-    let caption = caption(job);
+    let drawn = kept.iter().flat_map(|(_, frame)| {
+        let taxels = frame.values().iter().zip(frame.marks());
+        taxels.filter(|(_, mark)| **mark != Mark::Absent)
+    });
+    let beyond = job.beyond(drawn.map(|(value, _)| *value));
+    let caption = with(caption(job), beyond);
+    let look = &job.args.look;
+    let title = look.title.as_deref().unwrap_or_default();
     if job.range().is_one() {
-        let shared = are_comparable(&kept);
+        let shared = look.range.is_some() || are_comparable(&kept);
         let caption = if shared {
             caption
         } else {
             format!("{caption}; each picture has its own range of colours")
         };
-        let sheet = Sheet::new(panels)?.shared_range(shared);
+        let mut sheet = Sheet::new(panels)?.shared_range(shared).title(title);
+        if let Some(extent) = job.extent {
+            sheet = sheet.fit(extent);
+        }
         return Ok(sheet.caption(caption).picture()?);
     }
-    let mut sheet = ContactSheet::new(panels)?.caption(caption);
+    let mut sheet = ContactSheet::new(panels)?.caption(caption).title(title);
+    if let Some(range) = look.range {
+        sheet = sheet.range(range.low, range.high);
+    }
+    if let Some(extent) = job.extent {
+        sheet = sheet.fit(extent);
+    }
     if both {
         sheet = sheet.columns(2 * (kept.len() / 8).clamp(1, 3));
     }
     Ok(sheet.picture()?)
+}
+
+/// A caption, and what else is to be told.
+fn with(caption: String, more: Option<String>) -> String {
+    match more {
+        Some(more) => format!("{caption}; {more}"),
+        None => caption,
+    }
 }
 
 /// Whether one range of colours shows something of every frame: no peak is over 10 times another.
@@ -69,7 +93,12 @@ fn panel<'a>(
         .marks(frame.marks())?
         .title(title)
         .pitch_mm(job.pitch_mm)
+        .axes_mm(job.args.look.mm)
         .interpolation(job.args.interpolation.into());
+    let panel = match job.args.look.range {
+        Some(range) => panel.range(range.low, range.high),
+        None => panel,
+    };
     let panel = match job.sensor.as_ref().and_then(Sensor::positions) {
         Some(positions_mm) => panel.positions_mm(positions_mm)?,
         None => panel,
@@ -140,20 +169,34 @@ pub(super) fn series(job: &Job<'_>, taxels: &[(usize, usize)]) -> Result<Picture
             }));
         }
     }
+    let beyond = job.beyond(lines.iter().flat_map(|line| line.values.iter().copied()));
     let (label, x) = if times.len() == numbers.len() {
         ("time (s)", times)
     } else {
         ("frame", numbers)
     };
+    dressed(job, Series::new(label, x, lines)?, beyond)
+}
+
+/// The series with all that is said about it, as a picture.
+fn dressed(job: &Job<'_>, series: Series, beyond: Option<String>) -> Result<Picture, Error> {
     let (title, order) = match (job.args.row, job.args.column) {
         (Some(row), _) => (format!("row {row}"), "column"),
         (_, Some(column)) => (format!("column {column}"), "row"),
         _ => (String::new(), "taxel"),
     };
-    let series = Series::new(label, x, lines)?
-        .title(title)
+    let look = &job.args.look;
+    let own = look.title.as_deref().unwrap_or_default();
+    let mut series = series
+        .title(format!("{own}\n{title}"))
         .order(order)
-        .caption(caption(job));
+        .caption(with(caption(job), beyond));
+    if let Some(range) = look.range {
+        series = series.range(range.low, range.high);
+    }
+    if let Some(extent) = job.extent {
+        series = series.fit(extent);
+    }
     let series = match job.unit {
         Some(unit) => series.quantity(unit.quantity()).unit(unit.symbol()),
         None => series.quantity("value"),
