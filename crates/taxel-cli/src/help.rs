@@ -114,7 +114,7 @@ const EXAMPLES: [(&str, &[&str]); 33] = [
         "plot",
         &[
             "taxel plot hand.txt --sensor calibrated.toml --frame 68 -o picture.png",
-            "taxel plot hand.txt --sensor calibrated.toml --frame 68 --interpolation nearest -o nearest.svg",
+            "taxel plot run.mcap --frames 100..300 --speed 0.5 -o run.gif    # a movie at half the pace",
             "taxel plot run.mcap --frame 40 --range 0..50 --mm --title 'Left hand' --size 1200x800 -o left.png",
         ],
     ),

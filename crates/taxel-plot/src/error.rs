@@ -141,6 +141,26 @@ pub enum Error {
         /// The rasteriser's words.
         message: String,
     },
+    /// A picture of a movie is not as large as the first.
+    #[error(
+        "movie: a picture has {width} x {height} pixels, the first has {first_width} x {first_height}"
+    )]
+    PictureSize {
+        /// Its width in pixels.
+        width: u64,
+        /// Its height in pixels.
+        height: u64,
+        /// Width of the first.
+        first_width: u64,
+        /// Height of the first.
+        first_height: u64,
+    },
+    /// A movie could not be encoded.
+    #[error("GIF could not be encoded: {message}")]
+    Gif {
+        /// The encoder's words.
+        message: String,
+    },
     /// The pixels could not be encoded.
     #[error("PNG could not be encoded: {message}")]
     Png {

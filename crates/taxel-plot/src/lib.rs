@@ -3,7 +3,7 @@
 //! # In reading order
 //!
 //! [`Panel`]s make a [`Sheet`] or a [`ContactSheet`], [`Line`]s make a [`Series`], a self-test a [`FaultMap`]; each
-//! gives a [`Picture`]. [`report`] puts tables and pictures on one page, or on sheets of paper.
+//! gives a [`Picture`], and these a [`Movie`]. [`report`] puts tables and pictures on one page, or on sheets of paper.
 
 mod board;
 mod colour;
@@ -15,6 +15,7 @@ mod fault_map;
 mod fitting;
 mod glyphs;
 mod heatmap;
+mod movie;
 mod outline;
 mod pdf;
 mod picture;
@@ -36,6 +37,7 @@ pub use error::Error;
 pub use extent::Extent;
 pub use fault_map::FaultMap;
 pub use heatmap::Panel;
+pub use movie::Movie;
 pub use picture::{Format, PNG_SCALE, Picture};
 pub use quantity::Quantity;
 pub use raster::Interpolation;

@@ -174,7 +174,12 @@ impl Picture {
         }
     }
 
-    fn pixels(&self) -> Result<Pixmap, Error> {
+    /// Width and height of its PNG.
+    pub(crate) fn pixel_size(&self) -> (u64, u64) {
+        (self.raster.width, self.raster.height)
+    }
+
+    pub(crate) fn pixels(&self) -> Result<Pixmap, Error> {
         let Raster {
             width,
             height,

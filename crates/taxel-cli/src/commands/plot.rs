@@ -4,6 +4,7 @@ mod collect;
 mod draw;
 mod frame_range;
 mod look;
+mod movie;
 
 use std::path::{Path, PathBuf};
 
@@ -85,7 +86,7 @@ pub(crate) struct Args {
     transpose: bool,
     #[command(flatten)]
     look: Look,
-    /// Where to write the picture (.png, .svg, .pdf)
+    /// Where to write the picture (.png, .svg, .pdf), or the frames as a movie (.gif)
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 }
@@ -126,7 +127,11 @@ struct Job<'a> {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     // Before any work: a name that is no picture's.
-    let format = Format::from_extension(&args.output)?;
+    let format = if is_movie(&args.output) {
+        None
+    } else {
+        Some(Format::from_extension(&args.output).map_err(with_movie)?)
+    };
     Files::default()
         .input("recording", &args.file)
         .maybe_sensor(args.sensor.as_ref())
@@ -135,16 +140,37 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         .check()?;
     let extent = args.look.extent(&args.output, format)?;
     let job = Job::new(args, extent)?;
-    let picture = match job.lines()? {
-        Some(taxels) => draw::series(&job, &taxels)?,
-        None => draw::frames(&job)?,
-    };
-    let picture = args.look.finished(picture);
+    let lines = job.lines()?;
     let mut file = AtomicFile::create(&args.output)?;
-    file.put(&picture.render(format)?)?;
+    if let Some(format) = format {
+        let picture = match lines {
+            Some(taxels) => draw::series(&job, &taxels)?,
+            None => draw::frames(&job)?,
+        };
+        file.put(&args.look.finished(picture).render(format)?)?;
+    } else {
+        movie::write(&job, &mut file)?;
+    }
     file.commit()?;
     out::note(&format!("wrote {}", args.output.display()));
     Ok(Exit::Good)
+}
+
+/// What is known where a movie is as well.
+fn with_movie(error: taxel_plot::Error) -> taxel_plot::Error {
+    match error {
+        taxel_plot::Error::UnknownFormat { extension, .. } => taxel_plot::Error::UnknownFormat {
+            extension,
+            known: "png, svg, pdf, gif",
+        },
+        other => other,
+    }
+}
+
+/// Whether the file is one that moves.
+fn is_movie(output: &Path) -> bool {
+    let extension = output.extension();
+    extension.is_some_and(|extension| extension.eq_ignore_ascii_case("gif"))
 }
 
 impl<'a> Job<'a> {
@@ -167,6 +193,13 @@ impl<'a> Job<'a> {
             (true, None) => carries_sensor(&args.file).then_some(Unit::Newtons),
             (false, None) => Some(if has_law { Unit::Grams } else { Unit::Siemens }),
         };
+        let over = !args.taxel.is_empty() || args.row.is_some() || args.column.is_some();
+        if is_movie(&args.output) && (over || args.frame.is_some()) {
+            return Err(Error::Arguments {
+                what: format!("{} is a movie of whole frames", args.output.display()),
+                hint: "leave --frame, --taxel, --row and --column out; --frames A..B tells which frames",
+            });
+        }
         if args.look.mm && sensor.is_none() {
             return Err(Error::Arguments {
                 what: format!(
@@ -186,7 +219,7 @@ impl<'a> Job<'a> {
             pitch_mm: pitch.unwrap_or([1.0, 1.0]),
             extent,
         };
-        if args.look.mm && !job.range().is_one() {
+        if args.look.mm && !job.range().is_one() && !is_movie(&args.output) {
             return Err(Error::Arguments {
                 what: "--mm: the small maps of several frames have no axes".to_owned(),
                 hint: "draw one frame, with --frame",
@@ -253,7 +286,7 @@ impl<'a> Job<'a> {
         match (args.frame, args.frames) {
             (Some(frame), _) => FrameRange::one(frame),
             (None, Some(range)) => range,
-            (None, None) if over => FrameRange::all(),
+            (None, None) if over || is_movie(&args.output) => FrameRange::all(),
             (None, None) => FrameRange::one(0),
         }
     }

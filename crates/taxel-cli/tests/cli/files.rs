@@ -181,7 +181,7 @@ fn an_ending_that_cannot_be_written_is_refused_before_any_work() {
     // Pictures have words of their own.
     for words in [
         "compare --sensor sensor.toml --presses presses.csv --figure a.gif",
-        "plot run.txt --sensor sensor.toml -o a.gif",
+        "plot run.txt --sensor sensor.toml -o a.jpg",
         "crosstalk -o a.txt",
     ] {
         let run = folder.taxel(words);

@@ -326,18 +326,21 @@ fn flags_of_plot() {
           --title <TEXT>                   The line above the picture
           --range <LOW..HIGH>              Ends of the colours, or of the values' axis, in the unit
                                            drawn, so that pictures compare: 0..50
-          --size <WIDTHxHEIGHT>            Size of the picture, which is laid out to fit: pixels of a
-                                           .png, points of .svg and .pdf
-          --dpi <N>                        Pixels per inch of a .png; text keeps its size in points
-                                           [default: 144]
+          --size <WIDTHxHEIGHT>            Size of the picture, which is laid out to fit: pixels of .png
+                                           and .gif, points of .svg and .pdf
+          --dpi <N>                        Pixels per inch; text keeps its size in points [default: 144
+                                           for .png, 96 for .gif]
           --mm                             Axes of maps in millimetres from the first taxel's centre, by
                                            the sensor's pitch
-      -o, --output <FILE>                  Where to write the picture (.png, .svg, .pdf)
+          --speed <TIMES>                  How many times as fast as the recording a .gif is shown
+                                           [default: 1]
+      -o, --output <FILE>                  Where to write the picture (.png, .svg, .pdf), or the frames
+                                           as a movie (.gif)
       -h, --help                           Print help (see more with '--help')
 
     Examples:
       taxel plot hand.txt --sensor calibrated.toml --frame 68 -o picture.png
-      taxel plot hand.txt --sensor calibrated.toml --frame 68 --interpolation nearest -o nearest.svg
+      taxel plot run.mcap --frames 100..300 --speed 0.5 -o run.gif    # a movie at half the pace
       taxel plot run.mcap --frame 40 --range 0..50 --mm --title 'Left hand' --size 1200x800 -o left.png
     ----- stderr -----
     ");

@@ -231,7 +231,7 @@ fn plot_refuses_what_is_not_there() {
 
     ----- stderr -----
     error: no picture format has the extension `jpg`
-    hint: known are png, svg, pdf
+    hint: known are png, svg, pdf, gif
     ");
     insta::assert_snapshot!(folder.taxel("plot truth.csv --values -o p.png"), @r"
     exit code: 2

@@ -27,6 +27,7 @@ mod look;
 mod measure;
 mod operated;
 mod plot_look;
+mod plot_movie;
 mod record;
 mod recordings;
 mod rewritten;

@@ -20,12 +20,23 @@ pub(super) struct Stages<'a> {
     pub(super) compensated: Option<&'a Frame<DisplayUnit>>,
 }
 
+/// Which time frames are read: what there is to warn of is told once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Pass {
+    First,
+    Again,
+}
+
 /// Shows every frame of the job's range to `see`; gives back how many there were.
-pub(super) fn each(job: &Job<'_>, see: impl FnMut(u64, Stages<'_>)) -> Result<u64, Error> {
+pub(super) fn each(
+    job: &Job<'_>,
+    pass: Pass,
+    see: impl FnMut(u64, Stages<'_>) -> Result<(), Error>,
+) -> Result<u64, Error> {
     let (seen, read) = if job.args.values {
         each_value(job, see)?
     } else {
-        each_count(job, see)?
+        each_count(job, pass, see)?
     };
     let range = job.range();
     if seen > 0 {
@@ -48,7 +59,10 @@ pub(super) fn each(job: &Job<'_>, see: impl FnMut(u64, Stages<'_>)) -> Result<u6
 /// How many frames were shown, and how many were read.
 type Seen = (u64, u64);
 
-fn each_value(job: &Job<'_>, mut see: impl FnMut(u64, Stages<'_>)) -> Result<Seen, Error> {
+fn each_value(
+    job: &Job<'_>,
+    mut see: impl FnMut(u64, Stages<'_>) -> Result<(), Error>,
+) -> Result<Seen, Error> {
     let mut source = open_shown(&job.args.file, job.options)?;
     let mut frame = Frame::zeros(job.options.rows, job.options.columns);
     let range = job.range();
@@ -63,7 +77,7 @@ fn each_value(job: &Job<'_>, mut see: impl FnMut(u64, Stages<'_>)) -> Result<See
                 raw: None,
                 compensated: Some(&frame),
             };
-            see(read, stages);
+            see(read, stages)?;
             seen += 1;
         }
         read += 1;
@@ -72,7 +86,11 @@ fn each_value(job: &Job<'_>, mut see: impl FnMut(u64, Stages<'_>)) -> Result<See
     Ok((seen, read))
 }
 
-fn each_count(job: &Job<'_>, mut see: impl FnMut(u64, Stages<'_>)) -> Result<Seen, Error> {
+fn each_count(
+    job: &Job<'_>,
+    pass: Pass,
+    mut see: impl FnMut(u64, Stages<'_>) -> Result<(), Error>,
+) -> Result<Seen, Error> {
     let (Some(sensor), Some(unit)) = (&job.sensor, job.unit) else {
         unreachable!("a recording of counts has a sensor and a unit");
     };
@@ -108,7 +126,8 @@ fn each_count(job: &Job<'_>, mut see: impl FnMut(u64, Stages<'_>)) -> Result<See
                 .enumerate()
             {
                 let Some(chain) = chain else { continue };
-                if let Some(outcome) = chain.take(&reading)? {
+                let outcome = chain.take(&reading)?;
+                if let Some(outcome) = outcome.filter(|_| pass == Pass::First) {
                     warn_unsolved(read, &outcome);
                 }
                 chain.show_into(shown)?;
@@ -119,7 +138,7 @@ fn each_count(job: &Job<'_>, mut see: impl FnMut(u64, Stages<'_>)) -> Result<See
                 raw: wants_raw.then_some(&shown[0]),
                 compensated: wants_compensated.then_some(&shown[1]),
             };
-            see(read, stages);
+            see(read, stages)?;
             seen += 1;
         }
         read += 1;

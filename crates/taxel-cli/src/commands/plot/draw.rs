@@ -4,20 +4,20 @@ use taxel::{Frame, Mark, Sensor};
 use taxel_plot::{ContactSheet, Line, Panel, Picture, Series, Sheet};
 
 use super::Job;
-use super::collect::each;
+use super::collect::{Pass, each};
 use crate::error::Error;
 use taxel_app::frames::DisplayUnit;
 
 /// Words for what is drawn.
-const RAW: &str = "as read";
-const COMPENSATED: &str = "cross-talk removed";
+pub(super) const RAW: &str = "as read";
+pub(super) const COMPENSATED: &str = "cross-talk removed";
 
 /// One frame in full, or several on a contact sheet.
 pub(super) fn frames(job: &Job<'_>) -> Result<Picture, Error> {
     let mut kept: Vec<(String, Frame<DisplayUnit>)> = Vec::new();
     let (wants_raw, wants_compensated) = job.stages();
     let both = wants_raw && wants_compensated;
-    each(job, |number, stages| {
+    each(job, Pass::First, |number, stages| {
         let raw = stages.raw.map(|frame| (RAW, frame));
         let compensated = stages.compensated.map(|frame| (COMPENSATED, frame));
         for (word, frame) in [raw, compensated].into_iter().flatten() {
@@ -27,16 +27,13 @@ pub(super) fn frames(job: &Job<'_>) -> Result<Picture, Error> {
             };
             kept.push((title, frame.clone()));
         }
+        Ok(())
     })?;
     let panels = kept
         .iter()
         .map(|(title, frame)| panel(job, title, frame))
         .collect::<Result<Vec<_>, Error>>()?;
-    let drawn = kept.iter().flat_map(|(_, frame)| {
-        let taxels = frame.values().iter().zip(frame.marks());
-        taxels.filter(|(_, mark)| **mark != Mark::Absent)
-    });
-    let beyond = job.beyond(drawn.map(|(value, _)| *value));
+    let beyond = job.beyond(kept.iter().flat_map(|(_, frame)| present(frame)));
     let caption = with(caption(job), beyond);
     let look = &job.args.look;
     let title = look.title.as_deref().unwrap_or_default();
@@ -66,8 +63,15 @@ pub(super) fn frames(job: &Job<'_>) -> Result<Picture, Error> {
     Ok(sheet.picture()?)
 }
 
+/// The values of a frame's taxels, without those that are not there.
+pub(super) fn present(frame: &Frame<DisplayUnit>) -> impl Iterator<Item = f64> {
+    let taxels = frame.values().iter().zip(frame.marks());
+    let there = taxels.filter(|(_, mark)| **mark != Mark::Absent);
+    there.map(|(value, _)| *value)
+}
+
 /// A caption, and what else is to be told.
-fn with(caption: String, more: Option<String>) -> String {
+pub(super) fn with(caption: String, more: Option<String>) -> String {
     match more {
         Some(more) => format!("{caption}; {more}"),
         None => caption,
@@ -84,7 +88,7 @@ fn are_comparable(frames: &[(String, Frame<DisplayUnit>)]) -> bool {
     frames.iter().all(|frame| largest <= 10.0 * peak(frame))
 }
 
-fn panel<'a>(
+pub(super) fn panel<'a>(
     job: &'a Job<'_>,
     title: &str,
     frame: &'a Frame<DisplayUnit>,
@@ -109,7 +113,7 @@ fn panel<'a>(
     })
 }
 
-fn caption(job: &Job<'_>) -> String {
+pub(super) fn caption(job: &Job<'_>) -> String {
     let file = job
         .args
         .file
@@ -134,7 +138,7 @@ pub(super) fn series(job: &Job<'_>, taxels: &[(usize, usize)]) -> Result<Picture
     let mut raw = vec![Vec::new(); taxels.len()];
     let mut compensated = vec![Vec::new(); taxels.len()];
     let (mut numbers, mut times) = (Vec::new(), Vec::new());
-    each(job, |number, stages| {
+    each(job, Pass::First, |number, stages| {
         numbers.push(number as f64);
         for (lines, frame) in [
             (&mut raw, stages.raw),
@@ -147,6 +151,7 @@ pub(super) fn series(job: &Job<'_>, taxels: &[(usize, usize)]) -> Result<Picture
         }
         let frame = stages.compensated.or(stages.raw);
         times.extend(frame.and_then(|frame| frame.time_secs));
+        Ok(())
     })?;
     let both = wants_raw && wants_compensated;
     let mut lines = Vec::new();

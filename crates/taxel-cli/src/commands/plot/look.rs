@@ -5,10 +5,13 @@ use std::str::FromStr;
 
 use taxel_plot::{Extent, Format, Picture};
 
+use super::super::positive::positive;
 use crate::error::Error;
 
 /// Pixels of a PNG per inch where nobody asks: two a point.
 const DOTS_PER_INCH: u32 = 144;
+/// The same of a movie, whose every pixel costs time and room.
+const DOTS_OF_MOVIE: u32 = 96;
 /// The largest number that an axis is drawn with.
 const LARGEST: f64 = 1e300;
 /// A range is at least this share of its larger end wide: numbers at its ends are not told apart in less.
@@ -23,21 +26,35 @@ pub(super) struct Look {
     /// Ends of the colours, or of the values' axis, in the unit drawn, so that pictures compare: 0..50
     #[arg(long, value_name = "LOW..HIGH", allow_hyphen_values = true)]
     pub(super) range: Option<ValueRange>,
-    /// Size of the picture, which is laid out to fit: pixels of a .png, points of .svg and .pdf
+    /// Size of the picture, which is laid out to fit: pixels of .png and .gif, points of .svg and .pdf
     #[arg(long, value_name = "WIDTHxHEIGHT")]
     size: Option<Size>,
-    /// Pixels per inch of a .png; text keeps its size in points [default: 144]
+    /// Pixels per inch; text keeps its size in points [default: 144 for .png, 96 for .gif]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(36..=2400))]
     dpi: Option<u32>,
     /// Axes of maps in millimetres from the first taxel's centre, by the sensor's pitch
     #[arg(long, conflicts_with_all = ["taxel", "row", "column"])]
     pub(super) mm: bool,
+    /// How many times as fast as the recording a .gif is shown [default: 1]
+    #[arg(long, value_name = "TIMES", value_parser = positive)]
+    pub(super) speed: Option<f64>,
 }
 
 impl Look {
-    /// The size asked for, in the unit of the format.
-    pub(super) fn extent(&self, output: &Path, format: Format) -> Result<Option<Extent>, Error> {
-        if let (Some(dpi), false) = (self.dpi, format == Format::Png) {
+    /// The size asked for, in the unit of the format; a movie has none.
+    pub(super) fn extent(
+        &self,
+        output: &Path,
+        format: Option<Format>,
+    ) -> Result<Option<Extent>, Error> {
+        if let (Some(speed), true) = (self.speed, format.is_some()) {
+            return Err(Error::Arguments {
+                what: format!("--speed {speed}: {} does not move", output.display()),
+                hint: "leave --speed out, or write .gif",
+            });
+        }
+        let has_pixels = matches!(format, None | Some(Format::Png));
+        if let (Some(dpi), false) = (self.dpi, has_pixels) {
             return Err(Error::Arguments {
                 what: format!("--dpi {dpi}: {} has no pixels", output.display()),
                 hint: "leave --dpi out, or write .png",
@@ -46,9 +63,11 @@ impl Look {
         let Some(Size { width, height }) = self.size else {
             return Ok(None);
         };
-        Ok(Some(match format {
-            Format::Png => Extent::pixels(width, height, self.dpi.unwrap_or(DOTS_PER_INCH).into())?,
-            _ => Extent::points(width, height)?,
+        let usual = format.map_or(DOTS_OF_MOVIE, |_| DOTS_PER_INCH);
+        Ok(Some(if has_pixels {
+            Extent::pixels(width, height, self.dpi.unwrap_or(usual).into())?
+        } else {
+            Extent::points(width, height)?
         }))
     }
 
@@ -58,6 +77,11 @@ impl Look {
             Some(dpi) => picture.dots_per_inch(dpi.into()),
             None => picture,
         }
+    }
+
+    /// The same for a picture of a movie.
+    pub(super) fn moving(&self, picture: Picture) -> Picture {
+        picture.dots_per_inch(self.dpi.unwrap_or(DOTS_OF_MOVIE).into())
     }
 }
 
