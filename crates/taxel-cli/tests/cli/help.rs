@@ -210,7 +210,6 @@ fn flags_of_calibrate() {
     Examples:
       taxel calibrate --live sim:mat-16x16-cd4067 -o calibrated.toml    # guided
       taxel calibrate --sensor sensor.toml --presses experiments.csv -o calibrated.toml
-      taxel calibrate --sensor sensor.toml --pairs pairs.csv -o calibrated.toml    # one taxel
       taxel calibrate --sensor calibrated.toml --series run.txt --loads g.csv --period 0.05 -o d.toml
     ----- stderr -----
     ");
