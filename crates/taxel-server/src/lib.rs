@@ -26,9 +26,10 @@ pub use guard::{random_token, token_problem};
 pub use messages::{
     Answer, AskedPress, BadLines, CalibrationPhase, CalibrationSession, Details, DeviceState,
     DeviceStatus, Event, FigureDetails, FileFacts, GripHand, GripMeasured, GripPhase, GripProtocol,
-    GripSession, GripTrial, HeldOutError, Hello, Latency, MarkMeaning, Message, PROTOCOL, Player,
-    RecordingStatus, Refused, Reply, SeenPress, SensorFacts, Severity, Slider, SliderKind,
-    SourceFacts, SourceKind, State, TakenPress, TareStatus, TaxelDetails, mark_meanings,
+    GripSession, GripTrial, HandleFacts, HeldOutError, Hello, Latency, MarkMeaning, Message,
+    PROTOCOL, Player, RecordingStatus, Refused, Reply, SeenPress, SensorFacts, Severity, Slider,
+    SliderKind, SourceFacts, SourceKind, State, TakenPress, TareStatus, TaxelDetails,
+    mark_meanings,
 };
 
 /// Whether a text is a request that a viewer may make. For the fuzz targets.

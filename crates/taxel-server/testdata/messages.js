@@ -18,7 +18,8 @@ export const hello = {
     "max_count": 65535.0,
     "has_load_law": true,
     "calibration": "calibrated 2026-11-10 (12 days ago); not checked since",
-    "positions_mm": null
+    "positions_mm": null,
+    "handle": null
   },
   "source": {
     "address": "sim:econe?hand",
@@ -162,7 +163,8 @@ export const helloOfFile = {
         -2.0
       ],
       null
-    ]
+    ],
+    "handle": null
   },
   "source": {
     "address": "file:run.mcap",
@@ -175,6 +177,165 @@ export const helloOfFile = {
     "frames": 500,
     "duration_secs": 5.0
   },
+  "marks": [
+    {
+      "word": "good",
+      "text": "Nothing is known against it.",
+      "severity": 0,
+      "counts": true,
+      "scales": true
+    },
+    {
+      "word": "open",
+      "text": "On a line that is dead: the frame says nothing about it.",
+      "severity": 2,
+      "counts": false,
+      "scales": false
+    },
+    {
+      "word": "saturated",
+      "text": "At the converter's ceiling: the value is a lower bound.",
+      "severity": 2,
+      "counts": true,
+      "scales": true
+    },
+    {
+      "word": "stuck",
+      "text": "Stuck at an end of the converter.",
+      "severity": 2,
+      "counts": false,
+      "scales": false
+    },
+    {
+      "word": "spike",
+      "text": "A spike against its neighbours or over time.",
+      "severity": 2,
+      "counts": false,
+      "scales": false
+    },
+    {
+      "word": "flickering",
+      "text": "On a line that comes and goes.",
+      "severity": 2,
+      "counts": false,
+      "scales": false
+    },
+    {
+      "word": "shorted",
+      "text": "On lines that read alike because they are shorted together.",
+      "severity": 2,
+      "counts": false,
+      "scales": false
+    },
+    {
+      "word": "interpolated",
+      "text": "Not measured: the median of its neighbours.",
+      "severity": 1,
+      "counts": true,
+      "scales": true
+    },
+    {
+      "word": "unresolved",
+      "text": "The cross-talk cannot be undone: its standard error exceeds its value.",
+      "severity": 1,
+      "counts": false,
+      "scales": true
+    },
+    {
+      "word": "unfamiliar",
+      "text": "A network's estimate from an input unlike those it was trained with.",
+      "severity": 1,
+      "counts": false,
+      "scales": true
+    },
+    {
+      "word": "absent",
+      "text": "There is no taxel at this crossing.",
+      "severity": 0,
+      "counts": false,
+      "scales": false
+    },
+    {
+      "word": "below-floor",
+      "text": "Below what the recorder keeps: taken to be unloaded, and may be loaded by as much as reads that little.",
+      "severity": 1,
+      "counts": true,
+      "scales": true
+    }
+  ]
+};
+
+/** @type {Wire.Hello} */
+export const helloOfCone = {
+  "kind": "hello",
+  "protocol": 3,
+  "program": "taxel 0",
+  "sensor": {
+    "name": "a cone",
+    "rows": 4,
+    "columns": 3,
+    "pitch_mm": [
+      8.0,
+      10.0
+    ],
+    "taxel_area_mm2": 1.0,
+    "bits": 0,
+    "max_count": 0.0,
+    "has_load_law": false,
+    "calibration": null,
+    "positions_mm": null,
+    "handle": {
+      "rings": "columns",
+      "angles": [
+        0.0,
+        1.0,
+        2.0,
+        3.0
+      ],
+      "radii_mm": [
+        8.0,
+        7.0,
+        6.0
+      ],
+      "heights_mm": [
+        0.0,
+        9.9498743710662,
+        19.8997487421324
+      ],
+      "slope": 0.1001674211615598,
+      "closes": false
+    }
+  },
+  "source": {
+    "address": "sim:econe?hand",
+    "type": "sim"
+  },
+  "methods": [
+    "exact",
+    "raw"
+  ],
+  "can_record": true,
+  "sliders": [
+    {
+      "key": "r_mux_row_ohms",
+      "label": "Row switch",
+      "unit": "Ω",
+      "value": 10.0,
+      "type": "range",
+      "min": 0.1,
+      "max": 500.0,
+      "step": 0.1,
+      "logarithmic": true
+    },
+    {
+      "key": "dead_row",
+      "label": "Dead row",
+      "unit": "",
+      "value": 1.0,
+      "type": "switch"
+    }
+  ],
+  "file": null,
   "marks": [
     {
       "word": "good",

@@ -32,6 +32,23 @@ declare namespace Wire {
     calibration: string | null;
     /** Where the taxels lie, x and y, row by row; null where they lie at the crossings of their lines. */
     positions_mm: ([number, number] | null)[] | null;
+    /** The cylinder or cone that the array is wrapped around; null where it is flat. */
+    handle: HandleFacts | null;
+  }
+
+  interface HandleFacts {
+    /** Which lines run round it; the others run along it. */
+    rings: "rows" | "columns";
+    /** Of each line along it, radians, ascending from 0 to below 2π. */
+    angles: number[];
+    /** Of each ring. */
+    radii_mm: number[];
+    /** Of each ring above the first, along the axis. */
+    heights_mm: number[];
+    /** Angle between surface and axis, radians: positive where the body narrows from the first ring to the last. */
+    slope: number;
+    /** Whether the last line along it is a neighbour of the first. */
+    closes: boolean;
   }
 
   type Slider = Range | Switch;

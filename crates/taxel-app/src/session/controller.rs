@@ -10,8 +10,8 @@ use taxel::{Sensor, solve};
 use taxel_acquire::Address;
 use taxel_acquire::simulated::SimulationParameters;
 use taxel_server::{
-    Command, Details as DetailsMessage, Event, Hello, Refused, Reply, ResultFile, SensorFacts,
-    SourceFacts, SourceKind, State, ViewerBackend, Watched,
+    Command, Details as DetailsMessage, Event, HandleFacts, Hello, Refused, Reply, ResultFile,
+    SensorFacts, SourceFacts, SourceKind, State, ViewerBackend, Watched,
 };
 
 use super::SessionOptions;
@@ -290,6 +290,7 @@ impl ViewerBackend for LiveController {
             };
             places.iter().enumerate().map(place).collect()
         });
+        sensor.handle = self.sensor.handle().map(HandleFacts::new);
         sensor.calibration = calibration_history(&self.sensor, Some(SystemTime::now()));
         sensor.has_load_law = self.sensor.material().is_some() || self.model.is_some();
         let program = format!("taxel {}", env!("CARGO_PKG_VERSION"));

@@ -3,6 +3,7 @@
 use serde::Serialize;
 use taxel::Mark;
 use taxel::metric::is_usable;
+use taxel::sensor::Handle;
 
 use super::PROTOCOL;
 
@@ -72,6 +73,43 @@ pub struct SensorFacts {
     /// Where the taxels lie, row by row, x to the right and y down in mm; nothing where they lie at the crossings of their
     /// lines. A crossing without a taxel has none.
     pub positions_mm: Option<Vec<Option<[f64; 2]>>>,
+    /// The handle that the array is wrapped around; nothing where it is flat.
+    pub handle: Option<HandleFacts>,
+}
+
+/// A cylinder or a cone that an array is wrapped around: enough to draw it, and to say what it is gripped with.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct HandleFacts {
+    /// Which lines run round it, `rows` or `columns`; the others run along it.
+    pub rings: &'static str,
+    /// Of each line that runs along it, radians, ascending from 0 to below 2π.
+    pub angles: Vec<f64>,
+    /// Of each ring, mm.
+    pub radii_mm: Vec<f64>,
+    /// Of each ring above the first one, along the axis, mm.
+    pub heights_mm: Vec<f64>,
+    /// Angle between surface and axis, radians: positive where the body narrows from the first ring to the last.
+    pub slope: f64,
+    /// Whether the last line along it is a neighbour of the first.
+    pub closes: bool,
+}
+
+impl HandleFacts {
+    /// What is told of a handle.
+    pub fn new(handle: &Handle) -> Self {
+        let rise = handle.step_mm * handle.slope.cos();
+        Self {
+            rings: handle.rings.name(),
+            angles: handle.angles.clone(),
+            radii_mm: handle.radii_mm.clone(),
+            heights_mm: (0..handle.radii_mm.len())
+                .map(|ring| rise * ring as f64)
+                .collect(),
+            slope: handle.slope,
+            closes: handle.closes(),
+        }
+    }
 }
 
 impl SensorFacts {

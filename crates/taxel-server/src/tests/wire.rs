@@ -9,6 +9,8 @@ use std::path::PathBuf;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use serde_json::json;
+use taxel::Sensor;
+use taxel::sensor::{Geometry, Rings, preset};
 
 use super::*;
 use crate::Message;
@@ -32,6 +34,17 @@ fn keep(name: &str, content: &[u8]) {
         "{} is not what the server writes now: TAXEL_WRITE_TESTDATA=1 cargo test -p taxel-server wire",
         path.display()
     );
+}
+
+/// Four rows along a cone of three rings.
+fn cone() -> Sensor {
+    let mat = preset("mat-16x16-cd4067").unwrap();
+    mat.edited(|spec| {
+        (spec.array.rows, spec.array.columns) = (4, 3);
+        spec.array.pitch_mm = [8.0, 10.0];
+        spec.array.geometry = Some(Geometry::cone(Rings::Columns, [16.0, 12.0]));
+    })
+    .unwrap()
 }
 
 fn hello() -> Hello {
@@ -177,6 +190,18 @@ fn calibration_state() -> State {
     }
 }
 
+/// Of a sensor around a cone.
+fn cone_hello() -> Hello {
+    Hello {
+        sensor: SensorFacts {
+            pitch_mm: [8.0, 10.0],
+            handle: cone().handle().map(HandleFacts::new),
+            ..SensorFacts::new("a cone", 4, 3)
+        },
+        ..hello()
+    }
+}
+
 /// Of a recording, on a sensor whose taxels lie anywhere.
 fn file_hello() -> Hello {
     Hello {
@@ -267,6 +292,11 @@ fn messages_of_the_wire_are_those_that_the_page_is_tested_with() {
             "helloOfFile",
             "Hello",
             Message::Hello(Box::new(file_hello())),
+        ),
+        (
+            "helloOfCone",
+            "Hello",
+            Message::Hello(Box::new(cone_hello())),
         ),
         ("state", "State", Message::State(Box::new(busy_state()))),
         (
