@@ -4,6 +4,9 @@ use std::io::{self, BufRead};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::Duration;
 
+use taxel_acquire::Address;
+
+use crate::error::Error;
 use crate::interrupt;
 
 /// How often is looked whether Ctrl-C was pressed.
@@ -16,6 +19,28 @@ pub(crate) enum NoEnter {
     Ended,
     /// Ctrl-C, or what does the same.
     Stopped,
+}
+
+/// Refuses a recording where a sensor is to be operated; `hint`: what to do with it instead.
+pub(crate) fn refuse_recording(address: &Address, hint: &'static str) -> Result<(), Error> {
+    match address {
+        Address::File { path, .. } => Err(Error::Arguments {
+            what: format!("{} is a recording, not a live sensor", path.display()),
+            hint,
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// Refuses frames from where the Enter key is listened to.
+pub(crate) fn refuse_stdin(address: &Address, hint: &'static str) -> Result<(), Error> {
+    match address {
+        Address::Stdin { .. } => Err(Error::Arguments {
+            what: "standard input cannot be both the sensor and the Enter key".to_owned(),
+            hint,
+        }),
+        _ => Ok(()),
+    }
 }
 
 /// Lines of standard input, read aside: Ctrl-C must end the wait for one.

@@ -11,6 +11,7 @@ mod error;
 mod help;
 mod hints;
 mod interrupt;
+mod news;
 mod out;
 mod outputs;
 mod patience;

@@ -263,6 +263,27 @@ fn origin_of(args: &Args) -> Result<CalibrationOrigin, Error> {
     Ok(origin)
 }
 
+/// Refuses what needs single presses; `why` these do without.
+fn refuse_what_needs_presses(args: &Args, why: &str) -> Result<(), Error> {
+    for (given, flag) in [
+        (args.per_line, "--per-line"),
+        (args.fit_gain, "--fit-gain"),
+        (args.fit_source, "--fit-source"),
+        (args.line_resistance, "--line-resistance"),
+        (args.residuals.is_some(), "--residuals"),
+        (args.picture.is_some(), "--picture"),
+        (args.certificate.is_some(), "--certificate"),
+    ] {
+        if given {
+            return Err(Error::Arguments {
+                what: format!("{flag} needs --presses: {why}"),
+                hint: "leave it out, or label single presses",
+            });
+        }
+    }
+    Ok(())
+}
+
 fn options_of(args: &Args, table: &Path) -> CalibrationOptions {
     let beside = args
         .equilibration

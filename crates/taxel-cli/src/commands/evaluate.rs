@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use taxel_acquire::Address;
 use taxel_plot::report::Report;
 
-use crate::enter::{Enter, NoEnter};
+use crate::enter::{Enter, NoEnter, refuse_recording, refuse_stdin};
 use crate::error::Error;
 use crate::outputs::Files;
 use crate::progress::Terminal;
@@ -71,27 +71,12 @@ pub(super) fn evaluate(plan: Option<&Path>, live: Option<&Address>) -> Result<Ev
     };
     let plan = Plan::read(plan)?;
     if let Some(address) = live {
-        check_live(address)?;
+        refuse_recording(address, "name it in the table of trials, without --live")?;
+        refuse_stdin(address, "make the recordings with `taxel record stdin:`")?;
         let made = measure::measure(&plan, address, &AtEnter::default())?;
         out::note(&format!("{made} recordings made"));
     }
     Ok(evaluation::run(&plan, &Terminal)?)
-}
-
-/// Refuses a source of which nothing can be made with the Enter key.
-fn check_live(address: &Address) -> Result<(), Error> {
-    let (what, hint) = match address {
-        Address::File { path, .. } => (
-            format!("{} is a recording, not a live sensor", path.display()),
-            "name it in the table of trials, without --live",
-        ),
-        Address::Stdin { .. } => (
-            "standard input cannot be both the sensor and the Enter key".to_owned(),
-            "make the recordings with `taxel record stdin:`",
-        ),
-        _ => return Ok(()),
-    };
-    Err(Error::Arguments { what, hint })
 }
 
 /// The paper, simulated in a folder that goes with the program.

@@ -11,8 +11,9 @@ use taxel_app::grip::{GripDesk, GripSettings, Protocol, id_problem};
 use taxel_app::sensor_source;
 use taxel_server::{GripHand, GripMeasured, GripPhase, GripSession, GripStep};
 
-use crate::enter::{Enter, NoEnter};
+use crate::enter::{Enter, NoEnter, refuse_stdin};
 use crate::error::Error;
+use crate::news::News;
 use crate::{Exit, interrupt, out};
 
 /// How often the session is looked at.
@@ -91,6 +92,9 @@ fn hold(args: &SessionArgs) -> Result<Exit, Error> {
     }
     settings.folder.clone_from(&args.folder);
     settings.begin_anew = args.new;
+    if args.terminal {
+        refuse_stdin(&args.address, "leave --terminal out: the page operates it")?;
+    }
     interrupt::listen();
     let server = if args.terminal {
         None
@@ -123,8 +127,7 @@ struct Terminal<'a> {
     desk: &'a GripDesk,
     enter: Option<Enter>,
     told: Option<(GripPhase, Option<usize>, usize)>,
-    trouble: String,
-    warnings: Vec<String>,
+    news: News,
     shown_at: Instant,
 }
 
@@ -134,8 +137,7 @@ impl<'a> Terminal<'a> {
             desk,
             enter: is_operated.then(Enter::listen),
             told: None,
-            trouble: String::new(),
-            warnings: Vec::new(),
+            news: News::default(),
             shown_at: Instant::now(),
         }
     }
@@ -176,18 +178,7 @@ impl<'a> Terminal<'a> {
 
     /// Says what is new.
     fn tell(&mut self, state: &GripSession) -> Result<(), Error> {
-        for warning in &state.warnings {
-            if !self.warnings.contains(warning) {
-                out::warn(warning);
-            }
-        }
-        self.warnings.clone_from(&state.warnings);
-        if state.trouble != self.trouble {
-            self.trouble.clone_from(&state.trouble);
-            if !state.trouble.is_empty() {
-                out::note(&format!("error: {}", state.trouble));
-            }
-        }
+        self.news.tell(&state.warnings, &state.trouble);
         let repeats = state.trials.iter().map(|trial| trial.repeats).sum();
         let now = (state.phase, state.trial, repeats);
         if self.told == Some(now) {

@@ -12,8 +12,9 @@ use taxel_server::{CalibrationPhase, CalibrationSession, CalibrationStep};
 use super::{options_of, sensor_of};
 use crate::commands::access::Access;
 use crate::commands::positive::positive;
-use crate::enter::{Enter, NoEnter};
+use crate::enter::{Enter, NoEnter, refuse_recording, refuse_stdin};
 use crate::error::Error;
+use crate::news::News;
 use crate::{Exit, interrupt, out};
 
 /// How often the terminal looks how it stands.
@@ -26,7 +27,7 @@ const USUAL_LOADS_G: [f64; 4] = [50.0, 100.0, 200.0, 500.0];
 #[command(next_help_heading = "Guided, with --live")]
 pub(super) struct LiveArgs {
     /// Instead of a table: from this source, press after press, as it asks; sim:mat-16x16-cd4067 presses itself
-    #[arg(long, value_name = "SOURCE", conflicts_with_all = ["presses", "pairs", "series", "equilibration", "totals", "residuals", "picture"])]
+    #[arg(long, value_name = "SOURCE", conflicts_with_all = ["presses", "pairs", "series", "equilibration", "totals", "residuals", "picture", "transpose", "json"])]
     pub(super) live: Option<Address>,
     /// What your weights press one taxel with, grams: 50,100,200,500
     #[arg(long, value_name = "G,G,…", requires = "live", value_delimiter = ',', value_parser = positive)]
@@ -55,6 +56,10 @@ pub(super) struct LiveArgs {
 /// Runs it.
 pub(super) fn run(args: &super::Args, address: &Address) -> Result<Exit, Error> {
     let live = &args.live;
+    refuse_recording(address, "label its frames in a table, and give --presses")?;
+    if live.terminal {
+        refuse_stdin(address, "leave --terminal out: the page operates it")?;
+    }
     let (sensor, file, scanned) = parts(args, address)?;
     let mut settings = GuidedSettings::new(address.clone(), sensor, file);
     settings.scanned = scanned;
@@ -134,8 +139,7 @@ struct Terminal<'a> {
     enter: Option<Enter>,
     told: String,
     advice: String,
-    warnings: Vec<String>,
-    trouble: String,
+    news: News,
     presses: usize,
 }
 
@@ -146,8 +150,7 @@ impl<'a> Terminal<'a> {
             enter: is_operated.then(Enter::listen),
             told: String::new(),
             advice: String::new(),
-            warnings: Vec::new(),
-            trouble: String::new(),
+            news: News::default(),
             presses: guided.state().presses.len(),
         }
     }
@@ -188,18 +191,7 @@ impl<'a> Terminal<'a> {
 
     /// Says what is new.
     fn tell(&mut self, state: &CalibrationSession) {
-        for warning in &state.warnings {
-            if !self.warnings.contains(warning) {
-                out::warn(warning);
-            }
-        }
-        self.warnings.clone_from(&state.warnings);
-        if state.trouble != self.trouble {
-            self.trouble.clone_from(&state.trouble);
-            if !state.trouble.is_empty() {
-                out::note(&format!("error: {}", state.trouble));
-            }
-        }
+        self.news.tell(&state.warnings, &state.trouble);
         if state.advice != self.advice {
             self.advice.clone_from(&state.advice);
             out::note(&format!("  {}", state.advice));

@@ -8,14 +8,15 @@ use taxel_app::executor::Threads;
 use taxel_app::presses;
 use taxel_io::ReadOptions;
 
-use super::{Args, options_of};
+use super::{Args, options_of, refuse_what_needs_presses};
 use crate::error::Error;
 use crate::progress::{Progress, Terminal};
 use crate::{Exit, out};
 
 /// Fits and writes; the circuit stays as the sensor file has it.
 pub(super) fn run(args: &Args, sensor: &Sensor, table: &Path) -> Result<Exit, Error> {
-    refuse(args)?;
+    let why = "known totals do not tell the circuit, nor single taxels";
+    refuse_what_needs_presses(args, why)?;
     let mut options = ReadOptions::of(sensor);
     options.transpose = args.transpose;
     let read = presses::read_total_loads(table, options, &Terminal)?;
@@ -38,28 +39,6 @@ pub(super) fn run(args: &Args, sensor: &Sensor, table: &Path) -> Result<Exit, Er
     let exit = doubt(&found.report, table, &lines);
     out::note(&format!("wrote {}", args.output.display()));
     Ok(exit)
-}
-
-/// Refuses what needs single presses.
-fn refuse(args: &Args) -> Result<(), Error> {
-    for (given, flag) in [
-        (args.per_line, "--per-line"),
-        (args.fit_gain, "--fit-gain"),
-        (args.fit_source, "--fit-source"),
-        (args.line_resistance, "--line-resistance"),
-        (args.residuals.is_some(), "--residuals"),
-        (args.picture.is_some(), "--picture"),
-    ] {
-        if given {
-            return Err(Error::Arguments {
-                what: format!(
-                    "{flag} needs --presses: known totals do not tell the circuit, nor single taxels"
-                ),
-                hint: "leave it out, or label single presses",
-            });
-        }
-    }
-    Ok(())
 }
 
 /// Names totals that took no part, by their lines, and says what speaks against using the fit.

@@ -8,30 +8,14 @@ use taxel_app::executor::Threads;
 use taxel_app::presses;
 use taxel_io::ReadOptions;
 
-use super::{Args, options_of};
+use super::{Args, options_of, refuse_what_needs_presses};
 use crate::error::Error;
 use crate::progress::{Progress, Terminal};
 use crate::{Exit, out};
 
 /// Fits and writes; the circuit stays as the sensor file has it.
 pub(super) fn run(args: &Args, sensor: &Sensor, table: &Path) -> Result<Exit, Error> {
-    for (given, flag) in [
-        (args.per_line, "--per-line"),
-        (args.fit_gain, "--fit-gain"),
-        (args.fit_source, "--fit-source"),
-        (args.line_resistance, "--line-resistance"),
-        (args.residuals.is_some(), "--residuals"),
-        (args.picture.is_some(), "--picture"),
-    ] {
-        if given {
-            return Err(Error::Arguments {
-                what: format!(
-                    "{flag} needs --presses: uniform loads alone do not tell the circuit"
-                ),
-                hint: "leave it out, or label single presses",
-            });
-        }
-    }
+    refuse_what_needs_presses(args, "uniform loads alone do not tell the circuit")?;
     let mut options = ReadOptions::of(sensor);
     options.transpose = args.transpose;
     let uniform = presses::read_uniform(table, options, &Terminal)?;

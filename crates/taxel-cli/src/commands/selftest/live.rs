@@ -14,7 +14,7 @@ use taxel_io::McapWriter;
 use taxel_io::mcap::About;
 
 use super::Args;
-use crate::enter::{Enter, NoEnter};
+use crate::enter::{Enter, NoEnter, refuse_recording, refuse_stdin};
 use crate::error::Error;
 use crate::{interrupt, out};
 use taxel_app::session::{SavedRecording, Session, SessionOptions};
@@ -95,17 +95,12 @@ pub(super) fn record(
 
 /// Refuses what is no live sensor.
 fn check(address: &Address, args: &Args) -> Result<(), Error> {
-    match address {
-        Address::File { path, .. } => Err(Error::Arguments {
-            what: format!("{} is a recording, not a live sensor", path.display()),
-            hint: "give two recordings with --empty and --rubbed",
-        }),
-        Address::Stdin { .. } if !args.yes => Err(Error::Arguments {
-            what: "standard input cannot be both the sensor and the Enter key".to_owned(),
-            hint: "record both with `taxel record stdin:` and give --empty and --rubbed",
-        }),
-        _ => Ok(()),
+    refuse_recording(address, "give two recordings with --empty and --rubbed")?;
+    if args.yes {
+        return Ok(());
     }
+    let hint = "record both with `taxel record stdin:` and give --empty and --rubbed";
+    refuse_stdin(address, hint)
 }
 
 /// Says what to do, and waits for Enter.
