@@ -11,6 +11,7 @@ use crate::calibration_picture;
 use crate::error::Error;
 use crate::fingerprint;
 use crate::session::time_stamp;
+use crate::units::three_digits;
 
 /// Loads are told one by one up to so many; more are put together in so many groups.
 const MOST_LOADS: usize = 8;
@@ -218,12 +219,6 @@ fn groups<'a, 'b>(sorted: &'b [&'a PressResidual]) -> Vec<&'b [&'a PressResidual
 fn two_digits(value: f64) -> String {
     let unit = 10f64.powf(value.abs().max(1e-4).log10().floor() - 1.0);
     number((value / unit).round() * unit)
-}
-
-/// An error is not known to more.
-fn three_digits(value: f64) -> String {
-    let places = (2.0 - value.abs().max(1e-3).log10().floor()).clamp(0.0, 3.0);
-    format!("{value:.0$}", places as usize).replace('-', "\u{2212}")
 }
 
 fn parameters(report: &CalibrationReport) -> Table {

@@ -47,9 +47,11 @@ pub mod reporter;
 pub mod residuals;
 pub mod sensor_source;
 pub mod session;
+mod session_folder;
 pub mod standard_error;
 pub mod tare;
 pub mod text_file;
+mod ticker;
 pub mod training_set;
 pub mod units;
 

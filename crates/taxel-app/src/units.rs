@@ -186,3 +186,13 @@ impl fmt::Display for InputUnit {
         f.write_str(self.word())
     }
 }
+
+/// Three digits of a number, as print has it: of most measurements more are not known.
+pub(crate) fn three_digits(value: f64) -> String {
+    let decimals = if value == 0.0 {
+        0.0
+    } else {
+        (2.0 - value.abs().log10().floor()).clamp(0.0, 3.0)
+    };
+    format!("{value:.0$}", decimals as usize).replace('-', "\u{2212}")
+}

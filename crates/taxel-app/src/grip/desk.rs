@@ -1,7 +1,7 @@
 //! The grip session while it happens: phases, the operator's steps, and what each makes happen.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
@@ -17,6 +17,7 @@ use super::results::force_of;
 use super::watch::Watch;
 use crate::error::Error;
 use crate::session::{Guide, GuideStep, Session};
+use crate::session_folder::{self, SessionRecord as _};
 
 /// The longest note and reason.
 const MAX_TEXT: usize = 500;
@@ -326,17 +327,6 @@ impl Desk {
             }
         }
     }
-
-    /// Kinds of files that a session writes, as browsers name them.
-    fn kind_of(name: &str) -> Option<&'static str> {
-        Some(match Path::new(name).extension()?.to_str()? {
-            "html" => "text/html; charset=utf-8",
-            "pdf" => "application/pdf",
-            "csv" => "text/csv; charset=utf-8",
-            "json" => "application/json",
-            _ => return None,
-        })
-    }
 }
 
 impl Desk {
@@ -433,8 +423,6 @@ impl Guide for Desk {
             let listed = known.files.iter().find(|file| *file == name)?;
             known.folder.join(listed)
         };
-        let kind = Self::kind_of(name)?;
-        let bytes = std::fs::read(file).ok()?;
-        Some(ResultFile { bytes, kind })
+        session_folder::result_file(&file)
     }
 }

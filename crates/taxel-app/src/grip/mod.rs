@@ -22,8 +22,6 @@ mod trial;
 mod watch;
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::JoinHandle;
 use std::time::Duration;
 
 use taxel_server::{GripSession, GripStep, Options as ServerOptions};
@@ -31,6 +29,7 @@ use taxel_server::{GripSession, GripStep, Options as ServerOptions};
 use crate::error::Error;
 use crate::methods::MethodName;
 use crate::session::{Session, SessionOptions, page_url};
+use crate::ticker::Ticker;
 use conduct::Conductor;
 use desk::Desk;
 pub use desk::GripSettings;
@@ -45,8 +44,7 @@ const TICK: Duration = Duration::from_millis(20);
 /// A grip session at work. Dropped, it ends; what was recorded is kept.
 pub struct GripDesk {
     desk: Arc<Desk>,
-    ends: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
+    ticker: Ticker,
     urls: Vec<String>,
 }
 
@@ -79,22 +77,9 @@ impl GripDesk {
         }
         let urls = session.urls();
         *desk.session() = Some(session);
-        let ends = Arc::new(AtomicBool::new(false));
-        let (asked, of) = (ends.clone(), desk.clone());
-        let thread = std::thread::Builder::new().name("grip".to_owned());
-        let thread = thread.spawn(move || {
-            let mut conductor = Conductor::new(of);
-            while !asked.load(Ordering::Relaxed) {
-                conductor.tick();
-                std::thread::sleep(TICK);
-            }
-        });
-        Ok(Self {
-            desk,
-            ends,
-            thread: Some(thread.map_err(Error::Thread)?),
-            urls,
-        })
+        let mut conductor = Conductor::new(desk.clone());
+        let ticker = Ticker::start("grip", TICK, move || conductor.tick())?;
+        Ok(Self { desk, ticker, urls })
     }
 
     /// The addresses of the operator's page; none without a server.
@@ -136,10 +121,7 @@ impl GripDesk {
 
     /// Ends it. A trial that goes on is not kept as one; its recording is.
     pub fn end(&mut self) {
-        self.ends.store(true, Ordering::Relaxed);
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
-        }
+        self.ticker.end();
         let session = self.desk.session().take();
         if let Some(mut session) = session {
             session.end();

@@ -13,6 +13,7 @@ use super::trial::MeasuredTrial;
 use crate::calibration_age::calibration_history;
 use crate::error::Error;
 use crate::session::time_stamp;
+use crate::units::three_digits;
 
 /// Parts of a hand, or contacts, that are told at most.
 const MOST_PARTS: usize = 7;
@@ -105,24 +106,13 @@ fn date_of(stamp: &str) -> String {
     }
 }
 
-/// Three digits: more would say more than anybody knows.
-fn rounded(value: f64) -> String {
-    let power = value.abs().log10().floor();
-    let decimals = if value == 0.0 {
-        0.0
-    } else {
-        (2.0 - power).clamp(0.0, 3.0)
-    };
-    format!("{value:.0$}", decimals as usize).replace('-', "\u{2212}")
-}
-
 /// "41.2 ± 0.5" in a unit that is so many newtons. Noise alone says too little of how far a force may be off.
 fn with_interval(results: &GripResults, force: Force, unit: f64) -> String {
     let half = force.half_width_95_newtons.map(|half| half / unit);
     let half = half.filter(|_| results.intervals != NOISE_ALONE);
     match taxel::calibrate::with_error(force.newtons / unit, half) {
         (value, Some(half)) => format!("{value} ± {half}"),
-        (..) => rounded(force.newtons / unit),
+        (..) => three_digits(force.newtons / unit),
     }
 }
 
@@ -197,15 +187,15 @@ fn trial_table(results: &GripResults) -> Table {
         cells![
             hand.word(),
             trial.number,
-            rounded(trial.max.newtons / STANDARD_GRAVITY),
+            three_digits(trial.max.newtons / STANDARD_GRAVITY),
             with_interval(results, trial.max, 1.0),
             with_interval(results, trial.total, 1.0),
             plateau.map(|plateau| with_interval(results, plateau, 1.0)),
-            trial.variation_percent.map(rounded),
-            trial.slope_percent_per_s.map(rounded),
+            trial.variation_percent.map(three_digits),
+            trial.slope_percent_per_s.map(three_digits),
             format!("{:.2}", trial.time_to_peak_s),
-            trial.rate_n_per_s.map(rounded),
-            rounded(0.01 * trial.area_mm2),
+            trial.rate_n_per_s.map(three_digits),
+            three_digits(0.01 * trial.area_mm2),
         ]
     };
     for hand in &results.hands {

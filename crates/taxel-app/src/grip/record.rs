@@ -2,25 +2,16 @@
 //! crash loses no trial.
 
 use std::path::{Path, PathBuf};
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::SystemTime;
 
 use serde::{Deserialize, Serialize};
 use taxel_acquire::simulated::ToldGrip;
-use taxel_io::AtomicFile;
 use taxel_server::GripMeasured;
 
 use super::protocol::{Hand, Planned, Protocol};
 use crate::error::Error;
-use crate::session::time_stamp;
-use crate::text_file;
+use crate::session_folder::{self, SessionRecord, is_recent, since_1970};
 
-/// The file that says how the session stands.
-const FILE: &str = "session.json";
-const VERSION: u32 = 1;
-/// The longest such file, bytes.
-const MAX: u64 = 4 << 20;
-/// A session that was left longer ago than this is not gone on with by itself, seconds.
-const RESUMED_WITHIN: u64 = 12 * 3600;
 /// The longest pseudonymous id.
 const MAX_ID: usize = 40;
 
@@ -105,14 +96,25 @@ pub fn id_problem(id: &str) -> Option<String> {
     (length > MAX_ID).then(|| format!("the id has {length} characters, at most {MAX_ID}"))
 }
 
-fn since_1970(at: SystemTime) -> u64 {
-    at.duration_since(UNIX_EPOCH).unwrap_or_default().as_secs()
+impl SessionRecord for GripRecord {
+    const OF: &str = "a grip session";
+    const VERSION: u32 = 1;
+    const HINT: &'static str =
+        "`taxel grip` writes it; a folder of a grip session has it beside its recordings";
+
+    fn version(&self) -> u32 {
+        self.version
+    }
+
+    fn written_secs(&mut self) -> &mut u64 {
+        &mut self.written_secs
+    }
 }
 
 impl GripRecord {
     pub(super) fn new(person: &str, note: &str, protocol: &Protocol, at: SystemTime) -> Self {
         Self {
-            version: VERSION,
+            version: Self::VERSION,
             person: person.to_owned(),
             note: note.to_owned(),
             session: 1,
@@ -133,42 +135,21 @@ impl GripRecord {
     pub(super) fn count(all: &Path, person: &str) -> usize {
         let folders = std::fs::read_dir(all.join(person));
         let folders = folders.into_iter().flatten().flatten();
-        folders.filter(|entry| Self::is_in(&entry.path())).count()
+        folders
+            .filter(|entry| session_folder::is_session(&entry.path()))
+            .count()
     }
 
     /// Where the sessions of a person stand below `all`, each in a folder of its own.
     pub(super) fn new_folder(all: &Path, person: &str, at: SystemTime) -> Result<PathBuf, Error> {
-        let of_person = all.join(person);
-        let stamp = time_stamp(at);
-        let names = (1..1000).map(|n| match n {
-            1 => stamp.clone(),
-            n => format!("{stamp}-{n}"),
-        });
-        let mut folders = names.map(|name| of_person.join(name));
-        let folder = folders.find(|folder| !folder.exists());
-        let folder = folder.unwrap_or_else(|| of_person.join(&stamp));
-        std::fs::create_dir_all(&folder).map_err(|source| Error::Folder {
-            folder: folder.clone(),
-            source,
-        })?;
-        Ok(folder)
+        session_folder::new_folder(&all.join(person), at)
     }
 
     /// The newest session of a person below `all` that was left unfinished not long ago, where there is one.
     pub(super) fn unfinished(all: &Path, person: &str, now: SystemTime) -> Option<(PathBuf, Self)> {
-        let folders = std::fs::read_dir(all.join(person)).ok()?;
-        let mut folders: Vec<PathBuf> = folders.flatten().map(|entry| entry.path()).collect();
-        folders.sort_unstable();
-        let newest = folders.into_iter().rev();
-        let mut read = newest.filter_map(|folder| Some((Self::read(&folder).ok()?, folder)));
-        let (record, folder) = read.next()?;
-        let is_recent = since_1970(now).saturating_sub(record.written_secs) < RESUMED_WITHIN;
+        let (folder, record) = Self::newest_first(&all.join(person)).next()?;
+        let is_recent = is_recent(record.written_secs, since_1970(now));
         (!record.is_finished && is_recent && record.person == person).then_some((folder, record))
-    }
-
-    /// Whether a folder is that of a session.
-    pub(super) fn is_in(folder: &Path) -> bool {
-        folder.join(FILE).exists()
     }
 
     /// Of a session's folder.
@@ -176,33 +157,7 @@ impl GripRecord {
     /// # Errors
     /// A file that is not there, or is none of these.
     pub fn read(folder: &Path) -> Result<Self, Error> {
-        let file = folder.join(FILE);
-        let text = text_file::read(&file, "a grip session", MAX)?;
-        let record: Self = serde_json::from_str(&text).map_err(|error| Error::Request {
-            what: format!("{}: {error}", file.display()),
-            hint: "`taxel grip` writes it; a folder of a grip session has it beside its recordings",
-        })?;
-        if record.version != VERSION {
-            return Err(Error::Request {
-                what: format!(
-                    "{}: version {}, this program reads {VERSION}",
-                    file.display(),
-                    record.version
-                ),
-                hint: "a newer program wrote it",
-            });
-        }
-        Ok(record)
-    }
-
-    /// Keeps it: whole, or as it was.
-    ///
-    /// # Errors
-    /// A disk that does not take it.
-    pub(super) fn write(&mut self, folder: &Path) -> Result<(), Error> {
-        self.written_secs = since_1970(SystemTime::now());
-        let text = serde_json::to_string_pretty(self).expect("plain data is JSON");
-        Ok(AtomicFile::write_whole(folder.join(FILE), text.as_bytes())?)
+        SessionRecord::read(folder)
     }
 
     /// The attempt that counts for each trial of the plan, in its order.
@@ -246,6 +201,8 @@ impl GripRecord {
 
 #[cfg(test)]
 mod tests {
+    use std::time::UNIX_EPOCH;
+
     use super::*;
 
     fn attempt(planned: Planned, verdict: Verdict) -> Attempt {

@@ -13,6 +13,7 @@ use super::record::GripRecord;
 use super::results::{FILE as RESULTS, GripResults};
 use super::table::unwritten;
 use crate::error::Error;
+use crate::session_folder;
 use crate::text_file;
 
 /// The longest results file, bytes.
@@ -331,7 +332,7 @@ fn read_all(folders: &[PathBuf]) -> (Vec<Session>, Vec<String>) {
 /// Folders of sessions in a folder and below it.
 fn look_into(folder: &Path, depth: usize, places: &mut Vec<PathBuf>) -> std::io::Result<()> {
     let entries = std::fs::read_dir(folder)?;
-    if GripRecord::is_in(folder) {
+    if session_folder::is_session(folder) {
         places.push(folder.canonicalize()?);
         return Ok(());
     }
@@ -363,6 +364,7 @@ fn read(folder: &Path) -> Result<Option<Session>, Error> {
 mod tests {
     use super::*;
     use crate::grip::Protocol;
+    use crate::session_folder::SessionRecord as _;
 
     /// A finished session in a folder of its own.
     fn finished(all: &Path, person: &str, day: u64, newtons: [f64; 2]) -> PathBuf {

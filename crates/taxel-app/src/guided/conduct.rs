@@ -112,7 +112,9 @@ impl Conductor {
         };
         let (pressing, evenly) = {
             let watch = self.desk.watch();
-            (watch.pressing(), watch.loaded_evenly())
+            // Medians over all taxels: not for single presses.
+            let evenly = is_even.then(|| watch.loaded_evenly()).flatten();
+            (watch.pressing(), evenly)
         };
         let mut known = self.desk.known();
         let Some(mut pressing) = pressing else {

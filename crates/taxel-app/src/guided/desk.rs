@@ -1,7 +1,7 @@
 //! A guided calibration while it happens: phases, the operator's steps, and what is shown of them.
 
 use std::collections::VecDeque;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::SystemTime;
 
@@ -18,6 +18,7 @@ use super::press_watch::{PressWatch, Pressing};
 use super::record::{CalibrationRecord, KeptPress, read_mean};
 use crate::error::Error;
 use crate::session::{Guide, GuideStep, Session};
+use crate::session_folder::{self, SessionRecord as _};
 
 /// The fewest presses that anything is fitted to.
 pub(super) const MIN_PRESSES: usize = 8;
@@ -130,7 +131,7 @@ impl Desk {
                 record = left;
                 folder
             }
-            None => CalibrationRecord::new_folder(&settings.folder, SystemTime::now())?,
+            None => session_folder::new_folder(&settings.folder, SystemTime::now())?,
         };
         let read = |press: &KeptPress| read_mean(&folder.join(&press.file), sensor).map(Arc::new);
         let frames: Result<Vec<_>, _> = record.presses.iter().map(read).collect();
@@ -451,19 +452,6 @@ impl Guide for Desk {
             let listed = known.files.iter().find(|file| *file == name)?;
             known.folder.join(listed)
         };
-        let kind = kind_of(&file)?;
-        let bytes = std::fs::read(file).ok()?;
-        Some(ResultFile { bytes, kind })
+        session_folder::result_file(&file)
     }
-}
-
-/// Kinds of files that are written, as browsers name them.
-fn kind_of(file: &Path) -> Option<&'static str> {
-    Some(match file.extension()?.to_str()? {
-        "html" => "text/html; charset=utf-8",
-        "pdf" => "application/pdf",
-        "csv" => "text/csv; charset=utf-8",
-        "toml" => "text/plain; charset=utf-8",
-        _ => return None,
-    })
 }

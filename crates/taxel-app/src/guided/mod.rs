@@ -20,8 +20,6 @@ mod results;
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::JoinHandle;
 use std::time::Duration;
 
 use taxel::Sensor;
@@ -32,6 +30,7 @@ use taxel_server::{CalibrationSession, CalibrationStep, Options as ServerOptions
 use crate::error::Error;
 use crate::methods::MethodName;
 use crate::session::{Session, SessionOptions, page_url};
+use crate::ticker::Ticker;
 use conduct::Conductor;
 use desk::Desk;
 
@@ -85,8 +84,7 @@ impl GuidedSettings {
 /// A guided calibration at work. Dropped, it ends; what was taken is kept.
 pub struct GuidedCalibration {
     desk: Arc<Desk>,
-    ends: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
+    ticker: Ticker,
     urls: Vec<String>,
 }
 
@@ -119,22 +117,9 @@ impl GuidedCalibration {
         }
         let urls = session.urls();
         *desk.session() = Some(session);
-        let ends = Arc::new(AtomicBool::new(false));
-        let (asked, of) = (ends.clone(), desk.clone());
-        let thread = std::thread::Builder::new().name("calibration".to_owned());
-        let thread = thread.spawn(move || {
-            let mut conductor = Conductor::new(of);
-            while !asked.load(Ordering::Relaxed) {
-                conductor.tick();
-                std::thread::sleep(TICK);
-            }
-        });
-        Ok(Self {
-            desk,
-            ends,
-            thread: Some(thread.map_err(Error::Thread)?),
-            urls,
-        })
+        let mut conductor = Conductor::new(desk.clone());
+        let ticker = Ticker::start("calibration", TICK, move || conductor.tick())?;
+        Ok(Self { desk, ticker, urls })
     }
 
     /// The addresses of the operator's page; none without a server.
@@ -171,10 +156,7 @@ impl GuidedCalibration {
 
     /// Ends it. A press that is being taken is not kept.
     pub fn end(&mut self) {
-        self.ends.store(true, Ordering::Relaxed);
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
-        }
+        self.ticker.end();
         let session = self.desk.session().take();
         if let Some(mut session) = session {
             session.end();

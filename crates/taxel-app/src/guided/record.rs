@@ -2,26 +2,18 @@
 //! a crash loses no press.
 
 use std::path::{Path, PathBuf};
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::SystemTime;
 
 use serde::{Deserialize, Serialize};
 use taxel::calibrate::MadePress;
 use taxel::{Counts, Frame, Sensor};
 use taxel_io::npy::Element;
-use taxel_io::{AtomicFile, FrameSource, NpyWriter, ReadOptions, open_counts};
+use taxel_io::{FrameSource, NpyWriter, ReadOptions, open_counts};
 use taxel_server::AskedPress;
 
 use crate::error::Error;
 use crate::fingerprint;
-use crate::session::time_stamp;
-use crate::text_file;
-
-const FILE: &str = "session.json";
-const VERSION: u32 = 1;
-/// The longest such file, bytes.
-const MAX: u64 = 4 << 20;
-/// One that was left longer ago than this is not gone on with by itself, seconds: materials and rooms change.
-const RESUMED_WITHIN: u64 = 12 * 3600;
+use crate::session_folder::{SessionRecord, is_recent, since_1970};
 
 /// A guided calibration, as far as it has come.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -91,15 +83,25 @@ impl KeptPress {
     }
 }
 
-fn since_1970(at: SystemTime) -> u64 {
-    at.duration_since(UNIX_EPOCH).unwrap_or_default().as_secs()
+impl SessionRecord for CalibrationRecord {
+    const OF: &str = "a guided calibration";
+    const VERSION: u32 = 1;
+    const HINT: &'static str = "`taxel calibrate --live` writes it";
+
+    fn version(&self) -> u32 {
+        self.version
+    }
+
+    fn written_secs(&mut self) -> &mut u64 {
+        &mut self.written_secs
+    }
 }
 
 impl CalibrationRecord {
     pub(super) fn new(sensor: &Sensor, source: String, loads_g: &[f64], even_g: &[f64]) -> Self {
         let now = since_1970(SystemTime::now());
         Self {
-            version: VERSION,
+            version: Self::VERSION,
             program: format!("taxel {}", env!("CARGO_PKG_VERSION")),
             sensor: sensor.name().to_owned(),
             parts_sha256: fingerprint::of_text(&sensor.to_toml()),
@@ -114,66 +116,18 @@ impl CalibrationRecord {
         }
     }
 
-    /// A new folder below `all`.
-    pub(super) fn new_folder(all: &Path, at: SystemTime) -> Result<PathBuf, Error> {
-        let stamp = time_stamp(at);
-        let names = (1..1000).map(|n| match n {
-            1 => stamp.clone(),
-            n => format!("{stamp}-{n}"),
-        });
-        let mut folders = names.map(|name| all.join(name));
-        let folder = folders.find(|folder| !folder.exists());
-        let folder = folder.unwrap_or_else(|| all.join(&stamp));
-        std::fs::create_dir_all(&folder).map_err(|source| Error::Folder {
-            folder: folder.clone(),
-            source,
-        })?;
-        Ok(folder)
-    }
-
     /// The newest below `all` that is of the same sensor, source and loads, and was left unfinished not long ago.
     pub(super) fn unfinished(&self, all: &Path) -> Option<(PathBuf, Self)> {
-        let folders = std::fs::read_dir(all).ok()?;
-        let mut folders: Vec<PathBuf> = folders.flatten().map(|entry| entry.path()).collect();
-        folders.sort_unstable();
-        let read = folders.into_iter().rev();
-        let mut read = read.filter_map(|folder| Some((Self::read(&folder).ok()?, folder)));
         let is_same = |other: &Self| {
             other.parts_sha256 == self.parts_sha256
                 && other.source == self.source
                 && other.loads_g == self.loads_g
                 && other.even_g == self.even_g
         };
-        let (record, folder) = read.find(|(record, _)| is_same(record))?;
-        let left = self.began_secs.saturating_sub(record.written_secs);
-        (!record.is_finished && left < RESUMED_WITHIN).then_some((folder, record))
-    }
-
-    fn read(folder: &Path) -> Result<Self, Error> {
-        let file = folder.join(FILE);
-        let text = text_file::read(&file, "a guided calibration", MAX)?;
-        let record: Self = serde_json::from_str(&text).map_err(|error| Error::Request {
-            what: format!("{}: {error}", file.display()),
-            hint: "`taxel calibrate --live` writes it",
-        })?;
-        if record.version == VERSION {
-            return Ok(record);
-        }
-        Err(Error::Request {
-            what: format!(
-                "{}: version {}, this program reads {VERSION}",
-                file.display(),
-                record.version
-            ),
-            hint: "a newer program wrote it",
-        })
-    }
-
-    /// Keeps it: whole, or as it was.
-    pub(super) fn write(&mut self, folder: &Path) -> Result<(), Error> {
-        self.written_secs = since_1970(SystemTime::now());
-        let text = serde_json::to_string_pretty(self).expect("plain data is JSON");
-        Ok(AtomicFile::write_whole(folder.join(FILE), text.as_bytes())?)
+        let mut kept = Self::newest_first(all);
+        let (folder, record) = kept.find(|(_, record)| is_same(record))?;
+        let is_recent = is_recent(record.written_secs, self.began_secs);
+        (!record.is_finished && is_recent).then_some((folder, record))
     }
 
     /// A name that no press in the folder has, without its ending.

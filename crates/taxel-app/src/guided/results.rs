@@ -11,7 +11,7 @@ use taxel_server::HeldOutError;
 
 use super::GuidedSettings;
 use super::fits::Fit;
-use super::record::{CalibrationRecord, KeptPress};
+use super::record::CalibrationRecord;
 use crate::calibration_certificate::{self, CalibrationOrigin, PICTURE};
 use crate::error::Error;
 use crate::{fingerprint, residuals};
@@ -31,8 +31,7 @@ pub(super) fn write(
         ),
         hint: "more presses, on other taxels and with other loads; `u` takes a wrong one back",
     })?;
-    let presses = table(record, |press| press.taxel.is_some());
-    let even = table(record, |press| press.taxel.is_none());
+    let presses = table(record, true);
     let labelled = labelled(record, fit);
     let toml = found.sensor.to_toml();
     let origin = origin(record, found, progress, &presses)?;
@@ -49,7 +48,7 @@ pub(super) fn write(
         ),
     ];
     if record.presses.iter().any(|press| press.taxel.is_none()) {
-        files.push(("even.csv", even.into_bytes()));
+        files.push(("even.csv", table(record, false).into_bytes()));
     }
     match certificate.paper(footer)?.pdf() {
         Ok(pdf) => files.insert(0, ("certificate.pdf", pdf)),
@@ -64,32 +63,16 @@ pub(super) fn write(
     Ok(files.into_iter().map(|(name, _)| name.to_owned()).collect())
 }
 
-/// A table of presses as `taxel calibrate` reads it.
-fn table(record: &CalibrationRecord, which: impl Fn(&KeptPress) -> bool) -> String {
-    let counting = record
-        .presses
-        .iter()
-        .filter(|press| press.counts() && which(press));
-    let mut lines: Vec<&KeptPress> = counting.collect();
-    lines.sort_by_key(|press| press.taxel.is_some());
-    let is_single = lines.first().is_none_or(|press| press.taxel.is_some());
-    let mut text = if is_single {
-        "recording,frame,row,column,load_g\n".to_owned()
-    } else {
-        "recording,frame,load_g\n".to_owned()
-    };
-    for KeptPress {
-        file,
-        taxel,
-        load_g,
-        ..
-    } in lines
-    {
+/// The presses that count, of single taxels or of even loads, as `taxel calibrate` reads them.
+fn table(record: &CalibrationRecord, of_singles: bool) -> String {
+    let counting = record.presses.iter().filter(|press| press.counts());
+    let place = if of_singles { "row,column," } else { "" };
+    let mut text = format!("recording,frame,{place}load_g\n");
+    for press in counting.filter(|press| press.taxel.is_some() == of_singles) {
+        let place = press.taxel.map(|(row, column)| format!("{row},{column},"));
+        let place = place.unwrap_or_default();
         // To a String: nothing that could fail.
-        let _ = match taxel {
-            Some((row, column)) => writeln!(text, "{file},0,{row},{column},{load_g}"),
-            None => writeln!(text, "{file},0,{load_g}"),
-        };
+        let _ = writeln!(text, "{},0,{place}{}", press.file, press.load_g);
     }
     text
 }

@@ -277,43 +277,20 @@ fn details_of_nothing() -> Message {
     })
 }
 
-/// The page's type checker reads these as values of its own types: what one side alone has is an error there.
-#[test]
-fn messages_of_the_wire_are_those_that_the_page_is_tested_with() {
-    let refused = Answer::new(
-        8,
-        Err(Refused::because(
-            "3.0 N stand on the sensor: take the load off",
-        )),
-    );
-    let all = [
-        ("hello", "Hello", Message::Hello(Box::new(hello()))),
-        (
-            "helloOfFile",
-            "Hello",
-            Message::Hello(Box::new(file_hello())),
-        ),
-        (
-            "helloOfCone",
-            "Hello",
-            Message::Hello(Box::new(cone_hello())),
-        ),
-        ("state", "State", Message::State(Box::new(busy_state()))),
-        (
-            "stateOfFile",
-            "State",
-            Message::State(Box::new(file_state())),
-        ),
-        (
-            "stateOfGrip",
-            "State",
-            Message::State(Box::new(grip_state())),
-        ),
-        (
-            "stateOfCalibration",
-            "State",
-            Message::State(Box::new(calibration_state())),
-        ),
+/// Each kind of message with the name and the type that the page's tests know it by.
+fn all_messages() -> [(&'static str, &'static str, Message); 12] {
+    let refused = Refused::because("3.0 N stand on the sensor: take the load off");
+    let hello_of = |hello| Message::Hello(Box::new(hello));
+    let state_of = |state| Message::State(Box::new(state));
+    let answer = |id, result| Message::Answer(Answer::new(id, result));
+    [
+        ("hello", "Hello", hello_of(hello())),
+        ("helloOfFile", "Hello", hello_of(file_hello())),
+        ("helloOfCone", "Hello", hello_of(cone_hello())),
+        ("state", "State", state_of(busy_state())),
+        ("stateOfFile", "State", state_of(file_state())),
+        ("stateOfGrip", "State", state_of(grip_state())),
+        ("stateOfCalibration", "State", state_of(calibration_state())),
         (
             "event",
             "Event",
@@ -321,17 +298,18 @@ fn messages_of_the_wire_are_those_that_the_page_is_tested_with() {
         ),
         ("details", "Details", details()),
         ("detailsUnbounded", "Details", details_of_nothing()),
-        (
-            "answer",
-            "Answer",
-            Message::Answer(Answer::new(7, Ok(Reply::saying("Tared")))),
-        ),
-        ("refusal", "Answer", Message::Answer(refused)),
-    ];
+        ("answer", "Answer", answer(7, Ok(Reply::saying("Tared")))),
+        ("refusal", "Answer", answer(8, Err(refused))),
+    ]
+}
+
+/// The page's type checker reads these as values of its own types: what one side alone has is an error there.
+#[test]
+fn messages_of_the_wire_are_those_that_the_page_is_tested_with() {
     let mut text = String::from(
         "// Written by crates/taxel-server/src/tests/wire.rs; see there. Not to be changed by hand.\n",
     );
-    for (name, of, message) in all {
+    for (name, of, message) in all_messages() {
         let json = serde_json::to_string_pretty(&message).unwrap();
         let value: serde_json::Value = serde_json::from_str(&message.to_json()).unwrap();
         assert_eq!(
