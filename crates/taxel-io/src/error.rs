@@ -1,5 +1,6 @@
 //! What can go wrong between a frame and its file: what, where, both numbers, and what to do.
 
+mod export;
 mod kinds;
 mod parquet;
 mod sensor_file;
@@ -11,6 +12,7 @@ use std::fmt;
 use std::io;
 use std::path::PathBuf;
 
+pub use export::ExportError;
 pub use parquet::ParquetError;
 pub use sensor_file::SensorFileError;
 pub use shape::ShapeFault;
@@ -46,6 +48,9 @@ pub enum Error {
     /// A sensor file that cannot be read, or makes no sense.
     #[error(transparent)]
     SensorFile(#[from] SensorFileError),
+    /// What is wrong with a file that another program has exported.
+    #[error(transparent)]
+    Export(Box<ExportError>),
     /// A table that a spreadsheet does not hold.
     #[error(
         "{}: {rows} rows x {columns} columns, but a sheet holds {most_rows} x {most_columns}\nhint: write .csv or .parquet", .file.display()

@@ -9,6 +9,7 @@
 //! | [`npy`] | arrays, `.npy` and `.npz` |
 //! | [`mcap`] | recordings with times, events and the sensor file, `.mcap` |
 //! | [`parquet`] | a table, one row a frame, `.parquet` (feature `parquet`) |
+//! | [`exports`] | what other programs export: Tekscan, RSscan, zebris, XSENSOR, novel and others (read only) |
 //! | [`columns`] | tables of numbers to look at elsewhere, `.csv`, `.xlsx` (feature `xlsx`), `.parquet` (written only) |
 //! | [`experiments`] | labelled presses, `experiments.csv`, `equilibration.csv` and `totals.csv` |
 //! | [`trials`] | what was done to a sensor that is evaluated, `.csv` |
@@ -23,6 +24,7 @@ pub mod columns;
 pub mod error;
 mod event;
 pub mod experiments;
+pub mod exports;
 mod grid;
 pub mod integrity;
 mod lines;
@@ -50,7 +52,8 @@ pub use atomic::AtomicFile;
 pub use column::Column;
 pub use columns::write_columns;
 pub use error::{
-    BROKEN_READING, Error, ParquetError, Place, SensorFileError, ShapeFault, TableError,
+    BROKEN_READING, Error, ExportError, ParquetError, Place, SensorFileError, ShapeFault,
+    TableError,
 };
 pub use experiments::{
     Press, Total, Uniform, read_presses, read_totals, read_uniform_loads, recordings_named_in,

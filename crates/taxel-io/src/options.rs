@@ -21,6 +21,9 @@ pub struct ReadOptions {
     /// Of a damaged `.mcap`, give what is whole and no error at its end: the caller asks
     /// [`FrameSource::integrity`](crate::FrameSource::integrity) and tells what is missing.
     pub accept_damage: bool,
+    /// Of a file that another program has exported: how much of its unit a count is. `None`: the converter's raw counts, where
+    /// the file tells them, else the smallest step that its numbers are written with.
+    pub unit_per_count: Option<f64>,
     /// Whether each frame has an extra line before it. `None`: `.txt` files have none, the others show it.
     pub extra_line: Option<bool>,
 }
@@ -35,6 +38,7 @@ impl ReadOptions {
             transpose: false,
             keep_going: false,
             accept_damage: false,
+            unit_per_count: None,
             extra_line: None,
         }
     }
@@ -43,6 +47,7 @@ impl ReadOptions {
     pub fn of(sensor: &Sensor) -> Self {
         Self {
             max_count: Some(sensor.max_count()),
+            unit_per_count: sensor.exported().and_then(|own| own.unit_per_count),
             ..Self::new(sensor.rows(), sensor.columns())
         }
     }

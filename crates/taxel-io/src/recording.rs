@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::error::{Error, Place};
+use crate::exports::{self, ExportReader};
 use crate::grid::{Kind, kind_of};
 use crate::lines::{Line, Lines};
 use crate::mcap::McapReader;
@@ -13,8 +14,8 @@ use crate::parquet::{self, ParquetReader};
 use crate::source::{FrameSource, open_input};
 use crate::text::TextReader;
 
-/// Opens a recording of counts: `.txt`, `.csv`, `.npy`, `.npz` (its first array), `.mcap`, `.parquet`; `-` is text
-/// on standard input.
+/// Opens a recording of counts: `.txt`, `.csv`, `.npy`, `.npz` (its first array), `.mcap`, `.parquet`; what another program has
+/// exported ([`exports`]), by its content; `-` is text on standard input.
 ///
 /// # Errors
 /// [`Error::Open`], [`Error::UnknownFormat`], and for arrays all that their header can be wrong in.
@@ -23,6 +24,9 @@ pub fn open_counts(
     options: ReadOptions,
 ) -> Result<Box<dyn FrameSource + Send>, Error> {
     let path = path.as_ref();
+    if let Some(reader) = ExportReader::open(path, options)? {
+        return Ok(Box::new(reader));
+    }
     Ok(match format_of(path)? {
         Format::Text => Box::new(TextReader::open(path, options)?),
         Format::Array => Box::new(NpyReader::open(path, NpyOptions::from(options))?),
@@ -55,7 +59,8 @@ fn format_of(path: &Path) -> Result<Format, Error> {
     }
 }
 
-/// The sensor file that a recording carries: `.mcap` and `.parquet` may; the others never do.
+/// The sensor file that a recording carries: `.mcap` and `.parquet` may, and what another program has exported stands for one; the
+/// others never do.
 ///
 /// # Errors
 /// [`Error::Open`], and all that the end of such a file can be wrong in.
@@ -64,7 +69,7 @@ pub fn sensor_toml_of(path: impl AsRef<Path>) -> Result<Option<String>, Error> {
     match extension(path).as_str() {
         "mcap" => Ok(McapReader::open_any(path)?.sensor_toml().map(str::to_owned)),
         "parquet" => parquet::sensor_toml_of(path),
-        _ => Ok(None),
+        _ => Ok(exports::sensor_of(path)?.map(|spec| spec.to_toml())),
     }
 }
 

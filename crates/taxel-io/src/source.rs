@@ -71,6 +71,11 @@ pub trait FrameSource<Q = Counts> {
         None
     }
 
+    /// The force that the file itself says acts in the frame read last, newtons: of another program, or another instrument.
+    fn reference_newtons(&self) -> Option<f64> {
+        None
+    }
+
     /// The frames one by one, each newly allocated.
     fn frames(self) -> Frames<Self, Q>
     where
@@ -116,6 +121,9 @@ impl<Q, S: FrameSource<Q> + ?Sized> FrameSource<Q> for Box<S> {
     }
     fn host_time(&self) -> Option<SystemTime> {
         (**self).host_time()
+    }
+    fn reference_newtons(&self) -> Option<f64> {
+        (**self).reference_newtons()
     }
 }
 

@@ -44,6 +44,14 @@ pub enum Error {
         /// What to do.
         hint: String,
     },
+    /// Errors of loads that another program has found.
+    #[error(
+        "nothing tells how far to trust these loads: {program} has found them\nhint: ask for the loads without standard errors and intervals"
+    )]
+    Exported {
+        /// The program.
+        program: String,
+    },
     /// A topology that is neither a named one nor `line-ends`.
     #[error("sensor file: unknown topology `{found}`\nhint: {hint}")]
     UnknownTopology {

@@ -26,8 +26,8 @@ pub use region::{Region, RegionSpec};
 pub use resolved::{Material, Readout, Sense, USUAL_OPEN_LOOP_GAIN};
 pub(crate) use spec::MAX_DYNAMIC_TERMS;
 pub use spec::{
-    Bend, CheckSpec, ConverterSpec, DynamicSpec, LineEnd, MaterialSpec, PerLine, PerTaxel,
-    Provenance, ReadoutSpec, ScanOrder, ScreenSpec, SensorSpec, SheetSpec, Topology,
+    Bend, CheckSpec, ConverterSpec, DynamicSpec, ExportedSpec, LineEnd, MaterialSpec, PerLine,
+    PerTaxel, Provenance, ReadoutSpec, ScanOrder, ScreenSpec, SensorSpec, SheetSpec, Topology,
     UncertaintySpec, Verdict,
 };
 
@@ -178,6 +178,12 @@ impl Sensor {
     /// Where fitted numbers come from.
     pub fn provenance(&self) -> Option<&Provenance> {
         self.spec.provenance.as_ref()
+    }
+
+    /// Whose loads its frames hold, where another program has found them: there is no circuit to undo, and nothing tells how
+    /// far to trust them.
+    pub fn exported(&self) -> Option<&ExportedSpec> {
+        self.spec.exported.as_ref()
     }
 
     /// Sensed lines.

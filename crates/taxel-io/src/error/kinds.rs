@@ -2,7 +2,7 @@
 
 use std::io;
 
-use super::{Error, ParquetError};
+use super::{Error, ExportError, ParquetError};
 
 impl Error {
     /// For a new file that cannot be begun.
@@ -16,6 +16,15 @@ impl Error {
 
     /// Whether `keep_going` may leave out the frame and read on (the data is at fault, not the file system).
     pub fn is_one_frame(&self) -> bool {
+        if let Error::Export(error) = self {
+            return matches!(
+                **error,
+                ExportError::Line { .. }
+                    | ExportError::Cut { .. }
+                    | ExportError::Sum { .. }
+                    | ExportError::NotWhole { .. }
+            );
+        }
         matches!(
             self,
             Error::CutShort { .. }

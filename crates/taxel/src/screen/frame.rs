@@ -132,6 +132,10 @@ impl FrameScreen {
     pub fn mark(&mut self, frame: &mut Frame<Counts>) -> Result<(), Error> {
         check_shape("frame to screen", self.rows, self.columns, frame)?;
         mark_absent(&self.options.absent, frame.marks_mut());
+        if self.options.exported {
+            self.mark_range(frame);
+            return Ok(());
+        }
         self.levels.observe(frame)?;
         let level = self.level();
         let thresholds = Thresholds::new(level, self.max_count, &self.options);
@@ -151,6 +155,22 @@ impl FrameScreen {
             };
         }
         Ok(())
+    }
+
+    /// Saturated or below the floor, and nothing else: of numbers that another program has screened.
+    fn mark_range(&self, frame: &mut Frame<Counts>) {
+        for i in 0..frame.values().len() {
+            let value = frame.values()[i];
+            let mark = &mut frame.marks_mut()[i];
+            if *mark != Mark::Good {
+                continue;
+            }
+            if value >= self.max_count {
+                *mark = Mark::Saturated;
+            } else if self.options.is_below_floor(value) {
+                *mark = Mark::BelowFloor;
+            }
+        }
     }
 
     fn mark_lines(&mut self, frame: &mut Frame<Counts>, thresholds: &Thresholds) {

@@ -302,6 +302,9 @@ impl LineScreen {
         )?;
         self.level = level;
         self.frames += 1;
+        if self.options.exported {
+            return Ok(());
+        }
         let thresholds = Thresholds::new(level, self.max_count, &self.options);
         self.follow_ceiling(frame, thresholds.ceiling);
         self.lines.take(frame, &self.options);

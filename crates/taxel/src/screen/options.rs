@@ -75,6 +75,9 @@ pub struct ScreenOptions {
     pub absent: Vec<bool>,
     /// Largest count that the recorder writes as nothing: a reading at or below it is a bound, neither stuck nor unloaded.
     pub floor_count: Option<f64>,
+    /// The numbers are those of another program: they are screened for nothing but the ends of their range, since what it left
+    /// out reads 0 and its thresholds cut edges. False.
+    pub exported: bool,
     /// Spikes against the neighbourhood. `None` (the default): not looked for, because pressing a single taxel is
     /// legitimate and common in calibration.
     pub space_spikes: Option<SpaceSpikes>,
@@ -115,6 +118,7 @@ impl Default for ScreenOptions {
             unloaded_counts: None,
             absent: Vec::new(),
             floor_count: None,
+            exported: false,
             space_spikes: None,
             time_spikes: None,
             mask: CountsMask::default(),
@@ -135,6 +139,7 @@ impl ScreenOptions {
             },
             absent: sensor.absent().to_vec(),
             floor_count: sensor.converter().floor_count,
+            exported: sensor.exported().is_some(),
             ..Self::from_spec(sensor.screen())
         }
     }

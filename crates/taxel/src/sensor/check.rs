@@ -20,6 +20,11 @@ pub(super) fn values(sensor: &SensorSpec) -> Result<(), Error> {
     if let Some(check) = &sensor.check {
         check_check(check, sensor.material.is_some())?;
     }
+    let per_count = sensor.exported.as_ref().and_then(|own| own.unit_per_count);
+    if let Some(per_count) = per_count {
+        let hint = "how much of the exported unit a count is";
+        positive("exported.unit_per_count", per_count, hint)?;
+    }
     plausible::numbers(sensor)?;
     named_lines(sensor)
 }

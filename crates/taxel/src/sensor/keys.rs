@@ -6,7 +6,7 @@ use crate::Error;
 /// Characters of a line that an error quotes.
 const MAX_QUOTE: usize = 200;
 
-const TABLES: [(&str, &[&str]); 21] = [
+const TABLES: [(&str, &[&str]); 22] = [
     (
         "",
         &[
@@ -20,9 +20,11 @@ const TABLES: [(&str, &[&str]); 21] = [
             "check",
             "screen",
             "provenance",
+            "exported",
             "region",
         ],
     ),
+    ("exported", &["program", "unit", "unit_per_count", "header"]),
     ("region", &["name", "boxes", "outline", "confidence"]),
     (
         "array",

@@ -1,6 +1,7 @@
 //! What a sensor file says ([formats.md](https://github.com/taxel/taxel/blob/main/docs/formats.md)), key by key.
 
 mod check;
+mod exported;
 mod material;
 
 use serde::{Deserialize, Serialize};
@@ -12,6 +13,7 @@ use super::line_ends::{AxisSpec, ReadoutTable, Reads};
 use super::region::RegionSpec;
 use crate::Error;
 pub use check::{CheckSpec, Verdict};
+pub use exported::ExportedSpec;
 pub(crate) use material::MAX_DYNAMIC_TERMS;
 pub use material::{Bend, DynamicSpec, MaterialSpec, SheetSpec, UncertaintySpec};
 
@@ -307,6 +309,9 @@ pub struct SensorSpec {
     /// Where fitted numbers come from.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub provenance: Option<Provenance>,
+    /// Whose loads they are, where another program has found them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exported: Option<ExportedSpec>,
     /// Named regions.
     #[serde(default, rename = "region", skip_serializing_if = "Vec::is_empty")]
     pub regions: Vec<RegionSpec>,
@@ -326,6 +331,7 @@ impl SensorSpec {
             check: None,
             screen: ScreenSpec::default(),
             provenance: None,
+            exported: None,
             regions: Vec::new(),
         }
     }

@@ -157,11 +157,14 @@ pub struct Solved {
 }
 
 /// The best method for a sensor's read-out: `exact` for the e-Cone's circuit without a source resistor, whose recorder
-/// writes every reading, `newton` for every other.
+/// writes every reading, `newton` for every other. Loads of another program are taken as they are.
 ///
 /// # Errors
 /// [`Error::MissingKey`] when a switch resistance is not known yet.
 pub fn default_method(sensor: &Sensor) -> Result<Box<dyn Method>, Error> {
+    if sensor.exported().is_some() {
+        return Ok(Box::new(Raw::as_exported(sensor)));
+    }
     Ok(Best::of(sensor)?.boxed())
 }
 
@@ -219,6 +222,15 @@ pub fn method(name: &str, sensor: &Sensor) -> Result<Box<dyn Method>, Error> {
         let name = name.to_owned();
         Err(Error::UnknownMethod { name, hint })
     };
+    if sensor.exported().is_some() && ["auto", "raw"].contains(&name) {
+        return Ok(Box::new(Raw::as_exported(sensor)));
+    }
+    if let Some(exported) = sensor.exported() {
+        return refuse(format!(
+            "the loads are those that {} has found: there is no circuit to undo; `auto` takes them as they are",
+            exported.program
+        ));
+    }
     match (name, Best::of(sensor)) {
         ("raw", _) => Ok(Box::new(Raw::from_sensor(sensor))),
         ("auto" | "newton" | "exact" | "diodes", Err(error)) => Err(error),

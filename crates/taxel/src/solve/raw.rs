@@ -16,6 +16,7 @@ pub struct Raw {
     divider: bool,
     /// Of a taxel whose reading is below what is recorded, siemens.
     unloaded_siemens: f64,
+    name: &'static str,
 }
 
 impl Raw {
@@ -39,6 +40,15 @@ impl Raw {
             },
             divider,
             unloaded_siemens: super::unloaded_siemens(sensor),
+            name: "raw",
+        }
+    }
+
+    /// Loads of another program, which are as they are.
+    pub(super) fn as_exported(sensor: &Sensor) -> Self {
+        Self {
+            name: "as exported",
+            ..Self::from_sensor(sensor)
         }
     }
 
@@ -59,7 +69,7 @@ impl Raw {
 
 impl Method for Raw {
     fn name(&self) -> &'static str {
-        "raw"
+        self.name
     }
 
     fn solver(&self) -> Box<dyn Solver> {

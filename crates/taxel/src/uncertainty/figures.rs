@@ -6,7 +6,7 @@
 mod grip;
 
 use super::known::{Known, is_left_out};
-use super::load::{NEAR_SHARE, factor_95_of, heaviest_near, noise_counts_of};
+use super::load::{NEAR_SHARE, factor_95_of, heaviest_near, noise_counts_of, refuse_exported};
 use super::{Adjoint, Bias, least_error_siemens, set_passive};
 use crate::circuit::{Circuit, Converter, OperatingPoint, SensorCircuit};
 use crate::frame::{grams_from_newtons, newtons_from_grams};
@@ -99,8 +99,9 @@ impl FigureErrors {
     /// For frames of a sensor; `level`: what a recording says of its noise.
     ///
     /// # Errors
-    /// [`Error::MissingKey`] when a switch resistance or the load law is not known yet.
+    /// [`Error::Exported`] where another program has found the loads; [`Error::MissingKey`] when a switch resistance or the load law is not known yet.
     pub fn new(sensor: &Sensor, level: Option<Level>) -> Result<Self, Error> {
+        refuse_exported(sensor)?;
         let material = sensor.material().ok_or_else(LoadLaw::missing)?;
         let taxels = sensor.rows() * sensor.columns();
         // Round a handle it is the circular mean, which asks for angles.

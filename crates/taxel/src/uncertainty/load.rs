@@ -56,6 +56,16 @@ pub(crate) fn noise_counts_of(sensor: &Sensor, level: Option<Level>) -> f64 {
     }
 }
 
+/// Nobody knows how far to trust what another program has found.
+pub(super) fn refuse_exported(sensor: &Sensor) -> Result<(), Error> {
+    match sensor.exported() {
+        Some(exported) => Err(Error::Exported {
+            program: exported.program.clone(),
+        }),
+        None => Ok(()),
+    }
+}
+
 /// What of a heavy neighbour's uncertainty a taxel shares: a part of its load that stands elsewhere stands here. Measured on
 /// simulated sensors whose loads spread: with nothing of it 2.8 % of unloaded taxels are outside their intervals.
 pub(super) const NEAR_SHARE: f64 = 0.06;
@@ -79,8 +89,9 @@ impl StandardErrors {
     /// For frames of a sensor; `level`: what a recording says of its noise.
     ///
     /// # Errors
-    /// [`Error::MissingKey`] when a switch resistance is not known yet.
+    /// [`Error::Exported`] where another program has found the loads; [`Error::MissingKey`] when a switch resistance is not known yet.
     pub fn new(sensor: &Sensor, level: Option<Level>) -> Result<Self, Error> {
+        refuse_exported(sensor)?;
         let noise_counts = noise_counts_of(sensor, level);
         let (rows, columns) = (sensor.rows(), sensor.columns());
         Ok(Self {

@@ -47,7 +47,7 @@ impl NoiseBias {
     /// says of its noise. `None` where it is nothing worth the work: lines are not left open, or loads hang on the frames
     /// before.
     pub fn new(sensor: &Sensor, pipeline: Pipeline, level: Option<Level>) -> Option<Self> {
-        let is_bent = sensor.readout().has_open_columns();
+        let is_bent = sensor.readout().has_open_columns() && sensor.exported().is_none();
         let (rows, columns) = (sensor.rows(), sensor.columns());
         let is_able = pipeline.has_siemens() && pipeline.has_loads() && !pipeline.remembers();
         (is_bent && is_able).then(|| Self {

@@ -1,0 +1,157 @@
+//! zebris pedcad `.apd`: an INI file with the geometry, the picture of each sensel's largest pressure (`[Data]`) and, where a
+//! roll-off was exported, one picture a frame (`[Data0]`, …); −1 is below the threshold. X runs along the lines of a picture.
+
+use std::path::Path;
+
+use super::cells::{Cell, Separator, each_cell, number_of};
+use super::header::Pairs;
+use super::pad::Pad;
+use super::text_file::TextFile;
+use super::units::quantity;
+use super::{Beginning, ExportAbout, ParsedFrame, Parser};
+use crate::error::{Error, ExportError};
+
+const FORMAT: &str = "zebris .apd";
+
+pub(super) fn is_it(beginning: &Beginning) -> bool {
+    let mut has = [false; 2];
+    for line in beginning.lines(100) {
+        has[0] |= line.eq_ignore_ascii_case("[Technical]");
+        has[1] |= line.to_lowercase().starts_with("senscountx");
+    }
+    has == [true; 2]
+}
+
+pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error> {
+    let mut text = TextFile::open(file)?;
+    let (mut pairs, mut lines) = (Pairs::default(), Vec::new());
+    while text.advance()? && !is_data(text.line()) {
+        let words = text.words();
+        pairs.add(words.trim(), &['='], text.place(0).line);
+        lines.push(words.trim().to_owned());
+    }
+    text.unread();
+    let hint = "[Technical] says how large the picture is: SensCountX, SensCountY";
+    let size = pairs.count("senscountx").zip(pairs.count("senscounty"));
+    let (rows, columns) = size.ok_or_else(|| text.wrong(FORMAT, "its size", hint))?;
+    let unit = pairs.get("unitpressure").unwrap_or("N/cm2").to_owned();
+    let known = quantity(&unit).ok_or_else(|| {
+        let mut at = text.place(0);
+        at.line = pairs.line_of("unitpressure");
+        let found = unit.clone();
+        Error::Export(Box::new(ExportError::Unit { at, found }))
+    })?;
+    let mut pad = Pad::new(rows, columns, &unit, known);
+    let pitch = pairs.positive("ldistx").zip(pairs.positive("ldisty"));
+    pad.pitch_mm = pitch.map(<[f64; 2]>::from);
+    pad.area_mm2 = pad.pitch_mm.map(|[down, across]| down * across);
+    let mut about = ExportAbout::new(FORMAT, "zebris pedcad", vec![pad]);
+    about.header = lines.join("\n");
+    let step = pairs.get("timediff").and_then(number_of);
+    about.secs_per_frame = step.map(|ms| 1e-3 * ms).filter(|secs| *secs > 0.0);
+    let reader = Apd {
+        text,
+        taxels: rows * columns,
+        is_dynamic: pairs.get("maxidx").is_some(),
+    };
+    Ok((about, Box::new(reader)))
+}
+
+/// Whether a line begins a picture: `[Data]`, the largest of each sensel, or `[Data7]`.
+fn is_data(line: &[u8]) -> bool {
+    let line = line.trim_ascii();
+    line.len() >= 6 && line[..5].eq_ignore_ascii_case(b"[Data") && line.ends_with(b"]")
+}
+
+/// The number of a picture; none of `[Data]`.
+fn number(line: &[u8]) -> Option<u64> {
+    let line = line.trim_ascii();
+    std::str::from_utf8(&line[5..line.len() - 1])
+        .ok()?
+        .parse()
+        .ok()
+}
+
+struct Apd {
+    text: TextFile,
+    taxels: usize,
+    /// Whether it has a picture for each frame, beside that of the largest pressures.
+    is_dynamic: bool,
+}
+
+impl Apd {
+    /// The numbers of a line, `y=v,v,…` or `v v v`, behind those before.
+    fn numbers(&self, values: &mut Vec<f64>, decimals: &mut u8) -> Result<(), Error> {
+        let line = self.text.line();
+        let from = memchr::memchr(b'=', line).map_or(0, |at| at + 1);
+        let numbers = &line[from..];
+        let mut fault = None;
+        each_cell(numbers, Separator::of(numbers), |_, cell, place| {
+            match cell {
+                Cell::Number(value, own) => {
+                    // Below the threshold.
+                    values.push(value.max(0.0));
+                    *decimals = (*decimals).max(own);
+                }
+                Cell::Empty => {}
+                Cell::Word => fault = Some(place),
+            }
+            fault.is_none()
+        });
+        let Some((at, to)) = fault else {
+            return Ok(());
+        };
+        let found = format!("`{}`", crate::grid::shortened(&numbers[at..to]));
+        let hint = "a reading that is missing or broken";
+        Err(self
+            .text
+            .wrong_at(from + at, FORMAT, found, "a number", hint))
+    }
+}
+
+impl Parser for Apd {
+    fn next(&mut self, frame: &mut ParsedFrame) -> Result<bool, Error> {
+        loop {
+            if !self.text.advance()? {
+                return Ok(false);
+            }
+            let line = self.text.line();
+            if is_data(line) && (!self.is_dynamic || number(line).is_some()) {
+                break;
+            }
+        }
+        frame.begin(0, 0);
+        frame.number = number(self.text.line());
+        while self.text.advance()? {
+            let line = self.text.line().trim_ascii();
+            if line.starts_with(b"[") {
+                self.text.unread();
+                break;
+            }
+            self.numbers(&mut frame.values, &mut frame.decimals)?;
+        }
+        let found = frame.values.len();
+        if found == self.taxels {
+            return Ok(true);
+        }
+        let hint = "SensCountX times SensCountY numbers are a picture";
+        let expected = format!("{} of them", self.taxels);
+        Err(self
+            .text
+            .wrong_at(0, FORMAT, format!("{found} numbers"), expected, hint))
+    }
+
+    fn skip_frame(&mut self) -> Result<(), Error> {
+        while self.text.advance()? {
+            if is_data(self.text.line()) {
+                self.text.unread();
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn text(&self) -> &TextFile {
+        &self.text
+    }
+}

@@ -1,0 +1,71 @@
+//! FSA / Vista Medical mats as text: a frame of 32 x 64 a line, whole numbers parted by tabs, and nothing else. Neither times nor a
+//! unit stand in it.
+
+use std::path::Path;
+
+use super::cells::Separator;
+use super::pad::{Pad, Quantity};
+use super::row::Rows;
+use super::text_file::TextFile;
+use super::{Beginning, ExportAbout, ParsedFrame, Parser};
+use crate::error::Error;
+
+const FORMAT: &str = "FSA text";
+const ROWS: usize = 32;
+const COLUMNS: usize = 64;
+const TABS: Rows = Rows {
+    format: FORMAT,
+    separator: Separator::One(b'\t'),
+    skipped: 0,
+    has_more: false,
+};
+
+pub(super) fn is_it(beginning: &Beginning) -> bool {
+    let is_frame = |line: &str| {
+        let cells = line.split('\t');
+        cells.clone().count() == ROWS * COLUMNS
+            && cells
+                .map(str::trim)
+                .all(|cell| !cell.is_empty() && cell.bytes().all(|byte| byte.is_ascii_digit()))
+    };
+    let mut lines = beginning.lines(usize::MAX).filter(|line| !line.is_empty());
+    lines.next().is_some_and(is_frame)
+}
+
+pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error> {
+    let pad = Pad::new(ROWS, COLUMNS, "raw", Quantity::Raw);
+    let about = ExportAbout::new(FORMAT, "FSA / Vista Medical", vec![pad]);
+    let reader = Fsa {
+        text: TextFile::open(file)?,
+    };
+    Ok((about, Box::new(reader)))
+}
+
+struct Fsa {
+    text: TextFile,
+}
+
+impl Parser for Fsa {
+    fn next(&mut self, frame: &mut ParsedFrame) -> Result<bool, Error> {
+        loop {
+            if !self.text.advance()? {
+                return Ok(false);
+            }
+            if !self.text.line().trim_ascii().is_empty() {
+                break;
+            }
+        }
+        frame.begin(0, ROWS * COLUMNS);
+        TABS.read(&self.text, &mut frame.values, &mut frame.decimals)?;
+        Ok(true)
+    }
+
+    fn skip_frame(&mut self) -> Result<(), Error> {
+        // A frame is a line, and it is gone.
+        Ok(())
+    }
+
+    fn text(&self) -> &TextFile {
+        &self.text
+    }
+}

@@ -1,0 +1,41 @@
+//! Lines of a header, as pairs of a key and a value.
+
+/// The pairs of a header, keys in small letters.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Pairs {
+    pairs: Vec<(String, String, u64)>,
+}
+
+impl Pairs {
+    /// Takes a line apart at the first of `separators`; one without is a key without a value.
+    pub(super) fn add(&mut self, line: &str, separators: &[char], number: u64) {
+        let (key, value) = line.split_once(separators).unwrap_or((line, ""));
+        let key = key.trim().trim_matches('"').to_lowercase();
+        let value = value.trim_matches(|c: char| c == ',' || c == '"' || c.is_whitespace());
+        self.pairs.push((key, value.to_owned(), number));
+    }
+
+    /// The value of a key, where it has one.
+    pub(super) fn get(&self, key: &str) -> Option<&str> {
+        let mut values = self.pairs.iter().filter(|(own, ..)| own == key);
+        let found = values.next().map(|(_, value, _)| value.as_str());
+        found.filter(|value| !value.is_empty())
+    }
+
+    /// The number of its line.
+    pub(super) fn line_of(&self, key: &str) -> u64 {
+        let found = self.pairs.iter().find(|(own, ..)| own == key);
+        found.map_or(0, |(.., number)| *number)
+    }
+
+    /// A value that is a whole number above 0.
+    pub(super) fn count(&self, key: &str) -> Option<usize> {
+        self.get(key)?.parse().ok().filter(|count| *count > 0)
+    }
+
+    /// A value that begins with a number above 0.
+    pub(super) fn positive(&self, key: &str) -> Option<f64> {
+        let (value, _) = super::cells::number_and_rest(self.get(key)?)?;
+        Some(value).filter(|value| *value > 0.0)
+    }
+}

@@ -1,0 +1,245 @@
+//! Recordings that the programs of commercial systems export as text: pressures or forces that they have found themselves, or raw
+//! counts. Known by their content, whatever they are called; read as a stream.
+//!
+//! | module | written by |
+//! |---|---|
+//! | [`tekscan`] | Tekscan F-Scan, I-Scan, CONFORMat: `.asf`, `.csv` |
+//! | [`rsscan`] | RSscan / Materialise footscan: text of an entire plate or of one foot |
+//! | [`zebris`], [`apd`] | zebris FDM: text; pedcad: `.apd` |
+//! | [`xsensor`] | XSENSOR: `.csv` of insoles, text of mats |
+//! | [`pedar`], [`pliance`], [`emed`] | novel: `.asc`, `.lst` |
+//! | [`fsa`] | FSA / Vista Medical: a frame of 32 x 64 a line |
+//! | [`tactilus`] | Tactilus: JSON |
+//! | [`insole`] | open insoles (Pressure2Pose, ISCAS 2025): `.csv` with a matrix in a cell |
+//!
+//! The counts of a frame are the file's own numbers over the smallest step that they are written with, or the raw counts of the
+//! converter where the file's calibration tells them exactly ([`RawScale`]).
+
+mod about;
+mod apd;
+mod cells;
+mod emed;
+mod fsa;
+mod header;
+mod insole;
+mod names;
+mod pad;
+mod pedar;
+mod pliance;
+mod reader;
+mod row;
+mod rsscan;
+mod survey;
+mod tactilus;
+mod tekscan;
+mod text_file;
+mod units;
+mod xsensor;
+mod zebris;
+
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use taxel::sensor::SensorSpec;
+
+use crate::error::{Error, ExportError};
+use crate::options::extension;
+pub use about::ExportAbout;
+pub use pad::{Pad, Quantity, RawScale};
+pub use reader::ExportReader;
+pub use survey::Survey;
+use text_file::TextFile;
+
+/// What a reader of one format makes of a file.
+trait Parser: Send {
+    /// Reads the next frame of any of the file's pads; false at the end.
+    fn next(&mut self, frame: &mut ParsedFrame) -> Result<bool, Error>;
+
+    /// Goes on behind a frame that cannot be read: to where the next one begins, or the file ends.
+    fn skip_frame(&mut self) -> Result<(), Error>;
+
+    /// The file.
+    fn text(&self) -> &TextFile;
+
+    /// Whether the end of the file was as it should be, once [`Self::next`] has come to it.
+    fn is_cut(&self) -> bool {
+        false
+    }
+}
+
+/// A frame in the unit of its file.
+#[derive(Debug, Clone, Default)]
+struct ParsedFrame {
+    /// Which of the file's pads it is of.
+    pad: usize,
+    /// Its number in the file.
+    number: Option<u64>,
+    /// When it was read, seconds.
+    secs: Option<f64>,
+    /// Row by row; 0 where there is no taxel.
+    values: Vec<f64>,
+    /// The most decimals of any of them.
+    decimals: u8,
+    /// The force that the file itself says.
+    reference_newtons: Option<f64>,
+}
+
+impl ParsedFrame {
+    /// Begins a frame of so many crossings.
+    fn begin(&mut self, pad: usize, taxels: usize) {
+        self.pad = pad;
+        self.number = None;
+        self.secs = None;
+        self.decimals = 0;
+        self.reference_newtons = None;
+        self.values.clear();
+        self.values.resize(taxels, 0.0);
+    }
+}
+
+/// Opens a file of one format: what it says before its frames, and what reads them.
+type Open = fn(&Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>;
+
+/// How a file begins.
+struct Beginning {
+    text: String,
+}
+
+/// As much of a file is looked at to know its format.
+const LOOKED_AT: u64 = 64 * 1024;
+
+impl Beginning {
+    fn of(file: &Path) -> Option<Self> {
+        let about = std::fs::metadata(file).ok()?;
+        if !about.is_file() {
+            return None;
+        }
+        let mut bytes = Vec::new();
+        File::open(file)
+            .ok()?
+            .take(LOOKED_AT)
+            .read_to_end(&mut bytes)
+            .ok()?;
+        // Two bytes a character: what Windows calls Unicode; no program is known to export it.
+        let text = text_file::text_of(bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&bytes));
+        Some(Self { text })
+    }
+
+    /// Its lines, at most so many, without blanks at their ends.
+    fn lines(&self, most: usize) -> impl Iterator<Item = &str> {
+        self.text.lines().take(most).map(str::trim)
+    }
+}
+
+/// Every format: how it is known, and what opens it.
+const FORMATS: [(fn(&Beginning) -> bool, Open); 11] = [
+    (tekscan::is_it, tekscan::open),
+    (zebris::is_it, zebris::open),
+    (apd::is_it, apd::open),
+    (xsensor::is_it, xsensor::open),
+    (pedar::is_it, pedar::open),
+    (pliance::is_it, pliance::open),
+    (emed::is_it, emed::open),
+    (rsscan::is_it, rsscan::open),
+    (tactilus::is_it, tactilus::open),
+    (insole::is_it, insole::open),
+    (fsa::is_it, fsa::open),
+];
+
+/// A file and the name of one of its sensors, which may stand behind a `#`.
+pub(crate) fn file_and_pad(path: &Path) -> (PathBuf, Option<String>) {
+    let whole = (path.to_owned(), None);
+    if path.exists() {
+        return whole;
+    }
+    let Some((file, pad)) = path.to_str().and_then(|text| text.rsplit_once('#')) else {
+        return whole;
+    };
+    match Path::new(file).is_file() {
+        true => (PathBuf::from(file), Some(pad.to_owned())),
+        false => whole,
+    }
+}
+
+/// The file that a path names, without the name of a sensor in it.
+pub fn file_of(path: &Path) -> PathBuf {
+    file_and_pad(path).0
+}
+
+/// Recordings of Taxel, which are known by their name.
+const OWN: [&str; 4] = ["mcap", "parquet", "npy", "npz"];
+
+fn format_of(file: &Path) -> Option<Open> {
+    if OWN.contains(&extension(file).as_str()) {
+        return None;
+    }
+    let beginning = Beginning::of(file)?;
+    let known = FORMATS.iter().find(|(is_it, _)| is_it(&beginning));
+    known.map(|(_, open)| *open)
+}
+
+/// Whether another program has exported a file (`FILE` or `FILE#SENSOR`), by its content.
+pub fn is_export(path: &Path) -> bool {
+    format_of(&file_of(path)).is_some()
+}
+
+/// What an exported file (`FILE` or `FILE#SENSOR`) says before its frames; `None` of a file that no other program has exported.
+///
+/// # Errors
+/// [`Error::Open`], [`Error::Export`] for what its format does not have.
+pub fn about(path: &Path) -> Result<Option<ExportAbout>, Error> {
+    let (file, _) = file_and_pad(path);
+    let opened = format_of(&file).map(|open| open(&file));
+    Ok(opened.transpose()?.map(|(about, _)| about))
+}
+
+/// The sensor of an exported file (`FILE` or `FILE#SENSOR`), by which its counts are its loads; `None` of a file that no other
+/// program has exported. Reads the file through.
+///
+/// # Errors
+/// As [`about`]; [`ExportError::Pads`] where it holds several sensors and none is named.
+pub fn sensor_of(path: &Path) -> Result<Option<SensorSpec>, Error> {
+    let (file, _) = file_and_pad(path);
+    let Some((about, survey)) = survey(path)? else {
+        return Ok(None);
+    };
+    Ok(Some(pad::sensor_of(&file, &about, &survey)))
+}
+
+/// What an exported file says before its frames, and what a reading of it through finds of one of its sensors.
+///
+/// # Errors
+/// As [`sensor_of`].
+pub fn survey(path: &Path) -> Result<Option<(ExportAbout, Survey)>, Error> {
+    let (file, name) = file_and_pad(path);
+    let Some(open) = format_of(&file) else {
+        return Ok(None);
+    };
+    let (about, mut parser) = open(&file)?;
+    let pad = choose(&file, &about, name.as_deref())?;
+    let survey = Survey::of(&about, pad, &mut *parser)?;
+    Ok(Some((about, survey)))
+}
+
+/// Which of a file's sensors is meant.
+fn choose(file: &Path, about: &ExportAbout, name: Option<&str>) -> Result<usize, Error> {
+    let names = || about.pads.iter().map(|pad| pad.name.clone()).collect();
+    let file = file.to_owned();
+    let problem = match (name, about.pads.len()) {
+        (None, 1) => return Ok(0),
+        (None, _) => ExportError::Pads {
+            file,
+            pads: names(),
+        },
+        (Some(name), _) => match about.pads.iter().position(|pad| pad.name == name) {
+            Some(pad) => return Ok(pad),
+            None => ExportError::NoPad {
+                file,
+                missing: name.to_owned(),
+                pads: names(),
+            },
+        },
+    };
+    Err(Error::Export(Box::new(problem)))
+}

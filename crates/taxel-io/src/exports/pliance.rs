@@ -1,0 +1,290 @@
+//! novel pliance `.asc`: pressures at each time, forces at each time, and at the end where each sensor lies and how large it is.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::cells::{Cell, Separator, each_cell, number_and_rest, number_of};
+use super::pad::Pad;
+use super::text_file::TextFile;
+use super::units::quantity;
+use super::{Beginning, ExportAbout, ParsedFrame, Parser};
+use crate::error::{Error, ExportError};
+
+const FORMAT: &str = "novel pliance";
+const MAX_HEADER: u64 = 100;
+/// Lines of coordinates are the same where they are within so much, cm.
+const SAME_CM: f64 = 1e-3;
+/// Of a grid at least this share of the crossings carries a sensor; fewer are a list of places.
+const GRID_SHARE: f64 = 0.5;
+
+pub(super) fn is_it(beginning: &Beginning) -> bool {
+    let mut has = [false; 3];
+    for line in beginning.lines(MAX_HEADER as usize) {
+        has[0] |= line.starts_with("file name:");
+        has[1] |= line.starts_with("mat type") || line.starts_with("electrical");
+        has[2] |= line.starts_with("time[secs]");
+    }
+    has == [true; 3]
+}
+
+/// What stands behind the pressures.
+#[derive(Default)]
+struct Behind {
+    /// Newtons by the microsecond.
+    forces: BTreeMap<i64, f64>,
+    centres_cm: [Vec<f64>; 2],
+    areas_cm2: Vec<f64>,
+}
+
+fn microsecond(secs: f64) -> i64 {
+    (1e6 * secs).round() as i64
+}
+
+pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error> {
+    let mut text = TextFile::open(file)?;
+    let mut lines = Vec::new();
+    let (mut unit, mut unit_line, mut step) = ("kPa".to_owned(), 0, None);
+    let sensors = loop {
+        if !text.advance()? || text.place(0).line > MAX_HEADER {
+            let hint = "it names the sensors";
+            return Err(text.wrong(FORMAT, "a line `time[secs] 4 5 …`", hint));
+        }
+        let words = text.words();
+        let line = words.trim();
+        if line.starts_with("time[secs]") {
+            break line.split_whitespace().count() - 1;
+        }
+        if let Some(said) = line.strip_prefix("pressure values in") {
+            (unit, unit_line) = (said.trim().to_owned(), text.place(0).line);
+        }
+        if let Some((_, said)) = line.split_once("time per frame [secs]:") {
+            step = number_and_rest(said)
+                .map(|(secs, _)| secs)
+                .filter(|secs| *secs > 0.0);
+        }
+        lines.push(line.to_owned());
+    };
+    let known = quantity(&unit).ok_or_else(|| {
+        let mut at = text.place(0);
+        at.line = unit_line;
+        let found = unit.clone();
+        Error::Export(Box::new(ExportError::Unit { at, found }))
+    })?;
+    if sensors == 0 {
+        return Err(text.wrong(FORMAT, "numbers of sensors", "none is named"));
+    }
+    let behind = read_behind(&mut text, sensors)?;
+    let mut pad = Pad::new(1, sensors, &unit, known);
+    let places = lay_out(&mut pad, &behind);
+    let mut about = ExportAbout::new(FORMAT, "novel pliance", vec![pad]);
+    about.header = lines.join("\n");
+    about.secs_per_frame = step;
+    let mut text = TextFile::open(file)?;
+    while text.advance()? && !text.line().starts_with(b"time[secs]") {}
+    let reader = Pliance {
+        text,
+        taxels: about.pads[0].rows * about.pads[0].columns,
+        places,
+        forces: behind.forces,
+        has_ended: false,
+    };
+    Ok((about, Box::new(reader)))
+}
+
+/// Everything behind the pressures.
+fn read_behind(text: &mut TextFile, sensors: usize) -> Result<Behind, Error> {
+    let mut behind = Behind::default();
+    let mut is_forces = false;
+    while text.advance()? {
+        let line = text.line();
+        let mut words = line
+            .split(|byte| byte.is_ascii_whitespace())
+            .filter(|word| !word.is_empty());
+        let Some(first) = words.next() else {
+            continue;
+        };
+        let list = match first {
+            b"time[secs]" => {
+                is_forces = words.next().is_some_and(|word| word.starts_with(b"force"));
+                continue;
+            }
+            b"sensor" => {
+                is_forces = false;
+                continue;
+            }
+            b"x[c]" => &mut behind.centres_cm[0],
+            b"y[c]" => &mut behind.centres_cm[1],
+            b"area" => &mut behind.areas_cm2,
+            _ => {
+                let mut number = || number_of(std::str::from_utf8(words.next()?).ok()?);
+                if is_forces
+                    && let Some(secs) = std::str::from_utf8(first).ok().and_then(number_of)
+                    && let Some(newtons) = number()
+                {
+                    behind.forces.insert(microsecond(secs), newtons);
+                }
+                continue;
+            }
+        };
+        let numbers = words.map(|word| number_of(std::str::from_utf8(word).ok()?));
+        let numbers: Option<Vec<f64>> = numbers.collect();
+        match numbers.filter(|numbers| numbers.len() == sensors) {
+            Some(numbers) => *list = numbers,
+            None => {
+                let hint = "the list of places has one for each sensor";
+                return Err(text.wrong(FORMAT, format!("{sensors} numbers"), hint));
+            }
+        }
+    }
+    Ok(behind)
+}
+
+/// Gives the pad its shape; where each sensor of a line stands in it. x to the right, y of the file upwards.
+fn lay_out(pad: &mut Pad, behind: &Behind) -> Vec<usize> {
+    let sensors = pad.columns;
+    let [x, y] = &behind.centres_cm;
+    let in_order: Vec<usize> = (0..sensors).collect();
+    set_areas(pad, &behind.areas_cm2, &in_order);
+    if x.is_empty() || y.is_empty() {
+        return in_order;
+    }
+    let (columns, rows) = (distinct(x), distinct(y));
+    let is_grid = sensors as f64 >= GRID_SHARE * (columns.len() * rows.len()) as f64;
+    if !is_grid {
+        pad.positions_mm = x
+            .iter()
+            .zip(y)
+            .map(|(x, y)| [10.0 * x, -10.0 * y])
+            .collect();
+        return in_order;
+    }
+    let place = |all: &[f64], own: f64| {
+        all.iter()
+            .position(|other| (other - own).abs() <= SAME_CM)
+            .unwrap_or(0)
+    };
+    let places: Vec<usize> = x
+        .iter()
+        .zip(y)
+        .map(|(&x, &y)| (rows.len() - 1 - place(&rows, y)) * columns.len() + place(&columns, x))
+        .collect();
+    (pad.rows, pad.columns) = (rows.len(), columns.len());
+    let mut absent = vec![true; rows.len() * columns.len()];
+    places.iter().for_each(|&place| absent[place] = false);
+    pad.absent = if absent.contains(&true) {
+        absent
+    } else {
+        Vec::new()
+    };
+    let pitch = |all: &[f64]| match all {
+        [first, .., last] => 10.0 * (last - first) / (all.len() - 1) as f64,
+        _ => 10.0,
+    };
+    pad.pitch_mm = Some([pitch(&rows), pitch(&columns)]);
+    set_areas(pad, &behind.areas_cm2, &places);
+    places
+}
+
+/// Areas of the sensors, one for all where they are alike.
+fn set_areas(pad: &mut Pad, areas_cm2: &[f64], places: &[usize]) {
+    if areas_cm2.is_empty() || areas_cm2.iter().any(|area| *area <= 0.0) {
+        return;
+    }
+    let mean = areas_cm2.iter().sum::<f64>() / areas_cm2.len() as f64;
+    pad.area_mm2 = Some(100.0 * mean);
+    let is_alike = areas_cm2
+        .iter()
+        .all(|area| (area / mean - 1.0).abs() < 1e-3);
+    pad.areas_mm2.clear();
+    if !is_alike {
+        pad.areas_mm2 = vec![100.0 * mean; pad.rows * pad.columns];
+        for (&place, area) in places.iter().zip(areas_cm2) {
+            pad.areas_mm2[place] = 100.0 * area;
+        }
+    }
+}
+
+/// The different numbers of a list, ascending.
+fn distinct(values: &[f64]) -> Vec<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    sorted.dedup_by(|a, b| (*a - *b).abs() <= SAME_CM);
+    sorted
+}
+
+struct Pliance {
+    text: TextFile,
+    taxels: usize,
+    /// Where each sensor of a line stands in a frame.
+    places: Vec<usize>,
+    forces: BTreeMap<i64, f64>,
+    /// Whether the line behind the last frame was met.
+    has_ended: bool,
+}
+
+impl Parser for Pliance {
+    fn next(&mut self, frame: &mut ParsedFrame) -> Result<bool, Error> {
+        loop {
+            if self.has_ended || !self.text.advance()? {
+                return Ok(false);
+            }
+            let line = self.text.line().trim_ascii();
+            // The largest and the mean of each sensor close the table.
+            self.has_ended = line.starts_with(b"M") || line.starts_with(b"time[secs]");
+            if !line.is_empty() && !self.has_ended {
+                break;
+            }
+        }
+        frame.begin(0, self.taxels);
+        let line = self.text.line();
+        let mut fault = None;
+        let mut found = 0;
+        each_cell(line, Separator::Blanks, |at, cell, place| {
+            match (at.checked_sub(1), cell) {
+                (None, Cell::Number(secs, _)) => frame.secs = Some(secs),
+                (Some(sensor), Cell::Number(value, own)) if value >= 0.0 => {
+                    if let Some(&place) = self.places.get(sensor) {
+                        frame.values[place] = value;
+                        frame.decimals = frame.decimals.max(own);
+                    }
+                    found += 1;
+                }
+                _ => fault = Some((at, place)),
+            }
+            fault.is_none()
+        });
+        if let Some((at, (from, to))) = fault {
+            let found = format!(
+                "value {at} is `{}`",
+                crate::grid::shortened(&line[from..to])
+            );
+            let hint = "a reading that is missing or broken; --keep-going leaves its frame out";
+            return Err(self
+                .text
+                .wrong_at(from, FORMAT, found, "a number of 0 or more", hint));
+        }
+        if found != self.places.len() {
+            let expected = format!("{} of them", self.places.len());
+            let hint = "one a sensor; a line was torn";
+            return Err(self
+                .text
+                .wrong_at(0, FORMAT, format!("{found} values"), expected, hint));
+        }
+        let at = frame.secs.map(microsecond);
+        frame.reference_newtons = at.and_then(|at| self.forces.get(&at).copied());
+        Ok(true)
+    }
+
+    fn skip_frame(&mut self) -> Result<(), Error> {
+        // A frame is a line, and it is gone.
+        Ok(())
+    }
+
+    fn text(&self) -> &TextFile {
+        &self.text
+    }
+
+    fn is_cut(&self) -> bool {
+        !self.has_ended
+    }
+}

@@ -1,0 +1,266 @@
+//! The frames of one sensor of an exported file, as counts.
+
+use std::path::Path;
+
+use taxel::{Counts, Frame, Mark};
+
+use super::cells::power_of_ten;
+use super::pad::{Pad, RawScale};
+use super::survey::{self, Survey};
+use super::{ExportAbout, ParsedFrame, Parser, choose, file_and_pad, format_of};
+use crate::error::{Error, ExportError, other_shape};
+use crate::integrity::Integrity;
+use crate::options::ReadOptions;
+use crate::source::{FrameSource, SkipLog, Skipped, fit_shape};
+
+/// How the numbers of a file become counts.
+#[derive(Debug, Clone, Copy)]
+enum Counting {
+    /// A count is so much of the file's unit.
+    Steps(f64),
+    /// The raw counts that the file's calibration was applied to.
+    Raw(RawScale),
+}
+
+/// Reads the frames of one sensor of a file that another program has exported.
+pub struct ExportReader {
+    about: ExportAbout,
+    parser: Box<dyn Parser>,
+    pad: usize,
+    counting: Counting,
+    options: ReadOptions,
+    parsed: ParsedFrame,
+    counts: Vec<f64>,
+    frame: u64,
+    given: u64,
+    first_number: Option<u64>,
+    number: Option<u64>,
+    /// Whether the parser stands behind the frame that it was asked for.
+    is_behind: bool,
+    reference_newtons: Option<f64>,
+    integrity: Integrity,
+    skips: SkipLog,
+    done: bool,
+}
+
+impl ExportReader {
+    /// Opens `FILE` or `FILE#SENSOR`; `None` where no other program has exported it. Counts are as large as
+    /// [`ReadOptions::unit_per_count`] says; without it the converter's raw ones, where the file tells them exactly, else the
+    /// smallest step that numbers in it are written with, for which it is read through.
+    ///
+    /// # Errors
+    /// [`Error::Open`], [`Error::Export`], [`Error::FileShape`] where the sensor is of another shape.
+    pub fn open(path: &Path, options: ReadOptions) -> Result<Option<Self>, Error> {
+        let (file, name) = file_and_pad(path);
+        let Some(open) = format_of(&file) else {
+            return Ok(None);
+        };
+        let (about, mut parser) = open(&file)?;
+        let index = choose(&file, &about, name.as_deref())?;
+        let pad = &about.pads[index];
+        check_shape(path, pad, &options)?;
+        let counting = match (options.unit_per_count, pad.raw) {
+            (Some(unit), _) => Counting::Steps(unit),
+            (None, Some(raw)) => Counting::Raw(raw),
+            (None, None) => {
+                let found = Survey::of(&about, index, &mut *parser)?;
+                (_, parser) = open(&file)?;
+                Counting::Steps(found.unit_per_count.unwrap_or(1.0))
+            }
+        };
+        Ok(Some(Self {
+            parser,
+            pad: index,
+            counting,
+            options,
+            parsed: ParsedFrame::default(),
+            counts: vec![0.0; pad.rows * pad.columns],
+            frame: 0,
+            given: 0,
+            first_number: None,
+            number: None,
+            is_behind: false,
+            reference_newtons: None,
+            integrity: Integrity::default(),
+            skips: SkipLog::default(),
+            done: false,
+            about,
+        }))
+    }
+
+    /// What the file says before its frames.
+    pub fn about(&self) -> &ExportAbout {
+        &self.about
+    }
+
+    /// The next frame of this sensor, whatever is wrong with it.
+    fn next_of_pad(&mut self) -> Result<bool, Error> {
+        loop {
+            self.is_behind = false;
+            if !self.parser.next(&mut self.parsed)? {
+                return Ok(false);
+            }
+            self.is_behind = true;
+            if self.parsed.pad == self.pad {
+                self.count()?;
+                return Ok(true);
+            }
+        }
+    }
+
+    /// Counts of the frame that was read.
+    fn count(&mut self) -> Result<(), Error> {
+        let step = 1.0 / power_of_ten(self.parsed.decimals);
+        for (count, &value) in self.counts.iter_mut().zip(&self.parsed.values) {
+            *count = match self.counting {
+                Counting::Steps(unit) => whole_where_near(value / unit),
+                Counting::Raw(raw) => survey::raw_count(raw, value, step).map_err(|counts| {
+                    Error::Export(Box::new(ExportError::NotWhole {
+                        at: self.parser.text().place(0),
+                        value,
+                        unit: self.about.pads[self.pad].unit.clone(),
+                        counts,
+                    }))
+                })?,
+            };
+        }
+        Ok(())
+    }
+
+    fn fill(&mut self, frame: &mut Frame<Counts>) {
+        let pad = &self.about.pads[self.pad];
+        let transposed = self.options.transpose;
+        fit_shape(frame, self.options.rows, self.options.columns);
+        let saturation = pad.saturation.unwrap_or(f64::INFINITY);
+        for (at, &count) in self.counts.iter().enumerate() {
+            let to = if transposed {
+                (at % pad.columns) * pad.rows + at / pad.columns
+            } else {
+                at
+            };
+            frame.values_mut()[to] = count;
+            frame.marks_mut()[to] = if pad.absent.get(at) == Some(&true) {
+                Mark::Absent
+            } else if self.parsed.values[at] >= saturation {
+                Mark::Saturated
+            } else {
+                Mark::Good
+            };
+        }
+        frame.sequence = self.frame;
+        let number = self.parsed.number.zip(self.first_number);
+        let place = number.map_or(self.frame, |(number, first)| number.saturating_sub(first));
+        let counted = self.about.secs_per_frame.map(|secs| secs * place as f64);
+        frame.time_secs = self.parsed.secs.or(counted);
+    }
+
+    /// What the frame's own number tells of those before it.
+    fn follow_number(&mut self) {
+        let number = self.parsed.number;
+        if let (Some(before), Some(number)) = (self.number, number) {
+            self.integrity.gaps.add(before as u32, number as u32);
+        }
+        self.first_number = self.first_number.or(number);
+        self.number = number.or(self.number);
+    }
+
+    /// What the end of the file tells.
+    fn finish(&mut self) {
+        self.done = true;
+        self.integrity.damage.cut = self.parser.is_cut();
+        let read = self.given + self.skips.count as u64;
+        let told = self.about.frames.unwrap_or(read);
+        let missing = told.saturating_sub(read);
+        // Numbers that are missing are told of already.
+        self.integrity.damage.frames = missing.saturating_sub(self.integrity.gaps.missing);
+    }
+}
+
+/// A number that is whole but for how it was divided.
+fn whole_where_near(count: f64) -> f64 {
+    let whole = count.round();
+    if (count - whole).abs() <= 1e-9 * (1.0 + whole.abs()) {
+        whole
+    } else {
+        count
+    }
+}
+
+fn check_shape(path: &Path, pad: &Pad, options: &ReadOptions) -> Result<(), Error> {
+    let (rows, columns) = if options.transpose {
+        (options.columns, options.rows)
+    } else {
+        (options.rows, options.columns)
+    };
+    if (pad.rows, pad.columns) == (rows, columns) {
+        return Ok(());
+    }
+    Err(other_shape(path, (pad.rows, pad.columns), (rows, columns)))
+}
+
+impl FrameSource<Counts> for ExportReader {
+    fn shape(&self) -> (usize, usize) {
+        (self.options.rows, self.options.columns)
+    }
+
+    fn next_into(&mut self, frame: &mut Frame<Counts>) -> Result<bool, Error> {
+        while !self.done {
+            let first_line = self.parser.text().place(0).line + 1;
+            match self.next_of_pad() {
+                Ok(true) => {
+                    self.follow_number();
+                    self.fill(frame);
+                    self.reference_newtons = self.parsed.reference_newtons;
+                    self.frame += 1;
+                    self.given += 1;
+                    return Ok(true);
+                }
+                Ok(false) => self.finish(),
+                Err(error) if self.options.keep_going && error.is_one_frame() => {
+                    self.skips.add(Skipped {
+                        frame: self.frame,
+                        first_line: Some(first_line),
+                        error,
+                    });
+                    self.frame += 1;
+                    if !self.is_behind {
+                        self.parser.skip_frame()?;
+                    }
+                }
+                Err(error) => {
+                    self.done = true;
+                    return Err(error);
+                }
+            }
+        }
+        Ok(false)
+    }
+
+    fn skipped(&self) -> usize {
+        self.skips.count
+    }
+
+    fn skips(&self) -> &[Skipped] {
+        &self.skips.first
+    }
+
+    fn bytes_read(&self) -> u64 {
+        self.parser.text().bytes()
+    }
+
+    fn bytes_total(&self) -> Option<u64> {
+        self.parser.text().total()
+    }
+
+    fn integrity(&self) -> Integrity {
+        self.integrity.clone()
+    }
+
+    fn device_number(&self) -> Option<u64> {
+        self.parsed.number
+    }
+
+    fn reference_newtons(&self) -> Option<f64> {
+        self.reference_newtons
+    }
+}

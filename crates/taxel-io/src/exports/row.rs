@@ -1,0 +1,101 @@
+//! A row of a frame: so many numbers on a line.
+
+use super::cells::{Cell, Separator, each_cell};
+use super::text_file::TextFile;
+use crate::error::Error;
+
+/// How the lines of a frame are written.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rows {
+    /// The format, for messages.
+    pub(super) format: &'static str,
+    /// What parts the numbers.
+    pub(super) separator: Separator,
+    /// Cells that stand before the numbers.
+    pub(super) skipped: usize,
+    /// Whether more cells may stand behind them: sums of a row, the padding of a spreadsheet.
+    pub(super) has_more: bool,
+}
+
+impl Rows {
+    /// Numbers and nothing else.
+    pub(super) fn new(format: &'static str, separator: Separator) -> Self {
+        Self {
+            format,
+            separator,
+            skipped: 0,
+            has_more: false,
+        }
+    }
+
+    /// Reads the numbers of the line read last into `out`, and the most decimals of any.
+    pub(super) fn read(
+        &self,
+        text: &TextFile,
+        out: &mut [f64],
+        decimals: &mut u8,
+    ) -> Result<(), Error> {
+        self.read_with(text, out, decimals, |_, _| false)
+    }
+
+    /// The same where a word may stand in the place of a number, if `is_word` says so of its place and its bytes; it leaves 0.
+    pub(super) fn read_with(
+        &self,
+        text: &TextFile,
+        out: &mut [f64],
+        decimals: &mut u8,
+        is_word: impl Fn(usize, &[u8]) -> bool,
+    ) -> Result<(), Error> {
+        let line = text.line();
+        let mut fault = None;
+        let mut found = 0;
+        each_cell(line, self.separator, |cell, content, (from, to)| {
+            let Some(place) = cell.checked_sub(self.skipped) else {
+                return true;
+            };
+            let Some(number) = out.get_mut(place) else {
+                // What closes a line is no number, whatever it is.
+                found += usize::from(content != Cell::Empty);
+                return !self.has_more;
+            };
+            found += 1;
+            match content {
+                Cell::Number(value, own) if value >= 0.0 => {
+                    *number = value;
+                    *decimals = (*decimals).max(own);
+                }
+                Cell::Word if is_word(place, &line[from..to]) => *number = 0.0,
+                _ => {
+                    fault = Some((place, from, to));
+                    return false;
+                }
+            }
+            true
+        });
+        if let Some((place, from, to)) = fault {
+            let cell = crate::grid::shortened(&line[from..to]);
+            return Err(text.wrong_at(
+                from,
+                self.format,
+                format!("value {} of {} is `{cell}`", place + 1, out.len()),
+                "a number of 0 or more",
+                "a reading that is missing or broken; --keep-going leaves its frame out",
+            ));
+        }
+        let is_enough = if self.has_more {
+            found >= out.len()
+        } else {
+            found == out.len()
+        };
+        if is_enough {
+            return Ok(());
+        }
+        Err(text.wrong_at(
+            0,
+            self.format,
+            format!("{found} values"),
+            format!("{} of them", out.len()),
+            "a line was torn or lost, or the shape that the header says is another; --keep-going leaves the frame out",
+        ))
+    }
+}

@@ -1,0 +1,214 @@
+//! What a reading of an exported file from end to end finds of one of its sensors.
+
+use super::cells::power_of_ten;
+use super::pad::{Pad, Quantity, RawScale};
+use super::{ExportAbout, ParsedFrame, Parser};
+use crate::error::Error;
+
+/// Decimals that a count may stand for at most: with more, sums of numbers that were averaged would not fit a converter.
+const MAX_DECIMALS: u8 = 6;
+/// Bits of the converters that counts are taken to be of.
+const BITS: [u32; 5] = [8, 12, 16, 24, 32];
+
+/// What a reading of an exported file from end to end finds of one of its sensors.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Survey {
+    /// Which of [`ExportAbout::pads`] it is.
+    pub pad: usize,
+    /// Frames of it.
+    pub frames: u64,
+    /// The largest number, in the file's unit.
+    pub largest: f64,
+    /// The heaviest frame: its position among those of this sensor, from 0, and the sum of its numbers.
+    pub heaviest: Option<(u64, f64)>,
+    /// The sum of all numbers.
+    pub sum: f64,
+    /// How much of the file's unit a count is; `None`: counts are the converter's raw ones.
+    pub unit_per_count: Option<f64>,
+    /// Bits of a converter that has all of its counts.
+    pub bits: u32,
+    /// The largest count that stands for nothing read, where the file says what was left out.
+    pub floor_count: Option<f64>,
+    /// A value that is no whole number of raw counts, where the file's calibration promises them.
+    pub not_raw: Option<f64>,
+}
+
+impl Survey {
+    /// Reads all that is left of a file. What cannot be read is left out: whoever reads the frames tells of it.
+    ///
+    /// # Errors
+    /// A file whose frames cannot be found any more.
+    pub(super) fn of(
+        about: &ExportAbout,
+        pad: usize,
+        parser: &mut dyn Parser,
+    ) -> Result<Self, Error> {
+        let mut survey = Self {
+            pad,
+            frames: 0,
+            largest: 0.0,
+            heaviest: None,
+            sum: 0.0,
+            unit_per_count: None,
+            bits: 8,
+            floor_count: None,
+            not_raw: None,
+        };
+        let own = &about.pads[pad];
+        let mut frame = ParsedFrame::default();
+        let mut decimals = 0;
+        let mut failed = None;
+        loop {
+            match parser.next(&mut frame) {
+                Ok(false) => break,
+                Ok(true) if frame.pad == pad => survey.add(own, &frame, &mut decimals),
+                Ok(true) => {}
+                Err(error) if error.is_one_frame() => {
+                    failed.get_or_insert(error);
+                    parser.skip_frame()?;
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        match failed {
+            Some(error) if survey.frames == 0 => return Err(error),
+            _ => {}
+        }
+        survey.choose_counts(own, decimals);
+        Ok(survey)
+    }
+
+    fn add(&mut self, pad: &Pad, frame: &ParsedFrame, decimals: &mut u8) {
+        let position = self.frames;
+        self.frames += 1;
+        let sum: f64 = frame.values.iter().sum();
+        self.sum += sum;
+        let is_heavier = self.heaviest.is_none_or(|(_, most)| sum > most);
+        if is_heavier {
+            self.heaviest = Some((position, sum));
+        }
+        self.largest = frame.values.iter().copied().fold(self.largest, f64::max);
+        if *decimals < frame.decimals {
+            *decimals = needed_decimals(&frame.values, *decimals);
+        }
+        if let Some(raw) = pad.raw.filter(|_| self.not_raw.is_none()) {
+            let step = 1.0 / power_of_ten(frame.decimals);
+            let off = |value: &&f64| raw_count(raw, **value, step).is_err();
+            self.not_raw = frame.values.iter().find(off).copied();
+        }
+    }
+
+    fn choose_counts(&mut self, pad: &Pad, decimals: u8) {
+        if let Some(raw) = pad.raw.filter(|_| self.not_raw.is_none()) {
+            self.bits = bits_of(raw.max_count);
+            // Whole counts below the threshold were written as 0.
+            self.floor_count = pad.threshold.map(|least| least.ceil() - 1.0);
+            self.floor_count = self.floor_count.filter(|count| *count > 0.0);
+            return;
+        }
+        let step = 1.0 / power_of_ten(decimals);
+        self.unit_per_count = match pad.quantity {
+            Quantity::Raw if decimals == 0 => None,
+            _ => Some(step),
+        };
+        let largest = self.largest.max(pad.saturation.unwrap_or(0.0));
+        let is_raw = self.unit_per_count.is_none();
+        // Raw counts may reach their converter's end; a step above all others is none.
+        let spare = if is_raw { 0.0 } else { 1.0 };
+        self.bits = bits_of((largest / step).round() + spare);
+        let floor = pad.threshold.map(|least| (least / step).ceil() - 1.0);
+        self.floor_count = floor.filter(|count| *count > 0.0 && pad.raw.is_none());
+    }
+}
+
+/// The fewest bits of a converter that has a count.
+fn bits_of(count: f64) -> u32 {
+    let fits = |bits: &&u32| count <= (2f64).powi(**bits as i32) - 1.0;
+    BITS.iter().find(fits).copied().unwrap_or(32)
+}
+
+/// Decimals that numbers need, at least so many: zeros that close them are none.
+fn needed_decimals(values: &[f64], least: u8) -> u8 {
+    let needs = |decimals: u8| {
+        let power = power_of_ten(decimals);
+        values.iter().all(|value| {
+            let scaled = value * power;
+            (scaled - scaled.round()).abs() < 1e-6 * (1.0 + scaled.abs() * 1e-6)
+        })
+    };
+    (least..MAX_DECIMALS)
+        .find(|&decimals| needs(decimals))
+        .unwrap_or(MAX_DECIMALS)
+}
+
+/// How far the digits of a header allow a value to be off what its raw count stands for, a share of it: six of them.
+const HEADER_SHARE: f64 = 2e-5;
+
+/// The raw count that a value was written from, which is whole and the only one; `Err`: the count that it would be. `step`: how
+/// finely values are written.
+pub(super) fn raw_count(raw: RawScale, value: f64, step: f64) -> Result<f64, f64> {
+    if value == 0.0 {
+        return Ok(0.0);
+    }
+    let written = |count: f64| raw.factor * count.powf(raw.exponent);
+    let count = (value / raw.factor).powf(1.0 / raw.exponent);
+    let whole = count.round();
+    let allowed = 0.501 * step + HEADER_SHARE * value;
+    let is_it = (written(whole) - value).abs() <= allowed;
+    let is_only_one = written(whole + 1.0) - written(whole) > step;
+    // A ceiling that is written with other digits than its count gives.
+    if is_it && is_only_one && (0.0..=raw.max_count).contains(&whole) {
+        Ok(whole)
+    } else {
+        Err(count)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Scale, exponent and digits of calibrations that were met, and others: each raw count is found from what is written of it.
+    #[test]
+    fn raw_counts_are_found_exactly_or_not_at_all() {
+        for (factor, exponent, decimals) in [
+            (5.940115, 1.0, 0),
+            (0.00660538, 1.25278, 4),
+            (0.0132155, 1.25278, 3),
+            (1.7, 0.9, 1),
+        ] {
+            let raw = RawScale {
+                factor,
+                exponent,
+                max_count: 255.0,
+            };
+            let step = 1.0 / power_of_ten(decimals);
+            for count in 0..=255u32 {
+                let value = factor * f64::from(count).powf(exponent);
+                let written = (value / step).round() * step;
+                assert_eq!(
+                    raw_count(raw, written, step),
+                    Ok(f64::from(count)),
+                    "{factor}"
+                );
+                if count > 2 {
+                    let off =
+                        written + 0.4 * (factor * f64::from(count + 1).powf(exponent) - value);
+                    let told = raw_count(raw, off, step).unwrap_err();
+                    assert!(
+                        (told - f64::from(count) - 0.4).abs() < 0.2,
+                        "{factor} {count}: {told}"
+                    );
+                }
+            }
+        }
+        // Two counts that are written alike are told apart by nobody.
+        let coarse = RawScale {
+            factor: 0.3,
+            exponent: 1.0,
+            max_count: 255.0,
+        };
+        assert!(raw_count(coarse, 3.0, 1.0).is_err());
+    }
+}

@@ -1,0 +1,129 @@
+//! Lines of an exported file: LF or CRLF or both, UTF-8 or Latin-1, with a byte-order mark or without.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, ExportError, Place};
+use crate::lines::{Line, Lines};
+use crate::source::{Input, open_input};
+
+/// The longest line, bytes: a frame of the largest array on one line, ten characters a number.
+const MAX_LINE: usize = 4 << 20;
+
+/// A file of lines, and the line read last.
+pub(super) struct TextFile {
+    file: PathBuf,
+    lines: Lines<Input>,
+    line: Line,
+    total: Option<u64>,
+}
+
+impl TextFile {
+    /// Opens it.
+    pub(super) fn open(file: &Path) -> Result<Self, Error> {
+        let (input, total) = open_input(file)?;
+        Ok(Self {
+            file: file.to_owned(),
+            lines: Lines::new(input, MAX_LINE),
+            line: Line::End,
+            total,
+        })
+    }
+
+    /// Reads the next line; false at the end.
+    pub(super) fn advance(&mut self) -> Result<bool, Error> {
+        self.line = self.lines.next().map_err(|source| Error::Read {
+            file: self.file.clone(),
+            bytes: self.lines.bytes(),
+            source,
+        })?;
+        match self.line {
+            Line::End => Ok(false),
+            Line::TooLong { bytes } => Err(Error::LineLength {
+                at: self.place(0),
+                found: bytes,
+                limit: self.lines.limit(),
+            }),
+            Line::Text { .. } => Ok(true),
+        }
+    }
+
+    /// Has [`Self::advance`] read the last line once more.
+    pub(super) fn unread(&mut self) {
+        self.lines.unread();
+    }
+
+    /// The line read last.
+    pub(super) fn line(&self) -> &[u8] {
+        self.lines.text(self.line)
+    }
+
+    /// The same as text.
+    pub(super) fn words(&self) -> String {
+        text_of(self.line())
+    }
+
+    /// Where byte `from` of it stands.
+    pub(super) fn place(&self, from: usize) -> Place {
+        Place {
+            file: self.file.clone(),
+            line: self.lines.number(),
+            column: from as u64 + 1,
+        }
+    }
+
+    /// That something stands where its format has another.
+    pub(super) fn wrong(
+        &self,
+        format: &'static str,
+        expected: impl Into<String>,
+        hint: &'static str,
+    ) -> Error {
+        let line = self.words();
+        let found = match line.trim() {
+            "" => "nothing".to_owned(),
+            line => format!("`{}`", crate::grid::shortened(line.as_bytes())),
+        };
+        self.wrong_at(0, format, found, expected, hint)
+    }
+
+    /// The same of byte `from` of the line.
+    pub(super) fn wrong_at(
+        &self,
+        from: usize,
+        format: &'static str,
+        found: impl Into<String>,
+        expected: impl Into<String>,
+        hint: &'static str,
+    ) -> Error {
+        Error::Export(Box::new(ExportError::Line {
+            format,
+            at: self.place(from),
+            found: found.into(),
+            expected: expected.into(),
+            hint,
+        }))
+    }
+
+    /// The name of the file.
+    pub(super) fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// Bytes read so far.
+    pub(super) fn bytes(&self) -> u64 {
+        self.lines.bytes()
+    }
+
+    /// Bytes of the whole; `None` of a pipe.
+    pub(super) fn total(&self) -> Option<u64> {
+        self.total
+    }
+}
+
+/// Text of bytes that are UTF-8, or else Latin-1.
+pub(super) fn text_of(bytes: &[u8]) -> String {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => text.to_owned(),
+        Err(_) => bytes.iter().map(|&byte| char::from(byte)).collect(),
+    }
+}

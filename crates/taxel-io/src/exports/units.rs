@@ -1,0 +1,68 @@
+//! Units of pressure, force, length and area, as programs write them.
+
+use super::cells::number_and_rest;
+use super::pad::Quantity;
+
+/// Pascals in a pound-force per square inch.
+const PSI: f64 = 6894.757_293_168;
+/// Newtons in a pound-force.
+const POUND_FORCE: f64 = 4.448_221_615_260_5;
+const STANDARD_GRAVITY: f64 = 9.80665;
+
+/// What numbers in a unit are; `None` for a unit that is not known.
+pub(super) fn quantity(unit: &str) -> Option<Quantity> {
+    let word: String = unit
+        .trim()
+        .to_lowercase()
+        .replace('²', "2")
+        .chars()
+        .filter(|c| !matches!(c, ' ' | '^' | '(' | ')' | '.'))
+        .collect();
+    Some(match word.as_str() {
+        "raw" | "counts" | "digitaloutput" => Quantity::Raw,
+        "pa" => Quantity::Pressure(1.0),
+        "kpa" => Quantity::Pressure(1e3),
+        "mpa" => Quantity::Pressure(1e6),
+        "bar" => Quantity::Pressure(1e5),
+        "mbar" | "hpa" => Quantity::Pressure(1e2),
+        "psi" | "lb/in2" | "lbs/in2" | "poundforcepersquareinch" => Quantity::Pressure(PSI),
+        "mmhg" => Quantity::Pressure(133.322_387_415),
+        "n/cm2" => Quantity::Pressure(1e4),
+        "n/mm2" => Quantity::Pressure(1e6),
+        "g/cm2" | "gf/cm2" => Quantity::Pressure(10.0 * STANDARD_GRAVITY),
+        "kg/cm2" | "kgf/cm2" | "kgs/cm2" => Quantity::Pressure(1e4 * STANDARD_GRAVITY),
+        "n" | "newton" | "newtons" => Quantity::Force(1.0),
+        "kg" | "kgs" | "kgf" => Quantity::Force(STANDARD_GRAVITY),
+        "g" | "gf" => Quantity::Force(1e-3 * STANDARD_GRAVITY),
+        "lb" | "lbs" | "lbf" => Quantity::Force(POUND_FORCE),
+        _ => return None,
+    })
+}
+
+/// Millimetres of a length with its unit, as `0.127 centimeters`; of a number alone, centimetres where `usual_mm` is 10.
+pub(super) fn millimetres(text: &str, usual_mm: Option<f64>) -> Option<f64> {
+    let (value, unit) = number_and_rest(text)?;
+    let unit_mm = match unit.to_lowercase().as_str() {
+        "mm" | "millimeters" | "millimetres" => 1.0,
+        "cm" | "centimeters" | "centimetres" => 10.0,
+        "m" | "meters" | "metres" => 1000.0,
+        "in" | "inch" | "inches" => 25.4,
+        "" => usual_mm?,
+        _ => return None,
+    };
+    Some(value * unit_mm).filter(|length| *length > 0.0)
+}
+
+/// Square millimetres of an area with its unit, as `0.016129 cm2`.
+pub(super) fn square_millimetres(text: &str) -> Option<f64> {
+    let (value, unit) = number_and_rest(text)?;
+    let unit = unit.to_lowercase().replace('²', "2").replace('^', "");
+    let unit_mm2 = match unit.as_str() {
+        "mm2" => 1.0,
+        "cm2" => 1e2,
+        "m2" => 1e6,
+        "in2" => 25.4 * 25.4,
+        _ => return None,
+    };
+    Some(value * unit_mm2).filter(|area| *area > 0.0)
+}

@@ -1,0 +1,327 @@
+//! XSENSOR exports: `KEY,value` lines of a table or `Key: value` lines of text. A frame has one block for each sensor, which closes
+//! with its rows behind `SENSELS`; blocks of groups (heel, toes) hold the same numbers once more and are left out.
+
+use std::path::Path;
+
+use super::cells::{Separator, number_and_rest, number_of};
+use super::header::Pairs;
+use super::pad::{Pad, Quantity};
+use super::row::Rows;
+use super::text_file::TextFile;
+use super::units::{millimetres, quantity};
+use super::{Beginning, ExportAbout, ParsedFrame, Parser};
+use crate::error::{Error, ExportError};
+
+const FORMAT: &str = "XSENSOR export";
+/// Sensors of a file at most.
+const MAX_PADS: usize = 200;
+const SECS_PER_DAY: f64 = 86_400.0;
+
+pub(super) fn is_it(beginning: &Beginning) -> bool {
+    let mut has = [false; 3];
+    for line in beginning.lines(1000) {
+        match key_of(line).as_deref() {
+            Some("frame") => has[0] = true,
+            Some("sensor") if has[0] => has[1] = true,
+            Some("sensels") if has[1] => has[2] = true,
+            _ => {}
+        }
+    }
+    has == [true; 3]
+}
+
+/// The key of a line, in small letters; `None` of one that has none.
+fn key_of(line: &str) -> Option<String> {
+    let line = line.trim();
+    let end = line.find([',', ':', '\t']).unwrap_or(line.len());
+    let key = line[..end].trim_matches(|c: char| c == '"' || c.is_whitespace());
+    let begins = key.chars().next().is_some_and(char::is_alphabetic);
+    begins.then(|| key.to_lowercase())
+}
+
+/// What stands behind the key, without its quotes.
+fn value_of(line: &str) -> &str {
+    let value = line
+        .split_once([',', ':', '\t'])
+        .map_or("", |(_, value)| value);
+    value.trim_matches(|c: char| matches!(c, ',' | ':' | '"') || c.is_whitespace())
+}
+
+/// Whether a line parts others and says nothing.
+fn is_blank(line: &[u8]) -> bool {
+    line.iter()
+        .all(|byte| matches!(byte, b',' | b' ' | b'\t' | b';'))
+}
+
+pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error> {
+    let mut text = TextFile::open(file)?;
+    let (pairs, header) = read_header(&mut text)?;
+    let unit = pairs.get("units").unwrap_or("").to_owned();
+    let known = quantity(&unit).ok_or_else(|| {
+        let mut at = text.place(0);
+        at.line = pairs.line_of("units");
+        let found = unit.clone();
+        Error::Export(Box::new(ExportError::Unit { at, found }))
+    })?;
+    let mut reader = XSensor {
+        text,
+        names: Vec::new(),
+        shapes: Vec::new(),
+        number: None,
+        secs: None,
+        days: 0.0,
+    };
+    let threshold = pairs.positive("threshold");
+    let pads = first_frame(&mut reader, &unit, known, threshold)?;
+    let mut about = ExportAbout::new(FORMAT, "XSENSOR", pads);
+    about.header = header;
+    reader.text = TextFile::open(file)?;
+    (reader.number, reader.secs, reader.days) = (None, None, 0.0);
+    Ok((about, Box::new(reader)))
+}
+
+/// Everything before the first frame.
+fn read_header(text: &mut TextFile) -> Result<(Pairs, String), Error> {
+    let (mut pairs, mut lines) = (Pairs::default(), Vec::new());
+    while text.advance()? {
+        let words = text.words();
+        if key_of(&words).as_deref() == Some("frame") {
+            text.unread();
+            break;
+        }
+        if !is_blank(text.line()) {
+            pairs.add(&words, &[',', ':', '\t'], text.place(0).line);
+            lines.push(words.trim_end_matches(',').to_owned());
+        }
+    }
+    Ok((pairs, lines.join("\n")))
+}
+
+/// The sensors of the first frame.
+fn first_frame(
+    reader: &mut XSensor,
+    unit: &str,
+    known: Quantity,
+    threshold: Option<f64>,
+) -> Result<Vec<Pad>, Error> {
+    let mut pads: Vec<Pad> = Vec::new();
+    let mut first = None;
+    while let Some(block) = reader.block()? {
+        if *first.get_or_insert(reader.number) != reader.number || pads.len() == MAX_PADS {
+            break;
+        }
+        let (rows, columns) = block.shape(&reader.text)?;
+        let mut pad = Pad::new(rows, columns, unit, known);
+        let side = |key: &str| millimetres(block.pairs.get(key)?, Some(10.0));
+        pad.pitch_mm = side("sensel height (cm)")
+            .zip(side("sensel width (cm)"))
+            .map(<[f64; 2]>::from);
+        pad.area_mm2 = pad.pitch_mm.map(|[height, width]| height * width);
+        pad.threshold = threshold;
+        let side = match block.name.as_str() {
+            name if name.contains("-LF") => "left".to_owned(),
+            name if name.contains("-RF") => "right".to_owned(),
+            name => name.to_owned(),
+        };
+        let is_taken = pads.iter().any(|pad| pad.name == side);
+        pad.name = if is_taken {
+            format!("{side} {}", pads.len() + 1)
+        } else {
+            side
+        };
+        reader.names.push(block.name);
+        reader.shapes.push((rows, columns));
+        pads.push(pad);
+        reader.skip_rows(rows)?;
+    }
+    match &mut pads[..] {
+        [] => {
+            let hint = "frames of such a file have a block for each sensor";
+            return Err(reader.text.wrong(FORMAT, "a block `SENSOR`", hint));
+        }
+        [only] => only.name.clear(),
+        _ => {}
+    }
+    Ok(pads)
+}
+
+/// A sensor's lines within a frame, but for its numbers.
+struct Block {
+    name: String,
+    pairs: Pairs,
+}
+
+impl Block {
+    fn shape(&self, text: &TextFile) -> Result<(usize, usize), Error> {
+        let shape = self.pairs.count("rows").zip(self.pairs.count("columns"));
+        let hint = "each sensor's block says its Rows and its Columns";
+        shape.ok_or_else(|| text.wrong(FORMAT, "Rows and Columns before the numbers", hint))
+    }
+
+    /// The force that the file says, newtons.
+    fn newtons(&self) -> Option<f64> {
+        let units = ["n", "lbf", "kg", "kgf"];
+        units.iter().find_map(|unit| {
+            let value = number_of(self.pairs.get(&format!("est. load ({unit})"))?)?;
+            match quantity(unit) {
+                Some(Quantity::Force(newtons)) => Some(value * newtons),
+                _ => None,
+            }
+        })
+    }
+}
+
+struct XSensor {
+    text: TextFile,
+    /// The sensors of the first frame, as the file calls them, and their shapes.
+    names: Vec<String>,
+    shapes: Vec<(usize, usize)>,
+    number: Option<u64>,
+    /// Seconds of the day of the frame read last.
+    secs: Option<f64>,
+    /// Midnights that have passed.
+    days: f64,
+}
+
+impl XSensor {
+    /// The lines of the next sensor, up to its numbers.
+    fn block(&mut self) -> Result<Option<Block>, Error> {
+        let mut block: Option<Block> = None;
+        while self.text.advance()? {
+            let words = self.text.words();
+            let Some(key) = key_of(&words) else {
+                continue;
+            };
+            let value = value_of(&words);
+            match key.as_str() {
+                "frame" => {
+                    self.number = value.parse().ok();
+                    block = None;
+                }
+                "time" => self.take_time(value),
+                "sensor" => {
+                    block = Some(Block {
+                        name: value.to_owned(),
+                        pairs: Pairs::default(),
+                    });
+                }
+                "group" => block = None,
+                "sensels" if block.is_some() => return Ok(block),
+                _ => {
+                    if let Some(block) = &mut block {
+                        block
+                            .pairs
+                            .add(&words, &[',', ':', '\t'], self.text.place(0).line);
+                    }
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// `08:21:17.982`.
+    fn take_time(&mut self, value: &str) {
+        let mut parts = value
+            .splitn(3, ':')
+            .map(|part| number_and_rest(part).map(|(n, _)| n));
+        let mut part = || parts.next().flatten();
+        let secs = part().zip(part()).zip(part());
+        let secs = secs.map(|((hours, minutes), secs)| 3600.0 * hours + 60.0 * minutes + secs);
+        if let (Some(before), Some(secs)) = (self.secs, secs)
+            && secs + 0.5 * SECS_PER_DAY < before - self.days * SECS_PER_DAY
+        {
+            self.days += 1.0;
+        }
+        self.secs = secs.map(|secs| secs + self.days * SECS_PER_DAY);
+    }
+
+    fn skip_rows(&mut self, rows: usize) -> Result<(), Error> {
+        let mut row = 0;
+        while row < rows && self.text.advance()? {
+            row += usize::from(!is_blank(self.text.line()));
+        }
+        Ok(())
+    }
+
+    fn cut(&self, row: usize, rows: usize) -> Error {
+        Error::Export(Box::new(ExportError::Cut {
+            format: FORMAT,
+            at: self.text.place(0),
+            found: format!("{row} rows"),
+            expected: format!("{rows} of them"),
+        }))
+    }
+}
+
+impl Parser for XSensor {
+    fn next(&mut self, frame: &mut ParsedFrame) -> Result<bool, Error> {
+        let (block, pad) = loop {
+            let Some(block) = self.block()? else {
+                return Ok(false);
+            };
+            let pad = self.names.iter().position(|name| *name == block.name);
+            match pad {
+                Some(pad) => break (block, pad),
+                None => {
+                    let hint = "a sensor that the first frame does not have";
+                    let known = format!("one of {}", self.names.join(", "));
+                    return Err(self.text.wrong_at(
+                        0,
+                        FORMAT,
+                        format!("sensor {}", block.name),
+                        known,
+                        hint,
+                    ));
+                }
+            }
+        };
+        let (rows, columns) = self.shapes[pad];
+        let shape = block.shape(&self.text)?;
+        if shape != (rows, columns) {
+            let found = format!("{} rows x {} columns", shape.0, shape.1);
+            let expected = format!("{rows} rows x {columns} columns as in the first frame");
+            return Err(self
+                .text
+                .wrong_at(0, FORMAT, found, expected, "a sensor keeps its shape"));
+        }
+        frame.begin(pad, rows * columns);
+        frame.number = self.number;
+        frame.secs = self.secs;
+        frame.reference_newtons = block.newtons();
+        let mut row = 0;
+        while row < rows {
+            if !self.text.advance()? {
+                return Err(self.cut(row, rows));
+            }
+            if is_blank(self.text.line()) {
+                continue;
+            }
+            if key_of(&self.text.words()).is_some() {
+                self.text.unread();
+                return Err(self.cut(row, rows));
+            }
+            let mut lines = Rows::new(FORMAT, Separator::of(self.text.line()));
+            // A table pads its lines.
+            lines.has_more = true;
+            let out = &mut frame.values[row * columns..(row + 1) * columns];
+            lines.read(&self.text, out, &mut frame.decimals)?;
+            row += 1;
+        }
+        Ok(true)
+    }
+
+    fn skip_frame(&mut self) -> Result<(), Error> {
+        while self.text.advance()? {
+            let key = key_of(&self.text.words());
+            if matches!(key.as_deref(), Some("frame" | "sensor")) {
+                self.text.unread();
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn text(&self) -> &TextFile {
+        &self.text
+    }
+}
