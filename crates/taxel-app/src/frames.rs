@@ -7,7 +7,8 @@ use taxel::{Counts, Frame, Sensor, Siemens, Volts};
 use taxel_io::npy::Element;
 use taxel_io::{
     FrameSource, Integrity, LoadsReader, NpyOptions, NpyReader, NpyWriter, NpzWriter,
-    ParquetReader, ReadOptions, Skipped, Tare, ValuesReader, ValuesWriter, extension, open_counts,
+    ParquetReader, ReadOptions, Skipped, Tare, ValuesReader, ValuesWriter, exports, extension,
+    open_counts,
 };
 
 use crate::error::{Error, remedy};
@@ -64,7 +65,8 @@ impl Input {
 
     /// Whether it can be read a second time: a file, no pipe.
     pub fn can_be_read_twice(&self) -> bool {
-        self.file.as_os_str() != "-" && fs::metadata(&self.file).is_ok_and(|about| about.is_file())
+        let file = exports::file_of(&self.file);
+        file.as_os_str() != "-" && fs::metadata(file).is_ok_and(|about| about.is_file())
     }
 
     /// Reads it through for the number of its frames.
@@ -281,9 +283,9 @@ pub fn is_parquet(file: &Path) -> bool {
     extension(file) == "parquet"
 }
 
-/// Whether a file of this name may carry the sensor that it is of.
+/// Whether a file may carry the sensor that it is of: by its name, or since another program has exported it.
 pub fn carries_sensor(file: &Path) -> bool {
-    is_mcap(file) || is_parquet(file)
+    is_mcap(file) || is_parquet(file) || exports::is_export(file)
 }
 
 /// Whether a file of this name needs the number of frames before the first.

@@ -31,6 +31,7 @@ pub mod conversion;
 pub mod error;
 pub mod evaluation;
 pub mod executor;
+pub mod exported;
 pub mod figures;
 pub mod fingerprint;
 pub mod frames;

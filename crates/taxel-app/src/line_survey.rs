@@ -62,6 +62,11 @@ impl Survey {
         if !input.can_be_read_twice() {
             return Ok(survey);
         }
+        if sensor.exported().is_some() {
+            // Another program has looked after its lines.
+            survey.frames = Some(input.count_frames(reporter)?);
+            return Ok(survey);
+        }
         let FrameReader::Counts(mut source, _) = input.open()? else {
             return Ok(survey);
         };

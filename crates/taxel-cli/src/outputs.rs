@@ -7,6 +7,7 @@ use crate::error::Error;
 use crate::{out, patience};
 use taxel_app::named_files;
 use taxel_io::atomic::is_device;
+use taxel_io::exports::file_of;
 
 /// The files of a command, each with what the user calls it.
 #[derive(Debug, Default)]
@@ -104,7 +105,11 @@ impl<'a> Files<'a> {
                 ),
                 hint: "write to another name",
             };
-            if let Some(input) = self.inputs.iter().find(|input| identity.is(input.file)) {
+            if let Some(input) = self
+                .inputs
+                .iter()
+                .find(|input| identity.is(&file_of(input.file)))
+            {
                 return Err(replaced(format!("the {}", input.name)));
             }
             let before = self.outputs[..place].iter();

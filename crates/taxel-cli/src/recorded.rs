@@ -8,6 +8,7 @@ use taxel_io::{Integrity, Tare};
 use crate::error::Error;
 use crate::hints::SENSOR;
 use crate::out;
+use taxel_app::exported::exported_words;
 use taxel_app::frames::carries_sensor;
 use taxel_app::sensor_source;
 use taxel_app::tare;
@@ -34,6 +35,9 @@ pub fn sensor(
         found.name(),
         recording.display()
     ));
+    if let Some(words) = exported_words(&found) {
+        out::note(&words);
+    }
     Ok(Some((found, recording.to_owned())))
 }
 

@@ -7,6 +7,7 @@ use taxel::{Mark, Sensor};
 
 use crate::conversion::Converted;
 use crate::conversion::tally::Tally;
+use crate::exported::intervals_of;
 use crate::figures::FigureRow;
 use crate::line_survey::Survey;
 
@@ -33,7 +34,7 @@ pub struct Row {
     pub peak_area_mm2: Option<f64>,
     /// Area of contact, mean over all frames with an answer, mm².
     pub mean_area_mm2: Option<f64>,
-    /// What the half-widths tell of: `noise, fit and model`, or `noise alone`.
+    /// What the half-widths tell of: `noise, fit and model`, or `noise alone`; `nothing` where another program has found the loads.
     pub half_widths_of: String,
     /// Share of the taxels whose own reading stands behind their number, 0 to 1.
     pub measured_share: f64,
@@ -101,12 +102,7 @@ impl Sums {
             mean_force_half_width_n: self.half_width.and_then(mean),
             peak_area_mm2: heaviest.and_then(|row| finite(row.contact_area_mm2.value)),
             mean_area_mm2: mean(self.area),
-            half_widths_of: if sensor.uncertainty().is_some() {
-                "noise, fit and model"
-            } else {
-                "noise alone"
-            }
-            .to_owned(),
+            half_widths_of: intervals_of(sensor).to_owned(),
             measured_share: tally.measured_share,
             skipped_frames: tally.skipped_frames as u64,
             unsolved_frames: tally.unsolved_frames(),

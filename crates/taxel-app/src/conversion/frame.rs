@@ -26,6 +26,8 @@ pub struct Converted {
     pub device_number: Option<u64>,
     /// When the host had it, where the recording knows it.
     pub host_time: Option<SystemTime>,
+    /// The force that the recording itself tells, newtons.
+    pub reference_newtons: Option<f64>,
     /// What was taken off its loads while it was recorded.
     pub tare: Option<Arc<Tare>>,
     /// What happened between the frame before and this one.
@@ -82,6 +84,7 @@ impl Converted {
             is_first: false,
             device_number: None,
             host_time: None,
+            reference_newtons: None,
             tare: None,
             events: Vec::new(),
             outcome: None,
@@ -219,6 +222,7 @@ impl<'a> Reader<'a> {
                 marked.expect("a reader's frames have the sensor's shape");
                 to.device_number = source.device_number();
                 to.host_time = source.host_time();
+                to.reference_newtons = source.reference_newtons();
                 to.events = source.take_events();
                 if source.tare() != self.tare.as_deref() {
                     self.tare = source.tare().cloned().map(Arc::new);

@@ -76,6 +76,12 @@ fn describe(sensor: &Sensor) -> Vec<(String, String)> {
 
 /// Half of a load's 95 % interval, as far as the sensor file tells.
 fn describe_doubt(sensor: &Sensor) -> String {
+    if let Some(exported) = sensor.exported() {
+        return format!(
+            "nobody knows what: {} has found the loads",
+            exported.program
+        );
+    }
     let Some(stated) = sensor.uncertainty() else {
         return "noise only: the sensor file has no [uncertainty]".to_owned();
     };

@@ -2,6 +2,7 @@
 
 mod find_regions;
 mod mean;
+mod reference;
 mod regions_file;
 mod series;
 mod trials;
@@ -18,11 +19,13 @@ use taxel_io::Event;
 use crate::conversion::tally::Tally;
 use crate::conversion::{Conversion, Converted, ErrorsWanted, FiguresWanted, Request};
 use crate::error::Error;
+use crate::exported::{self, exported_words};
 use crate::frames::Input;
 use crate::line_survey::{FaultyLine, Survey};
 use crate::methods::MethodName;
 use crate::reporter::Reporter;
 use crate::units::{InputUnit, Unit};
+pub use reference::Reference;
 pub use regions_file::{regions_of_file, regions_to_toml};
 pub use series::{ForceSeries, Series};
 pub use trials::{ForceOverTime, PlateauFigures, Trial};
@@ -143,8 +146,12 @@ pub struct Measurement {
     pub zero_newtons: Option<f64>,
     /// Frames with readings at the end of the converter's range: what is said of them is less than what pressed.
     pub saturated_frames: u64,
-    /// Whether intervals tell of more than the noise of readings.
-    pub knows_more_than_noise: bool,
+    /// What intervals tell of: `noise, fit and model`, `noise alone`, or `nothing` where there are none.
+    pub intervals_of: &'static str,
+    /// What is said of loads that another program has found.
+    pub exported: Option<String>,
+    /// The force that the recording itself tells, beside the one that is measured.
+    pub reference: Option<Reference>,
 }
 
 impl Measurement {
@@ -185,7 +192,7 @@ impl Measured<'_> {
         let mut request = self.request(settings, is_stopped, !input.can_be_read_twice());
         request.zeros = zeros.as_deref();
         let conversion = Conversion::new(request, &survey)?;
-        let series = Series::new(self.sensor, self.regions, settings.intervals);
+        let series = Series::new(self.sensor, self.regions, self.has_intervals(settings));
         series.check_names()?;
         let mut seen = Seen {
             series,
@@ -211,12 +218,14 @@ impl Measured<'_> {
         Ok(Measurement {
             zero_newtons: zeros.map(|zeros| zeros.iter().sum()),
             trials: trials::trials(&series, &events, settings)?,
-            series,
             tally,
             faulty_lines: survey.lines(),
             events,
             saturated_frames,
-            knows_more_than_noise: self.sensor.uncertainty().is_some(),
+            intervals_of: self.intervals_of(settings),
+            exported: exported_words(self.sensor),
+            reference: Reference::of(&series),
+            series,
         })
     }
 
@@ -255,6 +264,19 @@ impl Measured<'_> {
         )
     }
 
+    /// Whether there is an inverse, so that noise can be carried through to forces.
+    fn has_intervals(&self, settings: &Settings) -> bool {
+        settings.intervals && settings.method.inverts() && self.sensor.exported().is_none()
+    }
+
+    fn intervals_of(&self, settings: &Settings) -> &'static str {
+        if self.has_intervals(settings) {
+            exported::intervals_of(self.sensor)
+        } else {
+            exported::NOTHING
+        }
+    }
+
     fn input(&self, settings: &Settings) -> Input {
         let mut input = Input::new(self.recording, InputUnit::Counts, self.sensor);
         input.options.transpose = settings.transpose;
@@ -276,7 +298,7 @@ impl Measured<'_> {
             unit: Unit::Newtons,
             repair: settings.repair,
             errors: ErrorsWanted::default(),
-            figures: Some(if settings.intervals && settings.method.inverts() {
+            figures: Some(if self.has_intervals(settings) {
                 FiguresWanted::WithErrors
             } else {
                 FiguresWanted::Values

@@ -115,6 +115,8 @@ pub struct Series {
     pub resultant_newtons: Vec<f64>,
     /// Contact of all.
     pub contact: ContactSeries,
+    /// The force that the recording itself tells, newtons; empty where it tells none.
+    pub reference_newtons: Vec<f64>,
     /// Regions: their forces, and their contacts.
     pub regions: Vec<(ForceSeries, ContactSeries)>,
     /// How their columns begin.
@@ -138,6 +140,7 @@ impl Series {
             grip_direction_half_width_95: Vec::new(),
             resultant_newtons: Vec::new(),
             contact: ContactSeries::default(),
+            reference_newtons: Vec::new(),
             regions: regions.iter().map(region).collect(),
             keys: regions.iter().map(Region::key).collect(),
             with_errors,
@@ -151,6 +154,7 @@ impl Series {
     pub(super) fn add(&mut self, frame: &Converted, secs: Option<f64>) {
         self.frame.push(frame.sequence());
         self.secs.push(secs.unwrap_or(f64::NAN));
+        self.add_reference(frame.reference_newtons);
         let row = frame.figures.as_ref().filter(|_| frame.is_answer());
         let errors = self.with_errors;
         self.total.add(row.map(|row| &row.total_force), errors);
@@ -199,6 +203,16 @@ impl Series {
                 None => contact.add_nothing(0.0),
             }
         }
+    }
+
+    /// What the recording itself says: a column only where it says something of any frame.
+    fn add_reference(&mut self, newtons: Option<f64>) {
+        if newtons.is_none() && self.reference_newtons.is_empty() {
+            return;
+        }
+        self.reference_newtons
+            .resize(self.frame.len() - 1, f64::NAN);
+        self.reference_newtons.push(newtons.unwrap_or(f64::NAN));
     }
 
     /// Counts times from the first frame on.
@@ -277,6 +291,9 @@ impl Series {
                 &self.grip_direction_half_width_95,
             );
             column("resultant_n", &self.resultant_newtons);
+        }
+        if !self.reference_newtons.is_empty() {
+            column("reference_n", &self.reference_newtons);
         }
         for (key, (force, contact)) in self.keys.iter().zip(&self.regions) {
             for (what, values) in [

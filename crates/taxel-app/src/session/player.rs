@@ -7,7 +7,7 @@ use std::time::{Duration, Instant, SystemTime};
 use taxel::{Counts, Frame, Sensor};
 use taxel_acquire::protocol::LinkStats;
 use taxel_acquire::transport::{Receiver, State};
-use taxel_io::{FrameSource, McapReader, ReadOptions, open_counts, shape_of};
+use taxel_io::{FrameSource, McapReader, ReadOptions, exports, open_counts, shape_of};
 use taxel_server::DeviceState;
 
 use super::source::FrameSink;
@@ -133,7 +133,9 @@ impl Player {
         let (times, extent) = match &source {
             PlaybackSource::Timed(reader) => (None, reader.extent()),
             // Read through once more, which a pipe cannot be, and only for who asks.
-            PlaybackSource::Plain { .. } if is_shown && path.is_file() => extent_of(path, options)?,
+            PlaybackSource::Plain { .. } if is_shown && exports::file_of(path).is_file() => {
+                extent_of(path, options)?
+            }
             PlaybackSource::Plain { .. } => (None, None),
         };
         Ok(Self {

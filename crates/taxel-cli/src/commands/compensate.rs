@@ -104,7 +104,8 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     request.check()?;
     let survey = survey(args, &input, &sensor, threads)?;
     let conversion = Conversion::new(request, &survey)?;
-    if wanted && !(unit.is_load() && sensor.uncertainty().is_some()) {
+    let is_ours = sensor.exported().is_none();
+    if wanted && is_ours && !(unit.is_load() && sensor.uncertainty().is_some()) {
         out::note(
             "noise only: the sensor file has no [uncertainty], which `taxel calibrate` writes, so that standard errors and intervals are too small",
         );
@@ -154,7 +155,8 @@ fn request<'a>(
         unit,
         repair: (args.repair || args.no_repair).then_some(args.repair),
         errors: ErrorsWanted {
-            marks: wanted,
+            // Of loads that another program has found figures have no errors.
+            marks: wanted && sensor.exported().is_none(),
             ..output::files(args).errors()
         },
         figures: (wanted && unit.is_load()).then_some(FiguresWanted::WithErrors),

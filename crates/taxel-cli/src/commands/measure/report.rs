@@ -12,7 +12,7 @@ use crate::out;
 use taxel_app::conversion::tally::{NamedFrame, Tally};
 use taxel_app::figures::Figure;
 use taxel_app::line_survey::FaultyLine;
-use taxel_app::measure::{ForceOverTime, Measured, Measurement, Settings, Trial};
+use taxel_app::measure::{ForceOverTime, Measured, Measurement, Reference, Settings, Trial};
 
 /// Everything that is printed.
 #[derive(Serialize)]
@@ -23,6 +23,12 @@ pub(super) struct Report<'a> {
     touched_n: f64,
     /// What intervals are made of.
     intervals_of: &'static str,
+    /// What is said of loads that another program has found.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    exported: Option<&'a str>,
+    /// The force that the recording itself tells, beside the total.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reference: Option<Reference>,
     duration_s: Option<f64>,
     regions: Vec<String>,
     trials: &'a [Trial],
@@ -48,17 +54,14 @@ impl<'a> Report<'a> {
         settings: &Settings,
         measurement: &'a Measurement,
     ) -> Self {
-        let has_intervals = settings.intervals && settings.method.inverts();
         let series = &measurement.series;
         Self {
             recording: args.recording.display().to_string(),
             sensor: measured.sensor_file.display().to_string(),
             touched_n: settings.touched_newtons,
-            intervals_of: match (has_intervals, measurement.knows_more_than_noise) {
-                (false, _) => "nothing",
-                (true, true) => "noise, fit and model",
-                (true, false) => "noise alone",
-            },
+            intervals_of: measurement.intervals_of,
+            exported: measurement.exported.as_deref(),
+            reference: measurement.reference,
             duration_s: series.secs.last().copied().filter(|secs| secs.is_finite()),
             regions: series.regions.iter().map(|r| r.0.name.clone()).collect(),
             trials: &measurement.trials,
@@ -143,6 +146,9 @@ impl fmt::Display for Report<'_> {
             write!(f, ", {secs:.2} s")?;
         }
         writeln!(f, "; intervals of 95 %: {}", self.intervals_of)?;
+        if let Some(reference) = &self.reference {
+            fmt_reference(reference, f)?;
+        }
         for trial in self.trials {
             writeln!(f)?;
             fmt_trial(trial, f)?;
@@ -152,6 +158,24 @@ impl fmt::Display for Report<'_> {
             writeln!(f, "{unsolved} frames without an answer are in no number")?;
         }
         f.write_str(&doubts(self.tally))
+    }
+}
+
+fn fmt_reference(reference: &Reference, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    let Reference {
+        frames,
+        mean_difference_n,
+        largest_difference_n,
+        largest_n,
+        ..
+    } = reference;
+    write!(
+        f,
+        "beside the force that the recording tells ({frames} frames, at most {largest_n:.2} N): {mean_difference_n:+.3} N on average, at most {largest_difference_n:.3} N off"
+    )?;
+    match reference.ratio {
+        Some(ratio) => writeln!(f, ", {ratio:.4} times it"),
+        None => writeln!(f),
     }
 }
 
