@@ -14,7 +14,11 @@ fuzz_target!(|data: &[u8]| {
         rows: 3,
         columns: 5,
         // FlexiTac's counts have 8 bits.
-        max_count: if protocol == Protocol::FlexiTac { 255 } else { 1023 },
+        max_count: if protocol == Protocol::FlexiTac {
+            255
+        } else {
+            1023
+        },
         absent: Vec::new(),
     };
     let mut decoder = protocol.decoder(expected);

@@ -334,7 +334,7 @@ mod tests {
             assert_eq!(decoder.link_stats().corrupt, 3, "{change}");
             let fault = decoder.last_fault().expect("it was broken").to_string();
             let length = 26 + change;
-            let says = format!("{length} bytes from one marker to the next, but");
+            let says = format!("frames of {length} bytes, but");
             assert!(fault.contains(&says), "{fault}");
             assert!(fault.contains("24 taxels make 26"), "{fault}");
         }
@@ -380,7 +380,7 @@ mod tests {
         for (expected, says) in [
             (
                 wider,
-                "26 bytes from one marker to the next, but the sensor's 27 taxels make 29",
+                "frames of 26 bytes, but the sensor's 27 taxels make 29",
             ),
             (finer, "counts of at most 255, but the sensor's converter"),
         ] {
@@ -417,7 +417,7 @@ mod tests {
             piece in 1usize..80,
         ) {
             // At one place in two frames running they would be what cannot be told.
-            let mut places = vec![true; TAXELS];
+            let mut places = [true; TAXELS];
             for (frame, taxel) in markers {
                 if !std::mem::take(&mut places[taxel]) {
                     continue;

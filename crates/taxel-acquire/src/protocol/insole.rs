@@ -73,8 +73,9 @@ impl Insole {
     fn read_packet(&mut self, packet: &[u8]) -> Result<(), FrameFault> {
         let taxels = self.places.len();
         let numbers = packet.len() / 2;
-        if packet.len() % 2 != 0 || ![taxels + 1, taxels + 1 + MOTION].contains(&numbers) {
-            return Err(FrameFault::Packet {
+        if !packet.len().is_multiple_of(2) || ![taxels + 1, taxels + 1 + MOTION].contains(&numbers)
+        {
+            return Err(FrameFault::Length {
                 found: packet.len(),
                 expected: 2 * (taxels + 1),
                 taxels,
@@ -88,7 +89,11 @@ impl Insole {
             });
         }
         if let Some(expected) = self.heard.filter(|heard| *heard != found) {
-            return Err(FrameFault::Foot { found, expected });
+            let name = |foot| if foot == 0 { "left" } else { "right" };
+            return Err(FrameFault::Foot {
+                found: name(found),
+                expected: name(expected),
+            });
         }
         let largest = self.max_count;
         for (at, &place) in self.places.iter().enumerate() {
@@ -230,7 +235,11 @@ mod tests {
             ..expected()
         };
         for (expected, packet, says) in [
-            (full, packet(0, LEFT), "20 bytes, but the 12 taxels"),
+            (
+                full,
+                packet(0, LEFT),
+                "20 bytes, but the sensor's 12 taxels make 26",
+            ),
             (expected(), packet(0, LEFT)[1..].to_vec(), "19 bytes, but"),
             (expected(), packet(0, 7), "neither 0, left, nor 1"),
             (expected(), packet(4090, LEFT), "a count of 4096, but"),

@@ -7,6 +7,7 @@
 //! | [`econe`] | the e-Cone's text: rows one after the other |
 //! | [`row_text`] | text for people: a row a line behind `3:`, `Row 3:`, `R3` |
 //! | [`flexitac`] | FlexiTac's bytes: a marker that the counts may repeat |
+//! | [`wiresens`] | WiReSens' packets of some counts each |
 //! | [`insole`] | the open insole's datagrams: the taxels there are, and which foot |
 //! | [`auto`] | whichever of them the first bytes look like |
 //!
@@ -23,6 +24,7 @@ pub mod lines;
 mod order;
 pub mod row_text;
 pub mod taxel1;
+pub mod wiresens;
 
 use std::fmt;
 use std::time::Duration;
@@ -142,20 +144,11 @@ pub enum FrameFault {
         /// The id that is listened to.
         expected: u16,
     },
-    /// A packet of another length.
-    Packet {
-        /// Bytes that came.
-        found: usize,
-        /// Bytes that a frame of the sensor has.
-        expected: usize,
-        /// Taxels of the sensor.
-        taxels: usize,
-    },
-    /// Markers at another distance.
+    /// A frame of another length.
     Length {
-        /// Bytes from one to the next.
+        /// Bytes that came, marker and all.
         found: usize,
-        /// Bytes that a frame of the sensor has, marker and all.
+        /// Bytes that one of the sensor has.
         expected: usize,
         /// Taxels of the sensor.
         taxels: usize,
@@ -167,12 +160,12 @@ pub enum FrameFault {
         /// The converter's largest.
         expected: u64,
     },
-    /// A packet of the other foot than the one that is listened to: 0 left, 1 right.
+    /// A packet of the other foot than the one that is listened to: left, right.
     Foot {
         /// Whose came.
-        found: u16,
+        found: &'static str,
         /// Whose is listened to.
-        expected: u16,
+        expected: &'static str,
     },
     /// A row that the sensor does not have.
     Index {
@@ -223,29 +216,19 @@ impl fmt::Display for FrameFault {
                     "frames of sensor {found} beside those of sensor {expected}"
                 )
             }
-            Self::Packet {
-                found,
-                expected,
-                taxels,
-            } => write!(
-                f,
-                "packets of {found} bytes, but the {taxels} taxels that the sensor has make {expected}"
-            ),
             Self::Length {
                 found,
                 expected,
                 taxels,
             } => write!(
                 f,
-                "{found} bytes from one marker to the next, but the sensor's {taxels} taxels make {expected}"
+                "frames of {found} bytes, but the sensor's {taxels} taxels make {expected}"
             ),
             Self::Width { found, expected } => write!(
                 f,
                 "counts of at most {found}, but the sensor's converter gives up to {expected}: its bits are those that are sent"
             ),
             Self::Foot { found, expected } => {
-                let name = |foot: &u16| if *foot == 0 { "left" } else { "right" };
-                let (found, expected) = (name(found), name(expected));
                 write!(
                     f,
                     "frames of the {found} foot beside those of the {expected} one"
@@ -341,19 +324,22 @@ pub enum Protocol {
     RowText,
     /// FlexiTac's bytes.
     FlexiTac,
+    /// WiReSens' packets.
+    WiReSens,
     /// The open insole's datagrams.
     Insole(Foot),
 }
 
 impl Protocol {
     /// Every protocol with its name in an address.
-    pub const NAMES: [(&'static str, Protocol); 9] = [
+    pub const NAMES: [(&'static str, Protocol); 10] = [
         ("auto", Protocol::Auto),
         ("taxel-1", Protocol::Taxel1),
         ("lines", Protocol::Lines),
         ("econe-text", Protocol::EconeText),
         ("row-text", Protocol::RowText),
         ("flexitac", Protocol::FlexiTac),
+        ("wiresens", Protocol::WiReSens),
         ("insole-udp", Protocol::Insole(Foot::First)),
         ("insole-udp-left", Protocol::Insole(Foot::Left)),
         ("insole-udp-right", Protocol::Insole(Foot::Right)),
@@ -368,6 +354,7 @@ impl Protocol {
             Protocol::EconeText => Box::new(econe::EconeText::new(expected)),
             Protocol::RowText => Box::new(row_text::RowText::new(expected)),
             Protocol::FlexiTac => Box::new(flexitac::FlexiTac::new(expected)),
+            Protocol::WiReSens => Box::new(wiresens::WiReSens::new(expected)),
             Protocol::Insole(foot) => Box::new(insole::Insole::new(expected, foot)),
         }
     }
