@@ -9,15 +9,21 @@ fuzz_target!(|data: &[u8]| {
     let Some((&choice, bytes)) = data.split_first() else {
         return;
     };
-    let (_, protocol) = Protocol::NAMES[usize::from(choice) % 4];
+    let (_, protocol) = Protocol::NAMES[usize::from(choice) % Protocol::NAMES.len()];
     let expected = Expected {
         rows: 3,
         columns: 5,
-        max_count: 1023,
+        // FlexiTac's counts have 8 bits.
+        max_count: if protocol == Protocol::FlexiTac {
+            255
+        } else {
+            1023
+        },
+        absent: Vec::new(),
     };
     let mut decoder = protocol.decoder(expected);
     let mut frames = 0;
-    for piece in bytes.chunks(1 + usize::from(choice / 4)) {
+    for piece in bytes.chunks(1 + usize::from(choice) / Protocol::NAMES.len()) {
         decoder.feed(piece, &mut |frame| {
             assert_eq!((frame.rows(), frame.columns()), (3, 5));
             assert!(frame.values().iter().all(|v| (0.0..=1023.0).contains(v)));

@@ -136,6 +136,17 @@ impl<'a> Options<'a> {
         }
     }
 
+    /// What a stream of bytes speaks.
+    fn stream_protocol(&mut self) -> Result<Protocol, Error> {
+        let protocol = self.protocol()?;
+        if protocol.needs_datagrams() {
+            let reason =
+                "that protocol comes in datagrams, of which nothing in a stream tells the ends";
+            return Err(self.error(reason.to_owned(), "udp:0.0.0.0:8999?protocol=insole-udp"));
+        }
+        Ok(protocol)
+    }
+
     fn protocol(&mut self) -> Result<Protocol, Error> {
         let Some(name) = self.take("protocol") else {
             return Ok(Protocol::Auto);
@@ -208,7 +219,7 @@ impl FromStr for Address {
                 Ok(Self::Board { path: place.into() })
             }
             "stdin" => {
-                let protocol = options.protocol()?;
+                let protocol = options.stream_protocol()?;
                 options.done(&["protocol"])?;
                 Ok(Self::Stdin { protocol })
             }
@@ -228,7 +239,7 @@ impl FromStr for Address {
 fn serial(place: &str, mut options: Options) -> Result<Address, Error> {
     options.needs(place, "port")?;
     let baud = options.number("baud")?.unwrap_or(DEFAULT_BAUD);
-    let protocol = options.protocol()?;
+    let protocol = options.stream_protocol()?;
     options.done(&["baud", "protocol"])?;
     Ok(Address::Serial {
         port: place.to_owned(),
@@ -244,7 +255,11 @@ fn network(kind: &str, place: &str, mut options: Options) -> Result<Address, Err
         let hint = format!("{kind}:host:port, such as {kind}:0.0.0.0:9000");
         return Err(options.error("it has no port number".to_owned(), &hint));
     }
-    let protocol = options.protocol()?;
+    let protocol = if kind == "udp" {
+        options.protocol()?
+    } else {
+        options.stream_protocol()?
+    };
     options.done(&["protocol"])?;
     let place = place.to_owned();
     Ok(if kind == "udp" {
@@ -339,6 +354,8 @@ mod tests {
             "file:run.txt?speed=0.5",
             "file:run.txt?speed=max",
             "stdin:?protocol=econe-text",
+            "serial:COM3?baud=2000000&protocol=flexitac",
+            "udp:0.0.0.0:8999?protocol=insole-udp-right",
             "rpi:board.toml",
             "sim:econe?hand&fps=100&seed=1",
             "sim:mine.toml?feet&fps=max&seed=4",
@@ -373,6 +390,7 @@ mod tests {
             ("sim:econe?fps=0", "fps=0 is no pace"),
             ("file:x.txt?speed=1e-300", "from 0.001 to"),
             ("stdin:?protocol=taxel1", "auto, taxel-1, lines, econe-text"),
+            ("tcp:host:80?protocol=insole-udp-left", "comes in datagrams"),
         ] {
             let error = text.parse::<Address>().unwrap_err().to_string();
             assert!(error.contains(says), "{text}: {error}");

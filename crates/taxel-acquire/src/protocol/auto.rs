@@ -9,12 +9,17 @@ use taxel::{Counts, Frame};
 
 use super::{Decoder, Expected, FrameFault, LinkStats, Protocol};
 
-/// The protocols that are tried.
-const TRIED: [Protocol; 3] = [Protocol::Taxel1, Protocol::Lines, Protocol::EconeText];
+/// The protocols that are tried: those that say enough of themselves to be told from others.
+const TRIED: [Protocol; 4] = [
+    Protocol::Taxel1,
+    Protocol::Lines,
+    Protocol::EconeText,
+    Protocol::RowText,
+];
 /// Bytes without a frame after which all decoders read again, in frames of text.
 const DOUBT: usize = 2;
 
-/// Tries all protocols.
+/// Tries protocols until one of them fits.
 pub struct Auto {
     decoders: Vec<Box<dyn Decoder>>,
     /// The one that found a frame last.
@@ -37,7 +42,7 @@ impl Auto {
     /// For frames of one sensor.
     pub fn new(expected: Expected) -> Self {
         Self {
-            decoders: TRIED.map(|protocol| protocol.decoder(expected)).into(),
+            decoders: TRIED.map(|p| p.decoder(expected.clone())).into(),
             found: None,
             sure: false,
             before: LinkStats::default(),

@@ -61,6 +61,11 @@ impl LineBuffer {
         }
     }
 
+    /// The line that has begun, where its beginning is known.
+    pub fn pending(&self) -> Option<&[u8]> {
+        (self.whole && !self.line.is_empty()).then_some(&self.line)
+    }
+
     /// Lets go of a line that has begun; whether it was the beginning of numbers.
     pub fn forget(&mut self) -> bool {
         let begun = self.whole && self.line.first().is_some_and(u8::is_ascii_digit);

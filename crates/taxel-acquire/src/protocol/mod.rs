@@ -5,6 +5,10 @@
 //! | [`taxel1`] | `taxel-1`: binary, COBS and CRC-32, sequence number and device time |
 //! | [`lines`] | text lines: a frame a line, or a row a line with its index |
 //! | [`econe`] | the e-Cone's text: rows one after the other |
+//! | [`row_text`] | text for people: a row a line behind `3:`, `Row 3:`, `R3` |
+//! | [`flexitac`] | FlexiTac's bytes: a marker that the counts may repeat |
+//! | [`wiresens`] | WiReSens' packets of some counts each |
+//! | [`insole`] | the open insole's datagrams: the taxels there are, and which foot |
 //! | [`auto`] | whichever of them the first bytes look like |
 //!
 //! [formats.md] describes them byte by byte.
@@ -14,14 +18,20 @@
 pub mod auto;
 pub mod econe;
 mod fields;
+pub mod flexitac;
+pub mod insole;
 pub mod lines;
 mod order;
+pub mod row_text;
 pub mod taxel1;
+pub mod wiresens;
 
 use std::fmt;
 use std::time::Duration;
 
 use taxel::{Counts, Frame, Sensor};
+
+pub use insole::Foot;
 
 /// Frames and what became of them.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -134,6 +144,36 @@ pub enum FrameFault {
         /// The id that is listened to.
         expected: u16,
     },
+    /// A frame of another length.
+    Length {
+        /// Bytes that came, marker and all.
+        found: usize,
+        /// Bytes that one of the sensor has.
+        expected: usize,
+        /// Taxels of the sensor.
+        taxels: usize,
+    },
+    /// Counts of fewer bits than the converter's.
+    Width {
+        /// The largest that can come.
+        found: u64,
+        /// The converter's largest.
+        expected: u64,
+    },
+    /// A packet of the other foot than the one that is listened to: left, right.
+    Foot {
+        /// Whose came.
+        found: &'static str,
+        /// Whose is listened to.
+        expected: &'static str,
+    },
+    /// A row that the sensor does not have.
+    Index {
+        /// Its index, from 0 on.
+        found: usize,
+        /// Rows of the sensor.
+        rows: usize,
+    },
     /// A frame that ended before its last row.
     Rows {
         /// Rows that came.
@@ -176,6 +216,29 @@ impl fmt::Display for FrameFault {
                     "frames of sensor {found} beside those of sensor {expected}"
                 )
             }
+            Self::Length {
+                found,
+                expected,
+                taxels,
+            } => write!(
+                f,
+                "frames of {found} bytes, but the sensor's {taxels} taxels make {expected}"
+            ),
+            Self::Width { found, expected } => write!(
+                f,
+                "counts of at most {found}, but the sensor's converter gives up to {expected}: its bits are those that are sent"
+            ),
+            Self::Foot { found, expected } => {
+                write!(
+                    f,
+                    "frames of the {found} foot beside those of the {expected} one"
+                )
+            }
+            Self::Index { found, rows } => write!(
+                f,
+                "a row with index {found}, but the sensor's {rows} rows count from 0 to {}",
+                rows - 1
+            ),
             Self::Rows { found, expected } => {
                 write!(f, "a frame of {found} rows, but the sensor has {expected}")
             }
@@ -184,7 +247,7 @@ impl fmt::Display for FrameFault {
 }
 
 /// What a protocol needs to know of the sensor.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Expected {
     /// Sensed lines.
     pub rows: usize,
@@ -192,6 +255,8 @@ pub struct Expected {
     pub columns: usize,
     /// The converter's largest count.
     pub max_count: u64,
+    /// Of every crossing, row by row, whether it has no taxel; empty where each has one.
+    pub absent: Vec<bool>,
 }
 
 impl Expected {
@@ -201,11 +266,17 @@ impl Expected {
             rows: sensor.rows(),
             columns: sensor.columns(),
             max_count: sensor.max_count() as u64,
+            absent: sensor.absent().to_vec(),
         }
     }
 
+    /// Crossings, with a taxel or without.
     fn taxels(&self) -> usize {
         self.rows * self.columns
+    }
+
+    fn is_absent(&self, taxel: usize) -> bool {
+        self.absent.get(taxel).copied().unwrap_or(false)
     }
 
     fn frame(&self) -> Frame<Counts> {
@@ -249,15 +320,29 @@ pub enum Protocol {
     Lines,
     /// The e-Cone's text.
     EconeText,
+    /// Rows behind their index, as people read them.
+    RowText,
+    /// FlexiTac's bytes.
+    FlexiTac,
+    /// WiReSens' packets.
+    WiReSens,
+    /// The open insole's datagrams.
+    Insole(Foot),
 }
 
 impl Protocol {
     /// Every protocol with its name in an address.
-    pub const NAMES: [(&'static str, Protocol); 4] = [
+    pub const NAMES: [(&'static str, Protocol); 10] = [
         ("auto", Protocol::Auto),
         ("taxel-1", Protocol::Taxel1),
         ("lines", Protocol::Lines),
         ("econe-text", Protocol::EconeText),
+        ("row-text", Protocol::RowText),
+        ("flexitac", Protocol::FlexiTac),
+        ("wiresens", Protocol::WiReSens),
+        ("insole-udp", Protocol::Insole(Foot::First)),
+        ("insole-udp-left", Protocol::Insole(Foot::Left)),
+        ("insole-udp-right", Protocol::Insole(Foot::Right)),
     ];
 
     /// A decoder for it.
@@ -267,7 +352,16 @@ impl Protocol {
             Protocol::Taxel1 => Box::new(taxel1::Taxel1::new(expected)),
             Protocol::Lines => Box::new(lines::Lines::new(expected)),
             Protocol::EconeText => Box::new(econe::EconeText::new(expected)),
+            Protocol::RowText => Box::new(row_text::RowText::new(expected)),
+            Protocol::FlexiTac => Box::new(flexitac::FlexiTac::new(expected)),
+            Protocol::WiReSens => Box::new(wiresens::WiReSens::new(expected)),
+            Protocol::Insole(foot) => Box::new(insole::Insole::new(expected, foot)),
         }
+    }
+
+    /// Whether only the ends of datagrams tell where its frames end.
+    pub fn needs_datagrams(self) -> bool {
+        matches!(self, Protocol::Insole(_))
     }
 }
 

@@ -12,6 +12,7 @@ const EXPECTED: Expected = Expected {
     rows: 3,
     columns: 5,
     max_count: 1023,
+    absent: Vec::new(),
 };
 
 fn frame(number: u64) -> Frame<Counts> {
@@ -43,17 +44,28 @@ fn bytes_of(number: u64, protocol: &str) -> Vec<u8> {
             .map(|r| format!("{r}, {}\r\n", row(r).trim_end_matches(',')))
             .collect::<String>()
             .into_bytes(),
+        "row-text" => (0..3)
+            .map(|r| format!("{r}: {}\n", row(r).replace(',', " ")))
+            .collect::<String>()
+            .into_bytes(),
+        "worded" => (0..3)
+            .map(|r| format!("Row {r}:\t{}\r\n", row(r).replace(',', "\t")))
+            .chain(["\r\n".to_owned()])
+            .collect::<String>()
+            .into_bytes(),
         "parted" => format!("t = {number}\n{}\n{}\n{}\n", row(0), row(1), row(2)).into_bytes(),
         _ => format!("{}\n{}\n{}\n", row(0), row(1), row(2)).into_bytes(),
     }
 }
 
-const KINDS: [(&str, Protocol); 5] = [
+const KINDS: [(&str, Protocol); 7] = [
     ("taxel-1", Protocol::Taxel1),
     ("lines", Protocol::Lines),
     ("indexed", Protocol::Lines),
     ("econe-text", Protocol::EconeText),
     ("parted", Protocol::EconeText),
+    ("row-text", Protocol::RowText),
+    ("worded", Protocol::RowText),
 ];
 
 fn read(decoder: &mut dyn Decoder, bytes: &[u8], piece: usize) -> Vec<Frame<Counts>> {
@@ -178,19 +190,19 @@ fn what_is_wrong_is_said_with_both_numbers() {
         (
             "taxel-1",
             Protocol::Taxel1,
-            other,
+            other.clone(),
             "3 x 5 taxels, but the sensor has 3 x 6",
         ),
         (
             "taxel-1",
             Protocol::Taxel1,
-            small,
+            small.clone(),
             "but the converter's largest is 500",
         ),
         (
             "lines",
             Protocol::Lines,
-            small,
+            small.clone(),
             "but the converter's largest is 500",
         ),
         (
@@ -234,6 +246,7 @@ fn the_sketch_s_packets_are_read() {
         rows: 16,
         columns: 16,
         max_count: 1023,
+        absent: Vec::new(),
     };
     let mut decoder = Protocol::Taxel1.decoder(expected);
     let found = read(&mut *decoder, bytes, 31);
@@ -362,6 +375,7 @@ fn lost_datagrams_never_glue_two_frames() {
         ("econe-text", Protocol::EconeText),
         ("parted", Protocol::EconeText),
         ("econe-text", Protocol::Auto),
+        ("row-text", Protocol::RowText),
     ] {
         let mut decoder = protocol.decoder(EXPECTED);
         let mut found = Vec::new();
@@ -445,8 +459,8 @@ proptest! {
 
     /// Digits and separators in any order get further into the text protocols.
     #[test]
-    fn no_lines_break_a_decoder(text in "[0-9,; \n-]{0,400}", piece in 1usize..80) {
-        for protocol in [Protocol::Lines, Protocol::EconeText, Protocol::Auto] {
+    fn no_lines_break_a_decoder(text in "[0-9,; \n:Rrow-]{0,400}", piece in 1usize..80) {
+        for protocol in [Protocol::Lines, Protocol::EconeText, Protocol::RowText, Protocol::Auto] {
             read(&mut *protocol.decoder(EXPECTED), text.as_bytes(), piece);
         }
     }

@@ -13,6 +13,7 @@ const EXPECTED: Expected = Expected {
     rows: 4,
     columns: 6,
     max_count: 4095,
+    absent: Vec::new(),
 };
 
 #[derive(Default)]
