@@ -9,6 +9,7 @@ use taxel::solve::{Outcome, Stop};
 use taxel::{Counts, Frame, Newtons, Sensor, Siemens, Volts};
 
 use crate::error::{Error, remedy};
+use crate::exported::exported_words;
 use crate::frames::{DisplayUnit, FrameReader};
 use crate::methods::MethodName;
 use crate::units::{LoadUnit, Unit};
@@ -26,6 +27,14 @@ impl Chain {
     /// # Errors
     /// What the unit needs is not known of the sensor; a method that does not suit it, or does not give the unit.
     pub fn new(sensor: &Sensor, file: &Path, name: &MethodName, unit: Unit) -> Result<Self, Error> {
+        if let Some(what) = exported_words(sensor).filter(|_| sensor.material().is_none())
+            && unit.is_load()
+        {
+            return Err(Error::Request {
+                what: format!("{}: {what}", file.display()),
+                hint: "the numbers as they are can be converted, to .npy or to .csv",
+            });
+        }
         if unit.is_load() && !name.is_model() {
             LoadLaw::from_sensor(sensor).map_err(|source| Error::InFile {
                 file: file.to_owned(),

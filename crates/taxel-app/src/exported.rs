@@ -2,12 +2,14 @@
 
 use taxel::Sensor;
 
+use crate::units::three_digits;
+
 /// What a reader of the numbers has to know where another program has found the loads, or written raw counts; nothing for a
 /// sensor that is read here.
 pub fn exported_words(sensor: &Sensor) -> Option<String> {
     let exported = sensor.exported()?;
     let program = &exported.program;
-    Some(match sensor.material() {
+    let mut words = match sensor.material() {
         Some(_) => format!(
             "loads as {program} has exported them ({}): no cross-talk is removed, nothing is calibrated here, and nothing tells how far to trust them",
             exported.unit
@@ -20,6 +22,21 @@ pub fn exported_words(sensor: &Sensor) -> Option<String> {
                 _ => ", since the file does not tell how large its taxels are",
             }
         ),
+    };
+    if let Some(threshold) = exported.threshold {
+        words += &format!(
+            "; what read below {} {} was written as 0",
+            three_digits(threshold),
+            exported.unit
+        );
+    }
+    Some(words)
+}
+
+/// In a caption: by whom the loads were found.
+pub fn exported_caption(sensor: &Sensor) -> String {
+    sensor.exported().map_or_else(String::new, |exported| {
+        format!(", as {} has exported it", exported.program)
     })
 }
 

@@ -6,6 +6,8 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
+use taxel_io::exports::file_of;
+
 use crate::error::Error;
 
 /// Bytes and SHA-256 of a file, read piece by piece.
@@ -17,7 +19,7 @@ pub fn of_file(path: &Path) -> Result<(u64, String), Error> {
         file: path.to_owned(),
         source,
     };
-    let mut file = File::open(path).map_err(unread)?;
+    let mut file = File::open(file_of(path)).map_err(unread)?;
     let mut hash = Sha256::new();
     let mut piece = vec![0; 1 << 16];
     let mut bytes = 0;

@@ -6,6 +6,7 @@ use std::time::UNIX_EPOCH;
 
 use serde::{Deserialize, Serialize};
 use taxel_io::AtomicFile;
+use taxel_io::exports::file_of;
 
 use super::row::Row;
 use crate::error::Error;
@@ -115,7 +116,7 @@ pub(super) fn with_ending(place: &Path, ending: &str) -> PathBuf {
 
 /// Bytes of a file, and when it was last changed.
 pub(super) fn about(recording: &Path) -> (u64, f64) {
-    let Ok(about) = fs::metadata(recording) else {
+    let Ok(about) = fs::metadata(file_of(recording)) else {
         return (0, 0.0);
     };
     let modified = about.modified().ok();

@@ -6,6 +6,7 @@ use std::time::Instant;
 use taxel::uncertainty::Bias;
 use taxel::{Frame, Sensor, Siemens};
 use taxel_io::AtomicFile;
+use taxel_io::exports::file_of;
 use taxel_plot::Panel;
 
 use super::entry::{Entry, PROGRAM, Status, Written, about, with_ending, words};
@@ -93,7 +94,7 @@ fn convert(
             hint: "`find DIRECTORY -name '*.mcap'` names what is in it, for --list",
         });
     }
-    let about = std::fs::metadata(recording).map_err(|source| taxel_io::Error::Open {
+    let about = std::fs::metadata(file_of(recording)).map_err(|source| taxel_io::Error::Open {
         file: recording.to_owned(),
         source,
     })?;
@@ -224,7 +225,8 @@ impl Job<'_> {
 
     /// Those of the frame with the largest force, with what they are uncertain by.
     fn figures(&self, heaviest: &Heaviest, survey: &Survey) -> Result<FigureRow, Error> {
-        let Some(siemens) = &heaviest.siemens else {
+        let siemens = heaviest.siemens.as_ref().filter(|_| self.is_ours());
+        let Some(siemens) = siemens else {
             return Ok(heaviest.figures);
         };
         let level = survey.faults.level;
@@ -236,6 +238,11 @@ impl Job<'_> {
         let mut row = figures.of(Some(siemens), &loads, &heaviest.shown, true);
         row.frame = heaviest.figures.frame;
         Ok(row)
+    }
+
+    /// Whether no other program has found the loads, so that something tells how far to trust them.
+    fn is_ours(&self) -> bool {
+        self.sensor.exported().is_none()
     }
 
     fn written(&self, ending: &str) -> Written {
@@ -251,7 +258,7 @@ impl Job<'_> {
         Files {
             numbers: ending.map(|ending| with_ending(self.place, ending)),
             figures: Some(with_ending(self.place, FIGURES)),
-            figure_errors: self.settings.intervals,
+            figure_errors: self.settings.intervals && self.is_ours(),
             ..Files::default()
         }
     }

@@ -97,7 +97,8 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         recorded::needed_sensor(args.sensor.as_deref(), Some(&args.recording))?;
     let input = input(args, &sensor)?;
     let unit = output::unit(args);
-    let files = output::files(args);
+    let mut files = output::files(args);
+    files.figure_errors &= sensor.exported().is_none();
     let threads = args.threads.map(usize::from);
     let wanted = wants_errors(args);
     let request = request(args, &sensor, &sensor_file, !input.can_be_read_twice());

@@ -1,15 +1,17 @@
 //! `taxel info`: what is in a recording.
 
+mod exported;
 mod report;
 
 use std::path::{Path, PathBuf};
 
 use taxel::screen::{FrameScreen, LineScreen, ScreenOptions, ScreenReport};
 use taxel::{Frame, Sensor};
-use taxel_io::{FrameSource, ReadOptions, open_counts, shape_of};
+use taxel_io::{FrameSource, ReadOptions, exports, open_counts, shape_of};
 
 use super::positive::lines;
 use crate::error::Error;
+use crate::outputs::{Files, check_ending};
 use crate::progress::Progress;
 use crate::{Exit, out, recorded};
 use report::{Range, Report};
@@ -39,6 +41,12 @@ pub(crate) struct Args {
     /// The recording has rows and columns swapped
     #[arg(long)]
     transpose: bool,
+    /// Show what a file of another program says of persons, and names of files, which are left out else
+    #[arg(long)]
+    with_names: bool,
+    /// Where to write the sensor file that the recording carries (.toml), to be looked at and changed
+    #[arg(long, value_name = "FILE")]
+    write_sensor: Option<PathBuf>,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -46,11 +54,13 @@ pub(crate) struct Args {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
+    check(args)?;
     let carried = (args.rows.is_none() && !args.values).then_some(args.recording.as_path());
     let (sensor, from) = recorded::sensor(args.sensor.as_deref(), carried)?.unzip();
     let (options, rows_known) = options(args, sensor.as_ref())?;
     let mut report = Report::new(&args.recording, options.rows, options.columns, rows_known);
     report.sensor = from.map(|file| file.display().to_string());
+    report.add_export(exports::survey(&args.recording)?, args.with_names);
     let file = &args.recording;
     if args.values {
         let mut source = open_shown(file, options)?;
@@ -67,6 +77,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     for skipped in &report.skipped {
         out::warn(skipped);
     }
+    write_sensor(args, sensor.as_ref())?;
     if args.json {
         out::json(&report)?
     } else {
@@ -77,6 +88,35 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     } else {
         Exit::DataLost
     })
+}
+
+/// Refuses, before any work, what cannot be written.
+fn check(args: &Args) -> Result<(), Error> {
+    if let Some(file) = &args.write_sensor {
+        let hint = "sensor files are TOML";
+        check_ending("--write-sensor", file, &["toml"], hint)?;
+    }
+    Files::default()
+        .input("recording", &args.recording)
+        .maybe_sensor(args.sensor.as_ref())
+        .maybe_output("--write-sensor", args.write_sensor.as_ref())
+        .check()
+}
+
+/// Writes the sensor file, where that was asked for.
+fn write_sensor(args: &Args, sensor: Option<&Sensor>) -> Result<(), Error> {
+    let Some(file) = &args.write_sensor else {
+        return Ok(());
+    };
+    let Some(sensor) = sensor else {
+        return Err(Error::Arguments {
+            what: format!("{} carries no sensor file", args.recording.display()),
+            hint: ".mcap and .parquet carry one, and exports of other programs stand for one",
+        });
+    };
+    out::file(file, sensor.to_toml().as_bytes())?;
+    out::note(&format!("wrote {}", file.display()));
+    Ok(())
 }
 
 /// How to read the file, and whether its rows are known.

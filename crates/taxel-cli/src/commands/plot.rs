@@ -260,6 +260,10 @@ impl<'a> Job<'a> {
         let one = self.range().is_one() && args.taxel.is_empty();
         let one = one && args.row.is_none() && args.column.is_none();
         let volts = self.unit == Some(Unit::Volts);
+        if draw::is_exported(self) && !volts {
+            // There is nothing to compensate.
+            return (false, true);
+        }
         match (args.values, args.raw || volts) {
             (true, _) => (false, true),
             (false, true) => (true, false),

@@ -194,7 +194,8 @@ pub fn about(path: &Path) -> Result<Option<ExportAbout>, Error> {
     Ok(opened.transpose()?.map(|(about, _)| about))
 }
 
-/// The sensor of an exported file (`FILE` or `FILE#SENSOR`), by which its counts are its loads; `None` of a file that no other
+/// The sensor of an exported file (`FILE` or `FILE#SENSOR`; `FILE#raw` of calibrated values that raw counts stand behind), by which
+/// its counts are its loads; `None` of a file that no other
 /// program has exported. Reads the file through.
 ///
 /// # Errors
@@ -217,23 +218,41 @@ pub fn survey(path: &Path) -> Result<Option<(ExportAbout, Survey)>, Error> {
         return Ok(None);
     };
     let (about, mut parser) = open(&file)?;
-    let pad = choose(&file, &about, name.as_deref())?;
-    let survey = Survey::of(&about, pad, &mut *parser)?;
+    let chosen = choose(&file, &about, name.as_deref())?;
+    let survey = Survey::of(&about, chosen, &mut *parser)?;
     Ok(Some((about, survey)))
 }
 
+/// What stands behind a `#` for the raw counts that calibrated values were written from.
+const RAW: &str = "raw";
+
+/// One of a file's sensors, and how its numbers are wanted.
+#[derive(Debug, Clone, Copy)]
+struct Chosen {
+    pad: usize,
+    /// As the raw counts that the file's calibration was applied to.
+    raw: bool,
+}
+
 /// Which of a file's sensors is meant.
-fn choose(file: &Path, about: &ExportAbout, name: Option<&str>) -> Result<usize, Error> {
-    let names = || about.pads.iter().map(|pad| pad.name.clone()).collect();
+fn choose(file: &Path, about: &ExportAbout, name: Option<&str>) -> Result<Chosen, Error> {
+    let place = |name: &str| about.pads.iter().position(|pad| pad.name == name);
+    let names = || {
+        let mut names: Vec<String> = about.pads.iter().map(|pad| pad.name.clone()).collect();
+        names.retain(|name| !name.is_empty());
+        names.extend(about.pads[0].raw.map(|_| RAW.to_owned()));
+        names
+    };
     let file = file.to_owned();
     let problem = match (name, about.pads.len()) {
-        (None, 1) => return Ok(0),
+        (None, 1) => return Ok(Chosen { pad: 0, raw: false }),
         (None, _) => ExportError::Pads {
             file,
             pads: names(),
         },
-        (Some(name), _) => match about.pads.iter().position(|pad| pad.name == name) {
-            Some(pad) => return Ok(pad),
+        (Some(RAW), 1) if about.pads[0].raw.is_some() => return Ok(Chosen { pad: 0, raw: true }),
+        (Some(name), _) => match place(name) {
+            Some(pad) => return Ok(Chosen { pad, raw: false }),
             None => ExportError::NoPad {
                 file,
                 missing: name.to_owned(),

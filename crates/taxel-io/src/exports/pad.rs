@@ -140,13 +140,13 @@ pub(super) fn sensor_of(file: &Path, about: &ExportAbout, survey: &Survey) -> Se
     readout.r_feedback_ohms = Some(IDEAL_OHMS);
     let mut converter = ConverterSpec::new(survey.bits, 1.0);
     converter.inverted = true;
-    converter.floor_count = survey.floor_count;
     let max_count = (2f64).powi(survey.bits as i32) - 1.0;
     let mut spec = SensorSpec::new(array, readout, converter);
     spec.name = name_of(file, pad);
     spec.material = material(pad, survey, max_count);
     let mut exported = ExportedSpec::new(&about.program, &pad.unit);
     exported.unit_per_count = survey.unit_per_count;
+    exported.threshold = survey.threshold;
     exported.header = (!about.header.is_empty()).then(|| about.header_without_names());
     spec.exported = Some(exported);
     spec

@@ -56,21 +56,21 @@ impl ExportReader {
             return Ok(None);
         };
         let (about, mut parser) = open(&file)?;
-        let index = choose(&file, &about, name.as_deref())?;
-        let pad = &about.pads[index];
+        let chosen = choose(&file, &about, name.as_deref())?;
+        let pad = &about.pads[chosen.pad];
         check_shape(path, pad, &options)?;
         let counting = match (options.unit_per_count, pad.raw) {
             (Some(unit), _) => Counting::Steps(unit),
             (None, Some(raw)) => Counting::Raw(raw),
             (None, None) => {
-                let found = Survey::of(&about, index, &mut *parser)?;
+                let found = Survey::of(&about, chosen, &mut *parser)?;
                 (_, parser) = open(&file)?;
                 Counting::Steps(found.unit_per_count.unwrap_or(1.0))
             }
         };
         Ok(Some(Self {
             parser,
-            pad: index,
+            pad: chosen.pad,
             counting,
             options,
             parsed: ParsedFrame::default(),

@@ -2,7 +2,7 @@
 
 use super::cells::power_of_ten;
 use super::pad::{Pad, Quantity, RawScale};
-use super::{ExportAbout, ParsedFrame, Parser};
+use super::{Chosen, ExportAbout, ParsedFrame, Parser};
 use crate::error::Error;
 
 /// Decimals that a count may stand for at most: with more, sums of numbers that were averaged would not fit a converter.
@@ -28,10 +28,10 @@ pub struct Survey {
     pub unit_per_count: Option<f64>,
     /// Bits of a converter that has all of its counts.
     pub bits: u32,
-    /// The largest count that stands for nothing read, where the file says what was left out.
-    pub floor_count: Option<f64>,
-    /// A value that is no whole number of raw counts, where the file's calibration promises them.
-    pub not_raw: Option<f64>,
+    /// Below which value, in the file's unit, it has written 0.
+    pub threshold: Option<f64>,
+    /// Whether raw counts stand behind all values, where the file's calibration promises them.
+    pub has_raw: Option<bool>,
 }
 
 impl Survey {
@@ -41,9 +41,10 @@ impl Survey {
     /// A file whose frames cannot be found any more.
     pub(super) fn of(
         about: &ExportAbout,
-        pad: usize,
+        chosen: Chosen,
         parser: &mut dyn Parser,
     ) -> Result<Self, Error> {
+        let pad = chosen.pad;
         let mut survey = Self {
             pad,
             frames: 0,
@@ -52,8 +53,8 @@ impl Survey {
             sum: 0.0,
             unit_per_count: None,
             bits: 8,
-            floor_count: None,
-            not_raw: None,
+            threshold: None,
+            has_raw: about.pads[pad].raw.map(|_| true),
         };
         let own = &about.pads[pad];
         let mut frame = ParsedFrame::default();
@@ -75,7 +76,7 @@ impl Survey {
             Some(error) if survey.frames == 0 => return Err(error),
             _ => {}
         }
-        survey.choose_counts(own, decimals);
+        survey.choose_counts(own, decimals, chosen.raw);
         Ok(survey)
     }
 
@@ -92,33 +93,29 @@ impl Survey {
         if *decimals < frame.decimals {
             *decimals = needed_decimals(&frame.values, *decimals);
         }
-        if let Some(raw) = pad.raw.filter(|_| self.not_raw.is_none()) {
+        if let Some(raw) = pad.raw.filter(|_| self.has_raw == Some(true)) {
             let step = 1.0 / power_of_ten(frame.decimals);
-            let off = |value: &&f64| raw_count(raw, **value, step).is_err();
-            self.not_raw = frame.values.iter().find(off).copied();
+            let is_raw = |value: &f64| raw_count(raw, *value, step).is_ok();
+            self.has_raw = Some(frame.values.iter().all(is_raw));
         }
     }
 
-    fn choose_counts(&mut self, pad: &Pad, decimals: u8) {
-        if let Some(raw) = pad.raw.filter(|_| self.not_raw.is_none()) {
-            self.bits = bits_of(raw.max_count);
-            // Whole counts below the threshold were written as 0.
-            self.floor_count = pad.threshold.map(|least| least.ceil() - 1.0);
-            self.floor_count = self.floor_count.filter(|count| *count > 0.0);
+    fn choose_counts(&mut self, pad: &Pad, decimals: u8, raw: bool) {
+        self.threshold = pad.threshold.map(|least| match pad.raw {
+            Some(raw) => raw.factor * least.powf(raw.exponent),
+            None => least,
+        });
+        if let Some(scale) = pad.raw.filter(|_| raw) {
+            self.bits = bits_of(scale.max_count);
             return;
         }
         let step = 1.0 / power_of_ten(decimals);
-        self.unit_per_count = match pad.quantity {
-            Quantity::Raw if decimals == 0 => None,
-            _ => Some(step),
-        };
+        let is_raw = pad.quantity == Quantity::Raw && decimals == 0;
+        self.unit_per_count = (!is_raw).then_some(step);
         let largest = self.largest.max(pad.saturation.unwrap_or(0.0));
-        let is_raw = self.unit_per_count.is_none();
         // Raw counts may reach their converter's end; a step above all others is none.
         let spare = if is_raw { 0.0 } else { 1.0 };
         self.bits = bits_of((largest / step).round() + spare);
-        let floor = pad.threshold.map(|least| (least / step).ceil() - 1.0);
-        self.floor_count = floor.filter(|count| *count > 0.0 && pad.raw.is_none());
     }
 }
 

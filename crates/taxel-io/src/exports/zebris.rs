@@ -85,6 +85,8 @@ fn read_forces(text: &mut TextFile) -> Result<(String, Vec<(f64, f64)>), Error> 
             && let Some(ms) = number_of(cells[0])
         {
             let each = force_columns.iter().map(|&at| number_of(cells.get(at)?));
+            // A step that it has given to neither foot counts as none.
+            let each = each.map(|force| force.filter(|newtons| *newtons > 0.0));
             if let Some(newtons) = each.sum::<Option<f64>>()
                 && forces.len() < MAX_FORCES
             {

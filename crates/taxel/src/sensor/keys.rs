@@ -24,7 +24,10 @@ const TABLES: [(&str, &[&str]); 22] = [
             "region",
         ],
     ),
-    ("exported", &["program", "unit", "unit_per_count", "header"]),
+    (
+        "exported",
+        &["program", "unit", "unit_per_count", "threshold", "header"],
+    ),
     ("region", &["name", "boxes", "outline", "confidence"]),
     (
         "array",

@@ -8,7 +8,10 @@ use std::path::Path;
 use serde::Serialize;
 use taxel::screen::ScreenReport;
 use taxel::{Frame, Mark};
+use taxel_io::exports::{ExportAbout, Survey, file_of};
 use taxel_io::{Event, Integrity, Skipped};
+
+use super::exported::Exported;
 
 use taxel_app::line_survey::FaultyLine;
 
@@ -23,6 +26,9 @@ pub(super) struct Report {
     /// Bytes of the file.
     bytes: Option<u64>,
     pub(super) sensor: Option<String>,
+    /// What another program that has exported the file says of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    exported: Option<Exported>,
     /// `null` where nothing tells.
     rows: Option<usize>,
     columns: usize,
@@ -62,11 +68,14 @@ pub(super) struct Report {
 
 impl Report {
     pub(super) fn new(file: &Path, rows: usize, columns: usize, rows_known: bool) -> Self {
-        let about = fs::metadata(file).ok().filter(fs::Metadata::is_file);
+        let about = fs::metadata(file_of(file))
+            .ok()
+            .filter(fs::Metadata::is_file);
         Self {
             file: file.display().to_string(),
             bytes: about.map(|about| about.len()),
             sensor: None,
+            exported: None,
             rows: rows_known.then_some(rows),
             columns,
             frames: None,
@@ -102,6 +111,11 @@ impl Report {
         bits.map_or(most, largest)
     }
 
+    /// What another program says of its file, as far as it has exported it.
+    pub(super) fn add_export(&mut self, found: Option<(ExportAbout, Survey)>, with_names: bool) {
+        self.exported = found.map(|(about, survey)| Exported::new(&about, &survey, with_names));
+    }
+
     pub(super) fn add_skips(&mut self, count: usize, first: &[Skipped]) {
         self.skipped_frames = count;
         let named = first.iter().take(NAMED);
@@ -127,6 +141,10 @@ impl Report {
     }
 
     pub(super) fn screen(&mut self, screened: &ScreenReport) {
+        if self.exported.is_some() {
+            // Another program has screened them, and what it left out is no baseline.
+            return;
+        }
         self.baseline_counts = screened.lines.level.map(|level| level.baseline_counts);
         self.noise_counts = screened.lines.level.map(|level| level.noise_counts);
         self.outlier_share = Some(screened.outlier_share());
@@ -168,6 +186,9 @@ impl fmt::Display for Report {
             None => String::new(),
         };
         writeln!(f, "{}{size}", self.file)?;
+        if let Some(exported) = &self.exported {
+            write!(f, "{exported}")?;
+        }
         match (self.rows, self.frames) {
             (Some(rows), Some(frames)) => {
                 writeln!(

@@ -6,6 +6,7 @@ use taxel::Sensor;
 use taxel_plot::{Line, LineStyle, Picture, Series};
 
 use crate::error::Error;
+use taxel_app::exported::exported_caption;
 use taxel_app::measure::{ForceSeries, Measurement};
 
 /// Points that a line has at most: finer than a picture shows.
@@ -60,7 +61,11 @@ pub(super) fn forces(
         .title(name)
         .quantity("force")
         .unit("N")
-        .caption(format!("{}; dashed: plateaus", sensor.name()))
+        .caption(format!(
+            "{}{}; dashed: plateaus",
+            sensor.name(),
+            exported_caption(sensor)
+        ))
         .picture()?;
     Ok(picture)
 }

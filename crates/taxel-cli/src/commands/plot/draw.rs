@@ -6,6 +6,7 @@ use taxel_plot::{ContactSheet, Line, Panel, Picture, Series, Sheet};
 use super::Job;
 use super::collect::{Pass, each};
 use crate::error::Error;
+use taxel_app::exported::exported_caption;
 use taxel_app::frames::DisplayUnit;
 
 /// Words for what is drawn.
@@ -122,14 +123,26 @@ pub(super) fn caption(job: &Job<'_>) -> String {
         .to_string_lossy();
     let sensor = job.sensor.as_ref().map_or("", |sensor| sensor.name());
     let how = match (job.args.values, job.stages()) {
+        (false, (false, true)) if is_exported(job) => "",
         (false, (false, true)) => ", cross-talk removed",
         (false, (true, false)) => ", no compensation",
         _ => "",
     };
+    let whose = job
+        .sensor
+        .as_ref()
+        .map_or_else(String::new, exported_caption);
     match sensor {
         "" => format!("{file}{how}"),
-        sensor => format!("{file}, {sensor}{how}"),
+        sensor => format!("{file}, {sensor}{how}{whose}"),
     }
+}
+
+/// Whether another program has found what is drawn.
+pub(super) fn is_exported(job: &Job<'_>) -> bool {
+    job.sensor
+        .as_ref()
+        .is_some_and(|sensor| sensor.exported().is_some())
 }
 
 /// Values of taxels over frames. Where a reading was lost the line is broken.

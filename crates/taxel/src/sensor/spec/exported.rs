@@ -15,6 +15,9 @@ pub struct ExportedSpec {
     /// How much of that unit a count is. Absent: counts are those of the converter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit_per_count: Option<f64>,
+    /// Below which value, in that unit, the program has written 0. Absent: not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub threshold: Option<f64>,
     /// What the file says before its frames, word by word but for names of persons.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub header: Option<String>,
@@ -27,6 +30,7 @@ impl ExportedSpec {
             program: program.into(),
             unit: unit.into(),
             unit_per_count: None,
+            threshold: None,
             header: None,
         }
     }
