@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use taxel::{Counts, Frame, Newtons, Sensor};
+use taxel_io::exports::{ExportFormat, ExportLosses, ExportWriter};
 use taxel_io::npy::Element;
 use taxel_io::{AtomicFile, McapWriter, ParquetWriter};
 
@@ -18,6 +19,8 @@ use crate::units::{InputUnit, Unit};
 /// Which files are written of a recording.
 #[derive(Debug, Clone, Default)]
 pub struct Files {
+    /// As which format of other programs the numbers are written, newtons; `None`: as their ending says.
+    pub export_as: Option<ExportFormat>,
     /// The numbers: `.csv`, `.npy`, `.npz`, `-`; or `.mcap` and `.parquet`, with marks, times and counts.
     pub numbers: Option<PathBuf>,
     /// The marks alone, a code a taxel.
@@ -39,6 +42,12 @@ impl Files {
     pub fn is_together(&self) -> bool {
         let numbers = self.numbers.as_deref();
         numbers.is_some_and(|numbers| is_mcap(numbers) || is_parquet(numbers))
+    }
+
+    /// The format of other programs that the numbers are written in: as it is told, else as the ending of their file tells.
+    pub fn export_format(&self) -> Option<ExportFormat> {
+        self.export_as
+            .or_else(|| ExportFormat::of_ending(self.numbers.as_deref()?))
     }
 
     /// What they need of how far to trust numbers.
@@ -95,6 +104,28 @@ enum Numbers {
     Frames(FrameWriter<DisplayUnit>),
     /// With their marks, their times and their counts.
     Together(Box<Together>),
+    /// As another program reads them.
+    Export(Box<Export>),
+}
+
+/// A file for another program.
+struct Export {
+    writer: ExportWriter,
+    loads: Frame<Newtons>,
+    clock: Clock,
+    place: u64,
+}
+
+impl Export {
+    fn write(&mut self, frame: &Converted) -> Result<(), Error> {
+        self.loads.copy_meta_from(&frame.shown);
+        let shown = frame.shown.values();
+        self.loads.values_mut().copy_from_slice(shown);
+        let secs = frame.time_secs();
+        let secs = secs.unwrap_or_else(|| self.clock.secs(self.place));
+        self.place += 1;
+        Ok(self.writer.write(&self.loads, secs)?)
+    }
 }
 
 /// A recording or a table.
@@ -122,6 +153,14 @@ impl Outputs {
         let shape = (of.sensor.rows(), of.sensor.columns());
         let create = |file: &Path, element| FrameWriter::create(file, shape, element, of.frames);
         let numbers = match &files.numbers {
+            Some(file) if let Some(format) = files.export_format() => {
+                Some(Numbers::Export(Box::new(Export {
+                    writer: ExportWriter::create(file, format, of.sensor, of.frames)?,
+                    loads: Frame::zeros(shape.0, shape.1),
+                    clock: Clock::of(&of.input.file, USUAL_RATE),
+                    place: 0,
+                })))
+            }
             Some(file) if files.is_together() => {
                 Some(Numbers::Together(Box::new(Together::create(file, of)?)))
             }
@@ -149,6 +188,7 @@ impl Outputs {
         match &mut self.numbers {
             Some(Numbers::Frames(writer)) => writer.write(&frame.shown)?,
             Some(Numbers::Together(together)) => together.write(frame)?,
+            Some(Numbers::Export(export)) => export.write(frame)?,
             None => {}
         }
         if let Some(marks) = &mut self.marks {
@@ -165,11 +205,12 @@ impl Outputs {
         Ok(())
     }
 
-    /// Finishes them and gives them their names; `reading` has been read to its end.
+    /// Finishes them and gives them their names; `reading` has been read to its end. What a format of other programs could not
+    /// hold comes back.
     ///
     /// # Errors
     /// What cannot be written.
-    pub fn commit(self, reading: &mut FrameReader) -> Result<(), Error> {
+    pub fn commit(self, reading: &mut FrameReader) -> Result<ExportLosses, Error> {
         if let Some(figures) = self.figures {
             figures.commit()?;
         }
@@ -178,10 +219,12 @@ impl Outputs {
         }
         self.errors.commit()?;
         match self.numbers {
-            Some(Numbers::Frames(writer)) => Ok(writer.commit()?),
-            Some(Numbers::Together(together)) => together.commit(reading),
-            None => Ok(()),
+            Some(Numbers::Frames(writer)) => writer.commit()?,
+            Some(Numbers::Together(together)) => together.commit(reading)?,
+            Some(Numbers::Export(export)) => return Ok(export.writer.commit()?),
+            None => {}
         }
+        Ok(ExportLosses::default())
     }
 }
 

@@ -24,6 +24,7 @@ use taxel_app::frames::{FrameReader, Input, NUMBERS, needs_frame_count};
 use taxel_app::line_survey::Survey;
 use taxel_app::methods::MethodName;
 use taxel_app::units::{InputUnit, Unit};
+use taxel_io::exports::ExportFormat;
 
 /// Remove the cross-talk from a recording
 ///
@@ -44,9 +45,13 @@ pub(crate) struct Args {
     /// Unit of what is read; volts and siemens are real numbers (.csv, .npy, .npz)
     #[arg(long, value_parser = values::input_unit(), default_value_t = InputUnit::Counts)]
     input_unit: InputUnit,
-    /// Where to write (.csv, .npy, .npz, .mcap, .parquet); without it, numbers go to standard output
+    /// Where to write (.csv, .npy, .npz, .mcap, .parquet, .asf, .xdf); without it, numbers go to standard output
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Write loads as other programs read them: `tekscan` (ASCII, kPa), `rsscan` (text, newtons), `xdf` (newtons, with times, marks
+    /// and the sensor file), `table` (a line a frame, a column a taxel, newtons); .asf and .xdf say so themselves
+    #[arg(long, value_name = "FORMAT", requires = "output")]
+    r#as: Option<ExportFormat>,
     /// How loads are found: auto (what suits the read-out), exact, newton, raw (no compensation), or the file of
     /// a model that `taxel train` wrote
     #[arg(long, value_name = "NAME|MODEL", default_value_t)]
@@ -220,7 +225,9 @@ fn convert(
         outputs.write(frame)
     })?;
     drop(progress);
-    outputs.commit(&mut reading)?;
+    for words in outputs.commit(&mut reading)?.words() {
+        out::warn(&words);
+    }
     let seconds = started.elapsed().as_secs_f64();
     summary.finish(&args.recording, &reading, seconds);
     if summary.tally.frames > 0 && survey.frames.is_none() && args.input_unit == InputUnit::Counts {
@@ -309,15 +316,18 @@ fn check(args: &Args) -> Result<(), Error> {
     Ok(())
 }
 
-fn check_endings(args: &Args, output: &Path) -> Result<(), Error> {
+/// The ending of the numbers, where it tells their format.
+fn check_output(output: &Path) -> Result<(), Error> {
     let mut endings = NUMBERS.to_vec();
-    endings.extend(["mcap", "parquet"]);
-    check_ending(
-        "-o",
-        output,
-        &endings,
-        "numbers are written as text, as arrays, as a recording or as a table",
-    )?;
+    endings.extend(["mcap", "parquet", "asf", "xdf"]);
+    let hint = "numbers are written as text, as arrays, as a recording or as a table; --as tells a format of other programs";
+    check_ending("-o", output, &endings, hint)
+}
+
+fn check_endings(args: &Args, output: &Path) -> Result<(), Error> {
+    if args.r#as.is_none() {
+        check_output(output)?;
+    }
     let files = [
         ("--marks", &args.marks),
         ("--standard-error", &args.standard_error),

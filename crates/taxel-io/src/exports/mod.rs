@@ -34,6 +34,7 @@ mod tactilus;
 mod tekscan;
 mod text_file;
 mod units;
+mod writer;
 mod xsensor;
 mod zebris;
 
@@ -50,6 +51,7 @@ pub use pad::{Pad, Quantity, RawScale};
 pub use reader::ExportReader;
 pub use survey::Survey;
 use text_file::TextFile;
+pub use writer::{ExportFormat, ExportLosses, ExportWriter};
 
 /// What a reader of one format makes of a file.
 trait Parser: Send {

@@ -4,6 +4,7 @@
 mod broken;
 mod cuts;
 mod variants;
+mod whole;
 
 use std::path::{Path, PathBuf};
 

@@ -13,6 +13,7 @@ use taxel_io::atomic::is_device;
 /// What is asked for.
 pub(super) fn files(args: &Args) -> Files {
     Files {
+        export_as: args.r#as,
         numbers: Some(args.output.clone().unwrap_or_else(|| PathBuf::from("-"))),
         marks: marks_file(args),
         standard_errors: args.standard_error.clone(),
@@ -25,12 +26,12 @@ pub(super) fn files(args: &Args) -> Files {
 
 /// Whether numbers, marks and counts go to one file.
 fn is_together(args: &Args) -> bool {
-    let numbers = args.output.clone();
-    Files {
-        numbers,
+    let files = Files {
+        export_as: args.r#as,
+        numbers: args.output.clone(),
         ..Files::default()
-    }
-    .is_together()
+    };
+    files.is_together() && files.export_format().is_none()
 }
 
 /// Whether the output holds raw counts.
@@ -40,7 +41,7 @@ pub(super) fn holds_counts(args: &Args) -> bool {
 
 /// The unit of what is written.
 pub(super) fn unit(args: &Args) -> Unit {
-    if is_together(args) {
+    if is_together(args) || files(args).export_format().is_some() {
         Unit::Newtons
     } else {
         args.unit
