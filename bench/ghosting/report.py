@@ -4,7 +4,7 @@ import csv
 import datetime
 import os
 import subprocess
-from statistics import mean
+from statistics import mean, median
 
 # Figure, title, what it says, how it is printed.
 TABLES = [
@@ -101,7 +101,8 @@ def best(found, case, entries):
     """The entry with the least error on all seeds, or None."""
     known = [(found.mean(case, entry, "error_g"), entry) for entry in entries]
     known = [pair for pair in known if pair[0] is not None]
-    return min(known, key=lambda pair: pair[0])[1] if known else None
+    # Of those that print alike the first: methods of one program differ in the last digits.
+    return min(known, key=lambda pair: float(f"{pair[0]:.3g}"))[1] if known else None
 
 
 def markdown(header, rows):
@@ -119,14 +120,16 @@ def intervals(found, cases, entries):
         cells = []
         for entry in states:
             cell = found.cell(case, entry, "coverage", "{:.1f}")
-            half, stated = found.mean(case, entry, "half_g"), found.mean(case, entry, "stated")
-            if half is not None:
-                cell += f" ± {half:.2g} g"
+            halves, stated = found.values(case, entry, "half_g"), found.mean(case, entry, "stated")
+            if halves and None not in halves:
+                cell += f" ± {readable('{:.2g}', median(halves))} g"
+                if max(halves) > 3 * median(halves):
+                    cell += f" (± {readable('{:.2g}', max(halves))} g)"
             if stated is not None and stated < 99.95:
                 cell += f", {stated:.1f} % stated"
             cells.append(cell)
         rows.append([case["name"], *cells])
-    words = "Share of loaded taxels inside their stated 95 % intervals, %, and the median half-width. One without bounds is not stated."
+    words = "Share of loaded taxels inside their stated 95 % intervals, %, and the median half-width (that of the widest seed, where it is far wider). One without bounds is not stated."
     return f"{words}\n\n{markdown(['case', *(entry['name'] for entry in states)], rows)}"
 
 
@@ -149,8 +152,9 @@ def not_best(results, cases, entries):
         if mine is not None:
             lines += beaten(found, case, mine, entries, "ghost_g", "ghosts", "g")
             lines += beaten(found, case, mine, entries, "total_share", "totals off by", "%")
+            lines += uncovered(found, case, mine)
         for entry in ours:
-            lines += failures(found, case, entry) + uncovered(found, case, entry)
+            lines += failures(found, case, entry)
     return "\n".join(lines) or "Nowhere in these cases."
 
 
@@ -192,6 +196,8 @@ def write(results, cases, entries, root):
 
 
 def rounded(value):
+    if isinstance(value, str):
+        return value.splitlines()[-1]
     return f"{value:.6g}" if isinstance(value, float) else value
 
 
@@ -206,7 +212,8 @@ def page(results, cases, entries, today, runs, root):
 {", ".join(map(str, seeds))}); the worst of them stands in brackets where it is more than half as much again. –: not made for this
 case. The cases, the format, the entries and how to enter: [bench/ghosting](../bench/ghosting/README.md). All figures by
 seed: [{runs.name}](../bench/runs/{runs.name}). Everything is simulated, and by the program that is among the entries: who
-undoes the same circuit that made the counts has an advantage that a real mat does not give.
+undoes the same circuit that made the counts has an advantage that a real mat does not give. In the ideal cases R_eq, two steps and nodal
+fixed point are told the true switches by the sensor file and keep them; `taxel calibrate` fits them again.
 
 ## Where ours is not best, or not good
 

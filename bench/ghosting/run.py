@@ -61,7 +61,7 @@ def run_entry(entry, given, truth, work, taxel):
         return {"failed": f"could not be started: {error}"}
     (out / "said.txt").write_text(done.stdout + done.stderr)
     if done.returncode == NOT_FOR_ME:
-        return {"declined": done.stderr.strip()}
+        return {"declined": done.stderr.strip().splitlines()[-1] if done.stderr.strip() else "no reason given"}
     if done.returncode:
         said = done.stderr.strip() or f"exit code {done.returncode}"
         return {"failed": " / ".join(said[-LONGEST_REASON:].splitlines())}

@@ -54,7 +54,8 @@ def judge(loads, truth, scored):
     loaded, unloaded = scored & (truth > 0), scored & (truth == 0)
     errors = np.abs(loads - truth)
     ghosts = np.abs(loads[unloaded])
-    sums = [np.where(scored, values, 0).sum((1, 2)) for values in (loads, truth)]
+    sums, true_sums = (np.where(scored, values, 0).sum((1, 2)) for values in (loads, truth))
+    known = true_sums > 0
     return {
         "loaded": int(loaded.sum()),
         "mean_load_g": float(truth[loaded].mean()),
@@ -62,7 +63,7 @@ def judge(loads, truth, scored):
         "error_share": float(errors[loaded].mean() / truth[loaded].mean()),
         "ghost_g": float(ghosts.max(initial=0.0)),
         "ghost_99_g": float(np.quantile(ghosts, 0.99)) if ghosts.size else 0.0,
-        "total_share": float(np.mean(np.abs(sums[0] / sums[1] - 1))),
+        "total_share": float(np.mean(np.abs(sums[known] / true_sums[known] - 1))),
     }
 
 

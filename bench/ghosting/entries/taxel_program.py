@@ -2,7 +2,8 @@
 
     taxel_program.py --method auto|exact|newton|raw|hybrid CASE_DIR OUT_DIR
 
-auto is what a user gets who names no method: exact, newton, or the inverse of circuits with diodes. The program is $TAXEL, or `taxel`. Methods share one calibration where $GHOSTING_CACHE names a folder of the case.
+auto is what a user gets who names no method: exact, newton, or the inverse of circuits with diodes. The program is $TAXEL, or
+`taxel`. Methods share one calibration where $GHOSTING_CACHE names a folder of the case.
 """
 
 import json
