@@ -129,7 +129,10 @@ def intervals(found, cases, entries):
                 cell += f", {stated:.1f} % stated"
             cells.append(cell)
         rows.append([case["name"], *cells])
-    words = "Share of loaded taxels inside their stated 95 % intervals, %, and the median half-width (that of the widest seed, where it is far wider). One without bounds is not stated."
+    words = (
+        "Share of loaded taxels inside their stated 95 % intervals, %, and the median half-width (of the widest seed, where far off). "
+        "Without bounds: not stated."
+    )
     return f"{words}\n\n{markdown(['case', *(entry['name'] for entry in states)], rows)}"
 
 
@@ -176,10 +179,15 @@ def failures(found, case, entry):
 
 def uncovered(found, case, entry):
     values = [value for value in found.values(case, entry, "coverage") if value is not None]
+    lines = []
     if values and min(values) < 90:
         told = ", ".join(f"{value:.0f}" for value in values)
-        return [f"- `{case['name']}`: 95 % intervals of {entry['name']} hold {told} % of the loads."]
-    return []
+        lines.append(f"- `{case['name']}`: 95 % intervals of {entry['name']} hold {told} % of the loads.")
+    halves = [value for value in found.values(case, entry, "half_g") if value is not None]
+    if halves and max(halves) > found.mean(case, entry, "mean_load_g"):
+        told = ", ".join(readable("{:.2g}", value) for value in halves)
+        lines.append(f"- `{case['name']}`: 95 % intervals of {entry['name']} are ± {told} g, so wide that one says nothing.")
+    return lines
 
 
 def write(results, cases, entries, root):
