@@ -5,6 +5,7 @@ mod broken;
 mod cuts;
 mod variants;
 mod whole;
+mod written;
 
 use std::path::{Path, PathBuf};
 
