@@ -1,5 +1,5 @@
-"""Files written by taxel, read by numpy, pyarrow, openpyxl, mcap with Foxglove's schemas, and onnx; and Parquet that
-pyarrow wrote anew, read by taxel.
+"""Files written by taxel, read by numpy, pyarrow, openpyxl, mcap with the schemas of Foxglove and of ROS 2, rosbags, pyxdf and
+onnx; and Parquet that pyarrow wrote anew, read by taxel.
 
     python check.py TAXEL REPOSITORY
 
@@ -16,14 +16,18 @@ from pathlib import Path
 
 import mcap.reader
 import mcap_protobuf.decoder
+import mcap_ros2.decoder
 import numpy as np
 import onnx
 import onnx.reference
 import openpyxl
 import pyarrow as pa
 import pyarrow.parquet as pq
+import pyxdf
 from foxglove_schemas_protobuf import Grid_pb2
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
 
 TAXEL, ROOT = sys.argv[1], Path(sys.argv[2])
 SENSOR = """format = 1
@@ -242,6 +246,67 @@ def tables():
     same("pyarrow, table", np.array([column.to_pylist() for column in table.columns]).T, cells)
 
 
+def images():
+    """Loads as images, marks as images, totals as wrenches: beside everything else, and alone in a bag of ROS 2."""
+    loads, marks = frames("N.csv").astype(np.float32), frames("N.marks.csv")
+    totals = frames("N.csv").sum(axis=(1, 2))
+    decoders = [mcap_ros2.decoder.DecoderFactory()]
+    found = {}
+    with open("run.mcap", "rb") as file:
+        reader = mcap.reader.make_reader(file, validate_crcs=True, decoder_factories=decoders)
+        for _, channel, message, decoded in reader.iter_decoded_messages(topics=["/taxel/loads/image", "/taxel/marks/image", "/taxel/force"]):
+            found.setdefault(channel.topic, []).append(decoded)
+    check_images("mcap", found, loads, marks, totals)
+    taxel("compensate live.mcap --as ros2 -o bag.mcap")
+    found = {}
+    with AnyReader([Path("bag.mcap")], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as bag:
+        assert len(bag.connections) == 3, bag.connections
+        for connection, _, raw in bag.messages():
+            found.setdefault(connection.topic, []).append(bag.deserialize(raw, connection.msgtype))
+    check_images("rosbags", found, loads, marks, totals)
+
+
+def check_images(reader, found, loads, marks, totals):
+    pixels = {"32FC1": "<f4", "mono8": "u1"}
+    for topic, encoding, expected in [("/taxel/loads/image", "32FC1", loads), ("/taxel/marks/image", "mono8", marks)]:
+        for image in found[topic]:
+            assert (image.encoding, image.height, image.width) == (encoding, ROWS, COLUMNS), image
+            assert image.step == COLUMNS * np.dtype(pixels[encoding]).itemsize and image.header.frame_id == "small", image
+        arrays = [np.frombuffer(bytes(image.data), pixels[encoding]).reshape(ROWS, COLUMNS) for image in found[topic]]
+        same(f"{reader}, {topic}", arrays, expected)
+    forces = np.array([message.wrench.force.z for message in found["/taxel/force"]])
+    assert np.abs(forces - totals).max() < 1e-9, f"{reader}: totals"
+
+
+def exports():
+    """Loads as other programs read them."""
+    loads = frames("N.csv")
+    taxel("compensate live.mcap -o loads.xdf")
+    streams, header = pyxdf.load_xdf("loads.xdf", dejitter_timestamps=False, synchronize_clocks=False)
+    assert header["info"]["version"] == ["1.0"], header
+    pressure = next(stream for stream in streams if stream["info"]["type"] == ["Pressure"])
+    same("pyxdf, loads", pressure["time_series"].reshape(-1, ROWS, COLUMNS), loads.astype(np.float32))
+    since = pressure["time_stamps"] - pressure["time_stamps"][0]
+    assert np.abs(since - times("timed.csv")).max() < 1e-9, "times in XDF"
+    desc = pressure["info"]["desc"][0]
+    channels = desc["channels"][0]["channel"]
+    labels = [channel["label"][0] for channel in channels]
+    assert labels == [f"r{row}c{column}" for row in range(ROWS) for column in range(COLUMNS)], labels
+    assert {channel["unit"][0] for channel in channels} == {"N"}
+    assert channels[1]["location"][0] == {"X": ["3"], "Y": ["0"]}, channels[1]
+    assert 'name = "small"' in desc["taxel"][0]
+    assert int(pressure["footer"]["info"]["sample_count"][0]) == FRAMES
+    # Marks are a text for each frame that has some.
+    taxel("compensate screened.txt --sensor masked.toml -o marked.xdf", codes=(0, 3))
+    marked, _ = pyxdf.load_xdf("marked.xdf", dejitter_timestamps=False, synchronize_clocks=False)
+    texts = next(stream for stream in marked if stream["info"]["type"] == ["Markers"])["time_series"]
+    assert len(texts) == 1 and texts[0][0].startswith("r1c0 ") and texts[0][0].count(",") == COLUMNS - 1, texts
+    taxel("compensate live.mcap --as table -o table-of-loads.csv")
+    table = np.genfromtxt("table-of-loads.csv", delimiter=",", names=True)
+    assert table.dtype.names[:3] == ("frame", "time_s", "r0c0"), table.dtype.names
+    same("numpy, table of loads", np.array(table.tolist())[:, 2:].reshape(-1, ROWS, COLUMNS), loads)
+
+
 def network():
     """A network of PyTorch, imported and exported, beside onnxruntime's answers to the one it was made of."""
     rows = np.loadtxt(ROOT / "testdata/onnx/torch.csv", delimiter=",")
@@ -274,6 +339,8 @@ def main():
     Path("screened.txt").write_text("\n".join(lines) + "\n")
     arrays()
     parquet(recording())
+    images()
+    exports()
     tables()
     network()
     print(f"{checked} numbers read by others are what taxel says ({time.monotonic() - started:.0f} s)")

@@ -28,6 +28,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     options.topics = RecordTopics {
         loads: true,
         figures: true,
+        images: false,
     };
     options.observer = Some(Box::new(move |frame| {
         let _ = send.send(frame.figures.total_force_newtons);

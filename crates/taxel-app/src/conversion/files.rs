@@ -23,6 +23,8 @@ pub struct Files {
     pub export_as: Option<ExportFormat>,
     /// The numbers: `.csv`, `.npy`, `.npz`, `-`; or `.mcap` and `.parquet`, with marks, times and counts.
     pub numbers: Option<PathBuf>,
+    /// Whether a recording has the loads as images besides, which other programs know.
+    pub images: bool,
     /// The marks alone, a code a taxel.
     pub marks: Option<PathBuf>,
     /// The standard error of each number.
@@ -161,9 +163,9 @@ impl Outputs {
                     place: 0,
                 })))
             }
-            Some(file) if files.is_together() => {
-                Some(Numbers::Together(Box::new(Together::create(file, of)?)))
-            }
+            Some(file) if files.is_together() => Some(Numbers::Together(Box::new(
+                Together::create(file, of, files.images)?,
+            ))),
             Some(file) => Some(Numbers::Frames(create(file, Element::F8)?)),
             None => None,
         };
@@ -283,7 +285,7 @@ impl ErrorFiles {
 }
 
 impl Together {
-    fn create(output: &Path, of: Written) -> Result<Self, Error> {
+    fn create(output: &Path, of: Written, images: bool) -> Result<Self, Error> {
         let (rows, columns) = (of.sensor.rows(), of.sensor.columns());
         let recording = &of.input.file;
         let file = if is_mcap(output) {
@@ -297,6 +299,11 @@ impl Together {
                 McapWriter::replace_at_once(output, &about)?
             } else {
                 McapWriter::create_at_once(output, &about)?
+            };
+            let writer = if images {
+                writer.with_images(of.sensor.name())
+            } else {
+                writer
             };
             File::Mcap(Box::new(writer), carry)
         } else {

@@ -49,7 +49,7 @@ pub(crate) struct Args {
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Write loads as other programs read them: `tekscan` (ASCII, kPa), `rsscan` (text, newtons), `xdf` (newtons, with times, marks
-    /// and the sensor file), `table` (a line a frame, a column a taxel, newtons); .asf and .xdf say so themselves
+    /// and the sensor file), `ros2` (a bag of images and wrenches), `table` (a line a frame, a column a taxel, newtons); .asf and .xdf say so themselves
     #[arg(long, value_name = "FORMAT", requires = "output")]
     r#as: Option<ExportFormat>,
     /// How loads are found: auto (what suits the read-out), exact, newton, raw (no compensation), or the file of

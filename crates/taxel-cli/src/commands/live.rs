@@ -8,6 +8,7 @@ use taxel_acquire::Address;
 use crate::error::Error;
 use crate::{Exit, interrupt, out};
 use taxel_app::calibration_age::calibration_history;
+use taxel_app::exported::exported_words;
 use taxel_app::methods::MethodName;
 use taxel_app::sensor_source;
 use taxel_app::session::{RecordTopics, Session, SessionOptions};
@@ -56,6 +57,9 @@ struct Shown {
     /// Record the compensated loads and the figures beside the counts
     #[arg(long)]
     loads: bool,
+    /// Record the loads as images and the total as a wrench besides, which ROS 2 and Rerun know
+    #[arg(long, requires = "loads")]
+    images: bool,
 }
 
 /// Runs `taxel live`.
@@ -90,11 +94,16 @@ fn show(
     options.topics = RecordTopics {
         loads: shown.loads,
         figures: shown.loads,
+        images: shown.images,
     };
     options.server = Some(shown.access.server()?);
     options.record = record.map(Path::to_owned);
     options.held = held;
+    let exported = exported_words(&options.sensor);
     let mut session = Session::start(options)?;
+    if let Some(words) = exported {
+        out::note(&words);
+    }
     out::result(&session.urls().join("\n"))?;
     out::note(&format!("{address}; Ctrl-C ends it"));
     if let Some(history) = history {

@@ -36,6 +36,9 @@ pub(crate) struct Args {
     /// Record the compensated loads too
     #[arg(long)]
     loads: bool,
+    /// Record the loads as images and the total as a wrench besides, which ROS 2 and Rerun know
+    #[arg(long, requires = "loads")]
+    images: bool,
     /// Record total force, peak pressure, contact area and centre of pressure too
     #[arg(long)]
     figures: bool,
@@ -72,6 +75,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     options.topics = RecordTopics {
         loads: args.loads,
         figures: args.figures,
+        images: args.images,
     };
     options.record = Some(args.output.clone());
     options.max_frames = args.frames;

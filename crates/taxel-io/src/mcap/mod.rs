@@ -5,6 +5,9 @@
 //! | `/taxel/counts` | `foxglove.Grid` (protobuf) | counts, one `counts` a cell (uint16) |
 //! | `/taxel/loads` | `foxglove.Grid` (protobuf) | `newtons` (float32) and `mark` (uint8) a cell |
 //! | `/taxel/figures` | `taxel.FrameFigures` (JSON) | total force, peak, contact area, centre of pressure |
+//! | `/taxel/loads/image` | `sensor_msgs/msg/Image` (CDR) | newtons, `32FC1`, NaN where nothing was measured; on request |
+//! | `/taxel/marks/image` | `sensor_msgs/msg/Image` (CDR) | codes of the marks, `mono8`; with it |
+//! | `/taxel/force` | `geometry_msgs/msg/WrenchStamped` (CDR) | the sum of the loads, along z; with it |
 //! | `/taxel/events` | `taxel.Event` (JSON) | tare, marks set by hand, links lost and found |
 //!
 //! The log time of a message is the host's when the frame was complete; its publish time is the device's clock, set
@@ -19,6 +22,8 @@ mod loads;
 mod parse;
 mod read;
 mod recover;
+mod ros;
+mod rosbag;
 mod scan;
 mod sought;
 mod tail;
@@ -34,12 +39,19 @@ pub use crate::tare::Tare;
 pub use loads::LoadsReader;
 pub use read::McapReader;
 pub use recover::{Recovered, recover};
+pub(crate) use rosbag::RosbagWriter;
 pub use write::{About, McapWriter};
 
 /// Topic of the counts.
 pub(crate) const COUNTS: &str = "/taxel/counts";
 /// Topic of the loads.
 const LOADS: &str = "/taxel/loads";
+/// Topic of the loads as an image,
+const LOADS_IMAGE: &str = "/taxel/loads/image";
+/// of their marks,
+const MARKS_IMAGE: &str = "/taxel/marks/image";
+/// and of their sum.
+const WRENCH: &str = "/taxel/force";
 /// Topic of the figures.
 const FIGURES: &str = "/taxel/figures";
 /// Topic of the events.

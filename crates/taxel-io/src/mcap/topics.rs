@@ -7,7 +7,7 @@ use mcap::records::{Channel, Record};
 use mcap::{McapResult, Writer};
 
 use super::grid::{DESCRIPTOR, Grid, SCHEMA};
-use super::{COUNTS, EVENTS, FIGURES, LOADS};
+use super::{COUNTS, EVENTS, FIGURES, LOADS, LOADS_IMAGE, MARKS_IMAGE, WRENCH, ros};
 
 const FIGURES_SCHEMA: &str = r#"{"title":"taxel.FrameFigures","type":"object","properties":{"total_force_newtons":{"type":"number"},"peak_kilopascals":{"type":"number"},"contact_area_mm2":{"type":"number"},"centre_row_mm":{"type":["number","null"]},"centre_column_mm":{"type":["number","null"]},"outlier_share":{"type":"number"},"measured_share":{"type":"number"}}}"#;
 const EVENT_SCHEMA: &str = r#"{"title":"taxel.Event","type":"object","properties":{"kind":{"type":"string"},"text":{"type":"string"}}}"#;
@@ -106,10 +106,19 @@ pub(super) fn topic_of(data: &[u8]) -> Option<&'static str> {
     }
 }
 
+/// How a message of ROS 2 is told: its name, the encoding and the text of its schema, its own encoding.
+fn ros_message(
+    (name, schema): (&'static str, &'static str),
+) -> (&'static str, &'static str, &'static [u8], &'static str) {
+    (name, "ros2msg", schema.as_bytes(), "cdr")
+}
+
 /// Begins one of this program's topics in a file.
 pub(super) fn begin<W: Write + Seek>(writer: &mut Writer<W>, topic: &str) -> McapResult<u16> {
     let (name, encoding, schema, message) = match topic {
         COUNTS | LOADS => (SCHEMA, "protobuf", DESCRIPTOR, "protobuf"),
+        LOADS_IMAGE | MARKS_IMAGE => ros_message(ros::IMAGE),
+        WRENCH => ros_message(ros::WRENCH),
         FIGURES => (
             "taxel.Figures",
             "jsonschema",

@@ -16,7 +16,10 @@ use taxel::{Counts, Frame, Newtons, Sensor};
 use super::grid::{Grid, Numeric};
 use super::parse::seal;
 use super::tail::{State, Tail};
-use super::{COUNTS, EVENTS, FIGURES, LOADS, Losses, METADATA, Tare, nanos, topics};
+use super::{
+    COUNTS, EVENTS, FIGURES, LOADS, LOADS_IMAGE, Losses, MARKS_IMAGE, METADATA, Tare, WRENCH,
+    nanos, ros, topics,
+};
 use crate::error::Error;
 use crate::rows::check_counts;
 
@@ -72,6 +75,8 @@ pub struct McapWriter {
     chunks: u64,
     /// It appears only when it is whole.
     only_whole: bool,
+    /// The frame of reference of images of the loads, where these are written.
+    images: Option<String>,
 }
 
 impl About {
@@ -125,6 +130,14 @@ impl McapWriter {
         Ok(writer)
     }
 
+    /// With the loads goes what ROS 2 and others know: loads and marks as images, the total as a wrench, in the frame of reference
+    /// `frame_id`. As large again as the loads.
+    #[must_use]
+    pub fn with_images(mut self, frame_id: &str) -> Self {
+        self.images = Some(frame_id.to_owned());
+        self
+    }
+
     pub(super) fn begin(tail: Tail, path: PathBuf, about: &About) -> Result<Self, Error> {
         let array = about.sensor.array();
         let mut recording = Self {
@@ -151,6 +164,7 @@ impl McapWriter {
             about: about.to_metadata(),
             chunks: 0,
             only_whole: false,
+            images: None,
         };
         let options = WriteOptions::new()
             .profile("taxel")
@@ -215,7 +229,28 @@ impl McapWriter {
         self.loads.set_time(log_time);
         self.message.clear();
         self.loads.encode_raw(&mut self.message);
-        self.put(LOADS, frame.sequence, log_time, publish_time)
+        self.put(LOADS, frame.sequence, log_time, publish_time)?;
+        let Some(frame_id) = self.images.take() else {
+            return Ok(());
+        };
+        let written = self.write_images(frame, &frame_id, log_time, publish_time);
+        self.images = Some(frame_id);
+        written
+    }
+
+    fn write_images(
+        &mut self,
+        frame: &Frame<Newtons>,
+        frame_id: &str,
+        log_time: u64,
+        publish_time: u64,
+    ) -> Result<(), Error> {
+        ros::loads_image(&mut self.message, frame, log_time, frame_id);
+        self.put(LOADS_IMAGE, frame.sequence, log_time, publish_time)?;
+        ros::marks_image(&mut self.message, frame, log_time, frame_id);
+        self.put(MARKS_IMAGE, frame.sequence, log_time, publish_time)?;
+        ros::total_wrench(&mut self.message, frame, log_time, frame_id);
+        self.put(WRENCH, frame.sequence, log_time, publish_time)
     }
 
     /// Appends the figures of a frame.

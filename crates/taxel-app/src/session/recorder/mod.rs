@@ -33,6 +33,8 @@ pub struct RecordTopics {
     pub loads: bool,
     /// Total force and the like.
     pub figures: bool,
+    /// With the loads, images and wrenches that other programs know.
+    pub images: bool,
 }
 
 impl RecordTopics {
@@ -144,7 +146,10 @@ impl Recorder {
             let name = self.shared.status.recording().unwrap_or_default().name;
             return Err(Error::AlreadyRecording { name });
         }
-        let begun = McapWriter::create(path, &self.about);
+        let begun = McapWriter::create(path, &self.about).map(|writer| match self.wanted {
+            RecordTopics { images: true, .. } => writer.with_images(self.about.sensor.name()),
+            _ => writer,
+        });
         let writer = begun.inspect_err(|_| self.shared.set(Phase::Idle))?;
         let open = Open::new(
             writer,

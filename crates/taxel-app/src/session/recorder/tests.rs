@@ -148,6 +148,7 @@ fn loads_that_never_come_are_counted() {
     let bed = bed(RecordTopics {
         loads: false,
         figures: true,
+        images: false,
     });
     bed.recorder
         .begin(bed.path("a.mcap"), Owner::Operator, None)

@@ -151,6 +151,7 @@ fn the_loads_of_every_frame_are_waited_for() {
         let bed = Bed::new(RecordTopics {
             loads: false,
             figures: true,
+            images: false,
         });
         let path = bed.path("a.mcap");
         bed.recorder.begin(path, Owner::Operator, None).unwrap();

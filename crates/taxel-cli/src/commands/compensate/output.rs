@@ -14,6 +14,7 @@ use taxel_io::atomic::is_device;
 pub(super) fn files(args: &Args) -> Files {
     Files {
         export_as: args.r#as,
+        images: true,
         numbers: Some(args.output.clone().unwrap_or_else(|| PathBuf::from("-"))),
         marks: marks_file(args),
         standard_errors: args.standard_error.clone(),

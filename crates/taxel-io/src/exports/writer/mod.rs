@@ -5,6 +5,7 @@
 //! | [`tekscan`] | what reads Tekscan ASCII: pressures, kPa |
 //! | [`rsscan`] | what reads RSscan text: newtons a taxel |
 //! | [`xdf`] | what reads XDF (pyxdf, EEGLAB, MNE): newtons, with times, marks and the sensor file |
+//! | `rosbag` of [`crate::mcap`] | `ros2 bag`, rosbags: loads and marks as images, the total as a wrench |
 //! | [`plain`] | spreadsheets and statistics: a line a frame, a column a taxel, newtons |
 
 mod plain;
@@ -19,6 +20,7 @@ use taxel::{Frame, Mark, Newtons, Sensor};
 
 use crate::atomic::AtomicFile;
 use crate::error::Error;
+use crate::mcap::RosbagWriter;
 use crate::options::extension;
 
 /// A format that other programs read.
@@ -31,13 +33,21 @@ pub enum ExportFormat {
     RsScan,
     /// XDF, newtons.
     Xdf,
+    /// A bag of ROS 2, newtons.
+    Ros2,
     /// A line a frame, a column a taxel, newtons.
     Table,
 }
 
 impl ExportFormat {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Tekscan, Self::RsScan, Self::Xdf, Self::Table];
+    pub const ALL: [Self; 5] = [
+        Self::Tekscan,
+        Self::RsScan,
+        Self::Xdf,
+        Self::Ros2,
+        Self::Table,
+    ];
 
     /// Its word.
     pub fn word(self) -> &'static str {
@@ -45,6 +55,7 @@ impl ExportFormat {
             Self::Tekscan => "tekscan",
             Self::RsScan => "rsscan",
             Self::Xdf => "xdf",
+            Self::Ros2 => "ros2",
             Self::Table => "table",
         }
     }
@@ -66,7 +77,7 @@ impl FromStr for ExportFormat {
         let known = Self::ALL.iter().find(|format| format.word() == word);
         known
             .copied()
-            .ok_or_else(|| "must be tekscan, rsscan, xdf or table".to_owned())
+            .ok_or_else(|| "must be tekscan, rsscan, xdf, ros2 or table".to_owned())
     }
 }
 
@@ -117,12 +128,20 @@ trait Layout: Send {
 
 /// Writes loads as another program reads them.
 pub struct ExportWriter {
-    file: AtomicFile,
-    layout: Box<dyn Layout>,
+    sink: Sink,
     /// Whether it has neither loads below nothing nor marks.
     is_poor: bool,
-    text: Vec<u8>,
     losses: ExportLosses,
+}
+
+enum Sink {
+    /// Bytes one after the other.
+    Stream {
+        file: AtomicFile,
+        layout: Box<dyn Layout>,
+        bytes: Vec<u8>,
+    },
+    Bag(Box<RosbagWriter>),
 }
 
 impl ExportWriter {
@@ -136,16 +155,23 @@ impl ExportWriter {
         sensor: &Sensor,
         frames: Option<u64>,
     ) -> Result<Self, Error> {
+        let layout: Option<Box<dyn Layout>> = match format {
+            ExportFormat::Tekscan => Some(Box::new(tekscan::Tekscan::new(sensor, frames))),
+            ExportFormat::RsScan => Some(Box::new(rsscan::RsScan::default())),
+            ExportFormat::Xdf => Some(Box::new(xdf::Xdf::new(sensor))),
+            ExportFormat::Table => Some(Box::new(plain::Plain::new(sensor))),
+            ExportFormat::Ros2 => None,
+        };
         Ok(Self {
-            file: AtomicFile::create(file)?,
-            layout: match format {
-                ExportFormat::Tekscan => Box::new(tekscan::Tekscan::new(sensor, frames)),
-                ExportFormat::RsScan => Box::new(rsscan::RsScan::default()),
-                ExportFormat::Xdf => Box::new(xdf::Xdf::new(sensor)),
-                ExportFormat::Table => Box::new(plain::Plain::new(sensor)),
+            sink: match layout {
+                Some(layout) => Sink::Stream {
+                    file: AtomicFile::create(file)?,
+                    layout,
+                    bytes: Vec::new(),
+                },
+                None => Sink::Bag(Box::new(RosbagWriter::create(file, sensor.name())?)),
             },
             is_poor: matches!(format, ExportFormat::Tekscan | ExportFormat::RsScan),
-            text: Vec::new(),
             losses: ExportLosses::default(),
         })
     }
@@ -158,9 +184,18 @@ impl ExportWriter {
         if self.is_poor {
             self.count_losses(loads);
         }
-        self.text.clear();
-        self.layout.frame(loads, secs, &mut self.text);
-        self.file.put(&self.text)
+        match &mut self.sink {
+            Sink::Stream {
+                file,
+                layout,
+                bytes,
+            } => {
+                bytes.clear();
+                layout.frame(loads, secs, bytes);
+                file.put(bytes)
+            }
+            Sink::Bag(bag) => bag.write(loads, (1e9 * secs.max(0.0)).round() as u64),
+        }
     }
 
     fn count_losses(&mut self, loads: &Frame<Newtons>) {
@@ -180,11 +215,20 @@ impl ExportWriter {
     ///
     /// # Errors
     /// [`Error::Write`].
-    pub fn commit(mut self) -> Result<ExportLosses, Error> {
-        self.text.clear();
-        self.layout.end(&mut self.text);
-        self.file.put(&self.text)?;
-        self.file.commit()?;
+    pub fn commit(self) -> Result<ExportLosses, Error> {
+        match self.sink {
+            Sink::Stream {
+                mut file,
+                mut layout,
+                mut bytes,
+            } => {
+                bytes.clear();
+                layout.end(&mut bytes);
+                file.put(&bytes)?;
+                file.commit()?;
+            }
+            Sink::Bag(bag) => bag.finish()?,
+        }
         Ok(self.losses)
     }
 }
