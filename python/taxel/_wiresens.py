@@ -1,8 +1,8 @@
 """HDF5 files that the recorder of WiReSens writes, by ``h5py``: ``pip install h5py``.
 
-Of ``pressure`` (frames × select wires × read wires), ``ts`` (seconds since 1970) and ``predCount`` the first ``frame_count`` rows are data;
-the recorder makes room for 1024 at a time, and does not count the row that it wrote last. Where a sender leaves packets out (its intermittent mode) the recorder extrapolates them, and
-counts in ``predCount`` how many it has made up so far.
+Of ``pressure`` (frames × select wires × read wires), ``ts`` (seconds since 1970) and ``predCount`` the first ``frame_count`` rows are
+data: the recorder makes room for 1024 at a time, and does not count the row that it wrote last. Where a sender leaves packets out (its
+intermittent mode) the recorder extrapolates them, and counts in ``predCount`` how many it has made up so far.
 """
 
 from __future__ import annotations
