@@ -44,7 +44,9 @@ def name() -> str:
 def sender(program: str, *arguments: object) -> Iterator[subprocess.Popen[str]]:
     """Another process that sends."""
     text = f"import sys, time, numpy as np, taxel\nfrom taxel import lsl\n{program}"
-    with subprocess.Popen([sys.executable, "-c", text, *map(str, arguments)], stderr=subprocess.PIPE, text=True) as process:
+    command = [sys.executable, "-c", text, *map(str, arguments)]
+    # In a session of its own: whatever ends beside the tests neither stops it nor wakes it.
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
         try:
             yield process
             _, told = process.communicate(timeout=30)
@@ -165,7 +167,13 @@ with lsl.Outlet(shape=(2, 3), name=sys.argv[1], rate=100.0) as outlet:
 def test_ctrl_c_ends_a_recording_with_a_whole_file(name: str, tmp_path: Path) -> None:
     path = tmp_path / "trial.xdf"
     with lsl.Outlet(shape=(2, 3), name=name) as outlet:
-        with sender("print(lsl.record(sys.argv[1], [sys.argv[2]], timeout=20.0)[0].samples)", path, name) as process:
+        # Python leaves Ctrl-C ignored where it was so before: in the background of a shell.
+        program = """
+import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
+lsl.record(sys.argv[1], [sys.argv[2]], timeout=20.0)
+"""
+        with sender(program, path, name) as process:
             assert outlet.wait(20.0)
             time.sleep(0.5)
             for number in range(50):
