@@ -12,11 +12,11 @@ From raw frames to newtons on every taxel, with the cross-talk removed, and how 
 
 In reading order: ``Sensor`` says what the sensor is, ``read`` opens a recording, ``calibrate`` finds what the parts list does not
 say, ``Pipeline`` makes loads of frames, ``live`` does it as they come; ``scan`` and ``solve`` are the circuit both ways;
-``simulate``, ``identify``, ``evaluate`` and ``report`` go with them; ``measure`` finds forces over time, ``map`` works through an archive, ``taxel.ray`` on a cluster; ``taxel.plot``
-draws.
+``simulate``, ``identify``, ``evaluate`` and ``report`` go with them; ``measure`` finds forces over time, ``map`` works through an
+archive, ``taxel.ray`` on a cluster; ``taxel.lsl`` streams frames over a network; ``taxel.plot`` draws.
 """
 
-from . import plot
+from . import lsl, plot
 from ._batch import map
 from ._calibrate import Calibration, Presses, calibrate
 from ._circuit import Simulation, evaluate, identify, report, scan, simulate, solve
@@ -53,6 +53,7 @@ __all__ = [
     "evaluate",
     "identify",
     "live",
+    "lsl",
     "map",
     "measure",
     "plot",

@@ -6,13 +6,14 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, overload
+from typing import Any, Literal, Protocol, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._errors import Error, FileError
 from ._taxel import Reader, Sensor
+from ._wiresens import WiReSensReader, is_hdf5
 
 Unit = Literal["counts", "volts", "siemens"]
 _CHUNK = 256
@@ -34,6 +35,17 @@ class Chunk:
     """Newtons that were taken off each load while it was recorded, where there was a tare."""
     unit: Unit
     """What the values are."""
+
+
+class _Reads(Protocol):
+    """What reads a file, some frames at a time."""
+
+    @property
+    def shape(self) -> tuple[int, int]: ...
+    def read(self, most: int) -> dict[str, Any] | None: ...
+    def skip(self, most: int) -> int: ...
+    def events(self) -> list[dict[str, Any]]: ...
+    def missing(self) -> list[str]: ...
 
 
 class Recording:
@@ -59,13 +71,16 @@ class Recording:
         self._frames: int | None = None
         self._events: list[dict[str, Any]] = []
         self._missing: list[str] = []
+        self._was_gone_through = False
         self._closed = False
+        self._is_hdf5 = is_hdf5(path)
         self._shape = self._open().shape
 
-    def _open(self) -> Reader:
+    def _open(self) -> _Reads:
         if self._closed:
             raise Error(f"{self.path}: the recording is closed\nhint: taxel.read opens it again")
-        return Reader(self.path, self._sensor, *self._options)
+        kind = WiReSensReader if self._is_hdf5 else Reader
+        return kind(self.path, self._sensor, *self._options)
 
     @property
     def sensor(self) -> Sensor | None:
@@ -91,6 +106,13 @@ class Recording:
             yield chunk
         self._frames = count
         self._events, self._missing = reader.events(), reader.missing()
+        self._was_gone_through = True
+
+    def _go_through(self) -> None:
+        """Reads to the end without keeping anything: what stands beside the frames is known then."""
+        if not self._was_gone_through:
+            for _ in self.chunks():
+                pass
 
     def load(self) -> Chunk:
         """Reads all of it, and keeps it."""
@@ -135,6 +157,17 @@ class Recording:
         return self.load().time
 
     @property
+    def predicted(self) -> NDArray[np.bool_]:
+        """Of each frame, whether its recorder made it up or may have made up some of it, as WiReSens does where packets are missing; all
+        of such a frame is marked interpolated. False of every other format."""
+        self._check_open()
+        found = self.load()
+        reader = self._open()
+        if isinstance(reader, WiReSensReader):
+            return reader.made_up[found.sequence.astype(np.intp)]
+        return np.zeros(len(found.values), np.bool_)
+
+    @property
     def tare(self) -> NDArray[np.float64] | None:
         """Newtons that were taken off each load while it was recorded."""
         self._check_open()
@@ -144,14 +177,14 @@ class Recording:
     def events(self) -> list[dict[str, Any]]:
         """What happened meanwhile: marks, tares, the device; dicts of ``secs``, ``kind``, ``text``, ``unix_secs``."""
         self._check_open()
-        self.load()
+        self._go_through()
         return self._events
 
     @property
     def missing(self) -> list[str]:
         """What is known to be missing, in words; empty for a whole recording."""
         self._check_open()
-        self.load()
+        self._go_through()
         return self._missing
 
     def __len__(self) -> int:
@@ -272,7 +305,7 @@ def read(
     Parameters
     ----------
     path : str or path
-        ``.txt``, ``.csv``, ``.npy``, ``.npz``, ``.mcap``, ``.parquet``.
+        ``.txt``, ``.csv``, ``.npy``, ``.npz``, ``.mcap``, ``.parquet``; HDF5 of WiReSens, known by its first bytes (needs ``h5py``).
     sensor : Sensor, str, path or dict, optional
         What it is of. Recordings of ``.mcap`` and ``.parquet`` bring their own; text needs one.
     unit : {"counts", "volts", "siemens"}
@@ -291,7 +324,7 @@ def read(
     taxel.FileError
         No such file, or what is wrong in it: frame, line, both numbers.
     taxel.Error
-        Nothing tells the shape of its frames.
+        Nothing tells the shape of its frames; HDF5 without ``h5py``.
 
     Examples
     --------
