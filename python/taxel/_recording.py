@@ -37,6 +37,12 @@ class Chunk:
     """What the values are."""
 
 
+def _is_there(path: str | os.PathLike[str]) -> bool:
+    """Whether there is such a file; behind a ``#`` may stand which of the sensors in it is meant."""
+    file = os.fspath(path)
+    return os.path.exists(file) or os.path.isfile(file.rpartition("#")[0])
+
+
 class _Reads(Protocol):
     """What reads a file, some frames at a time."""
 
@@ -305,7 +311,9 @@ def read(
     Parameters
     ----------
     path : str or path
-        ``.txt``, ``.csv``, ``.npy``, ``.npz``, ``.mcap``, ``.parquet``; HDF5 of WiReSens, known by its first bytes (needs ``h5py``).
+        ``.txt``, ``.csv``, ``.npy``, ``.npz``, ``.mcap``, ``.parquet``; HDF5 of WiReSens, known by its first bytes (needs ``h5py``); what
+        Tekscan, RSscan, zebris, XSENSOR, novel and others export, known by its content: of several sensors one is named behind a
+        ``#``, as in ``walk.csv#left``.
     sensor : Sensor, str, path or dict, optional
         What it is of. Recordings of ``.mcap`` and ``.parquet`` bring their own; text needs one.
     unit : {"counts", "volts", "siemens"}
@@ -333,7 +341,7 @@ def read(
     """
     if unit not in ("counts", "volts", "siemens"):
         raise Error(f"unit {unit!r}\nhint: counts, volts or siemens")
-    if not os.path.exists(path):
+    if not _is_there(path):
         raise FileError(f"cannot open {os.fspath(path)}: no such file")
     if sensor is None:
         sensor = _carried(path)

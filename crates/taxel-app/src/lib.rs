@@ -39,6 +39,7 @@ pub mod grip;
 pub mod guided;
 pub mod identify;
 pub mod in_order;
+pub mod json_line;
 pub mod line_survey;
 pub mod measure;
 pub mod methods;

@@ -9,7 +9,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
     (
         "Measure",
         &[
-            "live", "grip", "view", "record", "replay", "convert", "recover", "devices",
+            "live", "grip", "view", "record", "replay", "stream", "convert", "recover", "devices",
         ],
     ),
     (
@@ -47,7 +47,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
 ];
 
 /// One to three examples of every verb. Files that are read are those that another example writes, where one does.
-const EXAMPLES: [(&str, &[&str]); 33] = [
+const EXAMPLES: [(&str, &[&str]); 34] = [
     (
         "live",
         &[
@@ -79,6 +79,13 @@ const EXAMPLES: [(&str, &[&str]); 33] = [
         ],
     ),
     ("replay", &["taxel replay run.mcap --to udp:127.0.0.1:5005"]),
+    (
+        "stream",
+        &[
+            "taxel stream sim:mat-16x16-cd4067 | head -1",
+            "taxel stream serial:/dev/ttyUSB0 --sensor mat.toml --sums --to udp:127.0.0.1:9000",
+        ],
+    ),
     (
         "convert",
         &[

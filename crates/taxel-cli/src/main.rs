@@ -17,6 +17,7 @@ mod outputs;
 mod patience;
 mod progress;
 mod recorded;
+mod sending;
 mod training_files;
 mod values;
 
@@ -26,7 +27,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use commands::{
     analyse, batch, bench, calibrate, compare, compensate, convert, dataset, demo, devices,
-    evaluate, info, model, netlist, plot, record, recover, replay, report, simulate, train,
+    evaluate, info, model, netlist, plot, record, recover, replay, report, simulate, stream, train,
 };
 
 /// From raw frames of a resistive pressure-sensor matrix to calibrated loads.
@@ -47,6 +48,7 @@ enum Command {
     View(commands::live::ViewArgs),
     Record(record::Args),
     Replay(replay::Args),
+    Stream(stream::Args),
     Convert(convert::Args),
     Recover(recover::Args),
     Devices(devices::Args),
@@ -102,6 +104,7 @@ fn main() -> ExitCode {
         Command::View(args) => commands::live::run_view(&args),
         Command::Record(args) => record::run(&args),
         Command::Replay(args) => replay::run(&args),
+        Command::Stream(args) => stream::run(&args),
         Command::Convert(args) => convert::run(&args),
         Command::Recover(args) => recover::run(&args),
         Command::Devices(args) => devices::run(&args),

@@ -143,7 +143,8 @@ struct Together {
 
 enum File {
     Mcap(Box<McapWriter>, Carry),
-    Parquet(Box<ParquetWriter>),
+    /// With counts, or loads alone.
+    Parquet(Box<ParquetWriter>, bool),
 }
 
 impl Outputs {
@@ -307,9 +308,11 @@ impl Together {
             };
             File::Mcap(Box::new(writer), carry)
         } else {
-            let has_counts = of.input.unit == InputUnit::Counts;
+            // What another program has found was no count, and may have fractions.
+            let is_ours = of.sensor.exported().is_none();
+            let has_counts = is_ours && of.input.unit == InputUnit::Counts;
             let writer = ParquetWriter::create_with_loads(output, of.sensor, has_counts)?;
-            File::Parquet(Box::new(writer))
+            File::Parquet(Box::new(writer), has_counts)
         };
         Ok(Self {
             file,
@@ -353,8 +356,8 @@ impl Together {
                 writer.write_counts(&self.counts, host)?;
                 writer.write_loads(&self.loads, host)?;
             }
-            File::Parquet(writer) => {
-                let counts = has_counts.then_some(&self.counts);
+            File::Parquet(writer, keeps_counts) => {
+                let counts = (has_counts && *keeps_counts).then_some(&self.counts);
                 writer.write_loads(counts, &self.loads, host)?;
             }
         }
@@ -370,7 +373,7 @@ impl Together {
                 }
                 writer.finish()?;
             }
-            File::Parquet(writer) => writer.commit()?,
+            File::Parquet(writer, _) => writer.commit()?,
         }
         Ok(())
     }

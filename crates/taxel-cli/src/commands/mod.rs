@@ -35,5 +35,6 @@ pub(crate) mod report;
 pub(crate) mod rig;
 pub(crate) mod selftest;
 pub(crate) mod simulate;
+pub(crate) mod stream;
 mod taxel_address;
 pub(crate) mod train;

@@ -1,7 +1,5 @@
 //! `taxel replay`: a recording as if a device sent it now.
 
-use std::io::{self, Write};
-use std::net::UdpSocket;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -10,19 +8,20 @@ use taxel_acquire::protocol::taxel1::{Header, encode};
 use taxel_io::{FrameSource, ReadOptions, open_counts};
 
 use crate::error::Error;
+use crate::sending::Out;
 use crate::{Exit, interrupt, out};
 use taxel_app::sensor_source;
 use taxel_io::sensor_file;
 
 /// Send a recording as a device would, in protocol taxel-1
 ///
-/// To a UDP address, where `taxel live udp:…` listens, or to standard output. `taxel view` shows a recording without
+/// To a UDP address, where `taxel live udp:…` listens, over TCP, or to standard output. `taxel view` shows a recording without
 /// this detour.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Recording of counts
     recording: PathBuf,
-    /// udp:HOST:PORT, or - for standard output
+    /// udp:HOST:PORT, tcp:HOST:PORT, or - for standard output
     #[arg(long, value_name = "ADDRESS")]
     to: String,
     /// Sensor file, or the name of a preset; .mcap and .parquet bring their own
@@ -31,56 +30,6 @@ pub(crate) struct Args {
     /// Playback speed, times as recorded, 0.001 to 1000; max (or 0): as fast as possible
     #[arg(long, value_name = "FACTOR|max", default_value = "1", value_parser = speed)]
     speed: f64,
-}
-
-/// The largest datagram: a frame beyond it must go another way.
-const MAX_DATAGRAM: usize = 65_507;
-
-enum Out {
-    Udp(UdpSocket),
-    Standard(io::Stdout),
-}
-
-impl Out {
-    fn open(to: &str) -> Result<Self, Error> {
-        if to == "-" {
-            return Ok(Self::Standard(io::stdout()));
-        }
-        let Some(address) = to.strip_prefix("udp:") else {
-            return Err(Error::Arguments {
-                what: format!("--to {to}: neither udp:HOST:PORT nor -"),
-                hint: "udp:127.0.0.1:9000",
-            });
-        };
-        let failed = |source: io::Error| Error::Arguments {
-            what: format!("--to {to}: {source}"),
-            hint: "udp:HOST:PORT of the computer that receives; udp:127.0.0.1:9000",
-        };
-        let socket = UdpSocket::bind("0.0.0.0:0").map_err(failed)?;
-        socket.connect(address).map_err(failed)?;
-        Ok(Self::Udp(socket))
-    }
-
-    fn send(&mut self, bytes: &[u8]) -> Result<(), Error> {
-        match self {
-            Out::Udp(_) if bytes.len() > MAX_DATAGRAM => Err(Error::Arguments {
-                what: format!(
-                    "a frame of {} bytes does not fit a datagram of {MAX_DATAGRAM}",
-                    bytes.len()
-                ),
-                hint: "--to - and a pipe",
-            }),
-            Out::Udp(socket) => {
-                // Nobody listens yet, or no more: a device would not care either.
-                let _ = socket.send(bytes);
-                Ok(())
-            }
-            Out::Standard(out) => out
-                .write_all(bytes)
-                .and_then(|()| out.flush())
-                .map_err(Error::Stdout),
-        }
-    }
 }
 
 /// Recorded seconds without a frame that are waited for; more is a clock that jumped.

@@ -7,6 +7,8 @@ use crate::error::Error;
 
 /// Decimals that a count may stand for at most: with more, sums of numbers that were averaged would not fit a converter.
 const MAX_DECIMALS: u8 = 6;
+/// What converters of 16 bits count to, but for the end of their range.
+const MOST_COUNTS: f64 = 65_535.0;
 /// Bits of the converters that counts are taken to be of.
 const BITS: [u32; 5] = [8, 12, 16, 24, 32];
 
@@ -109,10 +111,13 @@ impl Survey {
             self.bits = bits_of(scale.max_count);
             return;
         }
+        let largest = self.largest.max(pad.saturation.unwrap_or(0.0));
+        let fits = |decimals: &u8| power_of_ten(*decimals) * largest < MOST_COUNTS;
+        // With fractions of counts rather than with more bits than recordings and viewers have.
+        let decimals = (0..=decimals).rev().find(fits).unwrap_or(0);
         let step = 1.0 / power_of_ten(decimals);
         let is_raw = pad.quantity == Quantity::Raw && decimals == 0;
         self.unit_per_count = (!is_raw).then_some(step);
-        let largest = self.largest.max(pad.saturation.unwrap_or(0.0));
         // Raw counts may reach their converter's end; a step above all others is none.
         let spare = if is_raw { 0.0 } else { 1.0 };
         self.bits = bits_of((largest / step).round() + spare);

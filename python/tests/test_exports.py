@@ -1,0 +1,45 @@
+"""Files of other programs: read as recordings, their loads as they are."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import taxel
+
+# Beside the tests where they run by themselves.
+CUTS = next(folder for folder in [Path(__file__).parent / "exports", *(parent / "testdata" / "exports" for parent in Path(__file__).parents)] if folder.is_dir())
+
+
+def test_a_tekscan_export_is_a_recording_with_its_sensor():
+    recording = taxel.read(CUTS / "fscan.asf")
+    assert recording.shape == (60, 21)
+    assert recording.sensor is not None
+    exported = recording.sensor.to_dict()["exported"]
+    assert exported["unit"] == "KPa" and "6.33" in exported["program"]
+    assert recording.counts.sum(axis=(1, 2)).tolist() == [35389, 35819, 34574]
+    assert recording.time is not None and np.allclose(recording.time, [0, 0.032, 0.064])
+
+
+def test_its_loads_are_pressure_times_area_and_nobody_knows_their_errors():
+    recording = taxel.read(CUTS / "fscan.asf")
+    pipeline = taxel.Pipeline(recording.sensor)
+    totals = pipeline.process(recording).loads.sum(axis=(1, 2))
+    assert np.allclose(totals, [913.2626896, 924.3594416, 892.2304736], atol=1e-9)
+    with pytest.raises(taxel.Error, match="nothing tells how far to trust these loads"):
+        pipeline.process(recording, standard_errors=True)
+
+
+def test_one_sensor_of_several_and_raw_counts():
+    with pytest.raises(taxel.Error, match="holds 2 sensors: left, right"):
+        taxel.read(CUTS / "xsensor.csv")
+    left = taxel.read(f"{CUTS / 'xsensor.csv'}#left")
+    assert left.shape == (31, 11)
+    raw = taxel.read(f"{CUTS / 'fscan.asf'}#raw")
+    assert raw.counts.dtype == np.uint16 and raw.counts.max() == 78
+
+
+def test_measured_beside_what_the_file_tells():
+    measured = taxel.measure(CUTS / "emed.lst", trials="whole")
+    table = measured.series
+    assert np.allclose(table["total_n"], [817.375, 818.625, 816.625], atol=1e-9)
+    assert np.allclose(table["reference_n"], [817.38, 818.63, 816.63])
