@@ -56,6 +56,20 @@ pub fn needed_sensor(
     })
 }
 
+/// Refuses loads that another program has found where the readings of a circuit are asked for.
+pub fn needs_readings(sensor: &Sensor) -> Result<(), Error> {
+    match sensor.exported() {
+        Some(exported) => Err(Error::Arguments {
+            what: format!(
+                "these are loads as {} has exported them, and no readings of a circuit",
+                exported.program
+            ),
+            hint: "a sensor file of your own (--sensor) tells circuit and converter; Tekscan's calibrated exports give raw counts by it",
+        }),
+        None => Ok(()),
+    }
+}
+
 /// Says what is missing from a recording; whether anything is.
 pub fn tell_missing(file: &Path, integrity: &Integrity) -> bool {
     for words in integrity.words() {

@@ -145,6 +145,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         return live::run(args, address);
     }
     let sensor = sensor_of(args)?;
+    recorded::needs_readings(&sensor)?;
     if let (Some(recording), Some(loads)) = (&args.series, &args.loads) {
         return series::run(args, &sensor, recording, loads);
     }

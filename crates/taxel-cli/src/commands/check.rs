@@ -64,6 +64,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         check_sensor_ending("-o", output)?;
     }
     let (sensor, file) = recorded::needed_sensor(Some(&args.sensor), None)?;
+    recorded::needs_readings(&sensor)?;
     let (data, lines) = files.read(&sensor, &Terminal)?;
     let in_file = |source| taxel_app::Error::InFile {
         file: file.clone(),

@@ -59,6 +59,12 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         .check()?;
     let carried = args.recordings.first().filter(|_| args.rows.is_none());
     let sensor = recorded::sensor(args.sensor.as_deref(), carried.map(PathBuf::as_path))?;
+    if let Some((sensor, _)) = sensor
+        .as_ref()
+        .filter(|(sensor, _)| sensor.material().is_some())
+    {
+        recorded::needs_readings(sensor)?;
+    }
     let mut files = IdentifyFiles::default();
     files.recordings.clone_from(&args.recordings);
     files.sensor = sensor.map(|(sensor, _)| sensor);

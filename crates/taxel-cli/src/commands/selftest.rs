@@ -16,7 +16,7 @@ use super::positive::positive;
 use crate::error::Error;
 use crate::outputs::Files;
 use crate::progress::Progress;
-use crate::{Exit, out};
+use crate::{Exit, out, recorded};
 use report::Report;
 use taxel_app::frames::show;
 use taxel_app::sensor_source;
@@ -89,6 +89,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
                 Some(file) => sensor_file::load(file)?,
                 None => sensor_source::of_recording(empty)?.0,
             };
+            recorded::needs_readings(&sensor)?;
             let result = test(args, &sensor, empty, rubbed)?;
             (sensor, result)
         }

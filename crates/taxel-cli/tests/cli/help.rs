@@ -19,6 +19,7 @@ fn without_a_verb_the_help_is_shown_and_the_exit_code_is_2() {
       view         Play a recording in the browser
       record       Record a sensor
       replay       Send a recording as a device would, in protocol taxel-1
+      stream       Send every frame of a live source as a line of JSON
       convert      Write a recording in another format
       recover      Repair a recording that was cut off
       devices      List the serial ports of this machine
@@ -104,8 +105,13 @@ fn flags_of_compensate() {
           --input-unit <INPUT_UNIT>  Unit of what is read; volts and siemens are real numbers (.csv,
                                      .npy, .npz) [default: counts] [possible values: counts, volts,
                                      siemens]
-      -o, --output <FILE>            Where to write (.csv, .npy, .npz, .mcap, .parquet); without it,
-                                     numbers go to standard output
+      -o, --output <FILE>            Where to write (.csv, .npy, .npz, .mcap, .parquet, .asf, .xdf);
+                                     without it, numbers go to standard output
+          --as <FORMAT>              Write loads as other programs read them: `tekscan` (ASCII, kPa),
+                                     `rsscan` (text, newtons), `xdf` (newtons, with times, marks and the
+                                     sensor file), `ros2` (a bag of images and wrenches), `table` (a
+                                     line a frame, a column a taxel, newtons); .asf and .xdf say so
+                                     themselves
           --method <NAME|MODEL>      How loads are found: auto (what suits the read-out), exact, newton,
                                      raw (no compensation), or the file of a model that `taxel train`
                                      wrote [default: auto]
@@ -278,6 +284,10 @@ fn flags_of_info() {
                                   .parquet: their loads, newtons
           --keep-going            Leave out frames that cannot be read, instead of stopping at the first
           --transpose             The recording has rows and columns swapped
+          --with-names            Show what a file of another program says of persons, and names of
+                                  files, which are left out else
+          --write-sensor <FILE>   Where to write the sensor file that the recording carries (.toml), to
+                                  be looked at and changed
           --json                  Print JSON
       -h, --help                  Print help (see more with '--help')
 

@@ -13,6 +13,7 @@ mod completions;
 mod design;
 mod diodes;
 mod evaluate;
+mod exports;
 mod files;
 mod grip;
 mod guided;
