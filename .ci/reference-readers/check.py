@@ -1,4 +1,4 @@
-"""Files written by taxel, read by numpy, pyarrow, openpyxl, mcap with the schemas of Foxglove and of ROS 2, rosbags, pyxdf and
+"""Files written by taxel, and frames served by it, read by numpy, pyarrow, openpyxl, mcap with the schemas of Foxglove and of ROS 2, rosbags, pyxdf and
 onnx; and Parquet that pyarrow wrote anew, read by taxel.
 
     python check.py TAXEL REPOSITORY
@@ -28,6 +28,8 @@ from foxglove_schemas_protobuf import Grid_pb2
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
+
+import live
 
 TAXEL, ROOT = sys.argv[1], Path(sys.argv[2])
 SENSOR = """format = 1
@@ -324,6 +326,24 @@ def network():
     print(f"  onnx: {found.size} answers, largest difference {error:.1e} of the largest")
 
 
+def foxglove():
+    """Every frame that Foxglove is served is one of the recording's, to the bit."""
+    grids, images, figures = live.served(TAXEL, "live file:run.mcap?speed=0.02")
+    expected = frames("N.csv").astype(np.float32)
+    served = np.array([np.frombuffer(grid.data, live.CELL).reshape(ROWS, COLUMNS) for grid in grids])
+    number = [int(np.flatnonzero((expected == frame).all(axis=(1, 2)))[0]) for frame in served["newtons"]]
+    assert len(set(number)) > 5, number
+    same("Foxglove, loads served", served["newtons"], expected[number])
+    assert {(grid.cell_size.x, grid.cell_size.y, grid.column_count) for grid in grids} == {(0.003, 0.002, COLUMNS)}
+    pixels = np.array([np.frombuffer(image.data, "<f4").reshape(image.height, image.width) for image in images])
+    assert {image.encoding for image in images} == {"32FC1"}
+    same("Foxglove, images served", pixels, served["newtons"])
+    totals = np.array([one["total_force_newtons"] for one in figures])
+    error = np.abs(totals - served["newtons"].astype(float).sum(axis=(1, 2))).max()
+    assert error < 1e-5 * totals.max(), error
+    print(f"  Foxglove, total force served: {totals.size} numbers")
+
+
 def main():
     started = time.monotonic()
     Path("sensor.toml").write_text(SENSOR)
@@ -343,6 +363,7 @@ def main():
     exports()
     tables()
     network()
+    foxglove()
     print(f"{checked} numbers read by others are what taxel says ({time.monotonic() - started:.0f} s)")
 
 

@@ -34,6 +34,8 @@ pub mod executor;
 pub mod exported;
 pub mod figures;
 pub mod fingerprint;
+#[cfg(feature = "foxglove")]
+pub mod foxglove;
 pub mod frames;
 pub mod grip;
 pub mod guided;

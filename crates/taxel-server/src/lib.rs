@@ -7,6 +7,8 @@ mod assets;
 mod client;
 mod command;
 mod connections;
+#[cfg(feature = "foxglove")]
+mod foxglove;
 mod frame;
 mod guard;
 mod messages;
@@ -19,6 +21,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use tokio::sync::{Semaphore, broadcast, oneshot, watch};
 
+#[cfg(feature = "foxglove")]
+pub use self::foxglove::FoxgloveServer;
 pub use command::{CalibrationStep, Command, GripStep, Watched};
 pub use frame::FrameMessage;
 use frame::Sent;

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
+use taxel::Sensor;
 use taxel_acquire::Address;
 
 use crate::error::Error;
@@ -11,7 +12,7 @@ use taxel_app::calibration_age::calibration_history;
 use taxel_app::exported::exported_words;
 use taxel_app::methods::MethodName;
 use taxel_app::sensor_source;
-use taxel_app::session::{RecordTopics, Session, SessionOptions};
+use taxel_app::session::{FrameObserver, RecordTopics, Session, SessionOptions};
 
 const SIMULATED: &str = "sim:econe?hand";
 
@@ -60,6 +61,9 @@ struct Shown {
     /// Record the loads as images and the total as a wrench besides, which ROS 2 and Rerun know
     #[arg(long, requires = "loads")]
     images: bool,
+    /// Show the loads in Foxglove as well: it connects to ws://HOST:PORT (Open connection, Foxglove WebSocket)
+    #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = "127.0.0.1:8765", require_equals = true)]
+    foxglove: Option<String>,
 }
 
 /// Runs `taxel live`.
@@ -77,6 +81,27 @@ pub(crate) fn run_view(args: &ViewArgs) -> Result<Exit, Error> {
         speed: Some(1.0),
     };
     show(&address, &args.shown, None, true)
+}
+
+/// A server for Foxglove; says where it listens.
+#[cfg(feature = "foxglove")]
+fn foxglove(address: &str, sensor: &Sensor) -> Result<FrameObserver, Error> {
+    let (observer, port) = taxel_app::foxglove::foxglove(address, sensor)?;
+    let host = address.rsplit_once(':').map_or(address, |(host, _)| host);
+    out::note(&format!("Foxglove connects to ws://{host}:{port}"));
+    if !matches!(host, "127.0.0.1" | "localhost" | "[::1]") {
+        out::note("whoever reaches that port sees the loads: its protocol knows no token");
+    }
+    Ok(observer)
+}
+
+/// This build has none.
+#[cfg(not(feature = "foxglove"))]
+fn foxglove(address: &str, _: &Sensor) -> Result<FrameObserver, Error> {
+    Err(Error::Arguments {
+        what: format!("--foxglove={address}: this build has no Foxglove"),
+        hint: "`cargo install --path crates/taxel-cli --features foxglove`",
+    })
 }
 
 fn show(
@@ -99,6 +124,9 @@ fn show(
     options.server = Some(shown.access.server()?);
     options.record = record.map(Path::to_owned);
     options.held = held;
+    if let Some(address) = &shown.foxglove {
+        options.observer = Some(foxglove(address, &options.sensor)?);
+    }
     let exported = exported_words(&options.sensor);
     let mut session = Session::start(options)?;
     if let Some(words) = exported {

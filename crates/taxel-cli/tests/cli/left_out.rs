@@ -43,3 +43,17 @@ fn a_format_that_is_left_out_is_told_with_what_to_do() {
         assert!(!folder.exists(file));
     }
 }
+
+#[cfg(not(feature = "foxglove"))]
+#[test]
+fn a_server_that_is_left_out_is_told_with_what_to_do() {
+    let folder = Folder::new();
+    let run =
+        folder.fails("live sim:sensor.toml?uniform --listen=127.0.0.1:0 --foxglove=127.0.0.1:0");
+    assert!(
+        run.err.ends_with(
+            "error: --foxglove=127.0.0.1:0: this build has no Foxglove\nhint: `cargo install --path crates/taxel-cli --features foxglove`\n"
+        ),
+        "{run}"
+    );
+}
