@@ -88,6 +88,12 @@ pub(super) fn each_cell(
         let from = at;
         let (cell, to) = match digits(line, from, has_comma, is_end, is_space) {
             Some((value, decimals, to)) => (Cell::Number(value, decimals), to),
+            // A letter alone: a cell that no taxel stands in.
+            None if line[from].is_ascii_alphabetic()
+                && line.get(from + 1).is_none_or(|&byte| is_end(byte)) =>
+            {
+                (Cell::Word, from + 1)
+            }
             None => slow(line, from, separator),
         };
         if !see(number, cell, (from, to)) {
