@@ -31,7 +31,7 @@ const AS_EXPORTED: &str = "has exported them (KPa): no cross-talk is removed, no
 
 #[test]
 fn every_command_says_whose_loads_they_are() {
-    let folder = with(&["fscan.asf", "emed.lst"]);
+    let folder = with(&["fscan.asf"]);
     let info = folder.good("info fscan.asf");
     assert!(info.err.contains(AS_EXPORTED), "{info}");
     assert!(
@@ -79,7 +79,11 @@ fn every_command_says_whose_loads_they_are() {
         "{figures}"
     );
     assert!(!figures.contains("half_width"), "{figures}");
+}
 
+#[test]
+fn pictures_and_archives_say_it_as_well() {
+    let folder = with(&["fscan.asf", "emed.lst"]);
     folder.good("plot fscan.asf --frame 1 --unit kPa -o foot.svg");
     let picture = folder.read("foot.svg");
     assert!(picture.contains("fscan.asf, fscan, as Tekscan Pressure"));

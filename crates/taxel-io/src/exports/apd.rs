@@ -7,11 +7,13 @@ use super::cells::{Cell, Separator, each_cell, number_of};
 use super::header::Pairs;
 use super::pad::Pad;
 use super::text_file::TextFile;
-use super::units::quantity;
+use super::units::unit_of;
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
-use crate::error::{Error, ExportError};
+use crate::error::Error;
 
 const FORMAT: &str = "zebris .apd";
+/// What stands for a pressure too small to be told.
+const BELOW_THRESHOLD: f64 = -1.0;
 
 pub(super) fn is_it(beginning: &Beginning) -> bool {
     let mut has = [false; 2];
@@ -34,13 +36,7 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     let hint = "[Technical] says how large the picture is: SensCountX, SensCountY";
     let size = pairs.count("senscountx").zip(pairs.count("senscounty"));
     let (rows, columns) = size.ok_or_else(|| text.wrong(FORMAT, "its size", hint))?;
-    let unit = pairs.get("unitpressure").unwrap_or("N/cm2").to_owned();
-    let known = quantity(&unit).ok_or_else(|| {
-        let mut at = text.place(0);
-        at.line = pairs.line_of("unitpressure");
-        let found = unit.clone();
-        Error::Export(Box::new(ExportError::Unit { at, found }))
-    })?;
+    let (unit, known) = unit_of(&text, FORMAT, &pairs, "unitpressure")?;
     let mut pad = Pad::new(rows, columns, &unit, known);
     let pitch = pairs.positive("ldistx").zip(pairs.positive("ldisty"));
     pad.pitch_mm = pitch.map(<[f64; 2]>::from);
@@ -49,6 +45,11 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     about.header = lines.join("\n");
     let step = pairs.get("timediff").and_then(number_of);
     about.secs_per_frame = step.map(|ms| 1e-3 * ms).filter(|secs| *secs > 0.0);
+    let index = |key| pairs.get(key).and_then(|text| text.parse::<u64>().ok());
+    about.frames = index("maxidx").and_then(|last| {
+        let more = last.checked_sub(index("minidx").unwrap_or(0))?;
+        more.checked_add(1)
+    });
     let reader = Apd {
         text,
         taxels: rows * columns,
@@ -88,13 +89,13 @@ impl Apd {
         let mut fault = None;
         each_cell(numbers, Separator::of(numbers), |_, cell, place| {
             match cell {
-                Cell::Number(value, own) => {
-                    // Below the threshold.
-                    values.push(value.max(0.0));
+                Cell::Number(value, _) if value == BELOW_THRESHOLD => values.push(0.0),
+                Cell::Number(value, own) if value >= 0.0 => {
+                    values.push(value);
                     *decimals = (*decimals).max(own);
                 }
                 Cell::Empty => {}
-                Cell::Word => fault = Some(place),
+                _ => fault = Some(place),
             }
             fault.is_none()
         });
@@ -103,9 +104,13 @@ impl Apd {
         };
         let found = format!("`{}`", crate::grid::shortened(&numbers[at..to]));
         let hint = "a reading that is missing or broken";
-        Err(self
-            .text
-            .wrong_at(from + at, FORMAT, found, "a number", hint))
+        Err(self.text.wrong_at(
+            from + at,
+            FORMAT,
+            found,
+            "a number of 0 or more, or -1",
+            hint,
+        ))
     }
 }
 

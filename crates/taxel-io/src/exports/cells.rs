@@ -204,7 +204,14 @@ pub(super) fn number_of(text: &str) -> Option<f64> {
 pub(super) fn number_and_rest(text: &str) -> Option<(f64, &str)> {
     let text = text.trim();
     let is_part = |c: char| c.is_ascii_digit() || matches!(c, '.' | ',' | '-' | '+');
-    let end = text.find(|c| !is_part(c)).unwrap_or(text.len());
+    let mut end = text.find(|c| !is_part(c)).unwrap_or(text.len());
+    if let Some(power) = text[end..].strip_prefix(['e', 'E']) {
+        let digits = power.strip_prefix(['-', '+']).unwrap_or(power);
+        let count = digits.bytes().take_while(u8::is_ascii_digit).count();
+        if count > 0 {
+            end = text.len() - digits.len() + count;
+        }
+    }
     Some((number_of(&text[..end])?, text[end..].trim()))
 }
 
@@ -266,6 +273,10 @@ mod tests {
         assert_eq!(number_and_rest("25,8064 mm2"), Some((25.8064, "mm2")));
         assert_eq!(number_and_rest("mm"), None);
         assert_eq!(number_of("1e3"), Some(1000.0));
+        assert_eq!(number_and_rest("2.58064e-005 m2"), Some((2.58064e-5, "m2")));
+        assert_eq!(number_and_rest("3,2E+1"), Some((32.0, "")));
+        assert_eq!(number_and_rest("5 e"), Some((5.0, "e")));
+        assert_eq!(number_and_rest("5e"), Some((5.0, "e")));
         assert_eq!(number_of("12 mm"), None);
     }
 

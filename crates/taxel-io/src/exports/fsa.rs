@@ -17,7 +17,6 @@ const TABS: Rows = Rows {
     format: FORMAT,
     separator: Separator::One(b'\t'),
     skipped: 0,
-    has_more: false,
 };
 
 pub(super) fn is_it(beginning: &Beginning) -> bool {
@@ -67,5 +66,10 @@ impl Parser for Fsa {
 
     fn text(&self) -> &TextFile {
         &self.text
+    }
+
+    fn is_cut(&self) -> bool {
+        // The last number may have lost digits.
+        !self.text.is_closed()
     }
 }

@@ -118,9 +118,8 @@ impl Parser for Insole {
         let numbers = cell
             .split(|c: char| !is_number(c))
             .filter(|number| !number.is_empty());
-        frame
-            .values
-            .extend(numbers.filter_map(|number| number.parse::<f64>().ok()));
+        let value = |number: &str| number.parse::<f64>().unwrap_or(f64::NAN);
+        frame.values.extend(numbers.map(value));
         let line = self.record.position().map_or(0, csv::Position::line);
         let is_whole = frame.values.iter().all(|value| *value >= 0.0);
         if frame.values.len() == ROWS * COLUMNS && is_whole {
@@ -132,7 +131,7 @@ impl Parser for Insole {
                 frame.values.len()
             )
         } else {
-            format!("a number below 0 in `Matrix_{pad}` of line {line}")
+            format!("a number below 0, or none, in `Matrix_{pad}` of line {line}")
         };
         let expected = format!("{} of 0 or more", ROWS * COLUMNS);
         let hint = "a picture of 33 x 15; --keep-going leaves its frame out";

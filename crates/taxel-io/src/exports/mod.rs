@@ -134,8 +134,11 @@ impl Beginning {
     }
 }
 
+/// Whether a file that begins so is of one format.
+type IsIt = fn(&Beginning) -> bool;
+
 /// Every format: how it is known, and what opens it.
-const FORMATS: [(fn(&Beginning) -> bool, Open); 11] = [
+const FORMATS: [(IsIt, Open); 11] = [
     (tekscan::is_it, tekscan::open),
     (zebris::is_it, zebris::open),
     (apd::is_it, apd::open),
@@ -155,13 +158,15 @@ pub(crate) fn file_and_pad(path: &Path) -> (PathBuf, Option<String>) {
     if path.exists() {
         return whole;
     }
-    let Some((file, pad)) = path.to_str().and_then(|text| text.rsplit_once('#')) else {
-        return whole;
-    };
-    match Path::new(file).is_file() {
-        true => (PathBuf::from(file), Some(pad.to_owned())),
-        false => whole,
-    }
+    // Names of files and of sensors may have one, too.
+    let text = path.to_str().unwrap_or("");
+    let named = text
+        .rmatch_indices('#')
+        .map(|(at, _)| (&text[..at], &text[at + 1..]))
+        .find(|(file, _)| Path::new(file).is_file());
+    named.map_or(whole, |(file, pad)| {
+        (PathBuf::from(file), Some(pad.to_owned()))
+    })
 }
 
 /// The file that a path names, without the name of a sensor in it.

@@ -4,15 +4,18 @@
 use std::path::Path;
 
 use super::cells::{Cell, Separator, each_cell, number_and_rest};
+use super::header::Pairs;
 use super::pad::Pad;
 use super::text_file::TextFile;
-use super::units::quantity;
+use super::units::unit_of;
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
-use crate::error::{Error, ExportError};
+use crate::error::Error;
 
 const FORMAT: &str = "novel pedar";
 /// Lines before the numbers at most.
 const MAX_HEADER: u64 = 100;
+/// Behind it stands the unit.
+const UNIT: &str = "pressure values in";
 
 pub(super) fn is_it(beginning: &Beginning) -> bool {
     let mut has = [false; 3];
@@ -27,7 +30,7 @@ pub(super) fn is_it(beginning: &Beginning) -> bool {
 pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error> {
     let mut text = TextFile::open(file)?;
     let mut lines = Vec::new();
-    let (mut unit, mut unit_line, mut step) = ("kPa".to_owned(), 0, None);
+    let (mut pairs, mut step) = (Pairs::default(), None);
     let counts = loop {
         if !text.advance()? || text.place(0).line > MAX_HEADER {
             let hint = "it names the sensors, left ones and then right ones";
@@ -38,8 +41,8 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         if line.starts_with("time[secs]") {
             break insoles(line);
         }
-        if let Some(said) = line.strip_prefix("pressure values in") {
-            (unit, unit_line) = (said.trim().to_owned(), text.place(0).line);
+        if let Some(said) = line.strip_prefix(UNIT) {
+            pairs.add(&format!("{UNIT}:{said}"), &[':'], text.place(0).line);
         }
         if let Some((_, said)) = line.split_once("time per frame [secs]:") {
             step = number_and_rest(said)
@@ -48,12 +51,7 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         }
         lines.push(line.to_owned());
     };
-    let known = quantity(&unit).ok_or_else(|| {
-        let mut at = text.place(0);
-        at.line = unit_line;
-        let found = unit.clone();
-        Error::Export(Box::new(ExportError::Unit { at, found }))
-    })?;
+    let (unit, known) = unit_of(&text, FORMAT, &pairs, UNIT)?;
     let pads: Vec<Pad> = ["left", "right"]
         .iter()
         .zip(&counts)

@@ -4,14 +4,17 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::cells::{Cell, Separator, each_cell, number_and_rest, number_of};
+use super::header::Pairs;
 use super::pad::Pad;
 use super::text_file::TextFile;
-use super::units::quantity;
+use super::units::unit_of;
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
-use crate::error::{Error, ExportError};
+use crate::error::Error;
 
 const FORMAT: &str = "novel pliance";
 const MAX_HEADER: u64 = 100;
+/// Behind it stands the unit.
+const UNIT: &str = "pressure values in";
 /// Lines of coordinates are the same where they are within so much, cm.
 const SAME_CM: f64 = 1e-3;
 /// Of a grid at least this share of the crossings carries a sensor; fewer are a list of places.
@@ -43,7 +46,7 @@ fn microsecond(secs: f64) -> i64 {
 pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error> {
     let mut text = TextFile::open(file)?;
     let mut lines = Vec::new();
-    let (mut unit, mut unit_line, mut step) = ("kPa".to_owned(), 0, None);
+    let (mut pairs, mut step) = (Pairs::default(), None);
     let sensors = loop {
         if !text.advance()? || text.place(0).line > MAX_HEADER {
             let hint = "it names the sensors";
@@ -54,8 +57,8 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         if line.starts_with("time[secs]") {
             break line.split_whitespace().count() - 1;
         }
-        if let Some(said) = line.strip_prefix("pressure values in") {
-            (unit, unit_line) = (said.trim().to_owned(), text.place(0).line);
+        if let Some(said) = line.strip_prefix(UNIT) {
+            pairs.add(&format!("{UNIT}:{said}"), &[':'], text.place(0).line);
         }
         if let Some((_, said)) = line.split_once("time per frame [secs]:") {
             step = number_and_rest(said)
@@ -64,12 +67,7 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         }
         lines.push(line.to_owned());
     };
-    let known = quantity(&unit).ok_or_else(|| {
-        let mut at = text.place(0);
-        at.line = unit_line;
-        let found = unit.clone();
-        Error::Export(Box::new(ExportError::Unit { at, found }))
-    })?;
+    let (unit, known) = unit_of(&text, FORMAT, &pairs, UNIT)?;
     if sensors == 0 {
         return Err(text.wrong(FORMAT, "numbers of sensors", "none is named"));
     }
@@ -85,6 +83,13 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         text,
         taxels: about.pads[0].rows * about.pads[0].columns,
         places,
+        has_places: ![
+            &behind.centres_cm[0],
+            &behind.centres_cm[1],
+            &behind.areas_cm2,
+        ]
+        .iter()
+        .any(|list| list.is_empty()),
         forces: behind.forces,
         has_ended: false,
     };
@@ -220,6 +225,8 @@ struct Pliance {
     forces: BTreeMap<i64, f64>,
     /// Whether the line behind the last frame was met.
     has_ended: bool,
+    /// Whether all that stands behind the frames is there, of which places and areas are the last.
+    has_places: bool,
 }
 
 impl Parser for Pliance {
@@ -285,6 +292,6 @@ impl Parser for Pliance {
     }
 
     fn is_cut(&self) -> bool {
-        !self.has_ended
+        !self.has_ended || !self.has_places
     }
 }

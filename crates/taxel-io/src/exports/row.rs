@@ -13,8 +13,6 @@ pub(super) struct Rows {
     pub(super) separator: Separator,
     /// Cells that stand before the numbers.
     pub(super) skipped: usize,
-    /// Whether more cells may stand behind them: sums of a row, the padding of a spreadsheet.
-    pub(super) has_more: bool,
 }
 
 impl Rows {
@@ -24,7 +22,6 @@ impl Rows {
             format,
             separator,
             skipped: 0,
-            has_more: false,
         }
     }
 
@@ -54,15 +51,19 @@ impl Rows {
                 return true;
             };
             let Some(number) = out.get_mut(place) else {
-                // What closes a line is no number, whatever it is.
+                // What pads a line is no number.
                 found += usize::from(content != Cell::Empty);
-                return !self.has_more;
+                return true;
             };
             found += 1;
             match content {
                 Cell::Number(value, own) if value >= 0.0 => {
                     *number = value;
                     *decimals = (*decimals).max(own);
+                    if own > 0 && !text.has_one_point(&line[from..to]) {
+                        fault = Some((place, from, to));
+                        return false;
+                    }
                 }
                 Cell::Word if is_word(place, &line[from..to]) => *number = 0.0,
                 _ => {
@@ -73,6 +74,7 @@ impl Rows {
             true
         });
         if let Some((place, from, to)) = fault {
+            text.check_point(self.format, (from, to))?;
             let cell = crate::grid::shortened(&line[from..to]);
             return Err(text.wrong_at(
                 from,
@@ -82,12 +84,7 @@ impl Rows {
                 "a reading that is missing or broken; --keep-going leaves its frame out",
             ));
         }
-        let is_enough = if self.has_more {
-            found >= out.len()
-        } else {
-            found == out.len()
-        };
-        if is_enough {
+        if found == out.len() {
             return Ok(());
         }
         Err(text.wrong_at(

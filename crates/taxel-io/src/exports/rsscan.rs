@@ -17,9 +17,12 @@ const MAX_HEADER: usize = 60;
 const PITCH_MM: [f64; 2] = [7.62, 5.08];
 
 pub(super) fn is_it(beginning: &Beginning) -> bool {
-    beginning
-        .lines(MAX_HEADER)
-        .any(|line| frame_line(line).is_some())
+    let mut lines = beginning.text.lines().take(MAX_HEADER);
+    lines.any(|line| frame_line(line).is_some())
+        // Commas would be another's: text recordings may have such lines between their frames.
+        && lines
+            .find(|line| !line.trim().is_empty())
+            .is_some_and(|line| line.contains(['\t', ';']))
 }
 
 /// Number and milliseconds of a line `Frame 0 (0.00 ms)`.
@@ -140,5 +143,10 @@ impl Parser for RsScan {
 
     fn text(&self) -> &TextFile {
         &self.text
+    }
+
+    fn is_cut(&self) -> bool {
+        // The last number may have lost digits.
+        !self.text.is_closed()
     }
 }

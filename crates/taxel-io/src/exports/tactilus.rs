@@ -34,9 +34,28 @@ enum Snapshots {
     Listed(Vec<Snapshot>),
 }
 
+impl Snapshots {
+    /// By their numbers; the name of one that has none.
+    fn in_order(self) -> Result<Vec<(u64, Snapshot)>, String> {
+        match self {
+            Self::Listed(list) => Ok((0..).zip(list).collect()),
+            Self::Named(named) => {
+                let number = |(name, one): (String, Snapshot)| match name.parse() {
+                    Ok(number) => Ok((number, one)),
+                    Err(_) => Err(name),
+                };
+                let mut all: Vec<(u64, Snapshot)> =
+                    named.into_iter().map(number).collect::<Result<_, _>>()?;
+                all.sort_by_key(|(number, _)| *number);
+                Ok(all)
+            }
+        }
+    }
+}
+
 #[derive(Deserialize)]
 struct Snapshot {
-    tactilus_readings: Vec<f64>,
+    tactilus_readings: Vec<Option<f64>>,
 }
 
 pub(super) fn is_it(beginning: &Beginning) -> bool {
@@ -77,28 +96,10 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
             "tactilus_rows and tactilus_columns say how large the mat is",
         ));
     }
-    let snapshots = match recording.snapshots {
-        Snapshots::Listed(list) => list
-            .into_iter()
-            .zip(0..)
-            .map(|(one, number)| (number, one))
-            .collect(),
-        Snapshots::Named(named) => {
-            let number = |(name, one): (String, Snapshot)| match name.parse::<u64>() {
-                Ok(number) => Ok((number, one)),
-                Err(_) => Err(refuse(
-                    format!("snapshot `{name}`"),
-                    "snapshots are numbered",
-                )),
-            };
-            let mut all = named
-                .into_iter()
-                .map(number)
-                .collect::<Result<Vec<_>, _>>()?;
-            all.sort_by_key(|(number, _)| *number);
-            all
-        }
-    };
+    let snapshots = recording
+        .snapshots
+        .in_order()
+        .map_err(|name| refuse(format!("snapshot `{name}`"), "snapshots are numbered"))?;
     let pad = Pad::new(rows, columns, "raw", Quantity::Raw);
     let mut about = ExportAbout::new(FORMAT, "Tactilus", vec![pad]);
     about.frames = Some(snapshots.len() as u64);
@@ -131,14 +132,18 @@ impl Parser for Tactilus {
             let hint = "rows times columns of the mat";
             return Err(self.text.wrong_at(0, FORMAT, found, expected, hint));
         }
-        if let Some(reading) = tactilus_readings.iter().find(|reading| **reading < 0.0) {
+        let is_broken = |reading: &&Option<f64>| reading.is_none_or(|reading| reading < 0.0);
+        if let Some(reading) = tactilus_readings.iter().find(is_broken) {
+            let reading = reading.map_or_else(|| "null".to_owned(), |reading| reading.to_string());
             let found = format!("snapshot {number} reads {reading}");
             let hint = "a reading that is missing or broken; --keep-going leaves its frame out";
             return Err(self
                 .text
                 .wrong_at(0, FORMAT, found, "a number of 0 or more", hint));
         }
-        frame.values = tactilus_readings;
+        let readings = tactilus_readings.into_iter().flatten();
+        frame.values.clear();
+        frame.values.extend(readings);
         Ok(true)
     }
 

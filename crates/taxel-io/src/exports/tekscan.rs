@@ -10,7 +10,7 @@ use super::header::Pairs;
 use super::pad::{Pad, Quantity, RawScale};
 use super::row::Rows;
 use super::text_file::TextFile;
-use super::units::{millimetres, quantity, square_millimetres};
+use super::units::{millimetres, quantity, square_millimetres, unit_of};
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
 use crate::error::{Error, ExportError};
 
@@ -19,13 +19,14 @@ const FORMAT: &str = "Tekscan ASCII";
 const DATA: &str = "ASCII_DATA @@";
 /// The largest raw count: eight bits.
 const MAX_COUNT: f64 = 255.0;
+/// Two scales that differ by less are one, rounded.
+const SAME_SCALE: f64 = 0.02;
 /// Lines of a header at most: one of a file that is none does not end.
 const MAX_HEADER: u64 = 1000;
 const COMMAS: Rows = Rows {
     format: FORMAT,
     separator: Separator::One(b','),
     skipped: 0,
-    has_more: false,
 };
 
 pub(super) fn is_it(beginning: &Beginning) -> bool {
@@ -38,13 +39,7 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     let mut text = TextFile::open(file)?;
     let (pairs, header) = read_header(&mut text)?;
     let (rows, columns, absent) = first_frame(&mut text, &pairs)?;
-    let unit = pairs.get("units").unwrap_or("raw").to_owned();
-    let known = quantity(&unit).ok_or_else(|| {
-        let mut at = text.place(0);
-        at.line = pairs.line_of("units");
-        let found = unit.clone();
-        Error::Export(Box::new(ExportError::Unit { at, found }))
-    })?;
+    let (unit, known) = unit_of(&text, FORMAT, &pairs, "units")?;
     let mut pad = Pad::new(rows, columns, &unit, known);
     pad.absent = if absent.contains(&true) {
         absent
@@ -154,17 +149,22 @@ fn first_frame(text: &mut TextFile, pairs: &Pairs) -> Result<(usize, usize, Vec<
     }
 }
 
+/// Whether a line begins a frame; a spreadsheet puts it between quotes.
+fn begins_frame(line: &[u8]) -> bool {
+    line.starts_with(b"Frame") || line.starts_with(b"\"Frame")
+}
+
 /// Whether a line stands between frames.
 fn is_between(line: &[u8]) -> bool {
     let is_empty = line.iter().all(|byte| matches!(byte, b',' | b' ' | b'\t'));
-    is_empty || line.starts_with(b"Frame") || line.starts_with(b"@@")
+    is_empty || begins_frame(line) || line.starts_with(b"@@")
 }
 
 /// Goes to the line that begins the next frame; false at the end.
 fn find_frame(text: &mut TextFile) -> Result<bool, Error> {
     while text.advance()? {
         let line = text.line();
-        if line.starts_with(b"Frame") || line.starts_with(b"\"Frame") {
+        if begins_frame(line) {
             return Ok(true);
         }
         if !is_between(line) {
@@ -212,7 +212,11 @@ fn raw_scale(pairs: &Pairs, pad: &Pad) -> Option<RawScale> {
         let square_metres = pad.area_mm2? * 1e-6;
         Some(force * newtons / (raw_sum * square_metres * pascals)).filter(|factor| *factor > 0.0)
     };
-    scaled(by_point().or(top.map(|top| top / MAX_COUNT))?, 1.0)
+    let by_top = top.map(|top| top / MAX_COUNT);
+    // The point is the measurement; where both are told and are not one scale, it is of another calibration than the values.
+    let point =
+        by_point().filter(|point| by_top.is_none_or(|top| (point / top - 1.0).abs() < SAME_SCALE));
+    scaled(point.or(by_top)?, 1.0)
 }
 
 /// Where values say only that there was more, in the file's unit.
@@ -253,13 +257,32 @@ impl Tekscan {
                 .wrong(FORMAT, "a line `Frame n`", "its number is broken")
         })?);
         let second = cells.get(1).copied().unwrap_or("");
+        let third = cells.get(2).copied().unwrap_or("");
+        let is_whole = |cell: &str| !cell.is_empty() && cell.bytes().all(|b| b.is_ascii_digit());
         frame.secs = match second.strip_prefix("timestamp") {
             Some(milliseconds) => number_of(milliseconds.trim()).map(|ms| 1e-3 * ms),
+            // Decimals behind a comma, which parts the cells of this line as well.
+            None if is_whole(second) && is_whole(third) => number_of(&format!("{second}.{third}")),
             None => number_of(second),
         };
         let sum = cells.iter().position(|cell| cell.starts_with("Raw Sum"));
         let behind = sum.map_or(&[][..], |sum| &cells[sum + 1..]);
         Ok(behind.iter().find_map(|cell| number_of(cell)))
+    }
+
+    /// No cell that the first frame has as none may hold a value.
+    fn check_absent(&self, row: &[f64], absent: &[bool]) -> Result<(), Error> {
+        let is_told = |(value, absent): (&f64, &bool)| *absent && *value > 0.0;
+        let Some(at) = row.iter().zip(absent).position(is_told) else {
+            return Ok(());
+        };
+        Err(self.text.wrong_at(
+            0,
+            FORMAT,
+            format!("value {} of {} is {}", at + 1, row.len(), row[at]),
+            "`B` or 0, since the first frame has `B` there",
+            "the frame is of another sensor or another mask; --keep-going leaves it out",
+        ))
     }
 
     fn check_sum(&self, frame: &ParsedFrame, told: Option<f64>) -> Result<(), Error> {
@@ -288,7 +311,7 @@ impl Parser for Tekscan {
             }
             let line = self.text.line();
             self.has_ended |= line.starts_with(b"@@");
-            if line.starts_with(b"Frame") || line.starts_with(b"\"Frame") {
+            if begins_frame(line) {
                 break;
             }
             if !is_between(line) {
@@ -322,6 +345,9 @@ impl Parser for Tekscan {
             };
             let out = &mut frame.values[row * columns..(row + 1) * columns];
             COMMAS.read_with(&self.text, out, &mut frame.decimals, is_absent)?;
+            if let Some(absent) = absent {
+                self.check_absent(out, absent)?;
+            }
         }
         self.check_sum(frame, told)?;
         Ok(true)
@@ -329,7 +355,7 @@ impl Parser for Tekscan {
 
     fn skip_frame(&mut self) -> Result<(), Error> {
         while self.text.advance()? {
-            if self.text.line().starts_with(b"Frame") {
+            if begins_frame(self.text.line()) {
                 self.text.unread();
                 break;
             }

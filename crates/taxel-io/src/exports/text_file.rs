@@ -1,5 +1,6 @@
 //! Lines of an exported file: LF or CRLF or both, UTF-8 or Latin-1, with a byte-order mark or without.
 
+use std::cell::Cell;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, ExportError, Place};
@@ -15,6 +16,10 @@ pub(super) struct TextFile {
     lines: Lines<Input>,
     line: Line,
     total: Option<u64>,
+    /// Whether decimals stand behind a comma; unknown before the first.
+    comma: Cell<Option<bool>>,
+    /// Whether the last line of those read has an end.
+    is_closed: bool,
 }
 
 impl TextFile {
@@ -26,6 +31,8 @@ impl TextFile {
             lines: Lines::new(input, MAX_LINE),
             line: Line::End,
             total,
+            comma: Cell::new(None),
+            is_closed: true,
         })
     }
 
@@ -43,8 +50,51 @@ impl TextFile {
                 found: bytes,
                 limit: self.lines.limit(),
             }),
-            Line::Text { .. } => Ok(true),
+            Line::Text { closed, .. } => {
+                self.is_closed = closed;
+                Ok(true)
+            }
         }
+    }
+
+    /// Whether the decimals of a number stand behind the same sign as those before it; a file that has both commas and points
+    /// writes thousands.
+    pub(super) fn has_one_point(&self, number: &[u8]) -> bool {
+        let has_comma = number.contains(&b',');
+        let known = self.comma.get().unwrap_or(has_comma);
+        self.comma.set(Some(known));
+        known == has_comma
+    }
+
+    /// An error where bytes `from..to` are a number with another decimal sign than those before it.
+    pub(super) fn check_point(
+        &self,
+        format: &'static str,
+        (from, to): (usize, usize),
+    ) -> Result<(), Error> {
+        let number = &self.line()[from..to];
+        let is_number = number
+            .iter()
+            .all(|byte| byte.is_ascii_digit() || matches!(byte, b'.' | b',' | b'"' | b' ' | b'\t'));
+        if !is_number || self.has_one_point(number) {
+            return Ok(());
+        }
+        let found = format!("`{}`", crate::grid::shortened(number));
+        let [own, other] = match self.comma.get() {
+            Some(true) => ["comma", "point"],
+            _ => ["point", "comma"],
+        };
+        let expected = format!("decimals behind a {own}, as in the lines before");
+        let hint = match other {
+            "comma" => "a comma that parts thousands; save it without them",
+            _ => "a point that parts thousands; save it without them",
+        };
+        Err(self.wrong_at(from, format, found, expected, hint))
+    }
+
+    /// Whether the line read last is closed: the last of a file that was cut is not.
+    pub(super) fn is_closed(&self) -> bool {
+        self.is_closed
     }
 
     /// Has [`Self::advance`] read the last line once more.

@@ -1,10 +1,13 @@
 //! Units of pressure, force, length and area, as programs write them.
 
 use super::cells::number_and_rest;
+use super::header::Pairs;
 use super::pad::Quantity;
+use super::text_file::TextFile;
+use crate::error::{Error, ExportError};
 
 /// Pascals in a pound-force per square inch.
-const PSI: f64 = 6894.757_293_168;
+const PSI: f64 = 6_894.757_293_168;
 /// Newtons in a pound-force.
 const POUND_FORCE: f64 = 4.448_221_615_260_5;
 const STANDARD_GRAVITY: f64 = 9.80665;
@@ -39,11 +42,34 @@ pub(super) fn quantity(unit: &str) -> Option<Quantity> {
     })
 }
 
+/// The unit that a header says behind a key, and what it is. Nothing is guessed.
+pub(super) fn unit_of(
+    text: &TextFile,
+    format: &'static str,
+    pairs: &Pairs,
+    key: &str,
+) -> Result<(String, Quantity), Error> {
+    let Some(unit) = pairs.get(key) else {
+        let hint = "nothing is guessed: a wrong unit would be a wrong force";
+        let expected = format!("a line `{key}`");
+        return Err(text.wrong_at(0, format, "no unit in the header", expected, hint));
+    };
+    match quantity(unit) {
+        Some(known) => Ok((unit.to_owned(), known)),
+        None => {
+            let mut at = text.place(0);
+            at.line = pairs.line_of(key);
+            let found = unit.to_owned();
+            Err(Error::Export(Box::new(ExportError::Unit { at, found })))
+        }
+    }
+}
+
 /// Millimetres of a length with its unit, as `0.127 centimeters`; of a number alone, centimetres where `usual_mm` is 10.
 pub(super) fn millimetres(text: &str, usual_mm: Option<f64>) -> Option<f64> {
     let (value, unit) = number_and_rest(text)?;
     let unit_mm = match unit.to_lowercase().as_str() {
-        "mm" | "millimeters" | "millimetres" => 1.0,
+        "mm" | "millimeters" | "millimetres" | "milimeters" => 1.0,
         "cm" | "centimeters" | "centimetres" => 10.0,
         "m" | "meters" | "metres" => 1000.0,
         "in" | "inch" | "inches" => 25.4,

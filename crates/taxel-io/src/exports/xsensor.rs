@@ -8,7 +8,7 @@ use super::header::Pairs;
 use super::pad::{Pad, Quantity};
 use super::row::Rows;
 use super::text_file::TextFile;
-use super::units::{millimetres, quantity};
+use super::units::{millimetres, quantity, unit_of};
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
 use crate::error::{Error, ExportError};
 
@@ -56,13 +56,7 @@ fn is_blank(line: &[u8]) -> bool {
 pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error> {
     let mut text = TextFile::open(file)?;
     let (pairs, header) = read_header(&mut text)?;
-    let unit = pairs.get("units").unwrap_or("").to_owned();
-    let known = quantity(&unit).ok_or_else(|| {
-        let mut at = text.place(0);
-        at.line = pairs.line_of("units");
-        let found = unit.clone();
-        Error::Export(Box::new(ExportError::Unit { at, found }))
-    })?;
+    let (unit, known) = unit_of(&text, FORMAT, &pairs, "units")?;
     let mut reader = XSensor {
         text,
         names: Vec::new(),
@@ -70,6 +64,9 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         number: None,
         secs: None,
         days: 0.0,
+        is_taken: Vec::new(),
+        is_behind_rows: false,
+        is_cut: false,
     };
     let threshold = pairs.positive("threshold");
     let pads = first_frame(&mut reader, &unit, known, threshold)?;
@@ -77,6 +74,8 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     about.header = header;
     reader.text = TextFile::open(file)?;
     (reader.number, reader.secs, reader.days) = (None, None, 0.0);
+    (reader.is_behind_rows, reader.is_cut) = (false, false);
+    reader.is_taken = vec![false; reader.names.len()];
     Ok((about, Box::new(reader)))
 }
 
@@ -107,8 +106,14 @@ fn first_frame(
     let mut pads: Vec<Pad> = Vec::new();
     let mut first = None;
     while let Some(block) = reader.block()? {
-        if *first.get_or_insert(reader.number) != reader.number || pads.len() == MAX_PADS {
+        if *first.get_or_insert(reader.number) != reader.number {
             break;
+        }
+        if pads.len() == MAX_PADS {
+            let found = format!("sensor {} of a frame", MAX_PADS + 1);
+            let hint = "the file has more sensors than are read; export fewer";
+            let text = &reader.text;
+            return Err(text.wrong_at(0, FORMAT, found, format!("{MAX_PADS} at most"), hint));
         }
         let (rows, columns) = block.shape(&reader.text)?;
         let mut pad = Pad::new(rows, columns, unit, known);
@@ -181,6 +186,12 @@ struct XSensor {
     secs: Option<f64>,
     /// Midnights that have passed.
     days: f64,
+    /// Which of the sensors this frame has had: those of one name come in their order.
+    is_taken: Vec<bool>,
+    /// Whether the line read last is a row of a sensor, or blank lines behind it.
+    is_behind_rows: bool,
+    /// Whether the file ended within a frame.
+    is_cut: bool,
 }
 
 impl XSensor {
@@ -190,12 +201,19 @@ impl XSensor {
         while self.text.advance()? {
             let words = self.text.words();
             let Some(key) = key_of(&words) else {
+                if self.is_behind_rows && !is_blank(self.text.line()) {
+                    self.is_behind_rows = false;
+                    let hint = "a sensor's block has more rows than its Rows says";
+                    return Err(self.text.wrong(FORMAT, "a line with a key", hint));
+                }
                 continue;
             };
+            self.is_behind_rows = false;
             let value = value_of(&words);
             match key.as_str() {
                 "frame" => {
                     self.number = value.parse().ok();
+                    self.begin_frame();
                     block = None;
                 }
                 "time" => self.take_time(value),
@@ -216,17 +234,50 @@ impl XSensor {
                 }
             }
         }
+        let has_some = self.is_taken.contains(&true);
+        let is_whole = has_some && !self.is_taken.contains(&false);
+        self.is_cut |= block.is_some() || !is_whole || !self.text.is_closed();
         Ok(None)
     }
 
-    /// `08:21:17.982`.
+    /// Every sensor is still to come.
+    fn begin_frame(&mut self) {
+        self.is_taken.fill(false);
+    }
+
+    /// The sensor that a block of this name is of.
+    fn pad_of(&mut self, name: &str) -> Result<usize, Error> {
+        let is_it = |pad: &usize| self.names[*pad] == name && !self.is_taken[*pad];
+        if let Some(pad) = (0..self.names.len()).find(is_it) {
+            self.is_taken[pad] = true;
+            return Ok(pad);
+        }
+        let found = format!("sensor {name}");
+        let (known, hint) = if self.names.iter().any(|own| own == name) {
+            let hint = "a frame has a block for each sensor; a line `Frame` was lost";
+            ("the next frame".to_owned(), hint)
+        } else {
+            let hint = "a sensor that the first frame does not have";
+            (format!("one of {}", self.names.join(", ")), hint)
+        };
+        Err(self.text.wrong_at(0, FORMAT, found, known, hint))
+    }
+
+    /// `08:21:17.982`, `1:00:00.5 PM`.
     fn take_time(&mut self, value: &str) {
         let mut parts = value
             .splitn(3, ':')
             .map(|part| number_and_rest(part).map(|(n, _)| n));
         let mut part = || parts.next().flatten();
         let secs = part().zip(part()).zip(part());
-        let secs = secs.map(|((hours, minutes), secs)| 3600.0 * hours + 60.0 * minutes + secs);
+        let half = value.trim().to_uppercase();
+        let hour = |hours: f64| match (half.ends_with("PM"), half.ends_with("AM")) {
+            (true, _) if hours < 12.0 => hours + 12.0,
+            (_, true) if hours >= 12.0 => hours - 12.0,
+            _ => hours,
+        };
+        let secs =
+            secs.map(|((hours, minutes), secs)| 3600.0 * hour(hours) + 60.0 * minutes + secs);
         if let (Some(before), Some(secs)) = (self.secs, secs)
             && secs + 0.5 * SECS_PER_DAY < before - self.days * SECS_PER_DAY
         {
@@ -238,6 +289,10 @@ impl XSensor {
     fn skip_rows(&mut self, rows: usize) -> Result<(), Error> {
         let mut row = 0;
         while row < rows && self.text.advance()? {
+            if key_of(&self.text.words()).is_some() {
+                self.text.unread();
+                break;
+            }
             row += usize::from(!is_blank(self.text.line()));
         }
         Ok(())
@@ -255,26 +310,10 @@ impl XSensor {
 
 impl Parser for XSensor {
     fn next(&mut self, frame: &mut ParsedFrame) -> Result<bool, Error> {
-        let (block, pad) = loop {
-            let Some(block) = self.block()? else {
-                return Ok(false);
-            };
-            let pad = self.names.iter().position(|name| *name == block.name);
-            match pad {
-                Some(pad) => break (block, pad),
-                None => {
-                    let hint = "a sensor that the first frame does not have";
-                    let known = format!("one of {}", self.names.join(", "));
-                    return Err(self.text.wrong_at(
-                        0,
-                        FORMAT,
-                        format!("sensor {}", block.name),
-                        known,
-                        hint,
-                    ));
-                }
-            }
+        let Some(block) = self.block()? else {
+            return Ok(false);
         };
+        let pad = self.pad_of(&block.name)?;
         let (rows, columns) = self.shapes[pad];
         let shape = block.shape(&self.text)?;
         if shape != (rows, columns) {
@@ -300,13 +339,12 @@ impl Parser for XSensor {
                 self.text.unread();
                 return Err(self.cut(row, rows));
             }
-            let mut lines = Rows::new(FORMAT, Separator::of(self.text.line()));
-            // A table pads its lines.
-            lines.has_more = true;
+            let lines = Rows::new(FORMAT, Separator::of(self.text.line()));
             let out = &mut frame.values[row * columns..(row + 1) * columns];
             lines.read(&self.text, out, &mut frame.decimals)?;
             row += 1;
         }
+        self.is_behind_rows = true;
         Ok(true)
     }
 
@@ -323,5 +361,9 @@ impl Parser for XSensor {
 
     fn text(&self) -> &TextFile {
         &self.text
+    }
+
+    fn is_cut(&self) -> bool {
+        self.is_cut
     }
 }

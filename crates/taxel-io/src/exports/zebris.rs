@@ -8,7 +8,7 @@ use super::header::Pairs;
 use super::pad::Pad;
 use super::row::Rows;
 use super::text_file::TextFile;
-use super::units::quantity;
+use super::units::unit_of;
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
 use crate::error::{Error, ExportError};
 
@@ -18,7 +18,6 @@ const ROWS: Rows = Rows {
     separator: Separator::One(b'\t'),
     // Each row begins with its name.
     skipped: 1,
-    has_more: false,
 };
 /// Frames of forces before those of the platform at most: they are held while the file is read.
 const MAX_FORCES: usize = 1 << 20;
@@ -45,13 +44,7 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         })
     };
     let (columns, rows) = (count("columns")?, count("lines")?);
-    let unit = pairs.get("units").unwrap_or("N/cm^2").to_owned();
-    let known = quantity(&unit).ok_or_else(|| {
-        let mut at = text.place(0);
-        at.line = pairs.line_of("units");
-        let found = unit.clone();
-        Error::Export(Box::new(ExportError::Unit { at, found }))
-    })?;
+    let (unit, known) = unit_of(&text, FORMAT, &pairs, "units")?;
     let mut pad = Pad::new(rows, columns, &unit, known);
     let cell = |key| pairs.positive(key);
     pad.pitch_mm = cell("cell height,mm")
@@ -136,6 +129,16 @@ fn is_frame(line: &[u8]) -> bool {
     line.starts_with(b"Frame ") && line.trim_ascii_end().ends_with(b"{")
 }
 
+/// 7 of `y7<tab>…`.
+fn number_of_row(line: &[u8]) -> Option<u64> {
+    let name = line.split(|byte| *byte == b'\t').next()?;
+    std::str::from_utf8(name.get(1..)?)
+        .ok()?
+        .trim()
+        .parse()
+        .ok()
+}
+
 struct Zebris {
     text: TextFile,
     shape: (usize, usize),
@@ -193,6 +196,11 @@ impl Parser for Zebris {
                     return Err(self
                         .text
                         .wrong(FORMAT, "the closing brace of the frame", hint));
+                }
+                if number_of_row(line) != Some(row as u64 + 1) {
+                    let hint = "rows lie in the order of their numbers; one is missing, comes twice or is out of its place";
+                    let expected = format!("row y{}", row + 1);
+                    return Err(self.text.wrong(FORMAT, expected, hint));
                 }
                 let out = &mut frame.values[row * columns..(row + 1) * columns];
                 ROWS.read(&self.text, out, &mut frame.decimals)?;

@@ -20,65 +20,75 @@ fn refused(file: &Path) -> String {
     exports::sensor_of(file).unwrap_err().to_string()
 }
 
+/// A file, what is replaced in its header by what, and what the error says.
+type Header = (
+    &'static str,
+    &'static str,
+    &'static str,
+    &'static [&'static str],
+);
+
+const HEADERS: [Header; 9] = [
+    (
+        "fscan.asf",
+        "ROWS 60",
+        "ROWS 61",
+        &["60 rows in the first frame", "expected 61"],
+    ),
+    (
+        "fscan.asf",
+        "COLS 21",
+        "COLS 22",
+        &["21 values", "line 32", "expected 22"],
+    ),
+    (
+        "fscan.asf",
+        "UNITS KPa",
+        "UNITS KPz",
+        &["unknown unit `KPz`", "line 26", "expected one of kPa"],
+    ),
+    (
+        "pedar.asc",
+        "in  kPa",
+        "in  furlongs",
+        &["unknown unit `furlongs`", "line 4"],
+    ),
+    (
+        "zebris.txt",
+        "Units\tN/cm^2",
+        "Units\tN/ell^2",
+        &["unknown unit `N/ell^2`"],
+    ),
+    (
+        "zebris.txt",
+        "Lines\t56",
+        "Lines\t57",
+        &["56 rows", "expected 57"],
+    ),
+    (
+        "xsensor.csv",
+        "Units:,mmHg",
+        "Units:,mmXy",
+        &["unknown unit `mmXy`", "line 3"],
+    ),
+    (
+        "emed.lst",
+        "Matrix: 64x95",
+        "Matrix: 64x80",
+        &["`81", "a row number from 1 to 80"],
+    ),
+    (
+        "pliance.asc",
+        "area   0.5428   0.5428",
+        "area   0.5428",
+        &["812 numbers"],
+    ),
+];
+
 #[test]
 fn headers_that_cannot_be_are_told_with_place_and_both_numbers() {
     let folder = Folder::new();
-    for (name, from, to, says) in [
-        (
-            "fscan.asf",
-            "ROWS 60",
-            "ROWS 61",
-            &["60 rows in the first frame", "expected 61"][..],
-        ),
-        (
-            "fscan.asf",
-            "COLS 21",
-            "COLS 22",
-            &["21 values", "line 32", "expected 22"],
-        ),
-        (
-            "fscan.asf",
-            "UNITS KPa",
-            "UNITS KPz",
-            &["unknown unit `KPz`", "line 26", "expected one of kPa"],
-        ),
-        (
-            "pedar.asc",
-            "in  kPa",
-            "in  furlongs",
-            &["unknown unit `furlongs`", "line 4"],
-        ),
-        (
-            "zebris.txt",
-            "Units\tN/cm^2",
-            "Units\tN/ell^2",
-            &["unknown unit `N/ell^2`"],
-        ),
-        (
-            "zebris.txt",
-            "Lines\t56",
-            "Lines\t57",
-            &["56 rows", "expected 57"],
-        ),
-        (
-            "xsensor.csv",
-            "Units:,mmHg",
-            "Units:,mmXy",
-            &["unknown unit `mmXy`", "line 3"],
-        ),
-        (
-            "emed.lst",
-            "Matrix: 64x95",
-            "Matrix: 64x80",
-            &["`81", "a row number from 1 to 80"],
-        ),
-        (
-            "pliance.asc",
-            "area   0.5428   0.5428",
-            "area   0.5428",
-            &["812 numbers"],
-        ),
-    ] {
+    for (name, from, to, says) in HEADERS {
         let error = refused(&altered(&folder, name, from, to));
         for part in says {
             assert!(error.contains(part), "{part}: {error}");
@@ -87,49 +97,61 @@ fn headers_that_cannot_be_are_told_with_place_and_both_numbers() {
     }
 }
 
+/// A file and its sensor, what is replaced by what, how many frames are left, and what the error says.
+type Broken = (
+    &'static str,
+    &'static str,
+    &'static str,
+    &'static str,
+    usize,
+    &'static str,
+);
+
+const BROKEN: [Broken; 9] = [
+    ("fscan.asf", "", ",380,", ",x,", 2, "is `x`"),
+    ("fscan.asf", "", ",380,", ",-380,", 2, "is `-380`"),
+    ("fscan.asf", "", ",380,", ",", 2, "value 20 of 21 is `B`"),
+    ("fscan.asf", "", ",380,", ",380,1,", 2, "22 values"),
+    (
+        "iscan.csv",
+        "",
+        ",38,50,",
+        ",38,51,",
+        2,
+        "add up to 311 raw counts, and the file itself says 310",
+    ),
+    (
+        "emed.lst",
+        "",
+        "\t195.00\t",
+        "\t295.00\t",
+        2,
+        "add up to 81",
+    ),
+    ("rsscan.txt", "", "\t8.3\t", "\t8.\t3\t", 1, "64 values"),
+    (
+        "pedar.asc",
+        "#left",
+        "105.000",
+        "1O5.000",
+        3,
+        "is `1O5.000`",
+    ),
+    (
+        "xsensor.csv",
+        "#left",
+        "1409.44,1553.27",
+        "1409.44,nan",
+        1,
+        "is `nan`",
+    ),
+];
+
 /// One frame is broken: it is told, and left out where that was asked for, and no other is lost.
 #[test]
 fn a_broken_frame_is_told_and_can_be_left_out() {
     let folder = Folder::new();
-    for (name, pad, from, to, frames, says) in [
-        ("fscan.asf", "", ",380,", ",x,", 2, "is `x`"),
-        ("fscan.asf", "", ",380,", ",-380,", 2, "is `-380`"),
-        ("fscan.asf", "", ",380,", ",", 2, "value 20 of 21 is `B`"),
-        ("fscan.asf", "", ",380,", ",380,1,", 2, "22 values"),
-        (
-            "iscan.csv",
-            "",
-            ",38,50,",
-            ",38,51,",
-            2,
-            "add up to 311 raw counts, and the file itself says 310",
-        ),
-        (
-            "emed.lst",
-            "",
-            "\t195.00\t",
-            "\t295.00\t",
-            2,
-            "add up to 81",
-        ),
-        ("rsscan.txt", "", "\t8.3\t", "\t8.\t3\t", 1, "64 values"),
-        (
-            "pedar.asc",
-            "#left",
-            "105.000",
-            "1O5.000",
-            3,
-            "is `1O5.000`",
-        ),
-        (
-            "xsensor.csv",
-            "#left",
-            "1409.44,1553.27",
-            "1409.44,nan",
-            1,
-            "is `nan`",
-        ),
-    ] {
+    for (name, pad, from, to, frames, says) in BROKEN {
         let file = altered(&folder, name, from, to);
         let named = file.with_file_name(format!("{name}{pad}"));
         let sensor = sensor_of(&named);
@@ -202,11 +224,19 @@ fn frames_that_are_missing_or_come_twice_are_counted() {
 #[test]
 fn a_calibration_that_is_not_that_of_the_values_gives_no_counts() {
     let folder = Folder::new();
-    let file = altered(&folder, "fscan.asf", "75.0001 (Kgs)", "61.3 (Kgs)");
+    let point = altered(&folder, "fscan.asf", "75.0001 (Kgs)", "61.3 (Kgs)");
+    // The largest value tells the scale as well.
+    let (_, survey) = exports::survey(&point).unwrap().unwrap();
+    assert_eq!(survey.has_raw, Some(true));
+    let text = std::fs::read_to_string(&point).unwrap();
+    let file = folder.write(
+        "both.asf",
+        text.replace("SATURATION_PRESSURE", "SATURATION"),
+    );
     let (_, survey) = exports::survey(&file).unwrap().unwrap();
     assert_eq!(survey.has_raw, Some(false));
     near(&sums(&file), &[35389.0, 35819.0, 34574.0], 0.0);
-    let named = file.with_file_name("fscan.asf#raw");
+    let named = file.with_file_name("both.asf#raw");
     let outcome = read_with(&named, &sensor_of(&named), false);
     let error = outcome.error.unwrap().to_string();
     assert!(

@@ -3,6 +3,7 @@
 
 mod broken;
 mod cuts;
+mod misread;
 mod variants;
 mod whole;
 mod written;

@@ -1,0 +1,262 @@
+//! Files that a reader could take for something else: each is read right, or refused, or said to be cut.
+
+use super::*;
+
+const SENSOR: &str = "Rows,2\nColumns,3\nSensel Width (cm),1\nSensel Height (cm),1\nSENSELS\n";
+
+fn xsensor(frames: &[&[(&str, &str)]]) -> String {
+    let mut text = "File:,x\nUnits:,mmHg\n\n".to_owned();
+    for (number, sensors) in frames.iter().enumerate() {
+        text += &format!("FRAME,{}\nTime, 08:21:1{number}.0\n", number + 1);
+        for (name, rows) in *sensors {
+            text += &format!("SENSOR,{name}\n{SENSOR}{rows}");
+        }
+    }
+    text
+}
+
+const ROWS: &str = "1,2,3\n4,5,6\n";
+
+fn tekscan(header: &str, frames: &str) -> String {
+    format!("DATA_TYPE MOVIE\nROWS 2\nCOLS 2\n{header}\nASCII_DATA @@\n\n{frames}@@\n")
+}
+
+const FRAMES: &str = "Frame 1\n1,2\n3,4\n\nFrame 2\n5,6\n7,8\n\n";
+
+/// The error of a file that is read with its own sensor, or that opens not at all.
+fn error_of(file: &Path) -> String {
+    match exports::sensor_of(file) {
+        Err(error) => error.to_string(),
+        Ok(sensor) => {
+            let sensor = Sensor::try_from(sensor.expect("an export")).unwrap();
+            let outcome = read_with(file, &sensor, false);
+            outcome.error.expect("an error").to_string()
+        }
+    }
+}
+
+/// Text of a file whose bytes are characters each.
+fn latin(file: &Path) -> String {
+    let bytes = std::fs::read(file).unwrap();
+    bytes.iter().map(|&byte| char::from(byte)).collect()
+}
+
+fn missing_of(file: &Path) -> String {
+    read_with(file, &sensor_of(file), false).missing.join("; ")
+}
+
+#[test]
+fn exponents_in_headers() {
+    let folder = Folder::new();
+    let header = "UNITS KPa\nSENSEL_AREA 2e-006 m2\nROW_SPACING 1e-003 meters\nCOL_SPACING 2e-003 meters\nSECONDS_PER_FRAME 3.2e-002";
+    let file = folder.write("a.asf", tekscan(header, FRAMES));
+    near(&forces(&file), &[0.02, 0.052], 1e-12);
+    near(&[read(&file)[1].frame.time_secs.unwrap()], &[0.032], 1e-12);
+}
+
+/// `1,200` beside `20.5` is no 1.2.
+#[test]
+fn commas_that_part_thousands() {
+    let folder = Folder::new();
+    let frame = [("S1", "10.5,11.5,12.5\n20.5,\"1,210\",3.0\n")];
+    let file = folder.write("x.csv", xsensor(&[&frame, &frame]));
+    let error = error_of(&file);
+    assert!(
+        error.contains("`\"1,210\"`") && error.contains("expected decimals behind a point"),
+        "{error}"
+    );
+    let frames = "Frame 0 (0.00 ms)\n1.5\t2.5\n1,234\t0\n\nFrame 1 (4.00 ms)\n1\t2\n3\t4\n\n";
+    let error = error_of(&folder.write("r.txt", frames));
+    assert!(error.contains("`1,234` at"), "{error}");
+    // One sign alone is whatever the computer was set to.
+    let file = folder.write("c.txt", frames.replace('.', ","));
+    near(&sums(&file), &[1.5 + 2.5 + 1.234, 10.0], 1e-9);
+}
+
+#[test]
+fn xsensor_rows_and_columns_that_are_too_many() {
+    let folder = Folder::new();
+    for (rows, expected) in [
+        ("1,2,3,4\n4,5,6,7\n", "4 values"),
+        ("1,2,3\n4,5,6\n7,8,9\n", "expected a line with a key"),
+    ] {
+        let frame = [("S1", rows)];
+        let error = error_of(&folder.write("x.csv", xsensor(&[&frame, &frame])));
+        assert!(error.contains(expected), "{error}");
+    }
+    // What only pads a table is none.
+    let frame = [("S1", "1,2,3,,,\n4,5,6,,,\n")];
+    near(
+        &sums(&folder.write("x.csv", xsensor(&[&frame]))),
+        &[21.0],
+        0.0,
+    );
+}
+
+#[test]
+fn xsensor_sensors_of_one_name_and_names_with_a_hash() {
+    let folder = Folder::new();
+    let frame = [("S#1", ROWS), ("S#1", "0,0,0\n0,0,1\n")];
+    let file = folder.write("x.csv", xsensor(&[&frame, &frame]));
+    near(&sums(&file.with_file_name("x.csv#S#1")), &[21.0, 21.0], 0.0);
+    near(&sums(&file.with_file_name("x.csv#S#1 2")), &[1.0, 1.0], 0.0);
+}
+
+#[test]
+fn xsensor_ends_within_a_frame() {
+    let folder = Folder::new();
+    let both = [("A", ROWS), ("B", ROWS)];
+    let whole = xsensor(&[&both, &both]);
+    let cut_at = |end: &str, keep: usize| {
+        let at = whole.rfind(end).unwrap() + keep;
+        let file = folder.write("x.csv", &whole[..at]);
+        missing_of(&file.with_file_name("x.csv#A"))
+    };
+    assert_eq!(
+        missing_of(&folder.write("x.csv", &whole).with_file_name("x.csv#A")),
+        ""
+    );
+    // Before the last sensor, within its lines, and within its last number.
+    for (end, keep) in [("SENSOR,B", 0), ("SENSELS", 0), ("4,5,6", 5)] {
+        let missing = cut_at(end, keep);
+        assert!(
+            missing.contains("the end of the file is missing"),
+            "{end}: {missing}"
+        );
+    }
+}
+
+#[test]
+fn xsensor_hours_before_and_after_noon() {
+    let folder = Folder::new();
+    let frame = [("S1", ROWS)];
+    let text = xsensor(&[&frame, &frame])
+        .replace("08:21:10.0", "12:59:59.0 PM")
+        .replace("08:21:11.0", "1:00:00.0 PM");
+    let frames = read(&folder.write("x.csv", text));
+    let secs = |at: usize| frames[at].frame.time_secs.unwrap();
+    near(&[secs(1) - secs(0)], &[1.0], 1e-9);
+}
+
+/// The last number may have lost digits.
+#[test]
+fn a_last_line_without_its_end_is_told() {
+    let folder = Folder::new();
+    let text = "Frame 0 (0.00 ms)\n1\t2\n3\t4\n\nFrame 1 (4.00 ms)\n1\t2\n3\t412";
+    assert!(missing_of(&folder.write("r.txt", text)).contains("the end of the file is missing"));
+    assert_eq!(missing_of(&folder.write("r.txt", format!("{text}\n"))), "");
+    let line = vec!["7"; 32 * 64].join("\t");
+    assert!(
+        missing_of(&folder.write("f.txt", format!("{line}\n{line}")))
+            .contains("the end of the file is missing")
+    );
+    // What stands behind the frames of this one says where its sensors lie.
+    let whole = latin(&cut("pliance.asc"));
+    let at = whole.find("x[c]").unwrap();
+    assert!(
+        missing_of(&folder.write("p.asc", &whole[..at])).contains("the end of the file is missing")
+    );
+}
+
+#[test]
+fn zebris_rows_lie_by_their_numbers() {
+    let folder = Folder::new();
+    let text = latin(&cut("zebris.txt"));
+    for (own, other) in [("\ny4\t", "\ny5\t"), ("\ny1\t", "\ny56\t")] {
+        let error = error_of(&folder.write("z.txt", text.replace(own, other)));
+        assert!(error.contains("expected row y"), "{error}");
+    }
+}
+
+#[test]
+fn tekscan_masks_times_and_scales() {
+    let folder = Folder::new();
+    let masked = "Frame 1\nB,2\n3,4\n\nFrame 2\n5,6\n7,8\n\n";
+    let file = folder.write("m.asf", tekscan("UNITS raw", masked));
+    let error = error_of(&file);
+    assert!(
+        error.contains("value 1 of 2 is 5") && error.contains("first frame has `B`"),
+        "{error}"
+    );
+    // A comma for the point, in a line that commas part.
+    let times = FRAMES
+        .replace("Frame 1", "Frame 1, 0,0,,")
+        .replace("Frame 2", "Frame 2, 0,1,,");
+    let file = folder.write("t.csv", tekscan("UNITS raw", &times));
+    near(&[read(&file)[1].frame.time_secs.unwrap()], &[0.1], 1e-12);
+    // The point of another calibration: the largest value tells the scale.
+    let header = "UNITS KPa\nSENSEL_AREA 100 mm2\nCALIBRATION_POINT_1 10 (N) 30 (Raw Sum)\nSATURATION_PRESSURE 255 KPa";
+    let frames = "Frame 1\n1.00,2.00\n3.00,4.00\n\nFrame 2\n5.00,6.00\n7.00,8.00\n\n";
+    let file = folder.write("s.asf", tekscan(header, frames));
+    near(&sums(&file.with_file_name("s.asf#raw")), &[10.0, 26.0], 0.0);
+    let frame = &read(&file)[1].frame;
+    assert!(frame.marks().iter().all(|mark| *mark == taxel::Mark::Good));
+    // One torn frame costs no other, with names of frames between quotes as well.
+    let torn = "\"Frame 1\"\n1,2\n3,4\n\n\"Frame 2\"\n5\n7,8\n\n\"Frame 3\"\n5,6\n7,8\n\n";
+    let file = folder.write("q.asf", tekscan("UNITS raw", torn));
+    let sensor = Sensor::try_from(spec_of(&file)).unwrap();
+    assert_eq!(read_with(&file, &sensor, true).frames.len(), 2);
+}
+
+#[test]
+fn no_unit_is_guessed() {
+    let folder = Folder::new();
+    for (name, unit, other) in [
+        (
+            "pedar.asc",
+            "pressure values in  kPa",
+            "Druckwerte in N/cm2",
+        ),
+        (
+            "pliance.asc",
+            "pressure values in kPa",
+            "Druckwerte in N/cm2",
+        ),
+        ("zebris.txt", "Units\tN/cm^2", "Einheit\tN/cm^2"),
+        ("fscan.asf", "UNITS KPa", "UNIT KPa"),
+    ] {
+        let text = latin(&cut(name));
+        assert!(text.contains(unit), "{name}");
+        let file = folder.write(name, text.replace(unit, other));
+        let error = exports::about(&file).map(|_| ()).unwrap_err().to_string();
+        assert!(error.contains("no unit in the header"), "{name}: {error}");
+    }
+}
+
+/// Recordings of one's own, with lines between their frames.
+#[test]
+fn own_text_is_no_export() {
+    let folder = Folder::new();
+    let file = folder.write(
+        "own.csv",
+        "# mine\nFrame 0 (0 ms)\n1,2\n3,4\n\nFrame 1 (10 ms)\n1,2\n3,4\n",
+    );
+    assert!(!exports::is_export(&file));
+}
+
+#[test]
+fn apd_below_its_threshold_and_pictures_that_are_missing() {
+    let folder = Folder::new();
+    let head = "[General]\nUnitPressure=N/cm2\n[Technical]\nSensCountX=1\nSensCountY=2\nLDistX=5\nLDistY=5\nMinIdx=0\nMaxIdx=2\n";
+    let file = folder.write(
+        "a.apd",
+        format!("{head}[Data]\n1\t2\n[Data0]\n-1\t2\n[Data1]\n1\t1\n"),
+    );
+    let missing = missing_of(&file);
+    assert!(
+        missing.contains("1 of the frames") || missing.contains("1 frame"),
+        "{missing}"
+    );
+    let file = folder.write("b.apd", format!("{head}[Data]\n1\t2\n[Data0]\n-28.5\t2\n"));
+    assert!(error_of(&file).contains("`-28.5`"));
+}
+
+#[test]
+fn tactilus_readings_that_are_null_cost_their_frame_alone() {
+    let folder = Folder::new();
+    let file = folder.write(
+        "t.json",
+        r#"{"tactilus_rows":1,"tactilus_columns":2,"snapshots":{"0":{"tactilus_readings":[1,2]},"1":{"tactilus_readings":[null,2]}}}"#,
+    );
+    assert!(error_of(&file).contains("snapshot 1 reads null"));
+}
