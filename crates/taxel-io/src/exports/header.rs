@@ -11,7 +11,7 @@ impl Pairs {
     pub(super) fn add(&mut self, line: &str, separators: &[char], number: u64) {
         let (key, value) = line.split_once(separators).unwrap_or((line, ""));
         let key = key.trim().trim_matches('"').to_lowercase();
-        let value = value.trim_matches(|c: char| c == ',' || c == '"' || c.is_whitespace());
+        let value = value.trim_matches(|c: char| matches!(c, ',' | ';' | '"') || c.is_whitespace());
         self.pairs.push((key, value.to_owned(), number));
     }
 

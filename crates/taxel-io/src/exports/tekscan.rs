@@ -23,22 +23,24 @@ const MAX_COUNT: f64 = 255.0;
 const SAME_SCALE: f64 = 0.02;
 /// Lines of a header at most: one of a file that is none does not end.
 const MAX_HEADER: u64 = 1000;
-const COMMAS: Rows = Rows {
-    format: FORMAT,
-    separator: Separator::One(b','),
-    skipped: 0,
-};
+/// What spreadsheets close their lines with, by the computer's language.
+const PADDING: [char; 3] = [',', ';', '\t'];
 
 pub(super) fn is_it(beginning: &Beginning) -> bool {
     beginning
         .lines(MAX_HEADER as usize)
-        .any(|line| line.trim_end_matches(',').trim_end() == DATA)
+        .any(|line| line.trim_end_matches(PADDING).trim_end() == DATA)
 }
 
 pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error> {
     let mut text = TextFile::open(file)?;
     let (pairs, header) = read_header(&mut text)?;
-    let (rows, columns, absent) = first_frame(&mut text, &pairs)?;
+    let First {
+        rows,
+        columns,
+        absent,
+        separator,
+    } = first_frame(&mut text, &pairs)?;
     let (unit, known) = unit_of(&text, FORMAT, &pairs, "units")?;
     let mut pad = Pad::new(rows, columns, &unit, known);
     pad.absent = if absent.contains(&true) {
@@ -74,7 +76,10 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         columns,
         absent: about.pads[0].absent.clone(),
         is_raw,
+        lines: Rows::new(FORMAT, Separator::One(separator)),
         has_ended: false,
+        frames: 0,
+        told: about.frames,
     };
     Ok((about, Box::new(reader)))
 }
@@ -85,7 +90,7 @@ fn read_header(text: &mut TextFile) -> Result<(Pairs, String), Error> {
     let mut is_comment = false;
     while text.advance()? && text.place(0).line <= MAX_HEADER {
         let words = text.words();
-        let line = words.trim_end_matches(',').trim();
+        let line = words.trim_end_matches(PADDING).trim();
         if line == DATA {
             return Ok((pairs, lines.join("\n")));
         }
@@ -107,22 +112,53 @@ fn is_key(word: &str) -> bool {
     word.len() > 3 && word.chars().all(is_part)
 }
 
-/// Shape and mask of the first frame, against what the header says.
-fn first_frame(text: &mut TextFile, pairs: &Pairs) -> Result<(usize, usize, Vec<bool>), Error> {
+/// What the first frame tells.
+struct First {
+    rows: usize,
+    columns: usize,
+    absent: Vec<bool>,
+    separator: u8,
+}
+
+/// Shape and mask of the first frame that is as the header says; where the header says both sides, one that is torn is passed over
+/// here and told when it is read.
+fn first_frame(text: &mut TextFile, pairs: &Pairs) -> Result<First, Error> {
     let hint = "there is nothing behind the header";
     if !find_frame(text)? {
         return Err(text.wrong(FORMAT, "a line `Frame 1`", hint));
     }
+    let first = frame_shape(text, pairs);
+    let is_told = pairs.count("rows").is_some() && pairs.count("cols").is_some();
+    match first {
+        Err(torn) if is_told => {
+            let mut next = || {
+                skip_to_frame(text)?;
+                text.advance()?;
+                frame_shape(text, pairs)
+            };
+            next().map_err(|_| torn)
+        }
+        first => first,
+    }
+}
+
+fn frame_shape(text: &mut TextFile, pairs: &Pairs) -> Result<First, Error> {
     let mut absent = Vec::new();
+    let mut separator = b',';
     let (mut rows, mut columns) = (0, pairs.count("cols").unwrap_or(0));
     while rows < pairs.count("rows").unwrap_or(usize::MAX)
         && text.advance()?
         && !is_between(text.line())
     {
         let line = text.words();
+        if rows == 0
+            && let Separator::One(found) = Separator::of(text.line())
+        {
+            separator = found;
+        }
         let cells: Vec<&str> = line
-            .trim_end_matches(',')
-            .split(',')
+            .trim_end_matches(PADDING)
+            .split(char::from(separator))
             .map(str::trim)
             .collect();
         if columns == 0 {
@@ -145,7 +181,12 @@ fn first_frame(text: &mut TextFile, pairs: &Pairs) -> Result<(usize, usize, Vec<
         _ if rows * columns == 0 => {
             Err(text.wrong(FORMAT, "rows of a frame", "the first frame is empty"))
         }
-        _ => Ok((rows, columns, absent)),
+        _ => Ok(First {
+            rows,
+            columns,
+            absent,
+            separator,
+        }),
     }
 }
 
@@ -156,7 +197,8 @@ fn begins_frame(line: &[u8]) -> bool {
 
 /// Whether a line stands between frames.
 fn is_between(line: &[u8]) -> bool {
-    let is_empty = line.iter().all(|byte| matches!(byte, b',' | b' ' | b'\t'));
+    let is_padding = |byte: &u8| matches!(byte, b',' | b';' | b' ' | b'\t');
+    let is_empty = line.iter().all(is_padding);
     is_empty || begins_frame(line) || line.starts_with(b"@@")
 }
 
@@ -176,6 +218,17 @@ fn find_frame(text: &mut TextFile) -> Result<bool, Error> {
         }
     }
     Ok(false)
+}
+
+/// Goes on before the line that begins the next frame, or at the end.
+fn skip_to_frame(text: &mut TextFile) -> Result<(), Error> {
+    while text.advance()? {
+        if begins_frame(text.line()) {
+            text.unread();
+            break;
+        }
+    }
+    Ok(())
 }
 
 /// How raw counts became pressures, as the header says it.
@@ -239,16 +292,25 @@ struct Tekscan {
     columns: usize,
     absent: Vec<bool>,
     is_raw: bool,
+    /// How a row is written.
+    lines: Rows,
     /// Whether the line that closes the file was met.
     has_ended: bool,
+    /// Frames that were met, and how many the header says.
+    frames: u64,
+    told: Option<u64>,
 }
 
 impl Tekscan {
     /// Its number, its seconds and its sum, of the line that begins a frame.
     fn begin(&self, frame: &mut ParsedFrame) -> Result<Option<f64>, Error> {
         let words = self.text.words();
+        let separator = match self.lines.separator {
+            Separator::One(separator) => char::from(separator),
+            Separator::Blanks => ',',
+        };
         let cells: Vec<&str> = words
-            .split(',')
+            .split(separator)
             .map(|cell| cell.trim().trim_matches('"'))
             .collect();
         let number = cells[0].trim_start_matches("Frame").trim();
@@ -324,6 +386,7 @@ impl Parser for Tekscan {
         }
         let columns = self.columns;
         frame.begin(0, self.rows * columns);
+        self.frames += 1;
         let told = self.begin(frame)?;
         for row in 0..self.rows {
             let is_there = self.text.advance()?;
@@ -344,7 +407,8 @@ impl Parser for Tekscan {
                 word.trim_ascii() == b"B" && absent.is_some_and(|absent| absent[place])
             };
             let out = &mut frame.values[row * columns..(row + 1) * columns];
-            COMMAS.read_with(&self.text, out, &mut frame.decimals, is_absent)?;
+            let lines = self.lines;
+            lines.read_with(&self.text, out, &mut frame.decimals, is_absent)?;
             if let Some(absent) = absent {
                 self.check_absent(out, absent)?;
             }
@@ -354,13 +418,7 @@ impl Parser for Tekscan {
     }
 
     fn skip_frame(&mut self) -> Result<(), Error> {
-        while self.text.advance()? {
-            if begins_frame(self.text.line()) {
-                self.text.unread();
-                break;
-            }
-        }
-        Ok(())
+        skip_to_frame(&mut self.text)
     }
 
     fn text(&self) -> &TextFile {
@@ -368,6 +426,7 @@ impl Parser for Tekscan {
     }
 
     fn is_cut(&self) -> bool {
-        !self.has_ended
+        // Some programs leave the closing line out.
+        !self.has_ended && (self.told != Some(self.frames) || !self.text.is_closed())
     }
 }

@@ -198,6 +198,45 @@ fn tekscan_masks_times_and_scales() {
     assert_eq!(read_with(&file, &sensor, true).frames.len(), 2);
 }
 
+/// A spreadsheet of a language with decimal commas parts cells with semicolons.
+#[test]
+fn tekscan_saved_again_with_semicolons_and_tabs() {
+    let folder = Folder::new();
+    let header = "ROWS 2\nCOLS 2\nUNITS KPa\nSENSEL_AREA 25,8 mm2";
+    let frames = "Frame 1; 0,5;;\nB;2,5\n3,25;4\n;\nFrame 2; 1;;\nB;6\n7;8\n;\n";
+    for (separator, name) in [(";", "s.csv"), ("\t", "t.csv")] {
+        let text = format!("{header}\nASCII_DATA @@;\n\n{frames}@@;\n").replace(';', separator);
+        let file = folder.write(name, text);
+        near(&sums(&file), &[9.75, 21.0], 1e-9);
+        let frames = read(&file);
+        near(&[frames[0].frame.time_secs.unwrap()], &[0.5], 0.0);
+        assert_eq!(frames[0].frame.marks()[0], taxel::Mark::Absent);
+        near(&[spec_of(&file).array.taxel_area_mm2], &[25.8], 0.0);
+    }
+}
+
+#[test]
+fn tekscan_without_its_last_line_and_with_a_torn_first_frame() {
+    let folder = Folder::new();
+    let told = "UNITS raw\nSTART_FRAME 1\nEND_FRAME 2";
+    let text = tekscan(told, FRAMES).replace("@@\n", "");
+    let text = text.replace("ASCII_DATA ", "ASCII_DATA @@\n");
+    // All frames are there that the header says.
+    near(&sums(&folder.write("a.asf", &text)), &[10.0, 26.0], 0.0);
+    let fewer = text.replace("END_FRAME 2", "END_FRAME 3");
+    let missing = missing_of(&folder.write("b.asf", fewer));
+    assert!(
+        missing.contains("the end of the file is missing"),
+        "{missing}"
+    );
+    let file = folder.write("c.asf", text.replace("3,4\n", "3\n"));
+    let sensor = sensor_of(&file);
+    let kept = read_with(&file, &sensor, true);
+    assert_eq!((kept.frames.len(), kept.left_out.len()), (1, 1));
+    let error = read_with(&file, &sensor, false).error.unwrap().to_string();
+    assert!(error.contains("1 values"), "{error}");
+}
+
 #[test]
 fn no_unit_is_guessed() {
     let folder = Folder::new();
