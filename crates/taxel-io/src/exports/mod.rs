@@ -3,14 +3,14 @@
 //!
 //! | module | written by |
 //! |---|---|
-//! | [`tekscan`] | Tekscan F-Scan, I-Scan, CONFORMat: `.asf`, `.csv` |
-//! | [`rsscan`] | RSscan / Materialise footscan: text of an entire plate or of one foot |
-//! | [`zebris`], [`apd`] | zebris FDM: text; pedcad: `.apd` |
-//! | [`xsensor`] | XSENSOR: `.csv` of insoles, text of mats |
-//! | [`pedar`], [`pliance`], [`emed`] | novel: `.asc`, `.lst` |
-//! | [`fsa`] | FSA / Vista Medical: a frame of 32 x 64 a line |
-//! | [`tactilus`] | Tactilus: JSON |
-//! | [`insole`] | open insoles (Pressure2Pose, ISCAS 2025): `.csv` with a matrix in a cell |
+//! | `tekscan` | Tekscan F-Scan, I-Scan, CONFORMat: `.asf`, `.csv` |
+//! | `rsscan` | RSscan / Materialise footscan: text of an entire plate or of one foot |
+//! | `zebris`, `apd` | zebris FDM: text; pedcad: `.apd` |
+//! | `xsensor` | XSENSOR: `.csv` of insoles, text of mats |
+//! | `pedar`, `pliance`, `emed` | novel: `.asc`, `.lst` |
+//! | `fsa` | FSA / Vista Medical: a frame of 32 x 64 a line |
+//! | `tactilus` | Tactilus: JSON |
+//! | `insole` | open insoles (Pressure2Pose, ISCAS 2025): `.csv` with a matrix in a cell |
 //!
 //! The counts of a frame are the file's own numbers over the smallest step that they are written with, or the raw counts of the
 //! converter where the file's calibration tells them exactly ([`RawScale`]).
@@ -106,6 +106,8 @@ type Open = fn(&Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>;
 /// How a file begins.
 struct Beginning {
     text: String,
+    /// Whether it has two bytes a character: what spreadsheets call Unicode text.
+    is_utf16: bool,
 }
 
 /// As much of a file is looked at to know its format.
@@ -123,9 +125,9 @@ impl Beginning {
             .take(LOOKED_AT)
             .read_to_end(&mut bytes)
             .ok()?;
-        // Two bytes a character: what Windows calls Unicode; no program is known to export it.
         let text = text_file::text_of(bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&bytes));
-        Some(Self { text })
+        let is_utf16 = bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]);
+        Some(Self { text, is_utf16 })
     }
 
     /// Its lines, at most so many, without blanks at their ends.
@@ -182,8 +184,19 @@ fn format_of(file: &Path) -> Option<Open> {
         return None;
     }
     let beginning = Beginning::of(file)?;
+    if beginning.is_utf16 {
+        return Some(refuse_utf16);
+    }
     let known = FORMATS.iter().find(|(is_it, _)| is_it(&beginning));
     known.map(|(_, open)| *open)
+}
+
+fn refuse_utf16(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error> {
+    let mut text = TextFile::open(file)?;
+    text.advance()?;
+    let hint = "save it as text or CSV of UTF-8, or of the computer's own code page";
+    let found = "text of two bytes a character (UTF-16)";
+    Err(text.wrong_at(0, "text", found, "one byte", hint))
 }
 
 /// Whether another program has exported a file (`FILE` or `FILE#SENSOR`), by its content.

@@ -23,6 +23,13 @@ const MAX_COUNT: f64 = 255.0;
 const SAME_SCALE: f64 = 0.02;
 /// Lines of a header at most: one of a file that is none does not end.
 const MAX_HEADER: u64 = 1000;
+/// Keys of a header whose values have a unit.
+const CALIBRATED: [&str; 4] = [
+    "calibration_point_1",
+    "saturation_pressure",
+    "scale_factor",
+    "exponent",
+];
 /// What spreadsheets close their lines with, by the computer's language.
 const PADDING: [char; 3] = [',', ';', '\t'];
 
@@ -41,7 +48,13 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         absent,
         separator,
     } = first_frame(&mut text, &pairs)?;
-    let (unit, known) = unit_of(&text, FORMAT, &pairs, "units")?;
+    let (unit, known) = match pairs.get("units") {
+        // A recording that was never calibrated.
+        None if !CALIBRATED.iter().any(|key| pairs.get(key).is_some()) => {
+            ("raw".to_owned(), Quantity::Raw)
+        }
+        _ => unit_of(&text, FORMAT, &pairs, "units")?,
+    };
     let mut pad = Pad::new(rows, columns, &unit, known);
     pad.absent = if absent.contains(&true) {
         absent

@@ -262,6 +262,29 @@ fn no_unit_is_guessed() {
     }
 }
 
+/// What was never calibrated has no unit to tell.
+#[test]
+fn tekscan_without_a_calibration_is_raw() {
+    let folder = Folder::new();
+    let file = folder.write("a.asf", tekscan("NOISE_THRESHOLD 0", FRAMES));
+    assert_eq!(spec_of(&file).exported.unwrap().unit, "raw");
+    near(&sums(&file), &[10.0, 26.0], 0.0);
+}
+
+/// What spreadsheets call Unicode text.
+#[test]
+fn two_bytes_a_character_are_told() {
+    let folder = Folder::new();
+    let text = tekscan("UNITS raw", FRAMES);
+    let mut bytes = vec![0xFF, 0xFE];
+    bytes.extend(text.encode_utf16().flat_map(u16::to_le_bytes));
+    let error = error_of(&folder.write("u.txt", bytes));
+    assert!(
+        error.contains("(UTF-16)") && error.contains("hint: save it as"),
+        "{error}"
+    );
+}
+
 /// Recordings of one's own, with lines between their frames.
 #[test]
 fn own_text_is_no_export() {
