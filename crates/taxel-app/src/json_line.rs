@@ -17,12 +17,13 @@ struct Line {
     time_s: Option<f64>,
     /// When it arrived, seconds since 1970.
     unix_s: f64,
-    /// Whether the inverse came to an answer; without one the numbers are none.
+    /// Whether the inverse came to an answer.
     is_answer: bool,
-    total_n: f64,
-    peak_kpa: f64,
-    area_mm2: f64,
-    /// Centre of pressure across the columns and across the rows; null where nothing presses.
+    /// Null, as those that follow, without an answer and where the sensor has no load law.
+    total_n: Option<f64>,
+    peak_kpa: Option<f64>,
+    area_mm2: Option<f64>,
+    /// Centre of pressure across the columns and across the rows; null where nothing presses as well.
     centre_mm: Option<[f64; 2]>,
     measured_share: f64,
     /// Rows of loads; null where nothing was measured, or there is no taxel.
@@ -37,16 +38,18 @@ struct Line {
 pub fn json_line(frame: &LiveFrame, with_loads: bool) -> String {
     let figures = frame.figures;
     let since = frame.at.duration_since(std::time::UNIX_EPOCH);
+    let has_loads = frame.loads.is_some() && frame.is_answer;
     let line = Line {
         frame: frame.counts.sequence,
         time_s: frame.counts.time_secs,
         unix_s: since.unwrap_or_default().as_secs_f64(),
         is_answer: frame.is_answer,
-        total_n: rounded(figures.total_force_newtons),
-        peak_kpa: rounded(figures.peak_kilopascals),
-        area_mm2: rounded(figures.contact_area_mm2),
+        total_n: has_loads.then(|| rounded(figures.total_force_newtons)),
+        peak_kpa: has_loads.then(|| rounded(figures.peak_kilopascals)),
+        area_mm2: has_loads.then(|| rounded(figures.contact_area_mm2)),
         centre_mm: figures
             .centre_mm
+            .filter(|_| has_loads)
             .map(|[row, column]| [rounded(column), rounded(row)]),
         measured_share: rounded(figures.measured_share),
         loads_n: frame.loads.filter(|_| with_loads).map(rows_of),

@@ -82,7 +82,7 @@ const EXAMPLES: [(&str, &[&str]); 34] = [
     (
         "stream",
         &[
-            "taxel stream sim:mat-16x16-cd4067 | head -1",
+            "taxel stream sim:mat-16x16-cd4067 --frames 1",
             "taxel stream serial:/dev/ttyUSB0 --sensor mat.toml --sums --to udp:127.0.0.1:9000",
         ],
     ),

@@ -24,7 +24,7 @@ use taxel::{Frame, Mark, Newtons, Sensor};
 
 /// Frames of reference need a name; there is one.
 const FRAME_ID: &str = "taxel";
-const FIGURES_SCHEMA: &str = r#"{"title":"taxel.FrameFigures","type":"object","properties":{"total_force_newtons":{"type":"number"},"peak_kilopascals":{"type":"number"},"contact_area_mm2":{"type":"number"},"centre_row_mm":{"type":["number","null"]},"centre_column_mm":{"type":["number","null"]},"measured_share":{"type":"number"}}}"#;
+const FIGURES_SCHEMA: &str = r#"{"title":"taxel.FrameFigures","type":"object","properties":{"total_force_newtons":{"type":["number","null"]},"peak_kilopascals":{"type":["number","null"]},"contact_area_mm2":{"type":["number","null"]},"centre_row_mm":{"type":["number","null"]},"centre_column_mm":{"type":["number","null"]},"measured_share":{"type":"number"}}}"#;
 
 /// The server. Dropped, it ends.
 pub struct FoxgloveServer {
@@ -38,12 +38,12 @@ pub struct FoxgloveServer {
     message: Vec<u8>,
 }
 
-/// Figures as they stand in a message; a number that is none is null.
+/// Figures as they stand in a message: null where there are no loads.
 #[derive(Serialize)]
 struct FiguresJson {
-    total_force_newtons: f64,
-    peak_kilopascals: f64,
-    contact_area_mm2: f64,
+    total_force_newtons: Option<f64>,
+    peak_kilopascals: Option<f64>,
+    contact_area_mm2: Option<f64>,
     centre_row_mm: Option<f64>,
     centre_column_mm: Option<f64>,
     measured_share: f64,
@@ -90,7 +90,7 @@ impl FoxgloveServer {
         self.server.as_ref().map_or(0, WebSocketServerHandle::port)
     }
 
-    /// Sends a frame to whoever watches, if anybody does.
+    /// Sends a frame to whoever watches, if anybody does; without loads its figures are null.
     pub fn send(&mut self, loads: Option<&Frame<Newtons>>, figures: &FrameFigures, at: SystemTime) {
         let since = at.duration_since(UNIX_EPOCH).unwrap_or_default();
         let nanos = since.as_nanos() as u64;
@@ -107,12 +107,13 @@ impl FoxgloveServer {
             }
         }
         if self.figures.has_sinks() {
+            let centre = figures.centre_mm.filter(|_| loads.is_some());
             let json = FiguresJson {
-                total_force_newtons: figures.total_force_newtons,
-                peak_kilopascals: figures.peak_kilopascals,
-                contact_area_mm2: figures.contact_area_mm2,
-                centre_row_mm: figures.centre_mm.map(|centre| centre[0]),
-                centre_column_mm: figures.centre_mm.map(|centre| centre[1]),
+                total_force_newtons: loads.map(|_| figures.total_force_newtons),
+                peak_kilopascals: loads.map(|_| figures.peak_kilopascals),
+                contact_area_mm2: loads.map(|_| figures.contact_area_mm2),
+                centre_row_mm: centre.map(|centre| centre[0]),
+                centre_column_mm: centre.map(|centre| centre[1]),
                 measured_share: figures.measured_share,
             };
             self.message.clear();

@@ -29,11 +29,11 @@ use frame::Sent;
 pub use guard::{random_token, token_problem};
 pub use messages::{
     Answer, AskedPress, BadLines, CalibrationPhase, CalibrationSession, Details, DeviceState,
-    DeviceStatus, Event, FigureDetails, FileFacts, GripHand, GripMeasured, GripPhase, GripProtocol,
-    GripSession, GripTrial, HandleFacts, HeldOutError, Hello, Latency, MarkMeaning, Message,
-    PROTOCOL, Player, RecordingStatus, Refused, Reply, SeenPress, SensorFacts, Severity, Slider,
-    SliderKind, SourceFacts, SourceKind, State, TakenPress, TareStatus, TaxelDetails,
-    mark_meanings,
+    DeviceStatus, Event, ExportedFacts, FigureDetails, FileFacts, GripHand, GripMeasured,
+    GripPhase, GripProtocol, GripSession, GripTrial, HandleFacts, HeldOutError, Hello, Latency,
+    MarkMeaning, Message, PROTOCOL, Player, RecordingStatus, Refused, Reply, SeenPress,
+    SensorFacts, Severity, Slider, SliderKind, SourceFacts, SourceKind, State, TakenPress,
+    TareStatus, TaxelDetails, mark_meanings,
 };
 
 /// Whether a text is a request that a viewer may make. For the fuzz targets.

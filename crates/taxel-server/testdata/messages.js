@@ -18,6 +18,7 @@ export const hello = {
     "max_count": 65535.0,
     "has_load_law": true,
     "calibration": "calibrated 2026-11-10 (12 days ago); not checked since",
+    "exported": null,
     "positions_mm": null,
     "handle": null
   },
@@ -157,6 +158,11 @@ export const helloOfFile = {
     "max_count": 0.0,
     "has_load_law": false,
     "calibration": null,
+    "exported": {
+      "words": "numbers as another program has exported them",
+      "unit": "kPa",
+      "per_siemens": 200000000.0
+    },
     "positions_mm": [
       [
         1.5,
@@ -283,6 +289,7 @@ export const helloOfCone = {
     "max_count": 0.0,
     "has_load_law": false,
     "calibration": null,
+    "exported": null,
     "positions_mm": null,
     "handle": {
       "rings": "columns",

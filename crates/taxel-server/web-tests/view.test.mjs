@@ -104,3 +104,13 @@ test("settings are kept from visit to visit, those of another type are not", () 
   stored.set("taxel.view", JSON.stringify({ letters: "no", unit: 3, window: 60 }));
   assert.deepEqual([new Settings().values.letters, new Settings().values.unit, new Settings().values.window], [true, "N", 60]);
 });
+
+test("numbers of another program keep their unit, and one map", () => {
+  session.takeText(messages.hello);
+  assert.equal(view.exported, null);
+  assert.deepEqual(view.maps, { layout: "both", difference: false });
+  assert.equal(view.unit.text, "N");
+  session.takeText(messages.helloOfFile);
+  assert.deepEqual(view.maps, { layout: "compensated", difference: false });
+  assert.deepEqual(view.unit, { key: "kPa", text: "kPa", pressure: false, factor: 2e8 });
+});

@@ -30,10 +30,19 @@ declare namespace Wire {
     max_count: number;
     has_load_law: boolean;
     calibration: string | null;
+    /** What has to be known of numbers that another program has found; null where they are read here. */
+    exported: ExportedFacts | null;
     /** Where the taxels lie, x and y, row by row; null where they lie at the crossings of their lines. */
     positions_mm: ([number, number] | null)[] | null;
     /** The cylinder or cone that the array is wrapped around; null where it is flat. */
     handle: HandleFacts | null;
+  }
+
+  interface ExportedFacts {
+    words: string;
+    /** Of numbers that are no loads. */
+    unit: string | null;
+    per_siemens: number;
   }
 
   interface HandleFacts {

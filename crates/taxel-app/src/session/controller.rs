@@ -23,6 +23,7 @@ use super::sliders::{Change, Simulation};
 use super::source::Controls;
 use super::status::{SessionStatus, secs};
 use crate::calibration_age::calibration_history;
+use crate::exported::exported_facts;
 use crate::methods::MethodName;
 
 /// The longest note and the longest name that are taken.
@@ -292,6 +293,7 @@ impl ViewerBackend for LiveController {
         });
         sensor.handle = self.sensor.handle().map(HandleFacts::new);
         sensor.calibration = calibration_history(&self.sensor, Some(SystemTime::now()));
+        sensor.exported = exported_facts(&self.sensor);
         sensor.has_load_law = self.sensor.material().is_some() || self.model.is_some();
         let program = format!("taxel {}", env!("CARGO_PKG_VERSION"));
         let source = SourceFacts::new(self.address.to_string(), kind);

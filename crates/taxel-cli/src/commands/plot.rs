@@ -21,6 +21,7 @@ use crate::values;
 use crate::{Exit, out, recorded};
 use frame_range::FrameRange;
 use look::{Beyond, Look};
+use taxel_app::exported::{ExportedUnit, exported_unit};
 use taxel_app::frames::carries_sensor;
 use taxel_app::methods::MethodName;
 use taxel_app::units::Unit;
@@ -118,6 +119,8 @@ struct Job<'a> {
     sensor_file: PathBuf,
     options: ReadOptions,
     unit: Option<Unit>,
+    /// In what the numbers of another program are drawn, where they are no loads.
+    exported: Option<ExportedUnit>,
     /// Distance between taxels, mm.
     pitch_mm: [f64; 2],
     /// How large the picture is to be.
@@ -210,12 +213,14 @@ impl<'a> Job<'a> {
             });
         }
         let pitch = sensor.as_ref().map(|sensor| sensor.array().pitch_mm);
+        let exported = sensor.as_ref().and_then(exported_unit);
         let job = Self {
             args,
             sensor,
             sensor_file: sensor_file.unwrap_or_default(),
             options,
             unit,
+            exported: exported.filter(|_| unit == Some(Unit::Siemens)),
             pitch_mm: pitch.unwrap_or([1.0, 1.0]),
             extent,
         };
@@ -272,8 +277,19 @@ impl<'a> Job<'a> {
     }
 
     /// The unit's sign, where one is known.
-    fn symbol(&self) -> &'static str {
-        self.unit.map_or("", Unit::symbol)
+    fn symbol(&self) -> &str {
+        match &self.exported {
+            Some(exported) => &exported.unit,
+            None => self.unit.map_or("", Unit::symbol),
+        }
+    }
+
+    /// What is drawn.
+    fn quantity(&self) -> &'static str {
+        match &self.exported {
+            Some(exported) => exported.quantity,
+            None => self.unit.map_or("value", Unit::quantity),
+        }
     }
 
     /// What the range asked for leaves out of `values`, for the caption.

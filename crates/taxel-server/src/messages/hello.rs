@@ -70,11 +70,36 @@ pub struct SensorFacts {
     pub has_load_law: bool,
     /// When it was calibrated and last checked, in words; nothing where it was not.
     pub calibration: Option<String>,
+    /// Of another program's recording: what has to be known of its numbers; nothing where they are read here.
+    pub exported: Option<ExportedFacts>,
     /// Where the taxels lie, row by row, x to the right and y down in mm; nothing where they lie at the crossings of their
     /// lines. A crossing without a taxel has none.
     pub positions_mm: Option<Vec<Option<[f64; 2]>>>,
     /// The handle that the array is wrapped around; nothing where it is flat.
     pub handle: Option<HandleFacts>,
+}
+
+/// Numbers that another program has found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct ExportedFacts {
+    /// What is done to them and what is not, in words.
+    pub words: String,
+    /// Their unit, where they are no loads.
+    pub unit: Option<String>,
+    /// How much of that unit a siemens of the frames stands for; 1 where they are loads.
+    pub per_siemens: f64,
+}
+
+impl ExportedFacts {
+    /// Loads, as other programs have found them.
+    pub fn new(words: impl Into<String>) -> Self {
+        Self {
+            words: words.into(),
+            unit: None,
+            per_siemens: 1.0,
+        }
+    }
 }
 
 /// A cylinder or a cone that an array is wrapped around: enough to draw it, and to say what it is gripped with.

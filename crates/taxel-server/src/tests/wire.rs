@@ -204,12 +204,16 @@ fn cone_hello() -> Hello {
 
 /// Of a recording, on a sensor whose taxels lie anywhere.
 fn file_hello() -> Hello {
+    let mut exported = ExportedFacts::new("numbers as another program has exported them");
+    exported.unit = Some("kPa".to_owned());
+    exported.per_siemens = 2e8;
     Hello {
         file: Some(FileFacts::new(500, 5.0)),
         ..Hello::new(
             "taxel 0",
             SensorFacts {
                 positions_mm: Some(vec![Some([1.5, -2.0]), None]),
+                exported: Some(exported),
                 ..SensorFacts::new("", 1, 2)
             },
             SourceFacts::new("file:run.mcap", SourceKind::File),

@@ -176,8 +176,9 @@ export class Charts {
    */
   write(shown, quantities) {
     const { newtons } = this.view.now;
-    this.titles.force.textContent = newtons ? "Total force" : "Total conductance";
-    this.titles.peak.textContent = newtons ? "Peak pressure" : "Peak conductance";
+    const other = this.view.exported ? "reading" : "conductance";
+    this.titles.force.textContent = newtons ? "Total force" : `Total ${other}`;
+    this.titles.peak.textContent = newtons ? "Peak pressure" : `Peak ${other}`;
     const values = { force: shown.total, peak: shown.peak, area: shown.area };
     for (const name of CHARTS) {
       const [factor, unit] = quantities[name];

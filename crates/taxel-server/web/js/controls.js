@@ -2,7 +2,7 @@
 
 import { COLOUR_MAPS } from "./colour.js";
 import { Orientation } from "./orientation.js";
-import { UNITS, MICROSIEMENS, significant } from "./units.js";
+import { UNITS, significant } from "./units.js";
 import { toggleTheme } from "./theme.js";
 import { toast } from "./toast.js";
 import { fillKeyList } from "./keys.js";
@@ -186,10 +186,16 @@ export class Controls {
     method.replaceChildren(...methods.map((name) => new Option(name, name)));
     method.disabled = methods.length < 2;
     const unit = selectById("unit-select");
-    unit.replaceChildren(...(newtons ? UNITS : [MICROSIEMENS]).map(({ text, key }) => new Option(text, key)));
+    unit.replaceChildren(...(newtons ? UNITS : [this.view.unit]).map(({ text, key }) => new Option(text, key)));
     unit.disabled = !newtons;
     buttonById("record-button").disabled = !hello.can_record;
     inputById("record-name").disabled = !hello.can_record;
+    const { exported } = hello.sensor;
+    byId("layout-buttons").hidden = exported !== null;
+    byId("difference-button").hidden = exported !== null;
+    byId("compensated-canvas").setAttribute("aria-label", exported ? "Map of the loads as another program has exported them" : "Map of the compensated loads");
+    byId("frame-exported").hidden = exported === null;
+    byId("frame-exported").textContent = exported ? exported.words : "";
     byId("record-button").title = hello.can_record ? "Record (r)" : "This server does not record";
     this.write();
   }

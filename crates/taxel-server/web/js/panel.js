@@ -123,7 +123,9 @@ export class Panel {
     byId("taxel-pressure").textContent = newtons ? `${fixed(one.load * perTaxel, this.loadDecimals(perTaxel, sensor))} ${pressure.text}` : "–";
     byId("taxel-raw").textContent = `${fixed(one.raw * force.factor, decimals)} ${force.text}`;
     byId("taxel-crosstalk").textContent = `${fixed((one.raw - one.load) * force.factor, decimals)} ${force.text}`;
-    byId("taxel-siemens").textContent = siemens(newtons ? one.siemens ?? NaN : one.load);
+    // Of numbers of another program nobody knows what conducted.
+    const conductance = newtons ? one.siemens ?? NaN : one.load;
+    byId("taxel-siemens").textContent = this.view.exported ? "–" : siemens(conductance);
     byId("taxel-counts").textContent = `${one.counts} / ${sensor.max_count}`;
     this.drawTaxel(frame, at, force);
   }

@@ -62,7 +62,8 @@ export class Stage {
     const { settings } = this;
     const { sensor } = this.view;
     if (!sensor) return;
-    const { layout, difference, surface } = settings.values;
+    const { surface } = settings.values;
+    const { layout, difference } = this.view.maps;
     this.tiles.raw.show(layout !== "compensated");
     this.tiles.compensated.show(layout !== "raw");
     this.tiles.difference.show(difference);
@@ -128,7 +129,7 @@ export class Stage {
    * @param {Page.Frame} frame
    */
   highest(frame) {
-    const { layout } = this.settings.values;
+    const { layout } = this.view.maps;
     const { marks: meanings } = this.view.now;
     const { raw, compensated, marks } = frame;
     let highest = 0;
@@ -184,6 +185,11 @@ export class Stage {
    * @param {Page.Frame} frame
    */
   writeMethod(frame) {
+    if (this.view.exported) {
+      write(this.tiles.compensated.title, "As exported");
+      write("compensated-method", "cross-talk not removed");
+      return;
+    }
     const raw = isRaw(frame);
     write(this.tiles.compensated.title, raw ? "Not compensated" : "Compensated");
     write("compensated-method", raw ? "method raw: cross-talk not removed" : this.view.method);

@@ -56,7 +56,20 @@ export class View extends Store {
 
   /** The unit that loads of a taxel are shown in. */
   get unit() {
-    return this.now.newtons ? unitOf(this.settings.values.unit) : MICROSIEMENS;
+    if (this.now.newtons) return unitOf(this.settings.values.unit);
+    const { exported } = this;
+    return exported && exported.unit !== null ? { key: exported.unit, text: exported.unit, pressure: false, factor: exported.per_siemens } : MICROSIEMENS;
+  }
+
+  /** What has to be known of numbers that another program has found; null where they are read here. */
+  get exported() {
+    return this.sensor ? this.sensor.exported : null;
+  }
+
+  /** Which maps are shown: one alone of loads that another program has found, since nothing was taken off them here. */
+  get maps() {
+    const { layout, difference } = this.settings.values;
+    return this.exported ? { layout: /** @type {import("./settings.js").Layout} */ ("compensated"), difference: false } : { layout, difference };
   }
 
   /** @param {Page.Frame} frame may be the one that is shown, with other content */

@@ -131,6 +131,10 @@ fn each_count(
                     warn_unsolved(read, &outcome);
                 }
                 chain.show_into(shown)?;
+                if let Some(exported) = &job.exported {
+                    let values = shown.values_mut().iter_mut();
+                    values.for_each(|value| *value *= exported.per_siemens);
+                }
                 let raw = i == 0 || job.args.method == MethodName::Raw;
                 untared.apply(reading.tare(), raw, chain.load_unit(), shown.values_mut());
             }

@@ -108,10 +108,7 @@ pub(super) fn panel<'a>(
         Some(positions_mm) => panel.positions_mm(positions_mm)?,
         None => panel,
     };
-    Ok(match job.unit {
-        Some(unit) => panel.quantity(unit.quantity()).unit(unit.symbol()),
-        None => panel.quantity("value"),
-    })
+    Ok(panel.quantity(job.quantity()).unit(job.symbol()))
 }
 
 pub(super) fn caption(job: &Job<'_>) -> String {
@@ -215,10 +212,7 @@ fn dressed(job: &Job<'_>, series: Series, beyond: Option<String>) -> Result<Pict
     if let Some(extent) = job.extent {
         series = series.fit(extent);
     }
-    let series = match job.unit {
-        Some(unit) => series.quantity(unit.quantity()).unit(unit.symbol()),
-        None => series.quantity("value"),
-    };
+    let series = series.quantity(job.quantity()).unit(job.symbol());
     Ok(series.picture()?)
 }
 
