@@ -253,3 +253,28 @@ fn a_stream_is_a_line_of_json_a_frame() {
         "{run}"
     );
 }
+
+/// Numbers that are no loads are shown in the unit of their file, and sums of loads that there are none of are null.
+#[test]
+fn numbers_that_are_no_loads_keep_their_unit() {
+    let folder = with(&["iscan.csv", "pedar.asc"]);
+    for (file, label) in [
+        ("iscan.csv", "reading (raw)"),
+        ("pedar.asc#left", "pressure (kPa)"),
+    ] {
+        folder.good(&format!("plot {file} --frame 1 -o a.svg"));
+        let picture = folder.read("a.svg");
+        assert!(
+            picture.contains(label) && !picture.contains("conductance"),
+            "{file}"
+        );
+    }
+    let run = folder.good("stream file:iscan.csv?speed=max --frames 1");
+    let line: serde_json::Value = serde_json::from_str(run.out.lines().next().unwrap()).unwrap();
+    assert!(
+        line["total_n"].is_null() && line["peak_kpa"].is_null(),
+        "{run}"
+    );
+    let measured = folder.fails("measure iscan.csv -o m.csv");
+    assert!(measured.err.contains("they are no forces"), "{measured}");
+}

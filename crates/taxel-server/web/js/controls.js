@@ -191,8 +191,7 @@ export class Controls {
     buttonById("record-button").disabled = !hello.can_record;
     inputById("record-name").disabled = !hello.can_record;
     const { exported } = hello.sensor;
-    byId("layout-buttons").hidden = exported !== null;
-    byId("difference-button").hidden = exported !== null;
+    for (const id of ["layout-buttons", "difference-button", "maps-divider"]) byId(id).hidden = exported !== null;
     byId("compensated-canvas").setAttribute("aria-label", exported ? "Map of the loads as another program has exported them" : "Map of the compensated loads");
     byId("frame-exported").hidden = exported === null;
     byId("frame-exported").textContent = exported ? exported.words : "";
