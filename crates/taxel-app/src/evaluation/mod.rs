@@ -9,6 +9,7 @@ pub mod measure;
 pub mod plan;
 mod provenance;
 pub mod readings;
+mod reference;
 mod repeatability;
 mod response;
 
@@ -52,6 +53,7 @@ pub fn run(plan: &Plan, reporter: &dyn Reporter) -> Result<Evaluation, Error> {
         lost += left_out;
         report.sections.push(section);
     }
+    report.sections.extend(reference::section(plan)?);
     report.sections.push(provenance::data(plan, &files)?);
     Ok(Evaluation { report, lost })
 }

@@ -55,6 +55,13 @@ fn describe(sensor: &Sensor) -> Vec<(String, String)> {
             ),
         ),
     ];
+    if let Some(exported) = sensor.exported() {
+        let program = &exported.program;
+        let said = format!("as {program} has exported it: no cross-talk is removed");
+        about.push(line("loads", said));
+        about.push(line("a load is uncertain by", describe_doubt(sensor)));
+        return about;
+    }
     about.push(line("read-out", describe_readout(sensor)));
     about.push(line(
         "converter",
@@ -179,6 +186,10 @@ pub(super) fn data(plan: &Plan, files: &BTreeSet<PathBuf>) -> Result<Section, Er
     let mut files = files.clone();
     files.insert(plan.sensor_file.clone());
     // A preset's name is no file.
+    let files: BTreeSet<PathBuf> = files
+        .iter()
+        .map(|file| taxel_io::exports::file_of(file))
+        .collect();
     for file in files.iter().filter(|file| file.exists()) {
         let (bytes, digits) = fingerprint::of_file(file)?;
         let name = file.strip_prefix(folder).unwrap_or(file);

@@ -31,6 +31,11 @@ impl Reference {
         let both: Vec<(f64, f64)> = both
             .map(|(total, reference)| (*total, *reference))
             .collect();
+        Self::of_pairs(&both)
+    }
+
+    /// Of totals and references, newtons; `None` of none.
+    pub(crate) fn of_pairs(both: &[(f64, f64)]) -> Option<Self> {
         if both.is_empty() {
             return None;
         }

@@ -278,3 +278,36 @@ fn numbers_that_are_no_loads_keep_their_unit() {
     let measured = folder.fails("measure iscan.csv -o m.csv");
     assert!(measured.err.contains("they are no forces"), "{measured}");
 }
+
+/// `evaluate` holds the totals against the force that the recordings tell, by itself.
+#[test]
+fn evaluate_compares_with_the_recordings_own_force() {
+    let folder = with(&["pliance.asc"]);
+    folder.good("info pliance.asc --write-sensor mat.toml");
+    folder.write(
+        "plan.toml",
+        "format = 1\nsensor = \"mat.toml\"\n[[experiment]]\nkind = \"repeatability\"\nname = \"x\"\ntrials = \"t.csv\"\n",
+    );
+    let frames = ["0", "1", "2"].map(|frame| format!("pliance.asc,10,10,{frame}\n"));
+    folder.write(
+        "t.csv",
+        &format!("recording,row,column,frame\n{}", frames.concat()),
+    );
+    let run = folder.good("evaluate plan.toml");
+    let line = run
+        .out
+        .lines()
+        .find(|line| line.contains("230.59"))
+        .expect("a row");
+    let cells: Vec<&str> = line.split_whitespace().collect();
+    assert_eq!(
+        cells,
+        ["pliance.asc", "3", "230.59", "+0.009", "0.009", "1.0000"]
+    );
+    assert!(
+        run.out
+            .contains("as novel pliance has exported it: no cross-talk is removed"),
+        "{run}"
+    );
+    assert!(!run.out.contains("read-out"), "{run}");
+}

@@ -195,7 +195,9 @@ fn set_areas(pad: &mut Pad, areas_cm2: &[f64], places: &[usize]) {
     if areas_cm2.is_empty() || areas_cm2.iter().any(|area| *area <= 0.0) {
         return;
     }
+    // To the digits that the file has, which a sum of them loses.
     let mean = areas_cm2.iter().sum::<f64>() / areas_cm2.len() as f64;
+    let mean = (1e9 * mean).round() / 1e9;
     pad.area_mm2 = Some(100.0 * mean);
     let is_alike = areas_cm2
         .iter()
