@@ -59,6 +59,8 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         text,
         shape: (rows, columns),
         forces,
+        is_there: vec![false; rows],
+        first: 1,
     };
     Ok((about, Box::new(reader)))
 }
@@ -130,7 +132,7 @@ fn is_frame(line: &[u8]) -> bool {
 }
 
 /// 7 of `y7<tab>…`.
-fn number_of_row(line: &[u8]) -> Option<u64> {
+fn number_of_row(line: &[u8]) -> Option<usize> {
     let name = line.split(|byte| *byte == b'\t').next()?;
     std::str::from_utf8(name.get(1..)?)
         .ok()?
@@ -143,6 +145,9 @@ struct Zebris {
     text: TextFile,
     shape: (usize, usize),
     forces: Vec<(f64, f64)>,
+    /// Which rows the frame has had, and the number of the first one, 0 or 1.
+    is_there: Vec<bool>,
+    first: usize,
 }
 
 impl Zebris {
@@ -197,12 +202,22 @@ impl Parser for Zebris {
                         .text
                         .wrong(FORMAT, "the closing brace of the frame", hint));
                 }
-                if number_of_row(line) != Some(row as u64 + 1) {
-                    let hint = "rows lie in the order of their numbers; one is missing, comes twice or is out of its place";
-                    let expected = format!("row y{}", row + 1);
-                    return Err(self.text.wrong(FORMAT, expected, hint));
+                let number = number_of_row(line);
+                if row == 0 {
+                    self.is_there.fill(false);
+                    self.first = number.unwrap_or(1).min(1);
                 }
-                let out = &mut frame.values[row * columns..(row + 1) * columns];
+                let place = number.and_then(|number| number.checked_sub(self.first));
+                let place = place.filter(|&place| self.is_there.get(place) == Some(&false));
+                let Some(place) = place else {
+                    let hint =
+                        "rows are placed by their numbers; one comes twice, or there is none such";
+                    let [first, last] = [self.first, self.first + rows - 1];
+                    let expected = format!("each of the rows y{first} to y{last} once");
+                    return Err(self.text.wrong(FORMAT, expected, hint));
+                };
+                self.is_there[place] = true;
+                let out = &mut frame.values[place * columns..(place + 1) * columns];
                 ROWS.read(&self.text, out, &mut frame.decimals)?;
                 row += 1;
             } else if line.trim_ascii() == b"}" {

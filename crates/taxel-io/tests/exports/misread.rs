@@ -162,9 +162,25 @@ fn a_last_line_without_its_end_is_told() {
 fn zebris_rows_lie_by_their_numbers() {
     let folder = Folder::new();
     let text = latin(&cut("zebris.txt"));
-    for (own, other) in [("\ny4\t", "\ny5\t"), ("\ny1\t", "\ny56\t")] {
+    for (own, other) in [("\ny4\t", "\ny5\t"), ("\ny1\t", "\ny57\t")] {
         let error = error_of(&folder.write("z.txt", text.replace(own, other)));
-        assert!(error.contains("expected row y"), "{error}");
+        assert!(error.contains("expected each of the rows y"), "{error}");
+    }
+    // From the last row to the first, it is the same picture.
+    let expected = read(&folder.write("z.txt", &text));
+    let (mut turned, mut rows) = (String::new(), Vec::new());
+    for line in text.split_inclusive('\n') {
+        if line.starts_with('y') {
+            rows.push(line);
+            continue;
+        }
+        rows.drain(..).rev().for_each(|row| turned += row);
+        turned += line;
+    }
+    let found = read(&folder.write("z.txt", turned));
+    assert_eq!(found.len(), expected.len());
+    for (found, expected) in found.iter().zip(&expected) {
+        assert_eq!(found.frame.values(), expected.frame.values());
     }
 }
 
