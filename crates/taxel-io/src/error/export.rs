@@ -62,6 +62,16 @@ pub enum ExportError {
         /// The unit.
         found: String,
     },
+    /// Calibrated values, and a sensor that wants the counts of its converter.
+    #[error(
+        "{} holds {unit}, calibrated by its program, and not the counts that the sensor file is about\nhint: without that sensor file they are taken as they are", .file.display()
+    )]
+    NotCounts {
+        /// The file.
+        file: PathBuf,
+        /// Its unit.
+        unit: String,
+    },
     /// A calibrated value that no raw count stands behind.
     #[error(
         "{value} {unit} at {at} is {counts:.3} raw counts by the file's own calibration, expected a whole number of them\nhint: the calibration lines of the header are not those of these values; without a sensor file of another the values are taken as they are"

@@ -5,7 +5,7 @@ use std::path::Path;
 use taxel::{Counts, Frame, Mark};
 
 use super::cells::power_of_ten;
-use super::pad::{Pad, RawScale};
+use super::pad::{Pad, Quantity, RawScale};
 use super::survey::{self, Survey};
 use super::{ExportAbout, ParsedFrame, Parser, choose, file_and_pad, format_of};
 use crate::error::{Error, ExportError, other_shape};
@@ -62,6 +62,14 @@ impl ExportReader {
         let counting = match (options.unit_per_count, pad.raw) {
             (Some(unit), _) => Counting::Steps(unit),
             (None, Some(raw)) => Counting::Raw(raw),
+            (None, None) if pad.quantity == Quantity::Raw => Counting::Steps(1.0),
+            // The sensor is of a converter, and the numbers are not.
+            (None, None) if options.max_count.is_some() => {
+                return Err(Error::Export(Box::new(ExportError::NotCounts {
+                    file,
+                    unit: pad.unit.clone(),
+                })));
+            }
             (None, None) => {
                 let found = Survey::of(&about, chosen, &mut *parser)?;
                 (_, parser) = open(&file)?;

@@ -287,6 +287,28 @@ fn tekscan_without_a_calibration_is_raw() {
     near(&sums(&file), &[10.0, 26.0], 0.0);
 }
 
+/// A sensor file of one's own is about a converter: raw counts are those, averaged or not, and pressures are none.
+#[test]
+fn counts_for_a_sensor_of_one_s_own() {
+    let folder = Folder::new();
+    let mut spec = spec_of(&folder.write("own.asf", tekscan("UNITS raw", FRAMES)));
+    spec.exported = None;
+    let sensor = Sensor::try_from(spec).unwrap();
+    let frames = FRAMES.replace("3,4", "3.5,4");
+    let file = folder.write("raw.asf", tekscan("UNITS raw", &frames));
+    let outcome = read_with(&file, &sensor, false);
+    near(outcome.frames[0].frame.values(), &[1.0, 2.0, 3.5, 4.0], 0.0);
+    let file = folder.write("kpa.asf", tekscan("UNITS KPa", &frames));
+    let error = open_counts(&file, ReadOptions::of(&sensor))
+        .err()
+        .expect("pressures are no counts")
+        .to_string();
+    assert!(
+        error.contains("holds KPa, calibrated by its program"),
+        "{error}"
+    );
+}
+
 /// What spreadsheets call Unicode text.
 #[test]
 fn two_bytes_a_character_are_told() {
