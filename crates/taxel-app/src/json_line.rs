@@ -1,6 +1,7 @@
 //! A frame that was solved a moment ago as a line of JSON, for programs that know nothing of this one.
 
 use serde::Serialize;
+use taxel::metric::is_usable;
 use taxel::{Frame, Mark, Newtons};
 
 use crate::session::LiveFrame;
@@ -73,10 +74,7 @@ fn rows_of(loads: &Frame<Newtons>) -> Vec<Vec<Option<f64>>> {
         .values()
         .iter()
         .zip(loads.marks())
-        .map(|(&load, mark)| {
-            let is_told = mark.is_reading() || *mark == Mark::Interpolated;
-            is_told.then(|| rounded(load))
-        });
+        .map(|(&load, mark)| is_usable(*mark).then(|| rounded(load)));
     let told: Vec<Option<f64>> = told.collect();
     told.chunks(loads.columns()).map(<[_]>::to_vec).collect()
 }

@@ -19,8 +19,8 @@ use foxglove::{
     WebSocketServer, WebSocketServerHandle,
 };
 use serde::Serialize;
-use taxel::metric::FrameFigures;
-use taxel::{Frame, Mark, Newtons, Sensor};
+use taxel::metric::{FrameFigures, is_usable};
+use taxel::{Frame, Newtons, Sensor};
 
 /// Frames of reference need a name; there is one.
 const FRAME_ID: &str = "taxel";
@@ -163,8 +163,11 @@ impl FoxgloveServer {
 fn image_of(loads: &Frame<Newtons>, time: Timestamp) -> RawImage {
     let mut data = Vec::with_capacity(4 * loads.taxels());
     for (&load, mark) in loads.values().iter().zip(loads.marks()) {
-        let is_told = mark.is_reading() || *mark == Mark::Interpolated;
-        let pixel = if is_told { load as f32 } else { f32::NAN };
+        let pixel = if is_usable(*mark) {
+            load as f32
+        } else {
+            f32::NAN
+        };
         data.extend(pixel.to_le_bytes());
     }
     RawImage {

@@ -203,12 +203,9 @@ impl Emed {
     }
 
     fn cut(&self) -> Error {
-        Error::Export(Box::new(ExportError::Cut {
-            format: FORMAT,
-            at: self.text.place(0),
-            found: "a page without its last line".to_owned(),
-            expected: "a line `Force` below the rows".to_owned(),
-        }))
+        let expected = "a line `Force` below the rows";
+        self.text
+            .cut(FORMAT, "a page without its last line", expected)
     }
 
     fn check_sum(&self, frame: &ParsedFrame, told: Option<f64>) -> Result<(), Error> {

@@ -23,6 +23,7 @@ mod fsa;
 mod header;
 mod insole;
 mod names;
+mod novel;
 mod pad;
 mod pedar;
 mod pliance;

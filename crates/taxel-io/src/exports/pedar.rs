@@ -3,61 +3,36 @@
 
 use std::path::Path;
 
-use super::cells::{Cell, Separator, each_cell, number_and_rest};
-use super::header::Pairs;
+use super::cells::{Cell, Separator, each_cell};
+use super::novel::{MAX_HEADER, NovelHeader, SENSORS};
 use super::pad::Pad;
 use super::text_file::TextFile;
-use super::units::unit_of;
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
 use crate::error::Error;
 
 const FORMAT: &str = "novel pedar";
-/// Lines before the numbers at most.
-const MAX_HEADER: u64 = 100;
-/// Behind it stands the unit.
-const UNIT: &str = "pressure values in";
 
 pub(super) fn is_it(beginning: &Beginning) -> bool {
     let mut has = [false; 3];
     for line in beginning.lines(MAX_HEADER as usize) {
         has[0] |= line.starts_with("file name:");
         has[1] |= line.starts_with("left insole:") || line.starts_with("sensor type:");
-        has[2] |= line.starts_with("time[secs]");
+        has[2] |= line.starts_with(SENSORS);
     }
     has == [true; 3]
 }
 
 pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error> {
     let mut text = TextFile::open(file)?;
-    let mut lines = Vec::new();
-    let (mut pairs, mut step) = (Pairs::default(), None);
-    let counts = loop {
-        if !text.advance()? || text.place(0).line > MAX_HEADER {
-            let hint = "it names the sensors, left ones and then right ones";
-            return Err(text.wrong(FORMAT, "a line `time[secs] 1 2 …`", hint));
-        }
-        let words = text.words();
-        let line = words.trim();
-        if line.starts_with("time[secs]") {
-            break insoles(line);
-        }
-        if let Some(said) = line.strip_prefix(UNIT) {
-            pairs.add(&format!("{UNIT}:{said}"), &[':'], text.place(0).line);
-        }
-        if let Some((_, said)) = line.split_once("time per frame [secs]:") {
-            step = number_and_rest(said)
-                .map(|(secs, _)| secs)
-                .filter(|secs| *secs > 0.0);
-        }
-        lines.push(line.to_owned());
-    };
-    let (unit, known) = unit_of(&text, FORMAT, &pairs, UNIT)?;
+    let hint = "it names the sensors, left ones and then right ones";
+    let header = NovelHeader::read(&mut text, FORMAT, "a line `time[secs] 1 2 …`", hint)?;
+    let counts = insoles(&header.sensors);
     let pads: Vec<Pad> = ["left", "right"]
         .iter()
         .zip(&counts)
         .filter(|(_, count)| **count > 0)
         .map(|(name, &count)| {
-            let mut pad = Pad::new(1, count, &unit, known);
+            let mut pad = Pad::new(1, count, &header.unit, header.quantity);
             pad.name = (*name).to_owned();
             pad
         })
@@ -70,8 +45,8 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     if let [only] = &mut about.pads[..] {
         only.name.clear();
     }
-    about.header = lines.join("\n");
-    about.secs_per_frame = step;
+    about.header = header.lines;
+    about.secs_per_frame = header.secs_per_frame;
     let reader = Pedar {
         text,
         row: Vec::with_capacity(sizes.iter().sum()),

@@ -3,18 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::cells::{Cell, Separator, each_cell, number_and_rest, number_of};
-use super::header::Pairs;
+use super::cells::{Cell, Separator, each_cell, number_of};
+use super::novel::{MAX_HEADER, NovelHeader, SENSORS};
 use super::pad::Pad;
 use super::text_file::TextFile;
-use super::units::unit_of;
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
 use crate::error::Error;
 
 const FORMAT: &str = "novel pliance";
-const MAX_HEADER: u64 = 100;
-/// Behind it stands the unit.
-const UNIT: &str = "pressure values in";
 /// Lines of coordinates are the same where they are within so much, cm.
 const SAME_CM: f64 = 1e-3;
 /// Of a grid at least this share of the crossings carries a sensor; fewer are a list of places.
@@ -25,7 +21,7 @@ pub(super) fn is_it(beginning: &Beginning) -> bool {
     for line in beginning.lines(MAX_HEADER as usize) {
         has[0] |= line.starts_with("file name:");
         has[1] |= line.starts_with("mat type") || line.starts_with("electrical");
-        has[2] |= line.starts_with("time[secs]");
+        has[2] |= line.starts_with(SENSORS);
     }
     has == [true; 3]
 }
@@ -45,40 +41,20 @@ fn microsecond(secs: f64) -> i64 {
 
 pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error> {
     let mut text = TextFile::open(file)?;
-    let mut lines = Vec::new();
-    let (mut pairs, mut step) = (Pairs::default(), None);
-    let sensors = loop {
-        if !text.advance()? || text.place(0).line > MAX_HEADER {
-            let hint = "it names the sensors";
-            return Err(text.wrong(FORMAT, "a line `time[secs] 4 5 …`", hint));
-        }
-        let words = text.words();
-        let line = words.trim();
-        if line.starts_with("time[secs]") {
-            break line.split_whitespace().count() - 1;
-        }
-        if let Some(said) = line.strip_prefix(UNIT) {
-            pairs.add(&format!("{UNIT}:{said}"), &[':'], text.place(0).line);
-        }
-        if let Some((_, said)) = line.split_once("time per frame [secs]:") {
-            step = number_and_rest(said)
-                .map(|(secs, _)| secs)
-                .filter(|secs| *secs > 0.0);
-        }
-        lines.push(line.to_owned());
-    };
-    let (unit, known) = unit_of(&text, FORMAT, &pairs, UNIT)?;
+    let hint = "it names the sensors";
+    let header = NovelHeader::read(&mut text, FORMAT, "a line `time[secs] 4 5 …`", hint)?;
+    let sensors = header.sensors.split_whitespace().count() - 1;
     if sensors == 0 {
         return Err(text.wrong(FORMAT, "numbers of sensors", "none is named"));
     }
     let behind = read_behind(&mut text, sensors)?;
-    let mut pad = Pad::new(1, sensors, &unit, known);
+    let mut pad = Pad::new(1, sensors, &header.unit, header.quantity);
     let places = lay_out(&mut pad, &behind);
     let mut about = ExportAbout::new(FORMAT, "novel pliance", vec![pad]);
-    about.header = lines.join("\n");
-    about.secs_per_frame = step;
+    about.header = header.lines;
+    about.secs_per_frame = header.secs_per_frame;
     let mut text = TextFile::open(file)?;
-    while text.advance()? && !text.line().starts_with(b"time[secs]") {}
+    while text.advance()? && !text.line().starts_with(SENSORS.as_bytes()) {}
     let reader = Pliance {
         text,
         taxels: about.pads[0].rows * about.pads[0].columns,
@@ -239,7 +215,7 @@ impl Parser for Pliance {
             }
             let line = self.text.line().trim_ascii();
             // The largest and the mean of each sensor close the table.
-            self.has_ended = line.starts_with(b"M") || line.starts_with(b"time[secs]");
+            self.has_ended = line.starts_with(b"M") || line.starts_with(SENSORS.as_bytes());
             if !line.is_empty() && !self.has_ended {
                 break;
             }

@@ -8,7 +8,7 @@ use super::pad::{Pad, Quantity};
 use super::row::Rows;
 use super::text_file::TextFile;
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
-use crate::error::{Error, ExportError};
+use crate::error::Error;
 
 const FORMAT: &str = "RSscan text";
 /// Lines before the first frame at most.
@@ -118,12 +118,8 @@ impl Parser for RsScan {
                 if is_there {
                     self.text.unread();
                 }
-                return Err(Error::Export(Box::new(ExportError::Cut {
-                    format: FORMAT,
-                    at: self.text.place(0),
-                    found: format!("{row} rows"),
-                    expected: format!("{rows} of them"),
-                })));
+                let found = format!("{row} rows");
+                return Err(self.text.cut(FORMAT, found, format!("{rows} of them")));
             }
             let out = &mut frame.values[row * columns..(row + 1) * columns];
             self.rows.read(&self.text, out, &mut frame.decimals)?;

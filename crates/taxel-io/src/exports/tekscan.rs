@@ -408,12 +408,8 @@ impl Parser for Tekscan {
                 if is_there {
                     self.text.unread();
                 }
-                return Err(Error::Export(Box::new(ExportError::Cut {
-                    format: FORMAT,
-                    at: self.text.place(0),
-                    found: format!("{row} rows"),
-                    expected: format!("{} of them", self.rows),
-                })));
+                let expected = format!("{} of them", self.rows);
+                return Err(self.text.cut(FORMAT, format!("{row} rows"), expected));
             }
             let absent = self.absent.get(row * columns..(row + 1) * columns);
             let is_absent = |place: usize, word: &[u8]| {

@@ -154,6 +154,21 @@ impl TextFile {
         }))
     }
 
+    /// That the file ends, or another frame begins, within a frame.
+    pub(super) fn cut(
+        &self,
+        format: &'static str,
+        found: impl Into<String>,
+        expected: impl Into<String>,
+    ) -> Error {
+        Error::Export(Box::new(ExportError::Cut {
+            format,
+            at: self.place(0),
+            found: found.into(),
+            expected: expected.into(),
+        }))
+    }
+
     /// The name of the file.
     pub(super) fn file(&self) -> &Path {
         &self.file

@@ -10,7 +10,7 @@ use super::row::Rows;
 use super::text_file::TextFile;
 use super::units::{millimetres, quantity, unit_of};
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
-use crate::error::{Error, ExportError};
+use crate::error::Error;
 
 const FORMAT: &str = "XSENSOR export";
 /// Sensors of a file at most.
@@ -299,12 +299,8 @@ impl XSensor {
     }
 
     fn cut(&self, row: usize, rows: usize) -> Error {
-        Error::Export(Box::new(ExportError::Cut {
-            format: FORMAT,
-            at: self.text.place(0),
-            found: format!("{row} rows"),
-            expected: format!("{rows} of them"),
-        }))
+        let found = format!("{row} rows");
+        self.text.cut(FORMAT, found, format!("{rows} of them"))
     }
 }
 

@@ -10,7 +10,7 @@ use super::row::Rows;
 use super::text_file::TextFile;
 use super::units::unit_of;
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
-use crate::error::{Error, ExportError};
+use crate::error::Error;
 
 const FORMAT: &str = "zebris text";
 const ROWS: Rows = Rows {
@@ -165,12 +165,8 @@ impl Zebris {
     }
 
     fn cut(&self, rows: usize) -> Error {
-        Error::Export(Box::new(ExportError::Cut {
-            format: FORMAT,
-            at: self.text.place(0),
-            found: format!("{rows} rows"),
-            expected: format!("{} of them and a closing brace", self.shape.0),
-        }))
+        let expected = format!("{} of them and a closing brace", self.shape.0);
+        self.text.cut(FORMAT, format!("{rows} rows"), expected)
     }
 }
 

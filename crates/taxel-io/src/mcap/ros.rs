@@ -1,6 +1,7 @@
 //! What ROS 2 and programs that know its messages read of a recording: loads and marks as images, the total as a wrench. Serialized
 //! as CDR (OMG DDSI-RTPS 10.2.1.2, little-endian): each number begins at a multiple of its size.
 
+use taxel::metric::is_usable;
 use taxel::{Frame, Newtons};
 
 /// The schema of images.
@@ -71,8 +72,11 @@ pub(super) fn loads_image(out: &mut Vec<u8>, loads: &Frame<Newtons>, nanos: u64,
     let mut cdr = Cdr::begin(out, nanos, frame_id);
     cdr.image((loads.rows(), loads.columns()), "32FC1", 4);
     for (&load, mark) in loads.values().iter().zip(loads.marks()) {
-        let is_told = mark.is_reading() || *mark == taxel::Mark::Interpolated;
-        let pixel = if is_told { load as f32 } else { f32::NAN };
+        let pixel = if is_usable(*mark) {
+            load as f32
+        } else {
+            f32::NAN
+        };
         out.extend_from_slice(&pixel.to_le_bytes());
     }
 }

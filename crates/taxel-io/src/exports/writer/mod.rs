@@ -16,6 +16,7 @@ mod xdf;
 use std::path::Path;
 use std::str::FromStr;
 
+use taxel::metric::is_usable;
 use taxel::{Frame, Mark, Newtons, Sensor};
 
 use crate::atomic::AtomicFile;
@@ -206,8 +207,7 @@ impl ExportWriter {
                 self.losses.below_zero_newtons += load;
             }
             let is_there = mark != Mark::Absent;
-            self.losses.unmeasured +=
-                u64::from(is_there && !mark.is_reading() && mark != Mark::Interpolated);
+            self.losses.unmeasured += u64::from(is_there && !is_usable(mark));
         }
     }
 

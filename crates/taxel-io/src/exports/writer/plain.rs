@@ -1,6 +1,7 @@
 //! A table of numbers: a line a frame, a column a taxel that there is, newtons. What was not measured is empty.
 
 use taxel::frame::{Frame, Newtons};
+use taxel::metric::is_usable;
 use taxel::{Mark, Sensor};
 
 use super::Layout;
@@ -41,7 +42,7 @@ impl Layout for Plain {
                 continue;
             }
             out.push(b',');
-            if mark.is_reading() || *mark == Mark::Interpolated {
+            if is_usable(*mark) {
                 push_number(out, &mut self.number, load);
             }
         }

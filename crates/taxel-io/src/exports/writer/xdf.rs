@@ -5,6 +5,7 @@
 use std::fmt::Write as _;
 
 use taxel::frame::{Frame, Newtons};
+use taxel::metric::is_usable;
 use taxel::{Mark, Sensor};
 
 use super::Layout;
@@ -65,8 +66,11 @@ impl Layout for Xdf {
         self.content.clear();
         begin_samples(&mut self.content, LOADS, secs);
         for (&load, mark) in loads.values().iter().zip(loads.marks()) {
-            let is_measured = mark.is_reading() || *mark == Mark::Interpolated;
-            let value = if is_measured { load as f32 } else { f32::NAN };
+            let value = if is_usable(*mark) {
+                load as f32
+            } else {
+                f32::NAN
+            };
             self.content.extend_from_slice(&value.to_le_bytes());
         }
         chunk(out, SAMPLES, &self.content);
