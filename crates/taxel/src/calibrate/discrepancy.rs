@@ -51,8 +51,11 @@ pub(super) struct Beside<'a> {
     pub(super) unloaded_g: &'a [Vec<f64>],
     /// What a standard error of the unloaded conductance is worth, grams, where a fit tells it.
     pub(super) zero_g: Option<f64>,
-    /// The standard error of the load's scale.
+    /// The standard error of the load's scale; of what contacts weigh, where everything was fitted together.
     pub(super) fit_share: f64,
+    /// Presses share that error: what they are off by bounds it. Contacts may be off by more than presses alone are, where
+    /// spread, saturation and scale make up for each other in these.
+    pub(super) presses_share_it: bool,
     /// What labels themselves are off by, taken out.
     pub(super) label_share: f64,
     /// How much farther off presses are that did not choose the effects either.
@@ -89,8 +92,14 @@ pub(super) fn uncertainty(judged: &[Judged], beside: Beside) -> Option<Uncertain
         factor = conformal(judged, share, floor, inflation).max(NORMAL);
     }
     let own = (share * share - label_share * label_share).max(0.0);
-    let fit_share = fit_share.min((MOST_BY_SCALE * own).sqrt());
-    let model = (own - fit_share * fit_share).max(0.0).sqrt();
+    let most = (MOST_BY_SCALE * own).sqrt();
+    let shared = fit_share.min(most);
+    let fit_share = if beside.presses_share_it {
+        shared
+    } else {
+        fit_share
+    };
+    let model = (own - shared * shared).max(0.0).sqrt();
     Some(UncertaintySpec {
         model_share: digits(model),
         model_floor_g: digits(floor),
@@ -225,6 +234,7 @@ mod tests {
             unloaded_g: &[],
             zero_g: None,
             fit_share,
+            presses_share_it: true,
             label_share,
             inflation: 1.0,
         }

@@ -57,6 +57,7 @@ impl Search<'_> {
             unloaded_g: &unloaded,
             zero_g: None,
             fit_share,
+            presses_share_it: self.together.is_none(),
             label_share: self.options.label_share,
             inflation,
         };

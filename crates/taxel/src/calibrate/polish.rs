@@ -89,7 +89,7 @@ impl Search<'_> {
         for &hearing in ways {
             self.hearing = hearing;
             let together = self.everything(progress);
-            let better = together.filter(|together| self.is_more_probable(together, &before.model));
+            let better = together.filter(|together| self.is_more_probable(together, &before));
             if let Some(together) = better {
                 self.take(together);
                 return Ok(());
@@ -110,11 +110,18 @@ impl Search<'_> {
             .is_some_and(|share| share < EXPLAINED)
     }
 
-    fn is_more_probable(&mut self, together: &Together, than: &Model) -> bool {
-        let mut old = than.clone();
+    /// Each effect of before that was not told from nothing here would have to be worth as much as one that is told.
+    fn is_more_probable(&mut self, together: &Together, than: &Before) -> bool {
+        let mut old = than.model.clone();
         old.levelled = self.can_separate();
-        loss_of(&mut self.evaluator, &old, &together.unknowns, together)
-            .is_none_or(|old| together.loss(MisfitTerm::Presses) < old)
+        let effects = [&SPREAD[..], &[Unknown::Offset, Unknown::CarryOver]].concat();
+        let only_before = effects
+            .iter()
+            .filter(|u| than.unknowns.contains(u) && !together.unknowns.contains(u))
+            .count();
+        loss_of(&mut self.evaluator, &old, &together.unknowns, together).is_none_or(|old| {
+            together.loss(MisfitTerm::Presses) < old + only_before as f64 * TOLD * TOLD
+        })
     }
 
     /// Takes a fit of everything, judged by presses that it is fitted without.

@@ -62,6 +62,7 @@ impl PressFit<'_> {
             unloaded_g: &[],
             zero_g: Some((law.grams_from_siemens(0, up) - law.grams_from_siemens(0, down)) / 2.0),
             fit_share: 0.0,
+            presses_share_it: true,
             label_share: self.options.label_share,
             inflation: 1.0,
         }

@@ -271,6 +271,7 @@ impl Bench<'_> {
             unloaded_g: &[],
             zero_g: None,
             fit_share: 0.0,
+            presses_share_it: true,
             label_share: options.label_share,
             inflation: 1.0,
         };
