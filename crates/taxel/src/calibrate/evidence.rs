@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{CalibrationData, PressLabel};
-use crate::screen::{Axis, FrameScreen, Level, LineFaults, LineScreen};
+use crate::screen::{Axis, FrameScreen, Level, LineFaults, LineScreen, ScreenOptions};
 use crate::{Counts, Error, Frame, Mark, Sensor};
 
 /// Fewest presses that a fit is tried with.
@@ -37,6 +37,8 @@ pub(super) struct Evidence {
     pub(super) warnings: Vec<String>,
     /// Share of readings stuck at an end of the converter.
     pub(super) stuck_share: f64,
+    /// The lightest labelled load that reads the converter's ceiling, grams, where loads are what brings readings there.
+    pub(super) least_at_ceiling_g: Option<f64>,
 }
 
 impl Evidence {
@@ -48,7 +50,13 @@ impl Evidence {
             lines.observe(frame)?;
         }
         let faults = lines.finish().with_declared(sensor.screen());
-        let mut screen = FrameScreen::from_sensor(sensor);
+        let least_at_ceiling_g = least_load_at_ceiling(sensor, data, &given);
+        let options = ScreenOptions {
+            ceiling_is_load: sensor.screen().ceiling_is_load || least_at_ceiling_g.is_some(),
+            ..ScreenOptions::from_sensor(sensor)
+        };
+        let (rows, columns) = (sensor.rows(), sensor.columns());
+        let mut screen = FrameScreen::new(rows, columns, sensor.max_count(), &options);
         screen.set_lines(&faults);
         let mut stuck = 0;
         let mut readings = 0;
@@ -89,6 +97,7 @@ impl Evidence {
             noise_counts: sensor.converter().noise_counts.unwrap_or(noise).max(0.3),
             left_out,
             stuck_share: stuck as f64 / readings.max(1) as f64,
+            least_at_ceiling_g,
         })
     }
 }
@@ -132,6 +141,7 @@ impl Evidence {
             noise_counts: self.noise_counts,
             left_out: self.left_out.clone(),
             stuck_share: self.stuck_share,
+            least_at_ceiling_g: self.least_at_ceiling_g,
         }
     }
 }
@@ -250,6 +260,23 @@ fn warnings(sensor: &Sensor, presses: &[PressLabel], repeated: usize) -> Vec<Str
 /// How a doubt about the unit of all labels begins.
 pub(super) const UNIT_DOUBT: &str = "the unit of the labels is doubtful: ";
 
+/// Fewest labelled presses at the converter's ceiling that are no chance.
+const MIN_AT_CEILING: usize = 2;
+
+/// The lightest labelled load that reads the converter's ceiling, where all that do are heavier than the middle of the others:
+/// stuck readings would not mind the load.
+fn least_load_at_ceiling(sensor: &Sensor, data: &CalibrationData, given: &[usize]) -> Option<f64> {
+    let is_at_ceiling = |press: &&PressLabel| {
+        let count = data.frames[press.frame].at(press.row, press.column);
+        count >= sensor.max_count()
+    };
+    let presses = given.iter().map(|&i| &data.presses[i]);
+    let (at, below): (Vec<&PressLabel>, Vec<&PressLabel>) = presses.partition(is_at_ceiling);
+    let least = at.iter().map(|p| p.load_g).reduce(f64::min)?;
+    let middle = crate::stats::median(below.iter().map(|p| p.load_g)).unwrap_or(0.0);
+    (at.len() >= MIN_AT_CEILING && least > middle).then_some(least)
+}
+
 /// Those of the presses given that can be read, and why the others cannot.
 fn readable(
     faults: &LineFaults,
@@ -283,7 +310,62 @@ fn readable(
             )),
         }
     }
+    leave_out_beside_ceiling(data, marked, &mut kept, &mut left_out);
     Ok((kept, left_out))
+}
+
+/// Fewest presses that are enough without those beside readings at the ceiling.
+const MIN_CLEAR: usize = 16;
+
+/// Leaves out presses whose lines carry another reading at the converter's ceiling, where enough others are left: of what
+/// presses there only a lower bound is known, and with it of what it does to its lines.
+fn leave_out_beside_ceiling(
+    data: &CalibrationData,
+    marked: &[Frame<Counts>],
+    kept: &mut Vec<usize>,
+    left_out: &mut Vec<String>,
+) {
+    let is_clear = |&i: &usize| {
+        let press = &data.presses[i];
+        let lines = LinesAtCeiling::of(&marked[press.frame]);
+        !lines.cross_at(press.row, press.column)
+    };
+    let clear: Vec<usize> = kept.iter().copied().filter(is_clear).collect();
+    if clear.len() < MIN_CLEAR || clear.len() == kept.len() {
+        return;
+    }
+    left_out.push(format!(
+        "{} presses whose row or column carries another reading at the converter's ceiling",
+        kept.len() - clear.len()
+    ));
+    *kept = clear;
+}
+
+/// The lines of a frame that carry a reading at the converter's ceiling.
+pub(super) struct LinesAtCeiling {
+    rows: Vec<bool>,
+    columns: Vec<bool>,
+}
+
+impl LinesAtCeiling {
+    pub(super) fn of(frame: &Frame<Counts>) -> Self {
+        let mut lines = Self {
+            rows: vec![false; frame.rows()],
+            columns: vec![false; frame.columns()],
+        };
+        for (taxel, mark) in frame.marks().iter().enumerate() {
+            if *mark == Mark::Saturated {
+                lines.rows[taxel / frame.columns()] = true;
+                lines.columns[taxel % frame.columns()] = true;
+            }
+        }
+        lines
+    }
+
+    /// Whether one of them is a taxel's own.
+    pub(super) fn cross_at(&self, row: usize, column: usize) -> bool {
+        self.rows[row] || self.columns[column]
+    }
 }
 
 /// Mean frames by load. Frames in which a line was out load the others differently, so they only serve

@@ -2,6 +2,7 @@
 
 use super::LawChoice;
 use super::evaluate::{Evaluator, GHOSTS};
+use super::evidence::LinesAtCeiling;
 use super::fit_law::fit_law;
 use super::least_squares::{Fit, Settings, fit, median, robust_deviation, step};
 use super::model::{Model, Unknown, any_moves_frames, with_switches};
@@ -152,8 +153,10 @@ pub(super) fn look_around(evaluator: &mut Evaluator, model: &Model) -> Option<()
             }
         }
         let counts = &evidence.frames[i];
+        let at_ceiling = LinesAtCeiling::of(counts);
         let mut quiet: Vec<usize> = (0..rows * columns)
             .filter(|&t| near[t] == 0 && counts.marks()[t] == crate::Mark::Good)
+            .filter(|&t| !at_ceiling.cross_at(t / columns, t % columns))
             .collect();
         quiet.sort_by(|&a, &b| counts.values()[b].total_cmp(&counts.values()[a]));
         let ghosts = GHOSTS / 2;

@@ -10,14 +10,17 @@ use super::residuals::residuals;
 use super::{
     Belief, Calibration, CalibrationOptions, CalibrationReport, Parameter, polish, suspects,
 };
+use crate::circuit::{Circuit, Converter, SensorCircuit};
 use crate::material::LoadLaw;
 use crate::screen::Axis;
 use crate::sensor::{Bend, MaterialSpec, PerLine, PerTaxel, Provenance, SensorSpec, SheetSpec};
 use crate::stats::quantile;
-use crate::{Error, Sensor};
+use crate::{Error, Frame, Sensor, Siemens};
 
 /// Two fitted numbers whose estimates are correlated more than this can't be told apart.
 const ALIKE: f64 = 0.98;
+/// A load this many times the heaviest label may well come.
+const ABOVE_LABELS: f64 = 1.2;
 /// Decimals kept of per-taxel numbers.
 const DIGITS: f64 = 1e6;
 
@@ -211,6 +214,9 @@ pub(super) fn calibration(
         write_found(spec, &outcome, evidence);
         spec.readout.forget_unread_switches();
     })?;
+    let found = found.edited(|spec| {
+        spec.screen.ceiling_is_load |= reads_ceiling(&found, ABOVE_LABELS * heaviest_g(evidence));
+    })?;
     let residuals = residuals(&outcome, evidence);
     let report = report(outcome, known, &found, evidence);
     let provenance = provenance(&report, options);
@@ -219,6 +225,28 @@ pub(super) fn calibration(
         report,
         residuals,
     })
+}
+
+fn heaviest_g(evidence: &Evidence) -> f64 {
+    evidence.loads_g().into_iter().fold(0.0, f64::max)
+}
+
+/// Whether a load on a taxel in the middle, alone, reads the converter's ceiling.
+fn reads_ceiling(sensor: &Sensor, load_g: f64) -> bool {
+    let counts = || -> Result<f64, Error> {
+        let law = LoadLaw::from_sensor(sensor)?;
+        let (rows, columns) = (sensor.rows(), sensor.columns());
+        let middle = rows / 2 * columns + columns / 2;
+        let mut siemens = Frame::<Siemens>::zeros(rows, columns);
+        for (taxel, value) in siemens.values_mut().iter_mut().enumerate() {
+            let load_g = if taxel == middle { load_g } else { 0.0 };
+            *value = law.siemens_from_grams(taxel, load_g);
+        }
+        let volts = SensorCircuit::from_sensor(sensor)?.predict(&siemens);
+        let volts = volts.map_err(|_| no_fit("the network of one press has no solution"))?;
+        Ok(Converter::from_sensor(sensor).count_from_volt(volts.values()[middle]))
+    };
+    counts().is_ok_and(|counts| counts >= sensor.max_count())
 }
 
 fn write_found(spec: &mut SensorSpec, outcome: &Outcome, evidence: &Evidence) {
@@ -239,6 +267,7 @@ fn write_found(spec: &mut SensorSpec, outcome: &Outcome, evidence: &Evidence) {
     screen.dead_columns = faults.dead(Axis::Column).collect();
     screen.flickering_rows = faults.flickering(Axis::Row).collect();
     screen.flickering_columns = faults.flickering(Axis::Column).collect();
+    screen.ceiling_is_load |= evidence.least_at_ceiling_g.is_some();
     screen.repair |= evidence.stuck_share > 0.0 && evidence.stuck_share < 0.05;
 }
 
@@ -286,6 +315,18 @@ fn report(
         report.warnings.push(format!(
             "{} % of the readings are stuck at an end of the converter; the sensor file asks for their repair (screen.repair), and they are marked `interpolated`",
             super::digits::with_error(100.0 * evidence.stuck_share, None).0
+        ));
+    }
+    if sensor.screen().ceiling_is_load && !known.screen().ceiling_is_load {
+        let loads = match evidence.least_at_ceiling_g {
+            Some(least_g) => format!("labelled loads of {least_g:.0} g and more"),
+            None => format!(
+                "loads a fifth above the heaviest label, {:.0} g,",
+                heaviest_g(evidence)
+            ),
+        };
+        report.warnings.push(format!(
+            "{loads} read the converter's ceiling: what reads it is a lower bound, marked `saturated`, and never taken for a stuck reading (screen.ceiling_is_load)"
         ));
     }
     for fault in &evidence.faults.faults {

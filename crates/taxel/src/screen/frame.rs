@@ -217,8 +217,10 @@ impl FrameScreen {
                 if value >= thresholds.ceiling {
                     let around = Around::of(frame, row, column);
                     let stands = *run >= HELD_FRAMES || self.held_at_ceiling[i];
-                    let plausible =
-                        stands || self.was_high[i] || is_supported(&around, support, thresholds);
+                    let plausible = options.ceiling_is_load
+                        || stands
+                        || self.was_high[i]
+                        || is_supported(&around, support, thresholds);
                     frame.marks_mut()[i] = if plausible {
                         Mark::Saturated
                     } else {

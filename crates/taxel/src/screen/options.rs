@@ -23,6 +23,8 @@ pub struct ScreenOptions {
     /// A reading at the ceiling is plausible (saturated, not stuck) when a neighbour reads at least this
     /// share of the range, or the same taxel half of it just before. 0.75.
     pub saturated_support_share: f64,
+    /// A reading at the ceiling is always a load too large for the converter: loads are known to reach it. False.
+    pub ceiling_is_load: bool,
     /// A reading at 0 is stuck when the baseline is this many standard deviations of noise above it. 6 (one sound
     /// reading in 10^9).
     pub stuck_sigmas: f64,
@@ -97,6 +99,7 @@ impl Default for ScreenOptions {
             unloaded_share_of_range: 0.05,
             end_counts: 1.0,
             saturated_support_share: 0.75,
+            ceiling_is_load: false,
             stuck_sigmas: 6.0,
             stuck_surround_share: 0.05,
             floor_sigmas: 4.0,
@@ -161,6 +164,7 @@ impl ScreenOptions {
                 low_counts: spec.low_counts,
                 high_counts: spec.high_counts,
             },
+            ceiling_is_load: spec.ceiling_is_load,
             ..Self::default()
         }
     }

@@ -164,6 +164,7 @@ const TABLES: [(&str, &[&str]); 22] = [
             "low_counts",
             "high_counts",
             "repair",
+            "ceiling_is_load",
         ],
     ),
     (

@@ -244,6 +244,9 @@ pub struct ScreenSpec {
     /// Replace single lost readings (stuck, spikes) by the median of their neighbours, and mark them `interpolated`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub repair: bool,
+    /// Loads reach the converter's ceiling, so that a lone reading there is a load too large for it, not a stuck reading.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub ceiling_is_load: bool,
 }
 
 /// Where fitted numbers come from, and how good the fit is.

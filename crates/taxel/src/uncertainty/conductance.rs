@@ -21,8 +21,8 @@ pub enum Uncertainty {
 /// Up to this many taxels the whole derivative is inverted.
 const DENSE_TAXELS: usize = 1024;
 const PROBES: u32 = 32;
-const DEPTH: usize = 60;
-const RESTARTS: usize = 10;
+pub(super) const DEPTH: usize = 60;
+pub(super) const RESTARTS: usize = 10;
 
 /// Standard error of every conductance (siemens, row by row) when each reading has an independent
 /// standard deviation of `sigma_volts`: the square root of the diagonal of J⁻¹ σ² J⁻ᵀ at the

@@ -1,5 +1,6 @@
 //! The standard error of every conductance and load of a frame.
 
+use super::ceiling::AtCeiling;
 use super::known::{Known, is_left_out};
 use super::standard_errors;
 use crate::circuit::{Circuit, Converter, OperatingPoint, ROUNDING_COUNTS, SensorCircuit};
@@ -25,6 +26,7 @@ pub struct StandardErrors {
     parts: Parts,
     is_known: Vec<bool>,
     moved: Vec<f64>,
+    at_ceiling: AtCeiling,
 }
 
 /// What the standard errors of loads are made of, newtons; σ² is the sum of their squares.
@@ -112,6 +114,7 @@ impl StandardErrors {
             },
             is_known: vec![false; rows * columns],
             moved: vec![0.0; rows * columns],
+            at_ceiling: AtCeiling::new(rows * columns),
         })
     }
 
@@ -135,7 +138,8 @@ impl StandardErrors {
         &self.parts
     }
 
-    /// Of the conductances of a frame, siemens.
+    /// Of the conductances of a frame, siemens. What readings at the converter's ceiling may be larger by is in the errors of
+    /// the others.
     ///
     /// # Panics
     /// When the frame's shape is not the sensor's, or there is not one mark a taxel.
@@ -146,7 +150,7 @@ impl StandardErrors {
         marks: &mut [Mark],
     ) -> &Frame<Siemens> {
         for (known, mark) in self.is_known.iter_mut().zip(marks.iter()) {
-            *known = is_left_out(*mark);
+            *known = is_left_out(*mark) || *mark == Mark::Saturated;
         }
         let mut known = Known {
             point: &mut *self.point,
@@ -155,7 +159,11 @@ impl StandardErrors {
         };
         let found = standard_errors(&mut known, siemens.values(), self.sigma_volts);
         let unbounded = || vec![f64::INFINITY; siemens.values().len()];
-        let errors = found.map_or_else(|_| unbounded(), |(errors, _)| errors);
+        let mut errors = found.map_or_else(|_| unbounded(), |(errors, _)| errors);
+        let above = self.at_ceiling.errors(&mut known, siemens.values(), marks);
+        for (error, above) in errors.iter_mut().zip(above.unwrap_or_default()) {
+            *error = error.hypot(*above);
+        }
         for (taxel, (error, mark)) in errors.into_iter().zip(marks).enumerate() {
             let is_bounded = is_answer && matches!(*mark, Mark::Good | Mark::Unresolved);
             self.siemens.values_mut()[taxel] = if *mark == Mark::Absent {
