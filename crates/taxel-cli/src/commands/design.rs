@@ -6,9 +6,11 @@ mod report;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
+use taxel::Sensor;
 use taxel::design::sizing::{Requirements, size};
 use taxel::parts::find_switch;
-use taxel::sensor::Topology;
+use taxel::sensor::{DIODES, DiodePart, DiodePlace, DiodeSpec, Topology};
+use taxel_io::sensor_file;
 
 use super::rig::refused;
 use crate::error::Error;
@@ -23,9 +25,14 @@ use report::Report;
 /// resistor lets full load fill the converter but for the headroom; with a pull-down (divider-*) the test voltage is
 /// the converter's full scale, and the pull-down the geometric mean of the range. The defaults are the e-Cone's of
 /// the paper: 500 Ω to 3 kΩ give 0.4 V and 2 kΩ. The ghost is what an unpressed taxel reads, of a taxel at full
-/// load, by the exact circuit. With -o a sensor.toml to begin with is written; calibrate it.
+/// load, by the exact circuit. Another wiring is taken from a sensor file (--sensor): any line ends, diodes, lines that
+/// resist; of a table of line ends test voltage and resistors are kept and judged. With -o a sensor.toml to begin with is
+/// written; calibrate it.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
+    /// Sensor file or preset whose array, wiring and converter are kept: line ends, switches, diodes, what lines resist
+    #[arg(long, value_name = "FILE|PRESET", conflicts_with_all = ["rows", "columns", "topology", "switch", "bits", "full_scale", "pitch"])]
+    sensor: Option<PathBuf>,
     /// Resistance of a taxel, from full load to the lightest load of interest, ohms
     #[arg(long, value_name = "MIN..MAX", default_value = "500..3000", value_parser = quantity::ohm_range)]
     taxel: (f64, f64),
@@ -41,6 +48,12 @@ pub(crate) struct Args {
     /// Switches of columns and rows: a part (`taxel budget` lists them), or ohms
     #[arg(long, value_name = "PART|OHMS", default_value = "ADG732", value_parser = switch)]
     switch: Switch,
+    /// What lines resist from one taxel to the next: of rows and columns alike, or of each
+    #[arg(long, value_name = "OHMS[,OHMS]", value_delimiter = ',', value_parser = line_ohms)]
+    line_ohms: Vec<f64>,
+    /// A diode of this part in series with every taxel
+    #[arg(long, value_name = "PART", value_parser = diode)]
+    diode: Option<&'static str>,
     /// Gain-bandwidth product of the amplifier
     #[arg(long, value_name = "HZ", default_value = "10MHz", value_parser = hertz)]
     gbw: f64,
@@ -109,6 +122,8 @@ enum TopologyName {
     DividerFloating,
     /// A pull-down, unselected columns follow the sensed voltage
     DividerVoltageFeedback,
+    /// A pull-down on every row, unselected columns open
+    DividerPulledRows,
 }
 
 impl From<TopologyName> for Topology {
@@ -119,6 +134,7 @@ impl From<TopologyName> for Topology {
             TopologyName::DividerGroundedColumns => Topology::DividerGroundedColumns,
             TopologyName::DividerFloating => Topology::DividerFloating,
             TopologyName::DividerVoltageFeedback => Topology::DividerVoltageFeedback,
+            TopologyName::DividerPulledRows => Topology::DividerPulledRows,
         }
     }
 }
@@ -134,6 +150,28 @@ fn switch(text: &str) -> Result<Switch, String> {
     Ok(Switch {
         name: part.name.to_owned(),
         ohms: part.typical_ohms,
+    })
+}
+
+fn line_ohms(text: &str) -> Result<f64, String> {
+    let ohms = quantity::parse(text, &OHMS)?;
+    if (0.0..=1e6).contains(&ohms) {
+        return Ok(ohms);
+    }
+    Err(format!(
+        "{ohms} Ω from one taxel to the next\nhint: 0 to 1e6; copper has 0.05 Ω, conductive thread 1 to 50"
+    ))
+}
+
+fn diode(text: &str) -> Result<&'static str, String> {
+    let same = |part: &&DiodePart| part.name.eq_ignore_ascii_case(text);
+    let known = || DIODES.map(|part| part.name).join(", ");
+    let part = DIODES.iter().find(same).map(|part| part.name);
+    part.ok_or_else(|| {
+        format!(
+            "no diode `{text}` is known\nhint: {}; others by I_s and n in a sensor file, --sensor",
+            known()
+        )
     })
 }
 
@@ -166,28 +204,68 @@ fn percent(text: &str) -> Result<f64, String> {
 }
 
 impl Args {
-    fn requirements(&self) -> Requirements {
+    fn requirements(&self) -> Result<Requirements, Error> {
         let mut requirements = Requirements::default();
         requirements.rows = self.rows;
         requirements.columns = self.columns;
         requirements.pitch_mm = self.pitch;
         requirements.topology = self.topology.into();
+        requirements.bits = self.bits;
+        requirements.full_scale_volts = self.full_scale;
+        requirements.switch_ohms = self.switch.ohms;
+        if let Some(file) = &self.sensor {
+            keep(&sensor_file::load(file)?, &mut requirements);
+        }
+        if let Some(&row) = self.line_ohms.first() {
+            let column = self.line_ohms.get(1).copied().unwrap_or(row);
+            requirements.line_ohms = [row, column];
+        }
+        requirements.diode = self
+            .diode
+            .map(|part| DiodeSpec::of_part(DiodePlace::Taxel, part));
         requirements.taxel_ohms = self.taxel;
         requirements.full_load_g = self.full_load;
         requirements.exponent = self.exponent;
-        requirements.switch_ohms = self.switch.ohms;
         requirements.gbw_hz = self.gbw;
         requirements.amplifier_noise_volts = self.amplifier_noise;
-        requirements.bits = self.bits;
-        requirements.full_scale_volts = self.full_scale;
         requirements.frames_per_second = self.rate;
         requirements.line_farads = self.capacitance;
         requirements.taxel_amperes = self.taxel_current;
         requirements.headroom = self.headroom;
         requirements.v_test_volts = self.v_test;
         requirements.r_ohms = self.resistor;
-        requirements
+        Ok(requirements)
     }
+
+    fn switch_name(&self) -> &str {
+        match self.sensor {
+            Some(_) => "switches",
+            None => &self.switch.name,
+        }
+    }
+}
+
+/// Keeps the array, the wiring and the converter of a sensor.
+fn keep(sensor: &Sensor, requirements: &mut Requirements) {
+    let spec = sensor.spec();
+    requirements.rows = sensor.rows();
+    requirements.columns = sensor.columns();
+    requirements.pitch_mm = spec.array.pitch_mm[0];
+    requirements.bits = spec.converter.bits;
+    requirements.full_scale_volts = spec.converter.full_scale_volts;
+    let readout = &spec.readout;
+    let columns = readout
+        .r_mux_column_ohms
+        .as_ref()
+        .map(|ohms| ohms.mean(sensor.columns()));
+    let rows = readout
+        .r_mux_row_ohms
+        .as_ref()
+        .map(|ohms| ohms.mean(sensor.rows()));
+    if let Some(ohms) = columns.or(rows) {
+        requirements.switch_ohms = ohms;
+    }
+    requirements.readout = Some(readout.clone());
 }
 
 /// What stands above the numbers of the file that is written.
@@ -201,7 +279,13 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     if let Some(file) = &args.output {
         check_sensor_ending("-o", file)?;
     }
-    let requirements = args.requirements();
+    if args.line_ohms.len() > 2 {
+        return Err(Error::Arguments {
+            what: format!("{} resistances with --line-ohms", args.line_ohms.len()),
+            hint: "one for rows and columns alike, or two: of rows, of columns",
+        });
+    }
+    let requirements = args.requirements()?;
     let proposal = size(&requirements).map_err(refused)?;
     if let Some(file) = &args.output {
         let text = format!("{PREAMBLE}{}", proposal.sensor.to_toml());
@@ -211,7 +295,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     for warning in &proposal.warnings {
         out::warn(&warning.to_string());
     }
-    let report = Report::new(&args.switch.name, &requirements, proposal);
+    let report = Report::new(args.switch_name(), &requirements, proposal);
     if args.json {
         out::json(&report)?
     } else {

@@ -406,3 +406,70 @@ fn cross_talk_refuses_nonsense() {
     assert!(run.err.contains("5 settings, but at most 4"), "{run}");
     assert!(!folder.exists("a.jpg"));
 }
+
+#[test]
+fn a_design_keeps_the_wiring_of_a_sensor_file() {
+    let folder = Folder::new();
+    let table =
+        include_str!("../../../../testdata/ngspice/line-ends-12x5-shift-register/sensor.toml");
+    folder.write("shift.toml", table);
+    let run = folder.good("design --sensor shift.toml --taxel 1k..30k -o sized.toml");
+    for words in [
+        "12 x 5 taxels of 1000 to 30000 Ω, line-ends",
+        "as the table of line ends says",
+        "of the table; 5477 Ω computed",
+        "wrote sized.toml",
+    ] {
+        assert!(
+            (run.out.clone() + &run.err).contains(words),
+            "{words}: {run}"
+        );
+    }
+    // What was written is a sensor that can be simulated, with the same line ends.
+    folder.good("simulate --sensor sized.toml --pattern fingers --frames 2 -o s.npy");
+    let ends = |text: &str| {
+        let file: toml::Table = text.parse().unwrap();
+        file["readout"]["driven"].clone()
+    };
+    assert_eq!(ends(&folder.read("sized.toml")), ends(table));
+    let run = folder.fails("design --sensor shift.toml --resistor 1k");
+    assert!(
+        run.err.contains("table of line ends, which has its own"),
+        "{run}"
+    );
+    let run = folder.fails("design --sensor shift.toml --rows 5");
+    assert!(run.err.contains("cannot be used with"), "{run}");
+    let run = folder.fails("design --sensor nobody");
+    assert!(run.err.contains("known: econe"), "{run}");
+}
+
+#[test]
+fn a_design_takes_lines_that_resist_and_diodes() {
+    let folder = Folder::new();
+    let run = folder.good("design --rows 32 --columns 32 --line-ohms 20 --json");
+    let report = json(&run);
+    let along = number(&report, "/line_reach/0/attenuation");
+    assert!((along - 20.0 / 500.0 * 1024.0).abs() < 1e-9, "{along}");
+    assert!(
+        run.err.contains("the far end of a row cannot be read"),
+        "{run}"
+    );
+    let run =
+        folder.good("design --rows 16 --columns 16 --line-ohms 0.05,0 --diode 1n4148 -o d.toml");
+    assert!(
+        run.out.contains("in each taxel 1N4148") && run.out.contains("and a diode"),
+        "{run}"
+    );
+    let written = folder.read("d.toml");
+    assert!(written.contains("r_line_row_ohms = 0.05") && written.contains("part = \"1N4148\""));
+    assert!(!written.contains("r_line_column_ohms"), "{written}");
+    for (words, says) in [
+        ("--diode 1N9999", "no diode `1N9999` is known"),
+        ("--line-ohms=-1", "-1 Ω from one taxel to the next"),
+        ("--line-ohms 1,2,3", "3 resistances with --line-ohms"),
+        ("--line-ohms nan", "number"),
+    ] {
+        let run = folder.fails(&format!("design --rows 8 --columns 8 {words}"));
+        assert!(run.err.contains(says), "{words}: {run}");
+    }
+}

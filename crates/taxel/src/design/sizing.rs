@@ -1,5 +1,6 @@
 //! Sizing a read-out: test voltage, feedback or pull-down resistor, time, ghosts, resolution.
 
+mod alone;
 mod check;
 mod timing;
 
@@ -7,11 +8,13 @@ use serde::Serialize;
 
 use super::Error;
 use super::budget::{Budget, BudgetScene, Cause, Errors, predict};
-use crate::circuit::{Converter, LinearCircuit};
+use super::reach::{LineReach, line_reach};
+use crate::circuit::{Converter, SensorCircuit};
 use crate::material::LoadLaw;
 use crate::parts::{e24_at_most, e24_nearest, gain_at};
 use crate::sensor::{
-    Array, ConverterSpec, MaterialSpec, PerLine, ReadoutSpec, Sense, Sensor, SensorSpec, Topology,
+    Array, ConverterSpec, DiodeSpec, MaterialSpec, PerLine, ReadoutSpec, Sensor, SensorSpec,
+    Topology,
 };
 use crate::simulate::default_noise_counts;
 use crate::{Frame, Siemens};
@@ -37,6 +40,13 @@ pub struct Requirements {
     pub pitch_mm: f64,
     /// How the lines end.
     pub topology: Topology,
+    /// In the place of that, a read-out whose wiring is kept: line ends, switches, diodes, what its lines resist. Of a table of
+    /// line ends the test voltage and the resistors in it are kept, too.
+    pub readout: Option<ReadoutSpec>,
+    /// What rows, and columns, resist from one taxel to the next, ohms; 0 for none, or for what `readout` says.
+    pub line_ohms: [f64; 2],
+    /// Diodes in taxels or in driven lines; none for none, or for what `readout` says.
+    pub diode: Option<DiodeSpec>,
     /// Resistance of a taxel at full load and at the lightest load of interest, ohms.
     pub taxel_ohms: (f64, f64),
     /// The load at which a taxel has the smaller of the two, grams.
@@ -75,6 +85,9 @@ impl Default for Requirements {
             columns: 128,
             pitch_mm: 2.0,
             topology: Topology::TiaGroundedColumns,
+            readout: None,
+            line_ohms: [0.0; 2],
+            diode: None,
             taxel_ohms: (500.0, 3000.0),
             full_load_g: 600.0,
             exponent: 0.857,
@@ -93,6 +106,26 @@ impl Default for Requirements {
     }
 }
 
+impl Requirements {
+    /// How the lines end, by a read-out whose wiring is kept, too.
+    pub fn topology(&self) -> Topology {
+        self.readout
+            .as_ref()
+            .map_or(self.topology, |readout| readout.topology)
+    }
+
+    fn has_amplifier(&self) -> bool {
+        self.readout
+            .as_ref()
+            .map_or(self.topology.is_tia(), ReadoutSpec::has_amplifier)
+    }
+
+    /// Whether test voltage and pull-downs stand in a table.
+    fn is_table(&self) -> bool {
+        self.topology() == Topology::LineEnds
+    }
+}
+
 /// What one count, and the noise of a reading, are worth at one end of the range of loads.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Resolution {
@@ -100,7 +133,8 @@ pub struct Resolution {
     pub taxel_ohms: f64,
     /// Its load, grams.
     pub load_g: f64,
-    /// Its reading when it alone is pressed and the switches are ideal, volts.
+    /// Its reading when it alone is pressed, volts: with ideal switches, or, where lines resist, diodes stand in the way or a
+    /// table says how the lines end, in the far corner by the exact circuit.
     pub volts: f64,
     /// Grams per count there.
     pub grams_per_count: f64,
@@ -127,6 +161,8 @@ pub struct Proposal {
     pub sensor: Sensor,
     /// The feedback or pull-down resistor before a preferred value was chosen, ohms.
     pub exact_ohms: f64,
+    /// What the test voltage drives through a taxel at full load, and its diode, amperes.
+    pub taxel_amperes: f64,
     /// The amplifier's gain at the scan rate; `None` for a divider.
     pub gain: Option<f64>,
     /// The largest reading, by the exact scan, of any of the frames it was looked for in, as a share of full scale.
@@ -137,6 +173,8 @@ pub struct Proposal {
     pub timing: Timing,
     /// The least test voltage at which noise makes no ghosts, volts; `None` for a divider.
     pub least_v_test_volts: Option<f64>,
+    /// How far along lines that resist a taxel can be read when everything is pressed.
+    pub line_reach: Vec<LineReach>,
     /// What a column's driver carries at most, amperes.
     pub column_amperes: f64,
     /// Ghosts: three corners of a rectangle pressed, and three quarters of the array. None without two lines each way.
@@ -147,8 +185,8 @@ pub struct Proposal {
 
 /// Sizes a read-out.
 ///
-/// With an amplifier: V_test = taxel current · R_min, and R_k the preferred value (E24) at or below
-/// (1 − headroom) · full scale · R_min / V_test; it is lowered further should the exact scan of a densely pressed array
+/// With an amplifier: V_test = taxel current · R_min (and the diode's drop at that current), and R_k the preferred value (E24) at or below
+/// (1 − headroom) · full scale / full-load current; it is lowered further should the exact scan of a densely pressed array
 /// fill the converter. The paper's numbers give its own choice, 0.4 V and 2 kΩ. With a divider: V_test = full scale, so
 /// that nothing can saturate, and R_p the preferred value nearest to √(R_min · R_max), where the two ends of the range
 /// are furthest apart.
@@ -172,7 +210,7 @@ pub fn size(requirements: &Requirements) -> Result<Proposal, Error> {
     let frames = check::frames(requirements);
     let mut sensor = sensor_with(requirements, v_test, ohms).map_err(refused)?;
     let mut fullest = fullest_share(&sensor, &frames).map_err(refused)?;
-    while requirements.r_ohms.is_none() && requirements.topology.is_tia() && fullest >= 1.0 {
+    while requirements.r_ohms.is_none() && requirements.has_amplifier() && fullest >= 1.0 {
         ohms = e24_at_most(0.95 * ohms);
         sensor = sensor_with(requirements, v_test, ohms).map_err(refused)?;
         fullest = fullest_share(&sensor, &frames).map_err(refused)?;
@@ -182,14 +220,17 @@ pub fn size(requirements: &Requirements) -> Result<Proposal, Error> {
         .edited(|spec| spec.converter.noise_counts = Some(noise))
         .map_err(refused)?;
     let resolution = resolution(requirements, &sensor).map_err(refused)?;
-    let timing = Timing::of(requirements, ohms);
+    let timing = Timing::of(requirements, &sensor);
+    let everything = check::pressed(requirements, |_, _| true);
     let mut proposal = Proposal {
         exact_ohms,
+        taxel_amperes: alone::amperes(requirements, v_test),
         gain: sensor.readout().open_loop_gain(),
         fullest_share: fullest,
         resolution,
         timing,
         least_v_test_volts: check::least_v_test(requirements, &resolution),
+        line_reach: line_reach(&sensor, &everything),
         column_amperes: column_amperes(requirements, v_test),
         ghosts: ghosts(requirements, &sensor).map_err(refused)?,
         warnings: Vec::new(),
@@ -202,27 +243,57 @@ pub fn size(requirements: &Requirements) -> Result<Proposal, Error> {
 /// V_test, and the resistor before and after a preferred value is chosen.
 fn voltage_and_ohms(requirements: &Requirements) -> (f64, f64, f64) {
     let (least, most) = requirements.taxel_ohms;
-    if requirements.topology.is_tia() {
-        let v_test = requirements
-            .v_test_volts
-            .unwrap_or(requirements.taxel_amperes * least);
-        let exact = (1.0 - requirements.headroom) * requirements.full_scale_volts * least / v_test;
-        (
-            v_test,
-            exact,
-            requirements.r_ohms.unwrap_or(e24_at_most(exact)),
-        )
+    let table = requirements
+        .readout
+        .as_ref()
+        .filter(|_| requirements.is_table());
+    let given = requirements
+        .v_test_volts
+        .or(table.map(|table| table.v_test_volts));
+    if requirements.has_amplifier() {
+        let v_test =
+            given.unwrap_or_else(|| alone::volts(requirements, requirements.taxel_amperes));
+        let full = alone::amperes(requirements, v_test);
+        let exact = (1.0 - requirements.headroom) * requirements.full_scale_volts / full;
+        let ohms = requirements.r_ohms.unwrap_or(e24_at_most(exact));
+        (v_test, exact, ohms)
     } else {
         let exact = (least * most).sqrt();
-        let v_test = requirements
-            .v_test_volts
-            .unwrap_or(requirements.full_scale_volts);
-        (
-            v_test,
-            exact,
-            requirements.r_ohms.unwrap_or(e24_nearest(exact)),
-        )
+        let v_test = given.unwrap_or(requirements.full_scale_volts);
+        let ohms = requirements.r_ohms.unwrap_or(e24_nearest(exact));
+        (v_test, exact, ohms)
     }
+}
+
+/// The wiring, with this test voltage and resistor.
+fn readout_with(requirements: &Requirements, v_test_volts: f64, ohms: f64) -> ReadoutSpec {
+    let taxels = (requirements.rows * requirements.columns) as f64;
+    let kept = requirements.readout.clone();
+    let mut readout = kept.unwrap_or_else(|| ReadoutSpec::new(requirements.topology, v_test_volts));
+    readout.v_test_volts = v_test_volts;
+    let switch = Some(PerLine::One(requirements.switch_ohms));
+    for side in [&mut readout.r_mux_column_ohms, &mut readout.r_mux_row_ohms] {
+        *side = side.take().or(switch.clone());
+    }
+    let [row, column] = requirements.line_ohms;
+    for (line, ohms) in [
+        (&mut readout.r_line_row_ohms, row),
+        (&mut readout.r_line_column_ohms, column),
+    ] {
+        if ohms > 0.0 {
+            *line = Some(PerLine::One(ohms));
+        }
+    }
+    readout.diode = requirements.diode.clone().or(readout.diode);
+    if requirements.has_amplifier() {
+        let gain = gain_at(requirements.gbw_hz, requirements.frames_per_second * taxels);
+        readout.r_feedback_ohms = Some(ohms);
+        readout.open_loop_gain = Some(significant(gain, 4));
+    } else if !requirements.is_table() {
+        readout.r_pull_down_ohms = Some(ohms);
+    }
+    readout.forget_unread_switches();
+    readout
 }
 
 fn sensor_with(
@@ -230,23 +301,13 @@ fn sensor_with(
     v_test_volts: f64,
     ohms: f64,
 ) -> Result<Sensor, crate::Error> {
-    let taxels = (requirements.rows * requirements.columns) as f64;
     let law = law(requirements);
     let mut array = Array::new(requirements.rows, requirements.columns);
     array.pitch_mm = [requirements.pitch_mm; 2];
     array.taxel_area_mm2 = requirements.pitch_mm * requirements.pitch_mm;
-    let mut readout = ReadoutSpec::new(requirements.topology, v_test_volts);
-    readout.r_mux_column_ohms = Some(PerLine::One(requirements.switch_ohms));
-    readout.r_mux_row_ohms = Some(PerLine::One(requirements.switch_ohms));
-    if requirements.topology.is_tia() {
-        let gain = gain_at(requirements.gbw_hz, requirements.frames_per_second * taxels);
-        readout.r_feedback_ohms = Some(ohms);
-        readout.open_loop_gain = Some(significant(gain, 4));
-    } else {
-        readout.r_pull_down_ohms = Some(ohms);
-    }
+    let readout = readout_with(requirements, v_test_volts, ohms);
     let mut converter = ConverterSpec::new(requirements.bits, requirements.full_scale_volts);
-    converter.inverted = requirements.topology.is_tia();
+    converter.inverted = requirements.has_amplifier();
     let mut spec = SensorSpec::new(array, readout, converter);
     spec.name = format!("design {}x{}", requirements.rows, requirements.columns);
     spec.material = Some(MaterialSpec {
@@ -276,7 +337,7 @@ fn unloaded(requirements: &Requirements) -> f64 {
 
 /// The largest reading of these frames as a share of full scale.
 fn fullest_share(sensor: &Sensor, frames: &[Frame<Siemens>]) -> Result<f64, crate::Error> {
-    let circuit = LinearCircuit::from_sensor(sensor)?;
+    let circuit = SensorCircuit::from_sensor(sensor)?;
     let mut largest = 0.0f64;
     for frame in frames {
         let volts = predict(sensor, &circuit, frame)?;
@@ -312,36 +373,23 @@ fn resolution(
     let law = LoadLaw::from_sensor(sensor)?;
     let lsb = Converter::from_sensor(sensor).lsb_volts();
     let noise = sensor.converter().noise_counts.unwrap_or_default();
-    let readout = sensor.readout();
+    let alone = alone::Alone::of(sensor, unloaded(requirements))?;
     let at = |taxel_ohms: f64| {
         let siemens = 1.0 / taxel_ohms;
-        // |V| and d|V|/dG of a taxel that is pressed alone.
-        let (volts, slope) = match readout.sense {
-            Sense::Amplifier {
-                r_feedback_ohms: r_k,
-                ..
-            } => (
-                readout.v_test_volts * r_k * siemens,
-                readout.v_test_volts * r_k,
-            ),
-            Sense::PullDown {
-                r_pull_down_ohms: r_p,
-            } => {
-                let share = 1.0 / (1.0 + r_p * siemens);
-                let volts = readout.v_test_volts * r_p * siemens * share;
-                (volts, readout.v_test_volts * r_p * share * share)
-            }
-        };
+        let (volts, slope) = alone.reading(siemens)?;
         let grams_per_count = law.grams_per_siemens(0, siemens) * lsb / slope;
-        Resolution {
+        Ok::<_, crate::Error>(Resolution {
             taxel_ohms,
             load_g: law.grams_from_siemens(0, siemens),
             volts,
             grams_per_count,
             noise_g: noise * grams_per_count,
-        }
+        })
     };
-    Ok([at(requirements.taxel_ohms.1), at(requirements.taxel_ohms.0)])
+    Ok([
+        at(requirements.taxel_ohms.1)?,
+        at(requirements.taxel_ohms.0)?,
+    ])
 }
 
 /// Every taxel of a column at full load, and its switch: what the column's driver sees at most.

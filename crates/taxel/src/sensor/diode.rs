@@ -146,7 +146,7 @@ impl Diode {
     }
 
     /// Of what a file says, which was checked.
-    pub(super) fn of(said: &DiodeSpec) -> Self {
+    pub(crate) fn of(said: &DiodeSpec) -> Self {
         let celsius = said.temperature_celsius.unwrap_or(NOMINAL_CELSIUS);
         let named = said.part.as_deref().and_then(find);
         let (saturation, emission) = match named {

@@ -4,8 +4,9 @@ use std::fmt;
 
 use serde::Serialize;
 use taxel::design::budget::Errors;
+use taxel::design::reach::{LineReach, MAX_ATTENUATION};
 use taxel::design::sizing::{Ghost, Proposal, Requirements, Resolution, Timing};
-use taxel::sensor::SensorSpec;
+use taxel::sensor::{DiodePlace, SensorSpec, Topology};
 
 /// A proposal in words and numbers.
 #[derive(Debug, Serialize)]
@@ -18,10 +19,12 @@ pub(super) struct Report {
     r_pull_down_ohms: Option<f64>,
     /// Before a preferred value was chosen.
     exact_ohms: f64,
+    taxel_amperes: f64,
     open_loop_gain: Option<f64>,
     /// The largest reading found, as a share of full scale.
     fullest_share: f64,
     least_v_test_volts: Option<f64>,
+    line_reach: Vec<LineReach>,
     column_amperes: f64,
     timing: Timing,
     greatest_frames_per_second: f64,
@@ -37,14 +40,16 @@ impl Report {
         let taxels = requirements.rows * requirements.columns;
         Self {
             requirements: requirements.clone(),
-            switch: format!("{switch} of {} Ω", requirements.switch_ohms),
+            switch: format!("{switch} of {} Ω", rounded(requirements.switch_ohms)),
             v_test_volts: readout.v_test_volts,
             r_feedback_ohms: readout.r_feedback_ohms(),
             r_pull_down_ohms: readout.r_pull_down_ohms(),
             exact_ohms: proposal.exact_ohms,
+            taxel_amperes: proposal.taxel_amperes,
             open_loop_gain: proposal.gain,
             fullest_share: proposal.fullest_share,
             least_v_test_volts: proposal.least_v_test_volts,
+            line_reach: proposal.line_reach,
             column_amperes: proposal.column_amperes,
             greatest_frames_per_second: proposal.timing.greatest_frames_per_second(taxels),
             timing: proposal.timing,
@@ -64,8 +69,8 @@ impl fmt::Display for Report {
             "{} x {} taxels of {least} to {most} Ω, {}, {}, {} bits of {} V, {} frames/s",
             requirements.rows,
             requirements.columns,
-            requirements.topology.name(),
-            self.switch,
+            requirements.topology().name(),
+            self.wiring(),
             requirements.bits,
             requirements.full_scale_volts,
             requirements.frames_per_second
@@ -78,6 +83,21 @@ impl fmt::Display for Report {
 }
 
 impl Report {
+    /// Switches, and what else stands in the way.
+    fn wiring(&self) -> String {
+        let readout = &self.sensor.readout;
+        let mut words = self.switch.clone();
+        if let Some(diode) = &readout.diode {
+            let part = diode.part.as_deref().unwrap_or("a diode");
+            words += match diode.place {
+                DiodePlace::DrivenLine => ", behind each column ",
+                _ => ", in each taxel ",
+            };
+            words += part;
+        }
+        words
+    }
+
     fn sizes(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let least = self.requirements.taxel_ohms.0;
         line(
@@ -85,11 +105,16 @@ impl Report {
             "test voltage",
             &format!("{:.4} V", self.v_test_volts),
             &match (self.r_feedback_ohms, self.least_v_test_volts) {
+                _ if self.is_table() => "as the table of line ends says".to_owned(),
                 (None, _) => "the converter's full scale: nothing can saturate".to_owned(),
                 (Some(_), None) => "no test voltage is safe from noise".to_owned(),
                 (Some(_), Some(volts)) => format!(
-                    "{:.2} mA through {least} Ω; below {volts:.3} V noise makes ghosts",
-                    1e3 * self.v_test_volts / least
+                    "{:.2} mA through {least} Ω{}; below {volts:.3} V noise makes ghosts",
+                    1e3 * self.taxel_amperes,
+                    match self.sensor.readout.diode {
+                        Some(_) => " and a diode",
+                        None => "",
+                    }
                 ),
             },
         )?;
@@ -99,10 +124,11 @@ impl Report {
         };
         let how = match self.requirements.r_ohms {
             Some(_) => "as given",
+            None if self.is_table() && self.r_feedback_ohms.is_none() => "of the table",
             None => "series E24",
         };
         let exactly = format!("{how}; {:.0} Ω computed", self.exact_ohms);
-        line(f, name, &format!("{ohms} Ω"), &exactly)?;
+        line(f, name, &format!("{} Ω", rounded(ohms)), &exactly)?;
         line(
             f,
             "fullest reading",
@@ -115,6 +141,17 @@ impl Report {
             &format!("{:.1} mA", 1e3 * self.column_amperes),
             "at most: every taxel of the column at full load",
         )?;
+        for reach in &self.line_reach {
+            line(
+                f,
+                &format!("along a {}", reach.axis),
+                &format!("λ {:.1} pitches", reach.pitches),
+                &format!(
+                    "everything pressed; r ḡ n² is {}, up to {MAX_ATTENUATION:.0} the far end is read",
+                    short(reach.attenuation)
+                ),
+            )?;
+        }
         let Some(gain) = self.open_loop_gain else {
             return Ok(());
         };
@@ -129,6 +166,10 @@ impl Report {
                 self.r_feedback_ohms.unwrap_or_default() / (1.0 + gain)
             ),
         )
+    }
+
+    fn is_table(&self) -> bool {
+        self.requirements.topology() == Topology::LineEnds
     }
 
     fn times(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -205,6 +246,11 @@ impl Report {
 fn line(f: &mut fmt::Formatter, name: &str, value: &str, why: &str) -> fmt::Result {
     let text = format!("  {name:<23}{value:<19}{why}");
     writeln!(f, "{}", text.trim_end())
+}
+
+/// Four significant digits, which is more than resistors keep.
+fn rounded(ohms: f64) -> f64 {
+    format!("{ohms:.3e}").parse().unwrap_or(ohms)
 }
 
 /// Three digits or so.

@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use super::{Error, Proposal, Requirements, Resolution, amplifier_noise, law, unloaded};
+use super::{Error, Proposal, Requirements, Resolution, alone, amplifier_noise, law, unloaded};
+use crate::design::reach::{LineReach, MAX_ATTENUATION};
 use crate::simulate::default_noise_counts;
 use crate::{Frame, Siemens};
 
@@ -54,6 +55,13 @@ pub enum Warning {
         compensated_g: Option<f64>,
         /// Whether unselected lines are open, so that currents find their own way.
         floating: bool,
+    },
+    /// Lines resist so much that their far end cannot be read when everything is pressed.
+    LineTooLong {
+        /// Which side, and how far it can be read.
+        reach: LineReach,
+        /// What a line may resist from one taxel to the next, ohms.
+        most_ohms: f64,
     },
     /// The input resistance R_k/(1+A) exceeds the row's switch.
     LowGain {
@@ -113,6 +121,13 @@ impl fmt::Display for Warning {
                 [needed_secs, available_secs],
                 frames_per_second,
                 full_row,
+            ),
+            Warning::LineTooLong { reach, most_ohms } => write!(
+                f,
+                "with everything pressed the far end of a {} cannot be read: r ḡ n² is {:.0} for {} taxels, and up to \
+                 {MAX_ATTENUATION:.0} it can (readings fall to 1/e in {:.0} pitches)\nhint: lines of {most_ohms:.2} Ω a pitch \
+                 at most, shorter lines, or taxels of more ohms",
+                reach.axis, reach.attenuation, reach.taxels, reach.pitches
             ),
             Warning::LowGain {
                 gain,
@@ -246,6 +261,26 @@ pub(super) fn requirements(requirements: &Requirements) -> Result<(), Error> {
             "an Arduino Uno has 10, an ESP32 12",
         ));
     }
+    for ohms in requirements.line_ohms {
+        if !(0.0..=1e6).contains(&ohms) {
+            return Err(Error::new(
+                format!("lines of {ohms} Ω from one taxel to the next, but must be 0 to 1e6"),
+                "copper has 0.05 Ω a pitch, conductive thread 1 to 50; 0 for none",
+            ));
+        }
+    }
+    if alone::diode(requirements).is_some_and(|d| !(d.scale_volts() * d.saturation_amperes > 0.0)) {
+        return Err(Error::new(
+            "a diode without a part that is known, or without I_s and n above 0".to_owned(),
+            "1N4148, 1N4001, BAT54 or 1N5817; others by I_s and n of their SPICE model",
+        ));
+    }
+    if requirements.is_table() && !requirements.has_amplifier() && requirements.r_ohms.is_some() {
+        return Err(Error::new(
+            "a pull-down was given beside a table of line ends, which has its own".to_owned(),
+            "change readout.sensed in the sensor file",
+        ));
+    }
     if !(0.0..1.0).contains(&requirements.headroom) {
         return Err(Error::new(
             format!("a headroom of {} %", 100.0 * requirements.headroom),
@@ -291,7 +326,7 @@ pub(super) fn least_v_test(
     requirements: &Requirements,
     resolution: &[Resolution; 2],
 ) -> Option<f64> {
-    if !requirements.topology.is_tia() {
+    if !requirements.has_amplifier() {
         return None;
     }
     let lsb = requirements.full_scale_volts / (2f64.powi(requirements.bits as i32) - 1.0);
@@ -350,6 +385,13 @@ pub(super) fn warnings(requirements: &Requirements, proposal: &Proposal) -> Vec<
             });
         }
     }
+    for &reach in &proposal.line_reach {
+        if !reach.is_enough() {
+            let taxels = (reach.taxels * reach.taxels) as f64;
+            let most_ohms = MAX_ATTENUATION * requirements.taxel_ohms.0 / taxels;
+            warnings.push(Warning::LineTooLong { reach, most_ohms });
+        }
+    }
     warnings.extend(worse_compensated(requirements, &proposal.ghosts));
     if let (Some(gain), Some(r_k)) = (proposal.gain, readout.r_feedback_ohms())
         && r_k / (1.0 + gain) > requirements.switch_ohms
@@ -383,6 +425,6 @@ fn worse_compensated(requirements: &Requirements, ghosts: &[super::Ghost]) -> Op
         pressed: pressed.clone(),
         raw_g,
         compensated_g,
-        floating: requirements.topology == super::Topology::DividerFloating,
+        floating: requirements.topology() == super::Topology::DividerFloating,
     })
 }

@@ -4,6 +4,7 @@ use rand_chacha::ChaCha8Rng;
 use super::*;
 use crate::Volts;
 use crate::circuit::Circuit;
+use crate::sensor::{DiodePlace, Reads, preset};
 
 fn small() -> Requirements {
     Requirements {
@@ -44,7 +45,7 @@ fn nothing_saturates_within_the_range_it_was_sized_for() {
             ..small()
         };
         let proposal = size(&requirements).unwrap();
-        let circuit = LinearCircuit::from_sensor(&proposal.sensor).unwrap();
+        let circuit = SensorCircuit::from_sensor(&proposal.sensor).unwrap();
         let saturated = |w: &Warning| matches!(w, Warning::Saturates { .. });
         assert!(!proposal.warnings.iter().any(saturated), "{requirements:?}");
         for _ in 0..20 {
@@ -214,4 +215,102 @@ fn the_sensor_file_reads_back_and_nonsense_is_refused() {
     };
     assert!(refused(wide).contains("twelve decades"));
     assert!(refused(Requirements { bits: 0, ..small() }).contains("0 bits"));
+}
+
+#[test]
+fn a_diode_gets_its_drop_and_full_load_its_current() {
+    for (part, least_drop) in [("1N4148", 0.5), ("BAT54", 0.15)] {
+        let requirements = Requirements {
+            diode: Some(DiodeSpec::of_part(DiodePlace::Taxel, part)),
+            ..small()
+        };
+        let proposal = size(&requirements).unwrap();
+        let readout = proposal.sensor.readout();
+        let drop = readout.v_test_volts - 0.4;
+        assert!(drop > least_drop && drop < 1.0, "{part}: {drop}");
+        assert!((proposal.taxel_amperes - 0.8e-3).abs() < 1e-12);
+        // Switches, and the amplifier's finite gain, take a little.
+        let full = proposal.resolution[1].volts / readout.r_feedback_ohms().unwrap();
+        assert!((0.96..1.0).contains(&(full / 0.8e-3)), "{part}: {full}");
+        // With the test voltage of a sensor without diodes, hardly anything is read.
+        let blind = size(&Requirements {
+            v_test_volts: Some(0.4),
+            r_ohms: Some(2000.0),
+            ..requirements
+        });
+        let blind = blind.unwrap();
+        assert!(blind.resolution[1].volts < 0.7 * proposal.resolution[1].volts);
+    }
+}
+
+#[test]
+fn lines_are_too_long_by_the_rule_and_the_far_corner_reads_less() {
+    // 30 taxels a row of 500 Ω: r ḡ n² is 10 at 5.56 Ω.
+    for (ohms, too_long) in [(0.0, false), (5.0, false), (6.0, true)] {
+        let requirements = Requirements {
+            rows: 6,
+            columns: 30,
+            line_ohms: [ohms, 0.0],
+            ..Requirements::default()
+        };
+        let proposal = size(&requirements).unwrap();
+        let told: Vec<&Warning> = proposal
+            .warnings
+            .iter()
+            .filter(|w| matches!(w, Warning::LineTooLong { .. }))
+            .collect();
+        assert_eq!(told.len(), usize::from(too_long), "{ohms} Ω");
+        if let [warning] = told[..] {
+            let text = warning.to_string();
+            assert!(text.contains("row") && text.contains("5.56 Ω"), "{text}");
+        }
+        let far = proposal.resolution[1].volts;
+        // One taxel of 500 Ω behind 30 pitches, two switches and the amplifier's input.
+        let gain = proposal.gain.unwrap();
+        let series =
+            500.0 + 29.0 * ohms + f64::from(u8::from(ohms > 0.0)) * (8.0 + 2000.0 / (1.0 + gain));
+        assert!((far / (0.4 * 2000.0 / series) - 1.0).abs() < 0.01, "{far}");
+        assert!(proposal.timing.row_secs >= 0.5 * 30.0 * ohms * requirements.line_farads);
+    }
+}
+
+#[test]
+fn another_wiring_is_kept_and_its_table_judged_as_it_stands() {
+    let mat = preset("mat-16x16-cd4067").unwrap();
+    let table = mat.readout().table.clone();
+    let mut readout = mat.spec().readout.clone();
+    readout.topology = Topology::LineEnds;
+    readout.reads = Some(Reads::Voltage);
+    (readout.driven, readout.sensed) = (Some(table.driven), Some(table.sensed));
+    readout.r_pull_down_ohms = None;
+    let like = |readout: ReadoutSpec| Requirements {
+        rows: 16,
+        columns: 16,
+        bits: 10,
+        full_scale_volts: 5.0,
+        readout: Some(readout),
+        ..Requirements::default()
+    };
+    let named = like(mat.spec().readout.clone());
+    let ohms = mat.readout().r_pull_down_ohms();
+    let named = size(&Requirements {
+        r_ohms: ohms,
+        ..named
+    })
+    .unwrap();
+    let tabled = size(&like(readout.clone())).unwrap();
+    assert_eq!(tabled.sensor.spec().readout.driven, readout.driven);
+    assert_eq!(tabled.sensor.spec().readout.sensed, readout.sensed);
+    assert_eq!(
+        tabled.sensor.readout().v_test_volts,
+        mat.readout().v_test_volts
+    );
+    // The same circuit, said in two ways.
+    assert!((tabled.fullest_share - named.fullest_share).abs() < 1e-9);
+    assert_eq!(tabled.ghosts[0].raw, named.ghosts[0].raw);
+    let refused = size(&Requirements {
+        r_ohms: Some(1e3),
+        ..like(readout)
+    });
+    assert!(refused.unwrap_err().to_string().contains("table"));
 }

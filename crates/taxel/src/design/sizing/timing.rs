@@ -3,12 +3,15 @@
 use serde::Serialize;
 
 use super::Requirements;
+use crate::Sensor;
+use crate::sensor::PerLine;
 
 /// Time there is for a taxel, and time its reading takes to come within half a count, seconds.
 ///
 /// Each of three stages follows its input with a time constant; together they settle in at most the sum of them times
 /// ln 2^(bits+1). The column: line capacitance times its switch. The row: line capacitance times its switch and the
-/// end of the read-out (R_k/(1+A) or R_p). The amplifier: noise gain 1 + R_k·ΣG over 2π·GBW.
+/// end of the read-out (R_k/(1+A) or R_p). A line that resists has half of what it resists in all besides (the delay of a
+/// distributed RC line after Elmore 1948). The amplifier: noise gain 1 + R_k·ΣG over 2π·GBW.
 ///
 /// Source: the settling of first-order stages in a chain; the closed-loop bandwidth GBW/noise gain of an amplifier
 /// (Horowitz and Hill, *The Art of Electronics*, 3rd ed., section 2.5).
@@ -35,11 +38,12 @@ pub struct Timing {
 }
 
 impl Timing {
-    /// For requirements and their feedback or pull-down resistor, ohms.
-    pub(super) fn of(requirements: &Requirements, ohms: f64) -> Self {
+    /// For requirements and the sensor that was sized for them.
+    pub(super) fn of(requirements: &Requirements, sensor: &Sensor) -> Self {
+        let ohms = sensor.readout().sense.ohms();
         let taxels_per_second =
             requirements.frames_per_second * (requirements.rows * requirements.columns) as f64;
-        let tia = requirements.topology.is_tia();
+        let tia = requirements.has_amplifier();
         let amplifier = |pressed: f64| {
             if tia {
                 let noise_gain = 1.0 + ohms * pressed / requirements.taxel_ohms.0;
@@ -53,8 +57,15 @@ impl Timing {
         } else {
             ohms
         };
-        let column_secs = requirements.line_farads * requirements.switch_ohms;
-        let row_secs = requirements.line_farads * (requirements.switch_ohms + end);
+        let along = |line: Option<&PerLine>, lines: usize, taxels: usize| {
+            line.map_or(0.0, |ohms| 0.5 * ohms.mean(lines) * taxels as f64)
+        };
+        let (rows, columns) = (requirements.rows, requirements.columns);
+        let spec = &sensor.spec().readout;
+        let along_row = along(spec.r_line_row_ohms.as_ref(), rows, columns);
+        let along_column = along(spec.r_line_column_ohms.as_ref(), columns, rows);
+        let column_secs = requirements.line_farads * (requirements.switch_ohms + along_column);
+        let row_secs = requirements.line_farads * (requirements.switch_ohms + along_row + end);
         let constants = f64::from(requirements.bits + 1) * std::f64::consts::LN_2;
         let lines = column_secs + row_secs;
         let (one, row) = (amplifier(1.0), amplifier(requirements.columns as f64));
