@@ -55,10 +55,13 @@ pub struct FaultMap<'a> {
     pitch_mm: [f64; 2],
 }
 
-/// One colour a kind of fault, of the eight that every kind of colour vision tells apart (Okabe and Ito 2008).
+/// One colour a kind of fault, of the eight that every kind of colour vision tells apart (Okabe and Ito 2008); what is wrong
+/// along a line has a darker and a lighter one of an open line's.
 fn look(fault: Fault) -> Look {
     let (colour, glyph) = match fault {
         Fault::LineOpen => ("#d55e00", Glyph::None),
+        Fault::LineBroken => ("#8c3b00", Glyph::None),
+        Fault::LineResists => ("#f2b48c", Glyph::None),
         Fault::LineSilent => ("#e69f00", Glyph::None),
         Fault::LineAtSupply => ("#56b4e9", Glyph::None),
         Fault::LineAtGround => ("#009e73", Glyph::None),
@@ -239,7 +242,9 @@ impl<'a> FaultMap<'a> {
         let mut lines: Vec<(Axis, usize)> = Vec::new();
         for finding in &self.result.findings {
             match finding.place {
-                Place::Line { axis, index } => lines.push((axis, index)),
+                Place::Line { axis, index } | Place::Along { axis, index, .. } => {
+                    lines.push((axis, index))
+                }
                 Place::Pair { axis, first } => lines.extend([(axis, first), (axis, first + 1)]),
                 _ => {}
             }
@@ -388,13 +393,13 @@ mod tests {
     fn everything(rows: usize, columns: usize) -> SelfTestResult {
         let mut findings = Vec::new();
         for (i, fault) in Fault::ALL.into_iter().enumerate() {
-            let (row, column) = (i * rows / 18, i * columns / 18);
+            let (row, column) = (i * rows / 20, i * columns / 20);
             let row_taxels = || (0..columns).map(|c| row * columns + c).collect::<Vec<_>>();
             let axis = Axis::Row;
             findings.push(match fault {
                 Fault::LinesShorted => (fault, Place::Pair { axis, first: row }, row_taxels()),
-                _ if i < 7 => (fault, Place::Line { axis, index: row }, row_taxels()),
-                _ if i < 12 => (
+                _ if i < 9 => (fault, Place::Line { axis, index: row }, row_taxels()),
+                _ if i < 14 => (
                     fault,
                     Place::Taxel { row, column },
                     vec![row * columns + column],

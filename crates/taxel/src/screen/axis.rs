@@ -14,6 +14,14 @@ pub enum Axis {
 impl Axis {
     /// Both.
     pub const BOTH: [Axis; 2] = [Axis::Row, Axis::Column];
+
+    /// The lines that cross those of this one.
+    pub fn other(self) -> Self {
+        match self {
+            Axis::Row => Axis::Column,
+            Axis::Column => Axis::Row,
+        }
+    }
 }
 
 impl fmt::Display for Axis {

@@ -18,9 +18,9 @@ const GAP_SPREADS: f64 = 9.0;
 const VISIBLE_NOISE: f64 = 2.0;
 
 /// Findings so far, and which taxels they explain.
-struct Classifier<'a> {
-    test: &'a SelfTest,
-    rubbed: &'a Rubbed,
+pub(super) struct Classifier<'a> {
+    pub(super) test: &'a SelfTest,
+    pub(super) rubbed: &'a Rubbed,
     findings: Vec<Finding>,
     explained: Vec<bool>,
 }
@@ -38,6 +38,7 @@ pub(super) fn classify(test: &SelfTest, rubbed: &Rubbed) -> SelfTestResult {
     let faults = rubbed.lines.finish();
     found.lines_at_an_end();
     found.shorted_taxels();
+    found.along_lines();
     found.open_lines(&faults);
     found.shorted_lines(&faults);
     found.flickering_lines(&faults);
@@ -71,18 +72,26 @@ pub(super) fn classify(test: &SelfTest, rubbed: &Rubbed) -> SelfTestResult {
 }
 
 impl Classifier<'_> {
-    fn line(&self, axis: Axis, index: usize) -> Vec<usize> {
+    pub(super) fn line(&self, axis: Axis, index: usize) -> Vec<usize> {
         self.rubbed.response.line(axis, index).collect()
     }
 
-    fn is_explained(&self, axis: Axis, index: usize) -> bool {
+    pub(super) fn is_explained(&self, axis: Axis, index: usize) -> bool {
         let line = self.line(axis, index);
         let known = line.iter().filter(|&&taxel| self.explained[taxel]).count();
-        known as f64 >= LINE_SHARE * line.len() as f64
+        known as f64 >= LINE_SHARE * line.len() as f64 || self.is_known_along(axis, index)
+    }
+
+    /// Whether it was found what is wrong along a line.
+    fn is_known_along(&self, axis: Axis, index: usize) -> bool {
+        self.findings.iter().any(|finding| {
+            let place = finding.place;
+            matches!(place, Place::Along { axis: a, index: i, .. } if (a, i) == (axis, index))
+        })
     }
 
     /// Adds a finding; its taxels are explained from here on, unless it is about the whole read-out.
-    fn add(&mut self, fault: Fault, place: Place, taxels: Vec<usize>, evidence: String) {
+    pub(super) fn add(&mut self, fault: Fault, place: Place, taxels: Vec<usize>, evidence: String) {
         if place != Place::Array {
             for &taxel in &taxels {
                 self.explained[taxel] = true;

@@ -14,6 +14,10 @@ pub enum Fault {
     LineAtGround,
     /// A line never answers.
     LineOpen,
+    /// A line answers up to a place, and never beyond it.
+    LineBroken,
+    /// A line answers clearly less from a place on, or the farther the less, than the lines beside it.
+    LineResists,
     /// A line at an edge never answered; it has only one neighbour to vouch for it.
     LineSilent,
     /// Two neighbouring lines read the same.
@@ -46,10 +50,12 @@ pub enum Fault {
 
 impl Fault {
     /// Every fault, in the order in which they go before one another.
-    pub const ALL: [Fault; 17] = [
+    pub const ALL: [Fault; 19] = [
         Fault::LineAtSupply,
         Fault::LineAtGround,
         Fault::LineOpen,
+        Fault::LineBroken,
+        Fault::LineResists,
         Fault::LineSilent,
         Fault::LinesShorted,
         Fault::LineFlickering,
@@ -72,6 +78,8 @@ impl Fault {
             Fault::LineAtSupply => "line-at-supply",
             Fault::LineAtGround => "line-at-ground",
             Fault::LineOpen => "line-open",
+            Fault::LineBroken => "line-broken",
+            Fault::LineResists => "line-resists",
             Fault::LineSilent => "line-silent",
             Fault::LinesShorted => "lines-shorted",
             Fault::LineFlickering => "line-flickering",
@@ -95,6 +103,8 @@ impl Fault {
             Fault::LineAtSupply => "shorted to the supply",
             Fault::LineAtGround => "shorted to ground",
             Fault::LineOpen | Fault::TaxelOpen => "open",
+            Fault::LineBroken => "broken",
+            Fault::LineResists => "resists",
             Fault::LineSilent => "silent",
             Fault::LinesShorted => "shorted together",
             Fault::LineFlickering | Fault::TaxelFlickering => "flickering",
@@ -120,6 +130,17 @@ pub enum Place {
         /// Which.
         index: usize,
     },
+    /// A line between two of its taxels.
+    Along {
+        /// Row or column.
+        axis: Axis,
+        /// Which.
+        index: usize,
+        /// The last taxel before the place, counted along the line.
+        after: usize,
+        /// The first beyond it.
+        before: usize,
+    },
     /// A line and the next one.
     Pair {
         /// Rows or columns.
@@ -142,6 +163,16 @@ impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Place::Line { axis, index } => write!(f, "{axis} {index}"),
+            Place::Along {
+                axis,
+                index,
+                after,
+                before,
+            } => {
+                let (least, most) = (after.min(before), after.max(before));
+                let crossing = axis.other();
+                write!(f, "{axis} {index}, between {crossing}s {least} and {most}")
+            }
             Place::Pair { axis, first } => write!(f, "{axis}s {first} and {}", first + 1),
             Place::Taxel { row, column } => write!(f, "taxel at row {row}, column {column}"),
             Place::Array => f.write_str("array"),
@@ -180,7 +211,9 @@ impl fmt::Display for Finding {
 /// What to do about a fault at a place.
 pub(super) fn advice(fault: Fault, place: Place) -> String {
     let line = match place {
-        Place::Line { axis, index } => format!("{axis} line {index}"),
+        Place::Line { axis, index } | Place::Along { axis, index, .. } => {
+            format!("{axis} line {index}")
+        }
         Place::Pair { axis, first } => format!("{axis} lines {first} and {}", first + 1),
         Place::Taxel { row, column } => format!("row {row} and column {column}"),
         Place::Array => String::new(),
@@ -191,6 +224,10 @@ pub(super) fn advice(fault: Fault, place: Place) -> String {
         }
         Fault::LineAtGround => format!("look for a bridge from {line} to ground, then for a break"),
         Fault::LineOpen => format!("check the joint of {line} at the connector, then its switch"),
+        Fault::LineBroken => format!("look for a break in {line} there, and bridge it"),
+        Fault::LineResists => {
+            format!("look for a crack, a thin stretch or a poor joint in {line}; measure along it with a multimeter")
+        }
         Fault::LineSilent => format!(
             "press it and test again; if it stays silent, check the joint of {line} at the connector"
         ),

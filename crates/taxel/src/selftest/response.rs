@@ -208,6 +208,25 @@ impl Response {
         (all, judged)
     }
 
+    /// How each taxel of a line answered the lines beside it, where these vouched often enough; by its position along it.
+    pub fn answers_along(
+        &self,
+        axis: Axis,
+        index: usize,
+        options: &SelfTestOptions,
+    ) -> Vec<(usize, Answers)> {
+        let of_axis = &self.across[usize::from(axis == Axis::Column)];
+        let position = |taxel: usize| match axis {
+            Axis::Row => taxel % self.columns,
+            Axis::Column => taxel / self.columns,
+        };
+        let line = self.line(axis, index);
+        let judged = line.filter(|&taxel| of_axis[taxel].supported >= options.supported_frames);
+        judged
+            .map(|taxel| (position(taxel), of_axis[taxel]))
+            .collect()
+    }
+
     /// Share of the readings on a line that the lines beside it vouch for and that are silent, 0 to 1.
     pub fn silent_share(&self, axis: Axis, index: usize, options: &SelfTestOptions) -> f64 {
         self.answers_of(axis, index, options).0.silent_share()

@@ -152,6 +152,10 @@ impl Report {
                 ),
             )?;
         }
+        self.amplifier(f)
+    }
+
+    fn amplifier(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let Some(gain) = self.open_loop_gain else {
             return Ok(());
         };

@@ -88,7 +88,7 @@ struct CodesReport {
 impl Found {
     fn new(finding: &Finding) -> Self {
         let (row, column) = match finding.place {
-            Place::Line { axis, index } => on(axis, index),
+            Place::Line { axis, index } | Place::Along { axis, index, .. } => on(axis, index),
             Place::Pair { axis, first } => on(axis, first),
             Place::Taxel { row, column } => (Some(row), Some(column)),
             Place::Array => (None, None),

@@ -4,6 +4,7 @@ use std::fmt;
 
 use super::{Error, Proposal, Requirements, Resolution, alone, amplifier_noise, law, unloaded};
 use crate::design::reach::{LineReach, MAX_ATTENUATION};
+use crate::sensor::Diode;
 use crate::simulate::default_noise_counts;
 use crate::{Frame, Siemens};
 
@@ -122,13 +123,7 @@ impl fmt::Display for Warning {
                 frames_per_second,
                 full_row,
             ),
-            Warning::LineTooLong { reach, most_ohms } => write!(
-                f,
-                "with everything pressed the far end of a {} cannot be read: r ḡ n² is {:.0} for {} taxels, and up to \
-                 {MAX_ATTENUATION:.0} it can (readings fall to 1/e in {:.0} pitches)\nhint: lines of {most_ohms:.2} Ω a pitch \
-                 at most, shorter lines, or taxels of more ohms",
-                reach.axis, reach.attenuation, reach.taxels, reach.pitches
-            ),
+            Warning::LineTooLong { reach, most_ohms } => line_too_long(f, reach, most_ohms),
             Warning::LowGain {
                 gain,
                 input_ohms,
@@ -140,6 +135,17 @@ impl fmt::Display for Warning {
             ),
         }
     }
+}
+
+/// [`Warning::LineTooLong`] in words.
+fn line_too_long(f: &mut fmt::Formatter, reach: LineReach, most_ohms: f64) -> fmt::Result {
+    write!(
+        f,
+        "with everything pressed the far end of a {} cannot be read: r ḡ n² is {:.0} for {} taxels, and up to \
+         {MAX_ATTENUATION:.0} it can (readings fall to 1/e in {:.0} pitches)\nhint: lines of {most_ohms:.2} Ω a pitch \
+         at most, shorter lines, or taxels of more ohms",
+        reach.axis, reach.attenuation, reach.taxels, reach.pitches
+    )
 }
 
 /// [`Warning::GhostsByNoise`] in words.
@@ -261,6 +267,18 @@ pub(super) fn requirements(requirements: &Requirements) -> Result<(), Error> {
             "an Arduino Uno has 10, an ESP32 12",
         ));
     }
+    wiring(requirements)?;
+    if !(0.0..1.0).contains(&requirements.headroom) {
+        return Err(Error::new(
+            format!("a headroom of {} %", 100.0 * requirements.headroom),
+            "the share of the converter's range that stays free: 0 to below 100 %",
+        ));
+    }
+    Ok(())
+}
+
+/// Refuses lines and diodes that cannot be, and a resistor beside a table that has its own.
+fn wiring(requirements: &Requirements) -> Result<(), Error> {
     for ohms in requirements.line_ohms {
         if !(0.0..=1e6).contains(&ohms) {
             return Err(Error::new(
@@ -269,7 +287,7 @@ pub(super) fn requirements(requirements: &Requirements) -> Result<(), Error> {
             ));
         }
     }
-    if alone::diode(requirements).is_some_and(|d| !(d.scale_volts() * d.saturation_amperes > 0.0)) {
+    if alone::diode(requirements).is_some_and(is_no_diode) {
         return Err(Error::new(
             "a diode without a part that is known, or without I_s and n above 0".to_owned(),
             "1N4148, 1N4001, BAT54 or 1N5817; others by I_s and n of their SPICE model",
@@ -281,13 +299,12 @@ pub(super) fn requirements(requirements: &Requirements) -> Result<(), Error> {
             "change readout.sensed in the sensor file",
         ));
     }
-    if !(0.0..1.0).contains(&requirements.headroom) {
-        return Err(Error::new(
-            format!("a headroom of {} %", 100.0 * requirements.headroom),
-            "the share of the converter's range that stays free: 0 to below 100 %",
-        ));
-    }
     Ok(())
+}
+
+fn is_no_diode(diode: Diode) -> bool {
+    let product = diode.scale_volts() * diode.saturation_amperes;
+    product.is_nan() || product <= 0.0
 }
 
 /// Taxels pressed fully where `which(row, column)`, the others unloaded.
@@ -385,13 +402,7 @@ pub(super) fn warnings(requirements: &Requirements, proposal: &Proposal) -> Vec<
             });
         }
     }
-    for &reach in &proposal.line_reach {
-        if !reach.is_enough() {
-            let taxels = (reach.taxels * reach.taxels) as f64;
-            let most_ohms = MAX_ATTENUATION * requirements.taxel_ohms.0 / taxels;
-            warnings.push(Warning::LineTooLong { reach, most_ohms });
-        }
-    }
+    warnings.extend(too_long(requirements, &proposal.line_reach));
     warnings.extend(worse_compensated(requirements, &proposal.ghosts));
     if let (Some(gain), Some(r_k)) = (proposal.gain, readout.r_feedback_ohms())
         && r_k / (1.0 + gain) > requirements.switch_ohms
@@ -403,6 +414,17 @@ pub(super) fn warnings(requirements: &Requirements, proposal: &Proposal) -> Vec<
         });
     }
     warnings
+}
+
+/// The sides whose lines are too long.
+fn too_long(requirements: &Requirements, reaches: &[LineReach]) -> Vec<Warning> {
+    let far = reaches.iter().filter(|reach| !reach.is_enough());
+    far.map(|&reach| {
+        let taxels = (reach.taxels * reach.taxels) as f64;
+        let most_ohms = MAX_ATTENUATION * requirements.taxel_ohms.0 / taxels;
+        Warning::LineTooLong { reach, most_ohms }
+    })
+    .collect()
 }
 
 /// The pressed taxels whose ghost grows most by the compensation, where it grows at all.

@@ -18,6 +18,10 @@ use crate::{Counts, Frame, Sensor};
 pub struct Broken {
     /// Lines without current.
     pub dead: Vec<(Axis, usize)>,
+    /// Lines whose taxels from a position on carry no current.
+    pub cut: Vec<(Axis, usize, usize)>,
+    /// Lines with so many ohms more from a position on: as if each taxel beyond it were pressed alone.
+    pub cracked: Vec<(Axis, usize, usize, f64)>,
     /// Lines without current in every third frame, by the seed.
     pub flickering: Vec<(Axis, usize)>,
     /// Lines whose readings are all at this share of the range.
@@ -205,6 +209,16 @@ impl Bench {
         for &taxel in &broken.loose {
             if out() {
                 siemens[taxel] = 0.0;
+            }
+        }
+        for &(axis, index, from) in &broken.cut {
+            for &taxel in &self.line(axis, index)[from..] {
+                siemens[taxel] = 0.0;
+            }
+        }
+        for &(axis, index, from, ohms) in &broken.cracked {
+            for &taxel in &self.line(axis, index)[from..] {
+                siemens[taxel] /= 1.0 + ohms * siemens[taxel];
             }
         }
         let mut lines = broken.dead.clone();
