@@ -47,8 +47,9 @@ def draw(case, seed, work, taxel):
     (given / "sensor.toml").write_text(_sensor_toml(case, told=True))
     _calibration(case, seed, given, truth, taxel)
     _test_frames(case, seed, given, truth, taxel)
-    loads = np.load(truth / "loads.npy")
-    np.save(truth / "conductances.npy", siemens_from_grams(loads, sensor["material"]))
+    each = np.split(np.load(truth / "loads.npy"), len(case["patterns"]))
+    siemens = [siemens_from_grams(loads, sensor["material"], case["period_s"]) for loads in each]
+    np.save(truth / "conductances.npy", np.concatenate(siemens))
     np.save(truth / "scored.npy", _whole_lines(sensor))
     return given, truth
 
@@ -107,7 +108,7 @@ def _toml(value):
 
 def _calibration(case, seed, given, truth, taxel):
     sensor = truth / "sensor.toml"
-    frames = ["--frames", case["presses"]]
+    frames = ["--frames", case["presses"], *_stuck(case)]
     _simulate(
         taxel, sensor, "press", seed + PRESSES, given / "presses.npy",
         [*frames, "--presses", given / "presses.csv"], [case["peak_g"]],
@@ -116,9 +117,13 @@ def _calibration(case, seed, given, truth, taxel):
     levels = case["uniform_g"]
     _simulate(
         taxel, sensor, "uniform", seed + UNIFORM, given / "uniform.npy",
-        ["--frames", UNIFORM_REPEATS * len(levels), "--presses", given / "uniform.csv"], levels,
+        ["--frames", UNIFORM_REPEATS * len(levels), "--presses", given / "uniform.csv", *_stuck(case)], levels,
     )  # fmt: skip
-    _simulate(taxel, sensor, "uniform", seed + EMPTY, given / "empty.npy", ["--frames", UNIFORM_REPEATS], [0.0])
+    _simulate(taxel, sensor, "uniform", seed + EMPTY, given / "empty.npy", ["--frames", UNIFORM_REPEATS, *_stuck(case)], [0.0])
+
+
+def _stuck(case):
+    return ["--stuck", case["stuck"]] if "stuck" in case else []
 
 
 def _drop_dead(table, sensor):
@@ -139,7 +144,7 @@ def _test_frames(case, seed, given, truth, taxel):
     share = case["frames"] // len(case["patterns"])
     for number, pattern in enumerate(case["patterns"]):
         files = truth / "counts.npy", truth / "loads.npy"
-        words = ["--frames", share, "--truth", files[1]]
+        words = ["--frames", share, "--truth", files[1], "--period", case["period_s"], *_stuck(case)]
         _simulate(taxel, truth / "sensor.toml", pattern, seed + TEST + 1000 * number, files[0], words, [case["peak_g"]])
         counts.append(np.load(files[0]))
         loads.append(np.load(files[1]))

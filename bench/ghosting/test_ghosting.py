@@ -190,8 +190,8 @@ class Truth(unittest.TestCase):
 class Drawn(unittest.TestCase):
     def test_a_drawn_case_is_what_it_says(self):
         taxel = os.environ["TAXEL"]
-        # One of the plain cases and one with everything that [material] can say.
-        for name in ("ideal-8x8-grounded", "beyond-16x16-divider"):
+        # A plain case, one with all that [material] says of a moment, and one whose material remembers.
+        for name in ("ideal-8x8-grounded", "beyond-16x16-divider", "creep-16x16-grounded"):
             with self.subTest(name), tempfile.TemporaryDirectory() as folder:
                 (case,) = (x for x in generate.cases_of(HERE / "cases.toml") if x["name"] == name)
                 given, truth = generate.draw(case, case["seeds"][0], folder, taxel)

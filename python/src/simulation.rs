@@ -150,6 +150,7 @@ pub(crate) fn simulate<'py>(
     let mut newtons = Output::new(false, count.saturating_mul(crossings(nominal)))?;
     interruptible(py, |stop| {
         let mut loads = Frame::<Grams>::zeros(nominal.rows(), nominal.columns());
+        let mut memory = drawn.memory();
         for at in 0..count {
             stop.check();
             match given {
@@ -161,7 +162,7 @@ pub(crate) fn simulate<'py>(
                 }
                 None => loads = pattern.loads(nominal.array(), drawing.seed, at as u64),
             }
-            let read: Frame<Counts> = drawn.read(&loads, at as u64).counts;
+            let read: Frame<Counts> = drawn.read_next(&mut memory, &loads, at as u64).counts;
             counts.extend(read.values().iter().copied());
             newtons.extend(loads.values().iter().map(|g| newtons_from_grams(*g)));
         }

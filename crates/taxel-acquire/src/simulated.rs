@@ -128,13 +128,22 @@ impl Simulated {
         self.presser.clone()
     }
 
+    fn virtual_sensor(&self, sensor: &Sensor) -> Result<VirtualSensor, taxel::Error> {
+        let sensor = VirtualSensor::new(sensor, self.seed)?;
+        Ok(match self.frames_per_second {
+            Some(rate) => sensor.with_period_secs(1.0 / rate),
+            None => sensor,
+        })
+    }
+
     /// Scans until it is stopped. Patterns were drawn for 100 frames a second: at another rate they move as fast.
     pub fn run(&self, receiver: &mut dyn Receiver) {
         let begun = Instant::now();
         let mut turned = SimulationParameters::of(&self.sensor);
-        let Ok(mut virtual_sensor) = VirtualSensor::new(&self.sensor, self.seed) else {
+        let Ok(mut virtual_sensor) = self.virtual_sensor(&self.sensor) else {
             return receiver.state(State::Ended, "the sensor cannot be simulated");
         };
+        let mut memory = virtual_sensor.memory();
         let mut link_stats = LinkStats::default();
         let mut told = begun;
         receiver.state(State::Live, &format!("simulated {}", self.sensor.name()));
@@ -150,8 +159,9 @@ impl Simulated {
                 turned = parameters;
                 // A knob beyond what physics allows leaves the sensor as it was.
                 let sensor = parameters.apply(&self.sensor);
-                let turned = sensor.and_then(|sensor| VirtualSensor::new(&sensor, self.seed));
+                let turned = sensor.and_then(|sensor| self.virtual_sensor(&sensor));
                 if let Ok(sensor) = turned {
+                    memory = sensor.memory();
                     virtual_sensor = sensor;
                 }
             }
@@ -164,7 +174,7 @@ impl Simulated {
             let laid = self.presser.loads(array, secs);
             let told_to = laid.or_else(|| self.person.loads(array, self.seed, secs));
             let loads = told_to.unwrap_or_else(|| self.pattern.loads(array, self.seed, shape));
-            let mut counts = virtual_sensor.read(&loads, number).counts;
+            let mut counts = virtual_sensor.read_next(&mut memory, &loads, number).counts;
             if let Some(rate) = self.frames_per_second {
                 let due = begun + Duration::from_secs_f64((number + 1) as f64 / rate);
                 let now = Instant::now();

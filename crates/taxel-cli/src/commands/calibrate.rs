@@ -306,7 +306,7 @@ fn options_of(args: &Args, table: &Path) -> CalibrationOptions {
 }
 
 /// A share of one, or per cent.
-fn share(text: &str) -> Result<f64, String> {
+pub(super) fn share(text: &str) -> Result<f64, String> {
     let (number, unit) = match text.trim().strip_suffix('%') {
         Some(number) => (number, 0.01),
         None => (text, 1.0),

@@ -248,7 +248,9 @@ fn flags_of_simulate() {
                                    them, in order
           --period <SECONDS>       Time from frame to frame, seconds; written into .csv
           --imperfect <IMPERFECT>  Draw a sensor that differs from the sensor file [possible values:
-                                   uneven, beyond, sheet]
+                                   uneven, beyond, sheet, creep]
+          --stuck <SHARE>          Share of the readings that stand at an end of the converter, whatever
+                                   presses: 0.002, 0.2%
           --truth <FILE>           Where to write all loads, grams
           --truth-sensor <FILE>    Where to write the sensor that was drawn
           --presses <FILE>         Where to write one labelled taxel a frame, for `calibrate --presses`;

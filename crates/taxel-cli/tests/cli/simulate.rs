@@ -176,3 +176,47 @@ fn conductances_of_an_active_network_are_refused_with_their_frame() {
     ");
     assert!(!folder.exists("v.csv"));
 }
+
+/// Held loads creep, what is gone is still read; the sensor that was drawn knows it, and its law undoes it.
+#[test]
+fn a_material_that_creeps_is_drawn_and_undone() {
+    let folder = Folder::new();
+    let drawn = "--imperfect creep --pattern fingers --frames 6 --period 1 --seed 3";
+    folder.good(&format!(
+        "simulate --sensor mat-32x32-adg732 {drawn} --truth t.csv --truth-sensor true.toml -o c.csv"
+    ));
+    folder.good("compensate c.csv --sensor true.toml --unit g -o l.csv");
+    folder.good("compensate c.csv --sensor mat-32x32-adg732 --unit g -o s.csv");
+    let truth = folder.numbers("t.csv");
+    let error = |name: &str| {
+        let found = folder.numbers(name);
+        let loaded = truth.iter().zip(found).filter(|(load, _)| **load > 20.0);
+        loaded
+            .map(|(load, found)| (found / load - 1.0).abs())
+            .fold(0.0, f64::max)
+    };
+    assert!(
+        error("l.csv") < 0.1 && error("s.csv") > 0.1,
+        "{} {}",
+        error("l.csv"),
+        error("s.csv")
+    );
+}
+
+#[test]
+fn so_many_readings_stand_at_an_end() {
+    let folder = Folder::new();
+    let words =
+        "simulate --sensor mat-32x32-adg732 --pattern blobs --load-g 100 --frames 20 --seed 5";
+    folder.good(&format!("{words} --stuck 1% -o stuck.csv"));
+    let counts = folder.numbers("stuck.csv");
+    let at_end = counts
+        .iter()
+        .filter(|&&count| count == 0.0 || count == 4095.0)
+        .count();
+    let share = at_end as f64 / counts.len() as f64;
+    // 205 of 20,480 expected, a standard deviation of 14.
+    assert!((0.007..0.013).contains(&share), "{share}");
+    let run = folder.fails(&format!("{words} --stuck 70% -o never.csv"));
+    assert!(run.err.contains("a share from 0 to below a half"), "{run}");
+}

@@ -4,7 +4,10 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{Purpose, ReadingFaults, generator};
 use crate::circuit::normal;
-use crate::sensor::{AxisSpec, EndTo, MaterialSpec, PerLine, PerTaxel, SensorSpec, SheetSpec};
+use crate::material::DynamicLaw;
+use crate::sensor::{
+    AxisSpec, DynamicSpec, EndTo, MaterialSpec, PerLine, PerTaxel, SensorSpec, SheetSpec,
+};
 use crate::{Error, Sensor};
 
 /// Load at which taxels that differ in exponent alone respond alike, grams.
@@ -31,6 +34,8 @@ pub struct Imperfections {
     pub spread: Option<[f64; 3]>,
     /// One continuous sheet over all taxels, as in sensor.toml.
     pub sheet: Option<SheetSpec>,
+    /// Creep and hysteresis, as in sensor.toml.
+    pub dynamic: Option<DynamicSpec>,
     /// The converter's offset, volts.
     pub offset_volts: f64,
     /// Share of its predecessor in the scan that a reading keeps, 0 to below 0.5.
@@ -88,6 +93,19 @@ impl Imperfections {
         Self {
             sheet: Some(SheetSpec::new(12e3, 3.0)),
             ..Self::beyond_the_circuit()
+        }
+    }
+
+    /// A material that remembers, and nothing else: 3 % of creep a decade from 0.8 to 80 s, and 6 % of hysteresis.
+    pub fn creeping() -> Self {
+        let law = DynamicLaw {
+            lags: [0.8, 8.0, 80.0].map(|secs| (0.03, secs)).to_vec(),
+            plays: [5.0, 15.0, 40.0].map(|grams| (0.02, grams)).to_vec(),
+            period_secs: 1.0,
+        };
+        Self {
+            dynamic: Some(law.to_spec()),
+            ..Self::default()
         }
     }
 }
@@ -195,6 +213,9 @@ fn vary_material(
     }
     if imperfections.sheet.is_some() {
         material.sheet = imperfections.sheet;
+    }
+    if imperfections.dynamic.is_some() {
+        material.dynamic.clone_from(&imperfections.dynamic);
     }
     if imperfections.gain_sd == 0.0 && imperfections.exponent_sd == 0.0 {
         return;

@@ -28,6 +28,7 @@ mod drawing;
 mod imperfect;
 mod labelled;
 mod mechanism;
+mod memory;
 mod pattern;
 mod person;
 mod sensor;
@@ -35,6 +36,7 @@ mod sensor;
 pub use imperfect::{Imperfections, imperfect};
 pub use labelled::{calibration_data, labelled_presses, uniform_levels, validation_frames};
 pub use mechanism::{Tip, press_tips};
+pub use memory::LoadMemory;
 pub use pattern::{DEFAULT_PEAK_G, LabelledPress, Pattern, PatternKind, labelled_press};
 pub use sensor::{ReadingFaults, SimulatedScan, VirtualSensor, default_noise_counts};
 

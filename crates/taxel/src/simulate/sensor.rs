@@ -2,9 +2,10 @@
 
 use rand::RngExt;
 
+use super::memory::{LoadMemory, acting_when_held};
 use super::{Grams, Imperfections, Pattern, Purpose, generator, imperfect};
 use crate::circuit::{Circuit, Converter, Noise, SensorCircuit};
-use crate::material::{LoadLaw, Spread};
+use crate::material::{DynamicLaw, LoadLaw, Spread};
 use crate::{Counts, Error, Frame, Sensor, Siemens, Volts};
 
 /// One simulated scan, from the taxels to the counts.
@@ -56,6 +57,7 @@ pub struct VirtualSensor {
     period_secs: Option<f64>,
     law: LoadLaw,
     spread: Option<Spread>,
+    dynamic: Option<DynamicLaw>,
     circuit: SensorCircuit,
     converter: Converter,
     noise: Noise,
@@ -83,6 +85,10 @@ impl VirtualSensor {
                 .material()
                 .and_then(|material| material.spread)
                 .map(Spread::new),
+            dynamic: sensor
+                .material()
+                .and_then(|material| material.dynamic.as_ref())
+                .map(DynamicLaw::from_spec),
             circuit: SensorCircuit::from_sensor(&sensor)?,
             noise: Noise {
                 standard_deviation_volts: noise_counts * converter.lsb_volts(),
@@ -127,7 +133,32 @@ impl VirtualSensor {
         self.seed
     }
 
-    /// Reads loads in grams as frame `frame` of a recording. The same loads, seed and frame give the same counts.
+    /// What the material remembers of the loads before, where it does: for [`Self::read_next`]. At rest.
+    pub fn memory(&self) -> LoadMemory {
+        LoadMemory::new(
+            self.dynamic.as_ref(),
+            self.sensor.rows() * self.sensor.columns(),
+        )
+    }
+
+    /// Reads loads in grams as frame `frame` of a recording, the next after those that `memory` has seen.
+    ///
+    /// # Panics
+    /// As [`Self::read`].
+    pub fn read_next(
+        &self,
+        memory: &mut LoadMemory,
+        loads: &Frame<Grams>,
+        frame: u64,
+    ) -> SimulatedScan {
+        let secs = self.period_secs.map(|period| period * frame as f64);
+        self.scan(Purpose::Reading, loads, frame, |acting| {
+            memory.advance(secs, acting);
+        })
+    }
+
+    /// Reads loads in grams as frame `frame` of a recording. The same loads, seed and frame give the same counts. A material
+    /// that remembers is taken to have rested before, and to have been held under these loads for two seconds.
     ///
     /// # Panics
     /// When the frame's shape is not the sensor's, or a load is not finite.
@@ -135,15 +166,16 @@ impl VirtualSensor {
         self.read_for(Purpose::Reading, loads, frame)
     }
 
-    /// A recording: these frames of a pattern, each with the reading of it.
+    /// A recording: these frames of a pattern, each with the reading of it; a material that remembers rests before the first.
     pub fn recording<'a>(
         &'a self,
         pattern: &'a Pattern,
         frames: std::ops::Range<u64>,
     ) -> impl Iterator<Item = (Frame<Grams>, SimulatedScan)> + 'a {
+        let mut memory = self.memory();
         frames.map(move |frame| {
             let loads = pattern.loads(self.sensor.array(), self.seed, frame);
-            let reading = self.read(&loads, frame);
+            let reading = self.read_next(&mut memory, &loads, frame);
             (loads, reading)
         })
     }
@@ -153,6 +185,21 @@ impl VirtualSensor {
         purpose: Purpose,
         loads: &Frame<Grams>,
         frame: u64,
+    ) -> SimulatedScan {
+        self.scan(purpose, loads, frame, |acting| {
+            if let Some(law) = &self.dynamic {
+                acting_when_held(law, acting);
+            }
+        })
+    }
+
+    /// One scan; `remember` makes acting loads of those on the taxels.
+    fn scan(
+        &self,
+        purpose: Purpose,
+        loads: &Frame<Grams>,
+        frame: u64,
+        remember: impl FnOnce(&mut [f64]),
     ) -> SimulatedScan {
         let array = self.sensor.array();
         assert_eq!(
@@ -165,7 +212,7 @@ impl VirtualSensor {
             "finite loads"
         );
         let mut random = generator(self.seed, purpose, frame);
-        let siemens = self.siemens(loads, frame);
+        let siemens = self.siemens(loads, frame, remember);
         let mut connected = siemens.clone();
         self.break_lines(&mut connected, &mut random);
         let volts = self
@@ -194,8 +241,13 @@ impl VirtualSensor {
         }
     }
 
-    /// Spread and load law.
-    fn siemens(&self, loads: &Frame<Grams>, frame: u64) -> Frame<Siemens> {
+    /// Spread, what the material remembers, and load law.
+    fn siemens(
+        &self,
+        loads: &Frame<Grams>,
+        frame: u64,
+        remember: impl FnOnce(&mut [f64]),
+    ) -> Frame<Siemens> {
         let mut put = loads.values().to_vec();
         for (load, _) in put
             .iter_mut()
@@ -208,6 +260,7 @@ impl VirtualSensor {
         if let Some(spread) = self.spread {
             spread.apply(loads.columns(), &put, &mut effective);
         }
+        remember(&mut effective);
         let mut siemens = loads.map(|taxel, _| {
             if self.sensor.is_absent(taxel) {
                 return 0.0;

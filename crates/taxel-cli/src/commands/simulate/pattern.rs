@@ -4,11 +4,14 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf, absolute};
 
 use clap::ValueEnum;
-use taxel::simulate::{Grams, Imperfections, Pattern, VirtualSensor, labelled_press};
+use taxel::simulate::{
+    Grams, Imperfections, Pattern, ReadingFaults, VirtualSensor, labelled_press,
+};
 use taxel::{Frame, Sensor};
 use taxel_io::AtomicFile;
 use taxel_io::npy::Element;
 
+use super::super::calibrate::share;
 use super::writer::Writer;
 use super::{Args, OutputUnit};
 use crate::error::Error;
@@ -63,6 +66,19 @@ pub(super) enum Imperfect {
     Beyond,
     /// Also one continuous sheet that conducts between pressed neighbours
     Sheet,
+    /// Only creep and hysteresis; presses and uniform loads are held for 2 s, other patterns follow each other
+    Creep,
+}
+
+impl Imperfect {
+    fn imperfections(self) -> Imperfections {
+        match self {
+            Imperfect::Uneven => Imperfections::uneven(),
+            Imperfect::Beyond => Imperfections::beyond_the_circuit(),
+            Imperfect::Sheet => Imperfections::under_a_sheet(),
+            Imperfect::Creep => Imperfections::creeping(),
+        }
+    }
 }
 
 /// What goes with `--pattern` alone.
@@ -98,6 +114,9 @@ pub(super) struct Drawn {
     /// Draw a sensor that differs from the sensor file
     #[arg(long, value_enum, conflicts_with = "conductance")]
     imperfect: Option<Imperfect>,
+    /// Share of the readings that stand at an end of the converter, whatever presses: 0.002, 0.2%
+    #[arg(long, value_name = "SHARE", conflicts_with = "conductance", value_parser = share)]
+    stuck: Option<f64>,
     /// Where to write all loads, grams
     #[arg(long, value_name = "FILE", conflicts_with = "conductance")]
     truth: Option<PathBuf>,
@@ -182,11 +201,16 @@ pub(super) fn record(args: &Args, sensor: &Sensor, name: Name) -> Result<u64, Er
         Some(file) => Some(Labels::new(file, args.output(), name)?),
         None => None,
     };
+    let mut memory = real.memory();
     let progress = Progress::new("simulating");
     for frame in 0..drawn.frames {
         let pattern = height(name, drawn, frame);
         let loads = pattern.loads(sensor.array(), drawn.seed, frame);
-        let reading = real.read(&loads, frame);
+        let reading = match name {
+            // Each is pressed by itself.
+            Name::Press | Name::Uniform => real.read(&loads, frame),
+            _ => real.read_next(&mut memory, &loads, frame),
+        };
         writer.write_reading(&reading.volts, &reading.counts)?;
         if let Some(truth) = &mut truth {
             truth.write(&loads)?;
@@ -215,14 +239,17 @@ pub(super) fn record(args: &Args, sensor: &Sensor, name: Name) -> Result<u64, Er
 fn virtual_sensor(sensor: &Sensor, drawn: &Drawn) -> Result<VirtualSensor, taxel::Error> {
     let real = match drawn.imperfect {
         None => VirtualSensor::new(sensor, drawn.seed)?,
-        Some(kind) => {
-            let imperfections = match kind {
-                Imperfect::Uneven => Imperfections::uneven(),
-                Imperfect::Beyond => Imperfections::beyond_the_circuit(),
-                Imperfect::Sheet => Imperfections::under_a_sheet(),
-            };
-            VirtualSensor::imperfect(sensor, &imperfections, drawn.seed)?
+        Some(kind) => VirtualSensor::imperfect(sensor, &kind.imperfections(), drawn.seed)?,
+    };
+    let real = match drawn.stuck {
+        Some(stuck_share) => {
+            let mut faults = drawn
+                .imperfect
+                .map_or_else(ReadingFaults::default, |kind| kind.imperfections().faults);
+            faults.stuck_share = stuck_share;
+            real.with_faults(faults)
         }
+        None => real,
     };
     Ok(match drawn.period {
         Some(period) => real.with_period_secs(period),

@@ -1,5 +1,6 @@
 use super::super::{PatternKind, newtons};
 use super::*;
+use crate::frame::grams_from_newtons;
 use crate::metric::deviations_of_frames;
 use crate::pipeline::Pipeline;
 use crate::sensor::preset;
@@ -183,4 +184,45 @@ fn a_sensor_without_a_load_law_is_refused() {
         .unwrap();
     let error = VirtualSensor::new(&truth, 0).unwrap_err();
     assert!(error.to_string().contains("material"), "{error}");
+}
+
+/// A material that creeps reads a held load as heavier than a fresh one, and something of it once it is gone; the law undoes it.
+#[test]
+fn a_material_that_remembers_is_read_in_order_and_undone() {
+    let nominal = preset("mat-32x32-adg732").unwrap();
+    let truth = imperfect(&nominal, &Imperfections::creeping(), 1).unwrap();
+    let sensor = VirtualSensor::new(&truth, 1).unwrap().with_period_secs(1.0);
+    let pressed = |load: f64| Frame::<Grams>::filled(32, 32, load);
+    let mut memory = sensor.memory();
+    let mut read = |load: f64, frame: u64| {
+        let scan = sensor.read_next(&mut memory, &pressed(load), frame);
+        (scan.siemens.at(3, 4), scan.counts)
+    };
+    let mut pipeline = Pipeline::new(&truth, default_method(&truth).unwrap()).unwrap();
+    let mut last = 0.0;
+    for (frame, load) in [0.0, 200.0, 200.0, 200.0, 200.0, 0.0, 0.0]
+        .into_iter()
+        .enumerate()
+    {
+        let (siemens, counts) = read(load, frame as u64);
+        if (2..5).contains(&frame) {
+            assert!(siemens > 1.001 * last, "creep, frame {frame}");
+        }
+        last = siemens;
+        let found = pipeline.process(&counts);
+        let found = grams_from_newtons(found.newtons().unwrap().at(3, 4));
+        assert!(
+            (found - load).abs() < 0.02 * 200.0,
+            "frame {frame}: {found} of {load} g"
+        );
+    }
+    let rested = LoadLaw::from_sensor(&truth)
+        .unwrap()
+        .siemens_from_grams(3 * 32 + 4, 0.0);
+    assert!(last > 1.5 * rested, "what is gone still reads");
+    // Pressed by itself and held for two seconds: between a fresh press and one that has crept to the end.
+    let alone = sensor.read(&pressed(200.0), 0).siemens.at(3, 4);
+    let law = LoadLaw::from_sensor(&truth).unwrap();
+    let acting = law.grams_from_siemens(3 * 32 + 4, alone);
+    assert!((206.0..218.0).contains(&acting), "{acting}");
 }
