@@ -11,6 +11,8 @@ pub struct Integrity {
     pub damage: Damage,
     /// What the numbers of its frames tell.
     pub gaps: Gaps,
+    /// What the times of frames without numbers tell.
+    pub times: TimeGaps,
     /// What was counted while it was recorded.
     pub losses: Losses,
 }
@@ -18,13 +20,17 @@ pub struct Integrity {
 impl Integrity {
     /// Whether nothing is missing.
     pub fn is_whole(&self) -> bool {
-        self.damage.is_none() && self.gaps.is_none() && self.losses.is_none()
+        self.damage.is_none()
+            && self.gaps.is_none()
+            && self.times.is_none()
+            && self.losses.is_none()
     }
 
     /// What is missing, one sentence each; empty where nothing is.
     pub fn words(&self) -> Vec<String> {
         let mut words = self.damage.words();
         words.extend(self.gaps.words());
+        words.extend(self.times.words());
         // A restart is seen in the numbers and counted by the recorder; once is enough.
         let mut losses = self.losses;
         if self.gaps.restarts >= losses.restarts {
@@ -47,6 +53,8 @@ pub struct Damage {
     pub chunks: u64,
     /// Frames of counts that the file says it has, and that were not found.
     pub frames: u64,
+    /// Frames beyond those that the file says it has.
+    pub surplus: u64,
     /// Records that could not be understood.
     pub records: u64,
     /// Bytes that belong to no record.
@@ -74,6 +82,7 @@ impl Damage {
         };
         say(self.chunks, "damaged chunk", "left out");
         say(self.frames, "frame", "missing that the file says it has");
+        say(self.surplus, "frame", "more than the file says it has");
         say(self.records, "record", "that cannot be understood");
         say(self.bytes, "byte", "that belong to no record");
         if self.cut {
@@ -147,6 +156,62 @@ impl Gaps {
     }
 }
 
+/// What the times of frames tell that follow each other at a known distance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[non_exhaustive]
+pub struct TimeGaps {
+    /// Frames for which there was time.
+    pub missing: u64,
+    /// In how many places.
+    pub places: u64,
+    /// The frame before the first place, from 0.
+    pub first: Option<u64>,
+    /// Frames that come no later than the one before.
+    pub repeated: u64,
+}
+
+impl TimeGaps {
+    /// Whether frames follow each other as they should.
+    pub fn is_none(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// What is missing or comes twice, in words.
+    pub fn words(&self) -> Vec<String> {
+        let mut words = Vec::new();
+        if let Some(frame) = self.first {
+            let each = match self.places {
+                1 => String::new(),
+                places => format!(" in {places} places, the first"),
+            };
+            words.push(format!(
+                "{} of the frames missing by their times{each} after frame {frame}",
+                self.missing
+            ));
+        }
+        match self.repeated {
+            0 => {}
+            1 => words.push("1 frame is no later than the one before it".to_owned()),
+            times => words.push(format!(
+                "{times} frames are no later than the one before them"
+            )),
+        }
+        words
+    }
+
+    /// Takes the step in time, in distances of frames, from `frame` to the next.
+    pub(crate) fn add(&mut self, frame: u64, steps: f64) {
+        // A time that is written with few digits is off by less than half of a step.
+        if steps <= 0.5 {
+            self.repeated += 1;
+        } else if steps.round() >= 2.0 {
+            self.missing += steps.round() as u64 - 1;
+            self.places += 1;
+            self.first.get_or_insert(frame);
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -167,5 +232,18 @@ mod tests {
             ]
         );
         assert!(Gaps::default().is_none() && Integrity::default().is_whole());
+    }
+
+    #[test]
+    fn times_tell_what_is_missing_and_what_comes_twice() {
+        let mut times = TimeGaps::default();
+        for (frame, steps) in [1.0, 0.9, 1.2, 3.0, 1.0, 0.0, 2.1].into_iter().enumerate() {
+            times.add(frame as u64, steps);
+        }
+        let told = [
+            "3 of the frames missing by their times in 2 places, the first after frame 3",
+            "1 frame is no later than the one before it",
+        ];
+        assert_eq!(times.words(), told);
     }
 }

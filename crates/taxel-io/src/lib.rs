@@ -59,7 +59,7 @@ pub use experiments::{
     Press, Total, Uniform, read_presses, read_totals, read_uniform_loads, recordings_named_in,
     recordings_of,
 };
-pub use integrity::{Damage, Gaps, Integrity};
+pub use integrity::{Damage, Gaps, Integrity, TimeGaps};
 pub use mcap::{Event, LoadsReader, Losses, McapReader, McapWriter, Tare};
 pub use npy::{NpyOptions, NpyReader, NpyWriter, NpzWriter};
 pub use options::{ReadOptions, extension};

@@ -35,6 +35,9 @@ pub struct ExportReader {
     given: u64,
     first_number: Option<u64>,
     number: Option<u64>,
+    /// Of the frame given last, its time and its place.
+    secs: Option<f64>,
+    secs_frame: u64,
     /// Whether the parser stands behind the frame that it was asked for.
     is_behind: bool,
     reference_newtons: Option<f64>,
@@ -87,6 +90,8 @@ impl ExportReader {
             given: 0,
             first_number: None,
             number: None,
+            secs: None,
+            secs_frame: 0,
             is_behind: false,
             reference_newtons: None,
             integrity: Integrity::default(),
@@ -172,6 +177,21 @@ impl ExportReader {
         self.number = number.or(self.number);
     }
 
+    /// What the frame's time tells of those before it, where it has no number.
+    fn follow_time(&mut self) {
+        let is_numbered = self.parsed.number.is_some();
+        if let (Some(before), Some(now), Some(step)) =
+            (self.secs, self.parsed.secs, self.about.secs_per_frame)
+            && !is_numbered
+        {
+            let left_out = (self.frame - self.secs_frame - 1) as f64;
+            let steps = (now - before) / step - left_out;
+            self.integrity.times.add(self.frame - 1, steps);
+        }
+        self.secs = self.parsed.secs;
+        self.secs_frame = self.frame;
+    }
+
     /// What the end of the file tells.
     fn finish(&mut self) {
         self.done = true;
@@ -179,6 +199,7 @@ impl ExportReader {
         let read = self.given + self.skips.count as u64;
         let told = self.about.frames.unwrap_or(read);
         let missing = told.saturating_sub(read);
+        self.integrity.damage.surplus = read.saturating_sub(told);
         // Numbers that are missing are told of already.
         self.integrity.damage.frames = missing.saturating_sub(self.integrity.gaps.missing);
     }
@@ -217,6 +238,7 @@ impl FrameSource<Counts> for ExportReader {
             match self.next_of_pad() {
                 Ok(true) => {
                     self.follow_number();
+                    self.follow_time();
                     self.fill(frame);
                     self.reference_newtons = self.parsed.reference_newtons;
                     self.frame += 1;

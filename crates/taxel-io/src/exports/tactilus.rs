@@ -2,11 +2,13 @@
 //! nothing; what it says of a person is not read.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
-use serde::Deserialize;
+use serde::de::{Error as _, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 
 use super::pad::{Pad, Quantity};
 use super::text_file::TextFile;
@@ -27,29 +29,47 @@ struct Recording {
     snapshots: Snapshots,
 }
 
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum Snapshots {
-    Named(BTreeMap<String, Snapshot>),
-    Listed(Vec<Snapshot>),
+/// Snapshots by their numbers: of a list by their places in it.
+struct Snapshots(Vec<(u64, Snapshot)>);
+
+impl<'de> Deserialize<'de> for Snapshots {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(InOrder)
+    }
 }
 
-impl Snapshots {
-    /// By their numbers; the name of one that has none.
-    fn in_order(self) -> Result<Vec<(u64, Snapshot)>, String> {
-        match self {
-            Self::Listed(list) => Ok((0..).zip(list).collect()),
-            Self::Named(named) => {
-                let number = |(name, one): (String, Snapshot)| match name.parse() {
-                    Ok(number) => Ok((number, one)),
-                    Err(_) => Err(name),
-                };
-                let mut all: Vec<(u64, Snapshot)> =
-                    named.into_iter().map(number).collect::<Result<_, _>>()?;
-                all.sort_by_key(|(number, _)| *number);
-                Ok(all)
+/// Takes a list of snapshots, or an object of them by their numbers.
+struct InOrder;
+
+impl<'de> Visitor<'de> for InOrder {
+    type Value = Snapshots;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("a list of snapshots, or an object of them by number")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Snapshots, A::Error> {
+        let mut all = Vec::new();
+        while let Some(snapshot) = list.next_element()? {
+            all.push((all.len() as u64, snapshot));
+        }
+        Ok(Snapshots(all))
+    }
+
+    /// A number that comes twice is told: which of the two is meant, nobody can know.
+    fn visit_map<A: MapAccess<'de>>(self, mut object: A) -> Result<Snapshots, A::Error> {
+        let mut all = BTreeMap::new();
+        while let Some((name, snapshot)) = object.next_entry::<String, Snapshot>()? {
+            let Ok(number) = name.parse::<u64>() else {
+                return Err(A::Error::custom(format!("snapshot `{name}` has no number")));
+            };
+            if all.insert(number, snapshot).is_some() {
+                return Err(A::Error::custom(format!(
+                    "snapshot {number} is there twice"
+                )));
             }
         }
+        Ok(Snapshots(all.into_iter().collect()))
     }
 }
 
@@ -96,10 +116,7 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
             "tactilus_rows and tactilus_columns say how large the mat is",
         ));
     }
-    let snapshots = recording
-        .snapshots
-        .in_order()
-        .map_err(|name| refuse(format!("snapshot `{name}`"), "snapshots are numbered"))?;
+    let Snapshots(snapshots) = recording.snapshots;
     let pad = Pad::new(rows, columns, "raw", Quantity::Raw);
     let mut about = ExportAbout::new(FORMAT, "Tactilus", vec![pad]);
     about.frames = Some(snapshots.len() as u64);

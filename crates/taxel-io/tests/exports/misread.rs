@@ -360,3 +360,73 @@ fn tactilus_readings_that_are_null_cost_their_frame_alone() {
     );
     assert!(error_of(&file).contains("snapshot 1 reads null"));
 }
+
+/// pedar and pliance number no frames; their times say what is missing and what comes twice.
+#[test]
+fn lines_that_are_missing_or_come_twice_are_told_by_their_times() {
+    let folder = Folder::new();
+    for name in ["pedar.asc", "pliance.asc"] {
+        let whole = latin(&cut(name));
+        let lines: Vec<&str> = whole.lines().collect();
+        let named_sensors = lines.iter().position(|line| line.starts_with("time[secs]"));
+        let first = named_sensors.unwrap() + 1;
+        let named = if name.starts_with("pedar") {
+            "#left"
+        } else {
+            ""
+        };
+        let missing_with = |lines: Vec<&str>| {
+            let file = folder.write(name, lines.join("\r\n"));
+            missing_of(Path::new(&format!("{}{named}", file.display())))
+        };
+        let told = missing_with(lines.clone());
+        assert!(
+            !told.contains("times") && !told.contains("no later"),
+            "{name}: {told}"
+        );
+        let mut without = lines.clone();
+        without.remove(first + 1);
+        let told = missing_with(without);
+        assert!(
+            told.contains("1 of the frames missing by their times after frame 0"),
+            "{name}: {told}"
+        );
+        let mut twice = lines.clone();
+        twice.insert(first + 1, lines[first]);
+        let told = missing_with(twice);
+        assert!(
+            told.contains("1 frame is no later than the one before it"),
+            "{name}: {told}"
+        );
+    }
+}
+
+#[test]
+fn more_frames_than_the_header_says_are_told() {
+    let folder = Folder::new();
+    let file = |end: u32| {
+        let header = format!("START_FRAME 1\nEND_FRAME {end}\nUNITS RAW");
+        folder.write("a.asf", tekscan(&header, FRAMES))
+    };
+    assert_eq!(missing_of(&file(2)), "");
+    assert!(missing_of(&file(1)).contains("1 frame more than the file says it has"));
+    assert!(missing_of(&file(3)).contains("1 frame missing that the file says it has"));
+}
+
+#[test]
+fn snapshots_of_json_that_come_twice_or_have_no_number_are_refused() {
+    let folder = Folder::new();
+    let json = |names: [&str; 2]| {
+        let snapshot = |name| format!("\"{name}\": {{\"tactilus_readings\": [1, 2, 3, 4]}}");
+        let snapshots = names.map(snapshot).join(", ");
+        let text = format!(
+            "{{\"tactilus_rows\": 2, \"tactilus_columns\": 2, \"snapshots\": {{{snapshots}}}}}"
+        );
+        folder.write("t.json", text)
+    };
+    assert_eq!(sums(&json(["4", "3"])).len(), 2);
+    let error = error_of(&json(["3", "3"]));
+    assert!(error.contains("snapshot 3 is there twice"), "{error}");
+    let error = error_of(&json(["3", "last"]));
+    assert!(error.contains("snapshot `last` has no number"), "{error}");
+}

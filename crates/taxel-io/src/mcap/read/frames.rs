@@ -159,6 +159,7 @@ impl FrameSource<Counts> for McapReader {
             damage: self.damage,
             gaps: self.gaps,
             losses: self.losses,
+            ..Integrity::default()
         }
     }
     fn tare(&self) -> Option<&Tare> {
