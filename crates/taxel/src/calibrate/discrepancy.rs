@@ -108,6 +108,7 @@ pub(super) fn uncertainty(judged: &[Judged], beside: Beside) -> Option<Uncertain
         presses: judged.len(),
         frame_share: shared_share(judged, inflation).map(|shared| digits(shared.min(model))),
         frame_floor_g: shared_floor_g(beside).map(|shared| digits(shared.min(floor))),
+        spread_error: None,
     })
 }
 
@@ -183,7 +184,7 @@ fn conformal(judged: &[Judged], share: f64, floor: f64, inflation: f64) -> f64 {
 }
 
 /// Three digits: no more are told.
-fn digits(value: f64) -> f64 {
+pub(super) fn digits(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
 }
 

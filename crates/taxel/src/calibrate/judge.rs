@@ -1,7 +1,8 @@
 //! What held-out presses say of a search: how far off they are, and what a load is uncertain by.
 
 use super::choose::Search;
-use super::discrepancy::{Beside, Judged, least_noise_g, uncertainty};
+use super::discrepancy::{Beside, Judged, digits, least_noise_g, uncertainty};
+use super::effects::SPREAD;
 use super::evaluate::Evaluator;
 use super::evidence::Evidence;
 use super::fit::{Score, mean, standard_error};
@@ -61,7 +62,22 @@ impl Search<'_> {
             label_share: self.options.label_share,
             inflation,
         };
-        uncertainty(&self.judged, beside)
+        let found = uncertainty(&self.judged, beside);
+        found.map(|found| UncertaintySpec {
+            spread_error: self.spread_error(),
+            ..found
+        })
+    }
+
+    /// Standard errors of the spread's three shares, where it is there and was fitted with all else.
+    fn spread_error(&self) -> Option<[f64; 3]> {
+        let together = self.together.as_ref()?;
+        let errors = SPREAD.map(|unknown| together.error_of(unknown));
+        let [Some(row), Some(column), Some(diagonal)] = errors else {
+            return None;
+        };
+        let is_told = [row, column, diagonal].iter().all(|e| e.is_finite());
+        is_told.then(|| [row, column, diagonal].map(digits))
     }
 
     /// How many times farther off presses are when they did not choose the effects either, where they clearly are: of the

@@ -21,6 +21,7 @@ fn pair(name: &str, times: f64, seed: u64) -> (Sensor, VirtualSensor) {
                 presses: 100,
                 frame_share: None,
                 frame_floor_g: None,
+                spread_error: None,
             });
         })
         .unwrap();

@@ -304,6 +304,7 @@ mod tests {
         presses: 100,
         frame_share: None,
         frame_floor_g: None,
+        spread_error: None,
     };
 
     /// Twelve presses, 20 to 600 g, of a sensor that reads `scale` times what it did and scatters as much as stated times

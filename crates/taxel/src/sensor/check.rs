@@ -333,7 +333,9 @@ fn material(sensor: &SensorSpec) -> Result<(), Error> {
 }
 
 fn check_uncertainty(uncertainty: &UncertaintySpec) -> Result<(), Error> {
-    for (key, value) in [
+    let spread = uncertainty.spread_error.unwrap_or_default();
+    let spread = spread.map(|error| ("uncertainty.spread_error", error));
+    let shares = [
         ("uncertainty.model_share", uncertainty.model_share),
         ("uncertainty.model_floor_g", uncertainty.model_floor_g),
         ("uncertainty.fit_share", uncertainty.fit_share),
@@ -345,7 +347,8 @@ fn check_uncertainty(uncertainty: &UncertaintySpec) -> Result<(), Error> {
             "uncertainty.frame_floor_g",
             uncertainty.frame_floor_g.unwrap_or(0.0),
         ),
-    ] {
+    ];
+    for (key, value) in shares.into_iter().chain(spread) {
         if !value.is_finite() || value < 0.0 {
             let hint = "a calibration writes it: calibrate again, or leave [uncertainty] out";
             return Err(range(key, value, "0 or more", hint));

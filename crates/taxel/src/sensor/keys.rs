@@ -139,6 +139,7 @@ const TABLES: [(&str, &[&str]); 22] = [
             "presses",
             "frame_share",
             "frame_floor_g",
+            "spread_error",
         ],
     ),
     (

@@ -35,7 +35,7 @@ pub struct StandardErrors {
 pub struct Parts {
     /// Noise and rounding of the readings, through the inverse and the load law; infinite where nothing bounds the number.
     pub noise: Frame<Newtons>,
-    /// The fit: the loads' scale, which all taxels share.
+    /// The fit: the loads' scale, which all taxels share, and how loads spread to their neighbours.
     pub fit: Frame<Newtons>,
     /// What the model leaves unexplained.
     pub model: Frame<Newtons>,
@@ -85,6 +85,28 @@ pub(super) fn heaviest_near(loads: &[f64], columns: usize, taxel: usize) -> f64 
         }
     }
     most
+}
+
+/// What a load is off by where its spread to the next rows, next columns and across the corners is off by `errors`, in the
+/// unit of the loads: to first order a share that is too small leaves here what stands around, less what is taken from here.
+pub(super) fn by_spread(errors: [f64; 3], loads: &[f64], columns: usize, taxel: usize) -> f64 {
+    let (row, column) = ((taxel / columns) as isize, (taxel % columns) as isize);
+    let rows = (loads.len() / columns) as isize;
+    let at = |down: isize, right: isize| {
+        let (r, c) = (row + down, column + right);
+        let is_there = (0..rows).contains(&r) && (0..columns as isize).contains(&c);
+        if is_there {
+            loads[r as usize * columns + c as usize]
+        } else {
+            0.0
+        }
+    };
+    let own = loads[taxel];
+    let [to_row, to_column, across] = errors;
+    let by_row = to_row * (at(-1, 0) + at(1, 0) - 2.0 * own);
+    let by_column = to_column * (at(0, -1) + at(0, 1) - 2.0 * own);
+    let around = at(-1, -1) + at(-1, 1) + at(1, -1) + at(1, 1);
+    by_row.hypot(by_column).hypot(across * (around - 4.0 * own))
 }
 
 impl StandardErrors {
@@ -222,7 +244,10 @@ impl StandardErrors {
                     let own = loads[taxel].abs();
                     let near = NEAR_SHARE * heaviest_near(loads, columns, taxel);
                     let (own, near) = (grams_from_newtons(own), grams_from_newtons(near));
-                    *fit = newtons_from_grams(beyond.fit_g(own));
+                    let spread = beyond
+                        .spread_error
+                        .map_or(0.0, |errors| by_spread(errors, loads, columns, taxel));
+                    *fit = newtons_from_grams(beyond.fit_g(own)).hypot(spread);
                     *model = newtons_from_grams(beyond.model_beside_g(own, near));
                 }
             }
@@ -235,5 +260,49 @@ impl StandardErrors {
             *sigma = noise.hypot(fit.hypot(*model));
         }
         Ok(&self.newtons)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::Spread;
+
+    /// Against a spread that is undone with a share that is a little off: a lone load, an even contact, the edge.
+    #[test]
+    fn a_wrong_spread_leaves_what_it_says() {
+        let (rows, columns) = (7, 8);
+        let mut loads = vec![0.0; rows * columns];
+        loads[2 * columns + 2] = 600.0;
+        for row in 4..7 {
+            for column in 4..8 {
+                loads[row * columns + column] = 100.0;
+            }
+        }
+        let truth = [0.004, 0.003, 0.001];
+        let off = 5e-4;
+        for which in 0..3 {
+            let mut errors = [0.0; 3];
+            errors[which] = off;
+            let mut wrong = truth;
+            wrong[which] += off;
+            let (mut acting, mut found) = (loads.clone(), loads.clone());
+            Spread::new(truth).apply(columns, &loads, &mut acting);
+            let mut work = vec![0.0; loads.len()];
+            Spread::new(wrong).undo(columns, &[], &acting, &mut found, &mut work);
+            for taxel in 0..loads.len() {
+                let says = by_spread(errors, &loads, columns, taxel);
+                let is = (found[taxel] - loads[taxel]).abs();
+                assert!(
+                    (says - is).abs() < 0.03 * says.max(600.0 * off),
+                    "{which} {taxel}: {says} {is}"
+                );
+            }
+        }
+        // A press that stands alone: 600 g · 0.0005 beside it, twice that on it.
+        let says = |taxel| by_spread([off, 0.0, 0.0], &loads, columns, taxel);
+        assert!(
+            (says(columns + 2) - 0.3).abs() < 1e-12 && (says(2 * columns + 2) - 0.6).abs() < 1e-12
+        );
     }
 }

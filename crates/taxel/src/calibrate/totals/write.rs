@@ -73,6 +73,7 @@ pub(super) fn uncertainty(
         presses: judged.len(),
         frame_share: Some(digits(own.sqrt())),
         frame_floor_g: Some(digits(floor_g)),
+        spread_error: None,
     })
 }
 

@@ -106,6 +106,10 @@ pub struct UncertaintySpec {
     /// The part of `model_floor_g` that all taxels of a frame share, grams. Absent: as `frame_share`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frame_floor_g: Option<f64>,
+    /// Standard errors of `material.spread`, shares of a load: to the next row, to the next column, across the corner. Absent:
+    /// nothing told them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spread_error: Option<[f64; 3]>,
 }
 
 impl UncertaintySpec {
