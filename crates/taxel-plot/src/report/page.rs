@@ -10,7 +10,7 @@ const STYLE: &str = "\
 :root{color-scheme:light;--ink:#1d1d1f;--soft:#5b5b60;--line:#d9d9de}\
 body{font:15px/1.5 Inter,system-ui,Helvetica,Arial,sans-serif;color:var(--ink);background:#fff;max-width:64rem;margin:2.5rem auto;padding:0 1.5rem}\
 h1{font-size:1.8rem;line-height:1.2;margin:0 0 1rem}h2{font-size:1.25rem;margin:2.6rem 0 .6rem;padding-top:.9rem;border-top:1px solid var(--line)}\
-@page{size:A4;margin:14mm 12mm}\
+@page{size:A4;margin:14mm 12mm;@bottom-right{content:counter(page) \" / \" counter(pages);font:8pt sans-serif;color:#5b5b60}}\
 p{margin:.5rem 0;max-width:46rem}code{font:.92em ui-monospace,Menlo,Consolas,monospace}nav ol{columns:2;padding-left:1.4rem}nav a{color:inherit}\
 dl{display:grid;grid-template-columns:max-content 1fr;gap:.15rem 1.2rem;margin:0 0 1.2rem}dt{color:var(--soft)}dd{margin:0;overflow-wrap:anywhere}\
 figure{margin:1.2rem 0;width:calc(1.2*var(--width));max-width:100%}.figures{display:flex;flex-wrap:wrap;column-gap:1.5rem;align-items:flex-start}figcaption,caption{color:var(--soft);font-size:.87rem;text-align:left;max-width:46rem}figcaption{margin-top:.3rem}caption{padding-bottom:.35rem}\
