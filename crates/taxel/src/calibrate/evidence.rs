@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use super::silent::Silent;
 use super::{CalibrationData, PressLabel};
-use crate::screen::{Axis, FrameScreen, Level, LineFaults, LineScreen, ScreenOptions};
+use crate::screen::{Axis, FrameScreen, Level, LineFault, LineFaults, LineScreen, ScreenOptions};
 use crate::{Counts, Error, Frame, Mark, Sensor};
 
 /// Fewest presses that a fit is tried with.
@@ -49,7 +50,8 @@ impl Evidence {
         for frame in data.frames.iter().chain(data.uniform.iter().map(|u| &u.0)) {
             lines.observe(frame)?;
         }
-        let faults = lines.finish().with_declared(sensor.screen());
+        let mut faults = lines.finish().with_declared(sensor.screen());
+        add_flickering(&mut faults, data);
         let least_at_ceiling_g = least_load_at_ceiling(sensor, data, &given);
         let options = ScreenOptions {
             ceiling_is_load: sensor.screen().ceiling_is_load || least_at_ceiling_g.is_some(),
@@ -275,6 +277,26 @@ fn least_load_at_ceiling(sensor: &Sensor, data: &CalibrationData, given: &[usize
     let least = at.iter().map(|p| p.load_g).reduce(f64::min)?;
     let middle = crate::stats::median(below.iter().map(|p| p.load_g)).unwrap_or(0.0);
     (at.len() >= MIN_AT_CEILING && least > middle).then_some(least)
+}
+
+/// Adds lines that read nothing in some frames under an even load and not in others: no other load beside them tells as much.
+fn add_flickering(faults: &mut LineFaults, data: &CalibrationData) {
+    let loaded = data.uniform.iter().filter(|(_, load_g)| *load_g > 0.0);
+    let mut silent: Option<Silent> = None;
+    let mut usual = Vec::new();
+    for (frame, _) in loaded {
+        let silent = silent.get_or_insert_with(|| Silent::new(frame.rows(), frame.columns()));
+        usual.push(typical(frame));
+        silent.mark(&mut frame.clone());
+    }
+    let usual_counts = crate::stats::median(usual).unwrap_or(0.0);
+    let found = silent.map_or_else(Vec::new, |silent| silent.flickering(usual_counts));
+    for fault in found {
+        let is_known = |known: &LineFault| (known.axis, known.index) == (fault.axis, fault.index);
+        if !faults.faults.iter().any(is_known) {
+            faults.faults.push(fault);
+        }
+    }
 }
 
 /// Those of the presses given that can be read, and why the others cannot.

@@ -26,6 +26,7 @@ mod priors;
 mod report;
 mod residuals;
 mod scatter;
+mod silent;
 mod suspects;
 mod terms;
 mod together;

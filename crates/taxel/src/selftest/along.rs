@@ -61,6 +61,14 @@ impl Classifier<'_> {
         }
     }
 
+    /// Whether it was found what is wrong along a line.
+    pub(super) fn is_known_along(&self, axis: Axis, index: usize) -> bool {
+        self.findings.iter().any(|finding| {
+            let place = finding.place;
+            matches!(place, Place::Along { axis: a, index: i, .. } if (a, i) == (axis, index))
+        })
+    }
+
     fn answers(&self, axis: Axis, index: usize) -> Vec<(usize, Answers)> {
         let response = &self.rubbed.response;
         response.answers_along(axis, index, &self.test.options)

@@ -21,7 +21,7 @@ const VISIBLE_NOISE: f64 = 2.0;
 pub(super) struct Classifier<'a> {
     pub(super) test: &'a SelfTest,
     pub(super) rubbed: &'a Rubbed,
-    findings: Vec<Finding>,
+    pub(super) findings: Vec<Finding>,
     explained: Vec<bool>,
 }
 
@@ -80,14 +80,6 @@ impl Classifier<'_> {
         let line = self.line(axis, index);
         let known = line.iter().filter(|&&taxel| self.explained[taxel]).count();
         known as f64 >= LINE_SHARE * line.len() as f64 || self.is_known_along(axis, index)
-    }
-
-    /// Whether it was found what is wrong along a line.
-    fn is_known_along(&self, axis: Axis, index: usize) -> bool {
-        self.findings.iter().any(|finding| {
-            let place = finding.place;
-            matches!(place, Place::Along { axis: a, index: i, .. } if (a, i) == (axis, index))
-        })
     }
 
     /// Adds a finding; its taxels are explained from here on, unless it is about the whole read-out.

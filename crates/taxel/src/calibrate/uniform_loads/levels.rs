@@ -1,7 +1,7 @@
 //! What there is to fit to: readings under every load, and the lines that are out.
 
+use super::super::silent::Silent;
 use super::no_law;
-use super::silent::Silent;
 use crate::circuit::Converter;
 use crate::screen::{FrameScreen, LineFaults, LineScreen};
 use crate::stats;

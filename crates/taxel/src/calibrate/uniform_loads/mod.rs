@@ -8,7 +8,6 @@ mod fitted;
 mod levels;
 mod lines;
 mod report;
-mod silent;
 
 use super::discrepancy::{Beside, Judged, least_noise_g, uncertainty};
 use super::{CalibrationOptions, LawChoice, Parameter};

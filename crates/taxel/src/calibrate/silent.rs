@@ -1,8 +1,9 @@
 //! Lines that read nothing while the same load stands on every taxel: nothing else is as plain a fault.
 
+use crate::screen::{Axis, LineFault, LineFaultKind};
 use crate::sensor::ScreenSpec;
 use crate::stats::median;
-use crate::{Frame, Mark, Volts};
+use crate::{Frame, Mark};
 
 /// A line is silent whose median reading is less than this share of the frame's.
 const SHARE: f64 = 0.1;
@@ -24,7 +25,7 @@ impl Silent {
     }
 
     /// Marks every taxel of a silent line as open, in a frame under a load.
-    pub(super) fn mark(&mut self, frame: &mut Frame<Volts>) {
+    pub(super) fn mark<Q>(&mut self, frame: &mut Frame<Q>) {
         let (rows, columns) = (frame.rows(), frame.columns());
         self.frames += 1;
         let line = |row: Option<usize>, column: Option<usize>| -> Option<f64> {
@@ -88,6 +89,29 @@ impl Silent {
                 list.dedup();
             }
         }
+    }
+
+    /// Lines that were silent in some loaded frames and not in all; `usual_counts` is what frames read when they were.
+    pub(super) fn flickering(&self, usual_counts: f64) -> Vec<LineFault> {
+        let lines = |axis, counts: &[usize]| {
+            let some = |&(_, count): &(usize, &usize)| *count > 0 && *count < self.frames;
+            let found = counts.iter().enumerate().filter(some);
+            let fault = found.map(|(index, &count)| LineFault {
+                axis,
+                index,
+                kind: LineFaultKind::Flickering,
+                faulty: count as u64,
+                tested: self.frames as u64,
+                median_counts: 0.0,
+                next_to: usual_counts,
+            });
+            fault.collect::<Vec<_>>()
+        };
+        [
+            lines(Axis::Row, &self.rows),
+            lines(Axis::Column, &self.columns),
+        ]
+        .concat()
     }
 
     /// What is to be said of them.
