@@ -320,7 +320,14 @@ fn readable(
                 });
             }
         }
-        match marked[press.frame].mark_at(press.row, press.column) {
+        let frame = &marked[press.frame];
+        match frame.mark_at(press.row, press.column) {
+            Mark::Good if is_out(faults, press, frame.at(press.row, press.column)) => {
+                left_out.push(format!(
+                    "the press of {} g at row {}, column {} (frame {}): it reads nothing, and its line comes and goes",
+                    press.load_g, press.row, press.column, press.frame
+                ));
+            }
             Mark::Good => kept.push(i),
             mark => left_out.push(format!(
                 "the press of {} g at row {}, column {} (frame {}): its reading is {}",
@@ -334,6 +341,22 @@ fn readable(
     }
     leave_out_beside_ceiling(data, marked, &mut kept, &mut left_out);
     Ok((kept, left_out))
+}
+
+/// Standard deviations of noise above the baseline up to which a reading is that of an unloaded taxel.
+const UNLOADED_SIGMAS: f64 = 8.0;
+
+/// Whether a press reads nothing on a line that comes and goes, and was out.
+fn is_out(faults: &LineFaults, press: &PressLabel, counts: f64) -> bool {
+    let comes_and_goes = faults.flickering_rows().any(|row| row == press.row)
+        || faults
+            .flickering_columns()
+            .any(|column| column == press.column);
+    comes_and_goes
+        && press.load_g > 0.0
+        && faults.level.is_some_and(|level| {
+            counts <= level.baseline_counts + UNLOADED_SIGMAS * level.noise_counts
+        })
 }
 
 /// Fewest presses that are enough without those beside readings at the ceiling.
