@@ -1,4 +1,4 @@
-//! A column that comes and goes: uniform loads tell it, and a calibration does without what it reads when it is out.
+//! A column that comes and goes, and single readings that are stuck: uniform loads tell them, and a calibration does without.
 
 use taxel::calibrate::{CalibrationOptions, calibrate};
 use taxel::frame::grams_from_newtons;
@@ -15,11 +15,12 @@ fn a_column_that_is_out_under_some_even_loads_spoils_no_gain() {
         (spec.array.rows, spec.array.columns) = (16, 16);
         spec.array.geometry = None;
         spec.readout.topology = Topology::TiaZeroPotential;
+        // An unloaded taxel reads 16 counts, hardly more than one whose line is out.
+        spec.converter.full_scale_volts = 3.3;
     });
     let nominal = nominal.unwrap();
     let parts = nominal.edited(|spec| spec.material = None).unwrap();
-    let mut judged = 0;
-    for seed in 1..=4 {
+    for seed in [2, 3, 22] {
         let real = VirtualSensor::imperfect(&nominal, &Imperfections::uneven(), seed).unwrap();
         let column = real.sensor().screen().flickering_columns[0];
         let mut data = labelled_presses(&real, 80);
@@ -30,10 +31,7 @@ fn a_column_that_is_out_under_some_even_loads_spoils_no_gain() {
             .iter()
             .map(|(frame, _)| frame.at(sound_row, column));
         let out = reads.filter(|counts| *counts < 100.0).count();
-        if out == 0 || out == data.uniform.len() {
-            continue;
-        }
-        judged += 1;
+        assert!(out > 0 && out < data.uniform.len(), "seed {seed}");
         let fit = calibrate(
             &parts,
             &data,
@@ -53,7 +51,10 @@ fn a_column_that_is_out_under_some_even_loads_spoils_no_gain() {
             let found = pipeline.process(&counts);
             let found = found.newtons().unwrap();
             for (taxel, &load) in loads.values().iter().enumerate() {
-                let is_sound = found.marks()[taxel].is_measured() && taxel % 16 != column;
+                // A reading that is stuck at 0 cannot be told from one that is hardly more.
+                let is_sound = found.marks()[taxel].is_measured()
+                    && taxel % 16 != column
+                    && counts.values()[taxel] > 0.0;
                 if is_sound && load > 0.0 {
                     sum += (grams_from_newtons(found.values()[taxel]) - load).abs();
                     count += 1;
@@ -63,5 +64,4 @@ fn a_column_that_is_out_under_some_even_loads_spoils_no_gain() {
         let error = sum / f64::from(count);
         assert!(error < 0.1, "seed {seed}: {error}");
     }
-    assert!(judged >= 2, "{judged}");
 }

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::silent::Silent;
+use super::silent::{add_silent, comes_and_goes, is_unloaded, mark_silent};
 use super::{CalibrationData, PressLabel};
-use crate::screen::{Axis, FrameScreen, Level, LineFault, LineFaults, LineScreen, ScreenOptions};
+use crate::screen::{Axis, FrameScreen, Level, LineFaults, LineScreen, ScreenOptions};
 use crate::{Counts, Error, Frame, Mark, Sensor};
 
 /// Fewest presses that a fit is tried with.
@@ -51,7 +51,7 @@ impl Evidence {
             lines.observe(frame)?;
         }
         let mut faults = lines.finish().with_declared(sensor.screen());
-        add_flickering(&mut faults, data);
+        add_silent(&mut faults, data);
         let least_at_ceiling_g = least_load_at_ceiling(sensor, data, &given);
         let options = ScreenOptions {
             ceiling_is_load: sensor.screen().ceiling_is_load || least_at_ceiling_g.is_some(),
@@ -76,7 +76,11 @@ impl Evidence {
             .collect::<Result<_, _>>()?;
         let mut uniform = Vec::new();
         for (frame, load_g) in &data.uniform {
-            uniform.push((screened(frame)?, *load_g));
+            let mut marked = screened(frame)?;
+            if *load_g > 0.0 {
+                mark_silent(&mut marked, &faults);
+            }
+            uniform.push((marked, *load_g));
         }
         let (origin, left_out) = readable(&faults, data, &given, &marked)?;
         let presses: Vec<PressLabel> = origin.iter().map(|&i| data.presses[i]).collect();
@@ -279,26 +283,6 @@ fn least_load_at_ceiling(sensor: &Sensor, data: &CalibrationData, given: &[usize
     (at.len() >= MIN_AT_CEILING && least > middle).then_some(least)
 }
 
-/// Adds lines that read nothing in some frames under an even load and not in others: no other load beside them tells as much.
-fn add_flickering(faults: &mut LineFaults, data: &CalibrationData) {
-    let loaded = data.uniform.iter().filter(|(_, load_g)| *load_g > 0.0);
-    let mut silent: Option<Silent> = None;
-    let mut usual = Vec::new();
-    for (frame, _) in loaded {
-        let silent = silent.get_or_insert_with(|| Silent::new(frame.rows(), frame.columns()));
-        usual.push(typical(frame));
-        silent.mark(&mut frame.clone());
-    }
-    let usual_counts = crate::stats::median(usual).unwrap_or(0.0);
-    let found = silent.map_or_else(Vec::new, |silent| silent.flickering(usual_counts));
-    for fault in found {
-        let is_known = |known: &LineFault| (known.axis, known.index) == (fault.axis, fault.index);
-        if !faults.faults.iter().any(is_known) {
-            faults.faults.push(fault);
-        }
-    }
-}
-
 /// Those of the presses given that can be read, and why the others cannot.
 fn readable(
     faults: &LineFaults,
@@ -343,20 +327,11 @@ fn readable(
     Ok((kept, left_out))
 }
 
-/// Standard deviations of noise above the baseline up to which a reading is that of an unloaded taxel.
-const UNLOADED_SIGMAS: f64 = 8.0;
-
 /// Whether a press reads nothing on a line that comes and goes, and was out.
 fn is_out(faults: &LineFaults, press: &PressLabel, counts: f64) -> bool {
-    let comes_and_goes = faults.flickering_rows().any(|row| row == press.row)
-        || faults
-            .flickering_columns()
-            .any(|column| column == press.column);
-    comes_and_goes
+    comes_and_goes(faults, press.row, press.column)
         && press.load_g > 0.0
-        && faults.level.is_some_and(|level| {
-            counts <= level.baseline_counts + UNLOADED_SIGMAS * level.noise_counts
-        })
+        && is_unloaded(faults, counts)
 }
 
 /// Fewest presses that are enough without those beside readings at the ceiling.
@@ -432,13 +407,10 @@ fn levels(uniform: &[(Frame<Counts>, f64)]) -> Vec<LevelFrame> {
             let chosen: Vec<&Frame<Counts>> = frames().filter(|f| out(f) == least).collect();
             let mut counts = chosen[0].clone();
             for taxel in 0..counts.values().len() {
-                let good: Vec<f64> = chosen
-                    .iter()
-                    .filter(|f| f.marks()[taxel] == Mark::Good)
-                    .map(|f| f.values()[taxel])
-                    .collect();
-                if !good.is_empty() {
-                    counts.values_mut()[taxel] = good.iter().sum::<f64>() / good.len() as f64;
+                let good = chosen.iter().filter(|f| f.marks()[taxel] == Mark::Good);
+                let good: Vec<f64> = good.map(|f| f.values()[taxel]).collect();
+                if let Some(mean) = mean_of_alike(&good) {
+                    counts.values_mut()[taxel] = mean;
                     counts.marks_mut()[taxel] = Mark::Good;
                 }
             }
@@ -452,8 +424,18 @@ fn levels(uniform: &[(Frame<Counts>, f64)]) -> Vec<LevelFrame> {
         .collect()
 }
 
+/// Readings of one load that are farther from their median, a share of it, are faults.
+const REPEATS: f64 = 0.2;
+
+/// The mean of a taxel's readings under one load, without those that are stuck in one frame.
+fn mean_of_alike(counts: &[f64]) -> Option<f64> {
+    let middle = crate::stats::median(counts.iter().copied())?;
+    let near = |count: &f64| (count - middle).abs() <= REPEATS * middle.abs();
+    crate::stats::mean(counts.iter().copied().filter(near)).or(Some(middle))
+}
+
 /// Median reading of the taxels there are, counts.
-fn typical(counts: &Frame<Counts>) -> f64 {
+pub(super) fn typical(counts: &Frame<Counts>) -> f64 {
     let there = counts.values().iter().zip(counts.marks());
     let there = there.filter(|(_, mark)| **mark != Mark::Absent);
     super::least_squares::median(&there.map(|(value, _)| *value).collect::<Vec<f64>>())

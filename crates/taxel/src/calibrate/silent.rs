@@ -1,9 +1,11 @@
 //! Lines that read nothing while the same load stands on every taxel: nothing else is as plain a fault.
 
-use crate::screen::{Axis, LineFault, LineFaultKind};
+use super::evidence::typical;
+use super::{CalibrationData, PressLabel};
+use crate::screen::{Axis, Level, LineFault, LineFaultKind, LineFaults};
 use crate::sensor::ScreenSpec;
 use crate::stats::median;
-use crate::{Frame, Mark};
+use crate::{Counts, Frame, Mark};
 
 /// A line is silent whose median reading is less than this share of the frame's.
 const SHARE: f64 = 0.1;
@@ -91,15 +93,18 @@ impl Silent {
         }
     }
 
-    /// Lines that were silent in some loaded frames and not in all; `usual_counts` is what frames read when they were.
-    pub(super) fn flickering(&self, usual_counts: f64) -> Vec<LineFault> {
+    /// Lines that were silent: in all loaded frames dead, in some flickering; `usual_counts` is what the frames read.
+    pub(super) fn faults(&self, usual_counts: f64) -> Vec<LineFault> {
         let lines = |axis, counts: &[usize]| {
-            let some = |&(_, count): &(usize, &usize)| *count > 0 && *count < self.frames;
-            let found = counts.iter().enumerate().filter(some);
-            let fault = found.map(|(index, &count)| LineFault {
+            let silent = counts.iter().enumerate().filter(|(_, count)| **count > 0);
+            let fault = silent.map(|(index, &count)| LineFault {
                 axis,
                 index,
-                kind: LineFaultKind::Flickering,
+                kind: if count == self.frames {
+                    LineFaultKind::Dead
+                } else {
+                    LineFaultKind::Flickering
+                },
                 faulty: count as u64,
                 tested: self.frames as u64,
                 median_counts: 0.0,
@@ -128,4 +133,67 @@ impl Silent {
         });
         said.collect()
     }
+}
+
+/// Standard deviations of noise above the baseline up to which a reading is that of an unloaded taxel.
+const UNLOADED_SIGMAS: f64 = 8.0;
+
+/// Fewest frames under an even load in all of which a dead line is silent.
+const MIN_SILENT: u64 = 2;
+
+/// Adds lines that read nothing under an even load, in all frames or in some: no other load beside them tells as much. A line
+/// on which a labelled press is read is not dead, but was not reached by the even load.
+pub(super) fn add_silent(faults: &mut LineFaults, data: &CalibrationData) {
+    let loaded = data.uniform.iter().filter(|(_, load_g)| *load_g > 0.0);
+    let mut silent: Option<Silent> = None;
+    let mut usual = Vec::new();
+    for (frame, _) in loaded {
+        let silent = silent.get_or_insert_with(|| Silent::new(frame.rows(), frame.columns()));
+        usual.push(typical(frame));
+        silent.mark(&mut frame.clone());
+    }
+    let usual_counts = crate::stats::median(usual).unwrap_or(0.0);
+    let found = silent.map_or_else(Vec::new, |silent| silent.faults(usual_counts));
+    for fault in found {
+        let is_known = |known: &LineFault| (known.axis, known.index) == (fault.axis, fault.index);
+        let is_on = |press: &&PressLabel| match fault.axis {
+            Axis::Row => press.row == fault.index,
+            Axis::Column => press.column == fault.index,
+        };
+        let reads = |press: &PressLabel| {
+            let counts = data.frames[press.frame].at(press.row, press.column);
+            !is_unloaded(faults, counts)
+        };
+        let mut pressed = data.presses.iter().filter(is_on);
+        let is_sure = fault.kind == LineFaultKind::Flickering
+            || fault.tested >= MIN_SILENT && !pressed.any(reads);
+        if is_sure && !faults.faults.iter().any(is_known) {
+            faults.faults.push(fault);
+        }
+    }
+}
+
+/// Whether a reading is one of an unloaded taxel.
+pub(super) fn is_unloaded(faults: &LineFaults, counts: f64) -> bool {
+    let most = |level: Level| level.baseline_counts + UNLOADED_SIGMAS * level.noise_counts;
+    faults.level.is_some_and(|level| counts <= most(level))
+}
+
+/// Marks what stands on a line that comes and goes, and reads nothing under an even load.
+pub(super) fn mark_silent(frame: &mut Frame<Counts>, faults: &LineFaults) {
+    let mut looked_at = frame.clone();
+    Silent::new(frame.rows(), frame.columns()).mark(&mut looked_at);
+    let columns = frame.columns();
+    for (taxel, silent) in looked_at.marks().iter().enumerate() {
+        let (row, column) = (taxel / columns, taxel % columns);
+        let mark = &mut frame.marks_mut()[taxel];
+        if *silent == Mark::Open && *mark == Mark::Good && comes_and_goes(faults, row, column) {
+            *mark = Mark::Flickering;
+        }
+    }
+}
+
+pub(super) fn comes_and_goes(faults: &LineFaults, row: usize, column: usize) -> bool {
+    faults.flickering_rows().any(|line| line == row)
+        || faults.flickering_columns().any(|line| line == column)
 }
