@@ -77,9 +77,7 @@ impl Evidence {
         let mut uniform = Vec::new();
         for (frame, load_g) in &data.uniform {
             let mut marked = screened(frame)?;
-            if *load_g > 0.0 {
-                mark_silent(&mut marked, &faults);
-            }
+            mark_silent(&mut marked, *load_g, &faults);
             uniform.push((marked, *load_g));
         }
         let (origin, left_out) = readable(&faults, data, &given, &marked)?;

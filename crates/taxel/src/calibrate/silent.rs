@@ -180,7 +180,10 @@ pub(super) fn is_unloaded(faults: &LineFaults, counts: f64) -> bool {
 }
 
 /// Marks what stands on a line that comes and goes, and reads nothing under an even load.
-pub(super) fn mark_silent(frame: &mut Frame<Counts>, faults: &LineFaults) {
+pub(super) fn mark_silent(frame: &mut Frame<Counts>, load_g: f64, faults: &LineFaults) {
+    if load_g <= 0.0 {
+        return;
+    }
     let mut looked_at = frame.clone();
     Silent::new(frame.rows(), frame.columns()).mark(&mut looked_at);
     let columns = frame.columns();
