@@ -227,8 +227,7 @@ const EXAMPLES: [(&str, &[&str]); 34] = [
         &[
             "taxel design --taxel 500..3000 --rows 64 --columns 128",
             "taxel design --topology divider-grounded-columns --bits 12 --rows 16 --columns 16 -o sensor.toml",
-            "taxel design --rows 32 --columns 32 --line-ohms 2 --diode BAT54",
-            "taxel design --sensor mat-16x16-cd4067 --taxel 1k..30k",
+            "taxel design --sensor mat-16x16-cd4067 --taxel 1k..30k --line-ohms 2",
         ],
     ),
     (
