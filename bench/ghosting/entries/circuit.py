@@ -1,4 +1,4 @@
-"""The five named read-outs as equations, for entries that undo them: counts to currents, and the potential of every line.
+"""The six named read-outs as equations, for entries that undo them: counts to currents, and the potential of every line.
 
 Numbers come from sensor.toml's [readout] and [converter] alone. What docs/theory.md calls g_cu, g_cs, g_ru and g_rs is
 here column_unselected, column_selected, row_unselected and row_selected.
@@ -35,9 +35,9 @@ class Circuit:
         self.read_share = 1 - row_ohms / self.row_ohms  # of the row's potential: what the follower copies
         self.series_ohms = driven_ohms[None, :] + self.row_ohms[:, None]
         self.column_selected, self.row_selected = 1 / driven_ohms, 1 / self.row_ohms
-        floats = self.topology == "divider-floating"
-        self.column_unselected = np.full(self.columns, OPEN) if floats else 1 / self.column_ohms
-        held = self.topology == "tia-zero-potential"
+        is_open = self.topology in ("divider-floating", "divider-pulled-rows")
+        self.column_unselected = np.full(self.columns, OPEN) if is_open else 1 / self.column_ohms
+        held = self.topology in ("tia-zero-potential", "divider-pulled-rows")
         self.row_unselected = self.row_selected if held else np.full(self.rows, OPEN)
         self.follows = self.topology == "divider-voltage-feedback"
 
