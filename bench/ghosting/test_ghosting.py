@@ -181,7 +181,7 @@ class Truth(unittest.TestCase):
     def test_cases_have_names_of_their_own_and_sizes_and_read_outs_are_all_there(self):
         cases = generate.cases_of(HERE / "cases.toml")
         self.assertEqual(len({case["name"] for case in cases}), len(cases))
-        self.assertEqual(len({case["topology"] for case in cases}), 5)
+        self.assertEqual(len({case["topology"] for case in cases}), 6)
         self.assertTrue({(8, 8), (64, 128)} <= {tuple(case["size"]) for case in cases})
         self.assertTrue(all(len(set(case["seeds"])) == 3 for case in cases))
 
