@@ -60,6 +60,7 @@ fn info_with_a_sensor_screens_the_recording() {
         "damage": {
           "chunks": 0,
           "frames": 0,
+          "surplus": 0,
           "records": 0,
           "bytes": 0,
           "checksum": false,
@@ -70,6 +71,12 @@ fn info_with_a_sensor_screens_the_recording() {
           "places": 0,
           "first": null,
           "restarts": 0
+        },
+        "times": {
+          "missing": 0,
+          "places": 0,
+          "first": null,
+          "repeated": 0
         },
         "losses": {
           "lost": 0,
