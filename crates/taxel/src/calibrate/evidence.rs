@@ -425,8 +425,8 @@ fn levels(uniform: &[(Frame<Counts>, f64)]) -> Vec<LevelFrame> {
 /// Readings of one load that are farther from their median, a share of it, are faults.
 const REPEATS: f64 = 0.2;
 
-/// The mean of a taxel's readings under one load, without those that are stuck in one frame.
-fn mean_of_alike(counts: &[f64]) -> Option<f64> {
+/// The mean of a taxel's readings under one load, counts or volts, without those that are stuck in one frame.
+pub(super) fn mean_of_alike(counts: &[f64]) -> Option<f64> {
     let middle = crate::stats::median(counts.iter().copied())?;
     let near = |count: &f64| (count - middle).abs() <= REPEATS * middle.abs();
     crate::stats::mean(counts.iter().copied().filter(near)).or(Some(middle))

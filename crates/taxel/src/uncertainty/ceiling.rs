@@ -33,16 +33,8 @@ impl AtCeiling {
     }
 
     /// One standard error a taxel, siemens, with a sign: what it would be, less what it was found to be. `known` leaves out
-    /// the taxels at the ceiling, too, and its point is set to the conductances found. Nothing where none is at the ceiling.
-    pub(super) fn errors(
-        &mut self,
-        known: &mut Known,
-        siemens: &[f64],
-        marks: &[Mark],
-    ) -> Option<&[f64]> {
-        if !marks.contains(&Mark::Saturated) {
-            return None;
-        }
+    /// the taxels at the ceiling, too, and its point is set to the conductances found.
+    pub(super) fn errors(&mut self, known: &mut Known, siemens: &[f64], marks: &[Mark]) -> &[f64] {
         for ((above, mark), value) in self.direction.iter_mut().zip(marks).zip(siemens) {
             *above = match mark {
                 Mark::Saturated => SHARE_ABOVE * value.abs(),
@@ -60,6 +52,6 @@ impl AtCeiling {
             TOLERANCE,
             RESTARTS,
         );
-        Some(&self.error)
+        &self.error
     }
 }

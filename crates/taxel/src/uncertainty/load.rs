@@ -26,7 +26,8 @@ pub struct StandardErrors {
     parts: Parts,
     is_known: Vec<bool>,
     moved: Vec<f64>,
-    at_ceiling: AtCeiling,
+    /// Made for the first frame with readings at the ceiling: most streams have none.
+    at_ceiling: Option<AtCeiling>,
 }
 
 /// What the standard errors of loads are made of, newtons; σ² is the sum of their squares.
@@ -136,7 +137,7 @@ impl StandardErrors {
             },
             is_known: vec![false; rows * columns],
             moved: vec![0.0; rows * columns],
-            at_ceiling: AtCeiling::new(rows * columns),
+            at_ceiling: None,
         })
     }
 
@@ -181,10 +182,17 @@ impl StandardErrors {
         };
         let found = standard_errors(&mut known, siemens.values(), self.sigma_volts);
         let unbounded = || vec![f64::INFINITY; siemens.values().len()];
+        let is_found = found.is_ok();
         let mut errors = found.map_or_else(|_| unbounded(), |(errors, _)| errors);
-        let above = self.at_ceiling.errors(&mut known, siemens.values(), marks);
-        for (error, above) in errors.iter_mut().zip(above.unwrap_or_default()) {
-            *error = error.hypot(*above);
+        // Where nothing was found the point stands nowhere.
+        if is_found && marks.contains(&Mark::Saturated) {
+            let at_ceiling = self
+                .at_ceiling
+                .get_or_insert_with(|| AtCeiling::new(errors.len()));
+            let above = at_ceiling.errors(&mut known, siemens.values(), marks);
+            for (error, above) in errors.iter_mut().zip(above) {
+                *error = error.hypot(*above);
+            }
         }
         for (taxel, (error, mark)) in errors.into_iter().zip(marks).enumerate() {
             let is_bounded = is_answer && matches!(*mark, Mark::Good | Mark::Unresolved);

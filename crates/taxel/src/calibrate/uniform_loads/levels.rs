@@ -1,5 +1,6 @@
 //! What there is to fit to: readings under every load, and the lines that are out.
 
+use super::super::evidence::mean_of_alike;
 use super::super::silent::Silent;
 use super::no_law;
 use crate::circuit::Converter;
@@ -11,8 +12,6 @@ use crate::{Counts, Error, Frame, Mark, Sensor, Volts};
 const MIN_LEVELS: usize = 4;
 /// The heaviest load reads so many times what the lightest does, at least.
 const RISE: f64 = 1.05;
-/// Readings of one load that are farther from their median, a share of it, are faults.
-const REPEATS: f64 = 0.2;
 
 /// Readings under one load.
 pub(super) struct Level {
@@ -122,13 +121,10 @@ fn level((load_g, mut frames): (f64, Vec<Frame<Volts>>)) -> Level {
     for taxel in 0..frame.values().len() {
         let good = frames.iter().filter(|f| f.marks()[taxel] == Mark::Good);
         let good: Vec<f64> = good.map(|f| f.values()[taxel]).collect();
-        let Some(middle) = stats::median(good.iter().copied()) else {
+        let Some(mean) = mean_of_alike(&good) else {
             continue;
         };
-        // A reading that is stuck in one frame is none of the load.
-        let near = |volts: &f64| (volts - middle).abs() <= REPEATS * middle.abs();
-        let alike = good.iter().copied().filter(near);
-        frame.values_mut()[taxel] = stats::mean(alike).unwrap_or(middle);
+        frame.values_mut()[taxel] = mean;
         frame.marks_mut()[taxel] = Mark::Good;
     }
     Level {
