@@ -62,6 +62,9 @@ pub(super) fn search(
     if unless_plain && search.findings.iter().all(|f| !f.used) {
         return search.finish();
     }
+    if !unless_plain {
+        search = search.or_with_lines(sensor, progress);
+    }
     let folds = options.folds.max(2);
     let (seen, unseen) = evidence.split(folds);
     // A second search takes as long as the first: too long where no exact inverse helps.
@@ -88,11 +91,22 @@ pub(super) fn search(
 const MIN_TO_CHOOSE: usize = 24;
 
 impl<'a> Search<'a> {
-    pub(super) fn new(
+    fn new(
         sensor: &Sensor,
         evidence: &'a Evidence,
         options: &CalibrationOptions,
         executor: &'a dyn Executor,
+    ) -> Result<Self, Error> {
+        Self::begin(sensor, evidence, options, executor, false)
+    }
+
+    /// A search from a sensor. `seeks_lines`: what its lines resist along their length is a start, and to be found.
+    pub(super) fn begin(
+        sensor: &Sensor,
+        evidence: &'a Evidence,
+        options: &CalibrationOptions,
+        executor: &'a dyn Executor,
+        seeks_lines: bool,
     ) -> Result<Self, Error> {
         let few = evidence.thinned(START_PRESSES);
         let mut evaluator = Evaluator::new(&few, executor);
@@ -100,21 +114,14 @@ impl<'a> Search<'a> {
             sensor: without_sheet(sensor),
             levelled: false,
             spread_is_believed: false,
+            seeks_lines,
             spread: None,
             most_offset_counts: match evidence.faults.level {
                 Some(level) => 0.95 * level.baseline_counts,
                 None => 0.05 * sensor.max_count(),
             },
             beliefs: Beliefs::of(sensor, options),
-            law: LawModel {
-                ln_factor: 0.0,
-                exponent: 1.0,
-                saturation: 0.0,
-                knots: Vec::new(),
-                bends: Vec::new(),
-                g_zero: 0.0,
-                own_exponents: false,
-            },
+            law: LawModel::blank(),
         };
         let model = coarse(&mut evaluator, &blank).ok_or_else(|| {
             no_fit(
@@ -124,7 +131,8 @@ impl<'a> Search<'a> {
         let mut model = feasible(&mut evaluator, model)
             .ok_or_else(|| no_fit("no switch resistance leaves every frame with a solution"))?;
         look_around(&mut evaluator, &model).ok_or_else(|| no_fit("a frame has no solution"))?;
-        let mut unknowns = vec![Unknown::Columns, Unknown::Rows, Unknown::Factor];
+        let mut unknowns = model.switches().to_vec();
+        unknowns.push(Unknown::Factor);
         if evidence.levels.is_empty() {
             unknowns.push(Unknown::Exponent);
         }
@@ -161,18 +169,41 @@ impl<'a> Search<'a> {
         self.evaluator.evidence.levels.len() >= 2
     }
 
-    pub(super) fn run(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
+    /// Circuit and law alone, and how far held-out presses are off with them, grams.
+    pub(super) fn begin_with_circuit(
+        &mut self,
+        progress: &mut dyn FnMut(&str, f64),
+    ) -> Result<f64, Error> {
         progress("circuit and load law", 0.0);
         self.start(progress)?;
+        if self.model.seeks_lines
+            && let Some(model) = with_solutions(&mut self.evaluator, self.model.clone())
+        {
+            // The start was found on a part of the presses.
+            self.model = model;
+        }
         self.look()?;
         // Uniform loads tie the loads' scale to the mean of the switches, so that presses hardly tell the two
         // apart; there the ghosts' word stands unless held-out presses gain by another.
         if self.can_separate() && !self.by_presses {
-            self.unknowns
-                .retain(|u| !matches!(u, Unknown::Columns | Unknown::Rows));
+            let switches = self.model.switches();
+            self.unknowns.retain(|u| !switches.contains(u));
         }
         self.fit_base(Effort::Full)?;
         self.score_held_out()?;
+        Ok(self
+            .best
+            .as_ref()
+            .map_or(f64::INFINITY, |best| best.1.mean_error()))
+    }
+
+    pub(super) fn run(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
+        self.begin_with_circuit(progress)?;
+        self.go_on(progress)
+    }
+
+    /// All else, from there.
+    pub(super) fn go_on(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
         self.look_beyond(progress)?;
         if self.findings.iter().any(|f| f.used) || self.law != "power" {
             // What one effect hid, another may now show.
@@ -201,6 +232,19 @@ impl<'a> Search<'a> {
         self.try_laws(false)?;
         progress("memory of the scan", 0.6);
         self.try_carry_over()
+    }
+
+    /// The same where lines are sought: effects tried one by one lead such a fit astray, since spread is taken for lines and switches.
+    pub(super) fn finish_with_lines(
+        &mut self,
+        progress: &mut dyn FnMut(&str, f64),
+    ) -> Result<(), Error> {
+        if !self.can_separate() {
+            return self.go_on(progress);
+        }
+        self.explains()?;
+        self.model.make_lines_alike();
+        self.polish(progress)
     }
 
     /// Whether an effect is in the model.
@@ -250,12 +294,12 @@ impl<'a> Search<'a> {
 
     /// Whether the presses give better switches than the ghosts do.
     fn try_presses(&mut self) -> Result<(), Error> {
-        let switches = [Unknown::Columns, Unknown::Rows];
+        let switches = self.model.switches();
         if switches.iter().all(|u| self.unknowns.contains(u)) {
             return Ok(());
         }
         let model = self.model.clone();
-        let Some((fitted, score, gain, errors)) = self.attempt(&model, &switches) else {
+        let Some((fitted, score, gain, errors)) = self.attempt(&model, switches) else {
             return Ok(());
         };
         let used = super::effects::is_better(gain, errors);
@@ -402,6 +446,11 @@ fn feasible(evaluator: &mut Evaluator, mut model: Model) -> Option<Model> {
         // From here on the levels give the law; the factor is that of their loads.
         model.law.ln_factor = 0.0;
     }
+    with_solutions(evaluator, model)
+}
+
+/// A model with smaller switches, where they leave some frame without a solution.
+fn with_solutions(evaluator: &mut Evaluator, mut model: Model) -> Option<Model> {
     for _ in 0..40 {
         if evaluator.estimates(&model).is_some() {
             return Some(model);

@@ -429,7 +429,13 @@ pub(super) fn key(sensor: &Sensor) -> Vec<u64> {
         key.push(sheet.resistance_ohms.to_bits());
         key.push(sheet.contact_factor.to_bits());
     }
-    for list in [&readout.r_mux_column_ohms, &readout.r_mux_row_ohms] {
+    let resistances = [
+        &readout.r_mux_column_ohms,
+        &readout.r_mux_row_ohms,
+        &readout.r_line_column_ohms,
+        &readout.r_line_row_ohms,
+    ];
+    for list in resistances {
         match list {
             Some(PerLine::One(value)) => key.push(value.to_bits()),
             Some(PerLine::Each(values)) => key.extend(values.iter().map(|v| v.to_bits())),

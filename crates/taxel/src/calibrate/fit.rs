@@ -51,6 +51,14 @@ impl Score {
         mean(&self.errors_g)
     }
 
+    /// By how much its errors are larger than another score's, on average, and by how many standard errors, press by press.
+    pub(super) fn error_above(&self, other: &Score) -> (f64, f64) {
+        let pairs = self.errors_g.iter().zip(&other.errors_g);
+        let differences: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
+        let gain = mean(&differences);
+        (gain, gain / standard_error(&differences).max(1e-12))
+    }
+
     /// Mean total, and by how many standard errors another score is better, press by press.
     pub(super) fn worse_than(&self, other: &Score) -> (f64, f64) {
         let differences: Vec<f64> = self
@@ -265,7 +273,7 @@ pub(super) fn refine_alone(
     ))
 }
 
-/// Fits both mean switch resistances, and the offset where that is asked for, by unloaded taxels alone: what they
+/// Fits both mean switch resistances (and what lines resist, where that is sought), and the offset where that is asked for, by unloaded taxels alone: what they
 /// read are ghosts, and ghosts are the switches'. Neither loads nor the material matter. The second answer is the
 /// offset's standard error in counts.
 pub(super) fn switches_by_ghosts(
@@ -273,13 +281,19 @@ pub(super) fn switches_by_ghosts(
     model: &Model,
     with_offset: bool,
 ) -> Option<(Model, f64)> {
-    let mut unknowns = vec![Unknown::Columns, Unknown::Rows];
+    let mut unknowns = model.switches().to_vec();
     if with_offset {
         unknowns.push(Unknown::Offset);
     }
-    let block = fit_block(evaluator, model, MisfitTerm::Unloaded, &unknowns, (3, 0.3))?;
+    let effort = if model.seeks_lines {
+        (10, 0.1)
+    } else {
+        (3, 0.3)
+    };
+    let block = fit_block(evaluator, model, MisfitTerm::Unloaded, &unknowns, effort)?;
     let error = if with_offset {
-        block.fit.covariance[2][2].max(0.0).sqrt()
+        let at = unknowns.len() - 1;
+        block.fit.covariance[at][at].max(0.0).sqrt()
     } else {
         f64::INFINITY
     };
@@ -399,7 +413,12 @@ impl Fitted {
             }
             let part = evaluator.evidence.part(&which);
             let mut tester = evaluator.part(&part, &which, &self.model)?;
-            let estimates = tester.estimates(&model);
+            let mut estimates = tester.estimates(&model);
+            if estimates.is_none() && !failed {
+                // The step leaves one of its frames without a solution.
+                score.seen.extend(&which);
+                estimates = tester.estimates(&self.model);
+            }
             evaluator.take_back(&which, tester);
             for (&i, estimate) in which.iter().zip(estimates?) {
                 let error = (estimate.load_g - presses[i].load_g).abs();

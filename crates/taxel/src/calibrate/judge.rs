@@ -10,6 +10,7 @@ use super::least_squares::median;
 use super::model::Unknown;
 use super::outcome::HeldOut;
 use super::polish::judges_forces;
+use super::priors::LEVEL_SCALE;
 use crate::sensor::UncertaintySpec;
 
 /// Presses are farther off than others when their errors are so by this many standard errors.
@@ -52,7 +53,12 @@ impl Search<'_> {
             (None, Some((fitted, _))) => fitted.error_of(Unknown::Factor),
             _ => None,
         };
-        let fit_share = scale.filter(|_| levelled).unwrap_or(0.0);
+        let mut fit_share = scale.filter(|_| levelled).unwrap_or(0.0);
+        if levelled && self.model.seeks_lines {
+            // Scale, spread, lines and switches stand for each other, and turns between them end before they settle: the curvature
+            // there says less than is believed beforehand of what loads of contacts are off by.
+            fit_share = fit_share.max(LEVEL_SCALE);
+        }
         let unloaded = self.evaluator.unloaded_g(&self.model).unwrap_or_default();
         let beside = Beside {
             unloaded_g: &unloaded,

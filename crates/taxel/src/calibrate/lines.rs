@@ -1,4 +1,6 @@
-//! Every switch resistance apart, from uniform loads.
+//! Every switch apart, and every line that resists along its length, from uniform loads.
+
+use std::ops::Range;
 
 use super::evaluate::Evaluator;
 use super::inverter::{Inverter, Job};
@@ -9,64 +11,95 @@ use crate::sensor::PerLine;
 
 /// How far lines are believed to differ from their mean (a standard deviation, relative to it).
 const BELIEVED_MISMATCH: f64 = 0.15;
-/// Step of a resistance for the derivative, relative to the mean.
+/// Step of a resistance for the derivative, relative to it (a switch's to no less than 1 ohm).
 const STEP: f64 = 0.02;
 /// Lines that are looked at in one go.
 const BATCH: usize = 16;
 
-/// Resistances of all lines, columns first.
+/// Resistances of all switches, columns first, and then of all lines a pitch where that is sought.
 fn resistances(model: &Model) -> Vec<f64> {
     let (rows, columns) = (model.sensor.rows(), model.sensor.columns());
-    let list = |values: &Option<PerLine>, n: usize| -> Vec<f64> {
+    let readout = model.sensor.readout();
+    let mut sides = vec![
+        (&readout.r_mux_column_ohms, columns),
+        (&readout.r_mux_row_ohms, rows),
+    ];
+    if model.seeks_lines {
+        sides.push((&readout.r_line_column_ohms, columns));
+        sides.push((&readout.r_line_row_ohms, rows));
+    }
+    let each = |(values, n): (&Option<PerLine>, usize)| -> Vec<f64> {
         let values = values.as_ref().expect("a start has been found");
         (0..n).map(|i| values.at(i)).collect()
     };
-    let mut all = list(&model.sensor.readout().r_mux_column_ohms, columns);
-    all.extend(list(&model.sensor.readout().r_mux_row_ohms, rows));
-    all
+    sides.into_iter().flat_map(each).collect()
+}
+
+/// Which of them belong together: one side's switches, or its lines.
+fn groups(model: &Model) -> Vec<Range<usize>> {
+    let (rows, columns) = (model.sensor.rows(), model.sensor.columns());
+    let lines = rows + columns;
+    let sides = [0..columns, columns..lines];
+    let along = sides
+        .clone()
+        .map(|side| lines + side.start..lines + side.end);
+    let along = along.into_iter().filter(|_| model.seeks_lines);
+    sides.into_iter().chain(along).collect()
 }
 
 fn with_resistances(model: &Model, all: &[f64]) -> Model {
     let mut model = model.clone();
-    let (column, row) = all.split_at(model.sensor.columns());
+    let each = |side: &Range<usize>| Some(PerLine::Each(all[side.clone()].to_vec()));
+    let groups = groups(&model);
     model.sensor.try_out(|spec| {
-        spec.readout.r_mux_column_ohms = Some(PerLine::Each(column.to_vec()));
-        spec.readout.r_mux_row_ohms = Some(PerLine::Each(row.to_vec()));
+        let readout = &mut spec.readout;
+        readout.r_mux_column_ohms = each(&groups[0]);
+        readout.r_mux_row_ohms = each(&groups[1]);
+        if let [_, _, column_lines, row_lines] = &groups[..] {
+            readout.r_line_column_ohms = each(column_lines);
+            readout.r_line_row_ohms = each(row_lines);
+        }
     });
     model
 }
 
-/// One step towards one resistance per line, such that taxels agree across levels; the mean of columns and the
-/// mean of rows stay where the presses put them.
+/// One step towards one resistance per switch, and per line where lines resist, such that taxels agree across levels; the mean of each
+/// side stays where presses and unloaded taxels put it.
 pub(super) fn separate(evaluator: &mut Evaluator, model: &Model) -> Option<Model> {
     // Taxels may differ in exponent here even where the law will have one for all: it costs little, and
     // keeps differences of material from being read as differences of switches.
     let mut model = model.clone();
     let own_exponents = std::mem::replace(&mut model.law.own_exponents, true);
-    let columns = model.sensor.columns();
     let mut ohms = resistances(&model);
-    let groups = [0..columns, columns..ohms.len()];
-    let mean = |ohms: &[f64], i: usize| {
-        let group = &groups[usize::from(i >= columns)];
-        ohms[group.clone()].iter().sum::<f64>() / group.len() as f64
-    };
-    let now = with_resistances(&model, &ohms);
-    let slopes = slopes(evaluator, &model, &ohms)?;
-    let material = evaluator.material(&now)?;
-    let data = evaluator.levels(&now)?;
-    let prior: Vec<(f64, f64)> = (0..ohms.len())
-        .map(|i| {
-            let mean = mean(&ohms, i);
-            (mean - ohms[i], BELIEVED_MISMATCH * mean)
+    let groups = groups(&model);
+    let means: Vec<f64> = groups
+        .iter()
+        .flat_map(|group| {
+            let mean = ohms[group.clone()].iter().sum::<f64>() / group.len() as f64;
+            vec![mean; group.len()]
         })
         .collect();
-    let held = groups
-        .clone()
-        .map(|group| (group.clone(), 1e-4 * mean(&ohms, group.start)));
+    let now = with_resistances(&model, &ohms);
+    let slopes = slopes(evaluator, &model, &ohms, &means)?;
+    let material = evaluator.material(&now)?;
+    let data = evaluator.levels(&now)?;
+    let of_lines = ohms.iter().zip(&means);
+    let prior: Vec<(f64, f64)> = of_lines
+        .map(|(ohms, mean)| (mean - ohms, BELIEVED_MISMATCH * mean))
+        .collect();
+    let held: Vec<(Range<usize>, f64)> = groups
+        .into_iter()
+        .map(|group| (group.clone(), 1e-4 * means[group.start]))
+        .collect();
     let step = data.view().line_step(&slopes, &material, &prior, &held)?;
-    let means: Vec<f64> = (0..ohms.len()).map(|i| mean(&ohms, i)).collect();
-    for ((ohms, step), mean) in ohms.iter_mut().zip(&step).zip(&means) {
-        *ohms = (*ohms + step.clamp(-0.5 * mean, 0.5 * mean)).max(MIN_OHMS);
+    let switches = model.sensor.rows() + model.sensor.columns();
+    for (line, ((ohms, step), mean)) in ohms.iter_mut().zip(&step).zip(&means).enumerate() {
+        let least = if line < switches {
+            MIN_OHMS
+        } else {
+            0.1 * mean
+        };
+        *ohms = (*ohms + step.clamp(-0.5 * mean, 0.5 * mean)).max(least);
     }
     let mut answer = with_resistances(&model, &ohms);
     answer.law.own_exponents = own_exponents;
@@ -74,13 +107,19 @@ pub(super) fn separate(evaluator: &mut Evaluator, model: &Model) -> Option<Model
 }
 
 /// Derivative of ln(G − g_zero) of every taxel at every level by every resistance, per ohm.
-fn slopes(evaluator: &mut Evaluator, model: &Model, ohms: &[f64]) -> Option<Vec<Vec<Vec<f64>>>> {
+fn slopes(
+    evaluator: &mut Evaluator,
+    model: &Model,
+    ohms: &[f64],
+    means: &[f64],
+) -> Option<Vec<Vec<Vec<f64>>>> {
     let evidence = evaluator.evidence;
     let first = evidence.frames.len();
     let which: Vec<usize> = (first..first + evidence.levels.len()).collect();
     let now = with_resistances(model, ohms);
     let g_zero = evaluator.law(&now)?.g_zero;
     let base = evaluator.invert(&now.sensor, &which, |_, siemens| siemens.clone())?;
+    let switches = model.sensor.rows() + model.sensor.columns();
     // Each batch of lines starts cold, so that the answer cannot depend on who does which.
     let batches: Vec<Vec<usize>> = (0..ohms.len())
         .collect::<Vec<usize>>()
@@ -92,7 +131,12 @@ fn slopes(evaluator: &mut Evaluator, model: &Model, ohms: &[f64]) -> Option<Vec<
         lines
             .into_iter()
             .map(|line| {
-                let step = STEP * ohms[line].max(1.0);
+                let step = STEP
+                    * if line < switches {
+                        ohms[line].max(1.0)
+                    } else {
+                        means[line]
+                    };
                 let mut moved = ohms.to_vec();
                 moved[line] += step;
                 let there = with_resistances(model, &moved);

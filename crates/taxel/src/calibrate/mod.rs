@@ -1,5 +1,6 @@
 //! The fit of everything that a parts list does not say: the circuit's unknowns and the laws of [`crate::material`].
 
+mod along_lines;
 mod choose;
 mod digits;
 mod discrepancy;

@@ -2,8 +2,8 @@
 
 use super::effects::SPREAD;
 use super::priors::{
-    BEND, Beliefs, CONTACT_FACTOR, LEVEL_SCALE, SATURATION, SHEET_MICROSIEMENS, SPREAD_DIAGONAL,
-    SPREAD_DIFFERENCE, SPREAD_SHARE, USUAL_CONTACT_FACTOR,
+    BEND, Beliefs, CONTACT_FACTOR, LEVEL_SCALE, LINE_OHMS, SATURATION, SHEET_MICROSIEMENS,
+    SPREAD_DIAGONAL, SPREAD_DIFFERENCE, SPREAD_SHARE, USUAL_CONTACT_FACTOR,
 };
 use crate::material::{Spline, Spread};
 use crate::sensor::{MaterialSpec, PerLine, PerTaxel, SheetSpec, USUAL_OPEN_LOOP_GAIN};
@@ -16,6 +16,9 @@ pub(super) enum Unknown {
     Columns,
     /// What is added to all row resistances, ohms.
     Rows,
+    /// ln of what columns, and rows, resist from one taxel to the next on average, ohms.
+    ColumnLines,
+    RowLines,
     /// ln of the open-loop gain.
     OpenLoopGain,
     /// ln of the source resistor.
@@ -48,7 +51,7 @@ impl Unknown {
         match self {
             Unknown::Columns | Unknown::Rows => 1e-2,
             Unknown::Source => 1e-3,
-            Unknown::OpenLoopGain => 1e-2,
+            Unknown::OpenLoopGain | Unknown::ColumnLines | Unknown::RowLines => 1e-2,
             Unknown::Offset => 0.5,
             Unknown::CarryOver => 5e-4,
             Unknown::SpreadRow | Unknown::SpreadColumn | Unknown::SpreadDiagonal => 1e-4,
@@ -63,7 +66,11 @@ impl Unknown {
     pub(super) fn reach(self) -> f64 {
         match self {
             Unknown::Columns | Unknown::Rows => 5.0,
-            Unknown::OpenLoopGain | Unknown::Source | Unknown::SheetContact => 0.7,
+            Unknown::ColumnLines
+            | Unknown::RowLines
+            | Unknown::OpenLoopGain
+            | Unknown::Source
+            | Unknown::SheetContact => 0.7,
             Unknown::Offset => 100.0,
             Unknown::CarryOver => 0.02,
             Unknown::SpreadRow | Unknown::SpreadColumn | Unknown::SpreadDiagonal => 0.05,
@@ -86,6 +93,8 @@ impl Unknown {
             self,
             Unknown::Columns
                 | Unknown::Rows
+                | Unknown::ColumnLines
+                | Unknown::RowLines
                 | Unknown::OpenLoopGain
                 | Unknown::Source
                 | Unknown::Offset
@@ -108,6 +117,8 @@ pub(super) struct Model {
     pub(super) levelled: bool,
     /// Whether what is believed of spread counts: where everything is fitted together.
     pub(super) spread_is_believed: bool,
+    /// Whether what lines resist along their length is to be found.
+    pub(super) seeks_lines: bool,
     /// What is believed of it beforehand.
     pub(super) beliefs: Beliefs,
 }
@@ -131,6 +142,19 @@ pub(super) struct LawModel {
 }
 
 impl LawModel {
+    /// Where a search begins.
+    pub(super) fn blank() -> Self {
+        Self {
+            ln_factor: 0.0,
+            exponent: 1.0,
+            saturation: 0.0,
+            knots: Vec::new(),
+            bends: Vec::new(),
+            g_zero: 0.0,
+            own_exponents: false,
+        }
+    }
+
     pub(super) fn bend(&self) -> Option<Spline> {
         let bent = self.bends.iter().any(|&b| b != 0.0);
         bent.then(|| Spline::new(&self.knots, &self.bends).ok())?
@@ -166,6 +190,8 @@ impl Model {
         let spread = self.spread.unwrap_or(Spread::new([0.0; 3]));
         match unknown {
             Unknown::Columns | Unknown::Rows => 0.0,
+            Unknown::ColumnLines => self.mean_line_ohms().0.ln(),
+            Unknown::RowLines => self.mean_line_ohms().1.ln(),
             Unknown::OpenLoopGain => readout
                 .open_loop_gain()
                 .unwrap_or(USUAL_OPEN_LOOP_GAIN)
@@ -195,15 +221,8 @@ impl Model {
         let lsb = self.lsb();
         let sensor = &mut self.sensor;
         match unknown {
-            Unknown::Columns => {
-                let mut shifted = None;
-                sensor.try_out(|spec| shifted = shift(&mut spec.readout.r_mux_column_ohms, value));
-                shifted?;
-            }
-            Unknown::Rows => {
-                let mut shifted = None;
-                sensor.try_out(|spec| shifted = shift(&mut spec.readout.r_mux_row_ohms, value));
-                shifted?;
+            Unknown::Columns | Unknown::Rows | Unknown::ColumnLines | Unknown::RowLines => {
+                self.set_lines(unknown, value)?;
             }
             Unknown::OpenLoopGain => {
                 sensor.try_out(|spec| spec.readout.open_loop_gain = Some(value.exp()));
@@ -255,6 +274,51 @@ impl Model {
         value.is_finite().then_some(())
     }
 
+    /// What is told together with the switches: they, and the lines where what these resist is to be found.
+    pub(super) fn switches(&self) -> &'static [Unknown] {
+        const ALL: [Unknown; 4] = [
+            Unknown::Columns,
+            Unknown::Rows,
+            Unknown::ColumnLines,
+            Unknown::RowLines,
+        ];
+        &ALL[..if self.seeks_lines { 4 } else { 2 }]
+    }
+
+    /// Every switch and every line of a side gets the mean of the side.
+    pub(super) fn make_lines_alike(&mut self) {
+        let (rows, columns) = (self.sensor.rows(), self.sensor.columns());
+        self.sensor.try_out(|spec| {
+            let readout = &mut spec.readout;
+            let sides = [
+                (&mut readout.r_mux_column_ohms, columns),
+                (&mut readout.r_mux_row_ohms, rows),
+                (&mut readout.r_line_column_ohms, columns),
+                (&mut readout.r_line_row_ohms, rows),
+            ];
+            for (list, lines) in sides {
+                *list = list.as_ref().map(|list| PerLine::One(list.mean(lines)));
+            }
+        });
+    }
+
+    /// Moves one side's switches, or its lines.
+    fn set_lines(&mut self, unknown: Unknown, value: f64) -> Option<()> {
+        let mut moved = None;
+        self.sensor.try_out(|spec| {
+            let readout = &mut spec.readout;
+            moved = match unknown {
+                Unknown::Columns => shift(&mut readout.r_mux_column_ohms, value),
+                Unknown::Rows => shift(&mut readout.r_mux_row_ohms, value),
+                Unknown::ColumnLines => {
+                    scale(&mut readout.r_line_column_ohms, spec.array.columns, value)
+                }
+                _ => scale(&mut readout.r_line_row_ohms, spec.array.rows, value),
+            };
+        });
+        moved
+    }
+
     fn set_spread(&mut self, share: Unknown, value: f64) -> Option<()> {
         let mut spread = self.spread.unwrap_or(Spread::new([0.0; 3]));
         match share {
@@ -294,6 +358,9 @@ impl Model {
                     let (column, row) = self.mean_ohms();
                     surprises.push(off((column + row).ln(), beliefs.ln_sum()));
                     surprises.push(off((column / row).ln(), beliefs.ln_ratio()));
+                }
+                Unknown::ColumnLines | Unknown::RowLines => {
+                    surprises.push(off(self.get(unknown), LINE_OHMS));
                 }
                 Unknown::Exponent => surprises.push(off(self.law.exponent, beliefs.exponent)),
                 Unknown::OpenLoopGain => {
@@ -339,11 +406,23 @@ impl Model {
         )
     }
 
+    /// Means of what columns and rows resist from one taxel to the next, ohms.
+    pub(super) fn mean_line_ohms(&self) -> (f64, f64) {
+        let readout = self.sensor.readout();
+        let mean = |list: &Option<PerLine>, lines| list.as_ref().map_or(0.0, |l| l.mean(lines));
+        (
+            mean(&readout.r_line_column_ohms, self.sensor.columns()),
+            mean(&readout.r_line_row_ohms, self.sensor.rows()),
+        )
+    }
+
     fn lsb(&self) -> f64 {
         self.sensor.converter().full_scale_volts / self.sensor.max_count()
     }
 }
 
+/// ln of what a line is let resist from one taxel to the next, ohms.
+const LN_LINE_OHMS: std::ops::Range<f64> = -7.0..8.0;
 /// Least resistance that a switch is believed to have, ohms.
 pub(super) const MIN_OHMS: f64 = 0.02;
 
@@ -363,6 +442,20 @@ fn shift(list: &mut Option<PerLine>, ohms: f64) -> Option<()> {
         }
     }
     (stopped < values.len()).then_some(())
+}
+
+/// Multiplies what all lines of one side resist, so that the logarithm of their mean is this.
+fn scale(list: &mut Option<PerLine>, lines: usize, ln_mean: f64) -> Option<()> {
+    if !LN_LINE_OHMS.contains(&ln_mean) {
+        return None;
+    }
+    let list = list.as_mut()?;
+    let factor = ln_mean.exp() / list.mean(lines);
+    match list {
+        PerLine::One(ohms) => *ohms *= factor,
+        PerLine::Each(all) => all.iter_mut().for_each(|ohms| *ohms *= factor),
+    }
+    Some(())
 }
 
 /// A sensor whose switch resistances are these.

@@ -16,6 +16,9 @@ use crate::stats::{self, robust_deviation};
 /// Turns between the unknowns and one resistance a line, at most; they end when no unknown moves by more than this share of
 /// its standard error.
 const MAX_TURNS: usize = 5;
+/// What lines and switches resist is told apart slowly, and at first with all of a side alike: lines told apart make up for a wrong mean.
+const ALIKE_TURNS: usize = 3;
+const MAX_TURNS_WITH_LINES: usize = 20;
 const SETTLED: f64 = 0.3;
 /// Unloaded neighbours are added to a press when their noise is below this share of the usual load.
 const QUIET: f64 = 0.02;
@@ -174,11 +177,16 @@ impl Search<'_> {
     /// Fits the unknowns and the lines in turns, until neither moves.
     fn turns(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Option<Together> {
         let mut last = None;
-        for turn in 0..MAX_TURNS {
+        let most = if self.model.seeks_lines {
+            MAX_TURNS_WITH_LINES
+        } else {
+            MAX_TURNS
+        };
+        for turn in 0..most {
             progress("everything together", 0.6 + 0.05 * turn as f64);
             let before: Vec<f64> = self.unknowns.iter().map(|&u| self.model.get(u)).collect();
             let found = self.fit_all(Effort::ROUGH)?;
-            if self.can_separate() {
+            if self.can_separate() && (turn >= ALIKE_TURNS || !self.model.seeks_lines) {
                 let mut evaluator =
                     Evaluator::new(self.evaluator.evidence, self.evaluator.executor);
                 std::mem::swap(&mut evaluator, &mut self.evaluator);
@@ -191,7 +199,7 @@ impl Search<'_> {
                 (self.model.get(u) - before).abs() <= SETTLED * error.max(u.step())
             });
             last = Some(found);
-            if settled {
+            if settled && (turn > ALIKE_TURNS || !self.model.seeks_lines) {
                 break;
             }
         }
@@ -253,7 +261,7 @@ impl Search<'_> {
             more.push(Unknown::Saturation);
         }
         if self.can_separate() && !self.by_presses {
-            more.extend([Unknown::Columns, Unknown::Rows]);
+            more.extend(self.model.switches());
         }
         more.extend(SPREAD);
         if self.alone() >= MIN_ALONE {

@@ -26,6 +26,8 @@ pub(super) const USUAL_CONTACT_FACTOR: f64 = 3.0;
 pub(super) const CONTACT_FACTOR: (f64, f64) = (1.098_612_288_668_109_8, std::f64::consts::LN_2);
 /// Standard deviation of the ratio between uniform loads and labels of presses, as a logarithm: both are grams.
 pub(super) const LEVEL_SCALE: f64 = 0.02;
+/// What is believed of the logarithm of what a line resists from one taxel to the next, ohms: 1, within a factor of 10.
+pub(super) const LINE_OHMS: (f64, f64) = (0.0, std::f64::consts::LN_10);
 /// The factor within which a diode's I_s is believed: makers differ by two, and so do 10 °C.
 const DIODE_WITHIN: f64 = 2.0;
 /// No switch has less: a smaller number in the file stands for one that is not known.

@@ -90,7 +90,11 @@ impl MisfitTerm {
             | Unknown::SpreadDiagonal
             | Unknown::CarryOver => MisfitTerm::Surroundings,
             Unknown::Offset => MisfitTerm::Unloaded,
-            Unknown::Columns | Unknown::Rows if told.switches_by_unloaded => MisfitTerm::Unloaded,
+            Unknown::Columns | Unknown::Rows | Unknown::ColumnLines | Unknown::RowLines
+                if told.switches_by_unloaded =>
+            {
+                MisfitTerm::Unloaded
+            }
             _ => MisfitTerm::Presses,
         }
     }

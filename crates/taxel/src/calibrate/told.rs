@@ -4,7 +4,7 @@ use super::digits::with_error;
 use super::effects::SPREAD;
 use super::model::{Model, Unknown};
 use super::priors::{
-    ALIKE_WITHIN, BEND, CONTACT_FACTOR, LEVEL_SCALE, SATURATION, SHEET_MICROSIEMENS,
+    ALIKE_WITHIN, BEND, CONTACT_FACTOR, LEVEL_SCALE, LINE_OHMS, SATURATION, SHEET_MICROSIEMENS,
     SPREAD_DIAGONAL, SPREAD_DIFFERENCE, SPREAD_SHARE, WITHIN,
 };
 use super::together::Together;
@@ -203,9 +203,11 @@ impl Says {
         let after = match unknown {
             Unknown::Columns => (column, error),
             Unknown::Rows => (row, error),
-            Unknown::OpenLoopGain | Unknown::Source | Unknown::SheetContact => {
-                (value.exp(), value.exp() * error)
-            }
+            Unknown::ColumnLines
+            | Unknown::RowLines
+            | Unknown::OpenLoopGain
+            | Unknown::Source
+            | Unknown::SheetContact => (value.exp(), value.exp() * error),
             Unknown::Factor if model.levelled => {
                 (percent * value.exp_m1(), percent * value.exp() * error)
             }
@@ -239,6 +241,7 @@ fn before(unknown: Unknown, model: &Model) -> Option<Before> {
     match unknown {
         Unknown::Columns => Some(switch(beliefs.column_ohms, beliefs.row_ohms)),
         Unknown::Rows => Some(switch(beliefs.row_ohms, beliefs.column_ohms)),
+        Unknown::ColumnLines | Unknown::RowLines => Some(Before::within_factor(LINE_OHMS)),
         Unknown::OpenLoopGain => beliefs.gain.map(Before::within_factor),
         Unknown::Source => beliefs.source.map(Before::within_factor),
         Unknown::Offset | Unknown::CarryOver => None,
@@ -273,6 +276,12 @@ fn words(unknown: Unknown, levelled: bool) -> (&'static str, &'static str, &'sta
     match unknown {
         Unknown::Columns => ("column switches", "Ohm", crowded),
         Unknown::Rows => ("row switches", "Ohm", crowded),
+        Unknown::ColumnLines => (
+            "columns, a pitch",
+            "Ohm",
+            "presses far from the columns' ends",
+        ),
+        Unknown::RowLines => ("rows, a pitch", "Ohm", "presses far from the rows' ends"),
         Unknown::OpenLoopGain => ("open-loop gain", "", "heavier presses"),
         Unknown::Source => (
             "source resistor",

@@ -107,6 +107,11 @@ impl Search<'_> {
         }
     }
 
+    /// The same of the fit that was kept.
+    pub(super) fn found_error(&self, unknown: Unknown) -> Option<f64> {
+        self.error_of(&self.best.as_ref()?.0, unknown)
+    }
+
     fn correlation(&self, fitted: &Fitted, a: Unknown, b: Unknown) -> Option<f64> {
         match &self.together {
             Some(together) => together.correlation(a, b),
@@ -117,9 +122,7 @@ impl Search<'_> {
     /// The numbers of the sensor file that were fitted, and those that were held.
     fn parameters(&mut self, fitted: &Fitted, law: &LoadLaw, factor: f64) -> Vec<Parameter> {
         let g_zero_error = self.evaluator.g_zero_error(&self.model);
-        let sensor = &self.model.sensor;
-        let readout = sensor.readout();
-        let mean_ohms = |list: &Option<PerLine>, n| list.as_ref().map_or(0.0, |l| l.mean(n));
+        let readout = self.model.sensor.readout();
         let number =
             |name: &str, value: f64, unknown, relative: f64, unit: &str, by: &str| match self
                 .error_of(fitted, unknown)
@@ -129,12 +132,22 @@ impl Search<'_> {
             };
         let unloaded = "what unloaded taxels read";
         let levels = "equilibration";
-        let column = mean_ohms(&readout.r_mux_column_ohms, sensor.columns());
-        let row = mean_ohms(&readout.r_mux_row_ohms, sensor.rows());
-        let name = "readout.r_mux_column_ohms";
-        let mut list = vec![number(name, column, Unknown::Columns, 1.0, "Ohm", unloaded)];
-        let name = "readout.r_mux_row_ohms";
-        list.push(number(name, row, Unknown::Rows, 1.0, "Ohm", unloaded));
+        let mut sides = vec![
+            ("readout.r_mux_column_ohms", Unknown::Columns),
+            ("readout.r_mux_row_ohms", Unknown::Rows),
+        ];
+        if self.model.seeks_lines {
+            sides.push(("readout.r_line_column_ohms", Unknown::ColumnLines));
+            sides.push(("readout.r_line_row_ohms", Unknown::RowLines));
+        }
+        let (switches, lines) = (self.model.mean_ohms(), self.model.mean_line_ohms());
+        let means = [switches.0, switches.1, lines.0, lines.1];
+        // What lines resist is found as a logarithm.
+        let relative = [1.0, 1.0, lines.0, lines.1];
+        let sides = sides.into_iter().zip(means).zip(relative);
+        let mut list: Vec<Parameter> = sides
+            .map(|(((name, unknown), ohms), by)| number(name, ohms, unknown, by, "Ohm", unloaded))
+            .collect();
         let file = "the sensor file";
         if self.unknowns.contains(&Unknown::OpenLoopGain) {
             let gain = readout.open_loop_gain().unwrap_or(0.0);
@@ -257,6 +270,8 @@ fn write_found(spec: &mut SensorSpec, outcome: &Outcome, evidence: &Evidence) {
     for list in [
         &mut spec.readout.r_mux_column_ohms,
         &mut spec.readout.r_mux_row_ohms,
+        &mut spec.readout.r_line_column_ohms,
+        &mut spec.readout.r_line_row_ohms,
     ] {
         if let Some(PerLine::Each(values)) = list {
             values.iter_mut().for_each(|v| *v = round(*v, DIGITS));
@@ -414,6 +429,8 @@ fn name(unknown: Unknown) -> &'static str {
     match unknown {
         Unknown::Columns => "r_mux_column_ohms",
         Unknown::Rows => "r_mux_row_ohms",
+        Unknown::ColumnLines => "r_line_column_ohms",
+        Unknown::RowLines => "r_line_row_ohms",
         Unknown::OpenLoopGain => "open_loop_gain",
         Unknown::Source => "r_source_ohms",
         Unknown::Offset => "offset_volts",

@@ -19,6 +19,8 @@ const PIVOT_LOAD_G: f64 = 100.0;
 pub struct Imperfections {
     /// Relative standard deviation of the switch resistances, line by line. 0.1 is typical.
     pub mux_sd: f64,
+    /// Relative standard deviation of what lines resist along their length, line by line, where they do.
+    pub line_sd: f64,
     /// Relative standard deviation of the material's gain, taxel by taxel.
     pub gain_sd: f64,
     /// Standard deviation of the exponent, taxel by taxel (normal, no less than half of the nominal one). Taxels that
@@ -53,11 +55,12 @@ pub struct Imperfections {
 }
 
 impl Imperfections {
-    /// An array as it comes from the bench: every switch and taxel differs by a tenth, the amplifier is slow, a
+    /// An array as it comes from the bench: every switch, line that resists and taxel differs by a tenth, the amplifier is slow, a
     /// reading in 500 is stuck, one row is dead and one column flickers. All of it is within the circuit's model.
     pub fn uneven() -> Self {
         Self {
             mux_sd: 0.1,
+            line_sd: 0.1,
             gain_sd: 0.1,
             resistor_deviation: 0.005,
             open_loop_gain: Some(5000.0),
@@ -128,18 +131,15 @@ fn draw(truth: &mut SensorSpec, imperfections: &Imperfections, seed: u64) {
     // One stream each, so that turning one imperfection on leaves the others as they were.
     let stream = |number| generator(seed, Purpose::Sensor, number);
     let readout = &mut truth.readout;
-    vary_lines(
-        &mut readout.r_mux_column_ohms,
-        columns,
-        imperfections.mux_sd,
-        &mut stream(0),
-    );
-    vary_lines(
-        &mut readout.r_mux_row_ohms,
-        rows,
-        imperfections.mux_sd,
-        &mut stream(1),
-    );
+    let (switches, lines) = (imperfections.mux_sd, imperfections.line_sd);
+    for (list, count, sd, number) in [
+        (&mut readout.r_mux_column_ohms, columns, switches, 0),
+        (&mut readout.r_mux_row_ohms, rows, switches, 1),
+        (&mut readout.r_line_column_ohms, columns, lines, 6),
+        (&mut readout.r_line_row_ohms, rows, lines, 7),
+    ] {
+        vary_lines(list, count, sd, &mut stream(number));
+    }
     for ohms in [&mut readout.r_feedback_ohms, &mut readout.r_pull_down_ohms]
         .into_iter()
         .flatten()

@@ -3,7 +3,7 @@
 use super::super::LawChoice;
 use super::super::model::{LawModel, Model};
 use super::super::posterior::Parameter;
-use super::super::priors::{BEND, Beliefs, SATURATION};
+use super::super::priors::{BEND, Beliefs, LINE_OHMS, SATURATION};
 use crate::Sensor;
 use crate::sensor::PerLine;
 
@@ -45,10 +45,8 @@ impl Unknown {
 
 /// Standard deviation believed of ln g_zero about what is read.
 const G_ZERO: f64 = 1.1;
-/// What a line is believed to resist from one taxel to the next, ohms, and the factor within which that is believed. A search begins
-/// below: frames have no solution where lines resist too much.
-const LINE_OHMS: f64 = 1.0;
-const LINE_WITHIN: f64 = 10.0;
+/// What a line is taken to resist from one taxel to the next where a search begins, ohms: less than is believed, since frames have
+/// no solution where lines resist too much.
 const START_LINE_OHMS: f64 = 0.4;
 /// Inner knots of the spline law, and the least ratio of loads that it is tried with.
 const INNER_KNOTS: usize = 3;
@@ -163,8 +161,7 @@ impl Layout {
                     (prior.0, 1e-3, Some(prior), -60.0)
                 }
                 Unknown::LineRow | Unknown::LineColumn => {
-                    let prior = (LINE_OHMS.ln(), LINE_WITHIN.ln());
-                    (START_LINE_OHMS.ln(), 1e-3, Some(prior), -7.0)
+                    (START_LINE_OHMS.ln(), 1e-3, Some(LINE_OHMS), -7.0)
                 }
             };
             Parameter {
@@ -279,6 +276,7 @@ impl Layout {
             most_offset_counts: 0.0,
             levelled: false,
             spread_is_believed: false,
+            seeks_lines: false,
             beliefs: self.beliefs,
         };
         model.law.rises().then_some(model)

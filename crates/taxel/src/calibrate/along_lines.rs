@@ -1,0 +1,129 @@
+//! Do the lines resist along their length, beside all else that a search finds? Asked where noise does not explain the presses, by a
+//! search of its own, whose unloaded taxels tell lines together with switches; kept where held-out presses are nearer for it.
+
+use super::choose::Search;
+use super::fit::Score;
+use super::model::Unknown;
+use super::outcome::LINES;
+use super::{MAX_SEARCHED_TAXELS, with_error};
+use crate::sensor::PerLine;
+use crate::{Error, Sensor};
+
+/// What lines are taken to resist from one taxel to the next at first, ohms: switches and lines stand for each other, so that a search
+/// from one start ends far off as often as not.
+const STARTS_OHMS: [f64; 6] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
+/// So many of them are followed to the end.
+const MOST_STARTS: usize = 3;
+/// Where circuit and law alone make less of rows and of columns, they are taken for lines that do not resist, ohms.
+const LEAST_OHMS: f64 = 0.1;
+/// Held-out presses must be nearer by so many standard errors.
+const BETTER: f64 = 2.0;
+
+impl<'a> Search<'a> {
+    /// The search itself, or one whose lines resist, where held-out presses are clearly nearer to their labels by that.
+    pub(super) fn or_with_lines(
+        mut self,
+        sensor: &Sensor,
+        progress: &mut dyn FnMut(&str, f64),
+    ) -> Self {
+        let readout = sensor.readout();
+        let is_told = readout.r_line_row_ohms.is_some() || readout.r_line_column_ohms.is_some();
+        let taxels = sensor.rows() * sensor.columns();
+        let is_large = taxels > MAX_SEARCHED_TAXELS && !self.options.line_resistance;
+        if is_told || is_large || with_lines(sensor, 1.0).is_err() {
+            return self;
+        }
+        progress("resistance along the lines", 0.65);
+        match self.with_lines(sensor, progress) {
+            Ok(with) => with,
+            Err(why) => {
+                self.note(LINES, false, format!("looked for, not found: {why}"));
+                self
+            }
+        }
+    }
+
+    /// A search whose lines resist, or why there is none worth having.
+    fn with_lines(
+        &self,
+        sensor: &Sensor,
+        progress: &mut dyn FnMut(&str, f64),
+    ) -> Result<Self, String> {
+        let starts = self.best_starts(sensor)?;
+        let mut best: Option<(f64, Self)> = None;
+        for (_, mut with) in starts {
+            let ran = with.finish_with_lines(progress);
+            let error_g = with.score().map_or(f64::INFINITY, Score::mean_error);
+            if ran.is_ok() && best.as_ref().is_none_or(|(least, _)| error_g < *least) {
+                best = Some((error_g, with));
+            }
+        }
+        let (_, mut with) = best.ok_or("a fit with it ends nowhere")?;
+        let (gain, errors) = match (self.score(), with.score()) {
+            (Some(own), Some(with)) => own.error_above(with),
+            _ => return Err("no held-out press could be judged".to_owned()),
+        };
+        let presses =
+            format!("held-out presses gain {gain:.3} g by it ({errors:.1} standard errors)");
+        if errors <= BETTER {
+            return Err(presses);
+        }
+        let text = format!("{}; {presses}", with.line_words());
+        with.note(LINES, true, text);
+        Ok(with)
+    }
+
+    /// Circuit and law alone from the starts that held-out presses are nearest by, and how far off these are, grams.
+    fn best_starts(&self, sensor: &Sensor) -> Result<Vec<(f64, Self)>, String> {
+        let (evidence, executor) = (self.evaluator.evidence, self.evaluator.executor);
+        let begun = STARTS_OHMS.iter().filter_map(|&ohms| {
+            let from = with_lines(sensor, ohms).ok()?;
+            let mut search = Search::begin(&from, evidence, &self.options, executor, true).ok()?;
+            let error_g = search.begin_with_circuit(&mut |_, _| ()).ok()?;
+            Some((error_g, search))
+        });
+        let mut starts: Vec<(f64, Self)> = begun.collect();
+        starts.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        starts.truncate(MOST_STARTS);
+        let (_, nearest) = starts.first().ok_or("a frame has no solution with it")?;
+        let (column, row) = nearest.model.mean_line_ohms();
+        if column.max(row) < LEAST_OHMS {
+            return Err(format!(
+                "rows would resist {row:.2} Ohm from one taxel to the next, columns {column:.2} Ohm"
+            ));
+        }
+        Ok(starts)
+    }
+
+    fn score(&self) -> Option<&Score> {
+        self.best.as_ref().map(|(_, score)| score)
+    }
+
+    /// What rows and columns resist.
+    fn line_words(&self) -> String {
+        let (column, row) = self.model.mean_line_ohms();
+        let ohms = |ohms: f64, unknown: Unknown| {
+            let error = self.found_error(unknown).map(|error| ohms * error);
+            let (value, error) = with_error(ohms, error);
+            error.map_or(value.clone(), |error| format!("{value} ± {error}"))
+        };
+        let each = if self.can_separate() {
+            ", each line by itself"
+        } else {
+            ""
+        };
+        format!(
+            "rows resist {} Ohm from one taxel to the next, columns {} Ohm{each}",
+            ohms(row, Unknown::RowLines),
+            ohms(column, Unknown::ColumnLines),
+        )
+    }
+}
+
+/// A sensor whose lines all resist so much from one taxel to the next.
+fn with_lines(sensor: &Sensor, ohms: f64) -> Result<Sensor, Error> {
+    sensor.edited(|spec| {
+        spec.readout.r_line_column_ohms = Some(PerLine::One(ohms));
+        spec.readout.r_line_row_ohms = Some(PerLine::One(ohms));
+    })
+}
