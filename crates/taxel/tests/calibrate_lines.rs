@@ -5,7 +5,9 @@ use taxel::calibrate::{Calibration, CalibrationOptions, calibrate};
 use taxel::frame::grams_from_newtons;
 use taxel::pipeline::Pipeline;
 use taxel::sensor::{PerLine, ReadoutSpec, Topology, preset};
-use taxel::simulate::{VirtualSensor, labelled_presses, validation_frames};
+use taxel::simulate::{
+    Imperfections, VirtualSensor, labelled_presses, uniform_levels, validation_frames,
+};
 use taxel::solve::default_method;
 
 /// A mat of lines that resist so much a pitch, as it is.
@@ -114,4 +116,51 @@ fn where_lines_do_not_resist_nothing_is_found_and_nothing_lost() {
     assert!(says.contains("looked for, not found"), "{says}");
     let (by_fit, by_truth) = (error_g(&found.sensor, &truth), error_g(&real, &truth));
     assert!(by_fit < 1.3 * by_truth, "{by_fit} {by_truth}");
+}
+
+/// Switches, lines and taxels that differ by a tenth, spread, saturation, an offset, memory, and three uniform loads: without lines
+/// 5 to 7 g.
+#[test]
+fn what_lines_resist_is_found_beside_all_else_and_line_by_line() {
+    let nominal = preset("mat-32x32-adg732").unwrap().edited(|spec| {
+        (spec.array.rows, spec.array.columns) = (16, 16);
+        spec.readout.r_line_row_ohms = Some(PerLine::One(3.0));
+        spec.readout.r_line_column_ohms = Some(PerLine::One(3.0));
+    });
+    let beyond = Imperfections::beyond_the_circuit();
+    let truth = VirtualSensor::imperfect(&nominal.unwrap(), &beyond, 4).unwrap();
+    let parts = truth.sensor().edited(|spec| {
+        let readout = &mut spec.readout;
+        (readout.r_line_row_ohms, readout.r_line_column_ohms) = (None, None);
+        let usual = || Some(PerLine::One(4.0));
+        (readout.r_mux_row_ohms, readout.r_mux_column_ohms) = (usual(), usual());
+        spec.converter.offset_volts = 0.0;
+        spec.converter.carry_over = 0.0;
+        spec.material = None;
+    });
+    let mut data = labelled_presses(&truth, 60);
+    data.uniform = uniform_levels(&truth, &[50.0, 150.0, 400.0], 4);
+    let found = calibrate(
+        &parts.unwrap(),
+        &data,
+        &CalibrationOptions::default(),
+        &mut |_, _| (),
+    );
+    let found = found.unwrap();
+    assert!(has_lines(&found), "{}", found.report);
+    let error = error_g(&found.sensor, &truth);
+    assert!(error < 0.6, "{error} g\n{}", found.report);
+    let list = |sensor: &Sensor| {
+        let lines = sensor.readout().r_line_column_ohms.clone().unwrap();
+        (0..16).map(|line| lines.at(line)).collect::<Vec<f64>>()
+    };
+    // Lines that differ by a tenth are told apart: what is left of the differences is less than they are.
+    let (drawn, told) = (list(truth.sensor()), list(&found.sensor));
+    let differ = |list: &[f64], from: &[f64]| {
+        let off = list.iter().zip(from).map(|(a, b)| (a / b).ln());
+        taxel::stats::standard_deviation(&off.collect::<Vec<f64>>()).unwrap()
+    };
+    let (left, drawn_by) = (differ(&told, &drawn), differ(&drawn, &[3.0; 16]));
+    println!("columns differ by {drawn_by}, {left} of it left");
+    assert!(drawn_by > 0.1 && left < 0.0106, "{left} {drawn_by}");
 }

@@ -5,9 +5,10 @@ use super::choose::Search;
 use super::fit::Score;
 use super::model::Unknown;
 use super::outcome::LINES;
+use super::presses::has_exact_inverse;
 use super::{MAX_SEARCHED_TAXELS, with_error};
 use crate::sensor::PerLine;
-use crate::{Error, Sensor};
+use crate::{Error, Sensor, stats};
 
 /// What lines are taken to resist from one taxel to the next at first, ohms: switches and lines stand for each other, so that a search
 /// from one start ends far off as often as not.
@@ -16,6 +17,10 @@ const STARTS_OHMS: [f64; 6] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
 const MOST_STARTS: usize = 3;
 /// Where circuit and law alone make less of rows and of columns, they are taken for lines that do not resist, ohms.
 const LEAST_OHMS: f64 = 0.1;
+/// Presses that are less far off than so many times what noise and this share of a load make of them are worth no search of its own:
+/// it takes several times as long as the first.
+const WORTH_A_LOOK: f64 = 0.5;
+const SHARE: f64 = 0.02;
 /// Held-out presses must be nearer by so many standard errors.
 const BETTER: f64 = 2.0;
 
@@ -29,8 +34,22 @@ impl<'a> Search<'a> {
         let readout = sensor.readout();
         let is_told = readout.r_line_row_ohms.is_some() || readout.r_line_column_ohms.is_some();
         let taxels = sensor.rows() * sensor.columns();
-        let is_large = taxels > MAX_SEARCHED_TAXELS && !self.options.line_resistance;
-        if is_told || is_large || with_lines(sensor, 1.0).is_err() {
+        if is_told || with_lines(sensor, 1.0).is_err() {
+            return self;
+        }
+        let slow = taxels > MAX_SEARCHED_TAXELS || !has_exact_inverse(sensor, &self.options);
+        if slow && !self.options.line_resistance {
+            let text = "not looked for beside other effects: it would take minutes, and is done where it is asked for";
+            self.note(LINES, false, text.to_owned());
+            return self;
+        }
+        let off = self.beyond_noise();
+        if !self.options.line_resistance && off < WORTH_A_LOOK {
+            let text = format!(
+                "looked for, not found: without it presses are only {off:.1} times as far off as noise and {:.0} % of a load make them",
+                100.0 * SHARE
+            );
+            self.note(LINES, false, text);
             return self;
         }
         progress("resistance along the lines", 0.65);
@@ -41,6 +60,18 @@ impl<'a> Search<'a> {
                 self
             }
         }
+    }
+
+    /// How many times as far off presses usually are as noise and a small share of their loads make them.
+    fn beyond_noise(&mut self) -> f64 {
+        let says = self.score().map(|score| score.says_g.clone());
+        let says: Vec<Option<f64>> = says.unwrap_or_default().into_iter().map(Some).collect();
+        let presses = self.readings(&says);
+        let off = presses.iter().map(|press| {
+            let usual = press.noise_g.hypot(SHARE * press.load_g);
+            (press.says_g - press.load_g).abs() / usual
+        });
+        stats::median(off).unwrap_or(0.0)
     }
 
     /// A search whose lines resist, or why there is none worth having.

@@ -46,23 +46,31 @@ pub(super) struct Search<'a> {
     pub(super) judged: Vec<Judged>,
 }
 
+/// What a search is wanted for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Wanted {
+    /// One that finds no effect beside circuit and law is wanted for what it looked for alone, and not judged.
+    pub(super) unless_plain: bool,
+    /// Noise does not explain the presses without it, so that lines may resist.
+    pub(super) lines: bool,
+}
+
 /// Everything found from crowded frames and uniform loads. It is judged by presses kept from a search of its own, so
-/// that they took part neither in the fit nor in the choice of effects that they judge. `unless_plain`: one that finds no
-/// effect beside circuit and law is wanted for what it looked for alone, and not judged.
+/// that they took part neither in the fit nor in the choice of effects that they judge.
 pub(super) fn search(
     sensor: &Sensor,
     evidence: &Evidence,
     options: &CalibrationOptions,
     executor: &dyn Executor,
-    unless_plain: bool,
+    wanted: Wanted,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Outcome, Error> {
     let mut search = Search::new(sensor, evidence, options, executor)?;
     search.run(progress)?;
-    if unless_plain && search.findings.iter().all(|f| !f.used) {
+    if wanted.unless_plain && search.findings.iter().all(|f| !f.used) {
         return search.finish();
     }
-    if !unless_plain {
+    if wanted.lines && !wanted.unless_plain {
         search = search.or_with_lines(sensor, progress);
     }
     let folds = options.folds.max(2);

@@ -181,14 +181,18 @@ pub fn calibrate_with(
         .as_ref()
         .ok()
         .and_then(outcome::Outcome::line_finding);
+    let explained = plain.0.as_ref().is_ok_and(|plain| !plain.unexplained);
     let mut search = |unless_plain: bool| {
-        choose::search(sensor, &evidence, options, executor, unless_plain, progress)
+        let wanted = choose::Wanted {
+            unless_plain,
+            lines: !explained || options.line_resistance,
+        };
+        choose::search(sensor, &evidence, options, executor, wanted, progress)
     };
     let exact = presses::has_exact_inverse(sensor, options);
     let taxels = sensor.rows() * sensor.columns();
     let mut outcome = match plain {
         (plain, _) if !evidence.levels.is_empty() => {
-            let explained = plain.as_ref().is_ok_and(|plain| !plain.unexplained);
             let search = match why_without_levels(options, explained, exact, taxels) {
                 None => search(false).map_err(|error| error.to_string()),
                 Some(why) => Err(why),
@@ -196,10 +200,7 @@ pub fn calibrate_with(
             with_levels_or(plain, search, &evidence)?
         }
         (plain, true) => plain?,
-        (plain, false) if exact => {
-            let explained = plain.as_ref().is_ok_and(|plain| !plain.unexplained);
-            search_or(plain, search(explained))?
-        }
+        (plain, false) if exact => search_or(plain, search(explained))?,
         (plain, false) => {
             let plain = plain?;
             if plain.unexplained && taxels <= MAX_SEARCHED_TAXELS {
