@@ -218,7 +218,7 @@ impl Pipeline {
             .expect("the frame has the sensor's shape");
         self.converter
             .volts_from_counts_into(&self.counts, &mut self.volts);
-        self.finish()
+        self.finish(true)
     }
 
     /// [`Self::process`] of a frame that a [`FrameScreen`] has marked: converts and solves it, and finds its loads. A screen
@@ -229,7 +229,7 @@ impl Pipeline {
     pub fn process_screened(&mut self, counts: &Frame<Counts>) -> FrameResult<'_> {
         self.converter
             .volts_from_counts_into(counts, &mut self.volts);
-        self.finish()
+        self.finish(true)
     }
 
     /// Whether loads hang on the frames before: the load law has creep or hysteresis. Such frames are for one pipeline, in
@@ -253,7 +253,7 @@ impl Pipeline {
         self.volts.copy_meta_from(volts);
         self.volts.values.copy_from_slice(volts.values());
         mark_absent(&self.absent, &mut self.volts.marks);
-        self.finish()
+        self.finish(false)
     }
 
     /// Takes a frame of conductances as it is, for the load law alone; an estimator has none.
@@ -298,7 +298,7 @@ impl Pipeline {
     }
 
     /// From the volts on.
-    fn finish(&mut self) -> FrameResult<'_> {
+    fn finish(&mut self, is_rounded: bool) -> FrameResult<'_> {
         self.has_siemens = matches!(self.stage, Stage::Solve { .. });
         match &self.stage {
             Stage::Nothing => {
@@ -307,7 +307,7 @@ impl Pipeline {
                 self.repair.run(&mut self.volts, &mut self.around);
             }
             Stage::Solve { .. } => {
-                self.solve();
+                self.solve(is_rounded);
                 self.find_loads();
             }
             Stage::Estimate(_) => self.estimate(),
@@ -315,10 +315,11 @@ impl Pipeline {
         self.result()
     }
 
-    fn solve(&mut self) {
+    fn solve(&mut self, is_rounded: bool) {
         let Stage::Solve { solver, .. } = &mut self.stage else {
             return;
         };
+        solver.set_rounded(is_rounded);
         stand_in(&mut self.volts, &mut self.around);
         self.outcome = solver.solve_into(&self.volts, &mut self.siemens);
         if !self.outcome.stop.is_good() {

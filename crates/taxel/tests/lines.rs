@@ -4,8 +4,10 @@ mod common;
 
 use common::{farthest, largest, pressed, sensor, under_sheet};
 use taxel::circuit::{Circuit, Converter, LinearCircuit, Noise};
+use taxel::pipeline::Pipeline;
+use taxel::screen::LineScreen;
 use taxel::sensor::{LineEnd, PerLine, Topology};
-use taxel::solve::{Method, Newton, method};
+use taxel::solve::{Method, Newton, default_method, method};
 use taxel::uncertainty::{Uncertainty, standard_errors_by};
 use taxel::{Error, Frame, Mark, Sensor, Siemens, Volts};
 
@@ -233,6 +235,99 @@ fn taxels_that_hardly_read_are_marked() {
         bad > 40 && f64::from(bad_marked) > 0.9 * f64::from(bad),
         "{bad_marked} of {bad}"
     );
+}
+
+/// Where next to nothing is pressed, noise is all there is: no taxel is behind its lines for that.
+#[test]
+fn nothing_is_marked_where_nothing_is_pressed() {
+    for topology in FIVE {
+        for ohms in [1e-3, 2.0, 10.0] {
+            let sensor = textile(topology, (16, 16), ohms);
+            for siemens in [1e-6, 1e-5, 1e-4] {
+                let even = Frame::filled(16, 16, siemens);
+                let found = default_method(&sensor)
+                    .unwrap()
+                    .solve(&noisy(&sensor, &even, 5));
+                let marked = found.frame.count(Mark::Unresolved);
+                assert_eq!(marked, 0, "{topology:?}, {ohms} Ohm, {siemens} S");
+            }
+        }
+    }
+}
+
+/// Even loads on lines that resist: neighbours at the edge read alike, and are no short.
+#[test]
+fn lines_that_grow_alike_are_not_taken_for_shorted() {
+    for ohms in [1e-3, 2.0, 10.0] {
+        let sensor = textile(Topology::TiaGroundedColumns, (32, 32), ohms);
+        let mut lines = LineScreen::from_sensor(&sensor);
+        for (seed, siemens) in [5e-5, 1e-4, 2e-4].into_iter().enumerate() {
+            let volts = noisy(&sensor, &Frame::filled(32, 32, siemens), seed as u64);
+            let counts = Converter::from_sensor(&sensor).counts_from_volts(&volts);
+            for _ in 0..3 {
+                lines.observe(&counts).unwrap();
+            }
+        }
+        let found = lines.finish();
+        assert!(found.is_empty(), "{ohms} Ohm: {found:?}");
+    }
+}
+
+/// A source resistor makes readings fall again as all is pressed harder: two answers, also where lines resist.
+#[test]
+fn a_second_answer_is_told() {
+    let plain = sensor(Topology::DividerGroundedColumns, 8, 8, 10.0, 100.0);
+    let plain = plain
+        .edited(|spec| spec.readout.r_pull_down_ohms = Some(1e4))
+        .unwrap();
+    let resists = along(&plain, PerLine::One(2.0), PerLine::One(2.0));
+    let (mut told, mut wrong) = (0, 0);
+    for seed in 0..12 {
+        let truth = pressed(8, 8, 0.4, seed);
+        let volts = circuit(&resists).predict(&truth).unwrap();
+        let found = Newton::new(circuit(&resists)).solve(&volts);
+        let off = farthest(found.frame.values(), truth.values()) / largest(truth.values());
+        told += usize::from(found.outcome.ambiguous);
+        let is_silent = found.outcome.is_answer() && off > 1e-6;
+        wrong += usize::from(is_silent);
+    }
+    assert_eq!((told, wrong), (12, 0));
+}
+
+/// What no converter has rounded is solved further than one could tell.
+#[test]
+fn volts_are_solved_beyond_a_converters_rounding() {
+    let plain = sensor(Topology::DividerGroundedColumns, 12, 20, 70.0, 0.0);
+    let sensor = along(&plain, PerLine::One(10.0), PerLine::One(10.0));
+    let mut pipeline = Pipeline::new(&sensor, default_method(&sensor).unwrap()).unwrap();
+    let truth = pressed(12, 20, 0.3, 1);
+    let volts = circuit(&sensor).predict(&truth).unwrap();
+    let found = pipeline.process_volts(&volts);
+    let siemens = found.siemens.expect("no load law").values();
+    let off = farthest(siemens, truth.values()) / largest(truth.values());
+    assert!(off < 5.4e-10, "{off:e}");
+}
+
+/// Lines left open and taxels of 0 S between groups of them: each group is a circuit of its own.
+#[test]
+fn groups_that_nothing_joins_are_read_apart() {
+    let taxel = 1e-3;
+    for ohms in [0.0, 2.0] {
+        let plain = sensor(Topology::DividerFloating, 2, 2, 70.0, 0.0);
+        let sensor = along(&plain, PerLine::One(ohms), PerLine::One(ohms));
+        let diagonal = Frame::new(2, 2, vec![taxel, 0.0, 0.0, taxel]).unwrap();
+        let read = scan(&sensor, &diagonal);
+        for (at, pitches) in [(0, 0.0), (3, 2.0)] {
+            let path = 1.0 / taxel + 2.0 * 70.0 + pitches * ohms + 1000.0;
+            let expected = 3.3 * 1000.0 / path;
+            assert!(
+                (read[at] / expected - 1.0).abs() < 8e-10,
+                "{ohms}: {read:?}, {expected}"
+            );
+        }
+        // What a teraohm lets through.
+        assert!(largest(&read[1..3]) < 8.5e-9, "{read:?}");
+    }
 }
 
 #[test]

@@ -93,8 +93,9 @@ impl GripDesk {
         self.desk.state()
     }
 
-    /// Total force on the sensor now, newtons; `None` where no frame came for a second.
-    pub fn total_newtons(&self) -> Option<f64> {
+    /// The force that is measured, now, newtons, and its name: the grip force of a handle, of other sensors the total normal force.
+    /// `None` where no frame came for a second.
+    pub fn force_newtons(&self) -> Option<(f64, &'static str)> {
         self.desk.watch.latest_newtons()
     }
 

@@ -231,13 +231,51 @@ fn reading(results: &GripResults) -> Section {
     section.paragraphs.push(format!(
         "{force} Not a medical device: norms of other instruments do not hold for this one."
     ));
-    for hand in &results.hands {
-        for trial in hand.trials.iter().filter(|trial| !trial.doubts.is_empty()) {
-            let (hand, number) = (hand.hand.word(), trial.number);
-            let doubts = trial.doubts.join("; ");
-            let text = format!("Doubtful: {hand} hand, trial {number}: {doubts}.");
-            section.paragraphs.push(text);
+    // What all trials share is said once, so that the sheet stays one.
+    let mut said: Vec<&String> = Vec::new();
+    for doubt in results
+        .hands
+        .iter()
+        .flat_map(|hand| &hand.trials)
+        .flat_map(|trial| &trial.doubts)
+    {
+        if !said.contains(&doubt) {
+            said.push(doubt);
+            let trials = trials_with(results, doubt);
+            section
+                .paragraphs
+                .push(format!("Doubtful: {trials}: {doubt}."));
         }
     }
     section
+}
+
+/// The trials that a doubt is about: `all trials`, or hands and numbers.
+fn trials_with(results: &GripResults, doubt: &String) -> String {
+    let has = |trial: &&TrialResult| trial.doubts.contains(doubt);
+    let mut trials = results.hands.iter().flat_map(|hand| &hand.trials);
+    if trials.all(|trial| has(&trial)) {
+        return "all trials".to_owned();
+    }
+    let of_hand = |hand: &HandResult| {
+        let numbers: Vec<String> = hand
+            .trials
+            .iter()
+            .filter(has)
+            .map(|trial| trial.number.to_string())
+            .collect();
+        let word = if numbers.len() == 1 {
+            "trial"
+        } else {
+            "trials"
+        };
+        (!numbers.is_empty())
+            .then(|| format!("{} hand, {word} {}", hand.hand.word(), numbers.join(", ")))
+    };
+    results
+        .hands
+        .iter()
+        .filter_map(of_hand)
+        .collect::<Vec<_>>()
+        .join("; ")
 }

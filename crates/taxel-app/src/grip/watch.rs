@@ -26,6 +26,8 @@ const MAX_AGE_DAYS: i64 = 90;
 pub(super) struct Watch {
     /// Total forces of the last moment, newtons.
     totals: Mutex<VecDeque<(Instant, f64)>>,
+    /// Of the last frame of a handle, newtons.
+    grip: Mutex<Option<f64>>,
     /// Taxels of the last frame at the converter's end.
     saturated: AtomicUsize,
     /// What never changes while the program runs.
@@ -52,6 +54,7 @@ impl Watch {
         }
         Self {
             totals: Mutex::new(VecDeque::new()),
+            grip: Mutex::new(None),
             saturated: AtomicUsize::new(0),
             standing,
         }
@@ -67,16 +70,24 @@ impl Watch {
         self.saturated.store(saturated, Ordering::Relaxed);
         let mut totals = self.totals.lock().unwrap_or_else(PoisonError::into_inner);
         totals.push_back((now, frame.figures.total_force_newtons));
+        let grip = frame.figures.grip.map(|grip| grip.newtons);
+        *self.grip.lock().unwrap_or_else(PoisonError::into_inner) = grip;
         while totals.front().is_some_and(|(at, _)| now - *at > ZERO_OVER) {
             totals.pop_front();
         }
     }
 
-    /// Total force of the last frame, newtons; `None` where none came for a second.
-    pub(super) fn latest_newtons(&self) -> Option<f64> {
+    /// The force of the last frame that trials are measured by, newtons, and its name; `None` where no frame came for a second.
+    pub(super) fn latest_newtons(&self) -> Option<(f64, &'static str)> {
         let totals = self.totals.lock().unwrap_or_else(PoisonError::into_inner);
-        let (at, newtons) = totals.back()?;
-        (at.elapsed() < ZERO_OVER).then_some(*newtons)
+        let (at, total) = totals.back()?;
+        if at.elapsed() >= ZERO_OVER {
+            return None;
+        }
+        let grip = self.grip.lock().unwrap_or_else(PoisonError::into_inner);
+        Some(grip.map_or((*total, "total normal force"), |newtons| {
+            (newtons, "grip force")
+        }))
     }
 
     /// Total force of the last second, newtons; `None` where no frame came.

@@ -207,12 +207,10 @@ impl<'a> Terminal<'a> {
         }
         self.shown_at = Instant::now();
         let left = state.remaining_secs.unwrap_or(0.0).max(0.0);
-        if let Some(newtons) = self.desk.total_newtons() {
+        if let Some((newtons, name)) = self.desk.force_newtons() {
             // No force is not less than none.
             let newtons = newtons.round() + 0.0;
-            out::note(&format!(
-                "  {left:.0} s left, total normal force {newtons} N"
-            ));
+            out::note(&format!("  {left:.0} s left, {name} {newtons} N"));
         }
     }
 

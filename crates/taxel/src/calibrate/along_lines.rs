@@ -38,12 +38,18 @@ impl<'a> Search<'a> {
             return self;
         }
         let slow = taxels > MAX_SEARCHED_TAXELS || !has_exact_inverse(sensor, &self.options);
+        let off = self.beyond_noise();
         if slow && !self.options.line_resistance {
-            let text = "not looked for beside other effects: it would take minutes, and is done where it is asked for";
-            self.note(LINES, false, text.to_owned());
+            let why = "not looked for beside other effects: it would take minutes, and is done where it is asked for (--line-resistance)";
+            self.note(LINES, false, why.to_owned());
+            if off >= WORTH_A_LOOK {
+                self.doubts.push(format!(
+                    "presses are {off:.1} times as far off as noise and {:.0} % of a load make them, and whether lines resist along their length was {why}",
+                    100.0 * SHARE
+                ));
+            }
             return self;
         }
-        let off = self.beyond_noise();
         if !self.options.line_resistance && off < WORTH_A_LOOK {
             let text = format!(
                 "looked for, not found: without it presses are only {off:.1} times as far off as noise and {:.0} % of a load make them",

@@ -30,6 +30,8 @@ pub(super) struct Search<'a> {
     pub(super) best: Option<(Fitted, Score)>,
     /// Everything fitted together, from there, where that is more probable.
     pub(super) together: Option<Together>,
+    /// What may be wrong with it, in words.
+    pub(super) doubts: Vec<String>,
     pub(super) findings: Vec<EffectFinding>,
     /// What was believed of each number fitted together, and what told it.
     pub(super) beliefs: Vec<Belief>,
@@ -159,6 +161,7 @@ impl<'a> Search<'a> {
             unknowns,
             best: None,
             together: None,
+            doubts: Vec::new(),
             findings: Vec::new(),
             beliefs: Vec::new(),
             laws: Vec::new(),

@@ -1,12 +1,15 @@
 //! What there is to fit to, checked and screened: labelled presses and mean frames under uniform loads.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
+use super::noise;
 use super::silent::{add_silent, comes_and_goes, is_unloaded, mark_silent};
 use super::{CalibrationData, PressLabel};
 use crate::screen::{Axis, FrameScreen, Level, LineFaults, LineScreen, ScreenOptions};
 use crate::{Counts, Error, Frame, Mark, Sensor};
 
+/// Presses on fewer taxels than this say nothing of how taxels differ.
+const MIN_PLACES: usize = 5;
 /// Fewest presses that a fit is tried with.
 pub(super) const MIN_PRESSES: usize = 8;
 
@@ -91,6 +94,8 @@ impl Evidence {
         }
         one_load(&presses)?;
         let noise = faults.level.map_or(0.0, |level: Level| level.noise_counts);
+        let alike = noise::by_alike_frames(&uniform, sensor.max_count());
+        let noise = alike.map_or(noise, |alike| alike.min(noise));
         Ok(Self {
             frames: presses.iter().map(|p| marked[p.frame].clone()).collect(),
             warnings: warnings(sensor, &presses, repeated),
@@ -178,7 +183,7 @@ fn check(sensor: &Sensor, data: &CalibrationData) -> Result<(), Error> {
             return Err(Error::PressOnAbsent {
                 row: press.row,
                 column: press.column,
-                frame: press.frame,
+                frame: data.number_of(press.frame),
             });
         }
         if !press.load_g.is_finite() || press.load_g < 0.0 {
@@ -206,7 +211,7 @@ fn merged(data: &CalibrationData) -> Result<(Vec<usize>, usize), Error> {
             return Err(Error::PressTwice {
                 row: press.row,
                 column: press.column,
-                frame: press.frame,
+                frame: data.number_of(press.frame),
                 first_g: data.presses[before].load_g,
                 second_g: press.load_g,
             });
@@ -243,6 +248,15 @@ fn warnings(sensor: &Sensor, presses: &[PressLabel], repeated: usize) -> Vec<Str
     if repeated > 0 {
         warnings.push(format!(
             "{repeated} labels repeat another, with the same frame, taxel and load: each counts once"
+        ));
+    }
+    let places: BTreeSet<(usize, usize)> = presses.iter().map(|p| (p.row, p.column)).collect();
+    if places.len() < MIN_PLACES {
+        warnings.push(format!(
+            "all {} presses are on {} of {} taxels: how much others differ is not told, and intervals hold for these alone; press ten or more, spread over the array",
+            presses.len(),
+            places.len(),
+            sensor.rows() * sensor.columns()
         ));
     }
     let heaviest = presses.iter().map(|p| p.load_g).fold(0.0, f64::max);
@@ -297,28 +311,27 @@ fn readable(
                 return Err(Error::PressOnDeadLine {
                     row: press.row,
                     column: press.column,
-                    frame: press.frame,
+                    frame: data.number_of(press.frame),
                     line: format!("{axis} {line}"),
                 });
             }
         }
         let frame = &marked[press.frame];
+        let named = format!(
+            "the press of {} g at row {}, column {} (frame {})",
+            (1e4 * press.load_g).round() / 1e4,
+            press.row,
+            press.column,
+            data.number_of(press.frame)
+        );
         match frame.mark_at(press.row, press.column) {
             Mark::Good if is_out(faults, press, frame.at(press.row, press.column)) => {
                 left_out.push(format!(
-                    "the press of {} g at row {}, column {} (frame {}): it reads nothing, and its line comes and goes",
-                    press.load_g, press.row, press.column, press.frame
+                    "{named}: it reads nothing, and its line comes and goes"
                 ));
             }
             Mark::Good => kept.push(i),
-            mark => left_out.push(format!(
-                "the press of {} g at row {}, column {} (frame {}): its reading is {}",
-                press.load_g,
-                press.row,
-                press.column,
-                press.frame,
-                mark.word()
-            )),
+            mark => left_out.push(format!("{named}: its reading is {}", mark.word())),
         }
     }
     leave_out_beside_ceiling(data, marked, &mut kept, &mut left_out);

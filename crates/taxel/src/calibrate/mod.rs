@@ -18,6 +18,7 @@ mod levels;
 mod lines;
 mod model;
 mod next_press;
+mod noise;
 mod outcome;
 mod patch;
 mod polish;
@@ -73,6 +74,14 @@ pub struct CalibrationData {
     pub presses: Vec<PressLabel>,
     /// Frames under a uniform load, and the load on every taxel in grams.
     pub uniform: Vec<(Frame<Counts>, f64)>,
+}
+
+impl CalibrationData {
+    /// The number that a frame has in its recording, by which whoever wrote the labels knows it; its place here where it has none.
+    pub fn number_of(&self, frame: usize) -> usize {
+        let told = self.frames.get(frame).map_or(0, |frame| frame.sequence);
+        if told > 0 { told as usize } else { frame }
+    }
 }
 
 /// Which load law to fit.
@@ -284,8 +293,12 @@ fn search_or(
             Ok(search)
         }
         (Ok(mut plain), Ok(search)) => {
-            // What was looked for in vain is worth knowing.
-            plain.findings.extend(search.findings);
+            // What was looked for in vain is worth knowing, where nothing is known of it.
+            let known: Vec<String> = plain.findings.iter().map(|f| f.name.clone()).collect();
+            let more = search.findings.into_iter();
+            plain
+                .findings
+                .extend(more.filter(|finding| !known.contains(&finding.name)));
             Ok(plain)
         }
         (Ok(plain), Err(_)) if !plain.unexplained => Ok(plain),

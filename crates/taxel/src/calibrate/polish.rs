@@ -30,6 +30,10 @@ const SHEET_TOLD: f64 = 9.0;
 /// What is read around presses may not grow by more than this: labels and ghosts can be explained by a spread that leaves
 /// loads beside presses where nothing stands.
 const MAX_AROUND: f64 = 1.2;
+/// A fit of everything that reads held-out presses worse than the search by this share, and so many standard errors, is none: labels
+/// that a sheet or a spread bends cost it less.
+const WORSE_BY: f64 = 0.5;
+const CLEARLY: f64 = 2.0;
 /// Fewest presses with nothing near them that tell of what surrounds presses.
 pub(super) const MIN_ALONE: usize = 5;
 
@@ -93,8 +97,9 @@ impl Search<'_> {
             self.hearing = hearing;
             let together = self.everything(progress);
             let better = together.filter(|together| self.is_more_probable(together, &before));
-            if let Some(together) = better {
-                self.take(together);
+            if let Some(together) = better
+                && self.take(together)
+            {
                 return Ok(());
             }
             self.go_back_to(&before);
@@ -127,8 +132,9 @@ impl Search<'_> {
         })
     }
 
-    /// Takes a fit of everything, judged by presses that it is fitted without.
-    fn take(&mut self, together: Together) {
+    /// Takes a fit of everything, judged by presses that it is fitted without; not one that reads them clearly worse than the
+    /// search does.
+    fn take(&mut self, together: Together) -> bool {
         let folds = self.options.folds;
         let mut says = Vec::new();
         if let (Some((_, score)), Some(estimates)) = (
@@ -140,16 +146,23 @@ impl Search<'_> {
                 .zip(&estimates)
                 .map(|(press, says)| (says.load_g - press.load_g).abs())
                 .collect();
-            says = judged(&self.evaluator, &estimates);
-            *score = Score {
+            let found = Score {
                 totals_g: errors_g.clone(),
                 errors_g,
                 says_g: estimates.iter().map(|says| says.load_g).collect(),
                 seen: Vec::new(),
             };
+            let (worse_g, standard_errors) = found.worse_than(score);
+            let mean_g = stats::mean(score.errors_g.iter().copied()).unwrap_or(0.0);
+            if standard_errors > CLEARLY && worse_g > WORSE_BY * mean_g {
+                return false;
+            }
+            says = judged(&self.evaluator, &estimates);
+            *score = found;
         }
         self.judged = self.readings(&says);
         self.together = Some(together);
+        true
     }
 
     /// Nothing where a step has no solution.

@@ -38,7 +38,7 @@ impl Search<'_> {
             .law(&model)
             .ok_or_else(|| no_fit("the fitted law is impossible"))?;
         let material = self.evaluator.material(&model);
-        let mut warnings = Vec::new();
+        let mut warnings = std::mem::take(&mut self.doubts);
         self.warn(&found, &mut warnings);
         let factor = match &material {
             None => law.ln_scale[0].exp(),

@@ -8,6 +8,26 @@ use crate::sensor::{AxisSpec, EndSpec, EndTo, PerLine, Readout, Reads, Sense, Se
 /// Conductance of a line that is left open: the leak of a switched-off channel, siemens.
 pub const LEAK_SIEMENS: f64 = 1e-12;
 
+/// Where nothing is grounded, taxels of 0 S could part the lines into groups between which no current flows and no potential is
+/// defined: such a taxel conducts as little as an open channel, unless one of its lines has nothing else. Lines of `width` taxels.
+pub(super) fn join_groups(siemens: &mut [f64], width: usize) {
+    let is_open = |siemens: f64| siemens.abs() < LEAK_SIEMENS;
+    // What was put in is no more than that.
+    let conducts = |siemens: f64| siemens.abs() > LEAK_SIEMENS;
+    for line in 0..siemens.len() / width {
+        let own = line * width..(line + 1) * width;
+        if !siemens[own.clone()].iter().any(|&g| conducts(g)) {
+            continue;
+        }
+        for at in own {
+            let mut across = siemens.iter().skip(at % width).step_by(width);
+            if is_open(siemens[at]) && across.any(|&g| conducts(g)) {
+                siemens[at] = LEAK_SIEMENS;
+            }
+        }
+    }
+}
+
 /// One conductance of every line, selected and not, siemens.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OfLines {

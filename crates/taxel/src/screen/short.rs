@@ -78,8 +78,13 @@ impl AlikePairs {
             let both = own.iter().zip(next);
             self.both[line] = both.filter(|(a, b)| is_there(**a) && is_there(**b)).count();
         }
-        let is_inside = line > 0 && line + 2 < lines.count;
-        let beyond = is_inside.then(|| (lines.of_line(line - 1), lines.of_line(line + 2)));
+        // The lines beyond; at an edge the only one, and the other of the pair.
+        let beyond = match (line > 0, line + 2 < lines.count) {
+            (true, true) => Some((lines.of_line(line - 1), lines.of_line(line + 2))),
+            (true, false) => Some((lines.of_line(line - 1), next)),
+            (false, true) => Some((own, lines.of_line(line + 2))),
+            (false, false) => None,
+        };
         let along = usual.along(line);
         for (position, (&a, &b)) in own.iter().zip(next).enumerate() {
             let higher = a.max(b);
@@ -90,8 +95,8 @@ impl AlikePairs {
             }
             let tolerance = 4.0 * thresholds.noise
                 + options.short_tolerance_share * (higher - thresholds.baseline);
-            // A load centred between the two lines makes them alike, and the lines beyond them as well: it
-            // says nothing.
+            // A load centred between the two lines makes them alike, and the lines beyond them as well, and so does one that
+            // is even: it says nothing.
             if let Some((before, after)) = beyond
                 && (before[position] - after[position]).abs() <= 4.0 * tolerance
             {

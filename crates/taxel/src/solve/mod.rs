@@ -28,6 +28,7 @@ pub use raw::Raw;
 
 use crate::circuit::{Converter, LinearCircuit, ROUNDING_COUNTS, SensorCircuit};
 use crate::sensor::{DiodePlace, Sensor, Topology};
+use crate::stats::median_high;
 use crate::{Error, Frame, Siemens, Volts};
 
 /// A way from read-out volts to conductances: physics, or nothing.
@@ -60,6 +61,12 @@ pub trait Solver: Send {
 
     /// Makes the next solve start cold, as if no frame had been seen: where a recording jumps.
     fn forget(&mut self);
+
+    /// Whether a converter has rounded the readings that come next, as a solver believes otherwise: of volts from another program
+    /// or a voltmeter more can be told.
+    fn set_rounded(&mut self, is_rounded: bool) {
+        let _ = is_rounded;
+    }
 }
 
 /// Why a method stopped.
@@ -206,10 +213,30 @@ fn unloaded_siemens(sensor: &Sensor) -> f64 {
     g_zero.unwrap_or(0.0).max(0.0)
 }
 
-/// Standard deviation of a reading as the sensor file tells it, with rounding, volts.
-fn sigma_volts(sensor: &Sensor) -> f64 {
+/// Standard deviation of a reading as the sensor file tells it, and what rounding adds to it, volts.
+fn noise_and_rounding_volts(sensor: &Sensor) -> (f64, f64) {
     let noise_counts = sensor.converter().noise_counts.unwrap_or(0.0);
-    noise_counts.hypot(ROUNDING_COUNTS) * Converter::from_sensor(sensor).lsb_volts()
+    let lsb_volts = Converter::from_sensor(sensor).lsb_volts();
+    (noise_counts * lsb_volts, ROUNDING_COUNTS * lsb_volts)
+}
+
+/// How unlikely conductances are: whether some are clearly negative, then the median distance of ln |G| from its median, which is
+/// small when the unpressed taxels look alike. `work` has room for all of them.
+fn unlikeliness(siemens: impl Iterator<Item = f64>, work: &mut [f64]) -> (bool, f64) {
+    let (mut least, mut most, mut count) = (0f64, 0f64, 0);
+    for (g, logarithm) in siemens.zip(work.iter_mut()) {
+        least = least.min(g);
+        most = most.max(g.abs());
+        *logarithm = g.abs().max(1e-15).ln();
+        count += 1;
+    }
+    let logarithms = &mut work[..count];
+    let middle = median_high(logarithms).unwrap_or(0.0);
+    for value in logarithms.iter_mut() {
+        *value = (*value - middle).abs();
+    }
+    let scatter = median_high(logarithms).unwrap_or(0.0);
+    (-least > 1e-3 * most, scatter)
 }
 
 /// The method called `name` for a sensor.

@@ -10,7 +10,7 @@
 use super::coupling::{Chain, Couplings, diagonal};
 use super::rest::{Potentials, Solved};
 use super::{LinearCircuit, SheetOver};
-use crate::circuit::ends::LEAK_SIEMENS;
+use crate::circuit::ends::{LEAK_SIEMENS, join_groups};
 use crate::circuit::reading::{Blocks, Readings};
 use crate::circuit::{NotPassive, OperatingPoint};
 use taxel_linalg::{Spd, View, ViewMut, mirror, multiply, multiply_lower, sum};
@@ -261,6 +261,9 @@ impl OperatingPoint for LumpedPoint {
         let (m, n) = (self.small, self.large);
         assert_eq!(siemens.len(), m * n, "one conductance per taxel");
         Self::gather(self.transposed, m, n, siemens, &mut self.conductance);
+        if self.floating() {
+            join_groups(&mut self.conductance, n);
+        }
         self.work.stale = true;
         self.set_columns()?;
         self.set_h()?;

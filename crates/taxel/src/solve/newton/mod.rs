@@ -28,8 +28,9 @@ pub struct Newton {
     iterations: u32,
     restarts: usize,
     unloaded_siemens: f64,
-    /// Standard deviation of a reading: lines that resist are solved no further than it tells.
-    sigma_volts: f64,
+    /// Standard deviation of a reading, and of its rounding: lines that resist are solved no further than they tell.
+    noise_volts: f64,
+    rounding_volts: f64,
 }
 
 const MAX_ITERATIONS: u32 = 60;
@@ -55,15 +56,18 @@ impl Newton {
             iterations: MAX_ITERATIONS,
             restarts: RESTARTS,
             unloaded_siemens: 0.0,
-            sigma_volts: 0.0,
+            noise_volts: 0.0,
+            rounding_volts: 0.0,
         }
     }
 
     /// The method for a sensor's circuit: a taxel whose reading is below what is recorded is taken to be unloaded.
     pub(crate) fn from_sensor(sensor: &Sensor, circuit: LinearCircuit) -> Self {
+        let (noise_volts, rounding_volts) = super::noise_and_rounding_volts(sensor);
         Self {
             unloaded_siemens: super::unloaded_siemens(sensor),
-            sigma_volts: super::sigma_volts(sensor),
+            noise_volts,
+            rounding_volts,
             ..Self::new(circuit)
         }
     }
@@ -117,6 +121,10 @@ impl Solver for NewtonSolver {
 
     fn forget(&mut self) {
         self.state.forget();
+    }
+
+    fn set_rounded(&mut self, is_rounded: bool) {
+        self.state.is_rounded = is_rounded;
     }
 }
 
@@ -193,9 +201,14 @@ impl Newton {
         if state.resistive.is_none() {
             state.resistive = Resistive::new(&self.circuit).map(Box::new);
         }
+        let rounding_volts = if state.is_rounded {
+            self.rounding_volts
+        } else {
+            0.0
+        };
         let accuracy = Accuracy {
             tolerance: self.tolerance,
-            sigma_volts: self.sigma_volts,
+            sigma_volts: self.noise_volts.hypot(rounding_volts),
         };
         match &mut state.resistive {
             Some(resistive) => {

@@ -6,7 +6,6 @@ use super::super::path::OwnPath;
 use super::super::resistive::Resistive;
 use crate::Mark;
 use crate::circuit::{LinearCircuit, LinearPoint, OperatingPoint};
-use crate::stats::median_high;
 
 const DEPTH: usize = 60;
 /// Keeps the factor 1, at which an answer explains itself, away from the grid of factors tried.
@@ -45,6 +44,8 @@ pub(crate) struct SolverState {
     /// What those conduct, siemens.
     pub(super) rest: Vec<f64>,
     pub(super) marks: Vec<Mark>,
+    /// Whether a converter has rounded the readings.
+    pub(super) is_rounded: bool,
     /// In place of all else, where lines resist.
     pub(super) resistive: Option<Box<Resistive>>,
     /// Readings behind driven lines' diodes.
@@ -70,6 +71,7 @@ impl SolverState {
             held: Vec::new(),
             rest: Vec::new(),
             marks: Vec::new(),
+            is_rounded: true,
             resistive: None,
             behind: None,
         }
@@ -222,23 +224,9 @@ impl SolverState {
         }
     }
 
-    /// How unlikely the conductances in `g` are: whether some are clearly negative, then the median
-    /// distance of ln |G| from its median, which is small when the unpressed taxels look alike.
+    /// How unlikely the conductances in `g` are.
     pub(super) fn unlikeliness(&mut self) -> (bool, f64) {
-        let least = self.g.iter().fold(0f64, |least, g| least.min(*g));
-        let mut count = 0;
-        for (g, held) in self.g.iter().zip(&self.held) {
-            if !held {
-                self.step[count] = g.abs().max(1e-15).ln();
-                count += 1;
-            }
-        }
-        let logarithms = &mut self.step[..count];
-        let middle = median_high(logarithms).unwrap_or(0.0);
-        for value in logarithms.iter_mut() {
-            *value = (*value - middle).abs();
-        }
-        let scatter = median_high(logarithms).unwrap_or(0.0);
-        (-least > 1e-3 * largest(&self.g), scatter)
+        let unknown = self.g.iter().zip(&self.held).filter(|(_, held)| !**held);
+        super::super::unlikeliness(unknown.map(|(g, _)| *g), &mut self.step)
     }
 }

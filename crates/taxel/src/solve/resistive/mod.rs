@@ -5,6 +5,7 @@
 //! beforehand, which counts only where a reading tells less than that (μ, Tikhonov's), and rounds end when every step left is a
 //! tenth of what noise makes.
 
+mod another;
 mod preconditioner;
 mod state;
 
@@ -37,6 +38,8 @@ const EASED: [f64; 4] = [300.0, 30.0, 3.0, 1.0];
 /// A standard error that counts, of the largest conductance, and one that leaves nothing to be told; and how much larger than by its own derivative alone a taxel's may be.
 const UNRESOLVED: (f64, f64) = (0.01, 0.25);
 const CHEAP: f64 = 3.0;
+/// A taxel that is read no more than so many times worse than the best is one of a light load, not one behind its lines.
+const AS_GOOD: f64 = 4.0;
 
 /// How steps are accepted.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,9 +99,10 @@ impl Resistive {
 }
 
 /// Marks what noise alone could make of a taxel that hardly reads: where the standard error by its own derivative is more than the
-/// taxel conducts, and counts beside the largest, or is a good part of that.
+/// taxel conducts, and counts beside the largest, or is a good part of that. In a frame without loads that is noise itself: what is
+/// read as well as anything stays.
 fn mark_unresolved(state: &State, siemens: &mut Frame<Siemens>) {
-    let most = largest(&state.g);
+    let most = largest(&state.g).max(AS_GOOD * CHEAP * state.least_noise() / UNRESOLVED.0);
     let (counts, useless) = (UNRESOLVED.0 * most, UNRESOLVED.1 * most);
     let taxels = siemens.marks.iter_mut().zip(&siemens.values);
     for ((mark, g), noise) in taxels.zip(&state.noise) {
@@ -181,10 +185,14 @@ fn cold(state: &mut State, accuracy: Accuracy) -> Outcome {
             rounds += last.iterations;
         }
     }
-    Outcome {
+    let mut last = Outcome {
         iterations: rounds,
         ..last
+    };
+    if last.stop.is_good() && !state.shares {
+        another::look_for(state, accuracy, &mut last);
     }
+    last
 }
 
 /// The apparent conductances; of lines that float the multiple of them that reads the measured sum.

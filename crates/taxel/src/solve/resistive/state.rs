@@ -251,6 +251,32 @@ impl State {
         }
     }
 
+    /// A trial: a multiple of the conductances that are kept.
+    pub(super) fn start_at_multiple(&mut self, factor: f64) {
+        let known = self.held.iter().zip(&self.rest);
+        for ((trial, g), (held, rest)) in self.trial.iter_mut().zip(&self.kept).zip(known) {
+            *trial = if *held > 0.0 { *rest } else { factor * g };
+        }
+    }
+
+    /// How unlikely the conductances in `g` are, by those of the unknowns that are told.
+    pub(super) fn unlikeliness(&mut self) -> (bool, f64) {
+        let most = largest(&self.g);
+        let taxels = self.g.iter().zip(&self.held).zip(&self.noise);
+        let told = taxels.filter(|((_, held), noise)| **held == 0.0 && **noise <= 1e-3 * most);
+        super::super::unlikeliness(told.map(|((g, _), _)| *g), &mut self.work)
+    }
+
+    /// What noise makes of the taxel that reads best, siemens.
+    pub(super) fn least_noise(&self) -> f64 {
+        let noise = self.noise.iter().zip(&self.held);
+        let unknown = noise
+            .filter(|(_, held)| **held == 0.0)
+            .map(|(noise, _)| *noise);
+        let least = unknown.fold(f64::INFINITY, f64::min);
+        if least.is_finite() { least } else { 0.0 }
+    }
+
     /// The largest misfit of an apparent conductance, over the largest measured.
     pub(super) fn residual(&self) -> f64 {
         let off = self.measured.iter().zip(&self.found).zip(&self.held);

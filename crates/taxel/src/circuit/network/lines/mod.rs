@@ -15,7 +15,7 @@ mod sweep;
 pub use resistance::LineResistance;
 
 use super::LinearCircuit;
-use crate::circuit::ends::LEAK_SIEMENS;
+use crate::circuit::ends::{LEAK_SIEMENS, join_groups};
 use crate::circuit::reading::{Blocks as Reading, Readings};
 use crate::circuit::{NotPassive, OperatingPoint};
 use arrangement::Arrangement;
@@ -172,10 +172,13 @@ impl OperatingPoint for LinesPoint {
         let taxels = self.conductance.len();
         assert_eq!(siemens.len(), taxels, "one conductance per taxel");
         self.arrangement.gather(siemens, &mut self.conductance);
+        let floating = self.readings.is_floating();
+        if floating {
+            join_groups(&mut self.conductance, self.arrangement.along);
+        }
         self.work.stale = true;
         self.take_ends();
         let (n, ends, totals) = (self.sweep.size, &self.line_end_now, &self.totals);
-        let floating = self.readings.is_floating();
         let finish = |block: &mut [f64]| {
             for (i, end) in ends.iter().enumerate() {
                 block[i * n + i] += end;

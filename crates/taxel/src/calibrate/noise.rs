@@ -1,0 +1,66 @@
+//! Noise of a reading, from frames that are alike: the same even load, frame after frame. What frames of presses tell of it has
+//! the ghosts of other loads in it where lines are left open.
+
+use crate::circuit::ROUNDING_COUNTS;
+use crate::{Counts, Frame, Mark};
+
+/// Differences needed.
+const MIN_DIFFERENCES: usize = 200;
+/// Share of the differences that counts: the largest may be a line that flickers or a reading that sticks.
+const KEPT: f64 = 0.98;
+/// Standard deviation of a normal number over that of its part within that share.
+const OF_WHOLE: f64 = 1.070;
+
+/// Standard deviation of a reading without its rounding, counts, by frames of even loads (grams) in the order in which they were
+/// taken; `None` where too few follow one of the same load.
+pub(super) fn by_alike_frames(uniform: &[(Frame<Counts>, f64)], max_count: f64) -> Option<f64> {
+    let alike = uniform.windows(2).filter(|pair| pair[0].1 == pair[1].1);
+    let is_told = |frame: &Frame<Counts>, at: usize| {
+        let count = frame.values()[at];
+        frame.marks()[at] == Mark::Good && count > 0.0 && count < max_count
+    };
+    let mut squares: Vec<f64> = alike
+        .flat_map(|pair| {
+            let (before, now) = (&pair[0].0, &pair[1].0);
+            let taxels =
+                (0..now.values().len()).filter(|&at| is_told(before, at) && is_told(now, at));
+            taxels.map(|at| (now.values()[at] - before.values()[at]).powi(2))
+        })
+        .collect();
+    if squares.len() < MIN_DIFFERENCES {
+        return None;
+    }
+    squares.sort_unstable_by(f64::total_cmp);
+    squares.truncate((KEPT * squares.len() as f64) as usize);
+    let mean = squares.iter().sum::<f64>() / squares.len() as f64;
+    let variance = 0.5 * mean * OF_WHOLE * OF_WHOLE - ROUNDING_COUNTS * ROUNDING_COUNTS;
+    Some(variance.max(0.0).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn frames_of_one_load_tell_the_noise_whatever_the_loads_are() {
+        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(5);
+        for sigma in [0.5, 2.0] {
+            // Twelve even numbers make a normal one.
+            let mut noise = || sigma * ((0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0);
+            let mut frame = |load: f64| {
+                let values = (0..256).map(|at| (3.0 * load + f64::from(at) + noise()).round());
+                (Frame::new(16, 16, values.collect()).unwrap(), load)
+            };
+            let loads = [50.0, 50.0, 50.0, 150.0, 150.0, 150.0, 50.0];
+            let frames: Vec<_> = loads.into_iter().map(&mut frame).collect();
+            let found = by_alike_frames(&frames, 1e4).unwrap();
+            assert!((found / sigma - 1.0).abs() < 0.1, "{found} for {sigma}");
+            let apart: Vec<_> = [50.0, 150.0, 300.0, 50.0]
+                .into_iter()
+                .map(&mut frame)
+                .collect();
+            assert_eq!(by_alike_frames(&apart, 1e4), None);
+        }
+    }
+}
