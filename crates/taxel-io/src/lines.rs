@@ -129,7 +129,9 @@ impl<R: Read> Lines<R> {
                 bytes: text.len() as u64,
             };
         }
-        let to = to - usize::from(text.ends_with(b"\r"));
+        // Programs that put a carriage return before each line feed do so twice where one was there.
+        let returns = text.iter().rev().take_while(|byte| **byte == b'\r');
+        let to = to - returns.count();
         if self.number == 0 && text.starts_with(b"\xEF\xBB\xBF") {
             from += 3;
         }
@@ -214,6 +216,7 @@ mod tests {
     #[test]
     fn every_kind_of_line_end_and_a_byte_order_mark() {
         assert_eq!(all(b"\xEF\xBB\xBF1,2\r\n\n3", 10), ["1,2", "", "3"]);
+        assert_eq!(all(b"1\r\r\n\r\r\n2\r\r", 10), ["1", "", "2"]);
         assert_eq!(all(b"", 10), [] as [&str; 0]);
         assert_eq!(all(b"\n", 10), [""]);
     }

@@ -52,6 +52,22 @@ pub enum ExportError {
         /// Of both.
         unit: &'static str,
     },
+    /// A raw count that a converter cannot give.
+    #[error(
+        "{format}: {value} at {at}, {said}, expected raw counts of 0 to {largest}\nhint: these are values in a unit; a line as `UNITS KPa` in the header tells it"
+    )]
+    RawRange {
+        /// The format.
+        format: &'static str,
+        /// The line of the value.
+        at: Place,
+        /// The value.
+        value: f64,
+        /// The largest that the converter gives.
+        largest: f64,
+        /// What the header says of the unit.
+        said: &'static str,
+    },
     /// A unit that nobody here knows.
     #[error(
         "unknown unit `{found}` at {at}, expected one of kPa, MPa, Pa, psi, mmHg, N/cm2, N/mm2, g/cm2, kg/cm2, bar, N, lbf, kg, raw\nhint: nothing is guessed: a wrong unit would be a wrong force"
@@ -95,7 +111,7 @@ pub enum ExportError {
         pads: Vec<String>,
     },
     /// One that is not in the file.
-    #[error("no sensor `{missing}` in {}: it has {}\nhint: name one of them behind the #", .file.display(), .pads.join(", "))]
+    #[error("no sensor `{missing}` in {}: it has {}", .file.display(), known(.pads))]
     NoPad {
         /// The file.
         file: PathBuf,
@@ -116,4 +132,12 @@ pub enum ExportError {
         /// What to do.
         hint: &'static str,
     },
+}
+
+/// The sensors of a file, and what to do.
+fn known(pads: &[String]) -> String {
+    match pads {
+        [] => "one, which has no name\nhint: leave out the # and what is behind it".to_owned(),
+        pads => format!("{}\nhint: name one of them behind the #", pads.join(", ")),
+    }
 }

@@ -6,8 +6,8 @@ use std::path::Path;
 use super::cells::{Cell, Separator, each_cell, number_of};
 use super::header::Pairs;
 use super::pad::Pad;
-use super::text_file::TextFile;
-use super::units::unit_of;
+use super::text_file::{TextFile, ends_in_point};
+use super::units::{length_mm, other_unit, unit_of};
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
 use crate::error::Error;
 
@@ -38,13 +38,15 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     let (rows, columns) = size.ok_or_else(|| text.wrong(FORMAT, "its size", hint))?;
     let (unit, known) = unit_of(&text, FORMAT, &pairs, "unitpressure")?;
     let mut pad = Pad::new(rows, columns, &unit, known);
+    let unit_mm = distance_unit(&text, &pairs)?;
     let pitch = pairs.positive("ldistx").zip(pairs.positive("ldisty"));
-    pad.pitch_mm = pitch.map(<[f64; 2]>::from);
+    pad.pitch_mm = pitch.map(|(down, across)| [unit_mm * down, unit_mm * across]);
     pad.area_mm2 = pad.pitch_mm.map(|[down, across]| down * across);
     let mut about = ExportAbout::new(FORMAT, "zebris pedcad", vec![pad]);
     about.header = lines.join("\n");
     let step = pairs.get("timediff").and_then(number_of);
-    about.secs_per_frame = step.map(|ms| 1e-3 * ms).filter(|secs| *secs > 0.0);
+    let unit_secs = time_unit(&text, &pairs)?;
+    about.secs_per_frame = step.map(|step| unit_secs * step).filter(|secs| *secs > 0.0);
     let index = |key| pairs.get(key).and_then(|text| text.parse::<u64>().ok());
     about.frames = index("maxidx").and_then(|last| {
         let more = last.checked_sub(index("minidx").unwrap_or(0))?;
@@ -52,10 +54,48 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     });
     let reader = Apd {
         text,
-        taxels: rows * columns,
-        is_dynamic: pairs.get("maxidx").is_some(),
+        shape: (rows, columns),
+        is_dynamic: pairs.get("maxidx").is_some() || has_frames(file)?,
+        is_torn: false,
     };
     Ok((about, Box::new(reader)))
+}
+
+/// Millimetres of the unit of lengths; of a file that names none, one.
+fn distance_unit(text: &TextFile, pairs: &Pairs) -> Result<f64, Error> {
+    match pairs.get("unitdistance") {
+        None => Ok(1.0),
+        Some(unit) => length_mm(unit).ok_or_else(|| {
+            let line = pairs.line_of("unitdistance");
+            other_unit(text, FORMAT, line, unit, "mm, cm or m")
+        }),
+    }
+}
+
+/// Seconds of the unit of times; of a file that names none, a thousandth.
+fn time_unit(text: &TextFile, pairs: &Pairs) -> Result<f64, Error> {
+    let Some(unit) = pairs.get("unittime") else {
+        return Ok(1e-3);
+    };
+    match unit.to_lowercase().as_str() {
+        "ms" | "msec" => Ok(1e-3),
+        "s" | "sec" => Ok(1.0),
+        _ => {
+            let line = pairs.line_of("unittime");
+            Err(other_unit(text, FORMAT, line, unit, "ms or s"))
+        }
+    }
+}
+
+/// Whether there is a picture with a number, and so one for each frame.
+fn has_frames(file: &Path) -> Result<bool, Error> {
+    let mut text = TextFile::open(file)?;
+    while text.advance()? {
+        if is_data(text.line()) && number(text.line()).is_some() {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// Whether a line begins a picture: `[Data]`, the largest of each sensel, or `[Data7]`.
@@ -75,42 +115,54 @@ fn number(line: &[u8]) -> Option<u64> {
 
 struct Apd {
     text: TextFile,
-    taxels: usize,
+    /// Lines of a picture, and numbers on each.
+    shape: (usize, usize),
     /// Whether it has a picture for each frame, beside that of the largest pressures.
     is_dynamic: bool,
+    /// Whether the last line ends within its numbers.
+    is_torn: bool,
 }
 
 impl Apd {
     /// The numbers of a line, `y=v,v,…` or `v v v`, behind those before.
-    fn numbers(&self, values: &mut Vec<f64>, decimals: &mut u8) -> Result<(), Error> {
+    fn numbers(&mut self, values: &mut Vec<f64>, decimals: &mut u8) -> Result<(), Error> {
+        let before = values.len();
         let line = self.text.line();
         let from = memchr::memchr(b'=', line).map_or(0, |at| at + 1);
         let numbers = &line[from..];
         let mut fault = None;
-        each_cell(numbers, Separator::of(numbers), |_, cell, place| {
+        each_cell(numbers, Separator::of(numbers), |_, cell, (at, to)| {
             match cell {
                 Cell::Number(value, _) if value == BELOW_THRESHOLD => values.push(0.0),
                 Cell::Number(value, own) if value >= 0.0 => {
                     values.push(value);
                     *decimals = (*decimals).max(own);
+                    if own > 0 && !self.text.has_one_point(&numbers[at..to]) {
+                        fault = Some((at, to));
+                    }
                 }
                 Cell::Empty => {}
-                _ => fault = Some(place),
+                _ => fault = Some((at, to)),
             }
             fault.is_none()
         });
-        let Some((at, to)) = fault else {
+        let found = values.len() - before;
+        let is_short = found > 0 && found < self.shape.1;
+        self.is_torn = !self.text.is_closed() && (is_short || ends_in_point(line));
+        if let Some((at, to)) = fault {
+            self.text.check_point(FORMAT, (from + at, from + to))?;
+            let found = format!("`{}`", crate::grid::shortened(&numbers[at..to]));
+            let hint = "a reading that is missing or broken";
+            let expected = "a number of 0 or more, or -1";
+            return Err(self.text.wrong_at(from + at, FORMAT, found, expected, hint));
+        }
+        if found == 0 || found == self.shape.1 {
             return Ok(());
-        };
-        let found = format!("`{}`", crate::grid::shortened(&numbers[at..to]));
-        let hint = "a reading that is missing or broken";
-        Err(self.text.wrong_at(
-            from + at,
-            FORMAT,
-            found,
-            "a number of 0 or more, or -1",
-            hint,
-        ))
+        }
+        let expected = format!("{} of them on a line (SensCountY)", self.shape.1);
+        let hint = "a line was torn, or SensCountX and SensCountY are those of another picture";
+        let found = format!("{found} numbers");
+        Err(self.text.wrong_at(0, FORMAT, found, expected, hint))
     }
 }
 
@@ -136,11 +188,12 @@ impl Parser for Apd {
             self.numbers(&mut frame.values, &mut frame.decimals)?;
         }
         let found = frame.values.len();
-        if found == self.taxels {
+        let taxels = self.shape.0 * self.shape.1;
+        if found == taxels {
             return Ok(true);
         }
         let hint = "SensCountX times SensCountY numbers are a picture";
-        let expected = format!("{} of them", self.taxels);
+        let expected = format!("{taxels} of them");
         Err(self
             .text
             .wrong_at(0, FORMAT, format!("{found} numbers"), expected, hint))
@@ -158,5 +211,9 @@ impl Parser for Apd {
 
     fn text(&self) -> &TextFile {
         &self.text
+    }
+
+    fn is_cut(&self) -> bool {
+        self.is_torn
     }
 }

@@ -168,6 +168,9 @@ impl Emed {
                 return false;
             };
             match cell {
+                Cell::Number(_, 1..) if !self.text.has_one_point(&cells[place.0..place.1]) => {
+                    fault = Some((at, place));
+                }
                 Cell::Number(value, own) if value >= 0.0 => {
                     frame.values[row * self.columns + column] = value;
                     frame.decimals = frame.decimals.max(own);
@@ -178,6 +181,7 @@ impl Emed {
             fault.is_none()
         });
         if let Some((at, (begin, to))) = fault {
+            self.text.check_point(FORMAT, (from + begin, from + to))?;
             let found = format!(
                 "value {} is `{}`",
                 at + 1,

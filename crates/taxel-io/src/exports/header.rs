@@ -11,8 +11,15 @@ impl Pairs {
     pub(super) fn add(&mut self, line: &str, separators: &[char], number: u64) {
         let (key, value) = line.split_once(separators).unwrap_or((line, ""));
         let key = key.trim().trim_matches('"').to_lowercase();
+        // Two of the separators may stand together, as in `Key: = value`.
+        let value = value.trim_start_matches(|c: char| matches!(c, ':' | '=') || c.is_whitespace());
         let value = value.trim_matches(|c: char| matches!(c, ',' | ';' | '"') || c.is_whitespace());
         self.pairs.push((key, value.to_owned(), number));
+    }
+
+    /// Takes a pair that is parted already, its key in small letters.
+    pub(super) fn add_pair(&mut self, key: &str, value: &str, number: u64) {
+        self.pairs.push((key.to_owned(), value.to_owned(), number));
     }
 
     /// The value of a key, where it has one.
@@ -20,6 +27,13 @@ impl Pairs {
         let mut values = self.pairs.iter().filter(|(own, ..)| own == key);
         let found = values.next().map(|(_, value, _)| value.as_str());
         found.filter(|value| !value.is_empty())
+    }
+
+    /// The last value of a key that `is_it` says so of: a comment may begin with the word of a key.
+    pub(super) fn last_where(&self, key: &str, is_it: impl Fn(&str) -> bool) -> Option<&str> {
+        let mut values = self.pairs.iter().rev().filter(|(own, ..)| own == key);
+        let found = values.find(|(_, value, _)| is_it(value));
+        found.map(|(_, value, _)| value.as_str())
     }
 
     /// The number of its line.
@@ -38,4 +52,10 @@ impl Pairs {
         let (value, _) = super::cells::number_and_rest(self.get(key)?)?;
         Some(value).filter(|value| *value > 0.0)
     }
+}
+
+/// Whether a word is one of the keys, in capitals, of a Tekscan header.
+pub(super) fn is_key(word: &str) -> bool {
+    let is_part = |c: char| c.is_ascii_uppercase() || c.is_ascii_digit() || c == '_';
+    word.len() > 3 && word.chars().all(is_part)
 }

@@ -6,21 +6,72 @@ use std::path::Path;
 
 use super::cells::number_of;
 use super::pad::{Pad, Quantity};
-use super::text_file::TextFile;
+use super::text_file::{TextFile, text_of};
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
 use crate::error::{Error, ExportError};
 
 const FORMAT: &str = "insole .csv";
 const ROWS: usize = 33;
 const COLUMNS: usize = 15;
-/// A time above this is no number of seconds since 1970, but of milliseconds.
-const MILLISECONDS: f64 = 1e11;
+/// Columns of the feet.
+const FEET: [(&str, &str); 2] = [("Matrix_0", "0"), ("Matrix_1", "1")];
+/// Units of times since 1970 by their size: from so many on, of so many seconds each.
+const SINCE_1970: [(f64, f64); 3] = [(1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3)];
+/// Words for a time.
+const TIME: [&str; 3] = ["time", "timestamp", "t"];
+/// Words behind `frame` that leave it a frame's number.
+const NUMBER: [&str; 7] = ["number", "no", "nr", "num", "id", "index", "idx"];
 
 pub(super) fn is_it(beginning: &Beginning) -> bool {
     let first = beginning.lines(1).next().unwrap_or("");
-    first
-        .split(',')
-        .any(|name| name.trim_matches(['"', ' ']) == "Matrix_0")
+    let mut names = first.split(',').map(|name| name.trim_matches(['"', ' ']));
+    names.any(|name| FEET.iter().any(|(foot, _)| name.eq_ignore_ascii_case(foot)))
+}
+
+/// The words of a column's name, in small letters.
+fn words_of(name: &str) -> Vec<String> {
+    let words = name.split(|c: char| !c.is_alphanumeric());
+    let words = words.filter(|word| !word.is_empty());
+    words.map(str::to_lowercase).collect()
+}
+
+/// Seconds of a unit that the last word of a column's name may be.
+fn unit_secs(word: &str) -> Option<f64> {
+    Some(match word {
+        "s" | "sec" | "secs" | "second" | "seconds" => 1.0,
+        "ms" | "msec" | "millis" | "millisecond" | "milliseconds" => 1e-3,
+        "us" | "µs" | "μs" | "usec" | "micros" | "microsecond" | "microseconds" => 1e-6,
+        "ns" | "nsec" | "nanos" | "nanosecond" | "nanoseconds" => 1e-9,
+        _ => return None,
+    })
+}
+
+/// The column of times, and seconds of its unit where its name says it. One that is called so and nothing else goes first.
+fn time_column(names: &[String]) -> Option<(usize, Option<f64>)> {
+    let is_time = |word: Option<&String>| word.is_some_and(|word| TIME.contains(&word.as_str()));
+    let of = |(at, name): (usize, &String)| {
+        let mut words = words_of(name);
+        let unit = words.last().and_then(|word| unit_secs(word));
+        if unit.is_some() {
+            words.pop();
+        }
+        let is_it = is_time(words.first()) || is_time(words.last());
+        is_it.then_some((words.len(), at, unit))
+    };
+    let found = names.iter().enumerate().filter_map(of);
+    let found = found.min_by_key(|(words, at, _)| (*words, *at));
+    found.map(|(_, at, unit)| (at, unit))
+}
+
+/// The column of the frames' numbers.
+fn number_column(names: &[String]) -> Option<usize> {
+    names.iter().position(|name| {
+        let words = words_of(name);
+        words.first().is_some_and(|word| word == "frame")
+            && words[1..]
+                .iter()
+                .all(|word| NUMBER.contains(&word.as_str()))
+    })
 }
 
 fn refuse(file: &Path, reason: String, hint: &'static str) -> Error {
@@ -43,20 +94,24 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     })?;
     let mut table = csv::ReaderBuilder::new().flexible(true).from_reader(opened);
     let names: Vec<String> = table
-        .headers()
+        .byte_headers()
         .map_err(failed)?
         .iter()
-        .map(|name| name.trim().to_owned())
+        .map(|name| {
+            text_of(name)
+                .trim_start_matches('\u{feff}')
+                .trim()
+                .to_owned()
+        })
         .collect();
-    let feet = [("Matrix_0", "0"), ("Matrix_1", "1")];
-    let place = |name: &str| names.iter().position(|own| own == name);
+    let place = |name: &str| names.iter().position(|own| own.eq_ignore_ascii_case(name));
     let (mut pads, mut places) = (Vec::new(), Vec::new());
-    for (name, foot) in feet {
+    for (name, foot) in FEET {
         if let Some(at) = place(name) {
             let mut pad = Pad::new(ROWS, COLUMNS, "raw", Quantity::Raw);
             pad.name = foot.to_owned();
             pads.push(pad);
-            places.push(at);
+            places.push((at, name));
         }
     }
     if let [only] = &mut pads[..] {
@@ -65,13 +120,13 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     let about = ExportAbout::new(FORMAT, "open insole", pads);
     let reader = Insole {
         text: TextFile::open(file)?,
-        time: names
-            .iter()
-            .position(|name| name.to_lowercase().contains("time")),
+        time: time_column(&names),
+        number: number_column(&names),
         table,
         places,
-        record: csv::StringRecord::new(),
+        record: csv::ByteRecord::new(),
         next: 0,
+        pad: 0,
     };
     Ok((about, Box::new(reader)))
 }
@@ -80,18 +135,40 @@ struct Insole {
     /// The same file, for its name and its size.
     text: TextFile,
     table: csv::Reader<File>,
-    time: Option<usize>,
-    /// Cells of the feet.
-    places: Vec<usize>,
-    record: csv::StringRecord,
-    /// Which foot of the line comes next.
+    /// Its cell of times, and seconds of their unit where it is told.
+    time: Option<(usize, Option<f64>)>,
+    /// Its cell of frame numbers.
+    number: Option<usize>,
+    /// Cells of the feet, and their names.
+    places: Vec<(usize, &'static str)>,
+    record: csv::ByteRecord,
+    /// Which foot of the line comes next, and which was read last.
     next: usize,
+    pad: usize,
+}
+
+impl Insole {
+    /// The number in a cell of the line.
+    fn number(&self, at: usize) -> Option<f64> {
+        number_of(text_of(self.record.get(at)?).trim())
+    }
+
+    /// Seconds of the line.
+    fn secs(&self) -> Option<f64> {
+        let (at, unit) = self.time?;
+        let time = self.number(at)?;
+        let by_size = || {
+            let unit = SINCE_1970.iter().find(|(least, _)| time > *least);
+            unit.map_or(1.0, |(_, secs)| *secs)
+        };
+        Some(time * unit.unwrap_or_else(by_size))
+    }
 }
 
 impl Parser for Insole {
     fn next(&mut self, frame: &mut ParsedFrame) -> Result<bool, Error> {
         if self.next == 0 {
-            let read = self.table.read_record(&mut self.record);
+            let read = self.table.read_byte_record(&mut self.record);
             let is_more = read.map_err(|error| {
                 let hint = "a table with a line of names, and matrices between quotes";
                 refuse(self.text.file(), error.to_string(), hint)
@@ -102,18 +179,14 @@ impl Parser for Insole {
         }
         let pad = self.next;
         self.next = (self.next + 1) % self.places.len();
+        self.pad = pad;
         frame.begin(pad, 0);
-        let secs = self
-            .time
-            .and_then(|at| number_of(self.record.get(at)?.trim()));
-        frame.secs = secs.map(|time| {
-            if time > MILLISECONDS {
-                1e-3 * time
-            } else {
-                time
-            }
-        });
-        let cell = self.record.get(self.places[pad]).unwrap_or("");
+        frame.secs = self.secs();
+        let number = self.number.and_then(|at| self.number(at));
+        let is_count = |number: &f64| number.fract() == 0.0 && *number >= 0.0;
+        frame.number = number.filter(is_count).map(|number| number as u64);
+        let (at, name) = self.places[pad];
+        let cell = text_of(self.record.get(at).unwrap_or(b""));
         let is_number = |c: char| c.is_ascii_digit() || c == '.' || c == '-';
         let numbers = cell
             .split(|c: char| !is_number(c))
@@ -126,12 +199,9 @@ impl Parser for Insole {
             return Ok(true);
         }
         let found = if is_whole {
-            format!(
-                "{} numbers in `Matrix_{pad}` of line {line}",
-                frame.values.len()
-            )
+            format!("{} numbers in `{name}` of line {line}", frame.values.len())
         } else {
-            format!("a number below 0, or none, in `Matrix_{pad}` of line {line}")
+            format!("a number below 0, or none, in `{name}` of line {line}")
         };
         let expected = format!("{} of 0 or more", ROWS * COLUMNS);
         let hint = "a picture of 33 x 15; --keep-going leaves its frame out";
@@ -144,5 +214,9 @@ impl Parser for Insole {
 
     fn text(&self) -> &TextFile {
         &self.text
+    }
+
+    fn pad_of_error(&self) -> Option<usize> {
+        Some(self.pad)
     }
 }

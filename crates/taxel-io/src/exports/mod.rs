@@ -24,6 +24,7 @@ mod header;
 mod insole;
 mod names;
 mod novel;
+mod packed;
 mod pad;
 mod pedar;
 mod pliance;
@@ -48,6 +49,7 @@ use taxel::sensor::SensorSpec;
 use crate::error::{Error, ExportError};
 use crate::options::extension;
 pub use about::ExportAbout;
+use packed::Packed;
 pub use pad::{Pad, Quantity, RawScale};
 pub use reader::ExportReader;
 pub use survey::Survey;
@@ -64,6 +66,12 @@ trait Parser: Send {
 
     /// The file.
     fn text(&self) -> &TextFile;
+
+    /// Which of the file's pads the frame is of that [`Self::next`] has just failed at, where that is known: another's frames are
+    /// not lost by it.
+    fn pad_of_error(&self) -> Option<usize> {
+        None
+    }
 
     /// Whether the end of the file was as it should be, once [`Self::next`] has come to it.
     fn is_cut(&self) -> bool {
@@ -109,6 +117,8 @@ struct Beginning {
     text: String,
     /// Whether it has two bytes a character: what spreadsheets call Unicode text.
     is_utf16: bool,
+    /// Whether it is no text, but what such a file is packed into.
+    packed: Option<Packed>,
 }
 
 /// As much of a file is looked at to know its format.
@@ -126,9 +136,17 @@ impl Beginning {
             .take(LOOKED_AT)
             .read_to_end(&mut bytes)
             .ok()?;
-        let text = text_file::text_of(bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&bytes));
+        let mut text = text_file::text_of(bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&bytes));
+        if text_file::has_returns_only(&bytes) {
+            text = text.replace('\r', "\n");
+        }
         let is_utf16 = bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]);
-        Some(Self { text, is_utf16 })
+        let packed = Packed::of(&bytes);
+        Some(Self {
+            text,
+            is_utf16,
+            packed,
+        })
     }
 
     /// Its lines, at most so many, without blanks at their ends.
@@ -187,6 +205,9 @@ fn format_of(file: &Path) -> Option<Open> {
     let beginning = Beginning::of(file)?;
     if beginning.is_utf16 {
         return Some(refuse_utf16);
+    }
+    if let Some(packed) = beginning.packed {
+        return Some(packed.refuse());
     }
     let known = FORMATS.iter().find(|(is_it, _)| is_it(&beginning));
     known.map(|(_, open)| *open)

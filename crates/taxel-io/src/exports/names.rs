@@ -1,64 +1,201 @@
 //! What a header may tell of a person: left out of everything that is written.
 
-/// Keys of names and birthdays, in small letters and languages met; and of paths, which hold names more often than not.
-const KEYS: [&str; 30] = [
-    "person",
-    "patient",
-    "patient name",
-    "subject",
-    "client",
-    "athlete",
+use super::header::is_key;
+
+/// Keys, as a whole, whose values are names more often than not.
+const KEYS: [&str; 5] = ["code", "record", "file", "file name", "filename"];
+/// Words of keys that are about a person, in small letters and languages met.
+const WORDS: [&str; 32] = [
     "name",
-    "first name",
-    "firstname",
-    "last name",
-    "lastname",
+    "person",
+    "persons",
+    "subject",
+    "subjects",
+    "client",
+    "clients",
+    "operator",
+    "tester",
+    "doctor",
+    "arzt",
+    "ärztin",
+    "kunde",
+    "nom",
+    "nome",
+    "naam",
+    "nombre",
+    "cognome",
+    "prenom",
+    "prénom",
+    "apellido",
+    "apellidos",
+    "born",
+    "dob",
+    "né",
+    "née",
+    "nacido",
+    "nato",
+    "nata",
+    "mail",
+    "email",
+    "phone",
+];
+/// The same within longer words, as in `Patientenname`, `PatientID`, `Geburtsdatum`.
+const PARTS: [&str; 14] = [
+    "patient",
+    "pazient",
+    "proband",
+    "athlet",
+    "examiner",
+    "untersucher",
+    "physician",
     "surname",
-    "given name",
     "vorname",
     "nachname",
-    "prénom",
-    "nom",
-    "born",
-    "birthday",
-    "birthdate",
-    "birth date",
-    "date of birth",
-    "dob",
+    "birth",
     "geboren",
-    "geburtsdatum",
-    "code",
-    "record",
-    "file",
-    "file name",
-    "filename",
+    "geburt",
+    "naissance",
 ];
-
+/// Words that stand in such keys beside the ones above.
+const BESIDE: [&str; 27] = [
+    "first", "last", "full", "given", "family", "middle", "date", "day", "year", "of", "the",
+    "and", "du", "de", "des", "del", "della", "di", "der", "le", "la", "id", "no", "nr", "number",
+    "code", "e",
+];
+/// Things whose names are no person's.
+const THINGS: [&str; 13] = [
+    "sensor", "map", "mat", "device", "program", "software", "hardware", "plate", "platform",
+    "mask", "group", "insole", "unit",
+];
+/// What parts a key from its value.
+const SEPARATORS: [char; 5] = [':', '\t', ',', ';', '='];
 /// Stands for what was left out.
 const LEFT_OUT: &str = "(left out)";
 
-/// A header with the values of such keys left out.
+/// A header with the values of such keys, paths of files, and comments left out.
 pub(super) fn without_names(header: &str) -> String {
-    let lines: Vec<String> = header.lines().map(without_name).collect();
-    lines.join("\n")
+    let mut kept = Vec::new();
+    let mut is_comment = false;
+    for line in header.lines() {
+        let word = line.split([' ', ':', '\t', ',', ';', '=']).next();
+        let word = word.unwrap_or("");
+        // A comment of Tekscan's stands on the lines behind its key.
+        if is_comment && !is_key(word) {
+            kept.push(LEFT_OUT.to_owned());
+            continue;
+        }
+        is_comment = word.eq_ignore_ascii_case("comments");
+        kept.push(without_name(line, is_comment));
+    }
+    kept.dedup_by(|own, before| own == before && own == LEFT_OUT);
+    kept.join("\n")
 }
 
-fn without_name(line: &str) -> String {
-    for separator in [':', '\t', ',', ';', '=', ' '] {
-        let Some((key, value)) = line.split_once(separator) else {
-            continue;
-        };
-        let word = key.trim().trim_matches('"').to_lowercase();
-        let is_path = value.contains('\\') && value.contains('.');
-        if (KEYS.contains(&word.as_str()) || is_path) && !value.trim().is_empty() {
-            return format!("{key}{separator} {LEFT_OUT}");
+/// A line without the value that is a person's, or a path's, or a comment.
+fn without_name(line: &str, is_comment: bool) -> String {
+    let end = line.find(SEPARATORS);
+    let key = &line[..end.unwrap_or(line.len())];
+    let personal = match end {
+        Some(end) if is_comment => Some(end + 1),
+        None if is_comment => Some(key.find(' ').unwrap_or(key.len())),
+        _ => end_of_personal_key(key, end.is_some()),
+    };
+    let cut = personal.or_else(|| {
+        let first = end.map_or_else(|| line.find(' '), Some)?;
+        has_path(&line[first + 1..]).then_some(first + 1)
+    });
+    match cut {
+        Some(cut) if !line[cut..].trim().is_empty() => {
+            format!("{} {LEFT_OUT}", line[..cut].trim_end_matches(' '))
         }
-        // The first of them parts key and value, but for blanks within a key.
-        if separator != ' ' && is_path {
-            break;
-        }
+        _ => line.to_owned(),
     }
-    line.to_owned()
+}
+
+/// Where the value of a key begins that is about a person; `None` of any other. A key that `is_closed` by a separator goes up to
+/// that, unless words stand in it that are none of a key's: a name behind a blank, and a comma in it.
+fn end_of_personal_key(key: &str, is_closed: bool) -> Option<usize> {
+    let words = words_of(key);
+    let whole: Vec<&str> = words.iter().map(|(word, _)| word.as_str()).collect();
+    let whole = whole.join(" ");
+    if is_closed && KEYS.contains(&whole.as_str()) {
+        return Some(key.len() + 1);
+    }
+    let has_thing = words
+        .iter()
+        .any(|(word, _)| THINGS.contains(&word.as_str()));
+    let is_personal = |word: &str| match word {
+        "name" => !has_thing,
+        word => is_about_person(word),
+    };
+    let first = words.iter().position(|(word, _)| is_personal(word));
+    let Some(first) = first else {
+        // A key and its value, parted by a blank.
+        let (word, end) = words.first()?;
+        return (!is_closed && KEYS.contains(&word.as_str())).then_some(*end);
+    };
+    let is_of_key = |word: &str| is_personal(word) || BESIDE.contains(&word);
+    // Without a separator the words before would be a value.
+    if !is_closed && !words[..first].iter().all(|(word, _)| is_of_key(word)) {
+        return None;
+    }
+    let behind = words[first..]
+        .iter()
+        .take_while(|(word, _)| is_of_key(word));
+    let count = first + behind.count();
+    if is_closed && count == words.len() {
+        Some(key.len() + 1)
+    } else {
+        Some(words[count - 1].1)
+    }
+}
+
+/// Whether a word of a key is about a person.
+fn is_about_person(word: &str) -> bool {
+    WORDS.contains(&word)
+        || PARTS.iter().any(|part| word.contains(part))
+        || word.ends_with("person")
+        || word.ends_with("name") && !["filename", "mapname", "sensorname"].contains(&word)
+}
+
+/// The words of a key in small letters, each with where it ends: parted by whatever is no letter, and `FirstName` by its capital.
+fn words_of(key: &str) -> Vec<(String, usize)> {
+    let mut words = Vec::new();
+    let mut word = String::new();
+    let mut was_small = false;
+    for (at, c) in key.char_indices() {
+        let is_next = c.is_uppercase() && was_small;
+        if (!c.is_alphanumeric() || is_next) && !word.is_empty() {
+            words.push((std::mem::take(&mut word), at));
+        }
+        if c.is_alphanumeric() {
+            word.extend(c.to_lowercase());
+        }
+        was_small = c.is_lowercase();
+    }
+    if !word.is_empty() {
+        words.push((word, key.len()));
+    }
+    words
+}
+
+/// Whether a value has the path of a file in it.
+fn has_path(value: &str) -> bool {
+    let is_path = |word: &str| {
+        let Some((folders, file)) = word.rsplit_once('/') else {
+            return false;
+        };
+        let begins = word.strip_prefix('/').and_then(|rest| rest.chars().next());
+        let is_rooted = begins.is_some_and(char::is_alphabetic) && word.matches('/').count() > 1
+            || word.starts_with("~/");
+        let ending = file.rsplit_once('.').map_or("", |(_, ending)| ending);
+        let has_ending = ending.starts_with(char::is_alphabetic)
+            && ending.len() <= 5
+            && ending.chars().all(char::is_alphanumeric);
+        is_rooted || has_ending && folders.contains(char::is_alphabetic)
+    };
+    let mut words = value.split(|c: char| c.is_whitespace() || matches!(c, '"' | ',' | ';' | '\''));
+    value.contains('\\') || words.any(is_path)
 }
 
 #[cfg(test)]
@@ -76,5 +213,77 @@ mod tests {
         for line in ["Sex\tF", "ROWS 60", "Units:,mmHg", "Born\t"] {
             assert!(kept.lines().any(|kept| kept == line), "{line}: {kept}");
         }
+    }
+
+    #[test]
+    fn keys_of_persons_in_more_forms_and_languages() {
+        for line in [
+            "Patient: Anna",
+            "Patientenname: Anna",
+            "Subject name: Anna",
+            "Full name: Anna",
+            "Naam: Anna",
+            "Nome: Anna",
+            "Nom du patient: Anna",
+            "Prénom: Anna",
+            "Proband Anna",
+            "OPERATOR Anna Muster",
+            "PATIENT_NAME Anna",
+            "PATIENT_ID,Anna",
+            "NAME Anna, born 1980",
+            "First name Anna",
+            "LastName=Anna",
+            "Apellidos: Anna",
+            "Cognome;Anna",
+            "Date of birth: Anna",
+            "Birth: Anna",
+            "Geburtsdatum\tAnna",
+            "FILENAME Anna.fsx",
+            "CALIBRATION_INFO /home/Anna/walk.cal",
+            "CALIBRATION_INFO D:/Anna/walk.cal",
+            "Source: data/Anna/walk.cal",
+            "Client Name: Anna",
+            "E-mail: Anna@x",
+            "Examiner: Anna",
+            "Vorname\tAnna",
+            "Versuchsperson=Anna",
+            "Untersucher: Dr. Anna",
+        ] {
+            let kept = without_names(line);
+            assert!(!kept.contains("Anna"), "{line}: {kept}");
+            assert!(kept.contains(LEFT_OUT), "{line}: {kept}");
+        }
+    }
+
+    #[test]
+    fn what_is_of_no_person_is_kept() {
+        for line in [
+            "UNITS KPa",
+            "ROWS\t60",
+            "SENSEL_AREA,25 mm2",
+            "Sensor name: LX100",
+            "Map name: F-Scan",
+            "#\tName\tStart,sec\tLength,sec",
+            "Time,ms\tPosition,m\tLi Kraft,N",
+            "TIME Thursday, August 19, 2010 11:09:28 AM",
+            "TIME 12/2/2019 6:21:52.34PM",
+            "UnitPressure=N/cm2",
+            "pressure values in  kPa",
+            "Creation date\t23/05/2008 12:23:17",
+            "total time [secs]:  15.050\ttime per frame [secs]:  0.01000",
+            "MAP_VERSION 3.1",
+            "SENSITIVITY Custom",
+            "",
+        ] {
+            assert_eq!(without_names(line), line);
+        }
+    }
+
+    #[test]
+    fn comments_are_left_out_up_to_the_next_key() {
+        let kept = without_names("ROWS 2\nCOMMENTS:\nAnna walks\nand Bob, too\nUNITS KPa");
+        assert_eq!(kept, "ROWS 2\nCOMMENTS:\n(left out)\nUNITS KPa");
+        let kept = without_names("COMMENTS: Anna walks\nUNITS KPa");
+        assert_eq!(kept, "COMMENTS: (left out)\nUNITS KPa");
     }
 }

@@ -14,6 +14,13 @@ pub(super) const MAX_HEADER: u64 = 100;
 const UNIT: &str = "pressure values in";
 /// Behind it stands the time from one frame to the next.
 const STEP: &str = "time per frame [secs]:";
+/// Behind it stands how long all frames took, and how many there were in a second.
+const TOTAL: [&str; 2] = ["total time [secs]:", "total times [secs]:"];
+const RATE: &str = "scanning rate [Hz]:";
+/// Rate and time per frame are of one recording where their product is as near to 1: both are rounded.
+const SAME_RATE: f64 = 0.01;
+/// How far from a whole number the frames of a recording may come out by its length: times are rounded to milliseconds.
+const NEAR_WHOLE: f64 = 0.1;
 /// What the line begins with that names the sensors.
 pub(super) const SENSORS: &str = "time[secs]";
 
@@ -29,6 +36,10 @@ pub(super) struct NovelHeader {
     pub(super) quantity: Quantity,
     /// From one frame to the next, seconds.
     pub(super) secs_per_frame: Option<f64>,
+    /// Of all frames, seconds.
+    total_secs: Option<f64>,
+    /// Frames in a second.
+    rate: Option<f64>,
 }
 
 impl NovelHeader {
@@ -41,6 +52,7 @@ impl NovelHeader {
     ) -> Result<Self, Error> {
         let mut lines = Vec::new();
         let (mut pairs, mut secs_per_frame) = (Pairs::default(), None);
+        let (mut total_secs, mut rate) = (None, None);
         let sensors = loop {
             if !text.advance()? || text.place(0).line > MAX_HEADER {
                 return Err(text.wrong(format, expected, hint));
@@ -53,11 +65,14 @@ impl NovelHeader {
             if let Some(said) = line.strip_prefix(UNIT) {
                 pairs.add(&format!("{UNIT}:{said}"), &[':'], text.place(0).line);
             }
-            if let Some((_, said)) = line.split_once(STEP) {
-                secs_per_frame = number_and_rest(said)
-                    .map(|(secs, _)| secs)
-                    .filter(|secs| *secs > 0.0);
-            }
+            let behind = |key: &str| {
+                let (_, said) = line.split_once(key)?;
+                let (number, _) = number_and_rest(said)?;
+                Some(number).filter(|number| *number > 0.0)
+            };
+            secs_per_frame = secs_per_frame.or(behind(STEP));
+            total_secs = total_secs.or(TOTAL.into_iter().find_map(behind));
+            rate = rate.or(behind(RATE));
             lines.push(line.to_owned());
         };
         let (unit, quantity) = unit_of(text, format, &pairs, UNIT)?;
@@ -67,6 +82,21 @@ impl NovelHeader {
             unit,
             quantity,
             secs_per_frame,
+            total_secs,
+            rate,
         })
+    }
+
+    /// How many frames it says there are, where they are numbered from its first step in time on; `None` where that is not sure.
+    pub(super) fn frames(&self, first_secs: f64) -> Option<u64> {
+        let step = self.secs_per_frame?;
+        let rate = self
+            .rate
+            .filter(|rate| (rate * step - 1.0).abs() < SAME_RATE);
+        let rate = rate.unwrap_or(1.0 / step);
+        let frames = self.total_secs? * rate;
+        let is_whole = (frames - frames.round()).abs() < NEAR_WHOLE;
+        let begins = (first_secs * rate - 1.0).abs() < NEAR_WHOLE;
+        (is_whole && begins).then(|| frames.round() as u64)
     }
 }

@@ -111,7 +111,9 @@ impl Pad {
 pub(super) fn sensor_of(file: &Path, about: &ExportAbout, survey: &Survey) -> SensorSpec {
     let pad = &about.pads[survey.pad];
     let mut array = Array::new(pad.rows, pad.columns);
-    if let Some(pitch_mm) = pad.pitch_mm {
+    // Sensels whose distances the file does not say are squares side by side.
+    let side = pad.area_mm2.map(|area| [area.sqrt(); 2]);
+    if let Some(pitch_mm) = pad.pitch_mm.or(side) {
         array.pitch_mm = pitch_mm;
     }
     if let Some(area_mm2) = pad.area_mm2 {

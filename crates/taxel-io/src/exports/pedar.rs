@@ -3,10 +3,10 @@
 
 use std::path::Path;
 
-use super::cells::{Cell, Separator, each_cell};
+use super::cells::{Cell, Separator, each_cell, number_and_rest};
 use super::novel::{MAX_HEADER, NovelHeader, SENSORS};
 use super::pad::Pad;
-use super::text_file::TextFile;
+use super::text_file::{TextFile, ends_in_point};
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
 use crate::error::Error;
 
@@ -45,8 +45,14 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     if let [only] = &mut about.pads[..] {
         only.name.clear();
     }
-    about.header = header.lines;
     about.secs_per_frame = header.secs_per_frame;
+    // The line behind the header tells when it begins.
+    if text.advance()? {
+        let first = number_and_rest(&text.words()).map(|(secs, _)| secs);
+        about.frames = first.and_then(|secs| header.frames(secs));
+        text.unread();
+    }
+    about.header = header.lines;
     let reader = Pedar {
         text,
         row: Vec::with_capacity(sizes.iter().sum()),
@@ -54,6 +60,8 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         secs: 0.0,
         decimals: 0,
         next: 0,
+        ends_in_tab: false,
+        is_torn: false,
     };
     Ok((about, Box::new(reader)))
 }
@@ -84,6 +92,10 @@ struct Pedar {
     secs: f64,
     decimals: u8,
     next: usize,
+    /// Whether the line before was closed by a tab.
+    ends_in_tab: bool,
+    /// Whether the last line of the file ends within its numbers.
+    is_torn: bool,
 }
 
 impl Pedar {
@@ -112,10 +124,21 @@ impl Pedar {
                 Cell::Empty => {}
                 _ => fault = Some((place, at)),
             }
+            if let Cell::Number(_, 1..) = cell
+                && !self.text.has_one_point(&line[at.0..at.1])
+            {
+                fault = Some((place, at));
+            }
             fault.is_none()
         });
         let expected: usize = self.sizes.iter().sum();
+        let ends_in_tab = line.ends_with(b"\t");
+        let is_short = self.row.len() < expected || self.ends_in_tab && !ends_in_tab;
+        // Whole files may end without a line end, and their lines close with a tab.
+        self.is_torn = !self.text.is_closed() && (is_short || ends_in_point(line));
+        self.ends_in_tab = ends_in_tab;
         if let Some((place, (from, to))) = fault {
+            self.text.check_point(FORMAT, (from, to))?;
             let found = format!(
                 "value {place} is `{}`",
                 crate::grid::shortened(&line[from..to])
@@ -159,5 +182,9 @@ impl Parser for Pedar {
 
     fn text(&self) -> &TextFile {
         &self.text
+    }
+
+    fn is_cut(&self) -> bool {
+        self.is_torn
     }
 }

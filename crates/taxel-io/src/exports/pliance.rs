@@ -226,6 +226,9 @@ impl Parser for Pliance {
         let mut found = 0;
         each_cell(line, Separator::Blanks, |at, cell, place| {
             match (at.checked_sub(1), cell) {
+                (_, Cell::Number(_, 1..)) if !self.text.has_one_point(&line[place.0..place.1]) => {
+                    fault = Some((at, place));
+                }
                 (None, Cell::Number(secs, _)) => frame.secs = Some(secs),
                 (Some(sensor), Cell::Number(value, own)) if value >= 0.0 => {
                     if let Some(&place) = self.places.get(sensor) {
@@ -239,6 +242,7 @@ impl Parser for Pliance {
             fault.is_none()
         });
         if let Some((at, (from, to))) = fault {
+            self.text.check_point(FORMAT, (from, to))?;
             let found = format!(
                 "value {at} is `{}`",
                 crate::grid::shortened(&line[from..to])

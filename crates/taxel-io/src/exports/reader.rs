@@ -110,8 +110,14 @@ impl ExportReader {
     fn next_of_pad(&mut self) -> Result<bool, Error> {
         loop {
             self.is_behind = false;
-            if !self.parser.next(&mut self.parsed)? {
-                return Ok(false);
+            match self.parser.next(&mut self.parsed) {
+                Ok(true) => {}
+                Ok(false) => return Ok(false),
+                Err(error) if error.is_one_frame() && self.is_of_another() => {
+                    self.parser.skip_frame()?;
+                    continue;
+                }
+                Err(error) => return Err(error),
             }
             self.is_behind = true;
             if self.parsed.pad == self.pad {
@@ -119,6 +125,13 @@ impl ExportReader {
                 return Ok(true);
             }
         }
+    }
+
+    /// Whether what the parser has failed at is known to be a frame of another sensor.
+    fn is_of_another(&self) -> bool {
+        self.parser
+            .pad_of_error()
+            .is_some_and(|pad| pad != self.pad)
     }
 
     /// Counts of the frame that was read.
@@ -200,8 +213,9 @@ impl ExportReader {
         let told = self.about.frames.unwrap_or(read);
         let missing = told.saturating_sub(read);
         self.integrity.damage.surplus = read.saturating_sub(told);
-        // Numbers that are missing are told of already.
-        self.integrity.damage.frames = missing.saturating_sub(self.integrity.gaps.missing);
+        // Numbers and times that are missing are told of already.
+        let by_place = self.integrity.gaps.missing + self.integrity.times.missing;
+        self.integrity.damage.frames = missing.saturating_sub(by_place);
     }
 }
 

@@ -35,7 +35,7 @@ impl Rows {
         self.read_with(text, out, decimals, |_, _| false)
     }
 
-    /// The same where a word may stand in the place of a number, if `is_word` says so of its place and its bytes; it leaves 0.
+    /// The same where a word may stand in the place of a number, or nothing, if `is_word` says so of its place and its bytes; it leaves 0.
     pub(super) fn read_with(
         &self,
         text: &TextFile,
@@ -65,7 +65,7 @@ impl Rows {
                         return false;
                     }
                 }
-                Cell::Word if is_word(place, &line[from..to]) => *number = 0.0,
+                Cell::Word | Cell::Empty if is_word(place, &line[from..to]) => *number = 0.0,
                 _ => {
                     fault = Some((place, from, to));
                     return false;
@@ -74,15 +74,13 @@ impl Rows {
             true
         });
         if let Some((place, from, to)) = fault {
-            text.check_point(self.format, (from, to))?;
-            let cell = crate::grid::shortened(&line[from..to]);
-            return Err(text.wrong_at(
-                from,
-                self.format,
-                format!("value {} of {} is `{cell}`", place + 1, out.len()),
-                "a number of 0 or more",
-                "a reading that is missing or broken; --keep-going leaves its frame out",
-            ));
+            return Err(self.broken(text, (place, out.len()), (from, to)));
+        }
+        // What closes a line closes its last cell: one that is empty is not seen.
+        let is_closed = matches!(self.separator, Separator::One(one) if line.ends_with(&[one]));
+        if is_closed && found + 1 == out.len() && is_word(found, b"") {
+            out[found] = 0.0;
+            found += 1;
         }
         if found == out.len() {
             return Ok(());
@@ -94,5 +92,25 @@ impl Rows {
             format!("{} of them", out.len()),
             "a line was torn or lost, or the shape that the header says is another; --keep-going leaves the frame out",
         ))
+    }
+
+    /// That bytes `from..to` of the line, the value at a place of so many, are no number that may stand there.
+    fn broken(
+        &self,
+        text: &TextFile,
+        (place, count): (usize, usize),
+        (from, to): (usize, usize),
+    ) -> Error {
+        if let Err(mixed) = text.check_point(self.format, (from, to)) {
+            return mixed;
+        }
+        let cell = crate::grid::shortened(&text.line()[from..to]);
+        text.wrong_at(
+            from,
+            self.format,
+            format!("value {} of {count} is `{cell}`", place + 1),
+            "a number of 0 or more",
+            "a reading that is missing or broken; --keep-going leaves its frame out",
+        )
     }
 }

@@ -11,6 +11,8 @@ use super::{Beginning, ExportAbout, ParsedFrame, Parser};
 use crate::error::Error;
 
 const FORMAT: &str = "RSscan text";
+/// Frames that are looked at for their shape: one of them may be torn.
+const LOOKED_AT: usize = 5;
 /// Lines before the first frame at most.
 const MAX_HEADER: usize = 60;
 /// Sensels of the plates, mm along and across; the file does not say it.
@@ -46,7 +48,7 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         }
         header.push(words.trim().to_owned());
     }
-    let (rows, columns, separator) = shape(&mut text)?;
+    let (rows, columns, separator) = shape(&mut text, told_shape(&header))?;
     let mut pad = Pad::new(rows, columns, "N", Quantity::Force(1.0));
     pad.pitch_mm = Some(PITCH_MM);
     pad.area_mm2 = Some(PITCH_MM[0] * PITCH_MM[1]);
@@ -60,20 +62,88 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     Ok((about, Box::new(reader)))
 }
 
-/// Rows and columns of the frame whose first line comes next.
-fn shape(text: &mut TextFile) -> Result<(usize, usize, Separator), Error> {
+/// Rows and columns that a header says, each where it does: `Rectangle height`, `Rectangle width`.
+fn told_shape(header: &[String]) -> [Option<usize>; 2] {
+    ["height", "width"].map(|side| {
+        header.iter().find_map(|line| {
+            let line = line.to_lowercase();
+            // A height alone is a person's.
+            let said = line.trim().strip_prefix("rectangle")?;
+            let said = said.trim_start().strip_prefix(side)?;
+            let is_between = |c: char| c == ':' || c == ';' || c == ',' || c.is_whitespace();
+            let word = said.trim_matches(is_between).split(is_between).next()?;
+            word.parse().ok().filter(|count| *count > 0)
+        })
+    })
+}
+
+/// Rows and columns of the first frames, whose first line comes next: those that the header says, or that most of them have.
+fn shape(
+    text: &mut TextFile,
+    [told_rows, told_columns]: [Option<usize>; 2],
+) -> Result<(usize, usize, Separator), Error> {
+    let mut found = Vec::new();
+    while found.len() < LOOKED_AT {
+        if let Some(shape) = frame_shape(text)? {
+            found.push(shape);
+        }
+        if !next_frame(text)? {
+            break;
+        }
+    }
+    if found.is_empty() {
+        return Err(text.wrong(FORMAT, "rows of a frame", "the first frame is empty"));
+    }
+    let fits = |told: Option<usize>, own: usize| told.is_none_or(|told| told == own);
+    let as_told = found
+        .iter()
+        .find(|(rows, columns, _)| fits(told_rows, *rows) && fits(told_columns, *columns));
+    // Of as many the larger one: what is torn is smaller.
+    let alike = |shape: &&(usize, usize, Separator)| {
+        let count = found.iter().filter(|own| own == shape).count();
+        (count, shape.0 * shape.1)
+    };
+    let most = found.iter().max_by_key(alike);
+    let is_told = told_rows.is_some() || told_columns.is_some();
+    match (as_told.filter(|_| is_told), most) {
+        (Some(shape), _) => Ok(*shape),
+        (None, Some(&(rows, columns, _))) if is_told => {
+            let side = |told: Option<usize>, own: usize| told.unwrap_or(own);
+            let [high, wide] = [side(told_rows, rows), side(told_columns, columns)];
+            let expected = format!("{high} rows x {wide} columns (Rectangle height, width)");
+            let hint = "the header says so; a line was lost, or the header is of another recording";
+            let found = format!("frames of {rows} rows x {columns} columns");
+            Err(text.wrong_at(0, FORMAT, found, expected, hint))
+        }
+        (None, most) => Ok(*most.unwrap_or(&found[0])),
+    }
+}
+
+/// Rows and columns of the frame whose first line comes next; `None` of one without.
+fn frame_shape(text: &mut TextFile) -> Result<Option<(usize, usize, Separator)>, Error> {
     let (mut rows, mut columns, mut separator) = (0, 0, Separator::One(b'\t'));
-    while text.advance()? && !is_between(text.line()) {
+    while text.advance()? {
+        if is_between(text.line()) {
+            text.unread();
+            break;
+        }
         if rows == 0 {
             separator = Separator::of(text.line());
             columns = super::cells::each_cell(text.line(), separator, |_, _, _| true);
         }
         rows += 1;
     }
-    if rows * columns == 0 {
-        return Err(text.wrong(FORMAT, "rows of a frame", "the first frame is empty"));
+    Ok((rows * columns > 0).then_some((rows, columns, separator)))
+}
+
+/// Goes behind the line that begins the next frame; false at the end.
+fn next_frame(text: &mut TextFile) -> Result<bool, Error> {
+    while text.advance()? {
+        if frame_line(&text.words()).is_some() {
+            return Ok(true);
+        }
     }
-    Ok((rows, columns, separator))
+    Ok(false)
 }
 
 /// Whether a line stands between frames.
@@ -104,7 +174,7 @@ impl Parser for RsScan {
                 return Err(self.text.wrong(
                     FORMAT,
                     "a line `Frame n (t ms)`",
-                    "a frame has more lines than the first one",
+                    "what stands between frames is no line of numbers",
                 ));
             }
             is_in_header &= !self.text.line().starts_with(b"Frame");
@@ -123,6 +193,14 @@ impl Parser for RsScan {
             }
             let out = &mut frame.values[row * columns..(row + 1) * columns];
             self.rows.read(&self.text, out, &mut frame.decimals)?;
+        }
+        if self.text.advance()? {
+            if !is_between(self.text.line()) {
+                let hint = "a frame has more rows than the others; --keep-going leaves it out";
+                let expected = format!("the end of the frame behind {rows} rows");
+                return Err(self.text.wrong(FORMAT, expected, hint));
+            }
+            self.text.unread();
         }
         Ok(true)
     }

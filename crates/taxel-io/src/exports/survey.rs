@@ -68,7 +68,9 @@ impl Survey {
                 Ok(true) if frame.pad == pad => survey.add(own, &frame, &mut decimals),
                 Ok(true) => {}
                 Err(error) if error.is_one_frame() => {
-                    failed.get_or_insert(error);
+                    if parser.pad_of_error().is_none_or(|of| of == pad) {
+                        failed.get_or_insert(error);
+                    }
                     parser.skip_frame()?;
                 }
                 Err(error) => return Err(error),

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 use serde::de::{Error as _, MapAccess, SeqAccess, Visitor};
@@ -103,7 +103,13 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         file: file.to_owned(),
         source,
     })?;
-    let reader = BufReader::new(opened.take(MAX_BYTES));
+    let mut reader = BufReader::new(opened.take(MAX_BYTES));
+    // JSON has no byte-order mark; programs put one before it.
+    if let Ok(beginning) = reader.fill_buf()
+        && beginning.starts_with(b"\xEF\xBB\xBF")
+    {
+        reader.consume(3);
+    }
     let recording: Recording = serde_json::from_reader(reader).map_err(|error| {
         let hint = "expected tactilus_rows, tactilus_columns and snapshots with tactilus_readings";
         refuse(error.to_string(), hint)

@@ -3,26 +3,25 @@
 //! Raw counts come back exactly from calibrated values: one point, P per count = force / (raw sum · sensel area); two points,
 //! P = SCALE_FACTOR · raw ^ EXPONENT.
 
+mod first;
+mod header;
+mod scale;
+
 use std::path::Path;
 
-use super::cells::{Separator, number_and_rest, number_of};
+use super::cells::{Separator, number_of};
 use super::header::Pairs;
-use super::pad::{Pad, Quantity, RawScale};
+use super::pad::{Pad, Quantity};
 use super::row::Rows;
 use super::text_file::TextFile;
-use super::units::{millimetres, quantity, square_millimetres, unit_of};
+use super::units::{millimetres, other_unit, square_millimetres, unit_of};
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
 use crate::error::{Error, ExportError};
+use first::{First, first_frame};
+use header::{MAX_HEADER, is_data, read_header};
+use scale::{MAX_COUNT, raw_scale, saturation};
 
 const FORMAT: &str = "Tekscan ASCII";
-/// The line behind the header.
-const DATA: &str = "ASCII_DATA @@";
-/// The largest raw count: eight bits.
-const MAX_COUNT: f64 = 255.0;
-/// Two scales that differ by less are one, rounded.
-const SAME_SCALE: f64 = 0.02;
-/// Lines of a header at most: one of a file that is none does not end.
-const MAX_HEADER: u64 = 1000;
 /// Keys of a header whose values have a unit.
 const CALIBRATED: [&str; 4] = [
     "calibration_point_1",
@@ -34,9 +33,7 @@ const CALIBRATED: [&str; 4] = [
 const PADDING: [char; 3] = [',', ';', '\t'];
 
 pub(super) fn is_it(beginning: &Beginning) -> bool {
-    beginning
-        .lines(MAX_HEADER as usize)
-        .any(|line| line.trim_end_matches(PADDING).trim_end() == DATA)
+    beginning.lines(MAX_HEADER as usize).any(is_data)
 }
 
 pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error> {
@@ -56,17 +53,10 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         _ => unit_of(&text, FORMAT, &pairs, "units")?,
     };
     let mut pad = Pad::new(rows, columns, &unit, known);
-    pad.absent = if absent.contains(&true) {
-        absent
-    } else {
-        Vec::new()
-    };
-    let spacing = |key| pairs.get(key).and_then(|text| millimetres(text, None));
-    pad.pitch_mm = spacing("row_spacing")
-        .zip(spacing("col_spacing"))
-        .map(<[f64; 2]>::from);
-    let area = pairs.get("sensel_area").and_then(square_millimetres);
-    pad.area_mm2 = area.or(pad.pitch_mm.map(|[row, column]| row * column));
+    if absent.contains(&true) {
+        pad.absent = absent;
+    }
+    set_sides(&text, &pairs, &mut pad)?;
     pad.raw = raw_scale(&pairs, &pad);
     pad.saturation = saturation(&pairs, &pad);
     let is_raw = known == Quantity::Raw;
@@ -89,7 +79,9 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         columns,
         absent: about.pads[0].absent.clone(),
         is_raw,
-        lines: Rows::new(FORMAT, Separator::One(separator)),
+        has_unit: pairs.get("units").is_some(),
+        has_rows: pairs.count("rows").is_some(),
+        lines: Rows::new(FORMAT, separator),
         has_ended: false,
         frames: 0,
         told: about.frames,
@@ -97,110 +89,21 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     Ok((about, Box::new(reader)))
 }
 
-fn read_header(text: &mut TextFile) -> Result<(Pairs, String), Error> {
-    let mut pairs = Pairs::default();
-    let mut lines = Vec::new();
-    let mut is_comment = false;
-    while text.advance()? && text.place(0).line <= MAX_HEADER {
-        let words = text.words();
-        let line = words.trim_end_matches(PADDING).trim();
-        if line == DATA {
-            return Ok((pairs, lines.join("\n")));
-        }
-        // The comment itself stands on the lines behind, in any words.
-        let is_key = line.split(' ').next().is_some_and(is_key);
-        is_comment = line.starts_with("COMMENTS:") || is_comment && !is_key;
-        if !is_comment {
-            pairs.add(line, &[' ', ':'], text.place(0).line);
-        }
-        lines.push(line.to_owned());
-    }
-    let hint = "the header of such an export ends with it";
-    Err(text.wrong(FORMAT, format!("`{DATA}`"), hint))
-}
-
-/// Whether a word is one of a header's keys.
-fn is_key(word: &str) -> bool {
-    let is_part = |c: char| c.is_ascii_uppercase() || c.is_ascii_digit() || c == '_';
-    word.len() > 3 && word.chars().all(is_part)
-}
-
-/// What the first frame tells.
-struct First {
-    rows: usize,
-    columns: usize,
-    absent: Vec<bool>,
-    separator: u8,
-}
-
-/// Shape and mask of the first frame that is as the header says; where the header says both sides, one that is torn is passed over
-/// here and told when it is read.
-fn first_frame(text: &mut TextFile, pairs: &Pairs) -> Result<First, Error> {
-    let hint = "there is nothing behind the header";
-    if !find_frame(text)? {
-        return Err(text.wrong(FORMAT, "a line `Frame 1`", hint));
-    }
-    let first = frame_shape(text, pairs);
-    let is_told = pairs.count("rows").is_some() && pairs.count("cols").is_some();
-    match first {
-        Err(torn) if is_told => {
-            let mut next = || {
-                skip_to_frame(text)?;
-                text.advance()?;
-                frame_shape(text, pairs)
-            };
-            next().map_err(|_| torn)
-        }
-        first => first,
-    }
-}
-
-fn frame_shape(text: &mut TextFile, pairs: &Pairs) -> Result<First, Error> {
-    let mut absent = Vec::new();
-    let mut separator = b',';
-    let (mut rows, mut columns) = (0, pairs.count("cols").unwrap_or(0));
-    while rows < pairs.count("rows").unwrap_or(usize::MAX)
-        && text.advance()?
-        && !is_between(text.line())
-    {
-        let line = text.words();
-        if rows == 0
-            && let Separator::One(found) = Separator::of(text.line())
-        {
-            separator = found;
-        }
-        let cells: Vec<&str> = line
-            .trim_end_matches(PADDING)
-            .split(char::from(separator))
-            .map(str::trim)
-            .collect();
-        if columns == 0 {
-            columns = cells.len();
-        }
-        if cells.len() < columns {
-            let hint = "the header's COLS is another, or a line is torn";
-            let found = format!("{} values", cells.len());
-            return Err(text.wrong_at(0, FORMAT, found, format!("{columns} of them"), hint));
-        }
-        absent.extend(cells.iter().take(columns).map(|cell| *cell == "B"));
-        rows += 1;
-    }
-    match pairs.count("rows") {
-        Some(told) if told != rows => {
-            let hint = "the header says so (ROWS); the file is cut, or its header is of another";
-            let found = format!("{rows} rows in the first frame");
-            Err(text.wrong_at(0, FORMAT, found, format!("{told} of them"), hint))
-        }
-        _ if rows * columns == 0 => {
-            Err(text.wrong(FORMAT, "rows of a frame", "the first frame is empty"))
-        }
-        _ => Ok(First {
-            rows,
-            columns,
-            absent,
-            separator,
-        }),
-    }
+/// Pitch and area of the sensels. An area that the header tells in a unit that nobody here knows is not that of the pitch.
+fn set_sides(text: &TextFile, pairs: &Pairs, pad: &mut Pad) -> Result<(), Error> {
+    let spacing = |key| pairs.get(key).and_then(|text| millimetres(text, None));
+    pad.pitch_mm = spacing("row_spacing")
+        .zip(spacing("col_spacing"))
+        .map(<[f64; 2]>::from);
+    pad.area_mm2 = match pairs.get("sensel_area") {
+        None => pad.pitch_mm.map(|[row, column]| row * column),
+        Some(said) => Some(square_millimetres(said).ok_or_else(|| {
+            let line = pairs.line_of("sensel_area");
+            let expected = "an area above 0 with its unit, as `25.8 mm2`, `0.25 cm2` or `0.04 in2`";
+            other_unit(text, FORMAT, line, said, expected)
+        })?),
+    };
+    Ok(())
 }
 
 /// Whether a line begins a frame; a spreadsheet puts it between quotes.
@@ -208,11 +111,30 @@ fn begins_frame(line: &[u8]) -> bool {
     line.starts_with(b"Frame") || line.starts_with(b"\"Frame")
 }
 
+/// Whether it does so with a number, and is no sentence behind the last frame.
+fn begins_numbered_frame(line: &[u8]) -> bool {
+    let number = line.trim_ascii_start().strip_prefix(b"\"").unwrap_or(line);
+    let number = number.strip_prefix(b"Frame ").unwrap_or(b"");
+    number
+        .trim_ascii_start()
+        .first()
+        .is_some_and(u8::is_ascii_digit)
+}
+
+/// Whether a line closes the frames.
+fn is_end(line: &[u8]) -> bool {
+    line.strip_prefix(b"\"").unwrap_or(line).starts_with(b"@@")
+}
+
+/// Whether a line has nothing but what spreadsheets pad it with.
+fn is_blank(line: &[u8]) -> bool {
+    line.iter()
+        .all(|byte| matches!(byte, b',' | b';' | b' ' | b'\t'))
+}
+
 /// Whether a line stands between frames.
 fn is_between(line: &[u8]) -> bool {
-    let is_padding = |byte: &u8| matches!(byte, b',' | b';' | b' ' | b'\t');
-    let is_empty = line.iter().all(is_padding);
-    is_empty || begins_frame(line) || line.starts_with(b"@@")
+    is_blank(line) || begins_frame(line) || is_end(line)
 }
 
 /// Goes to the line that begins the next frame; false at the end.
@@ -233,70 +155,15 @@ fn find_frame(text: &mut TextFile) -> Result<bool, Error> {
     Ok(false)
 }
 
-/// Goes on before the line that begins the next frame, or at the end.
+/// Goes on before the line that begins the next frame or closes them, or at the end.
 fn skip_to_frame(text: &mut TextFile) -> Result<(), Error> {
     while text.advance()? {
-        if begins_frame(text.line()) {
+        if begins_frame(text.line()) || is_end(text.line()) {
             text.unread();
             break;
         }
     }
     Ok(())
-}
-
-/// How raw counts became pressures, as the header says it.
-fn raw_scale(pairs: &Pairs, pad: &Pad) -> Option<RawScale> {
-    let scaled = |factor: f64, exponent: f64| {
-        Some(RawScale {
-            factor,
-            exponent,
-            max_count: MAX_COUNT,
-        })
-    };
-    let Quantity::Pressure(pascals) = pad.quantity else {
-        return None;
-    };
-    // By the largest value, which has the unit with it: of both ways.
-    let top = pairs.get("saturation_pressure").and_then(number_and_rest);
-    let top = top.and_then(|(value, unit)| match quantity(unit) {
-        Some(Quantity::Pressure(own)) => Some(value * own / pascals),
-        _ => None,
-    });
-    if let Some(exponent) = pairs.positive("exponent") {
-        // In the unit of the calibration, which the largest value tells.
-        let factor = top.map(|top| top / MAX_COUNT.powf(exponent));
-        return scaled(factor.or(pairs.positive("scale_factor"))?, exponent);
-    }
-    let by_point = || {
-        let point = pairs.get("calibration_point_1")?;
-        let (force, rest) = number_and_rest(point)?;
-        let (unit, rest) = rest.strip_prefix('(')?.split_once(')')?;
-        let (raw_sum, _) = number_and_rest(rest)?;
-        let Some(Quantity::Force(newtons)) = quantity(unit) else {
-            return None;
-        };
-        let square_metres = pad.area_mm2? * 1e-6;
-        Some(force * newtons / (raw_sum * square_metres * pascals)).filter(|factor| *factor > 0.0)
-    };
-    let by_top = top.map(|top| top / MAX_COUNT);
-    // The point is the measurement; where both are told and are not one scale, it is of another calibration than the values.
-    let point =
-        by_point().filter(|point| by_top.is_none_or(|top| (point / top - 1.0).abs() < SAME_SCALE));
-    scaled(point.or(by_top)?, 1.0)
-}
-
-/// Where values say only that there was more, in the file's unit.
-fn saturation(pairs: &Pairs, pad: &Pad) -> Option<f64> {
-    match (pad.quantity, pad.raw) {
-        (Quantity::Raw, _) => Some(MAX_COUNT),
-        (_, Some(raw)) => {
-            // As values are written: rounded.
-            let top = raw.factor * MAX_COUNT.powf(raw.exponent);
-            let below = raw.factor * (MAX_COUNT - 1.0).powf(raw.exponent);
-            Some(0.5 * (top + below))
-        }
-        _ => pairs.positive("saturation_pressure"),
-    }
 }
 
 struct Tekscan {
@@ -305,6 +172,10 @@ struct Tekscan {
     columns: usize,
     absent: Vec<bool>,
     is_raw: bool,
+    /// Whether the header tells a unit.
+    has_unit: bool,
+    /// Whether the header tells how many rows a frame has: a blank line is none of them then.
+    has_rows: bool,
     /// How a row is written.
     lines: Rows,
     /// Whether the line that closes the file was met.
@@ -376,44 +247,87 @@ impl Tekscan {
             unit: "raw counts",
         })))
     }
+
+    /// Raw counts are of eight bits: what is more has another unit than the header tells.
+    fn check_range(&self, row: &[f64]) -> Result<(), Error> {
+        let Some(&value) = row.iter().find(|value| self.is_raw && **value > MAX_COUNT) else {
+            return Ok(());
+        };
+        Err(Error::Export(Box::new(ExportError::RawRange {
+            format: FORMAT,
+            at: self.text.place(0),
+            value,
+            largest: MAX_COUNT,
+            said: if self.has_unit {
+                "though the header says that they are raw (UNITS)"
+            } else {
+                "in a file whose header tells no unit (UNITS)"
+            },
+        })))
+    }
+
+    /// Goes to the line that begins the next frame; false at the end. What stands behind the closing line is no frame.
+    fn find(&mut self) -> Result<bool, Error> {
+        while self.text.advance()? {
+            let line = self.text.line();
+            let (expected, hint) = if self.has_ended {
+                if !begins_numbered_frame(line) {
+                    continue;
+                }
+                let hint = "several recordings in one file; split it, each with its own header";
+                ("nothing behind the closing line `@@`", hint)
+            } else if is_end(line) {
+                self.has_ended = true;
+                continue;
+            } else if begins_frame(line) {
+                return Ok(true);
+            } else if is_blank(line) {
+                continue;
+            } else {
+                let hint = "a frame has more lines than the header says";
+                ("a line `Frame n` or the end, `@@`", hint)
+            };
+            return Err(self.text.wrong(FORMAT, expected, hint));
+        }
+        Ok(false)
+    }
+
+    /// Goes to the next row of a frame; false where the frame ends before it.
+    fn find_row(&mut self) -> Result<bool, Error> {
+        while self.text.advance()? {
+            let line = self.text.line();
+            if self.has_rows && is_blank(line) {
+                continue;
+            }
+            if is_between(line) {
+                // What begins the next frame is no line of this one.
+                self.text.unread();
+                return Ok(false);
+            }
+            return Ok(true);
+        }
+        Ok(false)
+    }
 }
 
 impl Parser for Tekscan {
     fn next(&mut self, frame: &mut ParsedFrame) -> Result<bool, Error> {
-        loop {
-            if !self.text.advance()? {
-                return Ok(false);
-            }
-            let line = self.text.line();
-            self.has_ended |= line.starts_with(b"@@");
-            if begins_frame(line) {
-                break;
-            }
-            if !is_between(line) {
-                return Err(self.text.wrong(
-                    FORMAT,
-                    "a line `Frame n` or the end, `@@`",
-                    "a frame has more lines than the header says",
-                ));
-            }
+        if !self.find()? {
+            return Ok(false);
         }
         let columns = self.columns;
         frame.begin(0, self.rows * columns);
         self.frames += 1;
         let told = self.begin(frame)?;
+        let mut beyond = Ok(());
         for row in 0..self.rows {
-            let is_there = self.text.advance()?;
-            if !is_there || is_between(self.text.line()) {
-                // What begins the next frame is no line of this one.
-                if is_there {
-                    self.text.unread();
-                }
+            if !self.find_row()? {
                 let expected = format!("{} of them", self.rows);
                 return Err(self.text.cut(FORMAT, format!("{row} rows"), expected));
             }
             let absent = self.absent.get(row * columns..(row + 1) * columns);
             let is_absent = |place: usize, word: &[u8]| {
-                word.trim_ascii() == b"B" && absent.is_some_and(|absent| absent[place])
+                first::is_absent(word) && absent.is_some_and(|absent| absent[place])
             };
             let out = &mut frame.values[row * columns..(row + 1) * columns];
             let lines = self.lines;
@@ -421,9 +335,11 @@ impl Parser for Tekscan {
             if let Some(absent) = absent {
                 self.check_absent(out, absent)?;
             }
+            beyond = beyond.and_then(|()| self.check_range(out));
         }
+        // A frame that is broken is that alone, and no other unit.
         self.check_sum(frame, told)?;
-        Ok(true)
+        beyond.map(|()| true)
     }
 
     fn skip_frame(&mut self) -> Result<(), Error> {

@@ -1,8 +1,10 @@
 //! Lines of an exported file: LF or CRLF or both, UTF-8 or Latin-1, with a byte-order mark or without.
 
 use std::cell::Cell;
+use std::io::{self, Cursor, Read};
 use std::path::{Path, PathBuf};
 
+use super::LOOKED_AT;
 use crate::error::{Error, ExportError, Place};
 use crate::lines::{Line, Lines};
 use crate::source::{Input, open_input};
@@ -26,6 +28,11 @@ impl TextFile {
     /// Opens it.
     pub(super) fn open(file: &Path) -> Result<Self, Error> {
         let (input, total) = open_input(file)?;
+        let input = with_line_feeds(input).map_err(|source| Error::Read {
+            file: file.to_owned(),
+            bytes: 0,
+            source,
+        })?;
         Ok(Self {
             file: file.to_owned(),
             lines: Lines::new(input, MAX_LINE),
@@ -190,5 +197,40 @@ pub(super) fn text_of(bytes: &[u8]) -> String {
     match std::str::from_utf8(bytes) {
         Ok(text) => text.to_owned(),
         Err(_) => bytes.iter().map(|&byte| char::from(byte)).collect(),
+    }
+}
+
+/// Whether a line ends in a decimal sign, behind which digits are lost.
+pub(super) fn ends_in_point(line: &[u8]) -> bool {
+    matches!(line.trim_ascii_end().last(), Some(b'.' | b','))
+}
+
+/// Whether the lines of a file that begins so end with a carriage return alone.
+pub(super) fn has_returns_only(beginning: &[u8]) -> bool {
+    beginning.contains(&b'\r') && !beginning.contains(&b'\n')
+}
+
+/// The same input with line feeds where its lines end with a carriage return alone.
+fn with_line_feeds(mut input: Input) -> io::Result<Input> {
+    let mut beginning = Vec::new();
+    (&mut input).take(LOOKED_AT).read_to_end(&mut beginning)?;
+    let has_returns = has_returns_only(&beginning);
+    let whole = Cursor::new(beginning).chain(input);
+    if has_returns {
+        Ok(Box::new(Returns(whole)))
+    } else {
+        Ok(Box::new(whole))
+    }
+}
+
+/// Gives line feeds for carriage returns.
+struct Returns<R>(R);
+
+impl<R: Read> Read for Returns<R> {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        let read = self.0.read(out)?;
+        let returns = out[..read].iter_mut().filter(|byte| **byte == b'\r');
+        returns.for_each(|byte| *byte = b'\n');
+        Ok(read)
     }
 }

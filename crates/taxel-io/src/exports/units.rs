@@ -54,6 +54,9 @@ pub(super) fn unit_of(
         let expected = format!("a line `{key}`");
         return Err(text.wrong_at(0, format, "no unit in the header", expected, hint));
     };
+    let unit = pairs
+        .last_where(key, |unit| quantity(unit).is_some())
+        .unwrap_or(unit);
     match quantity(unit) {
         Some(known) => Ok((unit.to_owned(), known)),
         None => {
@@ -65,30 +68,85 @@ pub(super) fn unit_of(
     }
 }
 
+/// That a header says something, on line `line`, whose unit is none of the `expected` ones.
+pub(super) fn other_unit(
+    text: &TextFile,
+    format: &'static str,
+    line: u64,
+    found: &str,
+    expected: &str,
+) -> Error {
+    let mut at = text.place(0);
+    at.line = line;
+    Error::Export(Box::new(ExportError::Line {
+        format,
+        at,
+        found: format!("unknown unit `{found}`"),
+        expected: expected.to_owned(),
+        hint: "nothing is guessed: a wrong unit would be a wrong force, place or time",
+    }))
+}
+
+/// Millimetres in a unit of length; `None` of one that is not known.
+pub(super) fn length_mm(unit: &str) -> Option<f64> {
+    Some(match unit.trim().to_lowercase().as_str() {
+        "mm" | "millimeter" | "millimetre" | "millimeters" | "millimetres" | "milimeters" => 1.0,
+        "cm" | "centimeter" | "centimetre" | "centimeters" | "centimetres" => 10.0,
+        "m" | "meter" | "metre" | "meters" | "metres" => 1000.0,
+        "in" | "inch" | "inches" => 25.4,
+        _ => return None,
+    })
+}
+
 /// Millimetres of a length with its unit, as `0.127 centimeters`; of a number alone, centimetres where `usual_mm` is 10.
 pub(super) fn millimetres(text: &str, usual_mm: Option<f64>) -> Option<f64> {
     let (value, unit) = number_and_rest(text)?;
-    let unit_mm = match unit.to_lowercase().as_str() {
-        "mm" | "millimeters" | "millimetres" | "milimeters" => 1.0,
-        "cm" | "centimeters" | "centimetres" => 10.0,
-        "m" | "meters" | "metres" => 1000.0,
-        "in" | "inch" | "inches" => 25.4,
+    let unit_mm = match unit {
         "" => usual_mm?,
-        _ => return None,
+        unit => length_mm(unit)?,
     };
     Some(value * unit_mm).filter(|length| *length > 0.0)
 }
 
-/// Square millimetres of an area with its unit, as `0.016129 cm2`.
+/// Square millimetres of an area with its unit, as `0.016129 cm2`, `25 sq mm`, `2 square inches`.
 pub(super) fn square_millimetres(text: &str) -> Option<f64> {
     let (value, unit) = number_and_rest(text)?;
-    let unit = unit.to_lowercase().replace('²', "2").replace('^', "");
-    let unit_mm2 = match unit.as_str() {
-        "mm2" => 1.0,
-        "cm2" => 1e2,
-        "m2" => 1e6,
-        "in2" => 25.4 * 25.4,
-        _ => return None,
-    };
-    Some(value * unit_mm2).filter(|area| *area > 0.0)
+    let unit = unit.to_lowercase().replace('²', "2");
+    let is_part = |c: &char| !matches!(c, '^' | '.' | '(' | ')' | ' ' | '*' | '-');
+    let unit: String = unit.chars().filter(is_part).collect();
+    let before = unit
+        .strip_prefix("square")
+        .or_else(|| unit.strip_prefix("sq"));
+    let behind = ["2", "squared", "sq"].map(|power| unit.strip_suffix(power));
+    let length = before.or_else(|| behind.into_iter().flatten().next())?;
+    let unit_mm = length_mm(length)?;
+    Some(value * unit_mm * unit_mm).filter(|area| *area > 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn areas_however_their_unit_is_written() {
+        for (text, expected) in [
+            ("25 sq mm", 25.0),
+            ("25 sq. mm", 25.0),
+            ("25 mm^2", 25.0),
+            ("25,8064 mm²", 25.8064),
+            ("0.25 cm²", 25.0),
+            ("0.25 sq cm", 25.0),
+            ("0.25 cm sq", 25.0),
+            ("0.04 in^2", 25.8064),
+            ("0.04 sq in", 25.8064),
+            ("0.04 square inches", 25.8064),
+            ("2.5e-5 m2", 25.0),
+        ] {
+            let found = square_millimetres(text).unwrap_or(f64::NAN);
+            assert!((found - expected).abs() < 1e-9, "{text}: {found}");
+        }
+        for text in ["25", "25 mm", "25 sq", "25 ell2", "0 mm2", "mm2"] {
+            assert_eq!(square_millimetres(text), None, "{text}");
+        }
+    }
 }

@@ -8,13 +8,15 @@ use super::header::Pairs;
 use super::pad::{Pad, Quantity};
 use super::row::Rows;
 use super::text_file::TextFile;
-use super::units::{millimetres, quantity, unit_of};
+use super::units::{length_mm, millimetres, quantity, unit_of};
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
 use crate::error::Error;
 
 const FORMAT: &str = "XSENSOR export";
 /// Sensors of a file at most.
 const MAX_PADS: usize = 200;
+/// Frames that are looked at for sensors.
+const LOOKED_AT: u64 = 5;
 const SECS_PER_DAY: f64 = 86_400.0;
 
 pub(super) fn is_it(beginning: &Beginning) -> bool {
@@ -30,21 +32,32 @@ pub(super) fn is_it(beginning: &Beginning) -> bool {
     has == [true; 3]
 }
 
+/// Key and value of a line. Where a semicolon parts them, commas are those of numbers.
+fn parted(line: &str) -> (&str, &str) {
+    let line = line.trim().trim_end_matches([',', ';', '\t']);
+    let semicolon = line.find(';').filter(|at| {
+        // Between quotes, behind a tab and in a value behind a comma it parts nothing.
+        let before = &line[..*at];
+        let mut commas = before.match_indices(',');
+        !before.contains(['"', '\t']) && commas.all(|(at, _)| before[at + 1..].starts_with(' '))
+    });
+    let end = semicolon.or_else(|| line.find([',', ':', '\t']));
+    end.map_or((line, ""), |end| (&line[..end], &line[end + 1..]))
+}
+
 /// The key of a line, in small letters; `None` of one that has none.
 fn key_of(line: &str) -> Option<String> {
-    let line = line.trim();
-    let end = line.find([',', ':', '\t']).unwrap_or(line.len());
-    let key = line[..end].trim_matches(|c: char| c == '"' || c.is_whitespace());
+    let (key, _) = parted(line);
+    let key = key.trim_matches(|c: char| matches!(c, '"' | ':') || c.is_whitespace());
     let begins = key.chars().next().is_some_and(char::is_alphabetic);
-    begins.then(|| key.to_lowercase())
+    // A spreadsheet that replaces points by commas does it in words as well.
+    begins.then(|| key.to_lowercase().replace(',', "."))
 }
 
 /// What stands behind the key, without its quotes.
 fn value_of(line: &str) -> &str {
-    let value = line
-        .split_once([',', ':', '\t'])
-        .map_or("", |(_, value)| value);
-    value.trim_matches(|c: char| matches!(c, ',' | ':' | '"') || c.is_whitespace())
+    let (_, value) = parted(line);
+    value.trim_matches(|c: char| matches!(c, ',' | ';' | ':' | '"') || c.is_whitespace())
 }
 
 /// Whether a line parts others and says nothing.
@@ -67,14 +80,16 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         is_taken: Vec::new(),
         is_behind_rows: false,
         is_cut: false,
+        frames: 0,
     };
     let threshold = pairs.positive("threshold");
-    let pads = first_frame(&mut reader, &unit, known, threshold)?;
+    let pads = first_frames(&mut reader, &unit, known, threshold)?;
     let mut about = ExportAbout::new(FORMAT, "XSENSOR", pads);
     about.header = header;
     reader.text = TextFile::open(file)?;
     (reader.number, reader.secs, reader.days) = (None, None, 0.0);
     (reader.is_behind_rows, reader.is_cut) = (false, false);
+    reader.frames = 0;
     reader.is_taken = vec![false; reader.names.len()];
     Ok((about, Box::new(reader)))
 }
@@ -89,25 +104,29 @@ fn read_header(text: &mut TextFile) -> Result<(Pairs, String), Error> {
             break;
         }
         if !is_blank(text.line()) {
-            pairs.add(&words, &[',', ':', '\t'], text.place(0).line);
-            lines.push(words.trim_end_matches(',').to_owned());
+            let key = key_of(&words).unwrap_or_default();
+            pairs.add_pair(&key, value_of(&words), text.place(0).line);
+            lines.push(words.trim_end_matches([',', ';']).to_owned());
         }
     }
     Ok((pairs, lines.join("\n")))
 }
 
-/// The sensors of the first frame.
-fn first_frame(
+/// The sensors of the first frame, and those that only the frames behind it have.
+fn first_frames(
     reader: &mut XSensor,
     unit: &str,
     known: Quantity,
     threshold: Option<f64>,
 ) -> Result<Vec<Pad>, Error> {
     let mut pads: Vec<Pad> = Vec::new();
-    let mut first = None;
     while let Some(block) = reader.block()? {
-        if *first.get_or_insert(reader.number) != reader.number {
+        if reader.frames > LOOKED_AT {
             break;
+        }
+        if reader.frames > 1 && reader.names.contains(&block.name) {
+            // One that comes twice where a line `FRAME` was lost is none of its own.
+            continue;
         }
         if pads.len() == MAX_PADS {
             let found = format!("sensor {} of a frame", MAX_PADS + 1);
@@ -115,29 +134,19 @@ fn first_frame(
             let text = &reader.text;
             return Err(text.wrong_at(0, FORMAT, found, format!("{MAX_PADS} at most"), hint));
         }
-        let (rows, columns) = block.shape(&reader.text)?;
-        let mut pad = Pad::new(rows, columns, unit, known);
-        let side = |key: &str| millimetres(block.pairs.get(key)?, Some(10.0));
-        pad.pitch_mm = side("sensel height (cm)")
-            .zip(side("sensel width (cm)"))
-            .map(<[f64; 2]>::from);
-        pad.area_mm2 = pad.pitch_mm.map(|[height, width]| height * width);
+        let shape = match block.shape(&reader.text) {
+            Err(_) if reader.frames > 1 => continue,
+            shape => shape?,
+        };
+        let mut pad = block.pad(shape, unit, known);
         pad.threshold = threshold;
-        let side = match block.name.as_str() {
-            name if name.contains("-LF") => "left".to_owned(),
-            name if name.contains("-RF") => "right".to_owned(),
-            name => name.to_owned(),
-        };
-        let is_taken = pads.iter().any(|pad| pad.name == side);
-        pad.name = if is_taken {
-            format!("{side} {}", pads.len() + 1)
-        } else {
-            side
-        };
+        if pads.iter().any(|own| own.name == pad.name) {
+            pad.name = format!("{} {}", pad.name, pads.len() + 1);
+        }
         reader.names.push(block.name);
-        reader.shapes.push((rows, columns));
+        reader.shapes.push(shape);
         pads.push(pad);
-        reader.skip_rows(rows)?;
+        reader.skip_rows(shape.0)?;
     }
     match &mut pads[..] {
         [] => {
@@ -163,9 +172,34 @@ impl Block {
         shape.ok_or_else(|| text.wrong(FORMAT, "Rows and Columns before the numbers", hint))
     }
 
+    /// The sensor that it is of.
+    fn pad(&self, (rows, columns): (usize, usize), unit: &str, known: Quantity) -> Pad {
+        let mut pad = Pad::new(rows, columns, unit, known);
+        pad.pitch_mm = self
+            .side_mm("sensel height")
+            .zip(self.side_mm("sensel width"))
+            .map(<[f64; 2]>::from);
+        pad.area_mm2 = pad.pitch_mm.map(|[height, width]| height * width);
+        pad.name = match self.name.as_str() {
+            name if name.contains("-LF") => "left".to_owned(),
+            name if name.contains("-RF") => "right".to_owned(),
+            name => name.to_owned(),
+        };
+        pad
+    }
+
+    /// A length of a sensel, whose key says its unit.
+    fn side_mm(&self, key: &str) -> Option<f64> {
+        ["cm", "mm", "in", "inch", "m"].iter().find_map(|unit| {
+            let value = self.pairs.get(&format!("{key} ({unit})"))?;
+            // A value may say its own as well.
+            millimetres(value, length_mm(unit))
+        })
+    }
+
     /// The force that the file says, newtons.
     fn newtons(&self) -> Option<f64> {
-        let units = ["n", "lbf", "kg", "kgf"];
+        let units = ["n", "lbf", "lb", "lbs", "kg", "kgf", "g", "gf"];
         units.iter().find_map(|unit| {
             let value = number_of(self.pairs.get(&format!("est. load ({unit})"))?)?;
             match quantity(unit) {
@@ -192,6 +226,8 @@ struct XSensor {
     is_behind_rows: bool,
     /// Whether the file ended within a frame.
     is_cut: bool,
+    /// Frames that have begun.
+    frames: u64,
 }
 
 impl XSensor {
@@ -227,9 +263,8 @@ impl XSensor {
                 "sensels" if block.is_some() => return Ok(block),
                 _ => {
                     if let Some(block) = &mut block {
-                        block
-                            .pairs
-                            .add(&words, &[',', ':', '\t'], self.text.place(0).line);
+                        let line = self.text.place(0).line;
+                        block.pairs.add_pair(&key, value, line);
                     }
                 }
             }
@@ -242,6 +277,7 @@ impl XSensor {
 
     /// Every sensor is still to come.
     fn begin_frame(&mut self) {
+        self.frames += 1;
         self.is_taken.fill(false);
     }
 
@@ -257,7 +293,7 @@ impl XSensor {
             let hint = "a frame has a block for each sensor; a line `Frame` was lost";
             ("the next frame".to_owned(), hint)
         } else {
-            let hint = "a sensor that the first frame does not have";
+            let hint = "a sensor that none of the first frames has";
             (format!("one of {}", self.names.join(", ")), hint)
         };
         Err(self.text.wrong_at(0, FORMAT, found, known, hint))

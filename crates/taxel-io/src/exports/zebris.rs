@@ -8,7 +8,7 @@ use super::header::Pairs;
 use super::pad::Pad;
 use super::row::Rows;
 use super::text_file::TextFile;
-use super::units::unit_of;
+use super::units::{length_mm, unit_of};
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
 use crate::error::Error;
 
@@ -46,9 +46,16 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     let (columns, rows) = (count("columns")?, count("lines")?);
     let (unit, known) = unit_of(&text, FORMAT, &pairs, "units")?;
     let mut pad = Pad::new(rows, columns, &unit, known);
-    let cell = |key| pairs.positive(key);
-    pad.pitch_mm = cell("cell height,mm")
-        .zip(cell("cell width,mm"))
+    let side = |key: &str| {
+        let units = ["mm", "cm", "m", "in"];
+        let mut said = units
+            .iter()
+            .filter_map(|unit| Some((pairs.positive(&format!("{key},{unit}"))?, unit)));
+        said.next()
+            .and_then(|(value, unit)| Some(value * length_mm(unit)?))
+    };
+    pad.pitch_mm = side("cell height")
+        .zip(side("cell width"))
         .map(<[f64; 2]>::from);
     pad.area_mm2 = pad.pitch_mm.map(|[height, width]| height * width);
     let mut about = ExportAbout::new(FORMAT, "zebris FDM", vec![pad]);
@@ -75,7 +82,11 @@ fn read_forces(text: &mut TextFile) -> Result<(String, Vec<(f64, f64)>), Error> 
         if line.starts_with("Platform") && line.ends_with('{') {
             return Ok((header.join("\n"), forces));
         }
-        let cells: Vec<&str> = words.split('\t').map(str::trim).collect();
+        // Names with a comma may stand between quotes.
+        let cells: Vec<&str> = words
+            .split('\t')
+            .map(|cell| cell.trim().trim_matches('"'))
+            .collect();
         if !force_columns.is_empty()
             && let Some(ms) = number_of(cells[0])
         {

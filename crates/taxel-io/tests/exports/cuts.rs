@@ -82,7 +82,8 @@ fn i_scan_has_times_of_its_own_and_sums_to_check_by() {
 
 #[test]
 fn pedar_is_two_insoles_whose_areas_nobody_knows() {
-    let file = cut("pedar.asc");
+    let folder = Folder::new();
+    let file = whole_pedar(&folder);
     let error = exports::sensor_of(&file).unwrap_err().to_string();
     assert!(
         error.contains("holds 2 sensors: left, right") && error.contains("pedar.asc#left"),

@@ -3,7 +3,12 @@
 
 mod broken;
 mod cuts;
+mod ends;
 mod misread;
+mod persons;
+mod shapes;
+mod spelled;
+mod units;
 mod variants;
 mod whole;
 mod written;
@@ -19,6 +24,16 @@ fn cut(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../../testdata/exports")
         .join(name)
+}
+
+/// The four lines of pedar as the whole of a recording, which its header says to be longer.
+fn whole_pedar(folder: &Folder) -> PathBuf {
+    let text = std::fs::read_to_string(cut("pedar.asc")).unwrap();
+    assert!(text.contains("[secs]:  15.050"));
+    folder.write(
+        "pedar.asc",
+        text.replace("[secs]:  15.050", "[secs]:  0.040"),
+    )
 }
 
 /// A folder of its own, and files in it.
@@ -140,4 +155,27 @@ fn near(found: &[f64], expected: &[f64], tolerance: f64) {
             "{found} for {expected}"
         );
     }
+}
+
+/// The error of a file that is read with its own sensor, or that opens not at all.
+fn error_of(file: &Path) -> String {
+    match exports::sensor_of(file) {
+        Err(error) => error.to_string(),
+        Ok(sensor) => {
+            let sensor = Sensor::try_from(sensor.expect("an export")).unwrap();
+            let outcome = read_with(file, &sensor, false);
+            outcome.error.expect("an error").to_string()
+        }
+    }
+}
+
+/// Text of a file whose bytes are characters each.
+fn latin(file: &Path) -> String {
+    let bytes = std::fs::read(file).unwrap();
+    bytes.iter().map(|&byte| char::from(byte)).collect()
+}
+
+/// What is missing of a file, in words.
+fn missing_of(file: &Path) -> String {
+    read_with(file, &sensor_of(file), false).missing.join("; ")
 }

@@ -23,28 +23,6 @@ fn tekscan(header: &str, frames: &str) -> String {
 
 const FRAMES: &str = "Frame 1\n1,2\n3,4\n\nFrame 2\n5,6\n7,8\n\n";
 
-/// The error of a file that is read with its own sensor, or that opens not at all.
-fn error_of(file: &Path) -> String {
-    match exports::sensor_of(file) {
-        Err(error) => error.to_string(),
-        Ok(sensor) => {
-            let sensor = Sensor::try_from(sensor.expect("an export")).unwrap();
-            let outcome = read_with(file, &sensor, false);
-            outcome.error.expect("an error").to_string()
-        }
-    }
-}
-
-/// Text of a file whose bytes are characters each.
-fn latin(file: &Path) -> String {
-    let bytes = std::fs::read(file).unwrap();
-    bytes.iter().map(|&byte| char::from(byte)).collect()
-}
-
-fn missing_of(file: &Path) -> String {
-    read_with(file, &sensor_of(file), false).missing.join("; ")
-}
-
 #[test]
 fn exponents_in_headers() {
     let folder = Folder::new();

@@ -93,9 +93,7 @@ impl Evidence {
             });
         }
         one_load(&presses)?;
-        let noise = faults.level.map_or(0.0, |level: Level| level.noise_counts);
-        let alike = noise::by_alike_frames(&uniform, sensor.max_count());
-        let noise = alike.map_or(noise, |alike| alike.min(noise));
+        let noise_counts = noise_counts(sensor, faults.level, &uniform);
         Ok(Self {
             frames: presses.iter().map(|p| marked[p.frame].clone()).collect(),
             warnings: warnings(sensor, &presses, repeated),
@@ -103,7 +101,7 @@ impl Evidence {
             origin,
             levels: levels(&uniform),
             faults,
-            noise_counts: sensor.converter().noise_counts.unwrap_or(noise).max(0.3),
+            noise_counts,
             left_out,
             stuck_share: stuck as f64 / readings.max(1) as f64,
             least_at_ceiling_g,
@@ -241,6 +239,14 @@ fn one_load(presses: &[PressLabel]) -> Result<(), Error> {
 const MAX_PASCALS: f64 = 1e8;
 /// Heaviest of all presses below which grams are doubtful.
 const MIN_GRAMS: f64 = 1.0;
+
+/// Noise of a reading, counts: as the sensor file says, else the least that the frames tell.
+fn noise_counts(sensor: &Sensor, level: Option<Level>, uniform: &[(Frame<Counts>, f64)]) -> f64 {
+    let noise = level.map_or(0.0, |level| level.noise_counts);
+    let alike = noise::by_alike_frames(uniform, sensor.max_count());
+    let found = alike.map_or(noise, |alike| alike.min(noise));
+    sensor.converter().noise_counts.unwrap_or(found).max(0.3)
+}
 
 /// What the labels look like as a whole: units, repetitions.
 fn warnings(sensor: &Sensor, presses: &[PressLabel], repeated: usize) -> Vec<String> {

@@ -59,6 +59,14 @@ impl Search<'_> {
             // there says less than is believed beforehand of what loads of contacts are off by.
             fit_share = fit_share.max(LEVEL_SCALE);
         }
+        if levelled && self.options.label_share > 0.0 {
+            // What labels err by is taken out of what presses are off by, and the common part of it with that.
+            let scale = self
+                .together
+                .as_ref()
+                .and_then(|t| t.error_of(Unknown::Factor));
+            fit_share = fit_share.max(scale.unwrap_or(0.0).min(LEVEL_SCALE));
+        }
         let unloaded = self.evaluator.unloaded_g(&self.model).unwrap_or_default();
         let beside = Beside {
             unloaded_g: &unloaded,
