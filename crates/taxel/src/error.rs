@@ -267,6 +267,21 @@ pub enum Error {
         "nothing to check with: 0 presses, 0 totals, 0 empty frames\nhint: a few known weights, one total or the empty array tell something each"
     )]
     NothingToCheck,
+    /// Nothing but unloaded taxels was compared.
+    #[error(
+        "no scale was compared: nothing but unloaded taxels was read, which tell the offset alone\nhint: press a few known weights, or give a known total; for the report alone, leave out the file to write"
+    )]
+    NoScale,
+    /// An `[uncertainty]` that was found with another load law.
+    #[error(
+        "uncertainty.material_factor is {stated}, but material.factor is {factor}: these errors were found by another calibration\nhint: keep the tables of one calibration together, leave [uncertainty] out (standard errors are of noise alone then), or calibrate again"
+    )]
+    OtherUncertainty {
+        /// The factor that the errors were found with, S/g^exponent.
+        stated: f64,
+        /// The factor in the file, S/g^exponent.
+        factor: f64,
+    },
     /// A labelled press that points outside the data.
     #[error(
         "a press is labelled row {row}, column {column} in frame {frame}, but the array has {rows} rows x {columns} columns and there are {frames} frames\nhint: rows, columns and frames count from 0; swapped labels mean a swapped recording"

@@ -266,7 +266,7 @@ fn write_found(spec: &mut SensorSpec, outcome: &Outcome, evidence: &Evidence) {
     spec.converter.carry_over = spec.converter.carry_over.max(0.0);
     spec.converter.noise_counts = Some(round(evidence.noise_counts, 1e3));
     spec.material = Some(material(outcome, spec.array.columns));
-    spec.uncertainty = outcome.uncertainty;
+    spec.uncertainty = (outcome.uncertainty).map(|told| told.of(spec.material.as_ref()));
     for list in [
         &mut spec.readout.r_mux_column_ohms,
         &mut spec.readout.r_mux_row_ohms,

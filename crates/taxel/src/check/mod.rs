@@ -60,12 +60,15 @@ pub fn check(sensor: &Sensor, data: &CheckData) -> Result<CheckReport, Error> {
 /// The sensor with the day's scale in its file; `date` of the check, ISO 8601.
 ///
 /// # Errors
-/// A scale that no sensor file takes: 0.1 to 10.
+/// A scale that no sensor file takes: 0.1 to 10; no scale at all.
 pub fn checked(sensor: &Sensor, report: &CheckReport, date: &str) -> Result<Sensor, Error> {
+    let (Some(scale), Some(conductance)) = (report.scale, report.conductance_scale) else {
+        return Err(Error::NoScale);
+    };
     sensor.edited(|spec| {
         spec.check = Some(CheckSpec {
-            scale: digits(report.scale.unwrap_or(1.0)),
-            conductance_scale: digits(report.conductance_scale.unwrap_or(1.0)),
+            scale: digits(scale),
+            conductance_scale: digits(conductance),
             scale_standard_error: digits(report.scale_standard_error.unwrap_or(0.0)),
             offset_g: report.offset_g.map(digits),
             presses: report.presses + report.totals,

@@ -305,6 +305,7 @@ mod tests {
         frame_share: None,
         frame_floor_g: None,
         spread_error: None,
+        material_factor: None,
     };
 
     /// Twelve presses, 20 to 600 g, of a sensor that reads `scale` times what it did and scatters as much as stated times

@@ -140,6 +140,7 @@ const TABLES: [(&str, &[&str]); 22] = [
             "frame_share",
             "frame_floor_g",
             "spread_error",
+            "material_factor",
         ],
     ),
     (

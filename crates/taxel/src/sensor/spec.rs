@@ -347,6 +347,9 @@ impl SensorSpec {
         keys::check(text)?;
         let spec: SensorSpec = toml::from_str(text).map_err(|error| keys::not_toml(&error))?;
         spec.check()?;
+        if let Some(uncertainty) = &spec.uncertainty {
+            uncertainty.belongs_to(spec.material.as_ref())?;
+        }
         Ok(spec)
     }
 

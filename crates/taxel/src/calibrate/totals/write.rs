@@ -28,8 +28,8 @@ pub(super) fn sensor(
 ) -> Result<Sensor, Error> {
     let material = fitted.member().material(sensor);
     sensor.edited(|spec| {
+        spec.uncertainty = uncertainty.map(|told| told.of(Some(&material)));
         spec.material = Some(material);
-        spec.uncertainty = uncertainty;
         spec.provenance = Some(provenance);
         spec.screen.dead_rows = faults.dead(Axis::Row).collect();
         spec.screen.dead_columns = faults.dead(Axis::Column).collect();
@@ -74,6 +74,7 @@ pub(super) fn uncertainty(
         frame_share: Some(digits(own.sqrt())),
         frame_floor_g: Some(digits(floor_g)),
         spread_error: None,
+        material_factor: None,
     })
 }
 

@@ -291,8 +291,9 @@ impl Bench<'_> {
                 rows.map(|row| row.iter().map(|gain| digits(*gain)).collect())
                     .collect(),
             ));
+            spec.uncertainty =
+                uncertainty(&chosen.judged, beside).map(|told| told.of(Some(&material)));
             spec.material = Some(material);
-            spec.uncertainty = uncertainty(&chosen.judged, beside);
             spec.provenance = Some(provenance);
             let lines = &faults.lines;
             spec.screen.dead_rows = lines.dead(Axis::Row).collect();

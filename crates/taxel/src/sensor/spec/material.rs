@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::PerTaxel;
+use crate::Error;
 
 /// The load law of a taxel: G = g_zero + gain · factor · load_g ^ exponent, or a monotone spline.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -110,9 +111,35 @@ pub struct UncertaintySpec {
     /// nothing told them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spread_error: Option<[f64; 3]>,
+    /// `material.factor` of the calibration that it is of: a file with another one has its numbers from elsewhere. Absent: not
+    /// known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub material_factor: Option<f64>,
 }
 
 impl UncertaintySpec {
+    /// Refuses a load law that another calibration gave: of files alone, since a program may move a number.
+    pub(crate) fn belongs_to(&self, material: Option<&MaterialSpec>) -> Result<(), Error> {
+        let (Some(stated), Some(material)) = (self.material_factor, material) else {
+            return Ok(());
+        };
+        if (stated / material.factor - 1.0).abs() < 1e-9 {
+            return Ok(());
+        }
+        Err(Error::OtherUncertainty {
+            stated,
+            factor: material.factor,
+        })
+    }
+
+    /// The same, of the calibration that gave this load law.
+    pub(crate) fn of(self, material: Option<&MaterialSpec>) -> Self {
+        Self {
+            material_factor: material.map(|material| material.factor),
+            ..self
+        }
+    }
+
     /// What all loads of a frame are off by together, a share of them: of what the model leaves unexplained.
     pub fn shared_share(&self) -> f64 {
         self.frame_share
