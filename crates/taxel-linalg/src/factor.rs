@@ -93,10 +93,15 @@ impl Spd {
             Par::Seq,
         );
         simd::zero_upper();
-        for (j, value) in out.iter_mut().enumerate() {
-            let line = &triangle[j * n + j..(j + 1) * n];
-            *value = dot(line, line);
-        }
+        simd::wide(
+            #[inline(always)]
+            || {
+                for (j, value) in out.iter_mut().enumerate() {
+                    let line = &triangle[j * n + j..(j + 1) * n];
+                    *value = dot(line, line);
+                }
+            },
+        );
     }
 }
 

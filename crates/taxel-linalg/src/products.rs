@@ -50,19 +50,8 @@ pub fn multiply_add(out: ViewMut<'_>, a: View<'_>, b: View<'_>, factor: f64) {
 }
 
 /// Lower triangle of out ← a b, for a product known to be symmetric. The upper triangle is untouched.
-pub fn multiply_lower(out: ViewMut<'_>, a: View<'_>, b: View<'_>) {
-    triangular::matmul(
-        out.0,
-        BlockStructure::TriangularLower,
-        Accum::Replace,
-        a.0,
-        BlockStructure::Rectangular,
-        b.0,
-        BlockStructure::Rectangular,
-        1.0,
-        Par::Seq,
-    );
-    simd::zero_upper();
+pub fn multiply_lower<T: Number>(out: ViewMut<'_, T>, a: View<'_, T>, b: View<'_, T>) {
+    T::lower_product(out, a, b);
 }
 
 mod sealed {
@@ -75,6 +64,8 @@ mod sealed {
 pub trait Number: sealed::Sealed + Copy {
     /// out ← a b.
     fn product(out: ViewMut<'_, Self>, a: View<'_, Self>, b: View<'_, Self>);
+    /// Lower triangle of out ← a b, for a product known to be symmetric.
+    fn lower_product(out: ViewMut<'_, Self>, a: View<'_, Self>, b: View<'_, Self>);
     /// out ← out + factor · a b.
     fn add_product(out: ViewMut<'_, Self>, a: View<'_, Self>, b: View<'_, Self>, factor: Self);
 }
@@ -84,6 +75,21 @@ macro_rules! number {
         impl Number for $real {
             fn product(out: ViewMut<'_, Self>, a: View<'_, Self>, b: View<'_, Self>) {
                 matmul(out.0, Accum::Replace, a.0, b.0, 1.0, Par::Seq);
+                simd::zero_upper();
+            }
+
+            fn lower_product(out: ViewMut<'_, Self>, a: View<'_, Self>, b: View<'_, Self>) {
+                triangular::matmul(
+                    out.0,
+                    BlockStructure::TriangularLower,
+                    Accum::Replace,
+                    a.0,
+                    BlockStructure::Rectangular,
+                    b.0,
+                    BlockStructure::Rectangular,
+                    1.0,
+                    Par::Seq,
+                );
                 simd::zero_upper();
             }
 

@@ -1,6 +1,13 @@
-//! A way out of wide-vector code.
+//! Ways into and out of wide-vector code.
 
 use std::hint::black_box;
+
+/// Runs `work` as code for the widest vectors that this processor has, chosen at run time. `work` is a closure marked
+/// `#[inline(always)]`, and so is what it calls: what is not inlined stays plain code. Worth it from some hundred numbers.
+#[inline(always)]
+pub fn wide<R>(work: impl FnOnce() -> R) -> R {
+    pulp::Arch::new().dispatch(work)
+}
 
 /// To be called after a product by faer: its kernels leave the upper halves of the vector registers set, and plain code
 /// after that (the system's ln and exp above all) waits for them at every instruction: 260 ns for ln and exp of a

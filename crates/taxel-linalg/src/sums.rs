@@ -14,30 +14,28 @@ pub fn mirror(values: &mut [f64], n: usize) {
 const LANES: usize = 8;
 
 /// Σ a b.
-#[inline]
+#[inline(always)]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; LANES];
-    let (a, b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
-    let rest = a.remainder().iter().zip(b.remainder());
-    let rest: f64 = rest.map(|(x, y)| x * y).sum();
-    for (x, y) in a.zip(b) {
-        for ((sum, x), y) in sums.iter_mut().zip(x).zip(y) {
-            *sum += x * y;
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(x, y)| x * y).sum();
+    for (x, y) in a.iter().zip(b) {
+        for i in 0..LANES {
+            sums[i] += x[i] * y[i];
         }
     }
     rest + sums.iter().sum::<f64>()
 }
 
 /// Σ a.
-#[inline]
+#[inline(always)]
 pub fn sum(a: &[f64]) -> f64 {
     let mut sums = [0.0; LANES];
-    let a = a.chunks_exact(LANES);
-    let rest: f64 = a.remainder().iter().sum();
+    let (a, rest) = a.as_chunks::<LANES>();
     for x in a {
-        for (sum, x) in sums.iter_mut().zip(x) {
-            *sum += x;
+        for i in 0..LANES {
+            sums[i] += x[i];
         }
     }
-    rest + sums.iter().sum::<f64>()
+    rest.iter().sum::<f64>() + sums.iter().sum::<f64>()
 }

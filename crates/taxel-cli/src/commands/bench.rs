@@ -19,7 +19,8 @@ use taxel_io::sensor_file;
 /// Time scan and inverse of a sensor on this machine
 ///
 /// The frames: 3 taxels in 10 pressed to between 500 and 3000 ohms, the others at 1 microsiemens. Warm: each
-/// frame starts from the one before it, whose pressed taxels differ by up to 4 %.
+/// frame starts from the one before it, whose pressed taxels differ by up to 4 %. As live, an inverse stops where
+/// noise and rounding of the sensor file hide the rest.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Sensor file, or the name of a preset
@@ -145,10 +146,14 @@ enum Way {
 impl Work {
     fn new(opened: Opened) -> Self {
         match opened {
-            Opened::Method(method) => Self {
-                name: method.name(),
-                way: Way::Solve(method.solver()),
-            },
+            Opened::Method(method) => {
+                let mut solver = method.solver();
+                solver.set_rounded(true);
+                Self {
+                    name: method.name(),
+                    way: Way::Solve(solver),
+                }
+            }
             Opened::Estimator(estimator) => Self {
                 name: estimator.name(),
                 way: Way::Estimate(estimator),

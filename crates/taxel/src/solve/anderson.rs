@@ -1,7 +1,7 @@
 //! Anderson's mixing of a fixed-point iteration (Anderson 1965; Walker and Ni 2011): the next point is the
 //! combination of the last few that leaves the smallest residual.
 
-use taxel_linalg::dot;
+use taxel_linalg::{dot, wide};
 
 /// The last few points of an iteration, and how to combine them.
 pub(super) struct Anderson {
@@ -14,6 +14,8 @@ pub(super) struct Anderson {
     residual: Vec<f64>,
     image_steps: Vec<Vec<f64>>,
     residual_steps: Vec<Vec<f64>>,
+    /// Products of the residual's steps with each other.
+    products: [[f64; MAX]; MAX],
     /// Steps kept, and the slot that the next one takes.
     kept: usize,
     slot: usize,
@@ -32,6 +34,7 @@ impl Anderson {
             residual: vec![0.0; length],
             image_steps: vec![vec![0.0; length]; depth],
             residual_steps: vec![vec![0.0; length]; depth],
+            products: [[0.0; MAX]; MAX],
             kept: 0,
             slot: 0,
             following: false,
@@ -72,11 +75,52 @@ impl Anderson {
 
     /// From a point and its image to the next point, written over `point`.
     pub(super) fn advance(&mut self, point: &mut [f64], image: &[f64]) {
+        wide(
+            #[inline(always)]
+            || self.look_at(point, image),
+        );
+        point.copy_from_slice(image);
+        self.following = true;
+        let kept = self.kept;
+        if kept == 0 {
+            return;
+        }
+        let mut system = self.products;
+        let mut right = [0.0; MAX];
+        wide(
+            #[inline(always)]
+            || {
+                for (right, step) in right.iter_mut().zip(&self.residual_steps[..kept]) {
+                    *right = dot(step, &self.last_residual);
+                }
+            },
+        );
+        for (a, line) in system[..kept].iter_mut().enumerate() {
+            line[a] *= 1.0 + 1e-12;
+        }
+        if !solve_small(&mut system, &mut right, kept) {
+            return;
+        }
+        wide(
+            #[inline(always)]
+            || {
+                for (factor, steps) in right.iter().zip(&self.image_steps[..kept]) {
+                    for (x, step) in point.iter_mut().zip(steps) {
+                        *x -= factor * step;
+                    }
+                }
+            },
+        );
+    }
+
+    /// The residual of a point, and the step to it from the last one.
+    #[inline(always)]
+    fn look_at(&mut self, point: &[f64], image: &[f64]) {
         for (((residual, image), point), weight) in self
             .residual
             .iter_mut()
             .zip(image)
-            .zip(point.iter())
+            .zip(point)
             .zip(&self.weight)
         {
             *residual = (image - point) * weight;
@@ -88,40 +132,20 @@ impl Anderson {
             difference(&mut self.image_steps[slot], image, &self.last_image);
             let steps = &mut self.residual_steps[slot];
             difference(steps, &self.residual, &self.last_residual);
+            for other in 0..self.kept {
+                let product = dot(&self.residual_steps[slot], &self.residual_steps[other]);
+                self.products[slot][other] = product;
+                self.products[other][slot] = product;
+            }
         }
         self.last_image.copy_from_slice(image);
-        self.last_residual.copy_from_slice(&self.residual);
-        point.copy_from_slice(image);
-        self.following = true;
-        let kept = self.kept;
-        if kept == 0 {
-            return;
-        }
-        let mut system = [[0.0; MAX]; MAX];
-        let mut right = [0.0; MAX];
-        let steps = &self.residual_steps[..kept];
-        for ((line, right), step) in system.iter_mut().zip(&mut right).zip(steps) {
-            for (value, other) in line.iter_mut().zip(steps) {
-                *value = dot(step, other);
-            }
-            *right = dot(step, &self.residual);
-        }
-        for (a, line) in system.iter_mut().enumerate() {
-            line[a] *= 1.0 + 1e-12;
-        }
-        if !solve_small(&mut system, &mut right, kept) {
-            return;
-        }
-        for (factor, steps) in right.iter().zip(&self.image_steps[..kept]) {
-            for (x, step) in point.iter_mut().zip(steps) {
-                *x -= factor * step;
-            }
-        }
+        std::mem::swap(&mut self.last_residual, &mut self.residual);
     }
 }
 
 const MAX: usize = 5;
 
+#[inline(always)]
 fn difference(out: &mut [f64], a: &[f64], b: &[f64]) {
     for ((out, a), b) in out.iter_mut().zip(a).zip(b) {
         *out = a - b;

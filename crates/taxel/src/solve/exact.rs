@@ -11,18 +11,17 @@
 //!
 //! [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
 
+mod rounds;
+mod single;
 mod state;
 
-use super::anderson::Anderson;
-use super::network::Network;
-use super::{Infeasible, Method, Outcome, Solver, Stop};
+use super::{Infeasible, Method, Outcome, Solver, Stop, noise_and_rounding_volts};
 use crate::circuit::{LineEnds, LinearCircuit};
 use crate::material::Sheet;
 use crate::sensor::Sensor;
 use crate::{Frame, Mark, Siemens, Volts};
 pub(crate) use state::SolverState;
-use state::unpack;
-use taxel_linalg::{View, ViewMut, multiply_lower};
+use taxel_linalg::{sum, wide};
 
 /// The closed iteration for `tia-grounded-columns` without a source resistor.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,21 +29,43 @@ pub struct Exact {
     ends: LineEnds,
     sheet: Option<Sheet>,
     tolerance: f64,
+    noise_siemens: f64,
+}
+
+/// What a stream leaves of its answer, as a share of the least standard error by noise and rounding, by an estimate that is [`rounds::SAFETY`]
+/// times too large where rounds go as they usually do.
+const NOISE_SHARE: f64 = 0.4;
+/// No noise is so large that more than this share of the largest conductance may be left.
+const MAX_TOLERANCE: f64 = 1e-4;
+
+/// When an answer no longer changes: by less than this share of the largest conductance, or than so many siemens.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Accuracy {
+    pub(super) share: f64,
+    siemens: f64,
+}
+
+impl Accuracy {
+    /// As a share of the largest conductance.
+    pub(super) fn at(self, largest: f64) -> f64 {
+        let by_noise = (self.siemens / largest).min(MAX_TOLERANCE);
+        self.share.max(by_noise)
+    }
+
+    /// A part of it.
+    fn part(self, part: f64) -> Self {
+        Self {
+            share: part * self.share,
+            siemens: part * self.siemens,
+        }
+    }
 }
 
 /// Rows whose readings sum to less than this share of V_t carry no current worth a place in the network.
 const WEAK_ROW: f64 = 1e-7;
-const MAX_FAST_ITERATIONS: u32 = 25;
-const MIXING_DEPTH: usize = 3;
+const MIXING_DEPTH: usize = 4;
 /// Where a conductance changes by less than this share of the largest, the fast iteration does the rest.
 const HAND_OVER: f64 = 1e-2;
-/// The rounds left change a conductance by about change × ratio/(1 − ratio) in all; how much more is allowed
-/// for, since mixed steps are irregular.
-const SAFETY: f64 = 4.0;
-const SLOWEST: f64 = 0.9;
-/// Under a sheet no ratio counts for less: in a steady stream mixing foresees most of a change at once, and what it has not
-/// foreseen shrinks as slowly as ever (frames that stopped in the third round were off by 2e-8).
-const LEAST_RATIO: f64 = 0.08;
 /// The last change of the slow iteration, as a share of the tolerance: it contracts by a half and more.
 const ROOT_SHARE: f64 = 0.2;
 
@@ -57,19 +78,30 @@ impl Exact {
             ends: ends.clone(),
             sheet: circuit.sheet(),
             tolerance: 1e-9,
+            noise_siemens: 0.0,
         })
     }
 
     /// The method for a sensor; none when its read-out has no closed iteration, or its recorder leaves readings out: this
     /// needs the value of each.
     pub(crate) fn from_sensor(sensor: &Sensor, circuit: &LinearCircuit) -> Option<Self> {
-        Self::new(circuit).filter(|_| sensor.converter().floor_count.is_none())
+        let method = Self::new(circuit).filter(|_| sensor.converter().floor_count.is_none())?;
+        let (noise_volts, rounding_volts) = noise_and_rounding_volts(sensor);
+        let ends = circuit.ends();
+        let rows = ends.row_selected.iter().zip(&ends.volts_per_volt);
+        // A taxel alone on its lines has the smallest error: what loads its lines makes its reading smaller.
+        let least = rows.map(|(g, volts)| g / (volts * ends.v_test_volts));
+        let least = least.fold(f64::INFINITY, |least, x| least.min(x.abs()));
+        Some(Self {
+            noise_siemens: NOISE_SHARE * least * noise_volts.hypot(rounding_volts),
+            ..method
+        })
     }
 
-    /// Stops when no conductance is estimated to change by more than `tolerance` times the largest (1e-9
-    /// otherwise). At 1e-6, 3 frames of 2160 missed it, all at 100 Ω and more, the worst by 2.5 times.
+    /// Stops when no conductance is estimated to change by more than `tolerance` times the largest, whatever noise there is (otherwise
+    /// 1e-9; for readings that a converter has rounded, a tenth of what its noise is worth). At 1e-6, 3 frames of 2160 missed it, all at 100 Ω and more, the worst by 2.5 times.
     pub fn with_tolerance(mut self, tolerance: f64) -> Self {
-        self.tolerance = tolerance;
+        (self.tolerance, self.noise_siemens) = (tolerance, 0.0);
         self
     }
 }
@@ -99,6 +131,10 @@ impl Solver for ExactSolver {
 
     fn forget(&mut self) {
         self.state.forget();
+    }
+
+    fn set_rounded(&mut self, is_rounded: bool) {
+        self.state.is_rounded = is_rounded;
     }
 }
 
@@ -166,11 +202,13 @@ impl Exact {
             // volts ← the share of V_t on the selected row's line.
             let scale = 1.0 / (ends.volts_per_volt[r] * ends.v_test_volts);
             let line = &mut state.volts[i * n..(i + 1) * n];
-            let mut sum = 0.0;
-            for value in line.iter_mut() {
-                *value *= scale;
-                sum += *value;
-            }
+            let sum = wide(
+                #[inline(always)]
+                || {
+                    line.iter_mut().for_each(|value| *value *= scale);
+                    sum(line)
+                },
+            );
             if sum >= 1.0 {
                 let ohms = 1.0 / ends.row_selected[r];
                 return Err(Infeasible::row(r, ohms, sum));
@@ -185,8 +223,10 @@ impl Exact {
         }
         let network = &mut state.network;
         // Each time, so that a state also serves the same sensor with other resistances.
-        for (g_c, &c) in network.g_c.iter_mut().zip(&state.live.columns) {
+        let columns = network.g_c.iter_mut().zip(&mut state.column_ohms);
+        for ((g_c, ohms), &c) in columns.zip(&state.live.columns) {
             *g_c = ends.column_selected[c];
+            *ohms = 1.0 / *g_c;
         }
         let mut at = 0;
         for (i, &r) in state.live.rows.iter().enumerate() {
@@ -202,13 +242,18 @@ impl Exact {
             };
             network.p[at] = p;
             let line = &state.volts[i * n..(i + 1) * n];
-            for ((k, share), g_c) in network.k[at * n..(at + 1) * n]
-                .iter_mut()
-                .zip(line)
-                .zip(&network.g_c)
-            {
-                *k = beta * share / g_c;
-            }
+            let k = network.k[at * n..(at + 1) * n].iter_mut();
+            let single = &mut state.single.k[at * n..(at + 1) * n];
+            wide(
+                #[inline(always)]
+                || {
+                    let ohms = &state.column_ohms;
+                    for (((k, single), share), ohms) in k.zip(single).zip(line).zip(ohms) {
+                        *k = beta * share * ohms;
+                        *single = *k as f32;
+                    }
+                },
+            );
             at += 1;
         }
         Ok(())
@@ -218,7 +263,15 @@ impl Exact {
         if state.network.m == 0 {
             return Outcome::new(Stop::Direct, 0, 0.0);
         }
-        let fast = self.fast(state);
+        let accuracy = Accuracy {
+            share: self.tolerance,
+            siemens: if state.is_rounded {
+                self.noise_siemens
+            } else {
+                0.0
+            },
+        };
+        let fast = rounds::run(state, accuracy);
         if fast.stop.is_good() {
             state.slow = false;
             return fast;
@@ -226,18 +279,21 @@ impl Exact {
         let again = state.warm && state.slow;
         state.slow = true;
         let mut iterations = fast.iterations;
-        let rough = (ROOT_SHARE * self.tolerance).max(HAND_OVER);
+        let fine = accuracy.part(ROOT_SHARE);
+        let rough = Accuracy {
+            share: fine.share.max(HAND_OVER),
+            ..fine
+        };
         let (mut outcome, mut worst_column) = state.root.iterate(&mut state.network, rough, again);
         iterations += outcome.iterations;
-        if outcome.stop.is_good() && rough > self.tolerance {
+        if outcome.stop.is_good() && rough.share > self.tolerance {
             state.take_s();
-            let fast = self.fast(state);
+            let fast = rounds::run(state, accuracy);
             iterations += fast.iterations;
             if fast.stop.is_good() {
                 return Outcome { iterations, ..fast };
             }
-            let (root, fine) = (&mut state.root, ROOT_SHARE * self.tolerance);
-            (outcome, worst_column) = root.iterate(&mut state.network, fine, true);
+            (outcome, worst_column) = state.root.iterate(&mut state.network, fine, true);
             iterations += outcome.iterations;
         }
         outcome.iterations = iterations;
@@ -253,62 +309,6 @@ impl Exact {
             });
         }
         outcome
-    }
-
-    /// The fixed point in S; gives up (`Stalled`) as soon as it does not contract.
-    fn fast(&self, state: &mut SolverState) -> Outcome {
-        let SolverState {
-            network,
-            packed,
-            image,
-            triangle,
-            diagonal,
-            stretch,
-            mixing,
-            warm,
-            ..
-        } = state;
-        let m = network.m;
-        for (root, p) in diagonal.iter_mut().zip(&network.p) {
-            *root = p.sqrt();
-        }
-        start(network, packed, mixing, warm.then_some(stretch), diagonal);
-        if let Some(sideways) = &mut network.sideways {
-            sideways.begin();
-        }
-        let (mut ratio_before, mut last_change) = (0f64, f64::INFINITY);
-        for round in 1..=MAX_FAST_ITERATIONS {
-            let stalled = Outcome::new(Stop::Stalled, round, last_change);
-            unpack(packed, &mut network.s, m);
-            network.take_couplings(&packed[m * (m + 1) / 2..]);
-            let floor = f64::MIN_POSITIVE;
-            if network.columns_from_s(floor).0 <= 0.0 || network.settle(floor) <= 0.0 {
-                return stalled;
-            }
-            let (largest, change) = network.conductances();
-            let change = change / largest;
-            if !change.is_finite() || (round > 4 && change > 0.3) {
-                return stalled;
-            }
-            // The first change is none of the iteration's; from the second on, their ratio says what is left.
-            let ratio = match round {
-                1 | 2 => 1.0,
-                _ if network.sideways.is_some() => (change / last_change).max(LEAST_RATIO),
-                _ => change / last_change,
-            };
-            let slower = ratio.max(ratio_before).min(SLOWEST);
-            let left = SAFETY * change * slower / (1.0 - slower);
-            if round > 1 && left <= self.tolerance {
-                return Outcome::new(Stop::Converged, round, change);
-            }
-            ratio_before = if round < 3 { 0.0 } else { ratio };
-            last_change = change;
-            if !image_of(network, packed, image, diagonal, triangle) {
-                return stalled;
-            }
-            mixing.advance(packed, image);
-        }
-        Outcome::new(Stop::IterationLimit, MAX_FAST_ITERATIONS, last_change)
     }
 
     /// The rows that carry current to their places, and the rest to first order in their conductance:
@@ -364,87 +364,4 @@ impl Exact {
             }
         }
     }
-}
-
-/// The first S: the previous frame's, scaled to this one's P_rr, or diag(1/P_rr); and the weights that make its entries comparable.
-fn start(
-    network: &mut Network,
-    packed: &mut [f64],
-    mixing: &mut Anderson,
-    stretch: Option<&mut Vec<f64>>,
-    root_p: &[f64],
-) {
-    let m = network.m;
-    match stretch {
-        Some(_) => mixing.resume(),
-        None => mixing.restart(),
-    }
-    let weights = mixing.weights_mut();
-    let mut at = 0;
-    for i in 0..m {
-        for j in 0..=i {
-            weights[at] = root_p[i] * root_p[j];
-            let kept = match &stretch {
-                Some(stretch) => packed[at] * stretch[i] * stretch[j],
-                None => 0.0,
-            };
-            packed[at] = if i == j && kept == 0.0 {
-                1.0 / network.p[i]
-            } else {
-                kept
-            };
-            at += 1;
-        }
-    }
-    // Couplings are small beside what columns and rows conduct: as much as resistances of one size make comparable.
-    let ohms = root_p.iter().map(|root| root * root).sum::<f64>() / m as f64;
-    weights[at..].fill(ohms);
-    if stretch.is_none() {
-        network.g.fill(0.0);
-        packed[at..].fill(0.0);
-    }
-}
-
-/// The next S, packed, from the conductances of the present one. False when it is not positive definite.
-fn image_of(
-    network: &mut Network,
-    packed: &[f64],
-    image: &mut [f64],
-    diagonal: &mut [f64],
-    triangle: &mut [f64],
-) -> bool {
-    let m = network.m;
-    let (g, h) = (
-        View::new(&network.g, m, network.n),
-        View::new(&network.h, m, network.n),
-    );
-    multiply_lower(ViewMut::new(&mut network.product, m, m), g, h.transpose());
-    let now = network.sideways.as_ref().map(|s| &s.now);
-    if let Some(now) = now {
-        let (rows, columns) = image[m * (m + 1) / 2..].split_at_mut(now.small.len());
-        rows.copy_from_slice(&now.small);
-        columns.copy_from_slice(&now.large);
-    }
-    for i in 0..m {
-        let (low, at) = (i * m, i * (i + 1) / 2);
-        for j in 0..i {
-            image[at + j] = -network.product[low + j];
-            network.product[low + j] = image[at + j];
-        }
-        if let (Some(now), Some(before)) = (now, i.checked_sub(1)) {
-            network.product[low + before] -= now.small[before];
-        }
-        image[at + i] = packed[at + i];
-        network.product[low + i] = packed[at + i];
-    }
-    if !network.spd.factorise(&network.product) {
-        return false;
-    }
-    network.spd.inverse_diagonal_into(diagonal, triangle);
-    for i in 0..m {
-        let found = diagonal[i];
-        // 1/found is the Schur complement of S_ii, so this makes it 1/P_rr if no other entry moves.
-        image[i * (i + 1) / 2 + i] += 1.0 / network.p[i] - 1.0 / found;
-    }
-    true
 }

@@ -3,7 +3,7 @@
 use super::sideways::Sideways;
 use crate::circuit::network::coupling::add_laplacian;
 use crate::material::Sheet;
-use taxel_linalg::{Spd, View, ViewMut, multiply};
+use taxel_linalg::{Spd, View, ViewMut, multiply, wide};
 
 /// A column conducts at least this share of its end: less is an estimate on its way, or noise.
 const LEAST_COLUMN: f64 = 0.1;
@@ -88,11 +88,17 @@ impl Network {
     fn columns_from_h(&mut self, floor: f64) -> (f64, usize) {
         let n = self.n;
         self.d.fill(1.0);
-        for line in self.h.chunks_exact(n) {
-            for (d, h) in self.d.iter_mut().zip(line) {
-                *d -= h;
-            }
-        }
+        let (d, h) = (&mut self.d[..n], &self.h);
+        wide(
+            #[inline(always)]
+            || {
+                for line in h.chunks_exact(n) {
+                    for (d, h) in d.iter_mut().zip(line) {
+                        *d -= h;
+                    }
+                }
+            },
+        );
         if let Some(sideways) = &self.sideways {
             self.headroom.copy_from_slice(&self.d);
             self.taken.fill(0.0);
@@ -133,31 +139,28 @@ impl Network {
     /// G ← H diag(d) (H T under a sheet). Returns the largest conductance and the largest change of one.
     pub(super) fn conductances(&mut self) -> (f64, f64) {
         let n = self.n;
-        let (mut largest, mut change) = ([0f64; LANES], [0f64; LANES]);
         if let Some(sideways) = &self.sideways {
             sideways.times(&self.h, &mut self.h_t);
         }
-        for (i, g) in self.g.chunks_exact_mut(n).enumerate() {
-            let line = i * n..(i + 1) * n;
-            let row = match &self.sideways {
-                Some(_) => &self.h_t[line],
-                None => {
-                    let row = self.headroom.iter_mut();
-                    for ((row, h), d) in row.zip(&self.h[line]).zip(&self.d) {
+        let is_chained = self.sideways.is_some();
+        let (g, d, row) = (&mut self.g, &self.d, &mut self.headroom[..n]);
+        let lines = if is_chained { &self.h_t } else { &self.h };
+        let (mut largest, mut change) = ([0f64; LANES], [0f64; LANES]);
+        wide(
+            #[inline(always)]
+            || {
+                for (g, line) in g.chunks_exact_mut(n).zip(lines.chunks_exact(n)) {
+                    if is_chained {
+                        take(g, line, &mut largest, &mut change);
+                        continue;
+                    }
+                    for ((row, h), d) in row.iter_mut().zip(line).zip(d) {
                         *row = h * d;
                     }
-                    &self.headroom
+                    take(g, row, &mut largest, &mut change);
                 }
-            };
-            for (g, row) in g.chunks_mut(LANES).zip(row.chunks(LANES)) {
-                let lanes = largest.iter_mut().zip(&mut change);
-                for ((g, value), (largest, change)) in g.iter_mut().zip(row).zip(lanes) {
-                    raise(largest, value.abs());
-                    raise(change, (value - *g).abs());
-                    *g = *value;
-                }
-            }
-        }
+            },
+        );
         let most = |lanes: [f64; LANES]| lanes.into_iter().fold(0f64, f64::max);
         // A value that is no number is not larger than anything: multiplying lets it through.
         let finite = self.d.iter().map(|d| d * 0.0).sum::<f64>();
@@ -206,9 +209,28 @@ impl Network {
 }
 
 /// Maxima kept side by side, so that the compiler may use vectors.
-const LANES: usize = 8;
+pub(super) const LANES: usize = 8;
+
+/// Puts a line of new values in the place of `g`, and raises the largest of them and the largest change.
+#[inline(always)]
+fn take(g: &mut [f64], line: &[f64], largest: &mut [f64; LANES], change: &mut [f64; LANES]) {
+    let (g, g_rest) = g.as_chunks_mut::<LANES>();
+    let (line, rest) = line.as_chunks::<LANES>();
+    for (g, line) in g.iter_mut().zip(line) {
+        for i in 0..LANES {
+            raise(&mut largest[i], line[i].abs());
+            raise(&mut change[i], (line[i] - g[i]).abs());
+        }
+        *g = *line;
+    }
+    for (g, value) in g_rest.iter_mut().zip(rest) {
+        raise(&mut largest[0], value.abs());
+        raise(&mut change[0], (value - *g).abs());
+        *g = *value;
+    }
+}
 
 #[inline(always)]
-fn raise(most: &mut f64, value: f64) {
+pub(super) fn raise<T: Copy + PartialOrd>(most: &mut T, value: T) {
     *most = if value > *most { value } else { *most };
 }

@@ -6,6 +6,7 @@
 //! tridiagonal, and their Cholesky factors C and E stand for the square roots: X = Cᵀ P C.
 
 use super::anderson::Anderson;
+use super::exact::Accuracy;
 use super::network::Network;
 use super::square_root::SquareRoot;
 use super::{Outcome, Stop};
@@ -62,12 +63,12 @@ impl Root {
         self.columns.resize(n);
     }
 
-    /// Iterates to the tolerance, from the frame before when it is `warm`; leaves G, H, d, S in the network. The second answer is the column whose
+    /// Iterates to the accuracy, from the frame before when it is `warm`; leaves G, H, d, S in the network. The second answer is the column whose
     /// denominator stayed at or below zero, if one did.
     pub(super) fn iterate(
         &mut self,
         network: &mut Network,
-        tolerance: f64,
+        accuracy: Accuracy,
         warm: bool,
     ) -> (Outcome, Option<(f64, usize)>) {
         let m = network.m;
@@ -86,7 +87,7 @@ impl Root {
             least = network.columns_from_s(FLOOR);
             let (largest, change) = network.conductances();
             last = change / largest;
-            if round > 1 && last <= tolerance && least.0 > FLOOR {
+            if round > 1 && last <= accuracy.at(largest) && least.0 > FLOOR {
                 let stop = Stop::Converged;
                 return (Outcome::new(stop, round, last), None);
             }

@@ -5,6 +5,7 @@ use super::super::lines::LiveLines;
 use super::super::network::Network;
 use super::super::root::Root;
 use super::MIXING_DEPTH;
+use super::single::Single;
 
 /// What is kept of a frame for the next one, and room to work in.
 pub(crate) struct SolverState {
@@ -15,13 +16,18 @@ pub(crate) struct SolverState {
     /// The rows that carry current.
     places: Vec<usize>,
     pub(super) warm: bool,
+    /// Whether a converter has rounded the readings.
+    pub(super) is_rounded: bool,
     /// The frame before was too much for the fast iteration.
     pub(super) slow: bool,
     pub(super) volts: Vec<f64>,
     pub(super) siemens: Vec<f64>,
     pub(super) share: Vec<f64>,
+    /// 1/g_c of the live columns.
+    pub(super) column_ohms: Vec<f64>,
     pub(super) along_rows: Vec<f64>,
     pub(super) network: Network,
+    pub(super) single: Single,
     /// What makes the previous frame's S have this one's P_rr, on either side.
     pub(super) stretch: Vec<f64>,
     /// The lower triangle of S, row by row, without a sheet's couplings; then these, of rows and columns.
@@ -47,12 +53,15 @@ impl SolverState {
             strong_before: Vec::with_capacity(rows),
             places: Vec::with_capacity(rows),
             warm: false,
+            is_rounded: false,
             slow: false,
             volts: vec![0.0; rows * columns],
             siemens: vec![0.0; rows * columns],
             share: vec![0.0; rows],
+            column_ohms: vec![0.0; columns],
             along_rows: vec![0.0; rows],
             network: Network::new(rows, columns),
+            single: Single::new(rows, columns),
             stretch: vec![1.0; rows],
             packed: vec![0.0; packed],
             image: vec![0.0; packed],
@@ -83,6 +92,7 @@ impl SolverState {
         self.strong_before.clone_from(&self.strong);
         self.image.resize(packed, 0.0);
         self.network.resize(m, n);
+        self.single.resize(m, n);
         self.triangle.resize(m * m, 0.0);
         self.diagonal.resize(m, 0.0);
         self.mixing.resize(packed);
@@ -145,12 +155,14 @@ fn pack(full: &[f64], packed: &mut [f64], m: usize) {
     }
 }
 
-pub(super) fn unpack(packed: &[f64], full: &mut [f64], m: usize) {
+/// The full matrix of a packed lower triangle, in the numbers that `of` makes of its own.
+pub(super) fn unpack<T: Copy>(packed: &[f64], full: &mut [T], m: usize, of: impl Fn(f64) -> T) {
     let mut at = 0;
     for i in 0..m {
         for j in 0..=i {
-            full[i * m + j] = packed[at];
-            full[j * m + i] = packed[at];
+            let value = of(packed[at]);
+            full[i * m + j] = value;
+            full[j * m + i] = value;
             at += 1;
         }
     }
