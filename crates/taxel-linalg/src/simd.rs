@@ -2,10 +2,9 @@
 
 use std::hint::black_box;
 
-/// Runs `work` as code for the widest vectors that this processor has, chosen at run time. `work` is a closure marked
-/// `#[inline(always)]`, and so is what it calls: what is not inlined stays plain code. Worth it from some hundred numbers.
+/// Runs `work`, a closure marked `#[inline(always)]`, as code for the widest vectors that this processor has.
 #[inline(always)]
-pub fn wide<R>(work: impl FnOnce() -> R) -> R {
+pub(crate) fn wide<R>(work: impl FnOnce() -> R) -> R {
     pulp::Arch::new().dispatch(work)
 }
 

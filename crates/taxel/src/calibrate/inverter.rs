@@ -3,24 +3,22 @@
 use super::evidence::Evidence;
 use crate::circuit::Converter;
 use crate::screen::stand_in;
-use crate::solve::{Best, DiodeState, ExactState, NewtonState};
+use crate::solve::{Best, DiodeState, ExactStart, ExactState, NewtonState};
 use crate::{Counts, Frame, Sensor, Siemens, Volts};
 
 /// Accuracy of inversions while fitting, of the largest conductance: derivatives by differences need it.
-const TOLERANCE: f64 = 1e-6;
+const TOLERANCE: f64 = 1e-7;
 /// Rounds of Newton's method, and restarts in each, after which a frame is taken to have no answer with a circuit that
 /// the fit tries: those that have one seldom take more, and a fit does without a fifth of its frames.
 const LIMITS: (u32, usize) = (20, 2);
-/// Warm starts pay where a state is small and outlives a change of the circuit.
-const MAX_REMEMBERED_TAXELS: usize = 16_384;
 
 /// A frame's number (presses first, then levels) and what its last inversion left.
 pub(super) type Job = (usize, Option<Start>);
 
 /// What the next inversion of a frame starts from.
 pub(super) enum Start {
-    /// All that the exact method keeps.
-    Exact(Box<ExactState>),
+    /// What the exact method starts from.
+    Exact(ExactStart),
     /// The conductances of the last one: Newton's method keeps too much to have one each.
     Siemens(Vec<f64>),
 }
@@ -130,18 +128,16 @@ impl<'a> Inverter<'a> {
         } = work;
         match &self.method {
             Best::Exact(exact) => {
-                if self.shape.0 * self.shape.1 > MAX_REMEMBERED_TAXELS {
-                    let state = shared.get_or_insert_with(|| exact.state());
-                    state.forget();
-                    return exact.solve_with(volts, siemens, state).stop.is_good();
-                }
-                let mut state = match start.take() {
-                    Some(Start::Exact(own)) => own,
-                    _ => Box::new(exact.state()),
+                let state = shared.get_or_insert_with(|| exact.state());
+                let (mut own, is_known) = match start.take() {
+                    Some(Start::Exact(own)) => (own, true),
+                    _ => (ExactStart::default(), false),
                 };
-                let outcome = exact.solve_with(volts, siemens, &mut state);
-                *start = Some(Start::Exact(state));
-                outcome.stop.is_good()
+                state.exchange(&mut own, is_known);
+                let is_good = exact.solve_with(volts, siemens, state).stop.is_good();
+                state.exchange(&mut own, false);
+                *start = is_good.then_some(Start::Exact(own));
+                is_good
             }
             Best::Diodes(method) => {
                 let state = diodes.get_or_insert_with(|| method.state());

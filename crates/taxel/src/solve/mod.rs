@@ -21,7 +21,7 @@ mod square_root;
 pub(crate) use diode::SolverState as DiodeState;
 pub(crate) use diode::TaxelDiodes;
 pub use exact::Exact;
-pub(crate) use exact::SolverState as ExactState;
+pub(crate) use exact::{SolverState as ExactState, Start as ExactStart};
 pub use newton::Newton;
 pub(crate) use newton::SolverState as NewtonState;
 pub use raw::Raw;

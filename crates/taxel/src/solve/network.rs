@@ -3,7 +3,8 @@
 use super::sideways::Sideways;
 use crate::circuit::network::coupling::add_laplacian;
 use crate::material::Sheet;
-use taxel_linalg::{Spd, View, ViewMut, multiply, wide};
+use crate::wide::wide;
+use taxel_linalg::{Spd, View, ViewMut, multiply};
 
 /// A column conducts at least this share of its end: less is an estimate on its way, or noise.
 const LEAST_COLUMN: f64 = 0.1;

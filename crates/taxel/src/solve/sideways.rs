@@ -10,6 +10,7 @@
 //! The same changes are taken from H at once, so that what a round goes on with fits the couplings it found. Left to the next
 //! round, as an entry of S, each change cost a product S K more: nine rounds or ten in place of seven.
 
+use super::lines::LiveLines;
 use crate::circuit::network::coupling::{Couplings, diagonal};
 use crate::material::Sheet;
 use crate::wide::wide;
@@ -78,6 +79,19 @@ impl Sideways {
             line.clear();
             line.resize(columns.len(), 0.0);
         }
+    }
+
+    /// The same for the live rows that are `strong`; `places` is room for them.
+    pub(super) fn reshape_to(
+        &mut self,
+        live: &LiveLines,
+        strong: &[bool],
+        places: &mut Vec<usize>,
+    ) {
+        let rows = live.rows.iter().zip(strong);
+        places.clear();
+        places.extend(rows.filter(|row| *row.1).map(|row| *row.0));
+        self.reshape(places, &live.columns);
     }
 
     /// Takes couplings as an iteration has mixed them, rows and then columns; mixing may overshoot.

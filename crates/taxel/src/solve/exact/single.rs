@@ -2,7 +2,8 @@
 
 use super::super::network::{LANES, raise};
 use super::state::unpack;
-use taxel_linalg::{Number, View, ViewMut, multiply_lower, wide};
+use crate::wide::wide;
+use taxel_linalg::{Number, View, ViewMut, multiply_lower};
 
 /// As in [`super::super::network::Network`], row-major, without a sheet.
 pub(super) struct Single {

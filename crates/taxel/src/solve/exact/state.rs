@@ -39,7 +39,35 @@ pub(crate) struct SolverState {
     pub(super) root: Root,
 }
 
+/// What a frame leaves for the next solve of the same frame by another circuit, without the room to work in.
+#[derive(Debug, Default)]
+pub(crate) struct Start {
+    live: LiveLines,
+    strong: Vec<bool>,
+    p: Vec<f64>,
+    packed: Vec<f64>,
+}
+
 impl SolverState {
+    /// Takes a start in the place of its own, which is then in `start`: many frames take turns in one state's memory, that stays
+    /// in the processor's cache. Whether the start is one is for `is_known`.
+    pub(crate) fn exchange(&mut self, start: &mut Start, is_known: bool) {
+        std::mem::swap(&mut self.live, &mut start.live);
+        std::mem::swap(&mut self.strong_before, &mut start.strong);
+        std::mem::swap(&mut self.network.p, &mut start.p);
+        std::mem::swap(&mut self.packed, &mut start.packed);
+        (self.warm, self.slow) = (is_known, false);
+        self.mixing.restart();
+        if is_known {
+            if let Some(sideways) = &mut self.network.sideways {
+                sideways.reshape_to(&self.live, &self.strong_before, &mut self.places);
+            }
+            self.resize(self.network.p.len(), self.live.columns.len());
+        } else {
+            self.strong_before.clear();
+        }
+    }
+
     /// Makes the next solve start cold.
     pub(crate) fn forget(&mut self) {
         self.warm = false;
@@ -76,11 +104,7 @@ impl SolverState {
     pub(super) fn reshape(&mut self, n: usize) {
         let m = self.strong.iter().filter(|&&strong| strong).count();
         if let Some(sideways) = &mut self.network.sideways {
-            let rows = self.live.rows.iter().zip(&self.strong);
-            self.places.clear();
-            self.places
-                .extend(rows.filter(|row| *row.1).map(|row| *row.0));
-            sideways.reshape(&self.places, &self.live.columns);
+            sideways.reshape_to(&self.live, &self.strong, &mut self.places);
         }
         let packed = m * (m + 1) / 2 + self.network.couplings();
         if self.warm && self.strong.len() == self.strong_before.len() {
@@ -90,6 +114,13 @@ impl SolverState {
             self.packed.resize(packed, 0.0);
         }
         self.strong_before.clone_from(&self.strong);
+        self.resize(m, n);
+    }
+
+    fn resize(&mut self, m: usize, n: usize) {
+        let packed = m * (m + 1) / 2 + self.network.couplings();
+        // Without what is known of couplings, they are 0.
+        self.packed.resize(packed, 0.0);
         self.image.resize(packed, 0.0);
         self.network.resize(m, n);
         self.single.resize(m, n);
