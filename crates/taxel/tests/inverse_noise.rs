@@ -2,11 +2,14 @@
 
 mod common;
 
-use common::{inversion, pressed};
-use taxel::circuit::{Circuit, LinearCircuit, Noise};
-use taxel::sensor::Topology;
+use common::{farthest, inversion, largest, pressed};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use taxel::circuit::{Circuit, Converter, LinearCircuit, Noise, ROUNDING_COUNTS};
+use taxel::sensor::{PerLine, Topology, preset};
+use taxel::solve::default_method;
 use taxel::uncertainty::{Uncertainty, standard_errors, standard_errors_by};
-use taxel::{Frame, Mark, Siemens};
+use taxel::{Frame, Mark, Sensor, Siemens};
 
 /// Half a count of 16 bits over 2.2 V.
 const SIGMA_VOLTS: f64 = 1.7e-5;
@@ -203,4 +206,80 @@ fn idle_lines_of_noise_do_not_spoil_a_stream() {
             }
         }
     }
+}
+
+/// Conductances of one draw: some taxels pressed to 500 to 3000 Ω, then each of them less by up to a share of itself.
+fn stream(taxels: usize, density: f64, change: f64, seed: u64) -> Vec<Vec<f64>> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut pressed = || random.random_bool(density);
+    let is_pressed: Vec<bool> = (0..taxels).map(|_| pressed()).collect();
+    let most = |_| 1.0 / (500.0 + 2500.0 * random.random::<f64>());
+    let most: Vec<f64> = (0..taxels).map(most).collect();
+    let frame = |_| {
+        let each = is_pressed.iter().zip(&most);
+        let siemens = each.map(|(is_pressed, most)| {
+            let share = 1.0 - change * random.random::<f64>();
+            if *is_pressed { most * share } else { 1e-6 }
+        });
+        siemens.collect()
+    };
+    (0..60).map(frame).collect()
+}
+
+/// The largest error of a conductance that two streams leave, of readings that a converter has rounded, in standard errors
+/// that rounding alone gives a taxel alone, and of volts that none has, in largest conductances. `cold`: each frame by itself.
+fn left(sensor: &Sensor, frames: &[Vec<f64>], cold: bool) -> [f64; 2] {
+    let circuit = LinearCircuit::from_sensor(sensor).unwrap();
+    let frame = |siemens: &[f64]| {
+        Frame::<Siemens>::new(sensor.rows(), sensor.columns(), siemens.to_vec()).unwrap()
+    };
+    let mut alone = vec![0.0; frames[0].len()];
+    alone[5] = 1e-9;
+    let reads = circuit.predict(&frame(&alone)).unwrap().values()[5];
+    let sigma = (1e-9 / reads * ROUNDING_COUNTS * Converter::from_sensor(sensor).lsb_volts()).abs();
+    [true, false].map(|is_rounded| {
+        let mut solver = default_method(sensor).unwrap().solver();
+        solver.set_rounded(is_rounded);
+        let mut found = Frame::<Siemens>::zeros(sensor.rows(), sensor.columns());
+        let errors = frames.iter().map(|siemens| {
+            if cold {
+                solver.forget();
+            }
+            let volts = circuit.predict(&frame(siemens)).unwrap();
+            assert!(solver.solve_into(&volts, &mut found).is_answer());
+            let unit = if is_rounded { sigma } else { largest(siemens) };
+            farthest(found.values(), siemens) / unit
+        });
+        errors.fold(0.0, f64::max)
+    })
+}
+
+#[test]
+fn a_stream_stops_where_rounding_hides_the_rest_and_unrounded_volts_do_not() {
+    let mut worst = [0f64; 2];
+    for name in ["econe", "mat-32x32-adg732"] {
+        for ohms in [7.0, 50.0] {
+            let sensor = preset(name).unwrap();
+            let sensor = sensor.edited(|spec| {
+                spec.readout.r_mux_row_ohms = Some(PerLine::One(ohms));
+                spec.readout.r_mux_column_ohms = Some(PerLine::One(ohms));
+            });
+            let sensor = sensor.unwrap();
+            let taxels = sensor.rows() * sensor.columns();
+            for (change, density) in [(0.005, 0.3), (0.05, 0.3), (0.5, 0.3), (0.5, 0.03)] {
+                for seed in 1..=3 {
+                    let frames = stream(taxels, density, change, seed);
+                    for cold in [true, false] {
+                        let left = left(&sensor, &frames, cold);
+                        worst = std::array::from_fn(|i| worst[i].max(left[i]));
+                    }
+                }
+            }
+        }
+    }
+    println!(
+        "rounded: {} standard errors; unrounded: {:.1e} of the largest",
+        worst[0], worst[1]
+    );
+    assert!(worst[0] < 0.3 && worst[1] < 1.05e-9, "{worst:?}");
 }

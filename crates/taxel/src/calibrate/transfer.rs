@@ -9,9 +9,9 @@ use crate::{Frame, Siemens};
 pub(super) fn transfers(ends: &LineEnds, siemens: &Frame<Siemens>) -> impl Fn(usize) -> f64 {
     let (rows, columns) = (siemens.rows(), siemens.columns());
     let (mut row, mut column) = (vec![0.0; rows], vec![0.0; columns]);
-    for (t, g) in siemens.values().iter().enumerate() {
-        row[t / columns] += g;
-        column[t % columns] += g;
+    for (sum, line) in row.iter_mut().zip(siemens.values().chunks_exact(columns)) {
+        *sum = taxel_linalg::sum(line);
+        column.iter_mut().zip(line).for_each(|(sum, g)| *sum += g);
     }
     for (sum, end) in row.iter_mut().zip(&ends.row_selected) {
         *sum = 1.0 / (1.0 + sum.max(0.0) / end);

@@ -146,18 +146,20 @@ fn start(state: &mut SolverState) {
         ..
     } = state;
     let m = network.m;
-    match state.warm {
-        true => mixing.resume(),
-        false => mixing.restart(),
+    if state.warm {
+        mixing.resume();
+    } else {
+        mixing.restart();
     }
     let weights = mixing.weights_mut();
     let mut at = 0;
     for i in 0..m {
         for j in 0..=i {
             weights[at] = root_p[i] * root_p[j];
-            let kept = match state.warm {
-                true => packed[at] * stretch[i] * stretch[j],
-                false => 0.0,
+            let kept = if state.warm {
+                packed[at] * stretch[i] * stretch[j]
+            } else {
+                0.0
             };
             packed[at] = if i == j && kept == 0.0 {
                 1.0 / network.p[i]
