@@ -1,5 +1,7 @@
 //! Time of the exact inverse with a sheet against the same without: cold and warm, side by side.
 //!
+//! An accuracy, such as 1e-6, may be given, a share of the largest conductance; otherwise 1e-9.
+//!
 //! All run in turn, over and over; of each frame the shortest time counts, so that what else the machine does hardly does.
 use std::time::Instant;
 use taxel::circuit::{Circuit, LinearCircuit};
@@ -24,7 +26,12 @@ struct Contender {
 }
 
 impl Contender {
-    fn new(circuit: &LinearCircuit, frames: &[Frame<Siemens>], sheet: Option<Sheet>) -> Self {
+    fn new(
+        circuit: &LinearCircuit,
+        frames: &[Frame<Siemens>],
+        sheet: Option<Sheet>,
+        accuracy: f64,
+    ) -> Self {
         let circuit = circuit.clone().with_sheet(sheet);
         Self {
             name: sheet.map_or("none".into(), |s| {
@@ -32,7 +39,10 @@ impl Contender {
                 format!("{kilo_ohms} kΩ, α {alpha}")
             }),
             volts: frames.iter().map(|g| circuit.predict(g).unwrap()).collect(),
-            solver: Exact::new(&circuit).unwrap().solver(),
+            solver: Exact::new(&circuit)
+                .unwrap()
+                .with_tolerance(accuracy)
+                .solver(),
             secs: [
                 vec![f64::INFINITY; frames.len()],
                 vec![f64::INFINITY; frames.len()],
@@ -62,6 +72,8 @@ impl Contender {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let accuracy = std::env::args().nth(1);
+    let accuracy = accuracy.map_or(Ok(1e-9), |word| word.parse())?;
     let sensor = preset("econe")?;
     let law = LoadLaw::from_sensor(&sensor)?;
     let circuit = LinearCircuit::from_sensor(&sensor)?;
@@ -77,7 +89,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let frames: Vec<Frame<Siemens>> = frames.collect();
         let all = std::iter::once(None).chain(sheets);
         let mut all: Vec<_> = all
-            .map(|sheet| Contender::new(&circuit, &frames, sheet))
+            .map(|sheet| Contender::new(&circuit, &frames, sheet, accuracy))
             .collect();
         for start in 0..STARTS.len() {
             for _ in 0..TURNS {

@@ -86,7 +86,7 @@ impl Network {
     }
 
     /// The same from an H that is there.
-    fn columns_from_h(&mut self, floor: f64) -> (f64, usize) {
+    pub(super) fn columns_from_h(&mut self, floor: f64) -> (f64, usize) {
         let n = self.n;
         self.d.fill(1.0);
         let (d, h) = (&mut self.d[..n], &self.h);

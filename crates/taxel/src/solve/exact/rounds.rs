@@ -3,6 +3,7 @@
 use super::super::network::Network;
 use super::super::{Outcome, Stop};
 use super::Accuracy;
+use super::single::Single;
 use super::state::{SolverState, unpack};
 use taxel_linalg::{View, ViewMut, multiply_lower};
 
@@ -37,14 +38,15 @@ pub(super) fn run(state: &mut SolverState, accuracy: Accuracy) -> Outcome {
     for round in 1..=MAX_ROUNDS {
         let stalled = Outcome::new(Stop::Stalled, round, course.last_change);
         let is_single = course.may_be_single(round);
-        if was_single && !is_single {
+        if was_single && !is_single && !course.has_sheet {
             state.single.conductances_into(&mut state.network.g);
         }
-        let seen = if is_single {
+        let seen = if is_single && !course.has_sheet {
             let (network, is_diagonal) = (&mut state.network, is_cold && round == 1);
             (state.single).conductances(&state.packed, is_diagonal, &network.g_c, &mut network.d)
         } else {
-            conductances(&mut state.network, &state.packed)
+            let single = is_single.then_some(&mut state.single);
+            conductances(&mut state.network, &state.packed, single)
         };
         was_single = is_single;
         let Some((largest, change)) = seen else {
@@ -93,9 +95,6 @@ impl Course {
 
     /// Whether the next round leaves so much that half of the digits are enough for it.
     fn may_be_single(&self, round: u32) -> bool {
-        if self.has_sheet {
-            return false;
-        }
         // The first change is none of the iteration's.
         if round <= 2 {
             return true;
@@ -122,14 +121,25 @@ impl Course {
     }
 }
 
-/// G of the network from S. The largest conductance and the largest change of one; nothing where a column's denominator is
-/// not positive.
-fn conductances(network: &mut Network, packed: &[f64]) -> Option<(f64, f64)> {
+/// G of the network from S, by a product in single precision where one is given. The largest conductance and the largest
+/// change of one; nothing where a column's denominator is not positive.
+fn conductances(
+    network: &mut Network,
+    packed: &[f64],
+    single: Option<&mut Single>,
+) -> Option<(f64, f64)> {
     let m = network.m;
     unpack(packed, &mut network.s, m, |s| s);
     network.take_couplings(&packed[m * (m + 1) / 2..]);
     let floor = f64::MIN_POSITIVE;
-    if network.columns_from_s(floor).0 <= 0.0 || network.settle(floor) <= 0.0 {
+    let (least, _) = match single {
+        Some(single) => {
+            single.times_k(&network.s, &mut network.h);
+            network.columns_from_h(floor)
+        }
+        None => network.columns_from_s(floor),
+    };
+    if least <= 0.0 || network.settle(floor) <= 0.0 {
         return None;
     }
     Some(network.conductances())
@@ -191,6 +201,9 @@ fn image_of(state: &mut SolverState, is_single: bool) -> bool {
     } = state;
     let m = network.m;
     if is_single {
+        if network.sideways.is_some() {
+            single.take(&network.g, &network.h);
+        }
         single.product_into(&mut network.product);
     } else {
         let (g, h) = (

@@ -5,7 +5,7 @@ use super::state::unpack;
 use crate::wide::wide;
 use taxel_linalg::{Number, View, ViewMut, multiply_lower};
 
-/// As in [`super::super::network::Network`], row-major, without a sheet.
+/// As in [`super::super::network::Network`], row-major. Under a sheet, only the products are done here.
 pub(super) struct Single {
     m: usize,
     n: usize,
@@ -77,6 +77,24 @@ impl Single {
         Some(self.replace())
     }
 
+    /// H ← S K, of a full S.
+    pub(super) fn times_k(&mut self, s: &[f64], h: &mut [f64]) {
+        let (m, n) = (self.m, self.n);
+        narrow(&mut self.s, s);
+        f32::product(
+            ViewMut::new(&mut self.h, m, n),
+            View::new(&self.s, m, m),
+            View::new(&self.k, m, n),
+        );
+        widen(h, &self.h);
+    }
+
+    /// Takes G and H.
+    pub(super) fn take(&mut self, g: &[f64], h: &[f64]) {
+        narrow(&mut self.g, g);
+        narrow(&mut self.h, h);
+    }
+
     /// H ← diag(S) K.
     fn scale_rows(&mut self, packed: &[f64]) {
         let lines = self
@@ -146,15 +164,33 @@ impl Single {
             View::new(&self.g, m, n),
             View::new(&self.h, m, n).transpose(),
         );
-        for (out, product) in out.iter_mut().zip(&self.product) {
-            *out = f64::from(*product);
-        }
+        widen(out, &self.product);
     }
 
     /// What the next round in double precision compares with.
     pub(super) fn conductances_into(&self, g: &mut [f64]) {
-        for (g, single) in g.iter_mut().zip(&self.g) {
-            *g = f64::from(*single);
-        }
+        widen(g, &self.g);
     }
+}
+
+fn narrow(out: &mut [f32], values: &[f64]) {
+    wide(
+        #[inline(always)]
+        || {
+            out.iter_mut()
+                .zip(values)
+                .for_each(|(out, value)| *out = *value as f32)
+        },
+    );
+}
+
+fn widen(out: &mut [f64], values: &[f32]) {
+    wide(
+        #[inline(always)]
+        || {
+            out.iter_mut()
+                .zip(values)
+                .for_each(|(out, value)| *out = f64::from(*value))
+        },
+    );
 }
