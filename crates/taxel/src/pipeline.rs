@@ -401,10 +401,7 @@ impl FromSiemens {
         loads: &mut Frame<Newtons>,
         around: &mut Vec<f64>,
     ) {
-        let each = siemens.values.iter().enumerate();
-        for (grams, (taxel, &siemens)) in self.grams.iter_mut().zip(each) {
-            *grams = self.law.grams_from_siemens(taxel, siemens);
-        }
+        (self.law).grams_of_frame(&siemens.values, &mut self.grams);
         if let Some(hysteresis) = &mut self.hysteresis {
             // Numbers of a frame that nothing explains are none to remember.
             let is_lost = |taxel: usize| unexplained || has_no_reading(loads.marks[taxel]);

@@ -78,3 +78,41 @@ fn what_cannot_be_checked_is_refused() {
     assert!(run.to_string().starts_with("exit code: 1"), "{run}");
     assert!(run.err.contains("`material` is missing"), "{run}");
 }
+
+#[test]
+fn unloaded_taxels_alone_tell_no_scale() {
+    let folder = pressed("8.29e-6");
+    let csv = folder.read("check.csv");
+    let mut lines = csv.lines();
+    let mut empty = format!("{}\n", lines.next().unwrap());
+    for line in lines {
+        let (head, _) = line.rsplit_once(',').unwrap();
+        // Another taxel than the one that was pressed.
+        let mut cells: Vec<String> = head.split(',').map(str::to_owned).collect();
+        let row: usize = cells[2].parse().unwrap();
+        cells[2] = if row < 2 { row + 5 } else { 0 }.to_string();
+        empty.push_str(&format!("{},0\n", cells.join(",")));
+    }
+    folder.write("empty.csv", &empty);
+    let check = "check --sensor calibrated.toml --presses empty.csv";
+    let run = folder.good(check);
+    assert!(run.out.contains("this tells the offset alone"), "{run}");
+    let run = folder.taxel(&format!("{check} -o day.toml"));
+    assert!(run.to_string().starts_with("exit code: 1"), "{run}");
+    assert!(run.err.contains("no scale was compared"), "{run}");
+    assert!(!folder.exists("day.toml"));
+}
+
+#[test]
+fn errors_of_another_calibration_are_refused() {
+    let folder = pressed("8.29e-6");
+    let stated = |factor: &str| format!("{SENSOR}\n{STATED}material_factor = {factor}\n");
+    folder.write("calibrated.toml", &stated("8.29e-6"));
+    folder.good(CHECK);
+    folder.write("calibrated.toml", &stated("7.1e-6"));
+    let run = folder.taxel(CHECK);
+    assert!(run.to_string().starts_with("exit code: 1"), "{run}");
+    for words in ["0.0000071", "0.00000829", "another calibration"] {
+        assert!(run.err.contains(words), "{words}: {run}");
+    }
+}

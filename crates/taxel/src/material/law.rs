@@ -1,8 +1,10 @@
 //! The load law: what load a taxel's conductance stands for, and the other way round.
 
+use super::elementary;
 use crate::Error;
 use crate::sensor::{Bend, Material, MaterialSpec, PerTaxel, Sensor};
 use crate::spline::Spline;
+use crate::wide::wide;
 
 /// G = g_zero + gain · factor · S(load)^exponent · e^bend(ln load), with S(L) = L/(1 + L/saturation).
 ///
@@ -128,6 +130,66 @@ impl LoadLaw {
         load.copysign(over)
     }
 
+    /// [`Self::grams_from_siemens`] of a whole frame, many taxels at once: the same numbers to some 1e-15.
+    ///
+    /// # Panics
+    /// When there are more loads than conductances, or than taxels that differ.
+    pub fn grams_of_frame(&self, siemens: &[f64], grams: &mut [f64]) {
+        if self.bend.is_some() {
+            for (taxel, (grams, siemens)) in grams.iter_mut().zip(siemens).enumerate() {
+                *grams = self.grams_from_siemens(taxel, *siemens);
+            }
+            return;
+        }
+        let n = grams.len();
+        let siemens = &siemens[..n];
+        match (&self.ln_scale[..], &self.exponent[..]) {
+            ([scale], [exponent]) => self.without_bend(siemens, grams, |_| *scale, |_| *exponent),
+            ([scale], each) => {
+                let each = &each[..n];
+                self.without_bend(siemens, grams, |_| *scale, |t| each[t]);
+            }
+            (each, [exponent]) => {
+                let each = &each[..n];
+                self.without_bend(siemens, grams, |t| each[t], |_| *exponent);
+            }
+            (scales, exponents) => {
+                let (scales, exponents) = (&scales[..n], &exponents[..n]);
+                self.without_bend(siemens, grams, |t| scales[t], |t| exponents[t]);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn without_bend(
+        &self,
+        siemens: &[f64],
+        grams: &mut [f64],
+        ln_scale: impl Fn(usize) -> f64,
+        exponent: impl Fn(usize) -> f64,
+    ) {
+        let g_zero = self.g_zero;
+        // 1/half of what never saturates.
+        let part = self.saturation_load_g.map_or(0.0, |half| 1.0 / half);
+        wide(
+            #[inline(always)]
+            || {
+                for (taxel, (grams, siemens)) in grams.iter_mut().zip(siemens).enumerate() {
+                    let over = siemens - g_zero;
+                    let response = elementary::ln(over.abs().max(f64::MIN_POSITIVE));
+                    let acting = elementary::exp((response - ln_scale(taxel)) / exponent(taxel));
+                    let load = acting / (1.0 - acting * part).max(0.01);
+                    // No load is none, and what is no number stays none.
+                    *grams = if over != 0.0 {
+                        load.copysign(over) + 0.0 * over
+                    } else {
+                        0.0
+                    };
+                }
+            },
+        );
+    }
+
     /// Conductance in siemens under a load in grams.
     pub fn siemens_from_grams(&self, taxel: usize, load_g: f64) -> f64 {
         if load_g == 0.0 {
@@ -190,6 +252,32 @@ mod tests {
                     (law.grams_from_siemens(0, siemens) - load).abs()
                         < 1e-9 * (1.0 + f64::abs(load))
                 );
+            }
+        }
+    }
+
+    #[test]
+    fn a_frame_at_once_is_every_taxel_by_itself() {
+        let taxels = 37;
+        let siemens: Vec<f64> = (0..taxels)
+            .map(|t| 1e-6 + 1e-7 * (t as f64 - 5.0).powi(3))
+            .chain([f64::NAN, 1e-6])
+            .collect();
+        let n = siemens.len();
+        for law in laws() {
+            for (gains, exponents) in [(1, 1), (n, 1), (1, n), (n, n)] {
+                let law = LoadLaw {
+                    ln_scale: (0..gains).map(|t| -11.7 + 0.01 * t as f64).collect(),
+                    exponent: (0..exponents).map(|t| 0.85 + 0.003 * t as f64).collect(),
+                    ..law.clone()
+                };
+                let mut grams = vec![0.0; n];
+                law.grams_of_frame(&siemens, &mut grams);
+                for (taxel, (grams, siemens)) in grams.iter().zip(&siemens).enumerate() {
+                    let alone = law.grams_from_siemens(taxel, *siemens);
+                    let same = (grams - alone).abs() <= 1e-14 * alone.abs();
+                    assert!(same || grams.is_nan() && alone.is_nan(), "{grams} {alone}");
+                }
             }
         }
     }

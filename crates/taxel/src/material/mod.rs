@@ -5,6 +5,7 @@
 //! gains by one continuous film, [`DynamicLaw`] with its [`HysteresisState`] undoes creep and hysteresis. [`crate::calibrate`] finds their numbers.
 
 mod dynamic;
+mod elementary;
 mod law;
 mod sheet;
 mod spread;

@@ -233,8 +233,13 @@ pub(super) fn not_toml(error: &toml::de::Error) -> Error {
         None => line.to_owned(),
     };
     let lines: Vec<String> = words.trim_end().lines().map(cut).collect();
+    let hint = if words.contains("missing field") {
+        "\nhint: this table needs that key; docs/formats.md says what each means, with its unit"
+    } else {
+        ""
+    };
     Error::Toml {
-        message: lines.join("\n"),
+        message: lines.join("\n") + hint,
     }
 }
 
