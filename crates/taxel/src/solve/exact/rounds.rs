@@ -72,8 +72,8 @@ pub(super) fn run(state: &mut SolverState, accuracy: Accuracy) -> Outcome {
 struct Course {
     tolerance: f64,
     has_sheet: bool,
-    ratio: f64,
-    ratio_before: f64,
+    /// Of the last change to the one before, from the third round on.
+    ratio: Option<f64>,
     last_change: f64,
 }
 
@@ -82,8 +82,7 @@ impl Course {
         Self {
             tolerance,
             has_sheet,
-            ratio: USUAL_RATIO,
-            ratio_before: 0.0,
+            ratio: None,
             last_change: f64::INFINITY,
         }
     }
@@ -99,8 +98,9 @@ impl Course {
         if round <= 2 {
             return true;
         }
-        let change = self.last_change * self.ratio;
-        let left = Self::left(change, self.ratio);
+        let ratio = self.ratio.unwrap_or(USUAL_RATIO);
+        let change = self.last_change * ratio;
+        let left = Self::left(change, ratio);
         change * self.tolerance > SINGLE && left > NEARLY * self.tolerance
     }
 
@@ -112,9 +112,9 @@ impl Course {
             _ if self.has_sheet => (change / self.last_change).max(LEAST_RATIO),
             _ => change / self.last_change,
         };
-        let left = Self::left(change, ratio.max(self.ratio_before));
+        let left = Self::left(change, ratio.max(self.ratio.unwrap_or(0.0)));
         if round >= 3 {
-            (self.ratio_before, self.ratio) = (ratio, ratio);
+            self.ratio = Some(ratio);
         }
         self.last_change = change;
         round > 1 && left <= self.tolerance
