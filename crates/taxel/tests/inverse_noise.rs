@@ -208,20 +208,25 @@ fn idle_lines_of_noise_do_not_spoil_a_stream() {
     }
 }
 
-/// Conductances of one draw: some taxels pressed to 500 to 3000 Ω, then each of them less by up to a share of itself.
+/// Conductances of one draw: some taxels pressed to 500 to 3000 Ω, then each of them less by up to a share of itself; where that is
+/// all of it, others are pressed in each frame.
 fn stream(taxels: usize, density: f64, change: f64, seed: u64) -> Vec<Vec<f64>> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut pressed = || random.random_bool(density);
-    let is_pressed: Vec<bool> = (0..taxels).map(|_| pressed()).collect();
-    let most = |_| 1.0 / (500.0 + 2500.0 * random.random::<f64>());
-    let most: Vec<f64> = (0..taxels).map(most).collect();
+    let mut pressed = Vec::new();
     let frame = |_| {
-        let each = is_pressed.iter().zip(&most);
-        let siemens = each.map(|(is_pressed, most)| {
+        if pressed.is_empty() || change == 1.0 {
+            let one = |_| {
+                random
+                    .random_bool(density)
+                    .then(|| 500.0 + 2500.0 * random.random::<f64>())
+            };
+            pressed = (0..taxels).map(one).collect();
+        }
+        let each = pressed.iter().map(|ohms: &Option<f64>| {
             let share = 1.0 - change * random.random::<f64>();
-            if *is_pressed { most * share } else { 1e-6 }
+            ohms.map_or(1e-6, |ohms| (share / ohms).max(1e-6))
         });
-        siemens.collect()
+        each.collect()
     };
     (0..60).map(frame).collect()
 }
@@ -266,7 +271,13 @@ fn a_stream_stops_where_rounding_hides_the_rest_and_unrounded_volts_do_not() {
             });
             let sensor = sensor.unwrap();
             let taxels = sensor.rows() * sensor.columns();
-            for (change, density) in [(0.005, 0.3), (0.05, 0.3), (0.5, 0.3), (0.5, 0.03)] {
+            for (change, density) in [
+                (0.005, 0.3),
+                (0.05, 0.3),
+                (0.5, 0.03),
+                (1.0, 0.3),
+                (1.0, 0.03),
+            ] {
                 for seed in 1..=3 {
                     let frames = stream(taxels, density, change, seed);
                     for cold in [true, false] {
@@ -281,5 +292,5 @@ fn a_stream_stops_where_rounding_hides_the_rest_and_unrounded_volts_do_not() {
         "rounded: {} standard errors; unrounded: {:.1e} of the largest",
         worst[0], worst[1]
     );
-    assert!(worst[0] < 0.3 && worst[1] < 1.05e-9, "{worst:?}");
+    assert!(worst[0] < 0.65 && worst[1] < 1.9e-9, "{worst:?}");
 }

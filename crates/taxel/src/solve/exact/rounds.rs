@@ -23,6 +23,10 @@ const NEARLY: f64 = 10.0;
 /// products err by some 1e-7 of their terms, which bends the mixing of the rounds after it.
 const SINGLE: f64 = 1e-11;
 
+/// Where a frame differs from the one before by more than this share of its largest conductance, that one is no start: what the mixing has learnt
+/// there misleads, and changes tell nothing of what is left (up to 21 standard errors of rounding at 50 Ω, where every frame is another).
+const JUMP: f64 = 0.2;
+
 /// The fixed point in S; gives up (`Stalled`) as soon as it does not contract.
 pub(super) fn run(state: &mut SolverState, accuracy: Accuracy) -> Outcome {
     for (root, p) in state.diagonal.iter_mut().zip(&state.network.p) {
@@ -56,6 +60,10 @@ pub(super) fn run(state: &mut SolverState, accuracy: Accuracy) -> Outcome {
         course.tolerance = accuracy.at(largest);
         if !change.is_finite() || (round > 4 && change > 0.3) {
             return stalled;
+        }
+        if round == 1 && state.warm && state.follows && change > JUMP {
+            state.warm = false;
+            return run(state, accuracy);
         }
         if course.ends(round, change) && !is_single {
             return Outcome::new(Stop::Converged, round, change);

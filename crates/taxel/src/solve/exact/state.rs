@@ -16,6 +16,8 @@ pub(crate) struct SolverState {
     /// The rows that carry current.
     places: Vec<usize>,
     pub(super) warm: bool,
+    /// The conductances in memory are those of the frame that the start is from.
+    pub(super) follows: bool,
     /// Whether a converter has rounded the readings.
     pub(super) is_rounded: bool,
     /// The frame before was too much for the fast iteration.
@@ -56,7 +58,7 @@ impl SolverState {
         std::mem::swap(&mut self.strong_before, &mut start.strong);
         std::mem::swap(&mut self.network.p, &mut start.p);
         std::mem::swap(&mut self.packed, &mut start.packed);
-        (self.warm, self.slow) = (is_known, false);
+        (self.warm, self.slow, self.follows) = (is_known, false, false);
         self.mixing.restart();
         if is_known {
             if let Some(sideways) = &mut self.network.sideways {
@@ -81,6 +83,7 @@ impl SolverState {
             strong_before: Vec::with_capacity(rows),
             places: Vec::with_capacity(rows),
             warm: false,
+            follows: false,
             is_rounded: false,
             slow: false,
             volts: vec![0.0; rows * columns],
@@ -147,7 +150,7 @@ impl SolverState {
         }
         self.stretch.fill(1.0);
         self.mixing.restart();
-        self.warm = true;
+        (self.warm, self.follows) = (true, false);
     }
 
     /// S of the rows that go on carrying current; 0 for the others.
