@@ -90,7 +90,7 @@ fn unloaded_taxels_alone_tell_no_scale() {
         // Another taxel than the one that was pressed.
         let mut cells: Vec<String> = head.split(',').map(str::to_owned).collect();
         let row: usize = cells[2].parse().unwrap();
-        cells[2] = if row < 2 { row + 5 } else { 0 }.to_string();
+        cells[2] = ((row + 2) % 4).to_string();
         empty.push_str(&format!("{},0\n", cells.join(",")));
     }
     folder.write("empty.csv", &empty);
