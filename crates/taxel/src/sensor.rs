@@ -92,6 +92,12 @@ impl Sensor {
     pub fn edited(&self, edit: impl FnOnce(&mut SensorSpec)) -> Result<Self, Error> {
         let mut spec = self.spec.clone();
         edit(&mut spec);
+        // Errors that were found with another load law stay, of an unknown one: what a program writes can be read again.
+        if let Some(uncertainty) = &mut spec.uncertainty
+            && uncertainty.belongs_to(spec.material.as_ref()).is_err()
+        {
+            uncertainty.material_factor = None;
+        }
         Self::try_from(spec)
     }
 

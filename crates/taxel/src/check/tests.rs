@@ -160,3 +160,27 @@ fn labels_that_contradict_each_other_are_named_and_few_presses_tell_little() {
         Err(Error::NothingToCheck)
     ));
 }
+
+#[test]
+fn a_law_that_a_program_moves_leaves_a_file_that_can_be_read() {
+    let (base, _) = pair("mat-16x16-cd4067", 1.0, 1);
+    let factor = base.material().unwrap().factor;
+    let tied = base
+        .edited(|spec| spec.uncertainty.as_mut().unwrap().material_factor = Some(factor))
+        .unwrap();
+    assert!(tied.to_toml().contains("material_factor"));
+    assert_eq!(Sensor::from_toml(&tied.to_toml()).unwrap(), tied);
+    let moved = tied
+        .edited(|spec| spec.material.as_mut().unwrap().factor *= 1.5)
+        .unwrap();
+    let read = Sensor::from_toml(&moved.to_toml()).unwrap();
+    assert_eq!(read.uncertainty().unwrap().material_factor, None);
+    let other = tied
+        .to_toml()
+        .replace("material_factor = ", "material_factor = 1");
+    let error = Sensor::from_toml(&other);
+    assert!(
+        matches!(error, Err(Error::OtherUncertainty { .. })),
+        "{error:?}"
+    );
+}

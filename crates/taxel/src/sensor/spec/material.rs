@@ -118,7 +118,7 @@ pub struct UncertaintySpec {
 }
 
 impl UncertaintySpec {
-    /// Refuses a load law that another calibration gave: of files alone, since a program may move a number.
+    /// Refuses a load law that another calibration gave.
     pub(crate) fn belongs_to(&self, material: Option<&MaterialSpec>) -> Result<(), Error> {
         let (Some(stated), Some(material)) = (self.material_factor, material) else {
             return Ok(());
