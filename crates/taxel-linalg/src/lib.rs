@@ -9,4 +9,5 @@ mod sums;
 pub use factor::{Spd, inverse, inverse_symmetric, solve_symmetric};
 pub use lu::LuBlocks;
 pub use products::{Number, View, ViewMut, multiply, multiply_add, multiply_lower};
+pub use simd::wide;
 pub use sums::{dot, mirror, sum};

@@ -1,5 +1,7 @@
 //! Products of matrices in row-major slices, on one thread.
 
+use std::ops::Sub;
+
 use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, MatMut, MatRef, Par};
@@ -61,7 +63,9 @@ mod sealed {
 }
 
 /// The numbers that there are products of: `f32` and `f64`.
-pub trait Number: sealed::Sealed + Copy {
+pub trait Number: sealed::Sealed + Copy + PartialOrd + Sub<Output = Self> {
+    /// |a|.
+    fn size(self) -> Self;
     /// out ← a b.
     fn product(out: ViewMut<'_, Self>, a: View<'_, Self>, b: View<'_, Self>);
     /// Lower triangle of out ← a b, for a product known to be symmetric.
@@ -73,6 +77,11 @@ pub trait Number: sealed::Sealed + Copy {
 macro_rules! number {
     ($real:ty) => {
         impl Number for $real {
+            #[inline(always)]
+            fn size(self) -> Self {
+                self.abs()
+            }
+
             fn product(out: ViewMut<'_, Self>, a: View<'_, Self>, b: View<'_, Self>) {
                 matmul(out.0, Accum::Replace, a.0, b.0, 1.0, Par::Seq);
                 simd::zero_upper();

@@ -50,7 +50,6 @@ pub mod simulate;
 pub mod parallel;
 mod spline;
 pub mod stats;
-mod wide;
 
 pub use error::Error;
 pub use frame::{Counts, Frame, Grams, Mark, Newtons, Siemens, Volts};

@@ -4,7 +4,7 @@ use super::elementary;
 use crate::Error;
 use crate::sensor::{Bend, Material, MaterialSpec, PerTaxel, Sensor};
 use crate::spline::Spline;
-use crate::wide::wide;
+use taxel_linalg::wide;
 
 /// G = g_zero + gain · factor · S(load)^exponent · e^bend(ln load), with S(L) = L/(1 + L/saturation).
 ///

@@ -1,8 +1,7 @@
 //! Anderson's mixing of a fixed-point iteration (Anderson 1965; Walker and Ni 2011): the next point is the
 //! combination of the last few that leaves the smallest residual.
 
-use crate::wide::wide;
-use taxel_linalg::dot;
+use taxel_linalg::{dot, wide};
 
 /// The last few points of an iteration, and how to combine them.
 pub(super) struct Anderson {

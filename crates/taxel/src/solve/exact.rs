@@ -19,10 +19,9 @@ use super::{Infeasible, Method, Outcome, Solver, Stop, noise_and_rounding_volts}
 use crate::circuit::{LineEnds, LinearCircuit};
 use crate::material::Sheet;
 use crate::sensor::Sensor;
-use crate::wide::wide;
 use crate::{Frame, Mark, Siemens, Volts};
 pub(crate) use state::{SolverState, Start};
-use taxel_linalg::sum;
+use taxel_linalg::{sum, wide};
 
 /// The closed iteration for `tia-grounded-columns` without a source resistor.
 #[derive(Debug, Clone, PartialEq)]

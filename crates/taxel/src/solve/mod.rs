@@ -62,8 +62,8 @@ pub trait Solver: Send {
     /// Makes the next solve start cold, as if no frame had been seen: where a recording jumps.
     fn forget(&mut self);
 
-    /// Whether a converter has rounded the readings that come next, as a solver believes otherwise: of volts from another program
-    /// or a voltmeter more can be told.
+    /// Whether a converter has rounded the readings that come next: of volts from another program or a voltmeter more can be told.
+    /// Until it is told, Newton's method believes that one has, the exact one that none has.
     fn set_rounded(&mut self, is_rounded: bool) {
         let _ = is_rounded;
     }

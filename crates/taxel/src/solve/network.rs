@@ -3,8 +3,7 @@
 use super::sideways::Sideways;
 use crate::circuit::network::coupling::add_laplacian;
 use crate::material::Sheet;
-use crate::wide::wide;
-use taxel_linalg::{Spd, View, ViewMut, multiply};
+use taxel_linalg::{Number, Spd, View, ViewMut, multiply, wide};
 
 /// A column conducts at least this share of its end: less is an estimate on its way, or noise.
 const LEAST_COLUMN: f64 = 0.1;
@@ -214,24 +213,31 @@ pub(super) const LANES: usize = 8;
 
 /// Puts a line of new values in the place of `g`, and raises the largest of them and the largest change.
 #[inline(always)]
-fn take(g: &mut [f64], line: &[f64], largest: &mut [f64; LANES], change: &mut [f64; LANES]) {
+pub(super) fn take<T: Number>(
+    g: &mut [T],
+    line: &[T],
+    largest: &mut [T; LANES],
+    change: &mut [T; LANES],
+) {
     let (g, g_rest) = g.as_chunks_mut::<LANES>();
     let (line, rest) = line.as_chunks::<LANES>();
     for (g, line) in g.iter_mut().zip(line) {
         for i in 0..LANES {
-            raise(&mut largest[i], line[i].abs());
-            raise(&mut change[i], (line[i] - g[i]).abs());
+            raise(&mut largest[i], line[i].size());
+            raise(&mut change[i], (line[i] - g[i]).size());
         }
         *g = *line;
     }
     for (g, value) in g_rest.iter_mut().zip(rest) {
-        raise(&mut largest[0], value.abs());
-        raise(&mut change[0], (value - *g).abs());
+        raise(&mut largest[0], value.size());
+        raise(&mut change[0], (*value - *g).size());
         *g = *value;
     }
 }
 
 #[inline(always)]
-pub(super) fn raise<T: Copy + PartialOrd>(most: &mut T, value: T) {
-    *most = if value > *most { value } else { *most };
+fn raise<T: PartialOrd>(most: &mut T, value: T) {
+    if value > *most {
+        *most = value;
+    }
 }

@@ -13,8 +13,7 @@
 use super::lines::LiveLines;
 use crate::circuit::network::coupling::{Couplings, diagonal};
 use crate::material::Sheet;
-use crate::wide::wide;
-use taxel_linalg::{dot, sum};
+use taxel_linalg::{dot, sum, wide};
 
 /// Couplings on their way: present ones, and the next.
 pub(super) struct Sideways {

@@ -6,7 +6,7 @@
 //! sums stays true.
 
 use crate::material::Sheet;
-use crate::wide::wide;
+use taxel_linalg::wide;
 
 /// Couplings of neighbouring lines, siemens: one value for each line but the last; 0 where two are no neighbours.
 #[derive(Debug, Clone, PartialEq)]

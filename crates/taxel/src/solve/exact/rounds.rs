@@ -38,21 +38,23 @@ pub(super) fn run(state: &mut SolverState, accuracy: Accuracy) -> Outcome {
         sideways.begin();
     }
     let mut course = Course::new(accuracy.share, state.network.sideways.is_some());
-    let mut was_single = false;
+    // Under a sheet, whose couplings are settled in double precision, only the products are single.
+    let mut was_whole = false;
     for round in 1..=MAX_ROUNDS {
         let stalled = Outcome::new(Stop::Stalled, round, course.last_change);
         let is_single = course.may_be_single(round);
-        if was_single && !is_single && !course.has_sheet {
+        let is_whole = is_single && !course.has_sheet;
+        if was_whole && !is_whole {
             state.single.conductances_into(&mut state.network.g);
         }
-        let seen = if is_single && !course.has_sheet {
+        was_whole = is_whole;
+        let seen = if is_whole {
             let (network, is_diagonal) = (&mut state.network, is_cold && round == 1);
             (state.single).conductances(&state.packed, is_diagonal, &network.g_c, &mut network.d)
         } else {
             let single = is_single.then_some(&mut state.single);
             conductances(&mut state.network, &state.packed, single)
         };
-        was_single = is_single;
         let Some((largest, change)) = seen else {
             return stalled;
         };

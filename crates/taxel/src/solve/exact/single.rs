@@ -1,9 +1,8 @@
 //! The products of a round in single precision, which take half of the time.
 
-use super::super::network::{LANES, raise};
+use super::super::network::{LANES, take};
 use super::state::unpack;
-use crate::wide::wide;
-use taxel_linalg::{Number, View, ViewMut, multiply_lower};
+use taxel_linalg::{Number, View, ViewMut, multiply_lower, wide};
 
 /// As in [`super::super::network::Network`], row-major. Under a sheet, only the products are done here.
 pub(super) struct Single {
@@ -17,6 +16,8 @@ pub(super) struct Single {
     product: Vec<f32>,
     /// d, of one column each.
     d: Vec<f32>,
+    /// One row of G.
+    row: Vec<f32>,
 }
 
 impl Single {
@@ -30,6 +31,7 @@ impl Single {
             g: vec![0.0; m * n],
             product: vec![0.0; m * m],
             d: vec![0.0; n],
+            row: vec![0.0; n],
         }
     }
 
@@ -43,6 +45,7 @@ impl Single {
             square.resize(m * m, 0.0);
         }
         self.d.resize(n, 0.0);
+        self.row.resize(n, 0.0);
     }
 
     /// H ← S K, d ← g_c/(1 − ΣH), G ← H diag(d). The largest conductance and the largest change of one; nothing where a
@@ -125,28 +128,15 @@ impl Single {
     fn replace(&mut self) -> (f64, f64) {
         let (mut largest, mut change) = ([0f32; LANES], [0f32; LANES]);
         let n = self.n;
-        let Self { g, h, d, .. } = self;
+        let Self { g, h, d, row, .. } = self;
         wide(
             #[inline(always)]
             || {
                 for (g, h) in g.chunks_exact_mut(n).zip(h.chunks_exact(n)) {
-                    let (g, g_rest) = g.as_chunks_mut::<LANES>();
-                    let (h, h_rest) = h.as_chunks::<LANES>();
-                    let (d, d_rest) = d.as_chunks::<LANES>();
-                    for ((g, h), d) in g.iter_mut().zip(h).zip(d) {
-                        for i in 0..LANES {
-                            let value = h[i] * d[i];
-                            raise(&mut largest[i], value.abs());
-                            raise(&mut change[i], (value - g[i]).abs());
-                            g[i] = value;
-                        }
+                    for ((row, h), d) in row.iter_mut().zip(h).zip(&*d) {
+                        *row = h * d;
                     }
-                    for ((g, h), d) in g_rest.iter_mut().zip(h_rest).zip(d_rest) {
-                        let value = h * d;
-                        raise(&mut largest[0], value.abs());
-                        raise(&mut change[0], (value - *g).abs());
-                        *g = value;
-                    }
+                    take(g, row, &mut largest, &mut change);
                 }
             },
         );
