@@ -5,7 +5,7 @@ use super::evaluate::Evaluator;
 use super::evidence::Evidence;
 use super::fit::{Effort, Fitted, Score, coarse, look_around, mean, refine, switches_by_ghosts};
 use super::least_squares::median;
-use super::lines::separate;
+use super::lines::{LineSlopes, separate};
 use super::model::{LawModel, Model, Unknown, no_fit};
 use super::outcome::{HeldOut, Outcome};
 use super::priors::Beliefs;
@@ -38,6 +38,8 @@ pub(super) struct Search<'a> {
     pub(super) laws: Vec<(String, f64)>,
     pub(super) law: String,
     pub(super) separated: bool,
+    /// What a step of every switch apart is told by.
+    line_slopes: Option<LineSlopes>,
     /// No taxel is ever unloaded, so that the presses must tell the switches.
     pub(super) by_presses: bool,
     /// What tells an unknown, where all are fitted together.
@@ -167,6 +169,7 @@ impl<'a> Search<'a> {
             laws: Vec::new(),
             law: "power".to_owned(),
             separated: false,
+            line_slopes: None,
             by_presses: false,
             hearing: Hearing::Own,
             options: options.clone(),
@@ -390,7 +393,7 @@ impl<'a> Search<'a> {
         progress: &mut dyn FnMut(&str, f64),
     ) {
         progress("every switch apart", 0.1);
-        if let Some(model) = separate(evaluator, &self.model) {
+        if let Some(model) = separate(evaluator, &self.model, &mut self.line_slopes) {
             self.model = model;
             self.separated = true;
         }

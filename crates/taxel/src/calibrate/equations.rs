@@ -74,6 +74,10 @@ pub(super) fn covariance(hears: &[[f64; 3]], point: &Point, slopes: &[Residuals]
         for l in 0..n {
             scaled[k * n + l] /= size[k] * size[l];
         }
+        if matrix[k * n + k] == 0.0 {
+            // Nothing depends on it.
+            scaled[k * n + k] = 1.0;
+        }
     }
     let inverse = inverse(View::new(&scaled, n, n));
     let between = information(hears, point, slopes);

@@ -138,11 +138,21 @@ fn with_power_law(
 /// Looks for presses with nothing near them, and for unloaded taxels in every frame: those with the largest
 /// raw readings, which are ghosts, and some others.
 pub(super) fn look_around(evaluator: &mut Evaluator, model: &Model) -> Option<()> {
+    look(evaluator, model, false)
+}
+
+/// The same, but a frame's unloaded taxels stay while all of them are still unloaded.
+pub(super) fn look_again(evaluator: &mut Evaluator, model: &Model) -> Option<()> {
+    look(evaluator, model, true)
+}
+
+fn look(evaluator: &mut Evaluator, model: &Model, stays: bool) -> Option<()> {
     let law = evaluator.law(model)?;
     let (rows, columns) = (model.sensor.rows(), model.sensor.columns());
     let presses = evaluator.evidence.presses.len();
     let evidence = evaluator.evidence;
     let all: Vec<usize> = (0..presses).collect();
+    let before = evaluator.unloaded.clone();
     let seen = evaluator.invert(&model.sensor, &all, |i, siemens| {
         let press = evidence.presses[i];
         let mut near = vec![0u8; rows * columns];
@@ -159,6 +169,9 @@ pub(super) fn look_around(evaluator: &mut Evaluator, model: &Model) -> Option<()
                     near[r * columns + c] = 1;
                 }
             }
+        }
+        if stays && !before[i].is_empty() && before[i].iter().all(|&t| near[t] == 0) {
+            return (alone, before[i].clone());
         }
         let counts = &evidence.frames[i];
         let at_ceiling = LinesAtCeiling::of(counts);
@@ -182,8 +195,11 @@ pub(super) fn look_around(evaluator: &mut Evaluator, model: &Model) -> Option<()
     let middle = (rows / 2) * columns + columns / 2;
     let siemens = law.siemens_from_grams(middle, GHOST_LOAD_G) - law.g_zero;
     evaluator.ghost_grams_per_siemens = GHOST_LOAD_G / siemens;
-    (evaluator.isolated, evaluator.unloaded) = seen.into_iter().unzip();
-    evaluator.clear();
+    let (isolated, unloaded) = seen.into_iter().unzip();
+    if (&isolated, &unloaded) != (&evaluator.isolated, &evaluator.unloaded) {
+        (evaluator.isolated, evaluator.unloaded) = (isolated, unloaded);
+        evaluator.clear();
+    }
     Some(())
 }
 

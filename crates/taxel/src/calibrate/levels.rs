@@ -153,7 +153,7 @@ impl Levels<'_> {
         slopes: &[Vec<Vec<f64>>],
         material: &TaxelMaterial,
         prior: &[(f64, f64)],
-        groups: &[(std::ops::Range<usize>, f64)],
+        groups: &[(Vec<usize>, f64)],
     ) -> Option<Vec<f64>> {
         let (levels, lines) = (self.ln_siemens.len(), slopes.len());
         // Free: every line, and the mean of every level (the material's law, and the loads' scale).
@@ -181,10 +181,10 @@ impl Levels<'_> {
         for (group, deviation) in groups {
             let n = group.len() as f64;
             let weight = 1.0 / (deviation * deviation * n * n);
-            let mean: f64 = group.clone().map(|i| prior[i].0).sum();
-            for i in group.clone() {
+            let mean: f64 = group.iter().map(|&i| prior[i].0).sum();
+            for &i in group {
                 right[i] += weight * mean;
-                for j in group.clone() {
+                for &j in group {
                     normal[i * size + j] += weight;
                 }
             }

@@ -7,7 +7,7 @@ use super::inverter::{Inverter, Job};
 use super::model::{MIN_OHMS, Model};
 use crate::Mark;
 use crate::parallel::par_map;
-use crate::sensor::PerLine;
+use crate::sensor::{PerLine, SheetSpec};
 
 /// How far lines are believed to differ from their mean (a standard deviation, relative to it).
 const BELIEVED_MISMATCH: f64 = 0.15;
@@ -15,6 +15,42 @@ const BELIEVED_MISMATCH: f64 = 0.15;
 const STEP: f64 = 0.02;
 /// Lines that are looked at in one go.
 const BATCH: usize = 16;
+
+/// How far resistances may have moved, relative to their side's mean, for a derivative by them to serve again: it hardly changes, and the
+/// steps that it tells end where levels agree, whatever it is off by.
+const SERVES: f64 = 0.1;
+
+/// A sheet that conducts less is as good as none, microsiemens.
+const LEAST_MICROSIEMENS: f64 = 20.0;
+
+/// The derivative of all levels by every resistance, and where it was found.
+pub(super) struct LineSlopes {
+    ohms: Vec<f64>,
+    sheet: Option<SheetSpec>,
+    /// Of ln(G − g_zero) of every taxel of every level, by every resistance, per ohm.
+    of: Vec<Vec<Vec<f64>>>,
+}
+
+impl LineSlopes {
+    fn serves(&self, model: &Model, ohms: &[f64], means: &[f64]) -> bool {
+        let near = |((a, b), mean): ((&f64, &f64), &f64)| (a - b).abs() <= SERVES * mean;
+        are_alike(self.sheet, model.sheet())
+            && self.ohms.len() == ohms.len()
+            && self.ohms.iter().zip(ohms).zip(means).all(near)
+    }
+}
+
+/// Whether uniform loads, under which little flows along a sheet, hardly tell two of them apart.
+fn are_alike(one: Option<SheetSpec>, other: Option<SheetSpec>) -> bool {
+    let numbers = |sheet: Option<SheetSpec>| {
+        sheet.map_or((0.0, 0.0), |s| (1e6 / s.resistance_ohms, s.contact_factor))
+    };
+    let ((one, factor), (other, other_factor)) = (numbers(one), numbers(other));
+    let contact = |siemens: f64, factor: f64| siemens * factor;
+    let most = SERVES * one.max(other).max(LEAST_MICROSIEMENS);
+    (one - other).abs() <= most
+        && (contact(one, factor) - contact(other, other_factor)).abs() <= 3.0 * most
+}
 
 /// Resistances of all switches, columns first, and then of all lines a pitch where that is sought.
 fn resistances(model: &Model) -> Vec<f64> {
@@ -47,6 +83,20 @@ fn groups(model: &Model) -> Vec<Range<usize>> {
     sides.into_iter().chain(along).collect()
 }
 
+/// Which of them uniform loads tell: not those of a line that is dead in all of them.
+fn told(evaluator: &Evaluator, model: &Model) -> Vec<bool> {
+    let (rows, columns) = (model.sensor.rows(), model.sensor.columns());
+    let levels = &evaluator.evidence.levels;
+    let is_read = |taxel: usize| {
+        let mut marks = levels.iter().map(|level| level.counts.marks()[taxel]);
+        marks.any(|mark| mark == Mark::Good)
+    };
+    let of_columns = (0..columns).map(|c| (0..rows).any(|r| is_read(r * columns + c)));
+    let of_rows = (0..rows).map(|r| (0..columns).any(|c| is_read(r * columns + c)));
+    let lines: Vec<bool> = of_columns.chain(of_rows).collect();
+    lines.repeat(groups(model).len() / 2)
+}
+
 fn with_resistances(model: &Model, all: &[f64]) -> Model {
     let mut model = model.clone();
     let each = |side: &Range<usize>| Some(PerLine::Each(all[side.clone()].to_vec()));
@@ -65,35 +115,63 @@ fn with_resistances(model: &Model, all: &[f64]) -> Model {
 
 /// One step towards one resistance per switch, and per line where lines resist, such that taxels agree across levels; the mean of each
 /// side stays where presses and unloaded taxels put it.
-pub(super) fn separate(evaluator: &mut Evaluator, model: &Model) -> Option<Model> {
+pub(super) fn separate(
+    evaluator: &mut Evaluator,
+    model: &Model,
+    known: &mut Option<LineSlopes>,
+) -> Option<Model> {
     // Taxels may differ in exponent here even where the law will have one for all: it costs little, and
     // keeps differences of material from being read as differences of switches.
     let mut model = model.clone();
     let own_exponents = std::mem::replace(&mut model.law.own_exponents, true);
     let mut ohms = resistances(&model);
-    let groups = groups(&model);
+    let is_told = told(evaluator, &model);
+    let members = |group: Range<usize>| group.filter(|&i| is_told[i]).collect();
+    let groups: Vec<(Range<usize>, Vec<usize>)> = groups(&model)
+        .into_iter()
+        .map(|group| (group.clone(), members(group)))
+        .collect();
     let means: Vec<f64> = groups
         .iter()
-        .flat_map(|group| {
-            let mean = ohms[group.clone()].iter().sum::<f64>() / group.len() as f64;
-            vec![mean; group.len()]
+        .flat_map(|(group, members)| {
+            let sum: f64 = members.iter().map(|&i| ohms[i]).sum();
+            vec![sum / members.len() as f64; group.len()]
         })
         .collect();
+    // A line that nothing tells is one as usual: it may not take what the mean of its side is held by.
+    for ((ohms, mean), told) in ohms.iter_mut().zip(&means).zip(&is_told) {
+        if !told {
+            *ohms = *mean;
+        }
+    }
     let now = with_resistances(&model, &ohms);
-    let slopes = slopes(evaluator, &model, &ohms, &means)?;
+    if !known
+        .as_ref()
+        .is_some_and(|known| known.serves(&model, &ohms, &means))
+    {
+        *known = Some(LineSlopes {
+            of: slopes(evaluator, &model, &ohms, &means)?,
+            sheet: model.sheet(),
+            ohms: ohms.clone(),
+        });
+    }
+    let slopes = &known.as_ref()?.of;
     let material = evaluator.material(&now)?;
     let data = evaluator.levels(&now)?;
     let of_lines = ohms.iter().zip(&means);
     let prior: Vec<(f64, f64)> = of_lines
         .map(|(ohms, mean)| (mean - ohms, BELIEVED_MISMATCH * mean))
         .collect();
-    let held: Vec<(Range<usize>, f64)> = groups
+    let held: Vec<(Vec<usize>, f64)> = groups
         .into_iter()
-        .map(|group| (group.clone(), 1e-4 * means[group.start]))
+        .map(|(group, members)| (members, 1e-4 * means[group.start]))
         .collect();
-    let step = data.view().line_step(&slopes, &material, &prior, &held)?;
+    let step = data.view().line_step(slopes, &material, &prior, &held)?;
     let switches = model.sensor.rows() + model.sensor.columns();
     for (line, ((ohms, step), mean)) in ohms.iter_mut().zip(&step).zip(&means).enumerate() {
+        if !is_told[line] {
+            continue;
+        }
         let least = if line < switches {
             MIN_OHMS
         } else {

@@ -253,7 +253,10 @@ impl Model {
                 self.set_sheet((value > 0.0).then(|| SheetSpec::new(1e6 / value, contact)));
             }
             Unknown::SheetContact => {
-                let sheet = self.sheet()?;
+                // Where there is no sheet it means nothing, and stops no step of the others.
+                let Some(sheet) = self.sheet() else {
+                    return Some(());
+                };
                 self.set_sheet(Some(SheetSpec::new(sheet.resistance_ohms, value.exp())));
             }
             Unknown::Factor => self.law.ln_factor = value,

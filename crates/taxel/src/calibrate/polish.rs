@@ -4,7 +4,7 @@
 use super::choose::{MIN_OFFSET_COUNTS, Search};
 use super::effects::{MIN_SHARE, SPREAD, TOLD};
 use super::evaluate::{Evaluator, PressEstimate};
-use super::fit::Score;
+use super::fit::{Score, look_again};
 use super::model::{Model, Unknown};
 use super::terms::{Hearing, MisfitTerm, Told};
 use super::together::{Effort, Together, fit_together, loss_of};
@@ -168,7 +168,7 @@ impl Search<'_> {
     /// Nothing where a step has no solution.
     fn everything(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Option<Together> {
         self.add_effects();
-        self.look_closely()?;
+        self.look_closely(false)?;
         self.choose_scan_order()?;
         self.model.spread_is_believed = true;
         let around = self.around_g()?;
@@ -197,7 +197,14 @@ impl Search<'_> {
         };
         for turn in 0..most {
             progress("everything together", 0.6 + 0.05 * turn as f64);
-            let before: Vec<f64> = self.unknowns.iter().map(|&u| self.model.get(u)).collect();
+            let value = |model: &Model, unknown| match unknown {
+                // Shifts, of what was there before.
+                Unknown::Columns => model.mean_ohms().0,
+                Unknown::Rows => model.mean_ohms().1,
+                _ => model.get(unknown),
+            };
+            let now = |model| self.unknowns.iter().map(|&u| value(model, u)).collect();
+            let before: Vec<f64> = now(&self.model);
             let found = self.fit_all(Effort::ROUGH)?;
             if self.can_separate() && (turn >= ALIKE_TURNS || !self.model.seeks_lines) {
                 let mut evaluator =
@@ -206,10 +213,10 @@ impl Search<'_> {
                 self.separate_with(&mut evaluator, progress);
                 std::mem::swap(&mut evaluator, &mut self.evaluator);
             }
-            self.look_closely()?;
+            self.look_closely(turn > 0)?;
             let settled = self.unknowns.iter().zip(&before).all(|(&u, before)| {
                 let error = found.error_of(u).unwrap_or(0.0);
-                (self.model.get(u) - before).abs() <= SETTLED * error.max(u.step())
+                (value(&self.model, u) - before).abs() <= SETTLED * error.max(u.step())
             });
             last = Some(found);
             if settled && (turn > ALIKE_TURNS || !self.model.seeks_lines) {
@@ -251,10 +258,14 @@ impl Search<'_> {
         Some(found)
     }
 
-    /// Looks for what is unloaded and alone anew, and whether the neighbours of a press are quiet enough to be added to it.
-    fn look_closely(&mut self) -> Option<()> {
+    /// Looks for what is unloaded and alone anew (`again`: where it has changed), and whether the neighbours of a press are quiet enough to be added to it.
+    fn look_closely(&mut self, again: bool) -> Option<()> {
         self.evaluator.forces = false;
-        self.look().ok()?;
+        if again {
+            look_again(&mut self.evaluator, &self.model)?;
+        } else {
+            self.look().ok()?;
+        }
         let estimates = self.evaluator.estimates(&self.model)?;
         let ghosts = estimates.iter().flat_map(|e| &e.ghosts_g).copied();
         let noise = 8f64.sqrt() * robust_deviation(ghosts);
@@ -339,7 +350,7 @@ impl Search<'_> {
                 }
             }
         }
-        if looked_for.contains(&Unknown::Sheet) && !sheet {
+        if looked_for.contains(&Unknown::Sheet) && !sheet && found.model.sheet().is_some() {
             // The lines were told apart under a sheet.
             self.turns(progress)?;
         }

@@ -324,9 +324,22 @@ fn newton_step(
                 stopped = true;
             }
         }
+        if stopped {
+            hold_what_means_nothing(unknowns, &mut fixed);
+        }
         if !stopped {
             return Some(step);
         }
+    }
+}
+
+/// The contact factor of a sheet that is about to go is told by nothing: its step would only shorten that of all others.
+fn hold_what_means_nothing(unknowns: &[Unknown], fixed: &mut [Option<f64>]) {
+    let place = |unknown: Unknown| unknowns.iter().position(|&u| u == unknown);
+    if let (Some(sheet), Some(contact)) = (place(Unknown::Sheet), place(Unknown::SheetContact))
+        && fixed[sheet].is_some()
+    {
+        fixed[contact] = Some(0.0);
     }
 }
 
