@@ -20,6 +20,8 @@ pub mod address;
 #[cfg(feature = "std")]
 mod error;
 #[cfg(feature = "std")]
+mod permission;
+#[cfg(feature = "std")]
 pub mod protocol;
 pub mod scan;
 #[cfg(feature = "std")]

@@ -2,11 +2,13 @@
 
 use std::io::{self, Read};
 use std::net::{SocketAddr, TcpStream, ToSocketAddrs, UdpSocket};
+use std::path::Path;
 use std::time::Duration;
 
 use serial2::SerialPort;
 
 use crate::Address;
+use crate::permission::with_remedy;
 
 /// How long a device may take to accept a connection.
 const CONNECT: Duration = Duration::from_secs(3);
@@ -32,7 +34,10 @@ impl Link {
     pub(super) fn open(address: &Address, patience: Duration) -> io::Result<Self> {
         match address {
             Address::Serial { port, baud, .. } => {
-                let mut port = SerialPort::open(port, *baud)?;
+                let mut port = SerialPort::open(port, *baud).map_err(|error| {
+                    let words = with_remedy(Path::new(port), &error);
+                    io::Error::new(error.kind(), words)
+                })?;
                 port.set_read_timeout(patience)?;
                 // Boards with a USB converter wait for this before they send.
                 let _ = port.set_dtr(true);
@@ -62,6 +67,11 @@ impl Link {
                 Err(io::Error::from(io::ErrorKind::Unsupported))
             }
         }
+    }
+
+    /// Whether the other end may be gone without a word: a connection through a network that is down.
+    pub(super) fn can_die_unseen(&self) -> bool {
+        matches!(self, Self::Tcp(_))
     }
 
     /// Where it was opened: `address`, with the port that the system chose where that left it to it (`udp:0.0.0.0:0`).

@@ -57,6 +57,8 @@ const PATIENCE: Duration = Duration::from_millis(50);
 const PAUSE: Duration = Duration::from_millis(250);
 /// A silence that is told.
 const SILENCE: Duration = Duration::from_secs(1);
+/// A silence after which a connection is opened again: where the link is lost, nobody says that it has ended.
+const DEAD: Duration = Duration::from_secs(if cfg!(test) { 1 } else { 10 });
 /// Waits between attempts to open a link: doubled from the first to the last.
 const FIRST_WAIT: Duration = Duration::from_millis(250);
 const LAST_WAIT: Duration = Duration::from_secs(5);
@@ -214,6 +216,11 @@ fn read(
             Err(error) if is_silence(&error) => {
                 if heard.elapsed() > PAUSE {
                     decoder.forget();
+                }
+                // One that never said anything may have nothing to say yet.
+                if link.can_die_unseen() && heard > opened && heard.elapsed() > DEAD {
+                    let why = format!("nothing has come for {} s", DEAD.as_secs());
+                    return Ended::Broken(io::Error::new(io::ErrorKind::TimedOut, why));
                 }
             }
             Err(error) => return Ended::Broken(error),

@@ -117,6 +117,30 @@ fn a_device_that_goes_away_is_heard_again_when_it_comes_back() {
     );
 }
 
+/// A network that goes down says nothing: the connection stays open on this side, and nothing will ever come through it.
+#[test]
+fn a_connection_that_falls_silent_is_opened_again() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap();
+    let ear = Ear::default();
+    let thread = ear.listen(format!("tcp:{address}").parse().unwrap());
+    let (mut silent, _) = listener.accept().unwrap();
+    silent.write_all(&packet(0)).unwrap();
+    ear.wait("a frame", |heard| heard.sequences == [0]);
+    let (mut device, _) = listener.accept().unwrap();
+    ear.wait("the reason", |heard| {
+        let mut states = heard.states.iter();
+        states.any(|(state, text)| *state == State::Lost && text.contains("nothing has come for"))
+    });
+    device.write_all(&packet(4)).unwrap();
+    ear.wait("frames", |heard| heard.sequences == [0, 4]);
+    ear.stop.store(true, Ordering::Relaxed);
+    thread.join().unwrap();
+    let link_stats = ear.heard.lock().unwrap().link_stats;
+    assert_eq!((link_stats.lost, link_stats.outages), (3, 1));
+    drop(silent);
+}
+
 #[test]
 fn datagrams_are_received_and_a_stranger_s_are_counted_as_corrupt() {
     let ear = Ear::default();

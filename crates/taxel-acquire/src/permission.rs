@@ -1,0 +1,95 @@
+//! Why a device file cannot be opened, and what would help.
+
+use std::io;
+use std::path::Path;
+
+/// What to do about a device that the system refuses to open; nothing where it says enough itself.
+pub(crate) fn remedy(device: &Path, error: &io::Error) -> Option<String> {
+    let name = device.to_string_lossy();
+    match error.kind() {
+        io::ErrorKind::PermissionDenied => Some(match group(device) {
+            Some(group) if group != "root" => format!(
+                "it is for members of the group {group}: `sudo usermod -aG {group} $USER`, then log in again"
+            ),
+            _ => format!(
+                "it is for root alone: `sudo chgrp {group} {name} && sudo chmod g+rw {name}`, and a rule of udev to keep it so, give it to the group {group}",
+                group = usual_group(&name)
+            ),
+        }),
+        io::ErrorKind::NotFound if name.starts_with("/dev/spidev") => {
+            Some("SPI is off: `sudo raspi-config nonint do_spi 0` turns it on".to_owned())
+        }
+        io::ErrorKind::NotFound if name.starts_with("/dev/gpiochip") => Some(
+            "`ls /dev/gpiochip*` lists what there is; `gpio = …` in the board's file names another"
+                .to_owned(),
+        ),
+        _ => None,
+    }
+}
+
+/// The error with the remedy, in one line.
+pub(crate) fn with_remedy(device: &Path, error: &io::Error) -> String {
+    match remedy(device, error) {
+        Some(remedy) => format!("{error}; {remedy}"),
+        None => error.to_string(),
+    }
+}
+
+/// The group whose members may open such devices on Debian and what stands on it.
+fn usual_group(name: &str) -> &'static str {
+    if name.starts_with("/dev/gpiochip") {
+        "gpio"
+    } else if name.starts_with("/dev/spidev") {
+        "spi"
+    } else {
+        "dialout"
+    }
+}
+
+/// The name of the group that a file belongs to.
+#[cfg(unix)]
+fn group(file: &Path) -> Option<String> {
+    use std::os::unix::fs::MetadataExt;
+
+    let gid = std::fs::metadata(file).ok()?.gid();
+    let groups = std::fs::read_to_string("/etc/group").ok()?;
+    let name = groups.lines().find_map(|line| {
+        let mut fields = line.split(':');
+        let name = fields.next()?;
+        (fields.nth(1)?.parse() == Ok(gid)).then(|| name.to_owned())
+    });
+    // As `ls` writes a group that has no name.
+    Some(name.unwrap_or_else(|| gid.to_string()))
+}
+
+/// There are no such groups.
+#[cfg(not(unix))]
+fn group(_: &Path) -> Option<String> {
+    None
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_group_to_join_is_named() {
+        let denied = io::Error::from(io::ErrorKind::PermissionDenied);
+        // Of a terminal, which belongs to `tty` wherever there is one by that name.
+        let groups = std::fs::read_to_string("/etc/group").unwrap_or_default();
+        if Path::new("/dev/tty").exists() && groups.contains("tty:") {
+            let words = with_remedy(Path::new("/dev/tty"), &denied);
+            assert!(words.contains("sudo usermod -aG tty $USER"), "{words}");
+        }
+        let words = with_remedy(Path::new("/dev/null"), &denied);
+        assert!(words.contains("the group dialout"), "{words}");
+    }
+
+    #[test]
+    fn spi_that_is_off_is_named() {
+        let absent = io::Error::from(io::ErrorKind::NotFound);
+        let words = with_remedy(Path::new("/dev/spidev0.0"), &absent);
+        assert!(words.contains("raspi-config nonint do_spi 0"), "{words}");
+        assert_eq!(remedy(Path::new("/dev/ttyACM7"), &absent), None);
+    }
+}
