@@ -66,6 +66,7 @@ export class Connection {
 
   connect() {
     clearTimeout(this.timer);
+    this.heardAt = performance.now();
     this.setStatus("connecting");
     const scheme = location.protocol === "https:" ? "wss:" : "ws:";
     const query = this.token ? `?token=${encodeURIComponent(this.token)}` : "";
@@ -88,9 +89,10 @@ export class Connection {
     };
   }
 
-  // Called now and then.
+  // Called now and then. A connection that is being made through a network that is down is given up as well: the system
+  // tries less and less often, and would see a minute late that the network is back.
   check() {
-    if (!this.open || performance.now() - this.heardAt < SILENCE_MS) return;
+    if ((!this.open && this.status !== "connecting") || performance.now() - this.heardAt < SILENCE_MS) return;
     const { socket } = this;
     this.lose(0);
     socket?.close();
