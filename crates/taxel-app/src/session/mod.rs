@@ -12,7 +12,9 @@ mod controller;
 mod details;
 mod engine;
 mod guide;
+mod host_clock;
 mod latest_queue;
+mod pace;
 mod player;
 mod recorder;
 mod sliders;
@@ -39,7 +41,9 @@ pub use controller::time_stamp;
 use details::Details;
 use engine::Engine;
 pub use guide::{Guide, GuideStep};
+use host_clock::HostClock;
 use latest_queue::LatestQueue;
+use pace::Pace;
 use recorder::Owner;
 use recorder::Recorder;
 pub use recorder::{RecordTopics, SavedRecording};
@@ -91,6 +95,8 @@ pub struct SessionOptions {
     /// Called with every frame that is solved, on the engine's thread. One that takes longer than a frame lasts makes the
     /// engine leave frames out, never the recording.
     pub observer: Option<FrameObserver>,
+    /// Called with every frame as it comes, on the source's thread: it must not wait.
+    pub counts_observer: Option<CountsObserver>,
 }
 
 impl SessionOptions {
@@ -110,9 +116,13 @@ impl SessionOptions {
             server: None,
             guide: None,
             observer: None,
+            counts_observer: None,
         }
     }
 }
+
+/// What is called with every frame as it comes.
+pub type CountsObserver = Box<dyn FnMut(&Frame<Counts>) + Send>;
 
 /// What is called with every frame that is solved.
 pub type FrameObserver = Box<dyn FnMut(&LiveFrame) + Send>;
@@ -186,6 +196,11 @@ fn can_wait(address: &Address) -> bool {
                 ..
             }
     )
+}
+
+/// Whether frames are measured as they come; those of files and of virtual sensors have times of their own.
+fn is_device(address: &Address) -> bool {
+    !matches!(address, Address::File { .. } | Address::Sim { .. })
 }
 
 fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>, Error> {
@@ -283,13 +298,18 @@ impl Session {
         if let Some(path) = &options.record {
             recorder.begin(path.clone(), Owner::Operator, options.max_frames)?;
         }
-        let mut receiver = session.sink(&options.address);
+        let counts_observer = options.counts_observer.take();
+        let mut receiver = session.sink(&options.address, counts_observer);
         session.source = Some(spawn("source", move || run(&mut receiver))?);
         Ok(session)
     }
 
     /// Where the source's frames go.
-    fn sink(&self, address: &Address) -> source::FrameSink {
+    fn sink(
+        &self,
+        address: &Address,
+        counts_observer: Option<CountsObserver>,
+    ) -> source::FrameSink {
         source::FrameSink {
             status: self.status.clone(),
             recorder: self.recorder.clone(),
@@ -299,6 +319,9 @@ impl Session {
             clock: None,
             tare: None,
             can_wait: can_wait(address),
+            host_clock: HostClock::start(is_device(address)),
+            pace: is_device(address).then(Pace::default),
+            counts_observer,
         }
     }
 

@@ -12,11 +12,13 @@ use taxel_acquire::simulated::{Person, Presser, Simulated, SimulationParameters}
 use taxel_acquire::transport::{Receiver, State, receive};
 use taxel_server::Server;
 
+use super::host_clock::HostClock;
 use super::latest_queue::LatestQueue;
+use super::pace::{self, Pace};
 use super::player::{PlaybackRequest, Player};
 use super::recorder::Recorder;
 use super::status::SessionStatus;
-use super::{SessionOptions, TimestampedFrame};
+use super::{CountsObserver, SessionOptions, TimestampedFrame};
 use crate::error::Error;
 
 /// What can be done with the source while it runs.
@@ -151,6 +153,12 @@ pub(super) struct FrameSink {
     pub(super) clock: Option<f64>,
     /// Of a recording: what was taken off the frame that comes.
     pub(super) tare: Option<Option<Arc<taxel_io::Tare>>>,
+    /// This computer's clocks.
+    pub(super) host_clock: HostClock,
+    /// Of a device: how many frames a second are usual.
+    pub(super) pace: Option<Pace>,
+    /// Who gets every frame as it comes.
+    pub(super) counts_observer: Option<CountsObserver>,
 }
 
 /// A device's clock that goes on by more than this between two frames has jumped, seconds.
@@ -180,6 +188,24 @@ impl FrameSink {
         }
     }
 
+    /// Notes in the recording, and says, a wall clock that was set.
+    fn look_at_host_clock(&mut self, at: SystemTime) {
+        if let Some(words) = self.host_clock.jump(at, Instant::now()) {
+            self.recorder.event("clock", &words);
+            self.status.tell(words);
+        }
+    }
+
+    /// Notes in the recording, and says, that frames come more slowly than they did.
+    fn look_at_pace(&mut self) {
+        let Some(pace) = &mut self.pace else { return };
+        if let Some(words) = pace.look(Instant::now(), pace::throttled) {
+            self.recorder.event("device", &words);
+            self.status.note(&words);
+            self.status.tell(words);
+        }
+    }
+
     /// Notes in the recording, about when, what went wrong since the last note.
     fn tell_losses(&mut self, link_stats: LinkStats, now: bool) {
         let (reported, at) = self.reported;
@@ -202,13 +228,21 @@ impl FrameSink {
 
 impl Receiver for FrameSink {
     fn frame(&mut self, frame: &Frame<Counts>, at: SystemTime) {
+        let mut frame = frame.clone();
+        self.look_at_clock(&frame);
+        // Of a device without a clock: differences between times must not change where the wall clock is set.
+        frame.time_secs = frame.time_secs.or(self.host_clock.secs(Instant::now()));
+        if let Some(observer) = &mut self.counts_observer {
+            observer(&frame);
+        }
         let arrived = TimestampedFrame {
-            frame: Arc::new(frame.clone()),
+            frame: Arc::new(frame),
             at,
             tare: self.tare.clone(),
         };
         self.status.arrived();
-        self.look_at_clock(frame);
+        self.look_at_host_clock(at);
+        self.look_at_pace();
         self.recorder.counts(&arrived);
         if self.can_wait {
             return self.incoming.push_waiting(arrived);
