@@ -84,6 +84,7 @@ const EXAMPLES: [(&str, &[&str]); 34] = [
         &[
             "taxel stream sim:mat-16x16-cd4067 --frames 1",
             "taxel stream serial:/dev/ttyUSB0 --sensor mat.toml --sums --to udp:127.0.0.1:9000",
+            "taxel stream rpi:board.toml --sensor econe --counts --to listen:0.0.0.0:9000 --record run.mcap",
         ],
     ),
     (

@@ -8,7 +8,7 @@ use taxel_acquire::protocol::taxel1::{Header, encode};
 use taxel_io::{FrameSource, ReadOptions, open_counts};
 
 use crate::error::Error;
-use crate::sending::Out;
+use crate::sending::{Out, packet_bits};
 use crate::{Exit, interrupt, out};
 use taxel_app::sensor_source;
 use taxel_io::sensor_file;
@@ -21,7 +21,7 @@ use taxel_io::sensor_file;
 pub(crate) struct Args {
     /// Recording of counts
     recording: PathBuf,
-    /// udp:HOST:PORT, tcp:HOST:PORT, or - for standard output
+    /// udp:HOST:PORT, tcp:HOST:PORT, listen:HOST:PORT for whoever connects there, or - for standard output
     #[arg(long, value_name = "ADDRESS")]
     to: String,
     /// Sensor file, or the name of a preset; .mcap and .parquet bring their own
@@ -108,12 +108,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             hint: "a sensor file with bits of at most 16 reads the recording as well, if its counts are that small",
         });
     }
-    let bits = match sensor.converter().bits {
-        0..=8 => 8,
-        9..=10 => 10,
-        11..=12 => 12,
-        _ => 16,
-    };
+    let bits = packet_bits(&sensor);
     let mut source = open_counts(&args.recording, ReadOptions::of(&sensor))?;
     let mut to = Out::open(&args.to)?;
     interrupt::listen();
@@ -142,6 +137,9 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         };
         encode(&frame, &header, &mut bytes);
         to.send(&bytes)?;
+        for line in to.take_news() {
+            out::note(&line);
+        }
         sequence = sequence.wrapping_add(1);
     }
     out::note(&format!("{sequence} frames sent"));

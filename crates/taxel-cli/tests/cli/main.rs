@@ -32,6 +32,7 @@ mod plot_look;
 mod plot_movie;
 mod record;
 mod recordings;
+mod relay;
 mod rewritten;
 mod run;
 mod selftest;
