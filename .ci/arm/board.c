@@ -1,7 +1,7 @@
 /* A board that is not there, for the real command: loaded before the C library (LD_PRELOAD), it answers for
  * /dev/gpiochip0 and /dev/spidev0.0 as the kernel would, and stands for two multiplexers, an array and a converter.
  *
- *   BOARD="ROWS COLUMNS ROW_US COLUMN_US BITS" BOARD_ROW_PINS="5 6 13 19" BOARD_COLUMN_PINS="17 27 22 23"
+ *   BOARD="ROWS COLUMNS ROW_US COLUMN_US BITS_UP_TO_ITS_LAST" BOARD_ROW_PINS="5 6 13 19" BOARD_COLUMN_PINS="17 27 22 23"
  *   BOARD_COUNTS=counts.txt (row by row) BOARD_LOG=log.txt
  *
  * A reading before the lines have settled is the one before it: who does not wait reads wrong counts. */
@@ -60,7 +60,7 @@ __attribute__((constructor)) static void begin(void) {
     if (!board || !file)
         return;
     if (sscanf(board, "%u %u %lf %lf %u", &rows, &columns, &row_us, &column_us, &bits) != 5 || rows * columns > LINES)
-        fail("BOARD is ROWS COLUMNS ROW_US COLUMN_US BITS");
+        fail("BOARD is ROWS COLUMNS ROW_US COLUMN_US BITS_UP_TO_ITS_LAST");
     row_bits = read_pins("BOARD_ROW_PINS", row_pins);
     column_bits = read_pins("BOARD_COLUMN_PINS", column_pins);
     FILE *in = fopen(file, "r");
