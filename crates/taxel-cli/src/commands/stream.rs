@@ -145,7 +145,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     };
     let what = if args.counts { "packets" } else { "lines" };
     out::note(&format!(
-        "{sent} {what}, {missed} frames that came faster than they were read"
+        "{sent} {what}, {missed} frames that nobody took in time"
     ));
     let recorded = super::record::conclude(&session)?;
     Ok(if missed == 0 {
