@@ -1,9 +1,9 @@
-//! Calibration under one continuous sheet: it is found, and undone; where there is none, none is found.
+//! Everything fitted together: a continuous sheet is found, and undone; where there is none, none is found; dead rows take no part.
 
 use taxel::calibrate::{Calibration, CalibrationOptions, calibrate};
 use taxel::frame::grams_from_newtons;
 use taxel::pipeline::Pipeline;
-use taxel::sensor::{ScreenSpec, Sensor, preset};
+use taxel::sensor::{PerLine, ScreenSpec, Sensor, preset};
 use taxel::simulate::{Imperfections, VirtualSensor, calibration_data, validation_frames};
 use taxel::solve::default_method;
 use taxel::uncertainty::StandardErrors;
@@ -32,7 +32,9 @@ fn calibrated(
             spec.screen = ScreenSpec::default();
         })
         .unwrap();
-    let data = calibration_data(&truth, 100, &[50.0, 150.0, 300.0], 4);
+    let mut data = calibration_data(&truth, 100, &[50.0, 150.0, 300.0], 4);
+    let dead = &truth.sensor().screen().dead_rows;
+    data.presses.retain(|press| !dead.contains(&press.row));
     let options = CalibrationOptions::default();
     let found = calibrate(&parts, &data, &options, &mut |_, _| {}).unwrap();
     (truth, found)
@@ -139,4 +141,31 @@ fn where_there_is_no_sheet_none_is_found() {
     let errors = errors_g(&found.sensor, &truth);
     holds("without a sheet, grams", mean(&errors), 0.0781);
     assert!(inside(&errors) >= 0.92, "{}", inside(&errors));
+}
+
+/// A row that is dead under every uniform load tells nothing, and takes nothing that the mean of all rows is off by.
+#[test]
+fn dead_rows_are_rows_as_usual() {
+    let mut imperfections = Imperfections::beyond_the_circuit();
+    imperfections.dead_rows = 2;
+    let (truth, found) = calibrated(&imperfections, (24, 24), 31);
+    let rows = |sensor: &Sensor| sensor.readout().r_mux_row_ohms.clone().unwrap();
+    let (ours, true_ohms) = (rows(&found.sensor), rows(truth.sensor()));
+    let dead = &truth.sensor().screen().dead_rows;
+    assert_eq!((dead.len(), &found.sensor.screen().dead_rows), (2, dead));
+    let live: Vec<usize> = (0..24).filter(|row| !dead.contains(row)).collect();
+    let mean = |all: &PerLine| live.iter().map(|&row| all.at(row)).sum::<f64>() / 22.0;
+    let usual = mean(&ours);
+    for &row in dead {
+        let off = ours.at(row) / usual - 1.0;
+        assert!(off.abs() < 1e-4, "row {row}: {} of {usual}", ours.at(row));
+    }
+    // Rows and what the amplifier's finite gain lets through are one sum.
+    let amplifier = |sensor: &Sensor| {
+        let readout = sensor.readout();
+        readout.r_feedback_ohms().unwrap() / (1.0 + readout.open_loop_gain().unwrap())
+    };
+    let true_mean = mean(&true_ohms) + amplifier(truth.sensor()) - amplifier(&found.sensor);
+    let off = (usual / true_mean - 1.0).abs();
+    holds("mean resistance of the live rows, relative", off, 7.58e-3);
 }
