@@ -298,8 +298,7 @@ impl Session {
         if let Some(path) = &options.record {
             recorder.begin(path.clone(), Owner::Operator, options.max_frames)?;
         }
-        let counts_observer = options.counts_observer.take();
-        let mut receiver = session.sink(&options.address, counts_observer);
+        let mut receiver = session.sink(&options.address, options.counts_observer.take());
         session.source = Some(spawn("source", move || run(&mut receiver))?);
         Ok(session)
     }
