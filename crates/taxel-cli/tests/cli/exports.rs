@@ -249,7 +249,7 @@ fn a_stream_is_a_line_of_json_a_frame() {
         run.code == Some(2)
             && run
                 .err
-                .contains("neither udp:HOST:PORT, tcp:HOST:PORT nor -"),
+                .contains("neither udp:HOST:PORT, tcp:HOST:PORT, listen:HOST:PORT nor -"),
         "{run}"
     );
 }

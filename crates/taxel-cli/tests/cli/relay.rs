@@ -52,14 +52,17 @@ fn who_connects_gets_the_counts_and_who_connects_again_as_well() {
         link.read_exact(&mut bytes).unwrap();
         assert!(bytes.contains(&0), "packets end with a zero byte");
     }
-    let taken = Running::start(
+    let mut taken = Running::start(
         &folder,
         &format!("record tcp:{place} --sensor sensor.toml -o laptop.mcap --frames 10"),
     );
-    let mut taken = taken;
     wait("ten frames", || taken.child.try_wait().unwrap().is_some());
     folder.good("convert laptop.mcap -o laptop.txt");
     assert_eq!(folder.numbers("laptop.txt").len(), 24 * 10);
+    // What was recorded until now is in the file when as much again is: the last half second is not.
+    let size = || std::fs::metadata(folder.path("pi.mcap")).unwrap().len();
+    let before = size();
+    wait("more on the Pi", || size() >= before + 8_000);
     drop(pi);
     folder.taxel("recover pi.mcap -o whole.mcap");
     // From the first frame on, though nobody was there to take it.
