@@ -12,6 +12,7 @@ use linux_embedded_hal::{CdevPin, SpidevDevice};
 use taxel::{Counts, Frame};
 
 use super::config::{Board, Lines};
+use super::select::address;
 use super::{ScanError, Scanner, Select, ShiftRegister, SpiConverter};
 use crate::permission::remedy;
 use crate::protocol::LinkStats;
@@ -31,10 +32,9 @@ struct AddressPins {
 
 impl AddressPins {
     fn select(&mut self, line: u16) -> Result<(), String> {
-        let wired = self.wiring.get(usize::from(line));
-        let input = wired.copied().unwrap_or(line);
+        let is_high = address(&self.wiring, line);
         for (bit, level) in self.levels.iter_mut().enumerate() {
-            *level = u8::from(input >> bit & 1 == 1);
+            *level = u8::from(is_high(bit));
         }
         match &self.pins {
             Some(pins) => pins

@@ -16,6 +16,13 @@ pub trait Select {
     fn select(&mut self, line: u16) -> Result<(), Self::Error>;
 }
 
+/// The level of each address pin of a multiplexer, lowest bit first, that selects a line: at input `wiring[line]`, or at its own
+/// number beyond the table.
+pub(super) fn address(wiring: &[u16], line: u16) -> impl Fn(usize) -> bool {
+    let input = wiring.get(usize::from(line)).copied().unwrap_or(line);
+    move |bit| input >> bit & 1 == 1
+}
+
 /// A multiplexer with address pins, lowest bit first. Lines need not be wired in order: a table says which input of
 /// the multiplexer a line is at.
 ///
@@ -48,10 +55,9 @@ impl<P: OutputPin, S: AsMut<[P]>, W: AsRef<[u16]>> Select for Multiplexer<P, S, 
     type Error = P::Error;
 
     fn select(&mut self, line: u16) -> Result<(), P::Error> {
-        let wired = self.wiring.as_ref().get(usize::from(line));
-        let input = wired.copied().unwrap_or(line);
+        let is_high = address(self.wiring.as_ref(), line);
         for (bit, pin) in self.pins.as_mut().iter_mut().enumerate() {
-            pin.set_state((input >> bit & 1 == 1).into())?;
+            pin.set_state(is_high(bit).into())?;
         }
         Ok(())
     }

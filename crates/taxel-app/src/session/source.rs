@@ -189,17 +189,17 @@ impl FrameSink {
     }
 
     /// Notes in the recording, and says, a wall clock that was set.
-    fn look_at_host_clock(&mut self, at: SystemTime) {
-        if let Some(words) = self.host_clock.jump(at, Instant::now()) {
+    fn look_at_host_clock(&mut self, at: SystemTime, now: Instant) {
+        if let Some(words) = self.host_clock.jump(at, now) {
             self.recorder.event("clock", &words);
             self.status.tell(words);
         }
     }
 
     /// Notes in the recording, and says, that frames come more slowly than they did.
-    fn look_at_pace(&mut self) {
+    fn look_at_pace(&mut self, now: Instant) {
         let Some(pace) = &mut self.pace else { return };
-        if let Some(words) = pace.look(Instant::now(), pace::throttled) {
+        if let Some(words) = pace.look(now, pace::throttled) {
             self.recorder.event("device", &words);
             self.status.note(&words);
             self.status.tell(words);
@@ -228,10 +228,10 @@ impl FrameSink {
 
 impl Receiver for FrameSink {
     fn frame(&mut self, frame: &Frame<Counts>, at: SystemTime) {
-        let mut frame = frame.clone();
+        let (mut frame, now) = (frame.clone(), Instant::now());
         self.look_at_clock(&frame);
         // Of a device without a clock: differences between times must not change where the wall clock is set.
-        frame.time_secs = frame.time_secs.or(self.host_clock.secs(Instant::now()));
+        frame.time_secs = frame.time_secs.or(self.host_clock.secs(now));
         if let Some(observer) = &mut self.counts_observer {
             observer(&frame);
         }
@@ -241,8 +241,8 @@ impl Receiver for FrameSink {
             tare: self.tare.clone(),
         };
         self.status.arrived();
-        self.look_at_host_clock(at);
-        self.look_at_pace();
+        self.look_at_host_clock(at, now);
+        self.look_at_pace(now);
         self.recorder.counts(&arrived);
         if self.can_wait {
             return self.incoming.push_waiting(arrived);

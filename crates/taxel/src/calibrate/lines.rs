@@ -42,14 +42,16 @@ impl LineSlopes {
 
 /// Whether uniform loads, under which little flows along a sheet, hardly tell two of them apart.
 fn are_alike(one: Option<SheetSpec>, other: Option<SheetSpec>) -> bool {
+    // Outside contacts and inside them, microsiemens.
     let numbers = |sheet: Option<SheetSpec>| {
-        sheet.map_or((0.0, 0.0), |s| (1e6 / s.resistance_ohms, s.contact_factor))
+        sheet.map_or((0.0, 0.0), |sheet| {
+            let outside = 1e6 / sheet.resistance_ohms;
+            (outside, outside * sheet.contact_factor)
+        })
     };
-    let ((one, factor), (other, other_factor)) = (numbers(one), numbers(other));
-    let contact = |siemens: f64, factor: f64| siemens * factor;
+    let ((one, in_one), (other, in_other)) = (numbers(one), numbers(other));
     let most = SERVES * one.max(other).max(LEAST_MICROSIEMENS);
-    (one - other).abs() <= most
-        && (contact(one, factor) - contact(other, other_factor)).abs() <= 3.0 * most
+    (one - other).abs() <= most && (in_one - in_other).abs() <= 3.0 * most
 }
 
 /// Resistances of all switches, columns first, and then of all lines a pitch where that is sought.

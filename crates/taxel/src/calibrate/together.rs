@@ -324,12 +324,10 @@ fn newton_step(
                 stopped = true;
             }
         }
-        if stopped {
-            hold_what_means_nothing(unknowns, &mut fixed);
-        }
         if !stopped {
             return Some(step);
         }
+        hold_what_means_nothing(unknowns, &mut fixed);
     }
 }
 
