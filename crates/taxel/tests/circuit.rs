@@ -267,3 +267,62 @@ fn node_currents_sum_to_nil() {
     }
     assert!(farthest(&nodes, &[0.0; 15]) < 0.4);
 }
+
+/// Lines that resist on both sides, on one alone, and lines of which some do not.
+fn resisting(plain: &Sensor) -> [Sensor; 4] {
+    let one = PerLine::One;
+    let mixed = |lines: usize| {
+        let ohms = |line: usize| [0.0, 3.0, 8.0][line % 3];
+        PerLine::Each((0..lines).map(ohms).collect())
+    };
+    let sides = [
+        (one(4.0), one(9.0)),
+        (one(4.0), one(0.0)),
+        (one(0.0), one(9.0)),
+        (mixed(plain.rows()), mixed(plain.columns())),
+    ];
+    sides.map(|(row, column)| {
+        let with_lines = plain.edited(|spec| {
+            spec.readout.r_line_row_ohms = Some(row);
+            spec.readout.r_line_column_ohms = Some(column);
+        });
+        with_lines.unwrap()
+    })
+}
+
+/// J v against central differences, and w·(J v) against (Jᵀ w)·v.
+#[test]
+fn the_derivative_along_lines_is_the_slope_and_the_adjoint_its_transpose() {
+    let siemens = pressed(9, 14, 0.5, 5);
+    let (v, w) = (random_direction(9 * 14, 5), random_direction(9 * 14, 6));
+    let v: Vec<f64> = v.iter().zip(siemens.values()).map(|(v, g)| v * g).collect();
+    let (mut worst_slope, mut worst_adjoint) = (0f64, 0f64);
+    for topology in Topology::ALL {
+        for sensor in resisting(&sensor(topology, 9, 14, 10.0, 0.0)) {
+            let circuit = LinearCircuit::from_sensor(&sensor).unwrap();
+            let mut point = circuit.point();
+            point.set(siemens.values()).unwrap();
+            let (mut forward, mut adjoint) = (vec![0.0; 9 * 14], vec![0.0; 9 * 14]);
+            point.jvp_into(&v, &mut forward);
+            point.vjp_into(&w, &mut adjoint);
+            let step = 1e-4;
+            let [up, down] = [step, -step]
+                .map(|step| predict(&circuit, &siemens.map(|taxel, g| g + step * v[taxel])));
+            let slopes = up
+                .iter()
+                .zip(&down)
+                .map(|(up, down)| (up - down) / (2.0 * step));
+            let slopes: Vec<f64> = slopes.collect();
+            worst_slope = worst_slope.max(farthest(&slopes, &forward) / largest(&forward));
+            let products =
+                |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).collect::<Vec<f64>>();
+            let (left, right) = (products(&forward, &w), products(&adjoint, &v));
+            let size: f64 = left.iter().map(|product| product.abs()).sum();
+            let off = (left.iter().sum::<f64>() - right.iter().sum::<f64>()).abs() / size;
+            worst_adjoint = worst_adjoint.max(off);
+        }
+    }
+    println!("slopes {worst_slope:e}, adjoint {worst_adjoint:e}");
+    assert!(worst_slope < 3.9e-9, "{worst_slope:e}");
+    assert!(worst_adjoint < 1e-15, "{worst_adjoint:e}");
+}

@@ -320,6 +320,13 @@ fn read_out(readout: &toml::Table) -> Result<(), Error> {
         readout.get("reads"),
         &["voltage", "current"],
     )?;
+    for end in ["row_end", "column_end"] {
+        word(
+            format!("readout.{end}"),
+            readout.get(end),
+            &["first", "last"],
+        )?;
+    }
     let diode = readout.get("diode").and_then(|diode| diode.get("place"));
     let diode_places = DiodePlace::ALL.map(DiodePlace::name);
     word("readout.diode.place".to_owned(), diode, &diode_places)?;

@@ -32,8 +32,21 @@ const LONG: f64 = 3.0;
 const CLIP: (f64, f64) = (-0.75, 3.0);
 /// A cut step may make the merit so many times worse.
 const MAX_RISE: f64 = 1.1;
-/// Noise that a hard frame is first solved with, in standard deviations.
-const EASED: [f64; 4] = [300.0, 30.0, 3.0, 1.0];
+/// Where no noise ends the rounds, a misfit of this share of the tolerance does: what each taxel misfits by is less than what all of
+/// them make of one another.
+const WITHOUT_NOISE: f64 = 0.25;
+/// Part of the misfit that a step may leave: as it comes, and where it must not be more.
+const LEFT: f64 = 1e-3;
+const LEFT_WITHOUT_NOISE: f64 = 1e-5;
+const MOST_LEFT: f64 = 5e-2;
+/// Noise that a hard frame is first solved with, of the largest reading: the first that leads anywhere. From answer to answer it is
+/// so many times less, down to a few times what there is, and to that.
+const EASED: [f64; 3] = [0.02, 0.2, 2.0];
+const EASE: f64 = 10.0;
+const FEW: f64 = 3.0;
+const LAST: [f64; 2] = [1.7, 1.0];
+/// Readings that such an answer leaves so many times as far off as noise does are not explained.
+const EXPLAINED: f64 = 1.5;
 
 /// A standard error that counts, of the largest conductance, and one that leaves nothing to be told; and how much larger than by its own derivative alone a taxel's may be.
 const UNRESOLVED: (f64, f64) = (0.01, 0.25);
@@ -102,13 +115,40 @@ impl Resistive {
 /// taxel conducts, and counts beside the largest, or is a good part of that. In a frame without loads that is noise itself: what is
 /// read as well as anything stays.
 fn mark_unresolved(state: &State, siemens: &mut Frame<Siemens>) {
-    let most = largest(&state.g).max(AS_GOOD * CHEAP * state.least_noise() / UNRESOLVED.0);
-    let (counts, useless) = (UNRESOLVED.0 * most, UNRESOLVED.1 * most);
+    let resolved = Resolved::of(state);
     let taxels = siemens.marks.iter_mut().zip(&siemens.values);
     for ((mark, g), noise) in taxels.zip(&state.noise) {
-        if *mark == Mark::Good && CHEAP * noise > g.abs().max(counts).min(useless) {
+        if *mark == Mark::Good && !resolved.is_so(*g, *noise) {
             *mark = Mark::Unresolved;
         }
+    }
+}
+
+/// What counts beside the largest conductance of a frame, and a noise that leaves nothing to be told, siemens.
+struct Resolved {
+    counts: f64,
+    useless: f64,
+}
+
+impl Resolved {
+    fn of(state: &State) -> Self {
+        // Noise of a taxel that nothing is told of may be larger than any load.
+        let told = state
+            .g
+            .iter()
+            .zip(&state.noise)
+            .map(|(g, noise)| (g.abs(), noise));
+        let told = told.filter(|(g, noise)| CHEAP * *noise <= *g);
+        let most = told.fold(0.0, |most: f64, (g, _)| most.max(g));
+        let most = most.max(AS_GOOD * CHEAP * state.best_noise() / UNRESOLVED.0);
+        Self {
+            counts: UNRESOLVED.0 * most,
+            useless: UNRESOLVED.1 * most,
+        }
+    }
+
+    fn is_so(&self, g: f64, noise: f64) -> bool {
+        CHEAP * noise <= g.abs().max(self.counts).min(self.useless)
     }
 }
 
@@ -119,6 +159,7 @@ fn solve_taken(state: &mut State, accuracy: Accuracy) -> Outcome {
         return Outcome::new(Stop::Infeasible(infeasible), 0, f64::INFINITY);
     }
     state.take_apparent();
+    state.least_noise.fill(0.0);
     if largest(&state.measured) == 0.0 {
         state.g.fill(0.0);
         state.hold();
@@ -151,7 +192,7 @@ fn solve_taken(state: &mut State, accuracy: Accuracy) -> Outcome {
 }
 
 /// From nothing: in the ways that were seen to lead somewhere.
-fn cold(state: &mut State, accuracy: Accuracy) -> Outcome {
+fn cold(state: &mut State, mut accuracy: Accuracy) -> Outcome {
     let mut rounds = 0;
     let mut last = Outcome::new(Stop::Stalled, 0, f64::INFINITY);
     let merits = if state.floating {
@@ -169,21 +210,9 @@ fn cold(state: &mut State, accuracy: Accuracy) -> Outcome {
             break;
         }
     }
-    if !last.stop.is_good() && accuracy.sigma_volts > 0.0 && start(state) {
-        for times in EASED {
-            let eased = Accuracy {
-                sigma_volts: times * accuracy.sigma_volts,
-                ..accuracy
-            };
-            state.trial.copy_from_slice(&state.g);
-            if !state.evaluate() {
-                // What was found with more noise than there is answers nothing.
-                last = Outcome::new(Stop::Stalled, 0, f64::INFINITY);
-                break;
-            }
-            last = descend(state, eased, Merit::Norm);
-            rounds += last.iterations;
-        }
+    if !last.stop.is_good() && accuracy.sigma_volts > 0.0 {
+        (last, accuracy) = ease(state, accuracy);
+        rounds += last.iterations;
     }
     let mut last = Outcome {
         iterations: rounds,
@@ -193,6 +222,83 @@ fn cold(state: &mut State, accuracy: Accuracy) -> Outcome {
         another::look_for(state, accuracy, &mut last);
     }
     last
+}
+
+/// As if there were more noise, and from answer to answer less of it. The last one is the answer where it explains the readings: with
+/// more noise than there is more taxels are unresolved. On arrays of so long lines what is told of the far ones is next to nothing.
+fn ease(state: &mut State, accuracy: Accuracy) -> (Outcome, Accuracy) {
+    let mut best = (Outcome::new(Stop::Stalled, 0, f64::INFINITY), accuracy);
+    let mut rounds = 0;
+    for first in EASED {
+        if !start(state) {
+            break;
+        }
+        state.kept.copy_from_slice(&state.g);
+        state.kept_noise.fill(0.0);
+        let powers = (first * state.largest_volts / (FEW * accuracy.sigma_volts)).log(EASE);
+        let powers = powers.round().max(0.0) as i32;
+        let eased = (0..=powers).rev().map(|power| FEW * EASE.powi(power));
+        for times in eased.chain(LAST) {
+            let sigma_volts = times * accuracy.sigma_volts;
+            let eased = Accuracy {
+                sigma_volts,
+                ..accuracy
+            };
+            let found = ease_once(state, eased, &mut rounds);
+            let Some(outcome) = found else {
+                break;
+            };
+            best = (outcome, eased);
+        }
+        if best.0.stop.is_good() {
+            break;
+        }
+    }
+    if state.beyond_noise(accuracy.sigma_volts) > EXPLAINED {
+        best.0.stop = Stop::Stalled;
+    }
+    best.0.iterations = rounds;
+    best
+}
+
+/// From the answer `kept`: as far as the readings tell, or where that leads nowhere, without what was left unresolved there.
+fn ease_once(state: &mut State, eased: Accuracy, rounds: &mut u32) -> Option<Outcome> {
+    for holds in [false, true] {
+        if holds {
+            hold_unresolved(state);
+        }
+        state.trial.copy_from_slice(&state.kept);
+        state.g.copy_from_slice(&state.kept);
+        if !state.evaluate() {
+            break;
+        }
+        let outcome = descend(state, eased, Merit::Norm);
+        *rounds += outcome.iterations;
+        state.least_noise.fill(0.0);
+        if outcome.stop.is_good() {
+            state.kept.copy_from_slice(&state.g);
+            state.kept_noise.copy_from_slice(&state.noise);
+            return Some(outcome);
+        }
+        // Back to what is kept, with its misfit and its noise.
+        state.g.copy_from_slice(&state.kept);
+        state.trial.copy_from_slice(&state.kept);
+        state.noise.copy_from_slice(&state.kept_noise);
+        state.is_fresh = false;
+        if !state.evaluate() {
+            break;
+        }
+    }
+    None
+}
+
+/// Has each taxel that noise leaves unresolved believed beforehand as much as now.
+fn hold_unresolved(state: &mut State) {
+    let resolved = Resolved::of(state);
+    for at in 0..state.g.len() {
+        let is_resolved = resolved.is_so(state.g[at], state.noise[at]);
+        state.least_noise[at] = if is_resolved { 0.0 } else { state.noise[at] };
+    }
 }
 
 /// The apparent conductances; of lines that float the multiple of them that reads the measured sum.
@@ -240,10 +346,16 @@ fn follow(state: &mut State, accuracy: Accuracy) -> Option<Outcome> {
 
 /// Newton's rounds from `g`, which was evaluated.
 fn descend(state: &mut State, accuracy: Accuracy, merit: Merit) -> Outcome {
+    let (share, left) = if accuracy.sigma_volts > 0.0 {
+        (1.0, LEFT)
+    } else {
+        (WITHOUT_NOISE, LEFT_WITHOUT_NOISE)
+    };
+    let tolerance = share * accuracy.tolerance;
     for round in 0..MAX_ROUNDS {
         state.linearise(accuracy.sigma_volts, round > FREEZE_AFTER);
         let residual = state.residual();
-        if state.is_settled(accuracy.tolerance) {
+        if state.is_settled(tolerance) {
             // What is new since the last preconditioner is less than a step.
             return Outcome::new(Stop::Converged, round, residual);
         }
@@ -253,7 +365,7 @@ fn descend(state: &mut State, accuracy: Accuracy, merit: Merit) -> Outcome {
         if !is_known && !state.precondition() {
             return Outcome::new(Stop::Stalled, round, residual);
         }
-        state.find_step((0.3 * size).clamp(1e-3, 5e-2));
+        state.find_step((0.3 * size).clamp(left, MOST_LEFT));
         if !take_step(state, merit) {
             // Back to the best point, so that the misfit is that of the answer.
             state.trial.copy_from_slice(&state.g);

@@ -22,6 +22,8 @@ pub(super) struct State {
     point: LinearPoint,
     path: OwnPath,
     pub(super) live: LiveLines,
+    /// The largest reading of an unknown, volts.
+    pub(super) largest_volts: f64,
     /// Apparent conductances as measured, and dy/dV there.
     pub(super) measured: Vec<f64>,
     /// Those of the trial.
@@ -31,6 +33,10 @@ pub(super) struct State {
     own: Vec<f64>,
     /// |σ dy/dV / D|: what noise makes of an apparent conductance as one of the taxel, siemens.
     pub(super) noise: Vec<f64>,
+    /// What it is of the conductances that are kept.
+    pub(super) kept_noise: Vec<f64>,
+    /// What it is taken to be at least: where a taxel was left unresolved with more noise than there is.
+    pub(super) least_noise: Vec<f64>,
     /// μ.
     shift: Vec<f64>,
     /// dy/dV / D.
@@ -68,11 +74,14 @@ impl State {
             path: OwnPath::new(circuit.ends()),
             point,
             live,
+            largest_volts: 0.0,
             measured: zeros(),
             found: zeros(),
             slope: zeros(),
             own: vec![1.0; taxels],
             noise: zeros(),
+            kept_noise: zeros(),
+            least_noise: zeros(),
             shift: zeros(),
             weight: zeros(),
             g: zeros(),
@@ -126,6 +135,7 @@ impl State {
 
     /// From volts to apparent conductances.
     pub(super) fn take_apparent(&mut self) {
+        self.largest_volts = largest(&self.measured);
         self.path.apparent(&mut self.measured, &mut self.slope);
     }
 
@@ -193,7 +203,8 @@ impl State {
             let slope = self.slope[at];
             self.own[at] = (self.own[at] * slope).max(MIN_OWN);
             self.weight[at] = slope / self.own[at];
-            self.noise[at] = (sigma_volts * self.weight[at]).abs();
+            let noise = (sigma_volts * self.weight[at]).abs();
+            self.noise[at] = noise.max(self.least_noise[at]);
             if !frozen {
                 self.shift[at] = (self.noise[at] / EXPECTED_SIEMENS).powi(2);
             }
@@ -268,13 +279,23 @@ impl State {
     }
 
     /// What noise makes of the taxel that reads best, siemens.
-    pub(super) fn least_noise(&self) -> f64 {
+    pub(super) fn best_noise(&self) -> f64 {
         let noise = self.noise.iter().zip(&self.held);
         let unknown = noise
             .filter(|(_, held)| **held == 0.0)
             .map(|(noise, _)| *noise);
         let least = unknown.fold(f64::INFINITY, f64::min);
         if least.is_finite() { least } else { 0.0 }
+    }
+
+    /// How many times as far off as noise the trial leaves the readings, root mean square.
+    pub(super) fn beyond_noise(&self, sigma_volts: f64) -> f64 {
+        let readings = self.measured.iter().zip(&self.found).zip(&self.slope);
+        let off = readings
+            .zip(&self.held)
+            .filter(|(_, held)| **held == 0.0)
+            .map(|(((measured, found), slope), _)| (measured - found) / (slope * sigma_volts));
+        crate::stats::mean(off.map(|off| off * off)).map_or(0.0, f64::sqrt)
     }
 
     /// The largest misfit of an apparent conductance, over the largest measured.
