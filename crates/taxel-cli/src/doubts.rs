@@ -2,7 +2,6 @@
 
 use std::fmt::Write;
 
-use taxel::Mark;
 use taxel_app::conversion::tally::Tally;
 
 /// The lines; none where nothing is to be doubted.
@@ -19,7 +18,7 @@ pub(crate) fn doubts(tally: &Tally) -> String {
             text,
             "{:.1} % of the area measured; the rest is {} sums",
             (1000.0 * tally.measured_share).floor() / 10.0,
-            if tally.marks.contains_key(Mark::Interpolated.word()) {
+            if tally.is_interpolated() {
                 "interpolated in, or missing from"
             } else {
                 "missing from"

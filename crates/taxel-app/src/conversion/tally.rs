@@ -89,6 +89,11 @@ impl Loads {
 }
 
 impl Tally {
+    /// Whether what was not measured was filled in from its neighbours.
+    pub fn is_interpolated(&self) -> bool {
+        self.marks.contains_key(Mark::Interpolated.word())
+    }
+
     /// Of no frames so far, whose numbers are in `unit`.
     pub fn new(unit: Unit, taxel_area_mm2: f64) -> Self {
         let loads = unit.is_load().then(|| Loads {

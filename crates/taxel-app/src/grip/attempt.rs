@@ -130,6 +130,13 @@ impl AttemptFile<'_> {
             let lost = 100.0 * (1.0 - trial.measured_share);
             doubts.push(format!("{lost:.1} % of the taxels were not measured"));
         }
+        let changing = trial.changing_share;
+        if let Some([least, most]) = changing.filter(|_| !measurement.tally.is_interpolated()) {
+            let [least, most] = [100.0 * least, 100.0 * most];
+            doubts.push(format!(
+                "from {least:.1} to {most:.1} % of the taxels were measured, from frame to frame: variation and path follow that"
+            ));
+        }
         let [go, stop] = self.signals(measurement);
         if trial.from_s < go - 0.1 {
             let early = go - trial.from_s;

@@ -9,7 +9,7 @@ use crate::error::Error;
 /// A column: its name, and what it says of a trial.
 type Column = (&'static str, fn(&TrialResult) -> String);
 
-/// What is told of every trial. Forces end in `_n`, newtons; their `_error_n` are half of a 95 % interval.
+/// What is told of every trial, after whose it is, what forces are spoken of, what intervals know, and whether a hand was there. Forces end in `_n`, newtons; their `_error_n` are half of a 95 % interval.
 const COLUMNS: [Column; 19] = [
     ("trial", |trial| trial.number.to_string()),
     ("max_n", |trial| trial.max.newtons.to_string()),
@@ -59,7 +59,14 @@ pub(super) fn csv_of(results: &GripResults) -> Result<Vec<u8>, Error> {
         }
     }
     let mut out = csv::Writer::from_writer(Vec::new());
-    let first = ["person", "began_secs", "hand"];
+    let first = [
+        "person",
+        "began_secs",
+        "hand",
+        "force",
+        "intervals",
+        "simulated",
+    ];
     let head = first.into_iter().chain(COLUMNS.map(|(name, _)| name));
     let shares = parts
         .iter()
@@ -80,6 +87,9 @@ fn line_of(results: &GripResults, hand: Hand, trial: &TrialResult, parts: &[&str
         results.person.clone(),
         results.began_secs.to_string(),
         hand.word().to_owned(),
+        results.force.clone(),
+        results.intervals.clone(),
+        results.is_simulated.to_string(),
     ];
     line.extend(COLUMNS.map(|(_, of)| of(trial)));
     line.extend(parts.iter().map(|part| {

@@ -38,6 +38,9 @@ pub struct Trial {
     pub centre_path_mm: Option<f64>,
     /// Share of the taxels whose own reading stands behind the forces, 0 to 1, mean.
     pub measured_share: f64,
+    /// The least and the largest such share of its frames, where taxels came and went: forces and the centre's path follow that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub changing_share: Option<[f64; 2]>,
 }
 
 /// A force over a trial. Intervals are of 95 %.
@@ -82,6 +85,8 @@ pub struct PlateauFigures {
 
 /// A centre of pressure is taken over so long, seconds: noise from frame to frame is no path.
 const CENTRE_SECS: f64 = 0.1;
+/// Shares of measured taxels that differ by more from frame to frame show in what is told over time.
+const CHANGES: f64 = 0.005;
 
 /// All trials of a recording; none where it tells no times.
 pub(super) fn trials(
@@ -246,7 +251,15 @@ fn trial(name: String, series: &Series, range: Range<usize>, settings: &Settings
         centre_mm: centre[0].is_finite().then_some(centre),
         centre_path_mm: plateau.and_then(|_| path_mm(series, steady)),
         measured_share: mean_over(&solved.frames, &contact.measured_share),
+        changing_share: changing(&solved.frames, &contact.measured_share),
     })
+}
+
+/// The least and the largest share that was measured, where they differ by enough to bend what is told over time.
+fn changing(frames: &[usize], shares: &[f64]) -> Option<[f64; 2]> {
+    let shares = || frames.iter().map(|&at| shares[at]);
+    let [least, most] = [shares().fold(1.0, f64::min), shares().fold(0.0, f64::max)];
+    (most - least > CHANGES).then_some([least, most])
 }
 
 fn sum_over(frames: &[usize], of: &[f64]) -> f64 {

@@ -242,6 +242,28 @@ fn saturated_frames_are_told() {
     assert!(half[80].is_nan() && half[0].is_finite());
 }
 
+/// A column that is out in every third frame makes the force shake: said, and not said where neighbours stand in for it.
+#[test]
+fn taxels_that_come_and_go_during_a_trial_are_told() {
+    let folder = Folder::new();
+    let mat = taxel::sensor::preset("mat-32x32-adg732").unwrap();
+    let mat = mat.edited(|spec| spec.screen.flickering_columns = vec![16]);
+    folder.write("mat.toml", &mat.unwrap().to_toml());
+    folder.good("simulate --sensor mat.toml --pattern hand --frames 100 -o hand.txt");
+    let measure = "measure hand.txt --sensor mat.toml --frames-per-second 100";
+    let run = folder.taxel(measure);
+    assert!(
+        run.err
+            .contains("from 96.9 to 100.0 % of the taxels were measured, from frame to frame"),
+        "{run}"
+    );
+    let told: serde_json::Value =
+        serde_json::from_str(&folder.taxel(&format!("{measure} --json")).out).unwrap();
+    assert_eq!(told["trials"][0]["changing_share"][0], 0.96875);
+    let run = folder.taxel(&format!("{measure} --repair"));
+    assert!(!run.err.contains("from frame to frame"), "{run}");
+}
+
 /// What lies unloaded reads below nothing as often as above.
 #[test]
 fn an_unloaded_sensor_has_no_trial_and_breaks_nothing() {

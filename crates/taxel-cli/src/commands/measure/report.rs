@@ -105,6 +105,7 @@ impl<'a> Report<'a> {
                 self.saturated_frames, self.tally.frames
             ));
         }
+        self.tell_of_changes();
         if let Some([area, cell]) = self.areas_mm2 {
             out::warn(&format!(
                 "array.taxel_area_mm2 is {area:.1} mm², and the lines leave a taxel {cell:.1} mm² (array.pitch_mm): pressures are {:.0} % too low if the second is right",
@@ -124,6 +125,25 @@ impl<'a> Report<'a> {
             out::note(
                 "no trial: for no half second was the total force above what begins one (--trial-force; else a tenth of its largest), and its largest three times what it is uncertain by; --trials says from when to when",
             );
+        }
+    }
+}
+
+impl Report<'_> {
+    /// Of trials whose taxels came and went, unless they were filled in.
+    fn tell_of_changes(&self) {
+        if self.tally.is_interpolated() {
+            return;
+        }
+        for trial in self.trials {
+            if let Some([least, most]) = trial.changing_share {
+                out::warn(&format!(
+                    "{}: from {:.1} to {:.1} % of the taxels were measured, from frame to frame: its forces, variation and path follow that (a line that flickers?); --repair fills it in from their neighbours",
+                    trial.name,
+                    100.0 * least,
+                    100.0 * most
+                ));
+            }
         }
     }
 }

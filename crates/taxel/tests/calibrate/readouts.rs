@@ -1,8 +1,6 @@
 //! Calibration on every read-out, and on the mat that most people build: crowded presses, noise, whole counts.
 
-mod every_sensor;
-
-use every_sensor::every_sensor;
+use crate::every_sensor::every_sensor;
 use taxel::calibrate::{Calibration, CalibrationData, CalibrationOptions, calibrate};
 use taxel::frame::grams_from_newtons;
 use taxel::pipeline::Pipeline;

@@ -164,3 +164,24 @@ fn what_lines_resist_is_found_beside_all_else_and_line_by_line() {
     println!("columns differ by {drawn_by}, {left} of it left");
     assert!(drawn_by > 0.1 && left < 0.0106, "{left} {drawn_by}");
 }
+
+/// Copper has some 0.05 Ω a pitch: 6.4 Ω along a row of the e-Cone. A file whose every other number is true and that leaves it out is
+/// grams wrong.
+#[test]
+fn copper_counts_on_the_econe() {
+    let mut errors = [[0.0; 3]; 2];
+    for seed in 1..=3 {
+        let econe = |ohms| {
+            let square = mat(Topology::TiaGroundedColumns, 64, ohms);
+            square.edited(|spec| spec.array.columns = 128).unwrap()
+        };
+        let real = econe(Some(0.05));
+        let truth = VirtualSensor::new(&real, seed).unwrap();
+        for (of, sensor) in errors.iter_mut().zip([real, econe(None)]) {
+            of[seed as usize - 1] = error_g(&sensor, &truth);
+        }
+    }
+    println!("with it {:?} g, without it {:?} g", errors[0], errors[1]);
+    assert!(errors[0].iter().all(|g| *g < 0.1), "{errors:?}");
+    assert!(errors[1].iter().all(|g| *g > 3.0), "{errors:?}");
+}
