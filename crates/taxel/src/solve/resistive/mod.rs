@@ -35,10 +35,9 @@ const MAX_RISE: f64 = 1.1;
 /// Where no noise ends the rounds, a misfit of this share of the tolerance does: what each taxel misfits by is less than what all of
 /// them make of one another.
 const WITHOUT_NOISE: f64 = 0.25;
-/// Part of the misfit that a step may leave: as it comes, and where it must not be more.
-const LEFT: f64 = 1e-3;
-const LEFT_WITHOUT_NOISE: f64 = 1e-5;
-const MOST_LEFT: f64 = 5e-2;
+/// Part of the misfit that a step may leave, at least and at most; where no noise ends the rounds, no more than so many tolerances.
+const LEFT: (f64, f64) = (1e-3, 5e-2);
+const TOLERANCES: f64 = 1e4;
 /// Noise that a hard frame is first solved with, of the largest reading: the first that leads anywhere. From answer to answer it is
 /// so many times less, down to a few times what there is, and to that.
 const EASED: [f64; 3] = [0.02, 0.2, 2.0];
@@ -70,6 +69,8 @@ pub(super) struct Accuracy {
     pub(super) tolerance: f64,
     /// Standard deviation of a reading.
     pub(super) sigma_volts: f64,
+    /// A frame that is hard to solve may take hundreds of rounds.
+    pub(super) is_patient: bool,
 }
 
 /// One stream of frames.
@@ -210,7 +211,7 @@ fn cold(state: &mut State, mut accuracy: Accuracy) -> Outcome {
             break;
         }
     }
-    if !last.stop.is_good() && accuracy.sigma_volts > 0.0 {
+    if !last.stop.is_good() && accuracy.sigma_volts > 0.0 && accuracy.is_patient {
         (last, accuracy) = ease(state, accuracy);
         rounds += last.iterations;
     }
@@ -346,12 +347,15 @@ fn follow(state: &mut State, accuracy: Accuracy) -> Option<Outcome> {
 
 /// Newton's rounds from `g`, which was evaluated.
 fn descend(state: &mut State, accuracy: Accuracy, merit: Merit) -> Outcome {
-    let (share, left) = if accuracy.sigma_volts > 0.0 {
-        (1.0, LEFT)
+    let (tolerance, least) = if accuracy.sigma_volts > 0.0 {
+        (accuracy.tolerance, LEFT.0)
     } else {
-        (WITHOUT_NOISE, LEFT_WITHOUT_NOISE)
+        let tolerance = accuracy.tolerance;
+        (
+            WITHOUT_NOISE * tolerance,
+            LEFT.0.min(TOLERANCES * tolerance),
+        )
     };
-    let tolerance = share * accuracy.tolerance;
     for round in 0..MAX_ROUNDS {
         state.linearise(accuracy.sigma_volts, round > FREEZE_AFTER);
         let residual = state.residual();
@@ -365,7 +369,7 @@ fn descend(state: &mut State, accuracy: Accuracy, merit: Merit) -> Outcome {
         if !is_known && !state.precondition() {
             return Outcome::new(Stop::Stalled, round, residual);
         }
-        state.find_step((0.3 * size).clamp(left, MOST_LEFT));
+        state.find_step((0.3 * size).clamp(least, LEFT.1));
         if !take_step(state, merit) {
             // Back to the best point, so that the misfit is that of the answer.
             state.trial.copy_from_slice(&state.g);
