@@ -80,7 +80,10 @@ fn a_session_with_a_repeat_a_cancel_and_a_crash_ends_in_a_page_and_in_true_numbe
     let first = "person,began_secs,hand,force,intervals,simulated,trial,";
     assert!(table.starts_with(first), "{table}");
     assert_eq!(results["intervals"], "noise alone");
-    assert!(table.contains(",total normal force,noise alone,true,1,"), "{table}");
+    assert!(
+        table.contains(",total normal force,noise alone,true,1,"),
+        "{table}"
+    );
     let record = json(session.join("session.json"));
     let attempts = record["attempts"].as_array().unwrap();
     let verdicts: Vec<&Value> = attempts.iter().map(|attempt| &attempt["verdict"]).collect();
