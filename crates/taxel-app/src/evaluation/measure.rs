@@ -20,11 +20,11 @@ const PATIENCE: Duration = Duration::from_secs(20);
 
 /// The person who presses what a plan asks for.
 pub trait Operator: Reporter {
-    /// Waits until the person is ready for the next recording.
+    /// Says what the next recording is of, and waits until the person is ready for it. Who ends it there is heard from the first word on.
     ///
     /// # Errors
     /// Why the person never will be.
-    fn wait(&self) -> Result<(), Error>;
+    fn wait(&self, what: &str) -> Result<(), Error>;
 
     /// Whether the person wants to end.
     fn has_ended(&self) -> bool;
@@ -56,14 +56,13 @@ pub fn measure(plan: &Plan, address: &Address, operator: &dyn Operator) -> Resul
         &plan.sensor_file,
     ))?;
     for (number, one) in wanted.iter().enumerate() {
-        operator.note(&format!(
+        operator.wait(&format!(
             "[{}/{}] {}: {}, then Enter",
             number + 1,
             wanted.len(),
             one.experiment,
             one.words.join("; "),
-        ));
-        operator.wait()?;
+        ))?;
         let frames = record(&mut session, &one.file, one.frames, operator)?;
         operator.note(&format!("{frames} frames in {}", one.file.display()));
     }

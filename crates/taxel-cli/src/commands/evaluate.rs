@@ -106,11 +106,12 @@ impl Reporter for AtEnter {
 }
 
 impl Operator for AtEnter {
-    fn wait(&self) -> Result<(), taxel_app::Error> {
+    fn wait(&self, what: &str) -> Result<(), taxel_app::Error> {
         let enter = self.0.get_or_init(|| {
             interrupt::listen();
             Enter::listen()
         });
+        out::note(what);
         let (what, hint) = match enter.wait() {
             Ok(()) => return Ok(()),
             Err(NoEnter::Ended) => (
