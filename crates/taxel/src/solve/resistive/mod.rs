@@ -44,6 +44,8 @@ const EASED: [f64; 3] = [0.02, 0.2, 2.0];
 const EASE: f64 = 10.0;
 const FEW: f64 = 3.0;
 const LAST: [f64; 2] = [1.7, 1.0];
+/// After so many rounds nothing more is tried: those that led somewhere took up to 180.
+const MOST_ROUNDS: u32 = 240;
 /// Readings that such an answer leaves so many times as far off as noise does are not explained.
 const EXPLAINED: f64 = 1.5;
 
@@ -231,7 +233,7 @@ fn ease(state: &mut State, accuracy: Accuracy) -> (Outcome, Accuracy) {
     let mut best = (Outcome::new(Stop::Stalled, 0, f64::INFINITY), accuracy);
     let mut rounds = 0;
     for first in EASED {
-        if !start(state) {
+        if rounds > MOST_ROUNDS || !start(state) {
             break;
         }
         state.kept.copy_from_slice(&state.g);
@@ -265,6 +267,9 @@ fn ease(state: &mut State, accuracy: Accuracy) -> (Outcome, Accuracy) {
 /// From the answer `kept`: as far as the readings tell, or where that leads nowhere, without what was left unresolved there.
 fn ease_once(state: &mut State, eased: Accuracy, rounds: &mut u32) -> Option<Outcome> {
     for holds in [false, true] {
+        if *rounds > MOST_ROUNDS {
+            break;
+        }
         if holds {
             hold_unresolved(state);
         }
