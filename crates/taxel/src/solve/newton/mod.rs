@@ -209,6 +209,7 @@ impl Newton {
         let accuracy = Accuracy {
             tolerance: self.tolerance,
             sigma_volts: self.noise_volts.hypot(rounding_volts),
+            // A fit tries many circuits that explain nothing.
             is_patient: self.restarts >= RESTARTS,
         };
         match &mut state.resistive {

@@ -46,9 +46,7 @@ pub(super) fn look_for(state: &mut State, accuracy: Accuracy, best: &mut Outcome
         }
     }
     // Back to the answer, with its misfit and its noise.
-    state.g.copy_from_slice(&state.kept);
-    state.trial.copy_from_slice(&state.kept);
-    if !state.evaluate() {
+    if !state.return_to_kept() {
         *best = Outcome::new(Stop::Stalled, best.iterations, f64::INFINITY);
     } else if likelihood.is_some() {
         state.linearise(accuracy.sigma_volts, false);

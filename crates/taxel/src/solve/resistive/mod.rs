@@ -247,8 +247,8 @@ fn ease(state: &mut State, accuracy: Accuracy) -> (Outcome, Accuracy) {
                 sigma_volts,
                 ..accuracy
             };
-            let found = ease_once(state, eased, &mut rounds);
-            let Some(outcome) = found else {
+            let is_answer = best.0.stop.is_good();
+            let Some(outcome) = ease_once(state, eased, is_answer, &mut rounds) else {
                 break;
             };
             best = (outcome, eased);
@@ -264,19 +264,20 @@ fn ease(state: &mut State, accuracy: Accuracy) -> (Outcome, Accuracy) {
     best
 }
 
-/// From the answer `kept`: as far as the readings tell, or where that leads nowhere, without what was left unresolved there.
-fn ease_once(state: &mut State, eased: Accuracy, rounds: &mut u32) -> Option<Outcome> {
+/// From what is kept, evaluated: as far as the readings tell, or where that leads nowhere and it is an answer, without what was left
+/// unresolved there.
+fn ease_once(
+    state: &mut State,
+    eased: Accuracy,
+    is_answer: bool,
+    rounds: &mut u32,
+) -> Option<Outcome> {
     for holds in [false, true] {
-        if *rounds > MOST_ROUNDS {
+        if *rounds > MOST_ROUNDS || holds && !is_answer {
             break;
         }
         if holds {
             hold_unresolved(state);
-        }
-        state.trial.copy_from_slice(&state.kept);
-        state.g.copy_from_slice(&state.kept);
-        if !state.evaluate() {
-            break;
         }
         let outcome = descend(state, eased, Merit::Norm);
         *rounds += outcome.iterations;
@@ -286,12 +287,9 @@ fn ease_once(state: &mut State, eased: Accuracy, rounds: &mut u32) -> Option<Out
             state.kept_noise.copy_from_slice(&state.noise);
             return Some(outcome);
         }
-        // Back to what is kept, with its misfit and its noise.
-        state.g.copy_from_slice(&state.kept);
-        state.trial.copy_from_slice(&state.kept);
         state.noise.copy_from_slice(&state.kept_noise);
         state.is_fresh = false;
-        if !state.evaluate() {
+        if !state.return_to_kept() {
             break;
         }
     }

@@ -174,6 +174,13 @@ impl State {
         self.found.iter().all(|y| y.is_finite())
     }
 
+    /// Back to the conductances that are kept, with their misfit. False where they are not passive.
+    pub(super) fn return_to_kept(&mut self) -> bool {
+        self.g.copy_from_slice(&self.kept);
+        self.trial.copy_from_slice(&self.kept);
+        self.evaluate()
+    }
+
     fn find_misfit(&mut self) {
         let taxels = self.misfit.iter_mut().zip(&self.measured).zip(&self.found);
         let by = self.own.iter().zip(&self.shift).zip(&self.trial);
