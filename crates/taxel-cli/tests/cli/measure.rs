@@ -257,6 +257,7 @@ fn taxels_that_come_and_go_during_a_trial_are_told() {
             .contains("from 96.9 to 100.0 % of the taxels were measured, from frame to frame"),
         "{run}"
     );
+    assert!(run.err.contains("(a line flickers); --repair"), "{run}");
     let told: serde_json::Value =
         serde_json::from_str(&folder.taxel(&format!("{measure} --json")).out).unwrap();
     assert_eq!(told["trials"][0]["changing_share"][0], 0.96875);

@@ -3,6 +3,7 @@
 use std::fmt::{self, Write as _};
 
 use serde::Serialize;
+use taxel::Mark;
 use taxel::frame::grams_from_newtons;
 use taxel_plot::report::{Cell, Table};
 
@@ -135,10 +136,17 @@ impl Report<'_> {
         if self.tally.is_interpolated() {
             return;
         }
+        // What lines of much resistance do not reach comes and goes as well, and nothing fills that in.
+        let flickers = self.tally.marks.contains_key(Mark::Flickering.word());
+        let hint = if flickers {
+            " (a line flickers); --repair fills it in from its neighbours"
+        } else {
+            ""
+        };
         for trial in self.trials {
             if let Some([least, most]) = trial.changing_share {
                 out::warn(&format!(
-                    "{}: from {:.1} to {:.1} % of the taxels were measured, from frame to frame: its forces, variation and path follow that (a line that flickers?); --repair fills it in from their neighbours",
+                    "{}: from {:.1} to {:.1} % of the taxels were measured, from frame to frame: its forces, variation and path follow that{hint}",
                     trial.name,
                     100.0 * least,
                     100.0 * most
