@@ -123,7 +123,7 @@ const EXAMPLES: [(&str, &[&str]); 34] = [
         &[
             "taxel plot hand.txt --sensor calibrated.toml --frame 68 -o picture.png",
             "taxel plot run.mcap --frames 100..300 --speed 0.5 -o run.gif    # a movie at half the pace",
-            "taxel plot run.mcap --frame 40 --range 0..50 --mm --title 'Left hand' --size 1200x800 -o left.png",
+            "taxel plot run.mcap --frame 40 --body --range 0..50 --title 'Left hand' -o left.png",
         ],
     ),
     (

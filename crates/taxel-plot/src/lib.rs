@@ -2,10 +2,11 @@
 //!
 //! # In reading order
 //!
-//! [`Panel`]s make a [`Sheet`] or a [`ContactSheet`], [`Line`]s make a [`Series`], a self-test a [`FaultMap`]; each
+//! [`Panel`]s make a [`Sheet`], a [`ContactSheet`] or a [`Body`], [`Line`]s make a [`Series`], a self-test a [`FaultMap`]; each
 //! gives a [`Picture`], and these a [`Movie`]. [`report`] puts tables and pictures on one page, or on sheets of paper.
 
 mod board;
+mod body;
 mod colour;
 mod colour_bar;
 mod contact_sheet;
@@ -31,6 +32,7 @@ mod text;
 mod ticks;
 
 pub use board::Board;
+pub use body::Body;
 pub use colour::{ColourMap, Rgb};
 pub use contact_sheet::ContactSheet;
 pub use error::Error;

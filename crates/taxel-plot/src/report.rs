@@ -188,6 +188,29 @@ pub struct Figure {
     pub picture: Picture,
 }
 
+impl Report {
+    /// The report with its tables and its pictures counted in their captions, as a text refers to them.
+    fn numbered(&self) -> Self {
+        let mut report = self.clone();
+        let (mut tables, mut figures) = (0, 0);
+        let number = |caption: &mut String, what: &str, count: &mut usize| {
+            if !caption.is_empty() {
+                *count += 1;
+                *caption = format!("{what} {count}. {caption}");
+            }
+        };
+        for section in &mut report.sections {
+            for table in &mut section.tables {
+                number(&mut table.caption, "Table", &mut tables);
+            }
+            for figure in &mut section.figures {
+                number(&mut figure.caption, "Figure", &mut figures);
+            }
+        }
+        report
+    }
+}
+
 impl Table {
     /// An empty table.
     pub fn new(caption: impl Into<String>, head: &[&str]) -> Self {

@@ -15,11 +15,12 @@ use taxel_plot::report::{Cell, Table};
 use taxel_plot::{Format, Line, LineStyle, Series, cells};
 
 use super::positive::{lines, positive};
+use super::taxel_address::TaxelAddress;
 use crate::error::Error;
 use crate::outputs::{Files, check_ending};
 use crate::values;
 use crate::{Exit, out, recorded};
-use place::{Place, Range, Wanted};
+use place::{Range, Wanted};
 use series::{Taken, take};
 use taxel_app::methods::MethodName;
 use taxel_app::units::Unit;
@@ -44,7 +45,7 @@ pub(crate) struct Args {
     sensor: Option<PathBuf>,
     /// A taxel: its row and column from 0, or its label; several are several lines
     #[arg(long, value_name = "ROW,COLUMN|C7", required_unless_present_any = ["row", "column", "region"])]
-    taxel: Vec<Place>,
+    taxel: Vec<TaxelAddress>,
     /// All taxels of a row
     #[arg(long, value_name = "N", conflicts_with_all = ["column", "region"])]
     row: Option<usize>,

@@ -40,7 +40,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", default_value_t = 0)]
     frame: u64,
     /// The taxel to read
-    #[arg(long, value_name = "ROW,COLUMN", default_value = "0,0")]
+    #[arg(long, value_name = "ROW,COLUMN|C7", default_value = "0,0")]
     taxel: TaxelAddress,
     /// Read every taxel, one after the other (a script for ngspice)
     #[arg(long, conflicts_with = "taxel")]
@@ -61,7 +61,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let recording = args.recording.as_deref();
     let (sensor, sensor_file) = recorded::needed_sensor(args.sensor.as_deref(), recording)?;
     let (rows, columns) = (sensor.rows(), sensor.columns());
-    let TaxelAddress { row, column } = args.taxel;
+    let (row, column) = args.taxel.place(sensor.array().labels.as_deref())?;
     if row >= rows || column >= columns {
         return Err(Error::TaxelOutside {
             option: "--taxel",

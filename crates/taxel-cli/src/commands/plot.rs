@@ -44,7 +44,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "A..B")]
     frames: Option<FrameRange>,
     /// A taxel's values over frames; several are several lines
-    #[arg(long, value_name = "ROW,COLUMN", conflicts_with_all = ["row", "column", "frame"])]
+    #[arg(long, value_name = "ROW,COLUMN|C7", conflicts_with_all = ["row", "column", "frame"])]
     taxel: Vec<TaxelAddress>,
     /// A row's values over frames
     #[arg(long, value_name = "N", conflicts_with_all = ["column", "frame"])]
@@ -58,6 +58,9 @@ pub(crate) struct Args {
     /// Both without and with compensation
     #[arg(long, conflicts_with = "values")]
     before_after: bool,
+    /// On the handle that the array is wrapped around ([array.geometry]), seen from four sides
+    #[arg(long, conflicts_with_all = ["taxel", "row", "column", "before_after"])]
+    body: bool,
     /// The numbers are what they are (loads.csv; of .mcap and .parquet their loads, N): nothing is converted, --unit is for
     /// the label
     #[arg(long)]
@@ -148,6 +151,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     if let Some(format) = format {
         let picture = match lines {
             Some(taxels) => draw::series(&job, &taxels)?,
+            None if args.body => draw::body(&job)?,
             None => draw::frames(&job)?,
         };
         file.put(&args.look.finished(picture).render(format)?)?;
@@ -230,16 +234,58 @@ impl<'a> Job<'a> {
                 hint: "draw one frame, with --frame",
             });
         }
+        if args.body {
+            job.needs_a_handle()?;
+        }
         Ok(job)
+    }
+
+    /// What `--body` asks of the sensor file and of the other options.
+    fn needs_a_handle(&self) -> Result<(), Error> {
+        let handle = self.sensor.as_ref().and_then(Sensor::handle);
+        let (what, hint) = if handle.is_none() {
+            (
+                format!("--body: {} tells of no handle", self.whose()),
+                "`[array.geometry]` in the sensor file says what the array is wrapped around: shape, rings, diameter_mm",
+            )
+        } else if self.args.look.mm {
+            (
+                "--mm: a body has no axes".to_owned(),
+                "leave --mm or --body out",
+            )
+        } else if is_movie(&self.args.output) || !self.range().is_one() {
+            (
+                "--body: several frames are drawn".to_owned(),
+                "draw one frame, with --frame",
+            )
+        } else {
+            return Ok(());
+        };
+        Err(Error::Arguments { what, hint })
+    }
+
+    /// The file that tells of the sensor; the recording's, where there is none.
+    fn whose(&self) -> std::path::Display<'_> {
+        match &self.sensor {
+            Some(_) => self.sensor_file.display(),
+            None => self.args.file.display(),
+        }
     }
 
     /// The taxels whose values are drawn over frames, if that is asked for.
     fn lines(&self) -> Result<Option<Vec<(usize, usize)>>, Error> {
         let (rows, columns) = (self.options.rows, self.options.columns);
+        let labels = self.sensor.as_ref().and_then(|s| s.array().labels.clone());
+        let by_address = |taxel: &TaxelAddress| taxel.place(labels.as_deref());
         let taxels: Vec<_> = match (self.args.row, self.args.column) {
             (Some(row), _) => (0..columns).map(|column| (row, column)).collect(),
             (_, Some(column)) => (0..rows).map(|row| (row, column)).collect(),
-            _ => self.args.taxel.iter().map(|t| (t.row, t.column)).collect(),
+            _ => self
+                .args
+                .taxel
+                .iter()
+                .map(by_address)
+                .collect::<Result<_, _>>()?,
         };
         for &(row, column) in &taxels {
             if row >= rows || column >= columns {
@@ -272,7 +318,7 @@ impl<'a> Job<'a> {
         match (args.values, args.raw || volts) {
             (true, _) => (false, true),
             (false, true) => (true, false),
-            (false, false) => (args.before_after || one, true),
+            (false, false) => (args.before_after || (one && !args.body), true),
         }
     }
 

@@ -172,3 +172,36 @@ fn a_line_that_the_sensor_file_declares_dead_is_filtered_whatever_it_reads() {
         "{run}"
     );
 }
+
+#[test]
+fn a_taxel_by_its_label_is_the_same_for_every_verb() {
+    let folder = Folder::new();
+    folder.good("simulate --sensor sensor.toml --pattern hand --frames 3 -o run.txt");
+    let text = folder.read("sensor.toml");
+    assert!(!text.contains("labels"));
+    let named = text.replacen("[array]", "[array]\nlabels = \"FEDCBA\"", 1);
+    folder.write("named.toml", &named);
+    for (sensor, numbers) in [("sensor", "3,2"), ("named", "3,3")] {
+        for (taxel, output) in [("C3", "label"), (numbers, "numbers")] {
+            folder.good(&format!(
+                "plot run.txt --sensor {sensor}.toml --taxel {taxel} -o {sensor}-{output}.svg"
+            ));
+            folder.good(&format!(
+                "netlist run.txt --sensor {sensor}.toml --taxel {taxel} -o {sensor}-{output}.cir"
+            ));
+        }
+        for end in ["svg", "cir"] {
+            let file = |of: &str| folder.read(&format!("{sensor}-{of}.{end}"));
+            assert_eq!(file("label"), file("numbers"), "{sensor}");
+        }
+    }
+    for verb in ["plot", "netlist"] {
+        let run = folder.fails(&format!(
+            "{verb} run.txt --sensor named.toml --taxel Z3 -o z.svg"
+        ));
+        let says = "no taxel is called Z3: the sensor file's labels are FEDCBA";
+        assert!(run.err.contains(says), "{run}");
+        let run = folder.fails(&format!("{verb} run.txt --sensor named.toml --taxel 3"));
+        assert!(run.err.contains("a label like C7"), "{run}");
+    }
+}

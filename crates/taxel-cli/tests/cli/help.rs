@@ -317,11 +317,13 @@ fn flags_of_plot() {
                                            bring their own
           --frame <N>                      Which frame, from 0
           --frames <A..B>                  Which frames: a..b without b, a..=b with it, a.. to the end
-          --taxel <ROW,COLUMN>             A taxel's values over frames; several are several lines
+          --taxel <ROW,COLUMN|C7>          A taxel's values over frames; several are several lines
           --row <N>                        A row's values over frames
           --column <N>                     A column's values over frames
           --raw                            Without compensation
           --before-after                   Both without and with compensation
+          --body                           On the handle that the array is wrapped around
+                                           ([array.geometry]), seen from four sides
           --values                         The numbers are what they are (loads.csv; of .mcap and
                                            .parquet their loads, N): nothing is converted, --unit is for
                                            the label
@@ -352,7 +354,7 @@ fn flags_of_plot() {
     Examples:
       taxel plot hand.txt --sensor calibrated.toml --frame 68 -o picture.png
       taxel plot run.mcap --frames 100..300 --speed 0.5 -o run.gif    # a movie at half the pace
-      taxel plot run.mcap --frame 40 --range 0..50 --mm --title 'Left hand' --size 1200x800 -o left.png
+      taxel plot run.mcap --frame 40 --body --range 0..50 --title 'Left hand' -o left.png
     ----- stderr -----
     ");
 }
@@ -370,14 +372,14 @@ fn flags_of_netlist() {
       [RECORDING]  Recording of counts whose conductances to take
 
     Options:
-          --sensor <FILE|PRESET>  Sensor file, or the name of a preset; .mcap and .parquet bring their
-                                  own
-          --conductance <FILE>    Conductances of the taxels, siemens: R lines of C numbers a frame
-          --frame <N>             Which frame of the file, from 0 [default: 0]
-          --taxel <ROW,COLUMN>    The taxel to read [default: 0,0]
-          --scan                  Read every taxel, one after the other (a script for ngspice)
-      -o, --output <FILE>         Where to write it; without it, standard output
-      -h, --help                  Print help (see more with '--help')
+          --sensor <FILE|PRESET>   Sensor file, or the name of a preset; .mcap and .parquet bring their
+                                   own
+          --conductance <FILE>     Conductances of the taxels, siemens: R lines of C numbers a frame
+          --frame <N>              Which frame of the file, from 0 [default: 0]
+          --taxel <ROW,COLUMN|C7>  The taxel to read [default: 0,0]
+          --scan                   Read every taxel, one after the other (a script for ngspice)
+      -o, --output <FILE>          Where to write it; without it, standard output
+      -h, --help                   Print help (see more with '--help')
 
     Examples:
       taxel netlist --sensor sensor.toml --conductance siemens.csv --taxel 3,4 -o taxel.cir

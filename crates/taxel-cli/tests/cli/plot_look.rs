@@ -174,3 +174,48 @@ fn the_least_size_named_is_large_enough() {
         assert_eq!(format!("{width}x{height}"), size, "{what}");
     }
 }
+
+#[test]
+fn a_frame_is_drawn_on_the_handle_that_the_sensor_file_tells_of() {
+    let folder = recorded();
+    folder.good("simulate --sensor econe --pattern hand --frames 3 --seed 4 -o hand.txt");
+    let body = "plot hand.txt --sensor econe --frame 2 --body";
+    folder.good(&format!("{body} -o body.svg"));
+    folder.good(&format!("{body} --raw -o raw.svg"));
+    let (text, raw) = (folder.read("body.svg"), folder.read("raw.svg"));
+    // Four sides and the colour bar.
+    assert_eq!(images(&text).len(), 5);
+    assert_ne!(images(&text)[0], images(&raw)[0]);
+    for said in ["frame 2", "270° (column 96)", "cross-talk removed"] {
+        assert!(text.contains(said), "{said}");
+    }
+    assert!(raw.contains("no compensation"));
+    folder.good(&format!("{body} --size 1000x600 -o body.png"));
+    assert_eq!(png(&folder, "body.png"), (1000, 600, None));
+    for (words, said) in [
+        (
+            "plot recording.txt --sensor sensor.toml --body -o p.png",
+            "--body: sensor.toml tells of no handle\nhint: `[array.geometry]`",
+        ),
+        (
+            "plot hand.txt --sensor econe --body --mm -o p.png",
+            "a body has no axes",
+        ),
+        (
+            "plot hand.txt --sensor econe --body --frames 0..2 -o p.png",
+            "--body: several frames are drawn\nhint: draw one frame, with --frame",
+        ),
+        (
+            "plot hand.txt --sensor econe --body -o p.gif",
+            "--body: several frames are drawn",
+        ),
+        (
+            "plot hand.txt --sensor econe --body --frame 7 -o p.png",
+            "hand.txt",
+        ),
+    ] {
+        let run = folder.fails(words);
+        assert!(run.err.contains(said), "{run}");
+        assert!(!folder.exists("p.png") && !folder.exists("p.gif"));
+    }
+}

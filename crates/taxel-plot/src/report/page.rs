@@ -29,7 +29,7 @@ tr,figure{break-inside:avoid}h2,caption{break-after:avoid}nav{display:none}}";
 const MANY: usize = 6;
 
 impl Report {
-    /// One HTML file: styles and pictures inside, no scripts, nothing fetched.
+    /// One HTML file: styles and pictures inside, no scripts, nothing fetched; tables and pictures are numbered.
     pub fn html(&self) -> String {
         let mut out = String::new();
         let title = escaped(&self.title);
@@ -60,7 +60,7 @@ impl Report {
             }
             out.push_str("</ol></nav>\n");
         }
-        for (i, section) in self.sections.iter().enumerate() {
+        for (i, section) in self.numbered().sections.iter().enumerate() {
             section.html(i, &mut out);
         }
         out.push_str("</body>\n</html>\n");
@@ -174,6 +174,13 @@ mod tests {
         assert!(!addresses.contains("http://") && !addresses.contains("https://"));
         assert!(!addresses.contains("url(//") && !addresses.contains("@import"));
         assert_eq!(html.matches("<svg").count(), 2);
+        for caption in [
+            "Table 1. Error, g<",
+            "Figure 1. what is seen<",
+            "Figure 2. what is seen<",
+        ] {
+            assert_eq!(html.matches(caption).count(), 1, "{caption}");
+        }
         assert!(!html.contains("<?xml"));
         assert_eq!(html, report().html());
         // No name twice.
@@ -196,7 +203,7 @@ mod tests {
         );
         let mut report = report();
         report.sections[0].tables[0].caption = "By `taxel rig`".to_owned();
-        assert!(report.html().contains("By <code>taxel rig</code>"));
+        assert!(report.html().contains("Table 1. By <code>taxel rig</code>"));
     }
 
     #[test]

@@ -127,7 +127,7 @@ impl Report {
         let mut pieces = kept(words::paragraph(&self.title, TITLE, area.width));
         let about = about(&self.about, area.width);
         words::space_before(&mut pieces, about, 8.0);
-        for section in &self.sections {
+        for section in &self.numbered().sections {
             pieces.extend(section.pieces(area));
         }
         pieces

@@ -2,36 +2,8 @@
 
 use std::str::FromStr;
 
-use taxel_io::experiments::taxel_of_label;
-
+use crate::commands::taxel_address::TaxelAddress;
 use crate::error::Error;
-
-/// A taxel as it is typed.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Place {
-    /// Row and column, from 0.
-    Numbers(usize, usize),
-    /// As on the rig's table.
-    Label(String),
-}
-
-impl FromStr for Place {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        if let Some((row, column)) = text.split_once(',')
-            && let (Ok(row), Ok(column)) = (row.trim().parse(), column.trim().parse())
-        {
-            return Ok(Self::Numbers(row, column));
-        }
-        match taxel_of_label(text, None) {
-            Some(_) => Ok(Self::Label(text.to_owned())),
-            None => {
-                Err("expected ROW,COLUMN counted from 0, like 3,17, or a label like C7".to_owned())
-            }
-        }
-    }
-}
 
 /// Rows and columns, ends included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,7 +35,7 @@ impl FromStr for Range {
 
 /// Everything that was asked for.
 pub(super) struct Wanted<'a> {
-    pub(super) taxels: &'a [Place],
+    pub(super) taxels: &'a [TaxelAddress],
     pub(super) row: Option<usize>,
     pub(super) column: Option<usize>,
     pub(super) region: Option<Range>,
@@ -79,20 +51,13 @@ impl Wanted<'_> {
     ) -> Result<Vec<(String, usize, usize)>, Error> {
         let mut places = Vec::new();
         for taxel in self.taxels {
-            let (name, row, column) = match taxel {
-                Place::Numbers(row, column) => (None, *row, *column),
-                Place::Label(label) => {
-                    let found = taxel_of_label(label, labels).ok_or_else(|| Error::Arguments {
-                        what: format!("no taxel is called {label}: the sensor file's labels are {}", labels.unwrap_or("A to Z")),
-                        hint: "letters: the column, in the order of `labels`; number: the row, from 0",
-                    })?;
-                    (Some(label), found.0, found.1)
-                }
-            };
+            let (row, column) = taxel.place(labels)?;
             check("--taxel", row, column, rows, columns)?;
             let numbers = name_of(row, column);
             places.push((
-                name.map_or(numbers.clone(), |name| format!("{name} ({numbers})")),
+                taxel
+                    .label()
+                    .map_or(numbers.clone(), |name| format!("{name} ({numbers})")),
                 row,
                 column,
             ));
@@ -146,10 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_are_numbers_or_labels() {
-        assert_eq!("3, 17".parse(), Ok(Place::Numbers(3, 17)));
-        assert_eq!("C7".parse(), Ok(Place::Label("C7".to_owned())));
-        assert!("7".parse::<Place>().is_err() && "a,b".parse::<Place>().is_err());
+    fn ranges_have_two_ends() {
         let range = Range {
             rows: (1, 2),
             columns: (3, 5),

@@ -1,7 +1,7 @@
 //! Frames and series as pictures.
 
 use taxel::{Frame, Mark, Sensor};
-use taxel_plot::{ContactSheet, Line, Panel, Picture, Series, Sheet};
+use taxel_plot::{Body, ContactSheet, Line, Panel, Picture, Series, Sheet};
 
 use super::Job;
 use super::collect::{Pass, each};
@@ -62,6 +62,29 @@ pub(super) fn frames(job: &Job<'_>) -> Result<Picture, Error> {
         sheet = sheet.columns(2 * (kept.len() / 8).clamp(1, 3));
     }
     Ok(sheet.picture()?)
+}
+
+/// One frame on the handle that the array is wrapped around.
+pub(super) fn body(job: &Job<'_>) -> Result<Picture, Error> {
+    let mut kept = None;
+    each(job, Pass::First, |number, stages| {
+        let frame = stages.compensated.or(stages.raw);
+        kept = frame.map(|frame| (format!("frame {number}"), frame.clone()));
+        Ok(())
+    })?;
+    let handle = job.sensor.as_ref().and_then(Sensor::handle);
+    let (Some((title, frame)), Some(handle)) = (kept, handle) else {
+        unreachable!("a frame that is not there, or a sensor without a handle, has been refused");
+    };
+    let panel = panel(job, &title, &frame)?;
+    let caption = with(caption(job), job.beyond(present(&frame)));
+    let look = &job.args.look;
+    let mut body = Body::new(panel, handle)?.caption(caption);
+    body = body.title(look.title.as_deref().unwrap_or_default());
+    if let Some(extent) = job.extent {
+        body = body.fit(extent);
+    }
+    Ok(body.picture()?)
 }
 
 /// The values of a frame's taxels, without those that are not there.
