@@ -3,7 +3,7 @@
 
 use super::choose::Search;
 use super::fit::Score;
-use super::model::Unknown;
+use super::model::{Model, Unknown};
 use super::outcome::LINES;
 use super::presses::has_exact_inverse;
 use super::{MAX_SEARCHED_TAXELS, with_error};
@@ -13,8 +13,9 @@ use crate::{Error, Sensor, stats};
 /// What lines are taken to resist from one taxel to the next at first, ohms: switches and lines stand for each other, so that a search
 /// from one start ends far off as often as not.
 const STARTS_OHMS: [f64; 6] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
-/// So many of them are followed to the end.
+/// So many of them are followed to the end; one alone where two come to the same lines but for this share.
 const MOST_STARTS: usize = 3;
+const SAME: f64 = 0.15;
 /// Where circuit and law alone make less of rows and of columns, they are taken for lines that do not resist, ohms.
 const LEAST_OHMS: f64 = 0.1;
 /// Presses that are less far off than so many times what noise and this share of a load make of them are worth no search of its own:
@@ -113,15 +114,26 @@ impl<'a> Search<'a> {
     /// Circuit and law alone from the starts that held-out presses are nearest by, and how far off these are, grams.
     fn best_starts(&self, sensor: &Sensor) -> Result<Vec<(f64, Self)>, String> {
         let (evidence, executor) = (self.evaluator.evidence, self.evaluator.executor);
-        let begun = STARTS_OHMS.iter().filter_map(|&ohms| {
-            let from = with_lines(sensor, ohms).ok()?;
-            let mut search = Search::begin(&from, evidence, &self.options, executor, true).ok()?;
-            let error_g = search.begin_with_circuit(&mut |_, _| ()).ok()?;
-            Some((error_g, search))
-        });
-        let mut starts: Vec<(f64, Self)> = begun.collect();
+        let mut starts: Vec<(f64, Self)> = Vec::new();
+        let mut most = MOST_STARTS;
+        for ohms in STARTS_OHMS {
+            let begun = with_lines(sensor, ohms).and_then(|from| {
+                let mut search = Search::begin(&from, evidence, &self.options, executor, true)?;
+                Ok((search.begin_with_circuit(&mut |_, _| ())?, search))
+            });
+            let Ok((error_g, search)) = begun else {
+                continue;
+            };
+            let mut others = starts.iter();
+            let agree = others.any(|(_, other)| have_same_lines(&other.model, &search.model));
+            starts.push((error_g, search));
+            if agree {
+                most = 1;
+                break;
+            }
+        }
         starts.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-        starts.truncate(MOST_STARTS);
+        starts.truncate(most);
         let (_, nearest) = starts.first().ok_or("a frame has no solution with it")?;
         let (column, row) = nearest.model.mean_line_ohms();
         if column.max(row) < LEAST_OHMS {
@@ -130,6 +142,54 @@ impl<'a> Search<'a> {
             ));
         }
         Ok(starts)
+    }
+
+    /// Everything together, begun with each line as it was found, and with all of a side alike: the nearer to held-out
+    /// presses of the two, or what was there before, where that was nearer.
+    pub(super) fn polish_with_lines(
+        &mut self,
+        progress: &mut dyn FnMut(&str, f64),
+    ) -> Result<(), Error> {
+        let begun = self.before();
+        let mut from = |search: &mut Self, alike: bool| -> Result<f64, Error> {
+            search.go_back_to(&begun);
+            search.together = None;
+            search.judged.clear();
+            if alike {
+                search.model.make_lines_alike();
+            }
+            search.polish(progress)?;
+            Ok(search.error_g())
+        };
+        let begun_g = self.error_g();
+        // On small arrays the second is the nearer nearly always, on large ones the first: it is left for the end, and not done twice.
+        let taxels = self.model.sensor.rows() * self.model.sensor.columns();
+        let last = taxels <= MAX_SEARCHED_TAXELS;
+        let first_g = from(self, !last).unwrap_or(f64::INFINITY);
+        let last_g = from(self, last).unwrap_or(f64::INFINITY);
+        if begun_g <= first_g.min(last_g) {
+            self.go_back_to(&begun);
+            self.together = None;
+            self.judged.clear();
+            return self.score_held_out();
+        }
+        if first_g < last_g {
+            from(self, !last)?;
+        }
+        Ok(())
+    }
+
+    /// How far held-out presses are off, grams.
+    fn error_g(&self) -> f64 {
+        let best = self.best.as_ref();
+        best.map_or(f64::INFINITY, |best| best.1.mean_error())
+    }
+
+    /// How far presses are off that were fitted to, grams.
+    pub(super) fn error_on_presses_g(&mut self) -> Option<f64> {
+        let estimates = self.evaluator.estimates(&self.model)?;
+        let presses = self.evaluator.evidence.presses.iter().zip(&estimates);
+        stats::mean(presses.map(|(press, says)| (says.load_g - press.load_g).abs()))
     }
 
     fn score(&self) -> Option<&Score> {
@@ -155,6 +215,13 @@ impl<'a> Search<'a> {
             ohms(column, Unknown::ColumnLines),
         )
     }
+}
+
+/// Whether two models' lines resist the same, as far as a start tells: both sides.
+fn have_same_lines(one: &Model, other: &Model) -> bool {
+    let (one, other) = (one.mean_line_ohms(), other.mean_line_ohms());
+    let same = |a: f64, b: f64| a.min(b) >= LEAST_OHMS && (a / b).ln().abs() < SAME;
+    same(one.0, other.0) && same(one.1, other.1)
 }
 
 /// A sensor whose lines all resist so much from one taxel to the next.

@@ -257,8 +257,7 @@ impl<'a> Search<'a> {
             return self.go_on(progress);
         }
         self.explains()?;
-        self.model.make_lines_alike();
-        self.polish(progress)
+        self.polish_with_lines(progress)
     }
 
     /// Whether an effect is in the model.
@@ -288,10 +287,7 @@ impl<'a> Search<'a> {
     /// Everything once more, now that the model has all its parts.
     fn settle(&mut self, progress: &mut dyn FnMut(&str, f64), effort: Effort) -> Result<(), Error> {
         if self.can_separate() {
-            let mut evaluator = Evaluator::new(self.evaluator.evidence, self.evaluator.executor);
-            std::mem::swap(&mut evaluator, &mut self.evaluator);
-            self.separate_with(&mut evaluator, progress);
-            std::mem::swap(&mut evaluator, &mut self.evaluator);
+            self.separate_all(progress);
         }
         self.look()?;
         if self.can_separate() && !self.by_presses {
@@ -387,6 +383,15 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
+    /// Every switch apart, and every line that resists, by all evidence.
+    pub(super) fn separate_all(&mut self, progress: &mut dyn FnMut(&str, f64)) {
+        let mut evaluator = Evaluator::new(self.evaluator.evidence, self.evaluator.executor);
+        std::mem::swap(&mut evaluator, &mut self.evaluator);
+        self.separate_with(&mut evaluator, progress);
+        std::mem::swap(&mut evaluator, &mut self.evaluator);
+    }
+
+    /// The same by an evaluator's evidence.
     pub(super) fn separate_with(
         &mut self,
         evaluator: &mut Evaluator,

@@ -8,9 +8,9 @@ use super::fit::{Score, look_again};
 use super::model::{Model, Unknown};
 use super::terms::{Hearing, MisfitTerm, Told};
 use super::together::{Effort, Together, fit_together, loss_of};
-use super::{EffectFinding, LawChoice};
+use super::{EffectFinding, LawChoice, MAX_SEARCHED_TAXELS};
 use crate::Error;
-use crate::sensor::ScanOrder;
+use crate::sensor::{PerLine, ScanOrder};
 use crate::stats::{self, robust_deviation};
 
 /// Turns between the unknowns and one resistance a line, at most; they end when no unknown moves by more than this share of
@@ -19,6 +19,8 @@ const MAX_TURNS: usize = 5;
 /// What lines and switches resist is told apart slowly, and at first with all of a side alike: lines told apart make up for a wrong mean.
 const ALIKE_TURNS: usize = 3;
 const MAX_TURNS_WITH_LINES: usize = 20;
+/// Without one that is nearer to the presses, such turns end after so many.
+const PATIENCE: usize = 4;
 const SETTLED: f64 = 0.3;
 /// Unloaded neighbours are added to a press when their noise is below this share of the usual load.
 const QUIET: f64 = 0.02;
@@ -43,7 +45,7 @@ const MAX_TAXELS_BY_ALL: usize = 2048;
 const EXPLAINED: f64 = 0.02;
 
 /// What a search had found before everything was fitted together.
-struct Before {
+pub(super) struct Before {
     model: Model,
     unknowns: Vec<Unknown>,
     findings: Vec<EffectFinding>,
@@ -54,7 +56,7 @@ struct Before {
 }
 
 impl Search<'_> {
-    fn before(&self) -> Before {
+    pub(super) fn before(&self) -> Before {
         Before {
             model: self.model.clone(),
             unknowns: self.unknowns.clone(),
@@ -66,7 +68,7 @@ impl Search<'_> {
         }
     }
 
-    fn go_back_to(&mut self, before: &Before) {
+    pub(super) fn go_back_to(&mut self, before: &Before) {
         self.model = before.model.clone();
         self.unknowns.clone_from(&before.unknowns);
         self.findings.clone_from(&before.findings);
@@ -86,7 +88,10 @@ impl Search<'_> {
     pub(super) fn polish(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
         let before = self.before();
         let taxels = self.model.sensor.rows() * self.model.sensor.columns();
-        let ways: &[Hearing] = if taxels <= MAX_TAXELS_BY_ALL {
+        let is_slow = self.model.seeks_lines && taxels > MAX_SEARCHED_TAXELS;
+        let ways: &[Hearing] = if is_slow {
+            &[Hearing::All]
+        } else if taxels <= MAX_TAXELS_BY_ALL {
             &[Hearing::All, Hearing::AllOfPresses]
         } else if self.explains_labels() {
             &[Hearing::All]
@@ -189,7 +194,11 @@ impl Search<'_> {
 
     /// Fits the unknowns and the lines in turns, until neither moves.
     fn turns(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Option<Together> {
+        let readout = self.model.sensor.readout();
+        let are_alike = matches!(readout.r_line_row_ohms, Some(PerLine::One(_)));
         let mut last = None;
+        // With lines that resist: the turn by which presses are nearest, how near, and its model.
+        let mut best: Option<(usize, f64, Model)> = None;
         let most = if self.model.seeks_lines {
             MAX_TURNS_WITH_LINES
         } else {
@@ -206,22 +215,31 @@ impl Search<'_> {
             let now = |model| self.unknowns.iter().map(|&u| value(model, u)).collect();
             let before: Vec<f64> = now(&self.model);
             let found = self.fit_all(Effort::ROUGH)?;
-            if self.can_separate() && (turn >= ALIKE_TURNS || !self.model.seeks_lines) {
-                let mut evaluator =
-                    Evaluator::new(self.evaluator.evidence, self.evaluator.executor);
-                std::mem::swap(&mut evaluator, &mut self.evaluator);
-                self.separate_with(&mut evaluator, progress);
-                std::mem::swap(&mut evaluator, &mut self.evaluator);
+            if self.can_separate() && (turn >= ALIKE_TURNS || !are_alike) {
+                self.separate_all(progress);
             }
             self.look_closely(turn > 0)?;
             let settled = self.unknowns.iter().zip(&before).all(|(&u, before)| {
                 let error = found.error_of(u).unwrap_or(0.0);
                 (value(&self.model, u) - before).abs() <= SETTLED * error.max(u.step())
             });
+            if self.model.seeks_lines {
+                let error_g = self.error_on_presses_g()?;
+                if best.as_ref().is_none_or(|(_, least, _)| error_g < *least) {
+                    best = Some((turn, error_g, self.model.clone()));
+                }
+            }
             last = Some(found);
-            if settled && (turn > ALIKE_TURNS || !self.model.seeks_lines) {
+            let since = best.as_ref().map_or(0, |(at, _, _)| turn - at);
+            if settled && (turn > ALIKE_TURNS || !self.model.seeks_lines) || since > PATIENCE {
                 break;
             }
+        }
+        if let Some((_, _, model)) = best {
+            // Lines and switches, rows and columns, turn about each other: the last is not the nearest.
+            self.model = model;
+            last = Some(self.fit_all(Effort::ROUGH)?);
+            self.look_closely(true)?;
         }
         last
     }
@@ -294,7 +312,12 @@ impl Search<'_> {
         if self.evaluator.has_unloaded() {
             more.push(Unknown::Offset);
         }
-        if levels > 0 {
+        if self.model.seeks_lines {
+            // Both pass current between taxels under a uniform load: the one grows at the cost of the other.
+            let why =
+                "not looked for beside lines that resist: uniform loads hardly tell the two apart";
+            self.note("sheet", false, why.to_owned());
+        } else if levels > 0 {
             more.extend([Unknown::Sheet, Unknown::SheetContact]);
             self.model.set(Unknown::Sheet, START_SHEET);
         } else {
