@@ -164,6 +164,8 @@ test("live frames are drawn, and the page complains of nothing", async () => {
   await page.keyboard.press("d");
   await appears(page, "compensated-surface");
   await framesCome(page, 5);
+  const [surface, over] = await Promise.all(["surface", "canvas"].map((id) => page.locator(`#compensated-${id}`).boundingBox()));
+  check(surface.y === over.y && surface.height === over.height, `what is drawn over the 3D surface lies elsewhere: ${surface.y} and ${over.y}`);
   await page.keyboard.press("d");
   for (const [id, ending] of [["png-button", ".png"], ["csv-button", ".csv"]]) {
     const [download] = await Promise.all([page.waitForEvent("download", { timeout: PATIENCE_MS }), page.click(`#${id}`)]);

@@ -26,7 +26,7 @@ const DARKEST: f64 = 0.6;
 const SHINE: f64 = 18.0;
 /// Where there is no taxel, and the end of the body.
 const BARE: Rgb = [206, 206, 210];
-const END: Rgb = [232, 232, 235];
+const END: Rgb = [212, 212, 216];
 const GAP: f64 = 14.0;
 const BAR_GAP: f64 = 20.0;
 const LABEL_GAP: f64 = 6.0;

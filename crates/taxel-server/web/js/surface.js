@@ -1,5 +1,6 @@
 // The 3D surface: heights in a float texture, read by the vertex shader; one draw call a frame.
 
+import { BODY_LIFT, bodyOf, trianglesOf } from "./body.js";
 import { TABLE_SIZE } from "./colour.js";
 import { partsOf, theme } from "./theme.js";
 
@@ -14,6 +15,11 @@ uniform vec2 shift;
 uniform vec2 extent;
 uniform float gain;
 uniform float lift;
+uniform bool wrapped;        // around a handle
+uniform bool rowsAreRings;
+uniform vec2 steps;          // from line to line around it, from ring to ring
+layout(location = 0) in vec3 onBody;
+layout(location = 1) in vec3 outward;
 out float share;
 out vec3 normal;
 
@@ -29,6 +35,14 @@ vec2 place(vec2 taxel) {
 void main() {
   ivec2 taxel = ivec2(gl_VertexID % size.x, gl_VertexID / size.x);
   share = at(taxel);
+  if (wrapped) {
+    ivec2 line = rowsAreRings ? ivec2(1, 0) : ivec2(0, 1);
+    vec3 around = normalize(vec3(outward.z, 0, -outward.x));
+    vec2 rise = 0.5 * lift / steps * vec2(at(taxel + line) - at(taxel - line), at(taxel + line.yx) - at(taxel - line.yx));
+    normal = outward - rise.x * around - rise.y * cross(around, outward);
+    gl_Position = projection * vec4(onBody + outward * min(share, 1.2) * lift, 1.0);
+    return;
+  }
   vec2 here = place(vec2(taxel));
   vec2 across = place(vec2(taxel) + vec2(1, 0)) - place(vec2(taxel) - vec2(1, 0));
   vec2 along = place(vec2(taxel) + vec2(0, 1)) - place(vec2(taxel) - vec2(0, 1));
@@ -42,12 +56,13 @@ void main() {
 const FRAGMENT = `#version 300 es
 precision highp float;
 uniform sampler2D colours;
+uniform vec3 light;
 in float share;
 in vec3 normal;
 out vec4 colour;
 void main() {
   vec3 base = texture(colours, vec2(clamp(share, 0.001, 0.999), 0.5)).rgb;
-  float light = 0.62 + 0.46 * max(0.0, dot(normalize(normal), normalize(vec3(-0.45, 0.8, 0.4))));
+  float light = 0.62 + 0.46 * max(0.0, dot(normalize(normal), light));
   colour = vec4(base * light + 0.035, 1.0);
 }`;
 
@@ -63,17 +78,38 @@ out vec4 colour;
 void main() { colour = ink; }`;
 
 const LIFT = 0.42;
+// Where light comes from over a flat array.
+const LIGHT = [-0.45, 0.8, 0.4].map((part) => part / Math.hypot(0.45, 0.8, 0.4));
 const FIELD_OF_VIEW = 0.6;
+// A flat array is looked at from above, a handle from its side: from opposite its seam.
+const FLAT_HOME = { yaw: -0.5, pitch: 0.72 };
+const BODY_PITCH = 0.3;
 
 export class Camera {
-  yaw = -0.5;
-  pitch = 0.72;
+  home = FLAT_HOME;
+  yaw = FLAT_HOME.yaw;
+  pitch = FLAT_HOME.pitch;
   distance = 2.25;
 
   reset() {
-    this.yaw = -0.5;
-    this.pitch = 0.72;
+    this.yaw = this.home.yaw;
+    this.pitch = this.home.pitch;
     this.distance = 2.25;
+  }
+
+  /** @param {import("./body.js").Body | null} body what it looks at; null for a flat array */
+  lookAt(body) {
+    const home = body ? { yaw: body.middle, pitch: BODY_PITCH } : FLAT_HOME;
+    if (home.yaw === this.home.yaw && home.pitch === this.home.pitch) return;
+    this.home = home;
+    this.reset();
+  }
+
+  // Where light comes from: from the left of the eye and above it.
+  get light() {
+    const cy = Math.cos(this.yaw), sy = Math.sin(this.yaw);
+    const [x, y, z] = [-0.45, 0.5, 0.74];
+    return [cy * x + sy * z, y, -sy * x + cy * z];
   }
 
   /**
@@ -136,6 +172,10 @@ export class Surface {
     this.lost = false;
     this.rows = 1;
     this.columns = 1;
+    /** @type {Wire.SensorFacts | null} */
+    this.sensor = null;
+    /** @type {import("./body.js").Body | null} */
+    this.body = null;
     this.indexCount = 0;
     this.extent = [1, 1];
     this.turn = [1, 0, 0, 1, 0, 0];
@@ -147,34 +187,37 @@ export class Surface {
     gl.canvas.addEventListener("webglcontextrestored", () => {
       this.lost = false;
       this.made = prepare(gl);
-      this.setSize(this.rows, this.columns);
+      if (this.sensor) this.setSensor(this.sensor);
     });
     this.made = prepare(gl);
   }
 
-  /**
-   * @param {number} rows
-   * @param {number} columns
-   */
-  setSize(rows, columns) {
+  /** @param {Wire.SensorFacts} sensor */
+  setSensor(sensor) {
     const { gl, made } = this;
+    const { rows, columns } = sensor;
+    this.sensor = sensor;
     this.rows = rows;
     this.columns = columns;
+    this.body = bodyOf(sensor);
+    this.camera.lookAt(this.body);
     gl.bindTexture(gl.TEXTURE_2D, made.heightTexture);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.R32F, columns, rows, 0, gl.RED, gl.FLOAT, null);
-    const indices = new Uint32Array((rows - 1) * (columns - 1) * 6);
-    let n = 0;
-    for (let row = 0; row + 1 < rows; row += 1) {
-      for (let column = 0; column + 1 < columns; column += 1) {
-        const i = row * columns + column;
-        indices.set([i, i + columns, i + 1, i + 1, i + columns, i + columns + 1], n);
-        n += 6;
-      }
-    }
-    this.indexCount = n;
+    const indices = trianglesOf(rows, columns, this.body);
+    this.indexCount = indices.length;
     gl.bindVertexArray(made.surfaceArray);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, made.indexBuffer);
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, indices, gl.STATIC_DRAW);
+    for (const [at, values] of /** @type {[number, Float32Array | undefined][]} */ ([[0, this.body?.places], [1, this.body?.outward]])) {
+      if (!values) {
+        gl.disableVertexAttribArray(at);
+        continue;
+      }
+      gl.bindBuffer(gl.ARRAY_BUFFER, made.onBody[at]);
+      gl.bufferData(gl.ARRAY_BUFFER, values, gl.STATIC_DRAW);
+      gl.enableVertexAttribArray(at);
+      gl.vertexAttribPointer(at, 3, gl.FLOAT, false, 0, 0);
+    }
     gl.bindVertexArray(null);
   }
 
@@ -219,28 +262,69 @@ export class Surface {
     gl.uniform2f(at.shift, this.turn[4], this.turn[5]);
     gl.uniform2f(at.extent, this.extent[0], this.extent[1]);
     gl.uniform1f(at.gain, gain);
-    gl.uniform1f(at.lift, LIFT);
+    gl.uniform1f(at.lift, this.lift);
+    const { body } = this;
+    gl.uniform1i(at.wrapped, body ? 1 : 0);
+    gl.uniform1i(at.rowsAreRings, body && body.rowsAreRings ? 1 : 0);
+    gl.uniform2fv(at.steps, body ? body.steps : [1, 1]);
+    gl.uniform3fv(at.light, body ? this.camera.light : LIGHT);
     gl.bindVertexArray(made.surfaceArray);
     gl.drawElements(gl.TRIANGLES, this.indexCount, gl.UNSIGNED_INT, 0);
-    this.drawOutline();
+    if (body) {
+      this.drawPlain(body.core, gl.TRIANGLES, theme.line);
+      this.drawPlain(body.edges, gl.LINES, theme.ink3);
+    } else {
+      this.drawOutline();
+    }
+  }
+
+  // How high a taxel of the full scale stands.
+  get lift() {
+    return this.body ? BODY_LIFT : LIFT;
   }
 
   // The edge of the array on the table, and an upright with the height of the full scale.
   drawOutline() {
-    const { gl, made } = this;
+    const { gl } = this;
     const [x, z] = [this.extent[0] / 2, this.extent[1] / 2];
     const corners = [-x, 0, -z, x, 0, -z, x, 0, -z, x, 0, z, x, 0, z, -x, 0, z, -x, 0, z, -x, 0, -z, -x, 0, -z, -x, LIFT, -z];
+    this.drawPlain(new Float32Array(corners), gl.LINES, theme.ink3);
+  }
+
+  /**
+   * @param {Float32Array} corners
+   * @param {number} mode
+   * @param {string} ink
+   */
+  drawPlain(corners, mode, ink) {
+    const { gl, made } = this;
     gl.useProgram(made.plain);
     gl.bindVertexArray(made.outlineArray);
     gl.bindBuffer(gl.ARRAY_BUFFER, made.outline);
-    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(corners), gl.DYNAMIC_DRAW);
+    gl.bufferData(gl.ARRAY_BUFFER, corners, gl.DYNAMIC_DRAW);
     gl.enableVertexAttribArray(0);
     gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 0, 0);
     gl.uniformMatrix4fv(made.plainAt.projection, false, this.projection);
-    const [red, green, blue] = partsOf(theme.ink3);
+    const [red, green, blue] = partsOf(ink);
     gl.uniform4f(made.plainAt.ink, red, green, blue, 1);
-    gl.drawArrays(gl.LINES, 0, corners.length / 3);
+    gl.drawArrays(mode, 0, corners.length / 3);
     gl.bindVertexArray(null);
+  }
+
+  /**
+   * Where a taxel stands that is so high, in the scene.
+   * @param {number} column
+   * @param {number} row
+   * @param {number} high
+   */
+  stands(column, row, high) {
+    const { body, turn: t } = this;
+    if (body) {
+      const at = 3 * (Math.floor(row) * this.columns + Math.floor(column));
+      return [0, 1, 2].map((axis) => body.places[at + axis] + high * body.outward[at + axis]);
+    }
+    const u = column / this.columns, v = row / this.rows;
+    return [(t[0] * u + t[2] * v + t[4] - 0.5) * this.extent[0], high, (t[1] * u + t[3] * v + t[5] - 0.5) * this.extent[1]];
   }
 
   /**
@@ -252,11 +336,7 @@ export class Surface {
    * @param {number} height
    */
   project(column, row, share, width, height) {
-    const t = this.turn;
-    const u = column / this.columns, v = row / this.rows;
-    const x = (t[0] * u + t[2] * v + t[4] - 0.5) * this.extent[0];
-    const z = (t[1] * u + t[3] * v + t[5] - 0.5) * this.extent[1];
-    const y = Math.min(1.2, Math.max(0, share || 0)) * LIFT;
+    const [x, y, z] = this.stands(column, row, Math.min(1.2, Math.max(0, share || 0)) * this.lift);
     const m = this.projection;
     const w = m[3] * x + m[7] * y + m[11] * z + m[15];
     return {
@@ -280,6 +360,7 @@ function prepare(gl) {
     at: {
       heights: at("heights"), colours: at("colours"), size: at("size"), projection: at("projection"), turn: at("turn"),
       shift: at("shift"), extent: at("extent"), gain: at("gain"), lift: at("lift"),
+      wrapped: at("wrapped"), rowsAreRings: at("rowsAreRings"), steps: at("steps"), light: at("light"),
     },
     plainAt: { projection: gl.getUniformLocation(plain, "projection"), ink: gl.getUniformLocation(plain, "ink") },
     heightTexture: texture(gl, gl.NEAREST),
@@ -287,6 +368,7 @@ function prepare(gl) {
     /** @type {import("./colour.js").ColourTable | null} the one that is in the texture */
     table: null,
     indexBuffer: gl.createBuffer(),
+    onBody: [gl.createBuffer(), gl.createBuffer()],
     outline: gl.createBuffer(),
     surfaceArray: gl.createVertexArray(),
     outlineArray: gl.createVertexArray(),

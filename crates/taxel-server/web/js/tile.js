@@ -43,7 +43,7 @@ export class Tile {
     this.sensor = sensor;
     this.heatmap = new Heatmap(sensor.rows, sensor.columns, layoutOf(sensor).owners);
     this.furniture.key = "";
-    if (this.surface) this.surface.setSize(sensor.rows, sensor.columns);
+    if (this.surface) this.surface.setSensor(sensor);
   }
 
   /** @param {boolean} visible */
@@ -86,7 +86,7 @@ export class Tile {
     if (on && !this.surface) {
       this.surface = Surface.create(this.surfaceCanvas, camera);
       if (!this.surface) return false;
-      this.surface.setSize(this.sensor.rows, this.sensor.columns);
+      this.surface.setSensor(this.sensor);
     }
     this.inSurface = on;
     this.surfaceCanvas.hidden = !on;
