@@ -273,8 +273,8 @@ function firstRecorded(seenLive, replayed, begun) {
   return best.first;
 }
 
-// Where a busy machine left frames out, the inverse of the next began elsewhere, and it ends where noise hides what is left.
-const EQUAL_TOTALS = 1e-5;
+// Totals travel as single-precision numbers.
+const EQUAL_TOTALS = 1e-6;
 
 // That nothing comes can only be seen by waiting; the server speaks twice a second.
 async function standsStill(page, sequence) {
