@@ -91,7 +91,7 @@ impl<'a> Search<'a> {
         let mut best: Option<(f64, Self)> = None;
         for (_, mut with) in starts {
             let ran = with.finish_with_lines(progress);
-            let error_g = with.score().map_or(f64::INFINITY, Score::mean_error);
+            let error_g = with.error_g();
             if ran.is_ok() && best.as_ref().is_none_or(|(least, _)| error_g < *least) {
                 best = Some((error_g, with));
             }
@@ -153,8 +153,6 @@ impl<'a> Search<'a> {
         let begun = self.before();
         let mut from = |search: &mut Self, alike: bool| -> Result<f64, Error> {
             search.go_back_to(&begun);
-            search.together = None;
-            search.judged.clear();
             if alike {
                 search.model.make_lines_alike();
             }
@@ -169,8 +167,6 @@ impl<'a> Search<'a> {
         let last_g = from(self, last).unwrap_or(f64::INFINITY);
         if begun_g <= first_g.min(last_g) {
             self.go_back_to(&begun);
-            self.together = None;
-            self.judged.clear();
             return self.score_held_out();
         }
         if first_g < last_g {
@@ -180,9 +176,8 @@ impl<'a> Search<'a> {
     }
 
     /// How far held-out presses are off, grams.
-    fn error_g(&self) -> f64 {
-        let best = self.best.as_ref();
-        best.map_or(f64::INFINITY, |best| best.1.mean_error())
+    pub(super) fn error_g(&self) -> f64 {
+        self.score().map_or(f64::INFINITY, Score::mean_error)
     }
 
     /// How far presses are off that were fitted to, grams.

@@ -205,10 +205,7 @@ impl<'a> Search<'a> {
         }
         self.fit_base(Effort::Full)?;
         self.score_held_out()?;
-        Ok(self
-            .best
-            .as_ref()
-            .map_or(f64::INFINITY, |best| best.1.mean_error()))
+        Ok(self.error_g())
     }
 
     pub(super) fn run(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
@@ -270,10 +267,7 @@ impl<'a> Search<'a> {
         let loads = self.evaluator.evidence.loads_g();
         let middle = median(&loads);
         let blind = mean(&loads.iter().map(|l| (l - middle).abs()).collect::<Vec<_>>());
-        let found = self
-            .best
-            .as_ref()
-            .map_or(f64::INFINITY, |b| b.1.mean_error());
+        let found = self.error_g();
         if found < 0.8 * blind {
             Ok(())
         } else {

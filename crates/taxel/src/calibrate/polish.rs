@@ -73,6 +73,8 @@ impl Search<'_> {
         self.unknowns.clone_from(&before.unknowns);
         self.findings.clone_from(&before.findings);
         self.beliefs.clear();
+        self.together = None;
+        self.judged.clear();
         self.law.clone_from(&before.law);
         // Its fit has a derivative of what it looked at, not of what was looked at since.
         let evaluator = &mut self.evaluator;
