@@ -73,7 +73,7 @@ impl IdentifyFiles {
             Some(sensor) => (Known::of_sensor(sensor), Vec::new()),
             None => assume(options, kept.most.max(most_of(&uniform)))?,
         };
-        let stage = reporter.stage("fitting five read-outs");
+        let stage = reporter.stage("fitting six read-outs");
         let identification = identify(&known, &kept.frames, &uniform, &Threads)?;
         drop(stage);
         Ok(Identified {

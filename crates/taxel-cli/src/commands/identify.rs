@@ -15,7 +15,7 @@ use taxel_app::identify::IdentifyFiles;
 /// Tell which read-out explains recordings, and what to measure where several do
 ///
 /// For a mat that was built or bought without a word of how its lines end. Some frames must be pressed in some places and
-/// not in others. Each of the five read-outs is fitted to the most telling frames and ranked; likely numbers are told, and
+/// not in others. Each of the six read-outs is fitted to the most telling frames and ranked; likely numbers are told, and
 /// what to measure with a multimeter where frames leave several. Of a sensor file shape, converter, V_t and resistor are
 /// taken; its read-out is not believed. Exit code 3: none explains the frames, or they cannot tell.
 #[derive(Debug, clap::Args)]

@@ -13,7 +13,7 @@ enum Columns {
 
 fn columns(topology: Topology) -> Columns {
     match topology {
-        Topology::DividerFloating => Columns::Open,
+        Topology::DividerFloating | Topology::DividerPulledRows => Columns::Open,
         Topology::DividerVoltageFeedback => Columns::Follow,
         _ => Columns::Grounded,
     }
@@ -54,6 +54,16 @@ pub(super) fn measure(left: &[Topology]) -> Vec<Measurement> {
             means: vec![
                 "stays within some millivolts: an amplifier holds it (tia-...)",
                 "rises with the load: a pull-down resistor (divider-...)",
+            ],
+        });
+    }
+    let pulled = |topology| topology == Topology::DividerPulledRows;
+    if differ(left, pulled) {
+        all.push(Measurement {
+            measure: "resistance between a row that is not being read and ground, board powered, scan stopped, mat unplugged",
+            means: vec![
+                "some kilohms, as at the row that is read: every row keeps its pull-down",
+                "open (above 1 Mohm), or next to nothing: rows are switched",
             ],
         });
     }

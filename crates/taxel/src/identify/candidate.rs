@@ -35,7 +35,7 @@ pub(super) struct Numbers {
     pub(super) scale: f64,
 }
 
-/// One of the five read-outs.
+/// One of the six read-outs.
 #[derive(Debug, Clone)]
 pub(super) struct Candidate {
     pub(super) topology: Topology,
@@ -91,7 +91,9 @@ impl Candidate {
     /// conductances; of a divider, its row's switch adds to R_p; with floating lines its column's switch does, too.
     pub(super) fn unknowns(&self) -> &'static [Number] {
         match self.topology {
-            Topology::DividerGroundedColumns => &[Number::Column, Number::Scale],
+            Topology::DividerGroundedColumns | Topology::DividerPulledRows => {
+                &[Number::Column, Number::Scale]
+            }
             Topology::DividerFloating => &[Number::Scale],
             Topology::DividerVoltageFeedback => &[Number::Column, Number::Row, Number::Scale],
             _ => &[Number::Column, Number::Row],

@@ -1,7 +1,7 @@
 //! Which read-out explains these frames: for a sensor whose owner does not know how its lines end.
 //!
 //! Taxels that are not pressed conduct alike, next to nothing. So whatever else they read is cross-talk, and the few taxels
-//! that are pressed predict it all. Each of the five read-outs is fitted to the same frames: the conductances of the taxels
+//! that are pressed predict it all. Each of the six read-outs is fitted to the same frames: the conductances of the taxels
 //! that stand out, what an unpressed one conducts, and one to three numbers of the circuit (switches, full scale). They are
 //! ranked by what it takes to tell the readings by them (half the sum of squares, a price for each pressed taxel and number, in
 //! nats); what differs is compared reading by reading, as Vuong (1989, *Econometrica* 57:307) does.
@@ -40,13 +40,14 @@ use crate::{Counts, Error, Executor, Frame};
 use candidate::Candidate;
 use readings::Readings;
 
-/// The read-outs that are compared: those of multiplexers. Boards with a pull-down at every row say so on their face.
-pub const CANDIDATES: [Topology; 5] = [
+/// The read-outs that are compared.
+pub const CANDIDATES: [Topology; 6] = [
     Topology::TiaGroundedColumns,
     Topology::TiaZeroPotential,
     Topology::DividerGroundedColumns,
     Topology::DividerFloating,
     Topology::DividerVoltageFeedback,
+    Topology::DividerPulledRows,
 ];
 
 /// Tells which read-outs explain frames under any loads, and frames of one load everywhere (those may be none). Of many

@@ -123,7 +123,7 @@ impl Identification {
             Verdict::One => names,
             Verdict::Alike => format!("{names}: alike in these frames, with the same loads"),
             Verdict::CannotTell => format!("cannot tell: {names}"),
-            Verdict::None => "none of the five read-outs".to_owned(),
+            Verdict::None => "none of the six read-outs".to_owned(),
         }
     }
 }
