@@ -1,6 +1,6 @@
 //! Products of matrices in row-major slices, on one thread.
 
-use std::ops::Sub;
+use std::ops::{Add, AddAssign, Div, Mul, Sub, SubAssign};
 
 use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
@@ -63,9 +63,26 @@ mod sealed {
 }
 
 /// The numbers that there are products of: `f32` and `f64`.
-pub trait Number: sealed::Sealed + Copy + PartialOrd + Sub<Output = Self> {
+pub trait Number:
+    sealed::Sealed
+    + Copy
+    + Default
+    + PartialOrd
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + AddAssign
+    + SubAssign
+{
+    /// The smallest positive number without loss of digits.
+    const LEAST: Self;
     /// |a|.
     fn size(self) -> Self;
+    /// The nearest to a number in double precision.
+    fn of(value: f64) -> Self;
+    /// In double precision.
+    fn double(self) -> f64;
     /// out ← a b.
     fn product(out: ViewMut<'_, Self>, a: View<'_, Self>, b: View<'_, Self>);
     /// Lower triangle of out ← a b, for a product known to be symmetric.
@@ -77,9 +94,21 @@ pub trait Number: sealed::Sealed + Copy + PartialOrd + Sub<Output = Self> {
 macro_rules! number {
     ($real:ty) => {
         impl Number for $real {
+            const LEAST: Self = <$real>::MIN_POSITIVE;
+
             #[inline(always)]
             fn size(self) -> Self {
                 self.abs()
+            }
+
+            #[inline(always)]
+            fn of(value: f64) -> Self {
+                value as $real
+            }
+
+            #[inline(always)]
+            fn double(self) -> f64 {
+                f64::from(self)
             }
 
             fn product(out: ViewMut<'_, Self>, a: View<'_, Self>, b: View<'_, Self>) {

@@ -1,5 +1,7 @@
 //! Sums over slices.
 
+use crate::Number;
+
 /// Copies the lower triangle of a row-major n×n matrix to the upper one.
 #[inline]
 pub fn mirror(values: &mut [f64], n: usize) {
@@ -15,27 +17,29 @@ const LANES: usize = 8;
 
 /// Σ a b.
 #[inline(always)]
-pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; LANES];
+pub fn dot<T: Number>(a: &[T], b: &[T]) -> T {
+    let mut sums = [T::default(); LANES];
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(x, y)| x * y).sum();
+    let rest = a_rest.iter().zip(b_rest).map(|(x, y)| *x * *y);
+    let rest = rest.fold(T::default(), T::add);
     for (x, y) in a.iter().zip(b) {
         for i in 0..LANES {
             sums[i] += x[i] * y[i];
         }
     }
-    rest + sums.iter().sum::<f64>()
+    rest + sums.into_iter().fold(T::default(), T::add)
 }
 
 /// Σ a.
 #[inline(always)]
-pub fn sum(a: &[f64]) -> f64 {
-    let mut sums = [0.0; LANES];
+pub fn sum<T: Number>(a: &[T]) -> T {
+    let mut sums = [T::default(); LANES];
     let (a, rest) = a.as_chunks::<LANES>();
     for x in a {
         for i in 0..LANES {
             sums[i] += x[i];
         }
     }
-    rest.iter().sum::<f64>() + sums.iter().sum::<f64>()
+    let rest = rest.iter().copied().fold(T::default(), T::add);
+    rest + sums.into_iter().fold(T::default(), T::add)
 }

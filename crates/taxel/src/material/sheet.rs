@@ -1,6 +1,7 @@
 //! Sheet conduction: one continuous film lets current flow sideways between neighbours that are both pressed.
 
 use crate::sensor::SheetSpec;
+use taxel_linalg::Number;
 
 /// A sheet of resistive film over all taxels. Between two neighbouring taxels of conductances a and b
 ///
@@ -36,9 +37,20 @@ impl Sheet {
     /// Conductance between two neighbours, siemens, from theirs. A conductance below 0, which noise makes, counts as 0.
     #[inline(always)]
     pub fn siemens_between(&self, a: f64, b: f64) -> f64 {
+        self.between(a, b)
+    }
+
+    /// The same in either precision.
+    #[inline(always)]
+    pub(crate) fn between<T: Number>(&self, a: T, b: T) -> T {
         let (a, b) = self.clipped(a, b);
-        let both = a * b;
-        both / (self.resistance_ohms * both + self.contact_factor * (a + b) + f64::MIN_POSITIVE)
+        a * b / self.beneath(a, b)
+    }
+
+    /// ab/ℓ, siemens: R_s ab + α (a + b), above 0.
+    #[inline(always)]
+    pub(crate) fn beneath<T: Number>(&self, a: T, b: T) -> T {
+        T::of(self.resistance_ohms) * a * b + T::of(self.contact_factor) * (a + b) + T::LEAST
     }
 
     /// The derivative of [`Self::siemens_between`] by a and by b, pure numbers.
@@ -46,7 +58,7 @@ impl Sheet {
     pub(crate) fn slopes(&self, a: f64, b: f64) -> (f64, f64) {
         let (positive_a, positive_b) = (a > 0.0, b > 0.0);
         let (a, b) = self.clipped(a, b);
-        let all = self.resistance_ohms * a * b + self.contact_factor * (a + b) + f64::MIN_POSITIVE;
+        let all = self.beneath(a, b);
         let slope = |other: f64, positive: bool| {
             let share = other / all;
             if positive {
@@ -60,10 +72,10 @@ impl Sheet {
 
     /// Without contacts in its way (α = 0) the film conducts whatever is pressed: any conductance above 0 stands for that.
     #[inline(always)]
-    pub(crate) fn clipped(&self, a: f64, b: f64) -> (f64, f64) {
-        let least = if self.contact_factor == 0.0 { 1.0 } else { 0.0 };
+    pub(crate) fn clipped<T: Number>(&self, a: T, b: T) -> (T, T) {
+        let least = T::of(if self.contact_factor == 0.0 { 1.0 } else { 0.0 });
         // Not `f64::max`, which looks for what is no number and costs as much as the rest.
-        let above = |value: f64| if value > least { value } else { least };
+        let above = |value: T| if value > least { value } else { least };
         (above(a), above(b))
     }
 }

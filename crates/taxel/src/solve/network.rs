@@ -1,6 +1,6 @@
 //! The e-Cone's network as its inverse sees it: what a frame fixes, and what is iterated.
 
-use super::sideways::Sideways;
+use super::sideways::{Sideways, Tridiagonal};
 use crate::circuit::network::coupling::add_laplacian;
 use crate::material::Sheet;
 use taxel_linalg::{Number, Spd, View, ViewMut, multiply, wide};
@@ -29,7 +29,8 @@ pub(super) struct Network {
     pub(super) sideways: Option<Sideways>,
     /// 1 − ΣH, and what the columns' chain takes from each.
     headroom: Vec<f64>,
-    /// H T under a sheet.
+    /// Under a sheet T, and H T.
+    tridiagonal: Tridiagonal<f64>,
     h_t: Vec<f64>,
     taken: Vec<f64>,
 }
@@ -50,6 +51,7 @@ impl Network {
             spd: Spd::new(m),
             sideways: None,
             headroom: vec![0.0; n],
+            tridiagonal: Tridiagonal::new(m, n),
             h_t: vec![0.0; m * n],
             taken: vec![0.0; n],
         }
@@ -70,6 +72,7 @@ impl Network {
             line.resize(n, 0.0);
         }
         self.spd.resize(m);
+        self.tridiagonal.resize(m, n);
     }
 
     /// H ← S K, then d ← g_c/(1 − ΣH) with the denominator held above `floor`; under a sheet T (1 − ΣH) = g_c with the
@@ -99,6 +102,15 @@ impl Network {
                 }
             },
         );
+        let least = self.columns_from_headroom(floor);
+        if let Some(sideways) = &self.sideways {
+            self.tridiagonal.set(&self.d, &sideways.now.large);
+        }
+        least
+    }
+
+    /// The same where d is 1 − ΣH; T is not set.
+    pub(super) fn columns_from_headroom(&mut self, floor: f64) -> (f64, usize) {
         if let Some(sideways) = &self.sideways {
             self.headroom.copy_from_slice(&self.d);
             self.taken.fill(0.0);
@@ -111,14 +123,13 @@ impl Network {
             }
             *d = g_c / d.max(floor);
         }
-        if let Some(sideways) = &mut self.sideways {
+        if self.sideways.is_some() {
             let columns = self.d.iter_mut().zip(&self.g_c);
             let columns = columns.zip(self.headroom.iter().zip(&self.taken));
             for ((d, g_c), (headroom, taken)) in columns {
                 *d -= taken / headroom.max(floor);
                 *d = d.max(LEAST_COLUMN * g_c);
             }
-            sideways.set_diagonal(&self.d);
         }
         least
     }
@@ -130,8 +141,9 @@ impl Network {
         let Some(sideways) = &mut self.sideways else {
             return f64::INFINITY;
         };
-        sideways.times(&self.h, &mut self.h_t);
-        sideways.find_next(&self.h_t, &self.h, &self.k);
+        let matrix = &mut self.tridiagonal;
+        matrix.times(&self.h, &mut self.h_t);
+        sideways.find_next(matrix, &self.h_t, &self.h, &self.k);
         sideways.go_on(&mut self.h, &self.k);
         self.columns_from_h(floor).0
     }
@@ -139,10 +151,10 @@ impl Network {
     /// G ← H diag(d) (H T under a sheet). Returns the largest conductance and the largest change of one.
     pub(super) fn conductances(&mut self) -> (f64, f64) {
         let n = self.n;
-        if let Some(sideways) = &self.sideways {
-            sideways.times(&self.h, &mut self.h_t);
-        }
         let is_chained = self.sideways.is_some();
+        if is_chained {
+            self.tridiagonal.times(&self.h, &mut self.h_t);
+        }
         let (g, d, row) = (&mut self.g, &self.d, &mut self.headroom[..n]);
         let lines = if is_chained { &self.h_t } else { &self.h };
         let (mut largest, mut change) = ([0f64; LANES], [0f64; LANES]);
@@ -170,7 +182,7 @@ impl Network {
     /// The couplings that follow from G.
     pub(super) fn advance_couplings(&mut self) {
         if let Some(sideways) = &mut self.sideways {
-            sideways.find_next(&self.g, &self.h, &self.k);
+            sideways.find_next(&mut self.tridiagonal, &self.g, &self.h, &self.k);
             sideways.advance();
         }
     }
@@ -192,13 +204,9 @@ impl Network {
 
     /// Takes couplings as an iteration mixed them; those of the rows into S.
     pub(super) fn take_couplings(&mut self, mixed: &[f64]) {
-        let m = self.m;
         if let Some(sideways) = &mut self.sideways {
             sideways.take(mixed);
-            for (i, coupling) in sideways.now.small.iter().enumerate() {
-                self.s[i * m + i + 1] -= coupling;
-                self.s[(i + 1) * m + i] -= coupling;
-            }
+            sideways.couple_rows(&mut self.s);
         }
     }
 

@@ -11,9 +11,9 @@
 //! round, as an entry of S, each change cost a product S K more: nine rounds or ten in place of seven.
 
 use super::lines::LiveLines;
-use crate::circuit::network::coupling::{Couplings, diagonal};
+use crate::circuit::network::coupling::{self, Couplings, diagonal};
 use crate::material::Sheet;
-use taxel_linalg::{dot, sum, wide};
+use taxel_linalg::{Number, dot, sum, wide};
 
 /// Couplings on their way: present ones, and the next.
 pub(super) struct Sideways {
@@ -25,21 +25,24 @@ pub(super) struct Sideways {
     feedback: Vec<f64>,
     from_before: Vec<f64>,
     from_after: Vec<f64>,
-    /// The diagonal of T.
-    own: Vec<f64>,
-    /// P G of a row, of the one before it and of the one before that.
-    pulls: [Vec<f64>; 3],
-    lines: Lines,
     /// Rounds since something new began.
     rounds: u32,
 }
 
-/// What flows between two rows, column by column, and its slopes by either.
-#[derive(Default)]
-struct Lines {
-    through: Vec<f64>,
-    by_above: Vec<f64>,
-    by_below: Vec<f64>,
+/// T, and what goes over all taxels, in the precision of a round.
+pub(super) struct Tridiagonal<T> {
+    own: Vec<T>,
+    chain: Vec<T>,
+    /// P G of a row, of the one before it and of the one before that.
+    pulls: [Vec<T>; 3],
+    /// What flows between two rows, column by column, and its slopes by either.
+    through: Vec<T>,
+    by_above: Vec<T>,
+    by_below: Vec<T>,
+    /// Next couplings of rows and of columns, and what comes back to the latter.
+    rows: Vec<T>,
+    columns: Vec<T>,
+    back: Vec<T>,
 }
 
 impl Sideways {
@@ -50,9 +53,6 @@ impl Sideways {
             feedback: Vec::new(),
             from_before: Vec::new(),
             from_after: Vec::new(),
-            own: Vec::new(),
-            pulls: Default::default(),
-            lines: Lines::default(),
             rounds: 0,
         }
     }
@@ -67,16 +67,6 @@ impl Sideways {
         }
         for list in [&mut self.from_before, &mut self.from_after] {
             list.resize(self.now.small.len(), 0.0);
-        }
-        let lines = [
-            &mut self.own,
-            &mut self.lines.through,
-            &mut self.lines.by_above,
-            &mut self.lines.by_below,
-        ];
-        for line in lines.into_iter().chain(&mut self.pulls) {
-            line.clear();
-            line.resize(columns.len(), 0.0);
         }
     }
 
@@ -101,6 +91,15 @@ impl Sideways {
         }
     }
 
+    /// Takes the rows' couplings from S, of which they are no part as it is mixed.
+    pub(super) fn couple_rows<T: Number>(&self, s: &mut [T]) {
+        let m = self.now.small.len() + 1;
+        for (i, coupling) in self.now.small.iter().enumerate() {
+            s[i * m + i + 1] -= T::of(*coupling);
+            s[(i + 1) * m + i] -= T::of(*coupling);
+        }
+    }
+
     /// Begins with another frame.
     pub(super) fn begin(&mut self) {
         self.rounds = 0;
@@ -114,29 +113,9 @@ impl Sideways {
         }
     }
 
-    /// Takes the diagonal d of T.
-    pub(super) fn set_diagonal(&mut self, d: &[f64]) {
-        for (c, (own, d)) in self.own.iter_mut().zip(d).enumerate() {
-            *own = d + diagonal(&self.now.large, c);
-        }
-    }
-
-    /// out ← rows T.
-    pub(super) fn times(&self, rows: &[f64], out: &mut [f64]) {
-        let n = self.own.len();
-        wide(
-            #[inline(always)]
-            || {
-                for (row, out) in rows.chunks_exact(n).zip(out.chunks_exact_mut(n)) {
-                    times(&self.own, &self.now.large, row, out);
-                }
-            },
-        );
-    }
-
     /// Goes on with the next couplings, and takes what those of the rows change from H.
-    pub(super) fn go_on(&mut self, h: &mut [f64], k: &[f64]) {
-        let n = self.own.len();
+    pub(super) fn go_on<T: Number>(&mut self, h: &mut [T], k: &[T]) {
+        let n = self.now.large.len() + 1;
         let couplings = self.now.small.iter_mut().chain(&mut self.now.large);
         for (now, next) in couplings.zip(&mut self.next) {
             let before = *now;
@@ -150,66 +129,42 @@ impl Sideways {
             || {
                 for (i, line) in h.chunks_exact_mut(n).enumerate() {
                     if let Some(before) = i.checked_sub(1) {
-                        take_from(line, steps[before], &k[before * n..i * n]);
+                        take_from(line, T::of(steps[before]), &k[before * n..i * n]);
                     }
                     if i < rows {
-                        take_from(line, steps[i], &k[(i + 1) * n..(i + 2) * n]);
+                        take_from(line, T::of(steps[i]), &k[(i + 1) * n..(i + 2) * n]);
                     }
                 }
             },
         );
     }
 
-    /// The next couplings, from G, H and K (m×n).
-    pub(super) fn find_next(&mut self, g: &[f64], h: &[f64], k: &[f64]) {
+    /// The next couplings, from G, H and K (m×n), with T as it is.
+    pub(super) fn find_next<T: Number>(
+        &mut self,
+        matrix: &mut Tridiagonal<T>,
+        g: &[T],
+        h: &[T],
+        k: &[T],
+    ) {
         self.rounds += 1;
         if self.rounds > ROUNDS_OF_FEEDBACK {
-            let (rows, columns) = self.next.split_at_mut(self.now.small.len());
-            self.now.find(g, rows, columns);
+            matrix.add_up_alone(self.now.sheet, g);
         } else {
-            self.find_feedback(g, h, k);
+            wide(
+                #[inline(always)]
+                || matrix.add_up(self, g, h, k),
+            );
+            self.factorise();
         }
+        let (rows, columns) = self.next.split_at_mut(self.now.small.len());
+        for (next, found) in [(&mut *rows, &matrix.rows), (&mut *columns, &matrix.columns)] {
+            for (next, found) in next.iter_mut().zip(found) {
+                *next = found.double();
+            }
+        }
+        self.now.cut_sides(rows, columns);
         self.correct();
-    }
-
-    /// The couplings of G, and how much of a change of them comes back.
-    fn find_feedback(&mut self, g: &[f64], h: &[f64], k: &[f64]) {
-        wide(
-            #[inline(always)]
-            || self.add_up(g, h, k),
-        );
-        let (next_row, next_column) = self.next.split_at_mut(self.now.small.len());
-        self.now.cut_sides(next_row, next_column);
-        self.factorise();
-    }
-
-    #[inline(always)]
-    fn add_up(&mut self, g: &[f64], h: &[f64], k: &[f64]) {
-        let n = self.own.len();
-        let rows = self.now.small.len();
-        self.next.fill(0.0);
-        self.feedback.fill(0.0);
-        let sheet = self.now.sheet;
-        let (next_row, next_column) = self.next.split_at_mut(rows);
-        let (back_row, back_column) = self.feedback.split_at_mut(rows);
-        for (i, (g_line, h_line)) in g.chunks_exact(n).zip(h.chunks_exact(n)).enumerate() {
-            add_along(sheet, g_line, h_line, next_column, back_column);
-            self.pulls.rotate_right(1);
-            let k_line = &k[i * n..(i + 1) * n];
-            times(&self.own, &self.now.large, k_line, &mut self.pulls[0]);
-            let [pull, above, farther] = &self.pulls;
-            // The lines still hold the two rows before.
-            if let Some(pair) = i.checked_sub(2) {
-                self.from_after[pair] = -dot(&self.lines.by_below, pull);
-            }
-            if let Some(pair) = i.checked_sub(1) {
-                across(sheet, &g[pair * n..i * n], g_line, &mut self.lines);
-                let lines = &self.lines;
-                next_row[pair] = sum(&lines.through);
-                back_row[pair] = -dot(&lines.by_above, pull) - dot(&lines.by_below, above);
-                self.from_before[pair] = -dot(&lines.by_above, farther);
-            }
-        }
     }
 
     /// Factors 1 − κ: elimination along the rows' chain leaves its diagonal in `feedback`.
@@ -257,16 +212,125 @@ const ROUNDS_OF_FEEDBACK: u32 = 2;
 /// A change that comes back with its own sign is not taken to come back nearly whole.
 const MAX_FEEDBACK: f64 = 0.5;
 
+impl<T: Number> Tridiagonal<T> {
+    /// For arrays of so many rows and columns that carry current.
+    pub(super) fn new(rows: usize, columns: usize) -> Self {
+        let line = || vec![T::default(); columns];
+        Self {
+            own: line(),
+            chain: line(),
+            pulls: [line(), line(), line()],
+            through: line(),
+            by_above: line(),
+            by_below: line(),
+            rows: vec![T::default(); rows],
+            columns: line(),
+            back: line(),
+        }
+    }
+
+    /// Takes another shape; allocates nothing when it is no larger than the one it was made for.
+    pub(super) fn resize(&mut self, rows: usize, columns: usize) {
+        let between = columns.saturating_sub(1);
+        let lines = [
+            (&mut self.own, columns),
+            (&mut self.chain, between),
+            (&mut self.through, columns),
+            (&mut self.by_above, columns),
+            (&mut self.by_below, columns),
+            (&mut self.rows, rows.saturating_sub(1)),
+            (&mut self.columns, between),
+            (&mut self.back, between),
+        ];
+        let pulls = self.pulls.iter_mut().map(|line| (line, columns));
+        for (line, length) in lines.into_iter().chain(pulls) {
+            line.clear();
+            line.resize(length, T::default());
+        }
+    }
+
+    /// T = diag(d) + the Laplacian of the columns' chain.
+    pub(super) fn set(&mut self, d: &[f64], chain: &[f64]) {
+        for (c, (own, d)) in self.own.iter_mut().zip(d).enumerate() {
+            *own = T::of(d + diagonal(chain, c));
+        }
+        for (own, coupling) in self.chain.iter_mut().zip(chain) {
+            *own = T::of(*coupling);
+        }
+    }
+
+    /// out ← rows T.
+    pub(super) fn times(&self, rows: &[T], out: &mut [T]) {
+        let n = self.own.len();
+        wide(
+            #[inline(always)]
+            || {
+                for (row, out) in rows.chunks_exact(n).zip(out.chunks_exact_mut(n)) {
+                    times(&self.own, &self.chain, row, out);
+                }
+            },
+        );
+    }
+
+    /// The couplings under G as if all lines were joined.
+    fn add_up_alone(&mut self, sheet: Sheet, g: &[T]) {
+        wide(
+            #[inline(always)]
+            || {
+                let Self {
+                    through,
+                    rows,
+                    columns,
+                    ..
+                } = self;
+                coupling::add_up(sheet, g, through, rows, columns);
+            },
+        );
+    }
+
+    /// The same, and how much of a change of them comes back.
+    #[inline(always)]
+    fn add_up(&mut self, couplings: &mut Sideways, g: &[T], h: &[T], k: &[T]) {
+        let n = self.own.len();
+        let sheet = couplings.now.sheet;
+        self.columns.fill(T::default());
+        self.back.fill(T::default());
+        let (back_row, back_column) = couplings.feedback.split_at_mut(self.rows.len());
+        for (i, (g_line, h_line)) in g.chunks_exact(n).zip(h.chunks_exact(n)).enumerate() {
+            add_along(sheet, g_line, h_line, &mut self.columns, &mut self.back);
+            self.pulls.rotate_right(1);
+            let k_line = &k[i * n..(i + 1) * n];
+            times(&self.own, &self.chain, k_line, &mut self.pulls[0]);
+            let [pull, above, farther] = &self.pulls;
+            // The lines still hold the two rows before.
+            if let Some(pair) = i.checked_sub(2) {
+                couplings.from_after[pair] = -dot(&self.by_below, pull).double();
+            }
+            if let Some(pair) = i.checked_sub(1) {
+                let slopes = [&mut self.by_above[..], &mut self.by_below[..]];
+                across(sheet, &g[pair * n..i * n], g_line, &mut self.through, slopes);
+                self.rows[pair] = sum(&self.through);
+                let back = dot(&self.by_above, pull) + dot(&self.by_below, above);
+                back_row[pair] = -back.double();
+                couplings.from_before[pair] = -dot(&self.by_above, farther).double();
+            }
+        }
+        for (feedback, back) in back_column.iter_mut().zip(&self.back) {
+            *feedback = back.double();
+        }
+    }
+}
+
 #[inline(always)]
-fn take_from(line: &mut [f64], step: f64, other: &[f64]) {
+fn take_from<T: Number>(line: &mut [T], step: T, other: &[T]) {
     for (x, other) in line.iter_mut().zip(other) {
-        *x -= step * other;
+        *x -= step * *other;
     }
 }
 
 /// Adds what flows between the neighbours of one row, and how much of a change of it comes back, column by column.
 #[inline(always)]
-fn add_along(sheet: Sheet, g: &[f64], h: &[f64], through: &mut [f64], back: &mut [f64]) {
+fn add_along<T: Number>(sheet: Sheet, g: &[T], h: &[T], through: &mut [T], back: &mut [T]) {
     let n = through.len();
     let (g_a, g_b, h_a, h_b) = (&g[..n], &g[1..=n], &h[..n], &h[1..=n]);
     let back = &mut back[..n];
@@ -279,23 +343,28 @@ fn add_along(sheet: Sheet, g: &[f64], h: &[f64], through: &mut [f64], back: &mut
 
 /// What flows between the neighbours of two rows.
 #[inline(always)]
-fn across(sheet: Sheet, above: &[f64], below: &[f64], lines: &mut Lines) {
-    let n = lines.through.len();
+fn across<T: Number>(
+    sheet: Sheet,
+    above: &[T],
+    below: &[T],
+    through: &mut [T],
+    slopes: [&mut [T]; 2],
+) {
+    let n = through.len();
     let (above, below) = (&above[..n], &below[..n]);
-    let (by_above, by_below) = (&mut lines.by_above[..n], &mut lines.by_below[..n]);
+    let [by_above, by_below] = slopes.map(|slope| &mut slope[..n]);
     for j in 0..n {
-        (lines.through[j], by_above[j], by_below[j]) = flow(sheet, above[j], below[j]);
+        (through[j], by_above[j], by_below[j]) = flow(sheet, above[j], below[j]);
     }
 }
 
 /// ℓ of two neighbours and its slopes by both. A conductance below 0 has the slope of one at 0: it is noise, or on its way.
 #[inline(always)]
-fn flow(sheet: Sheet, a: f64, b: f64) -> (f64, f64, f64) {
+fn flow<T: Number>(sheet: Sheet, a: T, b: T) -> (T, T, T) {
     let (a, b) = sheet.clipped(a, b);
-    let all = sheet.resistance_ohms * a * b + sheet.contact_factor * (a + b) + f64::MIN_POSITIVE;
-    let inverse = 1.0 / all;
+    let inverse = T::of(1.0) / sheet.beneath(a, b);
     let (share_a, share_b) = (a * inverse, b * inverse);
-    let contact = sheet.contact_factor;
+    let contact = T::of(sheet.contact_factor);
     (
         a * share_b,
         contact * share_b * share_b,
@@ -304,14 +373,14 @@ fn flow(sheet: Sheet, a: f64, b: f64) -> (f64, f64, f64) {
 }
 
 #[inline(always)]
-fn times(own: &[f64], chain: &[f64], row: &[f64], out: &mut [f64]) {
+fn times<T: Number>(own: &[T], chain: &[T], row: &[T], out: &mut [T]) {
     for ((out, x), own) in out.iter_mut().zip(row).zip(own) {
-        *out = x * own;
+        *out = *x * *own;
     }
     for ((out, x), coupling) in out[1..].iter_mut().zip(row).zip(chain) {
-        *out -= coupling * x;
+        *out -= *coupling * *x;
     }
     for ((out, x), coupling) in out.iter_mut().zip(&row[1..]).zip(chain) {
-        *out -= coupling * x;
+        *out -= *coupling * *x;
     }
 }

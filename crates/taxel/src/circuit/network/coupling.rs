@@ -6,7 +6,7 @@
 //! sums stays true.
 
 use crate::material::Sheet;
-use taxel_linalg::wide;
+use taxel_linalg::{Number, wide};
 
 /// Couplings of neighbouring lines, siemens: one value for each line but the last; 0 where two are no neighbours.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,30 +67,9 @@ impl Couplings {
     pub(crate) fn find(&mut self, conductance: &[f64], small: &mut [f64], large: &mut [f64]) {
         wide(
             #[inline(always)]
-            || self.add_up(conductance, small, large),
+            || add_up(self.sheet, conductance, &mut self.line, small, large),
         );
         self.cut_sides(small, large);
-    }
-
-    #[inline(always)]
-    fn add_up(&mut self, conductance: &[f64], small: &mut [f64], large: &mut [f64]) {
-        let n = self.large_joined.len() + 1;
-        let sheet = self.sheet;
-        large.fill(0.0);
-        for line in conductance.chunks_exact(n) {
-            let (left, right) = (&line[..n - 1], &line[1..]);
-            for ((sum, a), b) in large.iter_mut().zip(left).zip(right) {
-                *sum += sheet.siemens_between(*a, *b);
-            }
-        }
-        let pairs = conductance[..conductance.len() - n].chunks_exact(n);
-        let pairs = pairs.zip(conductance[n..].chunks_exact(n));
-        for (sum, (above, below)) in small.iter_mut().zip(pairs) {
-            for ((out, a), b) in self.line.iter_mut().zip(above).zip(below) {
-                *out = sheet.siemens_between(*a, *b);
-            }
-            *sum = taxel_linalg::sum(&self.line);
-        }
     }
 
     /// Sets couplings of lines that are no neighbours to 0.
@@ -163,6 +142,33 @@ impl Couplings {
                 }
             }
         }
+    }
+}
+
+/// The couplings under these conductances as if all lines were joined; `line` is room for one of the smaller side's.
+#[inline(always)]
+pub(crate) fn add_up<T: Number>(
+    sheet: Sheet,
+    conductance: &[T],
+    line: &mut [T],
+    small: &mut [T],
+    large: &mut [T],
+) {
+    let n = line.len();
+    large.fill(T::default());
+    for line in conductance.chunks_exact(n) {
+        let (left, right) = (&line[..n - 1], &line[1..]);
+        for ((sum, a), b) in large.iter_mut().zip(left).zip(right) {
+            *sum += sheet.between(*a, *b);
+        }
+    }
+    let pairs = conductance[..conductance.len() - n].chunks_exact(n);
+    let pairs = pairs.zip(conductance[n..].chunks_exact(n));
+    for (sum, (above, below)) in small.iter_mut().zip(pairs) {
+        for ((out, a), b) in line.iter_mut().zip(above).zip(below) {
+            *out = sheet.between(*a, *b);
+        }
+        *sum = taxel_linalg::sum(line);
     }
 }
 

@@ -3,7 +3,6 @@
 use super::super::network::Network;
 use super::super::{Outcome, Stop};
 use super::Accuracy;
-use super::single::Single;
 use super::state::{SolverState, unpack};
 use taxel_linalg::{View, ViewMut, multiply_lower};
 
@@ -38,22 +37,20 @@ pub(super) fn run(state: &mut SolverState, accuracy: Accuracy) -> Outcome {
         sideways.begin();
     }
     let mut course = Course::new(accuracy.share, state.network.sideways.is_some());
-    // Under a sheet, whose couplings are settled in double precision, only the products are single.
-    let mut was_whole = false;
+    let mut was_single = false;
     for round in 1..=MAX_ROUNDS {
         let stalled = Outcome::new(Stop::Stalled, round, course.last_change);
         let is_single = course.may_be_single(round);
-        let is_whole = is_single && !course.has_sheet;
-        if was_whole && !is_whole {
+        if was_single && !is_single {
             state.single.conductances_into(&mut state.network.g);
         }
-        was_whole = is_whole;
-        let seen = if is_whole {
-            let (network, is_diagonal) = (&mut state.network, is_cold && round == 1);
-            (state.single).conductances(&state.packed, is_diagonal, &network.g_c, &mut network.d)
+        was_single = is_single;
+        let network = &mut state.network;
+        let seen = if is_single {
+            let is_diagonal = is_cold && round == 1;
+            (state.single).conductances(&state.packed, is_diagonal, network)
         } else {
-            let single = is_single.then_some(&mut state.single);
-            conductances(&mut state.network, &state.packed, single)
+            conductances(network, &state.packed)
         };
         let Some((largest, change)) = seen else {
             return stalled;
@@ -131,25 +128,16 @@ impl Course {
     }
 }
 
-/// G of the network from S, by a product in single precision where one is given. The largest conductance and the largest
-/// change of one; nothing where a column's denominator is not positive.
-fn conductances(
-    network: &mut Network,
-    packed: &[f64],
-    single: Option<&mut Single>,
-) -> Option<(f64, f64)> {
+/// Below this no denominator is held: where one is not positive there is no answer.
+pub(super) const FLOOR: f64 = f64::MIN_POSITIVE;
+
+/// G of the network from S. The largest conductance and the largest change of one; nothing where a column's denominator is
+/// not positive.
+fn conductances(network: &mut Network, packed: &[f64]) -> Option<(f64, f64)> {
     let m = network.m;
     unpack(packed, &mut network.s, m, |s| s);
     network.take_couplings(&packed[m * (m + 1) / 2..]);
-    let floor = f64::MIN_POSITIVE;
-    let (least, _) = match single {
-        Some(single) => {
-            single.times_k(&network.s, &mut network.h);
-            network.columns_from_h(floor)
-        }
-        None => network.columns_from_s(floor),
-    };
-    if least <= 0.0 || network.settle(floor) <= 0.0 {
+    if network.columns_from_s(FLOOR).0 <= 0.0 || network.settle(FLOOR) <= 0.0 {
         return None;
     }
     Some(network.conductances())
@@ -211,9 +199,6 @@ fn image_of(state: &mut SolverState, is_single: bool) -> bool {
     } = state;
     let m = network.m;
     if is_single {
-        if network.sideways.is_some() {
-            single.take(&network.g, &network.h);
-        }
         single.product_into(&mut network.product);
     } else {
         let (g, h) = (

@@ -1,10 +1,12 @@
-//! The products of a round in single precision, which take half of the time.
+//! A round in single precision, which takes half of the time: products, couplings of a sheet, changes.
 
-use super::super::network::{LANES, take};
+use super::super::network::{LANES, Network, take};
+use super::super::sideways::Tridiagonal;
+use super::rounds::FLOOR;
 use super::state::unpack;
 use taxel_linalg::{Number, View, ViewMut, multiply_lower, wide};
 
-/// As in [`super::super::network::Network`], row-major. Under a sheet, only the products are done here.
+/// As in [`Network`], row-major.
 pub(super) struct Single {
     m: usize,
     n: usize,
@@ -18,6 +20,9 @@ pub(super) struct Single {
     d: Vec<f32>,
     /// One row of G.
     row: Vec<f32>,
+    /// Under a sheet T, and H T.
+    tridiagonal: Tridiagonal<f32>,
+    h_t: Vec<f32>,
 }
 
 impl Single {
@@ -32,13 +37,15 @@ impl Single {
             product: vec![0.0; m * m],
             d: vec![0.0; n],
             row: vec![0.0; n],
+            tridiagonal: Tridiagonal::new(m, n),
+            h_t: vec![0.0; m * n],
         }
     }
 
     /// Takes another shape; allocates nothing when it is no larger than the one it was made for.
     pub(super) fn resize(&mut self, m: usize, n: usize) {
         (self.m, self.n) = (m, n);
-        for rectangle in [&mut self.k, &mut self.h, &mut self.g] {
+        for rectangle in [&mut self.k, &mut self.h, &mut self.g, &mut self.h_t] {
             rectangle.resize(m * n, 0.0);
         }
         for square in [&mut self.s, &mut self.product] {
@@ -46,56 +53,63 @@ impl Single {
         }
         self.d.resize(n, 0.0);
         self.row.resize(n, 0.0);
+        self.tridiagonal.resize(m, n);
     }
 
-    /// H ← S K, d ← g_c/(1 − ΣH), G ← H diag(d). The largest conductance and the largest change of one; nothing where a
-    /// denominator is not positive. `is_diagonal`: nothing of S stands off its diagonal.
+    /// H ← S K, d ← g_c/(1 − ΣH), G ← H diag(d); under a sheet couplings, H and d are brought nearer to each other as by
+    /// [`Network::settle`], and G ← H T. Leaves d in the network. The largest conductance and the largest change of one;
+    /// nothing where a denominator is not positive. `is_diagonal`: nothing of S stands off its diagonal.
     pub(super) fn conductances(
         &mut self,
         packed: &[f64],
         is_diagonal: bool,
-        g_c: &[f64],
-        d: &mut [f64],
+        network: &mut Network,
     ) -> Option<(f64, f64)> {
         let (m, n) = (self.m, self.n);
+        if let Some(sideways) = &mut network.sideways {
+            sideways.take(&packed[m * (m + 1) / 2..]);
+        }
         if is_diagonal {
             self.scale_rows(packed);
         } else {
             unpack(packed, &mut self.s, m, |s| s as f32);
+            if let Some(sideways) = &network.sideways {
+                sideways.couple_rows(&mut self.s);
+            }
             f32::product(
                 ViewMut::new(&mut self.h, m, n),
                 View::new(&self.s, m, m),
                 View::new(&self.k, m, n),
             );
         }
-        self.columns(d);
-        let columns = d.iter_mut().zip(&mut self.d).zip(g_c);
-        for ((d, single), g_c) in columns {
-            if *d <= 0.0 {
-                return None;
-            }
-            *d = g_c / *d;
+        self.columns(network)?;
+        if network.sideways.is_some() {
+            return self.settled(network);
+        }
+        for (single, d) in self.d.iter_mut().zip(&network.d) {
             *single = *d as f32;
         }
         Some(self.replace())
     }
 
-    /// H ← S K, of a full S.
-    pub(super) fn times_k(&mut self, s: &[f64], h: &mut [f64]) {
-        let (m, n) = (self.m, self.n);
-        narrow(&mut self.s, s);
-        f32::product(
-            ViewMut::new(&mut self.h, m, n),
-            View::new(&self.s, m, m),
-            View::new(&self.k, m, n),
+    fn settled(&mut self, network: &mut Network) -> Option<(f64, f64)> {
+        let sideways = network.sideways.as_mut()?;
+        let matrix = &mut self.tridiagonal;
+        matrix.set(&network.d, &sideways.now.large);
+        matrix.times(&self.h, &mut self.h_t);
+        sideways.find_next(matrix, &self.h_t, &self.h, &self.k);
+        sideways.go_on(&mut self.h, &self.k);
+        self.columns(network)?;
+        let sideways = network.sideways.as_mut()?;
+        self.tridiagonal.set(&network.d, &sideways.now.large);
+        self.tridiagonal.times(&self.h, &mut self.h_t);
+        let (mut largest, mut change) = ([0f32; LANES], [0f32; LANES]);
+        let Self { g, h_t, .. } = self;
+        wide(
+            #[inline(always)]
+            || take(g, h_t, &mut largest, &mut change),
         );
-        widen(h, &self.h);
-    }
-
-    /// Takes G and H.
-    pub(super) fn take(&mut self, g: &[f64], h: &[f64]) {
-        narrow(&mut self.g, g);
-        narrow(&mut self.h, h);
+        Some((most(largest), most(change) + finite(&network.d)))
     }
 
     /// H ← diag(S) K.
@@ -110,8 +124,9 @@ impl Single {
         }
     }
 
-    /// d ← 1 − ΣH, in double precision.
-    fn columns(&self, d: &mut [f64]) {
+    /// d of the network, from H. Nothing where a denominator is not positive.
+    fn columns(&self, network: &mut Network) -> Option<()> {
+        let d = &mut network.d;
         d.fill(1.0);
         wide(
             #[inline(always)]
@@ -123,6 +138,7 @@ impl Single {
                 }
             },
         );
+        (network.columns_from_headroom(FLOOR).0 > 0.0).then_some(())
     }
 
     fn replace(&mut self) -> (f64, f64) {
@@ -140,10 +156,7 @@ impl Single {
                 }
             },
         );
-        let most = |lanes: [f32; LANES]| f64::from(lanes.into_iter().fold(0f32, f32::max));
-        // A value that is no number is not larger than anything: multiplying lets it through.
-        let finite = d.iter().map(|d| f64::from(d * 0.0)).sum::<f64>();
-        (most(largest), most(change) + finite)
+        (most(largest), most(change) + finite(d))
     }
 
     /// The lower triangle of G Hᵀ.
@@ -163,15 +176,13 @@ impl Single {
     }
 }
 
-fn narrow(out: &mut [f32], values: &[f64]) {
-    wide(
-        #[inline(always)]
-        || {
-            out.iter_mut()
-                .zip(values)
-                .for_each(|(out, value)| *out = *value as f32)
-        },
-    );
+fn most(lanes: [f32; LANES]) -> f64 {
+    f64::from(lanes.into_iter().fold(0f32, f32::max))
+}
+
+/// 0, or what is no number where one of these is none: that is not larger than anything, and multiplying lets it through.
+fn finite<T: Number>(values: &[T]) -> f64 {
+    values.iter().map(|value| value.double() * 0.0).sum()
 }
 
 fn widen(out: &mut [f64], values: &[f32]) {
