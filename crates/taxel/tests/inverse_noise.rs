@@ -6,7 +6,7 @@ use common::{farthest, inversion, largest, pressed};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use taxel::circuit::{Circuit, Converter, LinearCircuit, Noise, ROUNDING_COUNTS};
-use taxel::sensor::{PerLine, Topology, preset};
+use taxel::sensor::{PerLine, SheetSpec, Topology, preset};
 use taxel::solve::default_method;
 use taxel::uncertainty::{Uncertainty, standard_errors, standard_errors_by};
 use taxel::{Frame, Mark, Sensor, Siemens};
@@ -261,6 +261,27 @@ fn left(sensor: &Sensor, frames: &[Vec<f64>], cold: bool) -> [f64; 2] {
 
 #[test]
 fn a_stream_stops_where_rounding_hides_the_rest_and_unrounded_volts_do_not() {
+    let worst = worst_left(None, &[1, 2, 3]);
+    println!("{worst:?}");
+    assert!(worst[0] < 0.65 && worst[1] < 1.9e-9, "{worst:?}");
+}
+
+#[test]
+fn so_does_one_under_a_sheet() {
+    // Of three seeds each, these leave the most: 0.39 standard errors and 2.7e-9.
+    for (ohms, factor, seed, bounds) in [
+        (40e3, 3.0, 2, [0.4, 3.4e-9]),
+        (12e3, 3.0, 1, [0.4, 3.4e-9]),
+        (8e3, 2.0, 3, [0.5, 3.4e-9]),
+    ] {
+        let worst = worst_left(Some(SheetSpec::new(ohms, factor)), &[seed]);
+        println!("{ohms} {factor}: {worst:?}");
+        assert!(worst[0] < bounds[0] && worst[1] < bounds[1], "{worst:?}");
+    }
+}
+
+/// What is left of rounded and of unrounded readings, as by [`left`], at the worst.
+fn worst_left(sheet: Option<SheetSpec>, seeds: &[u64]) -> [f64; 2] {
     let mut worst = [0f64; 2];
     for name in ["econe", "mat-32x32-adg732"] {
         for ohms in [7.0, 50.0] {
@@ -268,6 +289,8 @@ fn a_stream_stops_where_rounding_hides_the_rest_and_unrounded_volts_do_not() {
             let sensor = sensor.edited(|spec| {
                 spec.readout.r_mux_row_ohms = Some(PerLine::One(ohms));
                 spec.readout.r_mux_column_ohms = Some(PerLine::One(ohms));
+                let material = spec.material.as_mut().unwrap();
+                material.sheet = sheet;
             });
             let sensor = sensor.unwrap();
             let taxels = sensor.rows() * sensor.columns();
@@ -278,7 +301,7 @@ fn a_stream_stops_where_rounding_hides_the_rest_and_unrounded_volts_do_not() {
                 (1.0, 0.3),
                 (1.0, 0.03),
             ] {
-                for seed in 1..=3 {
+                for &seed in seeds {
                     let frames = stream(taxels, density, change, seed);
                     for cold in [true, false] {
                         let left = left(&sensor, &frames, cold);
@@ -288,9 +311,5 @@ fn a_stream_stops_where_rounding_hides_the_rest_and_unrounded_volts_do_not() {
             }
         }
     }
-    println!(
-        "rounded: {} standard errors; unrounded: {:.1e} of the largest",
-        worst[0], worst[1]
-    );
-    assert!(worst[0] < 0.65 && worst[1] < 1.9e-9, "{worst:?}");
+    worst
 }

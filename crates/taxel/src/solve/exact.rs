@@ -35,6 +35,8 @@ pub struct Exact {
 /// What a stream leaves of its answer, as a share of the least standard error by noise and rounding, by an estimate that is [`rounds::SAFETY`]
 /// times too large where rounds go as they usually do.
 const NOISE_SHARE: f64 = 0.4;
+/// Under a sheet a part of that: the couplings lag behind the rest, and estimates are too small by as much.
+const SHEET_SHARE: f64 = 0.5;
 /// No noise is so large that more than this share of the largest conductance may be left.
 const MAX_TOLERANCE: f64 = 1e-4;
 
@@ -92,8 +94,13 @@ impl Exact {
         // A taxel alone on its lines has the smallest error: what loads its lines makes its reading smaller.
         let least = rows.map(|(g, volts)| g / (volts * ends.v_test_volts));
         let least = least.fold(f64::INFINITY, |least, x| least.min(x.abs()));
+        let share = if method.sheet.is_some() {
+            SHEET_SHARE * NOISE_SHARE
+        } else {
+            NOISE_SHARE
+        };
         Some(Self {
-            noise_siemens: NOISE_SHARE * least * noise_volts.hypot(rounding_volts),
+            noise_siemens: share * least * noise_volts.hypot(rounding_volts),
             ..method
         })
     }
@@ -266,8 +273,7 @@ impl Exact {
         }
         let accuracy = Accuracy {
             share: self.tolerance,
-            // Under a sheet the couplings lag: where frames jump, what was left had been 2 standard errors in 1 frame of 12.
-            siemens: if state.is_rounded && self.sheet.is_none() {
+            siemens: if state.is_rounded {
                 self.noise_siemens
             } else {
                 0.0

@@ -308,7 +308,13 @@ impl<T: Number> Tridiagonal<T> {
             }
             if let Some(pair) = i.checked_sub(1) {
                 let slopes = [&mut self.by_above[..], &mut self.by_below[..]];
-                across(sheet, &g[pair * n..i * n], g_line, &mut self.through, slopes);
+                across(
+                    sheet,
+                    &g[pair * n..i * n],
+                    g_line,
+                    &mut self.through,
+                    slopes,
+                );
                 self.rows[pair] = sum(&self.through);
                 let back = dot(&self.by_above, pull) + dot(&self.by_below, above);
                 back_row[pair] = -back.double();
