@@ -5,8 +5,9 @@
 
 mod grip;
 
+use super::beside::Beside;
 use super::known::{Known, is_left_out};
-use super::load::{NEAR_SHARE, factor_95_of, heaviest_near, noise_counts_of, refuse_exported};
+use super::load::{factor_95_of, noise_counts_of, refuse_exported};
 use super::{Adjoint, Bias, least_error_siemens, set_passive};
 use crate::circuit::{Circuit, Converter, OperatingPoint, SensorCircuit};
 use crate::frame::{grams_from_newtons, newtons_from_grams};
@@ -70,6 +71,7 @@ pub struct FigureErrors {
     adjoint: Adjoint,
     law: LoadLaw,
     spread: Option<Spread>,
+    beside: Beside,
     beyond: Option<UncertaintySpec>,
     sigma_volts: f64,
     sensor: Sensor,
@@ -115,6 +117,7 @@ impl FigureErrors {
             adjoint: Adjoint::new(taxels),
             law: LoadLaw::from_sensor(sensor)?,
             spread: material.spread.map(Spread::new),
+            beside: Beside::new(sensor),
             beyond: sensor.uncertainty().copied(),
             sigma_volts: noise_counts_of(sensor, level)
                 * Converter::from_sensor(sensor).lsb_volts(),
@@ -369,11 +372,12 @@ impl FigureErrors {
 
     /// A taxel is touched or not with the probability that its error leaves; what the frame shares moves all of them over
     /// the threshold together, those beside a heavy one by a little of its load.
-    fn area(&self, loads: &Frame<Newtons>) -> FigureError {
+    fn area(&mut self, loads: &Frame<Newtons>) -> FigureError {
         let fit_share = self.beyond.map_or(0.0, |beyond| beyond.fit_share);
         let (share, floor) = self.shared();
         let (mut noise, mut all) = (0.0, 0.0);
         let (mut by_fit, mut by_model) = (0.0, 0.0);
+        let near = self.beside.of(loads.values());
         for (taxel, (&load, mark)) in loads.values().iter().zip(loads.marks()).enumerate() {
             if !is_usable(*mark) {
                 continue;
@@ -383,9 +387,8 @@ impl FigureErrors {
             noise += cell.powi(2) * doubt(above, self.noise[taxel]);
             all += cell.powi(2) * doubt(above, self.noise[taxel].hypot(self.own[taxel]));
             let moves = |by: f64| cell * f64::from(u8::from(above.abs() <= by)) / 2.0;
-            let near = NEAR_SHARE * heaviest_near(loads.values(), loads.columns(), taxel);
             by_fit += moves(fit_share * load.abs());
-            by_model += moves((share * load.abs().max(near)).hypot(floor));
+            by_model += moves((share * load.abs().max(near[taxel])).hypot(floor));
         }
         let model = (all - noise).max(0.0).sqrt().hypot(by_model);
         self.figure(noise.sqrt(), by_fit, model)

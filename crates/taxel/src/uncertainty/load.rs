@@ -1,5 +1,6 @@
 //! The standard error of every conductance and load of a frame.
 
+use super::beside::{Beside, by_spread};
 use super::ceiling::AtCeiling;
 use super::known::{Known, is_left_out};
 use super::standard_errors;
@@ -23,6 +24,7 @@ pub struct StandardErrors {
     siemens: Frame<Siemens>,
     newtons: Frame<Newtons>,
     beyond: Option<UncertaintySpec>,
+    beside: Beside,
     parts: Parts,
     is_known: Vec<bool>,
     moved: Vec<f64>,
@@ -69,47 +71,6 @@ pub(super) fn refuse_exported(sensor: &Sensor) -> Result<(), Error> {
     }
 }
 
-/// What of a heavy neighbour's uncertainty a taxel shares: a part of its load that stands elsewhere stands here. Measured on
-/// simulated sensors whose loads spread: with nothing of it 2.8 % of unloaded taxels are outside their intervals.
-pub(super) const NEAR_SHARE: f64 = 0.06;
-
-/// The heaviest load on the eight neighbours of a taxel.
-pub(super) fn heaviest_near(loads: &[f64], columns: usize, taxel: usize) -> f64 {
-    let rows = loads.len() / columns;
-    let (row, column) = (taxel / columns, taxel % columns);
-    let mut most = 0f64;
-    for r in row.saturating_sub(1)..(row + 2).min(rows) {
-        for c in column.saturating_sub(1)..(column + 2).min(columns) {
-            if (r, c) != (row, column) {
-                most = most.max(loads[r * columns + c].abs());
-            }
-        }
-    }
-    most
-}
-
-/// What a load is off by where its spread to the next rows, next columns and across the corners is off by `errors`, in the
-/// unit of the loads: to first order a share that is too small leaves here what stands around, less what is taken from here.
-pub(super) fn by_spread(errors: [f64; 3], loads: &[f64], columns: usize, taxel: usize) -> f64 {
-    let (row, column) = ((taxel / columns) as isize, (taxel % columns) as isize);
-    let rows = (loads.len() / columns) as isize;
-    let at = |down: isize, right: isize| {
-        let (r, c) = (row + down, column + right);
-        let is_there = (0..rows).contains(&r) && (0..columns as isize).contains(&c);
-        if is_there {
-            loads[r as usize * columns + c as usize]
-        } else {
-            0.0
-        }
-    };
-    let own = loads[taxel];
-    let [to_row, to_column, across] = errors;
-    let by_row = to_row * (at(-1, 0) + at(1, 0) - 2.0 * own);
-    let by_column = to_column * (at(0, -1) + at(0, 1) - 2.0 * own);
-    let around = at(-1, -1) + at(-1, 1) + at(1, -1) + at(1, 1);
-    by_row.hypot(by_column).hypot(across * (around - 4.0 * own))
-}
-
 impl StandardErrors {
     /// For frames of a sensor; `level`: what a recording says of its noise.
     ///
@@ -130,6 +91,7 @@ impl StandardErrors {
             siemens: Frame::zeros(rows, columns),
             newtons: Frame::zeros(rows, columns),
             beyond: sensor.uncertainty().copied(),
+            beside: Beside::new(sensor),
             parts: Parts {
                 noise: Frame::zeros(rows, columns),
                 fit: Frame::zeros(rows, columns),
@@ -245,13 +207,13 @@ impl StandardErrors {
         }
         if let Some(beyond) = self.beyond {
             let columns = siemens.columns();
+            let near = self.beside.of(loads);
             let parts = fit.values_mut().iter_mut().zip(model.values_mut());
             for (taxel, ((fit, model), mark)) in parts.zip(marks.iter()).enumerate() {
                 (*fit, *model) = (0.0, 0.0);
                 if *mark != Mark::Absent {
                     let own = loads[taxel].abs();
-                    let near = NEAR_SHARE * heaviest_near(loads, columns, taxel);
-                    let (own, near) = (grams_from_newtons(own), grams_from_newtons(near));
+                    let (own, near) = (grams_from_newtons(own), grams_from_newtons(near[taxel]));
                     let spread = beyond
                         .spread_error
                         .map_or(0.0, |errors| by_spread(errors, loads, columns, taxel));
@@ -268,49 +230,5 @@ impl StandardErrors {
             *sigma = noise.hypot(fit.hypot(*model));
         }
         Ok(&self.newtons)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::material::Spread;
-
-    /// Against a spread that is undone with a share that is a little off: a lone load, an even contact, the edge.
-    #[test]
-    fn a_wrong_spread_leaves_what_it_says() {
-        let (rows, columns) = (7, 8);
-        let mut loads = vec![0.0; rows * columns];
-        loads[2 * columns + 2] = 600.0;
-        for row in 4..7 {
-            for column in 4..8 {
-                loads[row * columns + column] = 100.0;
-            }
-        }
-        let truth = [0.004, 0.003, 0.001];
-        let off = 5e-4;
-        for which in 0..3 {
-            let mut errors = [0.0; 3];
-            errors[which] = off;
-            let mut wrong = truth;
-            wrong[which] += off;
-            let (mut acting, mut found) = (loads.clone(), loads.clone());
-            Spread::new(truth).apply(columns, &loads, &mut acting);
-            let mut work = vec![0.0; loads.len()];
-            Spread::new(wrong).undo(columns, &[], &acting, &mut found, &mut work);
-            for taxel in 0..loads.len() {
-                let says = by_spread(errors, &loads, columns, taxel);
-                let is = (found[taxel] - loads[taxel]).abs();
-                assert!(
-                    (says - is).abs() < 0.03 * says.max(600.0 * off),
-                    "{which} {taxel}: {says} {is}"
-                );
-            }
-        }
-        // A press that stands alone: 600 g · 0.0005 beside it, twice that on it.
-        let says = |taxel| by_spread([off, 0.0, 0.0], &loads, columns, taxel);
-        assert!(
-            (says(columns + 2) - 0.3).abs() < 1e-12 && (says(2 * columns + 2) - 0.6).abs() < 1e-12
-        );
     }
 }

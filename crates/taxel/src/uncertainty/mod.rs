@@ -1,5 +1,6 @@
 //! How far to trust a number: the converter's noise and rounding carried through the inverse and the load law.
 
+mod beside;
 mod ceiling;
 mod conductance;
 mod figures;
