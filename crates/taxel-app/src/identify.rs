@@ -71,7 +71,7 @@ impl IdentifyFiles {
         };
         let (known, assumed) = match &self.sensor {
             Some(sensor) => (Known::of_sensor(sensor), Vec::new()),
-            None => assume(options, kept.most.max(most_of(&uniform)))?,
+            None => assume(options, &kept.frames, kept.most.max(most_of(&uniform)))?,
         };
         let stage = reporter.stage("fitting six read-outs");
         let identification = identify(&known, &kept.frames, &uniform, &Threads)?;
@@ -109,20 +109,53 @@ impl IdentifyFiles {
 }
 
 /// A sensor of which the recordings alone are known.
-fn assume(options: ReadOptions, most: f64) -> Result<(Known, Vec<String>), Error> {
+fn assume(
+    options: ReadOptions,
+    frames: &[Frame<Counts>],
+    most: f64,
+) -> Result<(Known, Vec<String>), Error> {
     let largest = |bits: u32| 2f64.powi(bits as i32) - 1.0;
     let bits = BITS
         .into_iter()
         .find(|&bits| largest(bits) >= most)
         .unwrap_or(32);
-    let known = Known::of_shape(options.rows, options.columns, bits)?;
-    let assumed = vec![
+    let mut known = Known::of_shape(options.rows, options.columns, bits)?;
+    let mut assumed = vec![
         format!("{} rows x {} columns", options.rows, options.columns),
         format!("a converter of {bits} bits: the largest reading is {most}"),
         "readings of 0 without any current, and V_t about the converter's full scale".to_owned(),
     ];
+    if let Some(least) = least_above_a_gap(frames, most) {
+        let floor = least - 1.0;
+        known = known.with_floor_count(floor)?;
+        assumed.push(format!(
+            "a recorder that writes 0 for {floor} counts and less: no reading lies between (in a sensor file converter.floor_count says it)"
+        ));
+    }
     Ok((known, assumed))
 }
+
+/// The least count that is not 0, where many readings are 0 and none is near it: a recorder has left out what was small. Of
+/// readings as they are, cross-talk makes all sizes.
+fn least_above_a_gap(frames: &[Frame<Counts>], most: f64) -> Option<f64> {
+    let readings = || frames.iter().flat_map(Frame::values).copied();
+    let all = readings().count();
+    let zeros = readings().filter(|count| *count <= 0.0).count();
+    let least = readings().filter(|count| *count > 0.0);
+    let least = least.fold(f64::INFINITY, f64::min);
+    let is_cut = zeros as f64 >= GAP_ZEROS * all as f64
+        && all - zeros >= GAP_READINGS
+        && least >= GAP_SHARE * most
+        && least >= GAP_COUNTS;
+    is_cut.then_some(least)
+}
+
+/// Share of the readings that are 0, and how many others there are, for a gap above 0 to be no chance.
+const GAP_ZEROS: f64 = 0.05;
+const GAP_READINGS: usize = 200;
+/// How wide it is at least, of the largest reading and in counts.
+const GAP_SHARE: f64 = 0.02;
+const GAP_COUNTS: f64 = 8.0;
 
 fn most_of(frames: &[Frame<Counts>]) -> f64 {
     let readings = frames.iter().flat_map(Frame::values);

@@ -152,6 +152,10 @@ pub(crate) fn push_number(out: &mut Vec<u8>, buffer: &mut zmij::Buffer, value: f
     // Counts and marks; minus nothing keeps its sign.
     let whole = value as u32;
     if f64::from(whole) == value && value.is_sign_positive() {
+        if whole < 10 {
+            out.push(b'0' + whole as u8);
+            return;
+        }
         out.extend_from_slice(itoa::Buffer::new().format(whole).as_bytes());
         return;
     }

@@ -389,7 +389,7 @@ impl FromSiemens {
             absent: sensor.absent().to_vec(),
             grams: vec![0.0; taxels],
             undone: vec![0.0; taxels],
-            work: vec![0.0; taxels],
+            work: vec![0.0; 2 * taxels],
         })
     }
 

@@ -38,8 +38,24 @@ pub enum BadKnots {
 pub struct Spline {
     x: Vec<f64>,
     y: Vec<f64>,
-    /// Second derivatives at the knots.
-    bend: Vec<f64>,
+    /// The line before the first knot, then what begins at each of them; the line beyond the last.
+    pieces: Vec<Piece>,
+}
+
+/// y = c₀ + c₁ t + c₂ t² + c₃ t³, t = x − from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Piece {
+    from: f64,
+    c: [f64; 4],
+}
+
+impl Piece {
+    #[inline(always)]
+    fn at(&self, x: f64) -> (f64, f64) {
+        let (t, [c0, c1, c2, c3]) = (x - self.from, self.c);
+        let value = c0 + t * (c1 + t * (c2 + t * c3));
+        (value, c1 + t * (2.0 * c2 + t * (3.0 * c3)))
+    }
 }
 
 impl Spline {
@@ -66,7 +82,7 @@ impl Spline {
         Ok(Self {
             x: x.to_vec(),
             y: y.to_vec(),
-            bend,
+            pieces: pieces(x, y, &bend),
         })
     }
 
@@ -77,24 +93,66 @@ impl Spline {
 
     /// Value and slope at `x`.
     pub fn at(&self, x: f64) -> (f64, f64) {
-        let n = self.x.len();
-        let last = self.x.partition_point(|&knot| knot <= x).clamp(1, n - 1);
-        let i = last - 1;
-        let width = self.x[last] - self.x[i];
-        let inside = x.clamp(self.x[0], self.x[n - 1]);
-        let (a, b) = (
-            (self.x[last] - inside) / width,
-            (inside - self.x[i]) / width,
-        );
-        let sixth = width * width / 6.0;
-        let value = a * self.y[i]
-            + b * self.y[last]
-            + sixth * ((a * a * a - a) * self.bend[i] + (b * b * b - b) * self.bend[last]);
-        let slope = (self.y[last] - self.y[i]) / width
-            + width / 6.0
-                * ((3.0 * b * b - 1.0) * self.bend[last] - (3.0 * a * a - 1.0) * self.bend[i]);
-        (value + (x - inside) * slope, slope)
+        self.pieces[self.x.partition_point(|&knot| knot <= x)].at(x)
     }
+
+    /// [`Self::at`] of several at once: every lane goes through all pieces, without a branch.
+    #[inline(always)]
+    pub(crate) fn at_each<const LANES: usize>(
+        &self,
+        x: &[f64; LANES],
+    ) -> ([f64; LANES], [f64; LANES]) {
+        let (mut from, mut c) = ([0.0; LANES], [[0.0; LANES]; 4]);
+        let first = &self.pieces[0];
+        for lane in 0..LANES {
+            from[lane] = first.from;
+            for (c, first) in c.iter_mut().zip(first.c) {
+                c[lane] = first;
+            }
+        }
+        for (knot, piece) in self.x.iter().zip(&self.pieces[1..]) {
+            for lane in 0..LANES {
+                let is_beyond = x[lane] >= *knot;
+                from[lane] = if is_beyond { piece.from } else { from[lane] };
+                for (c, of_piece) in c.iter_mut().zip(piece.c) {
+                    c[lane] = if is_beyond { of_piece } else { c[lane] };
+                }
+            }
+        }
+        let (mut values, mut slopes) = ([0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            let c = [c[0][lane], c[1][lane], c[2][lane], c[3][lane]];
+            let piece = Piece {
+                from: from[lane],
+                c,
+            };
+            (values[lane], slopes[lane]) = piece.at(x[lane]);
+        }
+        (values, slopes)
+    }
+}
+
+/// The pieces of a spline with these second derivatives at its knots.
+fn pieces(x: &[f64], y: &[f64], bend: &[f64]) -> Vec<Piece> {
+    let between = (1..x.len()).map(|i| {
+        let width = x[i] - x[i - 1];
+        let slope = (y[i] - y[i - 1]) / width - width / 6.0 * (2.0 * bend[i - 1] + bend[i]);
+        let third = (bend[i] - bend[i - 1]) / (6.0 * width);
+        Piece {
+            from: x[i - 1],
+            c: [y[i - 1], slope, bend[i - 1] / 2.0, third],
+        }
+    });
+    let mut pieces: Vec<Piece> = between.collect();
+    let line = |from: f64, value: f64, slope: f64| Piece {
+        from,
+        c: [value, slope, 0.0, 0.0],
+    };
+    let last = x.len() - 1;
+    let (_, slope) = pieces[last - 1].at(x[last]);
+    pieces.push(line(x[last], y[last], slope));
+    pieces.insert(0, line(x[0], y[0], pieces[0].c[1]));
+    pieces
 }
 
 fn check(x: &[f64], y: &[f64]) -> Result<(), BadKnots> {
@@ -152,6 +210,10 @@ mod tests {
     fn its_slope_is_the_derivative() {
         let spline = Spline::new(&[0.0, 1.0, 2.5, 4.0], &[1.0, 3.0, 2.0, 5.0]).unwrap();
         for at in [0.2, 1.7, 3.9] {
+            let (values, slopes) = spline.at_each(&[at, -1.0, 0.0, 4.0, 6.0]);
+            for (lane, x) in [at, -1.0, 0.0, 4.0, 6.0].into_iter().enumerate() {
+                assert_eq!((values[lane], slopes[lane]), spline.at(x));
+            }
             let numeric = (spline.at(at + 1e-6).0 - spline.at(at - 1e-6).0) / 2e-6;
             assert!((numeric - spline.at(at).1).abs() < 1e-6);
         }

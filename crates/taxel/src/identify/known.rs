@@ -38,6 +38,15 @@ impl Known {
         })
     }
 
+    /// The same with a recorder that writes as nothing what is this count or less.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for a count that no sensor file takes.
+    pub fn with_floor_count(mut self, count: f64) -> Result<Self, Error> {
+        self.sensor = (self.sensor).edited(|spec| spec.converter.floor_count = Some(count))?;
+        Ok(self)
+    }
+
     /// The read-out that the sensor file names; none without one.
     pub fn named(&self) -> Option<Topology> {
         self.from_file.then(|| self.sensor.readout().topology)

@@ -112,14 +112,9 @@ impl LoadLaw {
         let response = over.abs().ln() - scale;
         let mut ln_load = response / exponent;
         if let Some(bend) = &self.bend {
-            for _ in 0..20 {
-                let (value, slope) = bend.at(ln_load);
-                let step = (exponent * ln_load + value - response) / (exponent + slope).max(0.05);
-                ln_load -= step;
-                if step.abs() < 1e-12 {
-                    break;
-                }
-            }
+            let mut lane = [ln_load];
+            straighten(bend, &[exponent], &[response], &mut lane);
+            [ln_load] = lane;
         }
         let acting = ln_load.exp();
         let load = match self.saturation_load_g {
@@ -135,59 +130,85 @@ impl LoadLaw {
     /// # Panics
     /// When there are more loads than conductances, or than taxels that differ.
     pub fn grams_of_frame(&self, siemens: &[f64], grams: &mut [f64]) {
-        if self.bend.is_some() {
-            for (taxel, (grams, siemens)) in grams.iter_mut().zip(siemens).enumerate() {
-                *grams = self.grams_from_siemens(taxel, *siemens);
-            }
-            return;
-        }
         let n = grams.len();
         let siemens = &siemens[..n];
         match (&self.ln_scale[..], &self.exponent[..]) {
-            ([scale], [exponent]) => self.without_bend(siemens, grams, |_| *scale, |_| *exponent),
+            ([scale], [exponent]) => self.grams_of_each(siemens, grams, |_| *scale, |_| *exponent),
             ([scale], each) => {
                 let each = &each[..n];
-                self.without_bend(siemens, grams, |_| *scale, |t| each[t]);
+                self.grams_of_each(siemens, grams, |_| *scale, |t| each[t]);
             }
             (each, [exponent]) => {
                 let each = &each[..n];
-                self.without_bend(siemens, grams, |t| each[t], |_| *exponent);
+                self.grams_of_each(siemens, grams, |t| each[t], |_| *exponent);
             }
             (scales, exponents) => {
                 let (scales, exponents) = (&scales[..n], &exponents[..n]);
-                self.without_bend(siemens, grams, |t| scales[t], |t| exponents[t]);
+                self.grams_of_each(siemens, grams, |t| scales[t], |t| exponents[t]);
             }
         }
     }
 
     #[inline(always)]
-    fn without_bend(
+    fn grams_of_each(
         &self,
         siemens: &[f64],
         grams: &mut [f64],
         ln_scale: impl Fn(usize) -> f64,
         exponent: impl Fn(usize) -> f64,
     ) {
-        let g_zero = self.g_zero;
-        // 1/half of what never saturates.
-        let part = self.saturation_load_g.map_or(0.0, |half| 1.0 / half);
+        let (chunks, rest) = grams.as_chunks_mut::<LANES>();
+        let (of_chunks, of_rest) = siemens.as_chunks::<LANES>();
+        let whole = LANES * chunks.len();
         wide(
             #[inline(always)]
             || {
-                for (taxel, (grams, siemens)) in grams.iter_mut().zip(siemens).enumerate() {
-                    let over = siemens - g_zero;
-                    let response = elementary::ln(over.abs().max(f64::MIN_POSITIVE));
-                    let acting = elementary::exp((response - ln_scale(taxel)) / exponent(taxel));
-                    let load = acting / (1.0 - acting * part).max(0.01);
-                    // No load is none, and what is no number stays none.
-                    *grams = if over != 0.0 {
-                        load.copysign(over) + 0.0 * over
-                    } else {
-                        0.0
-                    };
+                for (k, (grams, siemens)) in chunks.iter_mut().zip(of_chunks).enumerate() {
+                    let taxel = |lane: usize| k * LANES + lane;
+                    let scales = std::array::from_fn(|lane| ln_scale(taxel(lane)));
+                    let exponents = std::array::from_fn(|lane| exponent(taxel(lane)));
+                    *grams = self.grams_of_lanes(siemens, scales, exponents);
                 }
             },
         );
+        for (lane, (grams, siemens)) in rest.iter_mut().zip(of_rest).enumerate() {
+            let taxel = whole + lane;
+            let (scale, exponent) = ([ln_scale(taxel)], [exponent(taxel)]);
+            [*grams] = self.grams_of_lanes(&[*siemens], scale, exponent);
+        }
+    }
+
+    #[inline(always)]
+    fn grams_of_lanes<const LANES: usize>(
+        &self,
+        siemens: &[f64; LANES],
+        ln_scale: [f64; LANES],
+        exponent: [f64; LANES],
+    ) -> [f64; LANES] {
+        let (mut ln_load, mut response) = ([0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            let over = (siemens[lane] - self.g_zero).abs();
+            response[lane] = elementary::ln(over.max(f64::MIN_POSITIVE)) - ln_scale[lane];
+            ln_load[lane] = response[lane] / exponent[lane];
+        }
+        if let Some(bend) = &self.bend {
+            straighten(bend, &exponent, &response, &mut ln_load);
+        }
+        // 1/half of what never saturates.
+        let part = self.saturation_load_g.map_or(0.0, |half| 1.0 / half);
+        let mut grams = [0.0; LANES];
+        for lane in 0..LANES {
+            let over = siemens[lane] - self.g_zero;
+            let acting = elementary::exp(ln_load[lane]);
+            let load = acting / (1.0 - acting * part).max(0.01);
+            // No load is none, and what is no number stays none.
+            grams[lane] = if over != 0.0 {
+                load.copysign(over) + 0.0 * over
+            } else {
+                0.0
+            };
+        }
+        grams
     }
 
     /// Conductance in siemens under a load in grams.
@@ -223,6 +244,42 @@ impl LoadLaw {
         let up = self.grams_from_siemens(taxel, siemens + step);
         let down = self.grams_from_siemens(taxel, siemens - step);
         (up - down) / (2.0 * step)
+    }
+}
+
+/// Taxels whose loads are found side by side.
+const LANES: usize = 8;
+const MAX_STEPS: usize = 20;
+/// The last step, of a logarithm.
+const LAST_STEP: f64 = 1e-12;
+/// A bend that turns the law's slope around is none that can be undone; no less than this is believed of it.
+const LEAST_SLOPE: f64 = 0.05;
+
+/// ln of the acting loads where exponent · ln load + bend(ln load) is the response, by Newton's steps from what it would be
+/// without a bend.
+#[inline(always)]
+fn straighten<const LANES: usize>(
+    bend: &Spline,
+    exponent: &[f64; LANES],
+    response: &[f64; LANES],
+    ln_load: &mut [f64; LANES],
+) {
+    for _ in 0..MAX_STEPS {
+        let (value, slope) = bend.at_each(ln_load);
+        let mut longest = 0f64;
+        for lane in 0..LANES {
+            let left = exponent[lane] * ln_load[lane] + value[lane] - response[lane];
+            let step = left / (exponent[lane] + slope[lane]).max(LEAST_SLOPE);
+            ln_load[lane] -= step;
+            longest = if step.abs() > longest {
+                step.abs()
+            } else {
+                longest
+            };
+        }
+        if longest < LAST_STEP {
+            break;
+        }
     }
 }
 

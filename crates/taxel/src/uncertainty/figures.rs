@@ -134,7 +134,7 @@ impl FigureErrors {
             weights: none(),
             rivals: Vec::new(),
             right: none(),
-            work: none(),
+            work: vec![0.0; 2 * taxels],
         })
     }
 
@@ -345,7 +345,7 @@ impl FigureErrors {
             }
             None => &self.weights,
         };
-        let right: &mut [f64] = &mut self.work;
+        let right = &mut self.work[..weights.len()];
         for (right, (weight, slope)) in right.iter_mut().zip(weights.iter().zip(&self.slope)) {
             *right = weight * slope;
         }
@@ -354,7 +354,9 @@ impl FigureErrors {
             is_known: &self.is_known,
             moved: &mut self.moved,
         };
-        let influence = self.adjoint.influence_of(&mut known, &self.work, TOLERANCE);
+        let influence =
+            self.adjoint
+                .influence_of(&mut known, &self.work[..self.weights.len()], TOLERANCE);
         self.sigma_volts * influence.iter().map(|x| x * x).sum::<f64>().sqrt()
     }
 

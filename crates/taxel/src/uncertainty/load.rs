@@ -28,6 +28,10 @@ pub struct StandardErrors {
     parts: Parts,
     is_known: Vec<bool>,
     moved: Vec<f64>,
+    /// Conductances one standard error off, and the loads that they stand for, grams.
+    off: Vec<f64>,
+    up: Vec<f64>,
+    down: Vec<f64>,
     /// Made for the first frame with readings at the ceiling: most streams have none.
     at_ceiling: Option<AtCeiling>,
 }
@@ -99,6 +103,9 @@ impl StandardErrors {
             },
             is_known: vec![false; rows * columns],
             moved: vec![0.0; rows * columns],
+            off: vec![0.0; rows * columns],
+            up: vec![0.0; rows * columns],
+            down: vec![0.0; rows * columns],
             at_ceiling: None,
         })
     }
@@ -190,19 +197,21 @@ impl StandardErrors {
     ) -> Result<&Frame<Newtons>, Error> {
         self.of_siemens(siemens, is_answer, marks);
         let law = self.law.as_ref().ok_or_else(LoadLaw::missing)?;
-        let errors = self.siemens.values().iter().zip(siemens.values());
+        let errors = self.siemens.values();
         let Parts { noise, fit, model } = &mut self.parts;
-        for (taxel, (noise, (&error, &value))) in
-            noise.values_mut().iter_mut().zip(errors).enumerate()
-        {
-            *noise = if marks[taxel] == Mark::Absent {
-                0.0
-            } else if error.is_finite() {
-                let up = law.grams_from_siemens(taxel, value + error);
-                let down = law.grams_from_siemens(taxel, value - error);
-                newtons_from_grams((up - down) / 2.0)
-            } else {
-                f64::INFINITY
+        for (one_error, grams) in [(1.0, &mut self.up), (-1.0, &mut self.down)] {
+            let both = siemens.values().iter().zip(errors);
+            for (off, (value, error)) in self.off.iter_mut().zip(both) {
+                *off = value + one_error * error;
+            }
+            law.grams_of_frame(&self.off, grams);
+        }
+        let each = noise.values_mut().iter_mut().zip(marks.iter()).zip(errors);
+        for (((noise, mark), error), (up, down)) in each.zip(self.up.iter().zip(&self.down)) {
+            *noise = match mark {
+                Mark::Absent => 0.0,
+                _ if error.is_finite() => newtons_from_grams((up - down) / 2.0),
+                _ => f64::INFINITY,
             };
         }
         if let Some(beyond) = self.beyond {

@@ -101,7 +101,7 @@ fn weights(sensor: &Sensor) -> Vec<f64> {
         return Vec::new();
     };
     let ones = vec![1.0; sensor.rows() * sensor.columns()];
-    let (mut weights, mut work) = (ones.clone(), ones.clone());
+    let (mut weights, mut work) = (ones.clone(), vec![0.0; 2 * ones.len()]);
     Spread::new(spread).undo(
         sensor.columns(),
         sensor.absent(),
