@@ -2,7 +2,27 @@
 
 use std::fmt::Write;
 
+use taxel::Sensor;
 use taxel_app::conversion::tally::Tally;
+use taxel_app::units::Unit;
+
+use crate::out;
+
+/// Warns where pressures are asked for and a taxel is stated to be larger than its lines leave room for.
+pub(crate) fn warn_of_areas(sensor: &Sensor, unit: Unit) {
+    let is_pressure = matches!(unit, Unit::Kilopascals | Unit::Megapascals);
+    if let Some(areas) = sensor.taxel_beyond_cell_mm2().filter(|_| is_pressure) {
+        out::warn(&area_beyond_cell(areas));
+    }
+}
+
+/// The same in words: area of a taxel and of its cell, mm².
+pub(crate) fn area_beyond_cell([area, cell]: [f64; 2]) -> String {
+    format!(
+        "array.taxel_area_mm2 is {area:.1} mm², and the lines leave a taxel {cell:.1} mm² (array.pitch_mm): pressures are {:.0} % too low if the second is right",
+        100.0 * (1.0 - cell / area)
+    )
+}
 
 /// The lines; none where nothing is to be doubted.
 pub(crate) fn doubts(tally: &Tally) -> String {

@@ -58,8 +58,8 @@ fn standard_errors_agree_with_the_scatter_of_noisy_solves() {
     }
 }
 
-/// Each of 32 probes' root mean square is uncertain by an eighth; 64 taxels stay within four times that, and
-/// their mean is not biased.
+/// Each of 32 probes' root mean square is uncertain by an eighth at most, and the less the more a taxel hangs on its own
+/// reading; their mean is not biased.
 #[test]
 fn probes_agree_with_the_dense_derivative() {
     for topology in Topology::ALL {
@@ -68,13 +68,25 @@ fn probes_agree_with_the_dense_derivative() {
         let mut point = inversion.circuit.point();
         let mut by = |how| standard_errors_by(how, &mut point, truth.values(), 1e-4).unwrap();
         let (dense, probes) = (by(Uncertainty::Dense), by(Uncertainty::Probes(32)));
-        let mut mean = 0.0;
+        let (mut mean, mut worst) = (0.0, 0f64);
         for (dense, probes) in dense.iter().zip(&probes) {
             let ratio = probes / dense;
-            assert!((ratio - 1.0).abs() < 0.5, "{}: {ratio}", inversion.label);
+            worst = worst.max((ratio - 1.0).abs());
             mean += ratio / 64.0;
         }
-        assert!((mean - 1.0).abs() < 0.1, "{}: mean {mean}", inversion.label);
+        // Measured: 0.05, 0.06 and 0.06 of amplifiers and voltage feedback, 0.13, 0.17 and 0.24.
+        let bound = match topology {
+            Topology::DividerGroundedColumns => 0.17,
+            Topology::DividerPulledRows => 0.22,
+            Topology::DividerFloating => 0.31,
+            _ => 0.075,
+        };
+        assert!(worst < bound, "{}: {worst}", inversion.label);
+        assert!(
+            (mean - 1.0).abs() < 0.022,
+            "{}: mean {mean}",
+            inversion.label
+        );
     }
 }
 

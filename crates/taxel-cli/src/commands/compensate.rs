@@ -9,6 +9,7 @@ use std::time::Instant;
 use taxel::Sensor;
 use taxel::metric::CONTACT_NEWTONS;
 
+use crate::doubts::warn_of_areas;
 use crate::error::Error;
 use crate::outputs::{Files, check_ending};
 use crate::progress::{Progress, Terminal};
@@ -116,6 +117,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
             "noise only: the sensor file has no [uncertainty], which `taxel calibrate` writes, so that standard errors and intervals are too small",
         );
     }
+    warn_of_areas(&sensor, unit);
     let outputs = Outputs::create(
         &files,
         Written {

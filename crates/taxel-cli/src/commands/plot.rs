@@ -15,6 +15,7 @@ use taxel_plot::{Extent, Format, Interpolation};
 
 use super::positive::lines;
 use super::taxel_address::TaxelAddress;
+use crate::doubts::warn_of_areas;
 use crate::error::Error;
 use crate::outputs::Files;
 use crate::values;
@@ -146,6 +147,9 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         .check()?;
     let extent = args.look.extent(&args.output, format)?;
     let job = Job::new(args, extent)?;
+    if let (Some(sensor), Some(unit)) = (&job.sensor, job.unit) {
+        warn_of_areas(sensor, unit);
+    }
     let lines = job.lines()?;
     let mut file = AtomicFile::create(&args.output)?;
     if let Some(format) = format {

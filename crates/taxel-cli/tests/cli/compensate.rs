@@ -55,11 +55,28 @@ fn units_are_multiples_of_each_other() {
     };
     let (grams, newtons) = (largest("g"), largest("N"));
     assert!((newtons / grams / 9.80665e-3 - 1.0).abs() < 1e-12);
-    // 5 mm² a taxel.
+    // 5 mm² a taxel, which is more than lines 2 mm apart leave it.
     assert!((largest("kPa") / newtons / 200.0 - 1.0).abs() < 1e-12);
     assert!((largest("MPa") / newtons / 0.2 - 1.0).abs() < 1e-12);
     assert!(largest("siemens") < 0.01);
     assert!(largest("volts") < 0.01);
+    for command in ["compensate", "plot"] {
+        for (unit, warns) in [("kPa", true), ("N", false)] {
+            let file = if command == "plot" {
+                "out.svg"
+            } else {
+                "out.csv"
+            };
+            let run = folder.good(&format!(
+                "{command} recording.txt --sensor sensor.toml --unit {unit} -o {file}"
+            ));
+            assert_eq!(
+                run.err.contains("pressures are 20 % too low"),
+                warns,
+                "{run}"
+            );
+        }
+    }
 }
 
 #[test]

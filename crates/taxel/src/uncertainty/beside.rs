@@ -107,7 +107,8 @@ pub(super) fn by_spread(errors: [f64; 3], loads: &[f64], columns: usize, taxel: 
     let by_row = to_row * (at(-1, 0) + at(1, 0) - 2.0 * own);
     let by_column = to_column * (at(0, -1) + at(0, 1) - 2.0 * own);
     let around = at(-1, -1) + at(-1, 1) + at(1, -1) + at(1, 1);
-    by_row.hypot(by_column).hypot(across * (around - 4.0 * own))
+    let by_corner = across * (around - 4.0 * own);
+    (by_row * by_row + by_column * by_column + by_corner * by_corner).sqrt()
 }
 
 #[cfg(test)]

@@ -236,7 +236,7 @@ impl StandardErrors {
             .iter()
             .zip(fit.values().iter().zip(model.values()));
         for (sigma, (noise, (fit, model))) in self.newtons.values_mut().iter_mut().zip(parts) {
-            *sigma = noise.hypot(fit.hypot(*model));
+            *sigma = (noise * noise + fit * fit + model * model).sqrt();
         }
         Ok(&self.newtons)
     }

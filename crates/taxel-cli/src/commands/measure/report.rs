@@ -8,7 +8,7 @@ use taxel::frame::grams_from_newtons;
 use taxel_plot::report::{Cell, Table};
 
 use super::Args;
-use crate::doubts::doubts;
+use crate::doubts::{area_beyond_cell, doubts};
 use crate::out;
 use taxel_app::conversion::tally::{NamedFrame, Tally};
 use taxel_app::figures::Figure;
@@ -107,11 +107,8 @@ impl<'a> Report<'a> {
             ));
         }
         self.tell_of_changes();
-        if let Some([area, cell]) = self.areas_mm2 {
-            out::warn(&format!(
-                "array.taxel_area_mm2 is {area:.1} mm², and the lines leave a taxel {cell:.1} mm² (array.pitch_mm): pressures are {:.0} % too low if the second is right",
-                100.0 * (1.0 - cell / area)
-            ));
+        if let Some(areas) = self.areas_mm2 {
+            out::warn(&area_beyond_cell(areas));
         }
         if !self.is_handle {
             out::note(
