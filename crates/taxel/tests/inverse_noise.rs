@@ -280,11 +280,11 @@ fn a_stream_stops_where_rounding_hides_the_rest_and_unrounded_volts_do_not() {
 
 #[test]
 fn so_does_one_under_a_sheet() {
-    // Of three seeds each, these leave the most: 0.39 standard errors and 2.7e-9.
+    // Of seeds 1 to 3 of each sheet the one that leaves the most in either way; measured: 0.28 and 2.7e-9, 0.32 and 1.5e-9, 0.39 and 9.7e-10.
     for (ohms, factor, seed, bounds) in [
-        (40e3, 3.0, 2, [0.4, 3.4e-9]),
-        (12e3, 3.0, 1, [0.4, 3.4e-9]),
-        (8e3, 2.0, 3, [0.5, 3.4e-9]),
+        (40e3, 3.0, 2, [0.37, 3.4e-9]),
+        (12e3, 3.0, 1, [0.4, 1.9e-9]),
+        (8e3, 2.0, 3, [0.5, 1.25e-9]),
     ] {
         let worst = worst_left(Some(SheetSpec::new(ohms, factor)), &[seed]);
         println!("{ohms} {factor}: {worst:?}");

@@ -127,52 +127,42 @@ impl Spread {
     ) {
         wide(
             #[inline(always)]
-            || self.iterate(columns, absent, effective, loads, work),
+            || {
+                let enough = TOLERANCE * largest(effective);
+                let [least, most] = self.eigenvalues();
+                let least = least.max(LEAST_EIGENVALUE);
+                let (middle, half) = ((most + least) / 2.0, (most - least) / 2.0);
+                for (load, effective) in loads.iter_mut().zip(effective) {
+                    *load = effective / middle;
+                }
+                clear(loads, absent);
+                if half <= f64::EPSILON {
+                    return;
+                }
+                let (now, step) = work[..2 * loads.len()].split_at_mut(loads.len());
+                step.copy_from_slice(loads);
+                let sigma = middle / half;
+                let mut rho = 1.0 / sigma;
+                for _ in 0..MAX_ITERATIONS {
+                    self.rows(columns, loads, now);
+                    let next = 1.0 / (2.0 * sigma - rho);
+                    let (of_step, of_rest) = (next * rho, 2.0 * next / half);
+                    rho = next;
+                    for (now, effective) in now.iter_mut().zip(effective) {
+                        *now = effective - *now;
+                    }
+                    clear(now, absent);
+                    let each = loads.iter_mut().zip(&*now).zip(&mut *step);
+                    for ((load, now), step) in each {
+                        *step = of_step * *step + of_rest * now;
+                        *load += *step;
+                    }
+                    if largest(now) <= enough {
+                        break;
+                    }
+                }
+            },
         );
-    }
-
-    #[inline(always)]
-    fn iterate(
-        &self,
-        columns: usize,
-        absent: &[bool],
-        effective: &[f64],
-        loads: &mut [f64],
-        work: &mut [f64],
-    ) {
-        let enough = TOLERANCE * largest(effective);
-        let [least, most] = self.eigenvalues();
-        let least = least.max(LEAST_EIGENVALUE);
-        let (middle, half) = ((most + least) / 2.0, (most - least) / 2.0);
-        for (load, effective) in loads.iter_mut().zip(effective) {
-            *load = effective / middle;
-        }
-        clear(loads, absent);
-        if half <= f64::EPSILON {
-            return;
-        }
-        let (now, step) = work[..2 * loads.len()].split_at_mut(loads.len());
-        step.copy_from_slice(loads);
-        let sigma = middle / half;
-        let mut rho = 1.0 / sigma;
-        for _ in 0..MAX_ITERATIONS {
-            self.rows(columns, loads, now);
-            let next = 1.0 / (2.0 * sigma - rho);
-            let (of_step, of_rest) = (next * rho, 2.0 * next / half);
-            rho = next;
-            for (now, effective) in now.iter_mut().zip(effective) {
-                *now = effective - *now;
-            }
-            clear(now, absent);
-            let each = loads.iter_mut().zip(&*now).zip(&mut *step);
-            for ((load, now), step) in each {
-                *step = of_step * *step + of_rest * now;
-                *load += *step;
-            }
-            if largest(now) <= enough {
-                break;
-            }
-        }
     }
 }
 

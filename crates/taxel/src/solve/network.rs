@@ -173,10 +173,7 @@ impl Network {
                 }
             },
         );
-        let most = |lanes: [f64; LANES]| lanes.into_iter().fold(0f64, f64::max);
-        // A value that is no number is not larger than anything: multiplying lets it through.
-        let finite = self.d.iter().map(|d| d * 0.0).sum::<f64>();
-        (most(largest), most(change) + finite)
+        (most(largest), most(change) + finite(&self.d))
     }
 
     /// The couplings that follow from G.
@@ -241,6 +238,16 @@ pub(super) fn take<T: Number>(
         raise(&mut change[0], (*value - *g).size());
         *g = *value;
     }
+}
+
+/// The largest of maxima that were kept side by side.
+pub(super) fn most<T: Number>(lanes: [T; LANES]) -> f64 {
+    lanes.into_iter().map(T::double).fold(0.0, f64::max)
+}
+
+/// 0, or what is no number where one of these is none: that is not larger than anything, and multiplying lets it through.
+pub(super) fn finite<T: Number>(values: &[T]) -> f64 {
+    values.iter().map(|value| value.double() * 0.0).sum()
 }
 
 #[inline(always)]

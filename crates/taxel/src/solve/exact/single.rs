@@ -1,6 +1,6 @@
 //! A round in single precision, which takes half of the time: products, couplings of a sheet, changes.
 
-use super::super::network::{LANES, Network, take};
+use super::super::network::{LANES, Network, finite, most, take};
 use super::super::sideways::Tridiagonal;
 use super::rounds::FLOOR;
 use super::state::unpack;
@@ -174,15 +174,6 @@ impl Single {
     pub(super) fn conductances_into(&self, g: &mut [f64]) {
         widen(g, &self.g);
     }
-}
-
-fn most(lanes: [f32; LANES]) -> f64 {
-    f64::from(lanes.into_iter().fold(0f32, f32::max))
-}
-
-/// 0, or what is no number where one of these is none: that is not larger than anything, and multiplying lets it through.
-fn finite<T: Number>(values: &[T]) -> f64 {
-    values.iter().map(|value| value.double() * 0.0).sum()
 }
 
 fn widen(out: &mut [f64], values: &[f32]) {
