@@ -300,9 +300,9 @@ pub enum Error {
         /// Frames there are.
         frames: usize,
     },
-    /// A labelled press on a line that says nothing.
+    /// More labelled presses on lines that say nothing than can be left out in good faith.
     #[error(
-        "the press at row {row}, column {column} (frame {frame}) lies on {line}, which is dead\nhint: remove its line from the experiments, or repair the sensor: a dead line's readings carry no load"
+        "{on_dead_lines} of {presses} presses lie on dead lines; the first at row {row}, column {column} (frame {frame}), on {line}\nhint: are rows and columns of the labels swapped, or is the array wired in another order? A dead line's readings carry no load"
     )]
     PressOnDeadLine {
         /// Row of the label.
@@ -313,6 +313,10 @@ pub enum Error {
         frame: usize,
         /// The dead line, such as `row 11`.
         line: String,
+        /// Presses on dead lines.
+        on_dead_lines: usize,
+        /// Presses there are.
+        presses: usize,
     },
     /// A labelled press where there is no taxel.
     #[error(

@@ -5,7 +5,7 @@ use crate::circuit::Converter;
 use crate::estimate::LoadEstimator;
 use crate::frame::newtons_from_grams;
 use crate::material::{DynamicLaw, HysteresisState, LoadLaw, Spread};
-use crate::screen::{FrameScreen, LineFaults, repair, repair_readings, stand_in};
+use crate::screen::{FrameScreen, LineFaults, LowerEnd, repair, repair_readings, stand_in};
 use crate::sensor::{Material, ScreenSpec, mark_absent};
 use crate::solve::{Method, Outcome, Solver, Stop};
 use crate::{Counts, Error, Frame, Mark, Newtons, Sensor, Siemens, Volts};
@@ -79,6 +79,7 @@ impl<'a> FrameResult<'a> {
 pub struct Pipeline {
     converter: Converter,
     screen: FrameScreen,
+    lower_end: Option<LowerEnd>,
     stage: Stage,
     /// What the sensor file says of its lines, whatever a recording shows.
     declared: ScreenSpec,
@@ -148,9 +149,14 @@ impl Pipeline {
         let (rows, columns) = (sensor.rows(), sensor.columns());
         let mut screen = FrameScreen::from_sensor(sensor);
         screen.set_lines(&LineFaults::from_spec(sensor.screen()));
+        let lower_end = match stage {
+            Stage::Solve { .. } => LowerEnd::from_sensor(sensor),
+            Stage::Nothing | Stage::Estimate(_) => None,
+        };
         Self {
             converter: Converter::from_sensor(sensor),
             screen,
+            lower_end,
             declared: sensor.screen().clone(),
             stage,
             repair: if sensor.screen().repair {
@@ -218,6 +224,9 @@ impl Pipeline {
             .expect("the frame has the sensor's shape");
         self.converter
             .volts_from_counts_into(&self.counts, &mut self.volts);
+        self.lower_end
+            .iter_mut()
+            .for_each(|end| end.take(&self.counts));
         self.finish(true)
     }
 
@@ -229,6 +238,7 @@ impl Pipeline {
     pub fn process_screened(&mut self, counts: &Frame<Counts>) -> FrameResult<'_> {
         self.converter
             .volts_from_counts_into(counts, &mut self.volts);
+        self.lower_end.iter_mut().for_each(|end| end.take(counts));
         self.finish(true)
     }
 
@@ -308,11 +318,26 @@ impl Pipeline {
             }
             Stage::Solve { .. } => {
                 self.solve(is_rounded);
+                if is_rounded && self.has_stuck_at_lower_end() {
+                    self.solve(is_rounded);
+                }
                 self.find_loads();
             }
             Stage::Estimate(_) => self.estimate(),
         }
         self.result()
+    }
+
+    /// Marks readings that the circuit leaves no load for; whether there are any.
+    fn has_stuck_at_lower_end(&mut self) -> bool {
+        let Some(lower_end) = self.lower_end.as_mut().filter(|_| self.outcome.is_answer()) else {
+            return false;
+        };
+        let stuck = lower_end.unexplained(self.siemens.values(), self.screen.level());
+        for &taxel in stuck {
+            self.volts.marks[taxel] = Mark::Stuck;
+        }
+        !stuck.is_empty()
     }
 
     fn solve(&mut self, is_rounded: bool) {

@@ -3,9 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::noise;
-use super::silent::{add_silent, comes_and_goes, is_unloaded, mark_silent};
+use super::readable::readable;
+use super::silent::{add_silent, mark_silent};
 use super::{CalibrationData, PressLabel};
-use crate::screen::{Axis, FrameScreen, Level, LineFaults, LineScreen, ScreenOptions};
+use crate::screen::{FrameScreen, Level, LineFaults, LineScreen, ScreenOptions};
 use crate::{Counts, Error, Frame, Mark, Sensor};
 
 /// Presses on fewer taxels than this say nothing of how taxels differ.
@@ -301,110 +302,6 @@ fn least_load_at_ceiling(sensor: &Sensor, data: &CalibrationData, given: &[usize
     (at.len() >= MIN_AT_CEILING && least > middle).then_some(least)
 }
 
-/// Those of the presses given that can be read, and why the others cannot.
-fn readable(
-    faults: &LineFaults,
-    data: &CalibrationData,
-    given: &[usize],
-    marked: &[Frame<Counts>],
-) -> Result<(Vec<usize>, Vec<String>), Error> {
-    let (mut kept, mut left_out) = (Vec::new(), Vec::new());
-    for &i in given {
-        let press = &data.presses[i];
-        let dead = |axis, line| faults.dead(axis).any(|dead| dead == line);
-        for (axis, line) in [(Axis::Row, press.row), (Axis::Column, press.column)] {
-            if dead(axis, line) {
-                return Err(Error::PressOnDeadLine {
-                    row: press.row,
-                    column: press.column,
-                    frame: data.number_of(press.frame),
-                    line: format!("{axis} {line}"),
-                });
-            }
-        }
-        let frame = &marked[press.frame];
-        let named = format!(
-            "the press of {} g at row {}, column {} (frame {})",
-            (1e4 * press.load_g).round() / 1e4,
-            press.row,
-            press.column,
-            data.number_of(press.frame)
-        );
-        match frame.mark_at(press.row, press.column) {
-            Mark::Good if is_out(faults, press, frame.at(press.row, press.column)) => {
-                left_out.push(format!(
-                    "{named}: it reads nothing, and its line comes and goes"
-                ));
-            }
-            Mark::Good => kept.push(i),
-            mark => left_out.push(format!("{named}: its reading is {}", mark.word())),
-        }
-    }
-    leave_out_beside_ceiling(data, marked, &mut kept, &mut left_out);
-    Ok((kept, left_out))
-}
-
-/// Whether a press reads nothing on a line that comes and goes, and was out.
-fn is_out(faults: &LineFaults, press: &PressLabel, counts: f64) -> bool {
-    comes_and_goes(faults, press.row, press.column)
-        && press.load_g > 0.0
-        && is_unloaded(faults, counts)
-}
-
-/// Fewest presses that are enough without those beside readings at the ceiling.
-const MIN_CLEAR: usize = 16;
-
-/// Leaves out presses whose lines carry another reading at the converter's ceiling, where enough others are left: of what
-/// presses there only a lower bound is known, and with it of what it does to its lines.
-fn leave_out_beside_ceiling(
-    data: &CalibrationData,
-    marked: &[Frame<Counts>],
-    kept: &mut Vec<usize>,
-    left_out: &mut Vec<String>,
-) {
-    let is_clear = |&i: &usize| {
-        let press = &data.presses[i];
-        let lines = LinesAtCeiling::of(&marked[press.frame]);
-        !lines.cross_at(press.row, press.column)
-    };
-    let clear: Vec<usize> = kept.iter().copied().filter(is_clear).collect();
-    if clear.len() < MIN_CLEAR || clear.len() == kept.len() {
-        return;
-    }
-    left_out.push(format!(
-        "{} presses whose row or column carries another reading at the converter's ceiling",
-        kept.len() - clear.len()
-    ));
-    *kept = clear;
-}
-
-/// The lines of a frame that carry a reading at the converter's ceiling.
-pub(super) struct LinesAtCeiling {
-    rows: Vec<bool>,
-    columns: Vec<bool>,
-}
-
-impl LinesAtCeiling {
-    pub(super) fn of(frame: &Frame<Counts>) -> Self {
-        let mut lines = Self {
-            rows: vec![false; frame.rows()],
-            columns: vec![false; frame.columns()],
-        };
-        for (taxel, mark) in frame.marks().iter().enumerate() {
-            if *mark == Mark::Saturated {
-                lines.rows[taxel / frame.columns()] = true;
-                lines.columns[taxel % frame.columns()] = true;
-            }
-        }
-        lines
-    }
-
-    /// Whether one of them is a taxel's own.
-    pub(super) fn cross_at(&self, row: usize, column: usize) -> bool {
-        self.rows[row] || self.columns[column]
-    }
-}
-
 /// Mean frames by load. Frames in which a line was out load the others differently, so they only serve
 /// where there is no other.
 fn levels(uniform: &[(Frame<Counts>, f64)]) -> Vec<LevelFrame> {
@@ -422,15 +319,7 @@ fn levels(uniform: &[(Frame<Counts>, f64)]) -> Vec<LevelFrame> {
             let frames = || uniform.iter().filter(move |u| u.1 == load_g).map(|u| &u.0);
             let least = frames().map(out).min().unwrap_or(0);
             let chosen: Vec<&Frame<Counts>> = frames().filter(|f| out(f) == least).collect();
-            let mut counts = chosen[0].clone();
-            for taxel in 0..counts.values().len() {
-                let good = chosen.iter().filter(|f| f.marks()[taxel] == Mark::Good);
-                let good: Vec<f64> = good.map(|f| f.values()[taxel]).collect();
-                if let Some(mean) = mean_of_alike(&good) {
-                    counts.values_mut()[taxel] = mean;
-                    counts.marks_mut()[taxel] = Mark::Good;
-                }
-            }
+            let counts = mean_frame(&chosen);
             LevelFrame {
                 typical_counts: typical(&counts).max(1.0),
                 counts,
@@ -441,19 +330,47 @@ fn levels(uniform: &[(Frame<Counts>, f64)]) -> Vec<LevelFrame> {
         .collect()
 }
 
-/// Readings of one load that are farther from their median, a share of it, are faults.
-const REPEATS: f64 = 0.2;
-
-/// The mean of a taxel's readings under one load, counts or volts, without those that are stuck in one frame.
-pub(super) fn mean_of_alike(counts: &[f64]) -> Option<f64> {
-    let middle = crate::stats::median(counts.iter().copied())?;
-    let near = |count: &f64| (count - middle).abs() <= REPEATS * middle.abs();
-    crate::stats::mean(counts.iter().copied().filter(near)).or(Some(middle))
+/// Of every taxel the mean of what is good in frames of one load, without what is stuck in one of them.
+pub(super) fn mean_frame<Q: Clone>(frames: &[&Frame<Q>]) -> Frame<Q> {
+    let mut mean = frames[0].clone();
+    let usual: Vec<f64> = frames.iter().map(|frame| typical(frame)).collect();
+    let usual = super::least_squares::median(&usual);
+    for taxel in 0..mean.values().len() {
+        let good = frames.iter().filter(|f| f.marks()[taxel] == Mark::Good);
+        let good: Vec<f64> = good.map(|f| f.values()[taxel]).collect();
+        if let Some(reading) = mean_of_alike(&good, usual) {
+            mean.values_mut()[taxel] = reading;
+            mean.marks_mut()[taxel] = Mark::Good;
+        }
+    }
+    mean
 }
 
-/// Median reading of the taxels there are, counts.
-pub(super) fn typical(counts: &Frame<Counts>) -> f64 {
-    let there = counts.values().iter().zip(counts.marks());
+/// Readings of one load that are farther from their median, a share of it, are faults.
+const REPEATS: f64 = 0.2;
+/// Readings of one load that differ by more than this factor are not the same reading twice.
+const DISAGREE: f64 = 2.0;
+
+/// The mean of a taxel's readings under one load without those that are stuck in one frame. Where half of them are, nothing
+/// lies in the middle, and that one counts which is nearest to what taxels usually read.
+fn mean_of_alike(readings: &[f64], usual: f64) -> Option<f64> {
+    let middle = crate::stats::median(readings.iter().copied())?;
+    let near = |reading: &f64| (reading - middle).abs() <= REPEATS * middle.abs();
+    if let Some(mean) = crate::stats::mean(readings.iter().copied().filter(near)) {
+        return Some(mean);
+    }
+    let apart = |a: f64, b: f64| (a / b).max(f64::MIN_POSITIVE).ln().abs();
+    let by_distance = |a: &f64, b: &f64| apart(*a, usual).total_cmp(&apart(*b, usual));
+    let nearest = readings.iter().copied().min_by(by_distance)?;
+    let agree = readings
+        .iter()
+        .all(|&reading| apart(reading, nearest) <= DISAGREE.ln());
+    Some(if agree { middle } else { nearest })
+}
+
+/// Median reading of the taxels there are.
+pub(super) fn typical<Q>(frame: &Frame<Q>) -> f64 {
+    let there = frame.values().iter().zip(frame.marks());
     let there = there.filter(|(_, mark)| **mark != Mark::Absent);
     super::least_squares::median(&there.map(|(value, _)| *value).collect::<Vec<f64>>())
 }

@@ -2,10 +2,10 @@
 
 use super::LawChoice;
 use super::evaluate::{Evaluator, GHOSTS};
-use super::evidence::LinesAtCeiling;
 use super::fit_law::fit_law;
 use super::least_squares::{Fit, Settings, fit, median, robust_deviation, step};
 use super::model::{Model, Unknown, any_moves_frames, with_switches};
+use super::readable::LinesAtCeiling;
 use super::terms::{MisfitTerm, Told};
 use crate::sensor::PerLine;
 use crate::stats;

@@ -25,6 +25,7 @@ mod polish;
 mod posterior;
 mod presses;
 mod priors;
+mod readable;
 mod report;
 mod residuals;
 mod scatter;

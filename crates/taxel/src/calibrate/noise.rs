@@ -11,17 +11,25 @@ const KEPT: f64 = 0.98;
 /// Standard deviation of a normal number over that of its part within that share.
 const OF_WHOLE: f64 = 1.070;
 
-/// Standard deviation of a reading without its rounding, counts, by frames of even loads (grams) in the order in which they were
-/// taken; `None` where too few follow one of the same load.
+/// Standard deviation of a reading without its rounding, counts, by frames of even loads (grams); `None` where too few
+/// are of the same load, with the same lines out.
 pub(super) fn by_alike_frames(uniform: &[(Frame<Counts>, f64)], max_count: f64) -> Option<f64> {
-    let alike = uniform.windows(2).filter(|pair| pair[0].1 == pair[1].1);
+    // Where lines are left open, one that is out moves every other reading.
+    let mut of_a_kind: Vec<(&Frame<Counts>, f64, Vec<usize>)> = uniform
+        .iter()
+        .map(|(frame, load)| (frame, *load, out(frame)))
+        .collect();
+    of_a_kind.sort_by(|a, b| a.1.total_cmp(&b.1).then_with(|| a.2.cmp(&b.2)));
+    let alike = of_a_kind
+        .windows(2)
+        .filter(|pair| (pair[0].1, &pair[0].2) == (pair[1].1, &pair[1].2));
     let is_told = |frame: &Frame<Counts>, at: usize| {
         let count = frame.values()[at];
         frame.marks()[at] == Mark::Good && count > 0.0 && count < max_count
     };
     let mut squares: Vec<f64> = alike
         .flat_map(|pair| {
-            let (before, now) = (&pair[0].0, &pair[1].0);
+            let (before, now) = (pair[0].0, pair[1].0);
             let taxels =
                 (0..now.values().len()).filter(|&at| is_told(before, at) && is_told(now, at));
             taxels.map(|at| (now.values()[at] - before.values()[at]).powi(2))
@@ -35,6 +43,13 @@ pub(super) fn by_alike_frames(uniform: &[(Frame<Counts>, f64)], max_count: f64) 
     let mean = squares.iter().sum::<f64>() / squares.len() as f64;
     let variance = 0.5 * mean * OF_WHOLE * OF_WHOLE - ROUNDING_COUNTS * ROUNDING_COUNTS;
     Some(variance.max(0.0).sqrt())
+}
+
+/// Taxels whose lines are out.
+fn out(frame: &Frame<Counts>) -> Vec<usize> {
+    let marks = frame.marks().iter().enumerate();
+    let out = marks.filter(|(_, mark)| mark.is_out());
+    out.map(|(taxel, _)| taxel).collect()
 }
 
 #[cfg(test)]
@@ -61,6 +76,22 @@ mod tests {
                 .map(&mut frame)
                 .collect();
             assert_eq!(by_alike_frames(&apart, 1e4), None);
+            // In every other frame a column is out, and all others read more.
+            let shifted: Vec<_> = (0..6)
+                .map(|turn| {
+                    let (mut counts, load) = frame(100.0);
+                    if turn % 2 == 1 {
+                        counts
+                            .values_mut()
+                            .iter_mut()
+                            .for_each(|count| *count += 20.0);
+                        (0..16).for_each(|row| counts.marks_mut()[16 * row + 3] = Mark::Flickering);
+                    }
+                    (counts, load)
+                })
+                .collect();
+            let found = by_alike_frames(&shifted, 1e4).unwrap();
+            assert!((found / sigma - 1.0).abs() < 0.1, "{found} for {sigma}");
         }
     }
 }

@@ -38,6 +38,7 @@
 //! ```
 
 mod axis;
+mod end;
 mod frame;
 mod level;
 mod line;
@@ -51,6 +52,7 @@ mod spike;
 mod tally;
 
 pub use axis::Axis;
+pub(crate) use end::LowerEnd;
 pub use frame::FrameScreen;
 pub use level::{Level, LevelScreen};
 pub use line::{LineFault, LineFaultKind, LineFaults, LineScreen};

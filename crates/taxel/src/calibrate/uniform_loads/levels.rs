@@ -1,6 +1,6 @@
 //! What there is to fit to: readings under every load, and the lines that are out.
 
-use super::super::evidence::mean_of_alike;
+use super::super::evidence::mean_frame;
 use super::super::silent::Silent;
 use super::no_law;
 use crate::circuit::Converter;
@@ -117,16 +117,7 @@ fn level((load_g, mut frames): (f64, Vec<Frame<Volts>>)) -> Level {
     let out = |frame: &Frame<Volts>| frame.count(Mark::Flickering);
     let fewest = frames.iter().map(out).min();
     frames.retain(|frame| Some(out(frame)) == fewest);
-    let mut frame = frames[0].clone();
-    for taxel in 0..frame.values().len() {
-        let good = frames.iter().filter(|f| f.marks()[taxel] == Mark::Good);
-        let good: Vec<f64> = good.map(|f| f.values()[taxel]).collect();
-        let Some(mean) = mean_of_alike(&good) else {
-            continue;
-        };
-        frame.values_mut()[taxel] = mean;
-        frame.marks_mut()[taxel] = Mark::Good;
-    }
+    let frame = mean_frame(&frames.iter().collect::<Vec<_>>());
     Level {
         load_g,
         volts: frame.values().to_vec(),
