@@ -1,6 +1,7 @@
 //! The fit of everything that a parts list does not say: the circuit's unknowns and the laws of [`crate::material`].
 
 mod along_lines;
+mod answered;
 mod choose;
 mod digits;
 mod discrepancy;
@@ -184,7 +185,11 @@ pub fn calibrate_with(
 ) -> Result<Calibration, Error> {
     // A check is of the calibration before.
     let sensor = &sensor.edited(|spec| spec.check = None)?;
-    let evidence = evidence::Evidence::new(sensor, data)?;
+    let mut evidence = evidence::Evidence::new(sensor, data)?;
+    let exact = presses::has_exact_inverse(sensor, options);
+    if !exact && !evidence.levels.is_empty() {
+        evidence = answered::answered(&evidence, sensor, data, executor).unwrap_or(evidence);
+    }
     let plain = presses::calibrate(sensor, &evidence, options, executor, progress);
     let of_lines = plain
         .0
@@ -199,7 +204,6 @@ pub fn calibrate_with(
         };
         choose::search(sensor, &evidence, options, executor, wanted, progress)
     };
-    let exact = presses::has_exact_inverse(sensor, options);
     let taxels = sensor.rows() * sensor.columns();
     let mut outcome = match plain {
         (plain, _) if !evidence.levels.is_empty() => {

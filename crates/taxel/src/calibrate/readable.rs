@@ -40,25 +40,33 @@ fn few_on_dead_lines(
     }
 }
 
+impl PressLabel {
+    /// What a report calls it.
+    pub(super) fn name(&self, data: &CalibrationData) -> String {
+        format!(
+            "the press of {} g at row {}, column {} (frame {})",
+            (1e4 * self.load_g).round() / 1e4,
+            self.row,
+            self.column,
+            data.number_of(self.frame)
+        )
+    }
+}
+
 /// Those of the presses given that can be read, and why the others cannot.
 pub(super) fn readable(
     faults: &LineFaults,
     data: &CalibrationData,
     given: &[usize],
     marked: &[Frame<Counts>],
+    floating: bool,
 ) -> Result<(Vec<usize>, Vec<String>), Error> {
     few_on_dead_lines(faults, data, given)?;
     let (mut kept, mut left_out) = (Vec::new(), Vec::new());
     for &i in given {
         let press = &data.presses[i];
         let frame = &marked[press.frame];
-        let named = format!(
-            "the press of {} g at row {}, column {} (frame {})",
-            (1e4 * press.load_g).round() / 1e4,
-            press.row,
-            press.column,
-            data.number_of(press.frame)
-        );
+        let named = press.name(data);
         if let Some(line) = dead_line(faults, press) {
             left_out.push(format!("{named}: {line} is dead"));
             continue;
@@ -74,6 +82,9 @@ pub(super) fn readable(
         }
     }
     leave_out_beside_ceiling(data, marked, &mut kept, &mut left_out);
+    if floating {
+        leave_out_beside_stuck(data, marked, &mut kept, &mut left_out);
+    }
     Ok((kept, left_out))
 }
 
@@ -106,6 +117,26 @@ fn leave_out_beside_ceiling(
     }
     left_out.push(format!(
         "{} presses whose row or column carries another reading at the converter's ceiling",
+        kept.len() - clear.len()
+    ));
+    *kept = clear;
+}
+
+/// Where lines are left open, leaves out presses in whose frame a reading is stuck, if most others have none: what it hides
+/// counts for every other reading.
+fn leave_out_beside_stuck(
+    data: &CalibrationData,
+    marked: &[Frame<Counts>],
+    kept: &mut Vec<usize>,
+    left_out: &mut Vec<String>,
+) {
+    let is_clear = |&i: &usize| marked[data.presses[i].frame].count(Mark::Stuck) == 0;
+    let clear: Vec<usize> = kept.iter().copied().filter(is_clear).collect();
+    if clear.len() < MIN_CLEAR.max(kept.len() / 2) || clear.len() == kept.len() {
+        return;
+    }
+    left_out.push(format!(
+        "{} presses in whose frame another reading is stuck: where lines are left open, it counts for all of them",
         kept.len() - clear.len()
     ));
     *kept = clear;
