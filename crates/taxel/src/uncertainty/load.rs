@@ -1,9 +1,9 @@
 //! The standard error of every conductance and load of a frame.
 
 use super::beside::{Beside, by_spread};
-use super::ceiling::AtCeiling;
 use super::known::{Known, is_left_out};
 use super::standard_errors;
+use super::unmeasured::Unmeasured;
 use crate::circuit::{Circuit, Converter, OperatingPoint, ROUNDING_COUNTS, SensorCircuit};
 use crate::frame::{grams_from_newtons, newtons_from_grams};
 use crate::material::LoadLaw;
@@ -33,7 +33,8 @@ pub struct StandardErrors {
     up: Vec<f64>,
     down: Vec<f64>,
     /// Made for the first frame with readings at the ceiling: most streams have none.
-    at_ceiling: Option<AtCeiling>,
+    unmeasured: Option<Unmeasured>,
+    with_lost: bool,
 }
 
 /// What the standard errors of loads are made of, newtons; σ² is the sum of their squares.
@@ -106,7 +107,8 @@ impl StandardErrors {
             off: vec![0.0; rows * columns],
             up: vec![0.0; rows * columns],
             down: vec![0.0; rows * columns],
-            at_ceiling: None,
+            unmeasured: None,
+            with_lost: sensor.readout().has_open_columns(),
         })
     }
 
@@ -130,8 +132,8 @@ impl StandardErrors {
         &self.parts
     }
 
-    /// Of the conductances of a frame, siemens. What readings at the converter's ceiling may be larger by is in the errors of
-    /// the others.
+    /// Of the conductances of a frame, siemens. What readings at the converter's ceiling may be larger by, and
+    /// lost ones where lines are left open, is in the errors of the others.
     ///
     /// # Panics
     /// When the frame's shape is not the sensor's, or there is not one mark a taxel.
@@ -154,13 +156,14 @@ impl StandardErrors {
         let is_found = found.is_ok();
         let mut errors = found.map_or_else(|_| unbounded(), |(errors, _)| errors);
         // Where nothing was found the point stands nowhere.
-        if is_found && marks.contains(&Mark::Saturated) {
-            let at_ceiling = self
-                .at_ceiling
-                .get_or_insert_with(|| AtCeiling::new(errors.len()));
-            let above = at_ceiling.errors(&mut known, siemens.values(), marks);
-            for (error, above) in errors.iter_mut().zip(above) {
-                *error = error.hypot(*above);
+        let is_bound =
+            |mark: &Mark| *mark == Mark::Saturated || self.with_lost && is_left_out(*mark);
+        if is_found && marks.iter().any(is_bound) {
+            let new = || Unmeasured::new(errors.len(), self.with_lost);
+            let unmeasured = self.unmeasured.get_or_insert_with(new);
+            let squares = unmeasured.squares(&mut known, siemens, marks);
+            for (error, square) in errors.iter_mut().zip(squares) {
+                *error = error.hypot(square.sqrt());
             }
         }
         for (taxel, (error, mark)) in errors.into_iter().zip(marks).enumerate() {

@@ -1,12 +1,12 @@
 //! How far to trust a number: the converter's noise and rounding carried through the inverse and the load law.
 
 mod beside;
-mod ceiling;
 mod conductance;
 mod figures;
 mod known;
 mod load;
 mod noise_bias;
+mod unmeasured;
 
 pub(crate) use conductance::{Adjoint, influence_of, set_passive};
 pub use conductance::{Uncertainty, standard_errors, standard_errors_by};

@@ -28,6 +28,8 @@ pub struct Newton {
     iterations: u32,
     restarts: usize,
     unloaded_siemens: f64,
+    /// Whether lost readings are no part of the system: columns are left open.
+    holds_lost: bool,
     /// Standard deviation of a reading, and of its rounding: lines that resist are solved no further than they tell.
     noise_volts: f64,
     rounding_volts: f64,
@@ -56,6 +58,7 @@ impl Newton {
             iterations: MAX_ITERATIONS,
             restarts: RESTARTS,
             unloaded_siemens: 0.0,
+            holds_lost: false,
             noise_volts: 0.0,
             rounding_volts: 0.0,
         }
@@ -66,6 +69,7 @@ impl Newton {
         let (noise_volts, rounding_volts) = super::noise_and_rounding_volts(sensor);
         Self {
             unloaded_siemens: super::unloaded_siemens(sensor),
+            holds_lost: sensor.readout().has_open_columns(),
             noise_volts,
             rounding_volts,
             ..Self::new(circuit)
@@ -178,13 +182,22 @@ impl Newton {
             siemens.values_mut().fill(0.0);
             return Outcome::new(Stop::Direct, 0, 0.0);
         }
-        state.take_marks(volts.marks(), columns, self.unloaded_siemens);
+        state.take_marks(
+            volts.marks(),
+            columns,
+            (self.unloaded_siemens, self.holds_lost),
+        );
         if let Some(near) = near {
             state.live.gather(near, columns, &mut state.g);
             state.warm = true;
         }
         state.take_volts(volts.values(), columns);
-        let outcome = self.iterate(state);
+        let mut outcome = self.iterate(state);
+        if self.holds_lost && outcome.is_answer() && state.rest_as_around() {
+            state.take_volts(volts.values(), columns);
+            state.warm = true;
+            outcome = self.iterate(state);
+        }
         // From one of several answers the next frame would converge to the same, and nobody would look for another.
         state.warm = outcome.is_answer();
         state.live.scatter(&state.g, columns, siemens.values_mut());

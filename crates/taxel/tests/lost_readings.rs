@@ -1,9 +1,12 @@
-//! Where an unloaded taxel reads next to nothing, a reading of nothing may be a fault: the circuit and the other readings tell.
+//! Readings that are none. Where an unloaded taxel reads next to nothing, a reading of nothing may be a fault: the circuit and the
+//! other readings tell. And what is missing is not made up where every other reading hangs on it.
 
+use taxel::frame::grams_from_newtons;
 use taxel::pipeline::Pipeline;
 use taxel::sensor::preset;
 use taxel::simulate::{Grams, Imperfections, Pattern, ReadingFaults, VirtualSensor};
 use taxel::solve::default_method;
+use taxel::uncertainty::StandardErrors;
 use taxel::{Counts, Frame, Mark, Sensor};
 
 /// A mat of 32 x 32 whose switches and taxels differ, with a column that comes and goes, and loads of it.
@@ -73,4 +76,54 @@ fn a_known_column_is_told_to_be_out_wherever_the_loads_are() {
         }
     }
     assert!(told == out && out > 5, "{told} of {out}");
+}
+
+/// Mean error of the loads of taxels with a good reading, grams, and the share of them within three of their standard errors.
+fn judged(sensor: &Sensor, counts: &Frame<Counts>, loads: &Frame<Grams>) -> (f64, f64) {
+    let mut pipeline = pipeline(sensor);
+    let result = pipeline.process(counts);
+    assert!(result.outcome.is_answer());
+    let (siemens, found) = (result.siemens.unwrap(), result.newtons().unwrap());
+    let mut marks = found.marks().to_vec();
+    let mut errors = StandardErrors::new(sensor, None).unwrap();
+    let errors = errors
+        .of_loads(siemens, found.values(), true, &mut marks)
+        .unwrap();
+    let measured = (0..256).filter(|&taxel| found.marks()[taxel] == Mark::Good);
+    let off = measured.map(|taxel| {
+        let off = (grams_from_newtons(found.values()[taxel]) - loads.values()[taxel]).abs();
+        (off, off <= 3.0 * grams_from_newtons(errors.values()[taxel]))
+    });
+    let off: Vec<(f64, bool)> = off.collect();
+    let count = off.len() as f64;
+    let mean = off.iter().map(|(off, _)| off).sum::<f64>() / count;
+    (
+        mean,
+        off.iter().filter(|(_, is_in)| *is_in).count() as f64 / count,
+    )
+}
+
+#[test]
+fn a_lost_reading_bends_no_other_where_lines_are_left_open() {
+    let sensor = preset("mat-16x16-cd4067").unwrap().edited(|spec| {
+        spec.converter.noise_counts = Some(0.3);
+        spec.screen.repair = true;
+    });
+    let sensor = sensor.unwrap();
+    let blobs = Pattern::named("blobs").unwrap().with_peak_g(300.0);
+    let (mut whole, mut lost, mut least) = (0.0, 0.0, 1.0f64);
+    for seed in [1, 2, 3] {
+        let real = VirtualSensor::new(&sensor, seed).unwrap();
+        let loads = blobs.loads(sensor.array(), seed, 0);
+        let counts = real.read(&loads, 0).counts;
+        whole += judged(&sensor, &counts, &loads).0 / 3.0;
+        for taxel in (5..256).step_by(25) {
+            let mut stuck = counts.clone();
+            stuck.values_mut()[taxel] = 0.0;
+            let (error, inside) = judged(&sensor, &stuck, &loads);
+            lost += error / 33.0;
+            least = least.min(inside);
+        }
+    }
+    assert!(lost - whole < 0.03 && least > 0.99, "{whole} g, {lost} g, {least}");
 }

@@ -1,0 +1,113 @@
+//! What readings that are no more than a bound, or none, leave open about all others.
+
+use super::conductance::{DEPTH, RESTARTS};
+use super::known::Known;
+use crate::circuit::OperatingPoint;
+use crate::solve::gmres::Gmres;
+use crate::{Frame, Mark, Siemens};
+
+/// What a conductance at the ceiling may be larger by than its bound, as one standard error: a 95 % interval then reaches to
+/// about twice the bound.
+const SHARE_ABOVE: f64 = 0.5;
+/// How exactly, of the norm of what is moved.
+const TOLERANCE: f64 = 1e-3;
+
+/// The error of conductances that stand in a frame with readings at the ceiling, of which only a lower bound is known, or, where
+/// lines are left open, with lost ones. The others are what explains their own readings beside that: J_oo x = −J_os δ, with o
+/// the others, s those without a reading and δ what these are off by. All at the ceiling may be larger at once; lost ones
+/// are off each by itself, by as much as those around differ from what stands for them.
+pub(super) struct Unmeasured {
+    /// Whether lost readings count: where lines are not left open they tell little of others.
+    with_lost: bool,
+    gmres: Gmres,
+    direction: Vec<f64>,
+    moved: Vec<f64>,
+    error: Vec<f64>,
+    squares: Vec<f64>,
+}
+
+impl Unmeasured {
+    pub(super) fn new(taxels: usize, with_lost: bool) -> Self {
+        Self {
+            with_lost,
+            gmres: Gmres::new(taxels, DEPTH.min(taxels)),
+            direction: vec![0.0; taxels],
+            moved: vec![0.0; taxels],
+            error: vec![0.0; taxels],
+            squares: vec![0.0; taxels],
+        }
+    }
+
+    /// The square of one standard error a taxel, siemens². `known` leaves out the taxels without a reading, and its point is
+    /// set to the conductances found.
+    pub(super) fn squares(
+        &mut self,
+        known: &mut Known,
+        siemens: &Frame<Siemens>,
+        marks: &[Mark],
+    ) -> &[f64] {
+        self.squares.fill(0.0);
+        if marks.contains(&Mark::Saturated) {
+            let each = self.direction.iter_mut().zip(marks).zip(siemens.values());
+            for ((above, mark), value) in each {
+                *above = match mark {
+                    Mark::Saturated => SHARE_ABOVE * value.abs(),
+                    _ => 0.0,
+                };
+            }
+            self.add(known);
+        }
+        if self.with_lost {
+            for taxel in (0..marks.len()).filter(|&taxel| is_lost(marks[taxel])) {
+                self.direction.fill(0.0);
+                self.direction[taxel] = off(siemens, marks, taxel);
+                self.add(known);
+            }
+        }
+        &self.squares
+    }
+
+    /// What the others are off by where those without a reading are off by `direction`.
+    fn add(&mut self, known: &mut Known) {
+        known.point.jvp_into(&self.direction, &mut self.moved);
+        for (moved, known) in self.moved.iter_mut().zip(known.is_known) {
+            *moved = if *known { 0.0 } else { -*moved };
+        }
+        self.gmres.solve(
+            |v, out| known.jvp_into(v, out),
+            &self.moved,
+            &mut self.error,
+            TOLERANCE,
+            RESTARTS,
+        );
+        for (square, error) in self.squares.iter_mut().zip(&self.error) {
+            *square += error * error;
+        }
+    }
+}
+
+/// Whether a single reading is none, repaired or not.
+fn is_lost(mark: Mark) -> bool {
+    matches!(mark, Mark::Stuck | Mark::Spike | Mark::Interpolated)
+}
+
+/// Root mean square of what the conductances around a taxel differ from its own by.
+fn off(siemens: &Frame<Siemens>, marks: &[Mark], taxel: usize) -> f64 {
+    let (rows, columns) = (siemens.rows(), siemens.columns());
+    let (row, column) = (taxel / columns, taxel % columns);
+    let own = siemens.at(row, column);
+    let (mut sum, mut count) = (0.0, 0.0);
+    for r in row.saturating_sub(1)..(row + 2).min(rows) {
+        for c in column.saturating_sub(1)..(column + 2).min(columns) {
+            if marks[r * columns + c].is_reading() {
+                sum += (siemens.at(r, c) - own).powi(2);
+                count += 1.0;
+            }
+        }
+    }
+    if count > 0.0 {
+        (sum / count).sqrt()
+    } else {
+        own.abs()
+    }
+}
