@@ -125,5 +125,8 @@ fn a_lost_reading_bends_no_other_where_lines_are_left_open() {
             least = least.min(inside);
         }
     }
-    assert!(lost - whole < 0.03 && least > 0.99, "{whole} g, {lost} g, {least}");
+    assert!(
+        lost - whole < 0.03 && least > 0.99,
+        "{whole} g, {lost} g, {least}"
+    );
 }

@@ -201,3 +201,21 @@ fn what_nothing_bounds_has_an_infinite_interval_and_noise() {
         );
     }
 }
+
+#[test]
+fn a_series_takes_the_intervals_of_the_law_before_off() {
+    let folder = Folder::new();
+    let large = SENSOR
+        .replace("rows = 4", "rows = 12")
+        .replace("columns = 6", "columns = 12");
+    folder.write("told.toml", &format!("{large}{UNCERTAINTY}"));
+    folder.good("simulate --sensor told.toml --pattern fingers --frames 60 --period 0.1 -o run.csv --truth g.csv");
+    let run = folder.good(
+        "calibrate --sensor told.toml --series run.csv --loads g.csv --period 0.1 --lags 1 --plays 0 -o d.toml",
+    );
+    assert!(run.err.contains("the law before"), "{run}");
+    assert!(!folder.read("d.toml").contains("[uncertainty]"));
+    let run =
+        folder.good("compensate run.csv --sensor d.toml --unit g -o loads.csv --interval half.csv");
+    assert!(run.err.contains("noise only"), "{run}");
+}

@@ -55,7 +55,8 @@ const DIFFERENCE: f64 = 1e-5;
 const FIXED: usize = 5;
 
 /// Fits the mean switches, the power law and so many lags and plays to the taxels of a series, by forward simulation with
-/// the known loads: residuals are conductances. Three starts; the best wins.
+/// the known loads: residuals are conductances. Three starts; the best wins. Check and intervals of the sensor's law before
+/// are left out.
 ///
 /// # Errors
 /// Fewer than 50 frames, fewer than 10 taxels that are ever loaded, none that never is, frames of another shape, times
@@ -67,7 +68,8 @@ pub fn fit_dynamic(
     plays: usize,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<DynamicFit, Error> {
-    let sensor = sensor.edited(|spec| spec.check = None)?;
+    // Both are of the law before.
+    let sensor = sensor.edited(|spec| (spec.check, spec.uncertainty) = (None, None))?;
     let task = Task::new(
         &sensor,
         series,

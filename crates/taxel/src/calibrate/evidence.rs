@@ -84,7 +84,7 @@ impl Evidence {
             mark_silent(&mut marked, *load_g, &faults);
             uniform.push((marked, *load_g));
         }
-        let (origin, left_out) = readable(&faults, data, &given, &marked, options.floating)?;
+        let (origin, left_out) = readable(&faults, data, &given, &marked)?;
         let presses: Vec<PressLabel> = origin.iter().map(|&i| data.presses[i]).collect();
         if presses.len() < MIN_PRESSES {
             return Err(Error::TooFewPresses {

@@ -59,7 +59,6 @@ pub(super) fn readable(
     data: &CalibrationData,
     given: &[usize],
     marked: &[Frame<Counts>],
-    floating: bool,
 ) -> Result<(Vec<usize>, Vec<String>), Error> {
     few_on_dead_lines(faults, data, given)?;
     let (mut kept, mut left_out) = (Vec::new(), Vec::new());
@@ -82,9 +81,6 @@ pub(super) fn readable(
         }
     }
     leave_out_beside_ceiling(data, marked, &mut kept, &mut left_out);
-    if floating {
-        leave_out_beside_stuck(data, marked, &mut kept, &mut left_out);
-    }
     Ok((kept, left_out))
 }
 
@@ -117,26 +113,6 @@ fn leave_out_beside_ceiling(
     }
     left_out.push(format!(
         "{} presses whose row or column carries another reading at the converter's ceiling",
-        kept.len() - clear.len()
-    ));
-    *kept = clear;
-}
-
-/// Where lines are left open, leaves out presses in whose frame a reading is stuck, if most others have none: what it hides
-/// counts for every other reading.
-fn leave_out_beside_stuck(
-    data: &CalibrationData,
-    marked: &[Frame<Counts>],
-    kept: &mut Vec<usize>,
-    left_out: &mut Vec<String>,
-) {
-    let is_clear = |&i: &usize| marked[data.presses[i].frame].count(Mark::Stuck) == 0;
-    let clear: Vec<usize> = kept.iter().copied().filter(is_clear).collect();
-    if clear.len() < MIN_CLEAR.max(kept.len() / 2) || clear.len() == kept.len() {
-        return;
-    }
-    left_out.push(format!(
-        "{} presses in whose frame another reading is stuck: where lines are left open, it counts for all of them",
         kept.len() - clear.len()
     ));
     *kept = clear;

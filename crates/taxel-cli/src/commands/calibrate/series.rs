@@ -82,6 +82,11 @@ pub(super) fn run(
         out::result(&text(&report))?
     }
     out::note(&format!("wrote {}", args.output.display()));
+    if sensor.uncertainty().is_some() {
+        out::note(
+            "the intervals of the sensor file are those of the law before, and were left out: with the new law noise is all that is known of its errors",
+        );
+    }
     Ok(Exit::Good)
 }
 
