@@ -15,12 +15,12 @@ use crate::units::three_digits;
 
 /// Loads are told one by one up to so many; more are put together in so many groups.
 const MOST_LOADS: usize = 8;
-const GROUPS: usize = 6;
+const GROUPS: usize = 5;
 /// Size of the pictures' plots, points: three stand side by side on A4.
-pub const PICTURE: (f64, f64) = (150.0, 105.0);
+pub const PICTURE: (f64, f64) = (150.0, 92.0);
 /// Digits of a fingerprint that are shown: no two files of a person's have these in common.
 const FINGERPRINT: usize = 16;
-/// Doubts and warnings that find room.
+/// Doubts and warnings that are told, where the page has room for them.
 const MOST_DOUBTS: usize = 6;
 
 /// What a calibration does not know of itself.
@@ -48,11 +48,32 @@ pub fn footer(origin: &CalibrationOrigin) -> &'static str {
     }
 }
 
-/// The certificate.
+/// The certificate, with as many of the doubts and warnings as one sheet of paper has room for.
 ///
 /// # Errors
 /// [`Error::Plot`] should a picture not be encodable; a sensor without a load law.
 pub fn of(calibration: &Calibration, origin: CalibrationOrigin) -> Result<Report, Error> {
+    let footer = footer(&origin);
+    let mut certificate = without_doubts(calibration, origin)?;
+    let said = doubts(&calibration.report);
+    for most in (0..=said.len().min(MOST_DOUBTS)).rev() {
+        let mut some = said[..most].to_vec();
+        let more = said.len() - most;
+        if more > 0 {
+            some.push(format!("The calibration's report has {more} more."));
+        }
+        if let Some(found) = certificate.sections.last_mut() {
+            found.paragraphs = some;
+        }
+        if certificate.paper(footer)?.pages().len() == 1 {
+            break;
+        }
+    }
+    Ok(certificate)
+}
+
+/// The certificate but for doubts and warnings.
+fn without_doubts(calibration: &Calibration, origin: CalibrationOrigin) -> Result<Report, Error> {
     let report = &calibration.report;
     let name = match calibration.sensor.name() {
         "" => "a sensor".to_owned(),
@@ -83,7 +104,6 @@ pub fn of(calibration: &Calibration, origin: CalibrationOrigin) -> Result<Report
         ..Section::default()
     };
     numbers.tables.push(parameters(report));
-    numbers.paragraphs.extend(doubts(report));
     Ok(Report {
         title: format!("Calibration of {name}"),
         about,
@@ -146,7 +166,7 @@ fn held_out(report: &CalibrationReport) -> String {
             let error = error.map_or_else(String::new, |error| format!(" ± {error}"));
             format!(
                 "Presses that took no part in the fit are {mean}{error} g off on average, 95 % of them within {} g ({} presses; {}).",
-                number(report.held_out_p95_g),
+                three_digits(report.held_out_p95_g),
                 report.held_out_presses,
                 report.held_out
             )
@@ -257,11 +277,5 @@ fn doubts(report: &CalibrationReport) -> Vec<String> {
         .warnings
         .iter()
         .map(|text| format!("To be known: {text}."));
-    let mut all: Vec<String> = doubts.chain(warnings).collect();
-    let more = all.len().saturating_sub(MOST_DOUBTS);
-    if more > 0 {
-        all.truncate(MOST_DOUBTS);
-        all.push(format!("The calibration's report has {more} more."));
-    }
-    all
+    doubts.chain(warnings).collect()
 }

@@ -88,7 +88,11 @@ fn check_same(folder: &Folder, calibration: &std::path::Path) {
         without_names("calibrated.toml"),
         without_names("again.toml")
     );
-    assert!(folder.path("again.pdf").exists());
+    let certificate = std::fs::read(folder.path("again.pdf")).unwrap();
+    let sheets = String::from_utf8_lossy(&certificate)
+        .matches("/Type/Page\n")
+        .count();
+    assert_eq!(sheets, 1, "a certificate is one sheet");
     // The true sensor's law, which the parts list does not know.
     let found = std::fs::read_to_string(folder.path("calibrated.toml")).unwrap();
     let number = |key: &str| -> f64 {

@@ -11,18 +11,22 @@ const KEPT: f64 = 0.98;
 /// Standard deviation of a normal number over that of its part within that share.
 const OF_WHOLE: f64 = 1.070;
 
-/// Standard deviation of a reading without its rounding, counts, by frames of even loads (grams); `None` where too few
-/// are of the same load, with the same lines out.
+/// Standard deviation of a reading without its rounding, counts, by frames of even loads (grams) in the order in which they
+/// were taken; `None` where too few follow one of the same load with the same lines out.
 pub(super) fn by_alike_frames(uniform: &[(Frame<Counts>, f64)], max_count: f64) -> Option<f64> {
-    // Where lines are left open, one that is out moves every other reading.
-    let mut of_a_kind: Vec<(&Frame<Counts>, f64, Vec<usize>)> = uniform
-        .iter()
-        .map(|(frame, load)| (frame, *load, out(frame)))
-        .collect();
-    of_a_kind.sort_by(|a, b| a.1.total_cmp(&b.1).then_with(|| a.2.cmp(&b.2)));
-    let alike = of_a_kind
-        .windows(2)
-        .filter(|pair| (pair[0].1, &pair[0].2) == (pair[1].1, &pair[1].2));
+    // Laid on again, a load lies elsewhere: only frames of one stretch are alike. And where lines are left open, one that is
+    // out moves every other reading.
+    let mut stretches: Vec<(&Frame<Counts>, usize, Vec<usize>)> = Vec::new();
+    let mut before = (f64::NAN, 0);
+    for (frame, load) in uniform {
+        before = (*load, before.1 + usize::from(*load != before.0));
+        stretches.push((frame, before.1, out(frame)));
+    }
+    stretches.sort_by(|a, b| (a.1, &a.2).cmp(&(b.1, &b.2)));
+    let is_alike = |pair: &&[(&Frame<Counts>, usize, Vec<usize>)]| {
+        (pair[0].1, &pair[0].2) == (pair[1].1, &pair[1].2)
+    };
+    let alike = stretches.windows(2).filter(is_alike);
     let is_told = |frame: &Frame<Counts>, at: usize| {
         let count = frame.values()[at];
         frame.marks()[at] == Mark::Good && count > 0.0 && count < max_count
