@@ -53,7 +53,9 @@ pub trait Solver: Send {
     /// [`crate::Mark::Open`], [`crate::Mark::Flickering`] or [`crate::Mark::Absent`] are left out of the system; their taxels get 0 S
     /// and keep their mark. So does a single absent taxel: it is no unknown, and Newton's method asks for no reading of it.
     /// A saturated reading is a lower bound: the least conductance that reaches it is the answer, and
-    /// keeps its mark. A reading below the floor is an upper bound: Newton's method takes such a taxel to be unloaded. Not converging is an answer, in [`Outcome::stop`], not an error.
+    /// keeps its mark. A reading below the floor is an upper bound: Newton's method takes such a taxel to be unloaded. Where
+    /// columns are left open it asks for no stuck reading and no spike either: such a taxel is taken to conduct what those
+    /// around it do. Not converging is an answer, in [`Outcome::stop`], not an error.
     ///
     /// # Panics
     /// When a frame's shape is not the sensor's.
