@@ -289,6 +289,33 @@ pub(super) fn classify(
     verdict
 }
 
+/// Of a line that is known to come and go: whether the line before it or the one after carries a load at two places or more, and
+/// it none at any of them. It may be in, and at the edge of a contact: then nothing is lost where it counts as out, since
+/// nothing stands on it. No frame tells the two apart where an unloaded taxel reads as little as one that is out.
+fn is_silent_beside_a_load(
+    lines: &LineReadings<'_>,
+    line: usize,
+    thresholds: &Thresholds,
+    options: &ScreenOptions,
+) -> bool {
+    let near = [
+        line.checked_sub(1),
+        Some(line + 1).filter(|&line| line < lines.count),
+    ];
+    let (mut loaded, mut silent) = (0, 0);
+    for (place, &own) in lines.of_line(line).iter().enumerate() {
+        let beside = near
+            .iter()
+            .flatten()
+            .map(|&line| lines.of_line(line)[place]);
+        let load = beside.fold(NOWHERE, greater);
+        let is_load = (load > thresholds.really_loaded) & (load < thresholds.ceiling);
+        loaded += u64::from(is_load & is_there(own));
+        silent += u64::from(is_load & is_there(own) & (own <= thresholds.silence(load, options)));
+    }
+    loaded >= 2 && silent == loaded
+}
+
 /// Of a line that is known to come and go, where the baseline is too near 0 for a single reading to fall from it: whether all
 /// of its readings together have. None is above the noise of nothing, and their mean is nearer to 0 than to the baseline by
 /// more than chance leaves; what a load does to other lines only raises them.
@@ -329,9 +356,11 @@ pub(super) fn find_dropped(
         let lines = frame.along(axis, options);
         let indices = faults.flickering(axis).filter(|&line| line < lines.count);
         for line in indices {
-            if classify(&lines, line, thresholds, options).out
-                || has_fallen_together(lines.of_line(line), thresholds)
-            {
+            let verdict = classify(&lines, line, thresholds, options);
+            let is_silent = verdict.responding == 0
+                && thresholds.floor.is_none()
+                && is_silent_beside_a_load(&lines, line, thresholds, options);
+            if verdict.out || is_silent || has_fallen_together(lines.of_line(line), thresholds) {
                 out.push((axis, line));
             }
         }
