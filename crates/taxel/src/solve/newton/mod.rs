@@ -193,14 +193,18 @@ impl Newton {
         }
         state.take_volts(volts.values(), columns);
         let mut outcome = self.iterate(state);
-        if self.holds_lost && outcome.is_answer() && state.rest_as_around() {
-            state.take_volts(volts.values(), columns);
-            state.warm = true;
-            outcome = self.iterate(state);
-        }
         // From one of several answers the next frame would converge to the same, and nobody would look for another.
         state.warm = outcome.is_answer();
         state.live.scatter(&state.g, columns, siemens.values_mut());
+        if self.holds_lost && outcome.is_answer() && state.rest_as_around() {
+            state.take_volts(volts.values(), columns);
+            let again = self.iterate(state);
+            state.warm = again.is_answer();
+            if again.is_answer() {
+                state.live.scatter(&state.g, columns, siemens.values_mut());
+                outcome = again;
+            }
+        }
         outcome
     }
 
