@@ -99,6 +99,11 @@ impl Mark {
         matches!(self, Mark::Good | Mark::Saturated | Mark::BelowFloor)
     }
 
+    /// Whether a single reading is none, while its line and its taxel may be sound.
+    pub(crate) fn is_stray(self) -> bool {
+        matches!(self, Mark::Stuck | Mark::Spike)
+    }
+
     /// Whether its conductance is taken as known when the others are solved for: absent, or unloaded as far as is known.
     pub(crate) fn is_no_unknown(self) -> bool {
         matches!(self, Mark::Absent | Mark::BelowFloor)

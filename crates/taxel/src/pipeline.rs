@@ -357,7 +357,7 @@ impl Pipeline {
         mark_unresolved(&self.outcome, &mut self.siemens.marks);
         // The stand-in served the rest of the network; for the taxel itself it is no measurement.
         for (value, mark) in self.siemens.values.iter_mut().zip(&self.siemens.marks) {
-            if matches!(mark, Mark::Stuck | Mark::Spike) {
+            if mark.is_stray() {
                 *value = 0.0;
             }
         }

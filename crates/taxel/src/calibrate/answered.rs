@@ -52,10 +52,8 @@ pub(super) fn answered(
                 "the even load of {load} g: no conductances explain its frames"
             ));
         }
-        let mut is_kept = levels.iter();
-        fewer
-            .levels
-            .retain(|_| is_kept.next().copied().unwrap_or(true));
+        let each = fewer.levels.into_iter().zip(levels);
+        fewer.levels = each.filter_map(|(level, is)| is.then_some(level)).collect();
         return Some(fewer);
     }
     None

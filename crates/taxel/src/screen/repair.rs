@@ -25,20 +25,13 @@ pub fn repair<Q>(frame: &mut Frame<Q>, scratch: &mut Vec<f64>) -> usize {
 /// The same for single readings alone (stuck, spikes): whole lines stay marked as they are, since their neighbours
 /// say little of what lies along them.
 pub fn repair_readings<Q>(frame: &mut Frame<Q>, scratch: &mut Vec<f64>) -> usize {
-    replace(
-        frame,
-        scratch,
-        |mark| matches!(mark, Mark::Stuck | Mark::Spike),
-        Some(Mark::Interpolated),
-    )
+    replace(frame, scratch, Mark::is_stray, Some(Mark::Interpolated))
 }
 
 /// Gives single lost readings (stuck, spikes) the median of the valid ones around them, so that the rest of the
 /// network can be solved as if they had been read. They keep their mark: this is no repair of the reading.
 pub(crate) fn stand_in<Q>(frame: &mut Frame<Q>, scratch: &mut Vec<f64>) -> usize {
-    fill(frame, scratch, |mark| {
-        matches!(mark, Mark::Stuck | Mark::Spike)
-    })
+    fill(frame, scratch, Mark::is_stray)
 }
 
 /// Gives the taxels whose mark is `wanted` the median of the valid ones around them; they keep their mark.

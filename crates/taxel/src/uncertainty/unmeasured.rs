@@ -88,7 +88,7 @@ impl Unmeasured {
 
 /// Whether a single reading is none, repaired or not.
 fn is_lost(mark: Mark) -> bool {
-    matches!(mark, Mark::Stuck | Mark::Spike | Mark::Interpolated)
+    mark.is_stray() || mark == Mark::Interpolated
 }
 
 /// Root mean square of what the conductances around a taxel differ from its own by.

@@ -22,7 +22,7 @@ impl SolverState {
         self.live.gather(marks, columns, &mut self.marks);
         let known = self.held.iter_mut().zip(&mut self.rest);
         for ((held, rest), mark) in known.zip(&self.marks) {
-            *held = mark.is_no_unknown() || holds_lost && is_lost(*mark);
+            *held = mark.is_no_unknown() || holds_lost && mark.is_stray();
             *rest = match mark {
                 Mark::BelowFloor | Mark::Stuck | Mark::Spike => unloaded_siemens,
                 _ => 0.0,
@@ -60,7 +60,7 @@ impl SolverState {
         let columns = self.live.columns.len();
         let mut any = false;
         for at in 0..self.g.len() {
-            if !(self.held[at] && is_lost(self.marks[at])) {
+            if !(self.held[at] && self.marks[at].is_stray()) {
                 continue;
             }
             let (row, column) = (at / columns, at % columns);
@@ -80,9 +80,4 @@ impl SolverState {
         }
         any
     }
-}
-
-/// Whether a reading is none, of a taxel that conducts.
-fn is_lost(mark: Mark) -> bool {
-    matches!(mark, Mark::Stuck | Mark::Spike)
 }
