@@ -25,7 +25,7 @@ use words::{kept_words, names_words, value_words};
 pub struct Place {
     /// The file, as it was named by the caller.
     pub file: PathBuf,
-    /// Its line, from 1.
+    /// Its line, from 1; 0 of what is of no line.
     pub line: u64,
     /// The byte in that line, from 1.
     pub column: u64,
@@ -34,6 +34,10 @@ pub struct Place {
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { file, line, column } = self;
+        // What a whole file lacks stands on no line of it.
+        if *line == 0 {
+            return write!(f, "{}", file.display());
+        }
         write!(f, "{}, line {line}, column {column}", file.display())
     }
 }

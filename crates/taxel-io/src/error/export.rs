@@ -22,6 +22,22 @@ pub enum ExportError {
         /// What to do.
         hint: &'static str,
     },
+    /// A sensor that cannot be, by what the file says of its size.
+    #[error(
+        "{format}: {rows} rows x {columns} columns at {at}, expected 1 to {limit} sensels in all\nhint: what the file says of its size is broken, or of another"
+    )]
+    Size {
+        /// The format.
+        format: &'static str,
+        /// Where the file says it.
+        at: Place,
+        /// Rows that it says.
+        rows: usize,
+        /// Columns that it says.
+        columns: usize,
+        /// The most sensels of a sensor.
+        limit: usize,
+    },
     /// A frame that the file ends in.
     #[error(
         "{format}: the file ends at {at}: {found} of a frame found, expected {expected}\nhint: the export was stopped or the file cut; export it again, or leave the frame out"

@@ -37,7 +37,8 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     let size = pairs.count("senscountx").zip(pairs.count("senscounty"));
     let (rows, columns) = size.ok_or_else(|| text.wrong(FORMAT, "its size", hint))?;
     let (unit, known) = unit_of(&text, FORMAT, &pairs, "unitpressure")?;
-    let mut pad = Pad::new(rows, columns, &unit, known);
+    let at = text.line_at(pairs.line_of("senscountx"));
+    let mut pad = Pad::new((FORMAT, at), (rows, columns), &unit, known)?;
     let unit_mm = distance_unit(&text, &pairs)?;
     let pitch = pairs.positive("ldistx").zip(pairs.positive("ldisty"));
     pad.pitch_mm = pitch.map(|(down, across)| [unit_mm * down, unit_mm * across]);

@@ -30,6 +30,7 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     let mut text = TextFile::open(file)?;
     let mut lines = Vec::new();
     let (mut shape, mut area, mut pitch, mut step) = (None, None, None, None);
+    let mut shape_line = 0;
     while text.advance()? {
         let words = text.words();
         if words.contains(PICTURE) {
@@ -37,7 +38,10 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         }
         let said = |key: &str| words.split_once(key).map(|(_, said)| said.trim_start());
         let first = |said: &str| said.split('\t').next().unwrap_or("").trim().to_owned();
-        shape = shape.or(said("Matrix:").and_then(matrix));
+        if shape.is_none() {
+            shape = said("Matrix:").and_then(matrix);
+            shape_line = text.place(0).line;
+        }
         area = area.or(said("Sensor area:").and_then(|said| square_millimetres(&first(said))));
         pitch = pitch.or(said("Sensor size:").and_then(|said| sides(&first(said))));
         step = step.or(said("Time/picture:").and_then(milliseconds));
@@ -48,7 +52,8 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     }
     let hint = "`Matrix: 64x95` says how many columns and rows the plate has";
     let (columns, rows) = shape.ok_or_else(|| text.wrong(FORMAT, "a line with `Matrix:`", hint))?;
-    let mut pad = Pad::new(rows, columns, "kPa", Quantity::Pressure(KILOPASCALS));
+    let at = (FORMAT, text.line_at(shape_line));
+    let mut pad = Pad::new(at, (rows, columns), "kPa", Quantity::Pressure(KILOPASCALS))?;
     pad.pitch_mm = pitch;
     pad.area_mm2 = area.or(pitch.map(|[down, across]| down * across));
     let newtons_per_unit = pad.newtons_per_unit();

@@ -32,12 +32,11 @@ pub(super) fn is_it(beginning: &Beginning) -> bool {
 }
 
 pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error> {
-    let pad = Pad::new(ROWS, COLUMNS, "raw", Quantity::Raw);
+    let text = TextFile::open(file)?;
+    let at = (FORMAT, text.place(0));
+    let pad = Pad::new(at, (ROWS, COLUMNS), "raw", Quantity::Raw)?;
     let about = ExportAbout::new(FORMAT, "FSA / Vista Medical", vec![pad]);
-    let reader = Fsa {
-        text: TextFile::open(file)?,
-    };
-    Ok((about, Box::new(reader)))
+    Ok((about, Box::new(Fsa { text })))
 }
 
 struct Fsa {

@@ -105,10 +105,12 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         })
         .collect();
     let place = |name: &str| names.iter().position(|own| own.eq_ignore_ascii_case(name));
+    let text = TextFile::open(file)?;
     let (mut pads, mut places) = (Vec::new(), Vec::new());
     for (name, foot) in FEET {
         if let Some(at) = place(name) {
-            let mut pad = Pad::new(ROWS, COLUMNS, "raw", Quantity::Raw);
+            let in_file = (FORMAT, text.place(0));
+            let mut pad = Pad::new(in_file, (ROWS, COLUMNS), "raw", Quantity::Raw)?;
             pad.name = foot.to_owned();
             pads.push(pad);
             places.push((at, name));
@@ -119,7 +121,7 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     }
     let about = ExportAbout::new(FORMAT, "open insole", pads);
     let reader = Insole {
-        text: TextFile::open(file)?,
+        text,
         time: time_column(&names),
         number: number_column(&names),
         table,

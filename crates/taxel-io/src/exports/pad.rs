@@ -8,6 +8,8 @@ use taxel::sensor::{
 };
 
 use super::{ExportAbout, Survey};
+use crate::error::{Error, ExportError, Place};
+use crate::source::MAX_TAXELS;
 
 /// Grams of force in a newton, 1 / (9.80665 · 10⁻³).
 const GRAMS_PER_NEWTON: f64 = 1e3 / 9.80665;
@@ -71,9 +73,27 @@ pub struct Pad {
 }
 
 impl Pad {
-    /// Of a shape and a unit of which nothing else is known.
-    pub(super) fn new(rows: usize, columns: usize, unit: &str, quantity: Quantity) -> Self {
-        Self {
+    /// Of a shape, which the file says at a place, and a unit, of which nothing else is known.
+    ///
+    /// # Errors
+    /// [`ExportError::Size`] for no sensels, or more than [`MAX_TAXELS`].
+    pub(super) fn new(
+        (format, at): (&'static str, Place),
+        (rows, columns): (usize, usize),
+        unit: &str,
+        quantity: Quantity,
+    ) -> Result<Self, Error> {
+        let taxels = rows.checked_mul(columns);
+        if !taxels.is_some_and(|taxels| (1..=MAX_TAXELS).contains(&taxels)) {
+            return Err(Error::Export(Box::new(ExportError::Size {
+                format,
+                at,
+                rows,
+                columns,
+                limit: MAX_TAXELS,
+            })));
+        }
+        Ok(Self {
             name: String::new(),
             rows,
             columns,
@@ -87,7 +107,7 @@ impl Pad {
             raw: None,
             saturation: None,
             threshold: None,
-        }
+        })
     }
 
     /// Taxels there are.

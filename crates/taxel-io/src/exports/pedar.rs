@@ -32,11 +32,12 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         .zip(&counts)
         .filter(|(_, count)| **count > 0)
         .map(|(name, &count)| {
-            let mut pad = Pad::new(1, count, &header.unit, header.quantity);
+            let at = (FORMAT, text.place(0));
+            let mut pad = Pad::new(at, (1, count), &header.unit, header.quantity)?;
             pad.name = (*name).to_owned();
-            pad
+            Ok(pad)
         })
-        .collect();
+        .collect::<Result<_, Error>>()?;
     if pads.is_empty() {
         return Err(text.wrong(FORMAT, "numbers of sensors", "none is named"));
     }

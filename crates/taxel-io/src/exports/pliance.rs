@@ -47,8 +47,9 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     if sensors == 0 {
         return Err(text.wrong(FORMAT, "numbers of sensors", "none is named"));
     }
+    let at = (FORMAT, text.place(0));
+    let mut pad = Pad::new(at, (1, sensors), &header.unit, header.quantity)?;
     let behind = read_behind(&mut text, sensors)?;
-    let mut pad = Pad::new(1, sensors, &header.unit, header.quantity);
     let places = lay_out(&mut pad, &behind);
     let mut about = ExportAbout::new(FORMAT, "novel pliance", vec![pad]);
     about.header = header.lines;

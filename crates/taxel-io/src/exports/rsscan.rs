@@ -49,7 +49,8 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         header.push(words.trim().to_owned());
     }
     let (rows, columns, separator) = shape(&mut text, told_shape(&header))?;
-    let mut pad = Pad::new(rows, columns, "N", Quantity::Force(1.0));
+    let at = (FORMAT, text.place(0));
+    let mut pad = Pad::new(at, (rows, columns), "N", Quantity::Force(1.0))?;
     pad.pitch_mm = Some(PITCH_MM);
     pad.area_mm2 = Some(PITCH_MM[0] * PITCH_MM[1]);
     let mut about = ExportAbout::new(FORMAT, "RSscan footscan", vec![pad]);

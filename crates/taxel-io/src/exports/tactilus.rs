@@ -14,7 +14,6 @@ use super::pad::{Pad, Quantity};
 use super::text_file::TextFile;
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
 use crate::error::{Error, ExportError};
-use crate::source::MAX_TAXELS;
 
 const FORMAT: &str = "Tactilus JSON";
 /// Bytes of a file that is held as a whole.
@@ -115,15 +114,9 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         refuse(error.to_string(), hint)
     })?;
     let (rows, columns) = (recording.tactilus_rows, recording.tactilus_columns);
-    if !(1..=MAX_TAXELS).contains(&rows.saturating_mul(columns)) {
-        let reason = format!("{rows} rows x {columns} columns");
-        return Err(refuse(
-            reason,
-            "tactilus_rows and tactilus_columns say how large the mat is",
-        ));
-    }
+    let at = (FORMAT, text.place(0));
+    let pad = Pad::new(at, (rows, columns), "raw", Quantity::Raw)?;
     let Snapshots(snapshots) = recording.snapshots;
-    let pad = Pad::new(rows, columns, "raw", Quantity::Raw);
     let mut about = ExportAbout::new(FORMAT, "Tactilus", vec![pad]);
     about.frames = Some(snapshots.len() as u64);
     let reader = Tactilus {

@@ -52,7 +52,8 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         }
         _ => unit_of(&text, FORMAT, &pairs, "units")?,
     };
-    let mut pad = Pad::new(rows, columns, &unit, known);
+    let at = text.line_at(pairs.line_of("rows"));
+    let mut pad = Pad::new((FORMAT, at), (rows, columns), &unit, known)?;
     if absent.contains(&true) {
         pad.absent = absent;
     }

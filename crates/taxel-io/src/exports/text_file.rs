@@ -128,6 +128,14 @@ impl TextFile {
         }
     }
 
+    /// Line `line`, from its beginning.
+    pub(super) fn line_at(&self, line: u64) -> Place {
+        Place {
+            line,
+            ..self.place(0)
+        }
+    }
+
     /// That something stands where its format has another.
     pub(super) fn wrong(
         &self,

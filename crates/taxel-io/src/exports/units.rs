@@ -60,8 +60,7 @@ pub(super) fn unit_of(
     match quantity(unit) {
         Some(known) => Ok((unit.to_owned(), known)),
         None => {
-            let mut at = text.place(0);
-            at.line = pairs.line_of(key);
+            let at = text.line_at(pairs.line_of(key));
             let found = unit.to_owned();
             Err(Error::Export(Box::new(ExportError::Unit { at, found })))
         }
@@ -76,11 +75,9 @@ pub(super) fn other_unit(
     found: &str,
     expected: &str,
 ) -> Error {
-    let mut at = text.place(0);
-    at.line = line;
     Error::Export(Box::new(ExportError::Line {
         format,
-        at,
+        at: text.line_at(line),
         found: format!("unknown unit `{found}`"),
         expected: expected.to_owned(),
         hint: "nothing is guessed: a wrong unit would be a wrong force, place or time",

@@ -138,7 +138,7 @@ fn first_frames(
             Err(_) if reader.frames > 1 => continue,
             shape => shape?,
         };
-        let mut pad = block.pad(shape, unit, known);
+        let mut pad = block.pad(&reader.text, shape, (unit, known))?;
         pad.threshold = threshold;
         if pads.iter().any(|own| own.name == pad.name) {
             pad.name = format!("{} {}", pad.name, pads.len() + 1);
@@ -173,8 +173,14 @@ impl Block {
     }
 
     /// The sensor that it is of.
-    fn pad(&self, (rows, columns): (usize, usize), unit: &str, known: Quantity) -> Pad {
-        let mut pad = Pad::new(rows, columns, unit, known);
+    fn pad(
+        &self,
+        text: &TextFile,
+        shape: (usize, usize),
+        (unit, known): (&str, Quantity),
+    ) -> Result<Pad, Error> {
+        let at = text.line_at(self.pairs.line_of("rows"));
+        let mut pad = Pad::new((FORMAT, at), shape, unit, known)?;
         pad.pitch_mm = self
             .side_mm("sensel height")
             .zip(self.side_mm("sensel width"))
@@ -185,7 +191,7 @@ impl Block {
             name if name.contains("-RF") => "right".to_owned(),
             name => name.to_owned(),
         };
-        pad
+        Ok(pad)
     }
 
     /// A length of a sensel, whose key says its unit.

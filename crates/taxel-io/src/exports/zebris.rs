@@ -45,7 +45,8 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     };
     let (columns, rows) = (count("columns")?, count("lines")?);
     let (unit, known) = unit_of(&text, FORMAT, &pairs, "units")?;
-    let mut pad = Pad::new(rows, columns, &unit, known);
+    let at = text.line_at(pairs.line_of("columns"));
+    let mut pad = Pad::new((FORMAT, at), (rows, columns), &unit, known)?;
     let side = |key: &str| {
         let units = ["mm", "cm", "m", "in"];
         let mut said = units

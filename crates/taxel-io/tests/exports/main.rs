@@ -7,6 +7,7 @@ mod ends;
 mod misread;
 mod persons;
 mod shapes;
+mod sizes;
 mod spelled;
 mod units;
 mod variants;

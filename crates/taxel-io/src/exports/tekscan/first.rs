@@ -5,6 +5,7 @@ use super::super::header::Pairs;
 use super::super::text_file::TextFile;
 use super::{FORMAT, PADDING, begins_frame, find_frame, is_between, is_blank, skip_to_frame};
 use crate::error::Error;
+use crate::source::MAX_TAXELS;
 
 /// What the first frame tells.
 pub(super) struct First {
@@ -83,9 +84,13 @@ fn frame_shape(text: &mut TextFile, pairs: &Pairs) -> Result<First, Error> {
         let cells = cells.iter().take(columns);
         absent.extend(cells.map(|cell| is_absent(cell.as_bytes())));
         rows += 1;
+        if absent.len() > MAX_TAXELS {
+            // More than any sensor has: their size is refused.
+            break;
+        }
     }
     match told {
-        Some(told) if told != rows => {
+        Some(told) if told != rows && absent.len() <= MAX_TAXELS => {
             let hint = "the header says so (ROWS); the file is cut, or its header is of another";
             let found = format!("{rows} rows in the first frame");
             Err(text.wrong_at(0, FORMAT, found, format!("{told} of them"), hint))
