@@ -142,8 +142,7 @@ pub struct LoadUnit {
 impl LoadUnit {
     /// Of a sensor's taxels.
     pub fn of(unit: Unit, sensor: &Sensor) -> Self {
-        let is_same = sensor.handle().is_none_or(|handle| handle.slope == 0.0);
-        let taxels = if is_same {
+        let taxels = if sensor.has_one_area() {
             1
         } else {
             sensor.rows() * sensor.columns()

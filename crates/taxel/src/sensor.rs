@@ -234,13 +234,31 @@ impl Sensor {
         self.handle.as_deref()
     }
 
-    /// Area that a taxel's load acts on, mm²: that of the sensor file, on a cone the smaller the narrower the body is there.
+    /// Area that a taxel's load acts on, mm²: that of the sensor file, on a cone the smaller the narrower the body is there, and of
+    /// another program's sensor that of the taxel itself where it says that they differ.
     pub fn taxel_area_mm2(&self, taxel: usize) -> f64 {
-        self.spec.array.taxel_area_mm2 * self.narrowness(taxel)
+        let own = self.own_area_mm2(taxel);
+        own.unwrap_or_else(|| self.spec.array.taxel_area_mm2 * self.narrowness(taxel))
     }
 
-    /// Area of a taxel's cell, mm²: from line to line both ways.
+    /// Whether every taxel has the same area.
+    pub fn has_one_area(&self) -> bool {
+        let has_own = self.own_area_mm2(0).is_some();
+        !has_own && self.handle().is_none_or(|handle| handle.slope == 0.0)
+    }
+
+    /// The area that another program says of a taxel, mm², where it says that they differ.
+    fn own_area_mm2(&self, taxel: usize) -> Option<f64> {
+        let areas = self.exported()?.taxel_areas_mm2.as_ref()?;
+        let columns = self.columns();
+        areas.get(taxel / columns)?.get(taxel % columns).copied()
+    }
+
+    /// Area of a taxel's cell, mm²: from line to line both ways; the taxel's own where another program says that they differ.
     pub fn cell_mm2(&self, taxel: usize) -> f64 {
+        if let Some(own) = self.own_area_mm2(taxel) {
+            return own;
+        }
         match &self.handle {
             Some(handle) => handle.step_mm * handle.pitch_round_mm * self.narrowness(taxel),
             None => self.spec.array.pitch_mm[0] * self.spec.array.pitch_mm[1],

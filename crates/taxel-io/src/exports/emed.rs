@@ -16,6 +16,8 @@ const PICTURE: &str = "Pict-No.:";
 const KILOPASCALS: f64 = 1e3;
 /// Forces of rows are rounded to so much, newtons.
 const ROUNDED_TO: f64 = 0.01;
+/// How far a sum may be off what was rounded, in its last digit: half of it, and what sums of halves lose.
+const ROUNDING: f64 = 0.51;
 
 pub(super) fn is_it(beginning: &Beginning) -> bool {
     let mut has = [false; 2];
@@ -165,11 +167,14 @@ impl Emed {
 
     fn read_row(&self, frame: &mut ParsedFrame, row: usize, from: usize) -> Result<(), Error> {
         let cells = &self.text.line()[from..];
-        let mut found = 0;
+        let (mut found, mut sum, mut told) = (0, 0.0, None);
         let mut fault = None;
         each_cell(cells, Separator::One(b'\t'), |at, cell, place| {
             // The last one is the row's force.
             let Some(&column) = self.numbers.get(at) else {
+                if let Cell::Number(force, _) = cell {
+                    told = Some(force);
+                }
                 return false;
             };
             match cell {
@@ -180,6 +185,7 @@ impl Emed {
                     frame.values[row * self.columns + column] = value;
                     frame.decimals = frame.decimals.max(own);
                     found += 1;
+                    sum += value;
                 }
                 _ => fault = Some((at, place)),
             }
@@ -202,13 +208,33 @@ impl Emed {
             ));
         }
         if found == self.numbers.len() {
-            return Ok(());
+            let all: f64 = frame.values[row * self.columns..][..self.columns]
+                .iter()
+                .sum();
+            return self.check_row(row, [sum, all], told);
         }
         let expected = format!("{} of them", self.numbers.len());
         let hint = "one for each column of the page; a line was torn";
         Err(self
             .text
             .wrong_at(0, FORMAT, format!("{found} values"), expected, hint))
+    }
+
+    /// A row's cells, those of the page or of all pages of the picture, add up to the force that stands behind them, but for its
+    /// rounding.
+    fn check_row(&self, row: usize, sums: [f64; 2], told: Option<f64>) -> Result<(), Error> {
+        let Some((expected, per_unit)) = told.zip(self.newtons_per_unit) else {
+            return Ok(());
+        };
+        let fits = |sum: f64| (per_unit * sum - expected).abs() <= ROUNDING * ROUNDED_TO;
+        if sums.into_iter().any(fits) {
+            return Ok(());
+        }
+        let found = per_unit * sums[0];
+        let found = format!("the cells of row {} add up to {found:.3} N", row + 1);
+        let expected = format!("the row's own force, {expected} N");
+        let hint = "a number of it was changed or lost; --keep-going leaves the picture out";
+        Err(self.text.wrong_at(0, FORMAT, found, expected, hint))
     }
 
     fn cut(&self) -> Error {

@@ -169,6 +169,10 @@ pub(super) fn sensor_of(file: &Path, about: &ExportAbout, survey: &Survey) -> Se
     let mut exported = ExportedSpec::new(&about.program, &pad.unit);
     exported.unit_per_count = survey.unit_per_count;
     exported.threshold = survey.threshold;
+    if !pad.areas_mm2.is_empty() {
+        let rows = pad.areas_mm2.chunks(pad.columns);
+        exported.taxel_areas_mm2 = Some(rows.map(<[f64]>::to_vec).collect());
+    }
     exported.header = (!about.header.is_empty()).then(|| about.header_without_names());
     spec.exported = Some(exported);
     spec

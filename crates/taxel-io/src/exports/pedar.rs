@@ -26,26 +26,19 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     let mut text = TextFile::open(file)?;
     let hint = "it names the sensors, left ones and then right ones";
     let header = NovelHeader::read(&mut text, FORMAT, "a line `time[secs] 1 2 …`", hint)?;
-    let counts = insoles(&header.sensors);
-    let pads: Vec<Pad> = ["left", "right"]
+    let insoles = insoles(&text, &header)?;
+    let at = (FORMAT, text.place(0));
+    let pads: Vec<Pad> = insoles
         .iter()
-        .zip(&counts)
-        .filter(|(_, count)| **count > 0)
-        .map(|(name, &count)| {
-            let at = (FORMAT, text.place(0));
-            let mut pad = Pad::new(at, (1, count), &header.unit, header.quantity)?;
-            pad.name = (*name).to_owned();
+        .map(|(side, count)| {
+            let (unit, quantity) = (&header.unit, header.quantity);
+            let mut pad = Pad::new(at.clone(), (1, *count), unit, quantity)?;
+            pad.name = (*side).to_owned();
             Ok(pad)
         })
         .collect::<Result<_, Error>>()?;
-    if pads.is_empty() {
-        return Err(text.wrong(FORMAT, "numbers of sensors", "none is named"));
-    }
     let sizes: Vec<usize> = pads.iter().map(|pad| pad.columns).collect();
     let mut about = ExportAbout::new(FORMAT, "novel pedar", pads);
-    if let [only] = &mut about.pads[..] {
-        only.name.clear();
-    }
     about.secs_per_frame = header.secs_per_frame;
     // The line behind the header tells when it begins.
     if text.advance()? {
@@ -67,22 +60,60 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     Ok((about, Box::new(reader)))
 }
 
-/// Sensors of the left and of the right insole: numbers begin anew.
-fn insoles(line: &str) -> [usize; 2] {
-    let numbers = line
-        .split_whitespace()
-        .skip(1)
-        .filter_map(|word| word.parse::<u64>().ok());
-    let mut counts = [0; 2];
-    let (mut side, mut before) = (0, 0);
-    for number in numbers {
-        if number <= before {
-            side = 1;
-        }
-        counts[side] += 1;
-        before = number;
+/// The names of both insoles, in the order of their sensors.
+const SIDES: [&str; 2] = ["left", "right"];
+
+/// The insoles of a file and how many sensors each has, left ones first: those that the lines `left insole:` and `right insole:`
+/// of the header name, or, where it has none, as numbers begin anew. A single one of which nobody tells the side has no name.
+fn insoles(text: &TextFile, header: &NovelHeader) -> Result<Vec<(&'static str, usize)>, Error> {
+    let sensors = numbers(header.sensors.split_whitespace().skip(1));
+    if sensors.is_empty() {
+        return Err(text.wrong(FORMAT, "numbers of sensors", "none is named"));
     }
-    counts
+    let told = SIDES.map(|side| told_sensors(&header.lines, side));
+    let each = |counts: [usize; 2]| {
+        let both = SIDES.into_iter().zip(counts);
+        both.filter(|(_, count)| *count > 0).collect()
+    };
+    if told.concat() == sensors {
+        return Ok(each([told[0].len(), told[1].len()]));
+    }
+    let are_those_of = [0, 1].map(|side| told[side] == sensors);
+    match are_those_of {
+        // The export has one insole, whose sensors both have.
+        [true, true] => return Ok(vec![("", sensors.len())]),
+        [true, false] => return Ok(each([sensors.len(), 0])),
+        [false, true] => return Ok(each([0, sensors.len()])),
+        [false, false] => {}
+    }
+    let anew = (1..sensors.len()).find(|&at| sensors[at] <= sensors[at - 1]);
+    match anew {
+        Some(left) => Ok(each([left, sensors.len() - left])),
+        None if told.concat().is_empty() => Ok(vec![("", sensors.len())]),
+        None => {
+            let found = format!("{} sensors, whose numbers never begin anew,", sensors.len());
+            let [left, right] = [told[0].len(), told[1].len()];
+            let expected =
+                format!("the {left} of `left insole:` and the {right} of `right insole:`");
+            let hint = "which sensor is of which foot is not told; the mask is another recording's";
+            Err(text.wrong_at(0, FORMAT, found, expected, hint))
+        }
+    }
+}
+
+/// The sensors of a side by the line of the header that names them; none where it has no such line.
+fn told_sensors(header: &str, side: &str) -> Vec<u64> {
+    let said = header.lines().find_map(|line| {
+        let (name, sensors) = line.split_once(':')?;
+        let mut words = name.split_whitespace().map(str::to_lowercase);
+        (words.next()? == side && words.next()? == "insole").then_some(sensors)
+    });
+    let is_between = |c: char| matches!(c, ',' | ';') || c.is_whitespace();
+    numbers(said.unwrap_or("").split(is_between))
+}
+
+fn numbers<'a>(words: impl Iterator<Item = &'a str>) -> Vec<u64> {
+    words.filter_map(|word| word.parse().ok()).collect()
 }
 
 struct Pedar {

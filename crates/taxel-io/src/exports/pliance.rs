@@ -8,7 +8,7 @@ use super::novel::{MAX_HEADER, NovelHeader, SENSORS};
 use super::pad::Pad;
 use super::text_file::TextFile;
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
-use crate::error::Error;
+use crate::error::{Error, ExportError};
 
 const FORMAT: &str = "novel pliance";
 /// Lines of coordinates are the same where they are within so much, cm.
@@ -32,6 +32,8 @@ struct Behind {
     /// Newtons by the microsecond.
     forces: BTreeMap<i64, f64>,
     centres_cm: [Vec<f64>; 2],
+    /// The line of the first of both.
+    centres_line: u64,
     areas_cm2: Vec<f64>,
 }
 
@@ -50,6 +52,7 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     let at = (FORMAT, text.place(0));
     let mut pad = Pad::new(at, (1, sensors), &header.unit, header.quantity)?;
     let behind = read_behind(&mut text, sensors)?;
+    check_places(&text, &header.sensors, &behind)?;
     let places = lay_out(&mut pad, &behind);
     let mut about = ExportAbout::new(FORMAT, "novel pliance", vec![pad]);
     about.header = header.lines;
@@ -94,7 +97,10 @@ fn read_behind(text: &mut TextFile, sensors: usize) -> Result<Behind, Error> {
                 is_forces = false;
                 continue;
             }
-            b"x[c]" => &mut behind.centres_cm[0],
+            b"x[c]" => {
+                behind.centres_line = text.place(0).line;
+                &mut behind.centres_cm[0]
+            }
             b"y[c]" => &mut behind.centres_cm[1],
             b"area" => &mut behind.areas_cm2,
             _ => {
@@ -121,6 +127,43 @@ fn read_behind(text: &mut TextFile, sensors: usize) -> Result<Behind, Error> {
     Ok(behind)
 }
 
+/// No two sensors lie in one place: one of them would stand for both.
+fn check_places(text: &TextFile, sensors: &str, behind: &Behind) -> Result<(), Error> {
+    let [x, y] = &behind.centres_cm;
+    let is_same = |a: f64, b: f64| (a - b).abs() <= SAME_CM;
+    let mut order: Vec<usize> = (0..x.len().min(y.len())).collect();
+    // In columns, as `distinct` finds them, and by y within each.
+    let columns = distinct(x);
+    let column = |at: usize| columns.partition_point(|other| *other + SAME_CM < x[at]);
+    order.sort_by(|&a, &b| column(a).cmp(&column(b)).then(y[a].total_cmp(&y[b])));
+    let twice = order
+        .windows(2)
+        .find(|pair| column(pair[0]) == column(pair[1]) && is_same(y[pair[0]], y[pair[1]]));
+    let Some(&[one, other]) = twice else {
+        return Ok(());
+    };
+    let names: Vec<&str> = sensors.split_whitespace().skip(1).collect();
+    let name = |at: usize| names.get(at).copied().unwrap_or("?");
+    let [first, second] = [one.min(other), one.max(other)];
+    let found = format!(
+        "sensors {} and {} both lie at x {} cm, y {} cm",
+        name(first),
+        name(second),
+        x[first],
+        y[first]
+    );
+    let at = text.line_at(behind.centres_line);
+    let hint = "one of both places is another; export the list of places again";
+    let expected = "a place for each sensor".to_owned();
+    Err(Error::Export(Box::new(ExportError::Line {
+        format: FORMAT,
+        at,
+        found,
+        expected,
+        hint,
+    })))
+}
+
 /// Gives the pad its shape; where each sensor of a line stands in it. x to the right, y of the file upwards.
 fn lay_out(pad: &mut Pad, behind: &Behind) -> Vec<usize> {
     let sensors = pad.columns;
@@ -140,11 +183,8 @@ fn lay_out(pad: &mut Pad, behind: &Behind) -> Vec<usize> {
             .collect();
         return in_order;
     }
-    let place = |all: &[f64], own: f64| {
-        all.iter()
-            .position(|other| (other - own).abs() <= SAME_CM)
-            .unwrap_or(0)
-    };
+    // No number of the list is the same as the one before it.
+    let place = |all: &[f64], own: f64| all.partition_point(|other| *other + SAME_CM < own);
     let places: Vec<usize> = x
         .iter()
         .zip(y)

@@ -126,7 +126,7 @@ const BROKEN: [Broken; 9] = [
         "\t195.00\t",
         "\t295.00\t",
         2,
-        "add up to 81",
+        "the cells of row 50 add up to 23.000 N",
     ),
     ("rsscan.txt", "", "\t8.3\t", "\t8.\t3\t", 1, "64 values"),
     (

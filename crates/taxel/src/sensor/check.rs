@@ -1,8 +1,9 @@
 //! Every number of a sensor file possible.
 
 use super::{
-    CheckSpec, ConverterSpec, DynamicSpec, MAX_DYNAMIC_TERMS, PerLine, PerTaxel, Sense, SensorSpec,
-    SheetSpec, UncertaintySpec, array, diode, handle, line_ends, plausible, resolved,
+    Array, CheckSpec, ConverterSpec, DynamicSpec, ExportedSpec, MAX_DYNAMIC_TERMS, PerLine,
+    PerTaxel, Sense, SensorSpec, SheetSpec, UncertaintySpec, array, diode, handle, line_ends,
+    plausible, resolved,
 };
 use crate::Error;
 
@@ -20,13 +21,33 @@ pub(super) fn values(sensor: &SensorSpec) -> Result<(), Error> {
     if let Some(check) = &sensor.check {
         check_check(check, sensor.material.is_some())?;
     }
-    let per_count = sensor.exported.as_ref().and_then(|own| own.unit_per_count);
-    if let Some(per_count) = per_count {
-        let hint = "how much of the exported unit a count is";
-        positive("exported.unit_per_count", per_count, hint)?;
+    if let Some(exported) = &sensor.exported {
+        check_exported(exported, &sensor.array)?;
     }
     plausible::numbers(sensor)?;
     named_lines(sensor)
+}
+
+fn check_exported(exported: &ExportedSpec, array: &Array) -> Result<(), Error> {
+    if let Some(per_count) = exported.unit_per_count {
+        let hint = "how much of the exported unit a count is";
+        positive("exported.unit_per_count", per_count, hint)?;
+    }
+    let Some(areas) = &exported.taxel_areas_mm2 else {
+        return Ok(());
+    };
+    let key = "exported.taxel_areas_mm2";
+    let found: usize = areas.iter().map(Vec::len).sum();
+    if areas.len() != array.rows || areas.iter().any(|row| row.len() != array.columns) {
+        let expected = "a list of numbers for each row, one for each column";
+        let hint = "one area for every crossing; leave the key out where all are alike";
+        return Err(range(key, found as f64, expected, hint));
+    }
+    let hint = "the area that a taxel's load acts on, mm²";
+    areas
+        .iter()
+        .flatten()
+        .try_for_each(|area| positive(key, *area, hint))
 }
 
 fn positive(key: &str, value: f64, hint: &'static str) -> Result<(), Error> {

@@ -26,7 +26,14 @@ const TABLES: [(&str, &[&str]); 22] = [
     ),
     (
         "exported",
-        &["program", "unit", "unit_per_count", "threshold", "header"],
+        &[
+            "program",
+            "unit",
+            "unit_per_count",
+            "threshold",
+            "taxel_areas_mm2",
+            "header",
+        ],
     ),
     ("region", &["name", "boxes", "outline", "confidence"]),
     (

@@ -18,6 +18,10 @@ pub struct ExportedSpec {
     /// Below which value, in that unit, the program has written 0. Absent: not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub threshold: Option<f64>,
+    /// Area of every crossing's taxel, mm², R lists of C numbers, where the program says that they differ: pressures and areas of
+    /// contact are by these. Absent: all have that of the array.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub taxel_areas_mm2: Option<Vec<Vec<f64>>>,
     /// What the file says before its frames, word by word but for names of persons.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub header: Option<String>,
@@ -31,6 +35,7 @@ impl ExportedSpec {
             unit: unit.into(),
             unit_per_count: None,
             threshold: None,
+            taxel_areas_mm2: None,
             header: None,
         }
     }
