@@ -142,12 +142,14 @@ pub enum Error {
         found: u64,
     },
     /// Lines, but none of numbers.
-    #[error("no line of numbers: {at} is `{found}`\nhint: {hint}")]
+    #[error(
+        "no line of numbers: {at} has {characters} characters, and they are words\nhint: {hint}"
+    )]
     NoNumbers {
         /// The first line that is not blank.
         at: Place,
-        /// How it begins.
-        found: String,
+        /// How many characters it has: it may tell of a person, and is not shown.
+        characters: usize,
         /// What to do.
         hint: &'static str,
     },

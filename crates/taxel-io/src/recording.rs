@@ -144,8 +144,11 @@ fn shape_of_text(path: &Path) -> Result<ShapeGuess, Error> {
         }
         let text = lines.text(line);
         if first.is_none() && !is_blank(text) {
-            let start = &text[..text.len().min(40)];
-            first = Some((lines.number(), String::from_utf8_lossy(start).into_owned()));
+            first = Some((
+                lines.number(),
+                String::from_utf8_lossy(text).chars().count(),
+                text.contains(&b','),
+            ));
         }
         let extra = match guess.columns {
             None => is_blank(text) || kind_of(text, usize::MAX, 0).is_some_and(looks_extra),
@@ -178,10 +181,11 @@ fn shape_of_text(path: &Path) -> Result<ShapeGuess, Error> {
     Ok(guess)
 }
 
-/// No line of the file is one of numbers; `first` is the first that is not blank, with its number.
-fn no_numbers(path: &Path, first: Option<(u64, String)>) -> Error {
+/// No line of the file is one of numbers; `first` is the first that is not blank: its number, its characters, and whether it has a
+/// comma.
+fn no_numbers(path: &Path, first: Option<(u64, usize, bool)>) -> Error {
     let file = path.to_owned();
-    let Some((line, found)) = first else {
+    let Some((line, characters, has_comma)) = first else {
         return Error::Empty {
             file,
             what: "line of numbers",
@@ -194,12 +198,12 @@ fn no_numbers(path: &Path, first: Option<(u64, String)>) -> Error {
             line,
             column: 1,
         },
-        hint: if found.contains(',') {
+        hint: if has_comma {
             "frames of counts as text are lines of numbers and nothing else"
         } else {
             "numbers of a frame are separated by commas; `tr -s ' \\t' ','` puts them in"
         },
-        found,
+        characters,
     }
 }
 

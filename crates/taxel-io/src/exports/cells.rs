@@ -193,9 +193,14 @@ fn slow(line: &[u8], from: usize, separator: Separator) -> (Cell, usize) {
 
 /// The number in a text, with a comma for its point or without.
 pub(super) fn number_of(text: &str) -> Option<f64> {
+    number_and_decimals(text).map(|(number, _)| number)
+}
+
+/// The same, and how many decimals it was written with.
+pub(super) fn number_and_decimals(text: &str) -> Option<(f64, u8)> {
     let (cell, to) = slow(text.as_bytes(), 0, Separator::One(0));
     match cell {
-        Cell::Number(value, _) if to == text.len() => Some(value),
+        Cell::Number(value, decimals) if to == text.len() => Some((value, decimals)),
         _ => None,
     }
 }

@@ -22,6 +22,18 @@ impl Pairs {
         self.pairs.push((key.to_owned(), value.to_owned(), number));
     }
 
+    /// Gives a key another name.
+    pub(super) fn rename(&mut self, from: &str, to: &str) {
+        let found = self.pairs.iter_mut().filter(|(key, ..)| key == from);
+        found.for_each(|(key, ..)| to.clone_into(key));
+    }
+
+    /// Every pair, with the number of its line.
+    pub(super) fn all(&self) -> impl Iterator<Item = (&str, &str, u64)> {
+        let pairs = self.pairs.iter();
+        pairs.map(|(key, value, line)| (key.as_str(), value.as_str(), *line))
+    }
+
     /// The value of a key, where it has one.
     pub(super) fn get(&self, key: &str) -> Option<&str> {
         let mut values = self.pairs.iter().filter(|(own, ..)| own == key);
@@ -52,10 +64,4 @@ impl Pairs {
         let (value, _) = super::cells::number_and_rest(self.get(key)?)?;
         Some(value).filter(|value| *value > 0.0)
     }
-}
-
-/// Whether a word is one of the keys, in capitals, of a Tekscan header.
-pub(super) fn is_key(word: &str) -> bool {
-    let is_part = |c: char| c.is_ascii_uppercase() || c.is_ascii_digit() || c == '_';
-    word.len() > 3 && word.chars().all(is_part)
 }

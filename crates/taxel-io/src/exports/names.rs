@@ -1,60 +1,45 @@
 //! What a header may tell of a person: left out of everything that is written.
 
-use super::header::is_key;
+mod known;
+
+use super::tekscan::keys::is_key;
 
 /// Keys, as a whole, whose values are names more often than not.
-const KEYS: [&str; 5] = ["code", "record", "file", "file name", "filename"];
+const KEYS: [&str; 7] = [
+    "code",
+    "record",
+    "file",
+    "file name",
+    "filename",
+    "trial",
+    "comment",
+];
 /// Words of keys that are about a person, in small letters and languages met.
-const WORDS: [&str; 32] = [
-    "name",
-    "person",
-    "persons",
-    "subject",
-    "subjects",
-    "client",
-    "clients",
-    "operator",
-    "tester",
-    "doctor",
-    "arzt",
-    "ärztin",
-    "kunde",
-    "nom",
-    "nome",
-    "naam",
-    "nombre",
-    "cognome",
-    "prenom",
-    "prénom",
-    "apellido",
-    "apellidos",
-    "born",
-    "dob",
-    "né",
-    "née",
-    "nacido",
-    "nato",
-    "nata",
-    "mail",
-    "email",
-    "phone",
+#[rustfmt::skip]
+const WORDS: [&str; 84] = [
+    "name", "names", "person", "persons", "personne", "persona", "pessoa", "persoon", "osoba",
+    "subject", "subjects", "sujet", "sujeto", "sujeito", "soggetto", "onderwerp", "pt", "pat",
+    "client", "clients", "cliente", "klient", "klant", "kunde", "usager", "usuario", "usuário",
+    "utente", "utilisateur", "user", "participant", "participante", "teilnehmer", "deelnemer",
+    "volunteer", "volontaire", "voluntario", "volontario", "freiwillige", "sportler", "runner",
+    "operator", "operateur", "opérateur", "operador", "operatore", "bediener", "tester", "prüfer",
+    "doctor", "docteur", "médecin", "medecin", "médico", "medico", "dottore", "doutor", "arts",
+    "arzt", "ärztin", "therapeut", "therapist", "nom", "nome", "naam", "nombre", "navn", "namn",
+    "nimi", "imię", "nazwisko", "jméno", "név", "cognome", "achternaam", "voornaam", "apellido",
+    "apellidos", "sobrenome", "apelido", "born", "dob", "mail", "email",
+];
+/// The same of births and numbers of telephones.
+#[rustfmt::skip]
+const MORE_WORDS: [&str; 18] = [
+    "né", "née", "nacido", "nacida", "nascido", "nascita", "nascimento", "nacimiento", "nato",
+    "nata", "geboorte", "geboortedatum", "född", "født", "phone", "telephone", "telefon", "telefono",
 ];
 /// The same within longer words, as in `Patientenname`, `PatientID`, `Geburtsdatum`.
-const PARTS: [&str; 14] = [
-    "patient",
-    "pazient",
-    "proband",
-    "athlet",
-    "examiner",
-    "untersucher",
-    "physician",
-    "surname",
-    "vorname",
-    "nachname",
-    "birth",
-    "geboren",
-    "geburt",
-    "naissance",
+#[rustfmt::skip]
+const PARTS: [&str; 20] = [
+    "patient", "patiënt", "pazient", "pacient", "pasient", "potilas", "proband", "athlet", "atlet",
+    "examiner", "untersucher", "physician", "surname", "prenom", "prénom", "birth", "geboren",
+    "geburt", "naissance", "versuchs",
 ];
 /// Words that stand in such keys beside the ones above.
 const BESIDE: [&str; 27] = [
@@ -72,15 +57,18 @@ const SEPARATORS: [char; 5] = [':', '\t', ',', ';', '='];
 /// Stands for what was left out.
 const LEFT_OUT: &str = "(left out)";
 
-/// A header with the values of such keys, paths of files, and comments left out.
+/// A header with the values of such keys, paths of files, comments, and lines that nobody here knows left out.
 pub(super) fn without_names(header: &str) -> String {
     let mut kept = Vec::new();
     let mut is_comment = false;
+    let mut keys: Vec<&str> = Vec::new();
     for line in header.lines() {
         let word = line.split([' ', ':', '\t', ',', ';', '=']).next();
         let word = word.unwrap_or("");
-        // A comment of Tekscan's stands on the lines behind its key.
-        if is_comment && !is_key(word) {
+        // A comment of Tekscan's stands on the lines behind its key, up to one that the header has not had yet.
+        let is_next = is_key(word) && !keys.contains(&word);
+        keys.push(word);
+        if is_comment && !is_next {
             kept.push(LEFT_OUT.to_owned());
             continue;
         }
@@ -104,6 +92,9 @@ fn without_name(line: &str, is_comment: bool) -> String {
         let first = end.map_or_else(|| line.find(' '), Some)?;
         has_path(&line[first + 1..]).then_some(first + 1)
     });
+    if cut.is_none() && !known::is_known(line) {
+        return LEFT_OUT.to_owned();
+    }
     match cut {
         Some(cut) if !line[cut..].trim().is_empty() => {
             format!("{} {LEFT_OUT}", line[..cut].trim_end_matches(' '))
@@ -153,6 +144,7 @@ fn end_of_personal_key(key: &str, is_closed: bool) -> Option<usize> {
 /// Whether a word of a key is about a person.
 fn is_about_person(word: &str) -> bool {
     WORDS.contains(&word)
+        || MORE_WORDS.contains(&word)
         || PARTS.iter().any(|part| word.contains(part))
         || word.ends_with("person")
         || word.ends_with("name") && !["filename", "mapname", "sensorname"].contains(&word)
@@ -248,6 +240,22 @@ mod tests {
             "Vorname\tAnna",
             "Versuchsperson=Anna",
             "Untersucher: Dr. Anna",
+            "Paciente: Anna",
+            "Sujet: Anna",
+            "PT_NAME Anna",
+            "Utente Anna",
+            "Nombre del paciente: Anna",
+            "Naam van de patiënt: Anna",
+            "Voornaam\tAnna",
+            "TRIAL Anna_Muster_left",
+            "Participant 7 Anna",
+            // Keys that nobody here knows, and lines without any.
+            "患者: Anna",
+            "WALKER Anna",
+            "Anna Muster, left",
+            "Anna Muster, 34",
+            "JOHN SMITH Anna",
+            "Dynamic Roll off of Anna Muster",
         ] {
             let kept = without_names(line);
             assert!(!kept.contains("Anna"), "{line}: {kept}");
@@ -273,6 +281,14 @@ mod tests {
             "total time [secs]:  15.050\ttime per frame [secs]:  0.01000",
             "MAP_VERSION 3.1",
             "SENSITIVITY Custom",
+            "MY_KEY 7",
+            "MaxSensorsX=32",
+            "MY_SIDE: 70 mm",
+            "}",
+            "[Technical]",
+            "12\t0.5\t0.7",
+            "mat type s2160_001",
+            "Right foot data",
             "",
         ] {
             assert_eq!(without_names(line), line);
@@ -282,6 +298,10 @@ mod tests {
     #[test]
     fn comments_are_left_out_up_to_the_next_key() {
         let kept = without_names("ROWS 2\nCOMMENTS:\nAnna walks\nand Bob, too\nUNITS KPa");
+        assert_eq!(kept, "ROWS 2\nCOMMENTS:\n(left out)\nUNITS KPa");
+        // Words in capitals end it as little as a key that has been there.
+        let lines = "ROWS 2\nCOMMENTS:\nANNA SMITH born 1970\nROWS of Anna\nBOB JONES\nUNITS KPa";
+        let kept = without_names(lines);
         assert_eq!(kept, "ROWS 2\nCOMMENTS:\n(left out)\nUNITS KPa");
         let kept = without_names("COMMENTS: Anna walks\nUNITS KPa");
         assert_eq!(kept, "COMMENTS: (left out)\nUNITS KPa");

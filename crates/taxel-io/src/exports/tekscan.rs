@@ -5,20 +5,22 @@
 
 mod first;
 mod header;
+pub(super) mod keys;
 mod scale;
 
 use std::path::Path;
 
-use super::cells::{Separator, number_of};
+use super::cells::{Separator, number_and_decimals, number_of, power_of_ten};
 use super::header::Pairs;
 use super::pad::{Pad, Quantity};
 use super::row::Rows;
 use super::text_file::TextFile;
-use super::units::{millimetres, other_unit, square_millimetres, unit_of};
+use super::units::{millimetres, other_unit, quantity, square_millimetres, unit_of};
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
 use crate::error::{Error, ExportError};
 use first::{First, first_frame};
 use header::{MAX_HEADER, is_data, read_header};
+use keys::is_known;
 use scale::{MAX_COUNT, raw_scale, saturation};
 
 const FORMAT: &str = "Tekscan ASCII";
@@ -48,6 +50,7 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     let (unit, known) = match pairs.get("units") {
         // A recording that was never calibrated.
         None if !CALIBRATED.iter().any(|key| pairs.get(key).is_some()) => {
+            check_strangers(&text, &pairs)?;
             ("raw".to_owned(), Quantity::Raw)
         }
         _ => unit_of(&text, FORMAT, &pairs, "units")?,
@@ -90,11 +93,45 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     Ok((about, Box::new(reader)))
 }
 
-/// Pitch and area of the sensels. An area that the header tells in a unit that nobody here knows is not that of the pitch.
+/// Without a unit numbers are raw counts, unless keys that nobody here knows may tell it: one with a unit behind it, or most of them.
+fn check_strangers(text: &TextFile, pairs: &Pairs) -> Result<(), Error> {
+    let strangers = || {
+        pairs
+            .all()
+            .filter(|(key, ..)| !key.is_empty() && !is_known(key))
+    };
+    let is_unit = |value: &str| matches!(quantity(value), Some(other) if other != Quantity::Raw);
+    let (all, unknown) = (pairs.all().count(), strangers().count());
+    let told = strangers().find(|(_, value, _)| is_unit(value));
+    let (found, line) = match (told, strangers().next()) {
+        (Some((.., line)), _) => ("a unit behind a key that is none of Tekscan's", line),
+        (None, Some((.., line))) if 2 * unknown > all => (
+            "no unit in the header, of whose keys most are not Tekscan's,",
+            line,
+        ),
+        _ => return Ok(()),
+    };
+    Err(Error::Export(Box::new(ExportError::Line {
+        format: FORMAT,
+        at: text.line_at(line),
+        found: found.to_owned(),
+        expected: "a line as `UNITS KPa`, or `UNITS raw` of raw counts".to_owned(),
+        hint: "nothing is guessed: export it in English, or write that line into the header",
+    })))
+}
+
+/// Pitch and area of the sensels. A length or an area that the header tells in a unit that nobody here knows is none.
 fn set_sides(text: &TextFile, pairs: &Pairs, pad: &mut Pad) -> Result<(), Error> {
-    let spacing = |key| pairs.get(key).and_then(|text| millimetres(text, None));
-    pad.pitch_mm = spacing("row_spacing")
-        .zip(spacing("col_spacing"))
+    let spacing = |key| {
+        let Some(said) = pairs.get(key) else {
+            return Ok(None);
+        };
+        let expected = "a length above 0 with its unit, as `5.08 mm`, `0.127 cm` or `0.025 inches`";
+        let unknown = || other_unit(text, FORMAT, pairs.line_of(key), said, expected);
+        millimetres(said, None).map(Some).ok_or_else(unknown)
+    };
+    pad.pitch_mm = spacing("row_spacing")?
+        .zip(spacing("col_spacing")?)
         .map(<[f64; 2]>::from);
     pad.area_mm2 = match pairs.get("sensel_area") {
         None => pad.pitch_mm.map(|[row, column]| row * column),
@@ -188,7 +225,7 @@ struct Tekscan {
 
 impl Tekscan {
     /// Its number, its seconds and its sum, of the line that begins a frame.
-    fn begin(&self, frame: &mut ParsedFrame) -> Result<Option<f64>, Error> {
+    fn begin(&self, frame: &mut ParsedFrame) -> Result<Option<(f64, u8)>, Error> {
         let words = self.text.words();
         let separator = match self.lines.separator {
             Separator::One(separator) => char::from(separator),
@@ -214,7 +251,7 @@ impl Tekscan {
         };
         let sum = cells.iter().position(|cell| cell.starts_with("Raw Sum"));
         let behind = sum.map_or(&[][..], |sum| &cells[sum + 1..]);
-        Ok(behind.iter().find_map(|cell| number_of(cell)))
+        Ok(behind.iter().find_map(|cell| number_and_decimals(cell)))
     }
 
     /// No cell that the first frame has as none may hold a value.
@@ -232,12 +269,20 @@ impl Tekscan {
         ))
     }
 
-    fn check_sum(&self, frame: &ParsedFrame, told: Option<f64>) -> Result<(), Error> {
-        let Some(expected) = told.filter(|_| self.is_raw) else {
+    /// Raw counts add up to what the frame's line says; those that were averaged do but for the digits that were not written.
+    fn check_sum(&self, frame: &ParsedFrame, told: Option<(f64, u8)>) -> Result<(), Error> {
+        let Some((expected, decimals)) = told.filter(|_| self.is_raw) else {
             return Ok(());
         };
         let found: f64 = frame.values.iter().sum();
-        if found == expected {
+        let allowed = if frame.decimals == 0 {
+            0.0
+        } else {
+            let loaded = frame.values.iter().filter(|value| **value > 0.0).count();
+            // Cells are rounded; sums may be cut off.
+            0.5 * loaded as f64 / power_of_ten(frame.decimals) + 1.0 / power_of_ten(decimals)
+        };
+        if (found - expected).abs() <= allowed {
             return Ok(());
         }
         Err(Error::Export(Box::new(ExportError::Sum {

@@ -146,6 +146,8 @@ impl TextFile {
         let line = self.words();
         let found = match line.trim() {
             "" => "nothing".to_owned(),
+            // It may tell of a person.
+            line if has_words(line) => format!("a line of {} characters", line.chars().count()),
             line => format!("`{}`", crate::grid::shortened(line.as_bytes())),
         };
         self.wrong_at(0, format, found, expected, hint)
@@ -206,6 +208,15 @@ pub(super) fn text_of(bytes: &[u8]) -> String {
         Ok(text) => text.to_owned(),
         Err(_) => bytes.iter().map(|&byte| char::from(byte)).collect(),
     }
+}
+
+/// Whether a line has words beside those that a frame has.
+fn has_words(line: &str) -> bool {
+    let words = line.split(|c: char| !c.is_alphabetic());
+    let mut others = words.filter(|word| {
+        word.chars().count() > 2 && !["Frame", "Force", "nan", "NaN"].contains(word)
+    });
+    others.next().is_some()
 }
 
 /// Whether a line ends in a decimal sign, behind which digits are lost.

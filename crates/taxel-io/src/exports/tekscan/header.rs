@@ -1,7 +1,8 @@
 //! The lines before the frames.
 
-use super::super::header::{Pairs, is_key};
+use super::super::header::Pairs;
 use super::super::text_file::TextFile;
+use super::keys::{is_key, translate};
 use super::{FORMAT, PADDING};
 use crate::error::Error;
 
@@ -33,12 +34,14 @@ pub(super) fn read_header(text: &mut TextFile) -> Result<(Pairs, String), Error>
             .and_then(|line| line.strip_suffix('"'))
             .unwrap_or(line);
         if is_data(line) {
+            translate(&mut pairs);
             return Ok((pairs, lines.join("\n")));
         }
-        // The comment itself stands on the lines behind, in any words.
+        // The comment itself stands on the lines behind, in any words: a key ends it, unless the header has had that already.
         let key = line.split(SEPARATORS).next().unwrap_or("");
         let begins_comment = key.eq_ignore_ascii_case("comments");
-        is_comment = begins_comment || is_comment && !is_key(key);
+        let is_next = is_key(key) && pairs.line_of(&key.to_lowercase()) == 0;
+        is_comment = begins_comment || is_comment && !is_next;
         if !is_comment {
             pairs.add(line, &SEPARATORS, text.place(0).line);
         }
