@@ -5,6 +5,7 @@ use std::fs::File;
 use std::path::Path;
 
 use super::cells::number_of;
+use super::clock::{secs_of_date, secs_of_day};
 use super::pad::{Pad, Quantity};
 use super::text_file::{TextFile, text_of};
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
@@ -155,15 +156,41 @@ impl Insole {
         number_of(text_of(self.record.get(at)?).trim())
     }
 
-    /// Seconds of the line.
-    fn secs(&self) -> Option<f64> {
-        let (at, unit) = self.time?;
-        let time = self.number(at)?;
+    /// Seconds of the line: a number, a date and a time, or a time of the day. A cell without any has none.
+    fn secs(&self) -> Result<Option<f64>, Error> {
+        let Some((at, unit)) = self.time else {
+            return Ok(None);
+        };
+        let cell = text_of(self.record.get(at).unwrap_or(b""));
+        let cell = cell.trim();
+        if cell.is_empty() {
+            return Ok(None);
+        }
+        let Some(time) = number_of(cell) else {
+            let secs = secs_of_date(cell).or_else(|| secs_of_day(cell));
+            return secs.map(Some).ok_or_else(|| {
+                let found = format!("a time of {} characters", cell.chars().count());
+                let expected = "a number, or a date and a time as `2025-01-02 10:00:00.000`";
+                self.wrong(found, expected, "write times so, or leave the cell empty")
+            });
+        };
         let by_size = || {
             let unit = SINCE_1970.iter().find(|(least, _)| time > *least);
             unit.map_or(1.0, |(_, secs)| *secs)
         };
-        Some(time * unit.unwrap_or_else(by_size))
+        Ok(Some(time * unit.unwrap_or_else(by_size)))
+    }
+
+    /// That the line read last has something else than is expected.
+    fn wrong(&self, found: String, expected: impl Into<String>, hint: &'static str) -> Error {
+        let line = self.record.position().map_or(0, csv::Position::line);
+        Error::Export(Box::new(ExportError::Line {
+            format: FORMAT,
+            at: self.text.line_at(line),
+            found,
+            expected: expected.into(),
+            hint,
+        }))
     }
 }
 
@@ -183,7 +210,7 @@ impl Parser for Insole {
         self.next = (self.next + 1) % self.places.len();
         self.pad = pad;
         frame.begin(pad, 0);
-        frame.secs = self.secs();
+        frame.secs = self.secs()?;
         let number = self.number.and_then(|at| self.number(at));
         let is_count = |number: &f64| number.fract() == 0.0 && *number >= 0.0;
         frame.number = number.filter(is_count).map(|number| number as u64);
@@ -195,19 +222,18 @@ impl Parser for Insole {
             .filter(|number| !number.is_empty());
         let value = |number: &str| number.parse::<f64>().unwrap_or(f64::NAN);
         frame.values.extend(numbers.map(value));
-        let line = self.record.position().map_or(0, csv::Position::line);
         let is_whole = frame.values.iter().all(|value| *value >= 0.0);
         if frame.values.len() == ROWS * COLUMNS && is_whole {
             return Ok(true);
         }
         let found = if is_whole {
-            format!("{} numbers in `{name}` of line {line}", frame.values.len())
+            format!("{} numbers in `{name}`", frame.values.len())
         } else {
-            format!("a number below 0, or none, in `{name}` of line {line}")
+            format!("a number below 0, or none, in `{name}`")
         };
         let expected = format!("{} of 0 or more", ROWS * COLUMNS);
         let hint = "a picture of 33 x 15; --keep-going leaves its frame out";
-        Err(self.text.wrong_at(0, FORMAT, found, expected, hint))
+        Err(self.wrong(found, expected, hint))
     }
 
     fn skip_frame(&mut self) -> Result<(), Error> {

@@ -18,6 +18,7 @@
 mod about;
 mod apd;
 mod cells;
+mod clock;
 mod emed;
 mod fsa;
 mod header;

@@ -38,6 +38,8 @@ pub struct ExportReader {
     /// Of the frame given last, its time and its place.
     secs: Option<f64>,
     secs_frame: u64,
+    /// Whether the number of the frame given last is not above the one before it.
+    is_anew: bool,
     /// Whether the parser stands behind the frame that it was asked for.
     is_behind: bool,
     reference_newtons: Option<f64>,
@@ -92,6 +94,7 @@ impl ExportReader {
             number: None,
             secs: None,
             secs_frame: 0,
+            is_anew: false,
             is_behind: false,
             reference_newtons: None,
             integrity: Integrity::default(),
@@ -183,9 +186,11 @@ impl ExportReader {
     /// What the frame's own number tells of those before it.
     fn follow_number(&mut self) {
         let number = self.parsed.number;
+        let restarts = self.integrity.gaps.restarts;
         if let (Some(before), Some(number)) = (self.number, number) {
             self.integrity.gaps.add(before as u32, number as u32);
         }
+        self.is_anew = self.integrity.gaps.restarts > restarts;
         self.first_number = self.first_number.or(number);
         self.number = number.or(self.number);
     }
@@ -200,6 +205,14 @@ impl ExportReader {
             let left_out = (self.frame - self.secs_frame - 1) as f64;
             let steps = (now - before) / step - left_out;
             self.integrity.times.add(self.frame - 1, steps);
+        }
+        // Numbers tell what is missing; times of theirs that go back are told all the same.
+        if is_numbered
+            && !self.is_anew
+            && let (Some(before), Some(now)) = (self.secs, self.parsed.secs)
+            && now < before
+        {
+            self.integrity.times.repeated += 1;
         }
         self.secs = self.parsed.secs;
         self.secs_frame = self.frame;

@@ -3,7 +3,8 @@
 
 use std::path::Path;
 
-use super::cells::{Separator, number_and_rest, number_of};
+use super::cells::{Separator, number_of};
+use super::clock::secs_of_day;
 use super::header::Pairs;
 use super::pad::{Pad, Quantity};
 use super::row::Rows;
@@ -305,21 +306,9 @@ impl XSensor {
         Err(self.text.wrong_at(0, FORMAT, found, known, hint))
     }
 
-    /// `08:21:17.982`, `1:00:00.5 PM`.
+    /// The time of the day of a frame.
     fn take_time(&mut self, value: &str) {
-        let mut parts = value
-            .splitn(3, ':')
-            .map(|part| number_and_rest(part).map(|(n, _)| n));
-        let mut part = || parts.next().flatten();
-        let secs = part().zip(part()).zip(part());
-        let half = value.trim().to_uppercase();
-        let hour = |hours: f64| match (half.ends_with("PM"), half.ends_with("AM")) {
-            (true, _) if hours < 12.0 => hours + 12.0,
-            (_, true) if hours >= 12.0 => hours - 12.0,
-            _ => hours,
-        };
-        let secs =
-            secs.map(|((hours, minutes), secs)| 3600.0 * hour(hours) + 60.0 * minutes + secs);
+        let secs = secs_of_day(value);
         if let (Some(before), Some(secs)) = (self.secs, secs)
             && secs + 0.5 * SECS_PER_DAY < before - self.days * SECS_PER_DAY
         {

@@ -1,26 +1,26 @@
 //! zebris FDM as text: who and when, forces of both feet over time, and a platform whose frames are tables with named rows and
 //! columns between braces. The words of the header are those of the user's language; what is looked for is not.
 
+mod forces;
+mod table;
+
 use std::path::Path;
 
-use super::cells::{Separator, number_and_rest, number_of};
+use super::cells::{number_and_rest, number_of};
 use super::header::Pairs;
 use super::pad::Pad;
-use super::row::Rows;
 use super::text_file::TextFile;
 use super::units::{length_mm, unit_of};
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
 use crate::error::Error;
+use forces::read_forces;
+use table::Table;
 
 const FORMAT: &str = "zebris text";
-const ROWS: Rows = Rows {
-    format: FORMAT,
-    separator: Separator::One(b'\t'),
-    // Each row begins with its name.
-    skipped: 1,
-};
-/// Frames of forces before those of the platform at most: they are held while the file is read.
-const MAX_FORCES: usize = 1 << 20;
+/// Platforms of a file at most.
+const MAX_PLATFORMS: usize = 16;
+/// Times of forces and of frames are the same where they are within so much, milliseconds.
+const SAME_MS: f64 = 1e-3;
 
 pub(super) fn is_it(beginning: &Beginning) -> bool {
     let mut has = [false; 3];
@@ -36,7 +36,42 @@ pub(super) fn is_it(beginning: &Beginning) -> bool {
 pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error> {
     let mut text = TextFile::open(file)?;
     let (header, forces) = read_forces(&mut text)?;
-    let (pairs, platform) = read_platform(&mut text)?;
+    let (mut pads, mut lines, mut pairs) = (Vec::new(), vec![header], Vec::new());
+    loop {
+        let (own, words) = read_platform(&mut text)?;
+        pads.push(pad_of(&text, &own)?);
+        lines.push(words);
+        pairs.push(own);
+        if !find_platform(&mut text)? {
+            break;
+        }
+        if pads.len() == MAX_PLATFORMS {
+            let found = format!("platform {}", MAX_PLATFORMS + 1);
+            let hint = "the file has more platforms than are read; export fewer";
+            return Err(text.wrong_at(0, FORMAT, found, format!("{MAX_PLATFORMS} at most"), hint));
+        }
+    }
+    if let [_, _, ..] = &pads[..] {
+        let name = |(at, pad): (usize, &mut Pad)| pad.name = (at + 1).to_string();
+        pads.iter_mut().enumerate().for_each(name);
+    }
+    let tables = pads.iter().map(|pad| Table::new((pad.rows, pad.columns)));
+    let mut reader = Zebris {
+        text: TextFile::open(file)?,
+        tables: tables.collect(),
+        platform: 0,
+        forces,
+    };
+    find_platform(&mut reader.text)?;
+    let mut about = ExportAbout::new(FORMAT, "zebris FDM", pads);
+    about.header = lines.join("\n");
+    about.frames = pairs[0].count("frame count").map(|frames| frames as u64);
+    about.secs_per_frame = pairs[0].positive("frequency").map(|rate| 1.0 / rate);
+    Ok((about, Box::new(reader)))
+}
+
+/// A platform, by the lines behind `Platform {`.
+fn pad_of(text: &TextFile, pairs: &Pairs) -> Result<Pad, Error> {
     let count = |key: &str| {
         pairs.count(key).ok_or_else(|| {
             let hint = "the lines behind `Platform {` say how large it is";
@@ -44,7 +79,7 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         })
     };
     let (columns, rows) = (count("columns")?, count("lines")?);
-    let (unit, known) = unit_of(&text, FORMAT, &pairs, "units")?;
+    let (unit, known) = unit_of(text, FORMAT, pairs, "units")?;
     let at = text.line_at(pairs.line_of("columns"));
     let mut pad = Pad::new((FORMAT, at), (rows, columns), &unit, known)?;
     let side = |key: &str| {
@@ -59,66 +94,17 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         .zip(side("cell width"))
         .map(<[f64; 2]>::from);
     pad.area_mm2 = pad.pitch_mm.map(|[height, width]| height * width);
-    let mut about = ExportAbout::new(FORMAT, "zebris FDM", vec![pad]);
-    about.header = [header, platform].join("\n");
-    about.frames = pairs.count("frame count").map(|frames| frames as u64);
-    about.secs_per_frame = pairs.positive("frequency").map(|rate| 1.0 / rate);
-    let reader = Zebris {
-        text,
-        shape: (rows, columns),
-        forces,
-        is_there: vec![false; rows],
-        first: 1,
-    };
-    Ok((about, Box::new(reader)))
+    Ok(pad)
 }
 
-/// What stands before the platform: words, and the sum of both feet's forces by milliseconds.
-fn read_forces(text: &mut TextFile) -> Result<(String, Vec<(f64, f64)>), Error> {
-    let (mut header, mut forces) = (Vec::new(), Vec::new());
-    let mut force_columns: Vec<usize> = Vec::new();
+/// Goes behind the line that begins the next platform; false at the end.
+fn find_platform(text: &mut TextFile) -> Result<bool, Error> {
     while text.advance()? {
-        let words = text.words();
-        let line = words.trim();
-        if line.starts_with("Platform") && line.ends_with('{') {
-            return Ok((header.join("\n"), forces));
+        if is_platform(text.line()) {
+            return Ok(true);
         }
-        // Names with a comma may stand between quotes.
-        let cells: Vec<&str> = words
-            .split('\t')
-            .map(|cell| cell.trim().trim_matches('"'))
-            .collect();
-        if !force_columns.is_empty()
-            && let Some(ms) = number_of(cells[0])
-        {
-            let each = force_columns.iter().map(|&at| number_of(cells.get(at)?));
-            // A step that it has given to neither foot counts as none.
-            let each = each.map(|force| force.filter(|newtons| *newtons > 0.0));
-            if let Some(newtons) = each.sum::<Option<f64>>()
-                && forces.len() < MAX_FORCES
-            {
-                forces.push((ms, newtons));
-            }
-            continue;
-        }
-        if cells[0].ends_with(",ms") && cells.len() > 2 {
-            force_columns = feet(&cells);
-        }
-        header.push(line.to_owned());
     }
-    let hint = "only exports with the raw data of the platform hold frames";
-    Err(text.wrong(FORMAT, "a line `Platform {`", hint))
-}
-
-/// The two columns of the feet's forces: the first that end in newtons and are of no butterfly.
-fn feet(names: &[&str]) -> Vec<usize> {
-    let is_foot = |name: &str| name.ends_with(",N") && !name.starts_with("Butterfly");
-    let columns: Vec<usize> = (0..names.len()).filter(|&at| is_foot(names[at])).collect();
-    if columns.len() == 2 {
-        columns
-    } else {
-        Vec::new()
-    }
+    Ok(false)
 }
 
 /// The lines behind `Platform {`, up to the first frame.
@@ -127,7 +113,7 @@ fn read_platform(text: &mut TextFile) -> Result<(Pairs, String), Error> {
     while text.advance()? {
         let words = text.words();
         let line = words.trim();
-        if is_frame(text.line()) {
+        if is_frame(text.line()) || is_platform(text.line()) {
             text.unread();
             break;
         }
@@ -139,27 +125,30 @@ fn read_platform(text: &mut TextFile) -> Result<(Pairs, String), Error> {
     Ok((pairs, lines.join("\n")))
 }
 
+fn is_platform(line: &[u8]) -> bool {
+    line.starts_with(b"Platform") && line.trim_ascii_end().ends_with(b"{")
+}
+
+/// Milliseconds of the unit that closes the name of a time, `Time,ms`, `Time, s`.
+fn unit_ms(name: &str) -> Option<f64> {
+    let (_, unit) = name.rsplit_once(',')?;
+    match unit.trim().trim_matches('"') {
+        "ms" | "msec" => Some(1.0),
+        "s" | "sec" => Some(1e3),
+        _ => None,
+    }
+}
+
 fn is_frame(line: &[u8]) -> bool {
     line.starts_with(b"Frame ") && line.trim_ascii_end().ends_with(b"{")
 }
 
-/// 7 of `y7<tab>…`.
-fn number_of_row(line: &[u8]) -> Option<usize> {
-    let name = line.split(|byte| *byte == b'\t').next()?;
-    std::str::from_utf8(name.get(1..)?)
-        .ok()?
-        .trim()
-        .parse()
-        .ok()
-}
-
 struct Zebris {
     text: TextFile,
-    shape: (usize, usize),
+    tables: Vec<Table>,
+    /// Which platform the lines read last are of.
+    platform: usize,
     forces: Vec<(f64, f64)>,
-    /// Which rows the frame has had, and the number of the first one, 0 or 1.
-    is_there: Vec<bool>,
-    first: usize,
 }
 
 impl Zebris {
@@ -167,86 +156,80 @@ impl Zebris {
     fn begin(&self, frame: &mut ParsedFrame) {
         let words = self.text.words();
         if let Some((key, value)) = words.split_once('\t')
-            && key.trim().ends_with("ms")
-            && let Some(ms) = number_of(value.trim())
+            && let Some(unit) = unit_ms(key)
+            && let Some(time) = number_of(value.trim())
         {
+            let ms = unit * time;
             frame.secs = Some(1e-3 * ms);
-            let at = self.forces.binary_search_by(|(own, _)| own.total_cmp(&ms));
-            frame.reference_newtons = at.ok().map(|at| self.forces[at].1);
+            let nearest = self.forces.partition_point(|(own, _)| *own < ms - SAME_MS);
+            let force = self.forces.get(nearest);
+            // What the feet carry stands on one platform, or on all of them.
+            frame.reference_newtons = force
+                .filter(|(own, _)| (own - ms).abs() <= SAME_MS && self.tables.len() == 1)
+                .map(|(_, newtons)| *newtons);
         }
     }
 
-    fn cut(&self, rows: usize) -> Error {
-        let expected = format!("{} of them and a closing brace", self.shape.0);
-        self.text.cut(FORMAT, format!("{rows} rows"), expected)
+    /// Goes behind the line that begins the next frame; false at the end.
+    fn find(&mut self) -> Result<bool, Error> {
+        while self.text.advance()? {
+            if is_platform(self.text.line()) {
+                self.platform += 1;
+            } else if is_frame(self.text.line()) {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    fn cut(&self) -> Error {
+        let table = &self.tables[self.platform];
+        let expected = format!("{} of them and a closing brace", table.shape().0);
+        let found = format!("{} rows", table.rows());
+        self.text.cut(FORMAT, found, expected)
     }
 }
 
 impl Parser for Zebris {
     fn next(&mut self, frame: &mut ParsedFrame) -> Result<bool, Error> {
-        let (rows, columns) = self.shape;
-        loop {
-            if !self.text.advance()? {
-                return Ok(false);
-            }
-            if is_frame(self.text.line()) {
-                break;
-            }
+        if !self.find()? {
+            return Ok(false);
         }
-        frame.begin(0, rows * columns);
+        let pad = self.platform;
+        let (rows, columns) = self.tables[pad].shape();
+        frame.begin(pad, rows * columns);
         let words = self.text.words();
         let number = number_and_rest(words.trim_start_matches("Frame "));
         frame.number = number.map(|(number, _)| number as u64);
-        let mut row = 0;
+        self.tables[pad].begin();
         loop {
             if !self.text.advance()? {
-                return Err(self.cut(row));
+                return Err(self.cut());
             }
             let line = self.text.line();
             if line.starts_with(b"y") {
-                if row == rows {
-                    let hint = "the platform's Lines are fewer";
-                    return Err(self
-                        .text
-                        .wrong(FORMAT, "the closing brace of the frame", hint));
-                }
-                let number = number_of_row(line);
-                if row == 0 {
-                    self.is_there.fill(false);
-                    self.first = number.unwrap_or(1).min(1);
-                }
-                let place = number.and_then(|number| number.checked_sub(self.first));
-                let place = place.filter(|&place| self.is_there.get(place) == Some(&false));
-                let Some(place) = place else {
-                    let hint =
-                        "rows are placed by their numbers; one comes twice, or there is none such";
-                    let [first, last] = [self.first, self.first + rows - 1];
-                    let expected = format!("each of the rows y{first} to y{last} once");
-                    return Err(self.text.wrong(FORMAT, expected, hint));
-                };
-                self.is_there[place] = true;
-                let out = &mut frame.values[place * columns..(place + 1) * columns];
-                ROWS.read(&self.text, out, &mut frame.decimals)?;
-                row += 1;
+                self.tables[pad].take_row(&self.text, &mut frame.values, &mut frame.decimals)?;
             } else if line.trim_ascii() == b"}" {
                 break;
-            } else if is_frame(line) {
+            } else if is_frame(line) || is_platform(line) {
                 self.text.unread();
-                return Err(self.cut(row));
-            } else if row == 0 {
+                return Err(self.cut());
+            } else if line.trim_ascii_start().starts_with(b"x") {
+                self.tables[pad].take_names(&self.text)?;
+            } else if self.tables[pad].rows() == 0 {
                 self.begin(frame);
             }
         }
-        if row == rows {
+        if self.tables[pad].is_whole() {
             Ok(true)
         } else {
-            Err(self.cut(row))
+            Err(self.cut())
         }
     }
 
     fn skip_frame(&mut self) -> Result<(), Error> {
         while self.text.advance()? {
-            if is_frame(self.text.line()) {
+            if is_frame(self.text.line()) || is_platform(self.text.line()) {
                 self.text.unread();
                 break;
             }
@@ -256,5 +239,9 @@ impl Parser for Zebris {
 
     fn text(&self) -> &TextFile {
         &self.text
+    }
+
+    fn pad_of_error(&self) -> Option<usize> {
+        Some(self.platform)
     }
 }

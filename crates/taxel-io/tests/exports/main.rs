@@ -7,12 +7,14 @@ mod ends;
 mod misread;
 mod persons;
 mod shapes;
+mod silent;
 mod sizes;
 mod spelled;
 mod units;
 mod variants;
 mod whole;
 mod written;
+mod zebris;
 
 use std::path::{Path, PathBuf};
 
