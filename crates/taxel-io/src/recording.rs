@@ -66,10 +66,14 @@ fn format_of(path: &Path) -> Result<Format, Error> {
 /// [`Error::Open`], and all that the end of such a file can be wrong in.
 pub fn sensor_toml_of(path: impl AsRef<Path>) -> Result<Option<String>, Error> {
     let path = path.as_ref();
+    // By what is in it, whatever it is called.
+    if let Some(spec) = exports::sensor_of(path)? {
+        return Ok(Some(spec.to_toml()));
+    }
     match extension(path).as_str() {
         "mcap" => Ok(McapReader::open_any(path)?.sensor_toml().map(str::to_owned)),
         "parquet" => parquet::sensor_toml_of(path),
-        _ => Ok(exports::sensor_of(path)?.map(|spec| spec.to_toml())),
+        _ => Ok(None),
     }
 }
 

@@ -210,6 +210,8 @@ pub(super) fn number_and_rest(text: &str) -> Option<(f64, &str)> {
     let text = text.trim();
     let is_part = |c: char| c.is_ascii_digit() || matches!(c, '.' | ',' | '-' | '+');
     let mut end = text.find(|c| !is_part(c)).unwrap_or(text.len());
+    // A comma behind it parts it from what follows.
+    end = text[..end].trim_end_matches(',').len();
     if let Some(power) = text[end..].strip_prefix(['e', 'E']) {
         let digits = power.strip_prefix(['-', '+']).unwrap_or(power);
         let count = digits.bytes().take_while(u8::is_ascii_digit).count();
@@ -282,6 +284,7 @@ mod tests {
         assert_eq!(number_and_rest("3,2E+1"), Some((32.0, "")));
         assert_eq!(number_and_rest("5 e"), Some((5.0, "e")));
         assert_eq!(number_and_rest("5e"), Some((5.0, "e")));
+        assert_eq!(number_and_rest("0.020,time"), Some((0.02, ",time")));
         assert_eq!(number_of("12 mm"), None);
     }
 

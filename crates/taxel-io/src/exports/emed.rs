@@ -23,7 +23,8 @@ pub(super) fn is_it(beginning: &Beginning) -> bool {
     let mut has = [false; 2];
     for line in beginning.lines(200) {
         has[0] |= line.contains("Sensor area:");
-        has[1] |= line.contains(PICTURE);
+        // Summaries may stand before the first picture, pages of them.
+        has[1] |= line.contains(PICTURE) || line.contains("Matrix:");
     }
     has == [true; 2]
 }
@@ -48,7 +49,8 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         pitch = pitch.or(said("Sensor size:").and_then(|said| sides(&first(said))));
         step = step.or(said("Time/picture:").and_then(milliseconds));
         let line = words.trim_matches(|c: char| c.is_whitespace() || c == '\x0c');
-        if !line.is_empty() {
+        let is_table = line.starts_with(|c: char| c.is_ascii_digit()) || line.starts_with("Force");
+        if !line.is_empty() && !is_table && !lines.iter().any(|own| own == line) {
             lines.push(line.to_owned());
         }
     }

@@ -1,9 +1,9 @@
-//! FSA / Vista Medical mats as text: a frame of 32 x 64 a line, whole numbers parted by tabs, and nothing else. Neither times nor a
+//! FSA / Vista Medical mats as text: a frame of 32 x 64 a line, numbers parted by tabs, and nothing else. Neither times nor a
 //! unit stand in it.
 
 use std::path::Path;
 
-use super::cells::Separator;
+use super::cells::{Separator, number_of};
 use super::pad::{Pad, Quantity};
 use super::row::Rows;
 use super::text_file::TextFile;
@@ -13,34 +13,40 @@ use crate::error::Error;
 const FORMAT: &str = "FSA text";
 const ROWS: usize = 32;
 const COLUMNS: usize = 64;
-const TABS: Rows = Rows {
-    format: FORMAT,
-    separator: Separator::One(b'\t'),
-    skipped: 0,
-};
 
 pub(super) fn is_it(beginning: &Beginning) -> bool {
+    // Commas would be another's: text recordings of as many columns are written so.
     let is_frame = |line: &str| {
-        let cells = line.split('\t');
-        cells.clone().count() == ROWS * COLUMNS
-            && cells
-                .map(str::trim)
-                .all(|cell| !cell.is_empty() && cell.bytes().all(|byte| byte.is_ascii_digit()))
+        ['\t', ';', ' '].iter().any(|one| {
+            let cells = line.split(*one).map(str::trim);
+            let is_number = |cell: &str| number_of(cell).is_some_and(|number| number >= 0.0);
+            cells.clone().count() == ROWS * COLUMNS && cells.clone().all(is_number)
+        })
     };
     let mut lines = beginning.lines(usize::MAX).filter(|line| !line.is_empty());
     lines.next().is_some_and(is_frame)
 }
 
 pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error> {
+    let mut text = TextFile::open(file)?;
+    let mut separator = Separator::One(b'\t');
+    while text.advance()? {
+        if !text.line().trim_ascii().is_empty() {
+            separator = Separator::of(text.line());
+            break;
+        }
+    }
     let text = TextFile::open(file)?;
     let at = (FORMAT, text.place(0));
     let pad = Pad::new(at, (ROWS, COLUMNS), "raw", Quantity::Raw)?;
     let about = ExportAbout::new(FORMAT, "FSA / Vista Medical", vec![pad]);
-    Ok((about, Box::new(Fsa { text })))
+    let rows = Rows::new(FORMAT, separator);
+    Ok((about, Box::new(Fsa { text, rows })))
 }
 
 struct Fsa {
     text: TextFile,
+    rows: Rows,
 }
 
 impl Parser for Fsa {
@@ -54,7 +60,8 @@ impl Parser for Fsa {
             }
         }
         frame.begin(0, ROWS * COLUMNS);
-        TABS.read(&self.text, &mut frame.values, &mut frame.decimals)?;
+        let rows = self.rows;
+        rows.read(&self.text, &mut frame.values, &mut frame.decimals)?;
         Ok(true)
     }
 

@@ -24,9 +24,16 @@ const TIME: [&str; 3] = ["time", "timestamp", "t"];
 const NUMBER: [&str; 7] = ["number", "no", "nr", "num", "id", "index", "idx"];
 
 pub(super) fn is_it(beginning: &Beginning) -> bool {
-    let first = beginning.lines(1).next().unwrap_or("");
-    let mut names = first.split(',').map(|name| name.trim_matches(['"', ' ']));
-    names.any(|name| FEET.iter().any(|(foot, _)| name.eq_ignore_ascii_case(foot)))
+    delimiter(beginning.lines(1).next().unwrap_or("")).is_some()
+}
+
+/// What parts the cells of a table with such a line of names; `None` where it names no foot.
+fn delimiter(names: &str) -> Option<u8> {
+    let is_foot = |name: &str| FEET.iter().any(|(foot, _)| name.eq_ignore_ascii_case(foot));
+    b",;\t".iter().copied().find(|&one| {
+        let mut names = names.split(char::from(one));
+        names.any(|name| is_foot(name.trim_matches(['"', ' '])))
+    })
 }
 
 /// The words of a column's name, in small letters.
@@ -93,7 +100,12 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         file: file.to_owned(),
         source,
     })?;
-    let mut table = csv::ReaderBuilder::new().flexible(true).from_reader(opened);
+    let mut text = TextFile::open(file)?;
+    text.advance()?;
+    let mut table = csv::ReaderBuilder::new()
+        .flexible(true)
+        .delimiter(delimiter(text.words().trim()).unwrap_or(b','))
+        .from_reader(opened);
     let names: Vec<String> = table
         .byte_headers()
         .map_err(failed)?
@@ -106,7 +118,6 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         })
         .collect();
     let place = |name: &str| names.iter().position(|own| own.eq_ignore_ascii_case(name));
-    let text = TextFile::open(file)?;
     let (mut pads, mut places) = (Vec::new(), Vec::new());
     for (name, foot) in FEET {
         if let Some(at) = place(name) {
@@ -216,7 +227,7 @@ impl Parser for Insole {
         frame.number = number.filter(is_count).map(|number| number as u64);
         let (at, name) = self.places[pad];
         let cell = text_of(self.record.get(at).unwrap_or(b""));
-        let is_number = |c: char| c.is_ascii_digit() || c == '.' || c == '-';
+        let is_number = |c: char| c.is_ascii_digit() || matches!(c, '.' | '-' | '+' | 'e' | 'E');
         let numbers = cell
             .split(|c: char| !is_number(c))
             .filter(|number| !number.is_empty());

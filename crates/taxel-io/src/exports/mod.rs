@@ -33,6 +33,7 @@ mod reader;
 mod row;
 mod rsscan;
 mod survey;
+mod suspects;
 mod tactilus;
 mod tekscan;
 mod text_file;
@@ -160,7 +161,7 @@ impl Beginning {
 type IsIt = fn(&Beginning) -> bool;
 
 /// Every format: how it is known, and what opens it.
-const FORMATS: [(IsIt, Open); 11] = [
+const FORMATS: [(IsIt, Open); 14] = [
     (tekscan::is_it, tekscan::open),
     (zebris::is_it, zebris::open),
     (apd::is_it, apd::open),
@@ -172,6 +173,9 @@ const FORMATS: [(IsIt, Open); 11] = [
     (tactilus::is_it, tactilus::open),
     (insole::is_it, insole::open),
     (fsa::is_it, fsa::open),
+    (suspects::is_zebris, suspects::refuse_zebris),
+    (suspects::is_novel, suspects::refuse_novel),
+    (suspects::is_rsscan, suspects::refuse_rsscan),
 ];
 
 /// A file and the name of one of its sensors, which may stand behind a `#`.
@@ -196,14 +200,36 @@ pub fn file_of(path: &Path) -> PathBuf {
     file_and_pad(path).0
 }
 
-/// Recordings of Taxel, which are known by their name.
-const OWN: [&str; 4] = ["mcap", "parquet", "npy", "npz"];
+/// Endings of recordings of Taxel, and how such files begin.
+const OWN: [(&str, &[u8]); 4] = [
+    ("mcap", b"\x89MCAP0"),
+    ("parquet", b"PAR1"),
+    ("npy", b"\x93NUMPY"),
+    ("npz", b"PK"),
+];
+
+/// Whether a file is one of Taxel by its name and by its first bytes, of which it may have lost some.
+fn is_own(file: &Path) -> bool {
+    let extension = extension(file);
+    let Some((_, magic)) = OWN.iter().find(|(own, _)| *own == extension) else {
+        return false;
+    };
+    let mut bytes = Vec::new();
+    let opened = File::open(file).map(|file| file.take(magic.len() as u64));
+    let is_read = opened.is_ok_and(|mut file| file.read_to_end(&mut bytes).is_ok());
+    !is_read || magic.starts_with(&bytes)
+}
 
 fn format_of(file: &Path) -> Option<Open> {
-    if OWN.contains(&extension(file).as_str()) {
+    if is_own(file) {
         return None;
     }
     let beginning = Beginning::of(file)?;
+    if OWN.iter().any(|(own, _)| *own == extension(file)) {
+        // Text of another program under such a name, and nothing else, is read.
+        let known = FORMATS.iter().find(|(is_it, _)| is_it(&beginning));
+        return known.map(|(_, open)| *open);
+    }
     if beginning.is_utf16 {
         return Some(refuse_utf16);
     }

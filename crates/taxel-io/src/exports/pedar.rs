@@ -13,13 +13,15 @@ use crate::error::Error;
 const FORMAT: &str = "novel pedar";
 
 pub(super) fn is_it(beginning: &Beginning) -> bool {
-    let mut has = [false; 3];
+    let (mut has, mut is_pliance) = ([false; 3], false);
     for line in beginning.lines(MAX_HEADER as usize) {
         has[0] |= line.starts_with("file name:");
         has[1] |= line.starts_with("left insole:") || line.starts_with("sensor type:");
         has[2] |= line.starts_with(SENSORS);
+        // What pliance calls its sensors, some of its versions in pedar's words.
+        is_pliance |= line.starts_with("mat type") || line.starts_with("electrical");
     }
-    has == [true; 3]
+    has == [true; 3] && !is_pliance
 }
 
 pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error> {
@@ -66,7 +68,7 @@ const SIDES: [&str; 2] = ["left", "right"];
 /// The insoles of a file and how many sensors each has, left ones first: those that the lines `left insole:` and `right insole:`
 /// of the header name, or, where it has none, as numbers begin anew. A single one of which nobody tells the side has no name.
 fn insoles(text: &TextFile, header: &NovelHeader) -> Result<Vec<(&'static str, usize)>, Error> {
-    let sensors = numbers(header.sensors.split_whitespace().skip(1));
+    let sensors = numbers(header.sensors.split(is_between).skip(1));
     if sensors.is_empty() {
         return Err(text.wrong(FORMAT, "numbers of sensors", "none is named"));
     }
@@ -108,8 +110,12 @@ fn told_sensors(header: &str, side: &str) -> Vec<u64> {
         let mut words = name.split_whitespace().map(str::to_lowercase);
         (words.next()? == side && words.next()? == "insole").then_some(sensors)
     });
-    let is_between = |c: char| matches!(c, ',' | ';') || c.is_whitespace();
     numbers(said.unwrap_or("").split(is_between))
+}
+
+/// Whether a character parts numbers.
+fn is_between(c: char) -> bool {
+    matches!(c, ',' | ';') || c.is_whitespace()
 }
 
 fn numbers<'a>(words: impl Iterator<Item = &'a str>) -> Vec<u64> {
@@ -164,7 +170,7 @@ impl Pedar {
             fault.is_none()
         });
         let expected: usize = self.sizes.iter().sum();
-        let ends_in_tab = line.ends_with(b"\t");
+        let ends_in_tab = matches!(line.last(), Some(b'\t' | b',' | b';'));
         let is_short = self.row.len() < expected || self.ends_in_tab && !ends_in_tab;
         // Whole files may end without a line end, and their lines close with a tab.
         self.is_torn = !self.text.is_closed() && (is_short || ends_in_point(line));

@@ -65,7 +65,7 @@ impl Rows {
                         return false;
                     }
                 }
-                Cell::Word | Cell::Empty if is_word(place, &line[from..to]) => *number = 0.0,
+                _ if is_word(place, &line[from..to]) => *number = 0.0,
                 _ => {
                     fault = Some((place, from, to));
                     return false;

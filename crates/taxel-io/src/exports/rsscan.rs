@@ -18,13 +18,35 @@ const MAX_HEADER: usize = 60;
 /// Sensels of the plates, mm along and across; the file does not say it.
 const PITCH_MM: [f64; 2] = [7.62, 5.08];
 
+/// Feet of a file at most.
+const MAX_FEET: usize = 8;
+
 pub(super) fn is_it(beginning: &Beginning) -> bool {
     let mut lines = beginning.text.lines().take(MAX_HEADER);
-    lines.any(|line| frame_line(line).is_some())
-        // Commas would be another's: text recordings may have such lines between their frames.
-        && lines
-            .find(|line| !line.trim().is_empty())
-            .is_some_and(|line| line.contains(['\t', ';']))
+    let is_first = |line: &str| frame_line(line.trim().trim_matches('"')).is_some();
+    let begins = beginning.lines(MAX_HEADER).find(|line| !line.is_empty());
+    if !lines.any(is_first) {
+        return false;
+    }
+    let row = lines.find(|line| !line.trim().is_empty()).unwrap_or("");
+    // Commas may be another's: text recordings may have such lines between their frames, but counts have no decimals.
+    let is_decimal = || begins.is_some_and(|line| line.contains('.') && is_first(line));
+    row.contains(['\t', ';']) || row.contains(',') && row.contains('.') && is_decimal()
+}
+
+/// The foot whose frames stand behind a line as `Right foot data`.
+fn foot_line(line: &[u8]) -> Option<&'static str> {
+    let line = line.trim_ascii();
+    let is_it = |side: &str| {
+        let side = format!("{side} foot data");
+        let begin = line.get(..side.len());
+        begin.is_some_and(|begin| begin.eq_ignore_ascii_case(side.as_bytes()))
+    };
+    // Nearly all lines are numbers.
+    let begins = line.first().is_some_and(u8::is_ascii_alphabetic);
+    ["left", "right"]
+        .into_iter()
+        .find(|side| begins && is_it(side))
 }
 
 /// Number and milliseconds of a line `Frame 0 (0.00 ms)`.
@@ -32,6 +54,7 @@ fn frame_line(line: &str) -> Option<(u64, f64)> {
     let (number, rest) = line
         .trim()
         .trim_end_matches(['\t', ',', ';'])
+        .trim_matches('"')
         .strip_prefix("Frame ")?
         .split_once('(')?;
     let (ms, unit) = number_and_rest(rest.trim_end().strip_suffix(')')?)?;
@@ -40,27 +63,61 @@ fn frame_line(line: &str) -> Option<(u64, f64)> {
 
 pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error> {
     let mut text = TextFile::open(file)?;
-    let mut header = Vec::new();
-    while text.advance()? {
-        let words = text.words();
-        if frame_line(&words).is_some() {
+    let (mut pads, mut feet, mut header) = (Vec::<Pad>::new(), Vec::new(), Vec::new());
+    let mut side = "";
+    loop {
+        let mut own = Vec::new();
+        while text.advance()? {
+            let words = text.words();
+            if frame_line(&words).is_some() {
+                break;
+            }
+            side = foot_line(text.line()).unwrap_or(side);
+            own.push(words.trim().to_owned());
+        }
+        let (rows, columns, separator) = shape(&mut text, told_shape(&own))?;
+        let at = (FORMAT, text.place(0));
+        let mut pad = Pad::new(at, (rows, columns), "N", Quantity::Force(1.0))?;
+        pad.pitch_mm = Some(PITCH_MM);
+        pad.area_mm2 = Some(PITCH_MM[0] * PITCH_MM[1]);
+        pad.name = if pads.iter().any(|other| other.name == side) {
+            format!("{side} {}", pads.len() + 1)
+        } else {
+            side.to_owned()
+        };
+        pads.push(pad);
+        feet.push((Rows::new(FORMAT, separator), (rows, columns)));
+        header.extend(own);
+        if !find_foot(&mut text)? {
             break;
         }
-        header.push(words.trim().to_owned());
+        if pads.len() == MAX_FEET {
+            let found = format!("foot {}", MAX_FEET + 1);
+            let hint = "several recordings in one file; split it";
+            return Err(text.wrong_at(0, FORMAT, found, format!("{MAX_FEET} at most"), hint));
+        }
     }
-    let (rows, columns, separator) = shape(&mut text, told_shape(&header))?;
-    let at = (FORMAT, text.place(0));
-    let mut pad = Pad::new(at, (rows, columns), "N", Quantity::Force(1.0))?;
-    pad.pitch_mm = Some(PITCH_MM);
-    pad.area_mm2 = Some(PITCH_MM[0] * PITCH_MM[1]);
-    let mut about = ExportAbout::new(FORMAT, "RSscan footscan", vec![pad]);
+    let mut about = ExportAbout::new(FORMAT, "RSscan footscan", pads);
     about.header = header.join("\n").trim().to_owned();
     let reader = RsScan {
         text: TextFile::open(file)?,
-        rows: Rows::new(FORMAT, separator),
-        shape: (rows, columns),
+        feet,
+        foot: 0,
+        is_in_header: true,
+        has_begun: false,
     };
     Ok((about, Box::new(reader)))
+}
+
+/// Goes before the line that begins the next foot; false at the end.
+fn find_foot(text: &mut TextFile) -> Result<bool, Error> {
+    while text.advance()? {
+        if foot_line(text.line()).is_some() {
+            text.unread();
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// Rows and columns that a header says, each where it does: `Rectangle height`, `Rectangle width`.
@@ -137,9 +194,13 @@ fn frame_shape(text: &mut TextFile) -> Result<Option<(usize, usize, Separator)>,
     Ok((rows * columns > 0).then_some((rows, columns, separator)))
 }
 
-/// Goes behind the line that begins the next frame; false at the end.
+/// Goes behind the line that begins the next frame of the same foot; false at its end.
 fn next_frame(text: &mut TextFile) -> Result<bool, Error> {
     while text.advance()? {
+        if foot_line(text.line()).is_some() {
+            text.unread();
+            return Ok(false);
+        }
         if frame_line(&text.words()).is_some() {
             return Ok(true);
         }
@@ -151,36 +212,58 @@ fn next_frame(text: &mut TextFile) -> Result<bool, Error> {
 fn is_between(line: &[u8]) -> bool {
     line.iter()
         .all(|byte| matches!(byte, b'\t' | b' ' | b',' | b';'))
-        || line.starts_with(b"Frame")
+        || line
+            .strip_prefix(b"\"")
+            .unwrap_or(line)
+            .starts_with(b"Frame")
+        || foot_line(line).is_some()
 }
 
 struct RsScan {
     text: TextFile,
-    rows: Rows,
-    shape: (usize, usize),
+    /// Of each foot, how its rows are written, and rows and columns of a frame.
+    feet: Vec<(Rows, (usize, usize))>,
+    /// Which of them the lines read last are of.
+    foot: usize,
+    /// Whether those are words before the frames of a foot.
+    is_in_header: bool,
+    /// Whether a frame was met.
+    has_begun: bool,
 }
 
-impl Parser for RsScan {
-    fn next(&mut self, frame: &mut ParsedFrame) -> Result<bool, Error> {
-        let (rows, columns) = self.shape;
-        let mut is_in_header = self.text.place(0).line == 0;
-        let (number, ms) = loop {
-            if !self.text.advance()? {
-                return Ok(false);
-            }
+impl RsScan {
+    /// Goes to the line that begins the next frame: its number and its milliseconds; `None` at the end.
+    fn find(&mut self) -> Result<Option<(u64, f64)>, Error> {
+        while self.text.advance()? {
             if let Some(found) = frame_line(&self.text.words()) {
-                break found;
+                (self.is_in_header, self.has_begun) = (false, true);
+                return Ok(Some(found));
             }
-            if !is_in_header && !is_between(self.text.line()) {
+            let line = self.text.line();
+            if foot_line(line).is_some() {
+                self.foot += usize::from(self.has_begun);
+                self.is_in_header = true;
+            } else if !self.is_in_header && !is_between(line) {
                 return Err(self.text.wrong(
                     FORMAT,
                     "a line `Frame n (t ms)`",
                     "what stands between frames is no line of numbers",
                 ));
+            } else if line.starts_with(b"Frame") {
+                self.is_in_header = false;
             }
-            is_in_header &= !self.text.line().starts_with(b"Frame");
+        }
+        Ok(None)
+    }
+}
+
+impl Parser for RsScan {
+    fn next(&mut self, frame: &mut ParsedFrame) -> Result<bool, Error> {
+        let Some((number, ms)) = self.find()? else {
+            return Ok(false);
         };
-        frame.begin(0, rows * columns);
+        let (lines, (rows, columns)) = self.feet[self.foot];
+        frame.begin(self.foot, rows * columns);
         frame.number = Some(number);
         frame.secs = Some(1e-3 * ms);
         for row in 0..rows {
@@ -193,7 +276,7 @@ impl Parser for RsScan {
                 return Err(self.text.cut(FORMAT, found, format!("{rows} of them")));
             }
             let out = &mut frame.values[row * columns..(row + 1) * columns];
-            self.rows.read(&self.text, out, &mut frame.decimals)?;
+            lines.read(&self.text, out, &mut frame.decimals)?;
         }
         if self.text.advance()? {
             if !is_between(self.text.line()) {
@@ -208,7 +291,8 @@ impl Parser for RsScan {
 
     fn skip_frame(&mut self) -> Result<(), Error> {
         while self.text.advance()? {
-            if self.text.line().starts_with(b"Frame") {
+            let line = self.text.line();
+            if frame_line(&self.text.words()).is_some() || foot_line(line).is_some() {
                 self.text.unread();
                 break;
             }
@@ -218,6 +302,10 @@ impl Parser for RsScan {
 
     fn text(&self) -> &TextFile {
         &self.text
+    }
+
+    fn pad_of_error(&self) -> Option<usize> {
+        Some(self.foot)
     }
 
     fn is_cut(&self) -> bool {

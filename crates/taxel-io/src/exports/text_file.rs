@@ -43,6 +43,21 @@ impl TextFile {
         })
     }
 
+    /// The same, with tabs for another byte that parts its cells.
+    pub(super) fn open_with_tabs(file: &Path, byte: u8) -> Result<Self, Error> {
+        let mut text = Self::open(file)?;
+        if byte != b'\t' {
+            let (input, _) = open_input(file)?;
+            let input = Box::new(Replaced {
+                input,
+                from: byte,
+                to: b'\t',
+            });
+            text.lines = Lines::new(input, MAX_LINE);
+        }
+        Ok(text)
+    }
+
     /// Reads the next line; false at the end.
     pub(super) fn advance(&mut self) -> Result<bool, Error> {
         self.line = self.lines.next().map_err(|source| Error::Read {
@@ -236,20 +251,28 @@ fn with_line_feeds(mut input: Input) -> io::Result<Input> {
     let has_returns = has_returns_only(&beginning);
     let whole = Cursor::new(beginning).chain(input);
     if has_returns {
-        Ok(Box::new(Returns(whole)))
+        Ok(Box::new(Replaced {
+            input: whole,
+            from: b'\r',
+            to: b'\n',
+        }))
     } else {
         Ok(Box::new(whole))
     }
 }
 
-/// Gives line feeds for carriage returns.
-struct Returns<R>(R);
+/// Gives a byte for another.
+struct Replaced<R> {
+    input: R,
+    from: u8,
+    to: u8,
+}
 
-impl<R: Read> Read for Returns<R> {
+impl<R: Read> Read for Replaced<R> {
     fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
-        let read = self.0.read(out)?;
-        let returns = out[..read].iter_mut().filter(|byte| **byte == b'\r');
-        returns.for_each(|byte| *byte = b'\n');
+        let read = self.input.read(out)?;
+        let found = out[..read].iter_mut().filter(|byte| **byte == self.from);
+        found.for_each(|byte| *byte = self.to);
         Ok(read)
     }
 }

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use super::cells::{Separator, number_of};
+use super::cells::{Separator, each_cell, number_of};
 use super::clock::secs_of_day;
 use super::header::Pairs;
 use super::pad::{Pad, Quantity};
@@ -61,6 +61,22 @@ fn value_of(line: &str) -> &str {
     value.trim_matches(|c: char| matches!(c, ',' | ';' | ':' | '"') || c.is_whitespace())
 }
 
+/// Whether a cell says that there is no sensel.
+fn is_absent(cell: &[u8]) -> bool {
+    let cell = cell.trim_ascii();
+    let cell = cell.strip_prefix(b"\"").unwrap_or(cell);
+    let cell = cell.strip_suffix(b"\"").unwrap_or(cell);
+    matches!(cell, b"" | b"-" | b"-1") || cell.eq_ignore_ascii_case(b"nan")
+}
+
+/// What a line has before its first separator.
+fn first_cell(line: &[u8]) -> &[u8] {
+    let end = line
+        .iter()
+        .position(|byte| matches!(byte, b',' | b';' | b'\t' | b' '));
+    &line[..end.unwrap_or(line.len())]
+}
+
 /// Whether a line parts others and says nothing.
 fn is_blank(line: &[u8]) -> bool {
     line.iter()
@@ -75,6 +91,7 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         text,
         names: Vec::new(),
         shapes: Vec::new(),
+        absent: Vec::new(),
         number: None,
         secs: None,
         days: 0.0,
@@ -85,6 +102,7 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     };
     let threshold = pairs.positive("threshold");
     let pads = first_frames(&mut reader, &unit, known, threshold)?;
+    reader.absent = pads.iter().map(|pad| pad.absent.clone()).collect();
     let mut about = ExportAbout::new(FORMAT, "XSENSOR", pads);
     about.header = header;
     reader.text = TextFile::open(file)?;
@@ -125,8 +143,12 @@ fn first_frames(
         if reader.frames > LOOKED_AT {
             break;
         }
-        if reader.frames > 1 && reader.names.contains(&block.name) {
+        let own = reader.names.iter().position(|name| *name == block.name);
+        if let Some(own) = own.filter(|_| reader.frames > 1) {
             // One that comes twice where a line `FRAME` was lost is none of its own.
+            let absent = reader.absent_cells(reader.shapes[own])?;
+            let both = pads[own].absent.iter_mut().zip(absent);
+            both.for_each(|(own, absent)| *own &= absent);
             continue;
         }
         if pads.len() == MAX_PADS {
@@ -146,8 +168,13 @@ fn first_frames(
         }
         reader.names.push(block.name);
         reader.shapes.push(shape);
+        pad.absent = reader.absent_cells(shape)?;
         pads.push(pad);
-        reader.skip_rows(shape.0)?;
+    }
+    for pad in &mut pads {
+        if !pad.absent.contains(&true) {
+            pad.absent.clear();
+        }
     }
     match &mut pads[..] {
         [] => {
@@ -222,6 +249,8 @@ struct XSensor {
     /// The sensors of the first frame, as the file calls them, and their shapes.
     names: Vec<String>,
     shapes: Vec<(usize, usize)>,
+    /// Of each sensor's crossings, whether there is no sensel; empty where each has one.
+    absent: Vec<Vec<bool>>,
     number: Option<u64>,
     /// Seconds of the day of the frame read last.
     secs: Option<f64>,
@@ -317,16 +346,48 @@ impl XSensor {
         self.secs = secs.map(|secs| secs + self.days * SECS_PER_DAY);
     }
 
-    fn skip_rows(&mut self, rows: usize) -> Result<(), Error> {
+    /// Of each cell of a sensor's rows, which come next, whether it says that there is no sensel.
+    fn absent_cells(&mut self, (rows, columns): (usize, usize)) -> Result<Vec<bool>, Error> {
+        let mut absent = vec![false; rows * columns];
         let mut row = 0;
         while row < rows && self.text.advance()? {
-            if key_of(&self.text.words()).is_some() {
+            let line = self.text.line();
+            if key_of(&self.text.words()).is_some() && !is_absent(first_cell(line)) {
                 self.text.unread();
                 break;
             }
-            row += usize::from(!is_blank(self.text.line()));
+            if is_blank(line) {
+                continue;
+            }
+            let out = &mut absent[row * columns..(row + 1) * columns];
+            let mut found = 0;
+            each_cell(line, Separator::of(line), |at, _, (from, to)| {
+                if let Some(cell) = out.get_mut(at) {
+                    *cell = is_absent(&line[from..to]);
+                    found += 1;
+                }
+                true
+            });
+            // A separator that closes the line closes its last cell, which is empty.
+            let is_closed = matches!(line.last(), Some(b',' | b';' | b'\t'));
+            if is_closed && found + 1 == columns {
+                out[found] = true;
+            }
+            row += 1;
         }
-        Ok(())
+        Ok(absent)
+    }
+
+    /// No cell that the first frames have as none may hold a value.
+    fn check_absent(&self, row: &[f64], absent: &[bool]) -> Result<(), Error> {
+        let is_told = |(value, absent): (&f64, &bool)| *absent && *value > 0.0;
+        let Some(at) = row.iter().zip(absent).position(is_told) else {
+            return Ok(());
+        };
+        let found = format!("value {} of {} is {}", at + 1, row.len(), row[at]);
+        let expected = "no sensel, as in the first frames, or 0";
+        let hint = "the frame is of another sensor; --keep-going leaves it out";
+        Err(self.text.wrong_at(0, FORMAT, found, expected, hint))
     }
 
     fn cut(&self, row: usize, rows: usize) -> Error {
@@ -362,13 +423,19 @@ impl Parser for XSensor {
             if is_blank(self.text.line()) {
                 continue;
             }
-            if key_of(&self.text.words()).is_some() {
+            let is_key = !is_absent(first_cell(self.text.line()));
+            if is_key && key_of(&self.text.words()).is_some() {
                 self.text.unread();
                 return Err(self.cut(row, rows));
             }
             let lines = Rows::new(FORMAT, Separator::of(self.text.line()));
-            let out = &mut frame.values[row * columns..(row + 1) * columns];
-            lines.read(&self.text, out, &mut frame.decimals)?;
+            let own = row * columns..(row + 1) * columns;
+            let out = &mut frame.values[own.clone()];
+            let absent = self.absent[pad].get(own).unwrap_or(&[]);
+            let is_none =
+                |place: usize, cell: &[u8]| absent.get(place) == Some(&true) && is_absent(cell);
+            lines.read_with(&self.text, out, &mut frame.decimals, is_none)?;
+            self.check_absent(out, absent)?;
             row += 1;
         }
         self.is_behind_rows = true;

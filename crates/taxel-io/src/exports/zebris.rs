@@ -23,8 +23,11 @@ const MAX_PLATFORMS: usize = 16;
 const SAME_MS: f64 = 1e-3;
 
 pub(super) fn is_it(beginning: &Beginning) -> bool {
+    let part = parting(&beginning.text);
     let mut has = [false; 3];
     for line in beginning.lines(200) {
+        let line = line.replace(char::from(part), "\t");
+        let line = line.trim_end();
         has[0] |= line.ends_with('{');
         has[1] |= line.to_lowercase().starts_with("frequency,hz") || line.starts_with("Columns\t");
         has[2] |=
@@ -33,8 +36,15 @@ pub(super) fn is_it(beginning: &Beginning) -> bool {
     has == [true; 3]
 }
 
+/// What parts the cells of such a file: a tab, or the semicolon that a spreadsheet has put for each.
+fn parting(text: &str) -> u8 {
+    if text.contains('\t') { b'\t' } else { b';' }
+}
+
 pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error> {
-    let mut text = TextFile::open(file)?;
+    let beginning = Beginning::of(file);
+    let part = beginning.map_or(b'\t', |beginning| parting(&beginning.text));
+    let mut text = TextFile::open_with_tabs(file, part)?;
     let (header, forces) = read_forces(&mut text)?;
     let (mut pads, mut lines, mut pairs) = (Vec::new(), vec![header], Vec::new());
     loop {
@@ -57,7 +67,7 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     }
     let tables = pads.iter().map(|pad| Table::new((pad.rows, pad.columns)));
     let mut reader = Zebris {
-        text: TextFile::open(file)?,
+        text: TextFile::open_with_tabs(file, part)?,
         tables: tables.collect(),
         platform: 0,
         forces,

@@ -6,6 +6,7 @@ mod cuts;
 mod ends;
 mod misread;
 mod persons;
+mod saved;
 mod shapes;
 mod silent;
 mod sizes;
