@@ -25,7 +25,7 @@ const SAME_MS: f64 = 1e-3;
 pub(super) fn is_it(beginning: &Beginning) -> bool {
     let part = parting(&beginning.text);
     let mut has = [false; 3];
-    for line in beginning.lines(200) {
+    for line in beginning.lines(usize::MAX) {
         let line = line.replace(char::from(part), "\t");
         let line = line.trim_end();
         has[0] |= line.ends_with('{');

@@ -84,3 +84,12 @@ fn zebris_platforms_are_sensors_of_their_own() {
     near(&sums(&file.with_file_name("z.txt#1")), &[15.0], 0.0);
     near(&sums(&file.with_file_name("z.txt#2")), &[19.0], 0.0);
 }
+
+/// Exercises before them may be many.
+#[test]
+fn zebris_behind_a_long_header() {
+    let folder = Folder::new();
+    let exercises = "1\tGait\t0.00\t14.72\n".repeat(300);
+    let text = format!("Exercises\t{{\n{exercises}}}\n{}", zebris("", TABLE));
+    near(&sums(&folder.write("z.txt", text)), &[15.0], 0.0);
+}
