@@ -4,7 +4,7 @@ use crate::Number;
 
 /// Copies the lower triangle of a row-major n×n matrix to the upper one.
 #[inline]
-pub fn mirror(values: &mut [f64], n: usize) {
+pub fn mirror<T: Copy>(values: &mut [T], n: usize) {
     for i in 1..n {
         for j in 0..i {
             values[j * n + i] = values[i * n + j];

@@ -1,19 +1,15 @@
 //! Anderson's mixing of a fixed-point iteration (Anderson 1965; Walker and Ni 2011): the next point is the
 //! combination of the last few that leaves the smallest residual.
 
-use taxel_linalg::{dot, wide};
+use taxel_linalg::{Number, dot, wide};
 
 /// The last few points of an iteration, and how to combine them.
-pub(super) struct Anderson {
+pub(super) struct Anderson<T = f64> {
     depth: usize,
-    length: usize,
-    /// Weights of the residual's entries.
-    weight: Vec<f64>,
-    last_image: Vec<f64>,
-    last_residual: Vec<f64>,
-    residual: Vec<f64>,
-    image_steps: Vec<Vec<f64>>,
-    residual_steps: Vec<Vec<f64>>,
+    last_image: Vec<T>,
+    last_residual: Vec<T>,
+    image_steps: Vec<Vec<T>>,
+    residual_steps: Vec<Vec<T>>,
     /// Products of the residual's steps with each other.
     products: [[f64; MAX]; MAX],
     /// Steps kept, and the slot that the next one takes.
@@ -21,39 +17,38 @@ pub(super) struct Anderson {
     slot: usize,
     /// Whether the last point belongs to the present iteration.
     following: bool,
+    /// Whether the last step was mixed with others.
+    is_mixed: bool,
 }
 
-impl Anderson {
+impl<T: Kept> Anderson<T> {
     pub(super) fn new(depth: usize, length: usize) -> Self {
+        let line = || vec![T::default(); length];
         Self {
             depth,
-            length,
-            weight: vec![1.0; length],
-            last_image: vec![0.0; length],
-            last_residual: vec![0.0; length],
-            residual: vec![0.0; length],
-            image_steps: vec![vec![0.0; length]; depth],
-            residual_steps: vec![vec![0.0; length]; depth],
+            last_image: line(),
+            last_residual: line(),
+            image_steps: (0..depth).map(|_| line()).collect(),
+            residual_steps: (0..depth).map(|_| line()).collect(),
             products: [[0.0; MAX]; MAX],
             kept: 0,
             slot: 0,
             following: false,
+            is_mixed: false,
         }
     }
 
     /// Forgets everything and takes another length; allocates nothing when it is no larger than the first.
     pub(super) fn resize(&mut self, length: usize) {
-        self.length = length;
-        let vectors = self.image_steps.iter_mut().chain(&mut self.residual_steps);
-        for vector in vectors.chain([
-            &mut self.weight,
-            &mut self.last_image,
-            &mut self.last_residual,
-            &mut self.residual,
-        ]) {
-            vector.resize(length, 1.0);
+        for vector in self.vectors() {
+            vector.resize(length, T::default());
         }
         self.restart();
+    }
+
+    fn vectors(&mut self) -> impl Iterator<Item = &mut Vec<T>> {
+        let steps = self.image_steps.iter_mut().chain(&mut self.residual_steps);
+        steps.chain([&mut self.last_image, &mut self.last_residual])
     }
 
     /// Forgets the points so far.
@@ -61,6 +56,7 @@ impl Anderson {
         self.kept = 0;
         self.slot = 0;
         self.following = false;
+        self.is_mixed = false;
     }
 
     /// Starts another iteration whose map differs little: the steps seen so far still tell its slope.
@@ -68,87 +64,119 @@ impl Anderson {
         self.following = false;
     }
 
-    /// The weights of the residual's entries, to be set before a run.
-    pub(super) fn weights_mut(&mut self) -> &mut [f64] {
-        &mut self.weight
+    /// Goes back to where the last point led by itself, and forgets the points so far. False where it has been mixed with none.
+    pub(super) fn retreat(&mut self, point: &mut [T]) -> bool {
+        let was_mixed = self.is_mixed;
+        if was_mixed {
+            point.copy_from_slice(&self.last_image);
+            self.restart();
+        }
+        was_mixed
     }
 
     /// From a point and its image to the next point, written over `point`.
-    pub(super) fn advance(&mut self, point: &mut [f64], image: &[f64]) {
-        wide(
-            #[inline(always)]
-            || self.look_at(point, image),
-        );
-        point.copy_from_slice(image);
-        self.following = true;
-        let kept = self.kept;
-        if kept == 0 {
-            return;
-        }
-        let mut system = self.products;
+    pub(super) fn advance(&mut self, point: &mut [T], image: &[T]) {
         let mut right = [0.0; MAX];
         wide(
             #[inline(always)]
-            || {
-                for (right, step) in right.iter_mut().zip(&self.residual_steps[..kept]) {
-                    *right = dot(step, &self.last_residual);
-                }
-            },
+            || self.look_at(point, image, &mut right),
         );
+        let kept = self.kept;
+        let mut system = self.products;
         for (a, line) in system[..kept].iter_mut().enumerate() {
-            line[a] *= 1.0 + 1e-12;
+            line[a] *= 1.0 + T::RIDGE;
         }
-        if !solve_small(&mut system, &mut right, kept) {
+        self.is_mixed = kept > 0 && solve_small(&mut system, &mut right, kept);
+        if !self.is_mixed {
+            point.copy_from_slice(image);
             return;
         }
         wide(
             #[inline(always)]
             || {
-                for (factor, steps) in right.iter().zip(&self.image_steps[..kept]) {
+                let (first, more) = self.image_steps[..kept].split_at(1);
+                subtract(point, image, T::of(right[0]), &first[0]);
+                for (factor, steps) in right[1..].iter().zip(more) {
+                    let factor = T::of(*factor);
                     for (x, step) in point.iter_mut().zip(steps) {
-                        *x -= factor * step;
+                        *x -= factor * *step;
                     }
                 }
             },
         );
     }
 
-    /// The residual of a point, and the step to it from the last one.
+    /// The residual of a point and the step to it from the last one; what the residual's steps have to do with it.
     #[inline(always)]
-    fn look_at(&mut self, point: &[f64], image: &[f64]) {
-        for (((residual, image), point), weight) in self
-            .residual
-            .iter_mut()
-            .zip(image)
-            .zip(point)
-            .zip(&self.weight)
-        {
-            *residual = (image - point) * weight;
-        }
+    fn look_at(&mut self, point: &[T], image: &[T], right: &mut [f64; MAX]) {
         if self.following {
             let slot = self.slot;
             self.slot = (slot + 1) % self.depth;
             self.kept = (self.kept + 1).min(self.depth);
-            difference(&mut self.image_steps[slot], image, &self.last_image);
-            let steps = &mut self.residual_steps[slot];
-            difference(steps, &self.residual, &self.last_residual);
+            step_from(
+                (point, image),
+                (&mut self.last_image, &mut self.last_residual),
+                (&mut self.image_steps[slot], &mut self.residual_steps[slot]),
+            );
             for other in 0..self.kept {
                 let product = dot(&self.residual_steps[slot], &self.residual_steps[other]);
-                self.products[slot][other] = product;
-                self.products[other][slot] = product;
+                self.products[slot][other] = product.double();
+                self.products[other][slot] = product.double();
+            }
+        } else {
+            self.following = true;
+            self.last_image.copy_from_slice(image);
+            for ((residual, image), point) in self.last_residual.iter_mut().zip(image).zip(point) {
+                *residual = *image - *point;
             }
         }
-        self.last_image.copy_from_slice(image);
-        std::mem::swap(&mut self.last_residual, &mut self.residual);
+        for (right, step) in right.iter_mut().zip(&self.residual_steps[..self.kept]) {
+            *right = dot(step, &self.last_residual).double();
+        }
     }
+}
+
+/// Numbers that steps are kept in.
+pub(super) trait Kept: Number {
+    /// Makes steps that are one another's multiples, as far as their digits tell, count once.
+    const RIDGE: f64;
+}
+
+impl Kept for f32 {
+    const RIDGE: f64 = 1e-5;
+}
+
+impl Kept for f64 {
+    const RIDGE: f64 = 1e-12;
 }
 
 const MAX: usize = 5;
 
+/// Residual and image of a point in the place of the last ones, and the steps to them.
 #[inline(always)]
-fn difference(out: &mut [f64], a: &[f64], b: &[f64]) {
+fn step_from<T: Number>(
+    (point, image): (&[T], &[T]),
+    (last_image, last_residual): (&mut [T], &mut [T]),
+    (image_step, residual_step): (&mut [T], &mut [T]),
+) {
+    let n = point.len();
+    let (image, image_step, residual_step) =
+        (&image[..n], &mut image_step[..n], &mut residual_step[..n]);
+    let (last_image, last_residual) = (&mut last_image[..n], &mut last_residual[..n]);
+    for i in 0..n {
+        let residual = image[i] - point[i];
+        image_step[i] = image[i] - last_image[i];
+        residual_step[i] = residual - last_residual[i];
+        last_image[i] = image[i];
+        last_residual[i] = residual;
+    }
+}
+
+/// out ← a − factor · b.
+#[inline(always)]
+fn subtract<T: Number>(out: &mut [T], a: &[T], factor: T, b: &[T]) {
     for ((out, a), b) in out.iter_mut().zip(a).zip(b) {
-        *out = a - b;
+        *out = *a - factor * *b;
     }
 }
 

@@ -1,18 +1,22 @@
-//! The e-Cone's inverse: the network is known exactly but for the off-diagonal of one small matrix.
+//! The e-Cone's inverse: the network is known exactly but for one small matrix, which products alone bring.
 //!
-//! With W = v_r/(g_c V_t) and rows that float when nothing is selected: β_r = 1/(W g_c)_r,
-//! K = diag(β) W and P_rr = (β_r − 1)/g_in, exactly. What is left is S = P⁻¹, a fixed point of
+//! With W = v_r/(g_c V_t) and rows that float when nothing is selected: β_r = 1/(W g_c)_r, K = diag(β) W and
+//! P_rr = (β_r − 1)/g_in, exactly. A row that floats shares what it conducts among its taxels, G = Λ M. With D = diag(g_c + Gᵀ1) and
+//! T = D − GᵀΛ⁻¹G, the network as its columns see it, M = K T and P = Λ⁻¹ + K T Kᵀ, so that the fixed point is
 //!
-//! H = S K,  d_c = g_c/(1 − Σ_r H_rc),  S_ij ← −(H diag(d) Hᵀ)_ij,  S_ii such that (S⁻¹)_ii = P_rr.
+//! Λ_r = 1/(P_rr − Σ_c K_rc M_rc),  G = Λ M,  M ← K D − K Mᵀ G.
 //!
-//! Under a continuous sheet diag(d) becomes tridiagonal and S gains the couplings of neighbouring rows; each round corrects
-//! them, and with them H and d, before G follows. Mixed after Anderson, it takes five rounds at 10 Ω, and one or two more
-//! under a sheet. Where it fails (50 Ω and more), the slower but sturdier iteration of `root.rs` takes over ([theory.md]).
+//! It begins with T = diag(g_c), where shares are those of the readings. Of tall arrays T is the unknown, its rows summing to g_c. Under a
+//! continuous sheet Λ and D become tridiagonal; the diagonal of Λ⁻¹ still tells Λ ([`sideways`]). Mixed after Anderson, it
+//! takes five rounds at 10 Ω, ten at 100 Ω ([theory.md]).
 //!
 //! [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
 
+mod limit;
+mod maxima;
 mod rounds;
-mod single;
+mod shares;
+mod sideways;
 mod state;
 
 use super::{Infeasible, Method, Outcome, Solver, Stop, noise_and_rounding_volts};
@@ -35,7 +39,7 @@ pub struct Exact {
 /// What a stream leaves of its answer, as a share of the least standard error by noise and rounding, by an estimate that is [`rounds::SAFETY`]
 /// times too large where rounds go as they usually do.
 const NOISE_SHARE: f64 = 0.4;
-/// Under a sheet a part of that: the couplings lag behind the rest, and estimates are too small by as much.
+/// Under a sheet a part of that: what its couplings leave is in no change of the shares.
 const SHEET_SHARE: f64 = 0.5;
 /// No noise is so large that more than this share of the largest conductance may be left.
 const MAX_TOLERANCE: f64 = 1e-4;
@@ -53,23 +57,11 @@ impl Accuracy {
         let by_noise = (self.siemens / largest).min(MAX_TOLERANCE);
         self.share.max(by_noise)
     }
-
-    /// A part of it.
-    fn part(self, part: f64) -> Self {
-        Self {
-            share: part * self.share,
-            siemens: part * self.siemens,
-        }
-    }
 }
 
 /// Rows whose readings sum to less than this share of V_t carry no current worth a place in the network.
 const WEAK_ROW: f64 = 1e-7;
 const MIXING_DEPTH: usize = 4;
-/// Where a conductance changes by less than this share of the largest, the fast iteration does the rest.
-const HAND_OVER: f64 = 1e-2;
-/// The last change of the slow iteration, as a share of the tolerance: it contracts by a half and more.
-const ROOT_SHARE: f64 = 0.2;
 
 impl Exact {
     /// The method for a circuit; none when its read-out has no closed iteration.
@@ -168,7 +160,7 @@ impl Exact {
             "the frame has the sensor's shape"
         );
         siemens.copy_meta_from(volts);
-        let (others, another) = (state.live.update(volts), state.network.takes(self.sheet));
+        let (others, another) = (state.live.update(volts), state.takes(self.sheet));
         if others || another {
             state.warm = false;
             state.strong_before.clear();
@@ -187,7 +179,7 @@ impl Exact {
             state.warm = false;
             return Outcome::new(Stop::Infeasible(infeasible), 0, f64::INFINITY);
         }
-        let outcome = self.iterate(state);
+        let outcome = self.iterate(state, n);
         state.warm = outcome.stop.is_good();
         state.follows = true;
         self.collect(state, n);
@@ -224,16 +216,15 @@ impl Exact {
             state.share[i] = sum;
             state.strong.push(sum > WEAK_ROW);
         }
-        let mut known = state.warm;
         if state.strong != state.strong_before {
-            known = false;
             state.reshape(n);
         }
-        let network = &mut state.network;
         // Each time, so that a state also serves the same sensor with other resistances.
-        let columns = network.g_c.iter_mut().zip(&mut state.column_ohms);
-        for ((g_c, ohms), &c) in columns.zip(&state.live.columns) {
+        let columns =
+            (state.full.g_c.iter_mut().zip(&mut state.half.g_c)).zip(&mut state.column_ohms);
+        for (((g_c, single), ohms), &c) in columns.zip(&state.live.columns) {
             *g_c = ends.column_selected[c];
+            *single = *g_c as f32;
             *ohms = 1.0 / *g_c;
         }
         let mut at = 0;
@@ -242,20 +233,14 @@ impl Exact {
                 continue;
             }
             let beta = 1.0 / state.share[i];
-            let p = (beta - 1.0) / ends.row_selected[r];
-            state.stretch[at] = if known {
-                (network.p[at] / p).sqrt()
-            } else {
-                1.0
-            };
-            network.p[at] = p;
+            state.p[at] = (beta - 1.0) / ends.row_selected[r];
             let line = &state.volts[i * n..(i + 1) * n];
-            let k = network.k[at * n..(at + 1) * n].iter_mut();
-            let single = &mut state.single.k[at * n..(at + 1) * n];
+            let k = state.full.k[at * n..(at + 1) * n].iter_mut();
+            let single = &mut state.half.k[at * n..(at + 1) * n];
+            let ohms = &state.column_ohms;
             wide(
                 #[inline(always)]
                 || {
-                    let ohms = &state.column_ohms;
                     for (((k, single), share), ohms) in k.zip(single).zip(line).zip(ohms) {
                         *k = beta * share * ohms;
                         *single = *k as f32;
@@ -267,8 +252,8 @@ impl Exact {
         Ok(())
     }
 
-    fn iterate(&self, state: &mut SolverState) -> Outcome {
-        if state.network.m == 0 {
+    fn iterate(&self, state: &mut SolverState, n: usize) -> Outcome {
+        if state.p.is_empty() {
             return Outcome::new(Stop::Direct, 0, 0.0);
         }
         let accuracy = Accuracy {
@@ -279,96 +264,66 @@ impl Exact {
                 0.0
             },
         };
-        let fast = rounds::run(state, accuracy);
-        if fast.stop.is_good() {
-            state.slow = false;
-            return fast;
-        }
-        let again = state.warm && state.slow;
-        state.slow = true;
-        let mut iterations = fast.iterations;
-        let fine = accuracy.part(ROOT_SHARE);
-        let rough = Accuracy {
-            share: fine.share.max(HAND_OVER),
-            ..fine
-        };
-        let (mut outcome, mut worst_column) = state.root.iterate(&mut state.network, rough, again);
-        iterations += outcome.iterations;
-        if outcome.stop.is_good() && rough.share > self.tolerance {
-            state.take_s();
-            let fast = rounds::run(state, accuracy);
-            iterations += fast.iterations;
-            if fast.stop.is_good() {
-                return Outcome { iterations, ..fast };
+        let mut outcome = rounds::run(state, accuracy, rounds::ALL_THE_WAY);
+        // What the frame before left may be what leads nowhere.
+        for part in [rounds::ALL_THE_WAY, rounds::WITH_CARE] {
+            if !outcome.stop.is_good() && (state.warm || part < 1.0) {
+                state.warm = false;
+                outcome = rounds::run(state, accuracy, part);
             }
-            (outcome, worst_column) = state.root.iterate(&mut state.network, fine, true);
-            iterations += outcome.iterations;
         }
-        outcome.iterations = iterations;
-        state.take_s();
-        if let Some((denominator, at)) = worst_column {
-            let column = state.live.columns[at];
-            let ohms = 1.0 / self.ends.column_selected[column];
-            outcome.stop = Stop::Infeasible(Infeasible {
-                number: "r_mux_column_ohms",
-                ohms,
-                limit_ohms: ohms / (1.0 - denominator),
-                line: format!("column {column}"),
-            });
+        if !outcome.stop.is_good() {
+            if let Some(infeasible) = limit::find(state, n) {
+                outcome.stop = Stop::Infeasible(infeasible);
+            }
+            // What rounds leave that led nowhere is no answer.
+            state.full.g.fill(0.0);
         }
         outcome
     }
 
     /// The rows that carry current to their places, and the rest to first order in their conductance:
-    /// H_r = g_in (w_r − (w_r Gᵀ) Λ⁻¹ H).
+    /// G_r = g_in (w_r D − w_r Gᵀ Λ⁻¹ G).
     fn collect(&self, state: &mut SolverState, n: usize) {
-        let network = &state.network;
+        let known = &state.full.g;
         let mut at = 0;
         for (i, &r) in state.live.rows.iter().enumerate() {
             let out = &mut state.siemens[i * n..(i + 1) * n];
             if state.strong[i] {
-                out.copy_from_slice(&network.g[at * n..(at + 1) * n]);
+                out.copy_from_slice(&known[at * n..(at + 1) * n]);
                 at += 1;
                 continue;
             }
-            for ((out, share), g_c) in out.iter_mut().zip(&state.volts[i * n..(i + 1) * n]).zip(
-                state
-                    .live
-                    .columns
-                    .iter()
-                    .map(|&c| self.ends.column_selected[c]),
-            ) {
-                *out = share / g_c;
+            let ohms = &state.column_ohms;
+            for ((out, share), ohms) in out.iter_mut().zip(&state.volts[i * n..]).zip(ohms) {
+                *out = share * ohms;
             }
-            let lines = network.g.chunks_exact(n);
+            let lines = known.chunks_exact(n);
             for (pull, g) in state.along_rows.iter_mut().zip(lines) {
                 let total: f64 = g.iter().sum();
                 let along: f64 = g.iter().zip(out.iter()).map(|(g, w)| g * w).sum();
                 *pull = along / total;
             }
-            for (pull, h) in state.along_rows.iter().zip(network.h.chunks_exact(n)) {
-                for (out, h) in out.iter_mut().zip(h) {
-                    *out -= pull * h;
-                }
-            }
             let g_in = self.ends.row_selected[r];
-            let chain = network.sideways.as_ref().filter(|_| network.m > 0);
-            let (chain, mut before) = (chain.map_or(&[][..], |s| &s.now.large), 0.0);
+            let between = state.sideways.as_ref().filter(|_| !known.is_empty());
+            let between = between.map_or(&[][..], |s| &s.now.large);
+            let mut before = 0.0;
             for j in 0..n {
-                let d = match network.m {
-                    0 => self.ends.column_selected[state.live.columns[j]],
-                    _ => network.d[j],
-                };
-                // H T, T tridiagonal under a sheet.
-                let h = out[j];
-                let mut value = h * d;
-                if let Some(coupling) = j.checked_sub(1).and_then(|j| chain.get(j)) {
-                    value += coupling * (h - before);
+                let column = known[j.min(known.len())..].iter().step_by(n);
+                let (mut total, mut pulled) = (1.0 / ohms[j], 0.0);
+                for (g, pull) in column.zip(&state.along_rows) {
+                    total += g;
+                    pulled += pull * g;
                 }
-                if let Some(coupling) = chain.get(j) {
-                    value += coupling * (h - out[j + 1]);
+                let w = out[j];
+                let mut value = w * total - pulled;
+                if let Some(coupling) = j.checked_sub(1).and_then(|j| between.get(j)) {
+                    value += coupling * (w - before);
                 }
-                (out[j], before) = (g_in * value, h);
+                if let Some(coupling) = between.get(j) {
+                    value += coupling * (w - out[j + 1]);
+                }
+                (out[j], before) = (g_in * value, w);
             }
         }
     }

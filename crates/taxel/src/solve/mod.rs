@@ -9,14 +9,10 @@ mod diode;
 mod exact;
 pub(crate) mod gmres;
 mod lines;
-mod network;
 mod newton;
 mod path;
 mod raw;
 mod resistive;
-mod root;
-mod sideways;
-mod square_root;
 
 pub(crate) use diode::SolverState as DiodeState;
 pub(crate) use diode::TaxelDiodes;

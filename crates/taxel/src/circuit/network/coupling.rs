@@ -214,12 +214,6 @@ impl Chain {
         }
     }
 
-    /// Takes another length; allocates nothing when it is no larger than the first.
-    pub(crate) fn resize(&mut self, lines: usize) {
-        self.inverse.resize(lines, 0.0);
-        self.below.resize(lines, 0.0);
-    }
-
     /// Factors diag(`diagonal`) + L(`couplings`). False when that is not positive definite.
     pub(crate) fn factorise(&mut self, diagonal_of: &[f64], couplings: &[f64]) -> bool {
         let mut from_before = 0.0;
@@ -233,16 +227,6 @@ impl Chain {
             from_before = self.below[j] * self.below[j];
         }
         true
-    }
-
-    /// E_jj.
-    pub(crate) fn root(&self, j: usize) -> f64 {
-        1.0 / self.inverse[j]
-    }
-
-    /// E_j+1,j.
-    pub(crate) fn below(&self, j: usize) -> f64 {
-        self.below[j]
     }
 
     /// rows ← rows T⁻¹, each of as many values as there are lines.

@@ -1,11 +1,9 @@
-//! What the exact method keeps between frames: the small matrix S of the rows that carry current.
+//! What the exact method keeps between frames.
 
-use super::super::anderson::Anderson;
 use super::super::lines::LiveLines;
-use super::super::network::Network;
-use super::super::root::Root;
-use super::MIXING_DEPTH;
-use super::single::Single;
+use super::shares::Shares;
+use super::sideways::Sideways;
+use crate::material::Sheet;
 
 /// What is kept of a frame for the next one, and room to work in.
 pub(crate) struct SolverState {
@@ -20,25 +18,18 @@ pub(crate) struct SolverState {
     pub(super) follows: bool,
     /// Whether a converter has rounded the readings.
     pub(super) is_rounded: bool,
-    /// The frame before was too much for the fast iteration.
-    pub(super) slow: bool,
     pub(super) volts: Vec<f64>,
     pub(super) siemens: Vec<f64>,
     pub(super) share: Vec<f64>,
     /// 1/g_c of the live columns.
     pub(super) column_ohms: Vec<f64>,
     pub(super) along_rows: Vec<f64>,
-    pub(super) network: Network,
-    pub(super) single: Single,
-    /// What makes the previous frame's S have this one's P_rr, on either side.
-    pub(super) stretch: Vec<f64>,
-    /// The lower triangle of S, row by row, without a sheet's couplings; then these, of rows and columns.
-    pub(super) packed: Vec<f64>,
-    pub(super) image: Vec<f64>,
-    pub(super) triangle: Vec<f64>,
-    pub(super) diagonal: Vec<f64>,
-    pub(super) mixing: Anderson,
-    pub(super) root: Root,
+    /// P_rr of the rows that carry current, ohms.
+    pub(super) p: Vec<f64>,
+    pub(super) half: Shares<f32>,
+    pub(super) full: Shares<f64>,
+    /// Of a continuous sheet.
+    pub(super) sideways: Option<Sideways>,
 }
 
 /// What a frame leaves for the next solve of the same frame by another circuit, without the room to work in.
@@ -46,8 +37,9 @@ pub(crate) struct SolverState {
 pub(crate) struct Start {
     live: LiveLines,
     strong: Vec<bool>,
-    p: Vec<f64>,
-    packed: Vec<f64>,
+    point: Vec<f32>,
+    /// Couplings of a sheet, of rows and of columns.
+    couplings: [Vec<f64>; 2],
 }
 
 impl SolverState {
@@ -56,17 +48,30 @@ impl SolverState {
     pub(crate) fn exchange(&mut self, start: &mut Start, is_known: bool) {
         std::mem::swap(&mut self.live, &mut start.live);
         std::mem::swap(&mut self.strong_before, &mut start.strong);
-        std::mem::swap(&mut self.network.p, &mut start.p);
-        std::mem::swap(&mut self.packed, &mut start.packed);
-        (self.warm, self.slow, self.follows) = (is_known, false, false);
-        self.mixing.restart();
-        if is_known {
-            if let Some(sideways) = &mut self.network.sideways {
-                sideways.reshape_to(&self.live, &self.strong_before, &mut self.places);
-            }
-            self.resize(self.network.p.len(), self.live.columns.len());
-        } else {
+        std::mem::swap(&mut self.half.point, &mut start.point);
+        (self.warm, self.follows) = (is_known, false);
+        if !is_known {
             self.strong_before.clear();
+            self.keep_couplings(start);
+            return;
+        }
+        self.reshape_sideways();
+        let m = self.strong_before.iter().filter(|&&strong| strong).count();
+        self.resize(m, self.live.columns.len());
+        self.keep_couplings(start);
+    }
+
+    /// Exchanges couplings; those of a start without a sheet are none.
+    fn keep_couplings(&mut self, start: &mut Start) {
+        let Some(sideways) = &mut self.sideways else {
+            return;
+        };
+        let now = [&mut sideways.now.small, &mut sideways.now.large];
+        for (own, kept) in now.into_iter().zip(&mut start.couplings) {
+            if self.warm && own.len() != kept.len() {
+                continue;
+            }
+            std::mem::swap(own, kept);
         }
     }
 
@@ -76,7 +81,6 @@ impl SolverState {
     }
 
     pub(super) fn new(rows: usize, columns: usize) -> Self {
-        let packed = rows * (rows + 1) / 2 + rows + columns;
         Self {
             live: LiveLines::default(),
             strong: Vec::with_capacity(rows),
@@ -85,119 +89,82 @@ impl SolverState {
             warm: false,
             follows: false,
             is_rounded: false,
-            slow: false,
             volts: vec![0.0; rows * columns],
             siemens: vec![0.0; rows * columns],
             share: vec![0.0; rows],
             column_ohms: vec![0.0; columns],
             along_rows: vec![0.0; rows],
-            network: Network::new(rows, columns),
-            single: Single::new(rows, columns),
-            stretch: vec![1.0; rows],
-            packed: vec![0.0; packed],
-            image: vec![0.0; packed],
-            triangle: vec![0.0; rows * rows],
-            diagonal: vec![0.0; rows],
-            mixing: Anderson::new(MIXING_DEPTH, packed),
-            root: Root::new(rows, columns),
+            p: vec![0.0; rows],
+            half: Shares::new(rows, columns),
+            full: Shares::new(rows, columns),
+            sideways: None,
         }
     }
 
-    /// Makes room for the rows that carry current, keeping what is known of S. Allocates nothing.
+    /// Takes a sheet, or its absence. True when it had none before, or has none now.
+    pub(super) fn takes(&mut self, sheet: Option<Sheet>) -> bool {
+        match (&mut self.sideways, sheet) {
+            (Some(sideways), Some(sheet)) => sideways.now.sheet = sheet,
+            (None, None) => {}
+            (sideways, sheet) => {
+                *sideways = sheet.map(Sideways::new);
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Makes room for the rows that carry current, keeping what is known of those that go on doing so. Allocates nothing.
     pub(super) fn reshape(&mut self, n: usize) {
-        let m = self.strong.iter().filter(|&&strong| strong).count();
-        if let Some(sideways) = &mut self.network.sideways {
-            sideways.reshape_to(&self.live, &self.strong, &mut self.places);
-        }
-        let packed = m * (m + 1) / 2 + self.network.couplings();
-        if self.warm && self.strong.len() == self.strong_before.len() {
-            self.carry_over(packed);
-        } else {
-            self.warm = false;
-            self.packed.resize(packed, 0.0);
-        }
+        let count = |rows: &[bool]| rows.iter().filter(|&&strong| strong).count();
+        let (m, before) = (count(&self.strong), count(&self.strong_before));
+        self.warm &= self.strong.len() == self.strong_before.len();
+        self.warm = self.warm
+            && self
+                .half
+                .carry_over(&self.strong_before, &self.strong, [before, m], n);
+        self.follows = false;
         self.strong_before.clone_from(&self.strong);
+        self.reshape_sideways();
         self.resize(m, n);
     }
 
+    fn reshape_sideways(&mut self) {
+        if let Some(sideways) = &mut self.sideways {
+            let rows = self.live.rows.iter().zip(&self.strong_before);
+            self.places.clear();
+            self.places
+                .extend(rows.filter(|row| *row.1).map(|row| *row.0));
+            sideways.reshape(&self.places, &self.live.columns);
+        }
+    }
+
     fn resize(&mut self, m: usize, n: usize) {
-        let packed = m * (m + 1) / 2 + self.network.couplings();
-        // Without what is known of couplings, they are 0.
-        self.packed.resize(packed, 0.0);
-        self.image.resize(packed, 0.0);
-        self.network.resize(m, n);
-        self.single.resize(m, n);
-        self.triangle.resize(m * m, 0.0);
-        self.diagonal.resize(m, 0.0);
-        self.mixing.resize(packed);
-        self.root.resize(m, n);
+        self.p.resize(m, 0.0);
+        self.half.resize(m, n);
+        self.full.resize(m, n);
     }
 
-    /// Makes the network's S the start of the fast iteration.
-    pub(super) fn take_s(&mut self) {
-        let m = self.network.m;
-        pack(&self.network.s, &mut self.packed, m);
-        if let Some(sideways) = &self.network.sideways {
-            let (rows, columns) = (&sideways.now.small, &sideways.now.large);
-            // S is packed without what the sheet adds.
-            for (i, coupling) in rows.iter().enumerate() {
-                self.packed[(i + 1) * (i + 2) / 2 + i] += coupling;
+    /// Begins with the frame before as the start, or with nothing.
+    pub(super) fn begin(&mut self, is_cold: bool) {
+        if is_cold {
+            self.half.forget();
+            if let Some(sideways) = &mut self.sideways {
+                sideways.forget();
             }
-            let tail = self.packed[m * (m + 1) / 2..].iter_mut();
-            for (kept, coupling) in tail.zip(rows.iter().chain(columns)) {
-                *kept = *coupling;
-            }
+        } else {
+            self.half.mixing.resume();
         }
-        self.stretch.fill(1.0);
-        self.mixing.restart();
-        (self.warm, self.follows) = (true, false);
     }
 
-    /// S of the rows that go on carrying current; 0 for the others.
-    fn carry_over(&mut self, packed: usize) {
-        self.image.clear();
-        self.image.resize(packed, 0.0);
-        let (mut i, mut i_before) = (0, 0);
-        for (strong, before) in self.strong.iter().zip(&self.strong_before) {
-            if *strong {
-                let (mut at, mut from) = (i * (i + 1) / 2, i_before * (i_before + 1) / 2);
-                let columns = self.strong.iter().zip(&self.strong_before);
-                for (strong, known) in columns {
-                    if at == (i + 1) * (i + 2) / 2 {
-                        break;
-                    }
-                    if *strong {
-                        let both = *before && *known;
-                        self.image[at] = if both { self.packed[from] } else { 0.0 };
-                        at += 1;
-                    }
-                    from += usize::from(*known);
-                }
-            }
-            i += usize::from(*strong);
-            i_before += usize::from(*before);
-        }
-        std::mem::swap(&mut self.image, &mut self.packed);
-    }
-}
-
-fn pack(full: &[f64], packed: &mut [f64], m: usize) {
-    let mut at = 0;
-    for i in 0..m {
-        packed[at..=at + i].copy_from_slice(&full[i * m..=i * m + i]);
-        at += i + 1;
-    }
-}
-
-/// The full matrix of a packed lower triangle, in the numbers that `of` makes of its own.
-pub(super) fn unpack<T: Copy>(packed: &[f64], full: &mut [T], m: usize, of: impl Fn(f64) -> T) {
-    let mut at = 0;
-    for i in 0..m {
-        for j in 0..=i {
-            let value = of(packed[at]);
-            full[i * m + j] = value;
-            full[j * m + i] = value;
-            at += 1;
+    /// The answer in double precision, and what the next frame starts from.
+    pub(super) fn finish(&mut self, is_single: bool) {
+        if is_single {
+            let sideways = self.sideways.as_mut();
+            self.full.finish(&self.half, &self.p, sideways);
+            self.half.keep_conductances(&self.full);
+        } else {
+            self.half.keep(&self.full);
         }
     }
 }
