@@ -103,28 +103,20 @@ impl Conductor {
     }
 
     fn look_for_press(&self) -> Result<(), Error> {
-        let is_even = {
-            let known = self.desk.known();
-            known
-                .asked
-                .as_ref()
-                .is_some_and(|asked| asked.row.is_none())
-        };
-        let (pressing, evenly) = {
+        let is_even = self.desk.known().asks_for_even_load();
+        let (single, evenly) = {
             let watch = self.desk.watch();
-            // Medians over all taxels: not for single presses.
             let evenly = is_even.then(|| watch.loaded_evenly()).flatten();
             (watch.pressing(), evenly)
         };
         let mut known = self.desk.known();
-        let Some(mut pressing) = pressing else {
+        let Some(pressing) = evenly.or(single) else {
             known.seen = None;
             known.phase = Phase::Press;
             return Ok(());
         };
         let mut seen = SeenPress::new(pressing.row, pressing.column);
         if is_even {
-            pressing.standing = evenly.unwrap_or(0.0);
             seen.is_there = evenly.is_some();
         } else {
             seen.is_there = known.asked.as_ref().is_some_and(|asked| {
@@ -167,22 +159,20 @@ impl Conductor {
     }
 
     fn take(&self, press: Pressing, name: &str) -> Result<(), Error> {
+        let is_even = self.desk.known().asks_for_even_load();
         let (share, frame, now) = {
             let mut watch = self.desk.watch();
-            let now = watch.pressing();
+            let now = if is_even {
+                watch.loaded_evenly()
+            } else {
+                watch.pressing()
+            };
             let (share, frame) = watch.take(press.rise);
             (share, frame, now)
         };
-        let is_even = {
-            let mut known = self.desk.known();
-            if let Some(seen) = &mut known.seen {
-                seen.standing = 0.5 + 0.5 * share;
-            }
-            known
-                .asked
-                .as_ref()
-                .is_some_and(|asked| asked.row.is_none())
-        };
+        if let Some(seen) = &mut self.desk.known().seen {
+            seen.standing = 0.5 + 0.5 * share;
+        }
         let moved = now.is_some_and(|now| {
             let is_same = is_even || (now.row, now.column) == (press.row, press.column);
             !is_same || (now.rise - press.rise).abs() > MOVED * press.rise
@@ -249,7 +239,20 @@ impl Conductor {
     fn wait_until_off(&self, press: Pressing) -> Result<(), Error> {
         let columns = self.desk.settings.sensor.columns();
         let taxel = press.row * columns + press.column;
-        if self.desk.watch().is_off(taxel, press.rise) {
+        let was_even = {
+            let known = self.desk.known();
+            let last = known.record.presses.last();
+            last.is_some_and(|press| press.taxel.is_none())
+        };
+        let is_off = {
+            let mut watch = self.desk.watch();
+            if was_even {
+                watch.is_evenly_off(press.rise)
+            } else {
+                watch.is_off(taxel, press.rise)
+            }
+        };
+        if is_off {
             let mut known = self.desk.known();
             self.desk.ask_next(&mut known);
         }

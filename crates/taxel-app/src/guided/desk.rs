@@ -88,6 +88,12 @@ impl Known {
         self.record.write(&self.folder)
     }
 
+    /// Whether what is asked for is a load on all taxels.
+    pub(super) fn asks_for_even_load(&self) -> bool {
+        let asked = self.asked.as_ref();
+        asked.is_some_and(|asked| asked.row.is_none())
+    }
+
     /// The even load that has not been laid yet.
     fn even_left(&self) -> Option<f64> {
         let is_laid = |load: f64| {

@@ -2,7 +2,8 @@
 //!
 //! Frames are gathered into blocks of a quarter of a second. What presses is what the readings, taken for conductances as they are,
 //! rose by since the sensor was empty: the taxel that rose most. A press stands when the same taxel rose most in several blocks and by
-//! the same; the mean of the blocks after that is what the calibration gets.
+//! the same; the mean of the blocks after that is what the calibration gets. A load on all taxels is told by the mean of all of them,
+//! whose noise is so much smaller that a hundredth of a press is seen.
 
 #[cfg(test)]
 mod tests;
@@ -38,7 +39,7 @@ const LEFT: f64 = 0.25;
 /// Other things that are looked at, at the most, and how much each rises at the least, of the one that rises most.
 const MOST_OTHERS: usize = 12;
 const ANOTHER: f64 = 0.25;
-/// A load on all is one where this share of the taxels rose by half of the median rise.
+/// A load on all is one where this share of the taxels rose by half of the mean rise.
 const EVEN: f64 = 0.6;
 /// At this share of the converter's range a reading is at its ceiling.
 const CEILING: f64 = 0.995;
@@ -100,14 +101,17 @@ struct Baseline {
     siemens: Vec<f64>,
     /// Standard deviation of a block's mean, typical of the taxels, siemens.
     noise: f64,
+    /// Standard deviation of the mean over all taxels of a block, siemens.
+    noise_of_all: f64,
 }
 
 /// What presses now.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Pressing {
+    /// The taxel that rose most.
     pub row: usize,
     pub column: usize,
-    /// How much its reading rose, siemens.
+    /// How much its reading rose, siemens; of a load on all taxels, how much they rose on average.
     pub rise: f64,
     /// 0 to 1: how long it stands, of what is long enough.
     pub standing: f64,
@@ -220,11 +224,16 @@ impl PressWatch {
         if steady < EMPTY {
             return steady as f64 / EMPTY as f64;
         }
+        let noise_of_all = self.noise_of_all(&blocks);
         let siemens = mean_of(&blocks).siemens;
         if is_bare {
             self.bare.clone_from(&siemens);
         }
-        self.baseline = Some(Baseline { siemens, noise });
+        self.baseline = Some(Baseline {
+            siemens,
+            noise,
+            noise_of_all,
+        });
         1.0
     }
 
@@ -255,6 +264,28 @@ impl PressWatch {
         // Of a normal distribution the median of |a - b| is 0.954 standard deviations of a.
         let noise = median(steps).unwrap_or(0.0) / 0.954;
         noise.max(self.rounding)
+    }
+
+    /// The standard deviation of the mean over all taxels, from block to block; of rounding at the least, which differs from taxel to
+    /// taxel.
+    fn noise_of_all(&self, blocks: &[&Block]) -> f64 {
+        let means = blocks.iter().map(|block| self.mean_of_all(&block.siemens));
+        let means: Vec<f64> = means.collect();
+        let steps = means.windows(2).map(|pair| (pair[0] - pair[1]).powi(2));
+        // A difference of two has twice the variance of one.
+        let variance = steps.sum::<f64>() / (2.0 * (means.len() - 1).max(1) as f64);
+        let seeing = self.blind.iter().filter(|blind| !**blind).count();
+        let rounding = self.rounding / (seeing.max(1) as f64).sqrt();
+        variance.sqrt().max(rounding)
+    }
+
+    /// The mean over all taxels that are seen.
+    fn mean_of_all(&self, values: &[f64]) -> f64 {
+        let seen = values.iter().zip(&self.blind).filter(|(_, blind)| !**blind);
+        let (sum, count) = seen.fold((0.0, 0), |(sum, count), (value, _)| {
+            (sum + value, count + 1)
+        });
+        sum / f64::from(count.max(1))
     }
 
     /// How much each taxel rose since the sensor was empty, siemens; nothing of absent ones.
@@ -306,23 +337,37 @@ impl PressWatch {
         (rise > self.least_rise()).then_some((taxel, rise))
     }
 
-    /// How far a load on all taxels stands, 0 to 1; `None` where there is none.
-    pub(super) fn loaded_evenly(&self) -> Option<f64> {
+    /// A load on all taxels; `None` where there is none.
+    pub(super) fn loaded_evenly(&self) -> Option<Pressing> {
+        let noise = self.baseline.as_ref()?.noise_of_all;
         let blocks: Vec<&Block> = self.newest(STANDING).collect();
-        let typical = |block: &Block| {
-            let rises = self.rises(block)?;
-            let there = || rises.iter().zip(&self.blind).filter(|(_, a)| !**a);
-            let middle = median(there().map(|(rise, _)| *rise))?;
-            let risen = there().filter(|(rise, _)| **rise > 0.5 * middle).count();
-            let noise = self.baseline.as_ref()?.noise;
-            let is_even = risen as f64 >= EVEN * there().count() as f64;
-            (is_even && middle > 4.0 * noise).then_some(middle)
-        };
-        let now = typical(blocks.last()?)?;
-        let same = blocks.iter().rev().take_while(|block| {
-            typical(block).is_some_and(|before| (before - now).abs() <= self.wobble(now))
+        let newest = blocks.last()?;
+        let rise = self.even_rise(newest)?;
+        let wobble = (STEADY * rise).max(4.0 * noise);
+        let same = blocks.iter().rev().skip(1).take_while(|block| {
+            let before = self.even_rise(block);
+            before.is_some_and(|before| (before - rise).abs() <= wobble)
         });
-        Some(same.count() as f64 / STANDING as f64)
+        let rises = self.rises(newest)?.into_iter().enumerate();
+        let (taxel, _) = rises.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some(Pressing {
+            row: taxel / self.columns,
+            column: taxel % self.columns,
+            rise,
+            standing: (1 + same.count()) as f64 / STANDING as f64,
+            is_saturated: newest.highest[taxel] >= CEILING * self.max_count,
+        })
+    }
+
+    /// By how much all taxels rose on average, siemens, where that is a load on all of them.
+    fn even_rise(&self, block: &Block) -> Option<f64> {
+        let rises = self.rises(block)?;
+        let mean = self.mean_of_all(&rises);
+        let noise = self.baseline.as_ref()?.noise_of_all;
+        let seen = || rises.iter().zip(&self.blind).filter(|(_, blind)| !**blind);
+        let risen = seen().filter(|(rise, _)| **rise > 0.5 * mean).count();
+        let is_even = risen as f64 >= EVEN * seen().count() as f64;
+        (is_even && mean > ABOVE_NOISE * noise).then_some(mean)
     }
 
     /// The mean of the frames since it was told to look anew: 0 to 1, how many of those needed are there, and at 1 the frame.
@@ -341,17 +386,29 @@ impl PressWatch {
 
     /// Whether a press that rose so much at a taxel is off; then what is read now is nothing anew: zeros drift.
     pub(super) fn is_off(&mut self, taxel: usize, rise: f64) -> bool {
+        let left = (LEFT * rise).max(self.least_rise());
+        self.is_gone(|watch, block| {
+            watch
+                .rises(block)
+                .is_some_and(|rises| rises[taxel] <= left && rises.iter().all(|r| *r <= left))
+        })
+    }
+
+    /// Whether a load on all taxels that rose so much on average is off; then what is read now is nothing anew.
+    pub(super) fn is_evenly_off(&mut self, rise: f64) -> bool {
+        let noise = self.baseline.as_ref().map_or(0.0, |b| b.noise_of_all);
+        let left = (LEFT * rise).max(ABOVE_NOISE * noise);
+        self.is_gone(|watch, block| {
+            let rises = watch.rises(block);
+            rises.is_some_and(|rises| watch.mean_of_all(&rises) <= left)
+        })
+    }
+
+    /// Whether the newest blocks are those of a load that is gone; then they are the zero.
+    fn is_gone(&mut self, of_block: impl Fn(&Self, &Block) -> bool) -> bool {
         const BLOCKS: usize = 2;
         let blocks: Vec<&Block> = self.newest(BLOCKS).collect();
-        if blocks.len() < BLOCKS {
-            return false;
-        }
-        let left = (LEFT * rise).max(self.least_rise());
-        let is_gone = |block: &&Block| {
-            self.rises(block)
-                .is_some_and(|rises| rises[taxel] <= left && rises.iter().all(|r| *r <= left))
-        };
-        if !blocks.iter().all(is_gone) {
+        if blocks.len() < BLOCKS || !blocks.iter().all(|block| of_block(self, block)) {
             return false;
         }
         let newest = blocks[BLOCKS - 1].siemens.clone();

@@ -103,6 +103,30 @@ fn check_same(folder: &Folder, calibration: &std::path::Path) {
     assert!((number("factor") / 8.29e-6 - 1.0).abs() < 0.05, "{found}");
 }
 
+/// Even loads of a hundredth of the heaviest press: each taxel rises by less than what is taken for a press.
+#[test]
+fn even_loads_far_lighter_than_the_presses_are_seen_and_tell_how_taxels_differ() {
+    let folder = Folder::new();
+    let words = "calibrate --live sim:sensor.toml?fps=50 --terminal --weights 50,200,500 --even-weights 5,20 -o calibrated.toml";
+    let mut guided = Operated::begin(&folder, words);
+    guided.answer("take everything off", "");
+    guided.hear("load the whole sensor evenly, 5 g on each taxel");
+    guided.hear("load the whole sensor evenly, 20 g on each taxel");
+    guided.answer("taken: press 10", "finish");
+    let (code, _, said) = guided.end();
+    assert!(matches!(code, Some(0 | 3)), "{said}");
+    let calibration = &calibrations(&folder)[0];
+    let record = record(calibration);
+    let presses = record["presses"].as_array().unwrap().iter();
+    let even = presses.filter(|press| press["taxel"].is_null());
+    let even: Vec<f64> = even
+        .map(|press| press["load_g"].as_f64().unwrap())
+        .collect();
+    assert_eq!(even, [5.0, 20.0]);
+    let table = std::fs::read_to_string(calibration.join("even.csv")).unwrap();
+    assert_eq!(table.lines().count(), 3, "{table}");
+}
+
 #[test]
 fn what_cannot_be_calibrated_is_said_before_anything_begins() {
     let folder = Folder::new();

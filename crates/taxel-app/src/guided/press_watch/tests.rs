@@ -99,14 +99,53 @@ fn what_moves_does_not_stand_and_what_lies_everywhere_is_no_single_press() {
         }
     }
     bench.scan(&[], 50);
-    let even: Vec<_> = (0..256)
-        .map(|taxel| (taxel / 16, taxel % 16, 20.0))
-        .collect();
     assert_eq!(bench.watch.loaded_evenly(), None);
-    bench.scan(&even, 75);
-    assert_eq!(bench.watch.loaded_evenly(), Some(1.0));
+    bench.scan(&everywhere(&bench, 20.0), 75);
+    assert_eq!(bench.watch.loaded_evenly().unwrap().standing, 1.0);
     bench.scan(&[(3, 5, 500.0)], 75);
     assert_eq!(bench.watch.loaded_evenly(), None);
+}
+
+fn everywhere(bench: &Bench, grams: f64) -> Vec<(usize, usize, f64)> {
+    let array = bench.truth.sensor().array();
+    let taxels =
+        (0..array.rows).flat_map(|row| (0..array.columns).map(move |column| (row, column)));
+    taxels.map(|(row, column)| (row, column, grams)).collect()
+}
+
+/// Of sensors whose presses are of half a kilogram: each taxel rises by less than what is taken for a press, and all together by far more
+/// than their mean's noise.
+#[test]
+fn an_even_load_of_a_hundredth_of_a_press_is_seen_taken_and_off() {
+    for name in ["mat-16x16-cd4067", "mat-32x32-adg732", "econe"] {
+        for seed in 1..=3 {
+            let mut bench = Bench::new(name, seed);
+            bench.read_empty(&[]);
+            bench.scan(&[(3, 5, 500.0)], 75);
+            let press = bench.watch.pressing().unwrap();
+            bench.watch.look_anew();
+            bench.scan(&[(3, 5, 500.0)], 60);
+            assert!(bench.watch.take(press.rise).1.is_some());
+            assert_eq!(bench.watch.loaded_evenly(), None, "{name}, {seed}");
+            bench.scan(&[], 40);
+            assert!(bench.watch.is_off(0, press.rise));
+            for grams in [5.0, 20.0] {
+                bench.scan(&[], 60);
+                assert_eq!(bench.watch.loaded_evenly(), None, "{name}, {seed}");
+                let even = everywhere(&bench, grams);
+                bench.scan(&even, 75);
+                let seen = bench.watch.loaded_evenly().unwrap();
+                assert_eq!(seen.standing, 1.0, "{name}, {seed}, {grams} g");
+                assert!(!bench.watch.is_evenly_off(seen.rise));
+                bench.watch.look_anew();
+                bench.scan(&even, 60);
+                assert!(bench.watch.take(seen.rise).1.is_some());
+                assert!(!bench.watch.is_evenly_off(seen.rise));
+                bench.scan(&[], 40);
+                assert!(bench.watch.is_evenly_off(seen.rise), "{name}, {seed}");
+            }
+        }
+    }
 }
 
 #[test]
