@@ -14,6 +14,7 @@ export const hello = {
       1.5
     ],
     "taxel_area_mm2": 5.0,
+    "cell_area_mm2": 3.0,
     "bits": 16,
     "max_count": 65535.0,
     "has_load_law": true,
@@ -154,6 +155,7 @@ export const helloOfFile = {
       1.0
     ],
     "taxel_area_mm2": 1.0,
+    "cell_area_mm2": 1.0,
     "bits": 0,
     "max_count": 0.0,
     "has_load_law": false,
@@ -284,10 +286,11 @@ export const helloOfCone = {
       8.0,
       10.0
     ],
-    "taxel_area_mm2": 1.0,
+    "taxel_area_mm2": 40.0,
+    "cell_area_mm2": 80.0,
     "bits": 0,
     "max_count": 0.0,
-    "has_load_law": false,
+    "has_load_law": true,
     "calibration": null,
     "exported": null,
     "positions_mm": null,
@@ -308,6 +311,11 @@ export const helloOfCone = {
         0.0,
         9.9498743710662,
         19.8997487421324
+      ],
+      "narrowness": [
+        1.0,
+        0.875,
+        0.75
       ],
       "slope": 0.1001674211615598,
       "closes": false

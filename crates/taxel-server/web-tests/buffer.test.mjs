@@ -5,8 +5,11 @@ import { test } from "node:test";
 
 import { FrameBuffer } from "../web/js/buffer.js";
 import { Series } from "../web/js/series.js";
-import { contactThreshold } from "../web/js/selection.js";
+import { contactThreshold, measure } from "../web/js/selection.js";
+import { cellArea, evened, taxelArea } from "../web/js/areas.js";
 import { blankFrame } from "../web/js/wire.js";
+import * as messages from "../testdata/messages.js";
+import { unitOf } from "../web/js/units.js";
 
 function frameAt(host, rows = 2, columns = 3) {
   const frame = blankFrame(rows, columns);
@@ -74,11 +77,38 @@ test("a series finds its rows by time, and moves on when it is full", () => {
   assert.ok(Number.isNaN(series.lastTime));
 });
 
-test("the threshold of contact leaves as many taxels above it as the server counts", () => {
+test("the threshold of contact leaves as large an area above it as the server counts", () => {
+  const sensor = { ...messages.hello.sensor, rows: 10, columns: 10, cell_area_mm2: 3 };
   const values = Float32Array.from({ length: 100 }, (_, i) => i / 10);
   for (const count of [1, 10, 50]) {
-    const threshold = contactThreshold(values, count);
+    const threshold = contactThreshold(values, 3 * count, sensor);
     assert.equal(values.filter((value) => value > threshold).length, count);
   }
-  assert.equal(contactThreshold(values, 0), Infinity);
+  assert.equal(contactThreshold(values, 0, sensor), Infinity);
+});
+
+test("on a cone the same load presses harder where it is narrow, and less of it is touched", () => {
+  // Rings of 80, 70 and 60 mm: each taxel is so much smaller than on the widest.
+  const { sensor } = messages.helloOfCone;
+  const { rows, columns } = sensor;
+  assert.deepEqual([taxelArea(sensor, 0), taxelArea(sensor, 2), cellArea(sensor, 0)], [40, 30, 80]);
+  const loads = new Float32Array(rows * columns).fill(2);
+  const scratch = new Float32Array(rows * columns);
+  assert.equal(evened(loads, sensor, unitOf("N"), scratch), loads);
+  const pressures = evened(loads, sensor, unitOf("kPa"), scratch);
+  for (let taxel = 0; taxel < loads.length; taxel += 1) {
+    assert.ok(Math.abs(pressures[taxel] / 40 - 2 / taxelArea(sensor, taxel)) < 1e-7);
+  }
+  const all = loads.reduce((sum, _, taxel) => sum + cellArea(sensor, taxel), 0);
+  const threshold = contactThreshold(loads, all, sensor);
+  // One taxel of each ring: 2 N on 40, 35 and 30 mm².
+  const numbers = measure([0, 1, 2], loads, threshold, sensor, {});
+  assert.equal(numbers.force, 6);
+  assert.ok(Math.abs(numbers.peak / 40 - 2 / 30) < 1e-12);
+  assert.ok(Math.abs(numbers.mean / 40 - 6 / 105) < 1e-12);
+  assert.ok(Math.abs(numbers.area - 210) < 1e-9);
+  // Conductances are no pressures.
+  const lawless = { ...sensor, has_load_law: false };
+  assert.equal(evened(loads, lawless, unitOf("kPa"), scratch), loads);
+  assert.equal(measure([0, 1, 2], loads, threshold, lawless, {}).peak, 2);
 });

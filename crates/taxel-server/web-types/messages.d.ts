@@ -25,7 +25,9 @@ declare namespace Wire {
     columns: number;
     /** Between rows, between columns. */
     pitch_mm: [number, number];
+    /** Of a taxel, on a cone of one of the widest ring: what its load acts on, and its cell from line to line. */
     taxel_area_mm2: number;
+    cell_area_mm2: number;
     bits: number;
     max_count: number;
     has_load_law: boolean;
@@ -54,6 +56,8 @@ declare namespace Wire {
     radii_mm: number[];
     /** Of each ring above the first, along the axis. */
     heights_mm: number[];
+    /** Of each ring: the areas of its taxels as a share of those of the widest. */
+    narrowness: number[];
     /** Angle between surface and axis, radians: positive where the body narrows from the first ring to the last. */
     slope: number;
     /** Whether the last line along it is a neighbour of the first. */

@@ -283,6 +283,8 @@ impl ViewerBackend for LiveController {
         let mut sensor = SensorFacts::new(self.sensor.name(), array.rows, array.columns);
         sensor.pitch_mm = array.pitch_mm;
         sensor.taxel_area_mm2 = array.taxel_area_mm2;
+        let cells = (0..self.sensor.taxels()).map(|taxel| self.sensor.cell_mm2(taxel));
+        sensor.cell_area_mm2 = cells.fold(0.0, f64::max);
         sensor.bits = self.sensor.converter().bits;
         sensor.max_count = self.sensor.max_count();
         sensor.positions_mm = self.sensor.positions().map(|places| {

@@ -60,8 +60,10 @@ pub struct SensorFacts {
     pub columns: usize,
     /// Between rows and between columns, mm.
     pub pitch_mm: [f64; 2],
-    /// Area that the load of one taxel acts on, mm².
+    /// Area that the load of one taxel acts on, mm²; on a cone, of a taxel of the widest ring.
     pub taxel_area_mm2: f64,
+    /// Area of its cell, from line to line both ways, mm².
+    pub cell_area_mm2: f64,
     /// Resolution of the converter.
     pub bits: u32,
     /// Its largest count.
@@ -114,6 +116,8 @@ pub struct HandleFacts {
     pub radii_mm: Vec<f64>,
     /// Of each ring above the first one, along the axis, mm.
     pub heights_mm: Vec<f64>,
+    /// Of each ring: the areas of its taxels as a share of those of the widest.
+    pub narrowness: Vec<f64>,
     /// Angle between surface and axis, radians: positive where the body narrows from the first ring to the last.
     pub slope: f64,
     /// Whether the last line along it is a neighbour of the first.
@@ -131,6 +135,9 @@ impl HandleFacts {
             heights_mm: (0..handle.radii_mm.len())
                 .map(|ring| rise * ring as f64)
                 .collect(),
+            narrowness: (0..handle.radii_mm.len())
+                .map(|ring| handle.narrowness(ring))
+                .collect(),
             slope: handle.slope,
             closes: handle.closes(),
         }
@@ -146,6 +153,7 @@ impl SensorFacts {
             columns,
             pitch_mm: [1.0; 2],
             taxel_area_mm2: 1.0,
+            cell_area_mm2: 1.0,
             ..Self::default()
         }
     }

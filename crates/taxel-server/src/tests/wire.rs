@@ -51,6 +51,7 @@ fn hello() -> Hello {
     let sensor = SensorFacts {
         pitch_mm: [2.0, 1.5],
         taxel_area_mm2: 5.0,
+        cell_area_mm2: 3.0,
         bits: 16,
         max_count: 65535.0,
         has_load_law: true,
@@ -195,6 +196,9 @@ fn cone_hello() -> Hello {
     Hello {
         sensor: SensorFacts {
             pitch_mm: [8.0, 10.0],
+            taxel_area_mm2: 40.0,
+            cell_area_mm2: 80.0,
+            has_load_law: true,
             handle: cone().handle().map(HandleFacts::new),
             ..SensorFacts::new("a cone", 4, 3)
         },

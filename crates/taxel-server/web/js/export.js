@@ -1,5 +1,6 @@
 // Saving what is seen: the view as a picture, the selection over time or the shown frame as a table.
 
+import { evened } from "./areas.js";
 import { MARGIN } from "./furniture.js";
 import { measure, slotThreshold } from "./selection.js";
 import { slotValue } from "./buffer.js";
@@ -176,7 +177,8 @@ function boxesOf(taxels, columns) {
 function frameTable({ view, settings }, { sensor, shown }) {
   const { unit } = view;
   const isRaw = settings.values.layout === "raw";
-  const values = isRaw ? shown.raw : shown.compensated;
+  const loads = isRaw ? shown.raw : shown.compensated;
+  const values = evened(loads, sensor, unit, new Float32Array(loads.length));
   const factor = loadFactor(unit, sensor.taxel_area_mm2);
   const lines = [[`row\\column (${unit.key})`, ...Array.from({ length: sensor.columns }, (_, column) => column)].join(",")];
   for (let row = 0; row < sensor.rows; row += 1) {

@@ -1,5 +1,6 @@
 // One map of what the sensor feels now, beside a guided task: the viewer's map of the compensated loads, with its marks and a scale.
 
+import { evened } from "./areas.js";
 import { ColourBar, BAR_WIDTH } from "./colourbar.js";
 import { colourTable } from "./colour.js";
 import { byId, canvasById, write } from "./dom.js";
@@ -52,6 +53,7 @@ export class LiveMap {
     this.badLinesKey = "";
     this.marks = new Uint8Array(0);
     this.marksVersion = 0;
+    this.evened = new Float32Array(0);
     this.saidAt = -Infinity;
     this.writtenAt = -Infinity;
     this.ratio = 1;
@@ -67,6 +69,7 @@ export class LiveMap {
     this.meanings = new MarkTable(marks);
     this.marks = new Uint8Array(sensor.rows * sensor.columns);
     this.marksVersion += 1;
+    this.evened = new Float32Array(sensor.rows * sensor.columns);
     this.scale.reset();
     this.tile.reset(sensor);
     this.layOut();
@@ -114,7 +117,8 @@ export class LiveMap {
     this.noteMarks(frame);
     const newtons = isNewtons(frame);
     const factor = newtons ? loadFactor(unitOf(this.shows.unit), sensor.taxel_area_mm2) : 1e6;
-    const highest = this.highest(frame) * factor;
+    const values = newtons ? evened(frame.compensated, sensor, unitOf(this.shows.unit), this.evened) : frame.compensated;
+    const highest = this.highest(values, frame.marks) * factor;
     this.scale.update(Math.max(highest, newtons ? this.shows.least : LEAST_TOP_MICROSIEMENS), frame.host, "follow", 0);
     const table = colourTable(COLOURS);
     const unit = newtons ? this.shows.unit : "µS";
@@ -122,17 +126,20 @@ export class LiveMap {
       frame, sensor, meanings: this.meanings, marks: this.marks, marksVersion: this.marksVersion, badLines: this.badLines,
       badLinesKey: this.badLinesKey, draft: null, trail: this.trail, selection: this.selection, picked: null,
       smooth: false, showMarks: true, showCop: false,
-    }, frame.compensated, table, factor / this.scale.top, 0);
+    }, values, table, factor / this.scale.top, 0);
     this.bar.draw([{ name: COLOURS, table, low: 0, high: this.scale.top, unit, title: newtons ? this.shows.title : "Conductance" }], this.height, this.ratio);
     if (drawOver && tile.placement) drawOver(tile.context, tile.placement, sensor);
     this.say(frame, highest, unit);
   }
 
-  /** @param {Page.Frame} frame */
-  highest({ compensated, marks }) {
+  /**
+   * @param {Float32Array} values
+   * @param {Uint8Array} marks
+   */
+  highest(values, marks) {
     let highest = 0;
     for (let i = 0; i < marks.length; i += 1) {
-      if (compensated[i] > highest && this.meanings.scales(marks[i])) highest = compensated[i];
+      if (values[i] > highest && this.meanings.scales(marks[i])) highest = values[i];
     }
     return highest;
   }

@@ -1,10 +1,11 @@
 // The side panel: the picked taxel with its last 30 s, pins and regions, and the frame as a whole.
 
+import { taxelArea } from "./areas.js";
 import { layoutOf } from "./places.js";
 import { TimeChart, longestStep } from "./timechart.js";
 import { slotValue } from "./buffer.js";
 import { DETAILS_VALID_MS } from "./figures.js";
-import { cellArea, contactThreshold, measure } from "./selection.js";
+import { contactThreshold, measure } from "./selection.js";
 import { byId, inside, onClick, write } from "./dom.js";
 import { theme } from "./theme.js";
 import { fixed, decimalsFor, plusMinus, significant, siemens, areaText, forceUnit, pressureUnit, loadFactor } from "./units.js";
@@ -119,7 +120,7 @@ export class Panel {
     this.load = `${load}${error} ${force.text}${only}`;
     byId("taxel-load").textContent = this.load;
     const pressure = pressureUnit(unit);
-    const perTaxel = loadFactor(pressure, sensor.taxel_area_mm2);
+    const perTaxel = loadFactor(pressure, taxelArea(sensor, at));
     byId("taxel-pressure").textContent = newtons ? `${fixed(one.load * perTaxel, this.loadDecimals(perTaxel, sensor))} ${pressure.text}` : "–";
     byId("taxel-raw").textContent = `${fixed(one.raw * force.factor, decimals)} ${force.text}`;
     byId("taxel-crosstalk").textContent = `${fixed((one.raw - one.load) * force.factor, decimals)} ${force.text}`;
@@ -194,7 +195,7 @@ export class Panel {
     const pressure = newtons ? pressureUnit(unit) : unit;
     const factor = loadFactor(pressure, sensor.taxel_area_mm2);
     const hasRegions = selection.regions.length > 0;
-    const threshold = hasRegions ? contactThreshold(frame.compensated, frame.area / cellArea(sensor)) : Infinity;
+    const threshold = hasRegions ? contactThreshold(frame.compensated, frame.area, sensor) : Infinity;
     const numbers = { force: 0, peak: 0, mean: 0, area: 0 };
     const decimals = this.loadDecimals(force.factor, sensor);
     for (const item of items) {

@@ -3,6 +3,7 @@
 import { Series } from "./series.js";
 import { SELECTION_COLOURS } from "./colour.js";
 import { slotValue } from "./buffer.js";
+import { cellArea, evening, taxelArea } from "./areas.js";
 import { layoutOf } from "./places.js";
 
 export const MAX_PINS = 8;
@@ -101,7 +102,7 @@ export class Selection {
    */
   takeFrame(frame, sensor) {
     if (this.empty) return;
-    const threshold = contactThreshold(frame.compensated, frame.area / cellArea(sensor));
+    const threshold = contactThreshold(frame.compensated, frame.area, sensor);
     for (const list of [this.pins, this.regions]) {
       for (const item of list) {
         measure(item.taxels, frame.compensated, threshold, sensor, this.scratch);
@@ -129,14 +130,8 @@ function makeItem(list, colours, letter, taxels, context) {
 }
 
 /**
- * The area that a taxel stands for, as the server counts contact: its cell, mm2.
- * @param {Wire.SensorFacts} sensor
- */
-export const cellArea = (sensor) => sensor.pitch_mm[0] * sensor.pitch_mm[1];
-
-/**
  * Of one set of taxels: sum, highest and mean of the loads, and the area in contact. Mean and peak are loads per taxel,
- * in the unit the loads arrive in.
+ * in the unit the loads arrive in; where taxels differ, on one of the widest ring by the same pressure.
  * @param {number[]} taxels
  * @param {Float32Array} values
  * @param {number} threshold
@@ -147,36 +142,43 @@ export function measure(taxels, values, threshold, sensor, into) {
   let force = 0;
   let peak = -Infinity;
   let touched = 0;
+  let area = 0;
   for (let i = 0; i < taxels.length; i += 1) {
-    const value = values[taxels[i]];
+    const taxel = taxels[i];
+    area += taxelArea(sensor, taxel);
+    const value = values[taxel];
     if (value !== value) continue;
     force += value;
-    if (value > peak) peak = value;
-    if (value > threshold) touched += 1;
+    const even = value * evening(sensor, taxel);
+    if (even > peak) peak = even;
+    if (value > threshold) touched += cellArea(sensor, taxel);
   }
   into.force = force;
   into.peak = peak === -Infinity ? NaN : peak;
-  into.mean = force / taxels.length;
-  into.area = touched * cellArea(sensor);
+  into.mean = sensor.has_load_law ? (force / area) * sensor.taxel_area_mm2 : force / taxels.length;
+  into.area = touched;
   return into;
 }
 
 /**
- * The server says how large the contact is, not from which load on. The load that leaves as many taxels above it is found
- * here, so that the areas of regions add up to the area of the whole.
+ * The server says how large the contact is, not from which load on. The load that leaves taxels of as large an area above it is
+ * found here, so that the areas of regions add up to the area of the whole.
  * @param {Float32Array} values
- * @param {number} count
+ * @param {number} area mm2
+ * @param {Wire.SensorFacts} sensor
  */
-export function contactThreshold(values, count) {
-  if (!(count > 0)) return Infinity;
+export function contactThreshold(values, area, sensor) {
+  if (!(area > 0)) return Infinity;
+  // The narrowest cell is far more than half of this.
+  const enough = area + 0.1 * sensor.cell_area_mm2;
   let low = 0;
   let high = 0;
   for (let i = 0; i < values.length; i += 1) if (values[i] > high) high = values[i];
   for (let step = 0; step < 18; step += 1) {
     const middle = (low + high) / 2;
     let above = 0;
-    for (let i = 0; i < values.length; i += 1) if (values[i] > middle) above += 1;
-    if (above > count + 0.5) low = middle;
+    for (let i = 0; i < values.length; i += 1) if (values[i] > middle) above += cellArea(sensor, i);
+    if (above > enough) low = middle;
     else high = middle;
   }
   return high;
@@ -208,7 +210,7 @@ let unpacked = new Float32Array(0);
 export function slotThreshold(slot, sensor) {
   if (unpacked.length !== slot.compensated.length) unpacked = new Float32Array(slot.compensated.length);
   for (let i = 0; i < unpacked.length; i += 1) unpacked[i] = slotValue(slot.compensated[i], slot.compensatedRange);
-  return contactThreshold(unpacked, slot.area / cellArea(sensor));
+  return contactThreshold(unpacked, slot.area, sensor);
 }
 
 /**

@@ -1,5 +1,6 @@
 // The maps and their colour bar: how they are laid out, on which scale, and the drawing of a frame.
 
+import { evened } from "./areas.js";
 import { Tile } from "./tile.js";
 import { ColourBar, BAR_WIDTH } from "./colourbar.js";
 import { MARGIN } from "./furniture.js";
@@ -37,6 +38,8 @@ export class Stage {
     this.narrow = matchMedia(NARROW);
     this.surfaceMissing = false;
     this.differences = new Float32Array(0);
+    /** Of pressures on taxels of different areas. */
+    this.evened = { raw: new Float32Array(0), compensated: new Float32Array(0) };
     this.barHeight = 0;
     this.ratio = 1;
     this.summaryAt = -Infinity;
@@ -53,7 +56,9 @@ export class Stage {
   /** @param {Wire.SensorFacts} sensor */
   reset(sensor) {
     for (const tile of Object.values(this.tiles)) tile.reset(sensor);
-    this.differences = new Float32Array(sensor.rows * sensor.columns);
+    const taxels = sensor.rows * sensor.columns;
+    this.differences = new Float32Array(taxels);
+    this.evened = { raw: new Float32Array(taxels), compensated: new Float32Array(taxels) };
     this.scale.reset();
     this.layOut();
   }
@@ -118,6 +123,19 @@ export class Stage {
     if (this.settings.values.scaleMode !== "fixed") this.scale.makeRoom(this.highest(frame));
   }
 
+  /**
+   * Both loads of a frame, so that one factor shows those of all taxels.
+   * @param {Page.Frame} frame
+   */
+  shownLoads(frame) {
+    const { unit, sensor } = this.view;
+    if (!sensor) return frame;
+    return {
+      raw: evened(frame.raw, sensor, unit, this.evened.raw),
+      compensated: evened(frame.compensated, sensor, unit, this.evened.compensated),
+    };
+  }
+
   /** What a load is multiplied with to be shown. */
   get factor() {
     const { unit, sensor } = this.view;
@@ -131,7 +149,8 @@ export class Stage {
   highest(frame) {
     const { layout } = this.view.maps;
     const { marks: meanings } = this.view.now;
-    const { raw, compensated, marks } = frame;
+    const { marks } = frame;
+    const { raw, compensated } = this.shownLoads(frame);
     let highest = 0;
     const useRaw = layout !== "compensated";
     const useCompensated = layout !== "raw";
@@ -151,11 +170,12 @@ export class Stage {
     const unit = this.view.unit.text;
     const table = colourTable(colours);
     const gain = this.factor / scale.top;
-    if (tiles.raw.visible) tiles.raw.draw(scene, frame.raw, table, gain, 0);
-    if (tiles.compensated.visible) tiles.compensated.draw(scene, frame.compensated, table, gain, 0);
+    const { raw, compensated } = this.shownLoads(frame);
+    if (tiles.raw.visible) tiles.raw.draw(scene, raw, table, gain, 0);
+    if (tiles.compensated.visible) tiles.compensated.draw(scene, compensated, table, gain, 0);
     const bars = [{ name: colours, table, low: 0, high: scale.top, unit, title: "Load" }];
     if (tiles.difference.visible) {
-      for (let i = 0; i < this.differences.length; i += 1) this.differences[i] = frame.raw[i] - frame.compensated[i];
+      for (let i = 0; i < this.differences.length; i += 1) this.differences[i] = raw[i] - compensated[i];
       tiles.difference.draw(scene, this.differences, differenceTable, gain / 2, 0.5);
       bars.push({ name: "difference", table: differenceTable, low: -scale.top, high: scale.top, unit: `Δ ${unit}`, title: "Difference" });
     }
@@ -205,7 +225,8 @@ export class Stage {
     if (now - this.summaryAt < SUMMARY_EVERY_MS) return;
     this.summaryAt = now;
     const { raw, compensated, difference } = this.tiles;
-    for (const [tile, values] of /** @type {[Tile, Float32Array][]} */ ([[raw, frame.raw], [compensated, frame.compensated], [difference, this.differences]])) {
+    const loads = this.shownLoads(frame);
+    for (const [tile, values] of /** @type {[Tile, Float32Array][]} */ ([[raw, loads.raw], [compensated, loads.compensated], [difference, this.differences]])) {
       if (tile.visible) write(tile.summary, this.summaryOf(frame, values, tile.sum.textContent || ""));
     }
   }
