@@ -92,9 +92,11 @@ pub fn intervals_of(sensor: &Sensor) -> &'static str {
     match (sensor.exported(), sensor.uncertainty()) {
         (Some(_), _) => NOTHING,
         (None, Some(_)) => "noise, fit and model",
-        (None, None) => "noise alone",
+        (None, None) => NOISE_ALONE,
     }
 }
 
+/// [`intervals_of`] where the sensor file has no `[uncertainty]`.
+pub const NOISE_ALONE: &str = "noise alone";
 /// [`intervals_of`] where there are none.
 pub const NOTHING: &str = "nothing";

@@ -130,6 +130,12 @@ impl Figure {
         self.error.map(|error| error.half_width_95)
     }
 
+    /// Whether its interval knows of noise alone: nothing tells how far calibration and model are off.
+    fn is_of_noise_alone(&self) -> bool {
+        self.error
+            .is_some_and(|error| error.fit == 0.0 && error.model == 0.0)
+    }
+
     fn cells(figure: Option<&Self>, with_errors: bool, cells: &mut String) {
         // To a String: nothing that could fail.
         let _ = match figure {
@@ -157,6 +163,12 @@ impl fmt::Display for Figure {
     /// With the digits that its interval allows.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let half = self.half_width_95();
+        if let Some(half) = half.filter(|half| half.is_finite() && *half > 0.0)
+            && self.is_of_noise_alone()
+        {
+            let (value, half) = with_noise_alone(self.value, half);
+            return write!(f, "{value} ± {half}");
+        }
         match (with_error(self.value, half), half) {
             ((value, Some(half)), _) => write!(f, "{value} ± {half}"),
             ((value, None), None) => write!(f, "{value}"),
@@ -164,6 +176,25 @@ impl fmt::Display for Figure {
             ((value, None), Some(_)) => write!(f, "{value} (nothing bounds it)"),
         }
     }
+}
+
+/// A value and half of its interval of noise alone: no more than four digits of the value, since calibration and model may be off by more
+/// than the fourth; noise that they do not show is said to be below them.
+pub fn with_noise_alone(value: f64, half: f64) -> (String, String) {
+    let power = value.abs().max(half).log10().floor() as i32;
+    let last = 10f64.powi(power - 3);
+    if half >= 9.95 * last || !(-3..6).contains(&power) {
+        let (value, half) = with_error(value, Some(half));
+        return (value, half.unwrap_or_default());
+    }
+    let decimals = (3 - power).max(0) as usize;
+    let rounded = |number: f64| format!("{:.decimals$}", (number / last).round() * last);
+    let half = if half < 0.5 * last {
+        format!("<{}", rounded(last))
+    } else {
+        rounded(half)
+    };
+    (rounded(value), half)
 }
 
 impl Figures {
@@ -331,6 +362,11 @@ impl Figures {
 }
 
 impl FigureRow {
+    /// Whether its intervals know of noise alone.
+    pub fn is_of_noise_alone(&self) -> bool {
+        self.total_force.is_of_noise_alone()
+    }
+
     /// The heading of a table of such lines, whose loads are shown in `unit`, with or without what they are
     /// uncertain by.
     pub fn heading(unit: Unit, with_errors: bool) -> String {
@@ -384,5 +420,36 @@ impl fmt::Display for FigureRow {
             )?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_noise_alone_a_figure_has_four_digits_at_the_most() {
+        let write = |value, half| {
+            let (value, half) = with_noise_alone(value, half);
+            format!("{value} ± {half}")
+        };
+        assert_eq!(write(109.566_14, 0.000_85), "109.6 ± <0.1");
+        assert_eq!(write(109.566_14, 0.085), "109.6 ± 0.1");
+        assert_eq!(write(109.566_14, 0.85), "109.6 ± 0.9");
+        assert_eq!(write(109.566_14, 2.4), "109.6 ± 2.4");
+        assert_eq!(write(109.566_14, 24.0), "110 ± 24");
+        assert_eq!(write(-12_345.6, 1.2), "-12350 ± <10");
+        assert_eq!(write(0.012_345_6, 1e-7), "0.01235 ± <0.00001");
+        let figure = |fit| Figure {
+            value: 109.566_14,
+            error: Some(FigureDoubt {
+                half_width_95: 0.000_85,
+                noise: 0.000_4,
+                fit,
+                model: 0.0,
+            }),
+        };
+        assert_eq!(figure(0.0).to_string(), "109.6 ± <0.1");
+        assert_eq!(figure(0.0001).to_string(), "109.56614 ± 0.00085");
     }
 }

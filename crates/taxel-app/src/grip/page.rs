@@ -8,10 +8,11 @@ use taxel_plot::report::{Report, Section, Table};
 use super::pictures;
 use super::protocol::{Counts, Hand};
 use super::record::GripRecord;
-use super::results::{Force, GripResults, HandResult, NOISE_ALONE, TrialResult};
+use super::results::{Force, GripResults, HandResult, TrialResult};
 use super::trial::MeasuredTrial;
 use crate::calibration_age::calibration_history;
 use crate::error::Error;
+use crate::exported::NOISE_ALONE;
 use crate::session::time_stamp;
 use crate::units::three_digits;
 

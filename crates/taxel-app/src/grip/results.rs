@@ -12,12 +12,11 @@ use super::record::{Attempt, GripRecord};
 use super::table::csv_of;
 use super::trial::MeasuredTrial;
 use crate::error::Error;
+use crate::exported::NOISE_ALONE;
 use crate::figures::Figure;
 
 /// What a session amounts to, for programs.
 pub(super) const FILE: &str = "results.json";
-/// Intervals that know no more.
-pub(super) const NOISE_ALONE: &str = "noise alone";
 
 /// What a grip session amounts to.
 #[derive(Debug, Clone, Serialize, Deserialize)]

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use serde::Serialize;
+use taxel::calibrate::with_error;
 use taxel_io::{bounded, sensor_file};
 
 use crate::error::Error;
@@ -13,6 +14,8 @@ use crate::outputs::Files;
 use crate::{Exit, out};
 use taxel_app::batch::{Batch, Done, Entry, LoadsFile, Settings, Shard, Status};
 use taxel_app::batch::{manifest, summary};
+use taxel_app::exported::NOISE_ALONE;
+use taxel_app::figures::with_noise_alone;
 use taxel_app::methods::MethodName;
 
 /// The most bytes of a list of recordings: some hundred thousand.
@@ -288,9 +291,18 @@ fn line(counted: &Counted, done: &Done) -> String {
     }
     let Some(row) = row else { return place };
     let force = row.peak_force_n.map(|force| {
-        let (force, half) = taxel::calibrate::with_error(force, row.peak_force_half_width_n);
-        let half = half.map(|half| format!(" ± {half}")).unwrap_or_default();
-        format!(", at most {force}{half} N")
+        let half = row.peak_force_half_width_n.filter(|half| *half > 0.0);
+        match half.filter(|_| row.half_widths_of == NOISE_ALONE) {
+            Some(half) => {
+                let (force, half) = with_noise_alone(force, half);
+                format!(", at most {force} ± {half} N (noise alone)")
+            }
+            None => {
+                let (force, half) = with_error(force, row.peak_force_half_width_n);
+                let half = half.map(|half| format!(" ± {half}")).unwrap_or_default();
+                format!(", at most {force}{half} N")
+            }
+        }
     });
     let mut lost = String::new();
     for (count, what) in [

@@ -226,6 +226,28 @@ fn a_zero_is_taken_off_and_one_under_load_is_doubted() {
     );
 }
 
+/// Half a hundredth of a newton of noise is no reason to believe in the fifth digit.
+#[test]
+fn where_the_interval_knows_of_noise_alone_forces_have_four_digits() {
+    let (folder, _) = gripped("mat-32x32-adg732", 2);
+    let run = folder.good("measure hand.txt --sensor mat-32x32-adg732 --frames-per-second 100");
+    assert!(run.out.contains("; ± of noise alone"), "{run}");
+    let total = run
+        .out
+        .lines()
+        .find(|line| line.trim_start().starts_with("total"));
+    let total = total.unwrap_or_else(|| panic!("{run}"));
+    let words: Vec<&str> = total.split_whitespace().collect();
+    let values = words.windows(2).filter(|pair| pair[1] == "±");
+    let values: Vec<&str> = values.map(|pair| pair[0]).collect();
+    assert!(values.len() >= 4, "{total}");
+    for value in values {
+        let digits = value.trim_start_matches(['-', '0', '.']);
+        let digits = digits.chars().filter(char::is_ascii_digit).count();
+        assert!(digits <= 4, "{value} in {total}");
+    }
+}
+
 /// At the end of the converter's range a reading is a bound: the numbers are there, and not called good.
 #[test]
 fn saturated_frames_are_told() {

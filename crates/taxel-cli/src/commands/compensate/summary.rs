@@ -197,7 +197,12 @@ impl Summary {
                 1 => String::new(),
                 _ => format!("frame {}, the heaviest: ", row.frame),
             };
-            writeln!(f, "{of}{row} (95 %)")?;
+            let only = if row.is_of_noise_alone() {
+                ", noise alone"
+            } else {
+                ""
+            };
+            writeln!(f, "{of}{row} (95 %{only})")?;
         }
         let files = [
             (&self.output, self.unit),

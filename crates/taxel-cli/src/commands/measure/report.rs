@@ -11,6 +11,7 @@ use super::Args;
 use crate::doubts::{area_beyond_cell, doubts};
 use crate::out;
 use taxel_app::conversion::tally::{NamedFrame, Tally};
+use taxel_app::exported::NOISE_ALONE;
 use taxel_app::figures::Figure;
 use taxel_app::line_survey::FaultyLine;
 use taxel_app::measure::{ForceOverTime, Measured, Measurement, Reference, Settings, Trial};
@@ -87,7 +88,7 @@ impl<'a> Report<'a> {
         for words in &self.tally.missing {
             out::warn(&format!("{}: {words}", self.recording));
         }
-        if self.intervals_of == "noise alone" {
+        if self.intervals_of == NOISE_ALONE {
             out::note(
                 "noise only: the sensor file has no [uncertainty], which `taxel calibrate` writes, so that intervals are too small",
             );
@@ -176,7 +177,7 @@ impl fmt::Display for Report<'_> {
         }
         for trial in self.trials {
             writeln!(f)?;
-            fmt_trial(trial, f)?;
+            fmt_trial(trial, self.intervals_of, f)?;
         }
         let unsolved = self.tally.unsolved_frames();
         if unsolved > 0 {
@@ -204,14 +205,17 @@ fn fmt_reference(reference: &Reference, f: &mut fmt::Formatter<'_>) -> fmt::Resu
     }
 }
 
-fn fmt_trial(trial: &Trial, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+fn fmt_trial(trial: &Trial, intervals_of: &str, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     let Trial {
         name, from_s, to_s, ..
     } = trial;
-    let caption = format!(
+    let mut caption = format!(
         "{name}: {from_s:.2} s to {to_s:.2} s, {} frames",
         trial.frames
     );
+    if intervals_of == NOISE_ALONE {
+        caption += "; ± of noise alone";
+    }
     let has_shares = trial.forces.iter().any(|force| force.share.is_some());
     let mut head = vec![
         "force",
