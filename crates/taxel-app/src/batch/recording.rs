@@ -20,8 +20,10 @@ use crate::figures::{FigureRow, Figures};
 use crate::fingerprint;
 use crate::frames::{DisplayUnit, Input};
 use crate::line_survey::Survey;
+use crate::methods::MethodName;
 use crate::reporter::Silent;
 use crate::sensor_source;
+use crate::tare::{self, ToldTare};
 use crate::units::{InputUnit, Unit};
 
 /// Endings of what is made of a recording.
@@ -151,9 +153,13 @@ impl Job<'_> {
         let seen = self.convert(request, &input, &survey, &files)?;
         let heaviest = seen.heaviest.as_ref();
         let peak = heaviest.map(|heaviest| self.figures(heaviest, &survey));
-        let row = seen
-            .sums
-            .row(self.sensor, &survey, &seen.tally, peak.transpose()?);
+        let row = seen.sums.row(
+            self.sensor,
+            &survey,
+            &seen.tally,
+            seen.tares.first(),
+            peak.transpose()?,
+        );
         let drawn = seen.heaviest.filter(|_| self.settings.pictures);
         if let Some(heaviest) = &drawn {
             self.picture(&heaviest.shown)?;
@@ -192,11 +198,16 @@ impl Job<'_> {
         let mut seen = Seen {
             tally: Tally::new(Unit::Newtons, self.sensor.array().taxel_area_mm2),
             sums: Sums::default(),
+            tares: Vec::new(),
             heaviest: None,
         };
+        let is_raw = self.settings.method == MethodName::Raw;
+        let taxels = self.sensor.taxels();
         let mut reading = input.open()?;
         conversion.run(&mut reading, &Silent, |frame| {
             seen.add(frame);
+            let tare = frame.tare.as_deref().filter(|_| !self.settings.no_tare);
+            tare::note(&mut seen.tares, tare, is_raw, taxels);
             outputs.write(frame)
         })?;
         seen.tally.finish(&reading);
@@ -286,6 +297,8 @@ impl Job<'_> {
 struct Seen {
     tally: Tally,
     sums: Sums,
+    /// Those that were taken off.
+    tares: Vec<ToldTare>,
     heaviest: Option<Heaviest>,
 }
 

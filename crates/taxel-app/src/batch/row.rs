@@ -10,6 +10,7 @@ use crate::conversion::tally::Tally;
 use crate::exported::intervals_of;
 use crate::figures::FigureRow;
 use crate::line_survey::Survey;
+use crate::tare::ToldTare;
 
 /// One recording in numbers. Half-widths are of 95 % intervals; what nothing bounds is not there.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -30,6 +31,8 @@ pub struct Row {
     pub mean_force_n: Option<f64>,
     /// Mean of the halves of the intervals, where they were asked for: as if all of a load's error were the same in every frame.
     pub mean_force_half_width_n: Option<f64>,
+    /// What the recording's tare took off the total force, newtons, of several the first; nothing where none did.
+    pub tare_n: Option<f64>,
     /// Area of contact in the frame of the largest force, mm².
     pub peak_area_mm2: Option<f64>,
     /// Area of contact, mean over all frames with an answer, mm².
@@ -84,6 +87,7 @@ impl Sums {
         sensor: &Sensor,
         survey: &Survey,
         tally: &Tally,
+        tare: Option<&ToldTare>,
         heaviest: Option<FigureRow>,
     ) -> Row {
         let mean = |sum: f64| finite(sum / self.frames as f64);
@@ -100,6 +104,7 @@ impl Sums {
             peak_frame: heaviest.map(|row| row.frame),
             mean_force_n: mean(self.force),
             mean_force_half_width_n: self.half_width.and_then(mean),
+            tare_n: tare.map(|tare| tare.newtons),
             peak_area_mm2: heaviest.and_then(|row| finite(row.contact_area_mm2.value)),
             mean_area_mm2: mean(self.area),
             half_widths_of: intervals_of(sensor).to_owned(),
@@ -144,6 +149,7 @@ impl Row {
                 "mean_force_half_width_n",
                 number(self.mean_force_half_width_n),
             ),
+            ("tare_n", number(self.tare_n)),
             ("peak_area_mm2", number(self.peak_area_mm2)),
             ("mean_area_mm2", number(self.mean_area_mm2)),
             ("half_widths_of", self.half_widths_of.clone()),

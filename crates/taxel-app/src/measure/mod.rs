@@ -24,6 +24,7 @@ use crate::frames::Input;
 use crate::line_survey::{FaultyLine, Survey};
 use crate::methods::MethodName;
 use crate::reporter::Reporter;
+use crate::tare::{self, ToldTare};
 use crate::units::{InputUnit, Unit};
 pub use reference::Reference;
 pub use regions_file::{regions_of_file, regions_to_toml};
@@ -142,6 +143,8 @@ pub struct Measurement {
     pub faulty_lines: Vec<FaultyLine>,
     /// What happened beside the frames.
     pub events: Vec<Event>,
+    /// The recording's tares, which are taken off unless they were asked to stay on.
+    pub tares: Vec<ToldTare>,
     /// What was taken off the total as a zero, newtons.
     pub zero_newtons: Option<f64>,
     /// Frames with readings at the end of the converter's range: what is said of them is less than what pressed.
@@ -198,12 +201,14 @@ impl Measured<'_> {
             series,
             tally: Tally::new(Unit::Newtons, self.sensor.array().taxel_area_mm2),
             events: Vec::new(),
+            tares: Vec::new(),
             saturated_frames: 0,
         };
+        let is_raw = settings.method == MethodName::Raw;
         let mut reading = input.open()?;
         let stage = reporter.stage("measuring");
         conversion.run(&mut reading, &*stage, |frame| {
-            seen.add(frame, settings.secs_of(frame));
+            seen.add(frame, settings.secs_of(frame), is_raw);
             Ok(())
         })?;
         drop(stage);
@@ -212,6 +217,7 @@ impl Measured<'_> {
             mut series,
             tally,
             events,
+            tares,
             saturated_frames,
         } = seen;
         series.begin_at_first_frame(self.recording)?;
@@ -221,6 +227,7 @@ impl Measured<'_> {
             tally,
             faulty_lines: survey.lines(),
             events,
+            tares,
             saturated_frames,
             intervals_of: self.intervals_of(settings),
             exported: exported_words(self.sensor),
@@ -319,12 +326,15 @@ struct Seen {
     series: Series,
     tally: Tally,
     events: Vec<Event>,
+    tares: Vec<ToldTare>,
     saturated_frames: u64,
 }
 
 impl Seen {
-    fn add(&mut self, frame: &Converted, secs: Option<f64>) {
+    fn add(&mut self, frame: &Converted, secs: Option<f64>, is_raw: bool) {
         self.tally.add(frame);
+        let taxels = frame.shown.values().len();
+        tare::note(&mut self.tares, frame.tare.as_deref(), is_raw, taxels);
         self.events.extend(frame.events.iter().cloned());
         let is_saturated = frame.shown.marks().contains(&Mark::Saturated);
         self.saturated_frames += u64::from(is_saturated);

@@ -304,6 +304,10 @@ fn line(counted: &Counted, done: &Done) -> String {
             }
         }
     });
+    let tare = row.tare_n.map(|tare| {
+        let (tare, _) = with_error(tare, None);
+        format!(", a tare of {tare} N taken off")
+    });
     let mut lost = String::new();
     for (count, what) in [
         (row.skipped_frames, "left out"),
@@ -318,9 +322,10 @@ fn line(counted: &Counted, done: &Done) -> String {
         lost += &format!(", {}", row.missing);
     }
     format!(
-        "{place}, {} frames{}{lost}",
+        "{place}, {} frames{}{}{lost}",
         row.frames,
-        force.unwrap_or_default()
+        force.unwrap_or_default(),
+        tare.unwrap_or_default()
     )
 }
 

@@ -5,6 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+use crate::recordings::tared;
 use crate::run::Folder;
 
 /// Recordings of three formats in two folders.
@@ -395,4 +396,28 @@ fn what_cannot_be_is_said_before_any_work() {
         assert!(run.err.contains(told), "{words}: {run}");
         assert!(!folder.exists("out/summary.csv"), "{words}");
     }
+}
+
+/// What a recording's tare takes off is told, in the line and in the table.
+#[test]
+fn a_tare_of_a_recording_is_taken_off_and_told() {
+    let folder = Folder::new();
+    tared(&folder);
+    let with = folder.good("batch run.mcap --out with");
+    assert!(with.err.contains("a tare of 12.00 N taken off"), "{with}");
+    assert!(with.err.contains("(noise alone)"), "{with}");
+    let without = folder.good("batch run.mcap --no-tare --out without");
+    assert!(!without.err.contains("tare"), "{without}");
+    let cell =
+        |out: &str, name: &str| column(&folder, &format!("{out}/summary.csv"), name)[0].clone();
+    assert_eq!(
+        (
+            cell("with", "tare_n").as_str(),
+            cell("without", "tare_n").as_str()
+        ),
+        ("12", "")
+    );
+    let mean = |out: &str| cell(out, "mean_force_n").parse::<f64>().unwrap();
+    // Two of four frames.
+    assert!((mean("without") - mean("with") - 6.0).abs() < 1e-9);
 }

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use crate::recordings::tared;
 use crate::run::Folder;
 
 /// A recording of 160 frames of a hand, with its true loads in newtons.
@@ -224,6 +225,41 @@ fn a_zero_is_taken_off_and_one_under_load_is_doubted() {
         run.code == Some(2) && run.err.contains("to take the zero from"),
         "{run}"
     );
+}
+
+/// A quarter of what presses was there before the recording began: taken off, told, and doubted.
+#[test]
+fn a_tare_of_the_recording_is_taken_off_and_told() {
+    let folder = Folder::new();
+    tared(&folder);
+    let with = folder.good("measure run.mcap -o with.csv");
+    assert!(
+        with.err.contains("the tare of the recording takes 12.00 N off the total, from frame number 1 on (--no-tare leaves it on)"),
+        "{with}"
+    );
+    assert!(with.err.contains("was something pressing?"), "{with}");
+    let without = folder.good("measure run.mcap --no-tare -o without.csv");
+    assert!(
+        without
+            .err
+            .contains("the tare of the recording, 12.00 N from frame number 1 on, is left on"),
+        "{without}"
+    );
+    assert!(
+        !without.err.contains("was something pressing?"),
+        "{without}"
+    );
+    let raw = folder.good("measure run.mcap --method raw --json");
+    let raw: serde_json::Value = serde_json::from_str(&raw.out).unwrap();
+    assert_eq!(raw["tares"][0]["newtons"], 6.0);
+    let [with, without] =
+        ["with.csv", "without.csv"].map(|table| column(&folder, table, "total_n"));
+    for (frame, taken) in [0.0, 12.0, 12.0, 0.0].into_iter().enumerate() {
+        assert!(
+            (without[frame] - with[frame] - taken).abs() < 1e-9,
+            "{frame}"
+        );
+    }
 }
 
 /// Half a hundredth of a newton of noise is no reason to believe in the fifth digit.

@@ -43,6 +43,27 @@ pub(crate) fn write(
     writer.finish().unwrap();
 }
 
+/// `run.mcap`: four frames of a loaded sensor, with a tare of half a newton a taxel (a quarter where nothing is compensated) from the
+/// second on, which ends before the fourth.
+pub(crate) fn tared(folder: &Folder) {
+    let counts = counts(folder);
+    let path = folder.path("run.mcap");
+    write(&path, &counts, &[0, 1, 2, 3], |place, writer| {
+        let tare = Tare {
+            from_sequence: 1,
+            at: at(0.01),
+            unit: "N".to_owned(),
+            loads: vec![0.5; 24],
+            raw: vec![0.25; 24],
+        };
+        match place {
+            1 => writer.write_tare(&tare).unwrap(),
+            3 => writer.write_tare(&Tare::undone(3, at(0.03))).unwrap(),
+            _ => {}
+        }
+    });
+}
+
 #[test]
 fn the_sensor_comes_from_the_recording_where_none_is_given() {
     let folder = Folder::new();
@@ -120,26 +141,7 @@ fn gaps_restarts_and_losses_are_told_and_cost_the_exit_code() {
 #[test]
 fn a_tare_is_taken_off_from_its_frame_on_unless_it_is_not_wanted() {
     let folder = Folder::new();
-    let counts = counts(&folder);
-    write(
-        &folder.path("run.mcap"),
-        &counts,
-        &[0, 1, 2, 3],
-        |place, writer| {
-            let tare = Tare {
-                from_sequence: 1,
-                at: at(0.01),
-                unit: "N".to_owned(),
-                loads: vec![0.5; 24],
-                raw: vec![0.25; 24],
-            };
-            match place {
-                1 => writer.write_tare(&tare).unwrap(),
-                3 => writer.write_tare(&Tare::undone(3, at(0.03))).unwrap(),
-                _ => {}
-            }
-        },
-    );
+    tared(&folder);
     let told = folder.good("compensate run.mcap --unit N -o with.csv");
     assert!(
         told.err.contains("tare of the recording is taken off"),

@@ -15,6 +15,7 @@ use taxel_app::exported::NOISE_ALONE;
 use taxel_app::figures::Figure;
 use taxel_app::line_survey::FaultyLine;
 use taxel_app::measure::{ForceOverTime, Measured, Measurement, Reference, Settings, Trial};
+use taxel_app::tare::ToldTare;
 
 /// Everything that is printed.
 #[derive(Serialize)]
@@ -34,6 +35,10 @@ pub(super) struct Report<'a> {
     duration_s: Option<f64>,
     regions: Vec<String>,
     trials: &'a [Trial],
+    /// The recording's tares,
+    tares: &'a [ToldTare],
+    /// and whether they are left on.
+    no_tare: bool,
     /// What was taken off the total as a zero, newtons.
     zero_n: Option<f64>,
     /// Frames with readings at the end of the converter's range.
@@ -67,6 +72,8 @@ impl<'a> Report<'a> {
             duration_s: series.secs.last().copied().filter(|secs| secs.is_finite()),
             regions: series.regions.iter().map(|r| r.0.name.clone()).collect(),
             trials: &measurement.trials,
+            tares: &measurement.tares,
+            no_tare: settings.no_tare,
             zero_n: measurement.zero_newtons,
             saturated_frames: measurement.saturated_frames,
             tally: &measurement.tally,
@@ -93,13 +100,10 @@ impl<'a> Report<'a> {
                 "noise only: the sensor file has no [uncertainty], which `taxel calibrate` writes, so that intervals are too small",
             );
         }
+        self.tell_of_tares();
         if let Some(zero) = self.zero_n {
             out::note(&format!("the zero takes {zero:.2} N off the total"));
-            if zero.abs() > MAX_ZERO_SHARE * self.largest_n.max(zero.abs()) {
-                out::warn(
-                    "that is more than a twentieth of the largest force: was something pressing?",
-                );
-            }
+            self.doubt_zero(zero);
         }
         if self.saturated_frames > 0 {
             out::warn(&format!(
@@ -129,6 +133,36 @@ impl<'a> Report<'a> {
 }
 
 impl Report<'_> {
+    /// What the recording's tares take off, or would.
+    fn tell_of_tares(&self) {
+        for ToldTare {
+            from_frame,
+            newtons,
+            ..
+        } in self.tares
+        {
+            if self.no_tare {
+                out::note(&format!(
+                    "the tare of the recording, {newtons:.2} N from frame number {from_frame} on, is left on"
+                ));
+                continue;
+            }
+            out::note(&format!(
+                "the tare of the recording takes {newtons:.2} N off the total, from frame number {from_frame} on (--no-tare leaves it on)"
+            ));
+            self.doubt_zero(*newtons);
+        }
+    }
+
+    /// Warns of a zero that was hardly taken of nothing.
+    fn doubt_zero(&self, newtons: f64) {
+        if newtons.abs() > MAX_ZERO_SHARE * self.largest_n.max(newtons.abs()) {
+            out::warn(
+                "that is more than a twentieth of the largest force: was something pressing?",
+            );
+        }
+    }
+
     /// Of trials whose taxels came and went, unless they were filled in.
     fn tell_of_changes(&self) {
         if self.tally.is_interpolated() {
