@@ -709,6 +709,19 @@ test("regions that are drawn are saved as the command takes them", async () => {
   await page.mouse.move(...at(0.5, 0.5), { steps: 5 });
   await page.mouse.up();
   await appears(page, "save-regions");
+  // By keyboard alone, from the field that a screen reader calls so.
+  const field = page.getByRole("textbox", { name: "Name of region R1" });
+  await field.focus();
+  await field.press("Control+a");
+  await page.keyboard.type("Total");
+  await page.keyboard.press("Enter");
+  await until(async () => /taxel measure calls a force of its own.*still “R1”/.test(await page.textContent("#selection-list .problem")), "a name that measure refuses is not refused");
+  check((await field.getAttribute("aria-invalid")) === "true", "the refused name is not said to be wrong");
+  await field.press("Control+a");
+  await page.keyboard.type("Ball of the thumb");
+  await page.keyboard.press("Tab");
+  await until(async () => (await page.textContent("#announce")) === "R1 is called Ball of the thumb", "the new name is not said");
+  check((await page.getByRole("button", { name: "Remove R1, Ball of the thumb" }).count()) === 1, "the button to remove it has the old name");
   const [download] = await Promise.all([page.waitForEvent("download", { timeout: PATIENCE_MS }), page.click("#save-regions")]);
   check(download.suggestedFilename().endsWith("_regions.toml"), `it is called ${download.suggestedFilename()}`);
   const regions = path.join(scratch, "drawn.toml");
@@ -718,7 +731,13 @@ test("regions that are drawn are saved as the command takes them", async () => {
   const table = path.join(scratch, "drawn.csv");
   execFileSync(program, ["measure", recording, "--regions", regions, "--no-intervals", "-o", table], { stdio: "ignore" });
   const head = readFileSync(table, "utf8").split("\n")[0].split(",");
-  check(head.includes("r1_n") && head.includes("r1_cop_x_mm"), `the table has ${head.join(", ")}`);
+  check(head.includes("ball_of_the_thumb_n") && head.includes("ball_of_the_thumb_cop_x_mm"), `the table has ${head.join(", ")}`);
+  // And read again they are there from the start, on the same taxels.
+  const again = await openHeld(await start("view", recording, "--regions", regions, "--listen", "127.0.0.1:0", "--folder", scratch));
+  await until(async () => (await again.locator("#selection-list input.name").count()) === 1, "the saved region is not shown");
+  check((await again.inputValue("#selection-list input.name")) === "Ball of the thumb", "the region has another name");
+  const taxels = async (of) => /, (\d+) taxels/.exec(await of.textContent("#selection-list .more"))[1];
+  check((await taxels(again)) === (await taxels(page)), `it has ${await taxels(again)} taxels, not ${await taxels(page)}`);
 });
 
 test("a recording that has ended is said to be saved, and method raw is no compensation", async () => {

@@ -31,9 +31,9 @@ pub use messages::{
     Answer, AskedPress, BadLines, CalibrationPhase, CalibrationSession, Details, DeviceState,
     DeviceStatus, Event, ExportedFacts, FigureDetails, FileFacts, GripHand, GripMeasured,
     GripPhase, GripProtocol, GripSession, GripTrial, HandleFacts, HeldOutError, Hello, Latency,
-    MarkMeaning, Message, PROTOCOL, Player, RecordingStatus, Refused, Reply, SeenPress,
-    SensorFacts, Severity, Slider, SliderKind, SourceFacts, SourceKind, State, TakenPress,
-    TareStatus, TaxelDetails, mark_meanings,
+    MarkMeaning, Message, PROTOCOL, Player, RecordingStatus, Refused, RegionFacts, Reply,
+    SeenPress, SensorFacts, Severity, Slider, SliderKind, SourceFacts, SourceKind, State,
+    TakenPress, TareStatus, TaxelDetails, mark_meanings,
 };
 
 /// Whether a text is a request that a viewer may make. For the fuzz targets.

@@ -21,6 +21,19 @@ export const hello = {
     "calibration": "calibrated 2026-11-10 (12 days ago); not checked since",
     "exported": null,
     "positions_mm": null,
+    "regions": [
+      {
+        "name": "thumb",
+        "boxes": [
+          [
+            0,
+            1,
+            1,
+            2
+          ]
+        ]
+      }
+    ],
     "handle": null
   },
   "source": {
@@ -172,6 +185,7 @@ export const helloOfFile = {
       ],
       null
     ],
+    "regions": [],
     "handle": null
   },
   "source": {
@@ -294,6 +308,7 @@ export const helloOfCone = {
     "calibration": null,
     "exported": null,
     "positions_mm": null,
+    "regions": [],
     "handle": {
       "rings": "columns",
       "angles": [

@@ -36,8 +36,16 @@ declare namespace Wire {
     exported: ExportedFacts | null;
     /** Where the taxels lie, x and y, row by row; null where they lie at the crossings of their lines. */
     positions_mm: ([number, number] | null)[] | null;
+    /** Named parts of it. */
+    regions: RegionFacts[];
     /** The cylinder or cone that the array is wrapped around; null where it is flat. */
     handle: HandleFacts | null;
+  }
+
+  interface RegionFacts {
+    name: string;
+    /** First row, last row, first column, last column, ends included; none goes across a seam. */
+    boxes: [number, number, number, number][];
   }
 
   interface ExportedFacts {

@@ -87,8 +87,12 @@ declare namespace Page {
   }
   interface Region extends ItemFacts {
     letter: "R";
+    /** What people call it: as its label, until it is given a name. */
+    name: string;
+    /** How it was drawn, or where it comes from. */
     shape: string;
-    corners: Corner[];
+    /** Closed lines around it. */
+    outlines: Corner[][];
   }
   type Item = Pin | Region;
 

@@ -6,12 +6,13 @@ use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
+use taxel::sensor::Region;
 use taxel::{Sensor, solve};
 use taxel_acquire::Address;
 use taxel_acquire::simulated::SimulationParameters;
 use taxel_server::{
-    Command, Details as DetailsMessage, Event, HandleFacts, Hello, Refused, Reply, ResultFile,
-    SensorFacts, SourceFacts, SourceKind, State, ViewerBackend, Watched,
+    Command, Details as DetailsMessage, Event, Hello, Refused, Reply, ResultFile, SourceFacts,
+    SourceKind, State, ViewerBackend, Watched,
 };
 
 use super::SessionOptions;
@@ -19,11 +20,10 @@ use super::details::Details;
 use super::engine::EngineCommand;
 use super::guide::{self, Guide, GuideStep};
 use super::recorder::{Owner, Recorder};
+use super::sensor_facts::sensor_facts;
 use super::sliders::{Change, Simulation};
 use super::source::Controls;
 use super::status::{SessionStatus, secs};
-use crate::calibration_age::calibration_history;
-use crate::exported::exported_facts;
 use crate::methods::MethodName;
 
 /// The longest note and the longest name that are taken.
@@ -40,6 +40,7 @@ const SPEEDS: std::ops::RangeInclusive<f64> = 0.01..=100.0;
 /// The instrument as viewers see it.
 pub(super) struct LiveController {
     sensor: Sensor,
+    regions: Vec<Region>,
     address: Address,
     folder: PathBuf,
     model: Option<PathBuf>,
@@ -66,6 +67,10 @@ impl LiveController {
     ) -> Self {
         let controller = Self {
             sensor: options.sensor.clone(),
+            regions: match &options.regions {
+                Some(regions) => regions.clone(),
+                None => options.sensor.regions().to_vec(),
+            },
             address: options.address.clone(),
             folder: options.folder.clone(),
             model: match &options.method {
@@ -274,29 +279,13 @@ impl LiveController {
 
 impl ViewerBackend for LiveController {
     fn hello(&self) -> Hello {
-        let array = self.sensor.array();
         let kind = match self.controls {
             Controls::Device => SourceKind::Device,
             Controls::Simulation(_) => SourceKind::Sim,
             Controls::Player(_) => SourceKind::File,
         };
-        let mut sensor = SensorFacts::new(self.sensor.name(), array.rows, array.columns);
-        sensor.pitch_mm = array.pitch_mm;
-        sensor.taxel_area_mm2 = array.taxel_area_mm2;
-        let cells = (0..self.sensor.taxels()).map(|taxel| self.sensor.cell_mm2(taxel));
-        sensor.cell_area_mm2 = cells.fold(0.0, f64::max);
-        sensor.bits = self.sensor.converter().bits;
-        sensor.max_count = self.sensor.max_count();
-        sensor.positions_mm = self.sensor.positions().map(|places| {
-            let place = |(taxel, place): (usize, &[f64; 2])| {
-                (!self.sensor.is_absent(taxel)).then_some(*place)
-            };
-            places.iter().enumerate().map(place).collect()
-        });
-        sensor.handle = self.sensor.handle().map(HandleFacts::new);
-        sensor.calibration = calibration_history(&self.sensor, Some(SystemTime::now()));
-        sensor.exported = exported_facts(&self.sensor);
-        sensor.has_load_law = self.sensor.material().is_some() || self.model.is_some();
+        let mut sensor = sensor_facts(&self.sensor, &self.regions);
+        sensor.has_load_law |= self.model.is_some();
         let program = format!("taxel {}", env!("CARGO_PKG_VERSION"));
         let source = SourceFacts::new(self.address.to_string(), kind);
         let mut hello = Hello::new(program, sensor, source);

@@ -17,6 +17,7 @@ mod latest_queue;
 mod pace;
 mod player;
 mod recorder;
+mod sensor_facts;
 mod sliders;
 mod source;
 mod status;
@@ -28,6 +29,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime};
 
 use taxel::metric::FrameFigures;
+use taxel::sensor::Region;
 use taxel::{Counts, Frame, Newtons, Sensor, Siemens};
 use taxel_acquire::Address;
 use taxel_acquire::simulated::{Person, Presser};
@@ -72,6 +74,8 @@ pub struct SessionOptions {
     pub address: Address,
     /// The sensor that they are of.
     pub sensor: Sensor,
+    /// Named parts of it that viewers are told of, where that are others than the sensor's own.
+    pub regions: Option<Vec<Region>>,
     /// What a simulated source scans, where that is another sensor than the one that its frames are taken to be of.
     pub scanned: Option<Sensor>,
     /// Where the sensor comes from, for messages.
@@ -105,6 +109,7 @@ impl SessionOptions {
         Self {
             address,
             sensor,
+            regions: None,
             scanned: None,
             sensor_file: sensor_file.into(),
             method: MethodName::Auto,

@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::{Exit, interrupt, out};
 use taxel_app::calibration_age::calibration_history;
 use taxel_app::exported::exported_words;
+use taxel_app::measure::regions_of_file;
 use taxel_app::methods::MethodName;
 use taxel_app::sensor_source;
 use taxel_app::session::{FrameObserver, RecordTopics, Session, SessionOptions};
@@ -47,6 +48,9 @@ struct Shown {
     /// Sensor file, or the name of a preset; simulated sensors and .mcap and .parquet bring their own
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
+    /// File of named regions (.toml) that the page shows from the start; without it those of the sensor file
+    #[arg(long, value_name = "FILE")]
+    regions: Option<PathBuf>,
     /// How loads are found: auto, exact, newton, raw, or the file of a model that `taxel train` wrote
     #[arg(long, value_name = "NAME|MODEL", default_value_t)]
     method: MethodName,
@@ -113,7 +117,12 @@ fn show(
     let (sensor, sensor_file) = sensor_source::of(address, shown.sensor.as_deref())?;
     let history = calibration_history(&sensor, Some(SystemTime::now()));
     interrupt::listen();
+    let regions = shown.regions.as_ref();
+    let regions = regions
+        .map(|file| regions_of_file(file, &sensor))
+        .transpose()?;
     let mut options = SessionOptions::new(address.clone(), sensor, sensor_file);
+    options.regions = regions;
     options.method = shown.method.clone();
     options.folder = shown.folder.clone();
     options.topics = RecordTopics {

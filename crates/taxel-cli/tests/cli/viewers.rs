@@ -3,7 +3,7 @@
 use std::process::Command;
 
 use crate::live::{Running, ask, frame, told, view, wait};
-use crate::run::Folder;
+use crate::run::{Folder, SENSOR};
 
 const SIM: &str = "sim:sensor.toml?uniform";
 
@@ -33,6 +33,41 @@ fn viewers_neither_end_nor_replace_the_operator_s_recording() {
     assert!(!folder.exists("recordings/mine.mcap"));
     end(&mut running);
     folder.good("convert op.mcap -o op.txt");
+}
+
+/// Those of the sensor file, or those of another in their place, and each as boxes.
+#[test]
+fn viewers_are_told_of_named_regions_from_the_start() {
+    let folder = Folder::new();
+    let thumb =
+        "[[region]]\nname = \"thumb\"\noutline = [[-0.5, -0.5], [-0.5, 3.6], [3.6, -0.5]]\n";
+    folder.write("sensor.toml", &format!("{SENSOR}\n{thumb}"));
+    folder.write(
+        "r.toml",
+        "[[region]]\nname = \"Far half\"\nboxes = [[0, 3, 3, 5], [2, 2, 0, 2]]\n",
+    );
+    let told_of = |words: &str| {
+        let mut running = Running::start(&folder, &format!("{words} --listen 127.0.0.1:0"));
+        told(&mut view(&running.url()), "hello")["sensor"]["regions"].take()
+    };
+    assert_eq!(
+        told_of(&format!("live {SIM}")),
+        serde_json::json!([{ "name": "thumb", "boxes": [[0, 0, 0, 3], [1, 1, 0, 2], [2, 2, 0, 1], [3, 3, 0, 0]] }])
+    );
+    folder.good("simulate --sensor sensor.toml --pattern uniform --frames 3 -o run.txt");
+    assert_eq!(
+        told_of("view run.txt --sensor sensor.toml --regions r.toml"),
+        serde_json::json!([{ "name": "Far half", "boxes": [[0, 1, 3, 5], [2, 2, 0, 5], [3, 3, 3, 5]] }])
+    );
+    folder.write(
+        "r.toml",
+        "[[region]]\nname = \"heel\"\nboxes = [[0, 4, 0, 1]]\n",
+    );
+    let refused = folder.taxel(&format!("live {SIM} --regions r.toml --listen 127.0.0.1:0"));
+    assert!(
+        refused.code == Some(1) && refused.err.contains("rows 0 to 3"),
+        "{refused}"
+    );
 }
 
 /// Asks it to end, as Ctrl-C does; what it said.

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use taxel::Mark;
 use taxel::metric::is_usable;
-use taxel::sensor::Handle;
+use taxel::sensor::{Handle, Region, RegionSpec};
 
 use super::PROTOCOL;
 
@@ -77,8 +77,29 @@ pub struct SensorFacts {
     /// Where the taxels lie, row by row, x to the right and y down in mm; nothing where they lie at the crossings of their
     /// lines. A crossing without a taxel has none.
     pub positions_mm: Option<Vec<Option<[f64; 2]>>>,
+    /// Named parts of it.
+    pub regions: Vec<RegionFacts>,
     /// The handle that the array is wrapped around; nothing where it is flat.
     pub handle: Option<HandleFacts>,
+}
+
+/// A named part of an array.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
+pub struct RegionFacts {
+    /// What people call it.
+    pub name: String,
+    /// Boxes that hold its taxels and no others: first row, last row, first column, last column, ends included.
+    pub boxes: Vec<[usize; 4]>,
+}
+
+impl RegionFacts {
+    /// What is told of a region of an array with so many columns.
+    pub fn new(region: &Region, columns: usize) -> Self {
+        let RegionSpec { name, boxes, .. } =
+            RegionSpec::of_taxels(region.name(), region.taxels(), columns);
+        Self { name, boxes }
+    }
 }
 
 /// Numbers that another program has found.

@@ -55,6 +55,10 @@ fn hello() -> Hello {
         bits: 16,
         max_count: 65535.0,
         has_load_law: true,
+        regions: vec![RegionFacts {
+            name: "thumb".to_owned(),
+            boxes: vec![[0, 1, 1, 2]],
+        }],
         calibration: Some("calibrated 2026-11-10 (12 days ago); not checked since".to_owned()),
         ..SensorFacts::new("a \"mat\" \u{2013} 2 × 3", 2, 3)
     };

@@ -1,14 +1,17 @@
 // The charts below the maps: total force, peak pressure, contact area, and the selection.
 
+import { SELECTION_COLOURS } from "./colour.js";
 import { TimeChart, longestStep } from "./timechart.js";
 import { faint, theme } from "./theme.js";
 import { byId, inside, write } from "./dom.js";
+import { titleOf } from "./selection.js";
 import { fixed, decimalsFor, plusMinus, forceUnit, pressureUnit, loadFactor } from "./units.js";
 
 const MAX_POINTS = 1500;
 const SELECTION_POINTS = 500;
 
 const DESCRIBE_EVERY_MS = 1000;
+const DASHES = [[6, 3], [2, 3], [10, 3, 2, 3]];
 /** @type {("force" | "peak" | "area")[]} */
 const CHARTS = ["force", "peak", "area"];
 
@@ -54,7 +57,7 @@ export class Charts {
    * @param {import("./selection.js").Selection} selection
    */
   takeSelection(selection) {
-    this.selection.setLines(selection.items.map((item) => ({ colour: () => item.colour, dash: item.letter === "R" ? [6, 3] : undefined })));
+    this.selection.setLines(selection.items.map((item) => ({ colour: () => item.colour, dash: dashOf(item) })));
     this.hint.hidden = !selection.empty;
     this.update();
   }
@@ -109,7 +112,7 @@ export class Charts {
     const { items } = this.items;
     const { measure } = this.settings.values;
     const unit = this.measured(quantities)[1];
-    this.selection.describe(`Selection, ${measure}`, items.map(() => unit), items.map(({ label }) => label));
+    this.selection.describe(`Selection, ${measure}`, items.map(() => unit), items.map(titleOf));
   }
 
   /**
@@ -194,6 +197,14 @@ export class Charts {
       if (readout.whole.title !== words) readout.whole.title = words;
     }
   }
+}
+
+/**
+ * Pins are whole lines, regions dashed; those that take a colour for the second or third time in dashes of their own.
+ * @param {Page.Item} item
+ */
+function dashOf(item) {
+  return item.letter === "R" ? DASHES[Math.floor((item.number - 1) / SELECTION_COLOURS.length) % DASHES.length] : undefined;
 }
 
 /**

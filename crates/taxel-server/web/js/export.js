@@ -2,6 +2,7 @@
 
 import { evened } from "./areas.js";
 import { MARGIN } from "./furniture.js";
+import { boxesOf } from "./regions.js";
 import { measure, slotThreshold } from "./selection.js";
 import { slotValue } from "./buffer.js";
 import { loadFactor, forceUnit, pressureUnit, fixed, decimalsFor, clockText } from "./units.js";
@@ -133,41 +134,11 @@ export async function saveTable(source) {
 export async function saveRegions(source) {
   const both = shownOf(source);
   const { columns } = both.sensor;
-  const tables = source.selection.regions.map(({ label, taxels }) => {
-    const boxes = boxesOf([...taxels], columns).map((box) => `[${box.join(", ")}]`);
-    return `[[region]]\nname = ${JSON.stringify(label)}\nboxes = [${boxes.join(", ")}]\n`;
+  const tables = source.selection.regions.map(({ name, taxels }) => {
+    const boxes = boxesOf(taxels, columns).map((box) => `[${box.join(", ")}]`);
+    return `[[region]]\nname = ${JSON.stringify(name)}\nboxes = [${boxes.join(", ")}]\n`;
   });
   return save(new Blob([tables.join("\n")], { type: "application/toml" }), fileName(both, "regions", "toml"));
-}
-
-/**
- * The boxes (first row, last row, first column, last column) that hold these taxels and no others.
- * @param {number[]} taxels row · columns + column each
- * @param {number} columns
- */
-function boxesOf(taxels, columns) {
-  /** @type {number[][]} */
-  const boxes = [];
-  let row = -1;
-  let run = [0, 0];
-  const end = () => {
-    if (row < 0) return;
-    const above = boxes.find((box) => box[1] === row - 1 && box[2] === run[0] && box[3] === run[1]);
-    if (above) above[1] = row;
-    else boxes.push([row, row, ...run]);
-  };
-  for (const taxel of taxels.sort((a, b) => a - b)) {
-    const at = [Math.floor(taxel / columns), taxel % columns];
-    if (at[0] === row && at[1] === run[1] + 1) {
-      run[1] += 1;
-      continue;
-    }
-    end();
-    row = at[0];
-    run = [at[1], at[1]];
-  }
-  end();
-  return boxes;
 }
 
 /**
@@ -208,8 +179,8 @@ function selectionTable({ view, history, selection }, { sensor }) {
       const name = `${item.label} row ${item.row} column ${item.column}`;
       head.push(`${name} load (${force.key})`, `${name} raw load (${force.key})`, `${name} counts`);
     } else {
-      const name = `${item.label} ${item.shape} ${item.taxels.length} taxels`;
-      head.push(`${name} force (${force.key})`, `${name} peak (${pressure.key})`, `${name} mean (${pressure.key})`, `${name} area (mm2)`);
+      const name = `${item.name} ${item.shape} ${item.taxels.length} taxels`;
+      head.push(...[`force (${force.key})`, `peak (${pressure.key})`, `mean (${pressure.key})`, "area (mm2)"].map((what) => quoted(`${name} ${what}`)));
     }
   }
   const lines = [head.join(",")];
@@ -233,6 +204,12 @@ function selectionTable({ view, history, selection }, { sensor }) {
   }
   return { what: "selection", text: `${lines.join("\n")}\n` };
 }
+
+/**
+ * A name may hold commas and quotation marks.
+ * @param {string} text
+ */
+const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
 
 /**
  * Six digits are more than the sensor has, and keep the file small.

@@ -14,7 +14,7 @@ import { Panel } from "./panel.js";
 import { Playback } from "./playback.js";
 import { Pointer } from "./pointer.js";
 import { Requests } from "./requests.js";
-import { Selection } from "./selection.js";
+import { MAX_REGIONS, Selection } from "./selection.js";
 import { Session } from "./session.js";
 import { Settings } from "./settings.js";
 import { Sliders } from "./sliders.js";
@@ -99,7 +99,7 @@ function addRegion(shape, corners) {
   const { sensor } = view;
   const done = sensor && selection.addRegion(shape, corners, { buffer: history.buffer, sensor });
   if (done === "empty") toast("No taxel lies inside", "bad");
-  if (done === "full") toast("There are eight regions: take one away first", "bad");
+  if (done === "full") toast(`There are ${MAX_REGIONS} regions: take one away first`, "bad");
 }
 
 /**

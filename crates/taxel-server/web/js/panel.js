@@ -5,6 +5,7 @@ import { layoutOf } from "./places.js";
 import { TimeChart, longestStep } from "./timechart.js";
 import { slotValue } from "./buffer.js";
 import { DETAILS_VALID_MS } from "./figures.js";
+import { MAX_NAME } from "./regions.js";
 import { contactThreshold, measure } from "./selection.js";
 import { byId, inside, onClick, write } from "./dom.js";
 import { theme } from "./theme.js";
@@ -39,7 +40,7 @@ export class Panel {
     this.describedAt = -Infinity;
     /** The load of the picked taxel as it is shown. */
     this.load = "";
-    /** @type {Map<Page.Item, { element: HTMLElement, force: HTMLElement, more: HTMLElement }>} */
+    /** @type {Map<Page.Item, { element: HTMLElement, force: HTMLElement, more: HTMLElement, what: string }>} */
     this.rows = new Map();
     onClick("clear-selection", () => {
       selection.clear();
@@ -208,7 +209,7 @@ export class Panel {
         row.more.textContent = `raw ${fixed(raw * force.factor, decimals)} ${force.text}`;
       } else {
         row.force.textContent = `${fixed(numbers.force * force.factor, this.forceDecimals())} ${force.text}`;
-        row.more.textContent = `peak ${significant(numbers.peak * factor)}, mean ${significant(numbers.mean * factor)} ${pressure.text}, ${areaText(numbers.area)}`;
+        row.more.textContent = `${row.what}, peak ${significant(numbers.peak * factor)}, mean ${significant(numbers.mean * factor)} ${pressure.text}, ${areaText(numbers.area)}`;
       }
     }
   }
@@ -216,17 +217,59 @@ export class Panel {
   /** @param {Page.Item} item */
   makeRow(item) {
     const element = document.createElement("li");
-    const name = item.letter === "P" ? `row ${item.row}, col ${item.column}` : `${item.shape}, ${item.taxels.length} taxels`;
-    element.innerHTML = '<i class="swatch" aria-hidden="true"></i><span class="name"></span><span class="force num"></span><button type="button" class="remove">×</button><span class="more num"></span>';
+    element.innerHTML = '<i class="swatch" aria-hidden="true"></i><span class="name"></span><span class="force num"></span><button type="button" class="remove">×</button><span class="problem" role="alert" hidden></span><span class="more num"></span>';
     const swatch = inside(element, ".swatch");
     swatch.style.background = item.colour;
     swatch.textContent = item.label;
-    inside(element, ".name").textContent = name;
+    const what = item.letter === "P" ? `row ${item.row}, col ${item.column}` : `${item.shape}, ${item.taxels.length} taxels`;
     const remove = inside(element, ".remove");
-    remove.setAttribute("aria-label", `Remove ${item.label}, ${name}`);
+    const nameRemove = () => remove.setAttribute("aria-label", `Remove ${item.label}, ${item.letter === "P" || item.name === item.label ? what : item.name}`);
+    nameRemove();
     remove.addEventListener("click", () => this.remove(item));
+    if (item.letter === "P") inside(element, ".name").textContent = what;
+    else inside(element, ".name").replaceWith(this.nameField(item, inside(element, ".problem"), nameRemove));
     byId("selection-list").append(element);
-    return { element, force: inside(element, ".force"), more: inside(element, ".more") };
+    return { element, force: inside(element, ".force"), more: inside(element, ".more"), what };
+  }
+
+  /**
+   * Where a region gets its name: taken when the field is left or Enter is pressed, given back by Escape.
+   * @param {Page.Region} region
+   * @param {HTMLElement} problem where it is said why a name is refused
+   * @param {() => void} onRenamed
+   */
+  nameField(region, problem, onRenamed) {
+    const field = document.createElement("input");
+    field.type = "text";
+    field.className = "name";
+    field.maxLength = MAX_NAME;
+    field.value = region.name;
+    field.spellcheck = false;
+    field.autocomplete = "off";
+    field.setAttribute("aria-label", `Name of region ${region.label}`);
+    problem.id = `region-problem-${region.number}`;
+    /** @param {string} words */
+    const refuse = (words) => {
+      problem.hidden = words === "";
+      write(problem, words === "" ? "" : `${words} It is still “${region.name}”.`);
+      if (words === "") field.removeAttribute("aria-describedby");
+      else field.setAttribute("aria-describedby", problem.id);
+      field.setAttribute("aria-invalid", String(words !== ""));
+    };
+    field.addEventListener("change", () => {
+      const words = this.selection.rename(region, field.value);
+      refuse(words);
+      if (words !== "") return;
+      field.value = region.name;
+      onRenamed();
+      write("announce", `${region.label} is called ${region.name}`);
+    });
+    field.addEventListener("keydown", (event) => {
+      if (event.key !== "Escape") return;
+      field.value = region.name;
+      refuse("");
+    });
+    return field;
   }
 
   /**

@@ -5,9 +5,10 @@ import { SELECTION_COLOURS } from "./colour.js";
 import { slotValue } from "./buffer.js";
 import { cellArea, evening, taxelArea } from "./areas.js";
 import { layoutOf } from "./places.js";
+import { nameProblem, outlinesOf, taxelsOf } from "./regions.js";
 
 export const MAX_PINS = 8;
-export const MAX_REGIONS = 8;
+export const MAX_REGIONS = 24;
 /** @type {(keyof Page.Measures)[]} */
 const NAMES = ["force", "peak", "mean", "area"];
 
@@ -82,11 +83,55 @@ export class Selection {
     const taxels = inside(corners, context.sensor);
     if (taxels.length === 0) return "empty";
     if (this.regions.length >= MAX_REGIONS) return "full";
-    // Regions take the colours from the other end, so that a first pin and a first region differ.
-    const facts = makeItem(this.regions, [...SELECTION_COLOURS].reverse(), "R", taxels, context);
-    this.regions.push({ letter: "R", shape, corners, ...facts });
+    this.pushRegion("", shape, [corners], taxels, context);
     this.announce();
     return "added";
+  }
+
+  /**
+   * Regions that are known already, of the sensor file or of another. Returns how many there was no room for.
+   * @param {Wire.RegionFacts[]} known
+   * @param {Context} context
+   */
+  addKnown(known, context) {
+    const { sensor } = context;
+    const room = known.slice(0, MAX_REGIONS - this.regions.length);
+    for (const { name, boxes } of room) {
+      const taxels = taxelsOf(boxes, sensor.columns);
+      this.pushRegion(name, "of a file", outlinesOf(taxels, sensor), taxels, context);
+    }
+    if (room.length > 0) this.announce();
+    return known.length - room.length;
+  }
+
+  /**
+   * @param {string} name none: as its label, or as the first that is free
+   * @param {string} shape
+   * @param {Page.Corner[][]} outlines
+   * @param {number[]} taxels
+   * @param {Context} context
+   */
+  pushRegion(name, shape, outlines, taxels, context) {
+    // Regions take the colours from the other end, so that a first pin and a first region differ.
+    const facts = makeItem(this.regions, [...SELECTION_COLOURS].reverse(), "R", taxels, context);
+    const others = this.regions.map((region) => region.name);
+    let own = name || facts.label;
+    for (let again = 2; nameProblem(own, others) !== ""; again += 1) own = `${name || facts.label} ${again}`;
+    this.regions.push({ letter: "R", name: own, shape, outlines, ...facts });
+  }
+
+  /**
+   * Returns why not, in words; empty where it is done.
+   * @param {Page.Region} region
+   * @param {string} name
+   */
+  rename(region, name) {
+    const others = this.regions.filter((other) => other !== region);
+    const problem = nameProblem(name, others.map((other) => other.name));
+    if (problem !== "") return problem;
+    region.name = name.trim();
+    this.announce();
+    return "";
   }
 
   /** @param {Page.Item} item */
@@ -111,6 +156,12 @@ export class Selection {
     }
   }
 }
+
+/**
+ * What an item is called.
+ * @param {Page.Item} item
+ */
+export const titleOf = (item) => (item.letter === "R" ? item.name : item.label);
 
 /**
  * @param {Page.ItemFacts[]} list those of its kind that there are

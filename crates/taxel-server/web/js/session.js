@@ -3,6 +3,7 @@
 import { MarkTable } from "./marks.js";
 import { NO_LINES } from "./view.js";
 import { decodeFrame, isNewtons } from "./wire.js";
+import { MAX_REGIONS } from "./selection.js";
 import { toast } from "./toast.js";
 
 const PROTOCOL = 3;
@@ -44,8 +45,13 @@ export class Session {
       hello, marks: new MarkTable(hello.marks), state: null, badLines: NO_LINES, newtons: hello.sensor.has_load_law,
       live: null, shown: null, paused: false, picked: same ? view.now.picked : null, waitsSince: performance.now(),
     });
-    if (same) selection.forget();
-    else selection.clear();
+    if (same) {
+      selection.forget();
+      return;
+    }
+    selection.clear();
+    const left = selection.addKnown(hello.sensor.regions, { buffer: history.buffer, sensor: hello.sensor });
+    if (left > 0) toast(`${left} of the sensor's ${hello.sensor.regions.length} regions are not shown: ${MAX_REGIONS} are the most`, "bad");
   }
 
   /** @param {Wire.State} state */

@@ -125,8 +125,8 @@ export class Tile {
     this.furniture.draw(scene, p, this.width, this.height, ratio);
     g.drawImage(this.furniture.canvas, 0, 0);
     g.setTransform(ratio, 0, 0, ratio, 0, 0);
-    for (const region of scene.selection.regions) drawRegion(g, p, region.corners, region.colour, region.label);
-    if (scene.draft) drawRegion(g, p, scene.draft, "#ffffff", "");
+    for (const region of scene.selection.regions) drawRegion(g, p, region.outlines, region.colour, region.name);
+    if (scene.draft) drawRegion(g, p, [scene.draft], "#ffffff", "");
     if (scene.showCop) drawCentre(g, p, scene);
     for (const pin of scene.selection.pins) drawPin(g, p, pin, scene.sensor.columns);
     if (scene.picked) drawPicked(g, p, scene.picked, scene.sensor.columns);
@@ -239,18 +239,21 @@ function drawPin(g, p, pin, columns) {
 /**
  * @param {CanvasRenderingContext2D} g
  * @param {Placement} p
- * @param {Page.Corner[]} corners
+ * @param {Page.Corner[][]} outlines
  * @param {string} colour
  * @param {string} text
  */
-function drawRegion(g, p, corners, colour, text) {
+function drawRegion(g, p, outlines, colour, text) {
   g.beginPath();
-  for (const [column, row] of corners) g.lineTo(p.x(column, row), p.y(column, row));
-  g.closePath();
+  for (const corners of outlines) {
+    corners.forEach(([column, row], i) => (i === 0 ? g.moveTo(p.x(column, row), p.y(column, row)) : g.lineTo(p.x(column, row), p.y(column, row))));
+    g.closePath();
+  }
   g.setLineDash([5, 3]);
   outlined(g, colour, 1.6);
   g.setLineDash([]);
   if (!text) return;
+  const corners = outlines.flat();
   const highest = corners.reduce((best, [column, row]) => (p.y(column, row) < p.y(best[0], best[1]) ? [column, row] : best), corners[0]);
   label(g, text, p.x(...highest), p.y(...highest), colour, p);
 }
