@@ -265,8 +265,69 @@ const EXAMPLES: [(&str, &[&str]); 34] = [
     ),
 ];
 
-/// The command with its verbs grouped, and examples at the end of the help of each.
-pub(crate) fn with_examples(command: Command) -> Command {
+/// The widest that a help is.
+pub(crate) const WIDEST: usize = 100;
+
+/// How wide a help is here: as the terminal, or as `COLUMNS` says where there is none.
+pub(crate) fn width() -> usize {
+    let terminal = terminal_size::terminal_size().map(|(width, _)| usize::from(width.0));
+    let told = || std::env::var("COLUMNS").ok()?.parse().ok();
+    terminal.or_else(told).unwrap_or(WIDEST).min(WIDEST)
+}
+
+/// An example in lines no longer than that, as a shell takes them: one that is too long goes on behind `\`, and its remark stands above.
+fn wrapped(line: &str, width: usize) -> String {
+    if line.chars().count() + 2 <= width {
+        return format!("\n  {line}");
+    }
+    let (command, remark) = match line.split_once(" # ") {
+        Some((command, remark)) => (command.trim_end(), Some(remark)),
+        None => (line, None),
+    };
+    let mut text = remark.map_or_else(String::new, |remark| format!("\n  # {remark}"));
+    let mut so_far = String::new();
+    for piece in pieces(command) {
+        // Indented, and with what says that it goes on.
+        let long = so_far.chars().count() + 1 + piece.chars().count() + 2;
+        if so_far.is_empty() {
+            so_far = format!("  {piece}");
+        } else if long > width {
+            let _ = write!(text, "\n{so_far} \\");
+            so_far = format!("    {piece}");
+        } else {
+            let _ = write!(so_far, " {piece}");
+        }
+    }
+    text + "\n" + &so_far
+}
+
+/// What stays on a line of its own: a word with what is quoted in it, and an option with its value.
+fn pieces(command: &str) -> Vec<String> {
+    let mut words: Vec<String> = vec![String::new()];
+    let mut is_quoted = false;
+    for letter in command.chars() {
+        is_quoted ^= letter == '\'';
+        match letter {
+            ' ' if !is_quoted => words.push(String::new()),
+            letter => words.last_mut().expect("there is one").push(letter),
+        }
+    }
+    let mut pieces: Vec<String> = Vec::new();
+    for word in words.into_iter().filter(|word| !word.is_empty()) {
+        match pieces.last_mut() {
+            Some(option)
+                if option.starts_with('-') && !option.contains(' ') && !word.starts_with('-') =>
+            {
+                *option = format!("{option} {word}");
+            }
+            _ => pieces.push(word),
+        }
+    }
+    pieces
+}
+
+/// The command with its verbs grouped, and examples at the end of the help of each, in lines of this width.
+pub(crate) fn with_examples(command: Command, width: usize) -> Command {
     let mut verbs = String::new();
     for (group, names) in GROUPS {
         let _ = writeln!(verbs, "{group}:");
@@ -280,9 +341,8 @@ pub(crate) fn with_examples(command: Command) -> Command {
         verbs.push('\n');
     }
     let command = EXAMPLES.iter().fold(command, |command, (verb, lines)| {
-        let text = lines.iter().fold("Examples:".to_owned(), |text, line| {
-            format!("{text}\n  {line}")
-        });
+        let lines = lines.iter().map(|line| wrapped(line, width));
+        let text = format!("Examples:{}", lines.collect::<String>());
         command.mut_subcommand(*verb, |verb| verb.after_help(text))
     });
     command
@@ -333,6 +393,37 @@ mod tests {
             }
         }
         words
+    }
+
+    #[test]
+    fn an_example_is_as_wide_as_the_terminal_and_a_shell_reads_the_same() {
+        for width in [40, 60, 80, 100] {
+            for line in EXAMPLES.iter().flat_map(|(_, lines)| *lines) {
+                let shown = wrapped(line, width);
+                for one in shown.lines() {
+                    let is_one_piece = pieces(one.trim_end_matches('\\')).len() == 1;
+                    let long = one.chars().count();
+                    assert!(
+                        long <= width || is_one_piece || one.contains('#'),
+                        "{width}: {one}"
+                    );
+                }
+                let commands = shown.lines().filter(|one| !one.starts_with("  # "));
+                let read: String = commands.collect::<Vec<_>>().join("\n");
+                let read = read.replace("\\\n", " ");
+                let given = |text: &str| -> Vec<String> {
+                    words(text)
+                        .into_iter()
+                        .filter(|word| !word.is_empty())
+                        .collect()
+                };
+                assert_eq!(given(&read), given(line), "{shown}");
+            }
+        }
+        assert_eq!(
+            wrapped("taxel view presses.txt --sensor sensor.toml    # held", 40),
+            "\n  # held\n  taxel view presses.txt \\\n    --sensor sensor.toml"
+        );
     }
 
     #[test]

@@ -35,7 +35,7 @@ use commands::{
 /// Results go to standard output, everything else to standard error. Exit codes: 0 good, 1 failed, 2 bad
 /// arguments, 3 finished but data was lost or left out.
 #[derive(Debug, Parser)]
-#[command(name = "taxel", version, max_term_width = 100)]
+#[command(name = "taxel", version, max_term_width = help::WIDEST)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -95,7 +95,7 @@ enum Exit {
 
 fn main() -> ExitCode {
     interrupt::guard();
-    let matches = help::with_examples(Cli::command()).get_matches();
+    let matches = help::with_examples(Cli::command(), help::width()).get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     patience::watch_pipes(std::env::args_os().skip(1).map(Into::into));
     let result = match cli.command {

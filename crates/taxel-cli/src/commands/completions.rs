@@ -36,7 +36,7 @@ impl From<ShellName> for Shell {
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     // Into memory first: what clap_complete writes to a closed pipe ends in a panic.
     let mut script = Vec::new();
-    let mut command = help::with_examples(Cli::command());
+    let mut command = help::with_examples(Cli::command(), usize::MAX);
     generate(Shell::from(args.shell), &mut command, "taxel", &mut script);
     out::result(&String::from_utf8_lossy(&script))?;
     Ok(Exit::Good)

@@ -28,7 +28,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
 }
 
 fn write(args: &Args) -> io::Result<()> {
-    let mut command = help::with_examples(Cli::command());
+    let mut command = help::with_examples(Cli::command(), usize::MAX);
     let completions = args.folder.join("completions");
     fs::create_dir_all(&completions)?;
     for shell in Shell::value_variants() {

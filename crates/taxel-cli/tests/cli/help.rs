@@ -67,6 +67,30 @@ fn without_a_verb_the_help_is_shown_and_the_exit_code_is_2() {
     ");
 }
 
+/// What a narrow terminal shows can be copied line by line.
+#[test]
+fn examples_go_on_in_the_next_line_where_the_terminal_is_narrow() {
+    let help = std::process::Command::new(env!("CARGO_BIN_EXE_taxel"))
+        .args(["calibrate", "-h"])
+        .env("COLUMNS", "60")
+        .stdin(std::process::Stdio::null())
+        .stderr(std::process::Stdio::piped())
+        .output()
+        .unwrap();
+    let help = String::from_utf8(help.stdout).unwrap();
+    let examples = help.split_once("Examples:\n").unwrap().1;
+    assert_eq!(
+        examples.lines().take(5).collect::<Vec<_>>(),
+        [
+            "  # guided",
+            "  taxel calibrate --live sim:mat-16x16-cd4067 \\",
+            "    -o calibrated.toml",
+            "  taxel calibrate --sensor sensor.toml \\",
+            "    --presses experiments.csv -o calibrated.toml",
+        ]
+    );
+}
+
 #[test]
 fn an_unknown_verb_names_the_nearest() {
     insta::assert_snapshot!(Folder::new().taxel("compenstae"), @"
