@@ -76,6 +76,18 @@ def test_frames_one_by_one_and_at_once_are_alike(grip: taxel.Simulation) -> None
     assert np.abs(np.concatenate(streamed) - at_once).max() < 1e-9 * at_once.max()  # type: ignore[arg-type]
 
 
+def test_moving_frames_one_by_one_and_in_blocks_differ_by_less_than_noise_hides() -> None:
+    counts = taxel.simulate("mat-32x32-adg732", pattern="fingers", frames=200, seed=3).counts
+    in_blocks = taxel.Pipeline("mat-32x32-adg732").process(counts)
+    pipeline = taxel.Pipeline("mat-32x32-adg732")
+    one_by_one = [pipeline.process(frame) for frame in counts]
+    assert in_blocks.loads is not None and in_blocks.answered.all()
+    off = max(np.abs(block - one.loads).max() for block, one in zip(in_blocks.loads, one_by_one, strict=True))
+    # Measured: 1.31e-6.
+    assert 1e-9 * in_blocks.loads.max() < off < 1.6e-6 * in_blocks.loads.max()
+    assert (in_blocks.marks == np.stack([one.marks for one in one_by_one])).all()
+
+
 @pytest.mark.parametrize("kind", ["u2", ">u2", "i4", "i8", "u8", "f4", "f8", "f2"])
 def test_any_type_of_number_is_the_same_number(kind: str) -> None:
     counts = taxel.simulate("mat-16x16-cd4067", pattern="blobs", frames=3, seed=2).counts
