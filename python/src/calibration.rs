@@ -10,12 +10,12 @@ use taxel::calibrate::{
 };
 use taxel::frame::grams_from_newtons;
 use taxel::{Counts, Frame};
-use taxel_app::{Silent, calibration_picture, presses};
+use taxel_app::{calibration_picture, presses};
 use taxel_plot::Format;
 
 use crate::arrays::{Frames, Range, crossings};
 use crate::errors;
-use crate::interrupt::{StoppableThreads, interruptible};
+use crate::interrupt::{StoppableStages, StoppableThreads, interruptible};
 use crate::output::dict_of;
 use crate::sensor::Sensor;
 
@@ -154,8 +154,8 @@ pub(crate) fn calibrate(
     let data = match (&table, labelled) {
         (Some(table), _) => {
             let (uniform, transpose) = (equilibration.as_deref(), options.transpose);
-            interruptible(py, |_| {
-                presses::read(table, uniform, transpose, known, &Silent)
+            interruptible(py, |stop| {
+                presses::read(table, uniform, transpose, known, &StoppableStages(stop))
             })?
             .map_err(errors::of_app)?
         }
@@ -230,8 +230,9 @@ impl Calibration {
     fn picture(&self, py: Python<'_>, format: &str) -> PyResult<Vec<u8>> {
         let format = Format::from_extension(std::path::Path::new(&format!("picture.{format}")));
         let format = format.map_err(errors::other)?;
-        interruptible(py, |_| -> Result<Vec<u8>, String> {
+        interruptible(py, |stop| -> Result<Vec<u8>, String> {
             let picture = calibration_picture::of(&self.found).map_err(|e| e.to_string())?;
+            stop.check();
             picture.render(format).map_err(|e| e.to_string())
         })?
         .map_err(errors::other)

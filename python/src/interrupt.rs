@@ -2,20 +2,23 @@
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
 use pyo3::prelude::*;
 use taxel::Executor;
+use taxel::parallel::Step;
 use taxel_app::executor::Threads;
+use taxel_app::reporter::{Reporter, Stage};
 
 /// How often Python is asked whether Ctrl-C was pressed.
 const LOOK: Duration = Duration::from_millis(20);
 
 /// Set once the caller wants no more.
-#[derive(Default)]
-pub(crate) struct Stop(AtomicBool);
+#[derive(Clone, Default)]
+pub(crate) struct Stop(Arc<AtomicBool>);
 
 /// What unwinds the work that nobody wants any more.
 struct Stopped;
@@ -33,6 +36,12 @@ impl Stop {
         self.0.load(Ordering::Relaxed)
     }
 
+    /// Ends work between its steps.
+    pub(crate) fn step(&self) -> Step {
+        let stop = self.clone();
+        Step::new(move || stop.check())
+    }
+
     fn set(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
@@ -44,11 +53,36 @@ pub(crate) struct StoppableThreads<'a>(pub(crate) &'a Stop);
 impl Executor for StoppableThreads<'_> {
     fn each(&self, jobs: usize, job: &(dyn Fn(usize) + Sync)) {
         Threads.each(jobs, &|i| {
-            // The others' jobs are left out too; what lacks is never looked at, as the next line tells.
-            if !self.0.is_set() {
-                job(i);
+            // The others' jobs are left out too; what lacks is never looked at, as the last line tells.
+            if self.0.is_set() {
+                return;
+            }
+            // A thread that ends by unwinding would be taken for one that panicked.
+            match catch_unwind(AssertUnwindSafe(|| job(i))) {
+                Err(other) if !other.is::<Stopped>() => resume_unwind(other),
+                _ => {}
             }
         });
+        self.0.check();
+    }
+
+    fn step(&self) {
+        self.0.check();
+    }
+}
+
+/// Hears how work goes on, and ends it once nobody wants it any more.
+pub(crate) struct StoppableStages<'a>(pub(crate) &'a Stop);
+
+impl Reporter for StoppableStages<'_> {
+    fn stage(&self, _: &str) -> Box<dyn Stage + '_> {
+        self.0.check();
+        Box::new(StoppableStages(self.0))
+    }
+}
+
+impl Stage for StoppableStages<'_> {
+    fn step(&self) {
         self.0.check();
     }
 }

@@ -163,6 +163,21 @@ def identify(
         A table of uniform loads.
     transpose : bool
         The recordings have rows and columns swapped.
+
+    Returns
+    -------
+    dict
+        ``verdict``, ``standings`` (each read-out with what it takes to tell the readings by it, nats, and its numbers in ohms and volts),
+        ``assumed`` for want of a sensor …
+
+    Raises
+    ------
+    taxel.Error
+        A recording without frames, or that does not say how many rows a frame has; frames that show no load.
+    taxel.FileError
+        A file that cannot be read: which, where, and what stands there.
+    KeyboardInterrupt
+        Ctrl-C ends it.
     """
     files = [recordings] if isinstance(recordings, (str, os.PathLike)) else list(recordings)
     known = None if sensor is None else sensor_of(sensor)

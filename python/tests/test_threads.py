@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import concurrent.futures
+import contextlib
 import multiprocessing
 import os
 import signal
 import sys
 import threading
 import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +23,19 @@ def sum_of(counts: np.ndarray) -> float:
     loads = taxel.Pipeline("mat-32x32-adg732").process(counts).loads
     assert loads is not None
     return float(loads.sum())
+
+
+def press_ctrl_c(call: Callable[[], object]) -> None:
+    """Does what would go on for long, and presses Ctrl-C meanwhile."""
+    timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
+    # The first may fall into a destructor, where Python drops it: as a person would, it is pressed once more.
+    again = threading.Timer(20.0, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    again.start()
+    with pytest.raises(KeyboardInterrupt):
+        call()
+    again.cancel()
+    timer.join()
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +72,64 @@ def test_one_pipeline_may_be_shared_by_threads(counts: np.ndarray) -> None:
             assert np.abs(found - wanted).max() < 1e-6 * wanted.max()
 
 
+PLAN = """format = 1
+sensor = "mat-32x32-adg732"
+resamples = 1000000
+
+[[experiment]]
+kind = "accuracy"
+name = "Each frame"
+recording = "counts.npy"
+truth_g = "loads.npy"
+methods = ["raw"]
+"""
+
+
+@pytest.fixture
+def endless(counts: np.ndarray, tmp_path: Path) -> Path:
+    """A recording without an end: whoever reads it ends when told to, or never."""
+    path, frame = tmp_path / "endless.txt", "".join(",".join(map(str, row)) + "\n" for row in counts[0].tolist())
+    os.mkfifo(path)
+
+    def write() -> None:
+        with contextlib.suppress(BrokenPipeError), path.open("w") as pipe:
+            while True:
+                pipe.write(frame)
+
+    # It ends with the reader.
+    threading.Thread(target=write, daemon=True).start()
+    return path
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
+@pytest.mark.parametrize("work", ["presses", "frames to identify"])
+def test_ctrl_c_ends_reading_without_an_end(work: str, endless: Path, tmp_path: Path) -> None:
+    (tmp_path / "presses.csv").write_text("recording,frame,row,column,load_g\nendless.txt,1000000000,3,4,50\n")
+    calls = {
+        "presses": lambda: taxel.calibrate("mat-32x32-adg732", tmp_path / "presses.csv"),
+        "frames to identify": lambda: taxel.identify(endless, "mat-32x32-adg732"),
+    }
+    press_ctrl_c(calls[work])
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
+@pytest.mark.parametrize("work", ["evaluate", "report", "identify"])
+def test_ctrl_c_ends_arithmetic_of_minutes(work: str, tmp_path: Path) -> None:
+    drawn = taxel.simulate("mat-32x32-adg732", pattern="blobs", frames=6, seed=4)
+    np.save(tmp_path / "counts.npy", drawn.counts)
+    np.save(tmp_path / "loads.npy", drawn.loads / 9.80665e-3)
+    np.save(tmp_path / "large.npy", taxel.simulate("econe", pattern="hand", frames=20, seed=1).counts)
+    plan = tmp_path / "plan.toml"
+    plan.write_text(PLAN)
+    calls = {
+        "evaluate": lambda: taxel.evaluate(plan),
+        "report": lambda: taxel.report(plan, tmp_path / "report.html"),
+        "identify": lambda: taxel.identify(tmp_path / "large.npy", rows=64),
+    }
+    press_ctrl_c(calls[work])
+    assert not (tmp_path / "report.html").exists()
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
 @pytest.mark.parametrize("work", ["process", "calibrate", "simulate", "map"])
 def test_ctrl_c_ends_a_call(work: str, counts: np.ndarray, tmp_path: Path) -> None:
@@ -72,15 +145,7 @@ def test_ctrl_c_ends_a_call(work: str, counts: np.ndarray, tmp_path: Path) -> No
         "map": lambda: taxel.map(tmp_path / "many.npy", tmp_path / "out", sensor="mat-32x32-adg732", intervals=True),
     }
     np.save(tmp_path / "many.npy", many)
-    timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
-    # The first may fall into a destructor, where Python drops it: as a person would, it is pressed once more.
-    again = threading.Timer(20.0, os.kill, (os.getpid(), signal.SIGINT))
-    timer.start()
-    again.start()
-    with pytest.raises(KeyboardInterrupt):
-        calls[work]()
-    again.cancel()
-    timer.join()
+    press_ctrl_c(calls[work])
     # Nothing of it is left that would stand in the way.
     assert sum_of(counts) > 0.0
 

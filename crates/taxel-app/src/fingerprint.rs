@@ -9,12 +9,21 @@ use sha2::{Digest, Sha256};
 use taxel_io::exports::file_of;
 
 use crate::error::Error;
+use crate::reporter::{Silent, Stage};
 
 /// Bytes and SHA-256 of a file, read piece by piece.
 ///
 /// # Errors
 /// [`Error::Fingerprint`] when it cannot be read.
 pub fn of_file(path: &Path) -> Result<(u64, String), Error> {
+    of_file_shown(path, &Silent)
+}
+
+/// The same, and a stage hears of every piece.
+///
+/// # Errors
+/// As of [`of_file`].
+pub fn of_file_shown(path: &Path, stage: &dyn Stage) -> Result<(u64, String), Error> {
     let unread = |source| Error::Fingerprint {
         file: path.to_owned(),
         source,
@@ -30,6 +39,7 @@ pub fn of_file(path: &Path) -> Result<(u64, String), Error> {
         }
         bytes += read as u64;
         hash.update(&piece[..read]);
+        stage.step();
     }
     Ok((bytes, digits(&hash.finalize())))
 }

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
 use taxel::identify::{Identification, Known, identify};
-use taxel::{Counts, Frame, Sensor};
+use taxel::{Counts, Executor, Frame, Sensor};
 use taxel_io::{FrameSource, ReadOptions, open_counts, shape_of};
 
 use crate::error::{Error, remedy};
-use crate::executor::Threads;
 use crate::frames::show;
 use crate::presses;
 use crate::reporter::Reporter;
@@ -37,23 +37,29 @@ pub struct IdentifyFiles {
     pub transpose: bool,
 }
 
-/// What was found, and how it came about.
-#[derive(Debug, Clone)]
+/// What was found, and how it came about: as JSON what `taxel identify --json` says.
+#[derive(Debug, Clone, Serialize)]
 pub struct Identified {
     /// Which read-outs explain the frames.
+    #[serde(flatten)]
     pub identification: Identification,
     /// What was assumed for want of a sensor file, in words.
     pub assumed: Vec<String>,
     /// Whether recordings tell of frames that are missing.
+    #[serde(skip)]
     pub is_whole: bool,
 }
 
 impl IdentifyFiles {
-    /// Reads the files and says which read-outs explain them.
+    /// Reads the files and says which read-outs explain them; the executor shares out the fits.
     ///
     /// # Errors
     /// A file that cannot be read, or of another shape; a recording without frames; frames that show no load.
-    pub fn identify(&self, reporter: &dyn Reporter) -> Result<Identified, Error> {
+    pub fn identify(
+        &self,
+        executor: &dyn Executor,
+        reporter: &dyn Reporter,
+    ) -> Result<Identified, Error> {
         let mut options = self.options()?;
         options.transpose = self.transpose;
         options.accept_damage = true;
@@ -74,7 +80,7 @@ impl IdentifyFiles {
             None => assume(options, &kept.frames, kept.most.max(most_of(&uniform)))?,
         };
         let stage = reporter.stage("fitting six read-outs");
-        let identification = identify(&known, &kept.frames, &uniform, &Threads)?;
+        let identification = identify(&known, &kept.frames, &uniform, executor)?;
         drop(stage);
         Ok(Identified {
             identification,

@@ -18,11 +18,15 @@ pub trait Reporter {
 pub trait Stage {
     /// The share that is done, 0 to 1.
     fn set(&self, _share: f64) {}
+
+    /// A step is done, whatever the share: who wants no more of the work unwinds here.
+    fn step(&self) {}
 }
 
 impl dyn Stage + '_ {
-    /// The share done by bytes read; nothing where the whole is unknown.
+    /// A step is done, and the share by bytes read where the whole is known.
     pub fn set_bytes(&self, read: u64, total: Option<u64>) {
+        self.step();
         if let Some(total) = total.filter(|&total| total > 0) {
             self.set(read as f64 / total as f64);
         }

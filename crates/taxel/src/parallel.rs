@@ -1,7 +1,8 @@
 //! Work that can be done in parallel: the library starts no threads, its caller may.
 
+use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Workers that a caller brings, for the few things that take seconds.
 ///
@@ -13,6 +14,41 @@ use std::sync::{Mutex, PoisonError};
 pub trait Executor: Sync {
     /// Does every job from 0 to `jobs` − 1 once, in any order, on any thread; returns when all are done.
     fn each(&self, jobs: usize, job: &(dyn Fn(usize) + Sync));
+
+    /// Called by jobs between their steps, on their thread: who wants no more of them unwinds here.
+    fn step(&self) {}
+}
+
+/// What is called between the steps of long work that is done on one thread: who wants no more of it unwinds there. Nothing by
+/// default.
+#[derive(Clone, Default)]
+pub struct Step(Option<Arc<dyn Fn() + Send + Sync>>);
+
+impl Step {
+    /// Nothing is called.
+    pub const NONE: Self = Self(None);
+
+    /// Calls this.
+    pub fn new(call: impl Fn() + Send + Sync + 'static) -> Self {
+        Self(Some(Arc::new(call)))
+    }
+
+    /// A step is done.
+    pub fn done(&self) {
+        if let Some(call) = &self.0 {
+            call();
+        }
+    }
+}
+
+impl fmt::Debug for Step {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(if self.0.is_some() {
+            "Step"
+        } else {
+            "Step::NONE"
+        })
+    }
 }
 
 /// An executor of one: the caller's own thread.

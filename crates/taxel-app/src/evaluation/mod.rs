@@ -53,8 +53,10 @@ pub fn run(plan: &Plan, reporter: &dyn Reporter) -> Result<Evaluation, Error> {
         lost += left_out;
         report.sections.push(section);
     }
-    report.sections.extend(reference::section(plan)?);
-    report.sections.push(provenance::data(plan, &files)?);
+    report.sections.extend(reference::section(plan, reporter)?);
+    report
+        .sections
+        .push(provenance::data(plan, &files, reporter)?);
     Ok(Evaluation { report, lost })
 }
 

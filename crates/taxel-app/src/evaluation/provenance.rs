@@ -12,6 +12,7 @@ use super::plan::Plan;
 use crate::calibration_age::calibration_history;
 use crate::error::Error;
 use crate::fingerprint;
+use crate::reporter::Reporter;
 
 /// Hexadecimal digits of a fingerprint that are shown: enough to tell files apart, few enough to compare by eye.
 const SHOWN: usize = 16;
@@ -23,7 +24,7 @@ pub(super) fn about(plan: &Plan) -> Vec<(String, String)> {
         "program".to_owned(),
         format!("taxel {}", env!("CARGO_PKG_VERSION")),
     ));
-    let bootstrap = plan.bootstrap;
+    let bootstrap = &plan.bootstrap;
     about.push((
         "intervals".to_owned(),
         format!(
@@ -180,7 +181,11 @@ fn switches(values: Option<&PerLine>, lines: usize) -> String {
 }
 
 /// The files, named as the plan names them, with their fingerprints.
-pub(super) fn data(plan: &Plan, files: &BTreeSet<PathBuf>) -> Result<Section, Error> {
+pub(super) fn data(
+    plan: &Plan,
+    files: &BTreeSet<PathBuf>,
+    reporter: &dyn Reporter,
+) -> Result<Section, Error> {
     let mut table = Table::new("", &["file", "bytes", "SHA-256, first 16 digits"]);
     let folder = plan.folder();
     let mut files = files.clone();
@@ -190,8 +195,9 @@ pub(super) fn data(plan: &Plan, files: &BTreeSet<PathBuf>) -> Result<Section, Er
         .iter()
         .map(|file| taxel_io::exports::file_of(file))
         .collect();
+    let stage = reporter.stage("fingerprints");
     for file in files.iter().filter(|file| file.exists()) {
-        let (bytes, digits) = fingerprint::of_file(file)?;
+        let (bytes, digits) = fingerprint::of_file_shown(file, &*stage)?;
         let name = file.strip_prefix(folder).unwrap_or(file);
         table.push(cells![
             name.display().to_string(),

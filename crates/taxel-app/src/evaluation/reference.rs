@@ -12,12 +12,14 @@ use taxel_plot::report::{Section, Table};
 use super::plan::Plan;
 use super::trials;
 use crate::error::Error;
+use crate::frames::show;
 use crate::measure::Reference;
 use crate::methods::MethodName;
+use crate::reporter::Reporter;
 
 /// A table of all recordings of the plan's trials that tell a force of their own, each by the sensor of its experiment; `None`
 /// where there are none.
-pub(super) fn section(plan: &Plan) -> Result<Option<Section>, Error> {
+pub(super) fn section(plan: &Plan, reporter: &dyn Reporter) -> Result<Option<Section>, Error> {
     let names = [
         "recording",
         "frames",
@@ -46,7 +48,7 @@ pub(super) fn section(plan: &Plan) -> Result<Option<Section>, Error> {
             if !seen.insert((recording.clone(), sensor_file.clone())) {
                 continue;
             }
-            let Some(found) = compare(&recording, &sensor, &sensor_file)? else {
+            let Some(found) = compare(&recording, &sensor, &sensor_file, reporter)? else {
                 continue;
             };
             let name = recording.strip_prefix(plan.folder()).unwrap_or(&recording);
@@ -81,14 +83,17 @@ fn compare(
     recording: &Path,
     sensor: &Sensor,
     sensor_file: &Path,
+    reporter: &dyn Reporter,
 ) -> Result<Option<Reference>, Error> {
     let mut pipeline: Pipeline = MethodName::Auto.pipeline(sensor, sensor_file)?;
     let mut options = ReadOptions::of(sensor);
     options.keep_going = true;
     let mut source = open_counts(recording, options)?;
     let mut frame = Frame::zeros(sensor.rows(), sensor.columns());
+    let stage = reporter.stage("reading");
     let mut both = Vec::new();
     while source.next_into(&mut frame)? {
+        show(&source, &*stage);
         let result = pipeline.process(&frame);
         let is_answer = result.outcome.is_answer();
         if let (Some(told), Some(loads)) = (source.reference_newtons(), result.loads)

@@ -2,15 +2,15 @@
 
 use std::path::PathBuf;
 
-use serde::Serialize;
-use taxel::identify::{Identification, Verdict};
+use taxel::identify::Verdict;
+use taxel_app::executor::Threads;
+use taxel_app::identify::IdentifyFiles;
 
 use super::positive::lines;
 use crate::error::Error;
 use crate::outputs::Files;
 use crate::progress::Terminal;
 use crate::{Exit, out, recorded};
-use taxel_app::identify::IdentifyFiles;
 
 /// Tell which read-out explains recordings, and what to measure where several do
 ///
@@ -40,15 +40,6 @@ pub(crate) struct Args {
     json: bool,
 }
 
-/// What is printed as JSON.
-#[derive(Serialize)]
-struct Report<'a> {
-    #[serde(flatten)]
-    identification: &'a Identification,
-    /// What was assumed for want of a sensor file.
-    assumed: &'a [String],
-}
-
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let recordings = args.recordings.iter();
@@ -71,7 +62,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     files.rows = args.rows;
     files.equilibration.clone_from(&args.equilibration);
     files.transpose = args.transpose;
-    let identified = files.identify(&Terminal)?;
+    let identified = files.identify(&Threads, &Terminal)?;
     for assumed in &identified.assumed {
         out::note(&format!("assumed: {assumed}"));
     }
@@ -80,10 +71,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     }
     let identification = &identified.identification;
     if args.json {
-        out::json(&Report {
-            identification,
-            assumed: &identified.assumed,
-        })?
+        out::json(&identified)?
     } else {
         out::result(&identification.to_string())?
     }

@@ -4,6 +4,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::accuracy::Pair;
 use super::*;
+use crate::parallel::Step;
 use crate::screen::Axis;
 use crate::sensor::preset;
 use crate::stats::{Bootstrap, Line, mean};
@@ -12,6 +13,7 @@ const QUICK: Bootstrap = Bootstrap {
     seed: 1,
     resamples: 400,
     confidence: 0.95,
+    step: Step::NONE,
 };
 
 /// Sum of twelve uniform numbers: mean 0, standard deviation 1.

@@ -6,6 +6,7 @@ use taxel_linalg::{dot, inverse_symmetric};
 use super::candidate::{Candidate, Number, Numbers};
 use super::frame_fit::{FrameFit, Pressed, Shared, bounded};
 use super::readings::{Reading, Readings};
+use crate::Executor;
 
 /// Rounds of looking for pressed taxels: in each, those that read at least [`SHARE`] of what the most unexplained one does.
 const ROUNDS: usize = 16;
@@ -62,14 +63,23 @@ impl Fitted {
 }
 
 /// Fits a read-out. `None` where no conductances at all make its network predict.
-pub(super) fn fit(candidate: &Candidate, readings: &Readings) -> Option<Fitted> {
+pub(super) fn fit(
+    candidate: &Candidate,
+    readings: &Readings,
+    executor: &dyn Executor,
+) -> Option<Fitted> {
     let starts = candidate.starts().into_iter();
-    let fits = starts.filter_map(|numbers| fit_from(candidate.clone(), numbers, readings));
+    let fits = starts.filter_map(|numbers| fit_from(candidate, numbers, readings, executor));
     fits.min_by(|a, b| a.length(readings).total_cmp(&b.length(readings)))
 }
 
-fn fit_from(candidate: Candidate, numbers: Numbers, readings: &Readings) -> Option<Fitted> {
-    let mut search = Search::new(candidate, numbers, readings)?;
+fn fit_from(
+    candidate: &Candidate,
+    numbers: Numbers,
+    readings: &Readings,
+    executor: &dyn Executor,
+) -> Option<Fitted> {
+    let mut search = Search::new(candidate.clone(), numbers, readings, executor)?;
     search.pursue();
     search.settle(LAST_STEPS);
     let first = search.clone().end();
@@ -93,10 +103,16 @@ struct Search<'a> {
     damping: f64,
     errors: Vec<f64>,
     waiting: f64,
+    executor: &'a dyn Executor,
 }
 
 impl<'a> Search<'a> {
-    fn new(candidate: Candidate, numbers: Numbers, readings: &'a Readings) -> Option<Self> {
+    fn new(
+        candidate: Candidate,
+        numbers: Numbers,
+        readings: &'a Readings,
+        executor: &'a dyn Executor,
+    ) -> Option<Self> {
         let values = readings.frames.iter().flatten().filter_map(|r| match r {
             Reading::Is(value) => Some(value.max(0.1)),
             _ => None,
@@ -115,6 +131,7 @@ impl<'a> Search<'a> {
             damping: 1e-3,
             errors: Vec::new(),
             waiting: (2.0 * price(readings)).sqrt(),
+            executor,
         };
         search.misfit = search.misfit_of(&search.state)?;
         Some(search)
@@ -151,6 +168,7 @@ impl<'a> Search<'a> {
         };
         let readings = self.readings;
         for (number, (frame, pressed)) in readings.frames.iter().zip(&state.pressed).enumerate() {
+            self.executor.step();
             let (absent, sigma) = (&readings.absent, readings.sigma);
             let fit = FrameFit::new(frame, absent, sigma, shared, pressed, self.waiting)?;
             see(number, fit)?;

@@ -83,8 +83,8 @@ pub fn identify(
     let results = par_map(executor, CANDIDATES.to_vec(), |topology| {
         let candidate = Candidate::new(known, topology);
         let compared = (!scatters.is_empty())
-            .then(|| uniform::compare(&candidate, &scatters, shape, loaded.sigma));
-        Some((fit::fit(&candidate, &readings), compared))
+            .then(|| uniform::compare(&candidate, &scatters, shape, loaded.sigma, executor));
+        Some((fit::fit(&candidate, &readings, executor), compared))
     });
     let (fits, compared): (Vec<_>, Vec<_>) = results.into_iter().flatten().unzip();
     let fits: Vec<_> = fits.into_iter().flatten().collect();

@@ -8,6 +8,7 @@
 use super::candidate::{Candidate, Number, Numbers};
 use super::readings::Reading;
 use super::report::UniformFinding;
+use crate::Executor;
 use crate::circuit::{LinearPoint, OperatingPoint};
 use crate::stats::median;
 
@@ -79,9 +80,11 @@ pub(super) fn compare(
     frames: &[Scatter],
     shape: [usize; 2],
     sigma: f64,
+    executor: &dyn Executor,
 ) -> UniformFinding {
     let mut best: Option<(f64, Vec<[f64; 2]>)> = None;
     for numbers in grid(candidate) {
+        executor.step();
         let Some(found) = at(candidate, &numbers, frames, shape, sigma) else {
             continue;
         };

@@ -4,6 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::quantile_of_sorted;
+use crate::parallel::Step;
 
 /// A figure and how far to trust it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,7 +43,7 @@ impl Estimate {
 
 /// Percentile bootstrap over experiments: B. Efron, "Bootstrap Methods: Another Look at the Jackknife", 1979. With few
 /// experiments its intervals are too narrow; below three there is none.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Bootstrap {
     /// Fixes what is drawn.
     pub seed: u64,
@@ -50,6 +51,8 @@ pub struct Bootstrap {
     pub resamples: usize,
     /// Share of the draws that the interval holds.
     pub confidence: f64,
+    /// Called before each draw.
+    pub step: Step,
 }
 
 impl Default for Bootstrap {
@@ -58,6 +61,7 @@ impl Default for Bootstrap {
             seed: 1,
             resamples: 2000,
             confidence: 0.95,
+            step: Step::NONE,
         }
     }
 }
@@ -94,6 +98,7 @@ impl Bootstrap {
         let mut drawn = Vec::with_capacity(all.len());
         let mut draws: [Vec<f64>; N] = std::array::from_fn(|_| Vec::with_capacity(self.resamples));
         for _ in 0..self.resamples {
+            self.step.done();
             drawn.clear();
             for _ in 0..count {
                 drawn.extend_from_slice(filled[random.random_range(0..count)]);

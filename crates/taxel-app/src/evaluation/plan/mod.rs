@@ -272,6 +272,7 @@ impl Plan {
                 seed: written.seed,
                 resamples: written.resamples.unwrap_or(defaults.resamples),
                 confidence: written.confidence.unwrap_or(defaults.confidence),
+                step: defaults.step,
             },
             frames_per_second: written.frames_per_second,
             live_frames: written.live_frames.unwrap_or(10),
