@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use numpy::PyReadonlyArray1;
+use numpy::ndarray::ArrayView1;
 use pyo3::prelude::*;
 use taxel::calibrate::{
     Calibration as Found, CalibrationData, CalibrationOptions, LawChoice, PressLabel,
@@ -13,9 +14,9 @@ use taxel::{Counts, Frame};
 use taxel_app::{calibration_picture, presses};
 use taxel_plot::Format;
 
-use crate::arrays::{Frames, Range, crossings};
+use crate::arrays::{Frames, Numbers, Range, crossings};
 use crate::errors;
-use crate::interrupt::{StoppableStages, StoppableThreads, interruptible};
+use crate::interrupt::{Stop, StoppableStages, StoppableThreads, interruptible};
 use crate::output::dict_of;
 use crate::sensor::Sensor;
 
@@ -39,42 +40,68 @@ impl Labelled<'_> {
     fn data(&self, sensor: &taxel::Sensor) -> PyResult<CalibrationData> {
         let frames = Frames::take(&self.frames, sensor)?;
         let numbers = frames.numbers()?;
+        let labels = Labels {
+            frame: self.frame.as_array(),
+            row: self.row.as_array(),
+            column: self.column.as_array(),
+            load_newtons: self.load_newtons.as_array(),
+        };
+        interruptible(self.frames.py(), |stop| labels.data(numbers, sensor, stop))?
+            .map_err(errors::array)
+    }
+}
+
+/// The same without Python.
+struct Labels<'a> {
+    frame: ArrayView1<'a, i64>,
+    row: ArrayView1<'a, i64>,
+    column: ArrayView1<'a, i64>,
+    load_newtons: ArrayView1<'a, f64>,
+}
+
+impl Labels<'_> {
+    fn data(
+        &self,
+        numbers: Numbers<'_>,
+        sensor: &taxel::Sensor,
+        stop: &Stop,
+    ) -> Result<CalibrationData, String> {
         let mut data = CalibrationData::default();
         for at in 0..numbers.len() / crossings(sensor) {
             let mut frame = Frame::<Counts>::zeros(sensor.rows(), sensor.columns());
             let range = Range::Counts(sensor.max_count());
-            let copied = numbers.copy_frame(at, sensor.columns(), range, frame.values_mut());
-            copied.map_err(errors::array)?;
+            stop.check();
+            numbers.copy_frame(at, sensor.columns(), range, frame.values_mut())?;
             sensor.mark_absent(frame.marks_mut());
             frame.sequence = at as u64;
             data.frames.push(frame);
         }
-        let (frame, row) = (self.frame.as_array(), self.row.as_array());
-        let (column, load) = (self.column.as_array(), self.load_newtons.as_array());
+        let (frame, row) = (&self.frame, &self.row);
+        let (column, load) = (&self.column, &self.load_newtons);
         let counts = [frame.len(), row.len(), column.len(), load.len()];
         if counts.iter().any(|count| *count != counts[0]) {
-            return Err(errors::array(format!(
+            return Err(format!(
                 "{} frames, {} rows, {} columns and {} loads: one of each is a press",
                 counts[0], counts[1], counts[2], counts[3]
-            )));
+            ));
         }
         let place = |what: &str, press: usize, value: i64, most: usize| {
             usize::try_from(value)
                 .ok()
                 .filter(|value| *value < most)
                 .ok_or_else(|| {
-                    errors::array(format!(
+                    format!(
                         "press {press}: {what} {value}, but there are {most}\nhint: counted from 0"
-                    ))
+                    )
                 })
         };
         for press in 0..counts[0] {
             let load_g = grams_from_newtons(load[press]);
             if !(load_g.is_finite() && load_g >= 0.0) {
-                return Err(errors::array(format!(
+                return Err(format!(
                     "press {press}: a load of {} N is none",
                     load[press]
-                )));
+                ));
             }
             data.presses.push(PressLabel {
                 frame: place("frame", press, frame[press], data.frames.len())?,
@@ -205,12 +232,13 @@ impl Calibration {
         let newtons = taxel::frame::newtons_from_grams;
         let all = &self.found.residuals;
         let column = |value: fn(&taxel::calibrate::PressResidual) -> f64| {
-            let values: Vec<f64> = all.iter().map(|found| newtons(value(found))).collect();
-            values.into_pyarray(py)
+            let values = || -> Vec<f64> { all.iter().map(|found| newtons(value(found))).collect() };
+            py.detach(values).into_pyarray(py)
         };
         let dict = pyo3::types::PyDict::new(py);
-        let press: Vec<u64> = all.iter().map(|found| found.press as u64).collect();
-        let held_out: Vec<bool> = all.iter().map(|found| found.held_out).collect();
+        let press = || -> Vec<u64> { all.iter().map(|found| found.press as u64).collect() };
+        let held_out = || -> Vec<bool> { all.iter().map(|found| found.held_out).collect() };
+        let (press, held_out) = py.detach(|| (press(), held_out()));
         dict.set_item("press", press.into_pyarray(py))?;
         dict.set_item("held_out", held_out.into_pyarray(py))?;
         dict.set_item("load_newtons", column(|found| found.load_g))?;

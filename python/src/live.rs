@@ -131,7 +131,8 @@ impl Stream {
         let sensor = match sensor {
             Some(sensor) => sensor,
             None => {
-                let (sensor, file) = sensor_source::of(&address, None).map_err(errors::of_app)?;
+                let found = py.detach(|| sensor_source::of(&address, None));
+                let (sensor, file) = found.map_err(errors::of_app)?;
                 Sensor { sensor, file }
             }
         };

@@ -83,12 +83,16 @@ pub(crate) fn measure<'py>(
             sensor_file: &file,
             regions: &regions,
         };
-        measured.measure(&settings, &Silent, &|| stop.is_set())
+        let found = measured.measure(&settings, &Silent, &|| stop.is_set())?;
+        Ok(told(&found))
     })?;
-    Ok(told(py, &found.map_err(errors::of_app)?))
+    let (columns, trials, tally) = found.map_err(errors::of_app)?;
+    let columns = columns.into_iter();
+    let columns = columns.map(|(name, values)| (name, PyArray1::from_vec(py, values)));
+    Ok((columns.collect(), trials, tally))
 }
 
-fn told<'py>(py: Python<'py>, found: &Measurement) -> Found<'py> {
+fn told(found: &Measurement) -> (Vec<(String, Vec<f64>)>, String, String) {
     let columns = found.series.columns().into_iter();
     let json = |value: serde_json::Result<String>| value.expect("numbers and words");
     let tally = serde_json::to_value(&found.tally).map(|mut tally| {
@@ -97,9 +101,7 @@ fn told<'py>(py: Python<'py>, found: &Measurement) -> Found<'py> {
         tally
     });
     (
-        columns
-            .map(|column| (column.name, PyArray1::from_vec(py, column.values)))
-            .collect(),
+        columns.map(|column| (column.name, column.values)).collect(),
         json(serde_json::to_string(&found.trials)),
         json(tally.and_then(|tally| serde_json::to_string(&tally))),
     )

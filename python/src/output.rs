@@ -65,8 +65,9 @@ pub(crate) fn bytes(py: Python<'_>, values: Vec<u8>) -> Bound<'_, PyArray1<u8>> 
 /// The text of a report, as Python's `dict`.
 pub(crate) fn dict_of<'py>(
     py: Python<'py>,
-    report: &impl serde::Serialize,
+    report: &(impl serde::Serialize + Sync),
 ) -> PyResult<Bound<'py, PyAny>> {
-    let text = serde_json::to_string(report).map_err(errors::other)?;
+    let text = py.detach(|| serde_json::to_string(report));
+    let text = text.map_err(errors::other)?;
     py.import("json")?.call_method1("loads", (text,))
 }

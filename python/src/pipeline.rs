@@ -2,7 +2,8 @@
 
 mod block;
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, TryLockError};
+use std::time::Duration;
 
 use numpy::{PyReadonlyArray1, PyReadonlyArray3};
 use pyo3::prelude::*;
@@ -24,11 +25,16 @@ use block::{Block, Input, Results, Solving, Wanted, Worker};
 const BLOCK_FRAMES: usize = 64;
 /// Numbers of a block, at most.
 const BLOCK_NUMBERS: usize = 1 << 19;
+/// How often a thread looks whether another has done its work with the same pipeline.
+const LOOK: Duration = Duration::from_millis(1);
 
 #[pyclass(frozen, module = "taxel._taxel", subclass)]
 pub(crate) struct Pipeline {
     sensor: Sensor,
     method: MethodName,
+    repair: Option<bool>,
+    /// Whether frames come to loads.
+    has_loads: bool,
     state: Mutex<State>,
 }
 
@@ -37,7 +43,6 @@ struct State {
     /// Sees all frames in order.
     screen: FrameScreen,
     workers: Vec<Worker>,
-    repair: Option<bool>,
     faults: LineFaults,
     /// Baseline and noise as frames have told them.
     level: Option<Level>,
@@ -47,21 +52,24 @@ struct State {
 impl Pipeline {
     #[new]
     #[pyo3(signature = (sensor, method = "auto", repair = None))]
-    fn new(sensor: Sensor, method: &str, repair: Option<bool>) -> PyResult<Self> {
+    fn new(py: Python<'_>, sensor: Sensor, method: &str, repair: Option<bool>) -> PyResult<Self> {
         let method: MethodName = method.parse().map_err(errors::other)?;
-        let mut state = State {
-            screen: FrameScreen::from_sensor(&sensor.sensor),
-            workers: Vec::new(),
-            repair,
-            faults: LineFaults::from_spec(sensor.sensor.screen()),
-            level: None,
-        };
-        state.screen.set_lines(&state.faults);
-        state.grow(1, &sensor, &method)?;
-        Ok(Self {
-            sensor,
-            method,
-            state: Mutex::new(state),
+        py.detach(|| {
+            let mut state = State {
+                screen: FrameScreen::from_sensor(&sensor.sensor),
+                workers: Vec::new(),
+                faults: LineFaults::from_spec(sensor.sensor.screen()),
+                level: None,
+            };
+            state.screen.set_lines(&state.faults);
+            state.grow(1, (&sensor, &method, repair))?;
+            Ok(Self {
+                has_loads: state.workers[0].has_loads(),
+                sensor,
+                method,
+                repair,
+                state: Mutex::new(state),
+            })
         })
     }
 
@@ -77,18 +85,20 @@ impl Pipeline {
 
     #[getter]
     fn repair(&self) -> Option<bool> {
-        self.lock().repair
+        self.repair
     }
 
     /// Forgets all frames before.
-    fn reset(&self) {
-        let state = &mut *self.lock();
-        state.screen = FrameScreen::from_sensor(&self.sensor.sensor);
-        state.screen.set_lines(&state.faults);
-        state.level = state.faults.level;
-        for worker in &mut state.workers {
-            worker.chain.begin_anew();
-        }
+    fn reset(&self, py: Python<'_>) -> PyResult<()> {
+        interruptible(py, |stop| {
+            let state = &mut *self.state(stop);
+            state.screen = FrameScreen::from_sensor(&self.sensor.sensor);
+            state.screen.set_lines(&state.faults);
+            state.level = state.faults.level;
+            for worker in &mut state.workers {
+                worker.chain.begin_anew();
+            }
+        })
     }
 
     /// Looks for faulty lines in all frames together; what it finds holds from then on. In words, each.
@@ -97,7 +107,7 @@ impl Pipeline {
         let numbers = frames.numbers()?;
         let sensor = &self.sensor.sensor;
         let range = Range::Counts(sensor.max_count());
-        let found = interruptible(py, |stop| -> Result<LineFaults, String> {
+        let found = interruptible(py, |stop| -> Result<Vec<String>, String> {
             let mut screen = LineScreen::from_sensor(sensor);
             let mut frame = Frame::<Counts>::zeros(sensor.rows(), sensor.columns());
             for at in 0..numbers.len() / crossings(sensor) {
@@ -106,12 +116,12 @@ impl Pipeline {
                 let seen = screen.observe(&frame);
                 seen.expect("the frame has the sensor's shape");
             }
-            Ok(screen.finish().with_declared(sensor.screen()))
+            let found = screen.finish().with_declared(sensor.screen());
+            let words = found.faults.iter().map(ToString::to_string).collect();
+            self.state(stop).set_lines(found);
+            Ok(words)
         })?;
-        let found = found.map_err(errors::array)?;
-        let words = found.faults.iter().map(ToString::to_string).collect();
-        self.lock().set_lines(found);
-        Ok(words)
+        found.map_err(errors::array)
     }
 
     /// Of frames to arrays: see `taxel.Pipeline.process`.
@@ -151,49 +161,58 @@ impl Pipeline {
             input,
             count,
         };
-        if standard_errors {
-            self.find_level(py, &source)?;
-        }
-        let mut results = Results::new(sensor, count, single, wanted, self.lock().has_loads())?;
-        interruptible(py, |stop| {
-            let mut state = self.lock();
+        let mut results = Results::new(sensor, count, single, wanted, self.has_loads)?;
+        let noise_counts = interruptible(py, |stop| {
+            if standard_errors {
+                self.find_level(&source, stop).map_err(errors::array)?;
+            }
+            let mut state = self.state(stop);
             let threads = threads.unwrap_or_else(cores);
-            state.run(
-                (&self.sensor, &self.method),
-                (&source, wanted, threads),
-                stop,
-                &mut results,
-            )
+            let making = (&self.sensor, &self.method, self.repair);
+            state.run(making, (&source, wanted, threads), stop, &mut results)?;
+            PyResult::Ok(state.noise_counts())
         })??;
-        results.into_dict(py, self.lock().noise_counts())
+        results.into_dict(py, noise_counts)
     }
 }
 
 impl Pipeline {
     /// Baseline and noise of these frames, where neither the sensor file nor frames before have told the noise.
-    fn find_level(&self, py: Python<'_>, source: &Source) -> PyResult<()> {
+    fn find_level(&self, source: &Source, stop: &Stop) -> Result<(), String> {
         let sensor = &self.sensor.sensor;
-        let is_told = sensor.converter().noise_counts.is_some() || self.lock().level.is_some();
-        if is_told || !matches!(source.input, Input::Counts(_)) {
+        let has_noise = sensor.converter().noise_counts.is_some();
+        if has_noise
+            || !matches!(source.input, Input::Counts(_))
+            || self.state(stop).level.is_some()
+        {
             return Ok(());
         }
-        let found = interruptible(py, |stop| -> Result<Option<Level>, String> {
-            let mut screen = LineScreen::from_sensor(sensor);
-            let mut frame = Frame::<Counts>::zeros(sensor.rows(), sensor.columns());
-            for at in 0..source.count {
-                stop.check();
-                source.copy_frame(at, &mut frame)?;
-                let seen = screen.observe(&frame);
-                seen.expect("the frame has the sensor's shape");
-            }
-            Ok(screen.level())
-        })?;
-        self.lock().level = found.map_err(errors::array)?;
+        let mut screen = LineScreen::from_sensor(sensor);
+        let mut frame = Frame::<Counts>::zeros(sensor.rows(), sensor.columns());
+        for at in 0..source.count {
+            stop.check();
+            source.copy_frame(at, &mut frame)?;
+            let seen = screen.observe(&frame);
+            seen.expect("the frame has the sensor's shape");
+        }
+        self.state(stop).level = screen.level();
         Ok(())
     }
 
-    fn lock(&self) -> std::sync::MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    /// What calls leave to each other, once no other thread works with it. Never waited for with Python held: nothing else of
+    /// Python would run meanwhile.
+    fn state(&self, stop: &Stop) -> MutexGuard<'_, State> {
+        loop {
+            match self.state.try_lock() {
+                Ok(state) => return state,
+                // Of a call that Ctrl-C has ended.
+                Err(TryLockError::Poisoned(state)) => return state.into_inner(),
+                Err(TryLockError::WouldBlock) => {
+                    stop.check();
+                    std::thread::sleep(LOOK);
+                }
+            }
+        }
     }
 }
 
@@ -223,11 +242,10 @@ impl Source<'_> {
     }
 }
 
-impl State {
-    fn has_loads(&self) -> bool {
-        self.workers.first().is_some_and(Worker::has_loads)
-    }
+/// What a worker is made of: sensor, method, whether what was not measured is replaced.
+type Making<'a> = (&'a Sensor, &'a MethodName, Option<bool>);
 
+impl State {
     /// Standard deviation of a reading that standard errors were found with.
     fn noise_counts(&self) -> Option<f64> {
         self.workers.first().and_then(Worker::noise_counts)
@@ -243,13 +261,13 @@ impl State {
     }
 
     /// Sees to it that there are so many workers.
-    fn grow(&mut self, workers: usize, sensor: &Sensor, method: &MethodName) -> PyResult<()> {
+    fn grow(&mut self, workers: usize, (sensor, method, repair): Making<'_>) -> PyResult<()> {
         while self.workers.len() < workers {
             let mut chain = method
                 .pipeline(&sensor.sensor, &sensor.file)
                 .map_err(errors::of_app)?;
             chain.set_lines(&self.faults);
-            if let Some(repair) = self.repair {
+            if let Some(repair) = repair {
                 chain.set_repair(if repair {
                     Repair::Everything
                 } else {
@@ -263,11 +281,12 @@ impl State {
 
     fn run(
         &mut self,
-        (sensor, method): (&Sensor, &MethodName),
+        making: Making<'_>,
         (source, wanted, threads): (&Source, Wanted, usize),
         stop: &Stop,
         results: &mut Results,
     ) -> PyResult<()> {
+        let (sensor, ..) = making;
         let each = (BLOCK_NUMBERS / crossings(&sensor.sensor)).clamp(1, BLOCK_FRAMES);
         let blocks = source.count.div_ceil(each);
         // What loads remember goes from frame to frame, and so from block to block.
@@ -277,7 +296,7 @@ impl State {
         } else {
             threads.clamp(1, blocks)
         };
-        self.grow(threads, sensor, method)?;
+        self.grow(threads, making)?;
         for worker in &mut self.workers[..threads] {
             worker.prepare(&sensor.sensor, self.level, wanted)?;
         }

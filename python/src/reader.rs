@@ -1,7 +1,7 @@
 //! An open recording: blocks of frames, one after the other. `taxel.Recording` stands on it.
 
 use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::UNIX_EPOCH;
 
 use numpy::{IntoPyArray, PyArrayMethods};
@@ -84,7 +84,7 @@ impl Reader {
         let mut options = match &sensor {
             Some(sensor) => ReadOptions::of(&sensor.sensor),
             None => {
-                let guess = shape_of(&path).map_err(errors::of_io)?;
+                let guess = interruptible(py, |_| shape_of(&path))?.map_err(errors::of_io)?;
                 let (Some(rows), Some(columns)) = (guess.rows, guess.columns) else {
                     return Err(errors::other(format!(
                         "{}: nothing in the file says how many rows a frame has\nhint: sensor=, a sensor file or a preset's name",
@@ -117,7 +117,7 @@ impl Reader {
     /// The next frames, at most so many; None at the end.
     fn read<'py>(&self, py: Python<'py>, most: usize) -> PyResult<Option<Bound<'py, PyDict>>> {
         let chunk = interruptible(py, |stop| {
-            let mut reader = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut reader = self.lock();
             let mut chunk = Chunk::new(self.unit == InputUnit::Counts);
             while chunk.sequence.len() < most && reader.advance().map_err(errors::of_app)? {
                 stop.check();
@@ -134,7 +134,7 @@ impl Reader {
     /// Goes past frames without keeping them; how many there were.
     fn skip(&self, py: Python<'_>, most: usize) -> PyResult<usize> {
         interruptible(py, |stop| {
-            let mut reader = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut reader = self.lock();
             let mut skipped = 0;
             while skipped < most && reader.advance().map_err(errors::of_app)? {
                 stop.check();
@@ -146,12 +146,11 @@ impl Reader {
 
     /// What happened up to the frame read last: dicts of secs, kind, text, unix_secs.
     fn events<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        let mut reader = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        let events = match &mut *reader {
+        let events = py.detach(|| match &mut *self.lock() {
             FrameReader::Counts(source, _) => source.take_events(),
             FrameReader::Volts(source, _) => source.take_events(),
             FrameReader::Siemens(source, _) => source.take_events(),
-        };
+        });
         let list = PyList::empty(py);
         for event in events {
             let dict = PyDict::new(py);
@@ -166,21 +165,31 @@ impl Reader {
     }
 
     /// What is missing from what was read so far, in words.
-    fn missing(&self) -> Vec<String> {
-        let reader = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        let (count, first) = reader.skips();
-        let mut words = reader.integrity().words();
-        if count > 0 {
-            words.push(match first.first() {
-                Some(skip) => format!(
-                    "{count} frames left out; frame {}: {}",
-                    skip.frame, skip.error
-                ),
-                None => format!("{count} frames left out"),
-            });
-        }
-        words
+    fn missing(&self, py: Python<'_>) -> Vec<String> {
+        py.detach(|| words_of_missing(&self.lock()))
     }
+}
+
+impl Reader {
+    /// Never waited for with Python held: nothing else of Python would run meanwhile.
+    fn lock(&self) -> MutexGuard<'_, FrameReader> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn words_of_missing(reader: &FrameReader) -> Vec<String> {
+    let (count, first) = reader.skips();
+    let mut words = reader.integrity().words();
+    if count > 0 {
+        words.push(match first.first() {
+            Some(skip) => format!(
+                "{count} frames left out; frame {}: {}",
+                skip.frame, skip.error
+            ),
+            None => format!("{count} frames left out"),
+        });
+    }
+    words
 }
 
 impl Chunk {

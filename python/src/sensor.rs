@@ -12,6 +12,7 @@ use taxel_io::sensor_file;
 
 use crate::arrays::crossings;
 use crate::errors;
+use crate::interrupt::interruptible;
 use crate::output::dict_of;
 
 /// What a sensor is: its array, its read-out circuit, its converter, and, once calibrated, its load law.
@@ -56,31 +57,33 @@ impl Sensor {
             return Self::from_dict(dict);
         }
         let file: PathBuf = source.extract()?;
-        if carries_sensor(&file) {
-            let (sensor, file) = sensor_source::of_recording(&file).map_err(errors::of_app)?;
-            return Ok(Self { sensor, file });
-        }
-        let sensor = sensor_file::load(&file).map_err(errors::of_io)?;
-        Ok(Self { sensor, file })
+        interruptible(source.py(), |_| {
+            if carries_sensor(&file) {
+                let (sensor, file) = sensor_source::of_recording(&file).map_err(errors::of_app)?;
+                return Ok(Self { sensor, file });
+            }
+            let sensor = sensor_file::load(&file).map_err(errors::of_io)?;
+            Ok(Self { sensor, file })
+        })?
     }
 
     /// A sensor from the text of a sensor file.
     #[staticmethod]
     #[pyo3(signature = (text, file = "sensor.toml".into()))]
-    fn from_toml(text: &str, file: PathBuf) -> PyResult<Self> {
-        let sensor = taxel::Sensor::from_toml(text).map_err(errors::of_taxel)?;
-        sensor_file::check_array(&file, sensor.rows(), sensor.columns()).map_err(errors::of_io)?;
-        Ok(Self { sensor, file })
+    fn from_toml(py: Python<'_>, text: &str, file: PathBuf) -> PyResult<Self> {
+        py.detach(|| Self::of_text(text, file))
     }
 
     /// The sensor that a recording carries; None where it carries none.
     #[staticmethod]
-    fn carried_by(path: PathBuf) -> PyResult<Option<Self>> {
-        if !carries_sensor(&path) {
-            return Ok(None);
-        }
-        let sensor = sensor_source::carried(&path).map_err(errors::of_app)?;
-        Ok(sensor.map(|sensor| Self { sensor, file: path }))
+    fn carried_by(py: Python<'_>, path: PathBuf) -> PyResult<Option<Self>> {
+        interruptible(py, |_| {
+            if !carries_sensor(&path) {
+                return Ok(None);
+            }
+            let sensor = sensor_source::carried(&path).map_err(errors::of_app)?;
+            Ok(sensor.map(|sensor| Self { sensor, file: path }))
+        })?
     }
 
     /// A sensor from the tables of a sensor file.
@@ -88,30 +91,33 @@ impl Sensor {
     fn from_dict(dict: &Bound<'_, PyDict>) -> PyResult<Self> {
         let json = dict.py().import("json")?;
         let text: String = json.call_method1("dumps", (dict,))?.extract()?;
-        let table: toml::Table = serde_json::from_str(&text).map_err(errors::other)?;
-        let text = toml::to_string(&table).map_err(errors::other)?;
-        Self::from_toml(&text, "dict".into())
+        dict.py().detach(|| {
+            let table: toml::Table = serde_json::from_str(&text).map_err(errors::other)?;
+            let text = toml::to_string(&table).map_err(errors::other)?;
+            Self::of_text(&text, "dict".into())
+        })
     }
 
     /// The text of its sensor file.
-    fn to_toml(&self) -> String {
-        self.sensor.to_toml()
+    fn to_toml(&self, py: Python<'_>) -> String {
+        py.detach(|| self.sensor.to_toml())
     }
 
     /// The tables of its sensor file.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let table: toml::Table = toml::from_str(&self.sensor.to_toml()).map_err(errors::other)?;
+        let read = || toml::from_str::<toml::Table>(&self.sensor.to_toml());
+        let table = py.detach(read).map_err(errors::other)?;
         dict_of(py, &table)
     }
 
     /// Writes its sensor file; a file of that name is replaced.
-    fn save(&self, path: PathBuf) -> PyResult<()> {
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let write = || {
             let mut file = taxel_io::AtomicFile::create(&path)?;
             file.put(self.sensor.to_toml().as_bytes())?;
             file.commit()
         };
-        write().map_err(errors::of_io)
+        py.detach(write).map_err(errors::of_io)
     }
 
     /// Its name.
@@ -227,17 +233,25 @@ impl Sensor {
         )
     }
 
-    fn __hash__(&self) -> u64 {
+    fn __hash__(&self, py: Python<'_>) -> u64 {
         use std::hash::{DefaultHasher, Hash, Hasher};
         let mut hasher = DefaultHasher::new();
-        self.sensor.to_toml().hash(&mut hasher);
+        self.to_toml(py).hash(&mut hasher);
         hasher.finish()
     }
 
     /// Pickled as the text of its file.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String, PathBuf))> {
         let make = py.get_type::<Self>().getattr("from_toml")?;
-        Ok((make, (self.sensor.to_toml(), self.file.clone())))
+        Ok((make, (self.to_toml(py), self.file.clone())))
+    }
+}
+
+impl Sensor {
+    fn of_text(text: &str, file: PathBuf) -> PyResult<Self> {
+        let sensor = taxel::Sensor::from_toml(text).map_err(errors::of_taxel)?;
+        sensor_file::check_array(&file, sensor.rows(), sensor.columns()).map_err(errors::of_io)?;
+        Ok(Self { sensor, file })
     }
 }
 

@@ -27,7 +27,8 @@ pub(crate) fn scan<'py>(
     let sensor = &sensor.sensor;
     let frames = Frames::take(siemens, sensor)?;
     let numbers = frames.numbers()?;
-    let circuit = SensorCircuit::from_sensor(sensor).map_err(errors::of_taxel)?;
+    let circuit = py.detach(|| SensorCircuit::from_sensor(sensor));
+    let circuit = circuit.map_err(errors::of_taxel)?;
     let taxels = crossings(sensor);
     let mut volts = room(numbers.len())?;
     volts.resize(numbers.len(), 0.0);
@@ -57,9 +58,8 @@ pub(crate) fn solve<'py>(
     method: &str,
 ) -> PyResult<(Array3<'py>, Vec<bool>)> {
     let named: MethodName = method.parse().map_err(errors::other)?;
-    let opened = named
-        .open(&sensor.sensor, &sensor.file)
-        .map_err(errors::of_app)?;
+    let opened = interruptible(py, |_| named.open(&sensor.sensor, &sensor.file))?;
+    let opened = opened.map_err(errors::of_app)?;
     let taxel_app::methods::Opened::Method(method) = opened else {
         return Err(errors::other(
             "a model estimates loads, not conductances\nhint: Pipeline(sensor, method)",
