@@ -1,9 +1,9 @@
 //! `taxel.map`: an archive of recordings, as `taxel batch` does it.
 
 use std::path::PathBuf;
-use std::sync::Mutex;
 
 use pyo3::prelude::*;
+use taxel_app::Error;
 use taxel_app::batch::{self, Done, Entry, LoadsFile, Settings};
 use taxel_app::methods::MethodName;
 
@@ -11,10 +11,10 @@ use crate::errors;
 use crate::interrupt::interruptible;
 use crate::sensor::Sensor;
 
-/// A folder that an archive is worked into, and what is made of each recording.
+/// A folder that an archive is worked into, and what is made of each recording: checked once, however often it is called.
 #[pyclass(frozen, module = "taxel._taxel")]
 pub(crate) struct Batch {
-    settings: Settings,
+    batch: batch::Batch,
     folder: PathBuf,
 }
 
@@ -24,6 +24,7 @@ impl Batch {
     #[pyo3(signature = (folder, sensor, *, method, loads, intervals, pictures, repair, no_tare, transpose))]
     #[allow(clippy::too_many_arguments)]
     fn new(
+        py: Python<'_>,
         folder: PathBuf,
         sensor: Option<Sensor>,
         method: &str,
@@ -51,7 +52,11 @@ impl Batch {
         settings.repair = repair;
         settings.no_tare = no_tare;
         settings.transpose = transpose;
-        Ok(Self { settings, folder })
+        let batch = interruptible(py, |_| batch::Batch::new(settings, &folder))?;
+        Ok(Self {
+            batch: batch.map_err(errors::of_app)?,
+            folder,
+        })
     }
 
     /// Works recordings through, several at once; their entries in their order, as JSON, each with whether it was done now.
@@ -65,45 +70,46 @@ impl Batch {
         tables: bool,
     ) -> PyResult<Vec<(String, bool)>> {
         let files = if tables { self.tables() } else { Vec::new() };
-        let found = Mutex::new(vec![None; recordings.len()]);
-        let done = interruptible(py, |stop| {
+        let done = interruptible(py, |stop| -> Result<_, Error> {
+            self.batch.check_names(&recordings, &files)?;
+            let mut found = vec![None; recordings.len()];
             let is_stopped = || stop.is_set();
-            let batch = batch::Batch::new(&self.settings, &self.folder)?.until(&is_stopped);
-            batch.check_names(&recordings, &files)?;
-            let mut found = found.lock().expect("nobody else has it");
-            batch.run(&recordings, threads, |at, done: &Done| {
-                found[at] = Some((done.entry.clone(), done.again));
-            })
+            self.batch
+                .run(&recordings, threads, &is_stopped, |at, done: &Done| {
+                    found[at] = Some((done.entry.clone(), done.again));
+                })?;
+            let (entries, again): (Vec<Entry>, Vec<bool>) = found.into_iter().flatten().unzip();
+            write_tables(&files, &entries)?;
+            let json = |entry: &Entry| serde_json::to_string(entry).expect("numbers and words");
+            Ok(entries.iter().map(json).zip(again).collect())
         })?;
-        done.map_err(errors::of_app)?;
-        let found = found.into_inner().expect("the work has ended");
-        let (entries, again): (Vec<Entry>, Vec<bool>) = found.into_iter().flatten().unzip();
-        if let [summary, manifest] = &files[..] {
-            batch::summary(summary, &entries).map_err(errors::of_app)?;
-            batch::manifest(manifest, &entries).map_err(errors::of_app)?;
-        }
-        let json = |entry: &Entry| serde_json::to_string(entry).expect("numbers and words");
-        Ok(entries.iter().map(json).zip(again).collect())
+        done.map_err(errors::of_app)
     }
 
     /// Refuses recordings that would be written under one name, or replaced.
-    fn check_names(&self, recordings: Vec<PathBuf>) -> PyResult<()> {
-        let batch = batch::Batch::new(&self.settings, &self.folder).map_err(errors::of_app)?;
-        let checked = batch.check_names(&recordings, &self.tables());
-        checked.map_err(errors::of_app)
+    fn check_names(&self, py: Python<'_>, recordings: Vec<PathBuf>) -> PyResult<()> {
+        let checked = interruptible(py, |_| self.batch.check_names(&recordings, &self.tables()));
+        checked?.map_err(errors::of_app)
     }
 
     /// Writes `summary.csv` and `manifest.csv` of recordings, from their entries as `run` has given them.
-    fn write_tables(&self, entries: Vec<String>) -> PyResult<()> {
-        let read = |entry: &String| serde_json::from_str(entry);
-        let entries: Result<Vec<Entry>, _> = entries.iter().map(read).collect();
-        let entries = entries.map_err(|error| errors::other(format!("an entry: {error}")))?;
-        let [summary, manifest] = &self.tables()[..] else {
-            unreachable!("there are two");
-        };
-        batch::summary(summary, &entries).map_err(errors::of_app)?;
-        batch::manifest(manifest, &entries).map_err(errors::of_app)
+    fn write_tables(&self, py: Python<'_>, entries: Vec<String>) -> PyResult<()> {
+        interruptible(py, |_| {
+            let read = |entry: &String| serde_json::from_str(entry);
+            let entries: Result<Vec<Entry>, _> = entries.iter().map(read).collect();
+            let entries = entries.map_err(|error| errors::other(format!("an entry: {error}")))?;
+            write_tables(&self.tables(), &entries).map_err(errors::of_app)
+        })?
     }
+}
+
+/// `summary.csv` and `manifest.csv`, where they are wanted.
+fn write_tables(files: &[PathBuf], entries: &[Entry]) -> Result<(), Error> {
+    if let [summary, manifest] = files {
+        batch::summary(summary, entries)?;
+        batch::manifest(manifest, entries)?;
+    }
+    Ok(())
 }
 
 impl Batch {

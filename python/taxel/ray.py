@@ -4,8 +4,8 @@
 >>> ray.init("auto")                                                            # doctest: +SKIP
 >>> table = taxel.ray.process(paths, "/shared/out", sensor="mat.toml")          # doctest: +SKIP
 
-Recordings and ``out`` lie where all machines see them under one name. Each recording is worked through by one worker, which builds
-its sensor once; what is done is known from the folder, so that a worker that dies loses at most the recording that it had, and
+Recordings and ``out`` lie where all machines see them under one name. Each recording is worked through by one worker, which checks
+sensor and settings once; what is done is known from the folder, so that a worker that dies loses at most the recording that it had, and
 nothing is there twice.
 """
 

@@ -122,6 +122,23 @@ def test_settings_can_be_pickled(tmp_path: Path) -> None:
     assert pickle.loads(pickle.dumps(settings)) == settings
 
 
+def test_a_worker_is_checked_once_when_it_is_made(archive: list[str], tmp_path: Path) -> None:
+    from taxel.ray import Worker
+
+    tables = taxel.Sensor(SENSOR).to_dict()
+    del tables["material"]
+    with pytest.raises(taxel.SensorError, match="material"):
+        Worker(Settings(str(tmp_path / "none"), taxel.Sensor(tables)))
+    model = tmp_path / "model.taxel"
+    with pytest.raises(taxel.Error, match=r"model\.taxel"):
+        Worker(Settings(str(tmp_path / "none"), taxel.Sensor(SENSOR), method=str(model)))
+    assert not (tmp_path / "none").exists()
+    worker = Worker(Settings(str(tmp_path / "out"), taxel.Sensor(SENSOR)))
+    rows = [worker({"place": np.array([place]), "recording": np.array([path])}) for place, path in enumerate(archive)]
+    whole = taxel.map(archive, tmp_path / "out", sensor=SENSOR)
+    assert [row["status"][0] for row in rows] == whole["status"].tolist()
+
+
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[Any]:
     """Ray on two nodes of a processor each, both on this machine."""

@@ -147,20 +147,19 @@ impl Settings {
 }
 
 /// An archive that is worked through.
-pub struct Batch<'a> {
-    settings: &'a Settings,
+pub struct Batch {
+    settings: Settings,
     fingerprint: String,
-    folder: &'a Path,
-    is_stopped: &'a (dyn Fn() -> bool + Sync),
+    folder: PathBuf,
 }
 
-impl<'a> Batch<'a> {
+impl Batch {
     /// Into a folder, which is made if it is not there.
     ///
     /// # Errors
     /// A folder that cannot be made; a model that cannot be read; a sensor whose loads cannot be found; intervals without an
     /// inverse.
-    pub fn new(settings: &'a Settings, folder: &'a Path) -> Result<Self, Error> {
+    pub fn new(settings: Settings, folder: &Path) -> Result<Self, Error> {
         if settings.intervals && !settings.method.inverts() {
             return Err(Error::Request {
                 what: format!("there are no intervals with the method {}", settings.method),
@@ -175,27 +174,26 @@ impl<'a> Batch<'a> {
             source,
         })?;
         Ok(Self {
-            settings,
             fingerprint: settings.fingerprint()?,
-            folder,
-            is_stopped: &|| false,
+            settings,
+            folder: folder.to_owned(),
         })
     }
 
-    /// The same, but ended once nobody wants it any more: asked before every frame.
-    pub fn until(self, is_stopped: &'a (dyn Fn() -> bool + Sync)) -> Self {
-        Self { is_stopped, ..self }
-    }
-
     /// Works one recording through with so many threads, unless that was done before. What is wrong with it stands in the
-    /// entry.
+    /// entry. Ended once nobody wants it any more, which is asked before every frame.
     ///
     /// What was made of it before stays until there is something else of it: a recording out of reach, or a full disk, destroys
     /// nothing.
     ///
     /// # Errors
     /// [`Error::Stopped`].
-    pub fn process(&self, recording: &Path, threads: usize) -> Result<Done, Error> {
+    pub fn process(
+        &self,
+        recording: &Path,
+        threads: usize,
+        is_stopped: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Done, Error> {
         let place = self.folder.join(name_of(recording));
         if let Some(entry) = entry::found(&place, recording, &self.fingerprint) {
             return Ok(Done {
@@ -204,7 +202,7 @@ impl<'a> Batch<'a> {
             });
         }
         let before = entry::read(&place).filter(|entry| entry.row.is_some());
-        let mut entry = recording::process(self, recording, &place, threads)?;
+        let mut entry = recording::process(self, recording, &place, threads, is_stopped)?;
         if entry.row.is_some() || before.is_none() {
             match entry.write(&place) {
                 Ok(()) => recording::remove_others(&place, before.as_ref(), &entry),
@@ -222,6 +220,7 @@ impl<'a> Batch<'a> {
         &self,
         recordings: &[PathBuf],
         threads: Option<usize>,
+        is_stopped: &(dyn Fn() -> bool + Sync),
         mut each: impl FnMut(usize, &Done),
     ) -> Result<(), Error> {
         let threads = threads.unwrap_or_else(cores).max(1);
@@ -234,7 +233,7 @@ impl<'a> Batch<'a> {
                 scope.spawn(move || {
                     while let Some((at, recording)) = next(queue) {
                         // Fewer recordings than threads: each gets several.
-                        let result = self.process(recording, threads / workers);
+                        let result = self.process(recording, threads / workers, is_stopped);
                         if done.send((at, result)).is_err() {
                             break;
                         }

@@ -42,6 +42,7 @@ pub(super) fn process(
     recording: &Path,
     place: &Path,
     threads: usize,
+    is_stopped: &(dyn Fn() -> bool + Sync),
 ) -> Result<Entry, Error> {
     let started = Instant::now();
     let (bytes, modified_secs) = about(recording);
@@ -58,7 +59,7 @@ pub(super) fn process(
         files: Vec::new(),
         row: None,
     };
-    match convert(batch, recording, place, threads, &mut entry) {
+    match convert(batch, recording, place, threads, is_stopped, &mut entry) {
         Ok(()) => {}
         Err(Error::Stopped) => return Err(Error::Stopped),
         Err(error) => entry.error = Some(error.to_string()),
@@ -88,6 +89,7 @@ fn convert(
     recording: &Path,
     place: &Path,
     threads: usize,
+    is_stopped: &(dyn Fn() -> bool + Sync),
     entry: &mut Entry,
 ) -> Result<(), Error> {
     if recording.is_dir() {
@@ -117,8 +119,8 @@ fn convert(
         source,
     })?;
     let job = Job {
-        settings: batch.settings,
-        is_stopped: batch.is_stopped,
+        settings: &batch.settings,
+        is_stopped,
         recording,
         place,
         threads,

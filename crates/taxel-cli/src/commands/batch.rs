@@ -104,8 +104,7 @@ impl From<Loads> for LoadsFile {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let all = recordings(args)?;
-    let settings = settings(args)?;
-    let batch = Batch::new(&settings, &args.out)?;
+    let batch = Batch::new(settings(args)?, &args.out)?;
     let mine = match args.shard {
         Some(shard) => shard.part(&all),
         None => all.clone(),
@@ -117,13 +116,18 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     check_tables(args, &counted)?;
     let started = Instant::now();
     let mut entries = vec![None; mine.len()];
-    batch.run(&mine, args.threads.map(usize::from), |at, done| {
-        counted.add(done);
-        entries[at] = Some(done.entry.clone());
-        if !args.json || !done.entry.is_whole() {
-            out::note(&line(&counted, done));
-        }
-    })?;
+    batch.run(
+        &mine,
+        args.threads.map(usize::from),
+        &|| false,
+        |at, done| {
+            counted.add(done);
+            entries[at] = Some(done.entry.clone());
+            if !args.json || !done.entry.is_whole() {
+                out::note(&line(&counted, done));
+            }
+        },
+    )?;
     if let (Some(lines), Some(files)) = (&counted.summary, &counted.manifest) {
         let entries: Vec<Entry> = entries.into_iter().flatten().collect();
         summary(lines, &entries)?;
