@@ -239,6 +239,18 @@ def test_ctrl_c_ends_a_call(work: str, counts: np.ndarray, tmp_path: Path) -> No
     assert sum_of(counts) > 0.0
 
 
+def test_a_pool_of_processes_takes_a_pipeline(counts: np.ndarray) -> None:
+    pipeline = taxel.Pipeline("mat-32x32-adg732", repair=True)
+    parts = [counts[:40], counts[40:]]
+    with multiprocessing.get_context("spawn").Pool(2) as pool:
+        found = pool.map(pipeline.process, parts)
+    for part, result in zip(parts, found, strict=True):
+        here = taxel.Pipeline("mat-32x32-adg732", repair=True).process(part)
+        assert result.sensor == here.sensor and list(result.figures) == list(here.figures)
+        assert result.loads is not None and here.loads is not None and (result.loads == here.loads).all()
+        assert (result.marks == here.marks).all()
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
 @pytest.mark.parametrize("method", ["fork", "spawn"])
