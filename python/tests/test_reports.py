@@ -46,6 +46,28 @@ def test_a_report_is_the_commands(plan: Path, command: Callable[..., str], tmp_p
     assert (tmp_path / "a.html").read_bytes() == (tmp_path / "b.html").read_bytes()
 
 
+def test_an_identification_is_the_commands(command: Callable[..., str], tmp_path: Path) -> None:
+    fingers = taxel.simulate("mat-16x16-cd4067", pattern="fingers", frames=6, seed=2).counts
+    even = taxel.simulate("mat-16x16-cd4067", pattern="uniform", frames=2, seed=3).counts
+    np.save(tmp_path / "fingers.npy", fingers)
+    np.save(tmp_path / "even.npy", even)
+    uniform = tmp_path / "uniform.csv"
+    uniform.write_text("recording,frame,load_g\neven.npy,0,50\neven.npy,1,50\n")
+    recording, options = tmp_path / "fingers.npy", ("--equilibration", uniform, "--json")
+    # Of no sensor everything is assumed, and said.
+    told = json.loads(command("identify", recording, "--rows", 16, *options))
+    assert taxel.identify(recording, rows=16, equilibration=uniform) == told
+    assert told["assumed"] and told["standings"][0]["topology"] == "divider-floating"
+    known = json.loads(command("identify", recording, "--sensor", "mat-16x16-cd4067", *options))
+    assert taxel.identify([recording], "mat-16x16-cd4067", equilibration=uniform) == known
+    assert known["assumed"] == []
+    with pytest.raises(taxel.FileError, match=r"none\.npy"):
+        taxel.identify(tmp_path / "none.npy", rows=16)
+    np.save(tmp_path / "still.npy", np.zeros((3, 16, 16), np.uint16))
+    with pytest.raises(taxel.Error, match="no taxel of 3 frames"):
+        taxel.identify(tmp_path / "still.npy", rows=16)
+
+
 def test_what_is_no_plan_or_no_page_is_said(plan: Path, tmp_path: Path) -> None:
     with pytest.raises(taxel.Error, match="ends in .html"):
         taxel.report(plan, tmp_path / "a.docx")
