@@ -159,6 +159,8 @@ def map(
         Two recordings that would be written under one name; an unknown option; a folder that cannot be written.
     taxel.SensorError
         A sensor whose loads cannot be found.
+    KeyboardInterrupt
+        Ctrl-C ends it at the next frame; what is done stays.
     """
     settings = Settings(
         os.fspath(out),

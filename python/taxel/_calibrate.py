@@ -180,6 +180,7 @@ def calibrate(
     Returns
     -------
     Calibration
+        The fitted sensor, what was found with its errors, residuals in newtons.
 
     Raises
     ------

@@ -67,6 +67,17 @@ def solve(sensor: Any, volts: ArrayLike, method: str = "auto") -> tuple[NDArray[
         Conductance of each taxel, siemens.
     answered : array of bool, one a frame
         Whether the inverse came to one answer.
+
+    Raises
+    ------
+    taxel.ArrayError
+        Another shape, or volts that are no numbers: which frame and taxel.
+    taxel.SensorError
+        The sensor file lacks what the method needs, as a switch resistance that is not known yet.
+    taxel.Error
+        No such method, or a model, which finds loads alone.
+    KeyboardInterrupt
+        Ctrl-C ends it at the next frame.
     """
     frames, is_one = frames_of(volts, "volts")
     siemens, answered = solve_frames(sensor_of(sensor), frames, method)
@@ -129,6 +140,20 @@ def simulate(
     Returns
     -------
     Simulation
+        Counts, true loads in newtons, and the sensor that read.
+
+    Raises
+    ------
+    taxel.ArrayError
+        Loads of another shape, negative or no numbers: which frame and taxel.
+    taxel.SensorError
+        A sensor without a load law, or a switch resistance that is not known yet.
+    taxel.Error
+        No such pattern; fewer frames than 0; a peak that is not above 0.
+    MemoryError
+        The frames do not fit.
+    KeyboardInterrupt
+        Ctrl-C ends it at the next frame.
     """
     given = None if loads is None else frames_of(loads, "loads")[0]
     known = sensor_of(sensor)
@@ -192,10 +217,17 @@ def evaluate(plan: str | os.PathLike[str]) -> dict[str, Any]:
     plan : path
         A plan (``docs/evaluate.md``).
 
+    Returns
+    -------
+    dict
+        ``title``, ``about``, ``sections`` with their tables: figures with their intervals, in the units that the tables name.
+
     Raises
     ------
     taxel.Error
         What the plan, or a file that it names, cannot be: which, where, and a hint.
+    KeyboardInterrupt
+        Ctrl-C ends it at the next frame, or draw of an interval.
     """
     return evaluate_plan(plan)
 
@@ -218,7 +250,9 @@ def report(plan: str | os.PathLike[str], output: str | os.PathLike[str] = "repor
     Raises
     ------
     taxel.Error
-        As of ``evaluate``; a page of another ending.
+        As of ``evaluate``; a page of another ending, or that cannot be written.
+    KeyboardInterrupt
+        As of ``evaluate``; nothing is written then.
     """
     name = os.fspath(output)
     if not name.lower().endswith((".html", ".htm")):

@@ -125,6 +125,20 @@ def live(
     record : path, optional
         Record the counts meanwhile (``.mcap``); the file must not exist.
 
+    Returns
+    -------
+    Live
+        To iterate over, in a ``with`` or ``async with`` block. A cable that is pulled ends nothing: it is opened again when it is back.
+
+    Raises
+    ------
+    taxel.Error
+        An address that is none, a device that cannot be opened, no room in the queue, a sensor that nothing tells.
+    taxel.FileError
+        A recording that is there already, or cannot be written.
+    taxel.SensorError
+        The sensor file lacks what the method needs.
+
     Examples
     --------
     >>> import taxel

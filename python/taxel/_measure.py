@@ -80,10 +80,17 @@ def measure(
     method, repair, tare, transpose, keep_going, threads
         As of ``taxel.map`` and ``taxel.Pipeline``.
 
+    Returns
+    -------
+    Measurement
+        Forces in newtons over time, trials, and what happened to the frames.
+
     Raises
     ------
     taxel.Error
         A recording that cannot be read, a sensor without a load law, regions or trials that it does not have.
+    KeyboardInterrupt
+        Ctrl-C ends it at the next frame.
     """
     columns, found, tally = _measure(
         os.fspath(recording),

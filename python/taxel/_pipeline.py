@@ -96,6 +96,13 @@ class Pipeline:
         -------
         list of str
             Each fault in words.
+
+        Raises
+        ------
+        taxel.ArrayError
+            Frames as ``process`` does not take them.
+        KeyboardInterrupt
+            Ctrl-C ends it; what was known of faults stays.
         """
         counts = frames.counts if isinstance(frames, Recording) else frames
         return self._inner.look_for_faults(frames_of(counts)[0])
@@ -143,13 +150,18 @@ class Pipeline:
         Returns
         -------
         Result
+            Loads in newtons, marks, and what else was asked for, in the shape of the frames.
 
         Raises
         ------
         taxel.ArrayError
             Frames of another shape or type, NaN, negative counts, counts above the converter's largest: which frame and taxel.
+        taxel.Error
+            Another unit; standard errors by a method without an inverse; fewer threads than 1.
         MemoryError
             The result does not fit: ``stream`` goes through a recording in constant memory.
+        KeyboardInterrupt
+            Ctrl-C ends it at the next frame.
         """
         if isinstance(frames, Recording):
             return self._of_chunk(frames.load(), dtype, siemens, standard_errors, figures, threads)
@@ -199,10 +211,20 @@ class Pipeline:
             A recording, or arrays of counts as they come.
         chunk : int
             Frames of a recording at a time.
+        dtype, siemens, standard_errors, figures, threads
+            As of ``process``.
 
         Yields
         ------
         Result
+            Of each piece: loads in newtons, marks, figures.
+
+        Raises
+        ------
+        taxel.FileError
+            What is wrong in the recording, once it is come to: frame, line, both numbers.
+        taxel.ArrayError, taxel.Error, KeyboardInterrupt
+            As of ``process``.
         """
         if isinstance(frames, Recording):
             for piece in frames.chunks(chunk):

@@ -326,6 +326,7 @@ def read(
     Returns
     -------
     Recording
+        Open; its frames are read as they are asked for.
 
     Raises
     ------

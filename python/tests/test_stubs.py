@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import ast
+import builtins
 import inspect
+import re
+from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 import taxel
+import taxel.ray
 from taxel import _taxel
 
 
@@ -24,6 +30,35 @@ def test_the_stubs_name_everything() -> None:
         elif isinstance(node, ast.FunctionDef):
             parameters = [argument.arg for argument in node.args.args + node.args.kwonlyargs]
             assert parameters == list(inspect.signature(getattr(_taxel, name)).parameters), name
+
+
+def sections(thing: Callable[..., object]) -> dict[str, str]:
+    """The sections of a docstring in numpy's style, by their headings."""
+    parts = re.split(r"^(\w+)\n-+$", inspect.getdoc(thing) or "", flags=re.MULTILINE)
+    return dict(zip(parts[1::2], parts[2::2], strict=True))
+
+
+FUNCTIONS = [getattr(taxel, name) for name in taxel.__all__ if inspect.isfunction(getattr(taxel, name))]
+METHODS = [taxel.Pipeline.process, taxel.Pipeline.stream, taxel.Pipeline.look_for_faults]
+
+
+@pytest.mark.parametrize("function", [*FUNCTIONS, *METHODS, taxel.ray.process], ids=lambda function: function.__qualname__)
+def test_a_docstring_tells_parameters_results_and_errors(function: Callable[..., object]) -> None:
+    told = sections(function)
+    named = {
+        name.strip().lstrip("*")
+        for line in re.findall(r"^(\S.*)$", told["Parameters"], flags=re.MULTILINE)
+        for name in line.split(" : ")[0].split(",")
+    }
+    parameters = set(inspect.signature(function).parameters) - {"self"}
+    assert named == parameters
+    assert "Returns" in told or "Yields" in told
+    # What stands there, and when: a name alone tells nothing.
+    assert all(re.search(r"^ +\S", told[name], flags=re.MULTILINE) for name in ("Returns", "Yields", "Raises") if name in told)
+    raised = re.findall(r"^(\S.*)$", told["Raises"], flags=re.MULTILINE)
+    for name in ", ".join(raised).split(", "):
+        kind = getattr(taxel if name.startswith("taxel.") else builtins, name.removeprefix("taxel."))
+        assert issubclass(kind, BaseException)
 
 
 def test_everything_public_says_what_it_is() -> None:
