@@ -16,7 +16,8 @@ class Error(Exception):
 
     def __init__(self, text: str) -> None:
         super().__init__(text)
-        self.message, _, hint = text.partition("\nhint: ")
+        message, _, hint = text.partition("\nhint: ")
+        self.message: str = message
         self.hint: str | None = hint or None
 
     def __str__(self) -> str:

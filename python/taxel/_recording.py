@@ -69,7 +69,7 @@ class Recording:
         transpose: bool,
         keep_going: bool,
     ) -> None:
-        self.path = Path(path)
+        self.path: Path = Path(path)
         self._sensor = sensor
         self._unit: Unit = unit
         self._options = (unit, transpose, keep_going)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._errors import ArrayError, Error
+from .._taxel import Sensor
 from ._description import checked_shape, pylsl, read_description
 
 # How often the clocks are compared.
@@ -88,12 +89,12 @@ class Receiver:
         if queue < 1:
             raise Error(f"queue {queue}\nhint: room for one sample or more is needed")
         self._lsl = pylsl()
-        self.stream = resolve(stream, kind, timeout)
-        self.received = 0
-        self.dropped = 0
+        self.stream: Stream = resolve(stream, kind, timeout)
+        self.received: int = 0
+        self.dropped: int = 0
         # Never opened again in silence: a sender that went is to be seen.
         self._inlet: Any = self._lsl.StreamInlet(self.stream.info, max_buflen=_LIBRARY_BUFFER, recover=False)
-        self.is_text = self._inlet.np_dtype is None
+        self.is_text: bool = self._inlet.np_dtype is None
         self.offsets: list[tuple[float, float]] = []
         self._waiting: deque[tuple[float, NDArray[Any]]] = deque(maxlen=queue)
         self._came = threading.Condition()
@@ -101,7 +102,7 @@ class Receiver:
         self._is_closed = False
         self._thread = threading.Thread(target=self._run, name=f"taxel.lsl {self.stream.name}", daemon=True)
         with self._told_of_loss():
-            self.xml = str(self._inlet.info(timeout).as_xml())
+            self.xml: str = str(self._inlet.info(timeout).as_xml())
             self._measure_offset(timeout)
 
     def start(self, timeout: float) -> None:
@@ -267,14 +268,17 @@ class Inlet(Receiver):
         found = given or told.shape
         if found is None:
             raise Error(f"{self.stream.name} does not tell the shape of its {channels} channels\nhint: shape=(rows, columns)")
-        self.shape = checked_shape(None, found)
+        self.shape: tuple[int, int] = checked_shape(None, found)
         if self.shape[0] * self.shape[1] != channels:
             raise ArrayError(
                 f"{self.shape[0]} × {self.shape[1]} are {self.shape[0] * self.shape[1]} taxels, but {self.stream.name} has {channels} "
                 "channels\nhint: shape=(rows, columns)"
             )
-        self.unit, self.labels, self.sensor = told.unit, told.labels, told.sensor
-        self.positions_mm = told.positions_mm if told.positions_mm is not None and len(told.positions_mm) == channels else None
+        self.unit: str | None = told.unit
+        self.labels: list[str] | None = told.labels
+        self.sensor: Sensor | None = told.sensor
+        has_places = told.positions_mm is not None and len(told.positions_mm) == channels
+        self.positions_mm: NDArray[np.float64] | None = told.positions_mm if has_places else None
 
     def read(self, timeout: float = 1.0, most: int = 64) -> Frames:
         """Frames that have come: at least one, but none where none came within ``timeout`` seconds; ``most`` at a time."""

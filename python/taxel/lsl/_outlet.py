@@ -64,8 +64,8 @@ class Outlet:
     ) -> None:
         lsl = pylsl()
         known = None if sensor is None else sensor_of(sensor)
-        self.shape = checked_shape(known, shape)
-        self.name = name or (known.name if known is not None else "taxel")
+        self.shape: tuple[int, int] = checked_shape(known, shape)
+        self.name: str = name or (known.name if known is not None else "taxel")
         if not 0.0 <= rate < np.inf:
             raise Error(f"rate {rate}, but frames a second are 0 (as they come) or more")
         self._source = f"taxel {socket.gethostname()} {self.name}"
