@@ -67,16 +67,27 @@ class Result:
         return ~np.isin(self.marks, _UNMEASURED)
 
     def to_xarray(self) -> xarray.Dataset:
-        """As an ``xarray.Dataset`` with coordinates in mm, frames by their time where it is known."""
+        """As an ``xarray.Dataset`` with coordinates in mm, frames by their time where it is known.
+
+        Axes are ``y`` and ``x``; where the sensor file tells where each taxel lies, ``row`` and ``column``, and ``y`` and ``x`` are of
+        every taxel (NaN where there is none).
+        """
         import xarray
 
         down, across = self.sensor.pitch_mm
         rows, columns = self.sensor.shape
-        axes = ("frame", "y", "x")[3 - self.marks.ndim :]
-        coordinates: dict[str, Any] = {
-            "y": ("y", down * np.arange(rows), {"units": "mm"}),
-            "x": ("x", across * np.arange(columns), {"units": "mm"}),
-        }
+        positions = self.sensor.positions_mm
+        units = {"units": "mm"}
+        plane: tuple[str, str] = ("y", "x") if positions is None else ("row", "column")
+        coordinates: dict[str, Any] = {}
+        if positions is None:
+            coordinates["y"] = ("y", down * np.arange(rows), units)
+            coordinates["x"] = ("x", across * np.arange(columns), units)
+        else:
+            places = np.where(self.sensor.populated[:, :, None], positions.reshape(rows, columns, 2), np.nan)
+            coordinates["y"] = (plane, places[:, :, 1], units)
+            coordinates["x"] = (plane, places[:, :, 0], units)
+        axes = ("frame", *plane)[3 - self.marks.ndim :]
         if self.time is not None and "frame" in axes:
             coordinates["time"] = ("frame", self.time, {"units": "s"})
         values: dict[str, Any] = {"marks": (axes, self.marks)}

@@ -217,6 +217,30 @@ def test_tables_and_arrays_of_others(grip: taxel.Simulation) -> None:
     np.testing.assert_allclose(result.kilopascals, result.loads / result.sensor.taxel_area_mm2 * 1e3)
 
 
+def test_coordinates_are_where_the_taxels_lie() -> None:
+    tables = taxel.Sensor("mat-16x16-cd4067").to_dict()
+    row, column = np.divmod(np.arange(256), 16)
+    # Across, then down; rows lean and lie closer towards the heel.
+    places = np.stack([10.0 * column + 2.5 * row, 9.0 * row - 0.1 * row**2], axis=1)
+    there = np.ones(256, bool)
+    there[-3:] = False
+    tables["array"]["population"] = there.reshape(16, 16).astype(int).tolist()
+    tables["array"]["positions"] = np.column_stack([row, column, places])[there].tolist()
+    places[~there] = np.nan
+    sensor = taxel.Sensor(tables)
+    counts = taxel.simulate(sensor, pattern="blobs", frames=3, seed=1).counts
+    dataset = taxel.Pipeline(sensor).process(counts, siemens=True).to_xarray()
+    assert dataset["loads"].dims == dataset["siemens"].dims == ("frame", "row", "column")
+    np.testing.assert_array_equal(dataset["x"], places[:, 0].reshape(16, 16))
+    np.testing.assert_array_equal(dataset["y"], places[:, 1].reshape(16, 16))
+    assert dataset["x"].attrs["units"] == dataset["y"].attrs["units"] == "mm"
+    # What is asked by place is what lies there.
+    loads = dataset["loads"].where((dataset["x"] == places[37, 0]) & (dataset["y"] == places[37, 1]), drop=True)
+    assert loads.shape == (3, 1, 1) and (loads.values[:, 0, 0] == dataset["loads"].values[:, 2, 5]).all()
+    one = taxel.Pipeline(sensor).process(counts[0]).to_xarray()
+    assert one["loads"].dims == ("row", "column") and one["x"].shape == (16, 16)
+
+
 @pytest.mark.parametrize(
     ("make", "words"),
     [
