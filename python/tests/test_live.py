@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import os
+import struct
+import sys
 import time
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -40,6 +44,60 @@ def test_a_source_that_ends_is_read_to_its_end(tmp_path: Path) -> None:
     np.save(tmp_path / "a.npy", np.zeros((30, 16, 16), np.uint16))
     with taxel.live(f"file:{tmp_path / 'a.npy'}?speed=max", "mat-16x16-cd4067", queue=100) as source:
         assert sum(1 for _ in source) == 30
+
+
+def packet(number: int, counts: np.ndarray) -> bytes:
+    """A frame of 10-bit counts as docs/formats.md (taxel-1) has it."""
+    rows, columns = counts.shape
+    bits = counts.reshape(-1, 1).astype(np.uint16) >> np.arange(10, dtype=np.uint16) & 1
+    head = struct.pack("<BBHIQHH", 1, 10, 7, number, 10_000 * number, rows, columns)
+    whole = head + np.packbits(bits.astype(np.uint8), bitorder="little").tobytes()
+    whole += struct.pack("<I", zlib.crc32(whole))
+    stuffed, pieces = bytearray(b"\0"), whole.split(b"\0")
+    for place, piece in enumerate(pieces):
+        while len(piece) >= 254:
+            stuffed += b"\xff" + piece[:254]
+            piece = piece[254:]
+            if not piece and place == len(pieces) - 1:
+                break
+        else:
+            stuffed += bytes([len(piece) + 1]) + piece
+    return bytes(stuffed) + b"\0"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals of Unix")
+def test_frames_come_over_a_serial_port(tmp_path: Path) -> None:
+    import tty
+
+    counts = taxel.simulate("mat-16x16-cd4067", pattern="hand", frames=12, seed=5).counts
+    wanted = taxel.Pipeline("mat-16x16-cd4067").process(counts).loads
+    board, port = os.openpty()
+    tty.setraw(port)
+    frames: list[taxel.LiveFrame] = []
+    try:
+        with taxel.live(f"serial:{os.ttyname(port)}?baud=115200", "mat-16x16-cd4067", queue=64, record=tmp_path / "a.mcap") as source:
+            for number in [*range(4), *range(6, 12)]:
+                # Noise of a cable between two of them.
+                os.write(board, packet(number, counts[number]) + (b"\x01noise\0" if number == 8 else b""))
+                found = source.next(timeout=30)
+                assert found is not None
+                frames.append(found)
+            # They are told every so often.
+            while (statistics := source.statistics)["received"] < 10:
+                time.sleep(0.01)
+    finally:
+        os.close(board)
+        os.close(port)
+    assert statistics["received"] == 10 and statistics["dropped"] == 0
+    troubles = " ".join(statistics["troubles"])
+    assert "2 lost" in troubles and "1 corrupt" in troubles, troubles
+    sent = np.delete(np.arange(12), [4, 5])
+    assert wanted is not None
+    for number, frame in zip(sent, frames, strict=True):
+        assert frame.device_secs == pytest.approx(0.01 * number) and frame.loads is not None
+        np.testing.assert_allclose(frame.loads, wanted[number], rtol=0, atol=1e-6 * wanted.max())
+    recorded = taxel.read(tmp_path / "a.mcap")
+    assert (recorded.counts == counts[sent]).all() and recorded.missing
 
 
 def test_asyncio() -> None:
