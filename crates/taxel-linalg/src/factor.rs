@@ -6,12 +6,10 @@ use faer::linalg::cholesky::llt::factor::{
 };
 use faer::linalg::cholesky::llt::inverse::{inverse as inverse_of_factor, inverse_scratch};
 use faer::linalg::solvers::{DenseSolveCore, Solve};
-use faer::linalg::triangular_inverse::invert_lower_triangular;
 use faer::{Mat, MatMut, MatRef, Par, Side};
 
 use crate::View;
 use crate::simd;
-use crate::sums::dot;
 
 /// Factorises symmetric positive definite n×n matrices; owns the scratch for it.
 pub struct Spd {
@@ -81,27 +79,6 @@ impl Spd {
                 out[i * n + j] = out[j * n + i];
             }
         }
-    }
-
-    /// The diagonal of the inverse alone; `triangle` is n×n scratch.
-    pub fn inverse_diagonal_into(&mut self, out: &mut [f64], triangle: &mut [f64]) {
-        let n = self.n;
-        triangle.fill(0.0);
-        invert_lower_triangular(
-            MatMut::from_column_major_slice_mut(triangle, n, n),
-            MatRef::from_column_major_slice(&self.factor, n, n),
-            Par::Seq,
-        );
-        simd::zero_upper();
-        simd::wide(
-            #[inline(always)]
-            || {
-                for (j, value) in out.iter_mut().enumerate() {
-                    let line = &triangle[j * n + j..(j + 1) * n];
-                    *value = dot(line, line);
-                }
-            },
-        );
     }
 }
 

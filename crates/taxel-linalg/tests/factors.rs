@@ -16,7 +16,7 @@ fn example(n: usize) -> Vec<f64> {
 }
 
 #[test]
-fn inverse_times_matrix_is_identity_and_its_diagonal_agrees() {
+fn inverse_times_matrix_is_identity() {
     for n in [1, 2, 7, 33, 64] {
         let matrix = example(n);
         let mut spd = Spd::new(n);
@@ -28,10 +28,7 @@ fn inverse_times_matrix_is_identity_and_its_diagonal_agrees() {
             View::new(&matrix, n, n),
             View::new(&inv, n, n),
         );
-        let (mut diagonal, mut triangle) = (vec![0.0; n], vec![0.0; n * n]);
-        spd.inverse_diagonal_into(&mut diagonal, &mut triangle);
         for i in 0..n {
-            assert!((diagonal[i] - inv[i * n + i]).abs() < 1e-13);
             for j in 0..n {
                 let expected = f64::from(u8::from(i == j));
                 assert!((product[i * n + j] - expected).abs() < 1e-12);

@@ -6,6 +6,7 @@
 mod array;
 mod check;
 mod diode;
+mod exported;
 mod geometry;
 mod handle;
 mod keys;

@@ -9,6 +9,7 @@ mod dynamic;
 mod effects;
 mod equations;
 mod evaluate;
+mod even_loads;
 mod evidence;
 mod fit;
 mod fit_law;

@@ -8,7 +8,8 @@ use super::model::{Model, Unknown, no_fit};
 use super::outcome::{HeldOut, Outcome};
 use super::residuals::residuals;
 use super::{
-    Belief, Calibration, CalibrationOptions, CalibrationReport, Parameter, polish, suspects,
+    Belief, Calibration, CalibrationOptions, CalibrationReport, Parameter, even_loads, polish,
+    suspects,
 };
 use crate::circuit::{Circuit, Converter, SensorCircuit};
 use crate::material::LoadLaw;
@@ -292,11 +293,15 @@ fn report(
     sensor: &Sensor,
     evidence: &Evidence,
 ) -> CalibrationReport {
+    let mut doubts = outcome.doubts(evidence);
+    if outcome.material.is_none() {
+        doubts.extend(even_loads::doubt(sensor, evidence));
+    }
     let held = &outcome.held_out;
     let mut report = CalibrationReport {
         presses: evidence.presses.len() - outcome.suspects.iter().filter(|s| s.left_out).count(),
         left_out: evidence.left_out.clone(),
-        doubts: outcome.doubts(evidence),
+        doubts,
         held_out: held.how.clone(),
         held_out_presses: held.errors_g.len(),
         held_out_unjudged: held.unjudged,

@@ -1,9 +1,8 @@
 //! Every number of a sensor file possible.
 
 use super::{
-    Array, CheckSpec, ConverterSpec, DynamicSpec, ExportedSpec, MAX_DYNAMIC_TERMS, PerLine,
-    PerTaxel, Sense, SensorSpec, SheetSpec, UncertaintySpec, array, diode, handle, line_ends,
-    plausible, resolved,
+    CheckSpec, ConverterSpec, DynamicSpec, MAX_DYNAMIC_TERMS, PerLine, PerTaxel, Sense, SensorSpec,
+    SheetSpec, UncertaintySpec, array, diode, exported, handle, line_ends, plausible, resolved,
 };
 use crate::Error;
 
@@ -22,35 +21,13 @@ pub(super) fn values(sensor: &SensorSpec) -> Result<(), Error> {
         check_check(check, sensor.material.is_some())?;
     }
     if let Some(exported) = &sensor.exported {
-        check_exported(exported, &sensor.array)?;
+        exported::check(exported, &sensor.array)?;
     }
     plausible::numbers(sensor)?;
     named_lines(sensor)
 }
 
-fn check_exported(exported: &ExportedSpec, array: &Array) -> Result<(), Error> {
-    if let Some(per_count) = exported.unit_per_count {
-        let hint = "how much of the exported unit a count is";
-        positive("exported.unit_per_count", per_count, hint)?;
-    }
-    let Some(areas) = &exported.taxel_areas_mm2 else {
-        return Ok(());
-    };
-    let key = "exported.taxel_areas_mm2";
-    let found: usize = areas.iter().map(Vec::len).sum();
-    if areas.len() != array.rows || areas.iter().any(|row| row.len() != array.columns) {
-        let expected = "a list of numbers for each row, one for each column";
-        let hint = "one area for every crossing; leave the key out where all are alike";
-        return Err(range(key, found as f64, expected, hint));
-    }
-    let hint = "the area that a taxel's load acts on, mm²";
-    areas
-        .iter()
-        .flatten()
-        .try_for_each(|area| positive(key, *area, hint))
-}
-
-fn positive(key: &str, value: f64, hint: &'static str) -> Result<(), Error> {
+pub(super) fn positive(key: &str, value: f64, hint: &'static str) -> Result<(), Error> {
     if value.is_finite() && value > 0.0 {
         Ok(())
     } else {

@@ -265,12 +265,14 @@ impl Exact {
             },
         };
         let mut outcome = rounds::run(state, accuracy, rounds::ALL_THE_WAY);
-        // What the frame before left may be what leads nowhere.
-        for part in [rounds::ALL_THE_WAY, rounds::WITH_CARE] {
-            if !outcome.stop.is_good() && (state.warm || part < 1.0) {
-                state.warm = false;
-                outcome = rounds::run(state, accuracy, part);
-            }
+        if !outcome.stop.is_good() && state.warm {
+            // What the frame before left may be what leads nowhere.
+            state.warm = false;
+            outcome = rounds::run(state, accuracy, rounds::ALL_THE_WAY);
+        }
+        if !outcome.stop.is_good() {
+            state.warm = false;
+            outcome = rounds::run(state, accuracy, rounds::WITH_CARE);
         }
         if !outcome.stop.is_good() {
             if let Some(infeasible) = limit::find(state, n) {
@@ -302,7 +304,8 @@ impl Exact {
             for (pull, g) in state.along_rows.iter_mut().zip(lines) {
                 let total: f64 = g.iter().sum();
                 let along: f64 = g.iter().zip(out.iter()).map(|(g, w)| g * w).sum();
-                *pull = along / total;
+                // None of a frame that has no answer.
+                *pull = if total > 0.0 { along / total } else { 0.0 };
             }
             let g_in = self.ends.row_selected[r];
             let between = state.sideways.as_ref().filter(|_| !known.is_empty());

@@ -50,22 +50,11 @@ pub(super) fn run(state: &mut SolverState, accuracy: Accuracy, part: f64) -> Out
             state.full.take(&state.half);
             is_single = false;
         }
-        let SolverState {
-            half,
-            full,
-            p,
-            sideways,
-            ..
-        } = state;
         let is_first = is_cold && round == 1;
-        if let Some(sideways) = sideways {
+        if let Some(sideways) = &mut state.sideways {
             sideways.is_late = round > if is_cold { EARLY_COLD } else { EARLY_WARM };
         }
-        let seen = if is_single {
-            half.conductances(p, sideways.as_mut(), is_first)
-        } else {
-            full.conductances(p, sideways.as_mut(), is_first)
-        };
+        let seen = state.conductances(is_single, is_first);
         let Some((largest, change)) = seen else {
             return stalled;
         };
@@ -78,24 +67,14 @@ pub(super) fn run(state: &mut SolverState, accuracy: Accuracy, part: f64) -> Out
             state.warm = false;
             return run(state, accuracy, part);
         }
-        let is_back = course.has_grown(change)
-            && if is_single {
-                half.retreat()
-            } else {
-                full.retreat()
-            };
-        if is_back {
+        if course.has_grown(change) && state.retreat(is_single) {
             continue;
         }
         if course.ends(round, change, is_single) {
             state.finish(is_single);
             return Outcome::new(Stop::Converged, round, change);
         }
-        if is_single {
-            half.advance(sideways.as_ref(), part);
-        } else {
-            full.advance(sideways.as_ref(), part);
-        }
+        state.advance(is_single, part);
     }
     state.finish(is_single);
     Outcome::new(Stop::IterationLimit, MAX_ROUNDS, course.last_change)

@@ -157,6 +157,36 @@ impl SolverState {
         }
     }
 
+    /// G from the unknowns, in single precision or not: the largest conductance and the largest change of one; nothing where a row's
+    /// denominator is not positive.
+    pub(super) fn conductances(&mut self, is_single: bool, is_first: bool) -> Option<(f64, f64)> {
+        let sideways = self.sideways.as_mut();
+        if is_single {
+            self.half.conductances(&self.p, sideways, is_first)
+        } else {
+            self.full.conductances(&self.p, sideways, is_first)
+        }
+    }
+
+    /// Takes back what mixing made of the last step. False where it made nothing.
+    pub(super) fn retreat(&mut self, is_single: bool) -> bool {
+        if is_single {
+            self.half.retreat()
+        } else {
+            self.full.retreat()
+        }
+    }
+
+    /// Goes `part` of the way to the next unknowns.
+    pub(super) fn advance(&mut self, is_single: bool, part: f64) {
+        let sideways = self.sideways.as_ref();
+        if is_single {
+            self.half.advance(sideways, part);
+        } else {
+            self.full.advance(sideways, part);
+        }
+    }
+
     /// The answer in double precision, and what the next frame starts from.
     pub(super) fn finish(&mut self, is_single: bool) {
         if is_single {
