@@ -44,3 +44,31 @@ fn shares(sensor: &Sensor, evidence: &Evidence) -> Result<Vec<f64>, Error> {
     }
     Ok(shares)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensor::preset;
+    use crate::simulate::{VirtualSensor, labelled_presses, uniform_levels};
+
+    #[test]
+    fn even_loads_that_are_read_otherwise_than_they_weigh_are_told() {
+        for name in ["mat-32x32-adg732", "mat-16x16-cd4067"] {
+            let sensor = preset(name).unwrap();
+            let real = VirtualSensor::new(&sensor, 1).unwrap();
+            let mut data = labelled_presses(&real, 10);
+            data.uniform = uniform_levels(&real, &[50.0, 150.0, 300.0], 1);
+            let evidence = Evidence::new(&sensor, &data).unwrap();
+            assert_eq!(doubt(&sensor, &evidence), None);
+            for (weighs, words) in [(1.1, "9 % too light"), (0.9, "11 % too heavy")] {
+                let mut stated = data.clone();
+                for (_, load_g) in &mut stated.uniform {
+                    *load_g *= weighs;
+                }
+                let evidence = Evidence::new(&sensor, &stated).unwrap();
+                let found = doubt(&sensor, &evidence).expect("a doubt");
+                assert!(found.contains(words), "{name}: {found}");
+            }
+        }
+    }
+}

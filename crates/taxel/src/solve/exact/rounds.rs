@@ -30,7 +30,8 @@ const NOTHING: f64 = 10.0;
 const LATE: u32 = 12;
 const STALLED: f64 = 0.3;
 
-/// In so many rounds a sheet's couplings have come near to where they lead, from nothing and from those of the frame before.
+/// In so many rounds a sheet's couplings have come near to where they lead, from nothing and from those of the frame before: near enough for
+/// single precision.
 const EARLY_COLD: u32 = 3;
 const EARLY_WARM: u32 = 2;
 
@@ -52,7 +53,8 @@ pub(super) fn run(state: &mut SolverState, accuracy: Accuracy, part: f64) -> Out
         }
         let is_first = is_cold && round == 1;
         if let Some(sideways) = &mut state.sideways {
-            sideways.is_late = round > if is_cold { EARLY_COLD } else { EARLY_WARM };
+            let early = if is_cold { EARLY_COLD } else { EARLY_WARM };
+            sideways.is_late = is_single && round > early;
         }
         let seen = state.conductances(is_single, is_first);
         let Some((largest, change)) = seen else {
