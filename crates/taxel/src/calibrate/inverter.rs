@@ -7,7 +7,7 @@ use crate::solve::{Best, DiodeState, ExactStart, ExactState, NewtonState};
 use crate::{Counts, Frame, Sensor, Siemens, Volts};
 
 /// Accuracy of inversions while fitting, of the largest conductance: derivatives by differences need it.
-const TOLERANCE: f64 = 1e-7;
+const TOLERANCE: f64 = 1e-9;
 /// Rounds of Newton's method, and restarts in each, after which a frame is taken to have no answer with a circuit that
 /// the fit tries: those that have one seldom take more, and a fit does without a fifth of its frames.
 const LIMITS: (u32, usize) = (20, 2);
