@@ -27,6 +27,7 @@ NUMBERS = (
     "peak_frame",
     "mean_force_n",
     "mean_force_half_width_n",
+    "tare_n",
     "peak_area_mm2",
     "mean_area_mm2",
     "measured_share",
