@@ -308,12 +308,31 @@ impl PressWatch {
 
     /// What presses one taxel more than the others; `None` where nothing does.
     pub(super) fn pressing(&self) -> Option<Pressing> {
+        let noise = self.baseline.as_ref()?.noise;
+        self.standing(noise, Self::most_risen, |taxel, before| taxel == before)
+    }
+
+    /// A load on all taxels; `None` where there is none. Which of them rises most may change.
+    pub(super) fn loaded_evenly(&self) -> Option<Pressing> {
+        let noise = self.baseline.as_ref()?.noise_of_all;
+        self.standing(noise, Self::risen_evenly, |_, _| true)
+    }
+
+    /// What presses in the newest block, and for how many blocks the same has: a taxel and a rise by `look`, which changes by no more
+    /// than what stands may.
+    fn standing(
+        &self,
+        noise: f64,
+        look: impl Fn(&Self, &Block) -> Option<(usize, f64)>,
+        is_same: impl Fn(usize, usize) -> bool,
+    ) -> Option<Pressing> {
         let blocks: Vec<&Block> = self.newest(STANDING).collect();
         let newest = blocks.last()?;
-        let (taxel, rise) = self.most_risen(newest)?;
+        let (taxel, rise) = look(self, newest)?;
+        let wobble = (STEADY * rise).max(4.0 * noise);
         let same = blocks.iter().rev().skip(1).take_while(|block| {
-            let before = self.most_risen(block);
-            before.is_some_and(|(at, by)| at == taxel && (by - rise).abs() <= self.wobble(rise))
+            let before = look(self, block);
+            before.is_some_and(|(at, by)| is_same(taxel, at) && (by - rise).abs() <= wobble)
         });
         Some(Pressing {
             row: taxel / self.columns,
@@ -322,52 +341,24 @@ impl PressWatch {
             standing: (1 + same.count()) as f64 / STANDING as f64,
             is_saturated: newest.highest[taxel] >= CEILING * self.max_count,
         })
-    }
-
-    /// How much a press that stands may change, siemens.
-    fn wobble(&self, rise: f64) -> f64 {
-        let noise = self.baseline.as_ref().map_or(0.0, |b| b.noise);
-        (STEADY * rise).max(4.0 * noise)
     }
 
     /// The taxel that rose most, where that is a press.
     fn most_risen(&self, block: &Block) -> Option<(usize, f64)> {
-        let rises = self.rises(block)?.into_iter().enumerate();
-        let (taxel, rise) = rises.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let (taxel, rise) = most(&self.rises(block)?)?;
         (rise > self.least_rise()).then_some((taxel, rise))
     }
 
-    /// A load on all taxels; `None` where there is none.
-    pub(super) fn loaded_evenly(&self) -> Option<Pressing> {
-        let noise = self.baseline.as_ref()?.noise_of_all;
-        let blocks: Vec<&Block> = self.newest(STANDING).collect();
-        let newest = blocks.last()?;
-        let rise = self.even_rise(newest)?;
-        let wobble = (STEADY * rise).max(4.0 * noise);
-        let same = blocks.iter().rev().skip(1).take_while(|block| {
-            let before = self.even_rise(block);
-            before.is_some_and(|before| (before - rise).abs() <= wobble)
-        });
-        let rises = self.rises(newest)?.into_iter().enumerate();
-        let (taxel, _) = rises.max_by(|a, b| a.1.total_cmp(&b.1))?;
-        Some(Pressing {
-            row: taxel / self.columns,
-            column: taxel % self.columns,
-            rise,
-            standing: (1 + same.count()) as f64 / STANDING as f64,
-            is_saturated: newest.highest[taxel] >= CEILING * self.max_count,
-        })
-    }
-
-    /// By how much all taxels rose on average, siemens, where that is a load on all of them.
-    fn even_rise(&self, block: &Block) -> Option<f64> {
+    /// The taxel that rose most, and by how much all rose on average, siemens, where that is a load on all of them.
+    fn risen_evenly(&self, block: &Block) -> Option<(usize, f64)> {
         let rises = self.rises(block)?;
         let mean = self.mean_of_all(&rises);
         let noise = self.baseline.as_ref()?.noise_of_all;
         let seen = || rises.iter().zip(&self.blind).filter(|(_, blind)| !**blind);
         let risen = seen().filter(|(rise, _)| **rise > 0.5 * mean).count();
         let is_even = risen as f64 >= EVEN * seen().count() as f64;
-        (is_even && mean > ABOVE_NOISE * noise).then_some(mean)
+        let (taxel, _) = most(&rises)?;
+        (is_even && mean > ABOVE_NOISE * noise).then_some((taxel, mean))
     }
 
     /// The mean of the frames since it was told to look anew: 0 to 1, how many of those needed are there, and at 1 the frame.
@@ -440,6 +431,12 @@ fn blind_of(sensor: &Sensor, lines: &BadLines) -> Vec<bool> {
             || lines.columns.contains(&(taxel % columns))
     };
     (0..sensor.taxels()).map(is_blind).collect()
+}
+
+/// The largest of these, and where it stands.
+fn most(rises: &[f64]) -> Option<(usize, f64)> {
+    let each = rises.iter().copied().enumerate();
+    each.max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 fn mean_of(blocks: &[&Block]) -> Block {
