@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use taxel::frame::newtons_from_grams;
-use taxel::metric::FrameFigures;
+use taxel::metric::{CONTACT_NEWTONS, FrameFigures};
 use taxel::pipeline::Pipeline;
 use taxel::sensor::{Geometry, PerLine, Rings, Sensor, UncertaintySpec, preset};
 use taxel::simulate::{Grams, Pattern, VirtualSensor};
@@ -94,6 +94,37 @@ fn the_noise_of_a_figure_is_the_scatter_of_many_frames() {
                 assert!((least..1.25).contains(&ratio), "{}: {ratio}", sensor.name());
             }
         }
+    }
+}
+
+#[test]
+fn where_lines_float_the_true_contact_area_is_within_its_interval() {
+    // The first has 10 bits: noise goes from taxel to taxel, and lifts unloaded ones over the threshold.
+    for (name, most_exact) in [("mat-16x16-cd4067", 2), ("mat-32x32-adg732", 24)] {
+        let sensor = sensor(name, (16, 16), 0.7);
+        let (mut within, mut exact) = (0, 0);
+        for seed in 1..=24 {
+            let loads = blobs(&sensor, seed);
+            let drawn = VirtualSensor::new(&sensor, seed).unwrap();
+            let read = read(&sensor, &drawn, &loads, 0);
+            let touched = loads.values().iter().zip(read.loads.marks());
+            let touched = touched
+                .filter(|(grams, mark)| {
+                    mark.is_measured() && newtons_from_grams(**grams) > CONTACT_NEWTONS
+                })
+                .count();
+            let truth = touched as f64 * sensor.cell_mm2(0);
+            let (area, error) = (read.figures.contact_area_mm2, read.errors.contact_area_mm2);
+            println!(
+                "{name} {seed}: true {truth:.0}, {area:.0} ± {:.0} mm2",
+                error.half_width_95
+            );
+            within += usize::from((area - truth).abs() <= error.half_width_95);
+            exact += usize::from(area == truth);
+        }
+        println!("{name}: {within} of 24 within, {exact} exact");
+        assert!(within >= 22, "{name}: {within} of 24");
+        assert!(exact <= most_exact, "{name}: {exact} need no interval");
     }
 }
 

@@ -14,6 +14,8 @@ use crate::{Frame, Sensor, Siemens};
 
 /// Frames that are inverted in one go.
 const BATCH: usize = 8;
+/// Inversions remembered: of a model, and of as many unknowns by which it is differentiated.
+const KEPT: usize = 16;
 /// Unloaded taxels looked at in each frame.
 pub(super) const GHOSTS: usize = 120;
 
@@ -204,7 +206,7 @@ impl<'a> Evaluator<'a> {
         } else {
             super::least_squares::median(&quiet) + self.g_zero_shift
         };
-        if self.kept.len() >= 3 {
+        if self.kept.len() >= KEPT {
             self.kept.remove(0);
         }
         self.kept.push(Inverted {

@@ -8,6 +8,8 @@
 //! with the derivative of each kind of evidence by every unknown; their covariance is that of such estimating equations,
 //! A⁻¹ B A⁻ᵀ (Huber 1967).
 
+mod held_out;
+
 use super::equations::{covariance, equations, solve, told_by};
 use super::evaluate::{Evaluator, PressEstimate};
 use super::least_squares::weights;
@@ -442,53 +444,5 @@ impl Together {
             .map(|(r, (own, common))| r * own / common)
             .collect();
         weights(&scaled, HUBER).1
-    }
-
-    /// What held-out presses are read as: the unknowns are fitted anew without each fold and judged on it. Presses of one
-    /// frame stay together. Nothing where one of them has no solution.
-    pub(super) fn held_out(
-        &self,
-        evaluator: &mut Evaluator,
-        folds: usize,
-    ) -> Option<Vec<PressEstimate>> {
-        let presses = evaluator.evidence.presses.clone();
-        let folds = folds.clamp(2, presses.len());
-        let mut found: Vec<Option<PressEstimate>> = vec![None; presses.len()];
-        for fold in 0..folds {
-            let held = |i: usize| presses[i].frame % folds == fold;
-            // Only the held-out frames need another inversion.
-            let which: Vec<usize> = (0..presses.len()).filter(|&i| held(i)).collect();
-            let model = self.without(held)?;
-            let part = evaluator.evidence.part(&which);
-            let mut tester = evaluator.part(&part, &which, &self.model)?;
-            let estimates = tester.estimates(&model);
-            evaluator.take_back(&which, tester);
-            for (&i, estimate) in which.iter().zip(estimates?) {
-                found[i] = Some(estimate);
-            }
-        }
-        found.into_iter().collect()
-    }
-
-    /// The model as it would be without the presses that `held` names: one step from the common answer, where the problem is
-    /// all but linear. Nothing where they leave none.
-    pub(super) fn without(&self, held: impl Fn(usize) -> bool) -> Option<Model> {
-        let step = |keep: &dyn Fn(usize, usize) -> bool| {
-            let at = (&self.model, self.unknowns.as_slice());
-            newton_step(at, &self.hears, &self.point, &self.slopes, keep)
-        };
-        let without = step(&|kind, i| !held(self.point.owners[kind][i]))?;
-        // What all evidence together would still move is no matter of these presses.
-        let with = step(&|_, _| true)?;
-        let step: Vec<f64> = without.iter().zip(&with).map(|(a, b)| a - b).collect();
-        let length = longest(&self.unknowns, &step);
-        let mut model = self.model.clone();
-        for (&unknown, step) in self.unknowns.iter().zip(&step) {
-            // Where no sensor has that value, as near to it as one has.
-            let value = self.model.get(unknown);
-            let mut parts = (0..5).map(|halvings| length * 0.5f64.powi(halvings));
-            parts.find_map(|part| model.set(unknown, value + part * step));
-        }
-        Some(model)
     }
 }

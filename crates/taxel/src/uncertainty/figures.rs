@@ -3,6 +3,7 @@
 //! Errors of taxels hang together: noise through the lines, the fit through the scale, the model through what a frame shares.
 //! So each figure is taken for what it is, a sum of loads with weights, and its errors are found for the whole of it.
 
+mod area;
 mod grip;
 
 use super::beside::Beside;
@@ -192,7 +193,7 @@ impl FigureErrors {
             total_force_newtons: self.total(loads),
             grip_newtons,
             grip_direction,
-            contact_area_mm2: self.area(loads),
+            contact_area_mm2: self.area(siemens, loads),
             centre_mm: self.centre(loads),
         }
     }
@@ -372,30 +373,6 @@ impl FigureErrors {
         figure
     }
 
-    /// A taxel is touched or not with the probability that its error leaves; what the frame shares moves all of them over
-    /// the threshold together, those beside a heavy one by a little of its load.
-    fn area(&mut self, loads: &Frame<Newtons>) -> FigureError {
-        let fit_share = self.beyond.map_or(0.0, |beyond| beyond.fit_share);
-        let (share, floor) = self.shared();
-        let (mut noise, mut all) = (0.0, 0.0);
-        let (mut by_fit, mut by_model) = (0.0, 0.0);
-        let near = self.beside.of(loads.values());
-        for (taxel, (&load, mark)) in loads.values().iter().zip(loads.marks()).enumerate() {
-            if !is_usable(*mark) {
-                continue;
-            }
-            let cell = self.sensor.cell_mm2(taxel);
-            let above = load - self.threshold_newtons;
-            noise += cell.powi(2) * doubt(above, self.noise[taxel]);
-            all += cell.powi(2) * doubt(above, self.noise[taxel].hypot(self.own[taxel]));
-            let moves = |by: f64| cell * f64::from(u8::from(above.abs() <= by)) / 2.0;
-            by_fit += moves(fit_share * load.abs());
-            by_model += moves((share * load.abs().max(near[taxel])).hypot(floor));
-        }
-        let model = (all - noise).max(0.0).sqrt().hypot(by_model);
-        self.figure(noise.sqrt(), by_fit, model)
-    }
-
     fn touched(&self, loads: &Frame<Newtons>, taxel: usize) -> Option<f64> {
         let load = loads.values()[taxel];
         let is_touched = is_usable(loads.marks()[taxel]) && load > self.threshold_newtons;
@@ -439,18 +416,6 @@ impl FigureErrors {
 
 /// Relative residual at which a solve with the adjoint ends: errors need two digits.
 const TOLERANCE: f64 = 1e-3;
-
-/// Variance of whether a taxel is over a threshold that it is `above` with a standard error.
-fn doubt(above: f64, error: f64) -> f64 {
-    // Beyond five standard errors there is none.
-    if above.abs() >= 5.0 * error {
-        return 0.0;
-    }
-    // The normal distribution to 1.4e-4 (Page 1977).
-    let z = above / error;
-    let p = 1.0 / (1.0 + (-z * (1.5976 + 0.070_565 * z * z)).exp());
-    p * (1.0 - p)
-}
 
 /// What the loads around a repaired taxel differ from what it was given by, newtons: as wrong may that be.
 fn scatter_around(loads: &Frame<Newtons>, taxel: usize) -> f64 {
