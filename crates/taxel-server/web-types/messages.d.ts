@@ -289,6 +289,8 @@ declare namespace Wire {
   interface BadLines {
     rows: number[];
     columns: number[];
+    suspect_rows: number[];
+    suspect_columns: number[];
   }
 
   interface Event {

@@ -130,10 +130,15 @@ impl Watch {
             ));
         }
         let bad = session.bad_lines();
-        for (what, lines) in [("rows", &bad.rows), ("columns", &bad.columns)] {
+        for (what, lines) in [
+            ("rows dead or flickering", &bad.rows),
+            ("columns dead or flickering", &bad.columns),
+            ("rows that may be dead", &bad.suspect_rows),
+            ("columns that may be dead", &bad.suspect_columns),
+        ] {
             if !lines.is_empty() {
                 let listed: Vec<String> = lines.iter().map(usize::to_string).collect();
-                warnings.push(format!("{what} dead or flickering: {}", listed.join(", ")));
+                warnings.push(format!("{what}: {}", listed.join(", ")));
             }
         }
         if let Some(newtons) = self.total_newtons().filter(|_| is_free)

@@ -37,6 +37,7 @@ mod rewritten;
 mod run;
 mod selftest;
 mod simulate;
+mod suspect_lines;
 mod tables;
 mod threads;
 mod totals;

@@ -109,7 +109,7 @@ fn busy_state() -> State {
             ("r_mux_row_ohms".to_owned(), 10.0),
         ]
         .into(),
-        bad_lines: BadLines::new(vec![1], vec![0, 2]),
+        bad_lines: BadLines::new(vec![1], vec![0, 2]).with_suspects(Vec::new(), vec![7]),
         grip: None,
         calibration: None,
     }

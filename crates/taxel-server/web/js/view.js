@@ -22,7 +22,7 @@ import { MICROSIEMENS, unitOf } from "./units.js";
  */
 
 /** @type {Wire.BadLines} */
-export const NO_LINES = { rows: [], columns: [] };
+export const NO_LINES = { rows: [], columns: [], suspect_rows: [], suspect_columns: [] };
 
 /** @returns {ViewValues} */
 const atFirst = () => ({

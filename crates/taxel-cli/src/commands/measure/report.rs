@@ -8,7 +8,7 @@ use taxel::frame::grams_from_newtons;
 use taxel_plot::report::{Cell, Table};
 
 use super::Args;
-use crate::doubts::{area_beyond_cell, doubts};
+use crate::doubts::{area_beyond_cell, doubts, tell_faulty_lines};
 use crate::out;
 use taxel_app::conversion::tally::{NamedFrame, Tally};
 use taxel_app::exported::NOISE_ALONE;
@@ -86,9 +86,7 @@ impl<'a> Report<'a> {
 
     /// Says what a reader of the numbers has to know.
     pub(super) fn tell(&self) {
-        for line in self.faulty_lines {
-            out::note(&format!("faulty line: {}", line.text));
-        }
+        tell_faulty_lines(self.faulty_lines);
         for NamedFrame { frame, why, .. } in &self.tally.skipped {
             out::warn(&format!("frame {frame} left out: {why}"));
         }
