@@ -241,7 +241,10 @@ impl LineScreen {
         ] {
             for (index, tally) in tallies.iter().enumerate() {
                 let fault = self.fault_of(axis, index, tally);
-                faults.extend(fault.or_else(|| tally.silence.fault(axis, index, &self.options)));
+                faults.extend(fault.or_else(|| {
+                    let silence = &tally.silence;
+                    silence.fault(axis, index, self.level, &self.options)
+                }));
             }
             faults.extend(
                 pairs

@@ -1,17 +1,34 @@
 //! Lines that may be dead: they read nothing at all, though the lines on both sides of them are loaded.
 //!
 //! Where an unloaded taxel reads next to nothing, a dead line under a load looks as a gap does that is as wide as one line, between
-//! two feet, say. A line along nearly all of which a load was vouched for is dead ([`super::LineScreen`]); of one under a part of
-//! which a load lay, only who built the mat can tell. So it is named, and nothing is marked.
+//! two feet, say. A line along nearly all of which a load was vouched for is dead ([`super::LineScreen`]). Of one under a part of
+//! which a load lay, the loads beside it tell something: those of two fingers fall off towards the gap between them on both sides, those
+//! of one contact that a dead line cuts do so on one side at the most. Two flat things with a gap between them tell nothing: only who
+//! built the mat can. So the line is named, and nothing is marked.
+//!
+//! Where unloaded taxels read a little, the readings of the line together tell: one that reads as unloaded ones do is sound, and one
+//! that reads far less is dead.
 
 use super::line_state::{LineVerdict, is_there};
 use super::tally::Looked;
-use super::{Axis, LineFault, LineFaultKind, ScreenOptions};
+use super::{Axis, Level, LineFault, LineFaultKind, ScreenOptions};
 
 /// Places at which both sides are loaded before a frame tells of a line: a contact, and no stray reading.
-const MIN_PLACES: u64 = 3;
+const MIN_PLACES: u64 = 2;
 /// Silent readings, over a recording, before a line is suspect.
-const MIN_SILENT: u64 = 8;
+const MIN_SILENT: u64 = 24;
+/// Share of the places at which the loads fall off towards the line on both sides, below which it may cut a contact. Simulated mats of
+/// 16 and 32 lines a side: at most 0.13 across a dead line (0.49 where lines are left open), 0.59 to 1 across gaps between fingers.
+const MAX_GAP_SHARE: f64 = 0.5;
+/// What unloaded taxels read is told from nothing by the mean of a line from so many of its standard deviations on …
+const TOLD_SIGMAS: f64 = 6.0;
+/// … and from this on, counts, with twice what noise that is cut off at 0 leaves of itself: 0.4 standard deviations.
+const TOLD_COUNTS: f64 = 0.5;
+const CUT_OFF_MEAN: f64 = 0.4;
+/// From so many counts on every single reading tells, and a line that reads less than this share of it is dead: between loads it is
+/// silent, and without one it has fallen.
+const FALLEN_COUNTS: f64 = 2.0;
+const FALLEN_SHARE: f64 = 0.25;
 /// Silent readings for each that answers: a line that is touched now and then is sound, one that catches a spike is not.
 const SILENT_FOR_EACH_ANSWER: u64 = 100;
 
@@ -21,6 +38,8 @@ pub(super) struct Look {
     /// Places at which both sides are loaded, and those of them at which the line is silent.
     places: u64,
     silent: u64,
+    /// Places at which the loads fall off towards the line, on both sides.
+    gaps: u64,
     /// Sums over these places, counts.
     own_sum: f64,
     beside_sum: f64,
@@ -48,35 +67,68 @@ impl Silence {
         self.silent_frames += u64::from(is_silent);
         self.sums.places += look.places;
         self.sums.silent += look.silent;
+        self.sums.gaps += look.gaps;
         self.sums.own_sum += look.own_sum;
         self.sums.beside_sum += look.beside_sum;
     }
 
-    /// Whether the line is suspect, with the evidence.
+    /// Whether the line is suspect, or dead, with the evidence.
     pub(super) fn fault(
         &self,
         axis: Axis,
         index: usize,
+        level: Option<Level>,
         options: &ScreenOptions,
     ) -> Option<LineFault> {
         let Look {
             places,
             silent,
+            gaps,
             own_sum,
             beside_sum,
         } = self.sums;
         let is_suspect = silent >= MIN_SILENT
             && self.silent_frames as f64 >= options.dead_share * self.frames as f64
+            && (gaps as f64) < MAX_GAP_SHARE * places as f64
             && SILENT_FOR_EACH_ANSWER * self.answers <= silent;
-        is_suspect.then(|| LineFault {
+        let own = own_sum / places.max(1) as f64;
+        let kind = kind_of(own, places, level, options).filter(|_| is_suspect)?;
+        Some(LineFault {
             axis,
             index,
-            kind: LineFaultKind::Suspect,
+            kind,
             faulty: self.silent_frames,
             tested: self.frames,
-            median_counts: own_sum / places as f64,
+            median_counts: own,
             next_to: beside_sum / places as f64,
         })
+    }
+}
+
+/// What a silent line is that reads so many counts in the mean of so many places: nothing but unloaded, dead, or either.
+fn kind_of(
+    own: f64,
+    places: u64,
+    level: Option<Level>,
+    options: &ScreenOptions,
+) -> Option<LineFaultKind> {
+    let Some(level) = level else {
+        return Some(LineFaultKind::Suspect);
+    };
+    let unloaded = if options.floating {
+        let least = options.unloaded_counts.unwrap_or(0.0);
+        least.min(level.baseline_counts)
+    } else {
+        level.baseline_counts
+    };
+    let noise = level.noise_counts;
+    let told = unloaded > TOLD_SIGMAS * noise / (places as f64).sqrt()
+        && unloaded > TOLD_COUNTS + 2.0 * CUT_OFF_MEAN * noise;
+    let has_fallen = unloaded > FALLEN_COUNTS.max(TOLD_SIGMAS * noise);
+    if has_fallen && own < FALLEN_SHARE * unloaded {
+        Some(LineFaultKind::Dead)
+    } else {
+        (!told || own < unloaded / 2.0).then_some(LineFaultKind::Suspect)
     }
 }
 
@@ -117,15 +169,24 @@ fn between(looked: &Looked, line: usize, [before, after]: [usize; 2]) -> Look {
     } = looked;
     // A reading below the floor may be as much as that.
     let least = options.floor_count.unwrap_or(f64::NEG_INFINITY);
-    let sides = lines.of_line(before).iter().zip(lines.of_line(after));
+    let beyond = [
+        before.checked_sub(1),
+        Some(after + 1).filter(|&next| next < lines.count),
+    ];
+    let beyond = beyond.map(|beyond| beyond.map(|line| lines.of_line(line)));
+    let sides = [lines.of_line(before), lines.of_line(after)];
     let mut look = Look::default();
-    for (&own, (&before, &after)) in lines.of_line(line).iter().zip(sides) {
-        let load = before.min(after);
+    for (place, &own) in lines.of_line(line).iter().enumerate() {
+        let load = sides[0][place].min(sides[1][place]);
         if !is_there(own) || load <= thresholds.really_loaded || load >= thresholds.ceiling {
             continue;
         }
         look.places += 1;
         look.silent += u64::from(own.max(least) <= thresholds.silence(load, options));
+        let falls_off = |(near, far): (&&[f64], &Option<&[f64]>)| {
+            far.is_some_and(|far| far[place] > near[place])
+        };
+        look.gaps += u64::from(sides.iter().zip(&beyond).all(falls_off));
         look.own_sum += own;
         look.beside_sum += load;
     }

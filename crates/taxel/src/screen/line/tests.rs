@@ -4,6 +4,7 @@ use rand_chacha::ChaCha8Rng;
 use super::*;
 use crate::Mark;
 use crate::screen::{FrameScreen, ScreenReport};
+use crate::sensor::ScreenSpec;
 
 const FULL: f64 = 65_535.0;
 const ROWS: usize = 24;
@@ -204,6 +205,32 @@ fn a_line_that_reads_nothing_between_loads_is_suspect_where_too_little_vouches_f
 }
 
 #[test]
+fn where_unloaded_taxels_read_a_little_a_gap_reads_that_and_a_dead_line_less() {
+    let plates = |r: usize, c: usize, v: f64| {
+        let is_on = (6..18).contains(&r) && (8..22).contains(&c) && c != 14;
+        v + if is_on { 5000.0 } else { 0.0 }
+    };
+    let array = Array {
+        baseline: 4.0,
+        sigma: 0.3,
+        blobs: 0,
+        ..SOUND
+    };
+    for seed in 0..5 {
+        let gap = faults(array, seed, 20, |_, r, c, v| plates(r, c, v));
+        assert!(gap.is_empty(), "seed {seed}: {gap:?}");
+        let dead = |r, c, v| if c == 14 { 0.0 } else { plates(r, c, v) };
+        let dead = faults(array, seed, 20, |_, r, c, v| dead(r, c, v));
+        assert_eq!(kinds(&dead), [(Axis::Column, 14, DEAD)], "seed {seed}");
+        assert!(
+            dead.faults[0]
+                .to_string()
+                .starts_with("column 14 is dead: ")
+        );
+    }
+}
+
+#[test]
 fn a_gap_between_two_loads_is_at_most_suspect_and_a_line_that_is_ever_touched_is_sound() {
     // Two plates with a gap of one column between them, or of three.
     let plate = |c: usize| {
@@ -225,7 +252,12 @@ fn a_gap_between_two_loads_is_at_most_suspect_and_a_line_that_is_ever_touched_is
         let wide = |c| if (13..16).contains(&c) { 0.0 } else { plate(c) };
         let wide = faults(array, seed, 30, |_, r, c, _| on(r, wide(c)));
         assert!(wide.is_empty(), "seed {seed}: {wide:?}");
-        // A finger in the gap, once.
+        // Two fingers that are round: what they press falls off towards the gap.
+        let round =
+            |c: usize| 5000.0 * (1.0 - (c.abs_diff(11).min(c.abs_diff(17)) as f64 / 3.0).powi(2));
+        let fingers = faults(array, seed, 30, |_, r, c, _| on(r, round(c).max(0.0)));
+        assert!(fingers.is_empty(), "seed {seed}: {fingers:?}");
+        // Something in the gap, once.
         let finger = |t, c| if t == 12 && c == 14 { 3000.0 } else { plate(c) };
         let touched = faults(array, seed, 30, |t, r, c, _| on(r, finger(t, c)));
         assert!(touched.is_empty(), "seed {seed}: {touched:?}");
