@@ -10,6 +10,7 @@ use taxel_acquire::transport::{Receiver, State};
 use taxel_io::{FrameSource, McapReader, ReadOptions, exports, open_counts, shape_of};
 use taxel_server::DeviceState;
 
+use super::curve::Recorded;
 use super::source::FrameSink;
 use crate::carry::USUAL_RATE;
 use crate::error::Error;
@@ -31,7 +32,7 @@ pub(super) struct PlaybackRequest {
 }
 
 /// A recording with an index of its times, or one that is read from its beginning on.
-enum PlaybackSource {
+pub(super) enum PlaybackSource {
     Timed(Box<McapReader>),
     Plain {
         frames: Box<dyn FrameSource + Send>,
@@ -71,7 +72,11 @@ struct Showing {
     shown_one: bool,
 }
 
-fn open(path: &Path, options: ReadOptions) -> Result<PlaybackSource, Error> {
+/// A recording, from its beginning on.
+///
+/// # Errors
+/// One that cannot be read.
+pub(super) fn open(path: &Path, options: ReadOptions) -> Result<PlaybackSource, Error> {
     let timed = is_mcap(path);
     Ok(if timed {
         PlaybackSource::Timed(Box::new(McapReader::open(path, options)?))
@@ -81,6 +86,31 @@ fn open(path: &Path, options: ReadOptions) -> Result<PlaybackSource, Error> {
             at: 0,
         }
     })
+}
+
+impl PlaybackSource {
+    /// The next frame, and its second.
+    pub(super) fn next(&mut self, frame: &mut Frame<Counts>) -> Result<Option<f64>, Error> {
+        Ok(match self {
+            PlaybackSource::Timed(reader) => reader
+                .next_into(frame)?
+                .then(|| frame.time_secs.unwrap_or_default()),
+            PlaybackSource::Plain { frames, at } => frames.next_into(frame)?.then(|| {
+                let secs = second_of(frame, *at);
+                *at += 1;
+                frame.time_secs = Some(secs);
+                secs
+            }),
+        })
+    }
+
+    /// What was taken off the frame that was read last, when it was recorded.
+    pub(super) fn tare(&self) -> Option<&taxel_io::Tare> {
+        match self {
+            PlaybackSource::Timed(reader) => reader.tare().filter(|tare| !tare.is_undone()),
+            PlaybackSource::Plain { .. } => None,
+        }
+    }
 }
 
 /// Seconds of all frames, where they know them, and how long it is in seconds and frames.
@@ -155,6 +185,16 @@ impl Player {
 
     pub(super) fn play(&self) -> Arc<Mutex<PlaybackRequest>> {
         self.play.clone()
+    }
+
+    /// The recording as it is read once more beside; `None` where nobody knows how long it is.
+    pub(super) fn recorded(&self) -> Option<Recorded> {
+        let (_, frames) = self.extent?;
+        Some(Recorded {
+            path: self.path.clone(),
+            options: self.options,
+            frames,
+        })
     }
 
     fn requested(&self) -> PlaybackRequest {
@@ -242,7 +282,7 @@ impl Player {
         mut requested: PlaybackRequest,
         sink: &mut FrameSink,
     ) -> bool {
-        let why = match self.next(&mut showing.frame) {
+        let why = match self.source.next(&mut showing.frame) {
             Ok(at) => {
                 showing.read = at;
                 format!("{} has ended", showing.name)
@@ -328,11 +368,11 @@ impl Player {
 
     /// What was taken off the frame shown next, when it was recorded.
     fn tell_tare(&self, sink: &mut FrameSink) {
-        let PlaybackSource::Timed(reader) = &self.source else {
+        if let PlaybackSource::Plain { .. } = &self.source {
             return;
-        };
+        }
         let known = sink.tare.as_ref().and_then(Option::as_deref);
-        let tare = reader.tare().filter(|tare| !tare.is_undone());
+        let tare = self.source.tare();
         if sink.tare.is_none() || known != tare {
             sink.tare = Some(tare.cloned().map(Arc::new));
         }
@@ -344,21 +384,6 @@ impl Player {
             PlaybackSource::Plain { frames, .. } => frames.skipped(),
         };
         skipped as u64
-    }
-
-    /// The next frame, and its second.
-    fn next(&mut self, frame: &mut Frame<Counts>) -> Result<Option<f64>, Error> {
-        Ok(match &mut self.source {
-            PlaybackSource::Timed(reader) => reader
-                .next_into(frame)?
-                .then(|| frame.time_secs.unwrap_or_default()),
-            PlaybackSource::Plain { frames, at } => frames.next_into(frame)?.then(|| {
-                let secs = second_of(frame, *at);
-                *at += 1;
-                frame.time_secs = Some(secs);
-                secs
-            }),
-        })
     }
 
     /// By the index where there is one; else from the beginning on, frame by frame.
@@ -375,7 +400,7 @@ impl Player {
             None => (to * USUAL_RATE) as usize,
         };
         for _ in 0..before {
-            if self.next(&mut frame)?.is_none() {
+            if self.source.next(&mut frame)?.is_none() {
                 break;
             }
         }
