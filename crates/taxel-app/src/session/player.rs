@@ -15,6 +15,7 @@ use super::source::FrameSink;
 use crate::carry::USUAL_RATE;
 use crate::error::Error;
 use crate::frames::is_mcap;
+use crate::simulated::simulated_caption;
 
 /// Recorded seconds without a frame that are waited for; more is a clock that jumped.
 const MAX_GAP: f64 = 10.0;
@@ -207,7 +208,8 @@ impl Player {
     /// Plays until it is stopped; without viewers until the recording ends.
     pub(super) fn run(mut self, sink: &mut FrameSink) {
         let holds = sink.server.is_some();
-        let name = self.path.display().to_string();
+        let mut name = self.path.display().to_string();
+        name += &simulated_caption(&self.path);
         sink.state(State::Live, &format!("playing {name}"));
         if !self.requested().playing {
             set_word(sink, false, &name);
