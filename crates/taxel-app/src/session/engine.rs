@@ -399,11 +399,11 @@ impl Engine {
 }
 
 /// By a load law, or by a model, which needs none.
-fn gives_loads(sensor: &Sensor, method: &MethodName) -> bool {
+pub(super) fn gives_loads(sensor: &Sensor, method: &MethodName) -> bool {
     sensor.material().is_some() || method.is_model()
 }
 
-fn exact_name(pipeline: &Pipeline, method: &MethodName) -> String {
+pub(super) fn exact_name(pipeline: &Pipeline, method: &MethodName) -> String {
     match method {
         MethodName::Auto => pipeline.method_name().to_owned(),
         other => other.to_string(),

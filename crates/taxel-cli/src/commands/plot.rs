@@ -5,6 +5,7 @@ mod draw;
 mod frame_range;
 mod look;
 mod movie;
+mod over_frames;
 
 use std::path::{Path, PathBuf};
 
@@ -44,6 +45,12 @@ pub(crate) struct Args {
     /// Which frames: a..b without b, a..=b with it, a.. to the end
     #[arg(long, value_name = "A..B")]
     frames: Option<FrameRange>,
+    /// The mean of every taxel over the frames (all of them, or those of --frames), readings that were lost left out
+    #[arg(long, conflicts_with_all = ["peak", "frame", "taxel", "row", "column"])]
+    mean: bool,
+    /// The highest value of every taxel over the frames, each its own: what a peak pressure map shows
+    #[arg(long, conflicts_with_all = ["frame", "taxel", "row", "column"])]
+    peak: bool,
     /// A taxel's values over frames; several are several lines
     #[arg(long, value_name = "ROW,COLUMN|C7", conflicts_with_all = ["row", "column", "frame"])]
     taxel: Vec<TaxelAddress>,
@@ -205,10 +212,11 @@ impl<'a> Job<'a> {
             (false, None) => Some(if has_law { Unit::Grams } else { Unit::Siemens }),
         };
         let over = !args.taxel.is_empty() || args.row.is_some() || args.column.is_some();
+        let over = over || args.mean || args.peak;
         if is_movie(&args.output) && (over || args.frame.is_some()) {
             return Err(Error::Arguments {
                 what: format!("{} is a movie of whole frames", args.output.display()),
-                hint: "leave --frame, --taxel, --row and --column out; --frames A..B tells which frames",
+                hint: "leave --frame, --mean, --peak, --taxel, --row and --column out; --frames A..B tells which frames",
             });
         }
         if args.look.mm && sensor.is_none() {
@@ -232,7 +240,7 @@ impl<'a> Job<'a> {
             pitch_mm: pitch.unwrap_or([1.0, 1.0]),
             extent,
         };
-        if args.look.mm && !job.range().is_one() && !is_movie(&args.output) {
+        if args.look.mm && !job.is_one_map() && !is_movie(&args.output) {
             return Err(Error::Arguments {
                 what: "--mm: the small maps of several frames have no axes".to_owned(),
                 hint: "draw one frame, with --frame",
@@ -257,10 +265,10 @@ impl<'a> Job<'a> {
                 "--mm: a body has no axes".to_owned(),
                 "leave --mm or --body out",
             )
-        } else if is_movie(&self.args.output) || !self.range().is_one() {
+        } else if is_movie(&self.args.output) || !self.is_one_map() {
             (
                 "--body: several frames are drawn".to_owned(),
-                "draw one frame, with --frame",
+                "draw one frame, with --frame, or --mean or --peak of several",
             )
         } else {
             return Ok(());
@@ -312,7 +320,7 @@ impl<'a> Job<'a> {
     /// Whether frames are drawn without compensation, and whether they are drawn with it.
     fn stages(&self) -> (bool, bool) {
         let args = self.args;
-        let one = self.range().is_one() && args.taxel.is_empty();
+        let one = self.is_one_map() && args.taxel.is_empty();
         let one = one && args.row.is_none() && args.column.is_none();
         let volts = self.unit == Some(Unit::Volts);
         if draw::is_exported(self) && !volts {
@@ -356,9 +364,16 @@ impl<'a> Job<'a> {
         match (args.frame, args.frames) {
             (Some(frame), _) => FrameRange::one(frame),
             (None, Some(range)) => range,
-            (None, None) if over || is_movie(&args.output) => FrameRange::all(),
+            (None, None) if over || args.mean || args.peak || is_movie(&args.output) => {
+                FrameRange::all()
+            }
             (None, None) => FrameRange::one(0),
         }
+    }
+
+    /// Whether one map is drawn, of a frame or of what several amount to.
+    fn is_one_map(&self) -> bool {
+        self.args.mean || self.args.peak || self.range().is_one()
     }
 }
 

@@ -28,6 +28,7 @@ mod live;
 mod look;
 mod measure;
 mod operated;
+mod over_frames;
 mod plot_look;
 mod plot_movie;
 mod record;

@@ -42,6 +42,11 @@ export class View extends Store {
     return this.now.hello ? this.now.hello.sensor : null;
   }
 
+  /** Whether what is shown is a recording. */
+  get isFile() {
+    return this.now.hello !== null && this.now.hello.file !== null;
+  }
+
   get isOpen() {
     return this.now.connection === "open";
   }

@@ -26,6 +26,9 @@ pub(super) struct Report<'a> {
     touched_n: f64,
     /// What intervals are made of.
     intervals_of: &'static str,
+    /// What simulated the recording.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    simulated: Option<&'a str>,
     /// What is said of loads that another program has found.
     #[serde(skip_serializing_if = "Option::is_none")]
     exported: Option<&'a str>,
@@ -67,6 +70,7 @@ impl<'a> Report<'a> {
             sensor: measured.sensor_file.display().to_string(),
             touched_n: settings.touched_newtons,
             intervals_of: measurement.intervals_of,
+            simulated: measurement.simulated.as_deref(),
             exported: measurement.exported.as_deref(),
             reference: measurement.reference,
             duration_s: series.secs.last().copied().filter(|secs| secs.is_finite()),
@@ -204,6 +208,9 @@ impl fmt::Display for Report<'_> {
             write!(f, ", {secs:.2} s")?;
         }
         writeln!(f, "; intervals of 95 %: {}", self.intervals_of)?;
+        if let Some(source) = self.simulated {
+            writeln!(f, "simulated ({source}): nobody pressed")?;
+        }
         if let Some(reference) = &self.reference {
             fmt_reference(reference, f)?;
         }

@@ -3,11 +3,12 @@
 use taxel::{Frame, Mark, Sensor};
 use taxel_plot::{Body, ContactSheet, Line, Panel, Picture, Series, Sheet};
 
-use super::Job;
 use super::collect::{Pass, each};
+use super::{Job, over_frames};
 use crate::error::Error;
 use taxel_app::exported::exported_caption;
 use taxel_app::frames::DisplayUnit;
+use taxel_app::simulated::simulated_caption;
 
 /// Words for what is drawn.
 pub(super) const RAW: &str = "as read";
@@ -15,21 +16,13 @@ pub(super) const COMPENSATED: &str = "cross-talk removed";
 
 /// One frame in full, or several on a contact sheet.
 pub(super) fn frames(job: &Job<'_>) -> Result<Picture, Error> {
-    let mut kept: Vec<(String, Frame<DisplayUnit>)> = Vec::new();
     let (wants_raw, wants_compensated) = job.stages();
     let both = wants_raw && wants_compensated;
-    each(job, Pass::First, |number, stages| {
-        let raw = stages.raw.map(|frame| (RAW, frame));
-        let compensated = stages.compensated.map(|frame| (COMPENSATED, frame));
-        for (word, frame) in [raw, compensated].into_iter().flatten() {
-            let title = match (job.args.values, both) {
-                (false, true) => format!("frame {number}, {word}"),
-                _ => format!("frame {number}"),
-            };
-            kept.push((title, frame.clone()));
-        }
-        Ok(())
-    })?;
+    let kept = if job.args.mean || job.args.peak {
+        over_frames::maps(job)?
+    } else {
+        each_by_itself(job, both)?
+    };
     let panels = kept
         .iter()
         .map(|(title, frame)| panel(job, title, frame))
@@ -38,7 +31,7 @@ pub(super) fn frames(job: &Job<'_>) -> Result<Picture, Error> {
     let caption = with(caption(job), beyond);
     let look = &job.args.look;
     let title = look.title.as_deref().unwrap_or_default();
-    if job.range().is_one() {
+    if job.is_one_map() {
         let shared = look.range.is_some() || are_comparable(&kept);
         let caption = if shared {
             caption
@@ -64,14 +57,36 @@ pub(super) fn frames(job: &Job<'_>) -> Result<Picture, Error> {
     Ok(sheet.picture()?)
 }
 
+/// The frames asked for, with their titles.
+fn each_by_itself(job: &Job<'_>, both: bool) -> Result<Vec<(String, Frame<DisplayUnit>)>, Error> {
+    let mut kept: Vec<(String, Frame<DisplayUnit>)> = Vec::new();
+    each(job, Pass::First, |number, stages| {
+        let raw = stages.raw.map(|frame| (RAW, frame));
+        let compensated = stages.compensated.map(|frame| (COMPENSATED, frame));
+        for (word, frame) in [raw, compensated].into_iter().flatten() {
+            let title = match (job.args.values, both) {
+                (false, true) => format!("frame {number}, {word}"),
+                _ => format!("frame {number}"),
+            };
+            kept.push((title, frame.clone()));
+        }
+        Ok(())
+    })?;
+    Ok(kept)
+}
+
 /// One frame on the handle that the array is wrapped around.
 pub(super) fn body(job: &Job<'_>) -> Result<Picture, Error> {
     let mut kept = None;
-    each(job, Pass::First, |number, stages| {
-        let frame = stages.compensated.or(stages.raw);
-        kept = frame.map(|frame| (format!("frame {number}"), frame.clone()));
-        Ok(())
-    })?;
+    if job.args.mean || job.args.peak {
+        kept = over_frames::maps(job)?.pop();
+    } else {
+        each(job, Pass::First, |number, stages| {
+            let frame = stages.compensated.or(stages.raw);
+            kept = frame.map(|frame| (format!("frame {number}"), frame.clone()));
+            Ok(())
+        })?;
+    }
     let handle = job.sensor.as_ref().and_then(Sensor::handle);
     let (Some((title, frame)), Some(handle)) = (kept, handle) else {
         unreachable!("a frame that is not there, or a sensor without a handle, has been refused");
@@ -152,6 +167,7 @@ pub(super) fn caption(job: &Job<'_>) -> String {
         .sensor
         .as_ref()
         .map_or_else(String::new, exported_caption);
+    let whose = whose + &simulated_caption(&job.args.file);
     match sensor {
         "" => format!("{file}{how}"),
         sensor => format!("{file}, {sensor}{how}{whose}"),
@@ -239,15 +255,16 @@ fn dressed(job: &Job<'_>, series: Series, beyond: Option<String>) -> Result<Pict
     Ok(series.picture()?)
 }
 
+/// Whether a reading with this mark says nothing.
+pub(super) fn is_lost(mark: Mark) -> bool {
+    matches!(
+        mark,
+        Mark::Open | Mark::Stuck | Mark::Spike | Mark::Flickering | Mark::Absent
+    )
+}
+
 fn value(frame: &Frame<DisplayUnit>, row: usize, column: usize) -> f64 {
-    let lost = [
-        Mark::Open,
-        Mark::Stuck,
-        Mark::Spike,
-        Mark::Flickering,
-        Mark::Absent,
-    ];
-    if lost.contains(&frame.mark_at(row, column)) {
+    if is_lost(frame.mark_at(row, column)) {
         f64::NAN
     } else {
         frame.at(row, column)
