@@ -97,6 +97,12 @@ impl Watch {
         (last.elapsed() < ZERO_OVER).then(|| median(totals.iter().map(|(_, newtons)| *newtons)))?
     }
 
+    /// Whether so little stands on the sensor that it is a zero that has drifted, and no hand.
+    pub(super) fn is_free(&self) -> bool {
+        let total = self.total_newtons();
+        total.is_some_and(|newtons| newtons.abs() <= DRIFTED_NEWTONS)
+    }
+
     /// All that is doubtful now, in words. `is_free`: nobody should hold the sensor. `before`: what went wrong before the session.
     pub(super) fn warnings(
         &self,

@@ -32,7 +32,7 @@ use taxel_app::units::Unit;
 ///
 /// One frame: heatmaps before (the load law alone) and after (cross-talk removed). Several: a contact sheet.
 /// With --taxel, --row or --column: values over all frames, or those of --frames.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 pub(crate) struct Args {
     /// Recording of counts (.mcap, .parquet, .txt, .csv, .npy, .npz); with --values any numbers
     file: PathBuf,
@@ -51,6 +51,10 @@ pub(crate) struct Args {
     /// The highest value of every taxel over the frames, each its own: what a peak pressure map shows
     #[arg(long, conflicts_with_all = ["frame", "taxel", "row", "column"])]
     peak: bool,
+    /// A second recording of the same kind, beside the first over one range of colours: its same frame, or its own --mean or
+    /// --peak
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["taxel", "row", "column", "body", "before_after"])]
+    beside: Option<PathBuf>,
     /// A taxel's values over frames; several are several lines
     #[arg(long, value_name = "ROW,COLUMN|C7", conflicts_with_all = ["row", "column", "frame"])]
     taxel: Vec<TaxelAddress>,
@@ -149,6 +153,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     Files::default()
         .input("recording", &args.file)
         .maybe_sensor(args.sensor.as_ref())
+        .maybe_input("--beside", args.beside.as_ref())
         .maybe_input("model", args.method.file().as_ref())
         .output("-o", &args.output)
         .check()?;
@@ -158,12 +163,21 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         warn_of_areas(sensor, unit);
     }
     let lines = job.lines()?;
+    let second = args.beside.as_ref().map(|file| Args {
+        file: file.clone(),
+        ..args.clone()
+    });
+    let second = second.as_ref().map(|args| Job::new(args, extent));
+    let second = second.transpose()?;
     let mut file = AtomicFile::create(&args.output)?;
     if let Some(format) = format {
         let picture = match lines {
             Some(taxels) => draw::series(&job, &taxels)?,
             None if args.body => draw::body(&job)?,
-            None => draw::frames(&job)?,
+            None => match &second {
+                Some(second) => draw::beside(&job, second)?,
+                None => draw::frames(&job)?,
+            },
         };
         file.put(&args.look.finished(picture).render(format)?)?;
     } else {
@@ -219,6 +233,12 @@ impl<'a> Job<'a> {
                 hint: "leave --frame, --mean, --peak, --taxel, --row and --column out; --frames A..B tells which frames",
             });
         }
+        if args.beside.is_some() && is_movie(&args.output) {
+            return Err(Error::Arguments {
+                what: "--beside: a movie is of one recording".to_owned(),
+                hint: "draw a frame of both, or the --mean or --peak of each, as a picture",
+            });
+        }
         if args.look.mm && sensor.is_none() {
             return Err(Error::Arguments {
                 what: format!(
@@ -244,6 +264,12 @@ impl<'a> Job<'a> {
             return Err(Error::Arguments {
                 what: "--mm: the small maps of several frames have no axes".to_owned(),
                 hint: "draw one frame, with --frame",
+            });
+        }
+        if args.beside.is_some() && !job.is_one_map() {
+            return Err(Error::Arguments {
+                what: "--beside: several frames of each are drawn".to_owned(),
+                hint: "draw one of each, with --frame, --mean or --peak",
             });
         }
         if args.body {
@@ -330,7 +356,10 @@ impl<'a> Job<'a> {
         match (args.values, args.raw || volts) {
             (true, _) => (false, true),
             (false, true) => (true, false),
-            (false, false) => (args.before_after || (one && !args.body), true),
+            (false, false) => {
+                let alone = one && !args.body && args.beside.is_none();
+                (args.before_after || alone, true)
+            }
         }
     }
 

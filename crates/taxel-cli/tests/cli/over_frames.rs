@@ -58,6 +58,33 @@ fn the_mean_and_the_highest_of_each_taxel_are_one_map() {
 }
 
 #[test]
+fn two_recordings_are_drawn_beside_each_other_over_one_range() {
+    let folder = four_frames();
+    folder.write("other.csv", "9,2\n3,0\n\n1,2\n1,0\n");
+    let words = "plot loads.csv --values --rows 2 --beside other.csv";
+    folder.good(&format!("{words} --peak -o both.svg"));
+    let both = folder.read("both.svg");
+    for told in [
+        "loads.csv: highest of each taxel, 4 frames",
+        "other.csv: highest of each taxel, 2 frames",
+    ] {
+        assert!(both.contains(told), "{told}");
+    }
+    assert_eq!(
+        both.matches("data:image/png").count(),
+        3,
+        "two maps, and one bar of colours"
+    );
+    folder.good(&format!("{words} --frame 1 -o frames.svg"));
+    assert!(folder.read("frames.svg").contains("other.csv: frame 1"));
+    let missing = folder.fails(&format!("{words} --frame 3 -o no.svg"));
+    assert!(missing.err.contains("other.csv"), "{missing}");
+    let several = folder.fails(&format!("{words} --frames 0..2 -o no.svg"));
+    assert!(several.err.contains("several frames of each"), "{several}");
+    folder.fails(&format!("{words} --peak -o no.gif"));
+}
+
+#[test]
 fn what_was_simulated_is_called_so() {
     let folder = Folder::new();
     folder

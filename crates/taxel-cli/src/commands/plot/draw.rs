@@ -18,11 +18,7 @@ pub(super) const COMPENSATED: &str = "cross-talk removed";
 pub(super) fn frames(job: &Job<'_>) -> Result<Picture, Error> {
     let (wants_raw, wants_compensated) = job.stages();
     let both = wants_raw && wants_compensated;
-    let kept = if job.args.mean || job.args.peak {
-        over_frames::maps(job)?
-    } else {
-        each_by_itself(job, both)?
-    };
+    let kept = maps(job)?;
     let panels = kept
         .iter()
         .map(|(title, frame)| panel(job, title, frame))
@@ -55,6 +51,53 @@ pub(super) fn frames(job: &Job<'_>) -> Result<Picture, Error> {
         sheet = sheet.columns(2 * (kept.len() / 8).clamp(1, 3));
     }
     Ok(sheet.picture()?)
+}
+
+/// One map of each of two recordings side by side, over one range of colours: they are to be compared.
+pub(super) fn beside(first: &Job<'_>, second: &Job<'_>) -> Result<Picture, Error> {
+    let (one, other) = (first.symbol(), second.symbol());
+    if one != other {
+        return Err(Error::Arguments {
+            what: format!(
+                "--beside: {} is drawn in {one}, {} in {other}",
+                first.args.file.display(),
+                second.args.file.display()
+            ),
+            hint: "--unit says one for both",
+        });
+    }
+    let maps = [maps(first)?, maps(second)?];
+    let jobs = [first, second];
+    let name = |job: &Job<'_>| {
+        let file = job.args.file.file_name().unwrap_or_default();
+        file.to_string_lossy().into_owned()
+    };
+    let mut panels = Vec::new();
+    for (job, maps) in jobs.iter().zip(&maps) {
+        for (title, frame) in maps {
+            panels.push(panel(job, &format!("{}: {title}", name(job)), frame)?);
+        }
+    }
+    let all = maps.iter().flatten();
+    let beyond = first.beyond(all.flat_map(|(_, frame)| present(frame)));
+    let [one, other] = jobs.map(caption);
+    let title = first.args.look.title.as_deref().unwrap_or_default();
+    let mut sheet = Sheet::new(panels)?.shared_range(true).title(title);
+    if let Some(extent) = first.extent {
+        sheet = sheet.fit(extent);
+    }
+    let caption = with(format!("{one}; {other}"), beyond);
+    Ok(sheet.caption(caption).picture()?)
+}
+
+/// What is drawn, with titles.
+fn maps(job: &Job<'_>) -> Result<Vec<(String, Frame<DisplayUnit>)>, Error> {
+    let (wants_raw, wants_compensated) = job.stages();
+    if job.args.mean || job.args.peak {
+        over_frames::maps(job)
+    } else {
+        each_by_itself(job, wants_raw && wants_compensated)
+    }
 }
 
 /// The frames asked for, with their titles.
