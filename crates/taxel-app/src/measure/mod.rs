@@ -10,10 +10,10 @@ mod trials;
 use std::path::Path;
 use std::str::FromStr;
 
+use taxel::Sensor;
 use taxel::metric::CONTACT_NEWTONS;
 use taxel::metric::hold::HoldOptions;
 use taxel::sensor::Region;
-use taxel::{Mark, Sensor};
 use taxel_io::Event;
 
 use crate::conversion::tally::Tally;

@@ -79,8 +79,9 @@ export class TimeChart {
     this.tip.className = "tip num";
     this.tip.hidden = true;
     plot.over.append(this.tip);
-    plot.over.addEventListener("click", () => {
-      const x = plot.posToVal(plot.cursor.left ?? NaN, "x");
+    plot.over.addEventListener("click", (event) => {
+      // A finger moves no cursor before it taps.
+      const x = plot.posToVal(event.clientX - plot.over.getBoundingClientRect().left, "x");
       if (this.onClick && Number.isFinite(x)) this.onClick(this.end + x);
     });
     return plot;
