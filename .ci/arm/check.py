@@ -73,7 +73,7 @@ def same_numbers(here, arm, folders):
         "measure hand.txt --sensor mat-16x16-cd4067 --frames-per-second 100 -o force.csv",
         "info hand.txt --sensor mat-16x16-cd4067",
         "netlist hand.txt --sensor mat-16x16-cd4067 --frame 3 -o mat.cir",
-        "convert hand.txt --sensor mat-16x16-cd4067 --fps 100 -o hand.mcap",
+        "convert hand.txt --sensor mat-16x16-cd4067 --frames-per-second 100 -o hand.mcap",
         "convert hand.mcap -o back.txt",
     ]
     worst, seen = 0.0, set()

@@ -286,6 +286,33 @@ async function standsStill(page, sequence) {
   }
 }
 
+test("a recording that is opened shows all of its force, and a click there goes there", async () => {
+  const file = path.join(scratch, "whole.mcap");
+  execFileSync(program, ["record", "sim:econe?hand", "--output", file, "--secs", "6"], { stdio: "pipe" });
+  const server = await start("view", file, "--listen", "127.0.0.1:0", "--folder", scratch);
+  for (const [name, options] of [["whole-light", { colorScheme: "light" }], ["whole-phone", { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true }]]) {
+    const page = await openHeld(server, options);
+    const words = () => page.getAttribute("#chart-force .plot", "aria-label");
+    await until(async () => /over the whole file, [56] s: .*between/.test(await words() || ""), async () => `the chart says '${await words()}'`);
+    check((await text(page, "file-play-button")) === "Play file", "the file plays by itself");
+    // On a phone the status line stands over what is at the bottom.
+    await page.locator("#chart-force").evaluate((chart) => chart.scrollIntoView({ block: "center" }));
+    const seconds = await page.evaluate(() => Number(document.getElementById("file-seek").max));
+    const box = await page.locator("#chart-force .u-over").boundingBox();
+    const before = await page.evaluate(() => Number(document.getElementById("file-seek").value));
+    await (options.hasTouch ? page.touchscreen.tap : page.mouse.click).call(options.hasTouch ? page.touchscreen : page.mouse, box.x + 0.6 * box.width, box.y + box.height / 2);
+    const at = () => page.evaluate(() => Number(document.getElementById("file-seek").value));
+    await until(async () => Math.abs((await at()) - 0.6 * seconds) < 0.06 * seconds, async () => `clicked at 60 %: of ${seconds} s it is at ${await at()} s, was at ${before} s`);
+    check((await text(page, "file-play-button")) === "Play file", "a click in the curve plays the file");
+    if (process.env.TAXEL_SCREENSHOTS) await page.screenshot({ path: path.join(process.env.TAXEL_SCREENSHOTS, `${name}.png`), fullPage: true });
+    await page.selectOption("#window-select", "30");
+    await until(async () => /over the last 30 s/.test(await words() || ""), async () => `30 s chosen, the chart says '${await words()}'`);
+    await page.selectOption("#window-select", "0");
+    await slide(page, "file-seek", 0);
+    await until(async () => (await shown(page)).sequence === 0, "it cannot be moved to its beginning");
+  }
+});
+
 test("a file that has ended plays again", async () => {
   const file = path.join(scratch, "short.mcap");
   execFileSync(program, ["record", "sim:econe?hand", "--output", file, "--secs", "1.5"], { stdio: "pipe" });

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
+use taxel::sensor::Region;
 use taxel_app::measure::{Measured, Measurement, Settings, TrialsBy, regions_of_file};
 use taxel_app::methods::MethodName;
 use taxel_app::{Silent, sensor_source};
@@ -74,6 +75,16 @@ pub(crate) fn measure<'py>(
             None => sensor_source::of_recording(&recording)?,
         };
         let regions = match &regions {
+            Some(word) if word.as_os_str() == "auto" => {
+                let all = Measured {
+                    recording: &recording,
+                    sensor: &sensor,
+                    sensor_file: &file,
+                    regions: &[],
+                };
+                let found = all.find_regions(&settings, &Silent, &|| stop.is_set())?;
+                Region::all(&found, &sensor)?
+            }
             Some(file) => regions_of_file(file, &sensor)?,
             None => sensor.regions().to_vec(),
         };

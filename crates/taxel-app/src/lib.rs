@@ -52,6 +52,7 @@ pub mod residuals;
 pub mod sensor_source;
 pub mod session;
 mod session_folder;
+pub mod simulated;
 pub mod standard_error;
 pub mod tare;
 pub mod text_file;

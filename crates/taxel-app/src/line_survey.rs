@@ -133,6 +133,7 @@ impl FaultyLine {
             LineFaultKind::Dead => ("dead", None),
             LineFaultKind::Flickering => ("flickering", None),
             LineFaultKind::Shorted { with } => ("shorted", Some(with)),
+            LineFaultKind::Suspect => ("suspect", None),
             _ => ("faulty", None),
         };
         let (axis, index) = (fault.axis, fault.index);
@@ -144,9 +145,18 @@ impl FaultyLine {
             source: if declared { "sensor file" } else { "recording" },
             text: if declared {
                 format!("{axis} {index} is {word}: the sensor file says so")
+            } else if fault.kind == LineFaultKind::Suspect {
+                format!(
+                    "{fault}. Where nothing lay on it, all is well; else look at its solder joint, or write dead_{axis}s = [{index}] under [screen] in the sensor file, so that it is not taken for unloaded"
+                )
             } else {
                 fault.to_string()
             },
         }
+    }
+
+    /// Whether the line may be dead, and what stands on it is in no sum if it is.
+    pub fn is_suspect(&self) -> bool {
+        self.fault == "suspect"
     }
 }

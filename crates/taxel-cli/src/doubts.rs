@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use taxel::Sensor;
 use taxel_app::conversion::tally::Tally;
+use taxel_app::line_survey::FaultyLine;
 use taxel_app::units::Unit;
 
 use crate::out;
@@ -22,6 +23,17 @@ pub(crate) fn area_beyond_cell([area, cell]: [f64; 2]) -> String {
         "array.taxel_area_mm2 is {area:.1} mm², and the lines leave a taxel {cell:.1} mm² (array.pitch_mm): pressures are {:.0} % too low if the second is right",
         100.0 * (1.0 - cell / area)
     )
+}
+
+/// Says which lines are faulty, and warns of those that may be dead: what stands on these is missing, and nothing else tells.
+pub(crate) fn tell_faulty_lines(lines: &[FaultyLine]) {
+    for line in lines {
+        if line.is_suspect() {
+            out::warn(&line.text);
+        } else {
+            out::note(&format!("faulty line: {}", line.text));
+        }
+    }
 }
 
 /// The lines; none where nothing is to be doubted.

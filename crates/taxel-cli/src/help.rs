@@ -91,7 +91,7 @@ const EXAMPLES: [(&str, &[&str]); 34] = [
         "convert",
         &[
             "taxel convert run.mcap -o run.csv",
-            "taxel convert presses.txt --sensor econe --fps 30 -o presses.mcap",
+            "taxel convert presses.txt --sensor econe --frames-per-second 30 -o presses.mcap",
         ],
     ),
     ("recover", &["taxel recover run.mcap -o whole.mcap"]),

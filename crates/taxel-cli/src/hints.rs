@@ -57,7 +57,7 @@ fn of_requests(hint: &str) -> Option<&'static str> {
         remedy::COMPENSATE => "`taxel compensate` does that",
         remedy::SCAN => "`taxel simulate --conductance` does that",
         remedy::ROWS => "`--rows N`",
-        remedy::CHECK_TIMES => "`--fps` gives a rate",
+        remedy::CHECK_TIMES => "`--frames-per-second` gives a rate",
         remedy::CALIBRATE => "`taxel calibrate` finds a [material]",
         _ => return None,
     })

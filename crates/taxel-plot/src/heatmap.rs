@@ -18,7 +18,7 @@ use layout::{PanelLayout, Room};
 
 /// A heatmap of one frame with its axes, row 0 at the top, and a colour bar.
 ///
-/// Values that are not finite are left blank, and so is what is marked absent; other marked taxels are outlined.
+/// Values that are not finite are left blank, and so is what is marked absent; other marked taxels are outlined and hatched.
 ///
 /// ```
 /// use taxel_plot::{Format, Panel};
@@ -124,7 +124,7 @@ impl<'a> Panel<'a> {
         self
     }
 
-    /// Quality marks, one a taxel; all but good ones are outlined and counted below.
+    /// Quality marks, one a taxel; all but good ones are outlined, hatched and counted below.
     ///
     /// # Errors
     /// [`Error::Shape`] when there is not one mark per taxel.

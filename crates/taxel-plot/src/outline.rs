@@ -1,4 +1,4 @@
-//! Taxels that are not to be trusted: outlined, counted, never recoloured.
+//! Taxels that are not to be trusted: outlined, hatched, counted, never recoloured.
 
 use taxel::Mark;
 
@@ -18,6 +18,41 @@ pub(crate) fn counted(marks: &[Mark]) -> Option<String> {
         .map(|(mark, count)| format!("{count} {}", mark.word()))
         .collect();
     (!counts.is_empty()).then(|| counts.join(", "))
+}
+
+/// Points between two strokes of the hatching, about.
+const BETWEEN_STROKES: f64 = 5.0;
+/// Where more taxels are marked, each has one stroke.
+const MANY_HATCHED: usize = 1000;
+
+/// Strokes across every marked taxel, upwards to the right; `place` says where a taxel lies, none where it is not drawn.
+pub(crate) fn hatch(canvas: &mut Canvas, marks: &[Mark], place: impl Fn(usize) -> Option<Rect>) {
+    let marked = marks.iter().enumerate();
+    let marked = marked.filter(|(_, mark)| is_outlined(**mark));
+    let cells: Vec<Rect> = marked.filter_map(|(taxel, _)| place(taxel)).collect();
+    let most = if cells.len() > MANY_HATCHED { 1 } else { 4 };
+    let data: String = cells
+        .iter()
+        .map(|cell| strokes_across(cell, most))
+        .collect();
+    canvas.strokes(&data, CASING, 0.9);
+    canvas.strokes(&data, OUTLINE, 0.4);
+}
+
+/// The strokes across one taxel, 1, 3, … of them; those of taxels side by side go on from each other.
+fn strokes_across(cell: &Rect, most: usize) -> String {
+    let count = (cell.width.min(cell.height) / BETWEEN_STROKES).round();
+    let count = (count as usize).clamp(1, most) * 2 - 1;
+    let mut data = String::new();
+    for stroke in 1..=count {
+        // Across the unit square along u + v = sum, u to the right and v downwards from the upper left.
+        let sum = 2.0 * stroke as f64 / (count + 1) as f64;
+        let (low, high) = ((sum - 1.0).max(0.0), sum.min(1.0));
+        let x = |u: f64| number(cell.x + u * cell.width);
+        let y = |v: f64| number(cell.y + v * cell.height);
+        data += &format!("M{} {}L{} {}", x(low), y(high), x(high), y(low));
+    }
+    data
 }
 
 /// Not where there is no taxel, of which nothing is drawn.
@@ -97,6 +132,29 @@ mod tests {
         let mut marks = [Mark::Good; 6];
         marks[..3].fill(Mark::Open);
         assert_eq!(borders(PLOT, &marks, 2, 3), "M0 0H3M0 1H3M0 0V1M3 0V1");
+    }
+
+    #[test]
+    fn strokes_go_from_side_to_side_and_on_in_the_next_taxel() {
+        let cell = |x: f64, side: f64| Rect {
+            x,
+            y: 0.0,
+            width: side,
+            height: side,
+        };
+        assert_eq!(strokes_across(&cell(0.0, 2.0), 4), "M0 2L2 0");
+        assert_eq!(
+            strokes_across(&cell(10.0, 10.0), 4),
+            "M10 5L15 0M10 10L20 0M15 10L20 5"
+        );
+        assert_eq!(strokes_across(&cell(0.0, 100.0), 4).matches('M').count(), 7);
+        let mut canvas = Canvas::default();
+        let mut marks = [Mark::Good; 6];
+        (marks[1], marks[4]) = (Mark::Open, Mark::Absent);
+        hatch(&mut canvas, &marks, |taxel| Some(cell(taxel as f64, 1.0)));
+        let drawn = canvas.finish(9.0, 9.0);
+        assert_eq!(drawn.matches("M1 1L2 0").count(), 2, "{drawn}");
+        assert_eq!(drawn.matches("<path").count(), 2, "{drawn}");
     }
 
     #[test]

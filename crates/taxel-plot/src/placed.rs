@@ -2,6 +2,8 @@
 
 use taxel::Mark;
 
+use crate::svg::Rect;
+
 /// Taxels at least this share of their mean distance wide, where the pitch says less.
 const FILLED: f64 = 0.5;
 /// Pixel that is no taxel's.
@@ -58,6 +60,18 @@ impl Placed {
     /// The smaller side of a taxel, mm.
     pub(crate) fn smaller_side(&self) -> f64 {
         self.cell[0].min(self.cell[1])
+    }
+
+    /// Where a taxel lies in a plot of all of them; none where there is no taxel.
+    pub(crate) fn cell_of(&self, taxel: usize, plot: Rect) -> Option<Rect> {
+        let [x, y] = self.places[taxel]?;
+        let (across, down) = (plot.width / self.width, plot.height / self.height);
+        Some(Rect {
+            x: plot.x + (x - self.cell[0] / 2.0 - self.left) * across,
+            y: plot.y + (y - self.cell[1] / 2.0 - self.top) * down,
+            width: self.cell[0] * across,
+            height: self.cell[1] * down,
+        })
     }
 
     /// Whose every pixel is, about `per_cell` of them along a taxel, no side longer than `limit`: the nearest taxel's of

@@ -114,7 +114,7 @@ fn a_frame_brings_its_unit_and_marks() {
         .unwrap();
     check(&picture);
     assert!(picture.svg().contains("conductance (µS)"));
-    assert!(picture.svg().contains("outlined: 8 open"));
+    assert!(picture.svg().contains("hatched: 8 open"));
 }
 
 #[test]

@@ -77,6 +77,9 @@ impl Viewer<'_> {
         let hello = Text::Hello(Box::new(self.shared.backend.hello()));
         self.say(hello.to_json()).await?;
         self.say(self.shared.state()).await?;
+        if let Some(curve) = self.shared.backend.curve() {
+            self.say(Text::Curve(curve).to_json()).await?;
+        }
         loop {
             let has_room = self.on_the_way < ON_THE_WAY;
             // A little early is on time: sources and viewers have clocks of their own.

@@ -28,11 +28,11 @@ pub use frame::FrameMessage;
 use frame::Sent;
 pub use guard::{random_token, token_problem};
 pub use messages::{
-    Answer, AskedPress, BadLines, CalibrationPhase, CalibrationSession, Details, DeviceState,
-    DeviceStatus, Event, ExportedFacts, FigureDetails, FileFacts, GripHand, GripMeasured,
-    GripPhase, GripProtocol, GripSession, GripTrial, HandleFacts, HeldOutError, Hello, Latency,
-    MarkMeaning, Message, PROTOCOL, Player, RecordingStatus, Refused, RegionFacts, Reply,
-    SeenPress, SensorFacts, Severity, Slider, SliderKind, SourceFacts, SourceKind, State,
+    Answer, AskedPress, BadLines, CalibrationPhase, CalibrationSession, Curve, Details,
+    DeviceState, DeviceStatus, Event, ExportedFacts, FigureDetails, FileFacts, GripHand,
+    GripMeasured, GripPhase, GripProtocol, GripSession, GripTrial, HandleFacts, HeldOutError,
+    Hello, Latency, MarkMeaning, Message, PROTOCOL, Player, RecordingStatus, Refused, RegionFacts,
+    Reply, SeenPress, SensorFacts, Severity, Slider, SliderKind, SourceFacts, SourceKind, State,
     TakenPress, TareStatus, TaxelDetails, mark_meanings,
 };
 
@@ -52,6 +52,11 @@ pub trait ViewerBackend: Send + Sync + 'static {
     fn news(&self) -> Vec<Event>;
     /// Details of what a viewer watches, asked for twice a second while it does.
     fn details(&self, watched: &Watched) -> Details;
+    /// The whole of the recording that is played, once it is known: told to every viewer who comes, and to all when
+    /// [`Server::tell_curve`] is called.
+    fn curve(&self) -> Option<Curve> {
+        None
+    }
     /// A viewer has come. It gets no frame of before: a source that is held shows its frame again.
     fn joined(&self) {}
     /// Does what a viewer asks. May take its time: it holds up the viewer that asks alone.
@@ -208,6 +213,16 @@ impl Server {
         self.shared
             .frames
             .send_replace(Some(Arc::new(Sent::new(frame))));
+    }
+
+    /// Tells all viewers the whole of the recording that is played.
+    pub fn tell_curve(&self) {
+        if let Some(curve) = self.shared.backend.curve() {
+            let _ = self
+                .shared
+                .texts
+                .send(Message::Curve(curve).to_json().into());
+        }
     }
 
     /// Tells all viewers how things stand now, beside the twice a second that they hear it anyway.

@@ -38,6 +38,8 @@ pub enum Message {
     Event(Event),
     /// What a viewer watches.
     Details(Details),
+    /// The whole of a recording.
+    Curve(Curve),
     /// What became of a request.
     Answer(Answer),
 }
@@ -65,6 +67,23 @@ impl Event {
         let text = text.into();
         Self { host_secs, text }
     }
+}
+
+/// What the whole of a recording looks like, before any of it was played. Columns are of one length; a number that is not finite is of a
+/// frame without an answer.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[non_exhaustive]
+pub struct Curve {
+    /// How its loads were found.
+    pub method: String,
+    /// Since its first frame, s.
+    pub secs: Vec<f64>,
+    /// Sum of all loads that count, newtons.
+    pub total_newtons: Vec<f32>,
+    /// Highest pressure, kPa.
+    pub peak_kilopascals: Vec<f32>,
+    /// Contact area, mm².
+    pub contact_area_mm2: Vec<f32>,
 }
 
 /// What a viewer watches.

@@ -2,7 +2,7 @@
 // testdata/messages.js has one of each message as the server writes it, and is checked against these types.
 
 declare namespace Wire {
-  type Message = Hello | State | Event | Details | Answer;
+  type Message = Hello | State | Event | Details | Curve | Answer;
 
   /** What the page must know first; another one starts it afresh. */
   interface Hello {
@@ -289,12 +289,26 @@ declare namespace Wire {
   interface BadLines {
     rows: number[];
     columns: number[];
+    suspect_rows: number[];
+    suspect_columns: number[];
   }
 
   interface Event {
     kind: "event";
     host_secs: number;
     text: string;
+  }
+
+  /** What the whole of a recording looks like, before any of it was played; null where a frame has no answer. */
+  interface Curve {
+    kind: "curve";
+    /** How its loads were found. */
+    method: string;
+    /** Since its first frame. */
+    secs: number[];
+    total_newtons: (number | null)[];
+    peak_kilopascals: (number | null)[];
+    contact_area_mm2: (number | null)[];
   }
 
   interface Details {

@@ -53,6 +53,9 @@ impl Conductor {
         if matches!(phase, Phase::Review | Phase::Rest(_) | Phase::Ready) {
             self.background.go_on(&self.desk);
         }
+        if phase == Phase::Ready {
+            self.zero_by_itself();
+        }
         let done = match phase {
             Phase::Zero(Some(asked)) => self.take_zero(asked),
             Phase::Countdown(until, None) => self.begin_recording(until),
@@ -100,6 +103,37 @@ impl Conductor {
         self.desk.known().warnings = warnings;
     }
 
+    /// Takes off what has drifted since the trial before, while the session is ready for the next. What is more than that stays, and is
+    /// told as a doubt: the operator looks whether it is a hand.
+    fn zero_by_itself(&self) {
+        let (is_due, asked) = {
+            let known = self.desk.known();
+            (known.is_zero_due, known.zero_asked)
+        };
+        if !is_due {
+            return;
+        }
+        let session = self.desk.session();
+        let Some(session) = session.as_ref() else {
+            return;
+        };
+        let Some(asked) = asked else {
+            let now = SystemTime::now();
+            if self.desk.watch.is_free() && session.take_zero(false).is_ok() {
+                self.desk.known().zero_asked = Some(now);
+            }
+            return;
+        };
+        if let Some(zero) = session.zero().filter(|zero| zero.at >= asked) {
+            let mut known = self.desk.known();
+            known.record.zeros_newtons.push(zero.loads.iter().sum());
+            (known.is_zero_due, known.zero_asked) = (false, None);
+            if let Err(error) = known.write() {
+                known.trouble = error.to_string();
+            }
+        }
+    }
+
     /// Waits for the zero that was asked for.
     fn take_zero(&self, asked: SystemTime) -> Result<(), Error> {
         let zero = self
@@ -113,6 +147,7 @@ impl Conductor {
             let newtons: f64 = zero.loads.iter().sum();
             known.record.zeros_newtons.push(newtons);
             known.is_zeroed = true;
+            (known.is_zero_due, known.zero_asked) = (false, None);
             known.trouble.clear();
             known.phase = Phase::Ready;
             return known.write();
@@ -236,6 +271,8 @@ impl Conductor {
             measured: None,
         });
         known.phase = Phase::Measuring;
+        let is_due = known.record.protocol.zero_before_trials;
+        (known.is_zero_due, known.zero_asked) = (is_due, None);
         known.write()?;
         match error {
             Some(why) => Err(Error::Request {

@@ -82,6 +82,10 @@ pub(super) struct Known {
     pub rests_since: BTreeMap<Hand, Instant>,
     /// Whether a zero was taken since the program began.
     pub is_zeroed: bool,
+    /// The zero is to be taken again before the next trial, once nobody holds the handle,
+    pub is_zero_due: bool,
+    /// and was asked for at that time.
+    pub zero_asked: Option<SystemTime>,
     pub is_resumed: bool,
     pub trouble: String,
     pub warnings: Vec<String>,
@@ -160,6 +164,8 @@ impl Desk {
                 folder: PathBuf::new(),
                 rests_since: BTreeMap::new(),
                 is_zeroed: false,
+                is_zero_due: false,
+                zero_asked: None,
                 is_resumed: false,
                 trouble: String::new(),
                 warnings: Vec::new(),

@@ -80,6 +80,9 @@ fn about(record: &GripRecord, sensor: &Sensor) -> Vec<(String, String)> {
                 .unwrap_or_else(|| "none: forces are as the sensor file supposes".to_owned()),
         ),
     ];
+    if let Some(said) = zeros(record) {
+        about.push(("Zero", said));
+    }
     if record.simulated_seed.is_some() {
         about.insert(
             0,
@@ -97,6 +100,24 @@ fn about(record: &GripRecord, sensor: &Sensor) -> Vec<(String, String)> {
         .into_iter()
         .map(|(what, said)| (what.to_owned(), said))
         .collect()
+}
+
+/// What was taken off as the zero, how often, and how far it drifted.
+fn zeros(record: &GripRecord) -> Option<String> {
+    let zeros = &record.zeros_newtons;
+    let [first, .., last] = zeros[..] else {
+        let only = zeros.first()?;
+        return Some(format!("taken once, {only:.2} N off"));
+    };
+    let by_itself = if record.protocol.zero_before_trials {
+        ", by itself before each trial"
+    } else {
+        ""
+    };
+    Some(format!(
+        "taken {} times{by_itself}: {first:.2} N off at first, {last:.2} N at last",
+        zeros.len()
+    ))
 }
 
 /// "2026-11-23 21:15 UTC" of "2026-11-23-211559".

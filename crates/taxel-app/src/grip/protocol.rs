@@ -42,6 +42,8 @@ pub struct Protocol {
     pub plateau_secs: f64,
     /// Rest of a hand from the end of its hold to its next trial, seconds; the other hand may grip meanwhile.
     pub rest_secs: f64,
+    /// Whether the zero is taken again by itself before each trial, where nobody holds the handle: it drifts between trials.
+    pub zero_before_trials: bool,
     /// The force to hold, from and to, newtons; without it as strongly as possible.
     pub target_newtons: Option<[f64; 2]>,
     /// What counts of a hand's trials.
@@ -112,6 +114,7 @@ impl Default for Protocol {
             hold_secs: 8.0,
             plateau_secs: 5.0,
             rest_secs: 60.0,
+            zero_before_trials: true,
             target_newtons: None,
             result: Counts::Mean,
         }

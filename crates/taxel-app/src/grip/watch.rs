@@ -97,6 +97,12 @@ impl Watch {
         (last.elapsed() < ZERO_OVER).then(|| median(totals.iter().map(|(_, newtons)| *newtons)))?
     }
 
+    /// Whether so little stands on the sensor that it is a zero that has drifted, and no hand.
+    pub(super) fn is_free(&self) -> bool {
+        let total = self.total_newtons();
+        total.is_some_and(|newtons| newtons.abs() <= DRIFTED_NEWTONS)
+    }
+
     /// All that is doubtful now, in words. `is_free`: nobody should hold the sensor. `before`: what went wrong before the session.
     pub(super) fn warnings(
         &self,
@@ -130,10 +136,15 @@ impl Watch {
             ));
         }
         let bad = session.bad_lines();
-        for (what, lines) in [("rows", &bad.rows), ("columns", &bad.columns)] {
+        for (what, lines) in [
+            ("rows dead or flickering", &bad.rows),
+            ("columns dead or flickering", &bad.columns),
+            ("rows that may be dead", &bad.suspect_rows),
+            ("columns that may be dead", &bad.suspect_columns),
+        ] {
             if !lines.is_empty() {
                 let listed: Vec<String> = lines.iter().map(usize::to_string).collect();
-                warnings.push(format!("{what} dead or flickering: {}", listed.join(", ")));
+                warnings.push(format!("{what}: {}", listed.join(", ")));
             }
         }
         if let Some(newtons) = self.total_newtons().filter(|_| is_free)

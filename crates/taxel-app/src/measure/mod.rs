@@ -10,10 +10,10 @@ mod trials;
 use std::path::Path;
 use std::str::FromStr;
 
+use taxel::Sensor;
 use taxel::metric::CONTACT_NEWTONS;
 use taxel::metric::hold::HoldOptions;
 use taxel::sensor::Region;
-use taxel::{Mark, Sensor};
 use taxel_io::Event;
 
 use crate::conversion::tally::Tally;
@@ -24,6 +24,7 @@ use crate::frames::Input;
 use crate::line_survey::{FaultyLine, Survey};
 use crate::methods::MethodName;
 use crate::reporter::Reporter;
+use crate::simulated::simulated_source;
 use crate::tare::{self, ToldTare};
 use crate::units::{InputUnit, Unit};
 pub use reference::Reference;
@@ -149,6 +150,8 @@ pub struct Measurement {
     pub zero_newtons: Option<f64>,
     /// Frames with readings at the end of the converter's range: what is said of them is less than what pressed.
     pub saturated_frames: u64,
+    /// What simulated it, as the recording tells; `None` where it does not, as a recording of a real sensor.
+    pub simulated: Option<String>,
     /// What intervals tell of: `noise, fit and model`, `noise alone`, or `nothing` where there are none.
     pub intervals_of: &'static str,
     /// What is said of loads that another program has found.
@@ -202,7 +205,6 @@ impl Measured<'_> {
             tally: Tally::new(Unit::Newtons, self.sensor.array().taxel_area_mm2),
             events: Vec::new(),
             tares: Vec::new(),
-            saturated_frames: 0,
         };
         let is_raw = settings.method == MethodName::Raw;
         let mut reading = input.open()?;
@@ -218,7 +220,6 @@ impl Measured<'_> {
             tally,
             events,
             tares,
-            saturated_frames,
         } = seen;
         series.begin_at_first_frame(self.recording)?;
         Ok(Measurement {
@@ -228,7 +229,8 @@ impl Measured<'_> {
             faulty_lines: survey.lines(),
             events,
             tares,
-            saturated_frames,
+            saturated_frames: series.is_saturated.iter().filter(|is| **is).count() as u64,
+            simulated: simulated_source(self.recording),
             intervals_of: self.intervals_of(settings),
             exported: exported_words(self.sensor),
             reference: Reference::of(&series),
@@ -327,7 +329,6 @@ struct Seen {
     tally: Tally,
     events: Vec<Event>,
     tares: Vec<ToldTare>,
-    saturated_frames: u64,
 }
 
 impl Seen {
@@ -336,8 +337,6 @@ impl Seen {
         let taxels = frame.shown.values().len();
         tare::note(&mut self.tares, frame.tare.as_deref(), is_raw, taxels);
         self.events.extend(frame.events.iter().cloned());
-        let is_saturated = frame.shown.marks().contains(&Mark::Saturated);
-        self.saturated_frames += u64::from(is_saturated);
         self.series.add(frame, secs);
     }
 }

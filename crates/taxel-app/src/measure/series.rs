@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use taxel::Sensor;
 use taxel::sensor::Region;
+use taxel::{Mark, Sensor};
 use taxel_io::Column;
 
 use crate::conversion::Converted;
@@ -103,6 +103,8 @@ pub struct Series {
     pub frame: Vec<u64>,
     /// Seconds since the first frame; NaN where the recording tells no times.
     pub secs: Vec<f64>,
+    /// Whether a reading of the frame stands at the end of the converter's range: more pressed than its numbers say.
+    pub is_saturated: Vec<bool>,
     /// Sum of all loads.
     pub total: ForceSeries,
     /// The largest grip force along any direction; `None` of a flat sensor.
@@ -134,6 +136,7 @@ impl Series {
         Self {
             frame: Vec::new(),
             secs: Vec::new(),
+            is_saturated: Vec::new(),
             total: ForceSeries::named("total"),
             grip: sensor.handle().map(|_| ForceSeries::named("grip")),
             grip_direction_degrees: Vec::new(),
@@ -154,6 +157,8 @@ impl Series {
     pub(super) fn add(&mut self, frame: &Converted, secs: Option<f64>) {
         self.frame.push(frame.sequence());
         self.secs.push(secs.unwrap_or(f64::NAN));
+        let is_saturated = frame.shown.marks().contains(&Mark::Saturated);
+        self.is_saturated.push(is_saturated);
         self.add_reference(frame.reference_newtons);
         let row = frame.figures.as_ref().filter(|_| frame.is_answer());
         let errors = self.with_errors;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Sender;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
 use taxel::sensor::Region;
@@ -11,8 +11,8 @@ use taxel::{Sensor, solve};
 use taxel_acquire::Address;
 use taxel_acquire::simulated::SimulationParameters;
 use taxel_server::{
-    Command, Details as DetailsMessage, Event, Hello, Refused, Reply, ResultFile, SourceFacts,
-    SourceKind, State, ViewerBackend, Watched,
+    Command, Curve, Details as DetailsMessage, Event, Hello, Refused, Reply, ResultFile,
+    SourceFacts, SourceKind, State, ViewerBackend, Watched,
 };
 
 use super::SessionOptions;
@@ -52,6 +52,8 @@ pub(super) struct LiveController {
     commands: Mutex<Sender<EngineCommand>>,
     /// The inverse is told of the knobs.
     inverse_knows: Mutex<bool>,
+    /// The whole of the recording that is played, once it is known.
+    curve: OnceLock<Curve>,
     /// When a viewer began a recording last.
     begun: Mutex<Option<Instant>>,
 }
@@ -84,10 +86,16 @@ impl LiveController {
             guide: options.guide.clone(),
             commands: Mutex::new(commands),
             inverse_knows: Mutex::new(true),
+            curve: OnceLock::new(),
             begun: Mutex::new(None),
         };
         controller.status.set_sliders(controller.values());
         controller
+    }
+
+    /// The whole of the recording that is played is known.
+    pub(super) fn set_curve(&self, curve: Curve) {
+        let _ = self.curve.set(curve);
     }
 
     fn command(&self, command: EngineCommand) {
@@ -305,6 +313,10 @@ impl ViewerBackend for LiveController {
             guide.tell(&mut state);
         }
         state
+    }
+
+    fn curve(&self) -> Option<Curve> {
+        self.curve.get().cloned()
     }
 
     fn joined(&self) {

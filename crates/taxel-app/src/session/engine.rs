@@ -19,6 +19,7 @@ use super::recorder::{Recorder, SolvedFrame};
 use super::status::SessionStatus;
 use super::{FrameObserver, LiveFrame, SessionOptions, TimestampedFrame};
 use crate::error::Error;
+use crate::line_survey::FaultyLine;
 use crate::methods::MethodName;
 
 /// Frames that may wait for the engine.
@@ -61,6 +62,8 @@ pub(super) struct Engine {
     survey: LineScreen,
     surveyed: u32,
     survey_due: Instant,
+    /// Lines that may be dead, and of which that was said.
+    suspects: Vec<(Axis, usize)>,
     loads: Frame<Newtons>,
     status: Arc<SessionStatus>,
     recorder: Arc<Recorder>,
@@ -92,6 +95,7 @@ impl Engine {
             survey: LineScreen::from_sensor(sensor),
             surveyed: 0,
             survey_due: Instant::now(),
+            suspects: Vec::new(),
             loads: Frame::zeros(sensor.rows(), sensor.columns()),
             sensor: Arc::new(sensor.clone()),
             file: file.clone(),
@@ -340,6 +344,20 @@ impl Engine {
         self.exact.set_lines(&faults);
         self.raw.set_lines(&faults);
         self.status.set_bad_lines(bad_lines(&faults));
+        self.tell_of_suspects(&faults);
+    }
+
+    /// Says once of each line that may be dead that it may: what stands on it is in no sum, and no mark tells.
+    fn tell_of_suspects(&mut self, faults: &LineFaults) {
+        for fault in faults.suspects() {
+            let line = (fault.axis, fault.index);
+            if !self.suspects.contains(&line) {
+                self.suspects.push(line);
+                let words = FaultyLine::new(fault, false).text;
+                self.status.note(&words);
+                self.status.tell(format!("warning: {words}"));
+            }
+        }
     }
 
     fn apply(&mut self, command: EngineCommand) {
@@ -381,11 +399,11 @@ impl Engine {
 }
 
 /// By a load law, or by a model, which needs none.
-fn gives_loads(sensor: &Sensor, method: &MethodName) -> bool {
+pub(super) fn gives_loads(sensor: &Sensor, method: &MethodName) -> bool {
     sensor.material().is_some() || method.is_model()
 }
 
-fn exact_name(pipeline: &Pipeline, method: &MethodName) -> String {
+pub(super) fn exact_name(pipeline: &Pipeline, method: &MethodName) -> String {
     match method {
         MethodName::Auto => pipeline.method_name().to_owned(),
         other => other.to_string(),
@@ -412,9 +430,11 @@ fn pipelines(
 fn bad_lines(faults: &LineFaults) -> BadLines {
     let mut lines = BadLines::default();
     for fault in &faults.faults {
-        let of_axis = match fault.axis {
-            Axis::Row => &mut lines.rows,
-            Axis::Column => &mut lines.columns,
+        let of_axis = match (fault.axis, fault.kind == LineFaultKind::Suspect) {
+            (Axis::Row, false) => &mut lines.rows,
+            (Axis::Column, false) => &mut lines.columns,
+            (Axis::Row, true) => &mut lines.suspect_rows,
+            (Axis::Column, true) => &mut lines.suspect_columns,
         };
         of_axis.push(fault.index);
         if let LineFaultKind::Shorted { with } = fault.kind {

@@ -9,6 +9,7 @@
 //! reading; the engine takes the newest frames and leaves out what it has no time for.
 
 mod controller;
+mod curve;
 mod details;
 mod engine;
 mod guide;
@@ -40,6 +41,7 @@ use crate::error::Error;
 use crate::methods::MethodName;
 use controller::LiveController;
 pub use controller::time_stamp;
+use curve::CurveFinder;
 use details::Details;
 use engine::Engine;
 pub use guide::{Guide, GuideStep};
@@ -258,6 +260,7 @@ impl Session {
             controls,
             person,
             presser,
+            curve,
             run,
         } = source::prepare(&options)?;
         let (commands, taken) = std::sync::mpsc::channel();
@@ -303,9 +306,29 @@ impl Session {
         if let Some(path) = &options.record {
             recorder.begin(path.clone(), Owner::Operator, options.max_frames)?;
         }
+        if let Some(finder) = curve {
+            session.find_curve(finder)?;
+        }
         let mut receiver = session.sink(&options.address, options.counts_observer.take());
         session.source = Some(spawn("source", move || run(&mut receiver))?);
         Ok(session)
+    }
+
+    /// Finds the whole of the recording that is played, and tells viewers.
+    fn find_curve(&mut self, finder: CurveFinder) -> Result<(), Error> {
+        let Some(server) = self.server.clone() else {
+            return Ok(());
+        };
+        let (status, controller) = (self.status.clone(), self.controller.clone());
+        let find = move || {
+            // What cannot be read is told when it is played.
+            if let Ok(Some(curve)) = finder.find(&|| status.is_stopped()) {
+                controller.set_curve(curve);
+                server.tell_curve();
+            }
+        };
+        self.threads.push(spawn("curve", find)?);
+        Ok(())
     }
 
     /// Where the source's frames go.

@@ -10,10 +10,12 @@ use taxel_acquire::transport::{Receiver, State};
 use taxel_io::{FrameSource, McapReader, ReadOptions, exports, open_counts, shape_of};
 use taxel_server::DeviceState;
 
+use super::curve::Recorded;
 use super::source::FrameSink;
 use crate::carry::USUAL_RATE;
 use crate::error::Error;
 use crate::frames::is_mcap;
+use crate::simulated::simulated_caption;
 
 /// Recorded seconds without a frame that are waited for; more is a clock that jumped.
 const MAX_GAP: f64 = 10.0;
@@ -31,7 +33,7 @@ pub(super) struct PlaybackRequest {
 }
 
 /// A recording with an index of its times, or one that is read from its beginning on.
-enum PlaybackSource {
+pub(super) enum PlaybackSource {
     Timed(Box<McapReader>),
     Plain {
         frames: Box<dyn FrameSource + Send>,
@@ -71,7 +73,11 @@ struct Showing {
     shown_one: bool,
 }
 
-fn open(path: &Path, options: ReadOptions) -> Result<PlaybackSource, Error> {
+/// A recording, from its beginning on.
+///
+/// # Errors
+/// One that cannot be read.
+pub(super) fn open(path: &Path, options: ReadOptions) -> Result<PlaybackSource, Error> {
     let timed = is_mcap(path);
     Ok(if timed {
         PlaybackSource::Timed(Box::new(McapReader::open(path, options)?))
@@ -81,6 +87,31 @@ fn open(path: &Path, options: ReadOptions) -> Result<PlaybackSource, Error> {
             at: 0,
         }
     })
+}
+
+impl PlaybackSource {
+    /// The next frame, and its second.
+    pub(super) fn next(&mut self, frame: &mut Frame<Counts>) -> Result<Option<f64>, Error> {
+        Ok(match self {
+            PlaybackSource::Timed(reader) => reader
+                .next_into(frame)?
+                .then(|| frame.time_secs.unwrap_or_default()),
+            PlaybackSource::Plain { frames, at } => frames.next_into(frame)?.then(|| {
+                let secs = second_of(frame, *at);
+                *at += 1;
+                frame.time_secs = Some(secs);
+                secs
+            }),
+        })
+    }
+
+    /// What was taken off the frame that was read last, when it was recorded.
+    pub(super) fn tare(&self) -> Option<&taxel_io::Tare> {
+        match self {
+            PlaybackSource::Timed(reader) => reader.tare().filter(|tare| !tare.is_undone()),
+            PlaybackSource::Plain { .. } => None,
+        }
+    }
 }
 
 /// Seconds of all frames, where they know them, and how long it is in seconds and frames.
@@ -157,6 +188,16 @@ impl Player {
         self.play.clone()
     }
 
+    /// The recording as it is read once more beside; `None` where nobody knows how long it is.
+    pub(super) fn recorded(&self) -> Option<Recorded> {
+        let (_, frames) = self.extent?;
+        Some(Recorded {
+            path: self.path.clone(),
+            options: self.options,
+            frames,
+        })
+    }
+
     fn requested(&self) -> PlaybackRequest {
         let mut play = self.play.lock().unwrap_or_else(PoisonError::into_inner);
         let requested = *play;
@@ -167,7 +208,8 @@ impl Player {
     /// Plays until it is stopped; without viewers until the recording ends.
     pub(super) fn run(mut self, sink: &mut FrameSink) {
         let holds = sink.server.is_some();
-        let name = self.path.display().to_string();
+        let mut name = self.path.display().to_string();
+        name += &simulated_caption(&self.path);
         sink.state(State::Live, &format!("playing {name}"));
         if !self.requested().playing {
             set_word(sink, false, &name);
@@ -242,7 +284,7 @@ impl Player {
         mut requested: PlaybackRequest,
         sink: &mut FrameSink,
     ) -> bool {
-        let why = match self.next(&mut showing.frame) {
+        let why = match self.source.next(&mut showing.frame) {
             Ok(at) => {
                 showing.read = at;
                 format!("{} has ended", showing.name)
@@ -328,11 +370,11 @@ impl Player {
 
     /// What was taken off the frame shown next, when it was recorded.
     fn tell_tare(&self, sink: &mut FrameSink) {
-        let PlaybackSource::Timed(reader) = &self.source else {
+        if let PlaybackSource::Plain { .. } = &self.source {
             return;
-        };
+        }
         let known = sink.tare.as_ref().and_then(Option::as_deref);
-        let tare = reader.tare().filter(|tare| !tare.is_undone());
+        let tare = self.source.tare();
         if sink.tare.is_none() || known != tare {
             sink.tare = Some(tare.cloned().map(Arc::new));
         }
@@ -344,21 +386,6 @@ impl Player {
             PlaybackSource::Plain { frames, .. } => frames.skipped(),
         };
         skipped as u64
-    }
-
-    /// The next frame, and its second.
-    fn next(&mut self, frame: &mut Frame<Counts>) -> Result<Option<f64>, Error> {
-        Ok(match &mut self.source {
-            PlaybackSource::Timed(reader) => reader
-                .next_into(frame)?
-                .then(|| frame.time_secs.unwrap_or_default()),
-            PlaybackSource::Plain { frames, at } => frames.next_into(frame)?.then(|| {
-                let secs = second_of(frame, *at);
-                *at += 1;
-                frame.time_secs = Some(secs);
-                secs
-            }),
-        })
     }
 
     /// By the index where there is one; else from the beginning on, frame by frame.
@@ -375,7 +402,7 @@ impl Player {
             None => (to * USUAL_RATE) as usize,
         };
         for _ in 0..before {
-            if self.next(&mut frame)?.is_none() {
+            if self.source.next(&mut frame)?.is_none() {
                 break;
             }
         }

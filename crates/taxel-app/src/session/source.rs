@@ -12,6 +12,8 @@ use taxel_acquire::simulated::{Person, Presser, Simulated, SimulationParameters}
 use taxel_acquire::transport::{Receiver, State, receive};
 use taxel_server::Server;
 
+use super::curve::CurveFinder;
+use super::engine::{exact_name, gives_loads};
 use super::host_clock::HostClock;
 use super::latest_queue::LatestQueue;
 use super::pace::{self, Pace};
@@ -41,6 +43,8 @@ pub(super) struct Prepared {
     pub(super) person: Option<Person>,
     /// A simulated operator, who lays weights as told.
     pub(super) presser: Option<Presser>,
+    /// Finds the whole of a recording that somebody looks at.
+    pub(super) curve: Option<CurveFinder>,
     /// Runs until it is stopped.
     pub(super) run: Run,
 }
@@ -49,6 +53,7 @@ pub(super) struct Prepared {
 pub(super) fn prepare(options: &SessionOptions) -> Result<Prepared, Error> {
     let mut person = None;
     let mut presser = None;
+    let mut curve = None;
     let (controls, run) = match &options.address {
         Address::Sim {
             pattern,
@@ -68,6 +73,7 @@ pub(super) fn prepare(options: &SessionOptions) -> Result<Prepared, Error> {
         Address::File { path, speed } => {
             let is_shown = options.server.is_some();
             let player = Player::open(path, &options.sensor, *speed, !options.held, is_shown)?;
+            curve = curve_finder(options, &player)?;
             let play = player.play();
             let run: Run = Box::new(move |sink| player.run(sink));
             (Controls::Player(play), run)
@@ -94,8 +100,26 @@ pub(super) fn prepare(options: &SessionOptions) -> Result<Prepared, Error> {
         controls,
         person,
         presser,
+        curve,
         run,
     })
+}
+
+/// Who finds the whole of a recording, where somebody looks at it and it holds loads.
+fn curve_finder(options: &SessionOptions, player: &Player) -> Result<Option<CurveFinder>, Error> {
+    let is_shown = options.server.is_some() && gives_loads(&options.sensor, &options.method);
+    let Some(recorded) = player.recorded().filter(|_| is_shown) else {
+        return Ok(None);
+    };
+    let pipeline = options
+        .method
+        .pipeline(&options.sensor, &options.sensor_file)?;
+    Ok(Some(CurveFinder {
+        recorded,
+        sensor: options.sensor.clone(),
+        method: exact_name(&pipeline, &options.method),
+        pipeline,
+    }))
 }
 
 /// The longest description of a board, bytes.

@@ -65,7 +65,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", conflicts_with = "sensor", value_parser = lines)]
     rows: Option<usize>,
     /// Frames a second, where the recording tells no times
-    #[arg(long, value_name = "RATE", value_parser = positive)]
+    #[arg(long, aliases = ["fps", "rate"], value_name = "RATE", value_parser = positive)]
     frames_per_second: Option<f64>,
     /// Where to write a plot (.png, .svg, .pdf)
     #[arg(short, long, value_name = "FILE")]

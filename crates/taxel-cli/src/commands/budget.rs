@@ -43,8 +43,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE[:N]")]
     frame: Option<FrameOf>,
     /// Frames a second: what an amplifier's gain is at the scan rate follows from it
-    #[arg(long, value_name = "N", default_value_t = 30.0)]
-    rate: f64,
+    #[arg(long, aliases = ["fps", "rate"], value_name = "RATE", default_value_t = 30.0)]
+    frames_per_second: f64,
     /// The load of every taxel in the worst frame, grams
     #[arg(long, value_name = "G", default_value_t = 600.0)]
     full_load: f64,
@@ -124,7 +124,10 @@ struct Report {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
-    for (option, value) in [("--rate", args.rate), ("--full-load", args.full_load)] {
+    for (option, value) in [
+        ("--frames-per-second", args.frames_per_second),
+        ("--full-load", args.full_load),
+    ] {
         if !value.is_finite() || value <= 0.0 {
             return Err(Error::Arguments {
                 what: format!("{option} is {value}, but must be a finite number above 0"),
@@ -147,7 +150,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let shares = scenes.len() as f64;
     let reports = scenes.iter().enumerate().map(|(i, scene)| {
         let done = |share: f64| progress.set((i as f64 + share) / shares);
-        report_of(&budget, scene, args.rate, done).map_err(in_file)
+        report_of(&budget, scene, args.frames_per_second, done).map_err(in_file)
     });
     let report = Report {
         sensor: match sensor.name() {
@@ -157,7 +160,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         rows: sensor.rows(),
         columns: sensor.columns(),
         parts: table::parts_of(&sensor),
-        frames_per_second: args.rate,
+        frames_per_second: args.frames_per_second,
         draws: args.draws,
         seed: args.seed,
         grams: budget.has_law(),

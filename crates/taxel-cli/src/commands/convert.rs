@@ -38,8 +38,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE|PRESET")]
     sensor: Option<PathBuf>,
     /// Frames a second of a recording that knows no time
-    #[arg(long, value_name = "N", default_value_t = USUAL_RATE, value_parser = positive)]
-    fps: f64,
+    #[arg(long, aliases = ["fps", "rate"], value_name = "RATE", default_value_t = USUAL_RATE, value_parser = positive)]
+    frames_per_second: f64,
     /// Leave out frames that cannot be read, instead of stopping at the first
     #[arg(long)]
     keep_going: bool,
@@ -184,7 +184,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         Source::Plain(_) => Element::F8,
     };
     let mut sink = Sink::create(args, &sensor, options, element)?;
-    let clock = Clock::of(&args.recording, args.fps);
+    let clock = Clock::of(&args.recording, args.frames_per_second);
     let progress = Progress::new("converting");
     let mut frame = Frame::zeros(sensor.rows(), sensor.columns());
     let mut count = 0u64;

@@ -64,8 +64,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "V", default_value = "2.2", value_parser = volts)]
     full_scale: f64,
     /// Frames a second
-    #[arg(long, value_name = "N", default_value_t = 30.0)]
-    rate: f64,
+    #[arg(long, aliases = ["fps", "rate"], value_name = "RATE", default_value_t = 30.0)]
+    frames_per_second: f64,
     /// Load at the least resistance
     #[arg(long, value_name = "LOAD", default_value = "600g", value_parser = grams)]
     full_load: f64,
@@ -228,7 +228,7 @@ impl Args {
         requirements.exponent = self.exponent;
         requirements.gbw_hz = self.gbw;
         requirements.amplifier_noise_volts = self.amplifier_noise;
-        requirements.frames_per_second = self.rate;
+        requirements.frames_per_second = self.frames_per_second;
         requirements.line_farads = self.capacitance;
         requirements.taxel_amperes = self.taxel_current;
         requirements.headroom = self.headroom;

@@ -71,7 +71,7 @@ pub(crate) struct Args {
     #[arg(long)]
     no_intervals: bool,
     /// Frames a second, in place of the times that the recording tells, or where it tells none
-    #[arg(long, value_name = "RATE", value_parser = positive)]
+    #[arg(long, aliases = ["fps", "rate"], value_name = "RATE", value_parser = positive)]
     frames_per_second: Option<f64>,
     /// How loads are found: auto (what suits the read-out), exact, newton, raw (no compensation), or the file of
     /// a model that `taxel train` wrote

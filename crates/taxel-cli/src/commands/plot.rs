@@ -5,6 +5,7 @@ mod draw;
 mod frame_range;
 mod look;
 mod movie;
+mod over_frames;
 
 use std::path::{Path, PathBuf};
 
@@ -31,7 +32,7 @@ use taxel_app::units::Unit;
 ///
 /// One frame: heatmaps before (the load law alone) and after (cross-talk removed). Several: a contact sheet.
 /// With --taxel, --row or --column: values over all frames, or those of --frames.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 pub(crate) struct Args {
     /// Recording of counts (.mcap, .parquet, .txt, .csv, .npy, .npz); with --values any numbers
     file: PathBuf,
@@ -44,6 +45,16 @@ pub(crate) struct Args {
     /// Which frames: a..b without b, a..=b with it, a.. to the end
     #[arg(long, value_name = "A..B")]
     frames: Option<FrameRange>,
+    /// The mean of every taxel over the frames (all of them, or those of --frames), readings that were lost left out
+    #[arg(long, conflicts_with_all = ["peak", "frame", "taxel", "row", "column"])]
+    mean: bool,
+    /// The highest value of every taxel over the frames, each its own: what a peak pressure map shows
+    #[arg(long, conflicts_with_all = ["frame", "taxel", "row", "column"])]
+    peak: bool,
+    /// A second recording of the same kind, beside the first over one range of colours: its same frame, or its own --mean or
+    /// --peak
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["taxel", "row", "column", "body", "before_after"])]
+    beside: Option<PathBuf>,
     /// A taxel's values over frames; several are several lines
     #[arg(long, value_name = "ROW,COLUMN|C7", conflicts_with_all = ["row", "column", "frame"])]
     taxel: Vec<TaxelAddress>,
@@ -142,6 +153,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     Files::default()
         .input("recording", &args.file)
         .maybe_sensor(args.sensor.as_ref())
+        .maybe_input("--beside", args.beside.as_ref())
         .maybe_input("model", args.method.file().as_ref())
         .output("-o", &args.output)
         .check()?;
@@ -151,12 +163,21 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         warn_of_areas(sensor, unit);
     }
     let lines = job.lines()?;
+    let second = args.beside.as_ref().map(|file| Args {
+        file: file.clone(),
+        ..args.clone()
+    });
+    let second = second.as_ref().map(|args| Job::new(args, extent));
+    let second = second.transpose()?;
     let mut file = AtomicFile::create(&args.output)?;
     if let Some(format) = format {
         let picture = match lines {
             Some(taxels) => draw::series(&job, &taxels)?,
             None if args.body => draw::body(&job)?,
-            None => draw::frames(&job)?,
+            None => match &second {
+                Some(second) => draw::beside(&job, second)?,
+                None => draw::frames(&job)?,
+            },
         };
         file.put(&args.look.finished(picture).render(format)?)?;
     } else {
@@ -205,10 +226,17 @@ impl<'a> Job<'a> {
             (false, None) => Some(if has_law { Unit::Grams } else { Unit::Siemens }),
         };
         let over = !args.taxel.is_empty() || args.row.is_some() || args.column.is_some();
+        let over = over || args.mean || args.peak;
         if is_movie(&args.output) && (over || args.frame.is_some()) {
             return Err(Error::Arguments {
                 what: format!("{} is a movie of whole frames", args.output.display()),
-                hint: "leave --frame, --taxel, --row and --column out; --frames A..B tells which frames",
+                hint: "leave --frame, --mean, --peak, --taxel, --row and --column out; --frames A..B tells which frames",
+            });
+        }
+        if args.beside.is_some() && is_movie(&args.output) {
+            return Err(Error::Arguments {
+                what: "--beside: a movie is of one recording".to_owned(),
+                hint: "draw a frame of both, or the --mean or --peak of each, as a picture",
             });
         }
         if args.look.mm && sensor.is_none() {
@@ -232,10 +260,16 @@ impl<'a> Job<'a> {
             pitch_mm: pitch.unwrap_or([1.0, 1.0]),
             extent,
         };
-        if args.look.mm && !job.range().is_one() && !is_movie(&args.output) {
+        if args.look.mm && !job.is_one_map() && !is_movie(&args.output) {
             return Err(Error::Arguments {
                 what: "--mm: the small maps of several frames have no axes".to_owned(),
                 hint: "draw one frame, with --frame",
+            });
+        }
+        if args.beside.is_some() && !job.is_one_map() {
+            return Err(Error::Arguments {
+                what: "--beside: several frames of each are drawn".to_owned(),
+                hint: "draw one of each, with --frame, --mean or --peak",
             });
         }
         if args.body {
@@ -257,10 +291,10 @@ impl<'a> Job<'a> {
                 "--mm: a body has no axes".to_owned(),
                 "leave --mm or --body out",
             )
-        } else if is_movie(&self.args.output) || !self.range().is_one() {
+        } else if is_movie(&self.args.output) || !self.is_one_map() {
             (
                 "--body: several frames are drawn".to_owned(),
-                "draw one frame, with --frame",
+                "draw one frame, with --frame, or --mean or --peak of several",
             )
         } else {
             return Ok(());
@@ -312,7 +346,7 @@ impl<'a> Job<'a> {
     /// Whether frames are drawn without compensation, and whether they are drawn with it.
     fn stages(&self) -> (bool, bool) {
         let args = self.args;
-        let one = self.range().is_one() && args.taxel.is_empty();
+        let one = self.is_one_map() && args.taxel.is_empty();
         let one = one && args.row.is_none() && args.column.is_none();
         let volts = self.unit == Some(Unit::Volts);
         if draw::is_exported(self) && !volts {
@@ -322,7 +356,10 @@ impl<'a> Job<'a> {
         match (args.values, args.raw || volts) {
             (true, _) => (false, true),
             (false, true) => (true, false),
-            (false, false) => (args.before_after || (one && !args.body), true),
+            (false, false) => {
+                let alone = one && !args.body && args.beside.is_none();
+                (args.before_after || alone, true)
+            }
         }
     }
 
@@ -356,9 +393,16 @@ impl<'a> Job<'a> {
         match (args.frame, args.frames) {
             (Some(frame), _) => FrameRange::one(frame),
             (None, Some(range)) => range,
-            (None, None) if over || is_movie(&args.output) => FrameRange::all(),
+            (None, None) if over || args.mean || args.peak || is_movie(&args.output) => {
+                FrameRange::all()
+            }
             (None, None) => FrameRange::one(0),
         }
+    }
+
+    /// Whether one map is drawn, of a frame or of what several amount to.
+    fn is_one_map(&self) -> bool {
+        self.args.mean || self.args.peak || self.range().is_one()
     }
 }
 

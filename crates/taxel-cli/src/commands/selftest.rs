@@ -56,8 +56,8 @@ pub(crate) struct Args {
     #[arg(long, requires = "live")]
     yes: bool,
     /// Frames a second, for recordings without times (for mains hum)
-    #[arg(long, value_name = "N", value_parser = positive, conflicts_with = "live")]
-    rate: Option<f64>,
+    #[arg(long, aliases = ["fps", "rate"], value_name = "RATE", value_parser = positive, conflicts_with = "live")]
+    frames_per_second: Option<f64>,
     /// The recordings have rows and columns swapped
     #[arg(long, conflicts_with = "live")]
     transpose: bool,
@@ -128,7 +128,7 @@ fn test(
     rubbed: &Path,
 ) -> Result<SelfTestResult, Error> {
     let mut options = SelfTestOptions::of(sensor);
-    options.frames_per_second = args.rate;
+    options.frames_per_second = args.frames_per_second;
     let mut test = SelfTest::new(
         sensor.rows(),
         sensor.columns(),

@@ -111,12 +111,12 @@ fn a_budget_refuses_what_is_no_sensor_and_no_number() {
     error: cannot open none.toml: No such file or directory (os error 2)
     hint: a sensor is a file, or one of the presets econe, mat-16x16-cd4067, mat-32x32-adg732
     ");
-    insta::assert_snapshot!(folder.fails("budget sensor.toml --rate 0"), @r"
+    insta::assert_snapshot!(folder.fails("budget sensor.toml --frames-per-second 0"), @r"
     exit code: 2
     ----- stdout -----
 
     ----- stderr -----
-    error: --rate is 0, but must be a finite number above 0
+    error: --frames-per-second is 0, but must be a finite number above 0
     hint: 30 frames a second and 600 grams are the defaults
     ");
 }
@@ -148,8 +148,8 @@ fn a_design_says_what_is_wrong_with_the_numbers_given() {
             .good(&format!("design --rows 8 --columns 8 {words}"))
             .err
     };
-    assert_eq!(of("--rate 1"), "");
-    let saturated = of("--rate 1 --resistor 12k");
+    assert_eq!(of("--frames-per-second 1"), "");
+    let saturated = of("--frames-per-second 1 --resistor 12k");
     assert!(
         saturated.contains("converter's ceiling from 107 g on"),
         "{saturated}"
@@ -157,7 +157,7 @@ fn a_design_says_what_is_wrong_with_the_numbers_given() {
     assert!(saturated.contains("2062 Ω at most"), "{saturated}");
     let noisy = folder.good("design --v-test 10mV").err;
     assert!(noisy.contains("warning: noise makes ghosts"), "{noisy}");
-    let late = of("--rate 1e5");
+    let late = of("--frames-per-second 1e5");
     assert!(
         late.contains("with one taxel pressed a reading settles in"),
         "{late}"

@@ -91,6 +91,15 @@ fn a_session_with_a_repeat_a_cancel_and_a_crash_ends_in_a_page_and_in_true_numbe
     assert_eq!(verdicts[1], "accepted");
     assert_eq!(verdicts[2]["repeated"], "cancelled by the operator");
     assert_eq!(verdicts[3], "accepted");
+    // One that was asked for in each run, and one by itself before a later trial, of which nothing had drifted.
+    let zeros: Vec<f64> = serde_json::from_value(record["zeros_newtons"].clone()).unwrap();
+    assert!(zeros.len() >= 3, "{zeros:?}");
+    assert!(
+        zeros.iter().all(|newtons| (newtons - zeros[0]).abs() < 0.5),
+        "{zeros:?}"
+    );
+    let page = std::fs::read_to_string(session.join("page.html")).unwrap();
+    assert!(page.contains("by itself before each trial"), "{page:.3000}");
     // Every attempt has its recording; so has the one that the crash cut off.
     let recordings = std::fs::read_dir(&session).unwrap();
     let recordings = recordings.filter(|file| {

@@ -291,13 +291,19 @@ fn saturated_frames_are_told() {
     folder.good(
         "simulate --sensor mat-32x32-adg732 --pattern hand --load-g 9000 --frames 100 -o hand.txt",
     );
-    let run =
-        folder.taxel("measure hand.txt --sensor mat-32x32-adg732 --frames-per-second 100 -o f.csv");
+    let run = folder.taxel(
+        "measure hand.txt --sensor mat-32x32-adg732 --frames-per-second 100 -o f.csv --picture f.svg",
+    );
     let told = "of 100 frames hold readings at the end of the converter's range";
     assert!(run.code == Some(3) && run.err.contains(told), "{run}");
     // Nothing bounds the force of the hold: an empty cell.
     let half = column(&folder, "f.csv", "total_error_n");
     assert!(half[80].is_nan() && half[0].is_finite());
+    let picture = folder.read("f.svg");
+    assert!(
+        picture.contains("at the converter&apos;s end")
+            || picture.contains("at the converter's end")
+    );
 }
 
 /// A column that is out in every third frame makes the force shake: said, and not said where neighbours stand in for it.

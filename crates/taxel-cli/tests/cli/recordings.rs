@@ -278,8 +278,8 @@ fn times_that_are_none_are_refused_and_leave_nothing() {
     std::fs::remove_file(folder.path("run.csv")).unwrap();
     folder.write("run.txt", &format!("{frame}\n{frame}\n"));
     for words in [
-        "convert run.txt --sensor sensor.toml -o run.mcap --fps 1e-300",
-        "convert run.txt --sensor sensor.toml -o run.mcap --fps 0",
+        "convert run.txt --sensor sensor.toml -o run.mcap --frames-per-second 1e-300",
+        "convert run.txt --sensor sensor.toml -o run.mcap --frames-per-second 0",
         "record sim:sensor.toml?hand -o run.mcap --secs nan",
         "replay run.txt --sensor sensor.toml --to - --speed nan",
     ] {
@@ -381,4 +381,39 @@ fn a_pipe_by_name_is_recorded_to_its_end() {
     let told = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{told}");
     assert!(told.contains("pipe.mcap: 30 frames"), "{told}");
+}
+
+/// One name for one thing: the older ones are understood, and shown nowhere.
+#[test]
+fn a_frame_rate_has_one_name_and_its_older_ones_are_understood() {
+    let folder = Folder::new();
+    folder.good("simulate --sensor sensor.toml --pattern hand --frames 9 -o run.txt");
+    for words in [
+        "convert run.txt --sensor sensor.toml -o run.mcap",
+        "measure run.txt --sensor sensor.toml",
+        "budget sensor.toml",
+        "design --rows 8 --columns 8",
+    ] {
+        let verb = words.split(' ').next().unwrap();
+        let help = folder.good(&format!("{verb} --help")).out;
+        assert!(help.contains("--frames-per-second"), "{help}");
+        assert!(
+            !help.contains("--fps") && !help.contains("--rate"),
+            "{help}"
+        );
+        let said = |option: &str| {
+            let _ = std::fs::remove_file(folder.path("run.mcap"));
+            let made = folder.good(&format!("{words} {option}")).out;
+            let exists = folder.exists("run.mcap");
+            let info = exists.then(|| folder.good("info run.mcap --json").out);
+            (made, info)
+        };
+        let [new, fps, rate] =
+            ["frames-per-second", "fps", "rate"].map(|n| said(&format!("--{n} 20")));
+        assert!(
+            new == fps && new == rate,
+            "{verb}: {new:?} {fps:?} {rate:?}"
+        );
+        assert_ne!(new, said("--frames-per-second 2000"), "{verb}");
+    }
 }

@@ -90,7 +90,7 @@ fn a_sound_sensor_is_healthy_and_the_exit_code_is_0() {
     baseline 25.0 counts, noise 3.52 counts; 100.0 % of the taxels tested
     healthy: nothing to solder
     settling: a reading keeps -0.01 ± 0.01 % of the one before
-    mains hum: cannot be judged: the empty recording has no times; --rate says how many frames a second
+    mains hum: cannot be judged: the empty recording has no times; --frames-per-second says how many frames a second
     converter codes: all of the 5 that could be judged occur
     ----- stderr -----
     ");
@@ -110,7 +110,7 @@ fn what_is_broken_is_listed_with_what_to_do_and_the_exit_code_is_3() {
       taxel at row 12, column 3: stuck – look at the crossing of row 12 and column 3; if it moves with the scan, suspect the converter (777 in all 280 frames)
       taxel at row 9, column 10: open – look for a gap in the material, or glue, at the crossing of row 9 and column 10 (reads 0 % of what is around it, in 13 frames in which all of that was loaded)
     settling: a reading keeps -0.01 ± 0.01 % of the one before
-    mains hum: cannot be judged: the empty recording has no times; --rate says how many frames a second
+    mains hum: cannot be judged: the empty recording has no times; --frames-per-second says how many frames a second
     converter codes: all of the 5 that could be judged occur
     ----- stderr -----
     ");
@@ -123,7 +123,7 @@ fn what_is_broken_is_listed_with_what_to_do_and_the_exit_code_is_3() {
     );
     folder.taxel(&format!("{BOTH} -o map.svg"));
     assert!(folder.read("map.svg").contains("open: row 5"));
-    let run = folder.taxel(&format!("{BOTH} --json --rate 43"));
+    let run = folder.taxel(&format!("{BOTH} --json --frames-per-second 43"));
     assert_eq!(run.code, Some(3), "{run}");
     let json: serde_json::Value = serde_json::from_str(&run.out).unwrap();
     let faults: Vec<&str> = json["findings"]

@@ -70,6 +70,45 @@ fn viewers_are_told_of_named_regions_from_the_start() {
     );
 }
 
+/// A recording that is held at its first frame is known as a whole, also to who comes later; of a long one every so many-th frame.
+#[test]
+fn viewers_are_told_what_the_whole_recording_looks_like() {
+    let folder = Folder::new();
+    for (frames, points) in [(300, 300), (2500, 1250)] {
+        folder.good(&format!(
+            "simulate --sensor sensor.toml --pattern hand --load-g 300 --frames {frames} -o run.txt"
+        ));
+        folder.good("measure run.txt --sensor sensor.toml --no-intervals -o f.csv");
+        let table = folder.read("f.csv");
+        let totals = table.lines().skip(1);
+        let totals: Vec<f64> = totals
+            .map(|line| line.split(',').nth(1).unwrap().parse().unwrap())
+            .collect();
+        let mut running = Running::start(
+            &folder,
+            "view run.txt --sensor sensor.toml --listen 127.0.0.1:0",
+        );
+        let url = running.url();
+        let curve = told(&mut view(&url), "curve");
+        let numbers = |name: &str| -> Vec<f64> {
+            let column = curve[name].as_array().unwrap().iter();
+            column.map(|number| number.as_f64().unwrap()).collect()
+        };
+        assert_eq!(numbers("secs").len(), points);
+        assert!(numbers("peak_kilopascals").iter().any(|peak| *peak > 1.0));
+        for (found, wanted) in numbers("total_newtons")
+            .iter()
+            .zip(totals.iter().step_by(frames / points))
+        {
+            assert!(
+                (found - wanted).abs() < 1e-4 * wanted.abs().max(1.0),
+                "{found} {wanted}"
+            );
+        }
+        assert_eq!(told(&mut view(&url), "curve"), curve);
+    }
+}
+
 /// Asks it to end, as Ctrl-C does; what it said.
 fn end(running: &mut Running) -> String {
     let pid = running.child.id().to_string();

@@ -242,6 +242,11 @@ impl McapReader {
         self.about.get("program").map(String::as_str)
     }
 
+    /// Where its frames came from: the address of a sensor, as the program was given it.
+    pub fn source(&self) -> Option<&str> {
+        self.about.get("source").map(String::as_str)
+    }
+
     /// How long the recording is, seconds, and its frames; `None` where it has no index (it was cut off).
     pub fn extent(&self) -> Option<(f64, u64)> {
         let index = self.index.as_ref()?;

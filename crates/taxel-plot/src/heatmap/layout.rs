@@ -107,10 +107,20 @@ pub(crate) fn draw_heatmap(
         let cell = placed.smaller_side() * plot.width / placed.width;
         let size = (owners.rows, owners.columns);
         outline::draw(canvas, plot, &owners.marks(marks), size, cell);
+        outline::hatch(canvas, marks, |taxel| placed.cell_of(taxel, plot));
     } else {
         let (rows, columns) = (panel.grid.rows, panel.grid.columns);
         let cell = (plot.width / columns as f64).min(plot.height / rows as f64);
         outline::draw(canvas, plot, marks, (rows, columns), cell);
+        let (wide, high) = (plot.width / columns as f64, plot.height / rows as f64);
+        outline::hatch(canvas, marks, |taxel| {
+            Some(Rect {
+                x: plot.x + (taxel % columns) as f64 * wide,
+                y: plot.y + (taxel / columns) as f64 * high,
+                width: wide,
+                height: high,
+            })
+        });
     }
     Ok(())
 }
@@ -134,10 +144,10 @@ fn bar_beside(panel: &Panel<'_>, range: (f64, f64), (width, height): (f64, f64))
     )
 }
 
-/// What the outlined taxels are, in lines of `width`; none where every taxel is good.
+/// What the hatched taxels are, in lines of `width`; none where every taxel is good.
 fn note_lines(panel: &Panel<'_>, width: f64) -> Vec<String> {
     match panel.marks.and_then(outline::counted) {
-        Some(counts) => text::wrap(&format!("outlined: {counts}"), NOTE_SIZE, width),
+        Some(counts) => text::wrap(&format!("hatched: {counts}"), NOTE_SIZE, width),
         None => Vec::new(),
     }
 }
@@ -305,6 +315,14 @@ impl PanelLayout {
         let swatch = format!("M{} {}h7v7h-7Z", number(x + 1.0), number(first - 7.0));
         canvas.strokes(&swatch, "#10303a", 1.9);
         canvas.strokes(&swatch, outline::OUTLINE, 1.2);
+        let stroke = format!(
+            "M{} {}L{} {}",
+            number(x + 1.0),
+            number(first),
+            number(x + 8.0),
+            number(first - 7.0)
+        );
+        canvas.strokes(&stroke, outline::OUTLINE, 0.6);
         for (i, line) in self.note.iter().enumerate() {
             canvas.text(
                 x + NOTE_INDENT,

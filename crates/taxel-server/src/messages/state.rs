@@ -180,11 +180,29 @@ pub struct BadLines {
     pub rows: Vec<usize>,
     /// Driven lines.
     pub columns: Vec<usize>,
+    /// Sensed lines that may be dead: they read nothing beside loads. Nothing is marked for them.
+    pub suspect_rows: Vec<usize>,
+    /// Driven lines that may be.
+    pub suspect_columns: Vec<usize>,
 }
 
 impl BadLines {
     /// These rows and columns.
     pub fn new(rows: Vec<usize>, columns: Vec<usize>) -> Self {
-        Self { rows, columns }
+        Self {
+            rows,
+            columns,
+            ..Self::default()
+        }
+    }
+
+    /// The same, with lines that may be dead.
+    #[must_use]
+    pub fn with_suspects(self, rows: Vec<usize>, columns: Vec<usize>) -> Self {
+        Self {
+            suspect_rows: rows,
+            suspect_columns: columns,
+            ..self
+        }
     }
 }

@@ -109,7 +109,7 @@ fn busy_state() -> State {
             ("r_mux_row_ohms".to_owned(), 10.0),
         ]
         .into(),
-        bad_lines: BadLines::new(vec![1], vec![0, 2]),
+        bad_lines: BadLines::new(vec![1], vec![0, 2]).with_suspects(Vec::new(), vec![7]),
         grip: None,
         calibration: None,
     }
@@ -289,8 +289,19 @@ fn details_of_nothing() -> Message {
     })
 }
 
+/// Of three frames, of which the second has no answer.
+fn curve() -> Message {
+    Message::Curve(Curve {
+        method: "exact".to_owned(),
+        secs: vec![0.0, 0.5, 1.25],
+        total_newtons: vec![0.0, f32::NAN, 12.5],
+        peak_kilopascals: vec![0.0, f32::NAN, 62.5],
+        contact_area_mm2: vec![0.0, f32::NAN, 9.0],
+    })
+}
+
 /// Each kind of message with the name and the type that the page's tests know it by.
-fn all_messages() -> [(&'static str, &'static str, Message); 12] {
+fn all_messages() -> [(&'static str, &'static str, Message); 13] {
     let refused = Refused::because("3.0 N stand on the sensor: take the load off");
     let hello_of = |hello| Message::Hello(Box::new(hello));
     let state_of = |state| Message::State(Box::new(state));
@@ -310,6 +321,7 @@ fn all_messages() -> [(&'static str, &'static str, Message); 12] {
         ),
         ("details", "Details", details()),
         ("detailsUnbounded", "Details", details_of_nothing()),
+        ("curve", "Curve", curve()),
         ("answer", "Answer", answer(7, Ok(Reply::saying("Tared")))),
         ("refusal", "Answer", answer(8, Err(refused))),
     ]

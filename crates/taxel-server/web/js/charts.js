@@ -26,14 +26,17 @@ export class Charts {
    * @param {import("./selection.js").Selection} parts.selection
    * @param {import("./figures.js").Figures} parts.figures
    * @param {(time: number) => void} parts.goTo shows the frame of that time
+   * @param {(secs: number) => void} parts.seek plays the file from there
    */
-  constructor({ view, settings, history, selection, figures, goTo }) {
+  constructor({ view, settings, history, selection, figures, goTo, seek }) {
     this.view = view;
     this.settings = settings;
     this.history = history;
     this.items = selection;
     this.figures = figures;
-    const options = { onClick: goTo };
+    /** @param {number} time */
+    const onClick = (time) => (this.wholeCurve() ? seek(Math.max(0, time)) : goTo(time));
+    const options = { onClick };
     const line = () => [{ colour: () => theme.comp, fill: () => faint(theme.comp, 0.13) }];
     /** @param {string} id */
     const plot = (id) => inside(byId(id), ".plot");
@@ -42,7 +45,7 @@ export class Charts {
       peak: new TimeChart(plot("chart-peak"), line(), options),
       area: new TimeChart(plot("chart-area"), line(), options),
     };
-    this.selection = new TimeChart(plot("chart-selection"), [], options);
+    this.selection = new TimeChart(plot("chart-selection"), [], { onClick: goTo });
     this.hint = byId("selection-hint");
     /** @param {string} id */
     const readout = (id) => ({ whole: byId(id), value: inside(byId(id), ".value"), error: inside(byId(id), ".error"), unit: inside(byId(id), ".unit") });
@@ -85,11 +88,14 @@ export class Charts {
     const { shown, paused } = this.view.now;
     const { series, events } = this.history;
     if (!shown) return;
-    const span = this.settings.values.window;
+    const { window, fileWindow } = this.settings.values;
+    const span = (this.view.isFile && fileWindow) || window;
     const pausedAt = paused ? shown.host : NaN;
     const end = this.endOf(series.lastTime, span, pausedAt);
     const quantities = this.quantities();
-    for (const name of CHARTS) {
+    const whole = this.wholeCurve();
+    if (whole) this.drawWhole(whole, quantities);
+    else for (const name of CHARTS) {
       const chart = this.charts[name];
       extract(series, name === "force" ? "total" : name, end, span, quantities[name][0], chart.data);
       chart.update(end, span, events, pausedAt);
@@ -97,6 +103,39 @@ export class Charts {
     this.updateSelection(end, span, quantities, pausedAt);
     this.write(shown, quantities);
     this.describe(quantities);
+  }
+
+  /**
+   * All of the file that is played, where that is to be shown and is known: by the method that is chosen.
+   * @returns {Wire.Curve | null}
+   */
+  wholeCurve() {
+    const { curve } = this.history;
+    const shown = this.view.isFile && this.settings.values.fileWindow === 0 && this.view.now.newtons;
+    return shown && curve && curve.method === this.view.method && curve.secs.length > 1 ? curve : null;
+  }
+
+  /**
+   * The whole file, with the place where it is.
+   * @param {Wire.Curve} curve
+   * @param {Quantities} quantities
+   */
+  drawWhole(curve, quantities) {
+    const { state } = this.view.now;
+    const at = state && state.player ? state.player.position_secs : NaN;
+    const span = Math.max(curve.secs[curve.secs.length - 1], state && state.player ? state.player.duration_secs : 0);
+    const columns = { force: curve.total_newtons, peak: curve.peak_kilopascals, area: curve.contact_area_mm2 };
+    for (const name of CHARTS) {
+      const [xs, ys] = this.charts[name].data;
+      xs.length = 0;
+      ys.length = 0;
+      for (let i = 0; i < curve.secs.length; i += 1) {
+        const value = columns[name][i];
+        xs.push(curve.secs[i] - span);
+        ys.push(value === null ? null : value * quantities[name][0]);
+      }
+      this.charts[name].update(span, span, [], at, true);
+    }
   }
 
   /**

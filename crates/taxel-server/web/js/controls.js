@@ -73,7 +73,7 @@ export class Controls {
     onChoice("unit-select", (value) => settings.set("unit", value));
     onChoice("colour-select", (value) => settings.set("colours", value));
     onChoice("measure-select", (value) => settings.set("measure", /** @type {keyof Page.Measures} */ (value)));
-    onChoice("window-select", (value) => settings.set("window", Number(value)));
+    onChoice("window-select", (value) => settings.set(this.view.isFile ? "fileWindow" : "window", Number(value)));
     onChoice("scale-select", (value) => this.setScale(/** @type {import("./settings.js").ScaleMode} */ (value)));
     const fixed = inputById("scale-fixed");
     fixed.addEventListener("change", () => {
@@ -223,7 +223,8 @@ export class Controls {
     selectById("colour-select").value = values.colours;
     selectById("scale-select").value = values.scaleMode;
     selectById("measure-select").value = values.measure;
-    selectById("window-select").value = String(values.window);
+    byId("window-all").hidden = !this.view.isFile;
+    selectById("window-select").value = String(this.view.isFile ? values.fileWindow : values.window);
     byId("scale-fixed-field").hidden = values.scaleMode !== "fixed";
     const fixed = inputById("scale-fixed");
     if (document.activeElement !== fixed) fixed.value = String(Number(significant(values.scaleFixed, 4)));

@@ -14,10 +14,13 @@ export class History {
     this.series = new Series(["total", "peak", "area", "copRow", "copColumn"]);
     /** @type {Page.Happening[]} */
     this.events = [];
+    /** All of the file that is played, once the server knows it. @type {Wire.Curve | null} */
+    this.curve = null;
   }
 
   /** @param {Wire.SensorFacts} sensor */
   reset(sensor) {
+    this.curve = null;
     this.buffer = new FrameBuffer(sensor.rows, sensor.columns);
     this.series.clear();
     this.events = [];

@@ -50,7 +50,7 @@ const playback = new Playback({ view, history, requests, makeRoom: (frame) => st
 const goTo = (time) => playback.goTo(time);
 const drawing = new Drawing({ view, settings, selection, history, stage });
 const figures = new Figures(view);
-const charts = new Charts({ view, settings, history, selection, figures, goTo });
+const charts = new Charts({ view, settings, history, selection, figures, goTo, seek: (secs) => playback.seek(secs) });
 const forceDecimals = () => charts.decimals("force");
 const panel = new Panel({ view, history, selection, scale, forceDecimals, goTo });
 const source = { view, settings, history, selection, stage };

@@ -309,8 +309,9 @@ export class Panel {
     byId("frame-measured").textContent = `${fixed(Math.floor(measured * 1000) / 10, 1)} %`;
     byId("frame-marked").textContent = `${marked} of ${taxels}`;
     byId("frame-mark-text").textContent = counts.flatMap((count, code) => (code > 0 && count > 0 ? [`${count} ${marks.of(code).word}`] : [])).join(", ");
-    const lines = badLines.rows.length + badLines.columns.length;
-    byId("frame-lines").textContent = lines === 0 ? "none" : [listed("row", badLines.rows), listed("col", badLines.columns)].filter(Boolean).join("; ");
+    const known = [listed("row", badLines.rows), listed("col", badLines.columns)];
+    const suspects = [listed("row", badLines.suspect_rows), listed("col", badLines.suspect_columns)];
+    byId("frame-lines").textContent = [...known, ...suspects.map((lines) => lines && `${lines} may be dead`)].filter(Boolean).join("; ") || "none";
   }
 }
 

@@ -91,6 +91,12 @@ export class Playback {
     this.show(buffer.indexAt(host));
   }
 
+  /** @param {number} secs since the file's first frame */
+  seek(secs) {
+    this.live();
+    this.requests.send({ do: "seek", secs });
+  }
+
   scrubbed() {
     const { buffer } = this.history;
     if (buffer.length === 0) return;

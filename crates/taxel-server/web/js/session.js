@@ -29,6 +29,7 @@ export class Session {
     else if (message.kind === "state") this.takeState(message);
     else if (message.kind === "event") this.parts.history.addEvent(message);
     else if (message.kind === "details") this.parts.onDetails(message);
+    else if (message.kind === "curve") this.parts.history.curve = message;
   }
 
   /**

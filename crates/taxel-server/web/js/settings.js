@@ -23,6 +23,7 @@ const KEY = "taxel.view";
  * @property {ScaleMode} scaleMode
  * @property {number} scaleFixed
  * @property {number} window seconds shown in the charts
+ * @property {number} fileWindow the same where a file is played; 0: all of it
  * @property {keyof Page.Measures} measure
  * @property {Tool} tool
  * @property {boolean} letters keys of a single letter, digit or sign do something
@@ -34,7 +35,7 @@ const DEFAULTS = {
   layout: "both", difference: false, smooth: false, surface: false, marks: true, cop: true,
   quarters: 0, mirrorX: false, mirrorY: false,
   unit: "N", colours: "inferno", scaleMode: "follow", scaleFixed: 1,
-  window: 30, measure: "force", tool: "point", letters: true,
+  window: 30, fileWindow: 0, measure: "force", tool: "point", letters: true,
 };
 
 export class Settings {

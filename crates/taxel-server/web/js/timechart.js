@@ -41,6 +41,8 @@ export class TimeChart {
     /** @type {Page.Happening[]} */
     this.events = [];
     this.pausedAt = NaN;
+    /** Times are said from the beginning on, not back from the end. */
+    this.fromStart = false;
     this.lines = lines;
     /** @type {Data} */
     this.data = [[], ...lines.map(() => [])];
@@ -77,8 +79,9 @@ export class TimeChart {
     this.tip.className = "tip num";
     this.tip.hidden = true;
     plot.over.append(this.tip);
-    plot.over.addEventListener("click", () => {
-      const x = plot.posToVal(plot.cursor.left ?? NaN, "x");
+    plot.over.addEventListener("click", (event) => {
+      // A finger moves no cursor before it taps.
+      const x = plot.posToVal(event.clientX - plot.over.getBoundingClientRect().left, "x");
       if (this.onClick && Number.isFinite(x)) this.onClick(this.end + x);
     });
     return plot;
@@ -98,8 +101,10 @@ export class TimeChart {
    * @param {number} span seconds shown before it
    * @param {Page.Happening[]} events
    * @param {number} pausedAt seconds since 1970, or NaN
+   * @param {boolean} fromStart times, also those given, are since the beginning
    */
-  update(end, span, events, pausedAt) {
+  update(end, span, events, pausedAt, fromStart = false) {
+    this.fromStart = fromStart;
     this.end = end;
     this.span = span;
     this.events = events;
@@ -122,7 +127,8 @@ export class TimeChart {
       const [last, low, high] = [known[known.length - 1], Math.min(...known), Math.max(...known)].map((value) => fixed(value, decimals));
       return `${word}${last} ${units[i]}, between ${low} and ${high}`;
     });
-    const text = `${name} over the last ${fixed(this.span, 0)} s: ${parts.length > 0 ? parts.join("; ") : "nothing is selected"}`;
+    const over = this.fromStart ? "the whole file," : "the last";
+    const text = `${name} over ${over} ${fixed(this.span, 0)} s: ${parts.length > 0 ? parts.join("; ") : "nothing is selected"}`;
     this.element.setAttribute("role", "img");
     if (this.element.getAttribute("aria-label") !== text) this.element.setAttribute("aria-label", text);
   }
@@ -142,7 +148,13 @@ export class TimeChart {
   splitsX(width) {
     const most = Math.max(2, Math.min(6, Math.floor(width / 80)));
     const step = this.span / (most >= 6 ? 6 : most >= 5 ? 5 : most >= 3 ? 3 : 2);
+    /** @type {number[]} */
     const splits = [];
+    if (this.fromStart) {
+      const round = niceStep(this.span, most);
+      for (let i = 0; i * round <= this.span + 1e-6; i += 1) splits.push(i * round - this.span);
+      return splits;
+    }
     for (let x = -this.span; x <= 1e-6; x += step) splits.push(Math.abs(x) < 1e-6 ? 0 : x);
     return splits;
   }
@@ -152,6 +164,10 @@ export class TimeChart {
    * @param {boolean} last
    */
   textX(x, last) {
+    if (this.fromStart) {
+      const [secs, unit] = this.span > 90 ? [(x + this.span) / 60, " min"] : [x + this.span, " s"];
+      return `${Number(secs.toFixed(2))}${last ? unit : ""}`;
+    }
     if (last && x === 0) return "0 s";
     return this.span > 90 ? `${fixed(x / 60, Number.isInteger(x / 60) ? 0 : 1)} min` : fixed(x, Number.isInteger(x) ? 0 : 1);
   }
@@ -168,7 +184,7 @@ export class TimeChart {
     if (!shown) return;
     const decimals = decimalsFor(this.top);
     const values = data.slice(1).map((column) => fixed(column[at] ?? NaN, decimals));
-    this.tip.textContent = `${fixed(data[0][at], 1)} s: ${values.join(", ")}`;
+    this.tip.textContent = `${fixed(data[0][at] + (this.fromStart ? this.span : 0), 1)} s: ${values.join(", ")}`;
     const toLeft = left > over.clientWidth / 2;
     this.tip.style.left = toLeft ? "auto" : `${left + 8}px`;
     this.tip.style.right = toLeft ? `${over.clientWidth - left + 8}px` : "auto";

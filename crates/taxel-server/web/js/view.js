@@ -22,7 +22,7 @@ import { MICROSIEMENS, unitOf } from "./units.js";
  */
 
 /** @type {Wire.BadLines} */
-export const NO_LINES = { rows: [], columns: [] };
+export const NO_LINES = { rows: [], columns: [], suspect_rows: [], suspect_columns: [] };
 
 /** @returns {ViewValues} */
 const atFirst = () => ({
@@ -40,6 +40,11 @@ export class View extends Store {
 
   get sensor() {
     return this.now.hello ? this.now.hello.sensor : null;
+  }
+
+  /** Whether what is shown is a recording. */
+  get isFile() {
+    return this.now.hello !== null && this.now.hello.file !== null;
   }
 
   get isOpen() {

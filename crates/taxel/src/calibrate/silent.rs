@@ -155,7 +155,8 @@ pub(super) fn add_silent(faults: &mut LineFaults, data: &CalibrationData) {
     let usual_counts = crate::stats::median(usual).unwrap_or(0.0);
     let found = silent.map_or_else(Vec::new, |silent| silent.faults(usual_counts));
     for fault in found {
-        let is_known = |known: &LineFault| (known.axis, known.index) == (fault.axis, fault.index);
+        let is_line = |known: &LineFault| (known.axis, known.index) == (fault.axis, fault.index);
+        let is_known = |known: &LineFault| is_line(known) && known.kind != LineFaultKind::Suspect;
         let is_on = |press: &&PressLabel| match fault.axis {
             Axis::Row => press.row == fault.index,
             Axis::Column => press.column == fault.index,
@@ -168,6 +169,8 @@ pub(super) fn add_silent(faults: &mut LineFaults, data: &CalibrationData) {
         let is_sure = fault.kind == LineFaultKind::Flickering
             || fault.tested >= MIN_SILENT && !pressed.any(reads);
         if is_sure && !faults.faults.iter().any(is_known) {
+            // What was a suspicion is more than that now.
+            faults.faults.retain(|known| !is_line(known));
             faults.faults.push(fault);
         }
     }

@@ -39,6 +39,7 @@
 
 mod axis;
 mod end;
+mod fault;
 mod frame;
 mod level;
 mod line;
@@ -49,13 +50,15 @@ mod repair;
 mod report;
 mod short;
 mod spike;
+mod suspect;
 mod tally;
 
 pub use axis::Axis;
 pub(crate) use end::LowerEnd;
+pub use fault::{LineFault, LineFaultKind, LineFaults};
 pub use frame::FrameScreen;
 pub use level::{Level, LevelScreen};
-pub use line::{LineFault, LineFaultKind, LineFaults, LineScreen};
+pub use line::LineScreen;
 pub use mask::{CountsMask, MaskCount};
 pub use options::{ScreenOptions, SpaceSpikes, TimeSpikes};
 pub(crate) use repair::{fill, stand_in};

@@ -2,6 +2,7 @@
 
 use super::ScreenOptions;
 use super::line_state::{LineReadings, LineVerdict, Thresholds, is_there};
+use super::suspect::Silence;
 use crate::stats::median_high;
 
 /// A line falls silent when it read at least this share of the load beside it in the frame before …
@@ -28,6 +29,8 @@ pub(super) struct LineTally {
     pub(super) taxels: usize,
     pub(super) median_sum: f64,
     pub(super) next_to_sum: f64,
+    /// Whether it reads nothing beside loads.
+    pub(super) silence: Silence,
 }
 
 impl LineTally {

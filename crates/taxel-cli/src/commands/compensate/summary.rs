@@ -9,7 +9,7 @@ use taxel::{Mark, Sensor};
 
 use super::Args;
 use super::output::files;
-use crate::doubts::doubts;
+use crate::doubts::{doubts, tell_faulty_lines};
 use crate::out::warn_unsolved;
 use crate::{Exit, out, recorded};
 use taxel_app::conversion::Converted;
@@ -60,9 +60,7 @@ impl Summary {
         let codes = Mark::ALL.map(|mark| (mark.code(), mark.word()));
         let show = |file: &std::path::PathBuf| file.display().to_string();
         let files = files(args);
-        for line in survey.lines() {
-            out::note(&format!("faulty line: {}", line.text));
-        }
+        tell_faulty_lines(&survey.lines());
         Self {
             recording: show(&args.recording),
             sensor: sensor_file.display().to_string(),

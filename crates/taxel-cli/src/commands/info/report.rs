@@ -14,6 +14,7 @@ use taxel_io::{Event, Integrity, Skipped};
 use super::exported::Exported;
 
 use taxel_app::line_survey::FaultyLine;
+use taxel_app::simulated::simulated_source;
 
 /// How many frames left out, and how many events, are named one by one.
 const NAMED: usize = 10;
@@ -26,6 +27,9 @@ pub(super) struct Report {
     /// Bytes of the file.
     bytes: Option<u64>,
     pub(super) sensor: Option<String>,
+    /// What simulated it, where it tells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    simulated: Option<String>,
     /// What another program that has exported the file says of it.
     #[serde(skip_serializing_if = "Option::is_none")]
     exported: Option<Exported>,
@@ -75,6 +79,7 @@ impl Report {
             file: file.display().to_string(),
             bytes: about.map(|about| about.len()),
             sensor: None,
+            simulated: simulated_source(file),
             exported: None,
             rows: rows_known.then_some(rows),
             columns,
@@ -188,6 +193,9 @@ impl fmt::Display for Report {
         writeln!(f, "{}{size}", self.file)?;
         if let Some(exported) = &self.exported {
             write!(f, "{exported}")?;
+        }
+        if let Some(source) = &self.simulated {
+            writeln!(f, "simulated ({source}): nobody pressed")?;
         }
         match (self.rows, self.frames) {
             (Some(rows), Some(frames)) => {

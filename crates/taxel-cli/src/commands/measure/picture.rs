@@ -8,6 +8,7 @@ use taxel_plot::{Line, LineStyle, Picture, Series};
 use crate::error::Error;
 use taxel_app::exported::exported_caption;
 use taxel_app::measure::{ForceSeries, Measurement};
+use taxel_app::simulated::simulated_caption;
 
 /// Points that a line has at most: finer than a picture shows.
 const POINTS: usize = 1500;
@@ -55,6 +56,7 @@ pub(super) fn forces(
             }
         }
     }
+    lines.extend(saturated(series, &x));
     let label = if has_times { "time (s)" } else { "frame" };
     let name = recording.file_name().unwrap_or_default().to_string_lossy();
     let picture = Series::new(label, thin(&x), lines)?
@@ -62,12 +64,27 @@ pub(super) fn forces(
         .quantity("force")
         .unit("N")
         .caption(format!(
-            "{}{}; dashed: plateaus",
+            "{}{}{}; dashed: plateaus",
             sensor.name(),
-            exported_caption(sensor)
+            exported_caption(sensor),
+            simulated_caption(recording)
         ))
         .picture()?;
     Ok(picture)
+}
+
+/// The total in frames with readings at the end of the converter's range, a dot each: more pressed than they show.
+fn saturated(series: &taxel_app::measure::Series, x: &[f64]) -> Option<Line> {
+    let frames = series.is_saturated.iter().zip(x).zip(&series.total.newtons);
+    let beyond: Vec<(f64, f64)> = frames
+        .filter(|((is_saturated, _), _)| **is_saturated)
+        .map(|((_, x), newtons)| (*x, *newtons))
+        .collect();
+    let every = beyond.len().div_ceil(POINTS).max(1);
+    let (x, newtons) = beyond.into_iter().step_by(every).unzip();
+    let line = Line::new("at the converter's end: more pressed", newtons);
+    let line = line.over(x).style(LineStyle::Points).colour(3);
+    (!line.values.is_empty()).then_some(line)
 }
 
 /// The edges of a force's interval, where it would be seen: a hundredth of the largest force, or more.

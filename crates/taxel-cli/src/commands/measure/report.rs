@@ -8,7 +8,7 @@ use taxel::frame::grams_from_newtons;
 use taxel_plot::report::{Cell, Table};
 
 use super::Args;
-use crate::doubts::{area_beyond_cell, doubts};
+use crate::doubts::{area_beyond_cell, doubts, tell_faulty_lines};
 use crate::out;
 use taxel_app::conversion::tally::{NamedFrame, Tally};
 use taxel_app::exported::NOISE_ALONE;
@@ -26,6 +26,9 @@ pub(super) struct Report<'a> {
     touched_n: f64,
     /// What intervals are made of.
     intervals_of: &'static str,
+    /// What simulated the recording.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    simulated: Option<&'a str>,
     /// What is said of loads that another program has found.
     #[serde(skip_serializing_if = "Option::is_none")]
     exported: Option<&'a str>,
@@ -67,6 +70,7 @@ impl<'a> Report<'a> {
             sensor: measured.sensor_file.display().to_string(),
             touched_n: settings.touched_newtons,
             intervals_of: measurement.intervals_of,
+            simulated: measurement.simulated.as_deref(),
             exported: measurement.exported.as_deref(),
             reference: measurement.reference,
             duration_s: series.secs.last().copied().filter(|secs| secs.is_finite()),
@@ -86,9 +90,7 @@ impl<'a> Report<'a> {
 
     /// Says what a reader of the numbers has to know.
     pub(super) fn tell(&self) {
-        for line in self.faulty_lines {
-            out::note(&format!("faulty line: {}", line.text));
-        }
+        tell_faulty_lines(self.faulty_lines);
         for NamedFrame { frame, why, .. } in &self.tally.skipped {
             out::warn(&format!("frame {frame} left out: {why}"));
         }
@@ -206,6 +208,9 @@ impl fmt::Display for Report<'_> {
             write!(f, ", {secs:.2} s")?;
         }
         writeln!(f, "; intervals of 95 %: {}", self.intervals_of)?;
+        if let Some(source) = self.simulated {
+            writeln!(f, "simulated ({source}): nobody pressed")?;
+        }
         if let Some(reference) = &self.reference {
             fmt_reference(reference, f)?;
         }

@@ -4,13 +4,14 @@ use taxel::Frame;
 use taxel_io::FrameSource;
 
 use super::Job;
+use crate::doubts::tell_faulty_lines;
 use crate::error::Error;
 use crate::out::warn_unsolved;
 use crate::progress::{Progress, Terminal};
 use crate::recorded::Untared;
 use taxel_app::chain::Chain;
 use taxel_app::frames::{DisplayUnit, Input, open_shown, show};
-use taxel_app::line_survey::Survey;
+use taxel_app::line_survey::{FaultyLine, Survey};
 use taxel_app::methods::MethodName;
 use taxel_app::units::InputUnit;
 
@@ -98,6 +99,11 @@ fn each_count(
     let mut input = Input::new(&job.args.file, InputUnit::Counts, sensor);
     input.options = job.options;
     let survey = Survey::of(&input, sensor, &Terminal, None)?;
+    if pass == Pass::First {
+        let mut lines = survey.lines();
+        lines.retain(FaultyLine::is_suspect);
+        tell_faulty_lines(&lines);
+    }
     let chain = |method: &MethodName| -> Result<Chain, Error> {
         let mut chain = Chain::new(sensor, name, method, unit)?;
         chain.set_lines(&survey.faults);

@@ -3,11 +3,12 @@
 use taxel::{Frame, Mark, Sensor};
 use taxel_plot::{Body, ContactSheet, Line, Panel, Picture, Series, Sheet};
 
-use super::Job;
 use super::collect::{Pass, each};
+use super::{Job, over_frames};
 use crate::error::Error;
 use taxel_app::exported::exported_caption;
 use taxel_app::frames::DisplayUnit;
+use taxel_app::simulated::simulated_caption;
 
 /// Words for what is drawn.
 pub(super) const RAW: &str = "as read";
@@ -15,21 +16,9 @@ pub(super) const COMPENSATED: &str = "cross-talk removed";
 
 /// One frame in full, or several on a contact sheet.
 pub(super) fn frames(job: &Job<'_>) -> Result<Picture, Error> {
-    let mut kept: Vec<(String, Frame<DisplayUnit>)> = Vec::new();
     let (wants_raw, wants_compensated) = job.stages();
     let both = wants_raw && wants_compensated;
-    each(job, Pass::First, |number, stages| {
-        let raw = stages.raw.map(|frame| (RAW, frame));
-        let compensated = stages.compensated.map(|frame| (COMPENSATED, frame));
-        for (word, frame) in [raw, compensated].into_iter().flatten() {
-            let title = match (job.args.values, both) {
-                (false, true) => format!("frame {number}, {word}"),
-                _ => format!("frame {number}"),
-            };
-            kept.push((title, frame.clone()));
-        }
-        Ok(())
-    })?;
+    let kept = maps(job)?;
     let panels = kept
         .iter()
         .map(|(title, frame)| panel(job, title, frame))
@@ -38,7 +27,7 @@ pub(super) fn frames(job: &Job<'_>) -> Result<Picture, Error> {
     let caption = with(caption(job), beyond);
     let look = &job.args.look;
     let title = look.title.as_deref().unwrap_or_default();
-    if job.range().is_one() {
+    if job.is_one_map() {
         let shared = look.range.is_some() || are_comparable(&kept);
         let caption = if shared {
             caption
@@ -64,14 +53,83 @@ pub(super) fn frames(job: &Job<'_>) -> Result<Picture, Error> {
     Ok(sheet.picture()?)
 }
 
+/// One map of each of two recordings side by side, over one range of colours: they are to be compared.
+pub(super) fn beside(first: &Job<'_>, second: &Job<'_>) -> Result<Picture, Error> {
+    let (one, other) = (first.symbol(), second.symbol());
+    if one != other {
+        return Err(Error::Arguments {
+            what: format!(
+                "--beside: {} is drawn in {one}, {} in {other}",
+                first.args.file.display(),
+                second.args.file.display()
+            ),
+            hint: "--unit says one for both",
+        });
+    }
+    let maps = [maps(first)?, maps(second)?];
+    let jobs = [first, second];
+    let name = |job: &Job<'_>| {
+        let file = job.args.file.file_name().unwrap_or_default();
+        file.to_string_lossy().into_owned()
+    };
+    let mut panels = Vec::new();
+    for (job, maps) in jobs.iter().zip(&maps) {
+        for (title, frame) in maps {
+            panels.push(panel(job, &format!("{}: {title}", name(job)), frame)?);
+        }
+    }
+    let all = maps.iter().flatten();
+    let beyond = first.beyond(all.flat_map(|(_, frame)| present(frame)));
+    let [one, other] = jobs.map(caption);
+    let title = first.args.look.title.as_deref().unwrap_or_default();
+    let mut sheet = Sheet::new(panels)?.shared_range(true).title(title);
+    if let Some(extent) = first.extent {
+        sheet = sheet.fit(extent);
+    }
+    let caption = with(format!("{one}; {other}"), beyond);
+    Ok(sheet.caption(caption).picture()?)
+}
+
+/// What is drawn, with titles.
+fn maps(job: &Job<'_>) -> Result<Vec<(String, Frame<DisplayUnit>)>, Error> {
+    let (wants_raw, wants_compensated) = job.stages();
+    if job.args.mean || job.args.peak {
+        over_frames::maps(job)
+    } else {
+        each_by_itself(job, wants_raw && wants_compensated)
+    }
+}
+
+/// The frames asked for, with their titles.
+fn each_by_itself(job: &Job<'_>, both: bool) -> Result<Vec<(String, Frame<DisplayUnit>)>, Error> {
+    let mut kept: Vec<(String, Frame<DisplayUnit>)> = Vec::new();
+    each(job, Pass::First, |number, stages| {
+        let raw = stages.raw.map(|frame| (RAW, frame));
+        let compensated = stages.compensated.map(|frame| (COMPENSATED, frame));
+        for (word, frame) in [raw, compensated].into_iter().flatten() {
+            let title = match (job.args.values, both) {
+                (false, true) => format!("frame {number}, {word}"),
+                _ => format!("frame {number}"),
+            };
+            kept.push((title, frame.clone()));
+        }
+        Ok(())
+    })?;
+    Ok(kept)
+}
+
 /// One frame on the handle that the array is wrapped around.
 pub(super) fn body(job: &Job<'_>) -> Result<Picture, Error> {
     let mut kept = None;
-    each(job, Pass::First, |number, stages| {
-        let frame = stages.compensated.or(stages.raw);
-        kept = frame.map(|frame| (format!("frame {number}"), frame.clone()));
-        Ok(())
-    })?;
+    if job.args.mean || job.args.peak {
+        kept = over_frames::maps(job)?.pop();
+    } else {
+        each(job, Pass::First, |number, stages| {
+            let frame = stages.compensated.or(stages.raw);
+            kept = frame.map(|frame| (format!("frame {number}"), frame.clone()));
+            Ok(())
+        })?;
+    }
     let handle = job.sensor.as_ref().and_then(Sensor::handle);
     let (Some((title, frame)), Some(handle)) = (kept, handle) else {
         unreachable!("a frame that is not there, or a sensor without a handle, has been refused");
@@ -152,6 +210,7 @@ pub(super) fn caption(job: &Job<'_>) -> String {
         .sensor
         .as_ref()
         .map_or_else(String::new, exported_caption);
+    let whose = whose + &simulated_caption(&job.args.file);
     match sensor {
         "" => format!("{file}{how}"),
         sensor => format!("{file}, {sensor}{how}{whose}"),
@@ -239,15 +298,16 @@ fn dressed(job: &Job<'_>, series: Series, beyond: Option<String>) -> Result<Pict
     Ok(series.picture()?)
 }
 
+/// Whether a reading with this mark says nothing.
+pub(super) fn is_lost(mark: Mark) -> bool {
+    matches!(
+        mark,
+        Mark::Open | Mark::Stuck | Mark::Spike | Mark::Flickering | Mark::Absent
+    )
+}
+
 fn value(frame: &Frame<DisplayUnit>, row: usize, column: usize) -> f64 {
-    let lost = [
-        Mark::Open,
-        Mark::Stuck,
-        Mark::Spike,
-        Mark::Flickering,
-        Mark::Absent,
-    ];
-    if lost.contains(&frame.mark_at(row, column)) {
+    if is_lost(frame.mark_at(row, column)) {
         f64::NAN
     } else {
         frame.at(row, column)

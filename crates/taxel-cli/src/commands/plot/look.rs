@@ -18,7 +18,7 @@ const LARGEST: f64 = 1e300;
 const NARROWEST: f64 = 1e-9;
 
 /// Options of the picture as a whole.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 pub(super) struct Look {
     /// The line above the picture
     #[arg(long, value_name = "TEXT")]

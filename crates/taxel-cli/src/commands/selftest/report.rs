@@ -205,7 +205,8 @@ impl Report {
     }
 }
 
-const UNTIMED: &str = "the empty recording has no times; --rate says how many frames a second";
+const UNTIMED: &str =
+    "the empty recording has no times; --frames-per-second says how many frames a second";
 
 fn hum_report(hum: &Hum) -> HumReport {
     let mut report = HumReport {

@@ -4,6 +4,7 @@ use rand_chacha::ChaCha8Rng;
 use super::*;
 use crate::Mark;
 use crate::screen::{FrameScreen, ScreenReport};
+use crate::sensor::ScreenSpec;
 
 const FULL: f64 = 65_535.0;
 const ROWS: usize = 24;
@@ -159,6 +160,107 @@ fn on_an_array_that_reads_nothing_unloaded_a_dead_line_shows_between_loads() {
     for seed in 0..10 {
         let found = faults(array, seed, 40, |_, _, c, v| if c == 14 { 0.0 } else { v });
         assert_eq!(kinds(&found), [(Axis::Column, 14, DEAD)], "seed {seed}");
+    }
+}
+
+const SUSPECT: LineFaultKind = LineFaultKind::Suspect;
+
+/// An array that reads nothing unloaded, on the upper rows of which nothing ever stands: no line of columns is vouched for
+/// along its whole length.
+fn on_the_lower_half(
+    seed: u64,
+    frames: usize,
+    fault: impl Fn(usize, usize, f64) -> f64,
+) -> LineFaults {
+    let array = Array {
+        baseline: 0.0,
+        blobs: 6,
+        ..SOUND
+    };
+    faults(array, seed, frames, |_, r, c, v| {
+        if r < ROWS / 2 { 0.0 } else { fault(r, c, v) }
+    })
+}
+
+#[test]
+fn a_line_that_reads_nothing_between_loads_is_suspect_where_too_little_vouches_for_it() {
+    for seed in 0..10 {
+        let sound = on_the_lower_half(seed, 40, |_, _, v| v);
+        assert!(sound.is_empty(), "seed {seed}: {sound:?}");
+        let dead = on_the_lower_half(seed, 40, |_, c, v| if c == 14 { 0.0 } else { v });
+        assert_eq!(kinds(&dead), [(Axis::Column, 14, SUSPECT)], "seed {seed}");
+        let fault = dead.faults[0];
+        assert!(
+            fault.faulty >= 5 && fault.faulty == fault.tested,
+            "{fault:?}"
+        );
+        assert!(fault.median_counts < 2.0 && fault.next_to > 1000.0);
+        let text = fault.to_string();
+        assert!(text.starts_with("column 14 may be dead: "), "{text}");
+        assert_eq!(dead.dead_columns().count(), 0, "nothing is marked");
+        let twins = on_the_lower_half(seed, 40, |_, c, v| if c / 2 == 7 { 0.0 } else { v });
+        let both = [14, 15].map(|column| (Axis::Column, column, SUSPECT));
+        assert_eq!(kinds(&twins), both, "seed {seed}");
+    }
+}
+
+#[test]
+fn where_unloaded_taxels_read_a_little_a_gap_reads_that_and_a_dead_line_less() {
+    let plates = |r: usize, c: usize, v: f64| {
+        let is_on = (6..18).contains(&r) && (8..22).contains(&c) && c != 14;
+        v + if is_on { 5000.0 } else { 0.0 }
+    };
+    let array = Array {
+        baseline: 4.0,
+        sigma: 0.3,
+        blobs: 0,
+        ..SOUND
+    };
+    for seed in 0..5 {
+        let gap = faults(array, seed, 20, |_, r, c, v| plates(r, c, v));
+        assert!(gap.is_empty(), "seed {seed}: {gap:?}");
+        let dead = |r, c, v| if c == 14 { 0.0 } else { plates(r, c, v) };
+        let dead = faults(array, seed, 20, |_, r, c, v| dead(r, c, v));
+        assert_eq!(kinds(&dead), [(Axis::Column, 14, DEAD)], "seed {seed}");
+        assert!(
+            dead.faults[0]
+                .to_string()
+                .starts_with("column 14 is dead: ")
+        );
+    }
+}
+
+#[test]
+fn a_gap_between_two_loads_is_at_most_suspect_and_a_line_that_is_ever_touched_is_sound() {
+    // Two plates with a gap of one column between them, or of three.
+    let plate = |c: usize| {
+        if (8..14).contains(&c) || (15..22).contains(&c) {
+            5000.0
+        } else {
+            0.0
+        }
+    };
+    let array = Array {
+        baseline: 0.0,
+        blobs: 0,
+        ..SOUND
+    };
+    let on = |r: usize, heavy: f64| if (6..18).contains(&r) { heavy } else { 0.0 };
+    for seed in 0..5 {
+        let gap = faults(array, seed, 30, |_, r, c, _| on(r, plate(c)));
+        assert_eq!(kinds(&gap), [(Axis::Column, 14, SUSPECT)], "seed {seed}");
+        let wide = |c| if (13..16).contains(&c) { 0.0 } else { plate(c) };
+        let wide = faults(array, seed, 30, |_, r, c, _| on(r, wide(c)));
+        assert!(wide.is_empty(), "seed {seed}: {wide:?}");
+        // Two fingers that are round: what they press falls off towards the gap.
+        let round =
+            |c: usize| 5000.0 * (1.0 - (c.abs_diff(11).min(c.abs_diff(17)) as f64 / 3.0).powi(2));
+        let fingers = faults(array, seed, 30, |_, r, c, _| on(r, round(c).max(0.0)));
+        assert!(fingers.is_empty(), "seed {seed}: {fingers:?}");
+        // Something in the gap, once.
+        let finger = |t, c| if t == 12 && c == 14 { 3000.0 } else { plate(c) };
+        let touched = faults(array, seed, 30, |t, r, c, _| on(r, finger(t, c)));
+        assert!(touched.is_empty(), "seed {seed}: {touched:?}");
     }
 }
 

@@ -1,0 +1,127 @@
+//! What the whole of a recording looks like, found beside playing it: a viewer sees it before anything was played.
+
+use std::path::PathBuf;
+
+use taxel::metric::FrameFigures;
+use taxel::pipeline::Pipeline;
+use taxel::screen::LineScreen;
+use taxel::{Counts, Frame, Newtons, Sensor};
+use taxel_io::{ReadOptions, Tare};
+use taxel_server::Curve;
+
+use super::player::open;
+use crate::error::Error;
+use crate::tare;
+use crate::units::Unit;
+
+/// Points of a curve, at the most.
+const MOST_POINTS: u64 = 2000;
+
+/// A recording that is read beside the one that plays it.
+pub(super) struct Recorded {
+    pub(super) path: PathBuf,
+    pub(super) options: ReadOptions,
+    pub(super) frames: u64,
+}
+
+impl Recorded {
+    /// Gives all frames, or every so many-th of a long recording, with their seconds and what was taken off them. Of one that is passed
+    /// over it gives the frame alone, to who asks for `all`. Says whether it came to the end before it was stopped.
+    fn each(
+        &self,
+        is_stopped: &dyn Fn() -> bool,
+        all: bool,
+        mut take: impl FnMut(&Frame<Counts>, Option<f64>, Option<&Tare>),
+    ) -> Result<bool, Error> {
+        let every = self.frames.div_ceil(MOST_POINTS).max(1);
+        let mut source = open(&self.path, self.options)?;
+        let mut frame = Frame::zeros(self.options.rows, self.options.columns);
+        let mut number = 0;
+        while let Some(secs) = source.next(&mut frame)? {
+            if is_stopped() {
+                return Ok(false);
+            }
+            let is_point = number % every == 0;
+            if is_point || all {
+                take(&frame, is_point.then_some(secs), source.tare());
+            }
+            number += 1;
+        }
+        Ok(true)
+    }
+}
+
+/// Finds it.
+pub(super) struct CurveFinder {
+    pub(super) recorded: Recorded,
+    pub(super) sensor: Sensor,
+    pub(super) pipeline: Pipeline,
+    /// The pipeline's method, as viewers know it.
+    pub(super) method: String,
+}
+
+impl CurveFinder {
+    /// `None` where it was stopped, or where there are no loads.
+    ///
+    /// # Errors
+    /// A recording that cannot be read.
+    pub(super) fn find(mut self, is_stopped: &dyn Fn() -> bool) -> Result<Option<Curve>, Error> {
+        let mut screen = LineScreen::from_sensor(&self.sensor);
+        let was_seen = self.recorded.each(is_stopped, false, |frame, _, _| {
+            // A frame that does not fit is told when it is played.
+            let _ = screen.observe(frame);
+        })?;
+        let faults = screen.finish().with_declared(self.sensor.screen());
+        self.pipeline.set_lines(&faults);
+        let mut loads = Frame::zeros(self.sensor.rows(), self.sensor.columns());
+        let mut curve = Curve::default();
+        curve.method.clone_from(&self.method);
+        let Self {
+            recorded,
+            sensor,
+            pipeline,
+            method,
+        } = &mut self;
+        let is_raw = method == "raw";
+        // A law with creep or hysteresis hangs on all frames before.
+        let all = pipeline.remembers();
+        let was_found = was_seen
+            && recorded.each(is_stopped, all, |frame, secs, tare| {
+                let zeros = tare.and_then(|tare| {
+                    tare::zeros(tare, is_raw, Unit::Newtons, frame.values().len())
+                });
+                let figures = figures(pipeline, sensor, frame, zeros, &mut loads);
+                if let Some((figures, secs)) = figures.zip(secs) {
+                    curve.secs.push(secs);
+                    curve.total_newtons.push(figures[0] as f32);
+                    curve.peak_kilopascals.push(figures[1] as f32);
+                    curve.contact_area_mm2.push(figures[2] as f32);
+                }
+            })?;
+        Ok((was_found && !curve.secs.is_empty()).then_some(curve))
+    }
+}
+
+/// Total force, highest pressure and contact area of a frame, not a number where it has no answer; `None` without loads.
+fn figures(
+    pipeline: &mut Pipeline,
+    sensor: &Sensor,
+    frame: &Frame<Counts>,
+    zeros: Option<&[f64]>,
+    loads: &mut Frame<Newtons>,
+) -> Option<[f64; 3]> {
+    let result = pipeline.process(frame);
+    loads.clone_from(result.loads?);
+    if !result.outcome.is_answer() {
+        return Some([f64::NAN; 3]);
+    }
+    for (load, zero) in loads.values_mut().iter_mut().zip(zeros.unwrap_or_default()) {
+        *load -= zero;
+    }
+    let figures = FrameFigures::of(loads, sensor);
+    Some([
+        figures.total_force_newtons,
+        figures.peak_kilopascals,
+        figures.contact_area_mm2,
+    ])
+}
