@@ -24,6 +24,7 @@ mod intervals;
 mod learn;
 mod left_out;
 mod line_ends;
+mod lines;
 mod live;
 mod look;
 mod measure;

@@ -1,5 +1,5 @@
-//! FSA / Vista Medical mats as text: a frame of 32 x 64 a line, numbers parted by tabs, and nothing else. Neither times nor a
-//! unit stand in it.
+//! FSA / Vista Medical mats as text: a frame of 32 x 64 a line, numbers parted by tabs, or by what a spreadsheet has put for them, and
+//! nothing else. Neither times nor a unit stand in it.
 
 use std::path::Path;
 
@@ -15,9 +15,8 @@ const ROWS: usize = 32;
 const COLUMNS: usize = 64;
 
 pub(super) fn is_it(beginning: &Beginning) -> bool {
-    // Commas would be another's: text recordings of as many columns are written so.
     let is_frame = |line: &str| {
-        ['\t', ';', ' '].iter().any(|one| {
+        ['\t', ';', ' ', ','].iter().any(|one| {
             let cells = line.split(*one).map(str::trim);
             let is_number = |cell: &str| number_of(cell).is_some_and(|number| number >= 0.0);
             cells.clone().count() == ROWS * COLUMNS && cells.clone().all(is_number)

@@ -4,7 +4,7 @@
 use super::cells::number_and_rest;
 use super::header::Pairs;
 use super::pad::Quantity;
-use super::text_file::TextFile;
+use super::text_file::{TextFile, text_of};
 use super::units::unit_of;
 use crate::error::Error;
 
@@ -13,16 +13,41 @@ pub(super) const MAX_HEADER: u64 = 100;
 /// Behind it stands the unit.
 const UNIT: &str = "pressure values in";
 /// Behind it stands the time from one frame to the next.
-const STEP: &str = "time per frame [secs]:";
+const STEP: &str = "time per frame[secs]:";
 /// Behind it stands how long all frames took, and how many there were in a second.
-const TOTAL: [&str; 2] = ["total time [secs]:", "total times [secs]:"];
-const RATE: &str = "scanning rate [Hz]:";
+const TOTAL: [&str; 2] = ["total time[secs]:", "total times[secs]:"];
+const RATE: &str = "scanning rate[Hz]:";
 /// Rate and time per frame are of one recording where their product is as near to 1: both are rounded.
 const SAME_RATE: f64 = 0.01;
 /// How far from a whole number the frames of a recording may come out by its length: times are rounded to milliseconds.
 const NEAR_WHOLE: f64 = 0.1;
-/// What the line begins with that names the sensors.
+/// What the line begins with that names the sensors, as [`as_usual`] spells it.
 pub(super) const SENSORS: &str = "time[secs]";
+
+/// A line of a header, its units spelled as most versions do: `Time [s]` is `time[secs]`.
+pub(super) fn as_usual(line: &str) -> String {
+    let mut line = line.trim().replace(" [", "[");
+    for unit in ["[s]", "[sec]", "[seconds]"] {
+        line = line.replace(unit, "[secs]");
+    }
+    // The line that names the sensors: in small letters.
+    match line.get(..SENSORS.len()) {
+        Some(first) if first.eq_ignore_ascii_case(SENSORS) => {
+            format!("{SENSORS}{}", &line[SENSORS.len()..])
+        }
+        _ => line,
+    }
+}
+
+/// Whether a line names the sensors.
+pub(super) fn names_sensors(line: &[u8]) -> bool {
+    // Every other line of a file begins with a number.
+    let is_word = line
+        .trim_ascii_start()
+        .first()
+        .is_some_and(u8::is_ascii_alphabetic);
+    is_word && as_usual(&text_of(line)).starts_with(SENSORS)
+}
 
 /// A header.
 pub(super) struct NovelHeader {
@@ -58,15 +83,15 @@ impl NovelHeader {
                 return Err(text.wrong(format, expected, hint));
             }
             let words = text.words();
-            let line = words.trim();
-            if line.starts_with(SENSORS) {
-                break line.to_owned();
+            let (line, usual) = (words.trim(), as_usual(&words));
+            if usual.starts_with(SENSORS) {
+                break usual;
             }
             if let Some(said) = line.strip_prefix(UNIT) {
                 pairs.add(&format!("{UNIT}:{said}"), &[':'], text.place(0).line);
             }
             let behind = |key: &str| {
-                let (_, said) = line.split_once(key)?;
+                let (_, said) = usual.split_once(key)?;
                 let (number, _) = number_and_rest(said)?;
                 Some(number).filter(|number| *number > 0.0)
             };

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use super::cells::{Cell, Separator, each_cell, number_and_rest};
-use super::novel::{MAX_HEADER, NovelHeader, SENSORS};
+use super::novel::{MAX_HEADER, NovelHeader, names_sensors};
 use super::pad::Pad;
 use super::text_file::{TextFile, ends_in_point};
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
@@ -17,7 +17,7 @@ pub(super) fn is_it(beginning: &Beginning) -> bool {
     for line in beginning.lines(MAX_HEADER as usize) {
         has[0] |= line.starts_with("file name:");
         has[1] |= line.starts_with("left insole:") || line.starts_with("sensor type:");
-        has[2] |= line.starts_with(SENSORS);
+        has[2] |= names_sensors(line.as_bytes());
         // What pliance calls its sensors, some of its versions in pedar's words.
         is_pliance |= line.starts_with("mat type") || line.starts_with("electrical");
     }

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::cells::{Cell, Separator, each_cell, number_of};
-use super::novel::{MAX_HEADER, NovelHeader, SENSORS};
+use super::novel::{MAX_HEADER, NovelHeader, SENSORS, as_usual, names_sensors};
 use super::pad::Pad;
-use super::text_file::TextFile;
+use super::text_file::{TextFile, text_of};
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
 use crate::error::{Error, ExportError};
 
@@ -21,7 +21,7 @@ pub(super) fn is_it(beginning: &Beginning) -> bool {
     for line in beginning.lines(MAX_HEADER as usize) {
         has[0] |= line.starts_with("file name:");
         has[1] |= line.starts_with("mat type") || line.starts_with("electrical");
-        has[2] |= line.starts_with(SENSORS);
+        has[2] |= names_sensors(line.as_bytes());
     }
     has == [true; 3]
 }
@@ -58,7 +58,7 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     about.header = header.lines;
     about.secs_per_frame = header.secs_per_frame;
     let mut text = TextFile::open(file)?;
-    while text.advance()? && !text.line().starts_with(SENSORS.as_bytes()) {}
+    while text.advance()? && !names_sensors(text.line()) {}
     let reader = Pliance {
         text,
         taxels: about.pads[0].rows * about.pads[0].columns,
@@ -82,6 +82,11 @@ fn read_behind(text: &mut TextFile, sensors: usize) -> Result<Behind, Error> {
     let mut is_forces = false;
     while text.advance()? {
         let line = text.line();
+        if names_sensors(line) {
+            let behind = as_usual(&text_of(line)).split_off(SENSORS.len());
+            is_forces = behind.trim_start().starts_with("force");
+            continue;
+        }
         let mut words = line
             .split(|byte| byte.is_ascii_whitespace())
             .filter(|word| !word.is_empty());
@@ -89,10 +94,6 @@ fn read_behind(text: &mut TextFile, sensors: usize) -> Result<Behind, Error> {
             continue;
         };
         let list = match first {
-            b"time[secs]" => {
-                is_forces = words.next().is_some_and(|word| word.starts_with(b"force"));
-                continue;
-            }
             b"sensor" => {
                 is_forces = false;
                 continue;
@@ -256,7 +257,7 @@ impl Parser for Pliance {
             }
             let line = self.text.line().trim_ascii();
             // The largest and the mean of each sensor close the table.
-            self.has_ended = line.starts_with(b"M") || line.starts_with(SENSORS.as_bytes());
+            self.has_ended = line.starts_with(b"M") || names_sensors(line);
             if !line.is_empty() && !self.has_ended {
                 break;
             }

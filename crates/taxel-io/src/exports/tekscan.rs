@@ -39,7 +39,7 @@ pub(super) fn is_it(beginning: &Beginning) -> bool {
 }
 
 pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error> {
-    let mut text = TextFile::open(file)?;
+    let mut text = TextFile::open(file)?.without_quotes();
     let (pairs, header) = read_header(&mut text)?;
     let First {
         rows,
@@ -75,7 +75,7 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     about.frames = told
         .and_then(|(first, last)| last.checked_sub(first))
         .map(|more| more as u64 + 1);
-    let mut text = TextFile::open(file)?;
+    let mut text = TextFile::open(file)?.without_quotes();
     read_header(&mut text)?;
     let reader = Tekscan {
         text,
@@ -167,7 +167,7 @@ fn is_end(line: &[u8]) -> bool {
 /// Whether a line has nothing but what spreadsheets pad it with.
 fn is_blank(line: &[u8]) -> bool {
     line.iter()
-        .all(|byte| matches!(byte, b',' | b';' | b' ' | b'\t'))
+        .all(|byte| matches!(byte, b',' | b';' | b' ' | b'\t' | b'"'))
 }
 
 /// Whether a line stands between frames.

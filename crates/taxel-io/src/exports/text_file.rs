@@ -22,6 +22,8 @@ pub(super) struct TextFile {
     comma: Cell<Option<bool>>,
     /// Whether the last line of those read has an end.
     is_closed: bool,
+    /// Whether lines may stand between quotes as a whole.
+    unquotes: bool,
 }
 
 impl TextFile {
@@ -40,22 +42,28 @@ impl TextFile {
             total,
             comma: Cell::new(None),
             is_closed: true,
+            unquotes: false,
         })
     }
 
-    /// The same, with tabs for another byte that parts its cells.
-    pub(super) fn open_with_tabs(file: &Path, byte: u8) -> Result<Self, Error> {
+    /// The same, with tabs for another byte that parts its cells, and without the quotes that cells stand between.
+    pub(super) fn open_with_tabs(file: &Path, part: u8) -> Result<Self, Error> {
         let mut text = Self::open(file)?;
-        if byte != b'\t' {
-            let (input, _) = open_input(file)?;
-            let input = Box::new(Replaced {
-                input,
-                from: byte,
-                to: b'\t',
-            });
-            text.lines = Lines::new(input, MAX_LINE);
-        }
+        let (input, _) = open_input(file)?;
+        let input = with_line_feeds(input).map_err(|source| Error::Read {
+            file: file.to_owned(),
+            bytes: 0,
+            source,
+        })?;
+        let cells = Cells::new(part);
+        text.lines = Lines::new(Box::new(Plain { input, cells }), MAX_LINE);
         Ok(text)
+    }
+
+    /// Takes the quotes off lines that a spreadsheet has put between them as a whole: where it took each for one cell.
+    pub(super) fn without_quotes(mut self) -> Self {
+        self.unquotes = true;
+        self
     }
 
     /// Reads the next line; false at the end.
@@ -72,8 +80,14 @@ impl TextFile {
                 found: bytes,
                 limit: self.lines.limit(),
             }),
-            Line::Text { closed, .. } => {
+            Line::Text { closed, from, .. } => {
                 self.is_closed = closed;
+                if self.unquotes
+                    && let Some(length) = quoted_length(self.lines.text(self.line))
+                {
+                    let (from, to) = (from + 1, from + 1 + length);
+                    self.line = Line::Text { from, to, closed };
+                }
                 Ok(true)
             }
         }
@@ -217,6 +231,17 @@ impl TextFile {
     }
 }
 
+/// How long what stands between the quotes of a line is, which has no others; `None` of another line.
+fn quoted_length(line: &[u8]) -> Option<usize> {
+    let inside = line.strip_prefix(b"\"")?;
+    let padding = inside.iter().rev();
+    let padding = padding.take_while(|byte| matches!(byte, b',' | b';' | b'\t' | b' '));
+    let inside = inside[..inside.len() - padding.count()].strip_suffix(b"\"")?;
+    memchr::memchr(b'"', inside)
+        .is_none()
+        .then_some(inside.len())
+}
+
 /// Text of bytes that are UTF-8, or else Latin-1.
 pub(super) fn text_of(bytes: &[u8]) -> String {
     match std::str::from_utf8(bytes) {
@@ -274,5 +299,84 @@ impl<R: Read> Read for Replaced<R> {
         let found = out[..read].iter_mut().filter(|byte| **byte == self.from);
         found.for_each(|byte| *byte = self.to);
         Ok(read)
+    }
+}
+
+/// Cells parted by tabs, and without quotes, of those that another byte parts and that may stand between quotes.
+#[derive(Debug, Clone, Copy)]
+struct Cells {
+    part: u8,
+    state: CellState,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum CellState {
+    /// Before the first byte of a cell.
+    Begins,
+    Plain,
+    Quoted,
+    /// Behind a quote that closes a cell, or is the first of two that stand for one.
+    Closes,
+}
+
+impl Cells {
+    fn new(part: u8) -> Self {
+        Self {
+            part,
+            state: CellState::Begins,
+        }
+    }
+
+    /// Rewrites bytes where they stand; how many are left.
+    fn rewrite(&mut self, bytes: &mut [u8]) -> usize {
+        use CellState::{Begins, Closes, Plain, Quoted};
+        let mut kept = 0;
+        for at in 0..bytes.len() {
+            let byte = bytes[at];
+            let (state, out) = match (self.state, byte) {
+                // No cell goes on behind its line.
+                (_, b'\n') => (Begins, Some(byte)),
+                (Begins, b'"') => (Quoted, None),
+                (Quoted, b'"') => (Closes, None),
+                (Closes, b'"') => (Quoted, Some(byte)),
+                (Quoted, _) => (Quoted, Some(byte)),
+                (_, byte) if byte == self.part => (Begins, Some(b'\t')),
+                (Closes, _) => (Closes, Some(byte)),
+                (_, _) => (Plain, Some(byte)),
+            };
+            self.state = state;
+            if let Some(out) = out {
+                bytes[kept] = out;
+                kept += 1;
+            }
+        }
+        kept
+    }
+}
+
+/// The beginning of a file whose cells a byte parts, as [`TextFile::open_with_tabs`] gives it.
+pub(super) fn with_tabs(text: &str, part: u8) -> String {
+    let mut bytes = text.as_bytes().to_vec();
+    let kept = Cells::new(part).rewrite(&mut bytes);
+    bytes.truncate(kept);
+    text_of(&bytes)
+}
+
+/// Input with its cells rewritten.
+struct Plain<R> {
+    input: R,
+    cells: Cells,
+}
+
+impl<R: Read> Read for Plain<R> {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        loop {
+            let read = self.input.read(out)?;
+            let kept = self.cells.rewrite(&mut out[..read]);
+            // None at all would be the end.
+            if kept > 0 || read == 0 {
+                return Ok(kept);
+            }
+        }
     }
 }

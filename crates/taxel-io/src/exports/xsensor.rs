@@ -1,6 +1,8 @@
 //! XSENSOR exports: `KEY,value` lines of a table or `Key: value` lines of text. A frame has one block for each sensor, which closes
 //! with its rows behind `SENSELS`; blocks of groups (heel, toes) hold the same numbers once more and are left out.
 
+mod words;
+
 use std::path::Path;
 
 use super::cells::{Separator, each_cell, number_of};
@@ -12,6 +14,7 @@ use super::text_file::TextFile;
 use super::units::{length_mm, millimetres, quantity, unit_of};
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
 use crate::error::Error;
+use words::Words;
 
 const FORMAT: &str = "XSENSOR export";
 /// Sensors of a file at most.
@@ -21,9 +24,13 @@ const LOOKED_AT: u64 = 5;
 const SECS_PER_DAY: f64 = 86_400.0;
 
 pub(super) fn is_it(beginning: &Beginning) -> bool {
+    is_english(beginning) || Words::of(&beginning.text).is_some()
+}
+
+fn is_english(beginning: &Beginning) -> bool {
     let mut has = [false; 3];
     for line in beginning.lines(1000) {
-        match key_of(line).as_deref() {
+        match key_of_words(line).as_deref() {
             Some("frame") => has[0] = true,
             Some("sensor") if has[0] => has[1] = true,
             Some("sensels") if has[1] => has[2] = true,
@@ -31,6 +38,22 @@ pub(super) fn is_it(beginning: &Beginning) -> bool {
         }
     }
     has == [true; 3]
+}
+
+/// What the keys of a file are called in English, where some are of another language.
+fn words_of(file: &Path) -> Words {
+    let Some(beginning) = Beginning::of(file) else {
+        return Words::default();
+    };
+    let keys: Vec<String> = beginning.lines(1000).filter_map(key_of_words).collect();
+    let has = |key: &str| keys.iter().any(|own| own == key);
+    if ["units", "frame", "sensor", "rows", "columns", "sensels"]
+        .into_iter()
+        .all(has)
+    {
+        return Words::default();
+    }
+    Words::of(&beginning.text).unwrap_or_default()
 }
 
 /// Key and value of a line. Where a semicolon parts them, commas are those of numbers.
@@ -46,8 +69,8 @@ fn parted(line: &str) -> (&str, &str) {
     end.map_or((line, ""), |end| (&line[..end], &line[end + 1..]))
 }
 
-/// The key of a line, in small letters; `None` of one that has none.
-fn key_of(line: &str) -> Option<String> {
+/// The key of a line, in small letters and its own language; `None` of one that has none.
+fn key_of_words(line: &str) -> Option<String> {
     let (key, _) = parted(line);
     let key = key.trim_matches(|c: char| matches!(c, '"' | ':') || c.is_whitespace());
     let begins = key.chars().next().is_some_and(char::is_alphabetic);
@@ -85,10 +108,12 @@ fn is_blank(line: &[u8]) -> bool {
 
 pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error> {
     let mut text = TextFile::open(file)?;
-    let (pairs, header) = read_header(&mut text)?;
+    let words = words_of(file);
+    let (pairs, header) = read_header(&mut text, &words)?;
     let (unit, known) = unit_of(&text, FORMAT, &pairs, "units")?;
     let mut reader = XSensor {
         text,
+        words,
         names: Vec::new(),
         shapes: Vec::new(),
         absent: Vec::new(),
@@ -114,16 +139,17 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
 }
 
 /// Everything before the first frame.
-fn read_header(text: &mut TextFile) -> Result<(Pairs, String), Error> {
+fn read_header(text: &mut TextFile, english: &Words) -> Result<(Pairs, String), Error> {
     let (mut pairs, mut lines) = (Pairs::default(), Vec::new());
     while text.advance()? {
         let words = text.words();
-        if key_of(&words).as_deref() == Some("frame") {
+        let key = key_of_words(&words).map(|key| english.english(key));
+        if key.as_deref() == Some("frame") {
             text.unread();
             break;
         }
         if !is_blank(text.line()) {
-            let key = key_of(&words).unwrap_or_default();
+            let key = key.unwrap_or_default();
             pairs.add_pair(&key, value_of(&words), text.place(0).line);
             lines.push(words.trim_end_matches([',', ';']).to_owned());
         }
@@ -246,6 +272,8 @@ impl Block {
 
 struct XSensor {
     text: TextFile,
+    /// Its keys in English.
+    words: Words,
     /// The sensors of the first frame, as the file calls them, and their shapes.
     names: Vec<String>,
     shapes: Vec<(usize, usize)>,
@@ -267,12 +295,17 @@ struct XSensor {
 }
 
 impl XSensor {
+    /// The key of a line in English; `None` of one that has none.
+    fn key_of(&self, line: &str) -> Option<String> {
+        key_of_words(line).map(|key| self.words.english(key))
+    }
+
     /// The lines of the next sensor, up to its numbers.
     fn block(&mut self) -> Result<Option<Block>, Error> {
         let mut block: Option<Block> = None;
         while self.text.advance()? {
             let words = self.text.words();
-            let Some(key) = key_of(&words) else {
+            let Some(key) = self.key_of(&words) else {
                 if self.is_behind_rows && !is_blank(self.text.line()) {
                     self.is_behind_rows = false;
                     let hint = "a sensor's block has more rows than its Rows says";
@@ -352,7 +385,7 @@ impl XSensor {
         let mut row = 0;
         while row < rows && self.text.advance()? {
             let line = self.text.line();
-            if key_of(&self.text.words()).is_some() && !is_absent(first_cell(line)) {
+            if key_of_words(&self.text.words()).is_some() && !is_absent(first_cell(line)) {
                 self.text.unread();
                 break;
             }
@@ -424,7 +457,7 @@ impl Parser for XSensor {
                 continue;
             }
             let is_key = !is_absent(first_cell(self.text.line()));
-            if is_key && key_of(&self.text.words()).is_some() {
+            if is_key && key_of_words(&self.text.words()).is_some() {
                 self.text.unread();
                 return Err(self.cut(row, rows));
             }
@@ -444,7 +477,7 @@ impl Parser for XSensor {
 
     fn skip_frame(&mut self) -> Result<(), Error> {
         while self.text.advance()? {
-            let key = key_of(&self.text.words());
+            let key = self.key_of(&self.text.words());
             if matches!(key.as_deref(), Some("frame" | "sensor")) {
                 self.text.unread();
                 break;

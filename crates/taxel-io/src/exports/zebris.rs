@@ -9,7 +9,7 @@ use std::path::Path;
 use super::cells::{number_and_rest, number_of};
 use super::header::Pairs;
 use super::pad::Pad;
-use super::text_file::TextFile;
+use super::text_file::{TextFile, with_tabs};
 use super::units::{length_mm, unit_of};
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
 use crate::error::Error;
@@ -23,11 +23,10 @@ const MAX_PLATFORMS: usize = 16;
 const SAME_MS: f64 = 1e-3;
 
 pub(super) fn is_it(beginning: &Beginning) -> bool {
-    let part = parting(&beginning.text);
+    let text = with_tabs(&beginning.text, parting(&beginning.text));
     let mut has = [false; 3];
-    for line in beginning.lines(usize::MAX) {
-        let line = line.replace(char::from(part), "\t");
-        let line = line.trim_end();
+    for line in text.lines() {
+        let line = line.trim();
         has[0] |= line.ends_with('{');
         has[1] |= line.to_lowercase().starts_with("frequency,hz") || line.starts_with("Columns\t");
         has[2] |=
@@ -36,9 +35,16 @@ pub(super) fn is_it(beginning: &Beginning) -> bool {
     has == [true; 3]
 }
 
-/// What parts the cells of such a file: a tab, or the semicolon that a spreadsheet has put for each.
+/// What parts the cells of such a file: a tab, or the semicolon or comma that a spreadsheet has put for each, cells between quotes or
+/// not. Commas stand in names of cells as well.
 fn parting(text: &str) -> u8 {
-    if text.contains('\t') { b'\t' } else { b';' }
+    if text.contains('\t') {
+        b'\t'
+    } else if text.contains("Columns,") || text.contains("\"Columns\",") {
+        b','
+    } else {
+        b';'
+    }
 }
 
 pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error> {

@@ -188,3 +188,177 @@ fn exports_under_the_names_of_recordings() {
         assert!(!exports::is_export(&folder.write(name, bytes)), "{name}");
     }
 }
+
+/// Every cell between quotes, as some spreadsheets save: commas stand inside of them.
+fn between_quotes(text: &str, from: char, to: &str) -> String {
+    let line = |line: &str| {
+        let cells = line
+            .split(from)
+            .map(|cell| format!("\"{}\"", cell.trim_matches('"')));
+        cells.collect::<Vec<_>>().join(to)
+    };
+    text.lines()
+        .map(|own| line(own.trim_end_matches('\r')) + "\r\n")
+        .collect()
+}
+
+#[test]
+fn cells_between_quotes() {
+    let folder = Folder::new();
+    let zebris = latin(&cut("zebris.txt"));
+    for part in ["\t", ";", ","] {
+        let file = folder.write("z.csv", between_quotes(&zebris, '\t', part));
+        near(&sums(&file), &[972.5, 887.0], 1e-6);
+        near(&forces(&file), &forces(&cut("zebris.txt")), 1e-9);
+    }
+    // Without quotes where none are needed.
+    let plain = between_quotes(&zebris, '\t', ",");
+    let plain: String = plain
+        .split('"')
+        .map(|cell| {
+            if cell.len() > 1 && cell.contains(',') {
+                format!("\"{cell}\"")
+            } else {
+                cell.to_owned()
+            }
+        })
+        .collect();
+    near(&sums(&folder.write("z.csv", plain)), &[972.5, 887.0], 1e-6);
+    let fsa = vec!["7"; 2048].join("\t") + "\n";
+    for part in ["\t", ";", ","] {
+        let file = folder.write("f.csv", between_quotes(&fsa, '\t', part));
+        near(&sums(&file), &[14336.0], 0.0);
+        near(
+            &sums(&folder.write("f.csv", fsa.replace('\t', part))),
+            &[14336.0],
+            0.0,
+        );
+    }
+}
+
+#[test]
+fn tekscan_lines_between_quotes_as_a_whole() {
+    let folder = Folder::new();
+    for name in ["fscan.asf", "iscan.csv"] {
+        let text = latin(&cut(name));
+        let expected = sums(&cut(name));
+        let whole = |blank: &str, behind: &str| -> String {
+            let line = |line: &str| match line.trim_end_matches('\r') {
+                "" => format!("{blank}\n"),
+                line => format!("\"{line}\"{behind}\n"),
+            };
+            text.lines().map(line).collect()
+        };
+        for text in [
+            whole("", ""),
+            whole("\"\"", ""),
+            whole("", ",,,"),
+            between_quotes(&text, ',', ","),
+            between_quotes(&text, ',', ";"),
+        ] {
+            let file = folder.write(name, text);
+            near(&sums(&file), &expected, 0.0);
+            let sensor = sensor_of(&file);
+            let own = sensor_of(&cut(name));
+            assert_eq!(
+                (sensor.taxels(), sensor.rows()),
+                (own.taxels(), own.rows()),
+                "{name}"
+            );
+        }
+    }
+}
+
+#[test]
+fn novel_spells_the_unit_of_its_times_in_several_ways() {
+    let folder = Folder::new();
+    let pedar = std::fs::read_to_string(whole_pedar(&folder)).unwrap();
+    let pliance = latin(&cut("pliance.asc"));
+    for [names, unit] in [
+        ["time [secs]", " [secs]"],
+        ["Time [s]", "[s]"],
+        ["time[sec]", " [sec]"],
+    ] {
+        let spell = |text: &str| text.replace("time[secs]", names).replace(" [secs]", unit);
+        let file = folder.write("pedar.asc", spell(&pedar));
+        let left = file.with_file_name("pedar.asc#left");
+        near(&sums(&left), &[1980.0, 2020.0, 2002.5, 2035.0], 1e-6);
+        assert_eq!(missing_of(&left), "");
+        let times = |file: &Path| read(file)[1].frame.time_secs;
+        assert_eq!(times(&left), Some(0.02));
+        let file = folder.write("pliance.asc", spell(&pliance));
+        near(&sums(&file), &sums(&cut("pliance.asc")), 0.0);
+        near(&forces(&file), &forces(&cut("pliance.asc")), 0.0);
+    }
+}
+
+/// The keys of XSENSOR's blocks in English, and in another language; those that say a unit keep it.
+const ENGLISH: [&str; 12] = [
+    "Units:",
+    "Threshold:",
+    "FRAME",
+    "Time",
+    "SENSOR",
+    "Rows",
+    "Columns",
+    "Sensel Width",
+    "Sensel Height",
+    "Est. Load",
+    "SENSELS",
+    "GROUP",
+];
+#[rustfmt::skip]
+const OTHERS: [[&str; 12]; 4] = [
+    ["Einheiten:", "Schwellwert:", "BILD", "Zeit", "SENSOR", "Zeilen", "Spalten", "Sensel-Breite", "Sensel-Höhe", "Geschätzte Last", "SENSELS", "GRUPPE"],
+    ["Unités:", "Seuil:", "IMAGE", "Heure", "CAPTEUR", "Rangées", "Colonnes", "Largeur de sensel", "Hauteur de sensel", "Charge est.", "CELLULES", "GROUPE"],
+    ["Unidades:", "Umbral:", "CUADRO", "Hora", "SENSOR", "Filas", "Columnas", "Ancho de celda", "Alto de celda", "Carga est.", "CELDAS", "GRUPO"],
+    ["Eenheden:", "Drempel:", "FRAME", "Tijd", "SENSOR", "Rijen", "Kolommen", "Breedte", "Hoogte", "Gesch. belasting", "SENSELS", "GROEP"],
+];
+
+#[test]
+fn xsensor_in_other_languages() {
+    let folder = Folder::new();
+    let english = std::fs::read_to_string(cut("xsensor.csv")).unwrap();
+    let english = english.trim_start_matches('\u{FEFF}');
+    let own = cut("xsensor.csv");
+    let pads = |file: &Path| {
+        let name = file.file_name().unwrap().to_str().unwrap().to_owned();
+        ["left", "right"].map(|pad| file.with_file_name(format!("{name}#{pad}")))
+    };
+    for words in OTHERS {
+        // Every key that nothing is looked for in, too.
+        let mut text: String = english
+            .lines()
+            .map(|line| {
+                let known = ENGLISH.iter().zip(words);
+                let found = known.clone().find(|(key, _)| line.starts_with(*key));
+                match found {
+                    Some((key, word)) => line.replacen(key, word, 1) + "\n",
+                    None if line.starts_with(|c: char| c.is_alphabetic()) => format!("Ü{line}\n"),
+                    None => format!("{line}\n"),
+                }
+            })
+            .collect();
+        assert_ne!(text, *english);
+        text.insert(0, '\u{FEFF}');
+        let file = folder.write("x.csv", text);
+        for (file, own) in pads(&file).iter().zip(&pads(&own)) {
+            near(&sums(file), &sums(own), 0.0);
+            near(&forces(file), &forces(own), 0.0);
+            let (spec, expected) = (spec_of(file), spec_of(own));
+            assert_eq!(spec.array.pitch_mm, expected.array.pitch_mm, "{}", words[0]);
+            let [found, expected] = [spec, expected].map(|spec| spec.exported.unwrap());
+            assert_eq!(
+                (found.unit, found.threshold),
+                (expected.unit, expected.threshold)
+            );
+            let times = |file: &Path| -> Vec<_> {
+                read(file)
+                    .iter()
+                    .map(|read| (read.number, read.frame.time_secs))
+                    .collect()
+            };
+            assert_eq!(times(file), times(own), "{}", words[0]);
+        }
+    }
+}
