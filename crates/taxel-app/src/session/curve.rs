@@ -21,7 +21,8 @@ const MOST_POINTS: u64 = 2000;
 pub(super) struct Recorded {
     pub(super) path: PathBuf,
     pub(super) options: ReadOptions,
-    pub(super) frames: u64,
+    /// How many there are, where that is known before they were counted.
+    pub(super) frames: Option<u64>,
 }
 
 impl Recorded {
@@ -33,7 +34,9 @@ impl Recorded {
         all: bool,
         mut take: impl FnMut(&Frame<Counts>, Option<f64>, Option<&Tare>),
     ) -> Result<bool, Error> {
-        let every = self.frames.div_ceil(MOST_POINTS).max(1);
+        let every = self
+            .frames
+            .map_or(1, |frames| frames.div_ceil(MOST_POINTS).max(1));
         let mut source = open(&self.path, self.options)?;
         let mut frame = Frame::zeros(self.options.rows, self.options.columns);
         let mut number = 0;
@@ -67,10 +70,13 @@ impl CurveFinder {
     /// A recording that cannot be read.
     pub(super) fn find(mut self, is_stopped: &dyn Fn() -> bool) -> Result<Option<Curve>, Error> {
         let mut screen = LineScreen::from_sensor(&self.sensor);
+        let mut seen = 0;
         let was_seen = self.recorded.each(is_stopped, false, |frame, _, _| {
             // A frame that does not fit is told when it is played.
             let _ = screen.observe(frame);
+            seen += 1;
         })?;
+        self.recorded.frames.get_or_insert(seen);
         let faults = screen.finish().with_declared(self.sensor.screen());
         self.pipeline.set_lines(&faults);
         let mut loads = Frame::zeros(self.sensor.rows(), self.sensor.columns());

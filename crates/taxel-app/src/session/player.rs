@@ -188,13 +188,13 @@ impl Player {
         self.play.clone()
     }
 
-    /// The recording as it is read once more beside; `None` where nobody knows how long it is.
+    /// The recording as it is read once more beside; `None` of a pipe, which cannot be.
     pub(super) fn recorded(&self) -> Option<Recorded> {
-        let (_, frames) = self.extent?;
-        Some(Recorded {
+        let is_file = exports::file_of(&self.path).is_file();
+        is_file.then(|| Recorded {
             path: self.path.clone(),
             options: self.options,
-            frames,
+            frames: self.extent.map(|(_, frames)| frames),
         })
     }
 

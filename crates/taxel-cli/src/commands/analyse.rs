@@ -20,8 +20,9 @@ use crate::error::Error;
 use crate::outputs::{Files, check_ending};
 use crate::values;
 use crate::{Exit, out, recorded};
-use place::{Range, Wanted};
+use place::{RegionWanted, Wanted};
 use series::{Taken, take};
+use taxel_app::measure::regions_of_file;
 use taxel_app::methods::MethodName;
 use taxel_app::units::Unit;
 
@@ -52,9 +53,17 @@ pub(crate) struct Args {
     /// All taxels of a column
     #[arg(long, value_name = "N", conflicts_with = "region")]
     column: Option<usize>,
-    /// All taxels of a region: rows, columns, ends included
-    #[arg(long, value_name = "R..R,C..C")]
-    region: Option<Range>,
+    /// All taxels of a region: rows, columns, ends included; or the name of one of the sensor file, or of --regions
+    #[arg(long, value_name = "R..R,C..C|NAME")]
+    region: Option<RegionWanted>,
+    /// Named regions (.toml): a [[region]] each, as in a sensor file; without it those of the sensor file
+    #[arg(
+        long,
+        value_name = "FILE",
+        requires = "region",
+        conflicts_with = "rows"
+    )]
+    regions: Option<PathBuf>,
     /// Unit of the values; other than counts they need a sensor
     #[arg(long, value_parser = values::unit())]
     unit: Option<Unit>,
@@ -142,11 +151,17 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     let labels = sensor
         .as_ref()
         .and_then(|sensor| sensor.array().labels.clone());
+    let regions = match (&sensor, &args.regions) {
+        (Some(sensor), Some(file)) => regions_of_file(file, sensor)?,
+        (Some(sensor), None) => sensor.regions().to_vec(),
+        (None, _) => Vec::new(),
+    };
     let wanted = Wanted {
         taxels: &args.taxel,
         row: args.row,
         column: args.column,
-        region: args.region,
+        region: args.region.as_ref(),
+        regions: &regions,
     };
     let places = wanted.places(options.rows, options.columns, labels.as_deref())?;
     let taken = take(args, sensor.as_ref(), options, &places)?;

@@ -1,6 +1,6 @@
 //! Taxels of a recording over time.
 
-use crate::run::Folder;
+use crate::run::{Folder, SENSOR};
 
 /// Twelve frames of the small sensor: every taxel reads 100 but row 1, column 2, which climbs by 10 a frame and is stuck at
 /// the converter's end in frame 5.
@@ -204,4 +204,37 @@ fn a_taxel_by_its_label_is_the_same_for_every_verb() {
         let run = folder.fails(&format!("{verb} run.txt --sensor named.toml --taxel 3"));
         assert!(run.err.contains("a label like C7"), "{run}");
     }
+}
+
+/// A region that has a name is its taxels, wherever the name stands.
+#[test]
+fn a_named_region_is_its_taxels() {
+    let folder = Folder::new();
+    folder.good("simulate --sensor sensor.toml --pattern hand --frames 9 -o run.txt");
+    let region = "[[region]]\nname = \"Ball\"\nboxes = [[1, 2, 3, 4]]\n";
+    folder.write("r.toml", region);
+    folder.write("own.toml", &format!("{SENSOR}\n{region}"));
+    let of = |words: &str| folder.good(&format!("analyse run.txt {words}")).out;
+    let block = of("--sensor sensor.toml --region 1..2,3..4 --unit N");
+    assert_eq!(of("--sensor own.toml --region Ball --unit N"), block);
+    assert_eq!(
+        of("--sensor sensor.toml --region Ball --regions r.toml --unit N"),
+        block
+    );
+    assert!(
+        block.contains("row 1, column 3") || block.contains("4 taxels"),
+        "{block}"
+    );
+    let unknown =
+        folder.fails("analyse run.txt --sensor sensor.toml --region Heel --regions r.toml");
+    assert!(
+        unknown.err.contains("--region Heel: there are Ball"),
+        "{unknown}"
+    );
+    let none = folder.fails("analyse run.txt --sensor sensor.toml --region Heel");
+    assert!(
+        none.err.contains("the sensor file names no regions"),
+        "{none}"
+    );
+    folder.fails("analyse run.txt --sensor sensor.toml --region 1..2");
 }

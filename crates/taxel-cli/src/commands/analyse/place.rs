@@ -2,6 +2,8 @@
 
 use std::str::FromStr;
 
+use taxel::sensor::Region;
+
 use crate::commands::taxel_address::TaxelAddress;
 use crate::error::Error;
 
@@ -33,12 +35,49 @@ impl FromStr for Range {
     }
 }
 
+/// A region of the array, as it is asked for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum RegionWanted {
+    Block(Range),
+    /// A named one of the sensor file, or of a file of regions.
+    Named(String),
+}
+
+impl FromStr for RegionWanted {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        // Whoever writes two dots means lines.
+        if text.contains("..") {
+            return text.parse().map(Self::Block);
+        }
+        Ok(Self::Named(text.to_owned()))
+    }
+}
+
+/// The region of this name.
+fn named<'a>(name: &str, regions: &'a [Region]) -> Result<&'a Region, Error> {
+    let found = regions.iter().find(|region| region.name() == name);
+    found.ok_or_else(|| {
+        let known: Vec<&str> = regions.iter().map(Region::name).collect();
+        Error::Arguments {
+            what: match known.len() {
+                0 => format!("--region {name}: the sensor file names no regions"),
+                _ => format!("--region {name}: there are {}", known.join(", ")),
+            },
+            hint: "--regions names a file of them; without a name a region is R..R,C..C, rows and columns from 0, ends included",
+        }
+    })
+}
+
 /// Everything that was asked for.
 pub(super) struct Wanted<'a> {
     pub(super) taxels: &'a [TaxelAddress],
     pub(super) row: Option<usize>,
     pub(super) column: Option<usize>,
-    pub(super) region: Option<Range>,
+    pub(super) region: Option<&'a RegionWanted>,
+    /// Those that have names.
+    pub(super) regions: &'a [Region],
 }
 
 impl Wanted<'_> {
@@ -75,8 +114,16 @@ impl Wanted<'_> {
         if let Some(column) = self.column {
             block("--column", (0, rows - 1), (column, column))?;
         }
-        if let Some(region) = self.region {
-            block("--region", region.rows, region.columns)?;
+        match self.region {
+            Some(RegionWanted::Block(region)) => block("--region", region.rows, region.columns)?,
+            Some(RegionWanted::Named(name)) => {
+                let taxels = named(name, self.regions)?.taxels().iter();
+                places.extend(taxels.map(|taxel| {
+                    let (row, column) = (taxel / columns, taxel % columns);
+                    (name_of(row, column), row, column)
+                }));
+            }
+            None => {}
         }
         Ok(places)
     }
