@@ -74,26 +74,23 @@ pub(crate) fn measure<'py>(
             Some(sensor) => (sensor.sensor, sensor.file),
             None => sensor_source::of_recording(&recording)?,
         };
-        let regions = match &regions {
-            Some(word) if word.as_os_str() == "auto" => {
-                let all = Measured {
-                    recording: &recording,
-                    sensor: &sensor,
-                    sensor_file: &file,
-                    regions: &[],
-                };
-                let found = all.find_regions(&settings, &Silent, &|| stop.is_set())?;
-                Region::all(&found, &sensor)?
-            }
+        let own = match &regions {
+            Some(word) if word.as_os_str() == "auto" => Vec::new(),
             Some(file) => regions_of_file(file, &sensor)?,
             None => sensor.regions().to_vec(),
         };
-        let measured = Measured {
+        let mut measured = Measured {
             recording: &recording,
             sensor: &sensor,
             sensor_file: &file,
-            regions: &regions,
+            regions: &own,
         };
+        let found;
+        if regions.is_some_and(|word| word.as_os_str() == "auto") {
+            let parts = measured.find_regions(&settings, &Silent, &|| stop.is_set())?;
+            found = Region::all(&parts, &sensor)?;
+            measured.regions = &found;
+        }
         let found = measured.measure(&settings, &Silent, &|| stop.is_set())?;
         Ok(told(&found))
     })?;

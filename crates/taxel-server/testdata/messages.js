@@ -496,6 +496,10 @@ export const state = {
     "columns": [
       0,
       2
+    ],
+    "suspect_rows": [],
+    "suspect_columns": [
+      7
     ]
   },
   "grip": null,
@@ -543,7 +547,9 @@ export const stateOfFile = {
   "sliders": {},
   "bad_lines": {
     "rows": [],
-    "columns": []
+    "columns": [],
+    "suspect_rows": [],
+    "suspect_columns": []
   },
   "grip": null,
   "calibration": null
@@ -577,7 +583,9 @@ export const stateOfGrip = {
   "sliders": {},
   "bad_lines": {
     "rows": [],
-    "columns": []
+    "columns": [],
+    "suspect_rows": [],
+    "suspect_columns": []
   },
   "grip": {
     "phase": "rest",
@@ -671,7 +679,9 @@ export const stateOfCalibration = {
   "sliders": {},
   "bad_lines": {
     "rows": [],
-    "columns": []
+    "columns": [],
+    "suspect_rows": [],
+    "suspect_columns": []
   },
   "grip": null,
   "calibration": {
@@ -811,6 +821,32 @@ export const detailsUnbounded = {
     "noise_only": true,
     "why_unbounded": "a taxel is at the converter's ceiling"
   }
+};
+
+/** @type {Wire.Curve} */
+export const curve = {
+  "kind": "curve",
+  "method": "exact",
+  "secs": [
+    0.0,
+    0.5,
+    1.25
+  ],
+  "total_newtons": [
+    0.0,
+    null,
+    12.5
+  ],
+  "peak_kilopascals": [
+    0.0,
+    null,
+    62.5
+  ],
+  "contact_area_mm2": [
+    0.0,
+    null,
+    9.0
+  ]
 };
 
 /** @type {Wire.Answer} */

@@ -1,6 +1,8 @@
 //! What the whole of a recording looks like, found beside playing it: a viewer sees it before anything was played.
 
 use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
 
 use taxel::metric::FrameFigures;
 use taxel::pipeline::Pipeline;
@@ -9,13 +11,15 @@ use taxel::{Counts, Frame, Newtons, Sensor};
 use taxel_io::{ReadOptions, Tare};
 use taxel_server::Curve;
 
-use super::player::open;
+use super::player::{PlaybackRequest, open};
 use crate::error::Error;
 use crate::tare;
 use crate::units::Unit;
 
 /// Points of a curve, at the most.
 const MOST_POINTS: u64 = 2000;
+/// While it is played, a point is found in one part of the time of so many more.
+const REST_WHILE_PLAYED: u32 = 9;
 
 /// A recording that is read beside the one that plays it.
 pub(super) struct Recorded {
@@ -23,9 +27,16 @@ pub(super) struct Recorded {
     pub(super) options: ReadOptions,
     /// How many there are, where that is known before they were counted.
     pub(super) frames: Option<u64>,
+    /// What the one that plays it is to do.
+    pub(super) play: Arc<Mutex<PlaybackRequest>>,
 }
 
 impl Recorded {
+    fn is_played(&self) -> bool {
+        let play = self.play.lock().unwrap_or_else(PoisonError::into_inner);
+        play.playing
+    }
+
     /// Gives all frames, or every so many-th of a long recording, with their seconds and what was taken off them. Of one that is passed
     /// over it gives the frame alone, to who asks for `all`. Says whether it came to the end before it was stopped.
     fn each(
@@ -46,7 +57,15 @@ impl Recorded {
             }
             let is_point = number % every == 0;
             if is_point || all {
+                let begun = Instant::now();
                 take(&frame, is_point.then_some(secs), source.tare());
+                // Whoever plays it meanwhile comes first.
+                let rest = if self.is_played() {
+                    REST_WHILE_PLAYED
+                } else {
+                    1
+                };
+                std::thread::sleep(begun.elapsed() * rest);
             }
             number += 1;
         }

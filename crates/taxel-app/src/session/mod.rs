@@ -282,8 +282,7 @@ impl Session {
             commands,
         ));
         let server = serve(&options, controller.clone())?;
-        let (queue, with) = (incoming.clone(), server.clone());
-        let worker = details.clone();
+        let (queue, with, worker) = (incoming.clone(), server.clone(), details.clone());
         // From here on what has begun ends with it, also where the rest fails.
         let mut session = Self {
             status,
@@ -300,23 +299,20 @@ impl Session {
         };
         let engine = spawn("engine", move || engine.run(&queue, with.as_deref()))?;
         session.threads.push(engine);
-        session
-            .threads
-            .push(spawn("details", move || worker.run())?);
+        let details = spawn("details", move || worker.run())?;
+        session.threads.push(details);
         if let Some(path) = &options.record {
             recorder.begin(path.clone(), Owner::Operator, options.max_frames)?;
         }
-        if let Some(finder) = curve {
-            session.find_curve(finder)?;
-        }
+        session.find_curve(curve)?;
         let mut receiver = session.sink(&options.address, options.counts_observer.take());
         session.source = Some(spawn("source", move || run(&mut receiver))?);
         Ok(session)
     }
 
     /// Finds the whole of the recording that is played, and tells viewers.
-    fn find_curve(&mut self, finder: CurveFinder) -> Result<(), Error> {
-        let Some(server) = self.server.clone() else {
+    fn find_curve(&mut self, finder: Option<CurveFinder>) -> Result<(), Error> {
+        let Some((server, finder)) = self.server.clone().zip(finder) else {
             return Ok(());
         };
         let (status, controller) = (self.status.clone(), self.controller.clone());

@@ -195,6 +195,7 @@ impl Player {
             path: self.path.clone(),
             options: self.options,
             frames: self.extent.map(|(_, frames)| frames),
+            play: self.play.clone(),
         })
     }
 

@@ -233,12 +233,6 @@ impl<'a> Job<'a> {
                 hint: "leave --frame, --mean, --peak, --taxel, --row and --column out; --frames A..B tells which frames",
             });
         }
-        if args.beside.is_some() && is_movie(&args.output) {
-            return Err(Error::Arguments {
-                what: "--beside: a movie is of one recording".to_owned(),
-                hint: "draw a frame of both, or the --mean or --peak of each, as a picture",
-            });
-        }
         if args.look.mm && sensor.is_none() {
             return Err(Error::Arguments {
                 what: format!(
@@ -266,16 +260,32 @@ impl<'a> Job<'a> {
                 hint: "draw one frame, with --frame",
             });
         }
-        if args.beside.is_some() && !job.is_one_map() {
-            return Err(Error::Arguments {
-                what: "--beside: several frames of each are drawn".to_owned(),
-                hint: "draw one of each, with --frame, --mean or --peak",
-            });
-        }
+        job.can_be_beside()?;
         if args.body {
             job.needs_a_handle()?;
         }
         Ok(job)
+    }
+
+    /// What `--beside` asks of the other options.
+    fn can_be_beside(&self) -> Result<(), Error> {
+        let (what, hint) = if self.args.beside.is_none() {
+            return Ok(());
+        } else if is_movie(&self.args.output) {
+            (
+                "--beside: a movie is of one recording",
+                "draw a frame of both, or the --mean or --peak of each, as a picture",
+            )
+        } else if !self.is_one_map() {
+            (
+                "--beside: several frames of each are drawn",
+                "draw one of each, with --frame, --mean or --peak",
+            )
+        } else {
+            return Ok(());
+        };
+        let what = what.to_owned();
+        Err(Error::Arguments { what, hint })
     }
 
     /// What `--body` asks of the sensor file and of the other options.

@@ -72,8 +72,8 @@ fn two_recordings_are_drawn_beside_each_other_over_one_range() {
     }
     assert_eq!(
         both.matches("data:image/png").count(),
-        3,
-        "two maps, and one bar of colours"
+        4,
+        "two maps, each with its bar of colours"
     );
     folder.good(&format!("{words} --frame 1 -o frames.svg"));
     assert!(folder.read("frames.svg").contains("other.csv: frame 1"));

@@ -97,6 +97,7 @@ export class Charts {
     if (whole) this.drawWhole(whole, quantities);
     else for (const name of CHARTS) {
       const chart = this.charts[name];
+      chart.whole = null;
       extract(series, name === "force" ? "total" : name, end, span, quantities[name][0], chart.data);
       chart.update(end, span, events, pausedAt);
     }
@@ -126,15 +127,18 @@ export class Charts {
     const span = Math.max(curve.secs[curve.secs.length - 1], state && state.player ? state.player.duration_secs : 0);
     const columns = { force: curve.total_newtons, peak: curve.peak_kilopascals, area: curve.contact_area_mm2 };
     for (const name of CHARTS) {
-      const [xs, ys] = this.charts[name].data;
-      xs.length = 0;
-      ys.length = 0;
-      for (let i = 0; i < curve.secs.length; i += 1) {
-        const value = columns[name][i];
-        xs.push(curve.secs[i] - span);
-        ys.push(value === null ? null : value * quantities[name][0]);
+      const chart = this.charts[name];
+      const factor = quantities[name][0];
+      const drawn = chart.whole;
+      const isSame = drawn && drawn.curve === curve && drawn.factor === factor && drawn.span === span;
+      // A frame is no reason to draw all of a recording again: the place in it is told twice a second.
+      if (isSame && drawn.at === at && drawn.theme === theme.version) continue;
+      if (!isSame) {
+        chart.data[0] = curve.secs.map((secs) => secs - span);
+        chart.data[1] = columns[name].map((value) => (value === null ? null : value * factor));
       }
-      this.charts[name].update(span, span, [], at, true);
+      chart.whole = { curve, factor, span, at, theme: theme.version };
+      chart.update(span, span, [], at, true);
     }
   }
 

@@ -43,6 +43,8 @@ export class TimeChart {
     this.pausedAt = NaN;
     /** Times are said from the beginning on, not back from the end. */
     this.fromStart = false;
+    /** What is drawn of a whole recording. @type {{ curve: Wire.Curve, factor: number, span: number, at: number, theme: number } | null} */
+    this.whole = null;
     this.lines = lines;
     /** @type {Data} */
     this.data = [[], ...lines.map(() => [])];

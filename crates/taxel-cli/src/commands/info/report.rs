@@ -226,11 +226,9 @@ impl fmt::Display for Report {
         if self.skipped_frames > 0 {
             writeln!(f, "{} frames left out", self.skipped_frames)?;
         }
-        if !self.missing.is_empty() {
-            writeln!(f, "missing:")?;
-        }
-        for words in &self.missing {
-            writeln!(f, "  {words}")?;
+        for (at, words) in self.missing.iter().enumerate() {
+            let head = if at == 0 { "missing:\n" } else { "" };
+            writeln!(f, "{head}  {words}")?;
         }
         f.write_str(self.screened.as_deref().unwrap_or_default())?;
         if !self.events.is_empty() {

@@ -87,6 +87,15 @@ fn each_value(
     Ok((seen, read))
 }
 
+/// Once, and not what is marked in the picture itself.
+fn tell_suspects(survey: &Survey, pass: Pass) {
+    if pass == Pass::First {
+        let mut lines = survey.lines();
+        lines.retain(FaultyLine::is_suspect);
+        tell_faulty_lines(&lines);
+    }
+}
+
 fn each_count(
     job: &Job<'_>,
     pass: Pass,
@@ -99,11 +108,7 @@ fn each_count(
     let mut input = Input::new(&job.args.file, InputUnit::Counts, sensor);
     input.options = job.options;
     let survey = Survey::of(&input, sensor, &Terminal, None)?;
-    if pass == Pass::First {
-        let mut lines = survey.lines();
-        lines.retain(FaultyLine::is_suspect);
-        tell_faulty_lines(&lines);
-    }
+    tell_suspects(&survey, pass);
     let chain = |method: &MethodName| -> Result<Chain, Error> {
         let mut chain = Chain::new(sensor, name, method, unit)?;
         chain.set_lines(&survey.faults);
