@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use taxel::Sensor;
 use taxel_acquire::Address;
+use taxel_io::exports::{self, ExportAbout, Survey};
 use taxel_io::{SensorFileError, sensor_toml_of};
 
 use crate::error::Error;
@@ -29,17 +30,24 @@ pub fn of(address: &Address, given: Option<&Path>) -> Result<(Sensor, PathBuf), 
 
 /// The sensor that a recording (.mcap, .parquet) carries, if it carries one.
 pub fn carried(path: &Path) -> Result<Option<Sensor>, Error> {
-    let Some(text) = sensor_toml_of(path)? else {
-        return Ok(None);
-    };
+    let text = sensor_toml_of(path)?;
+    text.map(|text| checked(path, &text)).transpose()
+}
+
+/// The sensor of a file of another program, by a reading of it through.
+pub fn exported(path: &Path, about: &ExportAbout, survey: &Survey) -> Result<Sensor, Error> {
+    checked(path, &exports::sensor_by(path, about, survey).to_toml())
+}
+
+fn checked(path: &Path, text: &str) -> Result<Sensor, Error> {
     sensor_file::check_length(path, text.len() as u64)?;
-    let sensor = Sensor::from_toml(&text).map_err(|source| SensorFileError::Invalid {
+    let sensor = Sensor::from_toml(text).map_err(|source| SensorFileError::Invalid {
         file: path.to_owned(),
         source,
     });
     let sensor = sensor.map_err(taxel_io::Error::from)?;
     sensor_file::check_array(path, sensor.rows(), sensor.columns())?;
-    Ok(Some(sensor))
+    Ok(sensor)
 }
 
 /// The sensor that a recording carries.

@@ -13,6 +13,7 @@ use taxel_app::frames::carries_sensor;
 use taxel_app::sensor_source;
 use taxel_app::tare;
 use taxel_app::units::{LoadUnit, Unit};
+use taxel_io::exports::{ExportAbout, Survey};
 use taxel_io::sensor_file;
 
 /// The sensor that is given, else the one that the recording carries; with where it comes from. `None` where neither
@@ -27,9 +28,21 @@ pub fn sensor(
     let Some(recording) = recording.filter(|file| carries_sensor(file)) else {
         return Ok(None);
     };
-    let Some(found) = sensor_source::carried(recording)? else {
-        return Ok(None);
-    };
+    let found = sensor_source::carried(recording)?;
+    Ok(found.map(|found| told(found, recording)))
+}
+
+/// The sensor of a file of another program, by a reading of it through.
+pub fn exported_sensor(
+    file: &Path,
+    about: &ExportAbout,
+    survey: &Survey,
+) -> Result<(Sensor, PathBuf), Error> {
+    Ok(told(sensor_source::exported(file, about, survey)?, file))
+}
+
+/// Says that a recording's own sensor is taken.
+fn told(found: Sensor, recording: &Path) -> (Sensor, PathBuf) {
     out::note(&format!(
         "sensor `{}` as {} carries it",
         found.name(),
@@ -38,7 +51,7 @@ pub fn sensor(
     if let Some(words) = exported_words(&found) {
         out::note(&words);
     }
-    Ok(Some((found, recording.to_owned())))
+    (found, recording.to_owned())
 }
 
 /// As [`sensor`], where there must be one.

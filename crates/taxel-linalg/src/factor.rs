@@ -5,6 +5,7 @@ use faer::linalg::cholesky::llt::factor::{
     LltRegularization, cholesky_in_place, cholesky_in_place_scratch,
 };
 use faer::linalg::cholesky::llt::inverse::{inverse as inverse_of_factor, inverse_scratch};
+use faer::linalg::cholesky::llt::solve::{solve_in_place, solve_in_place_scratch};
 use faer::linalg::solvers::{DenseSolveCore, Solve};
 use faer::{Mat, MatMut, MatRef, Par, Side};
 
@@ -23,7 +24,8 @@ impl Spd {
     pub fn new(n: usize) -> Self {
         let scratch = MemBuffer::new(
             cholesky_in_place_scratch::<f64>(n, Par::Seq, Default::default())
-                .or(inverse_scratch::<f64>(n, Par::Seq)),
+                .or(inverse_scratch::<f64>(n, Par::Seq))
+                .or(solve_in_place_scratch::<f64>(n, 1, Par::Seq)),
         );
         Self {
             n,
@@ -61,6 +63,18 @@ impl Spd {
         .is_ok();
         simd::zero_upper();
         done
+    }
+
+    /// x of A x = b in place of b, A what was factorised.
+    pub fn solve(&mut self, right: &mut [f64]) {
+        let n = self.n;
+        solve_in_place(
+            MatRef::from_column_major_slice(&self.factor, n, n),
+            MatMut::from_column_major_slice_mut(right, n, 1),
+            Par::Seq,
+            MemStack::new(&mut self.scratch),
+        );
+        simd::zero_upper();
     }
 
     /// The whole inverse of what was factorised, row-major.

@@ -8,7 +8,7 @@ use taxel::pipeline::Pipeline;
 use taxel::screen::LineScreen;
 use taxel::sensor::{LineEnd, PerLine, Topology};
 use taxel::solve::{Method, Newton, default_method, method};
-use taxel::uncertainty::{Uncertainty, standard_errors_by};
+use taxel::uncertainty::{StandardErrors, Uncertainty, standard_errors_by};
 use taxel::{Error, Frame, Mark, Sensor, Siemens, Volts};
 
 const FIVE: [Topology; 5] = [
@@ -208,6 +208,51 @@ fn what_is_not_marked_is_within_its_error_where_most_of_a_mat_is_out_of_reach() 
     println!("{answers} answers, {all} taxels, {share:.1} % inside");
     assert!(answers >= 8, "{answers}");
     assert!((share - 95.0).abs() < 2.0, "{share}");
+}
+
+/// Where lines resist so much that the far taxels read nothing, near ones come out all the same, and the far ones are marked.
+#[test]
+fn near_taxels_are_told_where_far_ones_vanish() {
+    for (ohms, share) in [(500.0, 0.9..=1.0), (2000.0, 0.9..=1.0)] {
+        let (mut told, mut inside) = (0, 0);
+        for (topology, seed) in FIVE.into_iter().zip(1..) {
+            let sensor = textile(topology, (16, 16), ohms);
+            let newton = method("newton", &sensor).unwrap();
+            let mut errors = StandardErrors::new(&sensor, None).unwrap();
+            for fraction in [0.3, 1.0] {
+                let truth = pressed(16, 16, fraction, seed);
+                let found = newton.solve(&noisy(&sensor, &truth, seed));
+                assert!(
+                    found.outcome.is_answer(),
+                    "{topology:?}: {:?}",
+                    found.outcome
+                );
+                let mut marks = found.frame.marks().to_vec();
+                let errors = errors.of_siemens(&found.frame, true, &mut marks);
+                let taxels = found.frame.values().iter().zip(truth.values());
+                for (at, ((found, truth), mark)) in taxels.zip(&marks).enumerate() {
+                    let error = errors.values()[at];
+                    if at == 0 {
+                        assert!(
+                            (found / truth - 1.0).abs() < 0.05 || *truth < 1e-4,
+                            "{topology:?}"
+                        );
+                    }
+                    if *mark == Mark::Good && *truth > 1e-4 {
+                        told += 1;
+                        inside += i32::from((found - truth).abs() < 1.96 * error);
+                    }
+                }
+                // Nothing that is read tells of the farthest then.
+                if ohms > 1000.0 {
+                    assert_eq!(marks[255], Mark::Unresolved, "{topology:?}");
+                }
+            }
+        }
+        let part = f64::from(inside) / f64::from(told);
+        println!("{ohms} Ohm: {told} told, {part:.3} inside");
+        assert!(share.contains(&part), "{ohms} Ohm: {part}");
+    }
 }
 
 /// What the file says of noise is what conductances are off by.

@@ -56,11 +56,20 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     check(args)?;
     let carried = (args.rows.is_none() && !args.values).then_some(args.recording.as_path());
-    let (sensor, from) = recorded::sensor(args.sensor.as_deref(), carried)?.unzip();
+    // A file of another program is read through for what a count is, and for its sensor: once.
+    let survey = exports::survey(&args.recording)?;
+    let given = args.sensor.as_deref();
+    let found = match (&survey, carried) {
+        (Some((about, survey)), Some(file)) if given.is_none() => {
+            Some(recorded::exported_sensor(file, about, survey)?)
+        }
+        _ => recorded::sensor(given, carried)?,
+    };
+    let (sensor, from) = found.unzip();
     let (options, rows_known) = options(args, sensor.as_ref())?;
     let mut report = Report::new(&args.recording, options.rows, options.columns, rows_known);
     report.sensor = from.map(|file| file.display().to_string());
-    report.add_export(exports::survey(&args.recording)?, args.with_names);
+    report.add_export(survey, args.with_names);
     let file = &args.recording;
     if args.values {
         let mut source = open_shown(file, options)?;

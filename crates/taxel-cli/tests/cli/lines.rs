@@ -169,3 +169,26 @@ fn diodes_in_a_read_out_that_has_no_one_direction() {
         ],
     );
 }
+
+/// Lines so resistive that the far corner vanishes are no error: it is marked, and what is near the ends comes out.
+#[test]
+fn far_taxels_that_vanish_are_marked_and_near_ones_come_out() {
+    let folder = Folder::new();
+    let lines =
+        "r_line_row_ohms = 2000.0\nr_line_column_ohms = 2000.0\n\n[converter]\nnoise_counts = 3.0";
+    let file = SENSOR
+        .replace("rows = 4\ncolumns = 6", "rows = 12\ncolumns = 12")
+        .replace("\n[converter]", lines);
+    folder.write("textile.toml", &file);
+    let row = vec!["1e-3"; 12].join(",") + "\n";
+    folder.write("g.csv", &row.repeat(12));
+    folder.good("simulate --sensor textile.toml --conductance g.csv -o v.csv");
+    let run = folder.taxel(
+        "compensate v.csv --input-unit volts --sensor textile.toml --unit siemens -o out.csv --standard-error e.csv --marks m.csv",
+    );
+    assert_eq!(run.code, Some(0), "{run}");
+    let (found, marks) = (folder.numbers("out.csv"), folder.numbers("m.csv"));
+    assert!((found[0] / 1e-3 - 1.0).abs() < 0.01, "{}", found[0]);
+    const UNRESOLVED: f64 = 8.0;
+    assert_eq!((marks[0], marks[143]), (0.0, UNRESOLVED));
+}

@@ -270,11 +270,13 @@ pub fn about(path: &Path) -> Result<Option<ExportAbout>, Error> {
 /// # Errors
 /// As [`about`]; [`ExportError::Pads`] where it holds several sensors and none is named.
 pub fn sensor_of(path: &Path) -> Result<Option<SensorSpec>, Error> {
-    let (file, _) = file_and_pad(path);
-    let Some((about, survey)) = survey(path)? else {
-        return Ok(None);
-    };
-    Ok(Some(pad::sensor_of(&file, &about, &survey)))
+    let found = survey(path)?;
+    Ok(found.map(|(about, survey)| sensor_by(path, &about, &survey)))
+}
+
+/// The same by what [`survey`] has found: the file is not read through once more.
+pub fn sensor_by(path: &Path, about: &ExportAbout, survey: &Survey) -> SensorSpec {
+    pad::sensor_of(&file_of(path), about, survey)
 }
 
 /// What an exported file says before its frames, and what a reading of it through finds of one of its sensors.

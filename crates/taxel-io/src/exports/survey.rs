@@ -155,8 +155,17 @@ pub(super) fn raw_count(raw: RawScale, value: f64, step: f64) -> Result<f64, f64
     if value == 0.0 {
         return Ok(0.0);
     }
-    let written = |count: f64| raw.factor * count.powf(raw.exponent);
-    let count = (value / raw.factor).powf(1.0 / raw.exponent);
+    // Most calibrations are of one point: a power of one would take most of the time of a reading.
+    let is_straight = raw.exponent == 1.0;
+    let to_the = |base: f64, exponent: f64| {
+        if is_straight {
+            base
+        } else {
+            base.powf(exponent)
+        }
+    };
+    let written = |count: f64| raw.factor * to_the(count, raw.exponent);
+    let count = to_the(value / raw.factor, 1.0 / raw.exponent);
     let whole = count.round();
     let allowed = 0.501 * step + HEADER_SHARE * value;
     let is_it = (written(whole) - value).abs() <= allowed;

@@ -6,7 +6,7 @@
 use super::least_squares::{differences, normal_equations, solve, weights};
 use taxel_linalg::inverse_symmetric;
 
-/// A parameter: where to start, its difference step, what is believed of it, and its least value.
+/// A parameter: where to start, its difference step, what is believed of it, its least value, and how far it goes at once.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Parameter {
     pub(super) start: f64,
@@ -14,6 +14,8 @@ pub(super) struct Parameter {
     /// Mean and standard deviation.
     pub(super) prior: Option<(f64, f64)>,
     pub(super) least: f64,
+    /// It moves no further in one step.
+    pub(super) most_step: f64,
 }
 
 /// The most probable parameters.
@@ -148,8 +150,13 @@ fn better(
     let (normal, right) = equations(parameters, at, now, jacobian, &resting);
     for _ in 0..16 {
         if let Some(step) = solve(&normal, &right, *damping) {
+            // Shorter as a whole, so that it leads where it led.
+            let each = step.iter().zip(parameters);
+            let length = each.fold(1.0, |length: f64, (step, parameter)| {
+                length.min(parameter.most_step / step.abs())
+            });
             let there: Vec<f64> = (0..at.len())
-                .map(|i| (at[i] + step[i]).max(parameters[i].least))
+                .map(|i| (at[i] + length * step[i]).max(parameters[i].least))
                 .collect();
             if let Some(moved) = residuals(&there)
                 && total(parameters, &there, &moved) <= before
@@ -196,7 +203,34 @@ mod tests {
             step: 1e-6,
             prior,
             least,
+            most_step: f64::INFINITY,
         }
+    }
+
+    /// From far off, where a full step would leave the region in which anything is told.
+    #[test]
+    fn no_step_is_longer_than_its_parameter_allows() {
+        let ln_2 = f64::ln(2.0);
+        let parameters = [
+            Parameter {
+                most_step: ln_2,
+                ..parameter(0.0, None, f64::NEG_INFINITY)
+            },
+            parameter(1.0, None, f64::NEG_INFINITY),
+        ];
+        let mut tried = vec![0.0];
+        let peak = most_probable(&parameters, |x| {
+            if !tried.contains(&x[0]) {
+                tried.push(x[0]);
+            }
+            Some(vec![x[0] - 5.0, x[0] + x[1]])
+        })
+        .unwrap();
+        assert!((peak.at[0] - 5.0).abs() < 1e-4 && (peak.at[1] + 5.0).abs() < 1e-4);
+        let longest = tried.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+        let longest = longest.fold(0.0, f64::max);
+        assert!(longest < ln_2 + 1e-5, "{longest}");
+        assert!(tried.len() > 8, "{}", tried.len());
     }
 
     #[test]

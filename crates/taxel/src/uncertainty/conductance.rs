@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::circuit::{NotPassive, OperatingPoint};
 use crate::solve::gmres::Gmres;
-use taxel_linalg::{View, inverse};
+use taxel_linalg::{View, ViewMut, inverse, inverse_symmetric, multiply_lower};
 
 /// How standard errors were computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -124,6 +124,45 @@ pub(crate) fn influence_of(
     adjoint.influence
 }
 
+/// [`standard_errors`] where readings may tell nothing of some taxels: each conductance is believed beforehand to be of a size of
+/// `believed_siemens`. What is told of the others is then not lost in what is told of none. For arrays that are inverted as a whole;
+/// of larger ones it is the same as without.
+///
+/// # Errors
+/// [`NotPassive`] when the network has no solution at these conductances.
+pub(super) fn standard_errors_beside_belief(
+    point: &mut dyn OperatingPoint,
+    siemens: &[f64],
+    sigma_volts: f64,
+    believed_siemens: f64,
+) -> Result<Vec<f64>, NotPassive> {
+    let taxels = siemens.len();
+    if taxels > DENSE_TAXELS {
+        return Ok(standard_errors(point, siemens, sigma_volts)?.0);
+    }
+    set_passive(point, siemens)?;
+    let moves = moves(point, taxels);
+    let moves = || View::new(&moves, taxels, taxels);
+    let mut normal = vec![0.0; taxels * taxels];
+    multiply_lower(
+        ViewMut::new(&mut normal, taxels, taxels),
+        moves(),
+        moves().transpose(),
+    );
+    let squared = (sigma_volts / believed_siemens).powi(2);
+    for taxel in 0..taxels {
+        normal[taxel * taxels + taxel] += squared;
+    }
+    let inverse = inverse_symmetric(&normal, taxels);
+    Ok(match inverse {
+        Some(inverse) => {
+            let squares = inverse.iter().step_by(taxels + 1);
+            squares.map(|square| sigma_volts * square.sqrt()).collect()
+        }
+        None => vec![f64::INFINITY; taxels],
+    })
+}
+
 fn probes(point: &mut dyn OperatingPoint, taxels: usize, sigma: f64, count: u32) -> Vec<f64> {
     let mut gmres = Gmres::new(taxels, DEPTH.min(taxels));
     let mut random = ChaCha8Rng::seed_from_u64(0x7a8e1);
@@ -148,16 +187,22 @@ fn probes(point: &mut dyn OperatingPoint, taxels: usize, sigma: f64, count: u32)
 }
 
 fn dense(point: &mut dyn OperatingPoint, taxels: usize, sigma: f64) -> Vec<f64> {
-    let mut transposed = vec![0.0; taxels * taxels];
-    let mut unit = vec![0.0; taxels];
-    for (i, column) in transposed.chunks_exact_mut(taxels).enumerate() {
-        unit[i] = 1.0;
-        point.jvp_into(&unit, column);
-        unit[i] = 0.0;
-    }
-    let inverse = inverse(View::new(&transposed, taxels, taxels).transpose());
+    let moves = moves(point, taxels);
+    let inverse = inverse(View::new(&moves, taxels, taxels).transpose());
     inverse
         .chunks_exact(taxels)
         .map(|row| sigma * row.iter().map(|x| x.powi(2)).sum::<f64>().sqrt())
         .collect()
+}
+
+/// What a siemens more at each taxel moves every reading by, volts: one taxel after another.
+fn moves(point: &mut dyn OperatingPoint, taxels: usize) -> Vec<f64> {
+    let mut moves = vec![0.0; taxels * taxels];
+    let mut unit = vec![0.0; taxels];
+    for (i, column) in moves.chunks_exact_mut(taxels).enumerate() {
+        unit[i] = 1.0;
+        point.jvp_into(&unit, column);
+        unit[i] = 0.0;
+    }
+    moves
 }

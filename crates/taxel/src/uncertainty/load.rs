@@ -1,10 +1,13 @@
 //! The standard error of every conductance and load of a frame.
 
 use super::beside::{Beside, by_spread};
+use super::conductance::standard_errors_beside_belief;
 use super::known::{Known, is_left_out};
 use super::standard_errors;
 use super::unmeasured::Unmeasured;
-use crate::circuit::{Circuit, Converter, OperatingPoint, ROUNDING_COUNTS, SensorCircuit};
+use crate::circuit::{
+    Circuit, Converter, LineResistance, OperatingPoint, ROUNDING_COUNTS, SensorCircuit,
+};
 use crate::frame::{grams_from_newtons, newtons_from_grams};
 use crate::material::LoadLaw;
 use crate::screen::Level;
@@ -35,6 +38,8 @@ pub struct StandardErrors {
     /// Made for the first frame with readings at the ceiling: most streams have none.
     unmeasured: Option<Unmeasured>,
     with_lost: bool,
+    /// Whether lines resist: then readings may tell nothing of far taxels.
+    has_lines: bool,
 }
 
 /// What the standard errors of loads are made of, newtons; σ² is the sum of their squares.
@@ -48,6 +53,9 @@ pub struct Parts {
     /// What the model leaves unexplained.
     pub model: Frame<Newtons>,
 }
+
+/// The largest conductance that is expected at least where lines resist, siemens.
+const EXPECTED_SIEMENS: f64 = 2e-3;
 
 /// Half-width of a 95 % interval in standard errors where noise is all that is known.
 const NORMAL_95: f64 = 1.96;
@@ -109,6 +117,7 @@ impl StandardErrors {
             down: vec![0.0; rows * columns],
             unmeasured: None,
             with_lost: sensor.readout().has_open_columns(),
+            has_lines: LineResistance::from_sensor(sensor).is_some_and(|lines| !lines.is_nothing()),
         })
     }
 
@@ -151,10 +160,17 @@ impl StandardErrors {
             is_known: &self.is_known,
             moved: &mut self.moved,
         };
-        let found = standard_errors(&mut known, siemens.values(), self.sigma_volts);
+        let found = if self.has_lines {
+            let good = siemens.values().iter().zip(marks.iter());
+            let good = good.filter(|(_, mark)| **mark == Mark::Good);
+            let most = good.fold(EXPECTED_SIEMENS, |most: f64, (value, _)| most.max(*value));
+            standard_errors_beside_belief(&mut known, siemens.values(), self.sigma_volts, most)
+        } else {
+            standard_errors(&mut known, siemens.values(), self.sigma_volts).map(|found| found.0)
+        };
         let unbounded = || vec![f64::INFINITY; siemens.values().len()];
         let is_found = found.is_ok();
-        let mut errors = found.map_or_else(|_| unbounded(), |(errors, _)| errors);
+        let mut errors = found.unwrap_or_else(|_| unbounded());
         // Where nothing was found the point stands nowhere.
         let is_bound =
             |mark: &Mark| *mark == Mark::Saturated || self.with_lost && is_left_out(*mark);

@@ -48,6 +48,9 @@ const G_ZERO: f64 = 1.1;
 /// What a line is taken to resist from one taxel to the next where a search begins, ohms: less than is believed, since frames have
 /// no solution where lines resist too much.
 const START_LINE_OHMS: f64 = 0.4;
+/// ln of how many times as much, or as little, a line is taken to resist after one step: further off frames have no solution, or one
+/// that says nothing of where the answer lies.
+const MOST_LINE_STEP: f64 = std::f64::consts::LN_2;
 /// Inner knots of the spline law, and the least ratio of loads that it is tried with.
 const INNER_KNOTS: usize = 3;
 const MIN_RANGE: f64 = 3.0;
@@ -164,11 +167,17 @@ impl Layout {
                     (START_LINE_OHMS.ln(), 1e-3, Some(LINE_OHMS), -7.0)
                 }
             };
+            let is_line = matches!(unknown, Unknown::LineRow | Unknown::LineColumn);
             Parameter {
                 start,
                 step,
                 prior,
                 least,
+                most_step: if is_line {
+                    MOST_LINE_STEP
+                } else {
+                    f64::INFINITY
+                },
             }
         };
         self.unknowns.iter().map(one).collect()

@@ -4,6 +4,7 @@ use super::super::anderson::Anderson;
 use super::super::gmres::{Gmres, largest};
 use super::super::lines::LiveLines;
 use super::super::path::OwnPath;
+use super::least_squares::LeastSquares;
 use super::preconditioner::Preconditioner;
 use crate::circuit::{Circuit, LinearCircuit, LinearPoint, OperatingPoint};
 use crate::{Frame, Mark, Volts};
@@ -28,7 +29,9 @@ pub(super) struct State {
     pub(super) measured: Vec<f64>,
     /// Those of the trial.
     pub(super) found: Vec<f64>,
-    slope: Vec<f64>,
+    pub(super) slope: Vec<f64>,
+    /// dy/dV at what was measured.
+    pub(super) measured_slope: Vec<f64>,
     /// D: dy/dG of the own conductance.
     own: Vec<f64>,
     /// |σ dy/dV / D|: what noise makes of an apparent conductance as one of the taxel, siemens.
@@ -51,8 +54,10 @@ pub(super) struct State {
     gmres: Gmres,
     pub(super) mixing: Anderson,
     preconditioner: Preconditioner,
+    /// Of frames that nothing else leads to; none before the first.
+    pub(super) least_squares: Option<Box<LeastSquares>>,
     /// 1 where a taxel is no unknown, else 0; and what it conducts then.
-    held: Vec<f64>,
+    pub(super) held: Vec<f64>,
     rest: Vec<f64>,
     /// The preconditioner, `own`, `shift` and `noise` are of a frame not long ago.
     pub(super) is_fresh: bool,
@@ -78,6 +83,7 @@ impl State {
             measured: zeros(),
             found: zeros(),
             slope: zeros(),
+            measured_slope: zeros(),
             own: vec![1.0; taxels],
             noise: zeros(),
             kept_noise: zeros(),
@@ -93,6 +99,7 @@ impl State {
             gmres: Gmres::new(taxels, DEPTH.min(taxels)),
             mixing: Anderson::new(MIXED, taxels),
             preconditioner,
+            least_squares: None,
             held: zeros(),
             rest: zeros(),
             is_fresh: false,
@@ -136,7 +143,8 @@ impl State {
     /// From volts to apparent conductances.
     pub(super) fn take_apparent(&mut self) {
         self.largest_volts = largest(&self.measured);
-        self.path.apparent(&mut self.measured, &mut self.slope);
+        self.path
+            .apparent(&mut self.measured, &mut self.measured_slope);
     }
 
     /// A trial: a multiple of the apparent conductances, nothing below a millionth of the largest.
@@ -225,6 +233,20 @@ impl State {
         let taxels = self.misfit.iter().zip(&self.shift).zip(&self.noise);
         let mut taxels = taxels.map(|((r, shift), noise)| (r.abs(), 1.0 + shift, noise));
         taxels.all(|(r, with, noise)| r / with <= least + OF_NOISE * noise / with.sqrt())
+    }
+
+    /// What conductances that move so move readings by, volts, at the point evaluated last.
+    pub(super) fn moves_into(&mut self, direction: &[f64], out: &mut [f64]) {
+        if let Some(lines) = self.point.lines_mut() {
+            lines.jvp_into(direction, out);
+        }
+    }
+
+    /// What readings that count so much move each conductance's count by: the adjoint of [`Self::moves_into`].
+    pub(super) fn pulls_into(&mut self, weights: &[f64], out: &mut [f64]) {
+        if let Some(lines) = self.point.lines_mut() {
+            lines.vjp_into(weights, out);
+        }
     }
 
     /// The preconditioner of the point evaluated last.

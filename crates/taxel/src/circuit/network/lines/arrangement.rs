@@ -26,11 +26,17 @@ pub(crate) struct Arrangement {
 impl Arrangement {
     pub(super) fn new(lines: &LineResistance) -> Self {
         let (rows, columns) = lines.shape();
-        let (row_end, column_end) = lines.ends();
         let (of_rows, of_columns) = (resist(lines.row_ohms()), resist(lines.column_ohms()));
         let only_chains = of_rows != of_columns;
         // A side that resists alone is eliminated; else the sweep has as few lines along it as can be.
         let transposed = if only_chains { of_rows } else { columns < rows };
+        Self::swept(lines, only_chains, transposed)
+    }
+
+    /// Of a sweep along the columns, or along the rows.
+    pub(super) fn swept(lines: &LineResistance, only_chains: bool, transposed: bool) -> Self {
+        let (rows, columns) = lines.shape();
+        let (row_end, column_end) = lines.ends();
         let numbers = |count: usize, end: LineEnd| -> Vec<usize> {
             match end {
                 LineEnd::First => (0..count).collect(),

@@ -11,6 +11,8 @@ mod film;
 mod potentials;
 mod resistance;
 mod sweep;
+#[cfg(test)]
+mod tests;
 
 pub use resistance::LineResistance;
 
@@ -50,8 +52,11 @@ pub(crate) struct LinesPoint {
 
 impl LinesPoint {
     pub(super) fn new(circuit: &LinearCircuit, lines: &LineResistance) -> Self {
+        Self::arranged(circuit, lines, Arrangement::new(lines))
+    }
+
+    fn arranged(circuit: &LinearCircuit, lines: &LineResistance, arrangement: Arrangement) -> Self {
         let ends = circuit.ends();
-        let arrangement = Arrangement::new(lines);
         let (along, across) = (arrangement.line_of.len(), arrangement.chain_of.len());
         let (line_end, chain_end) =
             arrangement.sides(&ends.row_unselected, &ends.column_unselected);
