@@ -76,14 +76,27 @@ fn a_dead_line_under_a_part_of_the_load_is_warned_of_and_declared_it_is_missing(
     }
 }
 
+/// What is loaded on both sides of a gap of one line looks as a dead line does: warned of, and seldom.
 #[test]
-fn nothing_is_said_of_a_sound_mat() {
+fn little_is_said_of_a_sound_mat() {
+    let folder = feet(1);
+    let (mut warned, mut recordings) = (0, 0);
     for pattern in ["feet", "hand", "blobs", "press", "fingers"] {
-        let folder = feet(1);
-        folder.good(&format!(
-            "simulate --sensor mat.toml --pattern {pattern} --frames 40 --period 0.02 --seed 6 -o sound.csv"
-        ));
-        let run = folder.good("info sound.csv --sensor mat.toml");
-        assert!(run.out.contains("no line fault"), "{pattern}: {run}");
+        for seed in 1..=6 {
+            let _ = std::fs::remove_file(folder.path("sound.csv"));
+            folder.good(&format!(
+                "simulate --sensor mat.toml --pattern {pattern} --frames 40 --period 0.02 --seed {seed} -o sound.csv"
+            ));
+            let run = folder.good("info sound.csv --sensor mat.toml");
+            assert!(!run.out.contains(" is dead"), "{pattern} {seed}: {run}");
+            recordings += 1;
+            if !run.out.contains("no line fault") {
+                assert!(run.out.contains(" may be dead"), "{pattern} {seed}: {run}");
+                println!("{pattern} {seed} is warned of");
+                warned += 1;
+            }
+        }
     }
+    println!("{warned} of {recordings}");
+    assert!(warned <= 1, "{warned} of {recordings}");
 }

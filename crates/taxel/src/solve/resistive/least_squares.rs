@@ -19,8 +19,8 @@ const BELOW_ZERO: f64 = 0.01;
 const NEAREST: f64 = 1e-6;
 /// A taxel whose own reading leaves it uncertain by so many times what is believed beforehand is told nothing of.
 const UNTOLD: f64 = 10.0;
-/// Taxels of an array, at most: the memory and the time for their normal equations.
-pub(super) const MOST_TAXELS: usize = 1024;
+/// Taxels of an array, at most: of 1024 a round takes tenths of a second, and a frame that no circuit explains takes all rounds.
+pub(super) const MOST_TAXELS: usize = 400;
 /// Damping: the first, the least that counts, the most; how it falls and rises.
 const DAMPING: (f64, f64, f64) = (1e-3, 1e-7, 1e8);
 const EASED: f64 = 0.2;

@@ -50,8 +50,6 @@ const LAST: [f64; 2] = [1.7, 1.0];
 const MOST_ROUNDS: u32 = 240;
 /// Multiples of the apparent conductances that least squares begin from.
 const STARTS: [f64; 3] = [1.0, 3.0, 0.3];
-/// On more taxels from the first alone: a round takes tenths of a second there, and a frame that no circuit explains takes all rounds.
-const QUICK_TAXELS: usize = 400;
 /// Readings that such an answer leaves so many times as far off as noise does are not explained.
 const EXPLAINED: f64 = 1.5;
 
@@ -250,12 +248,7 @@ fn weigh(state: &mut State, sigma_volts: f64) -> Outcome {
     let mut equations = known.unwrap_or_else(|| Box::new(LeastSquares::new(taxels)));
     let mut last = Outcome::new(Stop::Stalled, 0, f64::INFINITY);
     let mut rounds = 0;
-    let starts = if taxels <= QUICK_TAXELS {
-        &STARTS[..]
-    } else {
-        &STARTS[..1]
-    };
-    for times in starts {
+    for times in STARTS {
         if !start(state) {
             break;
         }
