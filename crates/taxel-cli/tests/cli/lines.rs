@@ -180,7 +180,7 @@ fn far_taxels_that_vanish_are_marked_and_near_ones_come_out() {
         .replace("rows = 4\ncolumns = 6", "rows = 12\ncolumns = 12")
         .replace("\n[converter]", lines);
     folder.write("textile.toml", &file);
-    let row = vec!["1e-3"; 12].join(",") + "\n";
+    let row = ["1e-3"; 12].join(",") + "\n";
     folder.write("g.csv", &row.repeat(12));
     folder.good("simulate --sensor textile.toml --conductance g.csv -o v.csv");
     let run = folder.taxel(
