@@ -341,6 +341,13 @@ fn flags_of_plot() {
                                            bring their own
           --frame <N>                      Which frame, from 0
           --frames <A..B>                  Which frames: a..b without b, a..=b with it, a.. to the end
+          --mean                           The mean of every taxel over the frames (all of them, or
+                                           those of --frames), readings that were lost left out
+          --peak                           The highest value of every taxel over the frames, each its
+                                           own: what a peak pressure map shows
+          --beside <FILE>                  A second recording of the same kind, beside the first over
+                                           one range of colours: its same frame, or its own --mean or
+                                           --peak
           --taxel <ROW,COLUMN|C7>          A taxel's values over frames; several are several lines
           --row <N>                        A row's values over frames
           --column <N>                     A column's values over frames
