@@ -46,6 +46,18 @@ fn check_truth(results: &Value) {
     }
 }
 
+/// Whoever opens the table alone is told what its intervals know.
+fn check_table(session: &Path, results: &Value) {
+    let table = std::fs::read_to_string(session.join("results.csv")).unwrap();
+    let first = "person,began_secs,hand,force,intervals,simulated,trial,";
+    assert!(table.starts_with(first), "{table}");
+    assert_eq!(results["intervals"], "noise alone");
+    assert!(
+        table.contains(",total normal force,noise alone,true,1,"),
+        "{table}"
+    );
+}
+
 /// Waits for the zero that is taken before a later trial, beside the one that was asked for in each run; of these nothing has drifted.
 fn zeroed_by_itself(session: &Path) {
     let until = Instant::now() + Duration::from_secs(60);
@@ -93,15 +105,7 @@ fn a_session_with_a_repeat_a_cancel_and_a_crash_ends_in_a_page_and_in_true_numbe
     }
     let results = json(session.join("results.json"));
     check_truth(&results);
-    // Whoever opens the table alone is told what its intervals know.
-    let table = std::fs::read_to_string(session.join("results.csv")).unwrap();
-    let first = "person,began_secs,hand,force,intervals,simulated,trial,";
-    assert!(table.starts_with(first), "{table}");
-    assert_eq!(results["intervals"], "noise alone");
-    assert!(
-        table.contains(",total normal force,noise alone,true,1,"),
-        "{table}"
-    );
+    check_table(&session, &results);
     let record = json(session.join("session.json"));
     let attempts = record["attempts"].as_array().unwrap();
     let verdicts: Vec<&Value> = attempts.iter().map(|attempt| &attempt["verdict"]).collect();
