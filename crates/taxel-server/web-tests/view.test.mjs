@@ -34,7 +34,7 @@ test("a hello, a state and a frame", () => {
   assert.equal(view.sensor.rows, 2);
   assert.equal(view.method, "exact");
   session.takeText(messages.state);
-  assert.deepEqual(view.now.badLines, { rows: [1], columns: [0, 2] });
+  assert.deepEqual(view.now.badLines, { rows: [1], columns: [0, 2], suspect_rows: [], suspect_columns: [7] });
   session.takeFrame(frame());
   assert.equal(view.now.shown.sequence, 2 ** 40 + 7);
   assert.equal(view.now.frames, 1);
