@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use taxel::Sensor;
+use taxel::screen::LineFaults;
 use taxel_app::conversion::tally::Tally;
 use taxel_app::line_survey::FaultyLine;
 use taxel_app::units::Unit;
@@ -33,6 +34,13 @@ pub(crate) fn tell_faulty_lines(lines: &[FaultyLine]) {
         } else {
             out::note(&format!("faulty line: {}", line.text));
         }
+    }
+}
+
+/// Warns of the lines that may be dead, where the others are not told, or are seen in a picture.
+pub(crate) fn warn_of_suspects(faults: &LineFaults) {
+    for suspect in faults.suspects() {
+        out::warn(&FaultyLine::new(suspect, false).text);
     }
 }
 

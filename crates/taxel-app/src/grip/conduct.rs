@@ -5,15 +5,17 @@ use std::time::{Duration, Instant, SystemTime};
 
 use taxel_acquire::protocol::LinkStats;
 use taxel_acquire::simulated::ToldGrip;
+use taxel_io::Tare;
 
 use super::attempt::{AttemptFile, GO, STOP};
 use super::background::Background;
-use super::desk::{Desk, Known, Phase};
+use super::desk::{Desk, Known, NextZero, Phase};
 use super::protocol::Hand;
 use super::record::{Attempt, GripRecord, Verdict};
 use super::results;
 use super::trial::MeasuredTrial;
 use crate::error::Error;
+use crate::session::Session;
 
 /// After the signal to stop the recording goes on for this long: the hand lets go, and the zero is seen.
 const LETTING_GO: Duration = Duration::from_millis(1500);
@@ -106,48 +108,42 @@ impl Conductor {
     /// Takes off what has drifted since the trial before, while the session is ready for the next. What is more than that stays, and is
     /// told as a doubt: the operator looks whether it is a hand.
     fn zero_by_itself(&self) {
-        let (is_due, asked) = {
-            let known = self.desk.known();
-            (known.is_zero_due, known.zero_asked)
-        };
-        if !is_due {
-            return;
-        }
-        let session = self.desk.session();
-        let Some(session) = session.as_ref() else {
-            return;
-        };
-        let Some(asked) = asked else {
-            let now = SystemTime::now();
-            if self.desk.watch.is_free() && session.take_zero(false).is_ok() {
-                self.desk.known().zero_asked = Some(now);
+        let next = self.desk.known().next_zero;
+        match next {
+            NextZero::ByHand => {}
+            NextZero::Due => {
+                let now = SystemTime::now();
+                let session = self.desk.session();
+                let take = |session: &Session| session.take_zero(false).is_ok();
+                if self.desk.watch.is_free() && session.as_ref().is_some_and(take) {
+                    self.desk.known().next_zero = NextZero::Asked(now);
+                }
             }
-            return;
-        };
-        if let Some(zero) = session.zero().filter(|zero| zero.at >= asked) {
-            let mut known = self.desk.known();
-            known.record.zeros_newtons.push(zero.loads.iter().sum());
-            (known.is_zero_due, known.zero_asked) = (false, None);
-            if let Err(error) = known.write() {
-                known.trouble = error.to_string();
+            NextZero::Asked(at) => {
+                if let Some(zero) = self.zero_since(at) {
+                    let mut known = self.desk.known();
+                    known.has_zero(&zero);
+                    if let Err(error) = known.write() {
+                        known.trouble = error.to_string();
+                    }
+                }
             }
         }
     }
 
+    /// The zero, where it was taken since it was asked for.
+    fn zero_since(&self, asked: SystemTime) -> Option<Tare> {
+        let zero = self.desk.session().as_ref().and_then(Session::zero);
+        zero.filter(|zero| zero.at >= asked)
+    }
+
     /// Waits for the zero that was asked for.
     fn take_zero(&self, asked: SystemTime) -> Result<(), Error> {
-        let zero = self
-            .desk
-            .session()
-            .as_ref()
-            .and_then(|session| session.zero());
-        let taken = zero.filter(|zero| zero.at >= asked);
+        let taken = self.zero_since(asked);
         let mut known = self.desk.known();
         if let Some(zero) = taken {
-            let newtons: f64 = zero.loads.iter().sum();
-            known.record.zeros_newtons.push(newtons);
+            known.has_zero(&zero);
             known.is_zeroed = true;
-            (known.is_zero_due, known.zero_asked) = (false, None);
             known.trouble.clear();
             known.phase = Phase::Ready;
             return known.write();
@@ -271,8 +267,11 @@ impl Conductor {
             measured: None,
         });
         known.phase = Phase::Measuring;
-        let is_due = known.record.protocol.zero_before_trials;
-        (known.is_zero_due, known.zero_asked) = (is_due, None);
+        known.next_zero = if known.record.protocol.zero_before_trials {
+            NextZero::Due
+        } else {
+            NextZero::ByHand
+        };
         known.write()?;
         match error {
             Some(why) => Err(Error::Request {

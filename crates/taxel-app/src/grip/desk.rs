@@ -7,6 +7,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use taxel::Sensor;
 use taxel_acquire::Address;
+use taxel_io::Tare;
 use taxel_server::{
     GripPhase, GripSession, GripStep, GripTrial, Refused, Reply, ResultFile, State,
 };
@@ -82,10 +83,7 @@ pub(super) struct Known {
     pub rests_since: BTreeMap<Hand, Instant>,
     /// Whether a zero was taken since the program began.
     pub is_zeroed: bool,
-    /// The zero is to be taken again before the next trial, once nobody holds the handle,
-    pub is_zero_due: bool,
-    /// and was asked for at that time.
-    pub zero_asked: Option<SystemTime>,
+    pub next_zero: NextZero,
     pub is_resumed: bool,
     pub trouble: String,
     pub warnings: Vec<String>,
@@ -141,6 +139,23 @@ impl Known {
     pub(super) fn write(&mut self) -> Result<(), Error> {
         self.record.write(&self.folder)
     }
+
+    /// Notes a zero that was taken.
+    pub(super) fn has_zero(&mut self, zero: &Tare) {
+        self.record.zeros_newtons.push(zero.loads.iter().sum());
+        self.next_zero = NextZero::ByHand;
+    }
+}
+
+/// When the zero is taken again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum NextZero {
+    /// When the operator asks for it.
+    ByHand,
+    /// By itself before the next trial, once nobody holds the handle.
+    Due,
+    /// So it was asked for at that time, and is being taken.
+    Asked(SystemTime),
 }
 
 /// A grip session: what viewers and the terminal talk to.
@@ -164,8 +179,7 @@ impl Desk {
                 folder: PathBuf::new(),
                 rests_since: BTreeMap::new(),
                 is_zeroed: false,
-                is_zero_due: false,
-                zero_asked: None,
+                next_zero: NextZero::ByHand,
                 is_resumed: false,
                 trouble: String::new(),
                 warnings: Vec::new(),

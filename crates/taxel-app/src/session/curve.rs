@@ -96,8 +96,7 @@ impl CurveFinder {
             seen += 1;
         })?;
         self.recorded.frames.get_or_insert(seen);
-        let faults = screen.finish().with_declared(self.sensor.screen());
-        self.pipeline.set_lines(&faults);
+        self.pipeline.set_lines(&screen.finish());
         let mut loads = Frame::zeros(self.sensor.rows(), self.sensor.columns());
         let mut curve = Curve::default();
         curve.method.clone_from(&self.method);

@@ -110,9 +110,8 @@ pub(crate) fn draw_heatmap(
         outline::hatch(canvas, marks, |taxel| placed.cell_of(taxel, plot));
     } else {
         let (rows, columns) = (panel.grid.rows, panel.grid.columns);
-        let cell = (plot.width / columns as f64).min(plot.height / rows as f64);
-        outline::draw(canvas, plot, marks, (rows, columns), cell);
         let (wide, high) = (plot.width / columns as f64, plot.height / rows as f64);
+        outline::draw(canvas, plot, marks, (rows, columns), wide.min(high));
         outline::hatch(canvas, marks, |taxel| {
             Some(Rect {
                 x: plot.x + (taxel % columns) as f64 * wide,

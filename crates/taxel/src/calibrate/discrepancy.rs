@@ -201,8 +201,7 @@ pub(super) fn least_noise_g(
         noise_counts.hypot(ROUNDING_COUNTS) * Converter::from_sensor(sensor).lsb_volts();
     let siemens = law.siemens_from_grams(taxel, load_g);
     let sigma = least_error_siemens(sensor, sigma_volts, siemens);
-    let (up, down) = (siemens + sigma, siemens - sigma);
-    (law.grams_from_siemens(taxel, up) - law.grams_from_siemens(taxel, down)) / 2.0
+    law.error_grams(taxel, siemens, sigma)
 }
 
 #[cfg(test)]

@@ -125,6 +125,14 @@ impl LoadLaw {
         load.copysign(over)
     }
 
+    /// What a conductance that is off by so much makes a load off by, grams: half of the way from one side to the other. At no load
+    /// a power law's slope alone would promise too much.
+    pub(crate) fn error_grams(&self, taxel: usize, siemens: f64, error_siemens: f64) -> f64 {
+        let up = self.grams_from_siemens(taxel, siemens + error_siemens);
+        let down = self.grams_from_siemens(taxel, siemens - error_siemens);
+        (up - down) / 2.0
+    }
+
     /// [`Self::grams_from_siemens`] of a whole frame, many taxels at once: the same numbers to some 1e-15.
     ///
     /// # Panics

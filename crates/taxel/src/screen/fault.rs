@@ -18,8 +18,8 @@ pub enum LineFaultKind {
         /// The other line.
         with: usize,
     },
-    /// Reads nothing though both lines beside it are loaded, and neither moves far enough to tell a dead line from a gap as wide
-    /// as one. Nothing is marked for it.
+    /// Reads nothing though both lines beside it are loaded: a dead line, or a gap as wide as one, which its readings do not tell
+    /// apart. Nothing is marked for it.
     Suspect,
 }
 

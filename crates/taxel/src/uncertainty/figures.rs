@@ -235,10 +235,7 @@ impl FigureErrors {
             (self.slope[taxel], self.noise[taxel], self.own[taxel]) = if has_reading {
                 let value = siemens.values()[taxel];
                 let error = least_error_siemens(&self.sensor, self.sigma_volts, value);
-                let up = self.law.grams_from_siemens(taxel, value + error);
-                let down = self.law.grams_from_siemens(taxel, value - error);
-                // At no load a power law's slope alone would promise too much.
-                let noise = newtons_from_grams((up - down) / 2.0);
+                let noise = newtons_from_grams(self.law.error_grams(taxel, value, error));
                 (noise / error, noise, newtons_from_grams(own_g))
             } else if mark == Mark::Interpolated {
                 (0.0, 0.0, scatter_around(loads, taxel))

@@ -5,13 +5,12 @@ use taxel::{Counts, Frame, Mark, Sensor};
 use taxel_io::{FrameSource, Integrity, ReadOptions, open_counts};
 
 use super::Args;
+use crate::doubts::warn_of_suspects;
 use crate::error::Error;
-use crate::out;
 use crate::progress::Progress;
 use crate::recorded::Untared;
 use taxel_app::chain::Chain;
 use taxel_app::frames::{DisplayUnit, FrameReader, show};
-use taxel_app::line_survey::FaultyLine;
 use taxel_app::methods::MethodName;
 
 /// Values that are held at most: 800 MB.
@@ -88,9 +87,7 @@ pub(super) fn take(
         .unwrap_or_default();
     let screening = sensor.map_or_else(ScreenOptions::default, ScreenOptions::from_sensor);
     let faults = line_faults(args, options, max_count, &screening)?.with_declared(&spec);
-    for suspect in faults.suspects() {
-        out::warn(&FaultyLine::new(suspect, false).text);
-    }
+    warn_of_suspects(&faults);
     let mut screen = FrameScreen::new(options.rows, options.columns, max_count, &screening);
     screen.set_lines(&faults);
     let mut chain = chain_of(args, sensor, &faults)?;

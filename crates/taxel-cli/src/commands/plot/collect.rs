@@ -4,14 +4,14 @@ use taxel::Frame;
 use taxel_io::FrameSource;
 
 use super::Job;
-use crate::doubts::tell_faulty_lines;
+use crate::doubts::warn_of_suspects;
 use crate::error::Error;
 use crate::out::warn_unsolved;
 use crate::progress::{Progress, Terminal};
 use crate::recorded::Untared;
 use taxel_app::chain::Chain;
 use taxel_app::frames::{DisplayUnit, Input, open_shown, show};
-use taxel_app::line_survey::{FaultyLine, Survey};
+use taxel_app::line_survey::Survey;
 use taxel_app::methods::MethodName;
 use taxel_app::units::InputUnit;
 
@@ -87,15 +87,6 @@ fn each_value(
     Ok((seen, read))
 }
 
-/// Once, and not what is marked in the picture itself.
-fn tell_suspects(survey: &Survey, pass: Pass) {
-    if pass == Pass::First {
-        let mut lines = survey.lines();
-        lines.retain(FaultyLine::is_suspect);
-        tell_faulty_lines(&lines);
-    }
-}
-
 fn each_count(
     job: &Job<'_>,
     pass: Pass,
@@ -108,7 +99,9 @@ fn each_count(
     let mut input = Input::new(&job.args.file, InputUnit::Counts, sensor);
     input.options = job.options;
     let survey = Survey::of(&input, sensor, &Terminal, None)?;
-    tell_suspects(&survey, pass);
+    if pass == Pass::First {
+        warn_of_suspects(&survey.faults);
+    }
     let chain = |method: &MethodName| -> Result<Chain, Error> {
         let mut chain = Chain::new(sensor, name, method, unit)?;
         chain.set_lines(&survey.faults);
@@ -119,11 +112,7 @@ fn each_count(
     let mut best = wants_compensated
         .then(|| chain(&job.args.method))
         .transpose()?;
-    let shape = (sensor.rows(), sensor.columns());
-    let mut shown = [
-        Frame::zeros(shape.0, shape.1),
-        Frame::zeros(shape.0, shape.1),
-    ];
+    let mut shown = [(); 2].map(|()| Frame::zeros(sensor.rows(), sensor.columns()));
     let range = job.range();
     let (mut seen, mut read) = (0, 0);
     let mut reading = input.open()?;

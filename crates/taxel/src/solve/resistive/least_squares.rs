@@ -52,8 +52,6 @@ pub(super) struct LeastSquares {
     unit: Vec<f64>,
     /// Which way readings and beliefs pull each taxel: minus half the slope of the sum of squares.
     pull: Vec<f64>,
-    /// Of every taxel, 1 over the square of what is believed.
-    believed: Vec<f64>,
     sigma_volts: f64,
     width: f64,
     /// What each conductance is believed to be, siemens.
@@ -74,7 +72,6 @@ impl LeastSquares {
             left: vec![0.0; taxels],
             unit: vec![0.0; taxels],
             pull: vec![0.0; taxels],
-            believed: vec![0.0; taxels],
             sigma_volts: 0.0,
             width: EXPECTED_SIEMENS,
             centre: 0.0,
@@ -128,6 +125,11 @@ impl LeastSquares {
         Outcome::new(stop, rounds, state.residual())
     }
 
+    /// What is believed of a conductance, as a weight: 1 over its square.
+    fn belief(&self) -> f64 {
+        self.width.powi(-2)
+    }
+
     /// Takes what is left of each reading at the trial, and what is believed; the sum of squares.
     fn weigh(&mut self, state: &State) -> f64 {
         let mut sum = 0.0;
@@ -137,9 +139,8 @@ impl LeastSquares {
             let left = (state.measured[at] - state.found[at]) * per_noise;
             self.left[at] = if is_unknown { left } else { 0.0 };
             let trial = state.trial[at];
-            self.believed[at] = self.width.powi(-2);
             if is_unknown {
-                sum += left * left + (trial - self.centre).powi(2) * self.believed[at];
+                sum += left * left + (trial - self.centre).powi(2) * self.belief();
             }
         }
         if sum.is_finite() { sum } else { f64::INFINITY }
@@ -154,14 +155,14 @@ impl LeastSquares {
                 self.told.push(at);
             }
         }
-        let (taxels, told) = (state.g.len(), self.told.len());
+        let (taxels, told, belief) = (state.g.len(), self.told.len(), self.belief());
         for (at, weight) in self.unit.iter_mut().enumerate() {
             let per_noise = state.slope[at] / (self.sigma_volts * state.measured_slope[at]);
             *weight = per_noise * self.left[at];
         }
         state.pulls_into(&self.unit, &mut self.pull);
         for (at, pull) in self.pull.iter_mut().enumerate() {
-            *pull -= self.believed[at] * (state.g[at] - self.centre);
+            *pull -= belief * (state.g[at] - self.centre);
         }
         self.unit.fill(0.0);
         for (at, moves) in self.told.iter().zip(self.moves.chunks_exact_mut(taxels)) {
@@ -178,7 +179,7 @@ impl LeastSquares {
         let normal = &mut self.normal[..told * told];
         multiply_lower(ViewMut::new(normal, told, told), view(), view().transpose());
         for (place, at) in self.told.iter().enumerate() {
-            normal[place * told + place] += self.believed[*at];
+            normal[place * told + place] += belief;
             let least = BELOW_ZERO * self.width;
             self.above[place] = (state.g[*at] + least).max(NEAREST * least);
             self.right[place] = self.pull[*at];
@@ -225,7 +226,7 @@ impl LeastSquares {
                 // One that nothing is told of is held by what is believed alone.
                 for at in 0..state.g.len() {
                     let above = (state.g[at] + least).max(NEAREST * least);
-                    let curvature = self.believed[at] * (1.0 + *damping);
+                    let curvature = self.belief() * (1.0 + *damping);
                     let step = self.pull[at] / (curvature + pressed(self.pull[at], above));
                     state.trial[at] = if state.held[at] > 0.0 {
                         state.g[at]

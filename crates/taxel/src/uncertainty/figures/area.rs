@@ -34,14 +34,12 @@ impl FigureErrors {
                 .map_or(self.noise[taxel], |n| n[taxel]);
             let shared = (share * load.abs().max(near[taxel])).hypot(floor);
             noise += cell.powi(2) * doubt(above, own_noise);
-            all += cell.powi(2) * doubt(above, own_noise.hypot(self.own[taxel]));
+            let alone = own_noise.hypot(self.own[taxel]);
+            all += cell.powi(2) * doubt(above, alone);
             let moves = |by: f64| cell * f64::from(u8::from(above.abs() <= by)) / 2.0;
             by_fit += moves(fit_share * load.abs());
             by_model += moves(shared);
-            let error = own_noise
-                .hypot(self.own[taxel])
-                .hypot(shared)
-                .hypot(fit_share * load);
+            let error = alone.hypot(shared).hypot(fit_share * load);
             if above > 0.0 && load <= factor * error {
                 undecided += cell;
             }
@@ -70,9 +68,7 @@ impl FigureErrors {
             standard_errors_by(PROBES, &mut known, siemens.values(), self.sigma_volts).ok()?;
         let each = errors.iter().zip(siemens.values()).enumerate();
         let newtons = |(taxel, (error, value)): (usize, (&f64, &f64))| {
-            let up = self.law.grams_from_siemens(taxel, value + error);
-            let down = self.law.grams_from_siemens(taxel, value - error);
-            newtons_from_grams((up - down) / 2.0)
+            newtons_from_grams(self.law.error_grams(taxel, *value, *error))
         };
         Some(each.map(newtons).collect())
     }
